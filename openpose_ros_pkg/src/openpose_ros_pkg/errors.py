@@ -1,0 +1,17 @@
+"""The errors that this project raises for what a user can cause."""
+
+
+class OpenposeRosError(Exception):
+    """Base of all errors below."""
+
+
+class ParameterError(OpenposeRosError):
+    """A parameter is unknown, of the wrong type or out of range; the text names key, value and what is allowed."""
+
+
+class ModelError(OpenposeRosError):
+    """Weights are missing or damaged, or a network computes wrong results; the text says how to get out of it."""
+
+
+class BadInputError(OpenposeRosError):
+    """An image, depth image, cloud or message can not be used; the text names actual and expected value."""

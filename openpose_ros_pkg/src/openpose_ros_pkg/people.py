@@ -1,0 +1,65 @@
+"""People in an image: the one type that passes between detector, tracker, painter and converters."""
+from dataclasses import dataclass
+
+import numpy as np
+
+from openpose_ros_pkg.skeletons import SkeletonModel
+
+
+@dataclass(frozen=True)
+class People2D:
+    """The keypoints of P people with the K joints of a skeleton model.
+
+    Attributes:
+        skeleton: names of the K joints.
+        keypoints: (P, K, 3) float32: x, y [px of the source image, an integer is a pixel's centre] and score [0..1].
+            A missing joint has x = y = NaN and score 0.
+        scores: (P,) float32, how sure the detector is of each person [0..1].
+        ids: (P,) int64 track ids; -1 where no tracker has named the person.
+
+    Raises:
+        ValueError: an array has the wrong shape, or a joint is half missing.
+    """
+
+    skeleton: SkeletonModel
+    keypoints: np.ndarray
+    scores: np.ndarray
+    ids: np.ndarray
+
+    def __post_init__(self) -> None:
+        joints = len(self.skeleton.joints)
+        keypoints = np.asarray(self.keypoints, np.float32)
+        if keypoints.ndim != 3 or keypoints.shape[1:] != (joints, 3):
+            raise ValueError(f'keypoints of {self.skeleton.name}: expected (P, {joints}, 3), got {keypoints.shape}')
+        people = (len(keypoints),)
+        scores, ids = np.asarray(self.scores, np.float32), np.asarray(self.ids, np.int64)
+        if scores.shape != people or ids.shape != people:
+            raise ValueError(f'scores and ids: expected {people}, got {scores.shape} and {ids.shape}')
+        present = np.isfinite(keypoints[..., :2]).all(axis=2)
+        if not np.array_equal(present, keypoints[..., 2] > 0):
+            raise ValueError('a joint needs finite x, y and a positive score, or NaN x, y and score 0')
+        for name, value in (('keypoints', keypoints), ('scores', scores), ('ids', ids)):
+            object.__setattr__(self, name, value)
+
+    @classmethod
+    def empty(cls, skeleton: SkeletonModel) -> 'People2D':
+        """Return nobody."""
+        return cls(skeleton, np.zeros((0, len(skeleton.joints), 3), np.float32), np.zeros(0), np.zeros(0))
+
+    def __len__(self) -> int:
+        return len(self.keypoints)
+
+    @property
+    def xy(self) -> np.ndarray:
+        """(P, K, 2) float32 [px], NaN where missing."""
+        return self.keypoints[..., :2]
+
+    @property
+    def confidence(self) -> np.ndarray:
+        """(P, K) float32 [0..1], 0 where missing."""
+        return self.keypoints[..., 2]
+
+    @property
+    def present(self) -> np.ndarray:
+        """(P, K) bool: which joints were detected."""
+        return self.keypoints[..., 2] > 0
