@@ -112,7 +112,8 @@ def weights_path(model: Model, model_folder: str = '') -> Path:
     actual = file_sha256(path)
     if actual != model.sha256:
         raise ModelError(f'weights of {model.name} are damaged or not the expected file: {path} has '
-                         f'{path.stat().st_size} bytes and sha256 {actual}, expected {model.size} bytes and {model.sha256}: delete it, then {how}')
+                         f'{path.stat().st_size} bytes and sha256 {actual}, '
+                         f'expected {model.size} bytes and {model.sha256}: delete it, then {how}')
     return path
 
 

@@ -34,9 +34,10 @@ class People3D:
 
     def __post_init__(self) -> None:
         people, joints = len(self.xyz), len(self.skeleton.joints)
-        for name, dtype, shape in (('xyz', np.float32, (people, joints, 3)), ('confidence', np.float32, (people, joints)),
-                                   ('status', np.uint8, (people, joints)), ('sigma', np.float32, (people, joints)),
-                                   ('ids', np.int64, (people,))):
+        fields = (('xyz', np.float32, (people, joints, 3)), ('confidence', np.float32, (people, joints)),
+                  ('status', np.uint8, (people, joints)), ('sigma', np.float32, (people, joints)),
+                  ('ids', np.int64, (people,)))
+        for name, dtype, shape in fields:
             value = np.asarray(getattr(self, name), dtype)
             if value.shape != shape:
                 raise ValueError(f'{name} of {self.skeleton.name}: expected {shape}, got {value.shape}')
