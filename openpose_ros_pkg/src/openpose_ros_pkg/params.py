@@ -10,8 +10,10 @@ Instances check themselves, wherever they are made: from a parameter server, a Y
 """
 import dataclasses
 import difflib
+import json
 import math
-from typing import Any, Dict, Mapping, Optional, Sequence, Tuple, Type
+import textwrap
+from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple, Type
 
 from openpose_ros_pkg.errors import ParameterError
 
@@ -51,6 +53,18 @@ def build(classes: Sequence[Type[Parameters]], values: Mapping[str, Any]) -> Tup
         raise ParameterError(f"unknown parameter '{key}' = {values[key]!r}{hint}; allowed: {', '.join(sorted(known))}")
     return tuple(cls(**{field.name: values[field.name] for field in dataclasses.fields(cls) if field.name in values})
                  for cls in classes)
+
+
+def to_yaml(classes: Sequence[Type[Parameters]]) -> str:
+    """Return a YAML file with every parameter at its default, each with a comment on what it does and takes."""
+    lines: List[str] = []
+    for cls in classes:
+        lines += ['', f'## {(cls.__doc__ or "").splitlines()[0]}']
+        for field in dataclasses.fields(cls):
+            text = f"{field.metadata['doc']} ({describe(field)})"
+            lines += ['', *textwrap.wrap(text, 116, initial_indent='# ', subsequent_indent='# '),
+                      f'{field.name}: {json.dumps(field.default)}']
+    return '\n'.join(lines[1:]) + '\n'
 
 
 def describe(field: dataclasses.Field) -> str:

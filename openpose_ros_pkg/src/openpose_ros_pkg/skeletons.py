@@ -107,3 +107,6 @@ COCO_18 = SkeletonModel(
              (0, 255, 0), (0, 255, 85), (0, 255, 170), (0, 255, 255), (0, 170, 255), (0, 85, 255), (0, 0, 255),
              (255, 0, 170), (170, 0, 255), (255, 0, 255), (85, 0, 255)),
 )
+
+# All joint sets by the name that the array messages publish as `pose_model`.
+SKELETONS: Dict[str, SkeletonModel] = {model.name: model for model in (COCO_18,)}

@@ -1,0 +1,121 @@
+#!/usr/bin/python3
+"""Measure the 2D detector on pictures with COCO keypoint annotations.
+
+Prints average precision (AP, AP50, AR: object keypoint similarity, as pycocotools defines them), precision and recall
+of people at a similarity of 0.5, and milliseconds per picture. Pictures without people count: whoever is found there
+is wrong. pycocotools is needed: `pip install pycocotools`.
+
+    benchmarks/accuracy_2d.py --images FOLDER --annotations person_keypoints.json
+    benchmarks/accuracy_2d.py --images FOLDER --annotations FILE --set net_input_height=256 --set backend=opencv_dnn
+"""
+import argparse
+import contextlib
+import io
+import json
+import sys
+import time
+from pathlib import Path
+from typing import Any, Dict, List, Tuple
+
+import cv2
+import numpy as np
+import yaml
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'openpose_ros_pkg' / 'src'))
+
+from openpose_ros_pkg.backends import BackendParams
+from openpose_ros_pkg.decode import DecodeParams
+from openpose_ros_pkg.detector import Detector, DetectorParams, create_detector
+from openpose_ros_pkg.errors import OpenposeRosError
+from openpose_ros_pkg.params import build
+from openpose_ros_pkg.people import People2D
+
+# COCO's keypoints in its order, by the names of this project.
+COCO_17 = ('nose', 'left_eye', 'right_eye', 'left_ear', 'right_ear', 'left_shoulder', 'right_shoulder', 'left_elbow',
+           'right_elbow', 'left_wrist', 'right_wrist', 'left_hip', 'right_hip', 'left_knee', 'right_knee',
+           'left_ankle', 'right_ankle')
+PERSON = 1
+
+
+def detect_all(detector: Detector, images: List[Dict[str, Any]], folder: Path) -> Tuple[List[dict], np.ndarray]:
+    """Run the detector over pictures; return COCO results and milliseconds per picture."""
+    results, times = [], []
+    for i, entry in enumerate(images):
+        picture = cv2.imread(str(folder / entry['file_name']), cv2.IMREAD_COLOR)
+        if picture is None:
+            raise SystemExit(f"{folder / entry['file_name']} is missing or not a picture")
+        if i == 0:
+            detector.detect(picture)  # warm up
+        began = time.perf_counter()
+        people = detector.detect(picture)
+        times.append(1e3 * (time.perf_counter() - began))
+        results.extend(coco_results(people, entry['id']))
+    return results, np.array(times)
+
+
+def coco_results(people: People2D, image_id: int) -> List[dict]:
+    """Turn people into COCO's result entries; missing joints are 0, 0, 0 there."""
+    index = people.skeleton.index
+    keypoints = people.keypoints[:, [index[joint] for joint in COCO_17]].astype(float)
+    keypoints[..., 2] = keypoints[..., 2] > 0
+    keypoints = np.nan_to_num(keypoints)
+    return [{'image_id': image_id, 'category_id': PERSON, 'keypoints': row.ravel().tolist(), 'score': float(score)}
+            for row, score in zip(keypoints, people.scores)]
+
+
+def evaluate(annotations: Path, results: List[dict]) -> Dict[str, float]:
+    """Compare with the annotations; return AP, AP50, AR, and precision and recall of people at similarity 0.5."""
+    try:
+        from pycocotools.coco import COCO
+        from pycocotools.cocoeval import COCOeval
+    except ImportError as error:
+        raise SystemExit(f'pycocotools is needed to score ({error}): pip install pycocotools') from error
+    with contextlib.redirect_stdout(io.StringIO()):
+        truth = COCO(str(annotations))
+        run = COCOeval(truth, truth.loadRes(results), 'keypoints')
+        run.evaluate()
+        run.accumulate()
+        run.summarize()
+    return {'AP': run.stats[0], 'AP50': run.stats[1], 'AR': run.stats[5], **precision_and_recall(run)}
+
+
+def precision_and_recall(run: Any) -> Dict[str, float]:
+    """Count people at similarity 0.5, over all sizes; whoever matches an unannotated person or crowd is not counted."""
+    entries = [entry for entry in run.evalImgs if entry is not None and entry['aRng'] == run.params.areaRng[0]]
+    right = wrong = there = 0
+    for entry in entries:
+        counted = ~entry['dtIgnore'][0].astype(bool)
+        matched = entry['dtMatches'][0] > 0
+        right += int((counted & matched).sum())
+        wrong += int((counted & ~matched).sum())
+        there += int((np.asarray(entry['gtIgnore']) == 0).sum())
+    return {'precision': right / max(right + wrong, 1), 'recall': right / max(there, 1), 'right': right,
+            'wrong': wrong, 'people': there}
+
+
+def main() -> None:
+    """Parse the command line, measure, print."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument('--images', type=Path, required=True, help='folder of the pictures')
+    parser.add_argument('--annotations', type=Path, required=True, help='COCO person_keypoints JSON')
+    parser.add_argument('--set', metavar='KEY=VALUE', action='append', default=[],
+                        help='a parameter of the detector, its backend or its decoder; may be repeated')
+    parser.add_argument('--limit', type=int, help='only the first so many pictures (for a quick look at the speed)')
+    args = parser.parse_args()
+    values = {key: yaml.safe_load(value) for key, _, value in (text.partition('=') for text in args.set)}
+    images = json.loads(args.annotations.read_text())['images'][:args.limit]
+    try:
+        detector = create_detector(*build((DetectorParams, BackendParams, DecodeParams), values))
+        results, times = detect_all(detector, images, args.images)
+    except OpenposeRosError as error:
+        raise SystemExit(str(error)) from error
+    report = [f'{len(images)} pictures, {len(results)} people found, {detector.backend.description}',
+              f'ms per picture: median {np.median(times):.1f}, 90 % below {np.percentile(times, 90):.1f}']
+    if results and args.limit is None:
+        report += [f'{name:9s} {value:.3f}' if isinstance(value, float) else f'{name:9s} {value}'
+                   for name, value in evaluate(args.annotations, results).items()]
+    sys.stdout.write('\n'.join(report) + '\n')
+
+
+if __name__ == '__main__':
+    main()

@@ -1,0 +1,68 @@
+"""Which parameters each node of this package reads, and those that only nodes have."""
+from dataclasses import dataclass
+from typing import Dict, Tuple, Type
+
+from openpose_ros_pkg.backends import BackendParams
+from openpose_ros_pkg.decode import DecodeParams
+from openpose_ros_pkg.detector import DetectorParams
+from openpose_ros_pkg.draw import DrawParams
+from openpose_ros_pkg.keypoint_scale import KeypointScaleParams
+from openpose_ros_pkg.params import Parameters, parameter
+from openpose_ros_pkg.tracking import TrackingParams
+
+
+@dataclass(frozen=True)
+class ImageTransportParams(Parameters):
+    """How images reach the node."""
+
+    image_transport: str = parameter(
+        'raw', "'compressed' subscribes to <image topic>/compressed, as image_transport publishes it.",
+        choices=('raw', 'compressed'))
+
+
+@dataclass(frozen=True)
+class ServiceClientParams(Parameters):
+    """How the node calls the detection service."""
+
+    service_timeout: float = parameter(
+        5.0, 'Give a frame up when the detection service has not answered for this long.', unit='s',
+        minimum=0.1, maximum=600.0)
+
+
+@dataclass(frozen=True)
+class StreamingClientParams(Parameters):
+    """What the client subscribes to and shows."""
+
+    camera_topic: str = parameter('/usb_cam/image_raw', 'Image topic of the camera.')
+    pose_model: str = parameter('mobilenet_thin', 'Network of the service; names the joints in the window.')
+    display: bool = parameter(False, 'Show the annotated images in a window (needs a display).')
+
+
+@dataclass(frozen=True)
+class CameraParams(Parameters):
+    """What the camera node publishes."""
+
+    source: str = parameter('0', "Device number in quotes ('0'), video file, or folder of pictures.")
+    rate: float = parameter(
+        0.0, 'Frames per second; 0: that of the video file, 10 for a folder, as fast as it delivers for a webcam.',
+        unit='Hz', minimum=0.0, maximum=1000.0)
+    loop: bool = parameter(False, 'Begin again at the end of a file or folder.')
+    width: int = parameter(0, 'Width to ask a webcam for; 0: its default.', unit='px', minimum=0)
+    height: int = parameter(0, 'Height to ask a webcam for; 0: its default.', unit='px', minimum=0)
+    frame_id: str = parameter('camera_optical_frame', 'frame_id of the published messages.')
+    camera_info_file: str = parameter(
+        '', 'Calibration as camera_calibration writes it (YAML); published as camera_info with every image.')
+    start_delay: float = parameter(
+        0.0, 'Wait this long for a subscriber before the first frame of a file or folder.', unit='s', minimum=0.0)
+
+
+SERVICE_PARAMETERS = (DetectorParams, BackendParams, DecodeParams, TrackingParams, DrawParams, KeypointScaleParams)
+CLIENT_PARAMETERS = (StreamingClientParams, ServiceClientParams, ImageTransportParams, DrawParams)
+CAMERA_PARAMETERS = (CameraParams,)
+
+# Parameter classes of each file in config/; a node loads the file of its name.
+CONFIG_FILES: Dict[str, Tuple[Type[Parameters], ...]] = {
+    'openpose_ros_node.yaml': SERVICE_PARAMETERS,
+    'openpose_ros_node_firephinx.yaml': CLIENT_PARAMETERS,
+    'camera_node.yaml': CAMERA_PARAMETERS,
+}

@@ -1,0 +1,92 @@
+"""From an image to the network's input, and the one coordinate transform between the two."""
+from dataclasses import dataclass
+from typing import Tuple
+
+import cv2
+import numpy as np
+
+from openpose_ros_pkg.errors import BadInputError
+
+# Longest side of the network's input that is still computed; beyond it, memory grows to gigabytes.
+MAX_NET_SIDE = 4096
+
+
+@dataclass(frozen=True)
+class ImageToNet:
+    """How an image is scaled and padded into the network's input.
+
+    The image is scaled to `scaled_size`, then padded at the right and at the bottom to `net_size`. Coordinates are
+    those of pixel centres: x_net = (x_image + 0.5) * scale - 0.5, with the scale that rounding to whole pixels leaves
+    on each axis.
+
+    Attributes:
+        image_size: (width, height) of the image [px].
+        scaled_size: (width, height) of the image within the network's input [px].
+        net_size: (width, height) of the network's input [px], multiples of the network's stride.
+    """
+
+    image_size: Tuple[int, int]
+    scaled_size: Tuple[int, int]
+    net_size: Tuple[int, int]
+
+    @property
+    def scale(self) -> np.ndarray:
+        """(2,) float64: network pixels per image pixel, along x and y."""
+        return np.array(self.scaled_size, np.float64) / self.image_size
+
+    def to_net(self, xy: np.ndarray) -> np.ndarray:
+        """Turn (..., 2) image pixels into network pixels, float64."""
+        return (np.asarray(xy, np.float64) + 0.5) * self.scale - 0.5
+
+    def to_image(self, xy: np.ndarray) -> np.ndarray:
+        """Turn (..., 2) network pixels into image pixels, float64."""
+        return (np.asarray(xy, np.float64) + 0.5) / self.scale - 0.5
+
+    def apply(self, image: np.ndarray) -> np.ndarray:
+        """Scale and pad an image.
+
+        Args:
+            image: (H, W, 3) uint8 of `image_size`; not modified.
+
+        Returns:
+            (H, W, 3) uint8 of `net_size`.
+        """
+        scaled = image
+        if self.scaled_size != self.image_size:
+            # Area averaging keeps small people free of aliasing; it can not enlarge.
+            shrinks = self.scaled_size[0] < self.image_size[0]
+            scaled = cv2.resize(image, self.scaled_size, interpolation=cv2.INTER_AREA if shrinks else cv2.INTER_CUBIC)
+        right, bottom = self.net_size[0] - self.scaled_size[0], self.net_size[1] - self.scaled_size[1]
+        if right == 0 and bottom == 0:
+            return np.ascontiguousarray(scaled)
+        # The border is repeated: a black one would be an edge that the network sees.
+        return cv2.copyMakeBorder(scaled, 0, bottom, 0, right, cv2.BORDER_REPLICATE)
+
+
+def fit_image(image_size: Tuple[int, int], net_width: int, net_height: int, stride: int,
+              zoom: float = 1.0) -> ImageToNet:
+    """Plan how an image is fitted into a box of the network's input with its aspect kept.
+
+    Only what the network's stride demands is padded: 640x480 in a box of 656x368 becomes 491x368, padded to 496x368.
+
+    Args:
+        image_size: (width, height) [px].
+        net_width, net_height: the box [px]; -1 for one of them: as wide or high as the aspect makes it.
+        stride: network pixels per output cell.
+        zoom: factor on the box, for several scales.
+
+    Raises:
+        BadInputError: the image is empty, or so long and thin that the free side would exceed `MAX_NET_SIDE`.
+    """
+    width, height = image_size
+    if width < 1 or height < 1:
+        raise BadInputError(f'image of {width}x{height} pixels: expected at least 1x1')
+    limits = [side / length for side, length in ((net_width, width), (net_height, height)) if side > 0]
+    scale = zoom * min(limits)
+    scaled = (max(1, round(width * scale)), max(1, round(height * scale)))
+    if max(scaled) > MAX_NET_SIDE:
+        raise BadInputError(f'image of {width}x{height} pixels would become a network input of {scaled[0]}x{scaled[1]}'
+                            f', expected at most {MAX_NET_SIDE} on a side: set both net_input_width '
+                            f'({net_width}) and net_input_height ({net_height})')
+    net = tuple(-(-side // stride) * stride for side in scaled)
+    return ImageToNet(image_size=(width, height), scaled_size=scaled, net_size=net)

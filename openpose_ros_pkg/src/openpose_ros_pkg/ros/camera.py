@@ -1,0 +1,86 @@
+"""The camera node: publishes a webcam, a video file or a folder of pictures as a camera driver would."""
+import threading
+import time
+from pathlib import Path
+from typing import Any, Dict, Optional
+
+import rospy
+import yaml
+from sensor_msgs.msg import CameraInfo, Image
+from std_msgs.msg import Header
+
+from openpose_ros_pkg.errors import BadInputError, ParameterError
+from openpose_ros_pkg.node_params import CAMERA_PARAMETERS
+from openpose_ros_pkg.ros.convert import bgr_to_image
+from openpose_ros_pkg.ros.node import run_node
+from openpose_ros_pkg.ros.parameters import read_private
+from openpose_ros_pkg.video_source import VideoSource
+
+
+def camera_info_from_file(path: str) -> CameraInfo:
+    """Return the CameraInfo of a calibration file in the format of camera_calibration.
+
+    Raises:
+        ParameterError: the file is missing or not such a file.
+    """
+    try:
+        with Path(path).expanduser().open() as handle:
+            values: Dict[str, Any] = yaml.safe_load(handle)
+        return CameraInfo(
+            width=int(values['image_width']), height=int(values['image_height']),
+            distortion_model=values['distortion_model'], D=values['distortion_coefficients']['data'],
+            K=values['camera_matrix']['data'], R=values['rectification_matrix']['data'],
+            P=values['projection_matrix']['data'])
+    except (OSError, yaml.YAMLError, KeyError, TypeError, ValueError) as error:
+        raise ParameterError(f"parameter 'camera_info_file' = {path!r} is not a calibration as camera_calibration "
+                             f'writes it: {error!r}') from error
+
+
+class Camera:
+    """Publishes `image_raw` and, with a calibration, `camera_info`."""
+
+    def __init__(self) -> None:
+        self._params, = read_private(*CAMERA_PARAMETERS)
+        self._info: Optional[CameraInfo] = None
+        if self._params.camera_info_file:
+            self._info = camera_info_from_file(self._params.camera_info_file)
+            self._info_publisher = rospy.Publisher('camera_info', CameraInfo, queue_size=1)
+        self._source = VideoSource(self._params.source, self._params.width, self._params.height)
+        self._publisher = rospy.Publisher('image_raw', Image, queue_size=1)
+        threading.Thread(target=self._run, name='camera', daemon=True).start()
+
+    def _run(self) -> None:
+        rate = self._params.rate or (self._source.rate or 10.0)
+        deadline = time.monotonic() + self._params.start_delay
+        while self._publisher.get_num_connections() == 0 and time.monotonic() < deadline and not rospy.is_shutdown():
+            time.sleep(0.01)
+        next_time = time.monotonic()
+        try:
+            for bgr in self._source.frames(self._params.loop):
+                if rospy.is_shutdown():
+                    return
+                # wall time: a stand-in for hardware does not follow a simulated clock
+                wait = next_time - time.monotonic()
+                if self._source.live:
+                    if self._params.rate and wait > 0:
+                        continue  # a webcam's frames have to be taken at its pace, or they grow old in its buffer
+                else:
+                    time.sleep(max(0.0, wait))
+                next_time = max(next_time + 1.0 / rate, time.monotonic())
+                self._publish(bgr)
+        except BadInputError as error:
+            rospy.logerr('%s', error)
+        rospy.loginfo('end of %s', self._params.source)
+        rospy.signal_shutdown('end of the source')
+
+    def _publish(self, bgr: Any) -> None:
+        message = bgr_to_image(bgr, Header(stamp=rospy.Time.now(), frame_id=self._params.frame_id))
+        self._publisher.publish(message)
+        if self._info is not None:
+            self._info.header = message.header
+            self._info_publisher.publish(self._info)
+
+
+def main() -> None:
+    """Run the camera node."""
+    run_node('camera_node', Camera)

@@ -1,0 +1,132 @@
+"""Turn messages into core types and back: the only place of this package that knows both."""
+from typing import List, Optional, Sequence
+
+import cv2
+import numpy as np
+from cv_bridge import CvBridge, CvBridgeError, getCvType
+from openpose_ros_msgs.msg import BodypartDetection, PersonDetection, PersonDetectionArray
+from sensor_msgs.msg import CompressedImage, Image
+from std_msgs.msg import Header
+
+from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_pkg.people import People2D
+from openpose_ros_pkg.skeletons import SkeletonModel
+
+# Plain OpenCV types hold colour in OpenCV's order; cv_bridge itself refuses to guess.
+_PLAIN_TYPES = {'8UC1': 'mono8', '8UC3': 'bgr8', '8UC4': 'bgra8', '16UC3': 'bgr16'}
+# YUYV is what most webcams deliver; cv_bridge of ROS noetic knows UYVY alone.
+_YUYV = ('yuv422_yuy2', 'yuyv')
+
+_bridge = CvBridge()
+
+
+def image_to_bgr(message: Image) -> np.ndarray:
+    """Return the picture of an Image message of any colour encoding that cv_bridge knows.
+
+    Returns:
+        (H, W, 3) uint8 BGR; for bgr8 a read-only view of the message's data.
+
+    Raises:
+        BadInputError: empty, truncated, wrong step, or an encoding without colour or grey values.
+    """
+    encoding = _PLAIN_TYPES.get(message.encoding, message.encoding)
+    rows = image_rows(message, 2 if encoding in _YUYV else _bytes_per_pixel(encoding))
+    if encoding == 'bgr8':
+        return np.ndarray((message.height, message.width, 3), np.uint8, message.data, strides=(message.step, 3, 1))
+    if encoding in _YUYV:
+        return cv2.cvtColor(np.ascontiguousarray(rows).reshape(message.height, message.width, 2),
+                            cv2.COLOR_YUV2BGR_YUY2)
+    unpadded = Image(header=message.header, height=message.height, width=message.width, encoding=encoding,
+                     is_bigendian=message.is_bigendian, step=rows.shape[1],
+                     data=message.data if rows.flags.c_contiguous else rows.tobytes())
+    try:
+        return _bridge.imgmsg_to_cv2(unpadded, 'bgr8')
+    except (CvBridgeError, TypeError, ValueError) as error:
+        raise BadInputError(f"image encoding '{message.encoding}' can not be turned into bgr8: {error}") from error
+
+
+def image_rows(message: Image, bytes_per_pixel: int) -> np.ndarray:
+    """Return the bytes of an Image message without the padding of its rows, as a view.
+
+    Returns:
+        (H, W * bytes_per_pixel) uint8, read-only.
+
+    Raises:
+        BadInputError: the message is empty, its step too short or its data truncated.
+    """
+    width, height, step = message.width, message.height, message.step
+    if width == 0 or height == 0:
+        raise BadInputError(f'empty image: {width} x {height}')
+    if step < width * bytes_per_pixel:
+        raise BadInputError(f'image step is {step} bytes, expected at least {width * bytes_per_pixel} for {width} '
+                            f'columns of {message.encoding}')
+    if len(message.data) < step * height:
+        raise BadInputError(f'image data are truncated: {len(message.data)} bytes, expected {step * height} for '
+                            f'{height} rows of {step} bytes')
+    data = np.frombuffer(message.data, np.uint8, step * height)
+    return data.reshape(height, step)[:, :width * bytes_per_pixel]
+
+
+def compressed_image_to_bgr(message: CompressedImage) -> np.ndarray:
+    """Return the picture of a CompressedImage message (JPEG, PNG) as (H, W, 3) uint8 BGR.
+
+    Raises:
+        BadInputError: the data are no picture.
+    """
+    data = np.frombuffer(message.data, np.uint8)
+    bgr = cv2.imdecode(data, cv2.IMREAD_COLOR) if data.size else None
+    if bgr is None:
+        raise BadInputError(f"compressed image of format '{message.format}' and {data.size} bytes can not be decoded")
+    return bgr
+
+
+def bgr_to_image(bgr: np.ndarray, header: Header) -> Image:
+    """Return an Image message (bgr8) of a (H, W, 3) uint8 picture."""
+    height, width = bgr.shape[:2]
+    return Image(header=header, height=height, width=width, encoding='bgr8', is_bigendian=0, step=3 * width,
+                 data=np.ascontiguousarray(bgr).tobytes())
+
+
+def people_to_messages(people: People2D, header: Header, keypoints: Optional[np.ndarray] = None
+                       ) -> List[PersonDetection]:
+    """Return one PersonDetection per person; a missing joint is x = y = 0 with confidence 0.
+
+    Args:
+        keypoints: (P, K, 3) in other units than those of `people` (see keypoint_scale), or None.
+    """
+    keypoints = people.keypoints if keypoints is None else keypoints
+    messages = []
+    for values, present, track in zip(keypoints, people.present, people.ids):
+        message = PersonDetection(header=header, num_people_detected=len(people), person_ID=max(int(track), 0))
+        for joint, (x, y, score), there in zip(people.skeleton.joints, values.tolist(), present):
+            if there:
+                setattr(message, joint, BodypartDetection(x=x, y=y, confidence=score))
+        messages.append(message)
+    return messages
+
+
+def people_to_array(messages: Sequence[PersonDetection], header: Header, skeleton: SkeletonModel
+                    ) -> PersonDetectionArray:
+    """Return the array message of one frame."""
+    return PersonDetectionArray(header=header, pose_model=skeleton.name, persons=list(messages))
+
+
+def people_from_messages(messages: Sequence[PersonDetection], skeleton: SkeletonModel) -> People2D:
+    """Return the people of one frame; confidence 0 or NaN: missing; parts outside the skeleton are not read."""
+    values = np.array([[(part.x, part.y, part.confidence) for part in (getattr(message, j) for j in skeleton.joints)]
+                       for message in messages], np.float32).reshape(len(messages), len(skeleton.joints), 3)
+    missing = ~(np.isfinite(values).all(axis=2) & (values[..., 2] > 0))
+    values[missing] = (np.nan, np.nan, 0)
+    scores = values[..., 2].mean(axis=1)
+    return People2D(skeleton, values, scores, np.array([message.person_ID for message in messages], np.int64))
+
+
+def _bytes_per_pixel(encoding: str) -> int:
+    """Return the bytes that one pixel of a cv_bridge encoding takes."""
+    try:
+        cv_type = getCvType(encoding)
+    except RuntimeError:
+        raise BadInputError(f"unknown image encoding '{encoding}'; expected one that cv_bridge knows: rgb8, bgr8, "
+                            'rgba8, bgra8, mono8, mono16, bayer_*, yuv422, yuv422_yuy2') from None
+    depth, channels = cv_type & 7, (cv_type >> 3) + 1
+    return channels * (1, 1, 2, 2, 4, 4, 8, 2)[depth]

@@ -1,0 +1,81 @@
+"""Counters and throttled warnings of a node, on the log and on /diagnostics."""
+import threading
+import time
+from collections import Counter, deque
+from typing import Deque, Dict
+
+import diagnostic_updater
+import rospy
+from diagnostic_msgs.msg import DiagnosticStatus
+
+# One warning of a kind in this time [s]; the others are counted.
+WARNING_PERIOD = 5.0
+# Time over which the rate is measured and a warning keeps the status at WARN [s].
+RECENT = 5.0
+
+
+class Health:
+    """What a node did and what went wrong, counted; published on /diagnostics once a second."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._counts: Counter = Counter()
+        self._warned: Dict[str, float] = {}
+        self._ages: Deque = deque(maxlen=1000)
+        self._last_warning = ('', -float('inf'))
+        self._updater = diagnostic_updater.Updater()
+        self._updater.setHardwareID('none')
+        self._updater.add(rospy.get_name().strip('/'), self._report)
+        threading.Thread(target=self._keep_reporting, name='diagnostics', daemon=True).start()
+
+    def count(self, event: str, number: int = 1) -> None:
+        """Count something that is no fault."""
+        with self._lock:
+            self._counts[event] += number
+
+    def frame_done(self, stamp: rospy.Time) -> None:
+        """Count a finished frame and note its age, from the camera's stamp to now."""
+        age = (rospy.get_rostime() - stamp).to_sec()
+        with self._lock:
+            self._counts['frames'] += 1
+            self._ages.append((time.monotonic(), age))
+
+    def warn(self, event: str, text: str) -> None:
+        """Count a fault and log it, at most once in WARNING_PERIOD for each kind of event."""
+        now = time.monotonic()
+        with self._lock:
+            self._counts[event] += 1
+            number = self._counts[event]
+            self._last_warning = (f'{event}: {text}', now)
+            if now - self._warned.get(event, -float('inf')) < WARNING_PERIOD:
+                return
+            self._warned[event] = now
+        rospy.logwarn('%s: %s (%d so far)', event, text, number)
+
+    def counts(self) -> Dict[str, int]:
+        """Return a copy of all counters."""
+        with self._lock:
+            return dict(self._counts)
+
+    def _keep_reporting(self) -> None:
+        # wall time, so that diagnostics do not stop with the simulated clock
+        while not rospy.is_shutdown():
+            self._updater.force_update()
+            time.sleep(1.0)
+
+    def _report(self, status: diagnostic_updater.DiagnosticStatusWrapper) -> diagnostic_updater.DiagnosticStatusWrapper:
+        now = time.monotonic()
+        with self._lock:
+            counts = dict(self._counts)
+            ages = sorted(age for when, age in self._ages if now - when <= RECENT)
+            text, when = self._last_warning
+        if now - when <= RECENT:
+            status.summary(DiagnosticStatus.WARN, text)
+        else:
+            status.summary(DiagnosticStatus.OK, f'{len(ages) / RECENT:.1f} Hz')
+        status.add('rate [Hz]', f'{len(ages) / RECENT:.1f}')
+        if ages:
+            status.add('age of the result, median [s]', f'{ages[len(ages) // 2]:.3f}')
+        for event, number in sorted(counts.items()):
+            status.add(event, str(number))
+        return status

@@ -1,0 +1,57 @@
+"""The client node: sends the newest image of a camera through the detection service."""
+
+import cv2
+import rospy
+from sensor_msgs.msg import Image
+
+from openpose_ros_pkg.draw import draw_people
+from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_pkg.models import find_model
+from openpose_ros_pkg.newest_wins import NewestWinsWorker
+from openpose_ros_pkg.node_params import CLIENT_PARAMETERS
+from openpose_ros_pkg.ros import convert
+from openpose_ros_pkg.ros.health import Health
+from openpose_ros_pkg.ros.images import AnyImage, image_subscriber, raw_image
+from openpose_ros_pkg.ros.node import run_node
+from openpose_ros_pkg.ros.parameters import read_private
+from openpose_ros_pkg.ros.service_client import DetectionClient, ServiceCallError
+
+
+class StreamingClient:
+    """Subscribes a camera, calls `detect_poses` with its newest image and republishes that image."""
+
+    def __init__(self) -> None:
+        self._params, service, transport, self._draw_params = read_private(*CLIENT_PARAMETERS)
+        self._skeleton = find_model(self._params.pose_model).skeleton
+        self._health = Health()
+        self._client = DetectionClient('detect_poses', service)
+        self._publisher = rospy.Publisher('openpose_ros/input_image', Image, queue_size=1)
+        self._worker = NewestWinsWorker(self._process, self._failed, 'client')
+        self._subscriber = image_subscriber(self._params.camera_topic, transport)
+        self._subscriber.registerCallback(self._worker.submit)
+        rospy.loginfo('waiting for images on %s', self._subscriber.sub.resolved_name)
+
+    def _process(self, message: AnyImage) -> None:
+        image = raw_image(message)
+        if self._publisher.get_num_connections() > 0:
+            self._publisher.publish(image)
+        detections = self._client.detect(image)
+        self._health.frame_done(image.header.stamp)
+        if self._params.display:
+            people = convert.people_from_messages(detections, self._skeleton)
+            cv2.imshow(rospy.get_name(), draw_people(convert.image_to_bgr(image), people, self._draw_params))
+            cv2.waitKey(1)
+
+    def _failed(self, error: Exception) -> None:
+        if isinstance(error, ServiceCallError):
+            self._health.warn('service call failed', str(error))
+            self._client.wait()
+        elif isinstance(error, BadInputError):
+            self._health.warn('bad image', str(error))
+        else:
+            self._health.warn('frame failed', repr(error))
+
+
+def main() -> None:
+    """Run the client node."""
+    run_node('openpose_ros_node', StreamingClient)

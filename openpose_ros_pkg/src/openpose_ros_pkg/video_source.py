@@ -1,0 +1,87 @@
+"""Pictures from a webcam, a video file or a folder, one after the other."""
+from pathlib import Path
+from typing import Iterator, Optional
+
+import cv2
+import numpy as np
+
+from openpose_ros_pkg.errors import BadInputError
+
+PICTURE_SUFFIXES = ('.jpg', '.jpeg', '.png', '.bmp', '.tif', '.tiff', '.webp')
+
+
+class VideoSource:
+    """A webcam (device number), a video file or a folder of pictures in the order of their names.
+
+    Attributes:
+        live: True for a webcam: it paces itself, and ends only when unplugged.
+        rate: frames per second that the source names itself, or None.
+
+    Raises:
+        BadInputError: there is no such source, or OpenCV can not open it.
+    """
+
+    def __init__(self, source: str, width: int = 0, height: int = 0) -> None:
+        """Open the source.
+
+        Args:
+            source: device number such as '0', path of a video file, or path of a folder.
+            width, height: size to ask a webcam for [px]; 0: its default.
+        """
+        self.live = source.isdigit()
+        self.rate: Optional[float] = None
+        self._source = source
+        self._pictures = []
+        if not self.live and Path(source).is_dir():
+            self._pictures = sorted(p for p in Path(source).iterdir() if p.suffix.lower() in PICTURE_SUFFIXES)
+            if not self._pictures:
+                raise BadInputError(f'no pictures in {source}; expected files ending in {", ".join(PICTURE_SUFFIXES)}')
+            return
+        if not self.live and not Path(source).is_file():
+            raise BadInputError(f'{source} is neither a device number nor an existing file or folder')
+        capture = self._open()
+        if self.live and width and height:
+            capture.set(cv2.CAP_PROP_FRAME_WIDTH, width)
+            capture.set(cv2.CAP_PROP_FRAME_HEIGHT, height)
+        self.rate = capture.get(cv2.CAP_PROP_FPS) or None
+        self._capture = capture
+
+    def frames(self, loop: bool = False) -> Iterator[np.ndarray]:
+        """Yield (H, W, 3) uint8 BGR pictures; from the beginning again at the end if `loop`.
+
+        Raises:
+            BadInputError: a picture of a folder can not be read, or a file has not a single frame.
+        """
+        while True:
+            yield from self._pictures_of_folder() if self._pictures else self._frames_of_capture()
+            if not loop or self.live:
+                return
+            if not self._pictures:
+                self._capture = self._open()
+
+    def _open(self) -> cv2.VideoCapture:
+        capture = cv2.VideoCapture(int(self._source) if self.live else self._source)
+        if not capture.isOpened():
+            kind = f'camera {self._source} (is /dev/video{self._source} there and readable?)' if self.live \
+                else f'video file {self._source}'
+            raise BadInputError(f'OpenCV can not open {kind}')
+        return capture
+
+    def _pictures_of_folder(self) -> Iterator[np.ndarray]:
+        for path in self._pictures:
+            picture = cv2.imread(str(path), cv2.IMREAD_COLOR)
+            if picture is None:
+                raise BadInputError(f'{path} is not a picture that OpenCV can read')
+            yield picture
+
+    def _frames_of_capture(self) -> Iterator[np.ndarray]:
+        count = 0
+        while True:
+            there, picture = self._capture.read()
+            if not there:
+                break
+            count += 1
+            yield picture
+        self._capture.release()
+        if count == 0:
+            raise BadInputError(f'not a single frame came from {self._source}')

@@ -1,0 +1,157 @@
+"""Turn messages into core types and back: the only place of this package that knows both."""
+from typing import List, Tuple
+
+import cv2
+import numpy as np
+import rospy
+from geometry_msgs.msg import Point, Quaternion, TransformStamped, Vector3
+from openpose_ros_msgs.msg import BodypartDetection_3d, PersonDetection_3d, PersonDetection_3dArray
+from scipy.spatial.transform import Rotation
+from sensor_msgs.msg import CameraInfo, Image, PointCloud2, PointField
+from std_msgs.msg import ColorRGBA, Header
+from visualization_msgs.msg import Marker
+
+from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_pkg.skeletons import SKELETONS
+from skeleton_extract_3d.cloud import OrganizedCloud
+from skeleton_extract_3d.depth import XYZRGB, CameraModel, DepthImage
+from skeleton_extract_3d.markers import MarkerSpec
+from skeleton_extract_3d.people import MISSING, People3D
+
+_DATATYPES = {PointField.INT8: 'int8', PointField.UINT8: 'uint8', PointField.INT16: 'int16',
+              PointField.UINT16: 'uint16', PointField.INT32: 'int32', PointField.UINT32: 'uint32',
+              PointField.FLOAT32: 'float32', PointField.FLOAT64: 'float64'}
+_MARKER_TYPES = {'sphere_list': Marker.SPHERE_LIST, 'line_list': Marker.LINE_LIST, 'text': Marker.TEXT_VIEW_FACING}
+_MARKER_ACTIONS = {'add': Marker.ADD, 'delete': Marker.DELETE}
+_MISSING_PART = BodypartDetection_3d(x=np.nan, y=np.nan, z=np.nan, confidence=0.0, status=MISSING, sigma=np.nan)
+# Body parts of a PersonDetection_3d: all its fields but these.
+_NOT_PARTS = ('header', 'num_people_detected', 'person_ID')
+_PARTS = tuple(name for name in PersonDetection_3d.__slots__ if name not in _NOT_PARTS)
+
+
+def cloud_from_message(message: PointCloud2) -> OrganizedCloud:
+    """Return a view of an organized cloud.
+
+    Raises:
+        BadInputError: empty, unorganized, without x, y and z, truncated, or with contradicting steps.
+    """
+    fields = {field.name: (field.offset, _DATATYPES.get(field.datatype, f'unknown type {field.datatype}'))
+              for field in message.fields}
+    return OrganizedCloud.from_buffer(message.data, message.width, message.height, message.point_step,
+                                      message.row_step, fields, bool(message.is_bigendian))
+
+
+def cloud_to_message(cloud: np.ndarray, header: Header) -> PointCloud2:
+    """Return the message of a (H, W) array of dtype XYZRGB."""
+    height, width = cloud.shape
+    fields = [PointField(name=name, offset=XYZRGB.fields[name][1], datatype=PointField.FLOAT32, count=1)
+              for name in XYZRGB.names]
+    return PointCloud2(header=header, height=height, width=width, fields=fields, is_bigendian=False,
+                       point_step=XYZRGB.itemsize, row_step=XYZRGB.itemsize * width, data=cloud.tobytes(),
+                       is_dense=False)
+
+
+def camera_from_message(message: CameraInfo, rectified: bool = False) -> CameraModel:
+    """Return the camera of a CameraInfo.
+
+    Args:
+        rectified: the pictures are rectified: take the focal lengths and centre of P, and no distortion.
+
+    Raises:
+        BadInputError: not calibrated, or an unknown distortion model.
+    """
+    if rectified:
+        projection = np.array(message.P).reshape(3, 4)
+        return CameraModel(message.width, message.height, projection[:, :3])
+    return CameraModel(message.width, message.height, np.array(message.K), message.distortion_model,
+                       np.array(message.D))
+
+
+def camera_to_message(camera: CameraModel, header: Header) -> CameraInfo:
+    """Return the CameraInfo of a camera."""
+    (fx, _, cx), (_, fy, cy), _ = camera.matrix.tolist()
+    return CameraInfo(header=header, width=camera.width, height=camera.height,
+                      distortion_model=camera.distortion_model or 'plumb_bob',
+                      D=camera.distortion.tolist() or [0.0] * 5, K=camera.matrix.ravel().tolist(),
+                      R=np.eye(3).ravel().tolist(), P=[fx, 0, cx, 0, 0, fy, cy, 0, 0, 0, 1, 0])
+
+
+def depth_image_from_messages(image: Image, info: CameraInfo, rectified: bool = False) -> DepthImage:
+    """Return a view of an aligned depth image.
+
+    Raises:
+        BadInputError: wrong encoding, step, data or size, or a camera that is not calibrated.
+    """
+    return DepthImage.from_buffer(image.data, image.width, image.height, image.step, image.encoding,
+                                  bool(image.is_bigendian), camera_from_message(info, rectified))
+
+
+def depth_to_message(depth: np.ndarray, header: Header) -> Image:
+    """Return the 16UC1 message of a (H, W) uint16 depth image [mm]."""
+    height, width = depth.shape
+    return Image(header=header, height=height, width=width, encoding='16UC1', is_bigendian=0, step=2 * width,
+                 data=np.ascontiguousarray(depth, '<u2').tobytes())
+
+
+def people_to_messages(people: People3D, header: Header) -> List[PersonDetection_3d]:
+    """Return one PersonDetection_3d per person; parts outside the skeleton are MISSING."""
+    absent = {part: _MISSING_PART for part in _PARTS if part not in people.skeleton.joints}
+    messages = []
+    for p, track in enumerate(people.ids.tolist()):
+        rows = zip(people.skeleton.joints, people.xyz[p].tolist(), people.confidence[p].tolist(),
+                   people.status[p].tolist(), people.sigma[p].tolist())
+        parts = {joint: BodypartDetection_3d(x=x, y=y, z=z, confidence=confidence, status=status, sigma=sigma)
+                 for joint, (x, y, z), confidence, status, sigma in rows}
+        messages.append(PersonDetection_3d(header=header, num_people_detected=len(people), person_ID=max(track, 0),
+                                           **parts, **absent))
+    return messages
+
+
+def people_from_array(message: PersonDetection_3dArray) -> People3D:
+    """Return the people of one frame.
+
+    Raises:
+        BadInputError: the message names an unknown joint set, or a joint has a status without a position.
+    """
+    if message.pose_model not in SKELETONS:
+        raise BadInputError(f"pose_model '{message.pose_model}' is unknown, expected one of {', '.join(SKELETONS)}")
+    skeleton = SKELETONS[message.pose_model]
+    values = np.array([[(part.x, part.y, part.z, part.confidence, part.sigma, part.status)
+                        for part in (getattr(person, joint) for joint in skeleton.joints)]
+                       for person in message.persons], np.float64).reshape(-1, len(skeleton.joints), 6)
+    ids = np.array([person.person_ID for person in message.persons], np.int64)
+    try:
+        return People3D(skeleton, values[..., :3], values[..., 3], values[..., 5], values[..., 4], ids)
+    except ValueError as error:
+        raise BadInputError(str(error)) from error
+
+
+def marker_to_message(marker: MarkerSpec, header: Header) -> Marker:
+    """Return the message of one marker."""
+    red, green, blue, alpha = marker.rgba
+    message = Marker(header=header, ns=marker.ns, id=marker.id, type=_MARKER_TYPES[marker.kind],
+                     action=_MARKER_ACTIONS[marker.action], text=marker.text,
+                     lifetime=rospy.Duration(marker.lifetime),
+                     color=ColorRGBA(red, green, blue, alpha), scale=Vector3(*([marker.scale] * 3)),
+                     points=[Point(*point) for point in marker.points.tolist()])
+    message.pose.orientation.w = 1.0
+    return message
+
+
+def rotation_and_translation(transform: TransformStamped) -> Tuple[np.ndarray, np.ndarray]:
+    """Return R (3, 3) and t (3,) [m] of a transform: x in the parent frame = R x + t."""
+    rotation, translation = transform.transform.rotation, transform.transform.translation
+    quaternion = [rotation.x, rotation.y, rotation.z, rotation.w]
+    return (np.array(Rotation.from_quat(quaternion).apply(np.eye(3))).T,
+            np.array([translation.x, translation.y, translation.z]))
+
+
+def transform_from_matrix(matrix: np.ndarray, header: Header, child_frame: str) -> TransformStamped:
+    """Return the transform of a (4, 4) matrix that takes points of child_frame to header.frame_id."""
+    matrix = np.asarray(matrix, np.float64)
+    # by way of the rotation vector, since SciPy renamed from_dcm to from_matrix
+    quaternion = Rotation.from_rotvec(cv2.Rodrigues(matrix[:3, :3])[0].ravel()).as_quat()
+    transform = TransformStamped(header=header, child_frame_id=child_frame)
+    transform.transform.translation = Vector3(*matrix[:3, 3])
+    transform.transform.rotation = Quaternion(*quaternion)
+    return transform

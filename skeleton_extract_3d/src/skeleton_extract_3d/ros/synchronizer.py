@@ -1,0 +1,59 @@
+"""Pair two streams by stamp: takes the place of message_filters.ApproximateTimeSynchronizer.
+
+That one pairs wrongly when frames drop, since it takes the first pair within its slop, and calls back while holding
+its lock, so that an exception in the callback stops it for good.
+"""
+import threading
+from typing import Any
+
+import message_filters
+from openpose_ros_pkg.pairing import PairingParams, StampMatcher
+
+from openpose_ros_pkg.ros.health import Health
+
+
+class StampSynchronizer(message_filters.SimpleFilter):
+    """Calls its callbacks with (first, second) for every pair of messages of the same moment.
+
+    Args:
+        first, second: message_filters subscribers, or other filters, of messages with a header.
+        params: slop and queue size.
+        health: counts what can not be paired.
+    """
+
+    def __init__(self, first: message_filters.SimpleFilter, second: message_filters.SimpleFilter,
+                 params: PairingParams, health: Health) -> None:
+        super().__init__()
+        self._matcher = StampMatcher(params)
+        self._lock = threading.Lock()
+        self._health = health
+        self._resets = 0
+        self.received = (0, 0)
+        """Messages with a stamp that came on each input."""
+        self.pairs = 0
+        """Pairs that were found."""
+        first.registerCallback(self._add, 0)
+        second.registerCallback(self._add, 1)
+
+    @property
+    def slop(self) -> float:
+        """Largest difference of stamps that pairs at present [s]."""
+        return self._matcher.slop
+
+    def _add(self, message: Any, stream: int) -> None:
+        stamp = message.header.stamp
+        if stamp.is_zero():
+            self._health.warn('stamp 0', f'a {message._type} has no stamp and can not be paired: the driver has to '
+                                         'fill header.stamp')
+            return
+        with self._lock:
+            pair = self._matcher.add(stream, stamp.to_nsec(), message)
+            self.received = (self.received[0] + (stream == 0), self.received[1] + (stream == 1))
+            self.pairs += pair is not None
+            jumped, self._resets = self._matcher.resets > self._resets, self._matcher.resets
+        if jumped:
+            self._health.warn('time jumped back', f'a {message._type} is older than those before it: a bag that began '
+                                                  'again? Waiting messages are forgotten')
+        if pair is not None:
+            # outside the lock: whatever the callback does, the other stream goes on
+            self.signalMessage(*pair)

@@ -1,0 +1,45 @@
+"""The console report names what the original's did: people, range of the cloud, pixel and position of each joint."""
+import numpy as np
+
+from openpose_ros_pkg.people import People2D
+from openpose_ros_pkg.skeletons import COCO_18
+from skeleton_extract_3d.cloud import OrganizedCloud
+from skeleton_extract_3d.lifting import LiftingParams, lift
+from skeleton_extract_3d.report import frame_report
+
+K = len(COCO_18.joints)
+
+
+def cloud():
+    v, u = np.mgrid[:6, :8].astype(np.float32)
+    return OrganizedCloud(u / 10, v / 10, np.where(u > 5, np.nan, 2))
+
+
+def test_nobody():
+    people = People2D.empty(COCO_18)
+    report = frame_report(people, lift(people, (8, 6), cloud(), LiftingParams()), cloud())
+    assert report.splitlines() == ['Detected 0 persons', 'Cloud [m]: x 0.000 .. 0.500, y 0.000 .. 0.500, '
+                                                         'z 2.000 .. 2.000']
+
+
+def test_each_joint_has_a_line():
+    keypoints = np.full((2, K, 3), np.nan)
+    keypoints[..., 2] = 0
+    keypoints[0, 0], keypoints[0, 2], keypoints[1, 1] = (3, 2, 0.9), (7, 5, 0.25), (1.2, 1.0, 0.5)
+    people = People2D(COCO_18, keypoints, [1, 1], [4, 9])
+    lines = frame_report(people, lift(people, (8, 6), cloud(), LiftingParams()), cloud()).splitlines()
+    assert len(lines) == 2 + 2 * (1 + K)
+    assert lines[0] == 'Detected 2 persons'
+    assert lines[2] == 'Person 4'
+    assert lines[3] == '  Nose: pixel (3.0, 2.0), world (0.3000, 0.2000, 2.0000) m, confidence 0.90'
+    assert lines[4] == '  Neck: not detected'
+    assert lines[5] == '  Right shoulder: pixel (7.0, 5.0), world (nan, nan, nan) m, confidence 0.25'
+    assert lines[3 + K] == 'Person 9'
+
+
+def test_one_is_no_plural():
+    keypoints = np.full((1, K, 3), np.nan)
+    keypoints[..., 2] = 0
+    people = People2D(COCO_18, keypoints, [1], [0])
+    assert frame_report(people, lift(people, (8, 6), cloud(), LiftingParams()),
+                        cloud()).startswith('Detected 1 person\n')

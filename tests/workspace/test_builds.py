@@ -1,0 +1,122 @@
+"""The packages build in every way that catkin knows, and work from the devel and the install space.
+
+Each build works on a copy of the checkout, with a python3 first on PATH that can do nothing, in place of a pyenv or
+conda without ROS. Needs what `./run test` sets up: ROS, and .venv in the checkout.
+"""
+import os
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+NOETIC = Path('/opt/ros/noetic/setup.bash')
+PACKAGES = ('openpose_ros_msgs', 'openpose_ros_pkg', 'skeleton_extract_3d')
+SETTINGS = f'-DPYTHON_EXECUTABLE=/usr/bin/python3 -Dopenpose_ros_pkg_VENV={ROOT}/.venv'
+TIMEOUT = 300.0  # [s] several times what the slowest build takes
+NOT_SOURCE = shutil.ignore_patterns('.git', '.venv', 'build', 'devel', 'install', 'logs', '.catkin_*', 'demo_output',
+                                    '__pycache__', '.pytest_cache', '.ruff_cache', '.hypothesis')
+
+
+def shell(script, folder, environment):
+    """Run a bash script and return its output; it has to succeed."""
+    if NOETIC.is_file():
+        script = f'source {NOETIC}\n{script}'
+    done = subprocess.run(['bash', '-e', '-o', 'pipefail', '-c', script], cwd=str(folder), env=environment,
+                          stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+                          timeout=TIMEOUT, check=False)
+    assert done.returncode == 0, done.stdout[-4000:]
+    return done.stdout
+
+
+@pytest.fixture(scope='module')
+def environment(tmp_path_factory):
+    """A plain environment with a useless python3 first on PATH."""
+    useless = tmp_path_factory.mktemp('pyenv')
+    for name in ('python', 'python3'):
+        (useless / name).write_text('#!/bin/sh\necho "this python3 has no ROS" >&2\nexit 1\n')
+        (useless / name).chmod(0o755)
+    kept = {name: os.environ[name] for name in ('HOME', 'LANG', 'OPENPOSE_ROS_TEST') if name in os.environ}
+    return {**kept, 'PATH': f'{useless}:/usr/sbin:/usr/bin:/sbin:/bin', 'PYTHONNOUSERSITE': '1',
+            'ROS_HOME': str(tmp_path_factory.mktemp('ros_home')), 'ROS_HOSTNAME': 'localhost'}
+
+
+def copy_checkout(target):
+    shutil.copytree(str(ROOT), str(target), symlinks=True, ignore=NOT_SOURCE)
+    return target
+
+
+def check_space(space, environment):
+    """Everything that a user of the packages relies on works after sourcing setup.bash."""
+    entered = f'source {space}/setup.bash\n'
+    folder = space.parent.parent
+    for package in PACKAGES:
+        assert shell(f'{entered}rospack find {package}', folder, environment).strip().endswith(package)
+    for tool, name, line in (('rosmsg', 'PersonDetection_3d', 'uint32 person_ID'),
+                             ('rossrv', 'GetPersons', 'sensor_msgs/Image image')):
+        assert line in shell(f'{entered}{tool} show openpose_ros_msgs/{name}', folder, environment)
+
+    imports = 'openpose_ros_pkg, skeleton_extract_3d, openpose_ros_msgs.msg, openpose_ros_msgs.srv, cv_bridge, numpy'
+    if (ROOT / '.venv/.complete').read_text().startswith('with '):
+        imports += ', openvino'
+    numpy_file = shell(f'{entered}/usr/bin/python3 -c "import {imports}; print(numpy.__file__)"', folder, environment)
+    assert not numpy_file.startswith(str(ROOT)), 'the virtual environment hides the NumPy that cv_bridge is built for'
+
+    for package in ('openpose_ros_pkg', 'skeleton_extract_3d'):
+        scripts = sorted(path.name for path in (ROOT / package / 'scripts').iterdir() if path.is_file())
+        assert scripts
+        for script in scripts:
+            program = space / 'lib' / package / script
+            assert os.access(str(program), os.X_OK)
+            assert program.read_text().startswith('#!/usr/bin/python3\n')
+        # what the nodes import, without the call of main() in their last line
+        lines = '\n'.join(line for script in scripts
+                          for line in (ROOT / package / 'scripts' / script).read_text().splitlines()[:-1])
+        shell(f"{entered}/usr/bin/python3 - <<'END'\n{lines}\nEND", folder, environment)
+        for launch in (ROOT / package / 'launch').glob('*.launch'):
+            shell(f'{entered}roslaunch --files {package} {launch.name}', folder, environment)
+
+
+def check_installed_files(space, environment):
+    """The install space stands alone: it holds all files that the nodes read."""
+    for package in ('openpose_ros_pkg', 'skeleton_extract_3d'):
+        for name in ('config', 'launch', 'rviz', 'demo'):
+            for path in (ROOT / package / name).rglob('*'):
+                installed = space / 'share' / package / path.relative_to(ROOT / package)
+                assert installed.exists() and not installed.is_symlink(), installed
+    find = f'source {space}/setup.bash\n/usr/bin/python3 -c "import openpose_ros_pkg as p; print(p.__file__)"'
+    module = Path(shell(find, space.parent, environment).strip()).parent
+    assert space in module.parents
+    data = {path.name for path in (ROOT / 'openpose_ros_pkg/src/openpose_ros_pkg/data').iterdir()}
+    assert {path.name for path in (module / 'data').iterdir()} == data
+
+
+def test_catkin_make_in_the_checkout_with_its_install_space_inside(tmp_path, environment):
+    checkout = copy_checkout(tmp_path / 'checkout')
+    shell(f'catkin_make --source . -Dopenpose_ros_pkg_VENV={ROOT}/.venv install', checkout, environment)
+    check_space(checkout / 'devel', environment)
+    check_installed_files(checkout / 'install', environment)
+
+
+def test_catkin_make_in_a_workspace(tmp_path, environment):
+    copy_checkout(tmp_path / 'src/openpose_ros')
+    shell(f'catkin_make {SETTINGS} -DCMAKE_INSTALL_PREFIX={tmp_path}/elsewhere/space install', tmp_path, environment)
+    check_space(tmp_path / 'devel', environment)
+    shutil.rmtree(str(tmp_path / 'src'))
+    shutil.rmtree(str(tmp_path / 'devel'))
+    check_space(tmp_path / 'elsewhere/space', environment)
+    check_installed_files(tmp_path / 'elsewhere/space', environment)
+
+
+def test_catkin_build_in_a_workspace(tmp_path, environment):
+    copy_checkout(tmp_path / 'src/openpose_ros')
+    shell(f'catkin init; catkin config --cmake-args {SETTINGS}; catkin build --no-status', tmp_path, environment)
+    check_space(tmp_path / 'devel', environment)
+
+
+def test_catkin_make_isolated_in_a_workspace(tmp_path, environment):
+    copy_checkout(tmp_path / 'src/openpose_ros')
+    shell(f'catkin_make_isolated --install {SETTINGS}', tmp_path, environment)
+    check_space(tmp_path / 'install_isolated', environment)
+    check_installed_files(tmp_path / 'install_isolated', environment)

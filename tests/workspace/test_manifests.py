@@ -1,0 +1,91 @@
+"""package.xml says what the code really uses, and the names at the top lead into the packages."""
+import ast
+import re
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+PACKAGES = ('openpose_ros_msgs', 'openpose_ros_pkg', 'skeleton_extract_3d')
+# Modules that are named otherwise than the rosdep key that brings them; OpenVINO has none, ./run setup brings it.
+ROSDEP_KEYS = {'cv2': 'python3-opencv', 'numpy': 'python3-numpy', 'rospkg': 'python3-rospkg', 'scipy': 'python3-scipy',
+               'yaml': 'python3-yaml'}
+ROS_MODULES = {'cv_bridge', 'diagnostic_updater', 'message_filters', 'rosbag', 'rospy', 'tf2_ros'}
+
+
+def manifest(package):
+    return ElementTree.parse(str(ROOT / package / 'package.xml')).getroot()
+
+
+def depends(package, *kinds):
+    return {element.text for kind in kinds for element in manifest(package).iter(kind)}
+
+
+def used_by_code(package):
+    """rosdep keys of everything that the package's programs import or its launch files start."""
+    modules = set()
+    for path in [*(ROOT / package / 'src').rglob('*.py'), *(ROOT / package / 'scripts').iterdir()]:
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.Import):
+                modules |= {alias.name.split('.')[0] for alias in node.names}
+            elif isinstance(node, ast.ImportFrom) and node.module:
+                modules.add(node.module.split('.')[0])
+    keys = {ROSDEP_KEYS.get(name, name) for name in modules
+            if name in ROSDEP_KEYS or name in ROS_MODULES or name in PACKAGES or name.endswith('_msgs')}
+    for path in (ROOT / package / 'launch').glob('*.launch'):
+        keys |= {name for names in re.findall(r'pkg="(\w+)"|\$\(find (\w+)\)', path.read_text()) for name in names if name}
+    return keys - {package}
+
+
+@pytest.mark.parametrize('package', ['openpose_ros_pkg', 'skeleton_extract_3d'])
+def test_run_time_dependencies_are_those_of_the_code(package):
+    assert depends(package, 'exec_depend', 'depend') == used_by_code(package)
+
+
+def test_message_dependencies_are_those_of_the_messages():
+    text = ''.join(path.read_text() for path in (ROOT / 'openpose_ros_msgs').glob('*/*.[ms][sr][gv]'))
+    assert depends('openpose_ros_msgs', 'depend') == set(re.findall(r'^(\w+)/\w+ ', text, re.MULTILINE))
+
+
+@pytest.mark.parametrize('package', PACKAGES)
+def test_versions_and_licences_agree(package):
+    root = manifest(package)
+    assert root.get('format') == '3'
+    assert root.find('name').text == package
+    assert {manifest(name).find('version').text for name in PACKAGES} == {root.find('version').text}
+    assert root.find('license').text == 'Apache-2.0'
+
+
+@pytest.mark.parametrize('package', PACKAGES)
+def test_changelog_has_the_form_of_rep_132(package):
+    lines = (ROOT / package / 'CHANGELOG.rst').read_text().splitlines()
+    title = f'Changelog for package {package}'
+    assert lines[:3] == ['^' * len(title), title, '^' * len(title)]
+    assert re.fullmatch(r'Forthcoming|\d+\.\d+\.\d+ \(\d{4}-\d\d-\d\d\)', lines[4])
+    assert lines[5] == '-' * len(lines[4])
+
+
+def test_every_launch_file_has_its_link_at_the_top():
+    files = {path.name: path for package in PACKAGES for path in (ROOT / package / 'launch').glob('*.launch')}
+    assert {path.name: path.resolve() for path in (ROOT / 'launch').iterdir()} == files
+
+
+@pytest.mark.parametrize('link, target', [
+    ('msg', 'openpose_ros_msgs/msg'), ('srv', 'openpose_ros_msgs/srv'),
+    ('tests/openpose_ros_pkg', 'openpose_ros_pkg/test'), ('tests/skeleton_extract_3d', 'skeleton_extract_3d/test')])
+def test_names_at_the_top_lead_into_the_packages(link, target):
+    assert (ROOT / link).resolve() == ROOT / target
+
+
+def test_no_package_hides_the_packages():
+    assert not (ROOT / 'package.xml').exists()
+
+
+@pytest.mark.parametrize('package', ['openpose_ros_pkg', 'skeleton_extract_3d'])
+def test_all_scripts_are_for_the_systems_python_and_installed(package):
+    cmake = (ROOT / package / 'CMakeLists.txt').read_text().replace('${PROJECT_NAME}', package)
+    for script in (ROOT / package / 'scripts').iterdir():
+        assert script.read_text().startswith('#!/usr/bin/python3\n')
+        assert script.stat().st_mode & 0o111
+        assert re.search(rf'^ +scripts/{script.name}$', cmake, re.MULTILINE), f'{script.name} is not installed'
