@@ -182,10 +182,10 @@ def test_other_arrays_are_refused(depth):
 def test_range():
     depth = np.zeros((540, 960), np.uint16)
     assert np.isnan(DepthImage(depth, camera()).valid_range()).all()
-    depth[0, 0], depth[539, 959] = 1000, 2000
+    depth[0, 0], depth[536, 956] = 1000, 2000
     low, high = DepthImage(depth, camera()).valid_range()
     np.testing.assert_allclose(low, [-479.5 / 540, -269.5 / 530, 1])
-    np.testing.assert_allclose(high, [2 * 479.5 / 540, 2 * 269.5 / 530, 2])
+    np.testing.assert_allclose(high, [2 * 476.5 / 540, 2 * 266.5 / 530, 2])
 
 
 @pytest.mark.parametrize('rays', [False, True])

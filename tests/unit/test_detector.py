@@ -9,7 +9,7 @@ from test_decode import mirrored_fields, render_fields, standing_person
 from openpose_ros_pkg.backends import BackendParams
 from openpose_ros_pkg.backends.self_check import reference_path
 from openpose_ros_pkg.decode import DecodeParams
-from openpose_ros_pkg.detector import Detector, DetectorParams, create_detector
+from openpose_ros_pkg.detector import Detector, DetectorParams, create_detector, fitted_to_rate
 from openpose_ros_pkg.errors import BadInputError, ModelError, ParameterError
 from openpose_ros_pkg.models import MOBILENET_THIN, weights_path
 from openpose_ros_pkg.preprocess import fit_image
@@ -213,3 +213,21 @@ def test_real_network_swaps_left_and_right_in_the_mirror(real):
     swapped[:, 0] = 479 - swapped[:, 0]
     difference = np.linalg.norm(swapped - plain.xy[0], axis=1)
     assert np.isfinite(difference).sum() >= 10 and np.nanmedian(difference) < 8
+
+
+@pytest.mark.parametrize('seconds, box', [
+    # 10 Hz leave the network 60 ms of each 100
+    (0.050, (656, 368)), (0.060, (656, 368)),
+    # 128 ms are too long: the area shrinks by 60 / 128, the sides by 0.685, to multiples of 8
+    (0.128, (448, 248)),
+    # never below half the sides
+    (2.0, (328, 184)),
+])
+def test_the_input_shrinks_as_far_as_the_target_rate_needs(seconds, box):
+    fitted = fitted_to_rate(DetectorParams(target_rate=10.0), seconds, stride=8)
+    assert (fitted.net_input_width, fitted.net_input_height) == box
+
+
+def test_a_free_side_stays_free_when_the_input_shrinks():
+    fitted = fitted_to_rate(DetectorParams(net_input_width=-1, target_rate=10.0), 0.24, stride=8)
+    assert (fitted.net_input_width, fitted.net_input_height) == (-1, 184)

@@ -48,34 +48,32 @@ def copy_checkout(target):
 
 
 def check_space(space, environment):
-    """Everything that a user of the packages relies on works after sourcing setup.bash."""
-    entered = f'source {space}/setup.bash\n'
-    folder = space.parent.parent
-    for package in PACKAGES:
-        assert shell(f'{entered}rospack find {package}', folder, environment).strip().endswith(package)
-    for tool, name, line in (('rosmsg', 'PersonDetection_3d', 'uint32 person_ID'),
-                             ('rossrv', 'GetPersons', 'sensor_msgs/Image image')):
-        assert line in shell(f'{entered}{tool} show openpose_ros_msgs/{name}', folder, environment)
-
-    imports = 'openpose_ros_pkg, skeleton_extract_3d, openpose_ros_msgs.msg, openpose_ros_msgs.srv, cv_bridge, numpy'
+    """What users of the packages rely on works after sourcing setup.bash."""
+    modules = 'openpose_ros_pkg, skeleton_extract_3d, openpose_ros_msgs.msg, openpose_ros_msgs.srv, cv_bridge, numpy'
     if (ROOT / '.venv/.complete').read_text().startswith('with '):
-        imports += ', openvino'
-    numpy_file = shell(f'{entered}/usr/bin/python3 -c "import {imports}; print(numpy.__file__)"', folder, environment)
-    assert not numpy_file.startswith(str(ROOT)), 'the virtual environment hides the NumPy that cv_bridge is built for'
-
+        modules += ', openvino'
+    node_imports = ''
     for package in ('openpose_ros_pkg', 'skeleton_extract_3d'):
-        scripts = sorted(path.name for path in (ROOT / package / 'scripts').iterdir() if path.is_file())
+        scripts = sorted(path for path in (ROOT / package / 'scripts').iterdir() if path.is_file())
         assert scripts
         for script in scripts:
-            program = space / 'lib' / package / script
+            program = space / 'lib' / package / script.name
             assert os.access(str(program), os.X_OK)
             assert program.read_text().startswith('#!/usr/bin/python3\n')
-        # what the nodes import, without the call of main() in their last line
-        lines = '\n'.join(line for script in scripts
-                          for line in (ROOT / package / 'scripts' / script).read_text().splitlines()[:-1])
-        shell(f"{entered}/usr/bin/python3 - <<'END'\n{lines}\nEND", folder, environment)
-        for launch in (ROOT / package / 'launch').glob('*.launch'):
-            shell(f'{entered}roslaunch --files {package} {launch.name}', folder, environment)
+            # all but the call of main() in the last line
+            node_imports += '\n'.join(script.read_text().splitlines()[:-1]) + '\n'
+    output = shell(f"""
+        source {space}/setup.bash
+        rospack find openpose_ros_msgs; rospack find openpose_ros_pkg; rospack find skeleton_extract_3d
+        rosmsg show openpose_ros_msgs/PersonDetection_3d | grep '^uint32 person_ID$'
+        rossrv show openpose_ros_msgs/GetPersons | grep '^sensor_msgs/Image image$'
+        /usr/bin/python3 - <<'END'
+import {modules}
+{node_imports}
+print(numpy.__file__)
+END""", space.parent.parent, environment)
+    numpy_file = output.splitlines()[-1]
+    assert not numpy_file.startswith(str(ROOT)), 'the virtual environment hides the NumPy that cv_bridge is built for'
 
 
 def check_installed_files(space, environment):
@@ -85,6 +83,9 @@ def check_installed_files(space, environment):
             for path in (ROOT / package / name).rglob('*'):
                 installed = space / 'share' / package / path.relative_to(ROOT / package)
                 assert installed.exists() and not installed.is_symlink(), installed
+        launch_files = ' '.join(path.name for path in (ROOT / package / 'launch').glob('*.launch'))
+        shell(f'source {space}/setup.bash\nfor file in {launch_files}; do roslaunch --files {package} $file; done',
+              space.parent, environment)
     find = f'source {space}/setup.bash\n/usr/bin/python3 -c "import openpose_ros_pkg as p; print(p.__file__)"'
     module = Path(shell(find, space.parent, environment).strip()).parent
     assert space in module.parents

@@ -34,7 +34,7 @@ def used_by_code(package):
     keys = {ROSDEP_KEYS.get(name, name) for name in modules
             if name in ROSDEP_KEYS or name in ROS_MODULES or name in PACKAGES or name.endswith('_msgs')}
     for path in (ROOT / package / 'launch').glob('*.launch'):
-        keys |= {name for names in re.findall(r'pkg="(\w+)"|\$\(find (\w+)\)', path.read_text()) for name in names if name}
+        keys |= set(re.findall(r'(?:pkg="|\$\(find )(\w+)', path.read_text()))
     return keys - {package}
 
 

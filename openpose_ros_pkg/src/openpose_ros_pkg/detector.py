@@ -1,6 +1,9 @@
 """From an image to the people in it: preprocess, network, decoder."""
+import logging
+import os
 import threading
-from dataclasses import dataclass
+import time
+from dataclasses import dataclass, replace
 from typing import List
 
 import cv2
@@ -13,6 +16,14 @@ from openpose_ros_pkg.models import Model, find_model, weights_path
 from openpose_ros_pkg.params import Parameters, parameter
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.preprocess import ImageToNet, fit_image
+
+_log = logging.getLogger(__name__)
+
+# Share of a frame's time that the network may take; the rest is for messages, decoding, lifting and other programs.
+_NETWORK_SHARE = 0.6
+# The network's input does not become smaller than this share of its sides: people would no longer be found.
+_LEAST_SCALE = 0.5
+_TIMED_RUNS = 5
 
 
 @dataclass(frozen=True)
@@ -33,6 +44,10 @@ class DetectorParams(Parameters):
         unit='px', minimum=-1, maximum=4096)
     net_input_height: int = parameter(
         368, 'Height of that box; -1: as the width makes it.', unit='px', minimum=-1, maximum=4096)
+    target_rate: float = parameter(
+        0.0, 'Make that box smaller at start, down to half its sides, as far as this processor needs to reach this '
+             'rate; the log says what came out. 0: never, so that results do not depend on the machine.', unit='Hz',
+        minimum=0.0, maximum=1000.0)
     num_scales: int = parameter(
         1, 'Number of sizes whose results are averaged. Each costs time; more of them finds more people of very '
            'different size.', minimum=1, maximum=8)
@@ -94,7 +109,7 @@ class Detector:
 
 
 def create_detector(params: DetectorParams, backend_params: BackendParams, decode_params: DecodeParams) -> Detector:
-    """Load the network that the parameters name.
+    """Load the network that the parameters name, and fit its input to the processor if `target_rate` asks for it.
 
     Raises:
         ParameterError: no such network, or a runtime that is not installed.
@@ -102,7 +117,50 @@ def create_detector(params: DetectorParams, backend_params: BackendParams, decod
     """
     model = find_model(params.pose_model)
     backend = create_backend(model, weights_path(model, params.model_folder), backend_params)
+    if params.target_rate > 0:
+        threads = backend_params.threads or os.cpu_count() or 1
+        params = fitted_to_rate(params, _seconds_per_frame(model, backend, params, threads), model.stride)
     return Detector(model, backend, params, decode_params)
+
+
+def fitted_to_rate(params: DetectorParams, seconds: float, stride: int) -> DetectorParams:
+    """Return the parameters with a network input that `target_rate` allows.
+
+    The time of the network goes with the area of its input.
+
+    Args:
+        seconds: what the network takes for the input as it is [s].
+        stride: sides become multiples of it [px].
+    """
+    scale = np.sqrt(_NETWORK_SHARE / (params.target_rate * seconds))
+    if scale >= 1:
+        _log.info('the network takes %.0f ms: fast enough for %g Hz', 1000 * seconds, params.target_rate)
+        return params
+    scale = max(scale, _LEAST_SCALE)
+    width, height = (side if side < 0 else max(int(side * scale) // stride, 1) * stride
+                     for side in (params.net_input_width, params.net_input_height))
+    _log.info('the network takes %.0f ms for an input of %d x %d: made %d x %d for %g Hz (target_rate)', 1000 * seconds,
+              params.net_input_width, params.net_input_height, width, height, params.target_rate)
+    return replace(params, net_input_width=width, net_input_height=height)
+
+
+def _seconds_per_frame(model: Model, backend: Backend, params: DetectorParams, threads: int) -> float:
+    """Return what the network takes when this process has its cores to itself [s].
+
+    Other nodes start at the same moment, so the wall clock alone would make the network look slow: the processor time
+    of its threads tells what it needs, and the least of a few runs leaves out what disturbs even that.
+    """
+    sides = [params.net_input_width, params.net_input_height]
+    width, height = (side if side > 0 else max(sides) for side in sides)
+    plan = fit_image((width, height), width, height, model.stride)
+    images = plan.apply(np.zeros((height, width, 3), np.uint8))[np.newaxis]
+    backend.infer(images)  # compiles the network for this size
+    seconds = []
+    for _ in range(_TIMED_RUNS):
+        wall, processor = time.perf_counter(), time.process_time()
+        backend.infer(images)
+        seconds += [time.perf_counter() - wall, (time.process_time() - processor) / threads]
+    return params.num_scales * min(seconds)
 
 
 def _check_image(bgr: np.ndarray) -> None:

@@ -12,8 +12,8 @@ from openpose_ros_pkg.people import People2D
 _VELOCITY_GAIN = 0.5
 # A person who is not seen is expected to walk on for this long [s], then to stand.
 _EXTRAPOLATION = 0.5
-# Cost of a person who shows none of the joints of a track, in units of the gate: of a whole person and a fragment beside
-# it, the track takes the whole.
+# Cost of a person who shows none of the joints of a track, in units of the gate: of a whole person and a fragment
+# beside it, the track takes the whole.
 _FRAGMENT_COST = 0.15
 # Stamps that go back by more [s] are a new beginning (bag loop), by less a late frame.
 _RESET_BACKSTEP = 0.5

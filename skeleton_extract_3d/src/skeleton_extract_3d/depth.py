@@ -21,7 +21,10 @@ _UNDISTORT_UNTIL = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 40, 1e-7)
 # A ray that does not project back to its pixel by this much [px] lies where the distortion can not be inverted.
 _ROUND_TRIP_TOLERANCE = 0.5
 
-# Unit in metres and type of the pixels by encoding, as REP 118 has them; mono16 is what some drivers call 16UC1.
+# Rows and columns from one to the next of those that `valid_range` looks at.
+_RANGE_STEP = 4
+
+# Type of the pixels by encoding, as REP 118 has them; mono16 is what some drivers call 16UC1.
 _ENCODINGS = {'16UC1': 'u2', 'mono16': 'u2', '32FC1': 'f4'}
 
 # Layout of an XYZRGB cloud as PCL and the Kinect drivers write it; rgb holds 0x00RRGGBB in the bits of a float32 field.
@@ -210,12 +213,13 @@ class DepthImage:
         return rays.reshape(*z.shape, 3) * z[..., None]
 
     def valid_range(self) -> np.ndarray:
-        """Return the least and the greatest x, y, z of all points, (2, 3) [m]; NaN if there is none.
+        """Return the least and the greatest x, y, z, (2, 3) [m]; NaN if there is no depth.
 
-        Converts the whole image, tens of milliseconds: for reports, not for every frame.
+        Looks at every fourth row and column, since undistortion takes a microsecond per pixel: for reports.
         """
-        points = self.camera.ray_grid() * depth_in_metres(self._depth, self._metres)[..., None]
-        return range_of(points.reshape(-1, 3))
+        rows, columns = (grid.ravel() for grid in np.mgrid[:self.height:_RANGE_STEP, :self.width:_RANGE_STEP])
+        points = self.window(columns, rows, 1)[:, 0]
+        return range_of(*points.T)
 
 
 def depth_in_metres(depth: np.ndarray, unit: float = 1.0) -> np.ndarray:
@@ -262,10 +266,11 @@ def cloud_from_depth(depth: np.ndarray, camera: CameraModel, bgr: np.ndarray, ra
         raise BadInputError(f'cloud of {camera.width} x {camera.height}: expected depth {expected} and colour '
                             f'{(*expected, 3)}, got {depth.shape} and {bgr.shape}')
     rays = camera.ray_grid() if rays is None else rays
-    z = depth_in_metres(depth)
+    z = depth_in_metres(depth).astype(np.float32)
     cloud = np.zeros(expected, XYZRGB)
     for i, axis in enumerate('xyz'):
-        cloud[axis] = rays[..., i] * z
-    colour = bgr.astype(np.uint32)
-    cloud['rgb'] = colour[..., 2] << 16 | colour[..., 1] << 8 | colour[..., 0]
+        np.multiply(rays[..., i], z, out=cloud[axis], casting='same_kind')
+    # 0x00RRGGBB, little-endian: the bytes are blue, green, red
+    offset = XYZRGB.fields['rgb'][1]
+    cloud.view(np.uint8).reshape(*expected, XYZRGB.itemsize)[..., offset:offset + 3] = bgr
     return cloud

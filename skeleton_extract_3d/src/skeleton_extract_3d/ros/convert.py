@@ -135,6 +135,9 @@ def marker_to_message(marker: MarkerSpec, header: Header) -> Marker:
                      color=ColorRGBA(red, green, blue, alpha), scale=Vector3(*([marker.scale] * 3)),
                      points=[Point(*point) for point in marker.points.tolist()])
     message.pose.orientation.w = 1.0
+    if marker.kind == 'text' and message.points:
+        # RViz puts a text at the pose and looks at no points
+        message.pose.position, message.points = message.points[0], []
     return message
 
 

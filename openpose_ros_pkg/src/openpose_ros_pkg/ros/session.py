@@ -1,0 +1,140 @@
+"""Run nodes on a ROS master of one's own and watch what they publish: for the demo and the benchmarks."""
+import os
+import shutil
+import signal
+import socket
+import subprocess
+import tempfile
+import time
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any, Callable, List, Optional, Type
+
+import rosgraph
+import rospy
+
+from openpose_ros_pkg.errors import OpenposeRosError
+
+# A child has this long to end after each of these signals [s].
+_STOPPING = ((signal.SIGINT, 20.0), (signal.SIGTERM, 5.0), (signal.SIGKILL, 5.0))
+_MASTER_TIMEOUT = 30.0
+
+
+class SessionError(OpenposeRosError):
+    """What was waited for did not come; the text says what."""
+
+
+class Session:
+    """A ROS master on a free port and child processes that use it; all end on leaving.
+
+    Sets the ROS variables of this process, so that it can take part with `rospy.init_node`.
+
+    Args:
+        log_folder: what each child says goes to <name>.log in it.
+    """
+
+    def __init__(self, log_folder: Path) -> None:
+        self._log_folder = log_folder
+        self._children: List[subprocess.Popen] = []
+
+    def __enter__(self) -> 'Session':
+        self._log_folder.mkdir(parents=True, exist_ok=True)
+        self._ros_home = tempfile.mkdtemp(prefix='openpose_ros_')
+        with socket.socket() as probe:
+            probe.bind(('localhost', 0))
+            port = probe.getsockname()[1]
+        os.environ.update(ROS_MASTER_URI=f'http://localhost:{port}', ROS_HOSTNAME='localhost',
+                          ROS_HOME=self._ros_home, ROS_LOG_DIR=str(Path(self._ros_home) / 'log'))
+        master = self.start('roscore', ['roscore', '-p', str(port)])
+        try:
+            wait_for(rosgraph.is_master_online, _MASTER_TIMEOUT, 'ROS master', master)
+        except SessionError:
+            self.__exit__()
+            raise
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for child in reversed(self._children.copy()):
+            self.stop(child)
+        shutil.rmtree(self._ros_home, ignore_errors=True)
+
+    def start(self, name: str, command: List[str], stdout: Optional[Path] = None) -> subprocess.Popen:
+        """Start a command in a process group of its own; its output goes to `stdout` or to its log."""
+        with ExitStack() as files:
+            log = files.enter_context((self._log_folder / f'{name}.log').open('w'))
+            out = files.enter_context(stdout.open('w')) if stdout else log
+            child = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=out, stderr=log, start_new_session=True)
+        self._children.append(child)
+        return child
+
+    def stop(self, child: subprocess.Popen) -> None:
+        """Interrupt a child as Ctrl-C would and wait for it; kill what does not listen."""
+        for sign, patience in _STOPPING:
+            if child.poll() is not None:
+                break
+            os.killpg(child.pid, sign)
+            try:
+                child.wait(patience)
+            except subprocess.TimeoutExpired:
+                continue
+        if child in self._children:
+            self._children.remove(child)
+
+
+def wait_for(condition: Callable[[], bool], timeout: float, what: str, watched: subprocess.Popen) -> None:
+    """Wait until condition() holds.
+
+    Args:
+        timeout: [s].
+        watched: a child without which it never will.
+
+    Raises:
+        SessionError: it did not in time, or the watched process ended.
+    """
+    deadline = time.monotonic() + timeout
+    while not condition():
+        if watched.poll() is not None:
+            raise SessionError(f'the nodes ended before the {what} came')
+        if time.monotonic() > deadline:
+            raise SessionError(f'no {what} within {timeout:.0f} s')
+        time.sleep(0.05)
+
+
+class ResultWatch:
+    """Counts the results of a chain as they come, with their age.
+
+    Args:
+        topic, kind: of an array message with `header` and `persons`.
+
+    Attributes:
+        people: people in each frame so far.
+        arrivals: time.monotonic() of each frame [s].
+        ages: from the camera's stamp to here, of each frame [s].
+    """
+
+    def __init__(self, topic: str, kind: Type[Any]) -> None:
+        self.people: List[int] = []
+        self.arrivals: List[float] = []
+        self.ages: List[float] = []
+        self._subscriber = rospy.Subscriber(topic, kind, self._count, queue_size=10)
+
+    def _count(self, message: Any) -> None:
+        self.ages.append((rospy.get_rostime() - message.header.stamp).to_sec())
+        self.people.append(len(message.persons))
+        self.arrivals.append(time.monotonic())
+
+    @property
+    def rate(self) -> float:
+        """Results per second since the first one."""
+        frames, span = len(self.arrivals), self.arrivals[-1] - self.arrivals[0] if self.arrivals else 0.0
+        return (frames - 1) / span if span > 0 else 0.0
+
+    @property
+    def age(self) -> float:
+        """Median age [s]."""
+        return sorted(self.ages)[len(self.ages) // 2] if self.ages else float('nan')
+
+    def line(self) -> str:
+        """Return what is known in one line."""
+        return (f'{len(self.arrivals):5d} frames  {self.rate:5.1f} Hz  {self.people[-1] if self.people else 0} people  '
+                f'median age {1000 * self.age:4.0f} ms')
