@@ -176,6 +176,7 @@ def run(arguments: argparse.Namespace, output: Path) -> ResultWatch:
         print('[demo] loading the network ...', flush=True)
         wait_for(lambda: len(results.arrivals) > 0, START_TIMEOUT, 'first result', player or nodes)
         show_rate(results, arguments.seconds, player)
+        results.stop()
         for process in [*recorders, *([player] if player else [])]:
             session.stop(process)
         if screen is not None:

@@ -2,9 +2,8 @@
 from dataclasses import dataclass
 from typing import Dict, Tuple, Type
 
-from openpose_ros_pkg.pairing import PairingParams
-
 from openpose_ros_pkg.node_params import ImageTransportParams, ServiceClientParams
+from openpose_ros_pkg.pairing import PairingParams
 from openpose_ros_pkg.params import Parameters, parameter
 from skeleton_extract_3d.lifting import LiftingParams
 from skeleton_extract_3d.markers import MarkerParams
@@ -37,6 +36,9 @@ class PlayerParams(Parameters):
                             minimum=0.0, maximum=1000.0)
     loop: bool = parameter(True, 'Begin again at the end; stamps go on.')
     frame_id: str = parameter('', 'frame_id of the messages; empty: as sequence.yaml says, else camera_optical_frame.')
+    keep_frames: int = parameter(
+        40, 'Finished messages of this many frames stay in memory (19 MB each at 960 x 540), so that playing them '
+            'again costs the processor no more than sending.', minimum=0, maximum=10000)
     wait_for_subscribers: float = parameter(
         0.0, 'Before the first frame, wait up to this long for subscribers of image and points.', unit='s', minimum=0.0)
 

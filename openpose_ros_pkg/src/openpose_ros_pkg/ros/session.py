@@ -123,6 +123,10 @@ class ResultWatch:
         self.people.append(len(message.persons))
         self.arrivals.append(time.monotonic())
 
+    def stop(self) -> None:
+        """Count no more."""
+        self._subscriber.unregister()
+
     @property
     def rate(self) -> float:
         """Results per second since the first one."""

@@ -2,6 +2,7 @@
 import threading
 import time
 from pathlib import Path
+from typing import Dict, Tuple
 
 import rospkg
 import rospy
@@ -14,7 +15,7 @@ from openpose_ros_pkg.ros.node import run_node
 from openpose_ros_pkg.ros.parameters import read_private
 from skeleton_extract_3d.depth import cloud_from_depth
 from skeleton_extract_3d.node_params import PLAYER_PARAMETERS
-from skeleton_extract_3d.rgbd_sequence import RgbdFrame, RgbdSequence
+from skeleton_extract_3d.rgbd_sequence import RgbdSequence
 from skeleton_extract_3d.ros import convert
 
 _WORLD_FRAME = 'world'
@@ -35,6 +36,7 @@ class RgbdPlayer:
         self._points_publisher = rospy.Publisher('points', PointCloud2, queue_size=1)
         self._depth_publisher = rospy.Publisher('image_depth_rect', Image, queue_size=1)
         self._info_publisher = rospy.Publisher('camera_info', CameraInfo, queue_size=1)
+        self._kept: Dict[int, Tuple[Image, PointCloud2, Image, CameraInfo]] = {}
         self._publish_pose()
         threading.Thread(target=self._run, name='player', daemon=True).start()
 
@@ -50,12 +52,13 @@ class RgbdPlayer:
         # wall time: a stand-in for hardware does not follow a simulated clock
         next_time = time.monotonic()
         while not rospy.is_shutdown():
-            for frame in self._sequence:
+            for index in range(len(self._sequence)):
+                messages = self._messages(index)
                 time.sleep(max(0.0, next_time - time.monotonic()))
                 next_time = max(next_time + period, time.monotonic())
                 if rospy.is_shutdown():
                     return
-                self._publish(frame)
+                self._publish(*messages)
             if not self._params.loop:
                 rospy.loginfo('end of the sequence')
                 rospy.signal_shutdown('end of the sequence')
@@ -68,15 +71,25 @@ class RgbdPlayer:
                 return
             time.sleep(0.01)
 
-    def _publish(self, frame: RgbdFrame) -> None:
-        header = Header(stamp=rospy.Time.now(), frame_id=self._frame_id)
-        self._image_publisher.publish(bgr_to_image(frame.bgr, header))
-        self._info_publisher.publish(convert.camera_to_message(self._sequence.camera, header))
-        if self._depth_publisher.get_num_connections() > 0:
-            self._depth_publisher.publish(convert.depth_to_message(frame.depth, header))
-        if self._points_publisher.get_num_connections() > 0:
-            cloud = cloud_from_depth(frame.depth * 0.001, self._sequence.camera, frame.bgr, self._rays)
-            self._points_publisher.publish(convert.cloud_to_message(cloud, header))
+    def _messages(self, index: int) -> Tuple[Image, PointCloud2, Image, CameraInfo]:
+        """Return image, cloud, depth image and camera info of a frame; the first ones are made only once."""
+        if index in self._kept:
+            return self._kept[index]
+        frame, camera, header = self._sequence.frame(index), self._sequence.camera, Header(frame_id=self._frame_id)
+        cloud = cloud_from_depth(frame.depth * 0.001, camera, frame.bgr, self._rays)
+        messages = (bgr_to_image(frame.bgr, header), convert.cloud_to_message(cloud, header),
+                    convert.depth_to_message(frame.depth, header), convert.camera_to_message(camera, header))
+        if len(self._kept) < self._params.keep_frames:
+            self._kept[index] = messages
+        return messages
+
+    def _publish(self, image: Image, points: PointCloud2, depth: Image, info: CameraInfo) -> None:
+        stamp = rospy.Time.now()
+        for publisher, message in ((self._image_publisher, image), (self._info_publisher, info),
+                                   (self._depth_publisher, depth), (self._points_publisher, points)):
+            if publisher.get_num_connections() > 0:
+                message.header.stamp = stamp
+                publisher.publish(message)
 
 
 def main() -> None:

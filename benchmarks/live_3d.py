@@ -1,0 +1,114 @@
+#!/usr/bin/python3
+"""Measure the whole 3D chain live: rate, age of the results, processor and memory of each node.
+
+Starts rgbd_player (in place of a camera), the detection service, the extractor and the visualization by roslaunch on a
+ROS master of its own, and counts the results for a while. Age: from the camera's stamp to the arrival of the 3D message
+in a subscriber.
+"""
+import argparse
+import json
+import sys
+import tempfile
+import time
+import xmlrpc.client
+from pathlib import Path
+from typing import Any, Dict
+
+import numpy as np
+import psutil
+import rosnode
+import rospy
+from openpose_ros_msgs.msg import PersonDetection_3dArray
+
+from openpose_ros_pkg.errors import OpenposeRosError
+from openpose_ros_pkg.ros.session import ResultWatch, Session, wait_for
+
+TOPIC = '/openpose_ros/skeleton_3d/detected_poses_3d'
+START_TIMEOUT = 90.0
+
+
+def parse_arguments() -> argparse.Namespace:
+    """Read the command line."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument('--seconds', type=float, default=60.0, help='how long to measure (default %(default)s)')
+    parser.add_argument('--rate', type=float, default=15.0, help='frames per second (default %(default)s)')
+    parser.add_argument('--folder', type=Path, help='sequence folder to play (default: the shipped one)')
+    parser.add_argument('--warm-up', type=float, default=5.0, help='not measured at first [s] (default %(default)s)')
+    parser.add_argument('--json', type=Path, help='write the figures here')
+    parser.add_argument('launch_arguments', nargs='*', metavar='NAME:=VALUE', help='passed on to demo.launch')
+    return parser.parse_args()
+
+
+def node_processes() -> Dict[str, psutil.Process]:
+    """Return the process of each node of the chain."""
+    processes = {}
+    for name in rosnode.get_node_names():
+        if name not in ('/rosout', rospy.get_name()):
+            node = xmlrpc.client.ServerProxy(rospy.get_master().lookupNode(name)[2])
+            processes[name] = psutil.Process(node.getPid(rospy.get_name())[2])
+    return processes
+
+
+def measure(session: Session, arguments: argparse.Namespace) -> Dict[str, Any]:
+    """Run the chain and return the figures."""
+    command = ['roslaunch', 'skeleton_extract_3d', 'demo.launch', f'rate:={arguments.rate}',
+               *arguments.launch_arguments]
+    if arguments.folder:
+        command.append(f'folder:={arguments.folder.resolve()}')
+    nodes = session.start('nodes', command)
+    rospy.init_node('live_3d', disable_signals=True)
+    results = ResultWatch(TOPIC, PersonDetection_3dArray)
+    wait_for(lambda: len(results.arrivals) > 0, START_TIMEOUT, 'first result', nodes)
+    time.sleep(arguments.warm_up)
+    first = len(results.arrivals)
+    processes = node_processes()
+    before = {name: sum(process.cpu_times()[:2]) for name, process in processes.items()}
+    begin = time.monotonic()
+    time.sleep(arguments.seconds)
+    elapsed = time.monotonic() - begin
+    cpu = {name: 100 * (sum(process.cpu_times()[:2]) - before[name]) / elapsed for name, process in processes.items()}
+    memory = {name: process.memory_info().rss / 1e6 for name, process in processes.items()}
+    ages, arrivals = np.array(results.ages[first:]), np.array(results.arrivals[first:])
+    return {'frames': len(ages), 'rate_hz': (len(ages) - 1) / (arrivals[-1] - arrivals[0]),
+            'age_ms': {name: 1000 * float(np.percentile(ages, share)) for name, share in
+                       (('median', 50), ('p95', 95), ('max', 100))},
+            'age_median_by_fifth_ms': [1000 * float(np.median(part)) for part in np.array_split(ages, 5)],
+            'longest_gap_ms': 1000 * float(np.diff(arrivals).max()),
+            'people_per_frame': {str(number): results.people[first:].count(number)
+                                 for number in sorted(set(results.people[first:]))},
+            'cpu_percent_of_a_core': cpu, 'memory_mb': memory}
+
+
+def table(figures: Dict[str, Any]) -> str:
+    """Return the figures as text."""
+    age, cpu, memory = figures['age_ms'], figures['cpu_percent_of_a_core'], figures['memory_mb']
+    lines = [f"{figures['frames']} frames, {figures['rate_hz']:.1f} Hz, longest gap {figures['longest_gap_ms']:.0f} ms",
+             f"age of the result: median {age['median']:.0f} ms, p95 {age['p95']:.0f} ms, max {age['max']:.0f} ms",
+             'median age in each fifth of the run [ms]: '
+             + ' '.join(f'{value:.0f}' for value in figures['age_median_by_fifth_ms']),
+             'people per frame: ' + ', '.join(f'{people}: {number} frames' for people, number
+                                              in figures['people_per_frame'].items())]
+    lines += [f'{name:45s} {cpu[name]:5.0f} % of a core {memory[name]:6.0f} MB' for name in sorted(cpu)]
+    return '\n'.join(lines)
+
+
+def main() -> int:
+    """Run the benchmark; return the exit status."""
+    arguments = parse_arguments()
+    with tempfile.TemporaryDirectory(prefix='openpose_ros_bench_') as folder:
+        try:
+            with Session(Path(folder)) as session:
+                figures = measure(session, arguments)
+            log = (Path(folder) / 'nodes.log').read_text(errors='replace')
+        except OpenposeRosError as error:
+            print(error, (Path(folder) / 'nodes.log').read_text(errors='replace'), sep='\n', file=sys.stderr)
+            return 1
+    print(*(line for line in log.splitlines() if 'network takes' in line or 'WARN' in line), sep='\n')
+    print(table(figures))
+    if arguments.json:
+        arguments.json.write_text(json.dumps(figures, indent=1))
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,170 @@
+#!/usr/bin/python3
+"""Publish an RGB-D recording as a camera would, run the 3D chain on it and report what comes out.
+
+Reports people per frame, rate, share of the detected joints that have a position, and lengths of limbs over frames and
+people. Leaves the annotated images in the output folder. With the recordings of this project's tests:
+
+  real_recordings.py --colour 'rs_two_people_n40/color/*.png' --depth 'rs_two_people_n40/depth/*.png' \\
+      --camera 617.25 617.55 317.39 245.98 --output out
+  real_recordings.py --colour pcl_five_people/rgb.png --depth pcl_five_people/depth_mm.png --repeat 20 \\
+      --camera 525 525 319.5 239.5 --output out
+"""
+import argparse
+import glob
+import json
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Any, Dict, List
+
+import cv2
+import numpy as np
+import rospy
+from openpose_ros_msgs.msg import PersonDetection_3dArray
+from sensor_msgs.msg import Image
+
+from openpose_ros_pkg.errors import BadInputError, OpenposeRosError
+from openpose_ros_pkg.ros.convert import image_to_bgr
+from openpose_ros_pkg.ros.session import Session, wait_for
+from skeleton_extract_3d.people import MISSING, People3D
+from skeleton_extract_3d.ros.convert import people_from_array
+
+NAMESPACE = '/openpose_ros/skeleton_3d'
+START_TIMEOUT = 60.0
+# Results that have not come this long after the last frame was played never will [s].
+LAST_RESULT = 3.0
+LIMBS = (('right_shoulder', 'left_shoulder'), ('right_shoulder', 'right_elbow'), ('left_shoulder', 'left_elbow'),
+         ('right_elbow', 'right_wrist'), ('left_elbow', 'left_wrist'), ('right_hip', 'right_knee'),
+         ('left_hip', 'left_knee'), ('right_knee', 'right_ankle'), ('left_knee', 'left_ankle'))
+
+
+def parse_arguments() -> argparse.Namespace:
+    """Read the command line."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument('--colour', required=True, metavar='GLOB', help='colour images')
+    parser.add_argument('--depth', required=True, metavar='GLOB', help='aligned 16-bit depth images [mm], as many')
+    parser.add_argument('--camera', required=True, nargs=4, type=float, metavar=('FX', 'FY', 'CX', 'CY'),
+                        help='intrinsics [px]')
+    parser.add_argument('--rate', type=float, default=4.0, help='frames per second (default %(default)s)')
+    parser.add_argument('--repeat', type=int, default=1, help='play the images so many times (default %(default)s)')
+    parser.add_argument('--output', type=Path, required=True, help='folder for annotated images and figures.json')
+    parser.add_argument('launch_arguments', nargs='*', metavar='NAME:=VALUE',
+                        help='passed on to openpose_skeleton_extract.launch')
+    return parser.parse_args()
+
+
+def make_sequence(arguments: argparse.Namespace, folder: Path) -> int:
+    """Fill a sequence folder with links to the recording and its calibration; return the number of frames."""
+    colour, depth = (sorted(glob.glob(pattern))  # noqa: PTH207 (Path.glob takes no absolute pattern)
+                     for pattern in (arguments.colour, arguments.depth))
+    if not colour or len(colour) != len(depth):
+        raise BadInputError(f'{arguments.colour} has {len(colour)} images, {arguments.depth} has {len(depth)}; '
+                            'expected as many of both, at least one')
+    for kind, paths in (('rgb', colour), ('depth', depth)):
+        (folder / kind).mkdir(parents=True)
+        for i, path in enumerate(paths * arguments.repeat):
+            (folder / kind / f'{i:05d}{Path(path).suffix}').symlink_to(Path(path).resolve())
+    height, width = cv2.imread(colour[0]).shape[:2]
+    fx, fy, cx, cy = arguments.camera
+    # JSON is YAML
+    (folder / 'camera.yaml').write_text(json.dumps({
+        'image_width': width, 'image_height': height, 'distortion_model': 'plumb_bob',
+        'distortion_coefficients': {'rows': 1, 'cols': 5, 'data': [0.0] * 5},
+        'camera_matrix': {'rows': 3, 'cols': 3, 'data': [fx, 0, cx, 0, fy, cy, 0, 0, 1]}}))
+    return len(colour) * arguments.repeat
+
+
+class Recorder:
+    """Keeps the people of each frame, and writes its annotated image."""
+
+    def __init__(self, folder: Path) -> None:
+        self.people: List[People3D] = []
+        self.arrivals: List[float] = []
+        self._folder = folder
+        self._subscribers = [
+            rospy.Subscriber(f'{NAMESPACE}/detected_poses_3d', PersonDetection_3dArray, self._keep, queue_size=100),
+            rospy.Subscriber(f'{NAMESPACE}/detected_poses_image', Image, self._write, queue_size=100)]
+
+    def _keep(self, message: PersonDetection_3dArray) -> None:
+        self.people.append(people_from_array(message))
+        self.arrivals.append(time.monotonic())
+
+    def _write(self, message: Image) -> None:
+        cv2.imwrite(str(self._folder / f'{message.header.stamp.to_nsec()}.jpg'), image_to_bgr(message))
+
+
+def figures(recorder: Recorder, played: int) -> Dict[str, Any]:
+    """Return what came out; lengths in metres."""
+    people = [len(frame) for frame in recorder.people]
+    detected = sum(int((frame.confidence > 0).sum()) for frame in recorder.people)
+    placed = sum(int((frame.status != MISSING).sum()) for frame in recorder.people)
+    limbs = {}
+    for start, end in LIMBS:
+        lengths = np.concatenate([np.linalg.norm(frame.xyz[:, frame.skeleton.index[start]]
+                                                 - frame.xyz[:, frame.skeleton.index[end]], axis=1)
+                                  for frame in recorder.people])
+        lengths = lengths[np.isfinite(lengths)].astype(float)
+        if len(lengths):
+            low, middle, high = np.percentile(lengths, [25, 50, 75]).tolist()
+            limbs[f'{start} - {end}'] = {'number': len(lengths), 'median': middle, 'quartiles': [low, high],
+                                         'std': float(lengths.std())}
+    span = recorder.arrivals[-1] - recorder.arrivals[0]
+    return {'frames_played': played, 'frames_answered': len(people), 'rate_hz': (len(people) - 1) / span,
+            'people_per_frame': {number: people.count(number) for number in sorted(set(people))},
+            'ids': sorted({int(person) for frame in recorder.people for person in frame.ids}),
+            'joints_detected': detected, 'joints_with_position': placed / max(detected, 1), 'limbs': limbs}
+
+
+def table(values: Dict[str, Any]) -> str:
+    """Return the figures as text."""
+    lines = [f"{values['frames_answered']} of {values['frames_played']} frames answered, {values['rate_hz']:.1f} Hz",
+             'people per frame: ' + ', '.join(f'{people}: {number} frames' for people, number
+                                              in values['people_per_frame'].items()) + f"; ids {values['ids']}",
+             f"{values['joints_detected']} joints detected, "
+             f"{100 * values['joints_with_position']:.1f} % of them with a position",
+             f"{'limb [m]':32s} {'number':>6s} {'median':>7s} {'quartiles':>15s} {'std':>6s}"]
+    for limb, row in values['limbs'].items():
+        low, high = row['quartiles']
+        lines.append(f"{limb:32s} {row['number']:6d} {row['median']:7.3f} {low:7.3f} {high:7.3f} "
+                     f"{row['std']:6.3f}")
+    return '\n'.join(lines)
+
+
+def run(arguments: argparse.Namespace, sequence: Path) -> Dict[str, Any]:
+    """Play the recording once through the chain and return the figures."""
+    played = make_sequence(arguments, sequence)
+    with Session(arguments.output / 'log') as session:
+        nodes = session.start('nodes', ['roslaunch', 'skeleton_extract_3d', 'openpose_skeleton_extract.launch',
+                                        *arguments.launch_arguments])
+        rospy.init_node('real_recordings', disable_signals=True)
+        recorder = Recorder(arguments.output)
+        rospy.wait_for_service('detect_poses_3d', START_TIMEOUT)
+        player = session.start('player', [
+            'roslaunch', 'skeleton_extract_3d', 'rgbd_player.launch', f'folder:={sequence}', f'rate:={arguments.rate}',
+            'loop:=false', f'wait_for_subscribers:={START_TIMEOUT}'])
+        wait_for(lambda: player.poll() is not None, 2 * START_TIMEOUT + played / arguments.rate, 'end of the player',
+                 nodes)
+        time.sleep(LAST_RESULT)
+        if not recorder.people:
+            raise OpenposeRosError(f'no result came; see {arguments.output}/log')
+        return figures(recorder, played)
+
+
+def main() -> int:
+    """Run the benchmark; return the exit status."""
+    arguments = parse_arguments()
+    arguments.output.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix='openpose_ros_bench_') as folder:
+        try:
+            values = run(arguments, Path(folder) / 'sequence')
+        except (OpenposeRosError, rospy.ROSException) as error:
+            print(error, file=sys.stderr)
+            return 1
+    print(table(values))
+    (arguments.output / 'figures.json').write_text(json.dumps(values, indent=1))
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())
