@@ -58,7 +58,8 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument('--rviz', action='store_true', help='open the RViz window')
     parser.add_argument('--no-rviz', action='store_true', help='make no picture of RViz')
     parser.add_argument('--seconds', type=float, default=20.0, help='how long to record (default %(default)s)')
-    parser.add_argument('--output', type=Path, default=Path('demo_output'), help='output folder (default %(default)s)')
+    parser.add_argument('--output', type=Path, default=Path(__file__).resolve().parents[1] / 'demo_output',
+                        help='output folder (default: demo_output in the checkout)')
     arguments = parser.parse_args()
     for path in (arguments.bag, arguments.images):
         if path is not None and not path.exists():

@@ -1,4 +1,5 @@
 """Start a node, and end it with a clear message when its configuration is wrong."""
+import ctypes
 import logging
 import sys
 from typing import Any, Callable
@@ -6,6 +7,13 @@ from typing import Any, Callable
 import rospy
 
 from openpose_ros_pkg.errors import OpenposeRosError
+
+# Parameters of glibc's mallopt (malloc.h).
+_M_TRIM_THRESHOLD, _M_MMAP_THRESHOLD, _M_ARENA_MAX = -1, -3, -8
+# Freed memory that stays with the process [bytes]: a few clouds of 1920 x 1080 points (66 MB each).
+_KEPT_MEMORY = 256 << 20
+# The greatest threshold that older versions of glibc accept [bytes].
+_LEAST_MMAP_THRESHOLD = 32 << 20
 
 
 def run_node(name: str, make: Callable[[], Any]) -> None:
@@ -15,6 +23,7 @@ def run_node(name: str, make: Callable[[], Any]) -> None:
         name: default node name.
         make: builds the node and returns it; raises OpenposeRosError for what the user has to mend.
     """
+    _keep_large_blocks()
     rospy.init_node(name)
     # what the core logs reaches /rosout like the node's own messages
     logging.getLogger('openpose_ros_pkg').setLevel(logging.INFO)
@@ -28,6 +37,22 @@ def run_node(name: str, make: Callable[[], Any]) -> None:
         sys.exit(1)
     rospy.spin()
     del node  # lives until here: its publishers and threads serve while spinning
+
+
+def _keep_large_blocks() -> None:
+    """Let the allocator reuse the memory of large messages instead of returning it to the system after each.
+
+    By default every copy of a 17 MB cloud is mapped anew and cleared page by page by the kernel. Reuse halved the
+    extractor's processor time and raised the rate of the chain by half (benchmarks/live_3d.py, 960 x 540 at 15 Hz).
+    """
+    try:
+        mallopt = ctypes.CDLL(None).mallopt
+    except AttributeError:
+        return  # not glibc
+    mallopt(_M_ARENA_MAX, 1)
+    mallopt(_M_TRIM_THRESHOLD, _KEPT_MEMORY)
+    if not mallopt(_M_MMAP_THRESHOLD, _KEPT_MEMORY):
+        mallopt(_M_MMAP_THRESHOLD, _LEAST_MMAP_THRESHOLD)
 
 
 class _RosLogHandler(logging.Handler):

@@ -7,16 +7,19 @@ import threading
 from typing import Any
 
 import message_filters
-from openpose_ros_pkg.pairing import PairingParams, StampMatcher
 
+from openpose_ros_pkg.pairing import PairingParams, StampMatcher
 from openpose_ros_pkg.ros.health import Health
+
+# What /diagnostics calls messages of each input that found no partner.
+_ALONE = ('images without a partner', 'points without a partner')
 
 
 class StampSynchronizer(message_filters.SimpleFilter):
     """Calls its callbacks with (first, second) for every pair of messages of the same moment.
 
     Args:
-        first, second: message_filters subscribers, or other filters, of messages with a header.
+        first, second: message_filters subscribers, or other filters, of images and of points with a header.
         params: slop and queue size.
         health: counts what can not be paired.
     """
@@ -27,7 +30,8 @@ class StampSynchronizer(message_filters.SimpleFilter):
         self._matcher = StampMatcher(params)
         self._lock = threading.Lock()
         self._health = health
-        self._resets = 0
+        self._resets = self._out_of_order = 0
+        self._unpaired = [0, 0]
         self.received = (0, 0)
         """Messages with a stamp that came on each input."""
         self.pairs = 0
@@ -51,6 +55,15 @@ class StampSynchronizer(message_filters.SimpleFilter):
             self.received = (self.received[0] + (stream == 0), self.received[1] + (stream == 1))
             self.pairs += pair is not None
             jumped, self._resets = self._matcher.resets > self._resets, self._matcher.resets
+            stale, self._out_of_order = self._matcher.out_of_order > self._out_of_order, self._matcher.out_of_order
+            alone = [now - then for now, then in zip(self._matcher.unpaired, self._unpaired)]
+            self._unpaired = list(self._matcher.unpaired)
+        for event, number in zip(_ALONE, alone):
+            if number:
+                self._health.count(event, number)
+        if stale:
+            self._health.warn('stamp not newer', f'a {message._type} of {stamp.to_sec():.3f} s is as old as the one '
+                                                 'before it, or older; it is not used')
         if jumped:
             self._health.warn('time jumped back', f'a {message._type} is older than those before it: a bag that began '
                                                   'again? Waiting messages are forgotten')

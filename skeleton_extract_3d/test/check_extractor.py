@@ -1,0 +1,261 @@
+#!/usr/bin/python3
+"""The extractor gives true positions, and outlives whatever it is sent."""
+import sys
+import unittest
+from typing import Callable, Tuple
+
+import numpy as np
+import rospy
+import rostest
+from harness import (
+    FRAME_ID,
+    HEIGHT,
+    OUTPUT,
+    WIDTH,
+    Camera,
+    Counters,
+    FakeDetector,
+    Output,
+    cloud,
+    image,
+    now,
+    person,
+    points,
+    position,
+    wait_for,
+)
+from openpose_ros_msgs.msg import BodypartDetection_3d
+from sensor_msgs.msg import Image, PointCloud2
+
+NODE = 'extractor'
+# Keypoint [px] and the pixels of the cloud around it: rows, columns.
+KEYPOINTS = {'nose': ((20.0, 30.0), slice(29, 32), slice(19, 22)),
+             'neck': ((10.4, 20.6), slice(20, 23), slice(9, 12)),
+             'right_wrist': ((0.0, 0.0), slice(0, 2), slice(0, 2)),
+             'left_wrist': ((63.0, 47.0), slice(46, 48), slice(62, 64)),
+             'right_ankle': ((32.0, 0.0), slice(0, 2), slice(31, 34)),
+             'left_ankle': ((-0.4, 47.4), slice(46, 48), slice(0, 2))}
+HOLE, OUTSIDE = (50.0, 10.0), (64.0, 20.0)
+
+Frame = Tuple[Image, PointCloud2]
+
+
+def mean_of_valid(xyz: np.ndarray) -> np.ndarray:
+    """Return the mean of those points that are finite and not the origin, one by one."""
+    valid = [point for point in xyz.reshape(-1, 3) if np.isfinite(point).all() and point.any()]
+    return sum(valid) / len(valid)
+
+
+class ExtractorTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        rospy.init_node('check_extractor')
+        cls.detector = FakeDetector('detect_poses_3d')
+        cls.output, cls.counters, cls.camera = Output(), Counters(), Camera()
+
+    def setUp(self):
+        self.detector.answer = lambda number: [person(number, {'nose': (20, 30)})]
+
+    def good_frame_works(self):
+        """Send a good frame and see that its people come, at the right place."""
+        stamp = self.camera.send_frame(7)
+        array = self.output.frame(stamp)
+        self.assertEqual([found.person_ID for found in array.persons], [7])
+        np.testing.assert_allclose(position(array.persons[0].nose), mean_of_valid(points(7)[29:32, 19:22]), atol=1e-5)
+
+    def test_nobody_gives_an_empty_frame(self):
+        self.detector.answer = lambda number: []
+        before = len(self.output.persons)
+        array = self.output.frame(self.camera.send_frame(1))
+        self.assertEqual((array.pose_model, array.header.frame_id, array.persons), ('COCO_18', FRAME_ID, []))
+        self.good_frame_works()
+        wait_for(lambda: len(self.output.persons) > before, 'the person of the good frame')
+        self.assertEqual(len(self.output.persons), before + 1)
+
+    def test_joints_are_means_of_the_valid_points_around_their_pixels(self):
+        xyz = points(3)
+        xyz[30, 20], xyz[29, 19], xyz[31, 21, 2] = np.nan, 0, np.inf
+        xyz[1, 1], xyz[0, 0, 0] = 0, -np.inf
+        xyz[9:12, 49:52] = np.nan
+        joints = {name: pixel for name, (pixel, _, _) in KEYPOINTS.items()}
+        joints.update(right_knee=HOLE, left_knee=OUTSIDE)
+        self.detector.answer = lambda number: [person(40, joints, 0.75), person(41, {'neck': (10.4, 20.6)}, 0.5)]
+        stamp = now()
+        self.camera.send(image(3, stamp), cloud(xyz, stamp, 'frame_of_the_cloud'))
+        array = self.output.frame(stamp)
+        first, second = array.persons
+        for name, (_, rows, columns) in KEYPOINTS.items():
+            part = getattr(first, name)
+            np.testing.assert_allclose(position(part), mean_of_valid(xyz[rows, columns]), atol=1e-5, err_msg=name)
+            self.assertEqual((part.status, part.confidence), (BodypartDetection_3d.MEASURED, 0.75), name)
+        for name, confidence in (('right_knee', 0.75), ('left_knee', 0.75), ('right_elbow', 0.0), ('chest', 0.0),
+                                 ('mid_hip', 0.0)):
+            part = getattr(first, name)
+            self.assertTrue(np.isnan([part.x, part.y, part.z, part.sigma]).all(), name)
+            self.assertEqual((part.status, part.confidence), (BodypartDetection_3d.MISSING, confidence), name)
+        np.testing.assert_allclose(position(second.neck), position(first.neck))
+        self.assertEqual(array.header.frame_id, 'frame_of_the_cloud')
+        for found, number in ((first, 40), (second, 41)):
+            self.assertEqual((found.header.stamp, found.header.frame_id), (stamp, 'frame_of_the_cloud'))
+            self.assertEqual((found.person_ID, found.num_people_detected), (number, 2))
+        one_by_one = wait_for(lambda: len([found for found in list(self.output.persons)
+                                           if found.header.stamp == stamp]) == 2, 'a message for each person')
+        self.assertTrue(one_by_one)
+        self.assertEqual({found.person_ID for found in self.output.persons if found.header.stamp == stamp}, {40, 41})
+
+    def test_stamp_and_frame_are_those_of_the_cloud(self):
+        stamp = now()
+        later = stamp + rospy.Duration(0, 2_000_000)
+        message = image(5, stamp)
+        message.header.frame_id = 'frame_of_the_image'
+        self.camera.send(message, cloud(points(5), later))
+        self.assertEqual(self.output.frame(later).header.frame_id, FRAME_ID)
+
+    def test_a_cloud_of_half_the_resolution_is_looked_up_at_half_the_pixel(self):
+        half = points(9, WIDTH // 2, HEIGHT // 2)
+        stamp = now()
+        self.camera.send(image(9, stamp), cloud(half, stamp))
+        nose = self.output.frame(stamp).persons[0].nose
+        np.testing.assert_allclose(position(nose), mean_of_valid(half[14:17, 9:12]), atol=1e-5)
+
+    def test_a_cloud_without_a_valid_point_has_people_without_positions(self):
+        stamp, bad = now(), self.counters.count(NODE, 'bad input')
+        self.camera.send(image(9, stamp), cloud(np.full((HEIGHT, WIDTH, 3), np.nan), stamp))
+        nose, = (found.nose for found in self.output.frame(stamp).persons)
+        self.assertEqual((nose.status, nose.confidence), (BodypartDetection_3d.MISSING, 0.75))
+        self.assertTrue(np.isnan(position(nose)).all())
+        self.good_frame_works()
+        self.assertEqual(self.counters.count(NODE, 'bad input'), bad)
+
+    def test_synchronised_inputs_are_echoed_while_somebody_listens(self):
+        images, clouds = [], []
+        subscribers = [rospy.Subscriber(f'{OUTPUT}/input_rgb', Image, images.append),
+                       rospy.Subscriber(f'{OUTPUT}/input_pointcloud', PointCloud2, clouds.append)]
+        wait_for(lambda: all(subscriber.get_num_connections() for subscriber in subscribers), 'connections')
+
+        def echoed():
+            self.output.frame(self.camera.send_frame(11))
+            return images and clouds
+
+        wait_for(echoed, 'image and cloud')
+        for message, sent in ((images[-1], image(11, images[-1].header.stamp)),
+                              (clouds[-1], cloud(points(11), clouds[-1].header.stamp))):
+            self.assertEqual((message.data, message.header.frame_id), (sent.data, FRAME_ID))
+            self.assertTrue(self.output.has(message.header.stamp))
+        for subscriber in subscribers:
+            subscriber.unregister()
+
+    def is_counted(self, spoil: Callable[[Image, PointCloud2], Frame], event: str, *words: str):
+        """Send a spoilt frame: it is dropped, counted, named, and the next good one works."""
+        before, stamp = self.counters.count(NODE, event), now()
+        self.camera.send(*spoil(image(8, stamp), cloud(points(8), stamp)))
+        self.counters.await_event(NODE, event, before + 1, words)
+        self.good_frame_works()
+        self.assertFalse(self.output.has(stamp))
+
+    def bad_image(self, *words: str, **changes):
+        def spoil(message: Image, points_message: PointCloud2) -> Frame:
+            for name, value in changes.items():
+                setattr(message, name, value)
+            return message, points_message
+
+        # the service reads the picture, the extractor does not look into it
+        self.is_counted(spoil, 'service call failed', *words)
+
+    def bad_cloud(self, make: Callable[[PointCloud2], PointCloud2], *words: str):
+        self.is_counted(lambda message, points_message: (message, make(points_message)), 'bad input', *words)
+
+    def test_image_without_pixels(self):
+        self.bad_image('empty image', '0 x 0', width=0, height=0, step=0, data=b'')
+
+    def test_image_with_a_step_that_is_too_short(self):
+        self.bad_image('step is 100', '192', step=100)
+
+    def test_image_with_too_few_data(self):
+        self.bad_image('truncated', '5000', '9216', data=bytes(5000))
+
+    def test_image_of_unknown_encoding(self):
+        self.bad_image('encoding', 'nonsense', encoding='nonsense')
+
+    def test_cloud_without_points(self):
+        self.bad_cloud(lambda good: PointCloud2(header=good.header), 'empty cloud', '0 x 0')
+
+    def test_cloud_without_z(self):
+        def make(good):
+            good.fields = [field for field in good.fields if field.name != 'z']
+            return good
+
+        self.bad_cloud(make, 'no field z', 'rgb')
+
+    def test_cloud_with_too_few_data(self):
+        def make(good):
+            good.data = good.data[:-1]
+            return good
+
+        self.bad_cloud(make, 'truncated', str(32 * WIDTH * HEIGHT))
+
+    def test_cloud_whose_rows_are_too_short(self):
+        def make(good):
+            good.row_step -= 32
+            return good
+
+        self.bad_cloud(make, 'row_step', str(32 * WIDTH))
+
+    def test_cloud_that_is_not_organized(self):
+        self.bad_cloud(lambda good: cloud(points(8).reshape(1, -1, 3), good.header.stamp), 'not organized', '3072')
+
+    def test_cloud_of_another_aspect_ratio(self):
+        self.bad_cloud(lambda good: cloud(points(8)[:40], good.header.stamp), '64 x 48', '64 x 40')
+
+    def test_messages_without_a_stamp(self):
+        def spoil(message, points_message):
+            message.header.stamp = points_message.header.stamp = rospy.Time()
+            return message, points_message
+
+        self.is_counted(spoil, 'stamp 0', 'header.stamp')
+        self.assertFalse(self.output.has(rospy.Time()))
+
+    def test_stamps_that_jump_back_begin_anew(self):
+        before = self.counters.count(NODE, 'time jumped back')
+        self.good_frame_works()
+        earlier = now() - rospy.Duration(100)
+        for i in range(3):
+            stamp = self.camera.send_frame(12 + i, earlier + rospy.Duration(0.03 * i))
+            self.assertEqual(self.output.frame(stamp).persons[0].person_ID, 12 + i)
+        self.counters.await_event(NODE, 'time jumped back', before + 1)
+        self.good_frame_works()
+
+    def test_stamps_that_do_not_grow_are_counted(self):
+        before = self.counters.count(NODE, 'stamp not newer')
+        self.good_frame_works()
+        stamp = self.camera.send_frame(1, now())
+        self.output.frame(stamp)
+        self.camera.send_frame(2, stamp)
+        self.camera.send_frame(3, stamp - rospy.Duration(0.1))
+        self.counters.await_event(NODE, 'stamp not newer', before + 4)
+        self.good_frame_works()
+        self.assertEqual([array.persons[0].person_ID for array in self.output.arrays
+                          if array.header.stamp == stamp], [1])
+
+    def test_messages_without_a_partner_are_counted(self):
+        before = self.counters.count(NODE, 'images without a partner')
+        stamp = now()
+        self.camera.images.publish(image(8, stamp))
+        self.good_frame_works()
+        wait_for(lambda: self.counters.count(NODE, 'images without a partner') == before + 1, 'the image is counted')
+        self.assertFalse(self.output.has(stamp))
+
+    def test_a_service_that_fails_once(self):
+        def fail(number):
+            raise RuntimeError('no memory for the network')
+
+        before, self.detector.answer = self.counters.count(NODE, 'service call failed'), fail
+        stamp = self.camera.send_frame(4)
+        self.counters.await_event(NODE, 'service call failed', before + 1, ['no memory for the network'])
+        self.setUp()
+        self.good_frame_works()
+        self.assertFalse(self.output.has(stamp))
+
+
+if __name__ == '__main__':
+    rostest.rosrun('skeleton_extract_3d', 'check_extractor', ExtractorTest, sys.argv)

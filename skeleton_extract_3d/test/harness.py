@@ -1,0 +1,192 @@
+"""What the tests of the running nodes share: frames of known truth, a detection service that says what it is told.
+
+Frames carry their number, in pixel (0, 0) of the image and in z of the cloud, so that a wrong pair shows.
+"""
+import threading
+import time
+from typing import Any, Callable, Dict, List, Mapping, Optional, Sequence, Tuple
+
+import numpy as np
+import rospy
+from diagnostic_msgs.msg import DiagnosticArray
+from openpose_ros_msgs.msg import BodypartDetection, PersonDetection, PersonDetection_3d, PersonDetection_3dArray
+from openpose_ros_msgs.srv import GetPersons, GetPersonsRequest, GetPersonsResponse
+from sensor_msgs.msg import Image, PointCloud2
+from std_msgs.msg import Header
+
+from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_pkg.ros.convert import bgr_to_image, image_to_bgr
+from skeleton_extract_3d.depth import XYZRGB
+from skeleton_extract_3d.ros.convert import cloud_to_message
+
+WIDTH, HEIGHT = 64, 48
+FRAME_ID = 'test_optical_frame'
+# z of frame number n is FIRST_Z + n * STEP_Z [m]
+FIRST_Z, STEP_Z = 1.0, 0.01
+OUTPUT = 'openpose_ros/skeleton_3d'
+PATIENCE = 20.0
+
+
+def wait_for(condition: Callable[[], Any], what: str, timeout: float = PATIENCE) -> Any:
+    """Return the first true value of the condition; fail when there is none in time [s, wall clock]."""
+    deadline = time.monotonic() + timeout
+    while True:
+        value = condition()
+        if value:
+            return value
+        if time.monotonic() > deadline:
+            raise AssertionError(f'not within {timeout:g} s: {what}')
+        time.sleep(0.01)
+
+
+def image(number: int, stamp: rospy.Time, width: int = WIDTH, height: int = HEIGHT) -> Image:
+    """Return a grey picture whose pixel (0, 0) holds the frame's number."""
+    bgr = np.full((height, width, 3), 90, np.uint8)
+    bgr[0, 0] = number % 256, number // 256, 0
+    return bgr_to_image(bgr, Header(stamp=stamp, frame_id=FRAME_ID))
+
+
+def number_in(message: Image) -> int:
+    """Return the frame's number; the message may be of any encoding."""
+    blue, green, _ = image_to_bgr(message)[0, 0].tolist()
+    return blue + 256 * green
+
+
+def points(number: int, width: int = WIDTH, height: int = HEIGHT) -> np.ndarray:
+    """Return a bent surface, so that a mean differs from the middle: (H, W, 3) [m]."""
+    v, u = np.mgrid[:height, :width] * (WIDTH / width)
+    z = np.full(u.shape, FIRST_Z + STEP_Z * number)
+    return np.stack([0.01 * u + 0.0004 * u * u, 0.02 * v - 0.0003 * v * v, z], axis=-1)
+
+
+def cloud(xyz: np.ndarray, stamp: rospy.Time, frame_id: str = FRAME_ID) -> PointCloud2:
+    """Return the message of (H, W, 3) points [m]."""
+    values = np.zeros(xyz.shape[:2], XYZRGB)
+    for i, axis in enumerate('xyz'):
+        values[axis] = xyz[..., i]
+    return cloud_to_message(values, Header(stamp=stamp, frame_id=frame_id))
+
+
+def person(person_id: int, keypoints: Mapping[str, Tuple[float, float]], confidence: float = 0.75) -> PersonDetection:
+    """Return a person with some joints [px]."""
+    message = PersonDetection(person_ID=person_id, num_people_detected=1)
+    for joint, (x, y) in keypoints.items():
+        setattr(message, joint, BodypartDetection(x=x, y=y, confidence=confidence))
+    return message
+
+
+def position(part: Any) -> np.ndarray:
+    """Return x, y, z of a body part, (3,) [m]."""
+    return np.array([part.x, part.y, part.z])
+
+
+class FakeDetector:
+    """Serves GetPersons in place of a network.
+
+    Attributes:
+        answer: makes the people of a frame from its number; may raise or wait.
+    """
+
+    def __init__(self, name: str, keypoints: Optional[Mapping[str, Tuple[float, float]]] = None) -> None:
+        keypoints = keypoints or {'nose': (20, 30)}
+        self.answer: Callable[[int], List[PersonDetection]] = lambda number: [person(number, keypoints)]
+        self.answered = 0
+        self._service = rospy.Service(name, GetPersons, self._serve)
+
+    def shutdown(self) -> None:
+        """Take the service away."""
+        self._service.shutdown('the test ends it')
+
+    def _serve(self, request: GetPersonsRequest) -> GetPersonsResponse:
+        try:
+            number = number_in(request.image)
+        except BadInputError as error:  # as the real one says it
+            raise rospy.ServiceException(str(error)) from error
+        detections = self.answer(number)
+        self.answered += 1
+        return GetPersonsResponse(detections=detections)
+
+
+class Camera:
+    """Publishes images and clouds with stamps that grow."""
+
+    def __init__(self, image_topic: str = 'image', points_topic: str = 'points', image_type: Any = Image,
+                 points_type: Any = PointCloud2) -> None:
+        self.images = rospy.Publisher(image_topic, image_type, queue_size=10)
+        self.points = rospy.Publisher(points_topic, points_type, queue_size=10)
+        wait_for(lambda: self.images.get_num_connections() and self.points.get_num_connections(),
+                 f'somebody listens to {image_topic} and {points_topic}')
+
+    def send(self, image_message: Any, points_message: Any) -> None:
+        """Publish both."""
+        self.images.publish(image_message)
+        self.points.publish(points_message)
+
+    def send_frame(self, number: int, stamp: Optional[rospy.Time] = None) -> rospy.Time:
+        """Publish a good frame and return its stamp."""
+        stamp = stamp or now()
+        self.send(image(number, stamp), cloud(points(number), stamp))
+        return stamp
+
+
+_last = [rospy.Time()]
+
+
+def now() -> rospy.Time:
+    """Return the time, at least the period of a 30 Hz camera after the last call."""
+    _last[0] = max(rospy.Time.from_sec(time.time()), _last[0] + rospy.Duration(1 / 30))
+    return _last[0]
+
+
+class Output:
+    """Keeps what the extractor publishes."""
+
+    def __init__(self, namespace: str = '') -> None:
+        self.arrays: List[PersonDetection_3dArray] = []
+        self.persons: List[PersonDetection_3d] = []
+        subscribers = [rospy.Subscriber(f'{namespace}/{OUTPUT}/{topic}'.lstrip('/'), kind, kept.append)
+                       for topic, kind, kept in (('detected_poses_3d', PersonDetection_3dArray, self.arrays),
+                                                 ('detected_poses_keypoints_3d', PersonDetection_3d, self.persons))]
+        wait_for(lambda: all(subscriber.get_num_connections() for subscriber in subscribers), 'the extractor is there')
+
+    def frame(self, stamp: rospy.Time, timeout: float = PATIENCE) -> PersonDetection_3dArray:
+        """Wait for the people of the frame with this stamp and return them."""
+        return wait_for(lambda: next((array for array in list(self.arrays) if array.header.stamp == stamp), None),
+                        f'people of the frame of {stamp.to_sec():.3f}', timeout)
+
+    def has(self, stamp: rospy.Time) -> bool:
+        """Tell whether the frame with this stamp came."""
+        return any(array.header.stamp == stamp for array in list(self.arrays))
+
+
+class Counters:
+    """Keeps the newest counters of all nodes, and every text, from /diagnostics."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._values: Dict[str, Dict[str, str]] = {}
+        self._texts: Dict[str, List[str]] = {}
+        self._subscriber = rospy.Subscriber('/diagnostics', DiagnosticArray, self._store)
+
+    def _store(self, message: DiagnosticArray) -> None:
+        with self._lock:
+            for status in message.status:
+                node = status.name.split(':')[0].strip('/')
+                self._values[node] = {pair.key: pair.value for pair in status.values}
+                self._texts.setdefault(node, []).append(status.message)
+
+    def count(self, node: str, event: str) -> int:
+        """Return how often an event happened, as last reported."""
+        with self._lock:
+            return int(self._values.get(node, {}).get(event, 0))
+
+    def await_event(self, node: str, event: str, at_least: int, words: Sequence[str] = ()) -> None:
+        """Wait until an event was counted, and a text named it with all these words."""
+        wait_for(lambda: self.count(node, event) >= at_least, f"{node} counts {at_least} times '{event}'; it says "
+                                                              f'{self._values.get(node)}')
+        wait_for(lambda: any(all(word in text for word in (event, *words)) for text in self._said(node)),
+                 f"{node} says '{event}' with {words}; it said {set(self._said(node))}")
+
+    def _said(self, node: str) -> List[str]:
+        with self._lock:
+            return list(self._texts.get(node, []))
