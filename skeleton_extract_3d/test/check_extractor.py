@@ -68,6 +68,7 @@ class ExtractorTest(unittest.TestCase):
         before = len(self.output.persons)
         array = self.output.frame(self.camera.send_frame(1))
         self.assertEqual((array.pose_model, array.header.frame_id, array.persons), ('COCO_18', FRAME_ID, []))
+        self.setUp()
         self.good_frame_works()
         wait_for(lambda: len(self.output.persons) > before, 'the person of the good frame')
         self.assertEqual(len(self.output.persons), before + 1)

@@ -216,10 +216,10 @@ def test_real_network_swaps_left_and_right_in_the_mirror(real):
 
 
 @pytest.mark.parametrize('seconds, box', [
-    # 10 Hz leave the network 45 ms of each 100
-    (0.030, (656, 368)), (0.045, (656, 368)),
-    # 128 ms are too long: the area shrinks by 45 / 128, the sides by 0.593, to multiples of 8
-    (0.128, (384, 216)),
+    # 10 Hz leave the network 50 ms of each 100
+    (0.030, (656, 368)), (0.050, (656, 368)),
+    # 128 ms are too long: the area shrinks by 50 / 128, the sides by 0.625, to multiples of 8
+    (0.128, (408, 224)),
     # never below half the sides
     (2.0, (328, 184)),
 ])

@@ -21,7 +21,7 @@ _log = logging.getLogger(__name__)
 
 # Share of a frame's time that the network may take on all cores; the rest is for messages (a cloud of 960 x 540 points
 # takes 17 MB through the loopback), decoding, lifting and other programs.
-_NETWORK_SHARE = 0.45
+_NETWORK_SHARE = 0.5
 # The network's input does not become smaller than this share of its sides: people would no longer be found.
 _LEAST_SCALE = 0.5
 _TIMED_RUNS = 5

@@ -16,6 +16,8 @@ from openpose_ros_pkg.skeletons import SkeletonModel
 _PLAIN_TYPES = {'8UC1': 'mono8', '8UC3': 'bgr8', '8UC4': 'bgra8', '16UC3': 'bgr16'}
 # YUYV is what most webcams deliver; cv_bridge of ROS noetic knows UYVY alone.
 _YUYV = ('yuv422_yuy2', 'yuyv')
+# OpenCV writes beyond the picture when the last pair of columns is not whole.
+_PAIRS_OF_COLUMNS = ('yuv422', 'uyvy', *_YUYV)
 
 _bridge = CvBridge()
 
@@ -33,6 +35,8 @@ def image_to_bgr(message: Image) -> np.ndarray:
     rows = image_rows(message, 2 if encoding in _YUYV else _bytes_per_pixel(encoding))
     if encoding == 'bgr8':
         return np.ndarray((message.height, message.width, 3), np.uint8, message.data, strides=(message.step, 3, 1))
+    if encoding in _PAIRS_OF_COLUMNS and message.width % 2:
+        raise BadInputError(f"image width is {message.width}, expected an even number for encoding '{encoding}'")
     if encoding in _YUYV:
         return cv2.cvtColor(np.ascontiguousarray(rows).reshape(message.height, message.width, 2),
                             cv2.COLOR_YUV2BGR_YUY2)

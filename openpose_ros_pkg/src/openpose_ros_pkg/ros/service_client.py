@@ -1,6 +1,6 @@
 """Call the detection service from a worker thread: waits for it, gives up in time, goes on when it returns."""
 import threading
-from typing import List
+from typing import List, Optional
 
 import rospy
 from openpose_ros_msgs.msg import PersonDetection
@@ -27,7 +27,7 @@ class DetectionClient:
     def __init__(self, service: str, params: ServiceClientParams) -> None:
         self._name = rospy.resolve_name(service)
         self._timeout = params.service_timeout
-        self._proxy = rospy.ServiceProxy(self._name, GetPersons)
+        self._hung: Optional[_Call] = None
 
     def wait(self) -> bool:
         """Block until the service is there, saying so on the log; return False on shutdown."""
@@ -46,25 +46,53 @@ class DetectionClient:
         return False
 
     def detect(self, image: Image) -> List[PersonDetection]:
-        """Return the people in an image, in pixels of that image.
+        """Return the people in an image, in pixels of that image; for one thread at a time.
 
         Raises:
             ServiceCallError: there is no such service, it answered with an error, or not within `service_timeout`.
         """
-        expired = threading.Event()
-        timer = threading.Timer(self._timeout, self._give_up, [expired])
-        timer.daemon = True
-        timer.start()
-        try:
-            return self._proxy(image).detections
-        except (rospy.ServiceException, rospy.exceptions.TransportException, AttributeError) as error:
-            # a connection closed by the timer shows up in rospy as any of these
-            if expired.is_set():
-                raise ServiceCallError(f'no answer from {self._name} within {self._timeout:g} s') from error
-            raise ServiceCallError(f'{self._name}: {error}') from error
-        finally:
-            timer.cancel()
+        # as long as a call can not be ended no other is begun, so that they do not pile up
+        if self._hung is not None and not self._hung.ended.wait(self._timeout):
+            self._hung.give_up()
+            raise self._no_answer()
+        self._hung = None
+        call = _Call(self._name, image)
+        if not call.ended.wait(self._timeout):
+            call.give_up()
+            self._hung = call
+            raise self._no_answer()
+        if call.error is not None:
+            raise ServiceCallError(f'{self._name}: {call.error}') from call.error
+        return call.detections
 
-    def _give_up(self, expired: threading.Event) -> None:
-        expired.set()
+    def _no_answer(self) -> ServiceCallError:
+        return ServiceCallError(f'no answer from {self._name} within {self._timeout:g} s')
+
+
+class _Call:
+    """One call in a thread of its own, since rospy itself waits without limit, even to be let in.
+
+    Attributes:
+        ended: set when `detections` or `error` hold the answer.
+    """
+
+    def __init__(self, name: str, image: Image) -> None:
+        self.ended = threading.Event()
+        self.detections: List[PersonDetection] = []
+        self.error: Optional[Exception] = None
+        # rospy lets others close the connection of a persistent proxy only
+        self._proxy = rospy.ServiceProxy(name, GetPersons, persistent=True)
+        threading.Thread(target=self._run, args=(image,), name='service call', daemon=True).start()
+
+    def give_up(self) -> None:
+        """Close the connection, if there is one yet; the thread then ends."""
         self._proxy.close()
+
+    def _run(self, image: Image) -> None:
+        try:
+            self.detections = self._proxy(image).detections
+        except Exception as error:  # rospy shows a connection that broke or was closed in many ways
+            self.error = error
+        finally:
+            self._proxy.close()
+            self.ended.set()

@@ -1,0 +1,193 @@
+#!/usr/bin/python3
+"""The service node with the real network on pictures whose people are known."""
+import sys
+import unittest
+
+import cv2
+import numpy as np
+import rospy
+import rostest
+from openpose_ros_msgs.msg import PersonDetection, PersonDetectionArray
+from openpose_ros_msgs.srv import GetPersons
+from ros_test_tools import TIMEOUT, Counters, Recorder, at_once, distance, image, joints, picture, true_people, wait_for
+from sensor_msgs.msg import Image
+
+NODE = 'openpose_ros_service_node'
+# The network's fields have one value for 8 of its pixels, that is 12 of the picture; the median joint is found within
+# less than one of these, and the two people are 400 apart.
+ACCURACY = 10.0
+# Network and decoder compute the same for the same picture.
+EQUAL = 0.01
+BLACK = np.zeros((120, 160, 3), np.uint8)
+
+
+def people_of(detections):
+    return [joints(person) for person in detections]
+
+
+def same_people(detections, others, tolerance=EQUAL):
+    """Whether two answers hold the same people in the same order, with the same joints at the same places."""
+    pairs = list(zip(people_of(detections), people_of(others)))
+    return len(detections) == len(others) and all(
+        a.keys() == b.keys() and all(np.abs(a[j] - b[j]).max() <= tolerance for j in a) for a, b in pairs)
+
+
+class ServiceTest(unittest.TestCase):
+
+    @classmethod
+    def setUpClass(cls):
+        for name in ('detect_poses', 'scaled/detect_poses'):
+            rospy.wait_for_service(name, TIMEOUT)
+        cls.detect = staticmethod(rospy.ServiceProxy('detect_poses', GetPersons))
+        cls.persons = Recorder('openpose_ros/detected_poses_keypoints', PersonDetection)
+        cls.arrays = Recorder('openpose_ros/detected_poses', PersonDetectionArray)
+        cls.counters = Counters(NODE)
+
+    def assert_people_found(self, found, truth):
+        """Each true person is the nearest to one found, with at least half of the visible joints in place."""
+        self.assertEqual(len(found), len(truth))
+        for person in truth:
+            nearest = min(found, key=lambda other: distance(person, other))
+            self.assertLess(distance(person, nearest), ACCURACY)
+            self.assertGreater(len(person.keys() & nearest.keys()), len(person) / 2)
+
+    def test_nobody(self):
+        """A black picture is answered with nobody, and its array is published all the same."""
+        message = image(BLACK, 10.0)
+        self.assertEqual(self.detect(message).detections, [])
+        array, = self.arrays.wait(1, message.header.stamp)
+        self.assertEqual((array.persons, array.pose_model), ([], 'COCO_18'))
+
+    def test_two_people(self):
+        message = image(picture(0), 1234.567890123, 'camera/odd frame')
+        detections = self.detect(message).detections
+        self.assert_people_found(people_of(detections), true_people(0))
+        array, = self.arrays.wait(1, message.header.stamp)
+        persons = self.persons.wait(2, message.header.stamp)
+        self.assertEqual(len(persons), 2)
+        self.assertTrue(same_people(array.persons, detections))
+        self.assertTrue(same_people(persons, detections))
+        self.assertEqual(array.pose_model, 'COCO_18')
+        for received in (*detections, *persons, array, *array.persons):
+            self.assertEqual(received.header.stamp, message.header.stamp)
+            self.assertEqual(received.header.frame_id, 'camera/odd frame')
+        for group in (detections, persons, array.persons):
+            self.assertEqual([person.num_people_detected for person in group], [2, 2])
+            self.assertEqual([person.person_ID for person in group], [person.person_ID for person in detections])
+
+    def test_ids_stay_with_their_people(self):
+        """Frame after frame, twice, and in the frame after next: who is where the one with this id was, is the same."""
+        places = {}
+        for number, stamp in ((0, 20.0), (1, 20.067), (1, 20.067), (2, 20.133), (4, 20.267)):
+            detections = self.detect(image(picture(number), stamp, 'ids')).detections
+            truth = true_people(number)
+            found = {person.person_ID: joints(person) for person in detections}
+            self.assert_people_found(list(found.values()), truth)
+            now = {who: min(range(2), key=lambda t: distance(truth[t], person)) for who, person in found.items()}
+            self.assertEqual(now, places or now)
+            places = now
+        self.assertEqual(len(places), 2)
+
+    def test_encodings_of_the_same_picture(self):
+        bgr = picture(0)
+        expected = self.detect(image(bgr)).detections
+        self.assertEqual(len(expected), 2)
+        for encoding, data in (('rgb8', bgr[..., ::-1]), ('bgra8', cv2.cvtColor(bgr, cv2.COLOR_BGR2BGRA))):
+            with self.subTest(encoding=encoding):
+                self.assertTrue(same_people(self.detect(image(data, encoding=encoding)).detections, expected))
+        with self.subTest(encoding='mono8'):
+            grey = self.detect(image(cv2.cvtColor(bgr, cv2.COLOR_BGR2GRAY), encoding='mono8')).detections
+            self.assert_people_found(people_of(grey), true_people(0))
+
+    def test_three_clients_at_once(self):
+        """Each gets the people of its own picture."""
+        pictures = {'a': picture(0), 'b': picture(8), 'c': BLACK}
+        proxies = {name: rospy.ServiceProxy('detect_poses', GetPersons) for name in pictures}
+
+        def answers(name, times):
+            return [proxies[name](image(pictures[name], 30.0, name)).detections for _ in range(times)]
+
+        alone = {name: answers(name, 1)[0] for name in pictures}
+        self.assert_people_found(people_of(alone['a']), true_people(0))
+        self.assert_people_found(people_of(alone['b']), true_people(8))
+        self.assertEqual(alone['c'], [])
+        together = at_once(*(lambda name=name: answers(name, 4) for name in pictures))
+        for name, group in zip(pictures, together):
+            self.assertEqual(len(group), 4)
+            for answer in group:
+                self.assertTrue(same_people(answer, alone[name]), name)
+
+    def test_the_annotated_image_comes_only_when_somebody_listens(self):
+        bgr = picture(0)
+        self.detect(image(bgr, 40.0, 'drawn'))
+        recorder = Recorder('openpose_ros/detected_poses_image', Image)
+        try:
+            def answer_drawn():
+                """The node may learn of its new listener only after this one does."""
+                detections = self.detect(image(bgr, 41.0, 'drawn')).detections
+                return recorder.messages and detections
+            detections = wait_for(answer_drawn, 'an annotated image')
+            drawn = recorder.messages[0]
+        finally:
+            recorder.close()
+        self.assertNotIn(40.0, [message.header.stamp.to_sec() for message in recorder.messages])
+        self.assertEqual((drawn.header.stamp.to_sec(), drawn.header.frame_id), (41.0, 'drawn'))
+        self.assertEqual((drawn.width, drawn.height, drawn.encoding, drawn.step), (960, 540, 'bgr8', 2880))
+        changed = (np.frombuffer(drawn.data, np.uint8).reshape(540, 960, 3) != bgr).any(axis=2)
+        for person in people_of(detections):
+            for x, y in person.values():
+                self.assertTrue(changed[int(round(y)), int(round(x))])
+        self.assertLess(changed.mean(), 0.2)
+
+    def test_bad_images(self):
+        """Each is an error for who sent it, a count in the diagnostics, and nothing for the next one."""
+        good = image(BLACK, 50.0)
+
+        def bad(**changes):
+            message = image(BLACK, 50.0)
+            for field, value in changes.items():
+                setattr(message, field, value)
+            return message
+
+        cases = (
+            (bad(width=0, height=0, step=0, data=b''), ('empty image', '0 x 0')),
+            (bad(step=100), ('step is 100', 'at least 480')),
+            (bad(data=good.data[:1000]), ('truncated', '1000 bytes', 'expected 57600')),
+            (bad(data=b''), ('0 bytes', 'expected 57600')),
+            (bad(encoding='colour'), ("'colour'", 'rgb8')),
+            (bad(encoding='32FC1', step=640, data=bytes(640 * 120)), ("'32FC1'", 'bgr8')),
+            (bad(encoding='yuv422', width=159), ('width is 159', 'even')),
+        )
+        before, frames = self.counters['bad image'], self.counters['frames']
+        for number, (message, words) in enumerate(cases, 1):
+            with self.subTest(words=words):
+                with self.assertRaises(rospy.ServiceException) as caught:
+                    self.detect(message)
+                for word in words:
+                    self.assertIn(word, str(caught.exception))
+                self.assertEqual(self.detect(good).detections, [])
+                self.counters.wait('bad image', before + number)
+        self.counters.wait('frames', frames + len(cases))
+        self.assertEqual(self.counters['bad image'], before + len(cases))
+        detections = self.detect(image(picture(0), 51.0)).detections
+        self.assert_people_found(people_of(detections), true_people(0))
+
+    def test_keypoint_scale_acts_on_the_topic_alone(self):
+        persons = Recorder('scaled/openpose_ros/detected_poses_keypoints', PersonDetection)
+        arrays = Recorder('scaled/openpose_ros/detected_poses', PersonDetectionArray)
+        message = image(picture(0), 60.0)
+        detections = rospy.ServiceProxy('scaled/detect_poses', GetPersons)(message).detections
+        self.assert_people_found(people_of(detections), true_people(0))
+        array, = arrays.wait(1)
+        self.assertTrue(same_people(array.persons, detections))
+        for scaled, person in zip(persons.wait(2), detections):
+            in_pixels, expected = joints(scaled, (959, 539)), joints(person)
+            self.assertEqual(in_pixels.keys(), expected.keys())
+            for name, place in expected.items():
+                self.assertLess(np.abs(in_pixels[name] - place).max(), EQUAL)
+                self.assertLessEqual(joints(scaled)[name].max(), 1.0)
+
+
+if __name__ == '__main__':
+    rospy.init_node('service_test')
+    rostest.rosrun('openpose_ros_pkg', 'service', ServiceTest, sys.argv)

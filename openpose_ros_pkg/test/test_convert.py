@@ -1,0 +1,305 @@
+"""Messages to core types and back: every encoding of one known picture, bad messages, people there and back."""
+import cv2
+import numpy as np
+import pytest
+from openpose_ros_msgs.msg import BodypartDetection, PersonDetection
+from sensor_msgs.msg import CompressedImage, Image
+from std_msgs.msg import Header
+
+from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_pkg.people import People2D
+from openpose_ros_pkg.ros.convert import (
+    bgr_to_image,
+    compressed_image_to_bgr,
+    image_rows,
+    image_to_bgr,
+    people_from_messages,
+    people_to_array,
+    people_to_messages,
+)
+from openpose_ros_pkg.skeletons import COCO_18
+
+WIDTH, HEIGHT = 32, 24
+JOINTS = len(COCO_18.joints)
+
+
+def ramp():
+    """A smooth colour picture: blue grows to the right, green downwards, red along the diagonal."""
+    v, u = np.mgrid[:HEIGHT, :WIDTH]
+    return np.stack([40 + 4 * u, 30 + 6 * v, 220 - 2 * u - 3 * v], axis=2).astype(np.uint8)
+
+
+def message(rows, encoding, padding=0, width=WIDTH, height=HEIGHT, is_bigendian=0):
+    """An Image with `padding` bytes of noise after each row."""
+    rows = np.frombuffer(np.ascontiguousarray(rows).tobytes(), np.uint8).reshape(height, -1)
+    padded = np.hstack([rows, np.full((height, padding), 201, np.uint8)])
+    return Image(height=height, width=width, encoding=encoding, is_bigendian=is_bigendian, step=padded.shape[1],
+                 data=padded.tobytes())
+
+
+def grey(bgr):
+    """Luma of ITU-R BT.601, (H, W) float."""
+    return bgr @ np.array([0.114, 0.587, 0.299])
+
+
+def as_grey_bgr(values):
+    return np.repeat(values[..., np.newaxis], 3, axis=2)
+
+
+def yuv(bgr):
+    """Y, U, V of ITU-R BT.601 in the studio range of video (16..235), (H, W) float each."""
+    blue, green, red = np.moveaxis(bgr.astype(float), 2, 0)
+    return (16 + 0.257 * red + 0.504 * green + 0.098 * blue,
+            128 - 0.148 * red - 0.291 * green + 0.439 * blue,
+            128 + 0.439 * red - 0.368 * green - 0.071 * blue)
+
+
+def yuv422(bgr, luma_at):
+    """Packed 4:2:2: luma of each pixel at byte `luma_at` of its two, U and V of each pair of pixels in the others."""
+    y, u, v = (np.rint(plane).astype(np.uint8) for plane in yuv(bgr))
+    packed = np.zeros((*y.shape, 2), np.uint8)
+    packed[..., luma_at] = y
+    packed[:, 0::2, 1 - luma_at] = u[:, 0::2]
+    packed[:, 1::2, 1 - luma_at] = v[:, 0::2]
+    return packed
+
+
+def bayer(bgr, pattern):
+    """What a sensor with a colour filter sees; the pattern names the first two pixels of the first two rows."""
+    raw = np.zeros(bgr.shape[:2], np.uint8)
+    for k, colour in enumerate(pattern):
+        row, column = divmod(k, 2)
+        raw[row::2, column::2] = bgr[row::2, column::2, 'bgr'.index(colour)]
+    return raw
+
+
+def with_alpha(picture):
+    return np.dstack([picture, np.full(picture.shape[:2], 77, np.uint8)])
+
+
+RAMP = ramp()
+GREY16 = np.rint(grey(RAMP) * 257).astype('<u2')
+
+# encoding, bytes, what must come out, tolerance
+EXACT = [
+    ('bgr8', RAMP, RAMP),
+    ('8UC3', RAMP, RAMP),
+    ('rgb8', RAMP[..., ::-1], RAMP),
+    ('bgra8', with_alpha(RAMP), RAMP),
+    ('8UC4', with_alpha(RAMP), RAMP),
+    ('rgba8', with_alpha(RAMP[..., ::-1]), RAMP),
+    ('mono8', RAMP[..., 0], as_grey_bgr(RAMP[..., 0])),
+    ('8UC1', RAMP[..., 0], as_grey_bgr(RAMP[..., 0])),
+]
+APPROXIMATE = [
+    # 16 bits rounded to 8: half a step, and one more where a library cuts instead
+    ('mono16', GREY16, as_grey_bgr(grey(RAMP)), 1.01),
+    # chroma of every second column (blue changes by 4 a pixel), rounding of Y, U, V multiplied by up to 2.02
+    ('yuv422', yuv422(RAMP, 1), RAMP, 7),
+    ('yuv422_yuy2', yuv422(RAMP, 0), RAMP, 7),
+    ('yuyv', yuv422(RAMP, 0), RAMP, 7),
+    # interpolation is exact on a ramp, the border repeats its neighbour: up to 6 a pixel
+    ('bayer_rggb8', bayer(RAMP, 'rggb'), RAMP, 7),
+    ('bayer_bggr8', bayer(RAMP, 'bggr'), RAMP, 7),
+    ('bayer_gbrg8', bayer(RAMP, 'gbrg'), RAMP, 7),
+    ('bayer_grbg8', bayer(RAMP, 'grbg'), RAMP, 7),
+]
+ENCODINGS = [(*case, 0) for case in EXACT] + APPROXIMATE
+
+
+@pytest.mark.parametrize('padding', [0, 5])
+@pytest.mark.parametrize(('encoding', 'rows', 'expected', 'tolerance'), ENCODINGS, ids=[e[0] for e in ENCODINGS])
+def test_encoding(encoding, rows, expected, tolerance, padding):
+    bgr = image_to_bgr(message(rows, encoding, padding))
+    assert bgr.dtype == np.uint8 and bgr.shape == (HEIGHT, WIDTH, 3)
+    assert np.abs(bgr.astype(float) - expected).max() <= tolerance
+
+
+def test_the_tolerances_tell_colours_apart():
+    """Blue and red exchanged, or luma read as chroma, would be far outside of them."""
+    assert np.abs(RAMP[..., ::-1].astype(int) - RAMP).mean() > 40
+    swapped = image_to_bgr(message(yuv422(RAMP, 0), 'yuv422'))
+    assert np.abs(swapped.astype(int) - RAMP).mean() > 20
+
+
+@pytest.mark.parametrize('padding', [0, 6])
+def test_mono16_big_endian(padding):
+    bgr = image_to_bgr(message(GREY16.astype('>u2'), 'mono16', padding, is_bigendian=1))
+    assert np.abs(bgr - as_grey_bgr(grey(RAMP))).max() <= 1.01
+
+
+@pytest.mark.parametrize('padding', [0, 7])
+def test_bgr8_is_a_view(padding):
+    image = message(RAMP, 'bgr8', padding)
+    bgr = image_to_bgr(image)
+    assert np.shares_memory(bgr, np.frombuffer(image.data, np.uint8)) and not bgr.flags.writeable
+    assert bgr.strides == (3 * WIDTH + padding, 3, 1)
+
+
+@pytest.mark.parametrize('extra', [0, 1, 1000])
+def test_more_data_than_needed_is_no_fault(extra):
+    image = message(RAMP, 'rgb8')
+    image.data += bytes(extra)
+    assert np.array_equal(image_to_bgr(image), RAMP[..., ::-1])
+
+
+@pytest.mark.parametrize('encoding', ['bgr8', 'rgb8', 'mono8', 'mono16', 'bayer_rggb8', 'yuv422', 'yuv422_yuy2'])
+@pytest.mark.parametrize(('width', 'height'), [(0, 0), (0, 5), (5, 0)])
+def test_empty_image(encoding, width, height):
+    with pytest.raises(BadInputError, match=f'empty image: {width} x {height}'):
+        image_to_bgr(Image(width=width, height=height, encoding=encoding, step=2 * width, data=b''))
+
+
+@pytest.mark.parametrize(('encoding', 'pixel'), [('bgr8', 3), ('rgba8', 4), ('mono16', 2), ('bayer_grbg8', 1),
+                                                 ('yuv422', 2), ('yuv422_yuy2', 2)])
+def test_short_step_and_truncated_data(encoding, pixel):
+    """Both values are named: what the message has and what it should have."""
+    step = WIDTH * pixel
+    good = Image(width=WIDTH, height=HEIGHT, encoding=encoding, step=step, data=bytes(HEIGHT * step))
+    assert image_to_bgr(good).shape == (HEIGHT, WIDTH, 3)
+    good.step = step - 1
+    with pytest.raises(BadInputError, match=rf'step is {step - 1} bytes, expected at least {step}\b'):
+        image_to_bgr(good)
+    good.step = step
+    good.data = good.data[:-1]
+    with pytest.raises(BadInputError, match=f'{HEIGHT * step - 1} bytes, expected {HEIGHT * step} '):
+        image_to_bgr(good)
+    good.data = b''
+    with pytest.raises(BadInputError, match=f'0 bytes, expected {HEIGHT * step} '):
+        image_to_bgr(good)
+
+
+@pytest.mark.parametrize('encoding', ['', 'colour', 'RGB8', 'bgr8; jpeg compressed bgr8', '9UC3', '8UC', 'bayer_'])
+def test_unknown_encoding(encoding):
+    with pytest.raises(BadInputError, match='encoding .*expected one that cv_bridge knows: rgb8') as caught:
+        image_to_bgr(Image(width=2, height=2, encoding=encoding, step=64, data=bytes(128)))
+    assert repr(encoding) in str(caught.value)
+
+
+@pytest.mark.parametrize('encoding', ['32FC1', '16UC1', '8UC2', '64FC3'])
+def test_encoding_without_colour(encoding):
+    """A depth image is no picture."""
+    with pytest.raises(BadInputError, match=f"'{encoding}' can not be turned into bgr8"):
+        image_to_bgr(Image(width=2, height=2, encoding=encoding, step=64, data=bytes(128)))
+
+
+@pytest.mark.parametrize('encoding', ['yuv422', 'yuv422_yuy2'])
+def test_chroma_comes_for_pairs_of_columns(encoding):
+    with pytest.raises(BadInputError, match=f"width is 3, expected an even number .*'{encoding}'"):
+        image_to_bgr(Image(width=3, height=2, encoding=encoding, step=6, data=bytes(12)))
+
+
+@pytest.mark.parametrize('encoding', ['bgr8', 'rgb8', 'mono8', 'mono16', 'bayer_rggb8', 'bayer_gbrg8'])
+def test_one_pixel(encoding):
+    """Answered or refused, never another exception."""
+    try:
+        assert image_to_bgr(Image(width=1, height=1, encoding=encoding, step=8, data=bytes(8))).shape == (1, 1, 3)
+    except BadInputError as error:
+        assert encoding in str(error)
+
+
+def test_rows_without_padding():
+    rows = image_rows(message(RAMP, 'bgr8', 4), 3)
+    assert rows.shape == (HEIGHT, 3 * WIDTH) and np.array_equal(rows.reshape(RAMP.shape), RAMP)
+
+
+def test_image_there_and_back():
+    header = Header(stamp=None, frame_id='camera')
+    image = bgr_to_image(RAMP[:, ::-1], header)
+    assert (image.width, image.height, image.step, image.encoding) == (WIDTH, HEIGHT, 3 * WIDTH, 'bgr8')
+    assert image.header is header and np.array_equal(image_to_bgr(image), RAMP[:, ::-1])
+
+
+@pytest.mark.parametrize(('extension', 'tolerance'), [('.png', 0), ('.jpg', 12)])
+def test_compressed_image(extension, tolerance):
+    """JPEG halves the resolution of chroma; its quantisation at quality 95 adds a few steps."""
+    data = cv2.imencode(extension, RAMP)[1].tobytes()
+    bgr = compressed_image_to_bgr(CompressedImage(format=f'bgr8; {extension[1:]} compressed bgr8', data=data))
+    assert bgr.shape == RAMP.shape and np.abs(bgr.astype(int) - RAMP).max() <= tolerance
+
+
+def test_compressed_grey_image():
+    data = cv2.imencode('.png', RAMP[..., 1])[1].tobytes()
+    assert np.array_equal(compressed_image_to_bgr(CompressedImage(data=data)), as_grey_bgr(RAMP[..., 1]))
+
+
+HUGE_PNG = bytearray(cv2.imencode('.png', RAMP)[1].tobytes())
+HUGE_PNG[16:24] = (1 << 30).to_bytes(4, 'big') * 2  # width and height in its header
+
+
+@pytest.mark.parametrize('data', [b'', b'garbage', bytes(1000), cv2.imencode('.png', RAMP)[1].tobytes()[:20],
+                                  bytes(HUGE_PNG)], ids=['empty', 'garbage', 'zeros', 'truncated', 'huge'])
+def test_compressed_garbage(data):
+    with pytest.raises(BadInputError, match=f"'png' and {len(data)} bytes"):
+        compressed_image_to_bgr(CompressedImage(format='png', data=data))
+
+
+# ------------------------------------------------------------------------------------------------ people
+
+def two_people():
+    """The second one has only a nose and a left ankle."""
+    keypoints = np.random.default_rng(7).uniform(0.1, 1.0, (2, JOINTS, 3)).astype(np.float32)
+    keypoints[..., :2] *= 500
+    hidden = np.ones(JOINTS, bool)
+    hidden[[COCO_18.joints.index('nose'), COCO_18.joints.index('left_ankle')]] = False
+    keypoints[1, hidden] = (np.nan, np.nan, 0)
+    return People2D(COCO_18, keypoints, [0.9, 0.4], [7, 12])
+
+
+def test_nobody():
+    header = Header(frame_id='camera')
+    messages = people_to_messages(People2D.empty(COCO_18), header)
+    assert messages == []
+    array = people_to_array(messages, header, COCO_18)
+    assert (array.header, array.pose_model, array.persons) == (header, 'COCO_18', [])
+    assert people_from_messages([], COCO_18).keypoints.shape == (0, JOINTS, 3)
+
+
+def test_people_there_and_back():
+    people, header = two_people(), Header(frame_id='camera')
+    messages = people_to_messages(people, header)
+    assert [(m.header, m.num_people_detected, m.person_ID) for m in messages] == [(header, 2, 7), (header, 2, 12)]
+    back = people_from_messages(messages, COCO_18)
+    assert np.array_equal(back.keypoints, people.keypoints, equal_nan=True)
+    assert back.ids.tolist() == [7, 12]
+
+
+def test_joints_go_to_the_fields_of_their_name():
+    """Names, not places: the messages hold more parts than any one network finds."""
+    people = two_people()
+    first, second = people_to_messages(people, Header())
+    for k, joint in enumerate(COCO_18.joints):
+        part = getattr(first, joint)
+        assert (part.x, part.y, part.confidence) == tuple(people.keypoints[0, k].tolist())
+    others = set(PersonDetection.__slots__) - set(COCO_18.joints) - {'header', 'num_people_detected', 'person_ID'}
+    assert {'chest', 'mid_hip', 'left_big_toe', 'head_top'} <= others
+    absent = [getattr(first, part) for part in others] + [second.neck, second.right_wrist, second.left_ear]
+    assert absent == [BodypartDetection(0, 0, 0)] * len(absent)
+
+
+def test_other_units_on_request():
+    """The keypoints that are handed in replace those of the people; what is missing stays so."""
+    people = two_people()
+    messages = people_to_messages(people, Header(), people.keypoints * (0.5, 0.25, 1))
+    assert messages[0].nose.x == pytest.approx(people.keypoints[0, 0, 0] / 2)
+    assert messages[0].nose.y == pytest.approx(people.keypoints[0, 0, 1] / 4)
+    assert messages[1].neck == BodypartDetection(0, 0, 0)
+
+
+@pytest.mark.parametrize('part', [
+    BodypartDetection(5, 6, 0), BodypartDetection(5, 6, float('nan')), BodypartDetection(float('nan'), 6, 0.5),
+    BodypartDetection(5, float('inf'), 0.5), BodypartDetection(5, 6, -1)],
+    ids=['confidence 0', 'confidence NaN', 'x NaN', 'y infinite', 'confidence negative'])
+def test_a_part_that_is_missing_for_readers(part):
+    person = PersonDetection(person_ID=3, neck=BodypartDetection(1, 2, 0.5), right_hip=part)
+    people = people_from_messages([person], COCO_18)
+    assert people.present[0].nonzero()[0].tolist() == [COCO_18.joints.index('neck')]
+    assert np.isnan(people.xy[0, COCO_18.joints.index('right_hip')]).all()
+
+
+def test_people_without_ids():
+    """What no tracker has named gets a number that the message can hold."""
+    people = People2D(COCO_18, two_people().keypoints, [1, 1], [-1, -1])
+    assert [m.person_ID for m in people_to_messages(people, Header())] == [0, 0]
+
+

@@ -1,0 +1,137 @@
+#!/usr/bin/python3
+"""Depth image with camera info gives the same people as the cloud; inputs that do not come or pair are named."""
+import sys
+import unittest
+
+import cv2
+import numpy as np
+import rospy
+import rostest
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image, PointCloud2
+from std_msgs.msg import Header
+
+from harness import (
+    FRAME_ID,
+    HEIGHT,
+    WIDTH,
+    Camera,
+    Counters,
+    FakeDetector,
+    Output,
+    cloud,
+    image,
+    now,
+    person,
+    position,
+    wait_for,
+)
+from openpose_ros_pkg.ros.convert import image_to_bgr
+from skeleton_extract_3d.depth import CameraModel, cloud_from_depth
+from skeleton_extract_3d.ros.convert import camera_to_message, cloud_to_message, depth_to_message
+
+JOINTS = {'nose': (20, 30), 'neck': (0, 0), 'right_wrist': (63, 47), 'left_wrist': (40.3, 11.8), 'chest': (32, 5)}
+# A wide, distorted lens.
+LENS = CameraModel(WIDTH, HEIGHT, np.array([[50.0, 0, 31.0], [0, 52.0, 24.5], [0, 0, 1]]), 'plumb_bob',
+                   np.array([-0.1, 0.02, 0.001, -0.002, 0.0]))
+
+
+def depth_of(number: int) -> np.ndarray:
+    """Return a slanted surface with a hole, (H, W) uint16 [mm]."""
+    v, u = np.mgrid[:HEIGHT, :WIDTH]
+    depth = (1500 + 10 * number + 3 * u + 7 * v).astype(np.uint16)
+    depth[10:12, 39:42] = 0
+    return depth
+
+
+def compressed(message: Image) -> CompressedImage:
+    """Return the picture as PNG, so that the frame's number stays exact."""
+    return CompressedImage(header=message.header, format='png',
+                           data=cv2.imencode('.png', image_to_bgr(message))[1].tobytes())
+
+
+class DepthImageTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        rospy.init_node('check_depth_image')
+        cls.detector = FakeDetector('detect_poses_3d')
+        cls.detector.answer = lambda number: [person(number, JOINTS)]
+        cls.counters = Counters()
+        cls.by_cloud, cls.by_depth = Output('by_cloud'), Output('by_depth')
+        cls.cloud_camera = Camera('image', 'points')
+        cls.depth_camera = Camera('image/compressed', 'depth', CompressedImage, Image)
+        cls.info = rospy.Publisher('camera_info', CameraInfo, queue_size=1, latch=True)
+
+    def send(self, number: int) -> rospy.Time:
+        stamp = now()
+        header = Header(stamp=stamp, frame_id=FRAME_ID)
+        picture, depth = image(number, stamp), depth_of(number)
+        points = cloud_from_depth(depth * 0.001, LENS, image_to_bgr(picture))
+        self.cloud_camera.send(picture, cloud_to_message(points, header))
+        self.depth_camera.send(compressed(picture), depth_to_message(depth, header))
+        return stamp
+
+    def camera_info_comes(self) -> rospy.Time:
+        """Publish it, send frames until one comes out, and return its stamp."""
+        self.info.publish(camera_to_message(LENS, Header(frame_id=FRAME_ID)))
+
+        def one_came():
+            stamp = self.send(5)
+            rospy.sleep(0.1)
+            return stamp if self.by_depth.has(stamp) else None
+
+        return wait_for(one_came, 'a frame after the camera info')
+
+    # the first by its name: no camera info was published before
+    def test_a_depth_image_gives_what_the_cloud_gives(self):
+        stamp = self.send(1)
+        self.counters.await_event('by_depth/extractor', 'bad input', 1, ['no camera info', '/camera_info'])
+        self.by_cloud.frame(stamp)
+        good = self.camera_info_comes()
+        first, second = self.by_cloud.frame(good), self.by_depth.frame(good)
+        self.assertEqual((first.header.stamp, first.header.frame_id), (second.header.stamp, second.header.frame_id))
+        (of_cloud,), (of_depth,) = first.persons, second.persons
+        self.assertEqual((of_cloud.person_ID, of_depth.person_ID), (5, 5))
+        for joint in ('nose', 'neck', 'right_wrist', 'left_wrist'):
+            one, other = getattr(of_cloud, joint), getattr(of_depth, joint)
+            self.assertEqual((one.status, one.confidence), (other.status, other.confidence), joint)
+            # the cloud holds float32 [m]
+            np.testing.assert_allclose(position(one), position(other), atol=1e-5, err_msg=joint)
+        # the true place of the nose, within the distance of neighbouring pixels
+        ray = LENS.rays(np.array([[20, 30]]))[0]
+        np.testing.assert_allclose(position(of_depth.nose), ray * depth_of(5)[30, 20] * 0.001, atol=0.005)
+        self.assertFalse(self.by_depth.has(stamp))
+
+    def test_broken_depth_and_pictures_are_counted(self):
+        self.camera_info_comes()
+        for words, spoil in ((("encoding 'rgb8'", '16UC1'), lambda picture, depth: setattr(depth, 'encoding', 'rgb8')),
+                             (('truncated', '100'), lambda picture, depth: setattr(depth, 'data', bytes(100))),
+                             (('can not be decoded', 'png'), lambda picture, depth: setattr(picture, 'data', b'no')),
+                             (('64 x 40', '64 x 48'), lambda picture, depth: setattr(depth, 'height', 40))):
+            with self.subTest(words):
+                before, stamp = self.counters.count('by_depth/extractor', 'bad input'), now()
+                picture = compressed(image(3, stamp))
+                depth = depth_to_message(depth_of(3), Header(stamp=stamp, frame_id=FRAME_ID))
+                spoil(picture, depth)
+                self.depth_camera.send(picture, depth)
+                self.counters.await_event('by_depth/extractor', 'bad input', before + 1, words)
+                self.by_depth.frame(self.send(4))
+                self.assertFalse(self.by_depth.has(stamp))
+
+    def test_inputs_that_do_not_come_or_do_not_pair_are_named(self):
+        points = rospy.Publisher('points_of_long_ago', PointCloud2, queue_size=1)
+
+        def named():
+            stamp = now()
+            self.cloud_camera.images.publish(image(1, stamp))
+            points.publish(cloud(np.ones((HEIGHT, WIDTH, 3)), stamp - rospy.Duration(3)))
+            rospy.sleep(0.05)
+            return (self.counters.count('half_blind/extractor', 'input missing')
+                    and self.counters.count('unsynchronised/extractor', 'no pairs'))
+
+        wait_for(named, 'both are counted')
+        self.counters.await_event('half_blind/extractor', 'input missing', 1, ['/image', 'none on /no_such_points'])
+        self.counters.await_event('unsynchronised/extractor', 'no pairs', 1, ['/image', '/points_of_long_ago'])
+
+
+if __name__ == '__main__':
+    rostest.rosrun('skeleton_extract_3d', 'check_depth_image', DepthImageTest, sys.argv)

@@ -1,0 +1,63 @@
+#!/usr/bin/python3
+"""With use_sim_time and a bag that loops, every round gives its people, and the jump is counted."""
+import itertools
+import sys
+import time
+import unittest
+
+import rospy
+import rostest
+from rosgraph_msgs.msg import Clock
+from visualization_msgs.msg import Marker
+
+from harness import FIRST_Z, OUTPUT, STEP_Z, Camera, Counters, FakeDetector, Output, wait_for
+
+# Stamps of the bag [s] and its rounds.
+BEGIN, PERIOD, FRAMES, ROUNDS = 1000.0, 1 / 30, 30, 3
+
+
+class SimTimeTest(unittest.TestCase):
+    def test_a_bag_in_a_loop(self):
+        rospy.init_node('check_sim_time')
+        detector = FakeDetector('detect_poses_3d')
+        clock = rospy.Publisher('/clock', Clock, queue_size=1)
+        output, counters, camera, markers = Output(), Counters(), Camera(), []
+        subscriber = rospy.Subscriber(f'{OUTPUT}/visualization_markers', Marker, markers.append)
+        wait_for(subscriber.get_num_connections, 'the visualization is there')
+        self.assertTrue(rospy.get_param('/use_sim_time'))
+
+        # the static transform is there when a frame comes out
+        early = itertools.count()
+
+        def one_came():
+            seconds = BEGIN - 100 + PERIOD * next(early)
+            self.tick(clock, seconds)
+            camera.send_frame(0, rospy.Time.from_sec(seconds))
+            return output.arrays
+
+        wait_for(one_came, 'a first frame')
+        for number in range(ROUNDS):
+            output.arrays.clear()
+            markers.clear()
+            self.play(clock, camera, output, number)
+            wait_for(lambda: markers, 'markers in each round')
+        counters.await_event('extractor', 'time jumped back', ROUNDS - 1)
+        self.assertEqual(counters.count('extractor', 'frame failed'), 0)
+        self.assertGreaterEqual(detector.answered, ROUNDS * FRAMES)
+
+    def play(self, clock, camera, output, number):
+        for i in range(FRAMES):
+            seconds = BEGIN + i * PERIOD
+            self.tick(clock, seconds)
+            frame = 100 * number + i
+            array = output.frame(camera.send_frame(frame, rospy.Time.from_sec(seconds)))
+            self.assertEqual(array.persons[0].person_ID, frame)
+            self.assertAlmostEqual(array.persons[0].nose.z, FIRST_Z + STEP_Z * frame + 2, places=4)
+
+    def tick(self, clock, seconds):
+        clock.publish(Clock(rospy.Time.from_sec(seconds)))
+        time.sleep(0.005)
+
+
+if __name__ == '__main__':
+    rostest.rosrun('skeleton_extract_3d', 'check_sim_time', SimTimeTest, sys.argv)

@@ -1,0 +1,59 @@
+#!/usr/bin/python3
+"""Joints in another frame: never without the transform, right as soon as it is there."""
+import sys
+import unittest
+
+import numpy as np
+import rospy
+import rostest
+import tf2_ros
+from std_msgs.msg import Header
+
+from harness import FRAME_ID, Camera, Counters, FakeDetector, Output, cloud, image, now, points, position, wait_for
+from skeleton_extract_3d.ros.convert import transform_from_matrix
+
+# From the optical frame (x right, y down, z forward) to a room with z up, 1.5 m below the camera [m].
+ROOM_FROM_CAMERA = np.array([[0.0, 0.0, 1.0, 2.0], [-1.0, 0.0, 0.0, -3.0], [0.0, -1.0, 0.0, 1.5], [0, 0, 0, 1]])
+
+
+class TargetFrameTest(unittest.TestCase):
+    def test_frames_are_dropped_until_the_transform_comes(self):
+        rospy.init_node('check_target_frame')
+        detector = FakeDetector('detect_poses_3d')
+        output, counters, camera = Output(), Counters(), Camera()
+
+        early = camera.send_frame(1)
+        counters.await_event('extractor', 'no transform', 1, ['room'])
+
+        broadcaster = tf2_ros.StaticTransformBroadcaster()
+        broadcaster.sendTransform(transform_from_matrix(ROOM_FROM_CAMERA, Header(frame_id='room'), FRAME_ID))
+
+        def one_came():
+            stamp = camera.send_frame(5)
+            rospy.sleep(0.1)
+            return stamp if output.has(stamp) else None
+
+        array = output.frame(wait_for(one_came, 'a frame after the transform'))
+        self.assertEqual((array.header.frame_id, array.persons[0].header.frame_id), ('room', 'room'))
+        x, y, z = points(5)[29:32, 19:22].reshape(-1, 3).mean(axis=0)
+        np.testing.assert_allclose(position(array.persons[0].nose), [z + 2, -x - 3, -y + 1.5], atol=1e-5)
+        self.assertFalse(output.has(early))
+
+        # from the target frame itself there is nothing to transform; from an unknown frame there is no way
+        stamp = now()
+        camera.send(image(6, stamp), cloud(points(6), stamp, 'room'))
+        found, = output.frame(stamp).persons
+        np.testing.assert_allclose(position(found.nose), points(6)[29:32, 19:22].reshape(-1, 3).mean(axis=0), atol=1e-5)
+        dropped, stamp = counters.count('extractor', 'no transform'), now()
+        camera.send(image(7, stamp), cloud(points(7), stamp, 'elsewhere'))
+        counters.await_event('extractor', 'no transform', dropped + 1, ['elsewhere'])
+        self.assertFalse(output.has(stamp))
+
+        # an empty frame says where it is, too
+        detector.answer = lambda number: []
+        array = output.frame(camera.send_frame(8))
+        self.assertEqual((array.header.frame_id, array.persons), ('room', []))
+
+
+if __name__ == '__main__':
+    rostest.rosrun('skeleton_extract_3d', 'check_target_frame', TargetFrameTest, sys.argv)

@@ -1,0 +1,117 @@
+#!/usr/bin/python3
+"""People become spheres and lines at their joints, and vanish when they leave."""
+import sys
+import unittest
+
+import numpy as np
+import rospy
+import rostest
+from openpose_ros_msgs.msg import PersonDetection_3dArray
+from std_msgs.msg import Header
+from visualization_msgs.msg import Marker
+
+from harness import OUTPUT, Counters, now, wait_for
+from openpose_ros_pkg.skeletons import COCO_18
+from skeleton_extract_3d.people import MEASURED, MISSING, People3D
+from skeleton_extract_3d.ros.convert import people_to_messages
+
+NODE = 'skeleton_extract_3d_visualization_node'
+# A neck with a head and a right arm whose elbow is missing: two limbs [m].
+JOINTS = {'neck': (0.0, -0.4, 3.0), 'nose': (0.0, -0.6, 2.9), 'right_shoulder': (-0.2, -0.4, 3.1),
+          'right_wrist': (-0.3, 0.1, 2.8)}
+
+
+def people(*ids: int) -> People3D:
+    """Return people of those ids, each a metre to the right of the one before."""
+    xyz = np.full((len(ids), 18, 3), np.nan)
+    for p in range(len(ids)):
+        for joint, place in JOINTS.items():
+            xyz[p, COCO_18.index[joint]] = np.add(place, (p, 0, 0))
+    found = np.isfinite(xyz).all(axis=2)
+    return People3D(COCO_18, xyz, found * 0.5, np.where(found, MEASURED, MISSING), np.full(found.shape, np.nan), ids)
+
+
+def places(marker: Marker) -> list:
+    return [(point.x, point.y, point.z) for point in marker.points]
+
+
+class VisualizationTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        rospy.init_node('check_visualization')
+        cls.markers = {namespace: [] for namespace in ('', 'labelled/')}
+        cls.counters = Counters()
+        subscribers = [rospy.Subscriber(f'{namespace}{OUTPUT}/{topic}', Marker, kept.append)
+                       for namespace, kept in cls.markers.items()
+                       for topic in ('visualization_markers', 'visualization_skeleton')]
+        cls.publisher = rospy.Publisher(f'{OUTPUT}/detected_poses_3d', PersonDetection_3dArray, queue_size=10)
+        wait_for(lambda: cls.publisher.get_num_connections() == 2
+                 and all(subscriber.get_num_connections() for subscriber in subscribers), 'connections')
+
+    def setUp(self):
+        self.show(9)  # a third person, whose deletes tell when the next frame is complete
+        for kept in self.markers.values():
+            kept.clear()
+
+    def show(self, *ids: int, number: int = 0, namespace: str = '') -> list:
+        """Publish a frame and return its markers."""
+        header = Header(stamp=now(), frame_id='somewhere')
+        self.publisher.publish(PersonDetection_3dArray(header, 'COCO_18', people_to_messages(people(*ids), header)))
+        return wait_for(lambda: self.of_frame(header, number or 2 * len(ids), namespace), f'the markers of {ids}')
+
+    def of_frame(self, header: Header, number: int, namespace: str) -> list:
+        found = [marker for marker in list(self.markers[namespace]) if marker.header.stamp == header.stamp]
+        return found if len(found) >= number else []
+
+    def test_joints_and_limbs(self):
+        found = {(marker.ns, marker.id): marker for marker in self.show(4, 9) if marker.action == Marker.ADD}
+        self.assertEqual(set(found), {('joints', 4), ('skeleton', 4), ('joints', 9), ('skeleton', 9)})
+        for (ns, _), marker in found.items():
+            self.assertEqual(marker.type, Marker.SPHERE_LIST if ns == 'joints' else Marker.LINE_LIST)
+            self.assertEqual(marker.header.frame_id, 'somewhere')
+            orientation, scale, colour = marker.pose.orientation, marker.scale, marker.color
+            self.assertEqual((orientation.x, orientation.y, orientation.z, orientation.w), (0, 0, 0, 1))
+            self.assertAlmostEqual(scale.x, 0.05 if ns == 'joints' else 0.03)
+            self.assertEqual((colour.r, colour.g, colour.b, colour.a), (1, 0, 0, 1) if ns == 'joints' else (0, 0, 1, 1))
+            self.assertGreaterEqual(marker.lifetime.to_sec(), 0.15)
+            self.assertTrue(np.isfinite(places(marker)).all())
+        order = sorted(JOINTS, key=COCO_18.joints.index)
+        np.testing.assert_allclose(places(found['joints', 4]), [JOINTS[joint] for joint in order], atol=1e-6)
+        shifted = np.add([JOINTS[joint] for joint in order], (1, 0, 0))
+        np.testing.assert_allclose(places(found['joints', 9]), shifted, atol=1e-6)
+        limbs = [JOINTS[joint] for joint in ('neck', 'right_shoulder', 'neck', 'nose')]
+        np.testing.assert_allclose(places(found['skeleton', 4]), limbs, atol=1e-6)
+
+    def test_markers_outlast_three_frame_periods(self):
+        wall = [self.show(9) for _ in range(16)][-1]
+        for marker in wall:
+            self.assertGreaterEqual(marker.lifetime.to_sec(), max(0.15, 3 / 30 - 1e-6))
+
+    def test_whoever_leaves_is_deleted_and_nobody_else(self):
+        self.show(4, 9)
+        found = self.show(9, number=4)
+        gone = {(marker.ns, marker.id) for marker in found if marker.action == Marker.DELETE}
+        self.assertEqual(gone, {('joints', 4), ('skeleton', 4)})
+        gone = {(marker.ns, marker.id) for marker in self.show(number=2) if marker.action == Marker.DELETE}
+        self.assertEqual(gone, {('joints', 9), ('skeleton', 9)})
+
+    def test_labels_and_a_colour_for_each_person(self):
+        found = self.show(4, 9, number=6, namespace='labelled/')
+        label, = (marker for marker in found if (marker.ns, marker.id) == ('label', 4))
+        self.assertEqual((label.type, label.text, label.points), (Marker.TEXT_VIEW_FACING, '4', []))
+        # above the head; the neck alone does not say where up is
+        place = label.pose.position
+        self.assertLess(np.linalg.norm(np.subtract((place.x, place.y, place.z), JOINTS['nose'])), 0.5)
+        colours = {(marker.id, marker.color.r, marker.color.g, marker.color.b) for marker in found}
+        self.assertEqual(len(colours), 2)
+        self.assertEqual(len({colour[1:] for colour in colours}), 2)
+
+    def test_people_of_an_unknown_joint_set_are_counted(self):
+        before = self.counters.count(NODE, 'bad input')
+        self.publisher.publish(PersonDetection_3dArray(Header(stamp=now()), 'SPIDER', []))
+        self.counters.await_event(NODE, 'bad input', before + 1, ['SPIDER', 'COCO_18'])
+        self.assertEqual(len(self.show(9)), 2)
+
+
+if __name__ == '__main__':
+    rostest.rosrun('skeleton_extract_3d', 'check_visualization', VisualizationTest, sys.argv)
