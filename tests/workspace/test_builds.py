@@ -93,6 +93,27 @@ def check_installed_files(space, environment):
     assert {path.name for path in (module / 'data').iterdir()} == data
 
 
+def check_nodes_run(space, environment):
+    """The whole chain, from the player to the extractor, answers from this space."""
+    shell(f"""
+        source {space}/setup.bash
+        /usr/bin/python3 - <<'END'
+import tempfile
+from pathlib import Path
+
+import rospy
+from openpose_ros_msgs.msg import PersonDetection_3dArray
+from openpose_ros_pkg.ros.session import Session
+
+with tempfile.TemporaryDirectory() as folder, Session(Path(folder)) as session:
+    session.start('nodes', ['roslaunch', 'skeleton_extract_3d', 'demo.launch'])
+    rospy.init_node('check_nodes_run', disable_signals=True)
+    topic = '/openpose_ros/skeleton_3d/detected_poses_3d'
+    message = rospy.wait_for_message(topic, PersonDetection_3dArray, timeout=60)
+    assert message.pose_model == 'COCO_18' and message.persons, message
+END""", space.parent, environment)
+
+
 def test_catkin_make_in_the_checkout_with_its_install_space_inside(tmp_path, environment):
     checkout = copy_checkout(tmp_path / 'checkout')
     shell(f'catkin_make --source . -Dopenpose_ros_pkg_VENV={ROOT}/.venv install', checkout, environment)
@@ -108,6 +129,7 @@ def test_catkin_make_in_a_workspace(tmp_path, environment):
     shutil.rmtree(str(tmp_path / 'devel'))
     check_space(tmp_path / 'elsewhere/space', environment)
     check_installed_files(tmp_path / 'elsewhere/space', environment)
+    check_nodes_run(tmp_path / 'elsewhere/space', environment)
 
 
 def test_catkin_build_in_a_workspace(tmp_path, environment):
