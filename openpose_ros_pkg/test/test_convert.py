@@ -171,7 +171,7 @@ def test_short_step_and_truncated_data(encoding, pixel):
 
 @pytest.mark.parametrize('encoding', ['', 'colour', 'RGB8', 'bgr8; jpeg compressed bgr8', '9UC3', '8UC', 'bayer_'])
 def test_unknown_encoding(encoding):
-    with pytest.raises(BadInputError, match='encoding .*expected one that cv_bridge knows: rgb8') as caught:
+    with pytest.raises(BadInputError, match=r'encoding .*expected one that cv_bridge knows: rgb8') as caught:
         image_to_bgr(Image(width=2, height=2, encoding=encoding, step=64, data=bytes(128)))
     assert repr(encoding) in str(caught.value)
 

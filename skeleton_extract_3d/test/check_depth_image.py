@@ -7,9 +7,6 @@ import cv2
 import numpy as np
 import rospy
 import rostest
-from sensor_msgs.msg import CameraInfo, CompressedImage, Image, PointCloud2
-from std_msgs.msg import Header
-
 from harness import (
     FRAME_ID,
     HEIGHT,
@@ -25,6 +22,9 @@ from harness import (
     position,
     wait_for,
 )
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image, PointCloud2
+from std_msgs.msg import Header
+
 from openpose_ros_pkg.ros.convert import image_to_bgr
 from skeleton_extract_3d.depth import CameraModel, cloud_from_depth
 from skeleton_extract_3d.ros.convert import camera_to_message, cloud_to_message, depth_to_message
@@ -96,9 +96,11 @@ class DepthImageTest(unittest.TestCase):
             self.assertEqual((one.status, one.confidence), (other.status, other.confidence), joint)
             # the cloud holds float32 [m]
             np.testing.assert_allclose(position(one), position(other), atol=1e-5, err_msg=joint)
-        # the true place of the nose, within the distance of neighbouring pixels
-        ray = LENS.rays(np.array([[20, 30]]))[0]
-        np.testing.assert_allclose(position(of_depth.nose), ray * depth_of(5)[30, 20] * 0.001, atol=0.005)
+        # seen through the lens, a corner's four pixels have their mean near (62.5, 46.5); without distortion it would
+        # be two pixels away
+        wrist, still = position(of_depth.right_wrist), np.zeros(3)
+        seen = cv2.projectPoints(wrist.reshape(1, 1, 3), still, still, LENS.matrix, LENS.distortion)[0].ravel()
+        np.testing.assert_allclose(seen, (62.5, 46.5), atol=0.3)
         self.assertFalse(self.by_depth.has(stamp))
 
     def test_broken_depth_and_pictures_are_counted(self):

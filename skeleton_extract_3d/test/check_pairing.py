@@ -7,7 +7,6 @@ import unittest
 import numpy as np
 import rospy
 import rostest
-
 from harness import FIRST_Z, STEP_Z, Camera, Counters, FakeDetector, Output, cloud, image, person, points, wait_for
 
 RATE, SECONDS, DROPS = 30, 10, 0.2

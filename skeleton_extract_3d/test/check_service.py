@@ -6,7 +6,6 @@ import unittest
 
 import rospy
 import rostest
-
 from harness import Camera, Counters, FakeDetector, Output, person, wait_for
 
 NODE, FAILED = 'extractor', 'service call failed'

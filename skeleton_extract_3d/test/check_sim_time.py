@@ -7,10 +7,9 @@ import unittest
 
 import rospy
 import rostest
+from harness import FIRST_Z, OUTPUT, STEP_Z, Camera, Counters, FakeDetector, Output, wait_for
 from rosgraph_msgs.msg import Clock
 from visualization_msgs.msg import Marker
-
-from harness import FIRST_Z, OUTPUT, STEP_Z, Camera, Counters, FakeDetector, Output, wait_for
 
 # Stamps of the bag [s] and its rounds.
 BEGIN, PERIOD, FRAMES, ROUNDS = 1000.0, 1 / 30, 30, 3

@@ -7,9 +7,9 @@ import numpy as np
 import rospy
 import rostest
 import tf2_ros
+from harness import FRAME_ID, Camera, Counters, FakeDetector, Output, cloud, image, now, points, position, wait_for
 from std_msgs.msg import Header
 
-from harness import FRAME_ID, Camera, Counters, FakeDetector, Output, cloud, image, now, points, position, wait_for
 from skeleton_extract_3d.ros.convert import transform_from_matrix
 
 # From the optical frame (x right, y down, z forward) to a room with z up, 1.5 m below the camera [m].

@@ -6,11 +6,11 @@ import unittest
 import numpy as np
 import rospy
 import rostest
+from harness import OUTPUT, Counters, now, wait_for
 from openpose_ros_msgs.msg import PersonDetection_3dArray
 from std_msgs.msg import Header
 from visualization_msgs.msg import Marker
 
-from harness import OUTPUT, Counters, now, wait_for
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.people import MEASURED, MISSING, People3D
 from skeleton_extract_3d.ros.convert import people_to_messages

@@ -45,7 +45,10 @@ class Camera:
         if self._params.camera_info_file:
             self._info = camera_info_from_file(self._params.camera_info_file)
             self._info_publisher = rospy.Publisher('camera_info', CameraInfo, queue_size=1)
-        self._source = VideoSource(self._params.source, self._params.width, self._params.height)
+        try:
+            self._source = VideoSource(self._params.source, self._params.width, self._params.height)
+        except BadInputError as error:
+            raise ParameterError(f"parameter 'source' = {self._params.source!r} is not allowed: {error}") from error
         self._publisher = rospy.Publisher('image_raw', Image, queue_size=1)
         threading.Thread(target=self._run, name='camera', daemon=True).start()
 

@@ -1,11 +1,11 @@
 """The client node: sends the newest image of a camera through the detection service."""
-
 import cv2
+import rosgraph.names
 import rospy
 from sensor_msgs.msg import Image
 
 from openpose_ros_pkg.draw import draw_people
-from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.models import find_model
 from openpose_ros_pkg.newest_wins import NewestWinsWorker
 from openpose_ros_pkg.node_params import CLIENT_PARAMETERS
@@ -22,12 +22,16 @@ class StreamingClient:
 
     def __init__(self) -> None:
         self._params, service, transport, self._draw_params = read_private(*CLIENT_PARAMETERS)
+        topic = self._params.camera_topic
+        if not topic or not rosgraph.names.is_legal_name(topic):
+            # rospy would only log an error, and wait for ever
+            raise ParameterError(f"parameter 'camera_topic' = {topic!r} is not allowed: the name of a topic")
         self._skeleton = find_model(self._params.pose_model).skeleton
         self._health = Health()
         self._client = DetectionClient('detect_poses', service)
         self._publisher = rospy.Publisher('openpose_ros/input_image', Image, queue_size=1)
         self._worker = NewestWinsWorker(self._process, self._failed, 'client')
-        self._subscriber = image_subscriber(self._params.camera_topic, transport)
+        self._subscriber = image_subscriber(topic, transport)
         self._subscriber.registerCallback(self._worker.submit)
         rospy.loginfo('waiting for images on %s', self._subscriber.sub.resolved_name)
 

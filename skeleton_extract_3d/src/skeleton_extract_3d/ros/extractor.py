@@ -7,7 +7,6 @@ import message_filters
 import rospy
 import tf2_ros
 from openpose_ros_msgs.msg import PersonDetection_3d, PersonDetection_3dArray
-from openpose_ros_pkg.pairing import PairingParams
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2
 from std_msgs.msg import Header
 
@@ -15,6 +14,7 @@ from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.models import find_model
 from openpose_ros_pkg.newest_wins import NewestWinsWorker
 from openpose_ros_pkg.node_params import ImageTransportParams
+from openpose_ros_pkg.pairing import PairingParams
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.ros.convert import people_from_messages
 from openpose_ros_pkg.ros.health import Health

@@ -1,0 +1,281 @@
+"""Messages become core types and come back: clouds of any layout, depth images, people, markers, transforms."""
+from io import BytesIO
+
+import numpy as np
+import pytest
+from openpose_ros_msgs.msg import BodypartDetection_3d, PersonDetection_3d, PersonDetection_3dArray
+from sensor_msgs.msg import CameraInfo, PointCloud2, PointField
+from std_msgs.msg import Header
+from visualization_msgs.msg import Marker
+
+from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_pkg.skeletons import COCO_18, SKELETONS
+from skeleton_extract_3d.depth import XYZRGB, CameraModel, cloud_from_depth
+from skeleton_extract_3d.markers import MarkerSpec
+from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
+from skeleton_extract_3d.ros import convert
+
+W, H, K = 7, 5, len(COCO_18.joints)
+HEADER = Header(frame_id='camera')
+LENS = CameraModel(W, H, np.array([[6.0, 0, 3.1], [0, 6.5, 2.2], [0, 0, 1]]))
+BARREL = (-0.2, 0.03, 0.001, -0.002, 0.0)
+
+
+def points_of_pixels():
+    """(u, v, 1 + u + 10 v) at each pixel."""
+    v, u = np.mgrid[:H, :W].astype(np.float64)
+    return np.stack([u, v, 1 + u + 10 * v], axis=-1)
+
+
+def all_points(grid):
+    v, u = (axis.ravel() for axis in np.mgrid[:grid.height, :grid.width])
+    return grid.window(u, v, 1).reshape(grid.height, grid.width, 3)
+
+
+def cloud_message(points, names=('x', 'y', 'z'), offsets=(0, 4, 8), point_step=16, padding=0, double=False, big=False):
+    """Write points field by field, with 0xff in all other bytes."""
+    height, width = points.shape[:2]
+    row_step = width * point_step + padding
+    data = np.full(height * row_step, 0xff, np.uint8)
+    fields = []
+    for name, offset in zip(names, offsets):
+        fields.append(PointField(name, offset, PointField.FLOAT64 if double else PointField.FLOAT32, 1))
+        if name in ('x', 'y', 'z'):
+            dtype = ('>' if big else '<') + ('f8' if double else 'f4')
+            view = np.ndarray((height, width), dtype, data, offset, (row_step, point_step))
+            view[:] = points[..., 'xyz'.index(name)]
+    return PointCloud2(header=HEADER, height=height, width=width, fields=fields, is_bigendian=big,
+                       point_step=point_step, row_step=row_step, data=data.tobytes(), is_dense=False)
+
+
+def sent(message):
+    """Return the message as a subscriber gets it."""
+    buffer = BytesIO()
+    message.serialize(buffer)
+    return type(message)().deserialize(buffer.getvalue())
+
+
+@pytest.mark.parametrize('layout', [
+    {}, {'names': ('z', 'x', 'y')}, {'offsets': (8, 0, 4)}, {'offsets': (17, 3, 9), 'point_step': 21},
+    {'names': ('intensity', 'x', 'ring', 'y', 'z'), 'offsets': (0, 4, 8, 12, 16), 'point_step': 48},
+    {'double': True, 'offsets': (0, 8, 16), 'point_step': 32}, {'padding': 13}, {'big': True},
+    {'double': True, 'big': True, 'padding': 5, 'offsets': (24, 9, 1), 'point_step': 40}], ids=str)
+def test_points_are_read_whatever_the_layout(layout):
+    cloud = convert.cloud_from_message(sent(cloud_message(points_of_pixels(), **layout)))
+    np.testing.assert_array_equal(all_points(cloud), points_of_pixels())
+
+
+def spoilt(**changes):
+    message = cloud_message(points_of_pixels())
+    for name, value in changes.items():
+        setattr(message, name, value)
+    return message
+
+
+@pytest.mark.parametrize('message, words', [
+    (PointCloud2(), ['empty', '0 x 0']),
+    (spoilt(fields=spoilt().fields[:2]), ['no field z', 'x, y']),
+    (spoilt(data=bytes(100)), ['truncated', '100', str(16 * W * H)]),
+    (spoilt(row_step=16 * W - 1), ['row_step', str(16 * W)]),
+    (spoilt(point_step=10), ['point_step is 10']),
+    (spoilt(fields=[PointField(axis, 4 * i, PointField.INT32, 1) for i, axis in enumerate('xyz')]), ['int32']),
+    (spoilt(fields=[PointField(axis, 4 * i, 99, 1) for i, axis in enumerate('xyz')]), ['unknown type 99']),
+    (cloud_message(points_of_pixels().reshape(1, -1, 3)), ['not organized', 'width 35, height 1'])],
+    ids=lambda value: value[0] if isinstance(value, list) else '')
+def test_what_is_no_organized_cloud_is_refused_with_its_values(message, words):
+    with pytest.raises(BadInputError) as error:
+        convert.cloud_from_message(sent(message))
+    assert all(word in str(error.value) for word in words)
+
+
+def test_a_cloud_comes_back_from_its_message():
+    depth = np.full((H, W), 2.0)
+    depth[1, 2] = 0
+    cloud = cloud_from_depth(depth, LENS, np.full((H, W, 3), (10, 20, 30), np.uint8))
+    message = sent(convert.cloud_to_message(cloud, HEADER))
+    assert [(field.name, field.offset, field.datatype) for field in message.fields] == [
+        ('x', 0, PointField.FLOAT32), ('y', 4, PointField.FLOAT32), ('z', 8, PointField.FLOAT32),
+        ('rgb', 16, PointField.FLOAT32)]
+    assert (message.point_step, message.row_step, message.header.frame_id) == (32, 32 * W, 'camera')
+    expected = np.stack([cloud[axis] for axis in 'xyz'], axis=-1)
+    np.testing.assert_array_equal(all_points(convert.cloud_from_message(message)), expected)
+    assert np.isnan(expected[1, 2]).all() and np.isfinite(expected[0, 0]).all()
+    # blue, green, red, as RViz reads the four bytes at rgb
+    assert bytes(message.data[16:20]) == bytes((10, 20, 30, 0))
+
+
+def test_an_empty_cloud_has_an_empty_message():
+    message = convert.cloud_to_message(np.zeros((0, 0), XYZRGB), HEADER)
+    assert (message.width, message.height, message.data) == (0, 0, b'')
+
+
+def depth_message(depth, encoding='16UC1', padding=0, big=False):
+    message = convert.depth_to_message(np.zeros((H, W), np.uint16), HEADER)
+    dtype = np.dtype(('>' if big else '<') + {'16UC1': 'u2', '32FC1': 'f4'}[encoding])
+    step = W * dtype.itemsize + padding
+    data = np.full(H * step, 0xff, np.uint8)
+    np.ndarray((H, W), dtype, data, 0, (step, dtype.itemsize))[:] = depth
+    message.encoding, message.step, message.is_bigendian, message.data = encoding, step, int(big), data.tobytes()
+    return message
+
+
+@pytest.mark.parametrize('camera', [
+    LENS, CameraModel(W, H, LENS.matrix, 'plumb_bob', np.array(BARREL)),
+    CameraModel(W, H, LENS.matrix, 'rational_polynomial', np.array([*BARREL, 0.01, -0.01, 0.002])),
+    CameraModel(W, H, LENS.matrix, 'equidistant', np.array([0.01, -0.002, 0.001, 0.0]))],
+    ids=lambda camera: camera.distortion_model or 'none')
+@pytest.mark.parametrize('encoding, unit', [('16UC1', 1000), ('32FC1', 1)])
+@pytest.mark.parametrize('padding, big', [(0, False), (6, True)])
+def test_depth_images_give_the_points_that_project_to_their_pixels(camera, encoding, unit, padding, big):
+    z = points_of_pixels()[..., 2] * 0.125
+    message = sent(depth_message(z * unit, encoding, padding, big))
+    grid = convert.depth_image_from_messages(message, sent(convert.camera_to_message(camera, HEADER)))
+    points = all_points(grid)
+    np.testing.assert_allclose(points[..., 2], z, atol=1e-6)
+    v, u = np.mgrid[:H, :W]
+    # what `_ROUND_TRIP_TOLERANCE` lets through is far less at these lenses
+    np.testing.assert_allclose(camera.project(points), np.stack([u.ravel(), v.ravel()], axis=-1), atol=1e-3)
+
+
+def test_missing_depth_is_missing():
+    z = np.full((H, W), 1.5, np.float32)
+    z[0, :4] = 0, np.nan, np.inf, -1
+    info = convert.camera_to_message(LENS, HEADER)
+    points = all_points(convert.depth_image_from_messages(depth_message(z, '32FC1'), info))
+    assert np.isnan(points[0, :4]).all() and np.isfinite(points[0, 4:]).all() and np.isfinite(points[1:]).all()
+
+
+def test_rectified_images_use_p_and_no_distortion():
+    info = convert.camera_to_message(CameraModel(W, H, LENS.matrix, 'plumb_bob', np.array(BARREL)), HEADER)
+    info.P = [8.0, 0, 3.0, 0.4, 0, 9.0, 2.0, 0, 0, 0, 1, 0]
+    camera = convert.camera_from_message(info, rectified=True)
+    np.testing.assert_array_equal(camera.matrix, [[8, 0, 3], [0, 9, 2], [0, 0, 1]])
+    assert camera.distortion.size == 0
+    grid = convert.depth_image_from_messages(depth_message(np.full((H, W), 2000)), info, rectified=True)
+    np.testing.assert_allclose(grid.window(np.array([5]), np.array([4]), 1)[0, 0], [0.5, 4 / 9, 2.0])
+
+
+@pytest.mark.parametrize('camera', [LENS, CameraModel(W, H, LENS.matrix, 'plumb_bob', np.array(BARREL))], ids=str)
+def test_a_camera_comes_back_from_its_message(camera):
+    back = convert.camera_from_message(sent(convert.camera_to_message(camera, HEADER)))
+    assert (back.width, back.height) == (W, H)
+    np.testing.assert_array_equal(back.matrix, camera.matrix)
+    np.testing.assert_array_equal(back.distortion, camera.distortion)
+
+
+@pytest.mark.parametrize('info, words', [
+    (CameraInfo(), '0 x 0'), (CameraInfo(width=W, height=H), 'not calibrated'),
+    (CameraInfo(width=W, height=H, K=LENS.matrix.ravel().tolist(), distortion_model='mirror', D=[1.0]), "'mirror'")])
+def test_cameras_without_calibration_are_refused(info, words):
+    with pytest.raises(BadInputError, match=words):
+        convert.camera_from_message(info)
+
+
+def some_people():
+    """Three people: complete, with one joint of each status, with none."""
+    random = np.random.default_rng(3)
+    xyz = random.uniform(-3, 3, (3, K, 3))
+    status = np.full((3, K), MEASURED)
+    status[1], status[2] = MISSING, MISSING
+    status[1, 4], status[1, 7] = INFERRED, MEASURED
+    xyz[status == MISSING] = np.nan
+    confidence = random.uniform(0.1, 1, (3, K)) * (status != MISSING)
+    sigma = np.where(status == INFERRED, 0.05, np.nan)
+    return People3D(COCO_18, xyz, confidence, status, sigma, [4, 17, 2])
+
+
+def as_array(messages):
+    return sent(PersonDetection_3dArray(header=HEADER, pose_model='COCO_18', persons=messages))
+
+
+def test_nobody_comes_back_as_nobody():
+    nobody = People3D(COCO_18, np.zeros((0, K, 3)), np.zeros((0, K)), np.zeros((0, K)), np.zeros((0, K)), [])
+    assert convert.people_to_messages(nobody, HEADER) == []
+    assert len(convert.people_from_array(as_array([]))) == 0
+
+
+def test_people_come_back_from_their_messages():
+    people = some_people()
+    back = convert.people_from_array(as_array(convert.people_to_messages(people, HEADER)))
+    assert back.skeleton is COCO_18
+    for name in ('xyz', 'confidence', 'status', 'sigma', 'ids'):
+        np.testing.assert_array_equal(getattr(back, name), getattr(people, name), name)
+
+
+def test_each_message_says_how_many_there_are_and_whose_it_is():
+    messages = convert.people_to_messages(some_people(), HEADER)
+    assert [(message.person_ID, message.num_people_detected, message.header.frame_id) for message in messages] == [
+        (4, 3, 'camera'), (17, 3, 'camera'), (2, 3, 'camera')]
+    np.testing.assert_allclose(messages[0].neck.z, some_people().xyz[0, COCO_18.index['neck'], 2])
+    assert messages[1].right_wrist.status == BodypartDetection_3d.INFERRED
+
+
+def test_missing_parts_are_nan_also_those_that_the_model_does_not_have():
+    complete, some, none = convert.people_to_messages(some_people(), HEADER)
+    parts = set(PersonDetection_3d.__slots__) - {'header', 'num_people_detected', 'person_ID'}
+    assert len(parts) == 27
+    for person, joints in ((complete, set(COCO_18.joints)), (some, {'right_wrist', 'left_wrist'}), (none, set())):
+        for name in parts - joints:
+            part = getattr(person, name)
+            assert np.isnan([part.x, part.y, part.z, part.sigma]).all()
+            assert (part.status, part.confidence) == (BodypartDetection_3d.MISSING, 0.0)
+
+
+def test_an_unknown_joint_set_is_refused():
+    with pytest.raises(BadInputError, match='SPIDER.*' + '.*'.join(SKELETONS)):
+        convert.people_from_array(PersonDetection_3dArray(pose_model='SPIDER'))
+
+
+def test_a_status_without_a_position_is_refused():
+    messages = convert.people_to_messages(some_people(), HEADER)
+    messages[0].neck.x = np.nan
+    with pytest.raises(BadInputError, match='MISSING'):
+        convert.people_from_array(as_array(messages))
+
+
+def test_markers_carry_header_pose_lifetime_and_points():
+    points = np.array([(0, 0, 1), (0.5, -0.5, 2)], np.float32)
+    spec = MarkerSpec('skeleton', 7, 'add', 'line_list', points, 0.03, (0, 0, 1, 0.5), lifetime=0.25)
+    marker = sent(convert.marker_to_message(spec, HEADER))
+    assert (marker.ns, marker.id, marker.type, marker.action) == ('skeleton', 7, Marker.LINE_LIST, Marker.ADD)
+    assert marker.header.frame_id == 'camera' and marker.lifetime.to_sec() == 0.25
+    orientation = marker.pose.orientation
+    assert (orientation.x, orientation.y, orientation.z, orientation.w) == (0, 0, 0, 1)
+    assert (marker.color.r, marker.color.g, marker.color.b, marker.color.a) == (0, 0, 1, 0.5)
+    assert marker.scale.x == 0.03
+    np.testing.assert_array_equal([(point.x, point.y, point.z) for point in marker.points], points)
+
+
+def test_a_text_stands_at_its_pose():
+    spec = MarkerSpec('label', 7, 'add', 'text', np.array([(1, 2, 3)], np.float32), 0.15, text='7')
+    marker = convert.marker_to_message(spec, HEADER)
+    assert (marker.type, marker.text, marker.points, marker.scale.z) == (Marker.TEXT_VIEW_FACING, '7', [], 0.15)
+    assert (marker.pose.position.x, marker.pose.position.y, marker.pose.position.z) == (1, 2, 3)
+
+
+def test_a_delete_names_its_marker():
+    marker = sent(convert.marker_to_message(MarkerSpec('joints', 7), HEADER))
+    assert (marker.ns, marker.id, marker.action, marker.points) == ('joints', 7, Marker.DELETE, [])
+    assert marker.header.frame_id == 'camera' and marker.pose.orientation.w == 1
+
+
+@pytest.mark.parametrize('angles', [(0, 0, 0), (90, 0, 0), (0, 180, 0), (-95, 10, 170), (20, -30, 40)], ids=str)
+def test_a_transform_comes_back_from_its_message(angles):
+    a, b, c = np.radians(angles)
+    about_x = np.array([[1, 0, 0], [0, np.cos(a), -np.sin(a)], [0, np.sin(a), np.cos(a)]])
+    about_y = np.array([[np.cos(b), 0, np.sin(b)], [0, 1, 0], [-np.sin(b), 0, np.cos(b)]])
+    about_z = np.array([[np.cos(c), -np.sin(c), 0], [np.sin(c), np.cos(c), 0], [0, 0, 1]])
+    matrix = np.eye(4)
+    matrix[:3, :3], matrix[:3, 3] = about_z @ about_y @ about_x, (1, -2, 0.5)
+    message = sent(convert.transform_from_matrix(matrix, Header(frame_id='world'), 'camera'))
+    assert (message.header.frame_id, message.child_frame_id) == ('world', 'camera')
+    rotation, translation = convert.rotation_and_translation(message)
+    np.testing.assert_allclose(rotation, matrix[:3, :3], atol=1e-9)
+    np.testing.assert_array_equal(translation, (1, -2, 0.5))
+
+
+def test_the_quaternion_of_a_quarter_turn():
+    # as tf has it: x, y, z, w; a turn by 90 degrees about z takes x to y
+    matrix = np.array([[0, -1, 0, 0], [1, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1.0]])
+    rotation = convert.transform_from_matrix(matrix, HEADER, 'camera').transform.rotation
+    np.testing.assert_allclose([rotation.x, rotation.y, rotation.z, rotation.w], [0, 0, 0.5 ** 0.5, 0.5 ** 0.5])
