@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""The client node: camera -> client -> service, with services that are late, die, hang or refuse."""
+"""The client node on what goes wrong: services that hang, compressed images that are none."""
 import socket
 import sys
 import threading
@@ -10,16 +10,10 @@ import numpy as np
 import rosgraph
 import rospy
 import rostest
-from openpose_ros_msgs.msg import PersonDetectionArray
+from harness import Counters, Recorder, image, picture, publisher, wait_for
 from openpose_ros_msgs.srv import GetPersons
-from ros_test_tools import Counters, Recorder, distance, image, joints, node, picture, true_people, wait_for
-from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import CompressedImage, Image
 
-SERVICE_NODE = 'openpose_ros_service_node'
-FAST = ('_net_input_width:=464', '_net_input_height:=256')
-FRAMES = 40  # of the sequence that the camera plays
-ACCURACY = 10.0  # [px] of the median joint; people move by 10 to 20 from frame to frame
 GREY = np.full((48, 64, 3), 128, np.uint8)
 
 
@@ -49,77 +43,6 @@ class FakeService:
         self.images.append(request.image)
         self._go_on.wait()
         return [[]]
-
-
-def publisher(topic, kind):
-    """A publisher whose subscriber is there."""
-    result = rospy.Publisher(topic, kind, queue_size=10)
-    wait_for(lambda: result.get_num_connections() > 0, f'a subscriber of {topic}')
-    return result
-
-
-class ChainTest(unittest.TestCase):
-    """One story of the whole chain."""
-
-    def test_late_killed_restarted_and_bad_image(self):
-        log = Recorder('/rosout', Log)
-        sent = Recorder('openpose_ros/input_image', Image)
-        arrays = Recorder('openpose_ros/detected_poses', PersonDetectionArray, connect=False)
-        counters = Counters('openpose_ros_node')
-
-        # no service yet: says so; the camera's images are handed on all the same
-        counters.wait('service call failed', 1)
-        counters.wait_text('/detect_poses', 'unavailable')
-        wait_for(lambda: any('waiting for service /detect_poses' in m.msg for m in log.messages.copy()),
-                 'the client says that it waits')
-        self.assertEqual(counters['frames'], 0)
-        first = sent.wait(1)[0]
-        self.assertEqual((first.width, first.height, first.encoding), (960, 540, 'bgr8'))
-        self.assertEqual(first.header.frame_id, 'camera_optical_frame')
-
-        # it comes: the client goes on, with the camera's stamps, and the people are those of its picture
-        with node('openpose_ros_node', *FAST, name=SERVICE_NODE) as service:
-            self.assert_results_come(sent, arrays)
-            counters.wait('frames', 3)
-
-            # an image that is cut off is refused by the service, counted, and the next ones work
-            service_counters = Counters(SERVICE_NODE)
-            before = counters['service call failed']
-            camera = publisher('/usb_cam/image_raw', Image)
-            cut_off = image(GREY)
-            cut_off.data = cut_off.data[:100]
-
-            def counted():
-                camera.publish(cut_off)  # again and again, as the camera's next image may take its place
-                return service_counters['bad image'] > 0 and counters['service call failed'] > before
-            wait_for(counted, 'the image that is cut off is counted')
-            counters.wait_text('truncated', '100 bytes', 'expected 9216')
-            self.assert_results_come(sent, arrays)
-
-            # it dies without a word, and returns
-            failed = counters['service call failed']
-            service.kill()
-            service.wait()
-        wait_for(lambda: counters['service call failed'] > failed, 'the client notices that the service died')
-        with node('openpose_ros_node', *FAST, name=SERVICE_NODE):
-            self.assert_results_come(sent, arrays)
-
-    def assert_results_come(self, sent, arrays):
-        """New results come, of images that were sent, and one with both people shows them where they are."""
-        start = len(arrays.messages)
-        # frames that show most of both people
-        truth = [people for people in map(true_people, range(FRAMES)) if min(map(len, people)) >= 11]
-
-        def right():
-            for array in arrays.messages[start:]:
-                found = [joints(person) for person in array.persons]
-                for people in truth:
-                    if len(found) == 2 and all(min(distance(t, f) for f in found) < ACCURACY for t in people):
-                        return array
-            return None
-        array = wait_for(right, lambda: f'both people of one of the frames; '
-                                        f'{[len(a.persons) for a in arrays.messages[start:]]} people came')
-        sent.wait(1, array.header.stamp)
 
 
 class HungServiceTest(unittest.TestCase):
@@ -197,13 +120,6 @@ class CompressedTest(unittest.TestCase):
             self.assertEqual(len(service.images), 2)
 
 
-class SuiteTest(unittest.TestSuite):
-
-    def __init__(self):
-        load = unittest.defaultTestLoader.loadTestsFromTestCase
-        super().__init__(load(case) for case in (ChainTest, HungServiceTest, CompressedTest))
-
-
 if __name__ == '__main__':
-    rospy.init_node('client_test')
-    rostest.rosrun('openpose_ros_pkg', 'client', 'client_test.SuiteTest', sys.argv)
+    rospy.init_node('client_faults_test')
+    rostest.rosrun('openpose_ros_pkg', 'client_faults', 'client_faults_test', sys.argv)

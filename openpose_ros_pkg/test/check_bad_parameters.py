@@ -9,7 +9,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import rostest
-from ros_test_tools import TIMEOUT
+from harness import TIMEOUT
 
 WEIGHTS = 'mobilenet_thin/graph_opt.pb'
 # The master keeps the parameters of a node that has ended.

@@ -7,14 +7,14 @@ import cv2
 import numpy as np
 import rospy
 import rostest
+from harness import TIMEOUT, Counters, Recorder, at_once, distance, image, joints, picture, true_people, wait_for
 from openpose_ros_msgs.msg import PersonDetection, PersonDetectionArray
 from openpose_ros_msgs.srv import GetPersons
-from ros_test_tools import TIMEOUT, Counters, Recorder, at_once, distance, image, joints, picture, true_people, wait_for
 from sensor_msgs.msg import Image
 
 NODE = 'openpose_ros_service_node'
-# The network's fields have one value for 8 of its pixels, that is 12 of the picture; the median joint is found within
-# less than one of these, and the two people are 400 apart.
+# [px] The network's fields have one value for 12 x 12 pixels of the picture, and the median joint is found within less
+# than one of these: measured 2.7 to 7.4 in the frames used here. The people are 150 to 400 apart.
 ACCURACY = 10.0
 # Network and decoder compute the same for the same picture.
 EQUAL = 0.01

@@ -88,6 +88,13 @@ class Recorder:
         self._subscriber.unregister()
 
 
+def publisher(topic, kind):
+    """A publisher whose subscriber is there."""
+    result = rospy.Publisher(topic, kind, queue_size=10)
+    wait_for(lambda: result.get_num_connections() > 0, f'a subscriber of {topic}')
+    return result
+
+
 class Counters:
     """The counters of a node, as /diagnostics shows them."""
 
