@@ -122,4 +122,4 @@ class CompressedTest(unittest.TestCase):
 
 if __name__ == '__main__':
     rospy.init_node('client_faults_test')
-    rostest.rosrun('openpose_ros_pkg', 'client_faults', 'client_faults_test', sys.argv)
+    rostest.rosrun('openpose_ros_pkg', 'client_faults', 'check_client_faults', sys.argv)
