@@ -50,7 +50,6 @@ def score_limbs(pafs: np.ndarray, peaks: Peaks, skeleton: SkeletonModel, stride:
     limb, start, end = _all_pairs(peaks, skeleton)
     cells = (peaks.xy + 0.5) / stride - 0.5
     vector = cells[end] - cells[start]
-    length = np.sqrt((vector ** 2).sum(axis=1))
     length = np.maximum(np.sqrt((vector ** 2).sum(axis=1)), 1e-3)
 
     affinity = _sample_along(pafs, skeleton, limb, cells[start], vector, samples, vector / length[:, None])
