@@ -184,7 +184,8 @@ def run(arguments: argparse.Namespace, output: Path) -> ResultWatch:
             session.stop(nodes)
             take_picture_of_rviz(session, arguments, command, output / 'rviz.png', screen)
         if arguments.rviz:
-            input('[demo] RViz stays open; press Enter to end ')
+            with suppress(EOFError):  # no terminal: end at once
+                input('[demo] RViz stays open; press Enter to end ')
     return results
 
 
