@@ -1,16 +1,14 @@
-"""Call the detection service from a worker thread: waits for it, gives up in time, goes on when it returns."""
+"""Call the detection service from a worker thread: gives up in time, goes on when the service comes or returns."""
 import threading
 from typing import List, Optional
 
+import rosgraph
 import rospy
 from openpose_ros_msgs.msg import PersonDetection
 from openpose_ros_msgs.srv import GetPersons
 from sensor_msgs.msg import Image
 
 from openpose_ros_pkg.node_params import ServiceClientParams
-
-# How often a client that waits for the service says so [s].
-_SAY_PERIOD = 5.0
 
 
 class ServiceCallError(Exception):
@@ -29,22 +27,6 @@ class DetectionClient:
         self._timeout = params.service_timeout
         self._hung: Optional[_Call] = None
 
-    def wait(self) -> bool:
-        """Block until the service is there, saying so on the log; return False on shutdown."""
-        waited = 0.0
-        while not rospy.is_shutdown():
-            try:
-                rospy.wait_for_service(self._name, timeout=_SAY_PERIOD)
-                if waited:
-                    rospy.loginfo('service %s is there', self._name)
-                return True
-            except rospy.ROSInterruptException:
-                return False
-            except rospy.ROSException:
-                waited += _SAY_PERIOD
-                rospy.logwarn('waiting for service %s since %.0f s; frames are skipped meanwhile', self._name, waited)
-        return False
-
     def detect(self, image: Image) -> List[PersonDetection]:
         """Return the people in an image, in pixels of that image; for one thread at a time.
 
@@ -62,8 +44,17 @@ class DetectionClient:
             self._hung = call
             raise self._no_answer()
         if call.error is not None:
+            if not self._is_registered():
+                raise ServiceCallError(f'waiting for service {self._name}: unavailable, frames are skipped meanwhile')
             raise ServiceCallError(f'{self._name}: {call.error}') from call.error
         return call.detections
+
+    def _is_registered(self) -> bool:
+        try:
+            rosgraph.Master(rospy.get_name()).lookupService(self._name)
+        except (rosgraph.MasterException, OSError):
+            return False
+        return True
 
     def _no_answer(self) -> ServiceCallError:
         return ServiceCallError(f'no answer from {self._name} within {self._timeout:g} s')

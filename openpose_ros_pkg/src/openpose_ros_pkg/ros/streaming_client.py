@@ -49,7 +49,6 @@ class StreamingClient:
     def _failed(self, error: Exception) -> None:
         if isinstance(error, ServiceCallError):
             self._health.warn('service call failed', str(error))
-            self._client.wait()
         elif isinstance(error, BadInputError):
             self._health.warn('bad image', str(error))
         else:

@@ -127,7 +127,6 @@ class Extractor:
     def _failed(self, error: Exception) -> None:
         if isinstance(error, ServiceCallError):
             self._health.warn('service call failed', str(error))
-            self._client.wait()
         elif isinstance(error, BadInputError):
             self._health.warn('bad input', str(error))
         elif isinstance(error, tf2_ros.TransformException):
