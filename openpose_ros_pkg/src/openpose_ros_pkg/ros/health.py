@@ -52,11 +52,6 @@ class Health:
             self._warned[event] = now
         rospy.logwarn('%s: %s (%d so far)', event, text, number)
 
-    def counts(self) -> Dict[str, int]:
-        """Return a copy of all counters."""
-        with self._lock:
-            return dict(self._counts)
-
     def _keep_reporting(self) -> None:
         # wall time, so that diagnostics do not stop with the simulated clock
         while not rospy.is_shutdown():

@@ -2,7 +2,6 @@
 from typing import Union
 
 import message_filters
-import numpy as np
 import rospy
 from sensor_msgs.msg import CompressedImage, Image
 
@@ -18,13 +17,6 @@ def image_subscriber(topic: str, params: ImageTransportParams) -> message_filter
         # resolved first, so that a remapping of the image topic holds for its compressed sibling too
         return message_filters.Subscriber(rospy.resolve_name(topic) + '/compressed', CompressedImage, queue_size=1)
     return message_filters.Subscriber(topic, Image, queue_size=1)
-
-
-def any_image_to_bgr(message: AnyImage) -> np.ndarray:
-    """Return (H, W, 3) uint8 BGR of either kind of message; see the converters for the errors."""
-    if message._type == CompressedImage._type:
-        return convert.compressed_image_to_bgr(message)
-    return convert.image_to_bgr(message)
 
 
 def raw_image(message: AnyImage) -> Image:
