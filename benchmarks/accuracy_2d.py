@@ -23,9 +23,7 @@ import yaml
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'openpose_ros_pkg' / 'src'))
 
-from openpose_ros_pkg.backends import BackendParams
-from openpose_ros_pkg.decode import DecodeParams
-from openpose_ros_pkg.detector import Detector, DetectorParams, create_detector
+from openpose_ros_pkg.detector import DETECTOR_PARAMETERS, Detector, create_detector
 from openpose_ros_pkg.errors import OpenposeRosError
 from openpose_ros_pkg.params import build
 from openpose_ros_pkg.people import People2D
@@ -105,11 +103,12 @@ def main() -> None:
     values = {key: yaml.safe_load(value) for key, _, value in (text.partition('=') for text in args.set)}
     images = json.loads(args.annotations.read_text())['images'][:args.limit]
     try:
-        detector = create_detector(*build((DetectorParams, BackendParams, DecodeParams), values))
+        detector = create_detector(*build(DETECTOR_PARAMETERS, values))
         results, times = detect_all(detector, images, args.images)
     except OpenposeRosError as error:
         raise SystemExit(str(error)) from error
-    report = [f'{len(images)} pictures, {len(results)} people found, {detector.backend.description}',
+    report = [f'{len(images)} pictures, {len(results)} people found, {detector.description}',
+              f'computed: {detector.recipe.description}',
               f'ms per picture: median {np.median(times):.1f}, 90 % below {np.percentile(times, 90):.1f}']
     if results and args.limit is None:
         report += [f'{name:9s} {value:.3f}' if isinstance(value, float) else f'{name:9s} {value}'

@@ -25,9 +25,7 @@ import yaml
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'openpose_ros_pkg' / 'src'))
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'skeleton_extract_3d' / 'src'))
 
-from openpose_ros_pkg.backends import BackendParams
-from openpose_ros_pkg.decode import DecodeParams
-from openpose_ros_pkg.detector import DetectorParams, create_detector
+from openpose_ros_pkg.detector import DETECTOR_PARAMETERS, create_detector
 from openpose_ros_pkg.errors import OpenposeRosError
 from openpose_ros_pkg.params import build
 from openpose_ros_pkg.people import People2D
@@ -38,7 +36,7 @@ from skeleton_extract_3d.lifting import LiftingParams, lift
 from skeleton_extract_3d.people import People3D
 from skeleton_extract_3d.rgbd_sequence import RgbdSequence
 
-PARAMETERS = (DetectorParams, BackendParams, DecodeParams, TrackingParams, LiftingParams)
+PARAMETERS = (*DETECTOR_PARAMETERS, TrackingParams, LiftingParams)
 PART_FIELDS = ('x', 'y', 'z', 'confidence', 'status', 'sigma')
 
 # From the number of a frame and its picture to the people in it.
@@ -118,8 +116,8 @@ def main() -> None:
     parser.add_argument('--evaluate', type=Path, help='script that scores pairs of sequence folder and CSV')
     arguments = parser.parse_args()
     try:
-        detector_params, backend, decode, tracking, lifting = build(PARAMETERS, parameter_values(arguments.set))
-        detector = None if arguments.exact_2d else create_detector(detector_params, backend, decode)
+        *detector_params, tracking, lifting = build(PARAMETERS, parameter_values(arguments.set))
+        detector = None if arguments.exact_2d else create_detector(*detector_params)
         with tempfile.TemporaryDirectory() as temporary:
             out = arguments.out or Path(temporary)
             out.mkdir(parents=True, exist_ok=True)

@@ -1,12 +1,11 @@
 """Turn the annotated images of a bag into a video file."""
 from pathlib import Path
 
-import cv2
 import rosbag
 
+from openpose_ros_pkg.output.frame_writer import DEFAULT_RATE
+from openpose_ros_pkg.output.video_file import VideoFile
 from openpose_ros_pkg.ros.convert import image_to_bgr
-
-DEFAULT_RATE = 10.0
 
 
 def write_annotated_video(bag_path: Path, video_path: Path) -> int:
@@ -18,12 +17,7 @@ def write_annotated_video(bag_path: Path, video_path: Path) -> int:
             return 0
         span = max(stamps) - min(stamps)
         rate = (len(stamps) - 1) / span if span > 0 else DEFAULT_RATE
-        writer = None
-        for _, message, _ in bag.read_messages(topics=topics):
-            bgr = image_to_bgr(message)
-            if writer is None:
-                writer = cv2.VideoWriter(str(video_path), cv2.VideoWriter_fourcc(*'mp4v'), rate,
-                                         (bgr.shape[1], bgr.shape[0]))
-            writer.write(bgr)
-        writer.release()
+        with VideoFile(video_path, rate) as video:
+            for _, message, _ in bag.read_messages(topics=topics):
+                video.write(image_to_bgr(message))
     return len(stamps)

@@ -42,6 +42,7 @@ class BadParametersTest(unittest.TestCase):
                                       "did you mean 'net_input_height'?", 'allowed:'),
             '_net_input_width:=wide': ("'net_input_width' = 'wide'", 'int in -1 .. 4096 [px]'),
             '_alpha_pose:=1.5': ("'alpha_pose' = 1.5", 'float in 0 .. 1'),
+            '_image_topic:=no topic': ("'image_topic' = 'no topic'", 'name of a topic'),
             '_pose_model:=NOBODY': ("'pose_model' = 'NOBODY'", 'mobilenet_thin')})
 
     def test_service_of_the_3d_chain(self):

@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 """The service node with the real network on pictures whose people are known."""
 import sys
+import time
 import unittest
 
 import cv2
@@ -18,6 +19,7 @@ NODE = 'openpose_ros_service_node'
 ACCURACY = 10.0
 # Network and decoder compute the same for the same picture.
 EQUAL = 0.01
+SHARES_TIME = 8.0  # [s]
 BLACK = np.zeros((120, 160, 3), np.uint8)
 
 
@@ -123,6 +125,22 @@ class ServiceTest(unittest.TestCase):
             self.assertEqual(len(group), 4)
             for answer in group:
                 self.assertTrue(same_people(answer, alone[name]), name)
+
+    def test_three_clients_that_never_rest_get_equal_shares(self):
+        """The network takes those who ask in turn; at the ends of the time, one answer more or less."""
+        message = image(cv2.resize(picture(0), (480, 270)), 35.0, 'shares')
+        end = time.monotonic() + SHARES_TIME
+
+        def answers():
+            detect, times = rospy.ServiceProxy('detect_poses', GetPersons, persistent=True), []
+            while time.monotonic() < end:
+                detect(message)
+                times.append(time.monotonic())
+            return times
+
+        counts = [len(times) for times in at_once(answers, answers, answers)]
+        self.assertGreaterEqual(min(counts), 3)
+        self.assertLessEqual(max(counts) - min(counts), 2, counts)
 
     def test_the_annotated_image_comes_only_when_somebody_listens(self):
         bgr = picture(0)

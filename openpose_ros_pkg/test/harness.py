@@ -119,6 +119,10 @@ class Counters:
         """Wait until the counter has reached the number."""
         wait_for(lambda: self[event] >= number, lambda: f"{number} of '{event}' at {self._node}; {self._values}")
 
+    def wait_value(self, key):
+        """Wait until the node shows a value that is no counter; return it."""
+        return wait_for(lambda: self._values.get(key), lambda: f"'{key}' at {self._node}; {self._values}")
+
     def wait_text(self, *parts):
         """Wait until the node has shown a status with all these words."""
         wait_for(lambda: any(all(part in text for part in parts) for text in self.texts.copy()),

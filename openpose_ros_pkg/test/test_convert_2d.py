@@ -17,7 +17,7 @@ from openpose_ros_pkg.ros.convert import (
     people_to_array,
     people_to_messages,
 )
-from openpose_ros_pkg.skeletons import COCO_18
+from openpose_ros_pkg.skeletons import BODY_25, COCO_18, MESSAGE_JOINTS, SKELETONS
 
 WIDTH, HEIGHT = 32, 24
 JOINTS = len(COCO_18.joints)
@@ -236,14 +236,21 @@ def test_compressed_garbage(data):
 
 # ------------------------------------------------------------------------------------------------ people
 
-def two_people():
-    """The second one has only a nose and a left ankle."""
-    keypoints = np.random.default_rng(7).uniform(0.1, 1.0, (2, JOINTS, 3)).astype(np.float32)
+def two_people(skeleton=COCO_18):
+    """The second one has only two joints: the first and the left ankle."""
+    joints = len(skeleton.joints)
+    keypoints = np.random.default_rng(7).uniform(0.1, 1.0, (2, joints, 3)).astype(np.float32)
     keypoints[..., :2] *= 500
-    hidden = np.ones(JOINTS, bool)
-    hidden[[COCO_18.joints.index('nose'), COCO_18.joints.index('left_ankle')]] = False
+    hidden = np.ones(joints, bool)
+    hidden[[0, skeleton.joints.index('left_ankle')]] = False
     keypoints[1, hidden] = (np.nan, np.nan, 0)
-    return People2D(COCO_18, keypoints, [0.9, 0.4], [7, 12])
+    return People2D(skeleton, keypoints, [0.9, 0.4], [7, 12])
+
+
+def test_messages_hold_the_parts_that_joint_sets_may_have():
+    """In this order; a network whose joints are among them can be described without touching code."""
+    parts = [name for name in PersonDetection.__slots__ if name not in ('header', 'num_people_detected', 'person_ID')]
+    assert parts == list(MESSAGE_JOINTS)
 
 
 def test_nobody():
@@ -255,26 +262,41 @@ def test_nobody():
     assert people_from_messages([], COCO_18).keypoints.shape == (0, JOINTS, 3)
 
 
-def test_people_there_and_back():
-    people, header = two_people(), Header(frame_id='camera')
+@pytest.mark.parametrize('skeleton', SKELETONS.values(), ids=SKELETONS.keys())
+def test_people_there_and_back(skeleton):
+    people, header = two_people(skeleton), Header(frame_id='camera')
     messages = people_to_messages(people, header)
     assert [(m.header, m.num_people_detected, m.person_ID) for m in messages] == [(header, 2, 7), (header, 2, 12)]
-    back = people_from_messages(messages, COCO_18)
+    back = people_from_messages(messages, skeleton)
     assert np.array_equal(back.keypoints, people.keypoints, equal_nan=True)
     assert back.ids.tolist() == [7, 12]
+    assert people_to_array(messages, header, skeleton).pose_model == skeleton.name
 
 
-def test_joints_go_to_the_fields_of_their_name():
+@pytest.mark.parametrize('skeleton', SKELETONS.values(), ids=SKELETONS.keys())
+def test_joints_go_to_the_fields_of_their_name(skeleton):
     """Names, not places: the messages hold more parts than any one network finds."""
-    people = two_people()
+    people = two_people(skeleton)
     first, second = people_to_messages(people, Header())
-    for k, joint in enumerate(COCO_18.joints):
+    for k, joint in enumerate(skeleton.joints):
         part = getattr(first, joint)
         assert (part.x, part.y, part.confidence) == tuple(people.keypoints[0, k].tolist())
-    others = set(PersonDetection.__slots__) - set(COCO_18.joints) - {'header', 'num_people_detected', 'person_ID'}
-    assert {'chest', 'mid_hip', 'left_big_toe', 'head_top'} <= others
-    absent = [getattr(first, part) for part in others] + [second.neck, second.right_wrist, second.left_ear]
+    absent = [getattr(first, part) for part in set(MESSAGE_JOINTS) - set(skeleton.joints)]
+    absent += [second.right_wrist, second.left_wrist]
     assert absent == [BodypartDetection(0, 0, 0)] * len(absent)
+
+
+def test_parts_that_only_some_networks_find():
+    """Feet and the middle of the hips come from BODY_25, the top of the head and the chest from MPI_15."""
+    people = two_people(BODY_25)
+    person = people_to_messages(people, Header())[0]
+    feet = ['left_big_toe', 'left_small_toe', 'left_heel', 'right_big_toe', 'right_small_toe', 'right_heel']
+    assert [getattr(person, part).x for part in feet] == people.keypoints[0, 19:, 0].tolist()
+    assert person.mid_hip.y == people.keypoints[0, 8, 1]
+    people = two_people(SKELETONS['MPI_15'])
+    person = people_to_messages(people, Header())[0]
+    assert (person.head_top.x, person.chest.x) == (people.keypoints[0, 0, 0], people.keypoints[0, 14, 0])
+    assert person.nose == person.left_eye == BodypartDetection(0, 0, 0)
 
 
 def test_other_units_on_request():

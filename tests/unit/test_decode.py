@@ -1,4 +1,5 @@
 """The decoder on synthetic confidence maps and affinity fields with known people."""
+import dataclasses
 import time
 
 import numpy as np
@@ -27,42 +28,43 @@ def standing_person(x: float, y: float, height: float) -> np.ndarray:
     return FRONT * height + (x, y)
 
 
-def render_fields(people, net=NET, missing=(), sharpness=1.0):
-    """Draw the fields that a perfect network would give, (57, h, w) float32.
+def render_fields(people, net=NET, missing=(), sharpness=1.0, skeleton=COCO_18):
+    """Draw the fields that a perfect network would give, (57, h, w) float32 for COCO_18.
 
     Joints are Gaussians of 8 network pixels as in training; a limb's field is a unit vector within one cell of the
     limb's line, averaged where limbs of several people cross.
 
     Args:
-        people: (18, 2) network pixels each.
+        people: (K, 2) network pixels each.
         net: (height, width) of the network's input.
         missing: joints that are not drawn, nor limbs that end there.
         sharpness: height of the Gaussians.
+        skeleton: joint set; the confidence map of the background and the fields follow its joints.
     """
     height, width = net[0] // STRIDE, net[1] // STRIDE
     v, u = np.mgrid[:height, :width].astype(float)
-    heat = np.zeros((MOBILENET_THIN.heatmaps, height, width))
-    paf = np.zeros((2 * len(COCO_18.limbs), height, width))
-    index = COCO_18.index
-    count = np.zeros((len(COCO_18.limbs), height, width))
+    heat = np.zeros((len(skeleton.joints) + 1, height, width))
+    paf = np.zeros((2 * len(skeleton.limbs), height, width))
+    index = skeleton.index
+    count = np.zeros((len(skeleton.limbs), height, width))
     for person in people:
         cells = (np.asarray(person) + 0.5) / STRIDE - 0.5
-        for joint, name in enumerate(COCO_18.joints):
+        for joint, name in enumerate(skeleton.joints):
             if name not in missing:
                 squared = (u - cells[joint, 0]) ** 2 + (v - cells[joint, 1]) ** 2
                 heat[joint] = np.maximum(heat[joint], sharpness * np.exp(-squared / 2))
-        for i, limb in enumerate(COCO_18.limbs):
+        for i, limb in enumerate(skeleton.limbs):
             if limb.start in missing or limb.end in missing:
                 continue
             start, vector = cells[index[limb.start]], cells[index[limb.end]] - cells[index[limb.start]]
-            length = np.hypot(*vector)
+            length = max(np.hypot(*vector), 1e-9)
             unit = vector / length
             along = (u - start[0]) * unit[0] + (v - start[1]) * unit[1]
             across = (u - start[0]) * unit[1] - (v - start[1]) * unit[0]
             inside = (along >= -1) & (along <= length + 1) & (np.abs(across) <= 1)
             paf[list(limb.paf)] += inside * unit[:, None, None]
             count[i] += inside
-    for i, limb in enumerate(COCO_18.limbs):
+    for i, limb in enumerate(skeleton.limbs):
         paf[list(limb.paf)] /= np.maximum(count[i], 1)
     heat[-1] = 1 - heat[:-1].max(axis=0)
     return np.concatenate([heat, paf]).astype(np.float32)
@@ -147,6 +149,17 @@ def test_weak_fields_are_nobody():
     fields = 0.2 * render_fields([standing_person(300, 60, 250)])
     assert len(decoded(fields)[0]) == 0
     assert len(decoded(fields, person_min_score=0.1)[0]) == 1
+
+
+@pytest.mark.parametrize('decoder', ['auto', 'numpy'])
+@pytest.mark.parametrize('networks, users, found', [
+    (0.0, 0.05, 1), (0.6, 0.05, 0), (0.3, 0.05, 1), (0.3, 0.6, 0)],
+    ids=['none of its own', 'too high', 'low enough', "the user's is higher"])
+def test_networks_have_a_threshold_of_their_own_and_the_higher_one_counts(networks, users, found, decoder):
+    """Peaks of 0.5; MPI's networks see joints everywhere below 0.6."""
+    fields = render_fields([standing_person(300, 60, 250)], sharpness=0.5)
+    model = dataclasses.replace(MOBILENET_THIN, peak_threshold=networks)
+    assert len(decode(fields, model, DecodeParams(decoder=decoder, peak_threshold=users))[0]) == found
 
 
 # --- borders --------------------------------------------------------------------------------------------------------

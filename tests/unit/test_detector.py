@@ -1,64 +1,73 @@
-"""From an image to people in its pixels, with a stand-in for the network and, where its weights are, the real one."""
+"""From an image to people in its pixels, with stand-ins for the networks and, where weights are, the real ones."""
+import logging
 import threading
+import time
+import typing
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
 
 import cv2
 import numpy as np
 import pytest
-from test_decode import mirrored_fields, render_fields, standing_person
+from stand_in_networks import MovenetNetwork, PafNetwork, Together, chart, in_order, mirrored, person_at
 
+import openpose_ros_pkg.detector
 from openpose_ros_pkg.backends import BackendParams
 from openpose_ros_pkg.backends.self_check import reference_path
 from openpose_ros_pkg.decode import DecodeParams
-from openpose_ros_pkg.detector import Detector, DetectorParams, create_detector, fitted_to_rate
+from openpose_ros_pkg.decode.direct import DirectDecodeParams
+from openpose_ros_pkg.detector import DETECTOR_PARAMETERS, Detector, Networks, create_detector
+from openpose_ros_pkg.ensemble import EnsembleParams
 from openpose_ros_pkg.errors import BadInputError, ModelError, ParameterError
-from openpose_ros_pkg.models import MOBILENET_THIN, weights_path
+from openpose_ros_pkg.models import FETCHED, MOBILENET_THIN, MOVENET_MULTIPOSE, weights_path
 from openpose_ros_pkg.preprocess import fit_image
+from openpose_ros_pkg.recipes import FASTER, MODES, DetectorParams, recipe_of
 from openpose_ros_pkg.skeletons import COCO_18
 
-
-class DrawingBackend:
-    """Stands in for the network: answers with the ideal fields of given people, whatever the picture.
-
-    Args:
-        people: (18, 2) each, pixels of the image of `size`.
-        size: (width, height) of the image.
-    """
-
-    name = description = 'drawing'
-
-    def __init__(self, people=(), size=(640, 480)):
-        self._people, self._size = people, size
-        self.inputs = []
-
-    def infer(self, images):
-        self.inputs.append(images)
-        height, width = images.shape[1:3]
-        # The plan whose padded size this is, found among zooms, as the detector may ask for several scales.
-        plan = next(plan for plan in (fit_image(self._size, 656, 368, 8, zoom) for zoom in (1, 0.7, 0.5, 0.4))
-                    if plan.net_size == (width, height))
-        return render_fields([plan.to_net(person) for person in self._people], (height, width))[np.newaxis]
+SIZE = (640, 480)
+ALONE = {'pose_model': 'mobilenet_thin', 'net_input_width': 656, 'net_input_height': 368}
+ALL_MODES = pytest.mark.parametrize('mode', MODES)
+DEFAULTS = (DecodeParams(), DirectDecodeParams(), EnsembleParams())
 
 
-def detector(backend, decode_params=None, **params):
-    return Detector(MOBILENET_THIN, backend, DetectorParams(**params), decode_params or DecodeParams())
+def alone(network, decode_params=None, **params):
+    """Return a detector with mobilenet_thin alone, at OpenPose's size."""
+    return Detector(DetectorParams(**{**ALONE, **params}), Together(mobilenet_thin=network),
+                    decode_params or DecodeParams(), DirectDecodeParams(), EnsembleParams())
 
 
-def grey(width, height):
-    return np.full((height, width, 3), 128, np.uint8)
+def together(paf=(), movenet=None, size=SIZE, decode_params=None, ensemble_params=None, **params):
+    """Return a detector of which mobilenet_thin and MoveNet see these people; by default both the same."""
+    networks = Together(mobilenet_thin=PafNetwork(paf, size),
+                        movenet_multipose=MovenetNetwork(paf if movenet is None else movenet, size))
+    return Detector(DetectorParams(**params), networks, decode_params or DecodeParams(), DirectDecodeParams(),
+                    ensemble_params or EnsembleParams())
 
+
+def moved(person, x, y):
+    return person + np.array([x, y])
+
+
+def assert_same(one, other):
+    np.testing.assert_array_equal(one.keypoints, other.keypoints)
+    np.testing.assert_array_equal(one.scores, other.scores)
+
+
+# --- one network alone ----------------------------------------------------------------------------------------------
 
 def test_nobody():
-    people = detector(DrawingBackend()).detect(grey(640, 480))
+    people = alone(PafNetwork()).detect(chart(*SIZE))
     assert len(people) == 0 and people.keypoints.shape == (0, 18, 3) and people.skeleton is COCO_18
 
 
 @pytest.mark.parametrize('size', [(640, 480), (641, 479), (959, 541), (321, 243)])
-@pytest.mark.parametrize('place', [0.2, 0.5, 0.8], ids=['left', 'centre', 'right'])
+@pytest.mark.parametrize('place', [0.25, 0.5, 0.8], ids=['left', 'centre', 'right'])
 def test_joints_come_back_in_pixels_of_the_image(size, place):
     """Half a pixel of the network, whatever the sizes round to."""
     width, height = size
-    person = standing_person(place * width, 0.15 * height, 0.75 * height)
-    people = detector(DrawingBackend([person], size)).detect(grey(*size))
+    person = person_at(place * width, 0.2 * height, 0.7 * height)
+    people = alone(PafNetwork([person], size)).detect(chart(*size))
     assert people.keypoints.shape == (1, 18, 3) and people.ids.tolist() == [-1]
     assert people.scores[0] > 0.8
     scale = fit_image(size, 656, 368, 8).scale.min()
@@ -68,41 +77,24 @@ def test_joints_come_back_in_pixels_of_the_image(size, place):
 def test_several_scales_agree_on_where_people_are():
     """Each scale is padded differently; the averaged fields must not be shifted against each other."""
     size = (641, 479)
-    people = [standing_person(150, 60, 380), standing_person(480, 60, 380)]
-    backend = DrawingBackend(people, size)
-    found = detector(backend, num_scales=3, scale_gap=0.3).detect(grey(*size))
-    assert [image.shape[1] for image in backend.inputs] == [368, 264, 152]
+    people = [person_at(150, 80, 360), person_at(480, 80, 360)]
+    network = PafNetwork(people, size)
+    found = alone(network, num_scales=3, scale_gap=0.3).detect(chart(*size))
+    assert [image.shape[0] for image in network.inputs] == [368, 264, 152]
     assert len(found) == 2
-    order = np.argsort(found.xy[:, 1, 0])
-    np.testing.assert_allclose(found.xy[order], np.stack(people), atol=2.5)
+    np.testing.assert_allclose(in_order(found), np.stack(people), atol=2.5)
 
 
 def test_joints_stay_within_the_image():
     """A person half beyond each side: what is found lies on pixels that exist, the rest is missing."""
     size = (641, 479)
-    people = [standing_person(0, 60, 380), standing_person(640, 60, 380)]
-    found = detector(DrawingBackend(people, size)).detect(grey(*size))
+    people = [person_at(0, 80, 360), person_at(640, 80, 360)]
+    found = alone(PafNetwork(people, size)).detect(chart(*size))
     assert len(found) == 2
     xy = found.xy[found.present]
     assert (xy >= 0).all() and (xy <= np.subtract(size, 1)).all()
     assert (~found.present).sum() >= 4
     assert np.isnan(found.xy[~found.present]).all()
-
-
-def test_mirrored_image_gives_mirrored_people():
-    size = (656, 368)
-    person = standing_person(200.4, 60.2, 250)
-    person[4] += (-40, -100)
-
-    class Mirrored(DrawingBackend):
-        def infer(self, images):
-            return mirrored_fields(super().infer(images)[0])[np.newaxis]
-
-    plain = detector(DrawingBackend([person], size)).detect(grey(*size)).xy[0]
-    mirrored = detector(Mirrored([person], size)).detect(grey(*size)).xy[0]
-    expected = plain[list(COCO_18.swap)]
-    expected[:, 0] = size[0] - 1 - expected[:, 0]
-    np.testing.assert_allclose(mirrored, expected, atol=1e-3)
 
 
 @pytest.mark.parametrize('image, text', [
@@ -111,74 +103,437 @@ def test_mirrored_image_gives_mirrored_people():
     (np.zeros((0, 640, 3), np.uint8), '640x0'), (np.zeros((0, 0, 3), np.uint8), '0x0')],
     ids=['None', 'grey', 'four channels', 'float', 'no rows', '0x0'])
 def test_bad_image_is_refused_and_the_next_one_works(image, text):
-    unit = detector(DrawingBackend([standing_person(320, 60, 380)]))
+    unit = alone(PafNetwork([person_at(320, 80, 360)]))
     with pytest.raises(BadInputError, match=f'expected.*{text}|{text}.*expected'):
         unit.detect(image)
-    assert len(unit.detect(grey(640, 480))) == 1
+    assert len(unit.detect(chart(*SIZE))) == 1
 
 
-def test_image_of_one_pixel():
-    backend = DrawingBackend(size=(1, 1))
-    assert len(detector(backend).detect(grey(1, 1))) == 0
+@ALL_MODES
+def test_image_of_one_pixel(mode):
+    assert len(together(mode=mode).detect(np.full((1, 1, 3), 128, np.uint8))) == 0
 
 
-def test_read_only_image_is_left_alone():
-    image = np.random.default_rng(0).integers(0, 256, (480, 640, 3), dtype=np.uint8)
+@ALL_MODES
+def test_read_only_image_is_left_alone(mode):
+    image = chart(*SIZE)
     before = image.copy()
     image.flags.writeable = False
-    detector(DrawingBackend()).detect(image)
+    assert len(together([person_at(320, 80, 360)], mode=mode).detect(image)) == 1
     np.testing.assert_array_equal(image, before)
 
 
-def test_only_one_thread_at_a_time_computes_the_network():
+def test_thresholds_of_the_decoder():
+    weak = PafNetwork([person_at(320, 80, 360)], confidence=0.4)
+    assert len(alone(weak).detect(chart(*SIZE))) == 1
+    assert len(alone(weak, DecodeParams(person_min_score=0.6)).detect(chart(*SIZE))) == 0
+
+
+def test_a_network_that_finds_people_itself():
+    person = person_at(320, 80, 360)
+    unit = Detector(DetectorParams(pose_model='movenet_multipose'),
+                    Together(movenet_multipose=MovenetNetwork([person])), *DEFAULTS)
+    assert not unit.recipe.is_ensemble
+    found = unit.detect(chart(*SIZE))
+    np.testing.assert_allclose(found.xy, [person], atol=0.5)
+    np.testing.assert_allclose(found.scores, 0.9, atol=1e-6)
+
+
+# --- several networks and closer looks ------------------------------------------------------------------------------
+
+@ALL_MODES
+def test_nobody_in_any_mode(mode):
+    people = together(mode=mode).detect(chart(*SIZE))
+    assert len(people) == 0 and people.keypoints.shape == (0, 18, 3)
+
+
+@ALL_MODES
+@pytest.mark.parametrize('size', [(640, 480), (641, 479), (479, 641)])
+def test_people_on_whom_all_agree_are_where_they_are(mode, size):
+    width, height = size
+    people = [person_at(0.2 * width, 0.25 * height, 0.35 * height), person_at(0.7 * width, 0.3 * height, 0.5 * height)]
+    found = together(people, size=size, mode=mode).detect(chart(*size))
+    assert len(found) == 2 and found.ids.tolist() == [-1, -1]
+    np.testing.assert_allclose(in_order(found), people, atol=1.5)
+    assert (found.scores > 0.9).all() and (np.diff(found.scores) <= 0).all()
+
+
+@pytest.mark.parametrize('mode', ['balanced', 'accurate'])
+def test_joints_lie_between_opinions_that_differ_a_little(mode):
+    person = person_at(320, 100, 300)
+    found = together([person], [moved(person, 4, -2)], mode=mode).detect(chart(*SIZE))
+    assert len(found) == 1
+    between = found.xy[0] - person
+    assert (between[:, 0] > 0.3).all() and (between[:, 0] < 3.7).all()
+    assert (between[:, 1] < 0.3).all() and (between[:, 1] > -2.3).all()
+
+
+def test_what_only_one_network_sees_is_kept_but_is_less_sure():
+    """A person in the distance, whom MoveNet misses, and one whom mobilenet_thin misses."""
+    both, paf, movenet = person_at(120, 100, 300), person_at(320, 100, 300), person_at(520, 100, 300)
+    found = together([both, paf], [both, movenet]).detect(chart(*SIZE))
+    np.testing.assert_allclose(in_order(found), [both, paf, movenet], atol=1.5)
+    assert found.xy[0, 0, 0] == pytest.approx(120, abs=1)  # the surest first
+    thin, whole = (look.weight for look in MODES['balanced'].looks)
+    for place, share in ((320, thin), (520, whole + 1)):  # MoveNet's is seen again from close by
+        score = found.scores[np.abs(found.xy[:, 0, 0] - place).argmin()]
+        assert score == pytest.approx(np.sqrt(0.9 * share / (thin + whole + 1)), abs=0.03)
+
+
+def test_the_wrong_joint_of_one_network_is_outvoted():
+    """MoveNet sees the wrist in the same place from far and from close by; mobilenet_thin alone sees it elsewhere."""
+    person, wrong = person_at(320, 100, 300), person_at(320, 100, 300)
+    wrist = COCO_18.index['left_wrist']
+    wrong[wrist] += (60, 20)
+    found = together([wrong], [person]).detect(chart(*SIZE))
+    assert len(found) == 1
+    np.testing.assert_allclose(found.xy[0], person, atol=1.5)
+    assert found.confidence[0, wrist] < found.confidence[0].max() - 0.15
+
+
+@ALL_MODES
+def test_nobody_is_found_twice(mode):
+    """Six people who overlap, and networks that differ by more than the width of an eye."""
+    people = [person_at(110 + 85 * i, 110, 250) for i in range(6)]
+    found = together(people, [moved(person, 5, 3) for person in people], mode=mode).detect(chart(*SIZE))
+    assert len(found) == 6
+    np.testing.assert_allclose(in_order(found), people, atol=6)
+
+
+def test_a_network_that_reports_somebody_twice():
+    person = person_at(320, 100, 300)
+    found = together([person], [moved(person, 2, 0), moved(person, -2, 0)]).detect(chart(*SIZE))
+    assert len(found) == 1
+
+
+@ALL_MODES
+def test_joints_stay_within_the_image_in_any_mode(mode):
+    size = (641, 479)
+    people = [person_at(2, 80, 360), person_at(640, 80, 420)]
+    found = together(people, size=size, mode=mode).detect(chart(*size))
+    assert len(found) == 2
+    xy = found.xy[found.present]
+    assert (xy >= 0).all() and (xy <= np.subtract(size, 1)).all()
+    assert (~found.present).any() and np.isnan(found.xy[~found.present]).all()
+
+
+@ALL_MODES
+def test_mirrored_image_gives_mirrored_people(mode):
+    width = SIZE[0]
+    people = [person_at(150, 90, 250), person_at(470, 130, 300)]
+    unit = together(people, mode=mode)
+    plain, mirror = unit.detect(chart(*SIZE)), unit.detect(np.ascontiguousarray(chart(*SIZE)[:, ::-1]))
+    assert len(plain) == len(mirror) == 2
+    np.testing.assert_allclose([mirrored(person, width) for person in in_order(mirror)[::-1]], in_order(plain), atol=1)
+
+
+def test_the_wanted_number_of_people_is_looked_at_again():
+    people = [person_at(60 + 90 * i, 110, 250) for i in range(6)]
+    for wanted in (0, 2, 6, 20):
+        unit = together(people, look_closer=wanted)
+        unit.detect(chart(*SIZE))
+        network = unit._networks.networks['movenet_multipose']
+        assert len(network.inputs) == 1 + min(wanted, 6)
+
+
+def test_joints_need_a_score():
+    """Those that one of three sources sees, 0.9 sure, score sqrt(0.9 / 3.5), where all agree 0.95."""
+    person = person_at(320, 100, 300)
+    wrist = COCO_18.index['left_wrist']
+    away = person.copy()
+    away[wrist] = (-300, -300)
+    for threshold, there in ((0.0, True), (0.15, True), (0.75, False)):
+        unit = together([person], [away], ensemble_params=EnsembleParams(joint_min_score=threshold))
+        found = unit.detect(chart(*SIZE))
+        assert found.present[0].sum() == 17 + there
+        assert found.present[0, wrist] == there
+    assert len(together([person], ensemble_params=EnsembleParams(joint_min_score=0.99)).detect(chart(*SIZE))) == 0
+
+
+def test_people_need_a_score_and_joints():
+    person = person_at(320, 100, 300)
+    for params, count in ((DecodeParams(person_min_score=0.9), 1), (DecodeParams(person_min_score=0.97), 0),
+                          (DecodeParams(person_min_joints=18), 1)):
+        assert len(together([person], decode_params=params).detect(chart(*SIZE))) == count
+    half = person.copy()
+    half[[COCO_18.index[joint] for joint in ('left_wrist', 'right_wrist')]] = (-300, -300)
+    assert len(together([half], decode_params=DecodeParams(person_min_joints=17)).detect(chart(*SIZE))) == 0
+
+
+def test_recipes_of_many_opinions_accept_lower_scores():
+    """Thresholds are multiplied by the recipe's factor: 0.9 is asked for, and scores of sqrt(0.7) pass 0.9 * 0.8."""
+    class Accepting(Together):
+        def load(self, recipe):
+            recipe, networks = super().load(recipe)
+            return replace(recipe, acceptance=acceptance), networks
+
+    person = person_at(320, 100, 300)
+    networks = Accepting(mobilenet_thin=PafNetwork([person], confidence=0.7),
+                         movenet_multipose=MovenetNetwork([person], confidence=0.7))
+    for acceptance, count in ((1.0, 0), (0.8, 1)):
+        unit = Detector(DetectorParams(), networks, DecodeParams(), DirectDecodeParams(),
+                        EnsembleParams(joint_min_score=0.9))
+        assert len(unit.detect(chart(*SIZE))) == count
+
+
+# --- stages, threads, changes ---------------------------------------------------------------------------------------
+
+@ALL_MODES
+def test_the_stages_are_what_detect_does(mode):
+    """Frames may be prepared before and finished after others are computed."""
+    unit = together([person_at(150, 90, 250), person_at(470, 130, 300)], mode=mode)
+    image = chart(*SIZE)
+    expected = unit.detect(image)
+    frames = [unit.prepare(image) for _ in range(2)]
+    computed = [unit.compute(frame) for frame in frames]
+    for frame in reversed(computed):
+        assert_same(unit.finish(frame), expected)
+    assert len(expected) == 2
+
+
+@ALL_MODES
+def test_only_one_thread_at_a_time_computes_the_networks(mode):
     inside, most = [], []
 
-    class Watching(DrawingBackend):
-        def infer(self, images):
+    def watched(network):
+        infer = network.infer
+
+        def watching(images):
             inside.append(1)
             most.append(len(inside))
-            out = super().infer(images)
+            time.sleep(0.001)
+            out = infer(images)
             inside.pop()
             return out
+        network.infer = watching
+        return network
 
-    unit = detector(Watching([standing_person(320, 60, 380)]))
+    people = [person_at(320, 80, 360)]
+    unit = Detector(DetectorParams(mode=mode), Together(mobilenet_thin=watched(PafNetwork(people)),
+                                                        movenet_multipose=watched(MovenetNetwork(people))), *DEFAULTS)
     found = []
-    threads = [threading.Thread(target=lambda: found.append(len(unit.detect(grey(640, 480))))) for _ in range(8)]
+    threads = [threading.Thread(target=lambda: found.append(len(unit.detect(chart(*SIZE))))) for _ in range(6)]
     for thread in threads:
         thread.start()
     for thread in threads:
         thread.join()
-    assert found == [1] * 8 and max(most) == 1
+    assert found == [1] * 6 and max(most) == 1
 
 
-@pytest.mark.parametrize('values, text', [
-    ({'net_input_width': -1, 'net_input_height': -1}, "'net_input_width', 'net_input_height' = -1, -1"),
-    ({'net_input_width': 0}, '0, 368'), ({'net_input_height': 9999}, 'net_input_height'),
-    ({'num_scales': 5}, "'num_scales', 'scale_gap' = 5, 0.3"), ({'num_scales': 0}, 'num_scales')])
-def test_bad_parameters_are_refused(values, text):
-    with pytest.raises(ParameterError, match=text):
-        DetectorParams(**values)
+def test_a_network_that_fails_does_not_block_the_next_image():
+    network = PafNetwork([person_at(320, 80, 360)])
+    unit = alone(network)
+    network.infer, infer = None, network.infer
+    with pytest.raises(TypeError):
+        unit.detect(chart(*SIZE))
+    network.infer = infer
+    assert len(unit.detect(chart(*SIZE))) == 1
+
+
+def test_frames_in_flight_keep_what_they_were_prepared_with():
+    """All takes effect with the next frame that is prepared: thresholds, mode, and what is computed."""
+    unit = together([person_at(320, 80, 360)], mode='balanced')
+    image = chart(*SIZE)
+    expected = unit.detect(image)
+    prepared, computed = unit.prepare(image), unit.compute(unit.prepare(image))
+    unit.reconfigure(DetectorParams(mode='fast'), DecodeParams(person_min_score=1.0), DirectDecodeParams(),
+                     EnsembleParams())
+    assert unit.recipe == MODES['fast']
+    assert_same(unit.finish(computed), expected)
+    assert_same(unit.finish(unit.compute(prepared)), expected)
+    assert len(unit.detect(image)) == 0
+    unit.reconfigure(DetectorParams(mode='balanced'), *DEFAULTS)
+    assert_same(unit.detect(image), expected)
+
+
+def test_other_thresholds_load_no_network():
+    unit = together([person_at(320, 80, 360)])
+    unit._networks.load = None
+    unit.reconfigure(DetectorParams(), DecodeParams(), DirectDecodeParams(), EnsembleParams(joint_min_score=0.99))
+    assert len(unit.detect(chart(*SIZE))) == 0
+
+
+@pytest.mark.parametrize('params, error', [
+    (DetectorParams(pose_model='BODY_25'), ModelError), (DetectorParams(pose_model='none'), ParameterError)],
+    ids=['no weights', 'unknown'])
+def test_a_network_that_can_not_be_had_leaves_all_as_it_was(params, error, monkeypatch, tmp_path):
+    unit = together([person_at(320, 80, 360)])
+    image, recipe = chart(*SIZE), unit.recipe
+    before = unit.detect(image)
+    networks = Networks(BackendParams(), str(tmp_path))
+    monkeypatch.setattr(unit, '_networks', networks)
+    with pytest.raises(error):
+        unit.reconfigure(params, DecodeParams(person_min_score=1.0), DirectDecodeParams(), EnsembleParams())
+    assert unit.recipe is recipe
+    assert_same(unit.detect(image), before)
+
+
+def test_description_names_networks_and_runtimes():
+    assert together().description == 'mobilenet_thin on stand-in; movenet_multipose on stand-in'
+    assert together(mode='fast').description == 'movenet_multipose on stand-in'
+    assert together().skeleton is COCO_18
+
+
+# --- target rate ----------------------------------------------------------------------------------------------------
+
+def test_target_rate_makes_the_detector_compute_less():
+    people = [person_at(320, 80, 360)]
+    unit = together(people, target_rate=1000.0)
+    assert unit.recipe == FASTER[-1]
+    assert unit.description == 'movenet_multipose on stand-in'
+    assert len(unit.detect(chart(*SIZE))) == 1
+    assert together(people, target_rate=0.001).recipe == MODES['balanced']
+
+
+@pytest.mark.parametrize('params', [{}, {'look_closer': 3}, {'pose_model': 'mobilenet_thin'}, {'num_scales': 2}])
+def test_mode_accurate_computes_all_whatever_the_rate(params):
+    params = DetectorParams(mode='accurate', target_rate=1000.0, **params)
+    networks = Together(mobilenet_thin=PafNetwork(), movenet_multipose=MovenetNetwork())
+    assert Detector(params, networks, *DEFAULTS).recipe == recipe_of(params)
+
+
+def test_networks_are_not_timed_while_they_compute_a_frame():
+    """They take one picture at a time, also while the mode changes."""
+    unit = together([person_at(320, 80, 360)])
+    network = unit._networks.networks['movenet_multipose']
+    inside, entered, go_on, infer = [], threading.Event(), threading.Event(), network.infer
+
+    def slow(images):
+        inside.append(threading.current_thread())
+        assert len(inside) == 1
+        entered.set()
+        assert go_on.wait(5)
+        inside.pop()
+        return infer(images)
+
+    network.infer = slow
+    found = []
+    frame = threading.Thread(target=lambda: found.append(len(unit.detect(chart(*SIZE)))))
+    frame.start()
+    assert entered.wait(5)
+    change = threading.Thread(target=unit.reconfigure,
+                              args=(DetectorParams(mode='fast', target_rate=0.001), *DEFAULTS))
+    change.start()
+    time.sleep(0.05)
+    assert inside == [frame] and unit.recipe == MODES['balanced']
+    go_on.set()
+    frame.join(5)
+    change.join(5)
+    assert found == [1] and unit.recipe == MODES['fast']
+
+
+# --- loading --------------------------------------------------------------------------------------------------------
+
+@pytest.fixture
+def machine(monkeypatch):
+    """A machine on which some weights are there; networks are stand-ins, and those that are loaded are noted."""
+    state = SimpleNamespace(there={'mobilenet_thin', 'movenet_multipose'}, runtime=True, loaded=[])
+
+    def path(model, model_folder):
+        if model.name not in state.there:
+            raise ModelError(f'weights of {model.name} not found')
+        return Path(model.name)
+
+    def create(model, weights, params):
+        if model is MOVENET_MULTIPOSE and not state.runtime:
+            raise ParameterError("parameter 'backend' can not compute movenet_multipose")
+        state.loaded.append(model.name)
+        return (PafNetwork if model.decoder == 'paf' else MovenetNetwork)([person_at(320, 80, 360)])
+
+    monkeypatch.setattr(openpose_ros_pkg.detector, 'weights_path', path)
+    monkeypatch.setattr(openpose_ros_pkg.detector, 'create_backend', create)
+    return state
+
+
+def created(**params):
+    return create_detector(DetectorParams(**params), BackendParams(), *DEFAULTS)
+
+
+def test_networks_are_loaded_when_they_are_first_wanted_and_once(machine):
+    unit = created(mode='fast')
+    assert machine.loaded == ['movenet_multipose']
+    for mode in ('balanced', 'fast', 'accurate'):
+        unit.reconfigure(DetectorParams(mode=mode), *DEFAULTS)
+        assert unit.recipe == MODES[mode]
+    assert machine.loaded == ['movenet_multipose', 'mobilenet_thin']
+
+
+@pytest.mark.parametrize('mode', ['balanced', 'accurate'])
+@pytest.mark.parametrize('lacks', ['weights', 'runtime'])
+def test_without_the_second_network_the_first_finds_people_and_a_warning_tells(mode, lacks, machine, caplog):
+    if lacks == 'weights':
+        machine.there.remove('movenet_multipose')
+    machine.runtime = lacks != 'runtime'
+    with caplog.at_level(logging.WARNING):
+        unit = created(mode=mode)
+    (record,) = caplog.records
+    assert 'mobilenet_thin finds people without movenet_multipose, less accurately:' in record.getMessage()
+    assert unit.recipe == MODES[mode].without(MOVENET_MULTIPOSE)
+    found = unit.detect(chart(*SIZE))
+    np.testing.assert_allclose(found.xy, [person_at(320, 80, 360)], atol=1.5)
+
+
+def test_without_the_first_network_there_is_no_detector(machine):
+    machine.there.remove('mobilenet_thin')
+    with pytest.raises(ModelError, match='weights of mobilenet_thin not found'):
+        created()
+    machine.runtime = False
+    with pytest.raises(ParameterError, match="'backend' can not compute movenet"):
+        created(mode='fast')
+
+
+def test_a_mode_whose_first_network_is_missing_leaves_all_as_it_was(machine):
+    unit = created(mode='fast')
+    image = chart(*SIZE)
+    before = unit.detect(image)
+    machine.there.remove('mobilenet_thin')
+    with pytest.raises(ModelError, match='mobilenet_thin'):
+        unit.reconfigure(DetectorParams(mode='balanced'), DecodeParams(person_min_score=1.0), *DEFAULTS[1:])
+    assert unit.recipe == MODES['fast']
+    assert_same(unit.detect(image), before)
+    unit.reconfigure(DetectorParams(mode='fast'), *DEFAULTS)
+
+
+def test_target_rate_with_one_network_missing(machine):
+    machine.there.remove('movenet_multipose')
+    unit = created(target_rate=1000.0)
+    assert unit.recipe.models == (MOBILENET_THIN,)
+    assert unit.recipe.looks[0].box < recipe_of(DetectorParams()).looks[0].box
 
 
 def test_unknown_model_is_refused():
     with pytest.raises(ParameterError, match='pose_model'):
-        create_detector(DetectorParams(pose_model='MPI_2'), BackendParams(), DecodeParams())
+        created(pose_model='MPI_2')
 
 
 def test_missing_weights_say_how_to_get_them(tmp_path):
     with pytest.raises(ModelError, match='model get mobilenet_thin'):
-        create_detector(DetectorParams(model_folder=str(tmp_path)), BackendParams(), DecodeParams())
+        created(model_folder=str(tmp_path))
 
 
-# --- the real network -----------------------------------------------------------------------------------------------
+def test_parameters_of_a_detector():
+    taken = [kind for name, kind in typing.get_type_hints(create_detector).items() if name != 'return']
+    assert tuple(taken) == DETECTOR_PARAMETERS
+
+
+# --- the real networks ----------------------------------------------------------------------------------------------
 
 @pytest.fixture(scope='module')
-def real():
-    try:
-        weights_path(MOBILENET_THIN)
-    except ModelError as error:
-        pytest.skip(str(error))
-    return create_detector(DetectorParams(pose_model='COCO'), BackendParams(), DecodeParams())
+def networks():
+    """Both networks, loaded once for this file."""
+    pytest.importorskip('openvino', reason='OpenVINO, which computes MoveNet, is not installed')
+    for model in FETCHED:
+        try:
+            weights_path(model)
+        except ModelError as error:
+            pytest.skip(str(error))
+    return Networks(BackendParams())
+
+
+@pytest.fixture(scope='module')
+def real(networks):
+    """Detectors in all modes."""
+    return {mode: Detector(DetectorParams(mode=mode), networks, *DEFAULTS) for mode in MODES}
 
 
 def mannequin(x):
@@ -190,44 +545,46 @@ def mannequin(x):
     return image
 
 
-def test_real_network_finds_nobody_in_an_empty_picture(real):
-    assert len(real.detect(grey(480, 360))) == 0
+@ALL_MODES
+def test_real_networks_find_nobody_in_an_empty_picture(real, mode):
+    assert len(real[mode].detect(np.full((360, 480, 3), 128, np.uint8))) == 0
 
 
-@pytest.mark.parametrize('x', [0, 120, 240], ids=['left', 'centre', 'right'])
-def test_real_network_finds_the_drawn_person_where_it_is(real, x):
-    people = real.detect(mannequin(x))
+@pytest.mark.parametrize('mode, x', [('fast', 0), ('balanced', 0), ('balanced', 120), ('balanced', 240),
+                                     ('accurate', 240)])
+def test_real_networks_find_the_drawn_person_where_it_is(real, mode, x):
+    people = real[mode].detect(mannequin(x))
     assert len(people) == 1
-    index = COCO_18.index
     for joint, (u, v) in {'nose': (40, 15), 'neck': (40, 27), 'right_shoulder': (30, 29),
                           'left_shoulder': (50, 29)}.items():
         drawn = ((u + 0.5) * 3 - 0.5 + x, (v + 0.5) * 3 - 0.5 + 12)
         # A drawing without joints' shapes: good to a fifteenth of its height.
-        np.testing.assert_allclose(people.xy[0, index[joint]], drawn, atol=22)
+        np.testing.assert_allclose(people.xy[0, COCO_18.index[joint]], drawn, atol=22)
 
 
-def test_real_network_swaps_left_and_right_in_the_mirror(real):
+@pytest.mark.parametrize('mode', ['fast', 'balanced'])
+def test_real_networks_swap_left_and_right_in_the_mirror(real, mode):
     image = mannequin(120)
-    plain, mirrored = real.detect(image), real.detect(np.ascontiguousarray(image[:, ::-1]))
-    swapped = mirrored.xy[0, list(COCO_18.swap)]
-    swapped[:, 0] = 479 - swapped[:, 0]
-    difference = np.linalg.norm(swapped - plain.xy[0], axis=1)
+    plain, mirror = real[mode].detect(image), real[mode].detect(np.ascontiguousarray(image[:, ::-1]))
+    difference = np.linalg.norm(mirrored(mirror.xy[0], 480) - plain.xy[0], axis=1)
     assert np.isfinite(difference).sum() >= 10 and np.nanmedian(difference) < 8
 
 
-@pytest.mark.parametrize('seconds, box', [
-    # 10 Hz leave the network 50 ms of each 100
-    (0.030, (656, 368)), (0.050, (656, 368)),
-    # 128 ms are too long: the area shrinks by 50 / 128, the sides by 0.625, to multiples of 8
-    (0.128, (408, 224)),
-    # never below half the sides
-    (2.0, (328, 184)),
-])
-def test_the_input_shrinks_as_far_as_the_target_rate_needs(seconds, box):
-    fitted = fitted_to_rate(DetectorParams(target_rate=10.0), seconds, stride=8)
-    assert (fitted.net_input_width, fitted.net_input_height) == box
+def test_real_networks_give_every_thread_its_own_people(real):
+    unit = real['fast']
+    images = [mannequin(x) for x in (0, 120, 240)]
+    expected, found = [unit.detect(image) for image in images], [[] for _ in images]
 
+    def detect(image, results):
+        for _ in range(3):
+            results.append(unit.detect(image))
 
-def test_a_free_side_stays_free_when_the_input_shrinks():
-    fitted = fitted_to_rate(DetectorParams(net_input_width=-1, target_rate=10.0), 0.24, stride=8)
-    assert (fitted.net_input_width, fitted.net_input_height) == (-1, 184)
+    threads = [threading.Thread(target=detect, args=pair) for pair in zip(images, found)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    for results, people in zip(found, expected):
+        assert len(results) == 3
+        for result in results:
+            assert_same(result, people)

@@ -87,11 +87,49 @@ def test_padding_repeats_the_border_at_right_and_bottom_only():
     np.testing.assert_array_equal(net[45:, :61], np.repeat(image[-1:], 3, axis=0))
 
 
+@pytest.mark.parametrize('value', [0, 114, 255])
+def test_padding_with_a_value(value):
+    image = np.random.default_rng(1).integers(0, 256, (45, 61, 3), dtype=np.uint8)
+    net = fit_image((61, 45), 61, 45, STRIDE).apply(image, padding=value)
+    assert net.shape == (48, 64, 3) and net.dtype == np.uint8
+    np.testing.assert_array_equal(net[:45, :61], image)
+    assert (net[:, 61:] == value).all() and (net[45:] == value).all()
+
+
+@pytest.mark.parametrize('image_size, scaled', [
+    ((640, 480), (640, 480)), ((480, 640), (480, 640)), ((1280, 400), (640, 200)), ((100, 100), (640, 640))])
+def test_whole_box_gives_inputs_of_one_size(image_size, scaled):
+    """The picture lies at the left and top of it, as large as without; the transform is the same."""
+    plan, tight = (fit_image(image_size, 640, 640, 32, whole_box=whole) for whole in (True, False))
+    assert (plan.scaled_size, plan.net_size) == (scaled, (640, 640))
+    assert tight.scaled_size == scaled
+    np.testing.assert_array_equal(plan.to_net((17, 23)), tight.to_net((17, 23)))
+    image = np.zeros((*image_size[::-1], 3), np.uint8)
+    net = plan.apply(image, padding=200)
+    assert net.shape == (640, 640, 3)
+    assert (net[:scaled[1], :scaled[0]] == 0).all()
+    assert (net[scaled[1]:] == 200).all() and (net[:, scaled[0]:] == 200).all()
+
+
+def test_whole_box_is_rounded_up_to_the_stride_and_padded_where_zoomed():
+    plan = fit_image((500, 500), 250, 250, 32, zoom=0.5, whole_box=True)
+    assert (plan.scaled_size, plan.net_size) == ((125, 125), (256, 256))
+
+
 def test_shrinking_averages_so_that_fine_stripes_become_grey():
     stripes = np.zeros((480, 640, 3), np.uint8)
     stripes[:, ::2] = 255
     net = fit_image((640, 480), 320, 240, STRIDE).apply(stripes)
     assert abs(net.astype(int) - 128).max() <= 1
+
+
+@pytest.mark.parametrize('box, way', [
+    ((1280, 960), cv2.INTER_CUBIC), ((600, 450), cv2.INTER_LINEAR), ((320, 240), cv2.INTER_AREA),
+    ((200, 150), cv2.INTER_AREA)], ids=['larger', 'smaller', 'half', 'much smaller'])
+def test_way_of_resizing(box, way):
+    image = np.random.default_rng(3).integers(0, 256, (480, 640, 3), dtype=np.uint8)
+    net = fit_image((640, 480), *box, 1).apply(image)
+    np.testing.assert_array_equal(net, cv2.resize(image, box, interpolation=way))
 
 
 def test_read_only_image_with_padded_rows_is_taken_and_left_alone():
@@ -100,7 +138,7 @@ def test_read_only_image_with_padded_rows_is_taken_and_left_alone():
     view = np.ndarray((480, 640, 3), np.uint8, buffer, strides=(640 * 3 + 20, 3, 1))
     view.flags.writeable = False
     before = buffer.copy()
-    net = fit_image((640, 480), 656, 368, STRIDE).apply(view)
+    plan = fit_image((640, 480), 656, 368, STRIDE)
+    net = plan.apply(view)
     np.testing.assert_array_equal(buffer, before)
-    expected = cv2.resize(np.ascontiguousarray(view), (491, 368), interpolation=cv2.INTER_AREA)
-    np.testing.assert_array_equal(net[:, :491], expected)
+    np.testing.assert_array_equal(net, plan.apply(np.ascontiguousarray(view)))

@@ -1,82 +1,145 @@
-"""From an image to the people in it: preprocess, network, decoder."""
+"""From an image to the people in it: views, networks, decoders, and one opinion out of several."""
 import logging
-import os
-import threading
-import time
 from dataclasses import dataclass, replace
-from typing import List
+from typing import Dict, List, Optional, Tuple, Type
 
-import cv2
 import numpy as np
 
 from openpose_ros_pkg.backends import Backend, BackendParams, create_backend
-from openpose_ros_pkg.decode import DecodeParams, decode
-from openpose_ros_pkg.errors import BadInputError, ParameterError
-from openpose_ros_pkg.models import Model, find_model, weights_path
-from openpose_ros_pkg.params import Parameters, parameter
+from openpose_ros_pkg.decode import DecodeParams
+from openpose_ros_pkg.decode.direct import DirectDecodeParams
+from openpose_ros_pkg.ensemble import EnsembleParams, Opinions, group, person_score, vote, without_duplicates
+from openpose_ros_pkg.errors import BadInputError, ModelError, ParameterError
+from openpose_ros_pkg.fair_lock import FairLock
+from openpose_ros_pkg.looks import People, View, look_closer, people_of_look, views_of
+from openpose_ros_pkg.models import Model, weights_path
+from openpose_ros_pkg.oks import sigmas
+from openpose_ros_pkg.params import Parameters
 from openpose_ros_pkg.people import People2D
-from openpose_ros_pkg.preprocess import ImageToNet, fit_image
+from openpose_ros_pkg.recipes import CLOSE_MODEL, DetectorParams, Recipe, recipe_of
+from openpose_ros_pkg.skeletons import SkeletonModel
+from openpose_ros_pkg.target_rate import fitted_to_rate
 
 _log = logging.getLogger(__name__)
 
-# Share of a frame's time that the network may take on all cores; the rest is for messages (a cloud of 960 x 540 points
-# takes 17 MB through the loopback), decoding, lifting and other programs.
-_NETWORK_SHARE = 0.5
-# The network's input does not become smaller than this share of its sides: people would no longer be found.
-_LEAST_SCALE = 0.5
-_TIMED_RUNS = 5
+DETECTOR_PARAMETERS: Tuple[Type[Parameters], ...] = (
+    DetectorParams, BackendParams, DecodeParams, DirectDecodeParams, EnsembleParams)
+"""What `create_detector` takes, in its order."""
+
+# Scores of candidates where several opinions follow: what one network doubts, others may confirm.
+_CANDIDATE_SHARE = 0.8
+_CANDIDATE_PERSON_SCORE = 0.05
+_CANDIDATE_JOINT_SCORE = 0.0
 
 
 @dataclass(frozen=True)
-class DetectorParams(Parameters):
-    """Which network, and how large a picture it sees. Names and sizes are OpenPose's.
+class _Setup:
+    """What holds for a frame, whatever is reconfigured meanwhile."""
 
-    Raises:
-        ParameterError: both sides of the network's input are -1, or the scales reach zero.
+    recipe: Recipe
+    networks: Dict[str, Backend]
+    decode: DecodeParams
+    direct: DirectDecodeParams
+    ensemble: EnsembleParams
+
+
+@dataclass
+class Frame:
+    """An image on its way through the detector; what it is made of is the detector's own affair."""
+
+    bgr: np.ndarray
+    setup: _Setup
+    views: List[List[View]]
+    people: Optional[People] = None
+
+
+class Networks:
+    """Loads networks when they are first wanted, each once.
+
+    Args:
+        params: what computes them.
+        model_folder: folder of the weights; empty for the default one.
     """
 
-    pose_model: str = parameter(
-        'mobilenet_thin', 'Network. COCO, the joint set that OpenPose calls so, means mobilenet_thin.')
-    model_folder: str = parameter(
-        '', 'Folder with the weights (<folder>/<network>/<file> or <folder>/<file>); empty: where setup puts them.')
-    net_input_width: int = parameter(
-        656, 'Width of the box that the image is fitted into for the network, aspect kept; -1: as the height makes it. '
-             'Time goes with width times height. Smaller is faster, larger finds smaller people.',
-        unit='px', minimum=-1, maximum=4096)
-    net_input_height: int = parameter(
-        368, 'Height of that box; -1: as the width makes it.', unit='px', minimum=-1, maximum=4096)
-    target_rate: float = parameter(
-        0.0, 'Make that box smaller at start, down to half its sides, as far as this processor needs to reach this '
-             'rate; the log says what came out. 0: never, so that results do not depend on the machine.', unit='Hz',
-        minimum=0.0, maximum=1000.0)
-    num_scales: int = parameter(
-        1, 'Number of sizes whose results are averaged. Each costs time; more of them finds more people of very '
-           'different size.', minimum=1, maximum=8)
-    scale_gap: float = parameter(
-        0.3, 'Each size is smaller than the one before by this share of the first; only with num_scales above 1.',
-        minimum=0.01, maximum=0.99)
+    def __init__(self, params: BackendParams, model_folder: str = '') -> None:
+        self.params = params
+        self._model_folder = model_folder
+        self._loaded: Dict[str, Backend] = {}
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        sides = (self.net_input_width, self.net_input_height)
-        if 0 in sides or max(sides) < 0:
-            raise ParameterError(f"parameters 'net_input_width', 'net_input_height' = {sides[0]}, {sides[1]} are not "
-                                 'allowed: pixels above 0, or -1 for one of them')
-        smallest = 1 - (self.num_scales - 1) * self.scale_gap
-        if smallest <= 0:
-            raise ParameterError(f"parameters 'num_scales', 'scale_gap' = {self.num_scales}, {self.scale_gap} are not "
-                                 f'allowed: the last scale would be {smallest:g}, expected above 0')
+    def load(self, recipe: Recipe) -> Tuple[Recipe, Dict[str, Backend]]:
+        """Load the networks of a recipe, and leave out of it what a missing additional one would have done.
+
+        Raises:
+            ParameterError: a runtime that is not installed.
+            ModelError: weights of its first network are missing or damaged, or it computes wrong results.
+        """
+        first, networks = recipe.looks[0].model, {}
+        for model in recipe.models:
+            try:
+                networks[model.name] = self._network(model)
+            except (ModelError, ParameterError) as error:
+                if model is first:
+                    raise
+                _log.warning('%s finds people without %s, less accurately: %s', first.name, model.name, error)
+                recipe = recipe.without(model)
+        return recipe, networks
+
+    def _network(self, model: Model) -> Backend:
+        if model.name not in self._loaded:
+            self._loaded[model.name] = create_backend(model, weights_path(model, self._model_folder), self.params)
+        return self._loaded[model.name]
 
 
 class Detector:
-    """Find people in images. Any thread may call it; the network computes one image at a time."""
+    """Find people in images. Any thread may call it; the networks compute one image at a time.
 
-    def __init__(self, model: Model, backend: Backend, params: DetectorParams, decode_params: DecodeParams) -> None:
-        self.model = model
-        self.backend = backend
+    `detect` does it all. Who wants to prepare the next image and finish the last one while the networks are at work
+    calls `prepare`, `compute` and `finish` himself.
+
+    Args:
+        params: what is computed.
+        networks: load the networks that this takes.
+
+    Raises:
+        ParameterError: no such network, or a runtime that is not installed.
+        ModelError: weights are missing or damaged, or the network computes wrong results.
+    """
+
+    def __init__(self, params: DetectorParams, networks: Networks, decode_params: DecodeParams,
+                 direct_params: DirectDecodeParams, ensemble_params: EnsembleParams) -> None:
         self._params = params
-        self._decode_params = decode_params
-        self._lock = threading.Lock()
+        self._networks = networks
+        self._lock = FairLock()
+        recipe, loaded = self._load(params)
+        self._setup = _Setup(recipe, loaded, decode_params, direct_params, ensemble_params)
+
+    @property
+    def recipe(self) -> Recipe:
+        """What is computed."""
+        return self._setup.recipe
+
+    @property
+    def skeleton(self) -> SkeletonModel:
+        """Joint set of the people."""
+        return self._setup.recipe.looks[0].model.skeleton
+
+    @property
+    def description(self) -> str:
+        """What computes which networks, for people."""
+        return '; '.join(f'{name} on {network.description}' for name, network in self._setup.networks.items())
+
+    def reconfigure(self, params: DetectorParams, decode_params: DecodeParams, direct_params: DirectDecodeParams,
+                    ensemble_params: EnsembleParams) -> None:
+        """Take other parameters for all frames that are prepared from now on.
+
+        Raises:
+            ParameterError, ModelError: a network can not be had; all stays as it was.
+        """
+        recipe, loaded = self._setup.recipe, self._setup.networks
+        if params != self._params:
+            recipe, loaded = self._load(params)
+        self._params = params
+        self._setup = _Setup(recipe, loaded, decode_params, direct_params, ensemble_params)
 
     def detect(self, bgr: np.ndarray) -> People2D:
         """Find the people in an image, the surest first.
@@ -90,78 +153,105 @@ class Detector:
         Raises:
             BadInputError: not such an image, or an empty one.
         """
+        return self.finish(self.compute(self.prepare(bgr)))
+
+    def prepare(self, bgr: np.ndarray) -> Frame:
+        """Check an image and bring it to the sizes that the networks want; see `detect`."""
         _check_image(bgr)
-        size = (bgr.shape[1], bgr.shape[0])
-        plans = [self._plan(size, 1 - i * self._params.scale_gap) for i in range(self._params.num_scales)]
-        fields = [self._infer(plan.apply(bgr)) for plan in plans]
-        keypoints, scores = decode(_averaged(fields, plans, self.model.stride), self.model, self._decode_params,
-                                   plans[0].scaled_size)
-        # Half a pixel beyond the centre of the outermost pixel is still that pixel.
-        keypoints[..., :2] = np.clip(plans[0].to_image(keypoints[..., :2]), 0, np.subtract(size, 1))
-        return People2D(self.model.skeleton, keypoints, scores, np.full(len(scores), -1))
+        setup = self._setup
+        return Frame(bgr, setup, [views_of(bgr, look) for look in setup.recipe.looks])
 
-    def _plan(self, image_size: tuple, zoom: float) -> ImageToNet:
-        return fit_image(image_size, self._params.net_input_width, self._params.net_input_height, self.model.stride,
-                         zoom)
-
-    def _infer(self, image: np.ndarray) -> np.ndarray:
+    def compute(self, frame: Frame) -> Frame:
+        """Compute the networks for a prepared image; several calls take turns in the order in which they came."""
+        setup = frame.setup
         with self._lock:
-            return self.backend.infer(image[np.newaxis])[0]
+            for look, views in zip(setup.recipe.looks, frame.views):
+                for view in views:
+                    view.compute(setup.networks[look.model.name])
+            if setup.recipe.closer:
+                frame.people = _look_closer(frame)
+        return frame
+
+    def finish(self, frame: Frame) -> People2D:
+        """Return the people of a computed image; see `detect`."""
+        setup = frame.setup
+        skeleton = setup.recipe.looks[0].model.skeleton
+        if not setup.recipe.is_ensemble:
+            keypoints, scores = people_of_look(setup.recipe.looks[0], frame.views[0], setup.decode, setup.direct)[0]
+        else:
+            keypoints, scores = frame.people if frame.people is not None else _voted(frame, _opinions(frame))
+            keypoints, scores = _accepted(*without_duplicates(keypoints, scores, sigmas(skeleton)), setup)
+        # Half a pixel beyond the centre of the outermost pixel is still that pixel.
+        keypoints[..., :2] = np.clip(keypoints[..., :2], 0, np.subtract(frame.bgr.shape[1::-1], 1))
+        return People2D(skeleton, keypoints, scores, np.full(len(scores), -1))
+
+    def _load(self, params: DetectorParams) -> Tuple[Recipe, Dict[str, Backend]]:
+        """Return what the parameters ask for, or as much of it as the processor computes at `target_rate`."""
+        recipe, loaded = self._networks.load(recipe_of(params))
+        if params.target_rate > 0 and params.mode != 'accurate':
+            with self._lock:  # frames may be on their way through the same networks
+                recipe = fitted_to_rate(recipe, loaded, params.target_rate, self._networks.params.threads)
+        names = [model.name for model in recipe.models]
+        return recipe, {name: loaded[name] for name in names}
 
 
-def create_detector(params: DetectorParams, backend_params: BackendParams, decode_params: DecodeParams) -> Detector:
-    """Load the network that the parameters name, and fit its input to the processor if `target_rate` asks for it.
+def create_detector(params: DetectorParams, backend_params: BackendParams, decode_params: DecodeParams,
+                    direct_params: DirectDecodeParams, ensemble_params: EnsembleParams) -> Detector:
+    """Load the networks that the parameters ask for, and fit what is computed to the processor for `target_rate`.
 
     Raises:
         ParameterError: no such network, or a runtime that is not installed.
         ModelError: weights are missing or damaged, or the network computes wrong results.
     """
-    model = find_model(params.pose_model)
-    backend = create_backend(model, weights_path(model, params.model_folder), backend_params)
-    if params.target_rate > 0:
-        threads = backend_params.threads or os.cpu_count() or 1
-        params = fitted_to_rate(params, _seconds_per_frame(model, backend, params, threads), model.stride)
-    return Detector(model, backend, params, decode_params)
+    return Detector(params, Networks(backend_params, params.model_folder), decode_params, direct_params,
+                    ensemble_params)
 
 
-def fitted_to_rate(params: DetectorParams, seconds: float, stride: int) -> DetectorParams:
-    """Return the parameters with a network input that `target_rate` allows.
-
-    The time of the network goes with the area of its input.
-
-    Args:
-        seconds: what the network takes for the input as it is [s].
-        stride: sides become multiples of it [px].
-    """
-    scale = np.sqrt(_NETWORK_SHARE / (params.target_rate * seconds))
-    if scale >= 1:
-        _log.info('the network takes %.0f ms: fast enough for %g Hz', 1000 * seconds, params.target_rate)
-        return params
-    scale = max(scale, _LEAST_SCALE)
-    width, height = (side if side < 0 else max(int(side * scale) // stride, 1) * stride
-                     for side in (params.net_input_width, params.net_input_height))
-    _log.info('the network takes %.0f ms for an input of %d x %d: made %d x %d for %g Hz (target_rate)', 1000 * seconds,
-              params.net_input_width, params.net_input_height, width, height, params.target_rate)
-    return replace(params, net_input_width=width, net_input_height=height)
+def _opinions(frame: Frame) -> List[Opinions]:
+    """Return what each whole look says of each person."""
+    setup = frame.setup
+    decode_params = replace(setup.decode, person_min_score=_CANDIDATE_SHARE * setup.decode.person_min_score)
+    direct_params = _candidates(setup.direct)
+    sources = [keypoints for look, views in zip(setup.recipe.looks, frame.views)
+               for keypoints, _ in people_of_look(look, views, decode_params, direct_params)]
+    return group(sources, sigmas(setup.recipe.looks[0].model.skeleton))
 
 
-def _seconds_per_frame(model: Model, backend: Backend, params: DetectorParams, threads: int) -> float:
-    """Return what the network takes when this process has its cores to itself [s].
+def _candidates(params: DirectDecodeParams) -> DirectDecodeParams:
+    return replace(params, direct_person_score=_CANDIDATE_PERSON_SCORE, direct_joint_score=_CANDIDATE_JOINT_SCORE)
 
-    Other nodes start at the same moment, so the wall clock alone would make the network look slow: the processor time
-    of its threads tells what it needs, and the least of a few runs leaves out what disturbs even that.
-    """
-    sides = [params.net_input_width, params.net_input_height]
-    width, height = (side if side > 0 else max(sides) for side in sides)
-    plan = fit_image((width, height), width, height, model.stride)
-    images = plan.apply(np.zeros((height, width, 3), np.uint8))[np.newaxis]
-    backend.infer(images)  # compiles the network for this size
-    seconds = []
-    for _ in range(_TIMED_RUNS):
-        wall, processor = time.perf_counter(), time.process_time()
-        backend.infer(images)
-        seconds += [time.perf_counter() - wall, (time.process_time() - processor) / threads]
-    return params.num_scales * min(seconds)
+
+def _voted(frame: Frame, people: List[Opinions]) -> People:
+    """Return one pose and its score for each person."""
+    recipe = frame.setup.recipe
+    skeleton = recipe.looks[0].model.skeleton
+    poses = [vote(person, recipe.weights, sigmas(skeleton)) for person in people]
+    keypoints = np.array(poses, np.float32).reshape(-1, len(skeleton.joints), 3)
+    return keypoints, np.array([person_score(pose) for pose in poses], np.float32)
+
+
+def _look_closer(frame: Frame) -> People:
+    """Look again at those who seem surest, and vote anew."""
+    setup = frame.setup
+    recipe, network = setup.recipe, setup.networks[CLOSE_MODEL.name]
+    joint_sigmas, params = sigmas(recipe.looks[0].model.skeleton), _candidates(setup.direct)
+    people = _opinions(frame)
+    poses, scores = _voted(frame, people)
+    for i in np.argsort(-scores, kind='stable')[:recipe.most_people]:
+        for number, look in enumerate(recipe.closer, start=recipe.whole_opinions):
+            pose = look_closer(frame.bgr, poses[i], look, network, params, joint_sigmas)
+            if pose is not None:
+                people[i][number] = pose
+    return _voted(frame, people)
+
+
+def _accepted(keypoints: np.ndarray, scores: np.ndarray, setup: _Setup) -> People:
+    """Leave out joints and people below their thresholds."""
+    acceptance = setup.recipe.acceptance
+    keypoints[keypoints[..., 2] < acceptance * setup.ensemble.joint_min_score] = (np.nan, np.nan, 0)
+    there = keypoints[..., 2] > 0
+    kept = (scores >= acceptance * setup.decode.person_min_score) & (there.sum(axis=1) >= setup.decode.person_min_joints)
+    return keypoints[kept], scores[kept]
 
 
 def _check_image(bgr: np.ndarray) -> None:
@@ -171,22 +261,3 @@ def _check_image(bgr: np.ndarray) -> None:
         raise BadInputError(f'image: expected an (H, W, 3) uint8 array, got {actual}')
     if bgr.size == 0:
         raise BadInputError(f'image of {bgr.shape[1]}x{bgr.shape[0]} pixels: expected at least 1x1')
-
-
-def _averaged(fields: List[np.ndarray], plans: List[ImageToNet], stride: int) -> np.ndarray:
-    """Average the fields of several scales on the grid of the first, (C, h, w) float32."""
-    total = fields[0]
-    for field, plan in zip(fields[1:], plans[1:]):
-        total = total + _resampled(field, plan, fields[0].shape[1:], plans[0], stride)
-    return total if len(fields) == 1 else total / len(fields)
-
-
-def _resampled(field: np.ndarray, plan: ImageToNet, shape: tuple, target: ImageToNet, stride: int) -> np.ndarray:
-    """Sample a field at the cells of another scale's grid; both differ in padding, so a plain resize would shift it."""
-    height, width = shape
-    cells = np.stack([np.arange(max(width, height))] * 2, axis=1)
-    image = target.to_image((cells + 0.5) * stride - 0.5)
-    source = ((plan.to_net(image) + 0.5) / stride - 0.5).astype(np.float32)
-    x, y = np.meshgrid(source[:width, 0], source[:height, 1])
-    return np.stack([cv2.remap(channel, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-                     for channel in field])

@@ -1,12 +1,14 @@
 """Which parameters each node of this package reads, and those that only nodes have."""
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Dict, Tuple, Type
 
-from openpose_ros_pkg.backends import BackendParams
 from openpose_ros_pkg.decode import DecodeParams
-from openpose_ros_pkg.detector import DetectorParams
+from openpose_ros_pkg.decode.direct import DirectDecodeParams
+from openpose_ros_pkg.detector import DETECTOR_PARAMETERS
 from openpose_ros_pkg.draw import DrawParams
+from openpose_ros_pkg.ensemble import EnsembleParams
 from openpose_ros_pkg.keypoint_scale import KeypointScaleParams
+from openpose_ros_pkg.output.frame_writer import SaveParams
 from openpose_ros_pkg.params import Parameters, parameter
 from openpose_ros_pkg.tracking import TrackingParams
 
@@ -18,6 +20,15 @@ class ImageTransportParams(Parameters):
     image_transport: str = parameter(
         'raw', "'compressed' subscribes to <image topic>/compressed, as image_transport publishes it.",
         choices=('raw', 'compressed'))
+
+
+@dataclass(frozen=True)
+class StreamParams(Parameters):
+    """Images that the service node takes from a camera by itself, besides those that clients send."""
+
+    image_topic: str = parameter(
+        '', 'Image topic of a camera. Its newest image is worked on as soon as the network is free, without a client '
+            'node between; preparing and decoding overlap the network. Empty: only what clients send.')
 
 
 @dataclass(frozen=True)
@@ -34,7 +45,7 @@ class StreamingClientParams(Parameters):
     """What the client subscribes to and shows."""
 
     camera_topic: str = parameter('/usb_cam/image_raw', 'Image topic of the camera.')
-    pose_model: str = parameter('mobilenet_thin', 'Network of the service; names the joints in the window.')
+    pose_model: str = parameter('auto', 'pose_model of the service; names the joints in the window.')
     display: bool = parameter(False, 'Show the annotated images in a window (needs a display).')
 
 
@@ -56,9 +67,15 @@ class CameraParams(Parameters):
         0.0, 'Wait this long for a subscriber before the first frame of a file or folder.', unit='s', minimum=0.0)
 
 
-SERVICE_PARAMETERS = (DetectorParams, BackendParams, DecodeParams, TrackingParams, DrawParams, KeypointScaleParams)
+SERVICE_PARAMETERS = (*DETECTOR_PARAMETERS, TrackingParams, DrawParams, KeypointScaleParams, StreamParams,
+                      ImageTransportParams, SaveParams)
 CLIENT_PARAMETERS = (StreamingClientParams, ServiceClientParams, ImageTransportParams, DrawParams)
 CAMERA_PARAMETERS = (CameraParams,)
+
+# What dynamic_reconfigure may change in the running service node.
+LIVE_PARAMETERS: Tuple[str, ...] = ('mode', *(
+    field.name for cls in (DecodeParams, DirectDecodeParams, EnsembleParams, TrackingParams, DrawParams)
+    for field in fields(cls)))
 
 # Parameter classes of each file in config/; a node loads the file of its name.
 CONFIG_FILES: Dict[str, Tuple[Type[Parameters], ...]] = {

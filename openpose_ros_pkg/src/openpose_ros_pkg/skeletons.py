@@ -7,6 +7,13 @@ from typing import Dict, Tuple
 
 Colour = Tuple[int, int, int]
 
+# Body parts that the messages hold: the fields of openpose_ros_msgs/PersonDetection, in its order.
+MESSAGE_JOINTS = (
+    'nose', 'neck', 'right_shoulder', 'right_elbow', 'right_wrist', 'left_shoulder', 'left_elbow', 'left_wrist',
+    'right_hip', 'right_knee', 'right_ankle', 'left_hip', 'left_knee', 'left_ankle', 'right_eye', 'left_eye',
+    'right_ear', 'left_ear', 'chest', 'mid_hip', 'left_big_toe', 'left_small_toe', 'left_heel', 'right_big_toe',
+    'right_small_toe', 'right_heel', 'head_top')
+
 
 @dataclass(frozen=True)
 class Limb:
@@ -30,10 +37,14 @@ class SkeletonModel:
 
     Attributes:
         name: as published in `pose_model` of the array messages.
-        joints: names in channel order; they are the field names of openpose_ros_msgs/PersonDetection.
-        limbs: all pairs with a part affinity field, in the order in which people are assembled.
+        joints: names in channel order; they are among `MESSAGE_JOINTS`.
+        limbs: all pairs with a part affinity field, in the order in which people are assembled; none for networks
+            that give people at once.
         drawn_limbs: pairs of joint names that make up the drawn skeleton.
         colours: RGB per joint, as OpenPose draws them.
+
+    Raises:
+        ValueError: the parts do not fit together, or left and right are not each other's mirror image.
     """
 
     name: str
@@ -48,6 +59,14 @@ class SkeletonModel:
         for start, end in [(limb.start, limb.end) for limb in self.limbs] + list(self.drawn_limbs):
             if start not in self.joints or end not in self.joints:
                 raise ValueError(f'{self.name}: limb {start} - {end} names an unknown joint')
+        for joint in self.joints:
+            if mirrored_joint(joint) not in self.joints:
+                raise ValueError(f'{self.name}: joint {joint} has no partner {mirrored_joint(joint)}')
+        pairs = [(limb.start, limb.end) for limb in self.limbs]
+        for start, end in pairs:
+            if (mirrored_joint(start), mirrored_joint(end)) not in pairs:
+                raise ValueError(f'{self.name}: limb {start} - {end} has no partner {mirrored_joint(start)} - '
+                                 f'{mirrored_joint(end)}')
 
     @property
     def index(self) -> Dict[str, int]:
@@ -58,10 +77,11 @@ class SkeletonModel:
     def swap(self) -> Tuple[int, ...]:
         """Channel of each joint's mirror partner: what a joint is called in the mirrored picture."""
         index = self.index
-        return tuple(index[_mirrored(joint)] for joint in self.joints)
+        return tuple(index[mirrored_joint(joint)] for joint in self.joints)
 
 
-def _mirrored(joint: str) -> str:
+def mirrored_joint(joint: str) -> str:
+    """Return what a joint is called in the mirror image."""
     if joint.startswith('left_'):
         return 'right_' + joint[len('left_'):]
     if joint.startswith('right_'):
@@ -108,5 +128,113 @@ COCO_18 = SkeletonModel(
              (255, 0, 170), (170, 0, 255), (255, 0, 255), (85, 0, 255)),
 )
 
+# The same file, POSE_BODY_25_BODY_PARTS, and the rows BODY_25 of POSE_BODY_PART_PAIRS and POSE_MAP_INDEX; colours and
+# drawn limbs: include/openpose/pose/poseParametersRender.hpp, POSE_BODY_25_*_RENDER_GPU. Pairs 18 and 19 only join:
+# src/openpose/pose/bodyPartConnectorBase.cpp, connectBodyPartsCpu.
+BODY_25 = SkeletonModel(
+    name='BODY_25',
+    joints=('nose', 'neck', 'right_shoulder', 'right_elbow', 'right_wrist', 'left_shoulder', 'left_elbow',
+            'left_wrist', 'mid_hip', 'right_hip', 'right_knee', 'right_ankle', 'left_hip', 'left_knee', 'left_ankle',
+            'right_eye', 'left_eye', 'right_ear', 'left_ear', 'left_big_toe', 'left_small_toe', 'left_heel',
+            'right_big_toe', 'right_small_toe', 'right_heel'),
+    limbs=(
+        Limb('neck', 'mid_hip', (0, 1)),
+        Limb('neck', 'right_shoulder', (14, 15)),
+        Limb('neck', 'left_shoulder', (22, 23)),
+        Limb('right_shoulder', 'right_elbow', (16, 17)),
+        Limb('right_elbow', 'right_wrist', (18, 19)),
+        Limb('left_shoulder', 'left_elbow', (24, 25)),
+        Limb('left_elbow', 'left_wrist', (26, 27)),
+        Limb('mid_hip', 'right_hip', (6, 7)),
+        Limb('right_hip', 'right_knee', (2, 3)),
+        Limb('right_knee', 'right_ankle', (4, 5)),
+        Limb('mid_hip', 'left_hip', (8, 9)),
+        Limb('left_hip', 'left_knee', (10, 11)),
+        Limb('left_knee', 'left_ankle', (12, 13)),
+        Limb('neck', 'nose', (30, 31)),
+        Limb('nose', 'right_eye', (32, 33)),
+        Limb('right_eye', 'right_ear', (36, 37)),
+        Limb('nose', 'left_eye', (34, 35)),
+        Limb('left_eye', 'left_ear', (38, 39)),
+        Limb('right_shoulder', 'right_ear', (20, 21), starts_person=False),
+        Limb('left_shoulder', 'left_ear', (28, 29), starts_person=False),
+        Limb('left_ankle', 'left_big_toe', (40, 41)),
+        Limb('left_big_toe', 'left_small_toe', (42, 43)),
+        Limb('left_ankle', 'left_heel', (44, 45)),
+        Limb('right_ankle', 'right_big_toe', (46, 47)),
+        Limb('right_big_toe', 'right_small_toe', (48, 49)),
+        Limb('right_ankle', 'right_heel', (50, 51)),
+    ),
+    drawn_limbs=(
+        ('neck', 'mid_hip'), ('neck', 'right_shoulder'), ('neck', 'left_shoulder'), ('right_shoulder', 'right_elbow'),
+        ('right_elbow', 'right_wrist'), ('left_shoulder', 'left_elbow'), ('left_elbow', 'left_wrist'),
+        ('mid_hip', 'right_hip'), ('right_hip', 'right_knee'), ('right_knee', 'right_ankle'), ('mid_hip', 'left_hip'),
+        ('left_hip', 'left_knee'), ('left_knee', 'left_ankle'), ('neck', 'nose'), ('nose', 'right_eye'),
+        ('right_eye', 'right_ear'), ('nose', 'left_eye'), ('left_eye', 'left_ear'), ('left_ankle', 'left_big_toe'),
+        ('left_big_toe', 'left_small_toe'), ('left_ankle', 'left_heel'), ('right_ankle', 'right_big_toe'),
+        ('right_big_toe', 'right_small_toe'), ('right_ankle', 'right_heel')),
+    colours=((255, 0, 85), (255, 0, 0), (255, 85, 0), (255, 170, 0), (255, 255, 0), (170, 255, 0), (85, 255, 0),
+             (0, 255, 0), (255, 0, 0), (0, 255, 85), (0, 255, 170), (0, 255, 255), (0, 170, 255), (0, 85, 255),
+             (0, 0, 255), (255, 0, 170), (170, 0, 255), (255, 0, 255), (85, 0, 255), (0, 0, 255), (0, 0, 255),
+             (0, 0, 255), (0, 255, 255), (0, 255, 255), (0, 255, 255)),
+)
+
+# The same files: POSE_MPI_BODY_PARTS, POSE_MPI_PAIRS_RENDER_GPU (which are the limbs as well),
+# POSE_MPI_COLORS_RENDER_GPU and the row MPI_15 of POSE_MAP_INDEX. No face.
+MPI_15 = SkeletonModel(
+    name='MPI_15',
+    joints=('head_top', 'neck', 'right_shoulder', 'right_elbow', 'right_wrist', 'left_shoulder', 'left_elbow',
+            'left_wrist', 'right_hip', 'right_knee', 'right_ankle', 'left_hip', 'left_knee', 'left_ankle', 'chest'),
+    limbs=(
+        Limb('head_top', 'neck', (0, 1)),
+        Limb('neck', 'right_shoulder', (2, 3)),
+        Limb('right_shoulder', 'right_elbow', (4, 5)),
+        Limb('right_elbow', 'right_wrist', (6, 7)),
+        Limb('neck', 'left_shoulder', (8, 9)),
+        Limb('left_shoulder', 'left_elbow', (10, 11)),
+        Limb('left_elbow', 'left_wrist', (12, 13)),
+        Limb('neck', 'chest', (14, 15)),
+        Limb('chest', 'right_hip', (16, 17)),
+        Limb('right_hip', 'right_knee', (18, 19)),
+        Limb('right_knee', 'right_ankle', (20, 21)),
+        Limb('chest', 'left_hip', (22, 23)),
+        Limb('left_hip', 'left_knee', (24, 25)),
+        Limb('left_knee', 'left_ankle', (26, 27)),
+    ),
+    drawn_limbs=(
+        ('head_top', 'neck'), ('neck', 'right_shoulder'), ('right_shoulder', 'right_elbow'),
+        ('right_elbow', 'right_wrist'), ('neck', 'left_shoulder'), ('left_shoulder', 'left_elbow'),
+        ('left_elbow', 'left_wrist'), ('neck', 'chest'), ('chest', 'right_hip'), ('right_hip', 'right_knee'),
+        ('right_knee', 'right_ankle'), ('chest', 'left_hip'), ('left_hip', 'left_knee'), ('left_knee', 'left_ankle')),
+    colours=((255, 0, 85), (255, 0, 0), (255, 85, 0), (255, 170, 0), (255, 255, 0), (170, 255, 0), (85, 255, 0),
+             (43, 255, 0), (0, 255, 0), (0, 255, 85), (0, 255, 170), (0, 255, 255), (0, 170, 255), (0, 85, 255),
+             (0, 0, 255)),
+)
+
+# OpenPose's colour of each part; heads and chests are MPI's alone.
+COLOURS: Dict[str, Colour] = {joint: colour for model in (MPI_15, BODY_25)
+                              for joint, colour in zip(model.joints, model.colours)}
+
+_COCO_17_JOINTS = (
+    'nose', 'left_eye', 'right_eye', 'left_ear', 'right_ear', 'left_shoulder', 'right_shoulder', 'left_elbow',
+    'right_elbow', 'left_wrist', 'right_wrist', 'left_hip', 'right_hip', 'left_knee', 'right_knee', 'left_ankle',
+    'right_ankle')
+
+# Joints and drawn limbs of the COCO data set (`keypoints` and `skeleton` of the category person), in its order. There
+# are no affinity fields.
+COCO_17 = SkeletonModel(
+    name='COCO_17',
+    joints=_COCO_17_JOINTS,
+    limbs=(),
+    drawn_limbs=(
+        ('left_ankle', 'left_knee'), ('left_knee', 'left_hip'), ('right_ankle', 'right_knee'),
+        ('right_knee', 'right_hip'), ('left_hip', 'right_hip'), ('left_shoulder', 'left_hip'),
+        ('right_shoulder', 'right_hip'), ('left_shoulder', 'right_shoulder'), ('left_shoulder', 'left_elbow'),
+        ('right_shoulder', 'right_elbow'), ('left_elbow', 'left_wrist'), ('right_elbow', 'right_wrist'),
+        ('left_eye', 'right_eye'), ('nose', 'left_eye'), ('nose', 'right_eye'), ('left_eye', 'left_ear'),
+        ('right_eye', 'right_ear'), ('left_ear', 'left_shoulder'), ('right_ear', 'right_shoulder')),
+    colours=tuple(COLOURS[joint] for joint in _COCO_17_JOINTS),
+)
+
 # All joint sets by the name that the array messages publish as `pose_model`.
-SKELETONS: Dict[str, SkeletonModel] = {model.name: model for model in (COCO_18,)}
+SKELETONS: Dict[str, SkeletonModel] = {model.name: model for model in (COCO_18, BODY_25, MPI_15, COCO_17)}

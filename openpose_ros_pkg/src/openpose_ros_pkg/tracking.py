@@ -76,6 +76,10 @@ class KeypointTracker:
         self._next_id = 0
         self._newest: Optional[float] = None
 
+    def reconfigure(self, params: TrackingParams) -> None:
+        """Follow by other limits from the next frame on; ids stay."""
+        self._params = params
+
     def update(self, people: People2D, stamp: float) -> People2D:
         """Return the people of a frame with their ids.
 

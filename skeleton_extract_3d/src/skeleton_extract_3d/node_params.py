@@ -18,7 +18,7 @@ class ExtractorParams(Parameters):
                        '~camera_info.', choices=('point_cloud', 'depth_image'))
     rectified: bool = parameter(
         False, 'With depth_image: the images are rectified, so use P of the camera info and no distortion.')
-    pose_model: str = parameter('mobilenet_thin', 'Network of the detection service; names the joints.')
+    pose_model: str = parameter('auto', 'pose_model of the detection service; names the joints.')
     target_frame: str = parameter('', 'Frame of the published joints; empty: the frame of the cloud.')
     tf_timeout: float = parameter(
         0.1, 'Wait this long for the transform to target_frame at the stamp of the cloud.', unit='s',

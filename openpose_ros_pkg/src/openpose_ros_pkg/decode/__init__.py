@@ -3,14 +3,16 @@
 Z. Cao et al., "OpenPose: Realtime Multi-Person 2D Pose Estimation using Part Affinity Fields", TPAMI 2019: peaks of
 the confidence maps (`peaks`), line integrals of the PAF between them (`limbs`), greedy assembly (`assembly`).
 """
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Optional, Tuple
 
 import numpy as np
 
 from openpose_ros_pkg.decode.assembly import assemble
+from openpose_ros_pkg.decode.compiled import decode_compiled, load
 from openpose_ros_pkg.decode.limbs import score_limbs
 from openpose_ros_pkg.decode.peaks import find_peaks
+from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.models import Model
 from openpose_ros_pkg.params import Parameters, parameter
 
@@ -25,8 +27,12 @@ class DecodeParams(Parameters):
     joints and limbs, divided by the joints); below 0.25 scenes without people begin to show some.
     """
 
+    decoder: str = parameter(
+        'auto', 'What computes the people: compiled (built where pybind11 is installed), numpy (same results; '
+                'milliseconds slower in crowds), or auto: compiled where it is built.',
+        choices=('auto', 'compiled', 'numpy'))
     heatmap_upsample: int = parameter(
-        2, 'Factor by which the confidence maps are enlarged before peaks are sought. 1 saves about a millisecond.',
+        2, 'Factor by which the confidence maps are enlarged before peaks are sought. 1 saves half a millisecond.',
         minimum=1, maximum=8)
     peak_threshold: float = parameter(
         0.05, 'Confidence that a joint needs. Raise it where joints are found that are not there.',
@@ -50,6 +56,13 @@ class DecodeParams(Parameters):
         0.25, "Score that a person needs: the mean of its joints' and limbs' scores. Raise it (0.4, 0.5) where people "
               'are found that are not there.', minimum=0.0, maximum=1.0)
 
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.decoder == 'compiled' and load()[0] is None:
+            raise ParameterError(f"parameter 'decoder' = 'compiled' is not allowed: the compiled decoder can not be "
+                                 f"imported ({load()[1]}); install pybind11-dev and build again, or use 'auto' "
+                                 "or 'numpy'")
+
 
 def decode(fields: np.ndarray, model: Model, params: DecodeParams,
            valid_size: Optional[Tuple[int, int]] = None) -> Tuple[np.ndarray, np.ndarray]:
@@ -67,8 +80,13 @@ def decode(fields: np.ndarray, model: Model, params: DecodeParams,
     """
     skeleton = model.skeleton
     joints = len(skeleton.joints)
-    peaks = find_peaks(fields[:joints], model.stride, params.heatmap_upsample, params.peak_threshold,
+    heatmaps, pafs = fields[:joints], fields[model.heatmaps:]
+    if model.peak_threshold > params.peak_threshold:
+        params = replace(params, peak_threshold=model.peak_threshold)
+    if params.decoder != 'numpy' and load()[0] is not None:
+        return decode_compiled(heatmaps, pafs, skeleton, model.stride, params, valid_size)
+    peaks = find_peaks(heatmaps, model.stride, params.heatmap_upsample, params.peak_threshold,
                        params.max_peaks_per_joint, params.max_peaks, valid_size)
-    limbs = score_limbs(fields[model.heatmaps:], peaks, skeleton, model.stride, params.limb_samples,
+    limbs = score_limbs(pafs, peaks, skeleton, model.stride, params.limb_samples,
                         params.limb_sample_threshold, params.limb_min_support)
     return assemble(peaks, limbs, skeleton, params.person_min_joints, params.person_min_score)

@@ -40,7 +40,9 @@ def assemble(peaks: Peaks, limbs: LimbCandidates, skeleton: SkeletonModel, min_j
     joint_scores = peaks.score.tolist()
     scored = []
     for person in people:
-        total = person.limb_scores + sum(joint_scores[peak] for peak in person.peaks.values())
+        total = person.limb_scores
+        for peak in person.peaks.values():  # not sum(), which rounds otherwise since Python 3.12
+            total += joint_scores[peak]
         score = min(total / (len(person.peaks) + person.limbs), 1.0)
         if len(person.peaks) >= min_joints and score >= min_score:
             scored.append((score, person))

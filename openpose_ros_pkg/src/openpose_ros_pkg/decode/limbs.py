@@ -1,4 +1,5 @@
 """Line integrals of part affinity fields: which pairs of joints may be limbs."""
+import math
 from dataclasses import dataclass
 from typing import Tuple
 
@@ -53,14 +54,24 @@ def score_limbs(pafs: np.ndarray, peaks: Peaks, skeleton: SkeletonModel, stride:
     length = np.maximum(np.sqrt((vector ** 2).sum(axis=1)), 1e-3)
 
     affinity = _sample_along(pafs, skeleton, limb, cells[start], vector, samples, vector / length[:, None])
-    score = affinity.mean(axis=1) + np.minimum(0.5 * pafs.shape[1] / length - 1, 0)
-    support = (affinity > sample_threshold).mean(axis=1)
+    score = _row_sum(affinity) / samples + np.minimum(0.5 * pafs.shape[1] / length - 1, 0)
+    support = (affinity > sample_threshold).sum(axis=0) / samples
     kept = (support >= min_support - 1e-6) & (score > 0)
     # Seen along its own axis a limb has no direction that a field could show: the shoulder of a person in profile.
-    foreshortened = ~kept & (length * stride < _FORESHORTENED * np.sqrt(pafs[0].size * stride ** 2))
+    foreshortened = ~kept & (length * stride < foreshortened_length(pafs, stride))
     score[foreshortened] = 0
     kept |= foreshortened
     return LimbCandidates(limb[kept], start[kept], end[kept], score[kept].astype(np.float32))
+
+
+def foreshortened_length(pafs: np.ndarray, stride: int) -> float:
+    """Return the length below which a limb needs no support [px of the network's input]."""
+    return _FORESHORTENED * stride * math.sqrt(pafs.shape[1] * pafs.shape[2])
+
+
+def sample_steps(samples: int) -> np.ndarray:
+    """Return where limbs are sampled: (samples,) float32, 0 at the start .. 1 at the end."""
+    return np.linspace(0, 1, samples, dtype=np.float32)
 
 
 def _all_pairs(peaks: Peaks, skeleton: SkeletonModel) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -79,13 +90,20 @@ def _all_pairs(peaks: Peaks, skeleton: SkeletonModel) -> Tuple[np.ndarray, np.nd
 
 def _sample_along(pafs: np.ndarray, skeleton: SkeletonModel, limb: np.ndarray, origin: np.ndarray,
                   vector: np.ndarray, samples: int, direction: np.ndarray) -> np.ndarray:
-    """Return the fields' component along each limb at evenly spaced points, (M, samples) float32."""
+    """Return the fields' component along each limb at evenly spaced points, (samples, M) float32."""
     _, height, width = pafs.shape
-    channels = np.array([pair.paf for pair in skeleton.limbs])
-    steps = np.linspace(0, 1, samples, dtype=np.float32)
-    x = np.rint(origin[:, 0, None] + steps * vector[:, 0, None]).astype(np.int64).clip(0, width - 1)
-    y = np.rint(origin[:, 1, None] + steps * vector[:, 1, None]).astype(np.int64).clip(0, height - 1)
+    steps = sample_steps(samples)[:, None]
+    x = np.rint(origin[:, 0] + steps * vector[:, 0]).astype(np.int64).clip(0, width - 1)
+    y = np.rint(origin[:, 1] + steps * vector[:, 1]).astype(np.int64).clip(0, height - 1)
     cell = y * width + x
     flat = pafs.reshape(-1)
-    offset = channels[limb] * (height * width)
-    return (flat[cell + offset[:, :1]] * direction[:, :1] + flat[cell + offset[:, 1:]] * direction[:, 1:])
+    offset = np.array([pair.paf for pair in skeleton.limbs])[limb] * (height * width)
+    return flat[cell + offset[:, 0]] * direction[:, 0] + flat[cell + offset[:, 1]] * direction[:, 1]
+
+
+def _row_sum(rows: np.ndarray) -> np.ndarray:
+    """Add rows one after the other, where numpy's sum chooses its own order: the compiled twin does the same."""
+    total = rows[0].copy()
+    for row in rows[1:]:
+        total += row
+    return total

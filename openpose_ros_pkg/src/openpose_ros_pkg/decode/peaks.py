@@ -40,7 +40,7 @@ def find_peaks(heatmaps: np.ndarray, stride: int, upsample: int, threshold: floa
         max_per_joint, max_total: how many are kept, the strongest first.
         valid_size: (width, height) [px of the network's input]; peaks beyond are left out.
     """
-    maps = _padded(heatmaps, upsample)
+    maps = framed_maps(heatmaps, upsample)
     row = maps.shape[2]
     flat = maps.reshape(-1)
     found = np.flatnonzero(flat > threshold)
@@ -59,8 +59,12 @@ def find_peaks(heatmaps: np.ndarray, stride: int, upsample: int, threshold: floa
     return _strongest(peaks, max_per_joint, max_total)
 
 
-def _padded(heatmaps: np.ndarray, upsample: int) -> np.ndarray:
-    """Enlarge maps and frame them with -inf, so that every real cell has eight neighbours that it can beat."""
+def framed_maps(heatmaps: np.ndarray, upsample: int) -> np.ndarray:
+    """Enlarge maps and frame them with -inf, so that every real cell has eight neighbours that it can beat.
+
+    Returns:
+        (K, h * upsample + 2, w * upsample + 2) float32.
+    """
     count, height, width = heatmaps.shape
     height, width = height * upsample, width * upsample
     padded = np.full((count, height + 2, width + 2), -np.inf, np.float32)

@@ -1,36 +1,78 @@
 """The service node: finds the people in the images it is sent, publishes keypoints and the annotated image."""
+import itertools
 import threading
-from typing import Dict, Tuple
+import time
+from dataclasses import dataclass, field
+from typing import Any, Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
 import rospy
 from openpose_ros_msgs.msg import PersonDetection, PersonDetectionArray
 from openpose_ros_msgs.srv import GetPersons, GetPersonsRequest, GetPersonsResponse
-from sensor_msgs.msg import Image
+from sensor_msgs.msg import CompressedImage, Image
 from std_msgs.msg import Header
 
-from openpose_ros_pkg.detector import create_detector
-from openpose_ros_pkg.draw import draw_people
+from openpose_ros_pkg.backends import BackendParams
+from openpose_ros_pkg.detector import DETECTOR_PARAMETERS, create_detector
+from openpose_ros_pkg.draw import DrawParams, draw_people
 from openpose_ros_pkg.errors import BadInputError
-from openpose_ros_pkg.keypoint_scale import scale_keypoints
+from openpose_ros_pkg.fair_lock import FairLock
+from openpose_ros_pkg.keypoint_scale import KeypointScaleParams, scale_keypoints
 from openpose_ros_pkg.newest_wins import NewestWinsWorker
-from openpose_ros_pkg.node_params import SERVICE_PARAMETERS
+from openpose_ros_pkg.node_params import LIVE_PARAMETERS, SERVICE_PARAMETERS, ImageTransportParams, StreamParams
+from openpose_ros_pkg.output.frame_writer import FrameWriter, SaveParams
+from openpose_ros_pkg.output.recorder import Recorder
+from openpose_ros_pkg.params import Parameters
 from openpose_ros_pkg.people import People2D
+from openpose_ros_pkg.pipeline import Pipeline
 from openpose_ros_pkg.ros import convert
 from openpose_ros_pkg.ros.health import Health
-from openpose_ros_pkg.ros.node import run_node
+from openpose_ros_pkg.ros.images import AnyImage, image_subscriber, raw_image
+from openpose_ros_pkg.ros.live_parameters import LiveParameters
+from openpose_ros_pkg.ros.node import check_topic_name, run_node
 from openpose_ros_pkg.ros.parameters import read_private
-from openpose_ros_pkg.tracking import KeypointTracker
+from openpose_ros_pkg.ros.timing_report import TimingReport
+from openpose_ros_pkg.tracking import KeypointTracker, TrackingParams
 
+# What the detector takes while it runs: all but what loads the networks.
+_RECONFIGURED = tuple(kind for kind in DETECTOR_PARAMETERS if kind is not BackendParams)
 # One message per person: room for the people of several frames, so that a burst drops nobody.
 _PERSONS_QUEUE = 100
+# Stages of the timing report. total: from the callback to the published result; added: total without waiting and
+# network.
+_STAGES = ('decode_message', 'preprocess', 'wait_for_network', 'network', 'decode', 'publish', 'total', 'added', 'draw')
+
+
+@dataclass
+class _Frame:
+    """An image on its way through the node.
+
+    Attributes:
+        message: the image as it came; None once it is decoded.
+        header: of the image.
+        bgr: (H, W, 3) uint8; for bgr8 a view of the message's data.
+        work: what the detector hands from stage to stage.
+        received: when the callback had it [s], time.monotonic().
+        ready: when it was ready for the network [s].
+        waited, computed: how long it waited for the network, and was in it [s].
+    """
+
+    message: Optional[AnyImage]
+    header: Header
+    bgr: Optional[np.ndarray] = None
+    work: Any = None
+    received: float = field(default_factory=time.monotonic)
+    ready: float = 0.0
+    waited: float = 0.0
+    computed: float = 0.0
 
 
 class DetectionService:
-    """Serves openpose_ros_msgs/GetPersons.
+    """Serves openpose_ros_msgs/GetPersons and, with `image_topic`, finds the people of a camera by itself.
 
-    Requests of several clients are answered in their own threads; the detector takes one picture at a time, while
-    messages of the others are decoded and encoded. People keep their ids per camera, told apart by frame_id.
+    Requests of several clients are prepared and finished in their own threads; the network takes one picture at a
+    time, in the order in which they asked for it. The camera is one more of those who ask. People keep their ids per
+    camera, told apart by frame_id.
 
     Args:
         service: name of the service.
@@ -38,9 +80,22 @@ class DetectionService:
     """
 
     def __init__(self, service: str, namespace: str) -> None:
-        detector, backend, decode, self._tracking, self._draw_params, self._scale = read_private(*SERVICE_PARAMETERS)
-        self._detector = create_detector(detector, backend, decode)
+        current = read_private(*SERVICE_PARAMETERS)
+        self._params: Dict[type, Any] = {type(params): params for params in current}
+        stream: StreamParams = self._params[StreamParams]
+        if stream.image_topic:
+            check_topic_name('image_topic', stream.image_topic)
+        self._detector = create_detector(*(self._params[kind] for kind in DETECTOR_PARAMETERS))
+        self._recorder: Optional[Recorder] = None
+        if self._params[SaveParams].active:
+            writer = FrameWriter(self._params[SaveParams], self._params[DrawParams], self._params[KeypointScaleParams])
+            self._recorder = Recorder(writer, wait_when_full=False)
+        self._numbers = itertools.count()
+        self._network = FairLock()
         self._health = Health()
+        self._timing = TimingReport(_STAGES, result='total')
+        self._health.show(self._timing.medians)
+        self._health.show(self._recorder_counters)
         self._tracker_lock = threading.Lock()
         self._trackers: Dict[str, KeypointTracker] = {}
         self._image_publisher = rospy.Publisher(f'{namespace}/detected_poses_image', Image, queue_size=1)
@@ -48,45 +103,129 @@ class DetectionService:
                                                  queue_size=_PERSONS_QUEUE)
         self._array_publisher = rospy.Publisher(f'{namespace}/detected_poses', PersonDetectionArray, queue_size=10)
         self._painter = NewestWinsWorker(self._publish_drawing, self._drawing_failed, 'painter')
+        self._live = LiveParameters(current, LIVE_PARAMETERS, self._reconfigure)
         self._service = rospy.Service(service, GetPersons, self._serve)
+        if stream.image_topic:
+            self._subscribe(stream.image_topic, namespace)
+        if self._recorder is not None:
+            rospy.on_shutdown(self._recorder.close)
         rospy.loginfo('Initialization Successful!')
 
+    def _subscribe(self, topic: str, namespace: str) -> None:
+        self._input_publisher = rospy.Publisher(f'{namespace}/input_image', Image, queue_size=1)
+        self._pipeline = Pipeline(self._prepare_streamed, self._compute, self._finish, self._frame_failed,
+                                  self._network)
+        # a thread within the network would end the program with an abort
+        rospy.on_shutdown(self._pipeline.stop)
+        self._health.show(lambda: {'images skipped': str(self._pipeline.replaced)})
+        self._subscriber = image_subscriber(topic, self._params[ImageTransportParams])
+        self._subscriber.registerCallback(lambda message: self._pipeline.submit(_Frame(message, message.header)))
+        rospy.loginfo('waiting for images on %s', self._subscriber.sub.resolved_name)
+
     def _serve(self, request: GetPersonsRequest) -> GetPersonsResponse:
-        header = request.image.header
+        frame = _Frame(request.image, request.image.header)
         try:
-            bgr = convert.image_to_bgr(request.image)
-            people = self._detector.detect(bgr)
+            self._prepare(frame)
+            with self._network:
+                self._compute(frame)
+            return GetPersonsResponse(detections=self._finish(frame))
         except BadInputError as error:
             self._health.warn('bad image', str(error))
             raise rospy.ServiceException(str(error)) from error
-        people = self._track(people, header)
-        messages = convert.people_to_messages(people, header)
-        self._publish(messages, people, header, bgr)
-        self._health.frame_done(header.stamp)
-        return GetPersonsResponse(detections=messages)
+
+    def _prepare_streamed(self, frame: _Frame) -> None:
+        # until now, the pipeline held it back because the network was busy
+        frame.waited = time.monotonic() - frame.received
+        if self._input_publisher.get_num_connections() > 0:
+            self._input_publisher.publish(raw_image(frame.message))
+        self._prepare(frame)
+
+    def _prepare(self, frame: _Frame) -> None:
+        begin = time.monotonic()
+        frame.bgr = _picture(frame.message)
+        frame.message = None
+        decoded = time.monotonic()
+        frame.work = self._detector.prepare(frame.bgr)
+        frame.ready = time.monotonic()
+        self._timing.add('decode_message', decoded - begin)
+        self._timing.add('preprocess', frame.ready - decoded)
+
+    def _compute(self, frame: _Frame) -> None:
+        begin = time.monotonic()
+        frame.work = self._detector.compute(frame.work)
+        frame.waited += begin - frame.ready
+        frame.computed = time.monotonic() - begin
+
+    def _finish(self, frame: _Frame) -> List[PersonDetection]:
+        begin = time.monotonic()
+        people = self._detector.finish(frame.work)
+        decoded = time.monotonic()
+        people = self._track(people, frame.header)
+        messages = convert.people_to_messages(people, frame.header)
+        self._publish(messages, people, frame)
+        self._health.frame_done(frame.header.stamp)
+        end = time.monotonic()
+        for stage, seconds in (('wait_for_network', frame.waited), ('network', frame.computed),
+                               ('decode', decoded - begin), ('publish', end - decoded), ('total', end - frame.received),
+                               ('added', end - frame.received - frame.waited - frame.computed)):
+            self._timing.add(stage, seconds)
+        return messages
+
+    def _frame_failed(self, error: Exception) -> None:
+        if isinstance(error, BadInputError):
+            self._health.warn('bad image', str(error))
+        elif not rospy.is_shutdown():  # then topics close while a result is on its way
+            self._health.warn('frame failed', repr(error))
 
     def _track(self, people: People2D, header: Header) -> People2D:
         with self._tracker_lock:
-            tracker = self._trackers.setdefault(header.frame_id, KeypointTracker(self._tracking))
+            tracker = self._trackers.setdefault(header.frame_id, KeypointTracker(self._params[TrackingParams]))
             return tracker.update(people, header.stamp.to_sec())
 
-    def _publish(self, messages: list, people: People2D, header: Header, bgr: np.ndarray) -> None:
+    def _publish(self, messages: List[PersonDetection], people: People2D, frame: _Frame) -> None:
+        header, scale = frame.header, self._params[KeypointScaleParams]
         self._array_publisher.publish(convert.people_to_array(messages, header, people.skeleton))
-        if self._scale.keypoint_scale != 0:
-            size = (bgr.shape[1], bgr.shape[0])
-            messages = convert.people_to_messages(people, header, scale_keypoints(people.keypoints, size, self._scale))
+        if scale.keypoint_scale != 0:
+            size = (frame.bgr.shape[1], frame.bgr.shape[0])
+            messages = convert.people_to_messages(people, header, scale_keypoints(people.keypoints, size, scale))
         for message in messages:
             self._person_publisher.publish(message)
         if self._image_publisher.get_num_connections() > 0:
-            self._painter.submit((header, bgr, people))
+            self._painter.submit((header, frame.bgr, people))
+        if self._recorder is not None:
+            self._recorder.submit(next(self._numbers), frame.bgr, people)
 
-    def _publish_drawing(self, frame: Tuple[Header, np.ndarray, People2D]) -> None:
-        header, bgr, people = frame
-        drawn = draw_people(bgr, people, self._draw_params)
+    def _publish_drawing(self, drawing: Tuple[Header, np.ndarray, People2D]) -> None:
+        begin = time.monotonic()
+        header, bgr, people = drawing
+        drawn = draw_people(bgr, people, self._params[DrawParams])
         self._image_publisher.publish(convert.bgr_to_image(drawn, header))
+        self._timing.add('draw', time.monotonic() - begin)
+
+    def _recorder_counters(self) -> Dict[str, str]:
+        counters = self._recorder.counters if self._recorder is not None else {}
+        return {f'saving, {key}': str(number) for key, number in counters.items()}
 
     def _drawing_failed(self, error: Exception) -> None:
         self._health.warn('drawing failed', str(error))
+
+    def _reconfigure(self, current: Sequence[Parameters]) -> None:
+        """Take new parameters; they hold from the next frame on."""
+        params = {type(part): part for part in current}
+        if any(params[kind] != self._params[kind] for kind in _RECONFIGURED):
+            self._detector.reconfigure(*(params[kind] for kind in _RECONFIGURED))
+        with self._tracker_lock:
+            self._params = params
+            for tracker in self._trackers.values():
+                tracker.reconfigure(params[TrackingParams])
+        if self._recorder is not None:
+            self._recorder.reconfigure(params[DrawParams])
+
+
+def _picture(message: AnyImage) -> np.ndarray:
+    if message._type == CompressedImage._type:
+        return convert.compressed_image_to_bgr(message)
+    return convert.image_to_bgr(message)
 
 
 def main_2d() -> None:

@@ -2,7 +2,7 @@
 import threading
 import time
 from collections import Counter, deque
-from typing import Deque, Dict
+from typing import Callable, Deque, Dict, List
 
 import diagnostic_updater
 import rospy
@@ -22,6 +22,7 @@ class Health:
         self._counts: Counter = Counter()
         self._warned: Dict[str, float] = {}
         self._ages: Deque = deque(maxlen=1000)
+        self._values: List[Callable[[], Dict[str, str]]] = []
         self._last_warning = ('', -float('inf'))
         self._updater = diagnostic_updater.Updater()
         self._updater.setHardwareID('none')
@@ -32,6 +33,10 @@ class Health:
         """Count something that is no fault."""
         with self._lock:
             self._counts[event] += number
+
+    def show(self, values: Callable[[], Dict[str, str]]) -> None:
+        """Ask for further values with every report."""
+        self._values.append(values)
 
     def frame_done(self, stamp: rospy.Time) -> None:
         """Count a finished frame and note its age, from the camera's stamp to now."""
@@ -73,4 +78,7 @@ class Health:
             status.add('age of the result, median [s]', f'{ages[len(ages) // 2]:.3f}')
         for event, number in sorted(counts.items()):
             status.add(event, str(number))
+        for values in self._values:
+            for key, value in values().items():
+                status.add(key, value)
         return status

@@ -4,9 +4,10 @@ import logging
 import sys
 from typing import Any, Callable
 
+import rosgraph.names
 import rospy
 
-from openpose_ros_pkg.errors import OpenposeRosError
+from openpose_ros_pkg.errors import OpenposeRosError, ParameterError
 
 # Parameters of glibc's mallopt (malloc.h).
 _M_TRIM_THRESHOLD, _M_MMAP_THRESHOLD, _M_ARENA_MAX = -1, -3, -8
@@ -37,6 +38,16 @@ def run_node(name: str, make: Callable[[], Any]) -> None:
         sys.exit(1)
     rospy.spin()
     del node  # lives until here: its publishers and threads serve while spinning
+
+
+def check_topic_name(key: str, topic: str) -> None:
+    """Refuse what is no name of a topic: rospy would only log an error, and wait for ever.
+
+    Raises:
+        ParameterError: names the parameter.
+    """
+    if not topic or not rosgraph.names.is_legal_name(topic):
+        raise ParameterError(f"parameter '{key}' = {topic!r} is not allowed: the name of a topic")
 
 
 def _keep_large_blocks() -> None:

@@ -1,18 +1,17 @@
 """The client node: sends the newest image of a camera through the detection service."""
 import cv2
-import rosgraph.names
 import rospy
 from sensor_msgs.msg import Image
 
 from openpose_ros_pkg.draw import draw_people
-from openpose_ros_pkg.errors import BadInputError, ParameterError
+from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.models import find_model
 from openpose_ros_pkg.newest_wins import NewestWinsWorker
 from openpose_ros_pkg.node_params import CLIENT_PARAMETERS
 from openpose_ros_pkg.ros import convert
 from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.ros.images import AnyImage, image_subscriber, raw_image
-from openpose_ros_pkg.ros.node import run_node
+from openpose_ros_pkg.ros.node import check_topic_name, run_node
 from openpose_ros_pkg.ros.parameters import read_private
 from openpose_ros_pkg.ros.service_client import DetectionClient, ServiceCallError
 
@@ -23,9 +22,7 @@ class StreamingClient:
     def __init__(self) -> None:
         self._params, service, transport, self._draw_params = read_private(*CLIENT_PARAMETERS)
         topic = self._params.camera_topic
-        if not topic or not rosgraph.names.is_legal_name(topic):
-            # rospy would only log an error, and wait for ever
-            raise ParameterError(f"parameter 'camera_topic' = {topic!r} is not allowed: the name of a topic")
+        check_topic_name('camera_topic', topic)
         self._skeleton = find_model(self._params.pose_model).skeleton
         self._health = Health()
         self._client = DetectionClient('detect_poses', service)

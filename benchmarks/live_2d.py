@@ -1,0 +1,340 @@
+#!/usr/bin/python3
+"""Measure the running 2D system: rate of results against the rate of the bare network, and where the time goes.
+
+Starts the service node in stream mode and a camera stand-in that publishes pictures from memory, on a ROS master of its
+own. The bare network is the same model in a process of its own that computes one prepared picture over and over while
+the service node is stopped (SIGSTOP) and the camera goes on, its images received by that process as by the service
+node. Both are measured in turn, A-B-A-B, so that a machine that is faster or slower for a while does so for both.
+
+Memory and processor of each node are noted in each round: --frames 10000 is the soak test. --clients N adds N processes
+that call the service at --client-rate each; then their answers are measured instead.
+"""
+import argparse
+import json
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Any, Dict, List, Optional, Sequence
+
+import cv2
+import numpy as np
+import psutil
+import rospy
+import yaml
+from openpose_ros_msgs.msg import PersonDetectionArray, Timing
+from openpose_ros_msgs.srv import GetPersons
+from sensor_msgs.msg import Image
+from std_msgs.msg import Header
+
+from openpose_ros_pkg.detector import DETECTOR_PARAMETERS, create_detector
+from openpose_ros_pkg.errors import OpenposeRosError
+from openpose_ros_pkg.node_params import SERVICE_PARAMETERS
+from openpose_ros_pkg.params import build
+from openpose_ros_pkg.ros.convert import bgr_to_image
+from openpose_ros_pkg.ros.session import ResultWatch, Session, wait_for
+from openpose_ros_pkg.ros.timing_report import WINDOW
+
+ROOT = Path(__file__).resolve().parents[1]
+PICTURES = ROOT / 'skeleton_extract_3d' / 'demo' / 'cross' / 'rgb'
+NODE = 'openpose_ros_service_node'
+TOPIC = '/camera/image_raw'
+RESULTS = '/openpose_ros/detected_poses'
+START_TIMEOUT = 90.0
+SETTLING = 1.0  # [s] after the processes change turns
+MEMORY_SAMPLES = 8
+
+
+def parse_arguments() -> argparse.Namespace:
+    """Read the command line."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument('--rounds', type=int, default=4, help='of service and bare network (default %(default)s)')
+    parser.add_argument('--seconds', type=float, default=10.0, help='of each in a round (default %(default)s)')
+    parser.add_argument('--frames', type=int, default=0,
+                        help='soak: then go on in stream mode until so many results came (default: not)')
+    parser.add_argument('--rate', type=float, default=30.0, help='of the camera [Hz] (default %(default)s)')
+    parser.add_argument('--size', default='960x540', help='of its images (default %(default)s)')
+    parser.add_argument('--clients', type=int, default=0, help='processes that call the service (default %(default)s)')
+    parser.add_argument('--client-rate', type=float, default=10.0, help='of each [Hz] (default %(default)s)')
+    parser.add_argument('--no-stream', action='store_true', help='only the clients, no stream and no camera')
+    parser.add_argument('--draw', action='store_true', help='subscribe to the annotated image as well')
+    parser.add_argument('--json', type=Path, help='write the figures here')
+    parser.add_argument('--role', choices=('camera', 'bare', 'client'), help=argparse.SUPPRESS)
+    parser.add_argument('--name', default='', help=argparse.SUPPRESS)
+    parser.add_argument('parameters', nargs='*', metavar='NAME:=VALUE', help='parameters of the service node')
+    arguments = parser.parse_args()
+    if arguments.no_stream and not arguments.clients:
+        parser.error('--no-stream needs --clients')
+    return arguments
+
+
+# -------------------------------------------------------------------------------------------- child processes
+
+def pictures(size: str) -> List[np.ndarray]:
+    """Return the pictures that the camera shows, (H, W, 3) uint8 BGR."""
+    width, height = (int(side) for side in size.split('x'))
+    return [cv2.resize(cv2.imread(str(path)), (width, height)) for path in sorted(PICTURES.glob('*.jpg'))[:20]]
+
+
+def run_camera(arguments: argparse.Namespace) -> None:
+    """Publish pictures from memory, as a camera driver does."""
+    rospy.init_node('camera')
+    publisher = rospy.Publisher(TOPIC, Image, queue_size=1)
+    messages = [bgr_to_image(bgr, Header(frame_id='camera')) for bgr in pictures(arguments.size)]
+    begin, number = time.monotonic(), 0
+    while not rospy.is_shutdown():
+        message = messages[number % len(messages)]
+        message.header.stamp = rospy.Time.now()
+        publisher.publish(message)
+        number += 1
+        time.sleep(max(0.0, begin + number / arguments.rate - time.monotonic()))
+
+
+def run_bare(arguments: argparse.Namespace) -> None:
+    """Compute one prepared picture over and over; print when each computation ended [s], time.monotonic()."""
+    rospy.init_node('bare_network')
+    parameters = dict(zip(SERVICE_PARAMETERS, build(SERVICE_PARAMETERS, given_parameters(arguments))))
+    detector = create_detector(*(parameters[kind] for kind in DETECTOR_PARAMETERS))
+    subscriber = rospy.Subscriber(TOPIC, rospy.AnyMsg, queue_size=1)
+    prepared = detector.prepare(pictures(arguments.size)[0])
+    while not rospy.is_shutdown():
+        detector.compute(prepared)
+        print(time.monotonic(), flush=True)
+    subscriber.unregister()
+
+
+def run_client(arguments: argparse.Namespace) -> None:
+    """Call the service at a rate, or as fast as it answers; print the end and the duration of each call [s]."""
+    rospy.init_node(arguments.name)
+    detect = rospy.ServiceProxy('detect_poses', GetPersons)
+    messages = [bgr_to_image(bgr, Header(frame_id=arguments.name)) for bgr in pictures(arguments.size)]
+    next_call = time.monotonic()
+    while not rospy.is_shutdown():
+        message = messages[0]
+        message.header.stamp = rospy.Time.now()
+        begin = time.monotonic()
+        detect(message)
+        end = time.monotonic()
+        print(end, end - begin, flush=True)
+        next_call = max(next_call + 1 / arguments.client_rate, end)
+        time.sleep(next_call - end)
+
+
+def given_parameters(arguments: argparse.Namespace) -> Dict[str, Any]:
+    """Return the parameters of the command line, with values as ROS reads them."""
+    return {key: yaml.safe_load(value) for key, value in (text.split(':=', 1) for text in arguments.parameters)}
+
+
+# ------------------------------------------------------------------------------------------------ measurement
+
+class Watch:
+    """Processor and memory of child processes."""
+
+    def __init__(self, processes: Dict[str, psutil.Process]) -> None:
+        self._processes = processes
+        self._begin = time.monotonic()
+        self._before = self._times()
+
+    def _times(self) -> Dict[str, float]:
+        return {name: sum(process.cpu_times()[:2]) for name, process in self._processes.items()}
+
+    def processor(self) -> Dict[str, float]:
+        """Return what each took since the last call [% of a core]."""
+        now, times = time.monotonic(), self._times()
+        shares = {name: 100 * (times[name] - self._before[name]) / (now - self._begin) for name in times}
+        self._begin, self._before = now, times
+        return shares
+
+    def memory(self) -> Dict[str, float]:
+        """Return the resident memory of each [MB]."""
+        return {name: process.memory_info().rss / 1e6 for name, process in self._processes.items()}
+
+
+class Bench:
+    """The nodes of one run."""
+
+    def __init__(self, session: Session, folder: Path, arguments: argparse.Namespace) -> None:
+        self._session, self._folder, self._arguments = session, folder, arguments
+        self._timing: Optional[Timing] = None
+
+    def child(self, role: str, name: str) -> subprocess.Popen:
+        """Start this program in another role; what it prints goes to <name>.txt."""
+        arguments = self._arguments
+        command = [sys.executable, __file__, f'--role={role}', f'--name={name}', f'--rate={arguments.rate}',
+                   f'--size={arguments.size}', f'--client-rate={arguments.client_rate}', *arguments.parameters]
+        return self._session.start(name, command, self._folder / f'{name}.txt')
+
+    def printed(self, name: str, begin: float, end: float) -> np.ndarray:
+        """Return what a child printed within a time, one row per line whose first number is the time."""
+        rows = [[float(value) for value in line.split()] for line
+                in (self._folder / f'{name}.txt').read_text().splitlines(True) if line.endswith('\n')]
+        return np.array([row for row in rows if begin <= row[0] <= end])
+
+    def run(self) -> Dict[str, Any]:
+        """Run everything and return the figures."""
+        arguments = self._arguments
+        figures: Dict[str, Any] = {'arguments': {key: str(value) for key, value in vars(arguments).items()}}
+        rospy.init_node('live_2d', disable_signals=True)
+        processes = {}
+        if not arguments.no_stream:
+            processes['camera'] = self.child('camera', 'camera')
+        begin = time.monotonic()
+        results = ResultWatch(RESULTS, PersonDetectionArray)
+        service = self._start_service()
+        processes[NODE] = service
+        if arguments.no_stream:
+            rospy.wait_for_service('detect_poses', START_TIMEOUT)
+            rospy.ServiceProxy('detect_poses', GetPersons)(bgr_to_image(pictures(arguments.size)[0], Header()))
+        else:
+            wait_for(lambda: results.arrivals, START_TIMEOUT, 'first result', service)
+        figures['first_answer_s'] = time.monotonic() - begin
+        listeners = [rospy.Subscriber(f'/{NODE}/timing', Timing, self._keep_timing, queue_size=1)]
+        if arguments.draw:
+            listeners.append(rospy.Subscriber('/openpose_ros/detected_poses_image', rospy.AnyMsg, queue_size=1))
+        watched = {name: psutil.Process(process.pid) for name, process in processes.items()}
+        clients = [f'client_{number}' for number in range(arguments.clients)]
+        for name in clients:
+            watched[name] = psutil.Process(self.child('client', name).pid)
+        if clients:
+            figures['clients'] = self._measure_clients(clients)
+        else:
+            figures['rounds'] = self._measure_rounds(service, results)
+        watch = Watch(watched)
+        # what the timing report still holds of before has to leave its window
+        time.sleep(max(arguments.seconds, WINDOW + 3 * SETTLING))
+        figures['processor_percent_of_a_core'] = watch.processor()
+        figures['memory_mb'] = watch.memory()
+        figures['stages_ms'] = {stage.stage: {'p50': stage.p50, 'p95': stage.p95, 'count': stage.count}
+                                for stage in self._timing.stages if stage.count} if self._timing else {}
+        if arguments.frames:
+            figures['soak'] = self._soak(results, watch, service)
+        return figures
+
+    def _start_service(self) -> subprocess.Popen:
+        stream = [] if self._arguments.no_stream else [f'_image_topic:={TOPIC}']
+        parameters = [f'_{text}' for text in self._arguments.parameters]
+        # the script itself, not rosrun, so that the process can be stopped and measured
+        script = ROOT / 'openpose_ros_pkg' / 'scripts' / 'openpose_ros_node'
+        return self._session.start(NODE, [sys.executable, str(script), f'__name:={NODE}', *stream, *parameters])
+
+    def _keep_timing(self, message: Timing) -> None:
+        self._timing = message
+
+    def _measure_rounds(self, service: subprocess.Popen, results: ResultWatch) -> List[Dict[str, float]]:
+        """Measure service and bare network in turn."""
+        bare = self.child('bare', 'bare')
+        wait_for(lambda: (self._folder / 'bare.txt').stat().st_size > 0, START_TIMEOUT, 'bare network', bare)
+        rounds = []
+        for _ in range(self._arguments.rounds):
+            os.kill(bare.pid, signal.SIGSTOP)
+            os.kill(service.pid, signal.SIGCONT)
+            begin, end = self._wait()
+            arrivals = np.array([t for t in results.arrivals if begin <= t <= end])
+            ages = [age for t, age in zip(results.arrivals, results.ages) if begin <= t <= end]
+            os.kill(service.pid, signal.SIGSTOP)
+            os.kill(bare.pid, signal.SIGCONT)
+            begin, end = self._wait()
+            computed = self.printed('bare', begin, end)[:, 0]
+            rounds.append({'results_hz': rate(arrivals), 'bare_network_hz': rate(computed),
+                           'ratio': rate(arrivals) / rate(computed), 'age_median_ms': 1000 * float(np.median(ages))})
+            print('service {results_hz:5.2f} Hz   bare network {bare_network_hz:5.2f} Hz   ratio {ratio:.3f}   '
+                  'age {age_median_ms:.0f} ms'.format(**rounds[-1]), flush=True)
+        self._session.stop(bare)
+        os.kill(service.pid, signal.SIGCONT)
+        return rounds
+
+    def _measure_clients(self, names: Sequence[str]) -> Dict[str, Dict[str, float]]:
+        """Measure the clients for a round each."""
+        begin, end = self._wait(START_TIMEOUT)
+        clients = {}
+        for name in names:
+            rows = self.printed(name, begin, end)
+            clients[name] = {'answers': len(rows), 'rate_hz': rate(rows[:, 0]),
+                             'duration_median_ms': 1000 * float(np.median(rows[:, 1])),
+                             'duration_p95_ms': 1000 * float(np.percentile(rows[:, 1], 95))}
+            print('{name}: {answers} answers, {rate_hz:.2f} Hz, duration median {duration_median_ms:.0f} ms, '
+                  'p95 {duration_p95_ms:.0f} ms'.format(name=name, **clients[name]), flush=True)
+        return clients
+
+    def _wait(self, first: float = SETTLING) -> Sequence[float]:
+        """Return begin and end of the time to measure in, which starts when the processes have settled."""
+        if first == START_TIMEOUT:
+            deadline = time.monotonic() + first
+            names = [f'client_{number}' for number in range(self._arguments.clients)]
+            while not all((self._folder / f'{name}.txt').stat().st_size for name in names):
+                if time.monotonic() > deadline:
+                    raise SystemExit('a client got no answer')
+                time.sleep(0.1)
+        time.sleep(SETTLING)
+        begin = time.monotonic()
+        time.sleep(self._arguments.seconds)
+        return begin, time.monotonic()
+
+    def _soak(self, results: ResultWatch, watch: Watch, service: subprocess.Popen) -> List[Dict[str, Any]]:
+        """Let the stream go on for the given number of results; note memory and processor as it goes."""
+        first, samples = len(results.arrivals), []
+        for share in range(MEMORY_SAMPLES + 1):
+            frames = self._arguments.frames * share // MEMORY_SAMPLES
+            wait_for(lambda frames=frames: len(results.arrivals) - first >= frames, 3600.0, 'next results', service)
+            samples.append({'frames': frames, 'memory_mb': watch.memory(), 'processor': watch.processor()})
+            print(f'{frames:6d} results: ' + '  '.join(f'{name} {memory:.0f} MB' for name, memory
+                                                       in samples[-1]['memory_mb'].items()), flush=True)
+        return samples
+
+
+def rate(times: np.ndarray) -> float:
+    """Return events per second, NaN with less than two."""
+    return (len(times) - 1) / (times[-1] - times[0]) if len(times) > 1 else float('nan')
+
+
+def table(figures: Dict[str, Any]) -> str:
+    """Return the figures as text."""
+    lines = [f"start of the service node to the first answer: {figures['first_answer_s']:.1f} s"]
+    if figures.get('rounds'):
+        medians = {key: float(np.median([entry[key] for entry in figures['rounds']])) for key in figures['rounds'][0]}
+        lines += ['medians: results {results_hz:.2f} Hz, bare network {bare_network_hz:.2f} Hz, ratio {ratio:.3f} '
+                  '(target >= 0.9), age of the result {age_median_ms:.0f} ms'.format(**medians)]
+    lines += [f"{stage:20s} p50 {value['p50']:8.2f} ms   p95 {value['p95']:8.2f} ms   ({value['count']} times)"
+              for stage, value in figures['stages_ms'].items()]
+    if 'added' in figures['stages_ms']:
+        lines += [f"added latency outside the network: median {figures['stages_ms']['added']['p50']:.1f} ms "
+                  '(target <= 8 ms)']
+    lines += [f"{name:30s} {share:5.0f} % of a core {figures['memory_mb'][name]:6.0f} MB"
+              for name, share in figures['processor_percent_of_a_core'].items()]
+    if 'soak' in figures:
+        memory = [sample['memory_mb'][NODE] for sample in figures['soak']]
+        half = len(memory) // 2
+        lines += [f'memory of {NODE} over {figures["soak"][-1]["frames"]} results: {memory[0]:.0f} MB at first, '
+                  f'{memory[half]:.0f} MB halfway, {memory[-1]:.0f} MB at the end']
+    return '\n'.join(lines)
+
+
+def main() -> int:
+    """Run the benchmark or one of its child processes; return the exit status."""
+    arguments = parse_arguments()
+    roles = {'camera': run_camera, 'bare': run_bare, 'client': run_client}
+    if arguments.role:
+        try:
+            roles[arguments.role](arguments)
+        except (rospy.ROSException, rospy.ServiceException) as error:
+            print(error, file=sys.stderr)
+        return 0
+    with tempfile.TemporaryDirectory(prefix='openpose_ros_bench_') as folder:
+        try:
+            with Session(Path(folder)) as session:
+                figures = Bench(session, Path(folder), arguments).run()
+        except OpenposeRosError as error:
+            print(error, *(path.read_text(errors='replace') for path in Path(folder).glob('*.log')), sep='\n',
+                  file=sys.stderr)
+            return 1
+    print(table(figures))
+    if arguments.json:
+        arguments.json.write_text(json.dumps(figures, indent=1))
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())

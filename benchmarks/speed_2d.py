@@ -1,0 +1,181 @@
+#!/usr/bin/python3
+"""Measure where the time of the 2D detector goes on this machine, with one network alone.
+
+For each size of the network's input, number of threads and runtime: milliseconds of the bare network, of preprocessing,
+and of a whole `detect()`; for the largest size, those of decoding the fields of 1, 5 and 20 people. All are medians of
+rounds in which everything takes its turn, so that a busy moment hits all alike. The pictures show one person of the
+shipped sequence many times.
+
+    benchmarks/speed_2d.py
+    benchmarks/speed_2d.py --rounds 20 --sizes 656x368 --threads 2 --markdown
+"""
+import argparse
+import sys
+import time
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Callable, Dict, List, Tuple
+
+import cv2
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'openpose_ros_pkg' / 'src'))
+
+from openpose_ros_pkg.decode import DecodeParams
+from openpose_ros_pkg.detector import DETECTOR_PARAMETERS, Detector, create_detector
+from openpose_ros_pkg.errors import OpenposeRosError
+from openpose_ros_pkg.params import build
+
+SIZES = ('368x208', '432x240', '496x280', '656x368')
+BACKENDS = ('openvino', 'onnxruntime', 'opencv_dnn')
+PEOPLE = (1, 5, 20)
+PICTURE = (540, 960)
+DEMO = Path(__file__).resolve().parents[1] / 'skeleton_extract_3d' / 'demo' / 'cross' / 'rgb'
+# One person in the first picture of the shipped sequence: left, top, right, bottom [px].
+CUT = (590, 80, 805, 525)
+
+
+@dataclass
+class Case:
+    """One thing to time: what to call, and the milliseconds of each round."""
+
+    call: Callable[[], object]
+    milliseconds: List[float] = field(default_factory=list)
+
+    @property
+    def median(self) -> float:
+        """Median over the rounds [ms]."""
+        return float(np.median(self.milliseconds))
+
+
+def picture_of(people: int) -> np.ndarray:
+    """Return (540, 960, 3) uint8 BGR with a person `people` times."""
+    source = cv2.imread(str(sorted(DEMO.iterdir())[0]))
+    if source is None:
+        raise SystemExit(f'no picture in {DEMO}')
+    left, top, right, bottom = CUT
+    person = source[top:bottom, left:right]
+    rows = 1 if people <= 6 else 2
+    columns = -(-people // rows)
+    height, width = PICTURE[0] // rows, PICTURE[1] // max(columns, 3)
+    scale = min(height / person.shape[0], width / person.shape[1])
+    person = cv2.resize(person, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
+    canvas = np.full((*PICTURE, 3), source[5, 5], np.uint8)
+    for i in range(people):
+        y, x = i // columns * height, i % columns * width
+        canvas[y:y + person.shape[0], x:x + person.shape[1]] = person
+    return canvas
+
+
+def time_rounds(cases: Dict[str, Case], rounds: int) -> None:
+    """Call every case once per round, after two rounds that do not count."""
+    for number in range(rounds + 2):
+        for case in cases.values():
+            began = time.perf_counter()
+            case.call()
+            if number >= 2:
+                case.milliseconds.append(1e3 * (time.perf_counter() - began))
+
+
+def ratio(one: Case, other: Case) -> float:
+    """Return the median of the rounds' ratios."""
+    return float(np.median(np.divide(one.milliseconds, other.milliseconds)))
+
+
+def detector_for(backend: str, size: str, threads: int, model: str) -> Detector:
+    """Load one network with one runtime for one size of its input."""
+    width, height = (int(side) for side in size.split('x'))
+    return create_detector(*build(DETECTOR_PARAMETERS, {
+        'pose_model': model, 'net_input_width': width, 'net_input_height': height, 'backend': backend,
+        'threads': threads}))
+
+
+def with_threads(threads: int, call: Callable[[], object]) -> Callable[[], object]:
+    """Return a call that lets OpenCV use so many threads; its number is one for the whole process."""
+    def run() -> object:
+        cv2.setNumThreads(threads)
+        return call()
+    return run
+
+
+def whole_table(options: argparse.Namespace) -> List[List[str]]:
+    """Time runtimes, sizes and threads; return the rows of the table."""
+    rows = []
+    picture = picture_of(options.people)
+    for size in options.sizes:
+        for threads in options.threads:
+            cases: Dict[Tuple[str, str], Case] = {}
+            for backend in options.backends:
+                try:
+                    detector = detector_for(backend, size, threads, options.model)
+                except OpenposeRosError as error:
+                    sys.stderr.write(f'{backend} is left out: {error}\n')
+                    continue
+                frame = detector.compute(detector.prepare(picture))
+                for name, call in (('prepare', lambda d=detector: d.prepare(picture)),
+                                   ('network', lambda d=detector, f=frame: d.compute(f)),
+                                   ('finish', lambda d=detector, f=frame: d.finish(f)),
+                                   ('detect', lambda d=detector: d.detect(picture))):
+                    cases[backend, name] = Case(with_threads(threads, call))
+            time_rounds(cases, options.rounds)
+            reference = cases.get(('opencv_dnn', 'network'))
+            for backend in [name for name in options.backends if (name, 'network') in cases]:
+                prepare, network, finish, detect = (cases[backend, name]
+                                                    for name in ('prepare', 'network', 'finish', 'detect'))
+                rows.append([size, str(threads), backend, *(f'{case.median:.1f}' for case in (
+                    network, prepare, finish, detect)), f'{ratio(detect, network):.2f}',
+                    f'{ratio(reference, network):.2f}' if reference else '-'])
+    return rows
+
+
+def decode_table(options: argparse.Namespace) -> List[List[str]]:
+    """Time the decoder on what the network says of 1, 5 and 20 people; return the rows of the table."""
+    detector = detector_for(options.backends[0], options.sizes[-1], 0, options.model)
+    frames = [detector.compute(detector.prepare(picture_of(people))) for people in PEOPLE]
+    rows = []
+    for decoder in ('numpy', 'compiled'):
+        try:
+            decode_params = DecodeParams(decoder=decoder)
+        except OpenposeRosError as error:
+            sys.stderr.write(f'the {decoder} decoder is left out: {error}\n')
+            continue
+        cases = {}
+        for people, frame in zip(PEOPLE, frames):
+            frame = replace(frame, setup=replace(frame.setup, decode=decode_params))
+            cases[people] = Case(lambda f=frame: detector.finish(f))
+        found = [len(case.call()) for case in cases.values()]
+        time_rounds(cases, 10 * options.rounds)
+        rows.append([decoder, *(f'{case.median:.2f}' for case in cases.values()),
+                     f'{ratio(cases[PEOPLE[-1]], cases[PEOPLE[0]]):.2f}', '/'.join(str(number) for number in found)])
+    return rows
+
+
+def show(title: str, head: List[str], rows: List[List[str]]) -> None:
+    """Print a table in Markdown."""
+    lines = [f'\n{title}\n', '| ' + ' | '.join(head) + ' |', '|' + ' --- |' * len(head)]
+    lines += ['| ' + ' | '.join(row) + ' |' for row in rows]
+    sys.stdout.write('\n'.join(lines) + '\n')
+    sys.stdout.flush()
+
+
+def main() -> None:
+    """Parse the command line, measure, print."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument('--model', default='mobilenet_thin', help='network (default: %(default)s)')
+    parser.add_argument('--sizes', nargs='+', default=SIZES, help='inputs of the network (default: all)')
+    parser.add_argument('--threads', nargs='+', type=int, default=(1, 2), help='threads (default: 1 2)')
+    parser.add_argument('--backends', nargs='+', default=BACKENDS, help='runtimes (default: all)')
+    parser.add_argument('--people', type=int, default=5, help='people in the picture (default: %(default)s)')
+    parser.add_argument('--rounds', type=int, default=10, help='rounds (default: %(default)s)')
+    options = parser.parse_args()
+    show(f'{options.model}, {options.people} people, ms: medians of {options.rounds} rounds',
+         ['input', 'threads', 'runtime', 'network', 'preprocess', 'decode', 'detect()', 'detect() / network',
+          'opencv_dnn / this'], whole_table(options))
+    if options.model == 'mobilenet_thin':
+        show(f'decoding at {options.sizes[-1]}, ms',
+             ['decoder', *(f'{people} people' for people in PEOPLE), f'{PEOPLE[-1]} / {PEOPLE[0]}', 'found'],
+             decode_table(options))
+
+
+if __name__ == '__main__':
+    main()

@@ -1,0 +1,299 @@
+"""Find people in pictures and videos and save them as OpenPose does; no ROS master is needed.
+
+A folder stands for all pictures and videos directly in it, in natural order (image2 before image10). Persons keep
+their ids through a video; pictures have nothing to do with each other, so their people have none. Inputs whose files
+are all there already are skipped, unless a video is written, which needs every frame.
+
+    rosrun openpose_ros_pkg detect_files pictures/ --write-json keypoints/ --write-images annotated/
+    rosrun openpose_ros_pkg detect_files walk.mp4 --write-video annotated.mp4 --set mode=accurate
+
+Exit status: 0 all done; 1 an input could not be read or a file not be written, the others are done; 2 nothing was
+done, as the command line, a parameter or the network is wrong; 130 interrupted, the files so far are complete.
+"""
+import argparse
+import logging
+import re
+import signal
+import sys
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Callable, Container, Dict, Iterator, List, Mapping, Optional, Sequence, Tuple
+
+import cv2
+import numpy as np
+import yaml
+from tqdm import tqdm
+
+from openpose_ros_pkg.detector import DETECTOR_PARAMETERS, create_detector
+from openpose_ros_pkg.draw import DrawParams
+from openpose_ros_pkg.errors import BadInputError, ModelError, ParameterError
+from openpose_ros_pkg.keypoint_scale import KeypointScaleParams
+from openpose_ros_pkg.output.files import frame_name
+from openpose_ros_pkg.output.frame_writer import FrameWriter, SaveParams
+from openpose_ros_pkg.output.recorder import Recorder
+from openpose_ros_pkg.params import build
+from openpose_ros_pkg.tracking import KeypointTracker, TrackingParams
+from openpose_ros_pkg.video_source import PICTURE_SUFFIXES, VideoSource
+
+_log = logging.getLogger(__name__)
+
+VIDEO_SUFFIXES = ('.mp4', '.avi', '.mov', '.mkv', '.webm', '.m4v', '.mpg', '.mpeg', '.wmv')
+# Frame rate by which people are followed through videos that name none [Hz].
+_VIDEO_RATE = 25.0
+_DONE, _SOME_FAILED, _REFUSED, _INTERRUPTED = 0, 1, 2, 130
+
+
+@dataclass(frozen=True)
+class InputFile:
+    """A picture or a video.
+
+    Attributes:
+        frames: number of frames; of a video as far as it tells.
+        rate: frames per second of a video [Hz], None where it names none.
+    """
+
+    path: Path
+    is_video: bool
+    frames: int = 1
+    rate: Optional[float] = None
+
+    def name(self, number: int) -> str:
+        """Return the name of a frame's files."""
+        return frame_name(self.path.stem, number) if self.is_video else self.path.stem
+
+    def read(self) -> Iterator[np.ndarray]:
+        """Yield the frames, (H, W, 3) uint8 BGR.
+
+        Raises:
+            BadInputError: it can not be read.
+        """
+        if self.is_video:
+            yield from VideoSource(str(self.path.resolve())).frames()
+            return
+        picture = cv2.imread(str(self.path), cv2.IMREAD_COLOR)
+        if picture is None:
+            raise BadInputError(f'{self.path} is not a picture that OpenCV can read')
+        yield picture
+
+
+@dataclass
+class Report:
+    """What became of the inputs."""
+
+    frames: int = 0
+    people: int = 0
+    skipped: int = 0
+    unreadable: List[Path] = field(default_factory=list)
+
+    def text(self, counters: Mapping[str, int]) -> str:
+        """Say it in a line."""
+        parts = [f'{self.frames} frames with {self.people} people',
+                 f'{counters["written"]} files and video frames written']
+        if self.skipped:
+            parts.append(f'{self.skipped} inputs skipped, as their files are there (--overwrite does them again)')
+        if self.unreadable:
+            parts.append(f'{len(self.unreadable)} inputs could not be read')
+        if counters['failed']:
+            parts.append(f'{counters["failed"]} files could not be written')
+        return '; '.join(parts)
+
+
+def find_inputs(paths: Sequence[Path], outputs: Callable[[Path], bool]) -> Tuple[List[InputFile], List[Path]]:
+    """Return the pictures and videos of files and folders, and what holds none or is not there.
+
+    Args:
+        outputs: tells which files of a folder are results of this program.
+    """
+    files: List[Path] = []
+    bad: List[Path] = []
+    for path in paths:
+        if path.is_dir():
+            held = sorted((p for p in path.iterdir() if p.suffix.lower() in PICTURE_SUFFIXES + VIDEO_SUFFIXES
+                           and p.is_file() and not p.name.startswith('.') and not outputs(p)), key=_natural)
+            (files if held else bad).extend(held or [path])
+        else:
+            (files if path.is_file() else bad).append(path)
+    # a file that is named twice, as itself and with its folder, is done once
+    return [_input_file(path) for path in {path.resolve(): path for path in files}.values()], bad
+
+
+def check_names(inputs: Sequence[InputFile]) -> None:
+    """Raise ParameterError if two inputs would write the same files."""
+    first: Dict[Tuple[str, bool], Path] = {}
+    for item in inputs:
+        other = first.setdefault((item.path.stem, item.is_video), item.path)
+        if other != item.path:
+            raise ParameterError(f'{other} and {item.path} would write the same files, which are named after the input '
+                                 'without its suffix; give them in two commands with folders of their own')
+
+
+def detect_inputs(inputs: Sequence[InputFile], detector: Any, recorder: Recorder, tracking: TrackingParams,
+                  skip: Container[InputFile], progress: tqdm, report: Report) -> None:
+    """Find the people in all inputs and hand them to the recorder; what can not be read is logged and reported.
+
+    Args:
+        detector: has `detect`, as `Detector` does.
+        skip: inputs that need nothing.
+        report: filled in as the work goes on, so that it is right after an interrupt as well.
+    """
+    for item in inputs:
+        if item in skip:
+            report.skipped += 1
+            progress.update(item.frames)
+            continue
+        tracker = KeypointTracker(tracking) if item.is_video else None
+        try:
+            for number, bgr in enumerate(item.read()):
+                people = detector.detect(bgr)
+                if tracker is not None:
+                    people = tracker.update(people, number / (item.rate or _VIDEO_RATE))
+                recorder.submit(item.name(number), bgr, people)
+                report.frames += 1
+                report.people += len(people)
+                progress.update()
+        except (BadInputError, cv2.error) as error:
+            _log.warning('%s', error)
+            report.unreadable.append(item.path)
+
+
+def main(arguments: Optional[Sequence[str]] = None, create: Callable[..., Any] = create_detector) -> int:
+    """Run the command; return the exit status.
+
+    Args:
+        arguments: of the command line; None: those of this process.
+        create: makes the detector of its parameters.
+    """
+    parser = _parser()
+    options = parser.parse_args(arguments)
+    handler = _AboveTheBar()
+    handler.setFormatter(logging.Formatter('%(levelname)s: %(message)s'))
+    package_log = logging.getLogger('openpose_ros_pkg')
+    package_log.addHandler(handler)
+    try:
+        with _all_ends_are_interrupts():
+            return _run(options, _values(parser, options), create)
+    except (ParameterError, ModelError, BadInputError) as error:
+        sys.stderr.write(f'detect_files: {error}\n')
+        return _REFUSED
+    except KeyboardInterrupt:
+        return _INTERRUPTED
+    finally:
+        package_log.removeHandler(handler)
+
+
+def _run(options: argparse.Namespace, values: Dict[str, Any], create: Callable[..., Any]) -> int:
+    *of_detector, tracking, draw, scale, save = build(
+        (*DETECTOR_PARAMETERS, TrackingParams, DrawParams, KeypointScaleParams, SaveParams), values)
+    if not save.active:
+        raise ParameterError('nothing to save: give --write-json, --write-images, --write-video or --write-keypoint')
+    inputs, bad = find_inputs(options.inputs, lambda path: _is_result(path, save))
+    report = Report(unreadable=list(bad))
+    for path in bad:
+        _log.warning('%s %s', path, 'holds no pictures or videos' if path.is_dir() else 'does not exist')
+    check_names(inputs)
+    _check_video(save, inputs, options.overwrite)
+    writer = FrameWriter(save, draw, scale, next((item.rate for item in inputs if item.rate), None))
+    counters: Dict[str, int] = {'written': 0, 'failed': 0}
+    try:
+        with ExitStack() as stack:
+            may_skip = not options.overwrite and not save.write_video  # a video needs every frame
+            skip = {item for item in inputs if may_skip and _is_done(item, writer)}
+            detector = create(*of_detector) if len(skip) < len(inputs) else None
+            recorder = stack.enter_context(Recorder(writer, wait_when_full=True))
+            progress = stack.enter_context(tqdm(total=sum(item.frames for item in inputs), unit='frame', disable=None))
+            detect_inputs(inputs, detector, recorder, tracking, skip, progress, report)
+    finally:
+        counters = {'written': writer.written, 'failed': writer.failed}
+        if report.frames or report.skipped or report.unreadable:
+            sys.stdout.write(report.text(counters) + '\n')
+    return _SOME_FAILED if report.unreadable or counters['failed'] else _DONE
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog='detect_files', description=__doc__,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument('inputs', nargs='+', type=Path, metavar='INPUT', help='pictures, videos, folders of them')
+    parser.add_argument('--write-json', metavar='DIR', help="keypoints in OpenPose's JSON layout, one file per frame")
+    parser.add_argument('--write-images', metavar='DIR', help='annotated pictures, one file per frame')
+    parser.add_argument('--write-video', metavar='FILE', help='annotated video of all frames, .mp4 or .avi')
+    parser.add_argument('--write-keypoint', metavar='DIR', help='keypoints as a matrix in files of OpenCV')
+    parser.add_argument('--set', metavar='KEY=VALUE', action='append', default=[], dest='settings',
+                        help='a parameter of the detector, of drawing, tracking or saving; may be repeated')
+    parser.add_argument('--overwrite', action='store_true', help='do inputs again whose files are there')
+    return parser
+
+
+def _values(parser: argparse.ArgumentParser, options: argparse.Namespace) -> Dict[str, Any]:
+    """Return the parameters that the command line sets."""
+    values: Dict[str, Any] = {}
+    for setting in options.settings:
+        key, equals, text = setting.partition('=')
+        if not equals:
+            parser.error(f"--set '{setting}': expected KEY=VALUE")
+        try:
+            values[key] = yaml.safe_load(text) if text else ''
+        except yaml.YAMLError:
+            parser.error(f"--set '{setting}': the value can not be read")
+    for key in ('write_json', 'write_images', 'write_video', 'write_keypoint'):
+        if getattr(options, key) is not None:
+            values[key] = getattr(options, key)
+    return values
+
+
+def _natural(path: Path) -> List[Any]:
+    """Return a key that sorts numbers in names by their value, and is never equal for two names."""
+    return [[int(part) if i % 2 else part for i, part in enumerate(re.split(r'(\d+)', path.name.lower()))], path.name]
+
+
+def _input_file(path: Path) -> InputFile:
+    if path.suffix.lower() in PICTURE_SUFFIXES:
+        return InputFile(path, is_video=False)
+    capture = cv2.VideoCapture(str(path.resolve()))
+    frames, rate = capture.get(cv2.CAP_PROP_FRAME_COUNT), capture.get(cv2.CAP_PROP_FPS)
+    capture.release()
+    return InputFile(path, True, max(int(frames), 0), rate if rate > 0 else None)
+
+
+def _is_result(path: Path, save: SaveParams) -> bool:
+    """Say whether a file is an annotated picture or the video of this command."""
+    if save.write_video and path.resolve() == Path(save.write_video).expanduser().resolve():
+        return True
+    return (bool(save.write_images) and path.stem.endswith('_rendered')
+            and path.parent.resolve() == Path(save.write_images).expanduser().resolve())
+
+
+def _check_video(save: SaveParams, inputs: Sequence[InputFile], overwrite: bool) -> None:
+    """Raise ParameterError if the video is an input, or there already."""
+    if not save.write_video:
+        return
+    video = Path(save.write_video).expanduser()
+    if any(item.path.resolve() == video.resolve() for item in inputs):
+        raise ParameterError(f"parameter 'write_video': {video} is an input; name another file")
+    if video.exists() and not overwrite:
+        raise ParameterError(f"parameter 'write_video': {video} is there already; name another file, or give "
+                             '--overwrite')
+
+
+def _is_done(item: InputFile, writer: FrameWriter) -> bool:
+    """Say whether all files of an input are there."""
+    return item.frames > 0 and all(path.exists() for number in range(item.frames) for path in
+                                   writer.files(item.name(number)))
+
+
+@contextmanager
+def _all_ends_are_interrupts() -> Iterator[None]:
+    """Turn SIGTERM, and SIGHUP of a closed terminal, into KeyboardInterrupt as SIGINT is: files get completed."""
+    before = {number: signal.signal(number, signal.default_int_handler) for number in (signal.SIGTERM, signal.SIGHUP)}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+class _AboveTheBar(logging.Handler):
+    """Writes log lines to stderr, above the progress bar."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        tqdm.write(self.format(record), file=sys.stderr)

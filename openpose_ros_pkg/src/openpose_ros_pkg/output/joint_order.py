@@ -1,0 +1,78 @@
+"""OpenPose's row of numbers per joint, and the same people in the joint set that a reader expects."""
+from dataclasses import replace
+from typing import Optional
+
+import numpy as np
+
+from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_pkg.people import People2D
+from openpose_ros_pkg.skeletons import SKELETONS, SkeletonModel
+
+# Joints that are the middle of two others, where a network does not find them itself.
+_MIDDLES = {'neck': ('left_shoulder', 'right_shoulder'), 'mid_hip': ('left_hip', 'right_hip')}
+
+
+def in_joint_set(people: People2D, skeleton: SkeletonModel) -> People2D:
+    """Return the people with the joints of another joint set, found by their names.
+
+    Joints that the people do not have are missing, but for neck and mid_hip: the middle of shoulders or hips, with
+    the lower of their scores.
+    """
+    if skeleton == people.skeleton:
+        return people
+    keypoints = np.zeros((len(people), len(skeleton.joints), 3), np.float32)
+    keypoints[..., :2] = np.nan
+    index = people.skeleton.index
+    for i, joint in enumerate(skeleton.joints):
+        ends = _MIDDLES.get(joint, ())
+        if joint in index:
+            keypoints[:, i] = people.keypoints[:, index[joint]]
+        elif ends and all(end in index for end in ends):
+            pair = people.keypoints[:, [index[end] for end in ends]]
+            keypoints[:, i, :2] = pair[..., :2].mean(axis=1)
+            keypoints[:, i, 2] = pair[..., 2].min(axis=1)
+    return replace(people, skeleton=skeleton, keypoints=keypoints)
+
+
+def to_rows(people: People2D) -> np.ndarray:
+    """Return (P, K, 3) float32 x, y, score as OpenPose writes it: missing joints are 0, 0, 0."""
+    return np.where(people.present[..., None], people.keypoints, np.float32(0))
+
+
+def from_rows(rows: np.ndarray, ids: np.ndarray, skeleton: Optional[SkeletonModel], place: str) -> People2D:
+    """Return the people of OpenPose's numbers.
+
+    Args:
+        rows: (P, K, 3) float32 x, y, score; a joint with score 0 is missing.
+        ids: (P,) int64, -1 for none.
+        skeleton: joint set; None: the one with as many joints.
+        place: file that the numbers are from, for the error.
+
+    Returns:
+        People whose score is the mean of their joints' scores, as OpenPose's files hold none.
+
+    Raises:
+        BadInputError: the number of joints fits no joint set, or not the one asked for; or there is nobody and none
+            was asked for.
+    """
+    if skeleton is None:
+        skeleton = _skeleton_with(rows.shape[1] if len(rows) else 0, place)
+    joints = len(skeleton.joints)
+    if len(rows) == 0:
+        return People2D.empty(skeleton)
+    if rows.shape[1:] != (joints, 3):
+        raise BadInputError(f'{place}: expected {joints} joints x, y, score of {skeleton.name}, got {rows.shape[1:]}')
+    present = np.isfinite(rows).all(axis=2) & (rows[..., 2] > 0)
+    keypoints = np.where(present[..., None], rows, np.array([np.nan, np.nan, 0], np.float32)).astype(np.float32)
+    scores = keypoints[..., 2].sum(axis=1) / np.maximum(present.sum(axis=1), 1)
+    return People2D(skeleton, keypoints, scores, ids)
+
+
+def _skeleton_with(joints: int, place: str) -> SkeletonModel:
+    if joints == 0:
+        raise BadInputError(f'{place} shows nobody, so its joint set is unknown: name one ({", ".join(SKELETONS)})')
+    for skeleton in SKELETONS.values():
+        if len(skeleton.joints) == joints:
+            return skeleton
+    known = ', '.join(f'{name}: {len(skeleton.joints)}' for name, skeleton in SKELETONS.items())
+    raise BadInputError(f'{place}: expected the number of joints of a known joint set ({known}), got {joints}')

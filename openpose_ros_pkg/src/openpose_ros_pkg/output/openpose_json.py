@@ -1,0 +1,77 @@
+"""OpenPose's JSON files, one per frame, layout 1.3.
+
+Source: OpenPose src/openpose/filestream/fileStream.cpp (savePeopleJson, addKeypointsToJson) and
+include/openpose/filestream/wPeopleJsonSaver.hpp; doc/02_output.md.
+"""
+import json
+from pathlib import Path
+from typing import Optional, Union
+
+import numpy as np
+
+from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_pkg.output.files import write_whole
+from openpose_ros_pkg.output.joint_order import from_rows, to_rows
+from openpose_ros_pkg.people import People2D
+from openpose_ros_pkg.skeletons import SkeletonModel
+
+JSON_SUFFIX = '_keypoints.json'
+_VERSION = 1.3
+_NOT_DETECTED_HERE = ('face_keypoints_2d', 'hand_left_keypoints_2d', 'hand_right_keypoints_2d', 'pose_keypoints_3d',
+                      'face_keypoints_3d', 'hand_left_keypoints_3d', 'hand_right_keypoints_3d')
+
+
+def people_to_json(people: People2D) -> str:
+    """Return the text of OpenPose's JSON file: joints in the order of the people's joint set, missing ones 0, 0, 0.
+
+    Numbers have as many digits as float32 needs (up to nine), so that reading gives the same people to the last bit.
+    """
+    entries = []
+    for row, person_id in zip(to_rows(people), people.ids):
+        entry = {'person_id': [int(person_id)], 'pose_keypoints_2d': [float(text) for text in row.ravel().astype('U')]}
+        entry.update((key, []) for key in _NOT_DETECTED_HERE)
+        entries.append(entry)
+    return json.dumps({'version': _VERSION, 'people': entries}, separators=(',', ':'))
+
+
+def people_from_json(text: Union[str, bytes], skeleton: Optional[SkeletonModel] = None,
+                     place: str = 'JSON text') -> People2D:
+    """Return the people in the text of a JSON file of OpenPose.
+
+    Args:
+        skeleton: joint set; None: the one with as many joints.
+        place: where the text is from, for errors.
+
+    Returns:
+        People in the units of the file. Their score is the mean of their joints', as the layout holds none.
+
+    Raises:
+        BadInputError: not such a text, another joint set, or nobody in it while none is named.
+    """
+    try:
+        entries = json.loads(text)['people']
+        rows = [np.array(entry['pose_keypoints_2d'], np.float32).reshape(-1, 3) for entry in entries]
+        ids = np.array([entry.get('person_id', [-1])[0] for entry in entries], np.int64)
+        stacked = np.stack(rows) if rows else np.zeros((0, 0, 3), np.float32)
+    except (ValueError, TypeError, KeyError, IndexError, AttributeError) as error:
+        raise BadInputError(f'{place} does not have the layout of OpenPose: {error!r}') from error
+    return from_rows(stacked, ids, skeleton, place)
+
+
+def write_json(path: Path, people: People2D) -> None:
+    """Write the people of a frame as OpenPose does; see `people_to_json`.
+
+    Raises:
+        OSError: the file can not be written.
+    """
+    write_whole(path, people_to_json(people).encode())
+
+
+def read_json(path: Path, skeleton: Optional[SkeletonModel] = None) -> People2D:
+    """Read a file of `write_json` or OpenPose; see `people_from_json`.
+
+    Raises:
+        BadInputError: the file does not hold what is expected.
+        OSError: the file can not be read.
+    """
+    return people_from_json(Path(path).read_bytes(), skeleton, str(path))

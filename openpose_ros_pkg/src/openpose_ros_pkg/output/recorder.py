@@ -1,0 +1,110 @@
+"""Save frames without holding up who finds the people in them."""
+import logging
+import threading
+from collections import deque
+from typing import Deque, Dict, Optional, Tuple, Union
+
+import numpy as np
+
+from openpose_ros_pkg.draw import DrawParams
+from openpose_ros_pkg.output.frame_writer import FrameWriter, is_power_of_two
+from openpose_ros_pkg.people import People2D
+
+_log = logging.getLogger(__name__)
+
+_Item = Tuple[Union[str, int], Optional[np.ndarray], People2D]
+
+
+class Recorder:
+    """Hands frames to a `FrameWriter` in a thread of its own, through a queue of bounded length.
+
+    When the queue is full, either the caller waits (nothing is lost: files and videos), or the new frame is dropped,
+    counted and warned of (the caller never waits: live images). Any thread may call it.
+
+    Args:
+        writer: belongs to the recorder from now on.
+        wait_when_full: True: `submit` waits for a place; False: it drops the frame.
+        queue_size: frames that may wait; each holds its picture in memory.
+    """
+
+    def __init__(self, writer: FrameWriter, wait_when_full: bool, queue_size: int = 8) -> None:
+        self._writer = writer
+        self._wait_when_full = wait_when_full
+        self._queue_size = queue_size
+        self._queue: Deque[_Item] = deque()
+        self._condition = threading.Condition()
+        self._closed = False
+        self._dropped = 0
+        self._broken = 0
+        self._thread = threading.Thread(target=self._run, name='recorder', daemon=True)
+        self._thread.start()
+
+    def __enter__(self) -> 'Recorder':
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    @property
+    def needs_image(self) -> bool:
+        """Whether `submit` needs the picture, and not the people alone."""
+        return self._writer.needs_image
+
+    @property
+    def counters(self) -> Dict[str, int]:
+        """Number of files and video frames written and failed, of frames dropped because the queue was full, and of
+        frames that wait."""
+        with self._condition:
+            return {'written': self._writer.written, 'failed': self._writer.failed + self._broken,
+                    'dropped': self._dropped, 'waiting': len(self._queue)}
+
+    def submit(self, frame: Union[str, int], bgr: Optional[np.ndarray], people: People2D) -> bool:
+        """Have a frame saved.
+
+        Args:
+            frame: name of the files, as `frame_name` makes it; or a number.
+            bgr: (H, W, 3) uint8 BGR, which nobody may modify any more; None where `needs_image` is False.
+            people: in pixels of the image.
+
+        Returns:
+            False if the frame was dropped: the queue is full, or the recorder is closed.
+        """
+        with self._condition:
+            if self._wait_when_full:
+                self._condition.wait_for(lambda: self._closed or len(self._queue) < self._queue_size)
+            if not self._closed and len(self._queue) < self._queue_size:
+                self._queue.append((frame, bgr, people))
+                self._condition.notify_all()
+                return True
+            self._dropped += 1
+            dropped, closed = self._dropped, self._closed
+        if not closed and is_power_of_two(dropped):
+            _log.warning('frame not saved, as saving is slower than frames come (%d so far)', dropped)
+        return False
+
+    def reconfigure(self, draw: DrawParams) -> None:
+        """Draw in this way from the next frame on."""
+        self._writer.reconfigure(draw)
+
+    def close(self) -> None:
+        """Write all frames that wait, complete the video, and end the thread."""
+        with self._condition:
+            self._closed = True
+            self._condition.notify_all()
+        self._thread.join()
+
+    def _run(self) -> None:
+        while True:
+            with self._condition:
+                self._condition.wait_for(lambda: self._closed or self._queue)
+                if not self._queue:
+                    break
+                item = self._queue.popleft()
+                self._condition.notify_all()
+            try:
+                self._writer.write(*item)
+            except Exception:  # the thread must outlive whatever one frame does to it
+                with self._condition:
+                    self._broken += 1
+                _log.exception('frame %s could not be saved', item[0])
+        self._writer.close()

@@ -1,0 +1,53 @@
+"""Report how long the stages of a node take: on a topic, and as values for /diagnostics."""
+import threading
+import time
+from typing import Dict, Sequence
+
+import rospy
+from openpose_ros_msgs.msg import StageTiming as StageTimingMessage
+from openpose_ros_msgs.msg import Timing
+
+from openpose_ros_pkg.stage_timing import StageTiming
+
+# How far the report looks back [s].
+WINDOW = 10.0
+
+
+class TimingReport:
+    """Collects durations; publishes them on `~timing` once a second while somebody listens.
+
+    Args:
+        stages: names, in the order of the report.
+        result: the stage that ends once per result: its rate is that of the results.
+    """
+
+    def __init__(self, stages: Sequence[str], result: str) -> None:
+        self._timing = StageTiming(stages, WINDOW)
+        self._result = result
+        self._publisher = rospy.Publisher('~timing', Timing, queue_size=1)
+        threading.Thread(target=self._keep_publishing, name='timing', daemon=True).start()
+
+    def add(self, stage: str, seconds: float) -> None:
+        """Note that a stage ended now and took that long [s]."""
+        self._timing.add(stage, seconds, time.monotonic())
+
+    def medians(self) -> Dict[str, str]:
+        """Return the median of each stage that occurred, as text."""
+        return {f'{summary.stage}, median [ms]': f'{1000 * summary.p50:.2f}'
+                for summary in self._timing.summaries(time.monotonic()) if summary.count}
+
+    def _keep_publishing(self) -> None:
+        # wall time, as in /diagnostics
+        while not rospy.is_shutdown():
+            if self._publisher.get_num_connections() > 0:
+                self._publisher.publish(self._message())
+            time.sleep(1.0)
+
+    def _message(self) -> Timing:
+        summaries = self._timing.summaries(time.monotonic())
+        message = Timing(window=WINDOW)
+        message.header.stamp = rospy.get_rostime()
+        message.rate = next(summary.rate for summary in summaries if summary.stage == self._result)
+        message.stages = [StageTimingMessage(stage=summary.stage, count=summary.count, p50=1000 * summary.p50,
+                                             p95=1000 * summary.p95) for summary in summaries]
+        return message

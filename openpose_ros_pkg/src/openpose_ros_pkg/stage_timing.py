@@ -1,0 +1,65 @@
+"""Where the time of a frame goes: durations of its stages over a sliding window."""
+import threading
+from collections import deque
+from dataclasses import dataclass
+from typing import Deque, Dict, List, Sequence, Tuple
+
+# Entries that are kept of each stage: more than any camera delivers within the window.
+_MOST_ENTRIES = 2000
+
+
+@dataclass(frozen=True)
+class StageSummary:
+    """How long one stage took.
+
+    Attributes:
+        stage: its name.
+        count: entries within the window.
+        rate: entries per second [Hz].
+        p50, p95: percentiles of the duration [s], by nearest rank; NaN without entries.
+    """
+
+    stage: str
+    count: int
+    rate: float
+    p50: float
+    p95: float
+
+
+class StageTiming:
+    """Collects how long each stage took; any thread may add to it. The time comes from the caller.
+
+    Args:
+        stages: names, in the order of the report.
+        window: how far the report looks back [s].
+    """
+
+    def __init__(self, stages: Sequence[str], window: float) -> None:
+        self.window = window
+        self._lock = threading.Lock()
+        self._entries: Dict[str, Deque[Tuple[float, float]]] = {stage: deque(maxlen=_MOST_ENTRIES)
+                                                                for stage in stages}
+
+    def add(self, stage: str, seconds: float, now: float) -> None:
+        """Note that a stage ended just now and took that long [s]."""
+        with self._lock:
+            self._entries[stage].append((now, seconds))
+
+    def summaries(self, now: float) -> List[StageSummary]:
+        """Return one summary per stage, also for those without entries."""
+        with self._lock:
+            entries = {stage: list(kept) for stage, kept in self._entries.items()}
+        return [self._summary(stage, [entry for entry in kept if now - entry[0] <= self.window])
+                for stage, kept in entries.items()]
+
+    @staticmethod
+    def _summary(stage: str, entries: List[Tuple[float, float]]) -> StageSummary:
+        durations = sorted(seconds for _, seconds in entries)
+        span = entries[-1][0] - entries[0][0] if entries else 0.0
+        rate = (len(entries) - 1) / span if span > 0 else 0.0
+        return StageSummary(stage, len(durations), rate, _percentile(durations, 0.5), _percentile(durations, 0.95))
+
+
+def _percentile(ordered: Sequence[float], share: float) -> float:
+    """Return the value at a share of an ordered sequence, by nearest rank; NaN of an empty one."""
+    return ordered[min(int(share * len(ordered)), len(ordered) - 1)] if ordered else float('nan')

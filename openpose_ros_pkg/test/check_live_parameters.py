@@ -1,0 +1,114 @@
+#!/usr/bin/python3
+"""Thresholds of the running service node change through dynamic_reconfigure, and take effect on the next image."""
+import math
+import sys
+import unittest
+
+import numpy as np
+import rospy
+import rostest
+from dynamic_reconfigure.client import Client
+from harness import TIMEOUT, Recorder, distance, image, joints, picture, wait_for
+from openpose_ros_msgs.srv import GetPersons
+from rosgraph_msgs.msg import Log
+from sensor_msgs.msg import Image
+
+NODE = 'openpose_ros_service_node'
+
+
+class LiveParametersTest(unittest.TestCase):
+
+    @classmethod
+    def setUpClass(cls):
+        rospy.wait_for_service('detect_poses', TIMEOUT)
+        cls.detect = staticmethod(rospy.ServiceProxy('detect_poses', GetPersons))
+        cls.client = Client(NODE, timeout=TIMEOUT)
+        cls.first = cls.client.get_configuration(timeout=TIMEOUT)
+
+    def tearDown(self):
+        self.client.update_configuration({name: self.first[name] for name in self.first if name != 'groups'})
+
+    def people(self, stamp):
+        return self.detect(image(picture(0), stamp)).detections
+
+    def test_it_starts_with_what_the_node_has(self):
+        """Values of the parameter server and defaults, with texts and limits from the parameter classes."""
+        self.assertEqual((self.first['render_threshold'], self.first['peak_threshold']), (0.125, 0.05))
+        described = {entry['name']: entry for entry in self.client.get_parameter_descriptions(timeout=TIMEOUT)}
+        threshold = described['peak_threshold']
+        self.assertEqual((threshold['type'], threshold['min'], threshold['max'], threshold['default']),
+                         ('double', 0.0, 1.0, 0.05))
+        self.assertIn('Confidence that a joint needs', threshold['description'])
+        self.assertEqual(rospy.get_param(f'{NODE}/peak_threshold'), 0.05)
+        self.assertNotIn('net_input_width', described)
+
+    def test_thresholds_of_the_detector(self):
+        """A score that nobody has, and back."""
+        self.assertEqual(len(self.people(1.0)), 2)
+        for name in ('person_min_score', 'joint_min_score'):
+            self.client.update_configuration({name: 1.0})
+            self.assertEqual(self.people(1.1), [], name)
+            self.client.update_configuration({name: self.first[name]})
+            self.assertEqual(len(self.people(1.2)), 2, name)
+
+    def test_the_mode(self):
+        """Other networks find the same people at slightly other places; back again, exactly where they were."""
+        def places():
+            return [joints(person) for person in self.people(40.0)]
+
+        def moved(first, second):
+            return max(min(distance(person, other) for other in second) for person in first)
+
+        before = places()
+        self.assertEqual(self.client.update_configuration({'mode': 'fast'})['mode'], 'fast')
+        fast = places()
+        self.assertEqual(len(fast), 2)
+        self.assertTrue(0.01 < moved(before, fast) < 30.0, moved(before, fast))
+        self.client.update_configuration({'mode': 'balanced'})
+        self.assertLess(moved(before, places()), 0.01)
+        self.assertEqual(self.client.update_configuration({'mode': 'sleepy'})['mode'], 'balanced')
+        self.assertLess(moved(before, places()), 0.01)
+
+    def test_a_limit_of_the_tracker(self):
+        """Who is not seen for longer than track_timeout comes back with a new id; ids are not used again."""
+        def ids(stamp):
+            return {person.person_ID for person in self.people(stamp)}
+
+        before = ids(10.0)
+        self.assertEqual(ids(11.0), before)
+        self.client.update_configuration({'track_timeout': 0.5})
+        after = ids(12.0)
+        self.assertEqual(len(after), 2)
+        self.assertFalse(after & before)
+
+    def test_opacity_of_the_drawing(self):
+        """With 0 the image comes back as it was."""
+        self.client.update_configuration({'alpha_pose': 0.0})
+        drawn = Recorder('openpose_ros/detected_poses_image', Image)
+        try:
+            wait_for(lambda: self.people(20.0) and drawn.messages, 'an annotated image')
+            self.assertEqual(drawn.messages[-1].data, picture(0).tobytes())
+            self.client.update_configuration({'alpha_pose': 1.0})
+            self.people(21.0)
+            last = drawn.wait(1, rospy.Time(21))[0]
+        finally:
+            drawn.close()
+        changed = np.frombuffer(last.data, np.uint8).reshape(540, 960, 3) != picture(0)
+        self.assertTrue(0.001 < changed.any(axis=2).mean() < 0.2)
+
+    def test_values_that_are_not_allowed(self):
+        """Beyond a limit: the limit. Without sense: the value before stays, and a warning says why."""
+        log = Recorder('/rosout', Log)
+        changed = self.client.update_configuration({'person_min_joints': 1, 'peak_threshold': 7.0})
+        self.assertEqual((changed['person_min_joints'], changed['peak_threshold']), (2, 1.0))
+        changed = self.client.update_configuration({'peak_threshold': 0.05, 'person_min_joints': 4})
+        changed = self.client.update_configuration({'peak_threshold': math.nan})
+        self.assertEqual(changed['peak_threshold'], 0.05)
+        wait_for(lambda: any('parameters not changed' in m.msg and "'peak_threshold' = nan" in m.msg
+                             for m in log.messages.copy()), 'the warning')
+        self.assertEqual(len(self.people(30.0)), 2)
+
+
+if __name__ == '__main__':
+    rospy.init_node('live_parameters_test')
+    rostest.rosrun('openpose_ros_pkg', 'live_parameters', LiveParametersTest, sys.argv)

@@ -1,0 +1,250 @@
+"""The command detect_files works through pictures, folders and videos, whatever is wrong with some of them."""
+import os
+import signal
+
+import cv2
+import numpy as np
+import pytest
+
+from openpose_ros_pkg.detect_files import VIDEO_SUFFIXES, find_inputs, main
+from openpose_ros_pkg.errors import ModelError
+from openpose_ros_pkg.output.keypoint_file import read_keypoint
+from openpose_ros_pkg.output.openpose_json import read_json
+from openpose_ros_pkg.people import People2D
+from openpose_ros_pkg.skeletons import COCO_18
+
+
+class FakeDetector:
+    """Sees as many people as the grey level of the picture tells: level 20 is two people, side by side."""
+
+    def __init__(self):
+        self.levels = []
+
+    def detect(self, bgr):
+        count = round(float(bgr.mean()) / 10)
+        self.levels.append(count * 10)
+        keypoints = np.full((count, 18, 3), 0.5, np.float32)
+        keypoints[..., :2] = np.arange(18 * 2).reshape(18, 2) / 2
+        keypoints[..., 0] += 25 * np.arange(count)[:, np.newaxis]
+        return People2D(COCO_18, keypoints, np.full(count, 0.5), np.full(count, -1))
+
+
+@pytest.fixture
+def detector():
+    return FakeDetector()
+
+
+@pytest.fixture
+def run(detector):
+    """Run the command with the fake detector; return the exit status."""
+    return lambda *arguments: main([str(argument) for argument in arguments], create=lambda *_: detector)
+
+
+def picture(path, level):
+    path.parent.mkdir(exist_ok=True)
+    cv2.imwrite(str(path), np.full((48, 64, 3), level, np.uint8))
+    return path
+
+
+def video(path, levels, rate=12.0):
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter_fourcc(*'MJPG'), rate, (64, 48))
+    for level in levels:
+        writer.write(np.full((48, 64, 3), level, np.uint8))
+    writer.release()
+    return path
+
+
+def names(folder):
+    return sorted(path.name for path in folder.iterdir())
+
+
+def test_an_empty_folder_is_reported(run, tmp_path, capsys):
+    (tmp_path / 'in').mkdir()
+    assert run(tmp_path / 'in', '--write-json', tmp_path / 'out') == 1
+    assert 'holds no pictures or videos' in capsys.readouterr().err
+
+
+def test_nothing_to_save_is_refused(run, tmp_path, capsys):
+    assert run(picture(tmp_path / 'a.png', 10)) == 2
+    assert 'nothing to save: give --write-json' in capsys.readouterr().err
+
+
+def test_pictures_are_saved_under_their_names_without_ids(run, tmp_path, capsys):
+    folder = tmp_path / 'in'
+    for name, level in (('street.png', 20), ('empty.png', 0)):
+        picture(folder / name, level)
+    assert run(folder, '--write-json', tmp_path / 'j', '--write-images', tmp_path / 'i', '--write-keypoint',
+               tmp_path / 'k', '--set', 'write_images_format=jpg') == 0
+    assert names(tmp_path / 'j') == ['empty_keypoints.json', 'street_keypoints.json']
+    assert names(tmp_path / 'i') == ['empty_rendered.jpg', 'street_rendered.jpg']
+    people = read_json(tmp_path / 'j/street_keypoints.json')
+    assert people.ids.tolist() == [-1, -1]
+    assert people.xy[1, 2].tolist() == [27.0, 2.5]
+    assert len(read_json(tmp_path / 'j/empty_keypoints.json', COCO_18)) == 0
+    assert len(read_keypoint(tmp_path / 'k/street_pose.yml')) == 2
+    assert capsys.readouterr().out == '2 frames with 2 people; 6 files and video frames written\n'
+
+
+def test_a_folder_is_worked_through_in_natural_order(run, detector, tmp_path):
+    for name, level in (('image10.png', 30), ('image2.png', 20), ('Image1.PNG', 10)):
+        picture(tmp_path / 'in' / name, level)
+    (tmp_path / 'in/notes.txt').write_text('not a picture')
+    assert run(tmp_path / 'in', '--write-json', tmp_path / 'j') == 0
+    assert detector.levels == [10, 20, 30]
+
+
+def test_people_of_a_video_have_ids_and_the_frames_openpose_names(run, tmp_path):
+    source = video(tmp_path / 'walk.avi', [20, 20, 10])
+    assert run(source, '--write-json', tmp_path / 'j', '--write-video', tmp_path / 'out.avi') == 0
+    assert names(tmp_path / 'j') == [f'walk_00000000000{number}_keypoints.json' for number in range(3)]
+    ids = [read_json(path).ids.tolist() for path in sorted((tmp_path / 'j').iterdir())]
+    assert ids == [[0, 1], [0, 1], [0]]
+    written = cv2.VideoCapture(str(tmp_path / 'out.avi'))
+    assert (written.get(cv2.CAP_PROP_FRAME_COUNT), written.get(cv2.CAP_PROP_FPS)) == (3, 12)
+
+
+def test_ids_begin_anew_in_each_video(run, tmp_path):
+    for name in ('a', 'b'):
+        video(tmp_path / f'{name}.avi', [10])
+    assert run(tmp_path, '--write-json', tmp_path / 'j') == 0
+    assert [read_json(path).ids.tolist() for path in sorted((tmp_path / 'j').iterdir())] == [[0], [0]]
+
+
+def test_what_can_not_be_read_is_reported_and_the_rest_is_done(run, tmp_path, capsys):
+    picture(tmp_path / 'in/a.png', 10)
+    (tmp_path / 'in/b.png').write_text('broken')
+    (tmp_path / 'in/c.mp4').write_text('broken')
+    picture(tmp_path / 'in/d.png', 10)
+    assert run(tmp_path / 'in', tmp_path / 'gone.png', '--write-json', tmp_path / 'j') == 1
+    output = capsys.readouterr()
+    assert names(tmp_path / 'j') == ['a_keypoints.json', 'd_keypoints.json']
+    assert 'b.png is not a picture' in output.err
+    assert 'can not open video file' in output.err
+    assert 'gone.png does not exist' in output.err
+    assert '3 inputs could not be read' in output.out
+
+
+def test_what_is_there_is_skipped_unless_overwritten(run, detector, tmp_path, capsys):
+    picture(tmp_path / 'in/a.png', 10)
+    video(tmp_path / 'in/v.avi', [20, 20])
+    command = (tmp_path / 'in', '--write-json', tmp_path / 'j')
+    assert run(*command) == 0
+    assert detector.levels == [10, 20, 20]
+    picture(tmp_path / 'in/b.png', 30)
+    (tmp_path / 'j/v_000000000001_keypoints.json').unlink()
+    assert run(*command) == 0
+    assert detector.levels[3:] == [30, 20, 20]  # a is there; the video is done as a whole, as ids go on in it
+    assert '1 inputs skipped' in capsys.readouterr().out
+    assert run(*command, '--overwrite') == 0
+    assert detector.levels[6:] == [10, 30, 20, 20]
+
+
+def test_no_network_is_loaded_when_all_is_there(run, tmp_path):
+    command = (str(picture(tmp_path / 'a.png', 10)), '--write-json', str(tmp_path / 'j'))
+    assert run(*command) == 0
+    assert main(command, create=lambda *_: pytest.fail('not needed')) == 0
+
+
+def test_a_video_that_is_there_is_not_written_over_unless_asked(run, tmp_path, capsys):
+    source = picture(tmp_path / 'a.png', 10)
+    command = (source, '--write-video', tmp_path / 'v.avi')
+    assert run(*command) == 0
+    assert run(*command) == 2
+    assert 'is there already' in capsys.readouterr().err
+    assert run(*command, '--overwrite') == 0
+
+
+def test_an_input_is_never_written_over(run, tmp_path, capsys):
+    source = video(tmp_path / 'v.avi', [10])
+    assert run(source, '--write-video', source, '--overwrite') == 2
+    assert 'is an input' in capsys.readouterr().err
+
+
+def test_results_in_the_folder_of_the_inputs_are_no_inputs(run, detector, tmp_path):
+    picture(tmp_path / 'a.png', 10)
+    command = (tmp_path, '--write-images', tmp_path, '--write-video', tmp_path / 'v.avi', '--overwrite')
+    assert [run(*command), run(*command)] == [0, 0]
+    assert detector.levels == [10, 10]
+
+
+def test_inputs_of_the_same_name_are_refused(run, tmp_path, capsys):
+    inputs = picture(tmp_path / 'one/a.png', 10), picture(tmp_path / 'two/a.jpg', 10)
+    assert run(*inputs, '--write-json', tmp_path / 'j') == 2
+    assert 'would write the same files' in capsys.readouterr().err
+
+
+def test_a_file_named_twice_is_done_once(tmp_path):
+    path = picture(tmp_path / 'a.png', 10)
+    inputs, bad = find_inputs([path, tmp_path], lambda _: False)
+    assert ([item.path for item in inputs], bad) == ([path], [])
+
+
+@pytest.mark.parametrize('setting, text', [
+    ('peak_treshold=0.1', "did you mean 'peak_threshold'"), ('alpha_pose=2', 'float in 0 .. 1')])
+def test_wrong_parameters_are_refused(run, tmp_path, capsys, setting, text):
+    assert run(picture(tmp_path / 'a.png', 10), '--write-json', tmp_path / 'j', '--set', setting) == 2
+    assert text in capsys.readouterr().err
+
+
+@pytest.mark.parametrize('setting', ['alpha_pose', 'alpha_pose={'])
+def test_a_setting_is_a_key_and_a_value(run, tmp_path, setting):
+    with pytest.raises(SystemExit) as stopped:
+        run(picture(tmp_path / 'a.png', 10), '--write-json', tmp_path / 'j', '--set', setting)
+    assert stopped.value.code == 2
+
+
+def test_a_missing_network_is_told(tmp_path, capsys):
+    def missing(*_):
+        raise ModelError('weights are missing')
+
+    assert main([str(picture(tmp_path / 'a.png', 10)), '--write-json', str(tmp_path / 'j')], create=missing) == 2
+    assert 'weights are missing' in capsys.readouterr().err
+
+
+def test_a_folder_that_can_not_be_written_is_told(run, tmp_path, capsys):
+    (tmp_path / 'file').write_text('')
+    assert run(picture(tmp_path / 'a.png', 10), '--write-json', tmp_path / 'file') == 2
+    assert "parameter 'write_json': can not write into folder" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_an_interrupt_leaves_complete_files(run, detector, tmp_path, capsys, number):
+    source = video(tmp_path / 'v.avi', [10] * 10)
+    detect = detector.detect
+
+    def interrupted(bgr):
+        if len(detector.levels) == 4:
+            os.kill(os.getpid(), number)
+        return detect(bgr)
+
+    detector.detect = interrupted
+    assert run(source, '--write-json', tmp_path / 'j', '--write-video', tmp_path / 'out.avi') == 130
+    assert [len(read_json(path)) for path in (tmp_path / 'j').iterdir()] == [1] * 4
+    assert signal.getsignal(signal.SIGTERM) == signal.SIG_DFL
+    assert cv2.VideoCapture(str(tmp_path / 'out.avi')).get(cv2.CAP_PROP_FRAME_COUNT) == 4
+    assert '4 frames with 4 people' in capsys.readouterr().out
+
+
+def test_files_that_can_not_be_written_are_reported(run, detector, tmp_path, capsys):
+    source = video(tmp_path / 'v.avi', [10] * 3)
+    detect = detector.detect
+
+    def without_folder(bgr):
+        if not detector.levels:
+            (tmp_path / 'j').rmdir()
+        return detect(bgr)
+
+    detector.detect = without_folder
+    assert run(source, '--write-json', tmp_path / 'j', '--write-images', tmp_path / 'i') == 1
+    output = capsys.readouterr()
+    assert 'file not written (1 so far)' in output.err
+    assert '3 files could not be written' in output.out
+    assert len(names(tmp_path / 'i')) == 3
+
+
+def test_video_suffixes_are_no_picture_suffixes(tmp_path):
+    for suffix in VIDEO_SUFFIXES:
+        (tmp_path / f'v{suffix}').write_text('')
+    inputs, _ = find_inputs([tmp_path], lambda _: False)
+    assert len(inputs) == len(VIDEO_SUFFIXES)
+    assert all(item.is_video for item in inputs)
