@@ -47,7 +47,7 @@ class BadParametersTest(unittest.TestCase):
 
     def test_service_of_the_3d_chain(self):
         self.assert_refused('openpose_ros_node_3d', {
-            '_backend:=abacus': ("'backend' = 'abacus'", "'auto', 'openvino', 'opencv_dnn'")})
+            '_backend:=abacus': ("'backend' = 'abacus'", "'auto', 'openvino', 'onnxruntime', 'opencv_dnn'")})
 
     def test_client(self):
         self.assert_refused('openpose_ros_node_firephinx', {

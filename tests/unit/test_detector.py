@@ -265,12 +265,12 @@ def test_recipes_of_many_opinions_accept_lower_scores():
     class Accepting(Together):
         def load(self, recipe):
             recipe, networks = super().load(recipe)
-            return replace(recipe, acceptance=acceptance), networks
+            return replace(recipe, acceptance=self.acceptance), networks
 
     person = person_at(320, 100, 300)
     networks = Accepting(mobilenet_thin=PafNetwork([person], confidence=0.7),
                          movenet_multipose=MovenetNetwork([person], confidence=0.7))
-    for acceptance, count in ((1.0, 0), (0.8, 1)):
+    for networks.acceptance, count in ((1.0, 0), (0.8, 1)):
         unit = Detector(DetectorParams(), networks, DecodeParams(), DirectDecodeParams(),
                         EnsembleParams(joint_min_score=0.9))
         assert len(unit.detect(chart(*SIZE))) == count

@@ -55,6 +55,10 @@ def test_order_of_people_does_not_matter(order):
         {0: 100, 1: 104}, {0: 300, 1: 297}, {0: 500, 1: 502}]
 
 
+def test_poses_far_apart_are_different_people():
+    assert grouped([pose(100)], [pose(300)]) == [{0: 100}, {1: 300}]
+
+
 def test_what_one_source_misses_others_add():
     assert grouped([pose(100)], [], [pose(102), pose(300)], [pose(301)]) == [{0: 100, 2: 102}, {2: 300, 3: 301}]
 

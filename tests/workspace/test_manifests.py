@@ -11,7 +11,8 @@ PACKAGES = ('openpose_ros_msgs', 'openpose_ros_pkg', 'skeleton_extract_3d')
 # Modules that are named otherwise than the rosdep key that brings them; OpenVINO has none, ./run setup brings it.
 ROSDEP_KEYS = {'cv2': 'python3-opencv', 'numpy': 'python3-numpy', 'rospkg': 'python3-rospkg', 'scipy': 'python3-scipy',
                'tqdm': 'python3-tqdm', 'yaml': 'python3-yaml'}
-ROS_MODULES = {'cv_bridge', 'diagnostic_updater', 'dynamic_reconfigure', 'message_filters', 'rosbag', 'rospy', 'tf2_ros'}
+ROS_MODULES = {
+    'cv_bridge', 'diagnostic_updater', 'dynamic_reconfigure', 'message_filters', 'rosbag', 'rospy', 'tf2_ros'}
 
 
 def manifest(package):

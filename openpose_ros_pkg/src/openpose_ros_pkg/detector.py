@@ -27,7 +27,7 @@ DETECTOR_PARAMETERS: Tuple[Type[Parameters], ...] = (
 """What `create_detector` takes, in its order."""
 
 # Scores of candidates where several opinions follow: what one network doubts, others may confirm.
-_CANDIDATE_SHARE = 0.8
+_CANDIDATE_SHARE, _CANDIDATE_MOST = 0.8, 0.2
 _CANDIDATE_PERSON_SCORE = 0.05
 _CANDIDATE_JOINT_SCORE = 0.0
 
@@ -210,7 +210,8 @@ def create_detector(params: DetectorParams, backend_params: BackendParams, decod
 def _opinions(frame: Frame) -> List[Opinions]:
     """Return what each whole look says of each person."""
     setup = frame.setup
-    decode_params = replace(setup.decode, person_min_score=_CANDIDATE_SHARE * setup.decode.person_min_score)
+    decode_params = replace(setup.decode, person_min_score=min(
+        _CANDIDATE_SHARE * setup.decode.person_min_score, _CANDIDATE_MOST))
     direct_params = _candidates(setup.direct)
     sources = [keypoints for look, views in zip(setup.recipe.looks, frame.views)
                for keypoints, _ in people_of_look(look, views, decode_params, direct_params)]
@@ -249,8 +250,8 @@ def _accepted(keypoints: np.ndarray, scores: np.ndarray, setup: _Setup) -> Peopl
     """Leave out joints and people below their thresholds."""
     acceptance = setup.recipe.acceptance
     keypoints[keypoints[..., 2] < acceptance * setup.ensemble.joint_min_score] = (np.nan, np.nan, 0)
-    there = keypoints[..., 2] > 0
-    kept = (scores >= acceptance * setup.decode.person_min_score) & (there.sum(axis=1) >= setup.decode.person_min_joints)
+    joints = (keypoints[..., 2] > 0).sum(axis=1)
+    kept = (scores >= acceptance * setup.decode.person_min_score) & (joints >= setup.decode.person_min_joints)
     return keypoints[kept], scores[kept]
 
 

@@ -24,7 +24,7 @@ class EnsembleParams(Parameters):
     """Thresholds where several opinions become one."""
 
     joint_min_score: float = parameter(
-        0.15, 'Score that a joint needs where several opinions were put together (modes fast, balanced, accurate). '
+        0.15, 'Score that a joint needs where several opinions were put together (mode accurate: 0.8 of it). '
              'Raise it (0.5) where only joints count that are surely right.', minimum=0.0, maximum=1.0)
 
 

@@ -185,7 +185,8 @@ MODES: Dict[str, Recipe] = {
     'balanced': Recipe((_thin(1.0), _movenet(512)), _ONE_CLOSER),
     'accurate': Recipe(
         (Look(MOBILENET_THIN, _box(984, 552), (1.0, 2 / 3, 1 / 3), mirror=True, weight=3.0), _movenet(512, 256)),
-        tuple(CloserLook(margin, mirror) for margin in (1.6, 2.0) for mirror in (False, True)), most_people=20, acceptance=0.8),
+        tuple(CloserLook(margin, mirror) for margin in (1.6, 2.0) for mirror in (False, True)), most_people=20,
+        acceptance=0.8),
 }
 
 # From the mode balanced down: what is less accurate and faster, for processors that do not reach the wanted rate.
