@@ -15,7 +15,7 @@ import json
 import sys
 import time
 from pathlib import Path
-from typing import Any, Dict, List, Tuple
+from typing import Any, Dict, List, Optional, Tuple
 
 import cv2
 import numpy as np
@@ -35,19 +35,31 @@ COCO_17 = ('nose', 'left_eye', 'right_eye', 'left_ear', 'right_ear', 'left_shoul
 PERSON = 1
 
 
-def detect_all(detector: Detector, images: List[Dict[str, Any]], folder: Path) -> Tuple[List[dict], np.ndarray]:
-    """Run the detector over pictures; return COCO results and milliseconds per picture."""
+def detect_all(detector: Detector, images: List[Dict[str, Any]], folder: Path,
+               reference: Optional[Detector] = None) -> Tuple[List[dict], np.ndarray]:
+    """Run the detector over pictures.
+
+    Args:
+        reference: another one, timed on each picture in turn.
+
+    Returns:
+        COCO results; milliseconds, (pictures, 1 or 2), of the detector and the reference.
+    """
+    detectors = [detector] if reference is None else [detector, reference]
     results, times = [], []
-    for i, entry in enumerate(images):
+    for entry in images:
         picture = cv2.imread(str(folder / entry['file_name']), cv2.IMREAD_COLOR)
         if picture is None:
             raise SystemExit(f"{folder / entry['file_name']} is missing or not a picture")
-        if i == 0:
-            detector.detect(picture)  # warm up
-        began = time.perf_counter()
-        people = detector.detect(picture)
-        times.append(1e3 * (time.perf_counter() - began))
-        results.extend(coco_results(people, entry['id']))
+        row = []
+        for timed in detectors:
+            timed.detect(picture)  # compiles the networks for pictures of this shape
+            began = time.perf_counter()
+            people = timed.detect(picture)
+            row.append(1e3 * (time.perf_counter() - began))
+            if timed is detector:
+                results.extend(coco_results(people, entry['id']))
+        times.append(row)
     return results, np.array(times)
 
 
@@ -98,18 +110,26 @@ def main() -> None:
     parser.add_argument('--annotations', type=Path, required=True, help='COCO person_keypoints JSON')
     parser.add_argument('--set', metavar='KEY=VALUE', action='append', default=[],
                         help='a parameter of the detector, its backend or its decoder; may be repeated')
+    parser.add_argument('--time-against', metavar='KEY=VALUE', action='append', default=[],
+                        help='a parameter of another setting, which is timed on each picture in turn; may be repeated')
     parser.add_argument('--limit', type=int, help='only the first so many pictures (for a quick look at the speed)')
     args = parser.parse_args()
-    values = {key: yaml.safe_load(value) for key, _, value in (text.partition('=') for text in args.set)}
+    values, reference_values = (
+        {key: yaml.safe_load(value) for key, _, value in (text.partition('=') for text in texts)}
+        for texts in (args.set, args.time_against))
     images = json.loads(args.annotations.read_text())['images'][:args.limit]
     try:
         detector = create_detector(*build(DETECTOR_PARAMETERS, values))
-        results, times = detect_all(detector, images, args.images)
+        reference = create_detector(*build(DETECTOR_PARAMETERS, reference_values)) if reference_values else None
+        results, times = detect_all(detector, images, args.images, reference)
     except OpenposeRosError as error:
         raise SystemExit(str(error)) from error
     report = [f'{len(images)} pictures, {len(results)} people found, {detector.description}',
               f'computed: {detector.recipe.description}',
-              f'ms per picture: median {np.median(times):.1f}, 90 % below {np.percentile(times, 90):.1f}']
+              f'ms per picture: median {np.median(times[:, 0]):.1f}, 90 % below {np.percentile(times[:, 0], 90):.1f}']
+    if reference is not None:
+        report.append(f'time against {reference.recipe.description}: median of the ratios '
+                      f'{np.median(times[:, 0] / times[:, 1]):.2f}')
     if results and args.limit is None:
         report += [f'{name:9s} {value:.3f}' if isinstance(value, float) else f'{name:9s} {value}'
                    for name, value in evaluate(args.annotations, results).items()]

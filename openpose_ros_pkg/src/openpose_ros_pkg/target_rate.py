@@ -23,7 +23,7 @@ _LEAST_SCALE = 0.5
 _EXPECTED_PEOPLE = 2
 # Shape of the pictures that the time is foreseen for [px].
 _PICTURE = (960, 540)
-_TIMED_RUNS = 5
+_TIMED_RUNS = 3
 
 
 def fitted_to_rate(recipe: Recipe, networks: Dict[str, Backend], target_rate: float, threads: int) -> Recipe:
