@@ -11,7 +11,7 @@ from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.looks import look_closer, people_of_look, views_of
 from openpose_ros_pkg.models import MOBILENET_THIN, MODELS, MOVENET_MULTIPOSE
 from openpose_ros_pkg.oks import sigmas
-from openpose_ros_pkg.recipes import CLOSE_SIDE, CloserLook, Look
+from openpose_ros_pkg.recipes import CloserLook, Look
 from openpose_ros_pkg.skeletons import COCO_18
 
 SIGMAS = sigmas(COCO_18)
@@ -127,7 +127,7 @@ def scored(person, noise=0.0):
 
 
 def closer(network, person, margin=1.6, mirror=False, size=SIZE):
-    return look_closer(chart(*size), person, CloserLook(margin, mirror), network, DirectDecodeParams(), SIGMAS)
+    return look_closer(chart(*size), person, CloserLook(margin, mirror), 256, network, DirectDecodeParams(), SIGMAS)
 
 
 @pytest.mark.parametrize('mirror', [False, True], ids=['plain', 'mirror'])
@@ -139,7 +139,7 @@ def test_joints_come_back_to_their_place_under_their_names(x, y, height, mirror)
     person = person_at(x, y, height)
     network = MovenetNetwork([person], SIZE)
     pose = closer(network, scored(person), mirror=mirror)
-    assert network.inputs[0].shape == (CLOSE_SIDE, CLOSE_SIDE, 3)
+    assert network.inputs[0].shape == (256, 256, 3)
     inside = ((person > -0.5) & (person < np.subtract(SIZE, 0.5))).all(axis=1)
     neck, left, right = (COCO_18.index[joint] for joint in ('neck', 'left_shoulder', 'right_shoulder'))
     inside[neck] = inside[left] and inside[right]  # MoveNet has none of its own

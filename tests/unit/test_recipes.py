@@ -61,7 +61,7 @@ def test_description_tells_what_is_computed():
     recipe = Recipe((Look(MOBILENET_THIN, (656, -1), (1.0, 0.5), mirror=True), Look(MOVENET_MULTIPOSE, (512, 512))),
                     (CloserLook(1.6),))
     assert recipe.description == ('mobilenet_thin 656x-1 at 2 scales mirrored too + movenet_multipose 512x512'
-                                  ' + 1 closer per person')
+                                  ' + 1 closer at 256 for 6 people')
 
 
 # --- parameters that change a mode ----------------------------------------------------------------------------------

@@ -179,7 +179,8 @@ class Detector:
         if not setup.recipe.is_ensemble:
             keypoints, scores = people_of_look(setup.recipe.looks[0], frame.views[0], setup.decode, setup.direct)[0]
         else:
-            keypoints, scores = frame.people if frame.people is not None else _voted(frame, _opinions(frame))
+            keypoints, scores = frame.people if frame.people is not None else _as_people(setup.recipe, [
+                _voted(setup.recipe, person, False) for person in _opinions(frame)])
             keypoints, scores = _accepted(*without_duplicates(keypoints, scores, sigmas(skeleton)), setup)
         # Half a pixel beyond the centre of the outermost pixel is still that pixel.
         keypoints[..., :2] = np.clip(keypoints[..., :2], 0, np.subtract(frame.bgr.shape[1::-1], 1))
@@ -222,28 +223,34 @@ def _candidates(params: DirectDecodeParams) -> DirectDecodeParams:
     return replace(params, direct_person_score=_CANDIDATE_PERSON_SCORE, direct_joint_score=_CANDIDATE_JOINT_SCORE)
 
 
-def _voted(frame: Frame, people: List[Opinions]) -> People:
-    """Return one pose and its score for each person."""
-    recipe = frame.setup.recipe
-    skeleton = recipe.looks[0].model.skeleton
-    poses = [vote(person, recipe.weights, sigmas(skeleton)) for person in people]
-    keypoints = np.array(poses, np.float32).reshape(-1, len(skeleton.joints), 3)
-    return keypoints, np.array([person_score(pose) for pose in poses], np.float32)
+def _voted(recipe: Recipe, person: Opinions, closer: bool) -> np.ndarray:
+    """Return one pose, (K, 3) float32, of what was said of a person, who was looked at closer or not."""
+    weights = recipe.weights if closer else recipe.weights[:recipe.whole_opinions]
+    return vote(person, weights, sigmas(recipe.looks[0].model.skeleton))
+
+
+def _as_people(recipe: Recipe, poses: List[np.ndarray]) -> People:
+    joints = len(recipe.looks[0].model.skeleton.joints)
+    return (np.array(poses, np.float32).reshape(-1, joints, 3),
+            np.array([person_score(pose) for pose in poses], np.float32))
 
 
 def _look_closer(frame: Frame) -> People:
-    """Look again at those who seem surest, and vote anew."""
+    """Look again at those who seem to be there, and vote anew; doubtful ones seldom become people by it."""
     setup = frame.setup
     recipe, network = setup.recipe, setup.networks[CLOSE_MODEL.name]
     joint_sigmas, params = sigmas(recipe.looks[0].model.skeleton), _candidates(setup.direct)
     people = _opinions(frame)
-    poses, scores = _voted(frame, people)
-    for i in np.argsort(-scores, kind='stable')[:recipe.most_people]:
+    poses = [_voted(recipe, person, False) for person in people]
+    scores = np.array([person_score(pose) for pose in poses])
+    surest = np.argsort(-scores, kind='stable')[:recipe.most_people]
+    for i in surest[scores[surest] >= recipe.acceptance * setup.decode.person_min_score]:
         for number, look in enumerate(recipe.closer, start=recipe.whole_opinions):
-            pose = look_closer(frame.bgr, poses[i], look, network, params, joint_sigmas)
+            pose = look_closer(frame.bgr, poses[i], look, recipe.close_side, network, params, joint_sigmas)
             if pose is not None:
                 people[i][number] = pose
-    return _voted(frame, people)
+        poses[i] = _voted(recipe, people[i], True)
+    return _as_people(recipe, poses)
 
 
 def _accepted(keypoints: np.ndarray, scores: np.ndarray, setup: _Setup) -> People:

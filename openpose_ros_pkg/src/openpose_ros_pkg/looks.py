@@ -11,13 +11,13 @@ from openpose_ros_pkg.ensemble import most_alike
 from openpose_ros_pkg.fields import average_fields
 from openpose_ros_pkg.oks import extent
 from openpose_ros_pkg.preprocess import ImageToNet, fit_image
-from openpose_ros_pkg.recipes import CLOSE_MODEL, CLOSE_SIDE, CloserLook, Look
+from openpose_ros_pkg.recipes import CLOSE_MODEL, CloserLook, Look
 from openpose_ros_pkg.skeletons import SkeletonModel
 
 # A person's cut-out has sides of so many pixels at least; below, there is nothing to see.
 _LEAST_CUT = 16
 # Joints with a lower score are guesses, often of what is out of sight: they would make the cut-out too large.
-_SURE_JOINT = 0.2
+_SURE_JOINT = 0.25
 
 People = Tuple[np.ndarray, np.ndarray]
 """Keypoints (P, K, 3) float32: x, y [px of the image], score, NaN, NaN, 0 where missing; scores (P,) float32."""
@@ -79,13 +79,14 @@ def people_of_look(look: Look, views: Sequence[View], decode_params: DecodeParam
                                                              view.plan.scaled_size)) for view in views]
 
 
-def look_closer(bgr: np.ndarray, person: np.ndarray, look: CloserLook, network: Backend, params: DirectDecodeParams,
-                joint_sigmas: np.ndarray) -> Optional[np.ndarray]:
+def look_closer(bgr: np.ndarray, person: np.ndarray, look: CloserLook, side: int, network: Backend,
+                params: DirectDecodeParams, joint_sigmas: np.ndarray) -> Optional[np.ndarray]:
     """Cut a person out of the picture, let the network look at it, and return what it says of this person.
 
     Args:
         bgr: (H, W, 3) uint8 BGR.
         person: (K, 3) float: x, y [px of the picture], score.
+        side: of the network's input [px].
         joint_sigmas: (K,) float, of `oks.sigmas`.
 
     Returns:
@@ -96,7 +97,7 @@ def look_closer(bgr: np.ndarray, person: np.ndarray, look: CloserLook, network: 
     if look.mirror:
         cut = np.ascontiguousarray(cut[:, ::-1])
     recipe = CLOSE_MODEL.input
-    plan = fit_image((right - left, bottom - top), CLOSE_SIDE, CLOSE_SIDE, recipe.multiple_of, whole_box=True)
+    plan = fit_image((right - left, bottom - top), side, side, recipe.multiple_of, whole_box=True)
     view = View(plan, look.mirror, plan.apply(cut, recipe.padding))
     view.compute(network)
     poses, _ = _direct(CLOSE_MODEL.skeleton, view,

@@ -106,9 +106,8 @@ class CloserLook:
 
 # OpenPose's default, flags.hpp.
 _SCALE_GAP = 0.3
-# The network of closer looks and the side of its input [px]. Of 192, 256 and 320, 256 was the most accurate.
+# The network of closer looks.
 CLOSE_MODEL = MOVENET_MULTIPOSE
-CLOSE_SIDE = 256
 
 
 @dataclass(frozen=True)
@@ -119,6 +118,7 @@ class Recipe:
         looks: the networks that see the whole of it.
         closer: how each person found is looked at again.
         most_people: no more than so many people are looked at again, the surest first; bounds the time.
+        close_side: side of the network's input for a closer look [px]; of 192, 256 and 320, 256 was the most accurate.
         acceptance: factor on the scores that joints and people need; the more opinions there are, the more of them are
             silent on one who is there.
     """
@@ -126,6 +126,7 @@ class Recipe:
     looks: Tuple[Look, ...]
     closer: Tuple[CloserLook, ...] = ()
     most_people: int = 6
+    close_side: int = 256
     acceptance: float = 1.0
 
     @property
@@ -154,7 +155,8 @@ class Recipe:
     def description(self) -> str:
         """What is computed, for people."""
         looks = ' + '.join(look.description for look in self.looks)
-        return looks + (f' + {len(self.closer)} closer per person' if self.closer else '')
+        return looks + (
+            f' + {len(self.closer)} closer at {self.close_side} for {self.most_people} people' if self.closer else '')
 
     def without(self, model: Model) -> 'Recipe':
         """Return what is left of it without a network that is not the first."""
@@ -196,6 +198,7 @@ FASTER: Tuple[Recipe, ...] = (
     Recipe((_thin(0.5, weight=1.0), _movenet(384)), _ONE_CLOSER),
     MODES['fast'],
     Recipe((_movenet(256),), _ONE_CLOSER),
+    Recipe((_movenet(256),), _ONE_CLOSER, close_side=192),
 )
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from openpose_ros_pkg.backends import Backend
 from openpose_ros_pkg.looks import views_of
 from openpose_ros_pkg.models import MOBILENET_THIN
-from openpose_ros_pkg.recipes import CLOSE_MODEL, CLOSE_SIDE, FASTER, Look, Recipe
+from openpose_ros_pkg.recipes import CLOSE_MODEL, FASTER, Look, Recipe
 
 _log = logging.getLogger(__name__)
 
@@ -49,9 +49,10 @@ def fitted_to_rate(recipe: Recipe, networks: Dict[str, Backend], target_rate: fl
         fitted = next((faster for faster in less if foreseen_seconds(faster, pace) <= allowed), [recipe, *less][-1])
     else:
         fitted = _smaller(recipe, max(np.sqrt(allowed / needed), _LEAST_SCALE))
+    fitted = _bounded(fitted, pace, allowed)
     instead = f', so it is {fitted.description}, {1000 * foreseen_seconds(fitted, pace):.0f} ms'
     _log.info('for %g Hz the networks may take %.0f ms: %s takes %.0f ms%s', target_rate, 1000 * allowed,
-              recipe.description, 1000 * needed, '' if fitted is recipe else instead)
+              recipe.description, 1000 * needed, '' if fitted == recipe else instead)
     return fitted
 
 
@@ -61,9 +62,24 @@ def foreseen_seconds(recipe: Recipe, pace: Dict[str, float]) -> float:
     Args:
         pace: seconds per pixel of the input, by the models' names.
     """
+    whole, close = _parts(recipe, pace)
+    return whole + close * min(_EXPECTED_PEOPLE, recipe.most_people)
+
+
+def _parts(recipe: Recipe, pace: Dict[str, float]) -> Tuple[float, float]:
+    """Return what the whole looks will take, and the closer ones for each person [s]."""
     whole = sum(pace[look.model.name] * _pixels(look) for look in recipe.looks)
-    close = pace[CLOSE_MODEL.name] * CLOSE_SIDE ** 2 if recipe.closer else 0.0
-    return whole + close * len(recipe.closer) * min(_EXPECTED_PEOPLE, recipe.most_people)
+    close = pace[CLOSE_MODEL.name] * recipe.close_side ** 2 if recipe.closer else 0.0
+    return whole, close * len(recipe.closer)
+
+
+def _bounded(recipe: Recipe, pace: Dict[str, float], allowed: float) -> Recipe:
+    """Return a recipe that looks closer at no more people than there is time for, but at the expected ones."""
+    whole, close = _parts(recipe, pace)
+    if close == 0:
+        return recipe
+    people = max(int((allowed - whole) / close), _EXPECTED_PEOPLE)
+    return replace(recipe, most_people=min(people, recipe.most_people))
 
 
 def _faster(recipe: Recipe) -> Tuple[Recipe, ...]:
