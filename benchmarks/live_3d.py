@@ -103,7 +103,7 @@ def main() -> int:
         except OpenposeRosError as error:
             print(error, (Path(folder) / 'nodes.log').read_text(errors='replace'), sep='\n', file=sys.stderr)
             return 1
-    print(*(line for line in log.splitlines() if 'network takes' in line or 'WARN' in line), sep='\n')
+    print(*(line for line in log.splitlines() if 'the networks may take' in line or 'WARN' in line), sep='\n')
     print(table(figures))
     if arguments.json:
         arguments.json.write_text(json.dumps(figures, indent=1))

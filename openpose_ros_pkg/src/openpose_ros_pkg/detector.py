@@ -100,6 +100,9 @@ class Detector:
         params: what is computed.
         networks: load the networks that this takes.
 
+    Attributes:
+        lock: to be held round `compute`; several who want it take turns in the order in which they came.
+
     Raises:
         ParameterError: no such network, or a runtime that is not installed.
         ModelError: weights are missing or damaged, or the network computes wrong results.
@@ -109,7 +112,7 @@ class Detector:
                  direct_params: DirectDecodeParams, ensemble_params: EnsembleParams) -> None:
         self._params = params
         self._networks = networks
-        self._lock = FairLock()
+        self.lock = FairLock()
         recipe, loaded = self._load(params)
         self._setup = _Setup(recipe, loaded, decode_params, direct_params, ensemble_params)
 
@@ -121,7 +124,7 @@ class Detector:
     @property
     def skeleton(self) -> SkeletonModel:
         """Joint set of the people."""
-        return self._setup.recipe.looks[0].model.skeleton
+        return self._setup.recipe.skeleton
 
     @property
     def description(self) -> str:
@@ -153,7 +156,10 @@ class Detector:
         Raises:
             BadInputError: not such an image, or an empty one.
         """
-        return self.finish(self.compute(self.prepare(bgr)))
+        frame = self.prepare(bgr)
+        with self.lock:
+            frame = self.compute(frame)
+        return self.finish(frame)
 
     def prepare(self, bgr: np.ndarray) -> Frame:
         """Check an image and bring it to the sizes that the networks want; see `detect`."""
@@ -162,25 +168,24 @@ class Detector:
         return Frame(bgr, setup, [views_of(bgr, look) for look in setup.recipe.looks])
 
     def compute(self, frame: Frame) -> Frame:
-        """Compute the networks for a prepared image; several calls take turns in the order in which they came."""
+        """Compute the networks for a prepared image, with `lock` held."""
         setup = frame.setup
-        with self._lock:
-            for look, views in zip(setup.recipe.looks, frame.views):
-                for view in views:
-                    view.compute(setup.networks[look.model.name])
-            if setup.recipe.closer:
-                frame.people = _look_closer(frame)
+        for look, views in zip(setup.recipe.looks, frame.views):
+            for view in views:
+                view.compute(setup.networks[look.model.name])
+        if setup.recipe.closer:
+            frame.people = _look_closer(frame)
         return frame
 
     def finish(self, frame: Frame) -> People2D:
         """Return the people of a computed image; see `detect`."""
         setup = frame.setup
-        skeleton = setup.recipe.looks[0].model.skeleton
+        skeleton = setup.recipe.skeleton
         if not setup.recipe.is_ensemble:
             keypoints, scores = people_of_look(setup.recipe.looks[0], frame.views[0], setup.decode, setup.direct)[0]
         else:
-            keypoints, scores = frame.people if frame.people is not None else _as_people(setup.recipe, [
-                _voted(setup.recipe, person, False) for person in _opinions(frame)])
+            keypoints, scores = frame.people if frame.people is not None else _as_people(
+                setup.recipe, _voted(setup.recipe, _opinions(frame)))
             keypoints, scores = _accepted(*without_duplicates(keypoints, scores, sigmas(skeleton)), setup)
         # Half a pixel beyond the centre of the outermost pixel is still that pixel.
         keypoints[..., :2] = np.clip(keypoints[..., :2], 0, np.subtract(frame.bgr.shape[1::-1], 1))
@@ -190,7 +195,7 @@ class Detector:
         """Return what the parameters ask for, or as much of it as the processor computes at `target_rate`."""
         recipe, loaded = self._networks.load(recipe_of(params))
         if params.target_rate > 0 and params.mode != 'accurate':
-            with self._lock:  # frames may be on their way through the same networks
+            with self.lock:  # frames may be on their way through the same networks
                 recipe = fitted_to_rate(recipe, loaded, params.target_rate, self._networks.params.threads)
         names = [model.name for model in recipe.models]
         return recipe, {name: loaded[name] for name in names}
@@ -216,21 +221,21 @@ def _opinions(frame: Frame) -> List[Opinions]:
     direct_params = _candidates(setup.direct)
     sources = [keypoints for look, views in zip(setup.recipe.looks, frame.views)
                for keypoints, _ in people_of_look(look, views, decode_params, direct_params)]
-    return group(sources, sigmas(setup.recipe.looks[0].model.skeleton))
+    return group(sources, sigmas(setup.recipe.skeleton))
 
 
 def _candidates(params: DirectDecodeParams) -> DirectDecodeParams:
     return replace(params, direct_person_score=_CANDIDATE_PERSON_SCORE, direct_joint_score=_CANDIDATE_JOINT_SCORE)
 
 
-def _voted(recipe: Recipe, person: Opinions, closer: bool) -> np.ndarray:
-    """Return one pose, (K, 3) float32, of what was said of a person, who was looked at closer or not."""
-    weights = recipe.weights if closer else recipe.weights[:recipe.whole_opinions]
-    return vote(person, weights, sigmas(recipe.looks[0].model.skeleton))
+def _voted(recipe: Recipe, people: List[Opinions]) -> List[np.ndarray]:
+    """Return one pose, (K, 3) float32, of what the whole looks say of each person."""
+    joint_sigmas = sigmas(recipe.skeleton)
+    return [vote(person, recipe.weights[:recipe.whole_opinions], joint_sigmas) for person in people]
 
 
 def _as_people(recipe: Recipe, poses: List[np.ndarray]) -> People:
-    joints = len(recipe.looks[0].model.skeleton.joints)
+    joints = len(recipe.skeleton.joints)
     return (np.array(poses, np.float32).reshape(-1, joints, 3),
             np.array([person_score(pose) for pose in poses], np.float32))
 
@@ -239,9 +244,9 @@ def _look_closer(frame: Frame) -> People:
     """Look again at those who seem to be there, and vote anew; doubtful ones seldom become people by it."""
     setup = frame.setup
     recipe, network = setup.recipe, setup.networks[CLOSE_MODEL.name]
-    joint_sigmas, params = sigmas(recipe.looks[0].model.skeleton), _candidates(setup.direct)
+    joint_sigmas, params = sigmas(recipe.skeleton), _candidates(setup.direct)
     people = _opinions(frame)
-    poses = [_voted(recipe, person, False) for person in people]
+    poses = _voted(recipe, people)
     scores = np.array([person_score(pose) for pose in poses])
     surest = np.argsort(-scores, kind='stable')[:recipe.most_people]
     for i in surest[scores[surest] >= recipe.acceptance * setup.decode.person_min_score]:
@@ -249,7 +254,7 @@ def _look_closer(frame: Frame) -> People:
             pose = look_closer(frame.bgr, poses[i], look, recipe.close_side, network, params, joint_sigmas)
             if pose is not None:
                 people[i][number] = pose
-        poses[i] = _voted(recipe, people[i], True)
+        poses[i] = vote(people[i], recipe.weights, joint_sigmas)
     return _as_people(recipe, poses)
 
 

@@ -44,23 +44,31 @@ class View:
         self.outputs = tuple(output[0] for output in network.infer(self.image[np.newaxis]))
 
 
-def views_of(bgr: np.ndarray, look: Look) -> List[View]:
-    """Bring a picture, (H, W, 3) uint8 BGR, to the sizes of a look.
+def plans_of(size: Tuple[int, int], look: Look) -> List[ImageToNet]:
+    """Return how a picture of (width, height) [px] is brought to each size of a look.
 
     Raises:
         BadInputError: it is too long and thin.
     """
     recipe = look.model.input
     width, height = recipe.fixed_size or look.box
-    size = (bgr.shape[1], bgr.shape[0])
+    return [fit_image(size, width, height, recipe.multiple_of, zoom, whole_box=recipe.fixed_size is not None)
+            for zoom in look.zooms]
+
+
+def views_of(bgr: np.ndarray, look: Look) -> List[View]:
+    """Bring a picture, (H, W, 3) uint8 BGR, to the sizes of a look.
+
+    Raises:
+        BadInputError: it is too long and thin.
+    """
+    padding = look.model.input.padding
     views = []
-    for zoom in look.zooms:
-        plan = fit_image(size, width, height, recipe.multiple_of, zoom, whole_box=recipe.fixed_size is not None)
-        image = plan.apply(bgr, recipe.padding)
-        views.append(View(plan, False, image))
+    for plan in plans_of((bgr.shape[1], bgr.shape[0]), look):
+        views.append(View(plan, False, plan.apply(bgr, padding)))
         if look.mirror:
             # what pads the picture stays at the right, where the plan has it
-            views.append(View(plan, True, plan.apply(np.ascontiguousarray(bgr[:, ::-1]), recipe.padding)))
+            views.append(View(plan, True, plan.apply(np.ascontiguousarray(bgr[:, ::-1]), padding)))
     return views
 
 

@@ -5,6 +5,7 @@ from typing import Dict, Tuple
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.models import AUTO, MOBILENET_THIN, MOVENET_MULTIPOSE, Model, find_model
 from openpose_ros_pkg.params import Parameters, parameter
+from openpose_ros_pkg.skeletons import SkeletonModel
 
 
 @dataclass(frozen=True)
@@ -134,6 +135,11 @@ class Recipe:
         """The networks that it takes, each once."""
         close = (CLOSE_MODEL,) if self.closer else ()
         return tuple({model.name: model for model in (*(look.model for look in self.looks), *close)}.values())
+
+    @property
+    def skeleton(self) -> SkeletonModel:
+        """Joint set of the people, that of the first look."""
+        return self.looks[0].model.skeleton
 
     @property
     def weights(self) -> Tuple[float, ...]:

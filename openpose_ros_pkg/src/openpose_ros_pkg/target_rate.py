@@ -8,7 +8,7 @@ from typing import Dict, Tuple
 import numpy as np
 
 from openpose_ros_pkg.backends import Backend
-from openpose_ros_pkg.looks import views_of
+from openpose_ros_pkg.looks import plans_of, views_of
 from openpose_ros_pkg.models import MOBILENET_THIN
 from openpose_ros_pkg.recipes import CLOSE_MODEL, FASTER, Look, Recipe
 
@@ -100,8 +100,8 @@ def _smaller(recipe: Recipe, scale: float) -> Recipe:
 
 def _pixels(look: Look) -> int:
     """Return the number of pixels of all inputs of a look at one picture."""
-    picture = np.zeros((_PICTURE[1], _PICTURE[0], 3), np.uint8)
-    return sum(view.image.shape[0] * view.image.shape[1] for view in views_of(picture, look))
+    pixels = sum(plan.net_size[0] * plan.net_size[1] for plan in plans_of(_PICTURE, look))
+    return 2 * pixels if look.mirror else pixels
 
 
 def _seconds_per_pixel(look: Look, network: Backend, threads: int) -> float:

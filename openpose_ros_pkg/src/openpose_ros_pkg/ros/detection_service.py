@@ -16,7 +16,6 @@ from openpose_ros_pkg.backends import BackendParams
 from openpose_ros_pkg.detector import DETECTOR_PARAMETERS, create_detector
 from openpose_ros_pkg.draw import DrawParams, draw_people
 from openpose_ros_pkg.errors import BadInputError
-from openpose_ros_pkg.fair_lock import FairLock
 from openpose_ros_pkg.keypoint_scale import KeypointScaleParams, scale_keypoints
 from openpose_ros_pkg.newest_wins import NewestWinsWorker
 from openpose_ros_pkg.node_params import LIVE_PARAMETERS, SERVICE_PARAMETERS, ImageTransportParams, StreamParams
@@ -91,7 +90,6 @@ class DetectionService:
             writer = FrameWriter(self._params[SaveParams], self._params[DrawParams], self._params[KeypointScaleParams])
             self._recorder = Recorder(writer, wait_when_full=False)
         self._numbers = itertools.count()
-        self._network = FairLock()
         self._health = Health()
         self._timing = TimingReport(_STAGES, result='total')
         self._health.show(self._timing.medians)
@@ -114,7 +112,7 @@ class DetectionService:
     def _subscribe(self, topic: str, namespace: str) -> None:
         self._input_publisher = rospy.Publisher(f'{namespace}/input_image', Image, queue_size=1)
         self._pipeline = Pipeline(self._prepare_streamed, self._compute, self._finish, self._frame_failed,
-                                  self._network)
+                                  self._detector.lock)
         # a thread within the network would end the program with an abort
         rospy.on_shutdown(self._pipeline.stop)
         self._health.show(lambda: {'images skipped': str(self._pipeline.replaced)})
@@ -126,7 +124,7 @@ class DetectionService:
         frame = _Frame(request.image, request.image.header)
         try:
             self._prepare(frame)
-            with self._network:
+            with self._detector.lock:
                 self._compute(frame)
             return GetPersonsResponse(detections=self._finish(frame))
         except BadInputError as error:
