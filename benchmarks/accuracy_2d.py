@@ -26,12 +26,9 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'openpose_ros_pkg' 
 from openpose_ros_pkg.detector import DETECTOR_PARAMETERS, Detector, create_detector
 from openpose_ros_pkg.errors import OpenposeRosError
 from openpose_ros_pkg.params import build
-from openpose_ros_pkg.people import People2D
+from openpose_ros_pkg.people import People2D, keypoints_in
+from openpose_ros_pkg.skeletons import COCO_17
 
-# COCO's keypoints in its order, by the names of this project.
-COCO_17 = ('nose', 'left_eye', 'right_eye', 'left_ear', 'right_ear', 'left_shoulder', 'right_shoulder', 'left_elbow',
-           'right_elbow', 'left_wrist', 'right_wrist', 'left_hip', 'right_hip', 'left_knee', 'right_knee',
-           'left_ankle', 'right_ankle')
 PERSON = 1
 
 
@@ -65,8 +62,7 @@ def detect_all(detector: Detector, images: List[Dict[str, Any]], folder: Path,
 
 def coco_results(people: People2D, image_id: int) -> List[dict]:
     """Turn people into COCO's result entries; missing joints are 0, 0, 0 there."""
-    index = people.skeleton.index
-    keypoints = people.keypoints[:, [index[joint] for joint in COCO_17]].astype(float)
+    keypoints = keypoints_in(people.keypoints, people.skeleton, COCO_17).astype(float)
     keypoints[..., 2] = keypoints[..., 2] > 0
     keypoints = np.nan_to_num(keypoints)
     return [{'image_id': image_id, 'category_id': PERSON, 'keypoints': row.ravel().tolist(), 'score': float(score)}

@@ -101,8 +101,9 @@ def test_closer_looks(mode):
     assert recipe_of(DetectorParams(mode=mode, look_closer=-1)) == MODES[mode]
     nobody = recipe_of(DetectorParams(mode=mode, look_closer=0))
     assert (nobody.closer, nobody.looks) == ((), MODES[mode].looks)
-    few = recipe_of(DetectorParams(mode=mode, look_closer=3))
-    assert (few.most_people, few.closer) == (3, MODES[mode].closer)
+    for people in (1, 3, 50):
+        bounded = recipe_of(DetectorParams(mode=mode, look_closer=people))
+        assert (bounded.most_people, bounded.closer) == (people, MODES[mode].closer)
 
 
 # --- one network alone ----------------------------------------------------------------------------------------------

@@ -5,6 +5,34 @@ import numpy as np
 
 from openpose_ros_pkg.skeletons import SkeletonModel
 
+# Joints that are the middle of two others, where a network does not find them itself.
+_MIDDLES = {'neck': ('left_shoulder', 'right_shoulder'), 'mid_hip': ('left_hip', 'right_hip')}
+
+
+def keypoints_in(keypoints: np.ndarray, source: SkeletonModel, target: SkeletonModel) -> np.ndarray:
+    """Return the keypoints of one joint set in another, by the joints' names.
+
+    Joints that the source does not have are missing, but for neck and mid_hip: the middle of shoulders or hips, with
+    the lower of their scores.
+
+    Args:
+        keypoints: (P, K, 3) float: x, y, score; NaN, NaN, 0 where missing.
+
+    Returns:
+        (P, L, 3) of the same type.
+    """
+    result = np.full((len(keypoints), len(target.joints), 3), (np.nan, np.nan, 0), keypoints.dtype)
+    index = source.index
+    for i, joint in enumerate(target.joints):
+        ends = _MIDDLES.get(joint, ())
+        if joint in index:
+            result[:, i] = keypoints[:, index[joint]]
+        elif ends and all(end in index for end in ends):
+            pair = keypoints[:, [index[end] for end in ends]]
+            result[:, i, :2] = pair[..., :2].mean(axis=1)
+            result[:, i, 2] = pair[..., 2].min(axis=1)
+    return result
+
 
 @dataclass(frozen=True)
 class People2D:

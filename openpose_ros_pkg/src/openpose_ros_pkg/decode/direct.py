@@ -11,12 +11,9 @@ import numpy as np
 from openpose_ros_pkg.models import Model
 from openpose_ros_pkg.oks import sigmas, similarity
 from openpose_ros_pkg.params import Parameters, parameter
-from openpose_ros_pkg.skeletons import SkeletonModel
+from openpose_ros_pkg.people import keypoints_in
+from openpose_ros_pkg.skeletons import COCO_17
 
-# Joints in COCO's order, cocodataset.org.
-_COCO_17 = ('nose', 'left_eye', 'right_eye', 'left_ear', 'right_ear', 'left_shoulder', 'right_shoulder', 'left_elbow',
-            'right_elbow', 'left_wrist', 'right_wrist', 'left_hip', 'right_hip', 'left_knee', 'right_knee',
-            'left_ankle', 'right_ankle')
 # rtmlib, rtmlib/tools/pose_estimation/rtmo.py: score_thr, nms_thr.
 _RTMO_PERSON_SCORE = 0.7
 _RTMO_OVERLAP = 0.45
@@ -63,7 +60,7 @@ def decode_direct(outputs: Sequence[np.ndarray], model: Model, params: DirectDec
     seen = (np.abs(x + 0.5 - width / 2) <= width / 2) & (np.abs(y + 0.5 - height / 2) <= height / 2)
     seen &= (confidence > 0) & (confidence >= params.direct_joint_score)
     # Before people are compared: where a joint out of sight is put is chance.
-    people = _in_skeleton(np.where(seen[..., np.newaxis], joints, (np.nan, np.nan, 0)), model.skeleton)
+    people = keypoints_in(np.where(seen[..., np.newaxis], joints, (np.nan, np.nan, 0)), COCO_17, model.skeleton)
     known = seen.any(axis=1)
     people, scores = people[known], scores[known]
     weights = sigmas(model.skeleton)
@@ -123,17 +120,3 @@ def _overlap(one: np.ndarray, other: np.ndarray) -> float:
     common = float(np.prod(np.maximum(sides, 0)))
     union = float(np.prod(one[2:4] - one[:2]) + np.prod(other[2:4] - other[:2])) - common
     return common / union if union > 0 else 0.0
-
-
-def _in_skeleton(joints: np.ndarray, skeleton: SkeletonModel) -> np.ndarray:
-    """Return the joints (P, K, 3) of a skeleton from COCO's (P, 17, 3)."""
-    order = {joint: i for i, joint in enumerate(_COCO_17)}
-    result = np.full((len(joints), len(skeleton.joints), 3), (np.nan, np.nan, 0.0))
-    for i, joint in enumerate(skeleton.joints):
-        if joint in order:
-            result[:, i] = joints[:, order[joint]]
-        elif joint == 'neck':
-            shoulders = joints[:, [order['left_shoulder'], order['right_shoulder']]]
-            result[:, i, :2] = shoulders[..., :2].mean(axis=1)
-            result[:, i, 2] = shoulders[..., 2].min(axis=1)
-    return result

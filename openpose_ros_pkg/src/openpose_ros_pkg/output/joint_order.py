@@ -5,33 +5,13 @@ from typing import Optional
 import numpy as np
 
 from openpose_ros_pkg.errors import BadInputError
-from openpose_ros_pkg.people import People2D
+from openpose_ros_pkg.people import People2D, keypoints_in
 from openpose_ros_pkg.skeletons import SKELETONS, SkeletonModel
-
-# Joints that are the middle of two others, where a network does not find them itself.
-_MIDDLES = {'neck': ('left_shoulder', 'right_shoulder'), 'mid_hip': ('left_hip', 'right_hip')}
 
 
 def in_joint_set(people: People2D, skeleton: SkeletonModel) -> People2D:
-    """Return the people with the joints of another joint set, found by their names.
-
-    Joints that the people do not have are missing, but for neck and mid_hip: the middle of shoulders or hips, with
-    the lower of their scores.
-    """
-    if skeleton == people.skeleton:
-        return people
-    keypoints = np.zeros((len(people), len(skeleton.joints), 3), np.float32)
-    keypoints[..., :2] = np.nan
-    index = people.skeleton.index
-    for i, joint in enumerate(skeleton.joints):
-        ends = _MIDDLES.get(joint, ())
-        if joint in index:
-            keypoints[:, i] = people.keypoints[:, index[joint]]
-        elif ends and all(end in index for end in ends):
-            pair = people.keypoints[:, [index[end] for end in ends]]
-            keypoints[:, i, :2] = pair[..., :2].mean(axis=1)
-            keypoints[:, i, 2] = pair[..., 2].min(axis=1)
-    return replace(people, skeleton=skeleton, keypoints=keypoints)
+    """Return the people with the joints of another joint set; see `people.keypoints_in`."""
+    return replace(people, skeleton=skeleton, keypoints=keypoints_in(people.keypoints, people.skeleton, skeleton))
 
 
 def to_rows(people: People2D) -> np.ndarray:
