@@ -31,7 +31,8 @@ from openpose_ros_pkg.params import build
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
 from openpose_ros_pkg.tracking import KeypointTracker, TrackingParams
-from skeleton_extract_3d.depth import CameraModel, DepthImage
+from skeleton_extract_3d.camera import CameraModel
+from skeleton_extract_3d.depth import DepthImage
 from skeleton_extract_3d.lifting import LiftingParams, lift
 from skeleton_extract_3d.people import People3D
 from skeleton_extract_3d.rgbd_sequence import RgbdSequence

@@ -12,7 +12,7 @@ import rosgraph
 import rospy
 import rostest
 from harness import OUTPUT, Output, position, wait_for
-from openpose_ros_msgs.msg import PersonDetection_3dArray
+from openpose_ros_msgs.msg import PersonDetection_3dArray, PersonDetectionArray
 from sensor_msgs.msg import Image
 from visualization_msgs.msg import Marker
 
@@ -56,9 +56,11 @@ class ChainTest(unittest.TestCase):
         cls.truth, cls.output = Truth(), Output()
         cls.frames: Dict[rospy.Time, int] = {}
         cls.markers: List[Marker] = []
+        cls.arrays_2d: List[PersonDetectionArray] = []
         cls.subscribers = [rospy.Subscriber(f'{OUTPUT}/input_rgb', Image, cls.keep_frame, queue_size=5)] + [
             rospy.Subscriber(f'{OUTPUT}/visualization_{name}', Marker, cls.markers.append)
-            for name in ('markers', 'skeleton')]
+            for name in ('markers', 'skeleton')] + [
+            rospy.Subscriber(f'{OUTPUT}/detected_poses', PersonDetectionArray, cls.arrays_2d.append)]
         topic = f'/{OUTPUT}/detected_poses_keypoints_3d'
         # the columns as a user's script sees them
         cls.echo = subprocess.Popen(['rostopic', 'echo', '-p', '-n', '2', topic], stdout=subprocess.PIPE,
@@ -147,6 +149,25 @@ class ChainTest(unittest.TestCase):
         self.assertEqual(row['%time'], row['field.header.stamp'])
         self.assertTrue(0 < float(row['field.neck.confidence']) <= 1)
         self.assertEqual((row['field.chest.x'], row['field.chest.confidence']), ('nan', '0.0'))
+
+    def test_2d_results_carry_the_ids_of_the_people_in_space(self):
+        in_space = {array.header.stamp: array for array in list(self.output.arrays)}
+        pairs = [(array, in_space[array.header.stamp]) for array in list(self.arrays_2d)
+                 if array.header.stamp in in_space]
+        self.assertGreater(len(pairs), FRAMES // 2)
+        for array, people in pairs:
+            ids = [person.person_ID for person in array.persons]
+            self.assertEqual(ids, [person.person_ID for person in people.persons][:len(ids)])
+            for person, same in zip(array.persons, people.persons):
+                self.assertEqual([getattr(person, joint).confidence for joint in COCO_18.joints],
+                                 [getattr(same, joint).confidence for joint in COCO_18.joints])
+
+    def test_what_is_published_has_one_publisher(self):
+        published = dict(rosgraph.Master('/check_chain').getSystemState()[0])
+        for topic in ('detected_poses', 'detected_poses_keypoints', 'detected_poses_image', 'detected_poses_3d'):
+            self.assertEqual(published[f'/{OUTPUT}/{topic}'], ['/skeleton_extract_3d_node'], topic)
+        service = '/openpose_ros_service_node'
+        self.assertEqual(published.get('/openpose_ros/detected_poses'), [service] if OF_2D_SERVICE else None)
 
     def test_there_is_one_network(self):
         services = {name for name, _ in rosgraph.Master('/check_chain').getSystemState()[2]}

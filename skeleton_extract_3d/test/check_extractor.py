@@ -2,11 +2,13 @@
 """The extractor gives true positions, and outlives whatever it is sent."""
 import sys
 import unittest
-from typing import Callable, Tuple
+from typing import Callable, List, Tuple
 
 import numpy as np
 import rospy
 import rostest
+import tf2_ros
+from dynamic_reconfigure.client import Client
 from harness import (
     FRAME_ID,
     HEIGHT,
@@ -24,8 +26,11 @@ from harness import (
     position,
     wait_for,
 )
-from openpose_ros_msgs.msg import BodypartDetection_3d
+from openpose_ros_msgs.msg import BodypartDetection_3d, PersonDetection, PersonDetectionArray, Timing
 from sensor_msgs.msg import Image, PointCloud2
+
+from openpose_ros_pkg.ros.convert import image_to_bgr
+from skeleton_extract_3d.ros.convert import rotation_and_translation
 
 NODE = 'extractor'
 # Keypoint [px] and the pixels of the cloud around it: rows, columns.
@@ -52,6 +57,8 @@ class ExtractorTest(unittest.TestCase):
         rospy.init_node('check_extractor')
         cls.detector = FakeDetector('detect_poses_3d')
         cls.output, cls.counters, cls.camera = Output(), Counters(), Camera()
+        cls.tf_buffer = tf2_ros.Buffer()
+        cls.tf_listener = tf2_ros.TransformListener(cls.tf_buffer)
 
     def setUp(self):
         self.detector.answer = lambda number: [person(number, {'nose': (20, 30)})]
@@ -128,6 +135,102 @@ class ExtractorTest(unittest.TestCase):
         self.good_frame_works()
         self.assertEqual(self.counters.count(NODE, 'bad input'), bad)
 
+    def listen(self, topic: str, kind: type) -> List:
+        """Return the list that the messages of a topic go to while this test runs."""
+        kept = []
+        subscriber = rospy.Subscriber(topic, kind, kept.append)
+        self.addCleanup(subscriber.unregister)
+        wait_for(lambda: subscriber.get_num_connections() > 0, f'a publisher of {topic}')
+        return kept
+
+    def test_2d_results_have_the_ids_that_the_people_have_in_space(self):
+        arrays = self.listen(f'{OUTPUT}/detected_poses', PersonDetectionArray)
+        persons = self.listen(f'{OUTPUT}/detected_poses_keypoints', PersonDetection)
+        pixels = {'nose': (20.0, 30.0), 'neck': (10.5, 20.25)}
+        self.detector.answer = lambda number: [person(60, pixels), person(61, {'left_wrist': (40.0, 5.0)}, 0.5)]
+
+        def answered():
+            stamp = now()
+            message = image(3, stamp)
+            message.header.frame_id = 'frame_of_the_image'
+            self.camera.send(message, cloud(points(3), stamp))
+            in_space = self.output.frame(stamp)
+            return [(array, in_space) for array in list(arrays) if array.header.stamp == stamp]
+
+        array, in_space = wait_for(answered, 'the 2D results of a frame')[0]
+        stamp = array.header.stamp
+        self.assertEqual((array.pose_model, array.header.frame_id), ('COCO_18', 'frame_of_the_image'))
+        self.assertEqual([found.person_ID for found in array.persons], [found.person_ID for found in in_space.persons])
+        first, second = array.persons
+        for joint, place in pixels.items():
+            self.assertEqual((getattr(first, joint).x, getattr(first, joint).y), place)
+        self.assertEqual((second.left_wrist.x, second.left_wrist.confidence, second.neck.confidence), (40.0, 0.5, 0.0))
+        one_by_one = wait_for(lambda: len([found for found in list(persons) if found.header.stamp == stamp]) == 2,
+                              'a 2D message for each person')
+        self.assertTrue(one_by_one)
+        for found, expected in zip([found for found in persons if found.header.stamp == stamp], array.persons):
+            for name in found.__slots__[1:]:  # rospy counts headers itself
+                self.assertEqual(getattr(found, name), getattr(expected, name), name)
+
+        self.detector.answer = lambda number: []
+        stamp = self.camera.send_frame(4)
+        empty = wait_for(lambda: [array for array in list(arrays) if array.header.stamp == stamp], 'an empty frame')
+        self.assertEqual(empty[0].persons, [])
+
+    def test_people_are_drawn_while_somebody_listens(self):
+        drawn = self.listen(f'{OUTPUT}/detected_poses_image', Image)
+
+        def one_came():
+            self.output.frame(self.camera.send_frame(11))
+            return drawn
+
+        message = wait_for(one_came, 'an annotated image')[0]
+        self.assertTrue(self.output.has(message.header.stamp))
+        changed = (image_to_bgr(message) != image_to_bgr(image(11, message.header.stamp))).any(axis=2)
+        self.assertTrue(changed[30, 20])
+        self.assertLess(changed.mean(), 0.5)
+
+    def test_joints_are_frames(self):
+        stamp = self.camera.send_frame(7)
+        found, = self.output.frame(stamp).persons
+        transform = self.tf_buffer.lookup_transform(FRAME_ID, f'person_{found.person_ID}/nose', stamp,
+                                                    rospy.Duration(5))
+        rotation, translation = rotation_and_translation(transform)
+        np.testing.assert_allclose(translation, position(found.nose), atol=1e-6)
+        np.testing.assert_array_equal(rotation, np.eye(3))
+        self.assertNotIn(f'person_{found.person_ID}/neck', self.tf_buffer.all_frames_as_yaml())
+
+    def test_each_person_has_velocities(self):
+        array = self.output.frame(self.camera.send_frame(7))
+        self.assertEqual([one.person_ID for one in array.velocities], [one.person_ID for one in array.persons])
+        neck = array.velocities[0].neck
+        self.assertTrue(np.isnan([neck.x, neck.y, neck.z]).all(), 'the neck is MISSING')
+
+    def test_parameters_that_change_hold_from_the_next_frame_on(self):
+        client = Client(NODE, timeout=10)
+        before = client.get_configuration(timeout=10)['window']
+        self.addCleanup(client.update_configuration, {'window': before})
+        self.assertEqual(client.update_configuration({'window': 1})['window'], 1)
+        nose = self.output.frame(self.camera.send_frame(7)).persons[0].nose
+        np.testing.assert_allclose(position(nose), points(7)[30, 20], atol=1e-6)
+        self.assertEqual(client.update_configuration({'window': 2})['window'], 1, 'an even window is refused')
+        client.update_configuration({'window': before})
+        self.good_frame_works()
+
+    def test_timing(self):
+        reports = self.listen(f'{NODE}/timing', Timing)
+
+        def report():
+            self.good_frame_works()
+            return [report for report in list(reports) if all(
+                stage.count > 0 for stage in report.stages if stage.stage != 'draw')]
+
+        stages = {stage.stage: stage for stage in wait_for(report, 'a report')[-1].stages}
+        for name in ('detection', 'estimate', 'publish'):
+            self.assertTrue(0 < stages[name].p50 <= stages['total'].p95, name)
+        # the stamp is made before the frame is sent
+        self.assertLess(stages['total'].p50, stages['age'].p50 + 1)
+
     def test_synchronised_inputs_are_echoed_while_somebody_listens(self):
         images, clouds = [], []
         subscribers = [rospy.Subscriber(f'{OUTPUT}/input_rgb', Image, images.append),
@@ -160,8 +263,7 @@ class ExtractorTest(unittest.TestCase):
                 setattr(message, name, value)
             return message, points_message
 
-        # the service reads the picture, the extractor does not look into it
-        self.is_counted(spoil, 'service call failed', *words)
+        self.is_counted(spoil, 'bad input', *words)
 
     def bad_cloud(self, make: Callable[[PointCloud2], PointCloud2], *words: str):
         self.is_counted(lambda message, points_message: (message, make(points_message)), 'bad input', *words)

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Joints in another frame: never without the transform, right as soon as it is there."""
+"""Joints in another frame, and tracking in one: never without the transform, right as soon as it is there."""
 import sys
 import unittest
 
@@ -7,7 +7,20 @@ import numpy as np
 import rospy
 import rostest
 import tf2_ros
-from harness import FRAME_ID, Camera, Counters, FakeDetector, Output, cloud, image, now, points, position, wait_for
+from harness import (
+    FRAME_ID,
+    Camera,
+    Counters,
+    FakeDetector,
+    Output,
+    cloud,
+    image,
+    now,
+    person,
+    points,
+    position,
+    wait_for,
+)
 from std_msgs.msg import Header
 
 from skeleton_extract_3d.ros.convert import transform_from_matrix
@@ -17,13 +30,29 @@ ROOM_FROM_CAMERA = np.array([[0.0, 0.0, 1.0, 2.0], [-1.0, 0.0, 0.0, -3.0], [0.0,
 
 
 class TargetFrameTest(unittest.TestCase):
-    def test_frames_are_dropped_until_the_transform_comes(self):
+    @classmethod
+    def setUpClass(cls):
         rospy.init_node('check_target_frame')
-        detector = FakeDetector('detect_poses_3d')
-        output, counters, camera = Output(), Counters(), Camera()
+        cls.detector = FakeDetector('detect_poses_3d')
+        cls.output, cls.moving, cls.counters, cls.camera = Output(), Output('/moving'), Counters(), Camera()
+        wait_for(lambda: cls.camera.images.get_num_connections() == 2 == cls.camera.points.get_num_connections(),
+                 'both extractors listen')
 
-        early = camera.send_frame(1)
-        counters.await_event('extractor', 'no transform', 1, ['room'])
+    def setUp(self):
+        self.detector.answer = lambda number: [person(number, {'nose': (20, 30)})]
+
+    def dropped_frame(self, node, *words):
+        """Send a frame, see that the node drops it and says why; return its stamp."""
+        # every frame goes to both nodes: let those of the other test be counted
+        rospy.sleep(1.5)
+        dropped, stamp = self.counters.count(node, 'no transform'), self.camera.send_frame(1)
+        self.counters.await_event(node, 'no transform', dropped + 1, words)
+        return stamp
+
+    def test_frames_are_dropped_until_the_transform_comes(self):
+        detector, output, counters, camera = self.detector, self.output, self.counters, self.camera
+
+        early = self.dropped_frame('extractor', 'room')
 
         broadcaster = tf2_ros.StaticTransformBroadcaster()
         broadcaster.sendTransform(transform_from_matrix(ROOM_FROM_CAMERA, Header(frame_id='room'), FRAME_ID))
@@ -53,6 +82,25 @@ class TargetFrameTest(unittest.TestCase):
         detector.answer = lambda number: []
         array = output.frame(camera.send_frame(8))
         self.assertEqual((array.header.frame_id, array.persons), ('room', []))
+
+    def test_a_camera_that_moves_is_not_followed_without_its_transform(self):
+        early = self.dropped_frame('moving/extractor', 'odom')
+        broadcaster = tf2_ros.TransformBroadcaster()
+
+        def one_came():
+            stamp = self.camera.send_frame(5)
+            # odom below the camera, since the room is above it
+            broadcaster.sendTransform(transform_from_matrix(
+                np.linalg.inv(ROOM_FROM_CAMERA), Header(stamp=stamp, frame_id=FRAME_ID), 'odom'))
+            rospy.sleep(0.1)
+            return stamp if self.moving.has(stamp) else None
+
+        array = self.moving.frame(wait_for(one_came, 'a frame after the transform'))
+        # people are followed in odom, and published where they were measured
+        self.assertEqual((array.header.frame_id, array.persons[0].header.frame_id), (FRAME_ID, FRAME_ID))
+        np.testing.assert_allclose(position(array.persons[0].nose),
+                                   points(5)[29:32, 19:22].reshape(-1, 3).mean(axis=0), atol=1e-5)
+        self.assertFalse(self.moving.has(early))
 
 
 if __name__ == '__main__':

@@ -1,34 +1,49 @@
 #!/usr/bin/python3
-"""People become spheres and lines at their joints, and vanish when they leave."""
+"""People become spheres and lines at their joints, hidden joints others than seen ones, and vanish when they leave."""
 import sys
 import unittest
+from functools import partial
+from typing import Sequence
 
 import numpy as np
 import rospy
 import rostest
-from harness import OUTPUT, Counters, now, wait_for
+from dynamic_reconfigure.client import Client
+from harness import OUTPUT, PATIENCE, Counters, now, wait_for
 from openpose_ros_msgs.msg import PersonDetection_3dArray
 from std_msgs.msg import Header
 from visualization_msgs.msg import Marker
 
 from openpose_ros_pkg.skeletons import COCO_18
-from skeleton_extract_3d.people import MEASURED, MISSING, People3D
+from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
 from skeleton_extract_3d.ros.convert import people_to_messages
 
 NODE = 'skeleton_extract_3d_visualization_node'
 # A neck with a head and a right arm whose elbow is missing: two limbs [m].
 JOINTS = {'neck': (0.0, -0.4, 3.0), 'nose': (0.0, -0.6, 2.9), 'right_shoulder': (-0.2, -0.4, 3.1),
           'right_wrist': (-0.3, 0.1, 2.8)}
+# Of the nose [m]; the others have none.
+SIGMA = 0.08
 
 
-def people(*ids: int) -> People3D:
-    """Return people of those ids, each a metre to the right of the one before."""
+def people(*ids: int, hidden: Sequence[str] = (), ahead: float = 0.0) -> People3D:
+    """Return people of those ids, each a metre to the right of the one before.
+
+    Args:
+        hidden: joints that are INFERRED.
+        ahead: how much further away than in JOINTS they are [m].
+    """
     xyz = np.full((len(ids), 18, 3), np.nan)
     for p in range(len(ids)):
         for joint, place in JOINTS.items():
-            xyz[p, COCO_18.index[joint]] = np.add(place, (p, 0, 0))
+            xyz[p, COCO_18.index[joint]] = np.add(place, (p, 0, ahead))
     found = np.isfinite(xyz).all(axis=2)
-    return People3D(COCO_18, xyz, found * 0.5, np.where(found, MEASURED, MISSING), np.full(found.shape, np.nan), ids)
+    status = np.where(found, MEASURED, MISSING)
+    for joint in hidden:
+        status[:, COCO_18.index[joint]] = INFERRED
+    sigma = np.full(found.shape, np.nan)
+    sigma[:, COCO_18.index['nose']] = SIGMA
+    return People3D(COCO_18, xyz, found * 0.5, status, sigma, ids)
 
 
 def places(marker: Marker) -> list:
@@ -39,24 +54,30 @@ class VisualizationTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         rospy.init_node('check_visualization')
-        cls.markers = {namespace: [] for namespace in ('', 'labelled/')}
+        cls.markers = {namespace: [] for namespace in ('', 'everything/')}
+        cls.topics = set()
         cls.counters = Counters()
-        subscribers = [rospy.Subscriber(f'{namespace}{OUTPUT}/{topic}', Marker, kept.append)
-                       for namespace, kept in cls.markers.items()
-                       for topic in ('visualization_markers', 'visualization_skeleton')]
+        subscribers = [rospy.Subscriber(f'{namespace}{OUTPUT}/{topic}', Marker, partial(cls.keep, namespace, topic))
+                       for namespace in cls.markers for topic in ('visualization_markers', 'visualization_skeleton')]
         cls.publisher = rospy.Publisher(f'{OUTPUT}/detected_poses_3d', PersonDetection_3dArray, queue_size=10)
         wait_for(lambda: cls.publisher.get_num_connections() == 2
                  and all(subscriber.get_num_connections() for subscriber in subscribers), 'connections')
+
+    @classmethod
+    def keep(cls, namespace: str, topic: str, marker: Marker):
+        cls.markers[namespace].append(marker)
+        cls.topics.add((topic, marker.ns))
 
     def setUp(self):
         self.show(9)  # a third person, whose deletes tell when the next frame is complete
         for kept in self.markers.values():
             kept.clear()
 
-    def show(self, *ids: int, number: int = 0, namespace: str = '') -> list:
+    def show(self, *ids: int, number: int = 0, namespace: str = '', **looks) -> list:
         """Publish a frame and return its markers."""
         header = Header(stamp=now(), frame_id='somewhere')
-        self.publisher.publish(PersonDetection_3dArray(header, 'COCO_18', people_to_messages(people(*ids), header)))
+        persons = people_to_messages(people(*ids, **looks), header)
+        self.publisher.publish(PersonDetection_3dArray(header=header, pose_model='COCO_18', persons=persons))
         return wait_for(lambda: self.of_frame(header, number or 2 * len(ids), namespace), f'the markers of {ids}')
 
     def of_frame(self, header: Header, number: int, namespace: str) -> list:
@@ -82,6 +103,45 @@ class VisualizationTest(unittest.TestCase):
         limbs = [JOINTS[joint] for joint in ('neck', 'right_shoulder', 'neck', 'nose')]
         np.testing.assert_allclose(places(found['skeleton', 4]), limbs, atol=1e-6)
 
+    def test_hidden_joints_and_their_limbs(self):
+        # with the deletes of 9
+        found = {(marker.ns, marker.id): marker for marker in self.show(4, number=6, hidden=['right_shoulder'])
+                 if marker.action == Marker.ADD}
+        self.assertEqual(set(found), {(ns, 4) for ns in ('joints', 'joints_inferred', 'skeleton', 'skeleton_inferred')})
+        order = ('nose', 'neck', 'right_wrist')
+        np.testing.assert_allclose(places(found['joints', 4]), [JOINTS[joint] for joint in order], atol=1e-6)
+        np.testing.assert_allclose(places(found['skeleton', 4]), [JOINTS['neck'], JOINTS['nose']], atol=1e-6)
+        inferred, dashes = found['joints_inferred', 4], found['skeleton_inferred', 4]
+        np.testing.assert_allclose(places(inferred), [JOINTS['right_shoulder']], atol=1e-6)
+        # 22 cm are 3 dashes and 2 gaps of 4.5 cm
+        steps = np.linspace(JOINTS['neck'], JOINTS['right_shoulder'], 6)
+        np.testing.assert_allclose(places(dashes), steps, atol=1e-6)
+        for marker, scale in ((inferred, 0.05), (dashes, 0.03)):
+            self.assertAlmostEqual(marker.scale.x, scale)
+            self.assertLess(marker.color.a, 1.0)
+            self.assertGreater(min(marker.color.r, marker.color.g, marker.color.b), 0.5)
+        self.assertLessEqual({('visualization_markers', 'joints'), ('visualization_markers', 'joints_inferred'),
+                              ('visualization_skeleton', 'skeleton'), ('visualization_skeleton', 'skeleton_inferred')},
+                             self.topics)
+        self.assertEqual({ns for topic, ns in self.topics if topic == 'visualization_skeleton'},
+                         {'skeleton', 'skeleton_inferred'})
+        gone = {(marker.ns, marker.id) for marker in self.show(4, number=4) if marker.action == Marker.DELETE}
+        self.assertEqual(gone, {('joints_inferred', 4), ('skeleton_inferred', 4)})
+
+    def test_parameters_change_while_the_node_runs(self):
+        client = Client(NODE, timeout=PATIENCE)
+        try:
+            client.update_configuration({'joint_scale': 0.125, 'label': True, 'joint_colour': '0 1 0 1'})
+            found = {marker.ns: marker for marker in self.show(9, number=3)}
+            self.assertEqual((found['joints'].scale.x, found['label'].text), (0.125, '9'))
+            self.assertEqual((found['joints'].color.r, found['joints'].color.g), (0, 1))
+            refused = client.update_configuration({'joint_colour': 'green'})
+            self.assertEqual(refused['joint_colour'], '0 1 0 1')
+        finally:
+            client.update_configuration({'joint_scale': 0.05, 'label': False, 'joint_colour': '1 0 0 1'})
+        found = self.show(9, number=3)
+        self.assertEqual([marker.ns for marker in found if marker.action == Marker.DELETE], ['label'])
+
     def test_markers_outlast_three_frame_periods(self):
         wall = [self.show(9) for _ in range(16)][-1]
         for marker in wall:
@@ -95,20 +155,37 @@ class VisualizationTest(unittest.TestCase):
         gone = {(marker.ns, marker.id) for marker in self.show(number=2) if marker.action == Marker.DELETE}
         self.assertEqual(gone, {('joints', 9), ('skeleton', 9)})
 
-    def test_labels_and_a_colour_for_each_person(self):
-        found = self.show(4, 9, number=6, namespace='labelled/')
-        label, = (marker for marker in found if (marker.ns, marker.id) == ('label', 4))
+    def test_labels_spheres_of_sigma_trails_and_a_colour_for_each_person(self):
+        self.show(4, 9, number=8, namespace='everything/')
+        found = {(marker.ns, marker.id): marker
+                 for marker in self.show(4, 9, number=10, namespace='everything/', ahead=0.5)}
+        self.assertEqual(set(found), {(ns, person) for ns in ('joints', 'skeleton', 'label', 'trail')
+                                      for person in (4, 9)} | {('sigma', 16 * 4 + 6), ('sigma', 16 * 9 + 6)})
+        label, sigma, trail = found['label', 4], found['sigma', 16 * 4 + 6], found['trail', 4]
+        nose = np.add(JOINTS['nose'], (0, 0, 0.5))
         self.assertEqual((label.type, label.text, label.points), (Marker.TEXT_VIEW_FACING, '4', []))
         # above the head; the neck alone does not say where up is
         place = label.pose.position
-        self.assertLess(np.linalg.norm(np.subtract((place.x, place.y, place.z), JOINTS['nose'])), 0.5)
-        colours = {(marker.id, marker.color.r, marker.color.g, marker.color.b) for marker in found}
+        self.assertLess(np.linalg.norm(np.subtract((place.x, place.y, place.z), nose)), 0.5)
+        self.assertAlmostEqual(sigma.scale.x, 2 * SIGMA)
+        np.testing.assert_allclose(places(sigma), [nose], atol=1e-6)
+        # without hips, the way of the shoulders; where 4 was before depends on the other tests
+        middle = np.mean([JOINTS['neck'], JOINTS['right_shoulder']], axis=0)
+        self.assertEqual(trail.type, Marker.LINE_LIST)
+        np.testing.assert_allclose(places(trail)[-2:], [middle, np.add(middle, (0, 0, 0.5))], atol=1e-6)
+        colours = {(marker.id // 16 if marker.ns == 'sigma' else marker.id, marker.color.r, marker.color.g,
+                    marker.color.b) for marker in found.values()}
         self.assertEqual(len(colours), 2)
         self.assertEqual(len({colour[1:] for colour in colours}), 2)
 
+    def test_the_label_of_a_hidden_person(self):
+        found = self.show(9, number=6, namespace='everything/', hidden=list(JOINTS))
+        label, = (marker for marker in found if marker.ns == 'label')
+        self.assertEqual(label.text, '9 (hidden)')
+
     def test_people_of_an_unknown_joint_set_are_counted(self):
         before = self.counters.count(NODE, 'bad input')
-        self.publisher.publish(PersonDetection_3dArray(Header(stamp=now()), 'SPIDER', []))
+        self.publisher.publish(PersonDetection_3dArray(header=Header(stamp=now()), pose_model='SPIDER'))
         self.counters.await_event(NODE, 'bad input', before + 1, ['SPIDER', 'COCO_18'])
         self.assertEqual(len(self.show(9)), 2)
 

@@ -10,7 +10,8 @@ from visualization_msgs.msg import Marker
 
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.skeletons import COCO_18, SKELETONS
-from skeleton_extract_3d.depth import XYZRGB, CameraModel, cloud_from_depth
+from skeleton_extract_3d.camera import CameraModel
+from skeleton_extract_3d.depth import XYZRGB, cloud_from_depth
 from skeleton_extract_3d.markers import MarkerSpec
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
 from skeleton_extract_3d.ros import convert
@@ -181,25 +182,70 @@ def some_people():
     xyz[status == MISSING] = np.nan
     confidence = random.uniform(0.1, 1, (3, K)) * (status != MISSING)
     sigma = np.where(status == INFERRED, 0.05, np.nan)
-    return People3D(COCO_18, xyz, confidence, status, sigma, [4, 17, 2])
+    velocity = np.where(np.isnan(xyz), np.nan, random.uniform(-2, 2, (3, K, 3)))
+    velocity[0, 5] = np.nan
+    return People3D(COCO_18, xyz, confidence, status, sigma, [4, 17, 2], velocity)
 
 
-def as_array(messages):
-    return sent(PersonDetection_3dArray(header=HEADER, pose_model='COCO_18', persons=messages))
+def as_array(messages, velocities=()):
+    return sent(PersonDetection_3dArray(header=HEADER, pose_model='COCO_18', persons=messages,
+                                        velocities=list(velocities)))
+
+
+def nobody():
+    return People3D(COCO_18, np.zeros((0, K, 3)), np.zeros((0, K)), np.zeros((0, K)), np.zeros((0, K)), [])
 
 
 def test_nobody_comes_back_as_nobody():
-    nobody = People3D(COCO_18, np.zeros((0, K, 3)), np.zeros((0, K)), np.zeros((0, K)), np.zeros((0, K)), [])
-    assert convert.people_to_messages(nobody, HEADER) == []
-    assert len(convert.people_from_array(as_array([]))) == 0
+    assert convert.people_to_messages(nobody(), HEADER) == convert.velocities_to_messages(nobody()) == []
+    array = sent(convert.people_to_array(nobody(), HEADER))
+    assert (array.pose_model, array.header.frame_id, array.persons, array.velocities) == ('COCO_18', 'camera', [], [])
+    assert len(convert.people_from_array(array)) == 0
 
 
 def test_people_come_back_from_their_messages():
     people = some_people()
-    back = convert.people_from_array(as_array(convert.people_to_messages(people, HEADER)))
+    array = sent(convert.people_to_array(people, HEADER))
+    assert (array.pose_model, array.header.frame_id) == ('COCO_18', 'camera')
+    back = convert.people_from_array(array)
     assert back.skeleton is COCO_18
-    for name in ('xyz', 'confidence', 'status', 'sigma', 'ids'):
+    for name in ('xyz', 'confidence', 'status', 'sigma', 'ids', 'velocity'):
         np.testing.assert_array_equal(getattr(back, name), getattr(people, name), name)
+
+
+def test_velocities_name_their_person_and_are_nan_where_unknown():
+    people, (first, second, _) = some_people(), convert.velocities_to_messages(some_people())
+    assert (first.person_ID, second.person_ID) == (4, 17)
+    np.testing.assert_allclose([first.neck.x, first.neck.y, first.neck.z],
+                               people.velocity[0, COCO_18.index['neck']])
+    for vector in (first.left_shoulder, first.chest, first.mid_hip, second.neck):
+        assert np.isnan([vector.x, vector.y, vector.z]).all()
+
+
+def test_without_velocities_people_come_all_the_same():
+    back = convert.people_from_array(as_array(convert.people_to_messages(some_people(), HEADER)))
+    np.testing.assert_array_equal(back.xyz, some_people().xyz)
+    assert np.isnan(back.velocity).all()
+
+
+def test_velocities_of_some_only_are_refused():
+    people = some_people()
+    array = as_array(convert.people_to_messages(people, HEADER), convert.velocities_to_messages(people)[:2])
+    with pytest.raises(BadInputError, match='2 velocities of 3 persons'):
+        convert.people_from_array(array)
+
+
+def test_each_position_is_a_frame_of_its_own():
+    people = some_people()
+    assert convert.people_to_transforms(nobody(), HEADER) == []
+    transforms = {transform.child_frame_id: transform for transform in convert.people_to_transforms(people, HEADER)}
+    assert set(transforms) == {f'person_4/{joint}' for joint in COCO_18.joints} | {
+        'person_17/right_wrist', 'person_17/left_wrist'}
+    wrist = sent(transforms['person_17/right_wrist'])
+    assert wrist.header.frame_id == 'camera'
+    rotation, translation = convert.rotation_and_translation(wrist)
+    np.testing.assert_array_equal(rotation, np.eye(3))
+    np.testing.assert_array_equal(translation, people.xyz[1, COCO_18.index['right_wrist']])
 
 
 def test_each_message_says_how_many_there_are_and_whose_it_is():

@@ -5,7 +5,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from openpose_ros_pkg.errors import BadInputError
-from skeleton_extract_3d.depth import XYZRGB, CameraModel, DepthImage, cloud_from_depth
+from skeleton_extract_3d.camera import CameraModel
+from skeleton_extract_3d.depth import XYZRGB, DepthImage, cloud_from_depth
 
 MATRIX = [540.0, 0, 479.5, 0, 530.0, 269.5, 0, 0, 1]
 # A webcam's, a Kinect v2's (as iai_kinect2 publishes it: rational with few terms in use) and a wide fisheye's order of

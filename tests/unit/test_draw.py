@@ -93,6 +93,45 @@ def test_without_blending_skeletons_are_opaque_on_black(photo):
     assert not drawn[:, :100].any() and not drawn[:, 380:].any()
 
 
+def hidden_joints(*names):
+    """Return which joints of one person are hidden, (1, 18) bool."""
+    return np.array([[joint in names for joint in COCO_18.joints]])
+
+
+def test_hidden_joint_is_a_hollow_circle():
+    image, people = np.zeros((540, 960, 3), np.uint8), people_of(only(nose=(200.0, 100.0), left_hip=(400.0, 400.0)))
+    drawn = draw_people(image, people, DrawParams(alpha_pose=1.0), hidden_joints('nose'))
+    assert not drawn[100, 200].any()
+    # a line of one pixel that is smoothed has nowhere the full colour
+    circle = drawn[93:108, 193:208].reshape(-1, 3).max(axis=0)
+    np.testing.assert_allclose(circle, COCO_18.colours[COCO_18.index['nose']][::-1], rtol=0.4)
+    assert tuple(drawn[400, 400]) == COCO_18.colours[COCO_18.index['left_hip']][::-1]
+
+
+@pytest.mark.parametrize('hidden', [('right_elbow',), ('right_wrist',), ('right_elbow', 'right_wrist')], ids=str)
+def test_limb_with_a_hidden_end_is_thin_and_dashed(hidden):
+    image, width = np.zeros((540, 960, 3), np.uint8), 300
+    people = people_of(only(right_elbow=(100.0, 100.0), right_wrist=(100.0 + width, 100.0)))
+    seen, dashed = (draw_people(image, people, DrawParams(alpha_pose=1.0), which)[85:116, 120:380].any(axis=2)
+                    for which in (None, hidden_joints(*hidden)))
+    assert seen[15].all()
+    assert 0.3 < dashed[15].mean() < 0.8
+    assert dashed.sum(axis=0).max() < seen.sum(axis=0).max()
+
+
+@pytest.mark.parametrize('length', [0.0, 0.5, 3.0, 2000.0])
+def test_hidden_limbs_of_any_length(length):
+    image = np.zeros((270, 480, 3), np.uint8)
+    people = people_of(only(right_elbow=(100.0, 100.0), right_wrist=(100.0, 100.0 + length)))
+    assert draw_people(image, people, DrawParams(), hidden_joints('right_wrist')).any()
+
+
+def test_nothing_hidden_is_drawn_as_ever(photo):
+    people = people_of(standing_person(240, 40, 200), ids=[3])
+    np.testing.assert_array_equal(draw_people(photo, people, DrawParams(), np.zeros((1, 18), bool)),
+                                  draw_people(photo, people, DrawParams()))
+
+
 def test_joints_below_the_threshold_are_not_drawn():
     image = np.zeros((270, 480, 3), np.uint8)
     people = people_of(only(nose=(200.0, 100.0)), score=0.2)

@@ -7,8 +7,9 @@ from hypothesis import strategies as st
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
+from skeleton_extract_3d.camera import CameraModel
 from skeleton_extract_3d.cloud import OrganizedCloud
-from skeleton_extract_3d.depth import CameraModel, DepthImage
+from skeleton_extract_3d.depth import DepthImage
 from skeleton_extract_3d.lifting import LiftingParams, lift, nearest_pixels
 from skeleton_extract_3d.people import MEASURED, MISSING
 

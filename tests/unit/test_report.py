@@ -5,6 +5,7 @@ from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.cloud import OrganizedCloud
 from skeleton_extract_3d.lifting import LiftingParams, lift
+from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
 from skeleton_extract_3d.report import frame_report
 
 K = len(COCO_18.joints)
@@ -31,9 +32,9 @@ def test_each_joint_has_a_line():
     assert len(lines) == 2 + 2 * (1 + K)
     assert lines[0] == 'Detected 2 persons'
     assert lines[2] == 'Person 4'
-    assert lines[3] == '  Nose: pixel (3.0, 2.0), world (0.3000, 0.2000, 2.0000) m, confidence 0.90'
+    assert lines[3] == '  Nose: pixel (3.0, 2.0), world (0.3000, 0.2000, 2.0000) m, confidence 0.90, measured'
     assert lines[4] == '  Neck: not detected'
-    assert lines[5] == '  Right shoulder: pixel (7.0, 5.0), world (nan, nan, nan) m, confidence 0.25'
+    assert lines[5] == '  Right shoulder: pixel (7.0, 5.0), world (nan, nan, nan) m, confidence 0.25, missing'
     assert lines[3 + K] == 'Person 9'
 
 
@@ -43,3 +44,25 @@ def test_one_is_no_plural():
     people = People2D(COCO_18, keypoints, [1], [0])
     assert frame_report(people, lift(people, (8, 6), cloud(), LiftingParams()),
                         cloud()).startswith('Detected 1 person\n')
+
+
+def test_who_is_hidden_and_what_is_inferred_is_said():
+    keypoints = np.full((1, K, 3), np.nan)
+    keypoints[..., 2] = 0
+    keypoints[0, 0], keypoints[0, 1] = (3, 2, 0.9), (1, 1, 0.5)
+    status = np.full((2, K), MISSING)
+    status[0, :3], status[1, 1] = (MEASURED, INFERRED, INFERRED), INFERRED
+    xyz = np.where(status[..., None] == MISSING, np.nan, (0.5, 0.25, 2.0))
+    people = People3D(COCO_18, xyz, np.zeros((2, K)), status, np.full((2, K), np.nan), [4, 9])
+    lines = frame_report(People2D(COCO_18, keypoints, [1], [4]), people, cloud()).splitlines()
+    assert lines[0] == 'Detected 1 person, 1 hidden'
+    assert lines[2:7] == [
+        'Person 4',
+        '  Nose: pixel (3.0, 2.0), world (0.5000, 0.2500, 2.0000) m, confidence 0.00, measured',
+        '  Neck: pixel (1.0, 1.0), world (0.5000, 0.2500, 2.0000) m, confidence 0.00, inferred',
+        '  Right shoulder: not detected, world (0.5000, 0.2500, 2.0000) m, inferred',
+        '  Right elbow: not detected']
+    assert lines[3 + K:] == ['Person 9, hidden', '  Nose: not detected',
+                             '  Neck: not detected, world (0.5000, 0.2500, 2.0000) m, inferred',
+                             *[line for line in lines[3 + K:] if line.endswith(': not detected')][1:]]
+    assert len(lines) == 2 + 2 * (1 + K)

@@ -12,13 +12,14 @@ UPRIGHT = np.array([[0, 0, 1], [-1, 0, 0], [0, -1, 0]])
 
 
 def people(count):
-    """People whose joints are random, but one missing and one inferred each."""
+    """People whose joints are random and move, but one missing and one inferred each."""
     random = np.random.default_rng(0)
     xyz, status = random.uniform(-4, 4, (count, K, 3)), np.full((count, K), MEASURED)
     status[:, 3], status[:, 5] = MISSING, INFERRED
     xyz[status == MISSING] = np.nan
+    velocity = np.where(np.isnan(xyz), np.nan, random.uniform(-2, 2, (count, K, 3)))
     return People3D(COCO_18, xyz, random.uniform(0, 1, (count, K)), status, np.where(status == INFERRED, 0.1, np.nan),
-                    np.arange(count) + 5)
+                    np.arange(count) + 5, velocity)
 
 
 def test_nobody_stays_nobody():
@@ -29,6 +30,13 @@ def test_axes_go_where_they_belong():
     moved = transform_people(people(2), UPRIGHT, np.array([10.0, 20.0, 30.0]))
     x, y, z = np.moveaxis(people(2).xyz, -1, 0)
     np.testing.assert_allclose(moved.xyz, np.stack([z + 10, 20 - x, 30 - y], axis=-1), atol=1e-5)
+
+
+def test_velocities_turn_but_are_not_moved():
+    moved = transform_people(people(2), UPRIGHT, np.array([10.0, 20.0, 30.0]))
+    x, y, z = np.moveaxis(people(2).velocity, -1, 0)
+    np.testing.assert_allclose(moved.velocity, np.stack([z, -x, -y], axis=-1), atol=1e-6)
+    assert np.isfinite(moved.velocity[:, 0]).all() and np.isnan(moved.velocity[:, 3]).all()
 
 
 def test_missing_joints_stay_missing_and_the_rest_stays_as_it_is():

@@ -2,7 +2,7 @@
 import colorsys
 import math
 from dataclasses import dataclass
-from typing import Tuple
+from typing import Optional, Tuple
 
 import cv2
 import numpy as np
@@ -16,6 +16,9 @@ _SHIFT = 3
 # and shrink with the share of the image that the person fills.
 _CIRCLE_RATIO = 1 / 75
 _LINE_RATIO = 0.75
+# Limbs with a hidden end: width as a share of the others', length of a dash and of a gap in widths of the others.
+_HIDDEN_WIDTH = 0.4
+_DASH = 1.2
 
 
 @dataclass(frozen=True)
@@ -30,7 +33,8 @@ class DrawParams(Parameters):
         0.05, 'Joints with less confidence are not drawn.', minimum=0.0, maximum=1.0)
 
 
-def draw_people(bgr: np.ndarray, people: People2D, params: DrawParams) -> np.ndarray:
+def draw_people(bgr: np.ndarray, people: People2D, params: DrawParams, hidden: Optional[np.ndarray] = None
+                ) -> np.ndarray:
     """Return a copy of the image with people drawn into it.
 
     Limbs and joints have OpenPose's colours. A box and, where people have ids, a label in a colour of its own tell
@@ -38,6 +42,8 @@ def draw_people(bgr: np.ndarray, people: People2D, params: DrawParams) -> np.nda
 
     Args:
         bgr: (H, W, 3) uint8 BGR; not modified.
+        hidden: (P, K) bool: joints that the network named although something hides them. They are drawn as hollow
+            circles, limbs that end there thin and dashed. None: no joint is.
 
     Returns:
         (H, W, 3) uint8 BGR.
@@ -48,9 +54,10 @@ def draw_people(bgr: np.ndarray, people: People2D, params: DrawParams) -> np.nda
         return image
     canvas = image.copy()
     visible = people.confidence >= max(params.render_threshold, np.finfo(np.float32).tiny)
+    hidden = np.zeros(visible.shape, bool) if hidden is None else hidden
     shown = [i for i in range(len(people)) if visible[i].any()]
     for i in shown:
-        _draw_skeleton(canvas, people, i, visible[i])
+        _draw_skeleton(canvas, people, i, visible[i], hidden[i])
     if not params.disable_blending:
         canvas = cv2.addWeighted(canvas, params.alpha_pose, image, 1 - params.alpha_pose, 0)
     if params.disable_blending or params.alpha_pose > 0:
@@ -65,19 +72,45 @@ def person_colour(number: int) -> Tuple[int, int, int]:
     return round(255 * blue), round(255 * green), round(255 * red)
 
 
-def _draw_skeleton(canvas: np.ndarray, people: People2D, person: int, visible: np.ndarray) -> None:
+def _draw_skeleton(canvas: np.ndarray, people: People2D, person: int, visible: np.ndarray, hidden: np.ndarray
+                   ) -> None:
     """Draw limbs in the colour of their second joint, then joints, where both ends or the joint are visible."""
     skeleton, xy = people.skeleton, people.xy[person]
     radius = _joint_radius(canvas.shape, xy[visible])
     width = max(1, round(2 * radius * _LINE_RATIO))
-    points = {i: tuple(int(v) for v in np.rint(xy[i] * (1 << _SHIFT))) for i in np.flatnonzero(visible)}
     index = skeleton.index
-    for start, end in skeleton.drawn_limbs:
-        if index[start] in points and index[end] in points:
-            cv2.line(canvas, points[index[start]], points[index[end]], skeleton.colours[index[end]][::-1], width,
-                     cv2.LINE_AA, _SHIFT)
-    for joint, point in points.items():
-        cv2.circle(canvas, point, radius << _SHIFT, skeleton.colours[joint][::-1], -1, cv2.LINE_AA, _SHIFT)
+    for start, end in ((index[a], index[b]) for a, b in skeleton.drawn_limbs):
+        if visible[start] and visible[end]:
+            draw = _draw_dashed if hidden[start] or hidden[end] else _draw_line
+            draw(canvas, xy[start], xy[end], skeleton.colours[end][::-1], width)
+    for joint in np.flatnonzero(visible):
+        _draw_joint(canvas, xy[joint], skeleton.colours[joint][::-1], radius, hidden[joint])
+
+
+def _draw_joint(canvas: np.ndarray, xy: np.ndarray, colour: Tuple[int, ...], radius: int, hidden: bool) -> None:
+    if hidden:
+        # a little larger, so that there is a hole in the smallest circle
+        cv2.circle(canvas, _fixed_point(xy), (radius + 2) << _SHIFT, colour, max(1, radius // 3), cv2.LINE_AA, _SHIFT)
+    else:
+        cv2.circle(canvas, _fixed_point(xy), radius << _SHIFT, colour, -1, cv2.LINE_AA, _SHIFT)
+
+
+def _draw_line(canvas: np.ndarray, start: np.ndarray, end: np.ndarray, colour: Tuple[int, ...], width: int) -> None:
+    cv2.line(canvas, _fixed_point(start), _fixed_point(end), colour, width, cv2.LINE_AA, _SHIFT)
+
+
+def _draw_dashed(canvas: np.ndarray, start: np.ndarray, end: np.ndarray, colour: Tuple[int, ...], width: int) -> None:
+    """Draw a thin line that begins and ends with a dash; dashes and gaps are equally long."""
+    gaps = int(float(np.linalg.norm(end - start)) / (2 * _DASH * width))
+    ends = start + np.linspace(0, 1, 2 * gaps + 2)[:, None] * (end - start)
+    for begin, finish in zip(ends[::2], ends[1::2]):
+        _draw_line(canvas, begin, finish, colour, max(1, round(_HIDDEN_WIDTH * width)))
+
+
+def _fixed_point(xy: np.ndarray) -> Tuple[int, int]:
+    """Return a position [px] as OpenCV's drawing functions take it."""
+    x, y = np.rint(xy * (1 << _SHIFT))
+    return int(x), int(y)
 
 
 def _joint_radius(shape: Tuple[int, ...], xy: np.ndarray) -> int:

@@ -32,6 +32,14 @@ class StreamParams(Parameters):
 
 
 @dataclass(frozen=True)
+class PublishingParams(Parameters):
+    """What the service node does with its results besides answering and saving."""
+
+    publish_results: bool = parameter(
+        True, 'Publish keypoints and annotated images; false: whoever calls the service publishes what it found.')
+
+
+@dataclass(frozen=True)
 class ServiceClientParams(Parameters):
     """How the node calls the detection service."""
 
@@ -67,8 +75,8 @@ class CameraParams(Parameters):
         0.0, 'Wait this long for a subscriber before the first frame of a file or folder.', unit='s', minimum=0.0)
 
 
-SERVICE_PARAMETERS = (*DETECTOR_PARAMETERS, TrackingParams, DrawParams, KeypointScaleParams, StreamParams,
-                      ImageTransportParams, SaveParams)
+SERVICE_PARAMETERS = (*DETECTOR_PARAMETERS, TrackingParams, DrawParams, KeypointScaleParams, PublishingParams,
+                      StreamParams, ImageTransportParams, SaveParams)
 CLIENT_PARAMETERS = (StreamingClientParams, ServiceClientParams, ImageTransportParams, DrawParams)
 CAMERA_PARAMETERS = (CameraParams,)
 

@@ -1,9 +1,10 @@
 """Organized point clouds, read in place."""
-from typing import Any, Mapping, Tuple
+from typing import Any, Mapping, Optional, Tuple
 
 import numpy as np
 
 from openpose_ros_pkg.errors import BadInputError
+from skeleton_extract_3d.camera import CameraModel, fitted_camera
 
 _FLOATS = {'float32': 'f4', 'float64': 'f8'}
 
@@ -84,6 +85,20 @@ class OrganizedCloud:
         points = np.stack([axis[rows, columns].astype(np.float64) for axis in self._axes], axis=-1)
         points[~(inside & _valid(points))] = np.nan
         return points
+
+    def depths(self, u: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Return z at pixels inside the cloud, the shape of u and v, float64 [m]; NaN where the point is missing."""
+        z = self._axes[2][v, u].astype(np.float64)
+        z[~(np.isfinite(z) & (z > 0))] = np.nan
+        return z
+
+    def camera_model(self) -> Optional[CameraModel]:
+        """Return the pinhole camera that x / z and y / z of the points belong to; None with too few points to tell.
+
+        Raises:
+            BadInputError: the points are not those of a pinhole camera in its optical frame.
+        """
+        return fitted_camera(*self._axes)
 
     def valid_range(self) -> np.ndarray:
         """Return the least and the greatest x, y, z of all valid points, (2, 3) [m]; NaN if there is none.

@@ -1,25 +1,11 @@
-"""Depth images that are aligned to a camera: the camera's geometry, and points at the pixels that are asked for."""
-from dataclasses import dataclass
-from typing import Any, Dict, Optional, Tuple
+"""Depth images that are aligned to a camera: points at the pixels that are asked for."""
+from typing import Any, Optional
 
-import cv2
 import numpy as np
 
 from openpose_ros_pkg.errors import BadInputError
+from skeleton_extract_3d.camera import CameraModel
 from skeleton_extract_3d.cloud import range_of, window_pixels
-
-# Widths and heights count as one aspect ratio up to this relative difference: rounded sizes pass, cropped ones do not.
-ASPECT_TOLERANCE = 0.01
-
-# Lengths of D that each distortion model of sensor_msgs/CameraInfo may have; none or all zero always means undistorted.
-_DISTORTION_LENGTHS: Dict[str, Tuple[int, ...]] = {
-    '': (), 'none': (), 'plumb_bob': (4, 5), 'rational_polynomial': (8, 12, 14), 'equidistant': (4,), 'fisheye': (4,)}
-_FISHEYE = ('equidistant', 'fisheye')
-
-# Undistortion iterates; OpenCV's default of 5 rounds leaves pixels of error at the corners of wide lenses.
-_UNDISTORT_UNTIL = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 40, 1e-7)
-# A ray that does not project back to its pixel by this much [px] lies where the distortion can not be inverted.
-_ROUND_TRIP_TOLERANCE = 0.5
 
 # Rows and columns from one to the next of those that `valid_range` looks at.
 _RANGE_STEP = 4
@@ -30,114 +16,6 @@ _ENCODINGS = {'16UC1': 'u2', 'mono16': 'u2', '32FC1': 'f4'}
 # Layout of an XYZRGB cloud as PCL and the Kinect drivers write it; rgb holds 0x00RRGGBB in the bits of a float32 field.
 XYZRGB = np.dtype({'names': ['x', 'y', 'z', 'rgb'], 'formats': ['<f4', '<f4', '<f4', '<u4'],
                    'offsets': [0, 4, 8, 16], 'itemsize': 32})
-
-
-@dataclass(frozen=True, eq=False)
-class CameraModel:
-    """Pinhole camera with lens distortion, in the optical frame (x right, y down, z forward).
-
-    Attributes:
-        width, height: size of the picture that K belongs to [px].
-        matrix: K, (3, 3) float64 [px]; integer coordinates are pixel centres.
-        distortion_model: 'plumb_bob', 'rational_polynomial', 'equidistant' ('fisheye'), or 'none' (or empty).
-        distortion: D, (N,) float64; empty or all zero: no distortion.
-
-    Raises:
-        BadInputError: the camera is not calibrated, or the distortion model is unknown or does not fit D.
-    """
-
-    width: int
-    height: int
-    matrix: np.ndarray
-    distortion_model: str = ''
-    distortion: np.ndarray = ()
-
-    def __post_init__(self) -> None:
-        if self.width < 1 or self.height < 1:
-            raise BadInputError(f'camera has size {self.width} x {self.height}, expected at least 1 x 1')
-        matrix = np.array(self.matrix, np.float64).reshape(-1)
-        if matrix.size != 9 or not np.isfinite(matrix).all():
-            raise BadInputError(f'camera matrix K: expected 9 finite numbers, got {matrix.tolist()}')
-        fx, skew, _, below, fy, _, *last = matrix
-        if fx <= 0 or fy <= 0:
-            raise BadInputError(f'camera is not calibrated: focal lengths in K are {fx:g} and {fy:g} px')
-        if skew != 0 or below != 0 or last != [0, 0, 1]:
-            raise BadInputError(f'camera matrix K: expected [fx 0 cx; 0 fy cy; 0 0 1], got {matrix.tolist()}')
-        distortion = np.array(self.distortion, np.float64).reshape(-1)
-        if self.distortion_model not in _DISTORTION_LENGTHS:
-            raise BadInputError(f"distortion model '{self.distortion_model}' is unknown; expected one of "
-                                f"{', '.join(name for name in _DISTORTION_LENGTHS if name)}")
-        lengths = _DISTORTION_LENGTHS[self.distortion_model]
-        if distortion.any() and (distortion.size not in lengths or not np.isfinite(distortion).all()):
-            raise BadInputError(f"D of distortion model '{self.distortion_model}': expected "
-                                f"{' or '.join(map(str, lengths)) or 'no'} finite values, got {distortion.tolist()}")
-        object.__setattr__(self, 'matrix', matrix.reshape(3, 3))
-        object.__setattr__(self, 'distortion', distortion if distortion.any() else np.zeros(0))
-
-    def scaled(self, width: int, height: int) -> 'CameraModel':
-        """Return the same camera for a picture of another resolution.
-
-        Raises:
-            BadInputError: the other picture has another aspect ratio, so it does not show the same view.
-        """
-        if (width, height) == (self.width, self.height):
-            return self
-        check_same_aspect('picture', (width, height), 'camera', (self.width, self.height))
-        ratio = np.array([width / self.width, height / self.height])
-        matrix = self.matrix.copy()
-        matrix[[0, 1], [0, 1]] *= ratio
-        # the corner of the picture is at -0.5, since integers are centres
-        matrix[:2, 2] = (self.matrix[:2, 2] + 0.5) * ratio - 0.5
-        return CameraModel(width, height, matrix, self.distortion_model, self.distortion)
-
-    def rays(self, uv: np.ndarray) -> np.ndarray:
-        """Return where the lines of sight of pixels meet the plane z = 1.
-
-        Args:
-            uv: (N, 2) [px].
-
-        Returns:
-            (N, 3) float64, x, y, 1; NaN where the distortion can not be inverted.
-        """
-        uv = np.asarray(uv, np.float64).reshape(-1, 2)
-        rays = np.ones((len(uv), 3))
-        if not self.distortion.size:
-            rays[:, :2] = (uv - self.matrix[:2, 2]) / self.matrix[[0, 1], [0, 1]]
-        elif len(uv):
-            pixels = uv.reshape(-1, 1, 2)
-            if self.distortion_model in _FISHEYE:
-                plane = cv2.fisheye.undistortPoints(pixels, self.matrix, self.distortion)
-            else:
-                plane = cv2.undistortPointsIter(pixels, self.matrix, self.distortion, None, None, _UNDISTORT_UNTIL)
-            rays[:, :2] = plane.reshape(-1, 2)
-            error = np.abs(self.project(rays) - uv).max(axis=1)
-            rays[~(error < _ROUND_TRIP_TOLERANCE)] = np.nan
-        return rays
-
-    def project(self, xyz: np.ndarray) -> np.ndarray:
-        """Return the pixels of points.
-
-        Args:
-            xyz: (N, 3) [m] in the optical frame.
-
-        Returns:
-            (N, 2) float64 [px], also outside the picture; NaN for points that are not finite or not in front.
-        """
-        xyz = np.asarray(xyz, np.float64).reshape(-1, 3)
-        uv = np.full((len(xyz), 2), np.nan)
-        seen = np.isfinite(xyz).all(axis=1) & (xyz[:, 2] > 0)
-        if not self.distortion.size:
-            uv[seen] = xyz[seen, :2] / xyz[seen, 2:] * self.matrix[[0, 1], [0, 1]] + self.matrix[:2, 2]
-        elif seen.any():
-            project = cv2.fisheye.projectPoints if self.distortion_model in _FISHEYE else cv2.projectPoints
-            still = np.zeros(3)
-            uv[seen] = project(xyz[seen].reshape(-1, 1, 3), still, still, self.matrix, self.distortion)[0][:, 0]
-        return uv
-
-    def ray_grid(self) -> np.ndarray:
-        """Return the rays of all pixels, (height, width, 3) float64."""
-        v, u = np.mgrid[:self.height, :self.width]
-        return self.rays(np.stack([u.ravel(), v.ravel()], axis=-1)).reshape(self.height, self.width, 3)
 
 
 class DepthImage:
@@ -212,6 +90,14 @@ class DepthImage:
         rays = self.camera.rays(np.stack([columns.ravel(), rows.ravel()], axis=-1))
         return rays.reshape(*z.shape, 3) * z[..., None]
 
+    def depths(self, u: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Return z at pixels inside the image, the shape of u and v, float64 [m]; NaN where it is missing."""
+        return depth_in_metres(self._depth[v, u], self._metres)
+
+    def camera_model(self) -> CameraModel:
+        """Return the camera of the image."""
+        return self.camera
+
     def valid_range(self) -> np.ndarray:
         """Return the least and the greatest x, y, z, (2, 3) [m]; NaN if there is no depth.
 
@@ -231,18 +117,6 @@ def depth_in_metres(depth: np.ndarray, unit: float = 1.0) -> np.ndarray:
     z = depth.astype(np.float64) * unit
     z[~(np.isfinite(z) & (z > 0))] = np.nan
     return z
-
-
-def check_same_aspect(name: str, size: Tuple[int, int], other_name: str, other_size: Tuple[int, int]) -> None:
-    """Raise unless two (width, height) are one view at two resolutions.
-
-    Raises:
-        BadInputError: the aspect ratios differ; the text names both sizes.
-    """
-    (width, height), (other_width, other_height) = size, other_size
-    if abs(width * other_height / (height * other_width) - 1) > ASPECT_TOLERANCE:
-        raise BadInputError(f'{name} is {width} x {height} but {other_name} is {other_width} x {other_height}: the '
-                            'aspect ratios differ, so they do not show the same view; register one to the other')
 
 
 def cloud_from_depth(depth: np.ndarray, camera: CameraModel, bgr: np.ndarray, rays: Optional[np.ndarray] = None

@@ -1,43 +1,33 @@
 """Lift keypoints into space: the points of the cloud around each keypoint's pixel."""
 from dataclasses import dataclass
-from typing import Protocol, Tuple
+from typing import Tuple
 
 import numpy as np
 
 from openpose_ros_pkg.params import Parameters, parameter
 from openpose_ros_pkg.people import People2D
-from skeleton_extract_3d.depth import check_same_aspect
+from skeleton_extract_3d.camera import check_same_aspect
 from skeleton_extract_3d.people import MEASURED, MISSING, People3D
+from skeleton_extract_3d.point_grid import PointGrid
 
 
 @dataclass(frozen=True)
 class LiftingParams(Parameters):
     """How a keypoint's position is read from the cloud."""
 
+    lifting: str = parameter(
+        'robust', "'robust': all joints of a person together, from the surfaces around them, the lengths of bones and "
+                  "the frame before. 'mean3x3': each joint at the mean of the points around its pixel, as the original "
+                  'does.', choices=('robust', 'mean3x3'))
+    surface_offsets: str = parameter(
+        'anatomical', "With 'robust', where a measured joint is put: 'anatomical' inside the body, so deep under the "
+                      "surface as joints lie; 'none' on the surface.", choices=('anatomical', 'none'))
     window: int = parameter(
-        3, 'Side of the square of points around a keypoint that are summarised; larger bridges larger holes but '
-           'mixes in the background.', unit='px', choices=tuple(range(1, 32, 2)))
+        3, "With 'mean3x3': side of the square of points around a keypoint that are summarised; larger bridges larger "
+           'holes but mixes in the background.', unit='px', choices=tuple(range(1, 32, 2)))
     statistic: str = parameter(
-        'mean', "How the finite points of the window are summarised, per coordinate: 'mean' as the original does, "
-                "'median' where the window may touch the background.", choices=('mean', 'median'))
-
-
-class PointGrid(Protocol):
-    """A point per pixel: `OrganizedCloud` or `DepthImage`."""
-
-    @property
-    def width(self) -> int:
-        """Points per row."""
-
-    @property
-    def height(self) -> int:
-        """Rows."""
-
-    def window(self, u: np.ndarray, v: np.ndarray, size: int) -> np.ndarray:
-        """Return the points of windows around pixels, (M, size * size, 3) [m], NaN where missing."""
-
-    def valid_range(self) -> np.ndarray:
-        """Return least and greatest coordinates, (2, 3) [m]."""
+        'mean', "With 'mean3x3': how the finite points of the window are summarised, per coordinate: 'mean' as the "
+                "original does, 'median' where the window may touch the background.", choices=('mean', 'median'))
 
 
 def lift(people: People2D, image_size: Tuple[int, int], points: PointGrid, params: LiftingParams) -> People3D:

@@ -1,11 +1,12 @@
 """Which parameters each node of this package reads, and those that only nodes have."""
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Dict, Tuple, Type
 
+from openpose_ros_pkg.draw import DrawParams
 from openpose_ros_pkg.node_params import ImageTransportParams, ServiceClientParams
 from openpose_ros_pkg.pairing import PairingParams
 from openpose_ros_pkg.params import Parameters, parameter
-from skeleton_extract_3d.lifting import LiftingParams
+from skeleton_extract_3d.estimator import ESTIMATOR_PARAMETERS
 from skeleton_extract_3d.markers import MarkerParams
 
 
@@ -20,9 +21,21 @@ class ExtractorParams(Parameters):
         False, 'With depth_image: the images are rectified, so use P of the camera info and no distortion.')
     pose_model: str = parameter('auto', 'pose_model of the detection service; names the joints.')
     target_frame: str = parameter('', 'Frame of the published joints; empty: the frame of the cloud.')
+    tracking_frame: str = parameter(
+        '', 'Frame in which the room stands still (odom, map) while the camera moves: people are followed there; '
+            'empty: the camera stands still. What is published, and where, does not depend on it.')
     tf_timeout: float = parameter(
-        0.1, 'Wait this long for the transform to target_frame at the stamp of the cloud.', unit='s',
-        minimum=0.0, maximum=10.0)
+        0.1, 'Wait this long for the transform to target_frame or tracking_frame at the stamp of the cloud; a frame '
+             'without its transform is dropped.', unit='s', minimum=0.0, maximum=10.0)
+    publish_tf: bool = parameter(
+        False, 'Publish each joint that is measured or inferred as a frame person_<person_ID>/<joint> on /tf: parent '
+               'is the frame of the published joints, the axes are parallel to its axes, the stamp is that of the '
+               'cloud. For one extractor in a system, as another one uses the same ids.')
+    publish_2d: bool = parameter(
+        False, 'Publish also what was found in the image, with the ids that the same people have in space: '
+               'detected_poses, detected_poses_keypoints (always in pixels of the image) and detected_poses_image, '
+               'with hollow circles and thin, dashed limbs where a joint is hidden. Set publish_results of the '
+               "detection service to false where that one has the same topics.")
     verbose: bool = parameter(False, "Print the original's report: people, range of the cloud, each joint.")
     verbose_period: float = parameter(1.0, 'Least time between two reports.', unit='s', minimum=0.0)
 
@@ -43,9 +56,14 @@ class PlayerParams(Parameters):
         0.0, 'Before the first frame, wait up to this long for subscribers of image and points.', unit='s', minimum=0.0)
 
 
-EXTRACTOR_PARAMETERS = (ExtractorParams, LiftingParams, PairingParams, ServiceClientParams, ImageTransportParams)
+EXTRACTOR_PARAMETERS = (ExtractorParams, *ESTIMATOR_PARAMETERS, PairingParams, ServiceClientParams,
+                        ImageTransportParams, DrawParams)
 VISUALIZATION_PARAMETERS = (MarkerParams,)
 PLAYER_PARAMETERS = (PlayerParams,)
+
+# What dynamic_reconfigure may change in the running extractor.
+LIVE_PARAMETERS: Tuple[str, ...] = tuple(
+    field.name for cls in (*ESTIMATOR_PARAMETERS, DrawParams) for field in fields(cls))
 
 # Parameter classes of each file in config/; a node loads the file of its name.
 CONFIG_FILES: Dict[str, Tuple[Type[Parameters], ...]] = {

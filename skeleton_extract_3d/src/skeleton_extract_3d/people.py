@@ -1,5 +1,6 @@
 """People in space: the one type that passes between lifting, markers and converters."""
 from dataclasses import dataclass
+from typing import Optional
 
 import numpy as np
 
@@ -18,8 +19,10 @@ class People3D:
         xyz: (P, K, 3) float32 [m]; NaN where MISSING.
         confidence: (P, K) float32 [0..1] of the 2D detection; 0 where the joint was not detected.
         status: (P, K) uint8: MISSING, MEASURED or INFERRED.
-        sigma: (P, K) float32 [m], standard deviation of the position; NaN where MISSING or not estimated.
+        sigma: (P, K) float32 [m], root mean square distance of the true position from xyz; NaN where MISSING or not
+            estimated.
         ids: (P,) int64 track ids.
+        velocity: (P, K, 3) float32 [m/s]; NaN where MISSING or not estimated, which is everywhere by default.
 
     Raises:
         ValueError: an array has the wrong shape, or status and position disagree.
@@ -31,12 +34,15 @@ class People3D:
     status: np.ndarray
     sigma: np.ndarray
     ids: np.ndarray
+    velocity: Optional[np.ndarray] = None
 
     def __post_init__(self) -> None:
         people, joints = len(self.xyz), len(self.skeleton.joints)
+        if self.velocity is None:
+            object.__setattr__(self, 'velocity', np.full((people, joints, 3), np.nan))
         fields = (('xyz', np.float32, (people, joints, 3)), ('confidence', np.float32, (people, joints)),
                   ('status', np.uint8, (people, joints)), ('sigma', np.float32, (people, joints)),
-                  ('ids', np.int64, (people,)))
+                  ('ids', np.int64, (people,)), ('velocity', np.float32, (people, joints, 3)))
         for name, dtype, shape in fields:
             value = np.asarray(getattr(self, name), dtype)
             if value.shape != shape:

@@ -16,7 +16,7 @@ import numpy as np
 import yaml
 
 from openpose_ros_pkg.errors import BadInputError
-from skeleton_extract_3d.depth import CameraModel, check_same_aspect
+from skeleton_extract_3d.camera import CameraModel, check_same_aspect
 
 _COLOUR_FOLDERS = ('rgb', 'color')
 _COLOUR_SUFFIXES = ('.jpg', '.jpeg', '.png')

@@ -18,7 +18,13 @@ from openpose_ros_pkg.draw import DrawParams, draw_people
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.keypoint_scale import KeypointScaleParams, scale_keypoints
 from openpose_ros_pkg.newest_wins import NewestWinsWorker
-from openpose_ros_pkg.node_params import LIVE_PARAMETERS, SERVICE_PARAMETERS, ImageTransportParams, StreamParams
+from openpose_ros_pkg.node_params import (
+    LIVE_PARAMETERS,
+    SERVICE_PARAMETERS,
+    ImageTransportParams,
+    PublishingParams,
+    StreamParams,
+)
 from openpose_ros_pkg.output.frame_writer import FrameWriter, SaveParams
 from openpose_ros_pkg.output.recorder import Recorder
 from openpose_ros_pkg.params import Parameters
@@ -96,11 +102,9 @@ class DetectionService:
         self._health.show(self._recorder_counters)
         self._tracker_lock = threading.Lock()
         self._trackers: Dict[str, KeypointTracker] = {}
-        self._image_publisher = rospy.Publisher(f'{namespace}/detected_poses_image', Image, queue_size=1)
-        self._person_publisher = rospy.Publisher(f'{namespace}/detected_poses_keypoints', PersonDetection,
-                                                 queue_size=_PERSONS_QUEUE)
-        self._array_publisher = rospy.Publisher(f'{namespace}/detected_poses', PersonDetectionArray, queue_size=10)
-        self._painter = NewestWinsWorker(self._publish_drawing, self._drawing_failed, 'painter')
+        self._publishes = self._params[PublishingParams].publish_results
+        if self._publishes:
+            self._advertise(namespace)
         self._live = LiveParameters(current, LIVE_PARAMETERS, self._reconfigure)
         self._service = rospy.Service(service, GetPersons, self._serve)
         if stream.image_topic:
@@ -108,6 +112,13 @@ class DetectionService:
         if self._recorder is not None:
             rospy.on_shutdown(self._recorder.close)
         rospy.loginfo('Initialization Successful!')
+
+    def _advertise(self, namespace: str) -> None:
+        self._image_publisher = rospy.Publisher(f'{namespace}/detected_poses_image', Image, queue_size=1)
+        self._person_publisher = rospy.Publisher(f'{namespace}/detected_poses_keypoints', PersonDetection,
+                                                 queue_size=_PERSONS_QUEUE)
+        self._array_publisher = rospy.Publisher(f'{namespace}/detected_poses', PersonDetectionArray, queue_size=10)
+        self._painter = NewestWinsWorker(self._publish_drawing, self._drawing_failed, 'painter')
 
     def _subscribe(self, topic: str, namespace: str) -> None:
         self._input_publisher = rospy.Publisher(f'{namespace}/input_image', Image, queue_size=1)
@@ -160,7 +171,10 @@ class DetectionService:
         decoded = time.monotonic()
         people = self._track(people, frame.header)
         messages = convert.people_to_messages(people, frame.header)
-        self._publish(messages, people, frame)
+        if self._publishes:
+            self._publish(messages, people, frame)
+        if self._recorder is not None:
+            self._recorder.submit(next(self._numbers), frame.bgr, people)
         self._health.frame_done(frame.header.stamp)
         end = time.monotonic()
         for stage, seconds in (('wait_for_network', frame.waited), ('network', frame.computed),
@@ -190,8 +204,6 @@ class DetectionService:
             self._person_publisher.publish(message)
         if self._image_publisher.get_num_connections() > 0:
             self._painter.submit((header, frame.bgr, people))
-        if self._recorder is not None:
-            self._recorder.submit(next(self._numbers), frame.bgr, people)
 
     def _publish_drawing(self, drawing: Tuple[Header, np.ndarray, People2D]) -> None:
         begin = time.monotonic()

@@ -1,20 +1,21 @@
 """Turn messages into core types and back: the only place of this package that knows both."""
-from typing import List, Tuple
+from typing import List, Optional, Tuple
 
 import cv2
 import numpy as np
 import rospy
 from geometry_msgs.msg import Point, Quaternion, TransformStamped, Vector3
-from openpose_ros_msgs.msg import BodypartDetection_3d, PersonDetection_3d, PersonDetection_3dArray
+from openpose_ros_msgs.msg import BodypartDetection_3d, PersonDetection_3d, PersonDetection_3dArray, PersonVelocity_3d
 from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2, PointField
 from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import Marker
 
 from openpose_ros_pkg.errors import BadInputError
-from openpose_ros_pkg.skeletons import SKELETONS
+from openpose_ros_pkg.skeletons import SKELETONS, SkeletonModel
+from skeleton_extract_3d.camera import CameraModel
 from skeleton_extract_3d.cloud import OrganizedCloud
-from skeleton_extract_3d.depth import XYZRGB, CameraModel, DepthImage
+from skeleton_extract_3d.depth import XYZRGB, DepthImage
 from skeleton_extract_3d.markers import MarkerSpec
 from skeleton_extract_3d.people import MISSING, People3D
 
@@ -24,6 +25,7 @@ _DATATYPES = {PointField.INT8: 'int8', PointField.UINT8: 'uint8', PointField.INT
 _MARKER_TYPES = {'sphere_list': Marker.SPHERE_LIST, 'line_list': Marker.LINE_LIST, 'text': Marker.TEXT_VIEW_FACING}
 _MARKER_ACTIONS = {'add': Marker.ADD, 'delete': Marker.DELETE}
 _MISSING_PART = BodypartDetection_3d(x=np.nan, y=np.nan, z=np.nan, confidence=0.0, status=MISSING, sigma=np.nan)
+_UNKNOWN_VELOCITY = Vector3(np.nan, np.nan, np.nan)
 # Body parts of a PersonDetection_3d: all its fields but these.
 _NOT_PARTS = ('header', 'num_people_detected', 'person_ID')
 _PARTS = tuple(name for name in PersonDetection_3d.__slots__ if name not in _NOT_PARTS)
@@ -107,11 +109,27 @@ def people_to_messages(people: People3D, header: Header) -> List[PersonDetection
     return messages
 
 
+def velocities_to_messages(people: People3D) -> List[PersonVelocity_3d]:
+    """Return one PersonVelocity_3d per person; parts outside the skeleton are NaN."""
+    absent = {part: _UNKNOWN_VELOCITY for part in _PARTS if part not in people.skeleton.joints}
+    return [PersonVelocity_3d(person_ID=max(track, 0), **absent,
+                              **{joint: Vector3(*values) for joint, values in zip(people.skeleton.joints, velocities)})
+            for track, velocities in zip(people.ids.tolist(), people.velocity.tolist())]
+
+
+def people_to_array(people: People3D, header: Header) -> PersonDetection_3dArray:
+    """Return the message of one frame: positions and velocities of everybody."""
+    return PersonDetection_3dArray(header=header, pose_model=people.skeleton.name,
+                                   persons=people_to_messages(people, header),
+                                   velocities=velocities_to_messages(people))
+
+
 def people_from_array(message: PersonDetection_3dArray) -> People3D:
-    """Return the people of one frame.
+    """Return the people of one frame; velocities are NaN where the message has none at all.
 
     Raises:
-        BadInputError: the message names an unknown joint set, or a joint has a status without a position.
+        BadInputError: the message names an unknown joint set, a joint has a status without a position, or there are
+            velocities of some persons only.
     """
     if message.pose_model not in SKELETONS:
         raise BadInputError(f"pose_model '{message.pose_model}' is unknown, expected one of {', '.join(SKELETONS)}")
@@ -121,9 +139,33 @@ def people_from_array(message: PersonDetection_3dArray) -> People3D:
                        for person in message.persons], np.float64).reshape(-1, len(skeleton.joints), 6)
     ids = np.array([person.person_ID for person in message.persons], np.int64)
     try:
-        return People3D(skeleton, values[..., :3], values[..., 3], values[..., 5], values[..., 4], ids)
+        return People3D(skeleton, values[..., :3], values[..., 3], values[..., 5], values[..., 4], ids,
+                        _velocities(message, skeleton))
     except ValueError as error:
         raise BadInputError(str(error)) from error
+
+
+def _velocities(message: PersonDetection_3dArray, skeleton: SkeletonModel) -> Optional[np.ndarray]:
+    """Return the velocities of a frame, (P, K, 3) [m/s], or None where the message has none."""
+    if not message.velocities:
+        return None
+    if len(message.velocities) != len(message.persons):
+        raise BadInputError(f'{len(message.velocities)} velocities of {len(message.persons)} persons, expected one of '
+                            'each or none')
+    return np.array([[(vector.x, vector.y, vector.z) for vector in (getattr(person, j) for j in skeleton.joints)]
+                     for person in message.velocities])
+
+
+def people_to_transforms(people: People3D, header: Header) -> List[TransformStamped]:
+    """Return a frame `person_<id>/<joint>` for each joint that is not MISSING, its axes parallel to header.frame_id."""
+    transforms = []
+    for p, j in np.argwhere(people.status != MISSING).tolist():
+        frame = f'person_{people.ids[p]}/{people.skeleton.joints[j]}'
+        transform = TransformStamped(header=header, child_frame_id=frame)
+        transform.transform.translation = Vector3(*people.xyz[p, j].tolist())
+        transform.transform.rotation.w = 1.0
+        transforms.append(transform)
+    return transforms
 
 
 def marker_to_message(marker: MarkerSpec, header: Header) -> Marker:

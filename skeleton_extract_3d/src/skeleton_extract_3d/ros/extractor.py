@@ -1,30 +1,35 @@
-"""The extractor node: pairs image and cloud, has people found in the image and lifts their joints into space."""
+"""The extractor node: pairs image and cloud, has people found in the image, and follows them in space."""
 import threading
 import time
-from typing import Any, Optional, Tuple, Union
+from typing import Any, Dict, Optional, Sequence, Tuple, Union
 
 import message_filters
+import numpy as np
 import rospy
 import tf2_ros
-from openpose_ros_msgs.msg import PersonDetection_3d, PersonDetection_3dArray
+from openpose_ros_msgs.msg import PersonDetection, PersonDetection_3d, PersonDetection_3dArray, PersonDetectionArray
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2
 from std_msgs.msg import Header
 
+from openpose_ros_pkg.draw import DrawParams, draw_people
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.models import find_model
 from openpose_ros_pkg.newest_wins import NewestWinsWorker
-from openpose_ros_pkg.node_params import ImageTransportParams
+from openpose_ros_pkg.node_params import ImageTransportParams, ServiceClientParams
 from openpose_ros_pkg.pairing import PairingParams
+from openpose_ros_pkg.params import Parameters
 from openpose_ros_pkg.people import People2D
-from openpose_ros_pkg.ros.convert import people_from_messages
+from openpose_ros_pkg.ros import convert as convert_2d
 from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.ros.images import AnyImage, image_subscriber, raw_image
+from openpose_ros_pkg.ros.live_parameters import LiveParameters
 from openpose_ros_pkg.ros.node import run_node
 from openpose_ros_pkg.ros.parameters import read_private
 from openpose_ros_pkg.ros.service_client import DetectionClient, ServiceCallError
-from skeleton_extract_3d.lifting import lift
-from skeleton_extract_3d.node_params import EXTRACTOR_PARAMETERS
-from skeleton_extract_3d.people import People3D
+from openpose_ros_pkg.ros.timing_report import TimingReport
+from skeleton_extract_3d.estimator import ESTIMATOR_PARAMETERS, Estimate, PeopleEstimator
+from skeleton_extract_3d.node_params import EXTRACTOR_PARAMETERS, LIVE_PARAMETERS, ExtractorParams
+from skeleton_extract_3d.people import INFERRED, People3D
 from skeleton_extract_3d.report import frame_report
 from skeleton_extract_3d.ros import convert
 from skeleton_extract_3d.ros.synchronizer import StampSynchronizer
@@ -35,23 +40,42 @@ WATCH_PERIOD = 5.0
 # One message per person: room for the people of several frames, so that a burst drops nobody.
 _PERSONS_QUEUE = 100
 _NAMESPACE = 'openpose_ros/skeleton_3d'
+# Stages of the timing report. total: from the callback that found the pair to the published result; age: from the
+# stamp of the cloud to there.
+_STAGES = ('detection', 'estimate', 'publish', 'total', 'age', 'draw')
+# Greater ages are those of a recording that is played without its clock, and no stage of the work [s].
+_GREATEST_AGE = 10.0
 
 PointsMessage = Union[PointCloud2, Image]
+Transform = Tuple[np.ndarray, np.ndarray]
 
 
 class Extractor:
-    """Publishes the joints of everybody in view, per person and per frame."""
+    """Publishes the joints of everybody in view, per person and per frame.
+
+    People are followed per camera, told apart by the frame_id of the points.
+    """
 
     def __init__(self) -> None:
-        self._params, self._lifting, pairing, service, transport = read_private(*EXTRACTOR_PARAMETERS)
+        current = read_private(*EXTRACTOR_PARAMETERS)
+        by_class = {type(params): params for params in current}
+        self._params: ExtractorParams = by_class[ExtractorParams]
+        self._draw_params: DrawParams = by_class[DrawParams]
         self._skeleton = find_model(self._params.pose_model).skeleton
         self._health = Health()
-        self._client = DetectionClient('~skeleton_2d_detector', service)
+        self._timing = TimingReport(_STAGES, result='total')
+        self._health.show(self._timing.medians)
+        self._client = DetectionClient('~skeleton_2d_detector', by_class[ServiceClientParams])
         self._camera_info: Optional[CameraInfo] = None
         self._last_report = -float('inf')
+        # held while a frame is estimated, so that it keeps the parameters that it began with
+        self._estimators_lock = threading.Lock()
+        self._estimator_params = tuple(by_class[kind] for kind in ESTIMATOR_PARAMETERS)
+        self._estimators: Dict[str, PeopleEstimator] = {}
         self._advertise()
+        self._live = LiveParameters(current, LIVE_PARAMETERS, self._reconfigure)
         self._worker = NewestWinsWorker(self._process, self._failed, 'extractor')
-        self._subscribe(pairing, transport)
+        self._subscribe(by_class[PairingParams], by_class[ImageTransportParams])
         threading.Thread(target=self._watch_inputs, name='input watch', daemon=True).start()
 
     def _advertise(self) -> None:
@@ -61,9 +85,18 @@ class Extractor:
                                                  queue_size=_PERSONS_QUEUE)
         self._array_publisher = rospy.Publisher(f'{_NAMESPACE}/detected_poses_3d', PersonDetection_3dArray,
                                                 queue_size=10)
+        if self._params.publish_tf:
+            self._tf_broadcaster = tf2_ros.TransformBroadcaster()
+        if self._params.publish_2d:
+            self._drawn_publisher = rospy.Publisher(f'{_NAMESPACE}/detected_poses_image', Image, queue_size=1)
+            self._person_2d_publisher = rospy.Publisher(f'{_NAMESPACE}/detected_poses_keypoints', PersonDetection,
+                                                        queue_size=_PERSONS_QUEUE)
+            self._array_2d_publisher = rospy.Publisher(f'{_NAMESPACE}/detected_poses', PersonDetectionArray,
+                                                       queue_size=10)
+            self._painter = NewestWinsWorker(self._publish_drawing, self._drawing_failed, 'painter')
 
     def _subscribe(self, pairing: PairingParams, transport: ImageTransportParams) -> None:
-        if self._params.target_frame:
+        if self._params.target_frame or self._params.tracking_frame:
             self._tf_buffer = tf2_ros.Buffer()
             self._tf_listener = tf2_ros.TransformListener(self._tf_buffer)
         images = image_subscriber('~image', transport)
@@ -74,21 +107,39 @@ class Extractor:
             self._info_subscriber = rospy.Subscriber('~camera_info', CameraInfo, self._store_camera_info, queue_size=1)
         self._inputs = (images, points)
         self._synchronizer = StampSynchronizer(images, points, pairing, self._health)
-        self._synchronizer.registerCallback(lambda image, cloud: self._worker.submit((image, cloud)))
+        self._synchronizer.registerCallback(
+            lambda image, cloud: self._worker.submit((time.monotonic(), image, cloud)))
         rospy.loginfo('waiting for %s and %s', *(source.sub.resolved_name for source in self._inputs))
 
     def _store_camera_info(self, message: CameraInfo) -> None:
         self._camera_info = message
 
-    def _process(self, pair: Tuple[AnyImage, PointsMessage]) -> None:
-        image, message = raw_image(pair[0]), pair[1]
-        points = self._points(message)
+    def _process(self, pair: Tuple[float, AnyImage, PointsMessage]) -> None:
+        """Work on image and points; the first item is when both were there [s], time.monotonic()."""
+        received, image, message = pair[0], raw_image(pair[1]), pair[2]
+        points, bgr = self._points(message), convert_2d.image_to_bgr(image)
         self._republish(image, message)
+        begin = time.monotonic()
         detections = self._client.detect(image)
-        people_2d = people_from_messages(detections, self._skeleton)
-        people = lift(people_2d, (image.width, image.height), points, self._lifting)
-        self._report(people_2d, people, points)
-        self._publish(people, message.header)
+        detected = time.monotonic()
+        people_2d = convert_2d.people_from_messages(detections, self._skeleton)
+        tracking_from_points = self._transform_to(self._params.tracking_frame, message.header)
+        estimating = time.monotonic()
+        estimate = self._estimate(people_2d, points, message.header, bgr, tracking_from_points)
+        estimated = time.monotonic()
+        self._report(estimate, points)
+        publishing = time.monotonic()
+        if self._params.publish_2d:
+            self._publish_2d(estimate, image.header, bgr)
+        self._publish(estimate.people, message.header)
+        end = time.monotonic()
+        stages = {'detection': detected - begin, 'estimate': estimated - estimating, 'publish': end - publishing,
+                  'total': end - received}
+        age = (rospy.get_rostime() - message.header.stamp).to_sec()
+        if 0 <= age <= _GREATEST_AGE:
+            stages['age'] = age
+        for stage, seconds in stages.items():
+            self._timing.add(stage, seconds)
 
     def _points(self, message: PointsMessage) -> Any:
         if self._params.points_source == 'point_cloud':
@@ -103,26 +154,76 @@ class Extractor:
         if self._params.points_source == 'point_cloud' and self._cloud_publisher.get_num_connections() > 0:
             self._cloud_publisher.publish(points)
 
+    def _estimate(self, people_2d: People2D, points: Any, header: Header, bgr: np.ndarray,
+                  tracking_from_points: Optional[Transform]) -> Estimate:
+        height, width = bgr.shape[:2]
+        with self._estimators_lock:
+            if header.frame_id not in self._estimators:
+                self._estimators[header.frame_id] = PeopleEstimator(self._skeleton, *self._estimator_params)
+            return self._estimators[header.frame_id].update(people_2d, (width, height), points, header.stamp.to_sec(),
+                                                            bgr, tracking_from_points)
+
+    def _transform_to(self, frame: str, header: Header) -> Optional[Transform]:
+        """Return rotation and translation from the frame of a message to another one at its stamp.
+
+        None where that is the same frame, or no other one is wanted.
+
+        Raises:
+            tf2_ros.TransformException: there is none within `tf_timeout`.
+        """
+        if frame in ('', header.frame_id):
+            return None
+        return convert.rotation_and_translation(self._tf_buffer.lookup_transform(
+            frame, header.frame_id, header.stamp, rospy.Duration(self._params.tf_timeout)))
+
     def _publish(self, people: People3D, cloud_header: Header) -> None:
         header = Header(stamp=cloud_header.stamp, frame_id=cloud_header.frame_id)
-        target = self._params.target_frame
-        if target and target != header.frame_id:
-            transform = self._tf_buffer.lookup_transform(
-                target, header.frame_id, header.stamp, rospy.Duration(self._params.tf_timeout))
-            people = transform_people(people, *convert.rotation_and_translation(transform))
-            header.frame_id = target
-        messages = convert.people_to_messages(people, header)
-        self._array_publisher.publish(
-            PersonDetection_3dArray(header=header, pose_model=people.skeleton.name, persons=messages))
-        for message in messages:
-            self._person_publisher.publish(message)
+        target_from_points = self._transform_to(self._params.target_frame, header)
+        if target_from_points is not None:
+            people = transform_people(people, *target_from_points)
+            header.frame_id = self._params.target_frame
+        array = convert.people_to_array(people, header)
+        self._array_publisher.publish(array)
+        for person in array.persons:
+            self._person_publisher.publish(person)
+        if self._params.publish_tf and len(people) > 0:
+            self._tf_broadcaster.sendTransform(convert.people_to_transforms(people, header))
         self._health.frame_done(header.stamp)
 
-    def _report(self, people_2d: People2D, people: People3D, points: Any) -> None:
+    def _publish_2d(self, estimate: Estimate, header: Header, bgr: np.ndarray) -> None:
+        people = estimate.people_2d
+        messages = convert_2d.people_to_messages(people, header)
+        self._array_2d_publisher.publish(convert_2d.people_to_array(messages, header, people.skeleton))
+        for message in messages:
+            self._person_2d_publisher.publish(message)
+        if self._drawn_publisher.get_num_connections() > 0:
+            self._painter.submit((header, bgr, people, estimate.people.status[:len(people)] == INFERRED))
+
+    def _publish_drawing(self, drawing: Tuple[Header, np.ndarray, People2D, np.ndarray]) -> None:
+        begin = time.monotonic()
+        header, bgr, people, hidden = drawing
+        drawn = draw_people(bgr, people, self._draw_params, hidden)
+        self._drawn_publisher.publish(convert_2d.bgr_to_image(drawn, header))
+        self._timing.add('draw', time.monotonic() - begin)
+
+    def _drawing_failed(self, error: Exception) -> None:
+        self._health.warn('drawing failed', str(error))
+
+    def _reconfigure(self, current: Sequence[Parameters]) -> None:
+        """Take new parameters; they hold from the next frame on."""
+        by_class = {type(params): params for params in current}
+        estimator_params = tuple(by_class[kind] for kind in ESTIMATOR_PARAMETERS)
+        with self._estimators_lock:
+            for estimator in self._estimators.values():
+                estimator.reconfigure(*estimator_params)
+            self._estimator_params = estimator_params
+        self._draw_params = by_class[DrawParams]
+
+    def _report(self, estimate: Estimate, points: Any) -> None:
         now = time.monotonic()
         if self._params.verbose and now - self._last_report >= self._params.verbose_period:
             self._last_report = now
-            rospy.loginfo('%s', frame_report(people_2d, people, points))
+            rospy.loginfo('%s', frame_report(estimate.people_2d, estimate.people, points))
 
     def _failed(self, error: Exception) -> None:
         if isinstance(error, ServiceCallError):
@@ -130,7 +231,7 @@ class Extractor:
         elif isinstance(error, BadInputError):
             self._health.warn('bad input', str(error))
         elif isinstance(error, tf2_ros.TransformException):
-            self._health.warn('no transform', f'to {self._params.target_frame}, the frame is dropped: {error}')
+            self._health.warn('no transform', f'the frame is dropped: {error}')
         else:
             self._health.warn('frame failed', repr(error))
 

@@ -1,4 +1,6 @@
 """The visualization node: joints in space to RViz markers."""
+from dataclasses import fields
+
 import rospy
 from openpose_ros_msgs.msg import PersonDetection_3dArray
 from visualization_msgs.msg import Marker
@@ -6,35 +8,37 @@ from visualization_msgs.msg import Marker
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.newest_wins import NewestWinsWorker
 from openpose_ros_pkg.ros.health import Health
+from openpose_ros_pkg.ros.live_parameters import LiveParameters
 from openpose_ros_pkg.ros.node import run_node
 from openpose_ros_pkg.ros.parameters import read_private
-from skeleton_extract_3d.markers import MarkerTracker
+from skeleton_extract_3d.markers import LIMB_NAMESPACES, MarkerParams, MarkerTracker
 from skeleton_extract_3d.node_params import VISUALIZATION_PARAMETERS
 from skeleton_extract_3d.ros import convert
 
 _NAMESPACE = 'openpose_ros/skeleton_3d'
-# One marker per person and kind: room for the people of several frames.
+# A few markers per person: room for the people of several frames.
 _MARKERS_QUEUE = 100
 
 
 class Visualization:
-    """Turns the array of people of each frame into one marker of joints and one of limbs per person."""
+    """Turns the array of people of each frame into markers: a few per person, each with a namespace of its own."""
 
     def __init__(self) -> None:
         params, = read_private(*VISUALIZATION_PARAMETERS)
         self._markers = MarkerTracker(params)
         self._health = Health()
-        self._publishers = {
-            'joints': rospy.Publisher(f'{_NAMESPACE}/visualization_markers', Marker, queue_size=_MARKERS_QUEUE),
-            'skeleton': rospy.Publisher(f'{_NAMESPACE}/visualization_skeleton', Marker, queue_size=_MARKERS_QUEUE)}
+        self._live = LiveParameters((params,), [field.name for field in fields(MarkerParams)],
+                                    lambda changed: self._markers.reconfigure(*changed))
+        self._joints = rospy.Publisher(f'{_NAMESPACE}/visualization_markers', Marker, queue_size=_MARKERS_QUEUE)
+        self._limbs = rospy.Publisher(f'{_NAMESPACE}/visualization_skeleton', Marker, queue_size=_MARKERS_QUEUE)
         self._worker = NewestWinsWorker(self._process, self._failed, 'visualization')
         self._subscriber = rospy.Subscriber(f'{_NAMESPACE}/detected_poses_3d', PersonDetection_3dArray,
                                             self._worker.submit, queue_size=1)
 
     def _process(self, message: PersonDetection_3dArray) -> None:
         people = convert.people_from_array(message)
-        for marker in self._markers.update(people, message.header.stamp.to_sec()):
-            publisher = self._publishers['skeleton' if marker.ns == 'skeleton' else 'joints']
+        for marker in self._markers.update(people, message.header.stamp.to_sec(), message.header.frame_id):
+            publisher = self._limbs if marker.ns in LIMB_NAMESPACES else self._joints
             publisher.publish(convert.marker_to_message(marker, message.header))
         self._health.frame_done(message.header.stamp)
 

@@ -1,0 +1,186 @@
+"""Cameras: from pixels to rays and back."""
+from dataclasses import dataclass
+from typing import Dict, Optional, Tuple
+
+import cv2
+import numpy as np
+
+from openpose_ros_pkg.errors import BadInputError
+
+# Widths and heights count as one aspect ratio up to this relative difference: rounded sizes pass, cropped ones do not.
+ASPECT_TOLERANCE = 0.01
+
+# Lengths of D that each distortion model of sensor_msgs/CameraInfo may have; none or all zero always means undistorted.
+_DISTORTION_LENGTHS: Dict[str, Tuple[int, ...]] = {
+    '': (), 'none': (), 'plumb_bob': (4, 5), 'rational_polynomial': (8, 12, 14), 'equidistant': (4,), 'fisheye': (4,)}
+_FISHEYE = ('equidistant', 'fisheye')
+
+# Undistortion iterates; OpenCV's default of 5 rounds leaves pixels of error at the corners of wide lenses.
+_UNDISTORT_UNTIL = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 40, 1e-7)
+# A ray that does not project back to its pixel by this much [px] lies where the distortion can not be inverted.
+_ROUND_TRIP_TOLERANCE = 0.5
+
+# A pinhole camera is fitted to points on a grid of so many columns and rows, ...
+_FIT_GRID = (32, 18)
+# ... at least so many of them valid, ...
+_LEAST_FIT_POINTS = 12
+# ... and explains the points up to this median distance [px].
+_FIT_TOLERANCE = 3.0
+
+
+@dataclass(frozen=True, eq=False)
+class CameraModel:
+    """Pinhole camera with lens distortion, in the optical frame (x right, y down, z forward).
+
+    Attributes:
+        width, height: size of the picture that K belongs to [px].
+        matrix: K, (3, 3) float64 [px]; integer coordinates are pixel centres.
+        distortion_model: 'plumb_bob', 'rational_polynomial', 'equidistant' ('fisheye'), or 'none' (or empty).
+        distortion: D, (N,) float64; empty or all zero: no distortion.
+
+    Raises:
+        BadInputError: the camera is not calibrated, or the distortion model is unknown or does not fit D.
+    """
+
+    width: int
+    height: int
+    matrix: np.ndarray
+    distortion_model: str = ''
+    distortion: np.ndarray = ()
+
+    def __post_init__(self) -> None:
+        if self.width < 1 or self.height < 1:
+            raise BadInputError(f'camera has size {self.width} x {self.height}, expected at least 1 x 1')
+        matrix = np.array(self.matrix, np.float64).reshape(-1)
+        if matrix.size != 9 or not np.isfinite(matrix).all():
+            raise BadInputError(f'camera matrix K: expected 9 finite numbers, got {matrix.tolist()}')
+        fx, skew, _, below, fy, _, *last = matrix
+        if fx <= 0 or fy <= 0:
+            raise BadInputError(f'camera is not calibrated: focal lengths in K are {fx:g} and {fy:g} px')
+        if skew != 0 or below != 0 or last != [0, 0, 1]:
+            raise BadInputError(f'camera matrix K: expected [fx 0 cx; 0 fy cy; 0 0 1], got {matrix.tolist()}')
+        distortion = np.array(self.distortion, np.float64).reshape(-1)
+        if self.distortion_model not in _DISTORTION_LENGTHS:
+            raise BadInputError(f"distortion model '{self.distortion_model}' is unknown; expected one of "
+                                f"{', '.join(name for name in _DISTORTION_LENGTHS if name)}")
+        lengths = _DISTORTION_LENGTHS[self.distortion_model]
+        if distortion.any() and (distortion.size not in lengths or not np.isfinite(distortion).all()):
+            raise BadInputError(f"D of distortion model '{self.distortion_model}': expected "
+                                f"{' or '.join(map(str, lengths)) or 'no'} finite values, got {distortion.tolist()}")
+        object.__setattr__(self, 'matrix', matrix.reshape(3, 3))
+        object.__setattr__(self, 'distortion', distortion if distortion.any() else np.zeros(0))
+
+    def scaled(self, width: int, height: int) -> 'CameraModel':
+        """Return the same camera for a picture of another resolution.
+
+        Raises:
+            BadInputError: the other picture has another aspect ratio, so it does not show the same view.
+        """
+        if (width, height) == (self.width, self.height):
+            return self
+        check_same_aspect('picture', (width, height), 'camera', (self.width, self.height))
+        ratio = np.array([width / self.width, height / self.height])
+        matrix = self.matrix.copy()
+        matrix[[0, 1], [0, 1]] *= ratio
+        # the corner of the picture is at -0.5, since integers are centres
+        matrix[:2, 2] = (self.matrix[:2, 2] + 0.5) * ratio - 0.5
+        return CameraModel(width, height, matrix, self.distortion_model, self.distortion)
+
+    def rays(self, uv: np.ndarray) -> np.ndarray:
+        """Return where the lines of sight of pixels meet the plane z = 1.
+
+        Args:
+            uv: (N, 2) [px].
+
+        Returns:
+            (N, 3) float64, x, y, 1; NaN where the distortion can not be inverted.
+        """
+        uv = np.asarray(uv, np.float64).reshape(-1, 2)
+        rays = np.ones((len(uv), 3))
+        if not self.distortion.size:
+            rays[:, :2] = (uv - self.matrix[:2, 2]) / self.matrix[[0, 1], [0, 1]]
+        elif len(uv):
+            pixels = uv.reshape(-1, 1, 2)
+            if self.distortion_model in _FISHEYE:
+                plane = cv2.fisheye.undistortPoints(pixels, self.matrix, self.distortion)
+            else:
+                plane = cv2.undistortPointsIter(pixels, self.matrix, self.distortion, None, None, _UNDISTORT_UNTIL)
+            rays[:, :2] = plane.reshape(-1, 2)
+            error = np.abs(self.project(rays) - uv).max(axis=1)
+            rays[~(error < _ROUND_TRIP_TOLERANCE)] = np.nan
+        return rays
+
+    def project(self, xyz: np.ndarray) -> np.ndarray:
+        """Return the pixels of points.
+
+        Args:
+            xyz: (N, 3) [m] in the optical frame.
+
+        Returns:
+            (N, 2) float64 [px], also outside the picture; NaN for points that are not finite or not in front.
+        """
+        xyz = np.asarray(xyz, np.float64).reshape(-1, 3)
+        uv = np.full((len(xyz), 2), np.nan)
+        seen = np.isfinite(xyz).all(axis=1) & (xyz[:, 2] > 0)
+        if not self.distortion.size:
+            uv[seen] = xyz[seen, :2] / xyz[seen, 2:] * self.matrix[[0, 1], [0, 1]] + self.matrix[:2, 2]
+        elif seen.any():
+            project = cv2.fisheye.projectPoints if self.distortion_model in _FISHEYE else cv2.projectPoints
+            still = np.zeros(3)
+            uv[seen] = project(xyz[seen].reshape(-1, 1, 3), still, still, self.matrix, self.distortion)[0][:, 0]
+        return uv
+
+    def ray_grid(self) -> np.ndarray:
+        """Return the rays of all pixels, (height, width, 3) float64."""
+        v, u = np.mgrid[:self.height, :self.width]
+        return self.rays(np.stack([u.ravel(), v.ravel()], axis=-1)).reshape(self.height, self.width, 3)
+
+
+def check_same_aspect(name: str, size: Tuple[int, int], other_name: str, other_size: Tuple[int, int]) -> None:
+    """Raise unless two (width, height) are one view at two resolutions.
+
+    Raises:
+        BadInputError: the aspect ratios differ; the text names both sizes.
+    """
+    (width, height), (other_width, other_height) = size, other_size
+    if abs(width * other_height / (height * other_width) - 1) > ASPECT_TOLERANCE:
+        raise BadInputError(f'{name} is {width} x {height} but {other_name} is {other_width} x {other_height}: the '
+                            'aspect ratios differ, so they do not show the same view; register one to the other')
+
+
+def fitted_camera(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> Optional[CameraModel]:
+    """Return the pinhole camera that the points of an organized cloud were seen by.
+
+    Args:
+        x, y, z: (H, W) [m], in the optical frame; any float type and strides; NaN or 0 where missing.
+
+    Returns:
+        The camera, for which u = fx x / z + cx; None if there are too few points to tell.
+
+    Raises:
+        BadInputError: no such camera explains the points: they are in another frame, or not registered.
+    """
+    height, width = z.shape
+    columns = np.unique(np.linspace(0, width - 1, _FIT_GRID[0]).astype(np.int64))
+    rows = np.unique(np.linspace(0, height - 1, _FIT_GRID[1]).astype(np.int64))
+    u, v = (grid.ravel() for grid in np.meshgrid(columns, rows))
+    points = np.stack([axis[v, u].astype(np.float64) for axis in (x, y, z)])
+    there = np.isfinite(points).all(axis=0)
+    there &= np.where(there, points[2], 0.0) > 0
+    if there.sum() < _LEAST_FIT_POINTS:
+        return None
+    (fx, cx), x_error = _line(points[0, there] / points[2, there], u[there])
+    (fy, cy), y_error = _line(points[1, there] / points[2, there], v[there])
+    if not (fx > 0 and fy > 0) or max(x_error, y_error) > _FIT_TOLERANCE:
+        raise BadInputError(
+            'the points of the cloud are not those of a pinhole camera in its optical frame (x right, y down, z '
+            f'forward): they miss their pixels by {max(x_error, y_error):.1f} px, expected up to {_FIT_TOLERANCE:g}; '
+            'publish the registered cloud in the optical frame of the image')
+    return CameraModel(width, height, np.array([fx, 0, cx, 0, fy, cy, 0, 0, 1]))
+
+
+def _line(slope_of: np.ndarray, pixels: np.ndarray) -> Tuple[np.ndarray, float]:
+    """Return focal length and centre of pixels = focal * slope_of + centre, and the median error [px]."""
+    terms = np.stack([slope_of, np.ones_like(slope_of)], axis=1)
+    solution = np.linalg.lstsq(terms, pixels.astype(np.float64), rcond=None)[0]
+    return solution, float(np.median(np.abs(terms @ solution - pixels)))

@@ -1,0 +1,135 @@
+"""Who is who: which person of a frame is which track, decided for all at once."""
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from openpose_ros_pkg.params import Parameters, parameter
+from skeleton_extract_3d import appearance, surfaces
+from skeleton_extract_3d.body import ADULT_STATURE, STATURE_SPREAD
+from skeleton_extract_3d.observation import Observation
+from skeleton_extract_3d.tracks import Tracks
+
+# The depth of the trunk is compared within this share of the track's.
+_SAME_DEPTH = 0.08
+# What one unit of cost is: this distance across the view [m], this log likelihood of the depth, this difference of
+# colour.
+_DISTANCE_UNIT, _EVIDENCE_UNIT, _COLOUR_UNIT = 0.3, 6.7, 25.0
+# Colours count fully for those who were away this long [s], and always by the lesser share.
+_AWAY, _PRESENT_SHARE = 0.3, 0.3
+# Quite other colours do not say more than this: they may be those of what covers somebody.
+_MOST_COLOUR = 2.0
+# The surfaces may speak against a track's depth up to here (log likelihood), but not at all where the keypoints are
+# this near to where they are expected [m]: of somebody who is almost hidden, most surfaces are another person's.
+_MOST_EVIDENCE, _JUST_THERE = 20.0, 0.25
+_FORBIDDEN = 1e3
+# Two people whose joints are so near to each other are one [m], by so many joints.
+_SAME_PERSON, _SHARED_JOINTS = 0.22, 2
+
+
+@dataclass(frozen=True)
+class IdentityParams(Parameters):
+    """Who keeps which person_ID."""
+
+    tracking: bool = parameter(
+        True, 'Follow people from frame to frame in space. false: person_ID is that of the detection service, nothing '
+              'is remembered, nothing is smoothed.')
+    track_timeout: float = parameter(
+        2.0, 'Somebody who is not detected for this long is forgotten and comes back with a new person_ID. Longer '
+             'bridges longer occlusions.', unit='s', minimum=0.0, maximum=60.0)
+    track_gate: float = parameter(
+        0.5, 'Greatest median distance, across the view, of the joints from where they are expected, at which it is '
+             'still the same person.', unit='m', minimum=0.05, maximum=5.0)
+    walking_speed: float = parameter(
+        1.2, 'The gate grows by this for each second that somebody was not detected.', unit='m/s', minimum=0.0,
+        maximum=10.0)
+    birth_joints: int = parameter(
+        3, 'So many joints have to be measured before somebody gets a person_ID; fewer if no more can be measured.',
+        minimum=1, maximum=18)
+    use_clothes: bool = parameter(True, 'Tell people apart by the colours of their clothes as well.')
+
+
+class Clothes:
+    """Colours of the clothes of the people of one frame.
+
+    Attributes:
+        colours: (P, 2, 3) CIELAB of the upper and the lower part; known: (P, 2) bool.
+    """
+
+    def __init__(self, people: int) -> None:
+        self.colours, self.known = np.zeros((people, 2, 3)), np.zeros((people, 2), bool)
+
+
+def assign(tracks: Tracks, seen: Observation, evidence: np.ndarray, clothes: Clothes, stamp: float,
+           params: IdentityParams) -> np.ndarray:
+    """Return the row of each person's track, -1 where there is none, (P,) int64.
+
+    Args:
+        tracks: predicted to this frame.
+        seen: people of the frame.
+        evidence: (P, depths) what the surfaces say of the trunk's depth.
+        clothes: of these people.
+        stamp: [s].
+    """
+    rows = np.full(len(seen.known), -1, np.int64)
+    if not len(tracks) or not len(rows):
+        return rows
+    across = _distances_across(tracks, seen)
+    against = _evidence_against(tracks, seen, evidence)
+    away = (stamp - tracks.last_seen)[:, None]
+    allowed = across <= params.track_gate + params.walking_speed * away
+    allowed &= (against <= _MOST_EVIDENCE) | (across < _JUST_THERE)
+    cost = across / _DISTANCE_UNIT + against / _EVIDENCE_UNIT
+    if params.use_clothes:
+        other = appearance.colour_distances(tracks.clothes, tracks.clothes_weight > 0, clothes.colours, clothes.known)
+        other = np.minimum(other / _COLOUR_UNIT, _MOST_COLOUR)
+        cost += np.where(away > _AWAY, 1.0, _PRESENT_SHARE) * other
+    for track, person in zip(*linear_sum_assignment(np.where(allowed, cost, _FORBIDDEN))):
+        if allowed[track, person]:
+            rows[person] = track
+    return rows
+
+
+def repeated(xyz: np.ndarray, known: np.ndarray, kept: np.ndarray) -> np.ndarray:
+    """Return which people stand where another one stands who was followed before, (P,) bool.
+
+    Args:
+        xyz: (P, 18, 3) [m]; known: (P, 18) joints with a keypoint.
+        kept: (P,) who was followed before.
+    """
+    both = known[:, None] & known[None]
+    distance = np.where(both, np.linalg.norm(xyz[:, None] - xyz[None], axis=3), np.inf)
+    count = both.sum(axis=2)
+    middle = np.take_along_axis(np.sort(distance, axis=2), np.maximum(count - 1, 0)[..., None] // 2, axis=2)[..., 0]
+    same = (count >= _SHARED_JOINTS) & (middle < _SAME_PERSON)
+    return ~kept & (same & kept[None]).any(axis=1)
+
+
+def _distances_across(tracks: Tracks, seen: Observation) -> np.ndarray:
+    """Return the median distance of keypoints from tracks, across the view at the track's depth, (T, P) [m]."""
+    z = tracks.joints.position[:, None, :, 2:]
+    off = seen.rays[None, ..., :2] * z - tracks.joints.position[:, None, :, :2]
+    both = tracks.has[:, None] & seen.known[None]
+    distance = np.sort(np.where(both, np.sqrt((off * off).sum(axis=3)), np.inf), axis=2)
+    count = both.sum(axis=2)
+    return np.take_along_axis(distance, np.maximum(count - 1, 0)[..., None] // 2, axis=2)[..., 0]
+
+
+def _evidence_against(tracks: Tracks, seen: Observation, evidence: np.ndarray) -> np.ndarray:
+    """Return by how much another depth of the trunk is likelier than the track's, (T, P) log likelihood."""
+    size = seen.size[None] * (tracks.stature / ADULT_STATURE)[:, None]
+    spread = np.broadcast_to(stature_spread(tracks)[:, None], size.shape)
+    total = evidence[None] + surfaces.size_evidence(size, spread)
+    z = tracks.root.position[:, 0, 2]
+    near = np.abs(np.log(surfaces.ROOT_DEPTHS / np.maximum(z, 0.1)[:, None])) < _SAME_DEPTH
+    there = np.where(near[:, None], total, -np.inf).max(axis=2)
+    return np.minimum(total.max(axis=2) - there, _FORBIDDEN)
+
+
+# A stature that was measured in so many frames is known to this share.
+_MEASURED_FRAMES, _MEASURED_SPREAD = 3, 0.06
+
+
+def stature_spread(tracks: Tracks) -> np.ndarray:
+    """Return how well each track's stature is known, as a share, (T,)."""
+    return np.where(tracks.stature_weight > _MEASURED_FRAMES, _MEASURED_SPREAD, STATURE_SPREAD)
