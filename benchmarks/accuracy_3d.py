@@ -1,13 +1,18 @@
 #!/usr/bin/python3
 """Measure the 3D chain, without ROS, on RGB-D sequences with known joints.
 
-Runs detector, tracker and lifting over sequence folders and writes the joints as the CSV that
-`rostopic echo -p` makes of the per-person 3D message. With --evaluate, the given script scores them.
+Runs detector, 2D tracker and estimator over sequence folders and writes the joints as the CSV that
+`rostopic echo -p` makes of the per-person 3D message. With --evaluate, the given script scores them. With --lag, the
+frames are estimated a second time without smoothing, and the delay of both against the truth is told.
 A sequence folder holds rgb/, depth/ (16-bit PNG [mm]), gt.json and either meta.json (K, width, height, fps) or
 camera.yaml and sequence.yaml.
 
-    benchmarks/accuracy_3d.py SEQUENCE [SEQUENCE ...] --evaluate evaluate.py
-    benchmarks/accuracy_3d.py SEQUENCE --exact-2d --set window=5 --set statistic=median --out FOLDER
+    benchmarks/accuracy_3d.py SEQUENCE [SEQUENCE ...] --evaluate evaluate.py --lag
+    benchmarks/accuracy_3d.py SEQUENCE --exact-2d --out FOLDER
+
+The method of the original:
+
+    benchmarks/accuracy_3d.py SEQUENCE --evaluate evaluate.py --set lifting=mean3x3 --set tracking=false
 """
 import argparse
 import csv
@@ -16,8 +21,9 @@ import subprocess
 import sys
 import tempfile
 import time
+from dataclasses import replace
 from pathlib import Path
-from typing import Any, Callable, Dict, List, Tuple
+from typing import Any, Callable, Dict, List, Sequence, Tuple
 
 import numpy as np
 import yaml
@@ -27,17 +33,22 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'skeleton_extract_3
 
 from openpose_ros_pkg.detector import DETECTOR_PARAMETERS, create_detector
 from openpose_ros_pkg.errors import OpenposeRosError
-from openpose_ros_pkg.params import build
+from openpose_ros_pkg.params import Parameters, build
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
 from openpose_ros_pkg.tracking import KeypointTracker, TrackingParams
 from skeleton_extract_3d.camera import CameraModel
 from skeleton_extract_3d.depth import DepthImage
-from skeleton_extract_3d.lifting import LiftingParams, lift
-from skeleton_extract_3d.people import People3D
+from skeleton_extract_3d.estimator import ESTIMATOR_PARAMETERS, PeopleEstimator, SmoothingParams
+from skeleton_extract_3d.people import MEASURED, People3D
 from skeleton_extract_3d.rgbd_sequence import RgbdSequence
 
-PARAMETERS = (*DETECTOR_PARAMETERS, TrackingParams, LiftingParams)
+# Some parameters of the estimator and of the tracker in the image have one name; here they are one.
+PARAMETERS = (*DETECTOR_PARAMETERS, TrackingParams, *ESTIMATOR_PARAMETERS)
+# Label of joints that are seen, in gt.json.
+VISIBLE = 2
+# Who is that near to somebody, by the median of the joints, is that person [m]; paths of so many frames tell a lag.
+SAME_PERSON, LAG_FRAMES = 0.3, 20
 PART_FIELDS = ('x', 'y', 'z', 'confidence', 'status', 'sigma')
 
 # From the number of a frame and its picture to the people in it.
@@ -71,20 +82,74 @@ def exact_people(folder: Path) -> FindPeople:
     return find
 
 
-def run_chain(sequence: RgbdSequence, find: FindPeople, tracking: TrackingParams, lifting: LiftingParams
-              ) -> Tuple[List[Tuple[float, People3D]], np.ndarray]:
-    """Return time [s] and people of each frame, and the milliseconds (2D, tracking, lifting) of each, (F, 3)."""
-    tracker, frames, times = KeypointTracker(tracking), [], []
+def find_people(sequence: RgbdSequence, find: FindPeople, tracking: TrackingParams
+                ) -> Tuple[List[People2D], List[float]]:
+    """Return the people in each image, with ids, and the milliseconds that each took."""
+    tracker, people, times = KeypointTracker(tracking), [], []
     for i, frame in enumerate(sequence):
         began = time.perf_counter()
-        people = find(i, frame.bgr)
-        found = time.perf_counter()
-        people = tracker.update(people, frame.time)
-        tracked = time.perf_counter()
-        size = (sequence.camera.width, sequence.camera.height)
-        frames.append((frame.time, lift(people, size, DepthImage(frame.depth, sequence.camera), lifting)))
-        times.append((found - began, tracked - found, time.perf_counter() - tracked))
-    return frames, 1e3 * np.array(times)
+        found = find(i, frame.bgr)
+        times.append(1e3 * (time.perf_counter() - began))
+        people.append(tracker.update(found, frame.time))
+    return people, times
+
+
+def estimate(sequence: RgbdSequence, people: List[People2D], params: Sequence[Parameters]
+             ) -> Tuple[List[Tuple[float, People3D]], List[float]]:
+    """Return time [s] and people of each frame, and the milliseconds that each took."""
+    estimator, frames, times = PeopleEstimator(COCO_18, *params), [], []
+    size = (sequence.camera.width, sequence.camera.height)
+    for frame, found in zip(sequence, people):
+        points = DepthImage(frame.depth, sequence.camera)
+        began = time.perf_counter()
+        answer = estimator.update(found, size, points, frame.time, frame.bgr)
+        times.append(1e3 * (time.perf_counter() - began))
+        frames.append((frame.time, answer.people))
+    return frames, times
+
+
+def measured_paths(folder: Path, frames: List[Tuple[float, People3D]]) -> List[Tuple[np.ndarray, np.ndarray]]:
+    """Return, for each visible joint that moves, where it was measured and where it truly was, (F, 3) each [m]."""
+    truth = json.loads((folder / 'gt.json').read_text())
+    order = [truth['joints'].index(joint) for joint in COCO_18.joints]
+    paths: Dict[Tuple[int, int], List[Tuple[int, np.ndarray, np.ndarray]]] = {}
+    for number, ((_, found), frame) in enumerate(zip(frames, truth['frames'])):
+        for person in frame['people']:
+            xyz, visible = np.array(person['xyz'])[order], np.array(person['vis'])[order] == VISIBLE
+            if not len(found) or not visible.any():
+                continue
+            distance = np.linalg.norm(found.xyz - xyz, axis=2)
+            near = np.array([np.median(row[np.isfinite(row)]) if np.isfinite(row).any() else np.inf
+                             for row in distance])
+            if near.min() < SAME_PERSON:
+                row = int(near.argmin())
+                for joint in np.flatnonzero(visible & (found.status[row] == MEASURED)):
+                    paths.setdefault((person['id'], joint), []).append((number, found.xyz[row, joint], xyz[joint]))
+    whole = []
+    for steps in paths.values():
+        # runs of frames without a gap
+        numbers = np.array([step[0] for step in steps])
+        for run in np.split(np.arange(len(steps)), np.flatnonzero(np.diff(numbers) > 1) + 1):
+            if len(run) >= LAG_FRAMES:
+                whole.append((np.array([steps[i][1] for i in run], float), np.array([steps[i][2] for i in run])))
+    return whole
+
+
+def lag(paths: List[Tuple[np.ndarray, np.ndarray]]) -> float:
+    """Return by how many frames the measured paths come after the true ones: the delay with the least squared error.
+
+    The mean difference of each path does not count.
+    """
+    delays = np.arange(-2, 3.001, 0.05)
+    errors = np.zeros(len(delays))
+    for measured, true in paths:
+        number = np.arange(len(true))
+        inner = number[3:-3]
+        for i, delay in enumerate(delays):
+            then = np.stack([np.interp(inner - delay, number, axis) for axis in true.T], axis=1)
+            off = measured[inner] - then
+            errors[i] += ((off - off.mean(axis=0)) ** 2).sum()
+    return float(delays[errors.argmin()])
 
 
 def write_csv(path: Path, frames: List[Tuple[float, People3D]]) -> None:
@@ -113,25 +178,36 @@ def main() -> None:
     parser.add_argument('sequences', nargs='+', type=Path, help='sequence folders')
     parser.add_argument('--exact-2d', action='store_true', help='take the true pixels instead of the detector')
     parser.add_argument('--set', action='append', default=[], metavar='KEY=VALUE', help='a parameter of the chain')
+    parser.add_argument('--lag', action='store_true', help='tell the delay of the smoothed joints')
     parser.add_argument('--out', type=Path, help='folder for the CSV files (default: a temporary one)')
     parser.add_argument('--evaluate', type=Path, help='script that scores pairs of sequence folder and CSV')
     arguments = parser.parse_args()
     try:
-        *detector_params, tracking, lifting = build(PARAMETERS, parameter_values(arguments.set))
+        parts = build(PARAMETERS, parameter_values(arguments.set))
+        detector_params, tracking = parts[:len(DETECTOR_PARAMETERS)], parts[len(DETECTOR_PARAMETERS)]
+        params = parts[len(DETECTOR_PARAMETERS) + 1:]
+        raw = tuple(replace(part, smoothing=False) if isinstance(part, SmoothingParams) else part for part in params)
         detector = None if arguments.exact_2d else create_detector(*detector_params)
         with tempfile.TemporaryDirectory() as temporary:
             out = arguments.out or Path(temporary)
             out.mkdir(parents=True, exist_ok=True)
-            items, times = [], []
+            items, detecting, estimating, paths, raw_paths = [], [], [], [], []
             for folder in arguments.sequences:
                 find = exact_people(folder) if detector is None else lambda _, bgr: detector.detect(bgr)
-                frames, milliseconds = run_chain(open_sequence(folder), find, tracking, lifting)
+                sequence = open_sequence(folder)
+                people, milliseconds = find_people(sequence, find, tracking)
+                detecting += milliseconds
+                frames, milliseconds = estimate(sequence, people, params)
+                estimating += milliseconds
                 path = out / f'{folder.resolve().parent.name}_{folder.resolve().name}.csv'
                 write_csv(path, frames)
                 items += [str(folder), str(path)]
-                times.append(milliseconds)
-            detection, tracks, lifts = np.median(np.concatenate(times), axis=0)
-            sys.stdout.write(f'median ms per frame: 2D {detection:.1f}, tracking {tracks:.2f}, lifting {lifts:.2f}\n')
+                if arguments.lag:
+                    paths += measured_paths(folder, frames)
+                    raw_paths += measured_paths(folder, estimate(sequence, people, raw)[0])
+            sys.stdout.write(f'median ms per frame: 2D {np.median(detecting):.1f}, 3D {np.median(estimating):.2f}\n')
+            if arguments.lag:
+                sys.stdout.write(f'lag in frames: smoothed {lag(paths):.2f}, single frames {lag(raw_paths):.2f}\n')
             sys.stdout.flush()
             if arguments.evaluate:
                 subprocess.run([sys.executable, str(arguments.evaluate), *items], check=True)

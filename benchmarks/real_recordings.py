@@ -1,8 +1,8 @@
 #!/usr/bin/python3
 """Publish an RGB-D recording as a camera would, run the 3D chain on it and report what comes out.
 
-Reports people per frame, rate, share of the detected joints that have a position, and lengths of limbs over frames and
-people. Leaves the annotated images in the output folder. With the recordings of this project's tests:
+Reports people per frame, rate, how many joints were measured and inferred, whether any is nearer than the surface, and
+how constant and how symmetric the lengths of measured limbs are. Leaves the annotated images in the output folder. With the recordings of this project's tests:
 
   real_recordings.py --colour 'rs_two_people_n40/color/*.png' --depth 'rs_two_people_n40/depth/*.png' \\
       --camera 617.25 617.55 317.39 245.98 --output out
@@ -27,13 +27,18 @@ from sensor_msgs.msg import Image
 from openpose_ros_pkg.errors import BadInputError, OpenposeRosError
 from openpose_ros_pkg.ros.convert import image_to_bgr
 from openpose_ros_pkg.ros.session import Session, wait_for
-from skeleton_extract_3d.people import MISSING, People3D
+from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
 from skeleton_extract_3d.ros.convert import people_from_array
 
 NAMESPACE = '/openpose_ros/skeleton_3d'
 START_TIMEOUT = 60.0
 # Results that have not come this long after the last frame was played never will [s].
 LAST_RESULT = 3.0
+# Limbs that were measured in fewer frames tell nothing of their constancy.
+LEAST_LENGTHS = 5
+# A joint is in front of the surfaces so far around its pixel if it is by more than the camera's noise [m].
+SURFACE_REACH, SURFACE_NOISE = 0.045, 0.02
+DEPTH_TOPIC = '/kinect2/qhd/image_depth_rect'
 LIMBS = (('right_shoulder', 'left_shoulder'), ('right_shoulder', 'right_elbow'), ('left_shoulder', 'left_elbow'),
          ('right_elbow', 'right_wrist'), ('left_elbow', 'left_wrist'), ('right_hip', 'right_knee'),
          ('left_hip', 'left_knee'), ('right_knee', 'right_ankle'), ('left_knee', 'left_ankle'))
@@ -81,39 +86,83 @@ class Recorder:
     def __init__(self, folder: Path) -> None:
         self.people: List[People3D] = []
         self.arrivals: List[float] = []
+        self.stamps: List[int] = []
+        self.depth: Dict[int, np.ndarray] = {}
         self._folder = folder
         self._subscribers = [
             rospy.Subscriber(f'{NAMESPACE}/detected_poses_3d', PersonDetection_3dArray, self._keep, queue_size=100),
-            rospy.Subscriber(f'{NAMESPACE}/detected_poses_image', Image, self._write, queue_size=100)]
+            rospy.Subscriber(f'{NAMESPACE}/detected_poses_image', Image, self._write, queue_size=100),
+            rospy.Subscriber(DEPTH_TOPIC, Image, self._keep_depth, queue_size=100)]
 
     def _keep(self, message: PersonDetection_3dArray) -> None:
         self.people.append(people_from_array(message))
+        self.stamps.append(message.header.stamp.to_nsec())
         self.arrivals.append(time.monotonic())
+
+    def _keep_depth(self, message: Image) -> None:
+        self.depth[message.header.stamp.to_nsec()] = np.frombuffer(message.data, '<u2').reshape(message.height, -1)
 
     def _write(self, message: Image) -> None:
         cv2.imwrite(str(self._folder / f'{message.header.stamp.to_nsec()}.jpg'), image_to_bgr(message))
 
 
-def figures(recorder: Recorder, played: int) -> Dict[str, Any]:
+def limb_lengths(frames: List[People3D]) -> List[Dict[str, Any]]:
+    """Return the lengths of limbs with both ends MEASURED, per person, in metres."""
+    rows = []
+    for person in sorted({int(track) for frame in frames for track in frame.ids}):
+        for limb in LIMBS:
+            lengths = []
+            for frame in frames:
+                ends = [frame.skeleton.index[joint] for joint in limb]
+                for row in np.flatnonzero(frame.ids == person):
+                    if (frame.status[row, ends] == MEASURED).all():
+                        lengths.append(float(np.linalg.norm(np.diff(frame.xyz[row, ends].astype(float), axis=0))))
+            if len(lengths) >= LEAST_LENGTHS:
+                rows.append({'person': person, 'limb': ' - '.join(limb), 'number': len(lengths),
+                             'mean': float(np.mean(lengths)), 'variation': float(np.std(lengths) / np.mean(lengths))})
+    return rows
+
+
+def sides(rows: List[Dict[str, Any]]) -> List[Dict[str, Any]]:
+    """Return by how much left and right limbs differ, as a share of their mean."""
+    means = {(row['person'], row['limb']): row['mean'] for row in rows}
+    return [{'person': person, 'limb': limb.replace('left_', ''),
+             'difference': abs(mean - other) / ((mean + other) / 2)}
+            for (person, limb), mean in means.items() if limb.count('left_') == 2
+            for other in [means.get((person, limb.replace('left_', 'right_')))] if other is not None]
+
+
+def in_front_of_surfaces(recorder: Recorder, focal: np.ndarray, centre: np.ndarray) -> float:
+    """Return the share of the placed joints that are nearer to the camera than every surface around their pixel."""
+    joints = in_front = 0
+    for frame, stamp in zip(recorder.people, recorder.stamps):
+        depth = recorder.depth.get(stamp)
+        if depth is None:
+            continue
+        for xyz in frame.xyz[frame.status != MISSING].astype(float):
+            u, v = np.rint(xyz[:2] / xyz[2] * focal + centre).astype(int)
+            reach = int(SURFACE_REACH * focal[0] / xyz[2])
+            around = depth[max(v - reach, 0):v + reach + 1, max(u - reach, 0):u + reach + 1]
+            surfaces = around[around > 0] * 0.001
+            joints += surfaces.size > 0
+            in_front += surfaces.size > 0 and xyz[2] < surfaces.min() - SURFACE_NOISE
+    return in_front / max(joints, 1)
+
+
+def figures(recorder: Recorder, played: int, camera: List[float]) -> Dict[str, Any]:
     """Return what came out; lengths in metres."""
     people = [len(frame) for frame in recorder.people]
     detected = sum(int((frame.confidence > 0).sum()) for frame in recorder.people)
-    placed = sum(int((frame.status != MISSING).sum()) for frame in recorder.people)
-    limbs = {}
-    for start, end in LIMBS:
-        lengths = np.concatenate([np.linalg.norm(frame.xyz[:, frame.skeleton.index[start]]
-                                                 - frame.xyz[:, frame.skeleton.index[end]], axis=1)
-                                  for frame in recorder.people])
-        lengths = lengths[np.isfinite(lengths)].astype(float)
-        if len(lengths):
-            low, middle, high = np.percentile(lengths, [25, 50, 75]).tolist()
-            limbs[f'{start} - {end}'] = {'number': len(lengths), 'median': middle, 'quartiles': [low, high],
-                                         'std': float(lengths.std())}
+    status = np.concatenate([frame.status.ravel() for frame in recorder.people])
+    limbs = limb_lengths(recorder.people)
     span = recorder.arrivals[-1] - recorder.arrivals[0]
     return {'frames_played': played, 'frames_answered': len(people), 'rate_hz': (len(people) - 1) / span,
             'people_per_frame': {number: people.count(number) for number in sorted(set(people))},
             'ids': sorted({int(person) for frame in recorder.people for person in frame.ids}),
-            'joints_detected': detected, 'joints_with_position': placed / max(detected, 1), 'limbs': limbs}
+            'joints_detected': detected, 'joints_measured': int((status == MEASURED).sum()),
+            'joints_inferred': int((status == INFERRED).sum()),
+            'in_front_of_surfaces': in_front_of_surfaces(recorder, np.array(camera[:2]), np.array(camera[2:])),
+            'limbs': limbs, 'sides': sides(limbs)}
 
 
 def table(values: Dict[str, Any]) -> str:
@@ -121,13 +170,14 @@ def table(values: Dict[str, Any]) -> str:
     lines = [f"{values['frames_answered']} of {values['frames_played']} frames answered, {values['rate_hz']:.1f} Hz",
              'people per frame: ' + ', '.join(f'{people}: {number} frames' for people, number
                                               in values['people_per_frame'].items()) + f"; ids {values['ids']}",
-             f"{values['joints_detected']} joints detected, "
-             f"{100 * values['joints_with_position']:.1f} % of them with a position",
-             f"{'limb [m]':32s} {'number':>6s} {'median':>7s} {'quartiles':>15s} {'std':>6s}"]
-    for limb, row in values['limbs'].items():
-        low, high = row['quartiles']
-        lines.append(f"{limb:32s} {row['number']:6d} {row['median']:7.3f} {low:7.3f} {high:7.3f} "
-                     f"{row['std']:6.3f}")
+             f"{values['joints_detected']} joints detected; {values['joints_measured']} measured, "
+             f"{values['joints_inferred']} inferred",
+             f"{100 * values['in_front_of_surfaces']:.1f} % of the joints nearer than every surface around their pixel",
+             f"{'person':6s} {'limb, both ends measured [m]':32s} {'number':>6s} {'mean':>6s} {'std/mean':>8s}"]
+    lines += [f"{row['person']:6d} {row['limb']:32s} {row['number']:6d} {row['mean']:6.3f} "
+              f"{100 * row['variation']:6.1f} %" for row in values['limbs']]
+    lines += ['left against right: ' + ', '.join(f"{row['person']} {row['limb']} {100 * row['difference']:.1f} %"
+                                                for row in values['sides'])]
     return '\n'.join(lines)
 
 
@@ -148,7 +198,7 @@ def run(arguments: argparse.Namespace, sequence: Path) -> Dict[str, Any]:
         time.sleep(LAST_RESULT)
         if not recorder.people:
             raise OpenposeRosError(f'no result came; see {arguments.output}/log')
-        return figures(recorder, played)
+        return figures(recorder, played, arguments.camera)
 
 
 def main() -> int:

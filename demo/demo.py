@@ -18,6 +18,7 @@ import rosbag
 import rosparam
 import rospkg
 import rospy
+import yaml
 from annotated_video import write_annotated_video
 from openpose_ros_msgs.msg import PersonDetection_3dArray, PersonDetectionArray
 from screen import RVIZ_SIZE, HeadlessScreen, take_picture
@@ -30,6 +31,8 @@ NAMESPACE = {'2d': '/openpose_ros', '3d': '/openpose_ros/skeleton_3d'}
 RESULTS = {'2d': (NAMESPACE['2d'] + '/detected_poses', PersonDetectionArray),
            '3d': (NAMESPACE['3d'] + '/detected_poses_3d', PersonDetection_3dArray)}
 OUTPUTS = ('keypoints_2d.csv', 'keypoints_3d.csv', 'output.bag', 'annotated.mp4', 'rviz.png')
+ABOVE = 'From above'
+"""Name of the saved view in the RViz configuration."""
 START_TIMEOUT = 90.0
 """Time for the network to load and the first result to come [s]."""
 LOG_TAIL = 15
@@ -57,6 +60,8 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument('--compressed', action='store_true', help='the bag holds T/compressed instead of T')
     parser.add_argument('--rviz', action='store_true', help='open the RViz window')
     parser.add_argument('--no-rviz', action='store_true', help='make no picture of RViz')
+    parser.add_argument('--view', choices=('side', 'above'), default='side',
+                        help='from where RViz looks in its picture (default %(default)s)')
     parser.add_argument('--seconds', type=float, default=20.0, help='how long to record (default %(default)s)')
     parser.add_argument('--output', type=Path, default=Path(__file__).resolve().parents[1] / 'demo_output',
                         help='output folder (default: demo_output in the checkout)')
@@ -136,6 +141,19 @@ def play_bag(session: Session, bag: Path, rate: float = 1.0) -> subprocess.Popen
     return session.start('rosbag_play', ['rosbag', 'play', '--clock', '--delay', '2', '--rate', str(rate), str(bag)])
 
 
+def rviz_configuration(view: str, folder: Path) -> Path:
+    """Return the RViz configuration with one of its views; those from above are made in a folder."""
+    config = Path(rospkg.RosPack().get_path('skeleton_extract_3d')) / 'rviz' / 'skeleton_extract_3d.rviz'
+    if view == 'side':
+        return config
+    values = yaml.safe_load(config.read_text())
+    views = values['Visualization Manager']['Views']
+    views['Current'] = dict(next(saved for saved in views['Saved'] if saved['Name'] == ABOVE), Name='Current View')
+    changed = folder / 'from_above.rviz'
+    changed.write_text(yaml.safe_dump(values))
+    return changed
+
+
 def take_picture_of_rviz(session: Session, arguments: argparse.Namespace, command: List[str], picture: Path,
                          screen: HeadlessScreen) -> None:
     """Run the chain once more, slowly, with RViz on a screen in memory, and take its picture.
@@ -143,7 +161,7 @@ def take_picture_of_rviz(session: Session, arguments: argparse.Namespace, comman
     Slowly, since RViz draws about once a second without a graphics card: so all it shows is of one frame.
     """
     print('[demo] picture of RViz, on a screen in memory ...', flush=True)
-    config = Path(rospkg.RosPack().get_path('skeleton_extract_3d')) / 'rviz' / 'skeleton_extract_3d.rviz'
+    config = rviz_configuration(arguments.view, picture.parent)
     os.environ.update(screen.environment())
     nodes = session.start('nodes_with_rviz', command if arguments.bag else [*command, f'rate:={PICTURE_RATE}'])
     rviz = session.start('rviz', ['rosrun', 'rviz', 'rviz', '-d', str(config), '-f', 'world'])

@@ -30,6 +30,7 @@ from openpose_ros_msgs.msg import BodypartDetection_3d, PersonDetection, PersonD
 from sensor_msgs.msg import Image, PointCloud2
 
 from openpose_ros_pkg.ros.convert import image_to_bgr
+from skeleton_extract_3d.estimator import STAGES
 from skeleton_extract_3d.ros.convert import rotation_and_translation
 
 NODE = 'extractor'
@@ -223,11 +224,14 @@ class ExtractorTest(unittest.TestCase):
         def report():
             self.good_frame_works()
             return [report for report in list(reports) if all(
-                stage.count > 0 for stage in report.stages if stage.stage != 'draw')]
+                stage.count > 0 for stage in report.stages if stage.stage == 'total')]
 
         stages = {stage.stage: stage for stage in wait_for(report, 'a report')[-1].stages}
+        self.assertEqual(tuple(stages), ('detection', *STAGES, 'estimate', 'publish', 'total', 'age', 'draw'))
         for name in ('detection', 'estimate', 'publish'):
             self.assertTrue(0 < stages[name].p50 <= stages['total'].p95, name)
+        # the original's method is one stage
+        self.assertEqual({stages[name].count for name in STAGES}, {0})
         # the stamp is made before the frame is sent
         self.assertLess(stages['total'].p50, stages['age'].p50 + 1)
 

@@ -10,8 +10,8 @@ ROOT = Path(__file__).parents[2]
 PACKAGES = [ROOT / name / 'src' / name for name in ('openpose_ros_pkg', 'skeleton_extract_3d')]
 CORE = sorted(path for package in PACKAGES for path in package.rglob('*.py')
               if 'ros' not in path.relative_to(package).parts[:-1])
-ALLOWED = {'cv2', 'numpy', 'onnxruntime', 'openpose_ros_decode', 'skeleton_extract_3d_lifting', 'openvino', 'scipy', 'tqdm', 'yaml',
-           'openpose_ros_pkg', 'skeleton_extract_3d'}
+ALLOWED = {'cv2', 'numpy', 'onnxruntime', 'openpose_ros_decode', 'openvino', 'scipy', 'skeleton_extract_3d_lifting',
+           'tqdm', 'yaml', 'openpose_ros_pkg', 'skeleton_extract_3d'}
 STANDARD_LIBRARY = Path(sysconfig.get_paths()['stdlib']).resolve()
 
 

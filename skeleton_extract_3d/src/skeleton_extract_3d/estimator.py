@@ -1,8 +1,9 @@
 """From the people in an image and the points of the same view to people in space: who is who, where each joint is, and
 whether it was seen."""
+import itertools
 import time
 from dataclasses import dataclass, field, replace
-from typing import Dict, Optional, Tuple
+from typing import Dict, Iterator, Optional, Tuple
 
 import numpy as np
 
@@ -31,7 +32,7 @@ _ACROSS, _ACROSS_BY_SCORE, _ACROSS_HIDDEN = 0.015, 0.10, 0.02
 # Errors along the ray [m]: of a measured surface and offset, and the least of an inferred depth.
 _ALONG_MEASURED, _ALONG_INFERRED = 0.025, 0.05
 # What no filter takes away: bodies differ from the model [m].
-_BODY_SIGMA = 0.02
+_BODY_SIGMA = 0.01
 # How far the depth of a joint may change against what was expected [m].
 _EXPECTED_SIGMA, _EXPECTED_FACTOR = 0.06, 1.5
 # The direction that people face is averaged over about this time [s]; frames are taken to be this far apart at least
@@ -94,12 +95,13 @@ class PeopleEstimator:
     Args:
         skeleton: joints of the people.
         params: an instance of each class in ESTIMATOR_PARAMETERS, in that order.
+        ids: where new people's ids come from: estimators that share it never give the same one. None: 0, 1, 2, ...
     """
 
-    def __init__(self, skeleton: SkeletonModel, *params: Parameters) -> None:
+    def __init__(self, skeleton: SkeletonModel, *params: Parameters, ids: Optional[Iterator[int]] = None) -> None:
         self._skeleton = skeleton
         self._tracks = Tracks()
-        self._next_id = 0
+        self._ids = itertools.count() if ids is None else ids
         self._stamp: Optional[float] = None
         self._camera: Optional[CameraModel] = None
         self._tracking_from_points: Optional[Tuple[np.ndarray, np.ndarray]] = None
@@ -233,11 +235,10 @@ class PeopleEstimator:
         new &= ~identity.repeated(lifted.xyz, seen.known, rows >= 0)
         begun = np.flatnonzero(new)
         if len(begun):
-            ids = np.arange(self._next_id, self._next_id + len(begun))
             if not self._identity.tracking and (people.ids >= 0).all():
                 ids = people.ids[begun]
             else:
-                self._next_id += len(begun)
+                ids = np.array([next(self._ids) for _ in begun])
             rows = rows.copy()
             rows[begun] = np.arange(len(self._tracks), len(self._tracks) + len(begun))
             self._tracks.append(ids, stamp, lifted.xyz[begun], seen.known[begun], lifted.left[begun],

@@ -3,21 +3,20 @@ import itertools
 import threading
 import time
 from dataclasses import dataclass, field
-from typing import Any, Dict, List, Optional, Sequence, Tuple
+from typing import Any, Dict, List, Optional, Sequence
 
 import numpy as np
 import rospy
-from openpose_ros_msgs.msg import PersonDetection, PersonDetectionArray
+from openpose_ros_msgs.msg import PersonDetection
 from openpose_ros_msgs.srv import GetPersons, GetPersonsRequest, GetPersonsResponse
 from sensor_msgs.msg import CompressedImage, Image
 from std_msgs.msg import Header
 
 from openpose_ros_pkg.backends import BackendParams
 from openpose_ros_pkg.detector import DETECTOR_PARAMETERS, create_detector
-from openpose_ros_pkg.draw import DrawParams, draw_people
+from openpose_ros_pkg.draw import DrawParams
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.keypoint_scale import KeypointScaleParams, scale_keypoints
-from openpose_ros_pkg.newest_wins import NewestWinsWorker
 from openpose_ros_pkg.node_params import (
     LIVE_PARAMETERS,
     SERVICE_PARAMETERS,
@@ -36,16 +35,16 @@ from openpose_ros_pkg.ros.images import AnyImage, image_subscriber, raw_image
 from openpose_ros_pkg.ros.live_parameters import LiveParameters
 from openpose_ros_pkg.ros.node import check_topic_name, run_node
 from openpose_ros_pkg.ros.parameters import read_private
+from openpose_ros_pkg.ros.people_publisher import DRAW_STAGE, PeoplePublisher
 from openpose_ros_pkg.ros.timing_report import TimingReport
 from openpose_ros_pkg.tracking import KeypointTracker, TrackingParams
 
 # What the detector takes while it runs: all but what loads the networks.
 _RECONFIGURED = tuple(kind for kind in DETECTOR_PARAMETERS if kind is not BackendParams)
-# One message per person: room for the people of several frames, so that a burst drops nobody.
-_PERSONS_QUEUE = 100
 # Stages of the timing report. total: from the callback to the published result; added: total without waiting and
 # network.
-_STAGES = ('decode_message', 'preprocess', 'wait_for_network', 'network', 'decode', 'publish', 'total', 'added', 'draw')
+_STAGES = ('decode_message', 'preprocess', 'wait_for_network', 'network', 'decode', 'publish', 'total', 'added',
+           DRAW_STAGE)
 
 
 @dataclass
@@ -102,9 +101,9 @@ class DetectionService:
         self._health.show(self._recorder_counters)
         self._tracker_lock = threading.Lock()
         self._trackers: Dict[str, KeypointTracker] = {}
-        self._publishes = self._params[PublishingParams].publish_results
-        if self._publishes:
-            self._advertise(namespace)
+        self._publisher: Optional[PeoplePublisher] = None
+        if self._params[PublishingParams].publish_results:
+            self._publisher = PeoplePublisher(namespace, self._params[DrawParams], self._health, self._timing)
         self._live = LiveParameters(current, LIVE_PARAMETERS, self._reconfigure)
         self._service = rospy.Service(service, GetPersons, self._serve)
         if stream.image_topic:
@@ -112,13 +111,6 @@ class DetectionService:
         if self._recorder is not None:
             rospy.on_shutdown(self._recorder.close)
         rospy.loginfo('Initialization Successful!')
-
-    def _advertise(self, namespace: str) -> None:
-        self._image_publisher = rospy.Publisher(f'{namespace}/detected_poses_image', Image, queue_size=1)
-        self._person_publisher = rospy.Publisher(f'{namespace}/detected_poses_keypoints', PersonDetection,
-                                                 queue_size=_PERSONS_QUEUE)
-        self._array_publisher = rospy.Publisher(f'{namespace}/detected_poses', PersonDetectionArray, queue_size=10)
-        self._painter = NewestWinsWorker(self._publish_drawing, self._drawing_failed, 'painter')
 
     def _subscribe(self, topic: str, namespace: str) -> None:
         self._input_publisher = rospy.Publisher(f'{namespace}/input_image', Image, queue_size=1)
@@ -171,8 +163,8 @@ class DetectionService:
         decoded = time.monotonic()
         people = self._track(people, frame.header)
         messages = convert.people_to_messages(people, frame.header)
-        if self._publishes:
-            self._publish(messages, people, frame)
+        if self._publisher is not None:
+            self._publisher.publish(people, messages, frame.header, frame.bgr, self._scaled(people, frame))
         if self._recorder is not None:
             self._recorder.submit(next(self._numbers), frame.bgr, people)
         self._health.frame_done(frame.header.stamp)
@@ -194,30 +186,17 @@ class DetectionService:
             tracker = self._trackers.setdefault(header.frame_id, KeypointTracker(self._params[TrackingParams]))
             return tracker.update(people, header.stamp.to_sec())
 
-    def _publish(self, messages: List[PersonDetection], people: People2D, frame: _Frame) -> None:
-        header, scale = frame.header, self._params[KeypointScaleParams]
-        self._array_publisher.publish(convert.people_to_array(messages, header, people.skeleton))
-        if scale.keypoint_scale != 0:
-            size = (frame.bgr.shape[1], frame.bgr.shape[0])
-            messages = convert.people_to_messages(people, header, scale_keypoints(people.keypoints, size, scale))
-        for message in messages:
-            self._person_publisher.publish(message)
-        if self._image_publisher.get_num_connections() > 0:
-            self._painter.submit((header, frame.bgr, people))
-
-    def _publish_drawing(self, drawing: Tuple[Header, np.ndarray, People2D]) -> None:
-        begin = time.monotonic()
-        header, bgr, people = drawing
-        drawn = draw_people(bgr, people, self._params[DrawParams])
-        self._image_publisher.publish(convert.bgr_to_image(drawn, header))
-        self._timing.add('draw', time.monotonic() - begin)
+    def _scaled(self, people: People2D, frame: _Frame) -> Optional[List[PersonDetection]]:
+        """Return the messages with coordinates as `keypoint_scale` wants them; None: in pixels."""
+        scale = self._params[KeypointScaleParams]
+        if scale.keypoint_scale == 0:
+            return None
+        size = (frame.bgr.shape[1], frame.bgr.shape[0])
+        return convert.people_to_messages(people, frame.header, scale_keypoints(people.keypoints, size, scale))
 
     def _recorder_counters(self) -> Dict[str, str]:
         counters = self._recorder.counters if self._recorder is not None else {}
         return {f'saving, {key}': str(number) for key, number in counters.items()}
-
-    def _drawing_failed(self, error: Exception) -> None:
-        self._health.warn('drawing failed', str(error))
 
     def _reconfigure(self, current: Sequence[Parameters]) -> None:
         """Take new parameters; they hold from the next frame on."""
@@ -228,6 +207,8 @@ class DetectionService:
             self._params = params
             for tracker in self._trackers.values():
                 tracker.reconfigure(params[TrackingParams])
+        if self._publisher is not None:
+            self._publisher.reconfigure(params[DrawParams])
         if self._recorder is not None:
             self._recorder.reconfigure(params[DrawParams])
 

@@ -1,4 +1,5 @@
 """The extractor node: pairs image and cloud, has people found in the image, and follows them in space."""
+import itertools
 import threading
 import time
 from typing import Any, Dict, Optional, Sequence, Tuple, Union
@@ -7,11 +8,11 @@ import message_filters
 import numpy as np
 import rospy
 import tf2_ros
-from openpose_ros_msgs.msg import PersonDetection, PersonDetection_3d, PersonDetection_3dArray, PersonDetectionArray
+from openpose_ros_msgs.msg import PersonDetection_3d, PersonDetection_3dArray
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2
 from std_msgs.msg import Header
 
-from openpose_ros_pkg.draw import DrawParams, draw_people
+from openpose_ros_pkg.draw import DrawParams
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.models import find_model
 from openpose_ros_pkg.newest_wins import NewestWinsWorker
@@ -25,9 +26,10 @@ from openpose_ros_pkg.ros.images import AnyImage, image_subscriber, raw_image
 from openpose_ros_pkg.ros.live_parameters import LiveParameters
 from openpose_ros_pkg.ros.node import run_node
 from openpose_ros_pkg.ros.parameters import read_private
+from openpose_ros_pkg.ros.people_publisher import DRAW_STAGE, PERSONS_QUEUE, PeoplePublisher
 from openpose_ros_pkg.ros.service_client import DetectionClient, ServiceCallError
 from openpose_ros_pkg.ros.timing_report import TimingReport
-from skeleton_extract_3d.estimator import ESTIMATOR_PARAMETERS, Estimate, PeopleEstimator
+from skeleton_extract_3d.estimator import ESTIMATOR_PARAMETERS, STAGES, Estimate, PeopleEstimator
 from skeleton_extract_3d.node_params import EXTRACTOR_PARAMETERS, LIVE_PARAMETERS, ExtractorParams
 from skeleton_extract_3d.people import INFERRED, People3D
 from skeleton_extract_3d.report import frame_report
@@ -37,12 +39,10 @@ from skeleton_extract_3d.transform import transform_people
 
 # How often the node looks whether its inputs come and pair [s].
 WATCH_PERIOD = 5.0
-# One message per person: room for the people of several frames, so that a burst drops nobody.
-_PERSONS_QUEUE = 100
 _NAMESPACE = 'openpose_ros/skeleton_3d'
-# Stages of the timing report. total: from the callback that found the pair to the published result; age: from the
-# stamp of the cloud to there.
-_STAGES = ('detection', 'estimate', 'publish', 'total', 'age', 'draw')
+# Stages of the timing report. estimate: all of the estimator's stages, which come before it; total: from the callback
+# that found the pair to the published result; age: from the stamp of the cloud to there.
+_STAGES = ('detection', *STAGES, 'estimate', 'publish', 'total', 'age', DRAW_STAGE)
 # Greater ages are those of a recording that is played without its clock, and no stage of the work [s].
 _GREATEST_AGE = 10.0
 
@@ -53,14 +53,13 @@ Transform = Tuple[np.ndarray, np.ndarray]
 class Extractor:
     """Publishes the joints of everybody in view, per person and per frame.
 
-    People are followed per camera, told apart by the frame_id of the points.
+    People are followed per camera, told apart by the frame_id of the points. Ids are given out once for all cameras.
     """
 
     def __init__(self) -> None:
         current = read_private(*EXTRACTOR_PARAMETERS)
         by_class = {type(params): params for params in current}
         self._params: ExtractorParams = by_class[ExtractorParams]
-        self._draw_params: DrawParams = by_class[DrawParams]
         self._skeleton = find_model(self._params.pose_model).skeleton
         self._health = Health()
         self._timing = TimingReport(_STAGES, result='total')
@@ -72,7 +71,11 @@ class Extractor:
         self._estimators_lock = threading.Lock()
         self._estimator_params = tuple(by_class[kind] for kind in ESTIMATOR_PARAMETERS)
         self._estimators: Dict[str, PeopleEstimator] = {}
+        self._ids = itertools.count()
         self._advertise()
+        self._publisher_2d: Optional[PeoplePublisher] = None
+        if self._params.publish_2d:
+            self._publisher_2d = PeoplePublisher(_NAMESPACE, by_class[DrawParams], self._health, self._timing)
         self._live = LiveParameters(current, LIVE_PARAMETERS, self._reconfigure)
         self._worker = NewestWinsWorker(self._process, self._failed, 'extractor')
         self._subscribe(by_class[PairingParams], by_class[ImageTransportParams])
@@ -82,18 +85,11 @@ class Extractor:
         self._cloud_publisher = rospy.Publisher(f'{_NAMESPACE}/input_pointcloud', PointCloud2, queue_size=1)
         self._image_publisher = rospy.Publisher(f'{_NAMESPACE}/input_rgb', Image, queue_size=1)
         self._person_publisher = rospy.Publisher(f'{_NAMESPACE}/detected_poses_keypoints_3d', PersonDetection_3d,
-                                                 queue_size=_PERSONS_QUEUE)
+                                                 queue_size=PERSONS_QUEUE)
         self._array_publisher = rospy.Publisher(f'{_NAMESPACE}/detected_poses_3d', PersonDetection_3dArray,
                                                 queue_size=10)
         if self._params.publish_tf:
             self._tf_broadcaster = tf2_ros.TransformBroadcaster()
-        if self._params.publish_2d:
-            self._drawn_publisher = rospy.Publisher(f'{_NAMESPACE}/detected_poses_image', Image, queue_size=1)
-            self._person_2d_publisher = rospy.Publisher(f'{_NAMESPACE}/detected_poses_keypoints', PersonDetection,
-                                                        queue_size=_PERSONS_QUEUE)
-            self._array_2d_publisher = rospy.Publisher(f'{_NAMESPACE}/detected_poses', PersonDetectionArray,
-                                                       queue_size=10)
-            self._painter = NewestWinsWorker(self._publish_drawing, self._drawing_failed, 'painter')
 
     def _subscribe(self, pairing: PairingParams, transport: ImageTransportParams) -> None:
         if self._params.target_frame or self._params.tracking_frame:
@@ -129,12 +125,11 @@ class Extractor:
         estimated = time.monotonic()
         self._report(estimate, points)
         publishing = time.monotonic()
-        if self._params.publish_2d:
-            self._publish_2d(estimate, image.header, bgr)
+        self._publish_2d(estimate, image.header, bgr)
         self._publish(estimate.people, message.header)
         end = time.monotonic()
-        stages = {'detection': detected - begin, 'estimate': estimated - estimating, 'publish': end - publishing,
-                  'total': end - received}
+        stages = {'detection': detected - begin, **estimate.timing, 'estimate': estimated - estimating,
+                  'publish': end - publishing, 'total': end - received}
         age = (rospy.get_rostime() - message.header.stamp).to_sec()
         if 0 <= age <= _GREATEST_AGE:
             stages['age'] = age
@@ -158,10 +153,12 @@ class Extractor:
                   tracking_from_points: Optional[Transform]) -> Estimate:
         height, width = bgr.shape[:2]
         with self._estimators_lock:
-            if header.frame_id not in self._estimators:
-                self._estimators[header.frame_id] = PeopleEstimator(self._skeleton, *self._estimator_params)
-            return self._estimators[header.frame_id].update(people_2d, (width, height), points, header.stamp.to_sec(),
-                                                            bgr, tracking_from_points)
+            estimator = self._estimators.get(header.frame_id)
+            if estimator is None:
+                estimator = PeopleEstimator(self._skeleton, *self._estimator_params, ids=self._ids)
+                self._estimators[header.frame_id] = estimator
+            return estimator.update(people_2d, (width, height), points, header.stamp.to_sec(), bgr,
+                                    tracking_from_points)
 
     def _transform_to(self, frame: str, header: Header) -> Optional[Transform]:
         """Return rotation and translation from the frame of a message to another one at its stamp.
@@ -191,23 +188,10 @@ class Extractor:
         self._health.frame_done(header.stamp)
 
     def _publish_2d(self, estimate: Estimate, header: Header, bgr: np.ndarray) -> None:
-        people = estimate.people_2d
-        messages = convert_2d.people_to_messages(people, header)
-        self._array_2d_publisher.publish(convert_2d.people_to_array(messages, header, people.skeleton))
-        for message in messages:
-            self._person_2d_publisher.publish(message)
-        if self._drawn_publisher.get_num_connections() > 0:
-            self._painter.submit((header, bgr, people, estimate.people.status[:len(people)] == INFERRED))
-
-    def _publish_drawing(self, drawing: Tuple[Header, np.ndarray, People2D, np.ndarray]) -> None:
-        begin = time.monotonic()
-        header, bgr, people, hidden = drawing
-        drawn = draw_people(bgr, people, self._draw_params, hidden)
-        self._drawn_publisher.publish(convert_2d.bgr_to_image(drawn, header))
-        self._timing.add('draw', time.monotonic() - begin)
-
-    def _drawing_failed(self, error: Exception) -> None:
-        self._health.warn('drawing failed', str(error))
+        if self._publisher_2d is not None:
+            people = estimate.people_2d
+            self._publisher_2d.publish(people, convert_2d.people_to_messages(people, header), header, bgr,
+                                       hidden=estimate.people.status[:len(people)] == INFERRED)
 
     def _reconfigure(self, current: Sequence[Parameters]) -> None:
         """Take new parameters; they hold from the next frame on."""
@@ -217,7 +201,8 @@ class Extractor:
             for estimator in self._estimators.values():
                 estimator.reconfigure(*estimator_params)
             self._estimator_params = estimator_params
-        self._draw_params = by_class[DrawParams]
+        if self._publisher_2d is not None:
+            self._publisher_2d.reconfigure(by_class[DrawParams])
 
     def _report(self, estimate: Estimate, points: Any) -> None:
         now = time.monotonic()

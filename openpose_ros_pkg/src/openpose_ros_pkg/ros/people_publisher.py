@@ -1,0 +1,75 @@
+"""Publish the people of each image: in one message, one by one, and drawn into the image."""
+import time
+from typing import Optional, Sequence, Tuple
+
+import numpy as np
+import rospy
+from openpose_ros_msgs.msg import PersonDetection, PersonDetectionArray
+from sensor_msgs.msg import Image
+from std_msgs.msg import Header
+
+from openpose_ros_pkg.draw import DrawParams, draw_people
+from openpose_ros_pkg.newest_wins import NewestWinsWorker
+from openpose_ros_pkg.people import People2D
+from openpose_ros_pkg.ros import convert
+from openpose_ros_pkg.ros.health import Health
+from openpose_ros_pkg.ros.timing_report import TimingReport
+
+# One message per person: room for the people of several frames, so that a burst drops nobody.
+PERSONS_QUEUE = 100
+# Stage of the timing report that a drawing takes.
+DRAW_STAGE = 'draw'
+
+Drawing = Tuple[Header, np.ndarray, People2D, Optional[np.ndarray]]
+
+
+class PeoplePublisher:
+    """Publishes detected_poses, detected_poses_keypoints and detected_poses_image.
+
+    The image is drawn in a thread of its own, and only while somebody listens.
+
+    Args:
+        namespace: prefix of the topics.
+        params: how people are drawn.
+        health: counts drawings that fail.
+        timing: a report with DRAW_STAGE.
+    """
+
+    def __init__(self, namespace: str, params: DrawParams, health: Health, timing: TimingReport) -> None:
+        self._params, self._health, self._timing = params, health, timing
+        self._array_publisher = rospy.Publisher(f'{namespace}/detected_poses', PersonDetectionArray, queue_size=10)
+        self._person_publisher = rospy.Publisher(f'{namespace}/detected_poses_keypoints', PersonDetection,
+                                                 queue_size=PERSONS_QUEUE)
+        self._image_publisher = rospy.Publisher(f'{namespace}/detected_poses_image', Image, queue_size=1)
+        self._painter = NewestWinsWorker(self._draw, self._failed, 'painter')
+
+    def reconfigure(self, params: DrawParams) -> None:
+        """Draw with other parameters from the next image on."""
+        self._params = params
+
+    def publish(self, people: People2D, messages: Sequence[PersonDetection], header: Header, bgr: np.ndarray,
+                scaled: Optional[Sequence[PersonDetection]] = None, hidden: Optional[np.ndarray] = None) -> None:
+        """Publish the people of an image.
+
+        Args:
+            people: keypoints [px of the image].
+            messages: one of each person, as `convert.people_to_messages` makes them.
+            header: of the image.
+            bgr: (H, W, 3) uint8, not modified; may be read after this call.
+            scaled: the messages for detected_poses_keypoints where those are not in pixels.
+            hidden: (P, K) bool, joints that are drawn as hidden; None: none is.
+        """
+        self._array_publisher.publish(convert.people_to_array(messages, header, people.skeleton))
+        for message in messages if scaled is None else scaled:
+            self._person_publisher.publish(message)
+        if self._image_publisher.get_num_connections() > 0:
+            self._painter.submit((header, bgr, people, hidden))
+
+    def _draw(self, drawing: Drawing) -> None:
+        begin = time.monotonic()
+        header, bgr, people, hidden = drawing
+        self._image_publisher.publish(convert.bgr_to_image(draw_people(bgr, people, self._params, hidden), header))
+        self._timing.add(DRAW_STAGE, time.monotonic() - begin)
+
+    def _failed(self, error: Exception) -> None:
+        self._health.warn('drawing failed', str(error))
