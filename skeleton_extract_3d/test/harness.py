@@ -2,9 +2,11 @@
 
 Frames carry their number, in pixel (0, 0) of the image and in z of the cloud, so that a wrong pair shows.
 """
+import json
 import threading
 import time
-from typing import Any, Callable, Dict, List, Mapping, Optional, Sequence, Tuple
+from pathlib import Path
+from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 import rospy
@@ -16,7 +18,9 @@ from std_msgs.msg import Header
 
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.ros.convert import bgr_to_image, image_to_bgr
+from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.depth import XYZRGB
+from skeleton_extract_3d.rgbd_sequence import RgbdSequence
 from skeleton_extract_3d.ros.convert import cloud_to_message
 
 WIDTH, HEIGHT = 64, 48
@@ -78,6 +82,53 @@ def person(person_id: int, keypoints: Mapping[str, Tuple[float, float]], confide
 def position(part: Any) -> np.ndarray:
     """Return x, y, z of a body part, (3,) [m]."""
     return np.array([part.x, part.y, part.z])
+
+
+# Labels of the truth: a joint is outside the image, or to be seen; with any other one something hides it.
+OUTSIDE, VISIBLE = 0, 2
+
+
+class TruePerson(NamedTuple):
+    """The truth about somebody in a frame of the shipped sequence.
+
+    Attributes:
+        id: who it is.
+        xyz: (18, 3) [m], in the frame of the points.
+        uv: (18, 2) [px].
+        labels: (18,).
+    """
+
+    id: int
+    xyz: np.ndarray
+    uv: np.ndarray
+    labels: np.ndarray
+
+    @property
+    def hidden(self) -> np.ndarray:
+        """(18,) joints within the image that are not to be seen."""
+        return (self.labels != VISIBLE) & (self.labels != OUTSIDE)
+
+    @property
+    def shown(self) -> int:
+        """Number of joints that are to be seen."""
+        return int((self.labels == VISIBLE).sum())
+
+
+class ShippedSequence:
+    """The sequence that comes with the package: two people cross, and one hides the other for a while.
+
+    Attributes:
+        frames: pictures, depth and camera.
+        people: of each frame, the truth about the two.
+    """
+
+    def __init__(self) -> None:
+        folder = Path(__file__).resolve().parents[1] / 'demo' / 'cross'
+        self.frames = RgbdSequence.read(folder)
+        truth = json.loads((folder / 'gt.json').read_text())
+        order = [truth['joints'].index(joint) for joint in COCO_18.joints]
+        self.people = [[TruePerson(person['id'], *(np.array(person[key])[order] for key in ('xyz', 'uv', 'vis')))
+                        for person in frame['people']] for frame in truth['frames']]
 
 
 class FakeDetector:
@@ -157,6 +208,16 @@ class Output:
     def has(self, stamp: rospy.Time) -> bool:
         """Tell whether the frame with this stamp came."""
         return any(array.header.stamp == stamp for array in list(self.arrays))
+
+
+def joints_of(found: PersonDetection_3d) -> np.ndarray:
+    """Return the joints of a person, (18, 3) [m]; NaN where MISSING."""
+    return np.array([position(getattr(found, joint)) for joint in COCO_18.joints])
+
+
+def of_joints(found: Any, what: str) -> np.ndarray:
+    """Return status, sigma or confidence of each joint, (18,)."""
+    return np.array([getattr(getattr(found, joint), what) for joint in COCO_18.joints])
 
 
 class Counters:

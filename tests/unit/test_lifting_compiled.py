@@ -2,7 +2,8 @@
 
 Tolerances: both compute in the same precision, but numpy adds up in another order, and its exponentials and logarithms
 may differ in the last bit. Costs reach about 100 in float32, whose steps are 1e-5 there: 1e-3 is allowed. Depths are
-means of candidates by the exponentials of costs: 1e-4 m is allowed, a hundredth of what a depth camera is off.
+means of candidates by the exponentials of costs: 1e-4 m is allowed, a hundredth of what a depth camera is off. What is
+computed in float64 throughout agrees up to 1e-9, as far as the matrices that are inverted allow.
 """
 import importlib.machinery
 import importlib.util
@@ -17,12 +18,32 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from synthetic_scene import Person, moved_pixels, pinhole, render, standing, with_holes, without_joints
+from synthetic_scene import (
+    Person,
+    joints_of,
+    moved_pixels,
+    pinhole,
+    render,
+    standing,
+    with_holes,
+    without_joints,
+)
 
 from openpose_ros_pkg.params import build
 from openpose_ros_pkg.skeletons import COCO_18
-from skeleton_extract_3d import compiled, depth_inference, occluders, surfaces
-from skeleton_extract_3d.body import BONE_LENGTHS
+from skeleton_extract_3d import (
+    body_measures,
+    bone_constraints,
+    compiled,
+    depth_inference,
+    head_pose,
+    identity,
+    joint_filter,
+    occluders,
+    pose_lifting,
+    surfaces,
+)
+from skeleton_extract_3d.body import BONE_LENGTHS, HEAD, TRUNK
 from skeleton_extract_3d.depth import DepthImage
 from skeleton_extract_3d.estimator import ESTIMATOR_PARAMETERS, PeopleEstimator
 
@@ -30,7 +51,7 @@ ROOT = Path(__file__).parents[2]
 SOURCE = ROOT / 'skeleton_extract_3d/src/cpp/skeleton_extract_3d_lifting.cpp'
 MODULE = 'skeleton_extract_3d_lifting'
 JOINTS, SAMPLES = len(COCO_18.joints), 25
-COST, DEPTH = 1e-3, 1e-4
+COST, DEPTH, DOUBLE = 1e-3, 1e-4, 1e-9
 FOCAL = 500.0
 PEOPLE = pytest.mark.parametrize('people', [0, 1, 2, 5, 20])
 
@@ -135,6 +156,25 @@ def scores_of(random, people):
     scores = random.random((people, JOINTS))
     scores[random.random((people, JOINTS)) < 0.2] = 0.0
     return scores
+
+
+def bodies(random, people, error=0.03):
+    """Joints [m] of adults and children who stand upright, somewhere before the camera."""
+    of_one = joints_of(Person(0, 0.0, 3.0, standing()), floor=1.0)
+    joints = np.array([of_one[name] for name in COCO_18.joints])
+    scale = random.uniform(0.6, 1.2, (people, 1, 1))
+    return joints * scale + random.normal(0, error, (people, JOINTS, 3)) + random.uniform(-0.5, 0.5, (people, 1, 3))
+
+
+def some_of(random, people, share=0.8):
+    """A choice of joints."""
+    return random.random((people, JOINTS)) < share
+
+
+def covariances(random, shape):
+    """Covariances [m^2] with standard deviations of 1 to 20 cm."""
+    rays = random.normal(0, 0.3, (*shape, 3)) + np.array([0.0, 0.0, 1.0])
+    return joint_filter.along_rays(rays, random.uniform(0.01, 0.05, shape), random.uniform(0.02, 0.2, shape))
 
 
 def inference(random, people, amplitude=20.0):
@@ -260,6 +300,41 @@ def test_depths_on_the_edges_of_bins():
     both(surfaces.depth_costs, depth, zero, one / 50, np.array([2.0]), one, one, zero > 0, None, tolerance=COST)
 
 
+@PEOPLE
+def test_lower_median(people):
+    depth = windows(np.random.default_rng(people), people)
+    both(surfaces.lower_median, depth)
+    both(surfaces.lower_median, depth[:, 0])
+
+
+@PEOPLE
+def test_size_depth(people):
+    random = np.random.default_rng(people)
+    xyz = bodies(random, people)
+    rays = np.where(some_of(random, people)[..., None], xyz / xyz[..., 2:], np.nan)
+    both(surfaces.size_depth, rays, scores_of(random, people), tolerance=DOUBLE)
+
+
+@PEOPLE
+def test_size_evidence(people):
+    random = np.random.default_rng(people)
+    size = random.uniform(0.3, 12.0, people)
+    size[:1] = np.inf
+    evidence = both(surfaces.size_evidence, size, random.uniform(0.03, 0.15, people), tolerance=DOUBLE)
+    assert (evidence[:1] == 0).all(), 'an unknown size says nothing'
+
+
+@pytest.mark.parametrize('share', [None, 0.0, 0.3, 1.0])
+@PEOPLE
+def test_mean_within(people, share):
+    random = np.random.default_rng(people)
+    depth = windows(random, people)
+    for joints in (TRUNK, HEAD):
+        both(surfaces.mean_within, depth, random.uniform(-0.1, 0.1, (people, len(joints))),
+             random.uniform(0.5, 8.0, people), 2.0, some_of(random, people), foreign_of(random, depth, share), joints,
+             tolerance=DOUBLE)
+
+
 # --- who covers whom ------------------------------------------------------------------------------------------------
 
 @PEOPLE
@@ -292,6 +367,14 @@ def test_covered_by_self(people):
     assert covered.any() == (people > 0)
 
 
+@PEOPLE
+def test_doubtful_surfaces(people):
+    random = np.random.default_rng(people)
+    doubted = both(occluders.doubtful_surfaces, keypoints(random, people), windows(random, people),
+                   random.uniform(1.0, 8.0, people), some_of(random, people, 0.5), FOCAL, tolerance=1e-6)
+    assert bool(len(doubted[0])) == (people > 0)
+
+
 def test_nobody_has_keypoints():
     nowhere = np.full((3, JOINTS, 2), np.nan)
     assert not both(occluders.covered_by_self, nowhere, np.ones(3), FOCAL).any()
@@ -301,6 +384,106 @@ def test_nobody_has_keypoints():
 def test_all_keypoints_in_one_place():
     both(occluders.covered_by_self, np.full((2, JOINTS, 2), 7.0), np.ones(2), FOCAL)
     both(occluders.others_depths, np.full((2, JOINTS, 2), 7.0), np.ones((2, JOINTS)), FOCAL)
+
+
+# --- which way a head looks, and who was seen ------------------------------------------------------------------------
+
+@pytest.mark.parametrize('share', [0.0, 0.2, 0.7, 1.0])
+@PEOPLE
+def test_head_pose(people, share):
+    random = np.random.default_rng(people)
+    xyz = bodies(random, people)
+    known = some_of(random, people, share)
+    rays = np.where(known[..., None], xyz / xyz[..., 2:], np.nan)
+    pose = both(head_pose.estimate_head_pose, rays, np.where(known, random.random(known.shape), 0.0), xyz[:, 1, 2],
+                random.uniform(0.6, 1.2, people), random.uniform(-1, 1, people), tolerance=DOUBLE)
+    assert (pose.known == known[:, HEAD].any(axis=1)).all()
+
+
+@pytest.mark.parametrize('share', [None, 0.0, 0.3, 1.0])
+@PEOPLE
+def test_measured_joints(people, share):
+    random = np.random.default_rng(people)
+    xyz = bodies(random, people)
+    z = xyz[..., 2]
+    depth = z[..., None] - 0.08 + random.normal(0, 0.05, (people, JOINTS, SAMPLES))
+    depth -= np.where(random.random((people, JOINTS, 1)) < 0.2, 0.3, 0.0)
+    depth[random.random(depth.shape) < 0.3] = np.nan
+    limbs = random.uniform(0.2, 0.5, (2, people, 4)).astype(np.float32)
+    *_, measured, plausible = both(
+        pose_lifting.measure, xyz / z[..., None], scores_of(random, people), some_of(random, people), depth, z,
+        random.uniform(0.0, 0.15, (people, JOINTS)), random.choice([0.03, 1.0], (people, JOINTS)),
+        foreign_of(random, depth, share), *limbs, tolerance=DOUBLE)
+    if people == 20:
+        assert plausible.any() and not plausible.all()
+        assert not measured.all() and measured.any() == (share != 1.0)
+
+
+@PEOPLE
+def test_costs_with_memory(people):
+    random = np.random.default_rng(people)
+    depth = random.uniform(1.0, 4.0, (people, JOINTS))
+    depth[~some_of(random, people)] = np.nan
+    both(pose_lifting.with_memory, random.uniform(0, 12, (people, JOINTS, surfaces.STEPS)).astype(np.float32),
+         random.uniform(1.0, 4.0, people), depth, random.uniform(0.05, 0.5, (people, JOINTS)), tolerance=COST)
+
+
+# --- over time ------------------------------------------------------------------------------------------------------
+
+def filtered(xyz, covariance, mask):
+    """Return the state of filters after some frames, (frames, N, 18, 3) measured in random order."""
+    joints = joint_filter.JointFilter(JOINTS)
+    joints.append(xyz[0], 0.3, 1.0)
+    rows = np.arange(len(xyz[0]))[::-1]
+    for frame in range(len(xyz)):
+        joints.predict(0.07, np.linspace(2.0, 10.0, JOINTS))
+        joints.correct(rows, xyz[frame][rows], covariance[frame][rows], mask[frame][rows])
+    return (joints.position, joints.velocity, joints.position_covariance, joints.cross_covariance,
+            joints.velocity_covariance)
+
+
+@pytest.mark.parametrize('share', [0.0, 0.6, 1.0])
+@PEOPLE
+def test_joint_filter(people, share):
+    random = np.random.default_rng(people)
+    walk = bodies(random, people)[None] + 0.1 * np.arange(6).reshape(6, 1, 1, 1) + random.normal(
+        0, 0.03, (6, people, JOINTS, 3))
+    walk[3] += random.choice([0.0, 2.0], (people, JOINTS, 1), p=[0.9, 0.1])  # wild ones
+    both(filtered, walk, covariances(random, (6, people, JOINTS)), random.random((6, people, JOINTS)) < share,
+         tolerance=DOUBLE)
+
+
+@PEOPLE
+def test_satisfied_lengths(people):
+    random = np.random.default_rng(people)
+    lengths = BONE_LENGTHS * random.uniform(0.7, 1.2, (people, 1))
+    both(bone_constraints.satisfy_lengths, bodies(random, people), covariances(random, (people, JOINTS)), lengths,
+         random.uniform(0.02, 0.1, lengths.shape), some_of(random, people), tolerance=DOUBLE)
+
+
+@pytest.mark.parametrize('share', [0.0, 0.5, 0.9, 1.0])
+@PEOPLE
+def test_learnt_sizes(people, share):
+    random = np.random.default_rng(people)
+    frames = random.integers(0, 31, (people, 9)).astype(np.float64)
+    sizes = body_measures.Sizes(random.uniform(1.0, 1.9, people), frames[:, 0],
+                                BONE_LENGTHS * random.uniform(0.8, 1.1, (people, 8)), frames[:, 1:])
+    both(body_measures.with_frame, sizes, bodies(random, people), some_of(random, people, share), tolerance=DOUBLE)
+
+
+@pytest.mark.parametrize('tracks', [1, 4])
+@PEOPLE
+def test_who_is_who(people, tracks):
+    random = np.random.default_rng(people)
+    known = some_of(random, people, 0.3)
+    xyz = bodies(random, people)
+    both(identity.distances_across, bodies(random, tracks), some_of(random, tracks, 0.3), xyz / xyz[..., 2:], known,
+         tolerance=DOUBLE)
+    size = random.uniform(0.5, 8.0, people)
+    size[:1] = np.inf
+    both(identity.evidence_against, random.uniform(-20, 0, (people, len(surfaces.ROOT_DEPTHS))), size,
+         random.uniform(0.6, 1.2, tracks), random.uniform(0.05, 0.15, tracks), random.uniform(-1.0, 20.0, tracks),
+         tolerance=DOUBLE)
 
 
 # --- all together ---------------------------------------------------------------------------------------------------

@@ -1,6 +1,6 @@
 /**
- * Compiled twins of hot functions of the Python modules skeleton_extract_3d.{depth_inference, surfaces, occluders},
- * which explain what is done and why; they are the reference, and every constant comes from them.
+ * Compiled twins of hot functions of the Python modules of skeleton_extract_3d, which explain what is done and why; they are
+ * the reference, and every constant comes from them.
  *
  * Operations have the reference's precision and mostly its order; sums of many numbers are added up in another one, and
  * exponentials and logarithms may differ in the last bit. NaN means missing, so no -ffast-math.
@@ -592,6 +592,11 @@ public:
     }
   }
 
+  double weight(int sample) const
+  {
+    return weight_[sample];
+  }
+
 private:
   const double* weights_;
   int samples_;
@@ -785,18 +790,51 @@ private:
   std::vector<double> x_, y_, along_x_, along_y_, length_, at_, share_;
 };
 
+/** The part of the picture outside of which a body covers nothing. */
+class Outline
+{
+public:
+  Outline(const double* uv, const double* depths, int joints, double thickest, double focal)
+  {
+    double nearest = std::numeric_limits<double>::infinity();
+    for (int joint = 0; joint < joints; ++joint)
+    {
+      const double u = uv[2 * joint], v = uv[2 * joint + 1];
+      if (std::isfinite(u) && std::isfinite(v))
+      {
+        left_ = std::min(left_, u);
+        right_ = std::max(right_, u);
+        top_ = std::min(top_, v);
+        bottom_ = std::max(bottom_, v);
+        nearest = std::min(nearest, depths[joint]);
+      }
+    }
+    reach_ = nearest > 0.0 ? thickest * focal / nearest : std::numeric_limits<double>::infinity();
+  }
+
+  bool holds(const double* uv) const
+  {
+    return uv[0] >= left_ - reach_ && uv[0] <= right_ + reach_ && uv[1] >= top_ - reach_ && uv[1] <= bottom_ + reach_;
+  }
+
+private:
+  double left_ = std::numeric_limits<double>::infinity(), right_ = -left_, top_ = left_, bottom_ = right_, reach_;
+};
+
 void othersDepths(const double* uv, const double* joint_depths, double focal, int people, int joints,
                   const std::int64_t* parts, const double* radii, int part_count, double least_square, double* result)
 {
   BodyParts body(parts, part_count);
+  const double thickest = part_count > 0 ? *std::max_element(radii, radii + part_count) : 0.0;
   std::fill_n(result, people * joints * people, std::numeric_limits<double>::infinity());
   for (int other = 0; other < people; ++other)
   {
     body.place(uv + other * joints * 2, least_square);
     const double* depths = joint_depths + other * joints;
+    const Outline outline(uv + other * joints * 2, depths, joints, thickest, focal);
     for (int row = 0; row < people * joints; ++row)
     {
-      if (row / joints == other || !std::isfinite(uv[2 * row]))
+      if (row / joints == other || !outline.holds(uv + 2 * row))
       {
         continue;
       }
@@ -866,6 +904,651 @@ void coveredBySelf(const double* uv, const double* root, double focal, int peopl
       }
       result[person * joints + joint] = covered;
     }
+  }
+}
+
+// ---- surfaces: sizes, means
+
+/** Depths at which a trunk is looked for, and what a person's size in the image says of them. */
+struct SizeSettings
+{
+  std::vector<double> log_depths;
+  double foreshortening, weight, limit;
+
+  /** Return the log likelihood of a depth for a person who looks like being at a depth. */
+  double evidence(std::size_t depth, double log_size, double spread) const
+  {
+    double t = log_depths[depth] - log_size;
+    t = std::isfinite(t) ? t : 0.0;
+    t /= t > 0.0 ? spread : foreshortening + spread;
+    return std::max(-0.5 * weight * t * t, limit);
+  }
+};
+
+struct SizedPairs
+{
+  const std::int64_t* pairs;
+  const double* lengths;
+  int count;
+  double least_score, bias;
+};
+
+double distanceBetween(const double* a, const double* b)
+{
+  const double x = a[0] - b[0], y = a[1] - b[1], z = a[2] - b[2];
+  return std::sqrt(x * x + y * y + z * z);
+}
+
+void sizeDepth(const double* rays, const double* scores, int people, int joints, const SizedPairs& s, double* result)
+{
+  for (int person = 0; person < people; ++person)
+  {
+    const double *ray = rays + person * joints * 3, *score = scores + person * joints;
+    double first = std::numeric_limits<double>::infinity(), second = first;
+    int usable = 0;
+    for (int i = 0; i < s.count; ++i)
+    {
+      const std::int64_t start = s.pairs[2 * i], end = s.pairs[2 * i + 1];
+      const double length = distanceBetween(ray + 3 * start, ray + 3 * end);
+      if (score[start] > s.least_score && score[end] > s.least_score && length > 1e-4)
+      {
+        const double depth = s.lengths[i] / length;
+        second = std::min(second, std::max(first, depth));
+        first = std::min(first, depth);
+        ++usable;
+      }
+    }
+    result[person] = usable >= 3 ? second * s.bias : first;
+  }
+}
+
+void meanWithin(const double* depth, const double* offsets, const double* middle, double reach, const bool* known,
+                const bool* foreign, const std::int64_t* chosen, int chosen_count, int people, int joints, int samples,
+                const double* weights, double* mean, double* weight)
+{
+  for (int person = 0; person < people; ++person)
+  {
+    double total = 0.0, moment = 0.0;
+    for (int i = 0; i < chosen_count; ++i)
+    {
+      const int row = person * joints + static_cast<int>(chosen[i]);
+      for (int k = row * samples; known[row] && k < (row + 1) * samples; ++k)
+      {
+        const double z = depth[k] + offsets[person * chosen_count + i];
+        if (std::abs(z - middle[person]) < reach && (foreign == nullptr || !foreign[k]))
+        {
+          total += weights[k - row * samples];
+          moment += weights[k - row * samples] * z;
+        }
+      }
+    }
+    mean[person] = moment / std::max(total, 1e-9);
+    weight[person] = total;
+  }
+}
+
+// ---- occluders: doubtful surfaces
+
+struct DoubtSettings
+{
+  std::vector<bool> arm;  ///< joint by joint
+  double in_front;        ///< [m]
+  const std::int64_t* limb_to;
+  double shortest;  ///< [px]
+};
+
+struct Doubt
+{
+  std::int64_t person, joint;
+  double surface;
+  bool in_front, on_trunk;
+};
+
+/** Return the lower median of the valid ones of some samples; NaN where there is none. */
+double lowerMedian(const double* samples, int count, std::vector<double>& valid)
+{
+  valid.clear();
+  std::copy_if(samples, samples + count, std::back_inserter(valid), [](double z) { return std::isfinite(z); });
+  if (valid.empty())
+  {
+    return std::numeric_limits<double>::quiet_NaN();
+  }
+  const auto middle = valid.begin() + static_cast<std::ptrdiff_t>(valid.size() - 1) / 2;
+  std::nth_element(valid.begin(), middle, valid.end());
+  return *middle;
+}
+
+std::vector<Doubt> doubtfulSurfaces(const double* uv, const double* depth, const double* root, const bool* covered,
+                                    int people, int joints, int samples, const DoubtSettings& s)
+{
+  std::vector<Doubt> result;
+  std::vector<double> valid;
+  for (int row = 0; row < people * joints; ++row)
+  {
+    const int person = row / joints, joint = row % joints;
+    const double surface = lowerMedian(depth + row * samples, samples, valid);
+    const bool in_front = surface < root[person] - s.in_front && std::isfinite(uv[2 * row]);
+    const bool on_trunk = s.arm[joint] && covered[row] && std::isfinite(surface);
+    if (in_front || on_trunk)
+    {
+      result.push_back({ person, joint, surface, in_front, on_trunk });
+    }
+  }
+  return result;
+}
+
+/** Return one metre across a limb in the picture [px]. */
+std::pair<double, double> acrossLimb(const double* uv, const Doubt& doubt, int joints, double focal,
+                                     const DoubtSettings& s)
+{
+  const double* of_person = uv + doubt.person * joints * 2;
+  const double *here = of_person + 2 * doubt.joint, *there = of_person + 2 * s.limb_to[doubt.joint];
+  double x = there[0] - here[0], y = there[1] - here[1];
+  const double length = std::sqrt(x * x + y * y), scale = focal / doubt.surface;
+  const bool known = length > s.shortest;
+  x = known ? x / length : 0.0;
+  y = known ? y / length : 1.0;
+  return { -y * scale, x * scale };
+}
+
+// ---- matrices of 3 x 3, row by row
+
+using Matrix = std::array<double, 9>;
+
+Matrix matrixAt(const double* values)
+{
+  Matrix result;
+  std::copy_n(values, result.size(), result.begin());
+  return result;
+}
+
+Matrix transposed(const Matrix& m)
+{
+  return { m[0], m[3], m[6], m[1], m[4], m[7], m[2], m[5], m[8] };
+}
+
+Matrix product(const Matrix& a, const Matrix& b)
+{
+  Matrix result;
+  for (int i = 0; i < 3; ++i)
+  {
+    for (int j = 0; j < 3; ++j)
+    {
+      result[3 * i + j] = a[3 * i] * b[j] + a[3 * i + 1] * b[3 + j] + a[3 * i + 2] * b[6 + j];
+    }
+  }
+  return result;
+}
+
+Direction product(const Matrix& a, const Direction& v)
+{
+  return { a[0] * v.x + a[1] * v.y + a[2] * v.z, a[3] * v.x + a[4] * v.y + a[5] * v.z,
+           a[6] * v.x + a[7] * v.y + a[8] * v.z };
+}
+
+/** Return a + factor * b. */
+Matrix sum(const Matrix& a, double factor, const Matrix& b)
+{
+  Matrix result;
+  for (std::size_t i = 0; i < result.size(); ++i)
+  {
+    result[i] = a[i] + factor * b[i];
+  }
+  return result;
+}
+
+Matrix symmetric(const Matrix& m)
+{
+  const Matrix other = transposed(m);
+  Matrix result;
+  for (std::size_t i = 0; i < result.size(); ++i)
+  {
+    result[i] = (m[i] + other[i]) / 2;
+  }
+  return result;
+}
+
+Matrix inverse(const Matrix& m)
+{
+  const Matrix adjugate = { m[4] * m[8] - m[5] * m[7], m[2] * m[7] - m[1] * m[8], m[1] * m[5] - m[2] * m[4],
+                            m[5] * m[6] - m[3] * m[8], m[0] * m[8] - m[2] * m[6], m[2] * m[3] - m[0] * m[5],
+                            m[3] * m[7] - m[4] * m[6], m[1] * m[6] - m[0] * m[7], m[0] * m[4] - m[1] * m[3] };
+  const double determinant = m[0] * adjugate[0] + m[1] * adjugate[3] + m[2] * adjugate[6];
+  Matrix result;
+  std::transform(adjugate.begin(), adjugate.end(), result.begin(), [=](double value) { return value / determinant; });
+  return result;
+}
+
+// ---- joint_filter
+
+/** The filters of points, point by point: (N, 3) and (N, 3, 3). */
+struct FilterState
+{
+  double *position, *velocity, *position_covariance, *cross_covariance, *velocity_covariance;
+};
+
+/** Move points on; they take turns in having one of some accelerations [m/s^2]. */
+void predict(const FilterState& state, int points, double elapsed, const double* acceleration, int kinds)
+{
+  const double square = elapsed * elapsed;
+  for (int point = 0; point < points; ++point)
+  {
+    const double a = acceleration[point % kinds], noise = a * a;
+    for (int i = 0; i < 3; ++i)
+    {
+      state.position[3 * point + i] += elapsed * state.velocity[3 * point + i];
+    }
+    double *of_position = state.position_covariance + 9 * point, *cross = state.cross_covariance + 9 * point;
+    double* of_velocity = state.velocity_covariance + 9 * point;
+    const Matrix turned = transposed(matrixAt(cross));
+    for (int i = 0; i < 9; ++i)
+    {
+      const double driven = i % 4 == 0 ? noise : 0.0;  // on the diagonal
+      of_position[i] += elapsed * (cross[i] + turned[i]) + square * of_velocity[i] + square * square / 4 * driven;
+    }
+    for (int i = 0; i < 9; ++i)
+    {
+      const double driven = i % 4 == 0 ? noise : 0.0;
+      cross[i] += elapsed * of_velocity[i] + square * elapsed / 2 * driven;
+      of_velocity[i] += square * driven;
+    }
+  }
+}
+
+/** Take the measurement of one point in. */
+void correct(const FilterState& state, int point, const double* measured, const double* covariance,
+             double trusted_deviations)
+{
+  double *position = state.position + 3 * point, *velocity = state.velocity + 3 * point;
+  double *of_position = state.position_covariance + 9 * point, *of_both = state.cross_covariance + 9 * point;
+  double* of_velocity = state.velocity_covariance + 9 * point;
+  const Matrix prior = matrixAt(of_position), cross = matrixAt(of_both), noise = matrixAt(covariance);
+  const Direction innovation{ measured[0] - position[0], measured[1] - position[1], measured[2] - position[2] };
+  Matrix certainty = inverse(sum(prior, 1.0, noise));
+  const double limit = trusted_deviations * trusted_deviations, off = dot(innovation, product(certainty, innovation));
+  if (off > limit)
+  {
+    certainty = inverse(sum(prior, off / limit, noise));
+  }
+  const Matrix gain = product(prior, certainty), speed_gain = product(transposed(cross), certainty);
+  const Direction moved = product(gain, innovation), sped = product(speed_gain, innovation);
+  position[0] += moved.x;
+  position[1] += moved.y;
+  position[2] += moved.z;
+  velocity[0] += sped.x;
+  velocity[1] += sped.y;
+  velocity[2] += sped.z;
+  const auto store = [](const Matrix& matrix, double* values) { std::copy(matrix.begin(), matrix.end(), values); };
+  store(symmetric(sum(matrixAt(of_velocity), -1.0, product(speed_gain, cross))), of_velocity);
+  store(symmetric(sum(prior, -1.0, product(gain, prior))), of_position);
+  store(sum(cross, -1.0, product(gain, cross)), of_both);
+}
+
+// ---- bone_constraints
+
+struct BoneRules
+{
+  const std::int64_t* bones;  ///< start, end, kind
+  int count;
+  double change, most_violation;
+};
+
+/** Move the joints of one person. */
+void satisfyLengths(double* xyz, const double* covariance, const double* lengths, const double* spreads,
+                    const bool* usable, const BoneRules& rules)
+{
+  for (int i = 0; i < rules.count; ++i)
+  {
+    const std::int64_t start = rules.bones[3 * i], end = rules.bones[3 * i + 1], kind = rules.bones[3 * i + 2];
+    double *from = xyz + 3 * start, *to = xyz + 3 * end;
+    const Direction along{ to[0] - from[0], to[1] - from[1], to[2] - from[2] };
+    const double distance = std::max(std::sqrt(dot(along, along)), 1e-6);
+    const double excess = distance - lengths[kind];
+    if (!usable[start] || !usable[end] || !(std::abs(excess) < rules.most_violation * lengths[kind]))
+    {
+      continue;
+    }
+    const Direction unit_along{ along.x / distance, along.y / distance, along.z / distance };
+    const Direction start_pull = product(matrixAt(covariance + 9 * start), unit_along);
+    const Direction end_pull = product(matrixAt(covariance + 9 * end), unit_along);
+    const double uncertainty = std::max(rules.change, spreads[kind]) * lengths[kind];
+    const double share = excess / (dot(sum(start_pull, end_pull), unit_along) + uncertainty * uncertainty);
+    from[0] += share * start_pull.x;
+    from[1] += share * start_pull.y;
+    from[2] += share * start_pull.z;
+    to[0] -= share * end_pull.x;
+    to[1] -= share * end_pull.y;
+    to[2] -= share * end_pull.z;
+  }
+}
+
+// ---- body_measures
+
+struct MeasureSettings
+{
+  const std::int64_t* sized_pairs;
+  const double* sized_lengths;
+  int sized;
+  int least_bones;
+  double adult_stature;
+  std::pair<double, double> stature_limits;
+  const double* adult_lengths;  ///< kind by kind
+  int kind_count;
+  std::int64_t neck;
+  const std::int64_t *hips, *pairs, *kinds;  ///< the last kind is the trunk's
+  int pair_count;
+  double prior_frames, most_frames, most_change;
+};
+
+struct PersonSizes
+{
+  double &stature, &stature_weight;
+  double *bones, *bone_weights;
+};
+
+void addStature(const double* xyz, const bool* good, const MeasureSettings& s, std::vector<double>& ratios,
+                PersonSizes& sizes)
+{
+  ratios.clear();
+  for (int i = 0; i < s.sized; ++i)
+  {
+    const std::int64_t start = s.sized_pairs[2 * i], end = s.sized_pairs[2 * i + 1];
+    if (good[start] && good[end])
+    {
+      ratios.push_back(distanceBetween(xyz + 3 * start, xyz + 3 * end) / s.sized_lengths[i]);
+    }
+  }
+  const std::size_t count = ratios.size();
+  if (count < static_cast<std::size_t>(s.least_bones))
+  {
+    return;
+  }
+  std::sort(ratios.begin(), ratios.end());
+  const double middle = (ratios[(count - 1) / 2] + ratios[count / 2]) / 2;
+  const double stature = std::min(std::max(middle * s.adult_stature, s.stature_limits.first), s.stature_limits.second);
+  const double weight = std::min(sizes.stature_weight + 1, s.most_frames);
+  // of the first frame, an adult's is the other half
+  sizes.stature += (stature - sizes.stature) * (weight > 1 ? 1 / weight : 0.5);
+  sizes.stature_weight = weight;
+}
+
+/** Take a frame into the sizes of one person. */
+void addFrame(const double* xyz, const bool* good, const MeasureSettings& s, std::vector<double>& scratch,
+              PersonSizes sizes)
+{
+  addStature(xyz, good, s, scratch, sizes);
+  std::vector<double>& total = scratch;
+  total.assign(2 * s.kind_count, 0.0);
+  double* count = total.data() + s.kind_count;
+  const auto add = [&](std::int64_t kind, double length) {
+    const double prior = s.adult_lengths[kind] * (sizes.stature / s.adult_stature), weight = sizes.bone_weights[kind];
+    const double expected = (s.prior_frames * prior + weight * sizes.bones[kind]) / (s.prior_frames + weight);
+    if (std::abs(length / expected - 1) < s.most_change)
+    {
+      total[kind] += length;
+      count[kind] += 1;
+    }
+  };
+  for (int i = 0; i < s.pair_count; ++i)
+  {
+    const std::int64_t start = s.pairs[2 * i], end = s.pairs[2 * i + 1];
+    if (good[start] && good[end])
+    {
+      add(s.kinds[i], distanceBetween(xyz + 3 * start, xyz + 3 * end));
+    }
+  }
+  if (good[s.neck] && good[s.hips[0]] && good[s.hips[1]])
+  {
+    const double *one = xyz + 3 * s.hips[0], *other = xyz + 3 * s.hips[1];
+    const double hips[3] = { (one[0] + other[0]) / 2, (one[1] + other[1]) / 2, (one[2] + other[2]) / 2 };
+    add(s.kinds[s.pair_count], distanceBetween(xyz + 3 * s.neck, hips));
+  }
+  for (int kind = 0; kind < s.kind_count; ++kind)
+  {
+    const double weight = sizes.bone_weights[kind] + count[kind];
+    const double change = total[kind] / std::max(count[kind], 1.0) - sizes.bones[kind];
+    sizes.bones[kind] += change * (count[kind] / std::max(weight, 1.0));
+    sizes.bone_weights[kind] = std::min(weight, s.most_frames);
+  }
+}
+
+// ---- head_pose
+
+struct HeadSettings
+{
+  const std::int64_t* joints;
+  const double* points;  ///< left, down, forwards of each joint [m]
+  const double* offsets;
+  int count;
+  std::array<double, 3> axes;
+  double ahead, error, cosine_spread, sine_spread;
+};
+
+/** Return the depth of the front of a turned ellipsoid, see head_pose._surface. */
+double headSurface(double across, double down, double cosine, double sine, const HeadSettings& s)
+{
+  const auto [side, height, length] = s.axes;
+  const auto square = [](double value) { return value * value; };
+  across -= s.ahead * sine;
+  const double a = square(cosine / side) + square(sine / length);
+  const double b = cosine * sine * (1 / square(side) - 1 / square(length));
+  const double c = square(sine / side) + square(cosine / length);
+  const double level = std::max(1 - square(down / height), 0.1);
+  const double root = std::sqrt(std::max(square(b * across) - c * (a * square(across) - level), 0.0));
+  return -s.ahead * cosine - (b * across + root) / c;
+}
+
+/** Fit one person's head; return whether any of its joints was found. */
+bool headPose(const double* rays, const double* scores, double root, double scale, double shoulder_cosine,
+              const HeadSettings& s, double* ray, double* depths, double* surface)
+{
+  Matrix matrix{};
+  Direction right_side{ 0.0, 0.0, 0.0 };
+  double total = 0.0, y = 0.0;
+  for (int i = 0; i < s.count; ++i)
+  {
+    const double* to = rays + 3 * s.joints[i];
+    const double place_x = to[0] * root, place_y = to[1] * root;
+    const double weight = std::isfinite(place_x) ? scores[s.joints[i]] : 0.0;
+    if (!(weight > 0.0))
+    {
+      continue;
+    }
+    const double terms[3] = { 1.0, s.points[3 * i] * scale, s.points[3 * i + 2] * scale };
+    const double precision = weight / (s.error * s.error);
+    for (int j = 0; j < 3; ++j)
+    {
+      for (int k = 0; k < 3; ++k)
+      {
+        matrix[3 * j + k] += precision * terms[j] * terms[k];
+      }
+    }
+    right_side = sum(right_side, scaled({ terms[0], terms[1], terms[2] }, precision * place_x));
+    total += weight;
+    y += weight * (place_y - s.points[3 * i + 1] * scale);
+  }
+  const double of_cosine = 1 / (s.cosine_spread * s.cosine_spread), of_sine = 1 / (s.sine_spread * s.sine_spread);
+  matrix[0] += 1e-6;
+  matrix[4] += of_cosine;
+  matrix[8] += of_sine;
+  right_side.y += of_cosine * shoulder_cosine;
+  const Direction solution = product(inverse(matrix), right_side);
+  const double norm = std::max(std::hypot(solution.y, solution.z), 1e-6);
+  const double cosine = solution.y / norm, sine = solution.z / norm;
+  ray[0] = solution.x / root;
+  ray[1] = y / std::max(total, 1e-9) / root;
+  ray[2] = 1.0;
+  for (int i = 0; i < s.count; ++i)
+  {
+    const double left = s.points[3 * i] * scale, down = s.points[3 * i + 1] * scale;
+    const double ahead = s.points[3 * i + 2] * scale;
+    depths[i] = left * sine - ahead * cosine;
+    const double front =
+        headSurface((left * cosine + ahead * sine) / scale, down / scale, cosine, sine, s) * scale;
+    // off the outline of the ellipsoid the joint itself is the surface
+    surface[i] = std::min(front, depths[i] - s.offsets[i]);
+  }
+  return total > 0.0;
+}
+
+// ---- identity
+
+void distancesAcross(const double* position, const bool* has, int tracks, const double* rays, const bool* known,
+                     int people, int joints, double* result)
+{
+  std::vector<double> distances;
+  for (int pair = 0; pair < tracks * people; ++pair)
+  {
+    const int track = pair / people * joints, person = pair % people * joints;
+    distances.clear();
+    for (int joint = 0; joint < joints; ++joint)
+    {
+      if (has[track + joint] && known[person + joint])
+      {
+        const double *at = position + 3 * (track + joint), *ray = rays + 3 * (person + joint);
+        const double x = ray[0] * at[2] - at[0], y = ray[1] * at[2] - at[1];
+        distances.push_back(std::sqrt(x * x + y * y));
+      }
+    }
+    if (distances.empty())
+    {
+      result[pair] = std::numeric_limits<double>::infinity();
+      continue;
+    }
+    const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() - 1) / 2;
+    std::nth_element(distances.begin(), middle, distances.end());
+    result[pair] = *middle;
+  }
+}
+
+/** Return by how much another depth is likelier than a track's for one person. */
+double evidenceAgainst(const double* evidence, double size, double spread, double z, double same_depth, double most,
+                       const SizeSettings& s)
+{
+  const double log_size = std::log(size), log_z = std::log(std::max(z, 0.1));
+  double greatest = -std::numeric_limits<double>::infinity(), there = greatest;
+  for (std::size_t i = 0; i < s.log_depths.size(); ++i)
+  {
+    const double total = evidence[i] + s.evidence(i, log_size, spread);
+    greatest = std::max(greatest, total);
+    there = std::abs(s.log_depths[i] - log_z) < same_depth ? std::max(there, total) : there;
+  }
+  return std::min(greatest - there, most);
+}
+
+// ---- pose_lifting
+
+struct JointRules
+{
+  const double* thicknesses;  ///< joint by joint [m]
+  const std::int64_t* head;
+  int head_count;
+  const std::int64_t* chains;  ///< roots, middles and ends of the four limbs
+  const bool* legs;
+  double agreement, least_support, against_front, least_own, shortest, longest, bone_error, sure_end, unsure_end,
+      folded;
+};
+
+struct PersonSeen
+{
+  const double *rays, *scores;
+  const bool* known;
+  const double *depth, *z, *offsets, *own;
+  const bool* foreign;
+  const float *upper, *lower;
+};
+
+struct PersonMeasured
+{
+  double *xyz, *surface;
+  bool *measured, *plausible;
+};
+
+/** Mark the joints that end a bone of a possible length. */
+void markPlausible(const PersonSeen& seen, int joints, const JointRules& s, const PersonMeasured& out)
+{
+  std::fill_n(out.plausible, joints, true);
+  for (int limb = 0; limb < LIMBS; ++limb)
+  {
+    const std::int64_t root = s.chains[limb], middle = s.chains[LIMBS + limb], end = s.chains[2 * LIMBS + limb];
+    const double *at_root = out.xyz + 3 * root, *at_middle = out.xyz + 3 * middle, *at_end = out.xyz + 3 * end;
+    const double upper = seen.upper[limb], lower = seen.lower[limb];
+    const auto possible = [&s](double distance, double length) {
+      return distance > s.shortest * length && distance < s.longest * length + s.bone_error;
+    };
+    out.plausible[middle] = possible(distanceBetween(at_root, at_middle), upper) ||
+                            !(seen.known[root] && seen.known[middle]);
+    const bool of_end = possible(distanceBetween(at_middle, at_end), lower) || !(seen.known[middle] && seen.known[end]);
+    const bool folded = seen.known[root] && distanceBetween(at_root, at_end) < s.folded * (upper + lower) &&
+                        (s.legs[limb] || seen.scores[middle] < s.unsure_end);
+    out.plausible[end] = of_end && (out.plausible[middle] || seen.scores[end] > s.sure_end) &&
+                         !(folded && seen.scores[end] < s.unsure_end);
+  }
+}
+
+/** Decide which joints of one person were seen, and put those where their surface is. */
+void measure(const PersonSeen& seen, int joints, int samples, Window& window, const JointRules& s,
+             const PersonMeasured& out)
+{
+  const auto is_head = [&s](int joint) {
+    const std::int64_t* end = s.head + s.head_count;
+    return std::find(s.head, end, joint) != end;
+  };
+  for (int joint = 0; joint < joints; ++joint)
+  {
+    const double z = seen.z[joint], offset = seen.offsets[joint], thickness = s.thicknesses[joint];
+    const double* depth = seen.depth + joint * samples;
+    const double hides = z - std::max(thickness, offset);
+    double support = 0.0, moment = 0.0, in_front = 0.0;
+    window.look(depth);
+    for (int i = 0; i < samples; ++i)
+    {
+      const double weight = window.weight(i);
+      if (std::abs(depth[i] + offset - z) < s.agreement &&
+          (seen.foreign == nullptr || !seen.foreign[joint * samples + i]))
+      {
+        support += weight;
+        moment += weight * depth[i];
+      }
+      in_front += depth[i] < hides ? weight : 0.0;
+    }
+    const double surface = moment / std::max(support, 1e-9);
+    bool measured = seen.known[joint] && support > s.least_support && seen.own[joint] > s.least_own &&
+                    support >= s.against_front * in_front;
+    double at = z;
+    if (is_head(joint))
+    {
+      measured = measured && offset < thickness;
+    }
+    else if (measured)
+    {
+      at = surface + offset;
+    }
+    out.measured[joint] = measured;
+    for (int i = 0; i < 3; ++i)
+    {
+      out.xyz[3 * joint + i] = seen.rays[3 * joint + i] * at;
+      out.surface[3 * joint + i] = seen.rays[3 * joint + i] * surface;
+    }
+  }
+  markPlausible(seen, joints, s, out);
+  for (int joint = 0; joint < joints; ++joint)
+  {
+    out.measured[joint] = out.measured[joint] && out.plausible[joint];
+    if (!out.measured[joint])
+    {
+      std::fill_n(out.surface + 3 * joint, 3, std::numeric_limits<double>::quiet_NaN());
+    }
+  }
+}
+
+/** Add the costs of being elsewhere than before to those of one joint. */
+void addMemory(double root, double depth, double sigma, const double* deltas, int steps, double limit, float* costs)
+{
+  for (int i = 0; i < steps; ++i)
+  {
+    const double off = (root + deltas[i] - depth) / sigma;
+    costs[i] += std::isfinite(off) ? static_cast<float>(std::min(off * off, limit)) : 0.0f;
   }
 }
 
@@ -1116,6 +1799,370 @@ py::array_t<bool> coveredBySelfOf(const Doubles& uv, const Doubles& root, double
   coveredBySelf(at, trunk, focal, people, joints, parts.data(), radius, may_cover, count, share, least_square, out);
   return result;
 }
+
+SizeSettings sizeSettings(const Doubles& depths, double foreshortening, double weight, double limit)
+{
+  SizeSettings result{ std::vector<double>(sizeOf(depths, "depths", 1, 0)), foreshortening, weight, limit };
+  std::transform(depths.data(), depths.data() + depths.size(), result.log_depths.begin(),
+                 [](double depth) { return std::log(depth); });
+  return result;
+}
+
+py::array_t<double> sizeEvidenceOf(const Doubles& size, const Doubles& spread, const Doubles& depths,
+                                   double foreshortening, double weight, double limit)
+{
+  const SizeSettings settings = sizeSettings(depths, foreshortening, weight, limit);
+  std::vector<py::ssize_t> shape(size.shape(), size.shape() + size.ndim());
+  if (!std::equal(shape.begin(), shape.end(), spread.shape(), spread.shape() + spread.ndim()))
+  {
+    throw std::invalid_argument("size and spread must have the same shape");
+  }
+  shape.push_back(depths.size());
+  py::array_t<double> result(shape);
+  double* out = result.mutable_data();
+  for (py::ssize_t i = 0; i < size.size(); ++i)
+  {
+    const double log_size = std::log(size.data()[i]);
+    for (std::size_t k = 0; k < settings.log_depths.size(); ++k)
+    {
+      *out++ = settings.evidence(k, log_size, spread.data()[i]);
+    }
+  }
+  return result;
+}
+
+py::array_t<double> sizeDepthOf(const Doubles& rays, const Doubles& scores, const Integers& pairs,
+                                const Doubles& lengths, double least_score, double bias)
+{
+  const py::ssize_t people = sizeOf(rays, "rays", 3, 0), joints = rays.shape(1), count = partCount(pairs, joints);
+  const double* ray = checked(rays, "rays", { people, joints, 3 });
+  const double* score = checked(scores, "scores", { people, joints });
+  const SizedPairs settings{ pairs.data(), checked(lengths, "lengths", { count }), static_cast<int>(count), least_score,
+                             bias };
+  py::array_t<double> result(people);
+  sizeDepth(ray, score, people, joints, settings, result.mutable_data());
+  return result;
+}
+
+py::tuple meanWithinOf(const Doubles& depth, const Doubles& offsets, const Doubles& middle, double reach,
+                       const Flags& known, const std::optional<Flags>& foreign, const Integers& chosen,
+                       const Doubles& weights)
+{
+  const py::ssize_t people = sizeOf(depth, "depth", 3, 0), joints = depth.shape(1), samples = depth.shape(2);
+  const py::ssize_t count = sizeOf(chosen, "joints", 1, 0);
+  checkWithin(chosen.data(), count, joints, "joints");
+  const double* offset = checked(offsets, "offsets", { people, count });
+  const double* at = checked(middle, "middle", { people });
+  const bool* found = checked(known, "known", { people, joints });
+  const bool* others = checked(foreign, "foreign", { people, joints, samples });
+  const double* weight = checked(weights, "weights", { samples });
+  py::array_t<double> mean(people), total(people);
+  meanWithin(depth.data(), offset, at, reach, found, others, chosen.data(), count, people, joints, samples, weight,
+             mean.mutable_data(), total.mutable_data());
+  return py::make_tuple(mean, total);
+}
+
+py::tuple doubtfulSurfacesOf(const Doubles& uv, const Doubles& depth, const Doubles& root, const Flags& covered,
+                             double focal, const Integers& arms, double in_front, const Integers& limb_to,
+                             const Doubles& beside, double shortest)
+{
+  const py::ssize_t people = sizeOf(depth, "depth", 3, 0), joints = depth.shape(1), samples = depth.shape(2);
+  const double* at = checked(uv, "uv", { people, joints, 2 });
+  const double* trunk = checked(root, "root", { people });
+  const bool* behind_self = checked(covered, "covered", { people, joints });
+  DoubtSettings settings{ std::vector<bool>(joints), in_front, checked(limb_to, "limb_to", { joints }), shortest };
+  checkWithin(settings.limb_to, joints, joints, "limb_to");
+  checkWithin(arms.data(), arms.size(), joints, "arms");
+  for (py::ssize_t i = 0; i < arms.size(); ++i)
+  {
+    settings.arm[arms.data()[i]] = true;
+  }
+  const std::vector<Doubt> doubts = doubtfulSurfaces(at, depth.data(), trunk, behind_self, people, joints, samples,
+                                                     settings);
+  const py::ssize_t count = doubts.size(), distances = sizeOf(beside, "beside", 1, 0);
+  py::array_t<std::int64_t> person(count), joint(count);
+  py::array_t<double> surface(count), places({ py::ssize_t{ 2 }, distances, count, py::ssize_t{ 2 } });
+  py::array_t<bool> far_in_front(count), on_trunk(count);
+  for (py::ssize_t i = 0; i < count; ++i)
+  {
+    const Doubt& doubt = doubts[i];
+    person.mutable_data()[i] = doubt.person;
+    joint.mutable_data()[i] = doubt.joint;
+    surface.mutable_data()[i] = doubt.surface;
+    far_in_front.mutable_data()[i] = doubt.in_front;
+    on_trunk.mutable_data()[i] = doubt.on_trunk;
+    const auto [x, y] = acrossLimb(at, doubt, joints, focal, settings);
+    const double* here = at + 2 * (doubt.person * joints + doubt.joint);
+    for (py::ssize_t side = 0; side < 2; ++side)
+    {
+      for (py::ssize_t k = 0; k < distances; ++k)
+      {
+        const double reach = side == 0 ? -beside.data()[k] : beside.data()[k];
+        double* place = places.mutable_data(side, k, i, 0);
+        place[0] = here[0] + reach * x;
+        place[1] = here[1] + reach * y;
+      }
+    }
+  }
+  return py::make_tuple(person, joint, surface, far_in_front, on_trunk, places);
+}
+
+/** Position, velocity and their covariances, see joint_filter.JointFilter. */
+using FilterArrays = std::array<Doubles, 5>;
+
+/** Copies of the arrays of a filter. */
+class FilterCopy
+{
+public:
+  explicit FilterCopy(const FilterArrays& state)
+    : tracks(sizeOf(state[0], "position", 3, 0)), points(state[0].shape(1))
+  {
+    for (std::size_t i = 0; i < state.size(); ++i)
+    {
+      const double* values = i < 2 ? checked(state[i], "position and velocity", { tracks, points, 3 }) :
+                                     checked(state[i], "covariances", { tracks, points, 3, 3 });
+      arrays_[i] = py::array_t<double>(std::vector<py::ssize_t>(state[i].shape(), state[i].shape() + state[i].ndim()));
+      std::copy_n(values, state[i].size(), arrays_[i].mutable_data());
+    }
+  }
+
+  FilterState state()
+  {
+    return { arrays_[0].mutable_data(), arrays_[1].mutable_data(), arrays_[2].mutable_data(),
+             arrays_[3].mutable_data(), arrays_[4].mutable_data() };
+  }
+  py::tuple arrays() const
+  {
+    return py::make_tuple(arrays_[0], arrays_[1], arrays_[2], arrays_[3], arrays_[4]);
+  }
+
+  const py::ssize_t tracks, points;
+
+private:
+  std::array<py::array_t<double>, 5> arrays_;
+};
+
+py::tuple predictOf(const FilterArrays& state, double elapsed, const Doubles& acceleration)
+{
+  FilterCopy copy(state);
+  const double* by_point = checked(acceleration, "acceleration", { copy.points });
+  predict(copy.state(), copy.tracks * copy.points, elapsed, by_point, copy.points);
+  return copy.arrays();
+}
+
+py::tuple correctOf(const FilterArrays& state, const Integers& rows, const Doubles& measured, const Doubles& covariance,
+                    const Flags& mask, double trusted_deviations)
+{
+  FilterCopy copy(state);
+  const py::ssize_t count = sizeOf(rows, "rows", 1, 0), points = copy.points;
+  checkWithin(rows.data(), count, copy.tracks, "rows");
+  const double* at = checked(measured, "measured", { count, points, 3 });
+  const double* noise = checked(covariance, "covariance", { count, points, 3, 3 });
+  const bool* use = checked(mask, "mask", { count, points });
+  for (py::ssize_t i = 0; i < count * points; ++i)
+  {
+    if (use[i])
+    {
+      correct(copy.state(), rows.data()[i / points] * points + i % points, at + 3 * i, noise + 9 * i,
+              trusted_deviations);
+    }
+  }
+  return copy.arrays();
+}
+
+py::array_t<double> satisfyLengthsOf(const Doubles& xyz, const Doubles& covariance, const Doubles& lengths,
+                                     const Doubles& spreads, const Flags& usable, const Integers& bones, double change,
+                                     double most_violation)
+{
+  const py::ssize_t people = sizeOf(xyz, "xyz", 3, 0), joints = xyz.shape(1), kinds = sizeOf(lengths, "lengths", 2, 1);
+  const py::ssize_t count = sizeOf(bones, "bones", 2, 0);
+  const BoneRules rules{ checked(bones, "bones", { count, 3 }), static_cast<int>(count), change, most_violation };
+  for (py::ssize_t i = 0; i < count; ++i)
+  {
+    checkWithin(rules.bones + 3 * i, 2, joints, "ends of bones");
+    checkWithin(rules.bones + 3 * i + 2, 1, kinds, "kinds of bones");
+  }
+  const double* at = checked(xyz, "xyz", { people, joints, 3 });
+  const double* noise = checked(covariance, "covariance", { people, joints, 3, 3 });
+  const double* length = checked(lengths, "lengths", { people, kinds });
+  const double* spread = checked(spreads, "spreads", { people, kinds });
+  const bool* use = checked(usable, "usable", { people, joints });
+  py::array_t<double> result({ people, joints, py::ssize_t{ 3 } });
+  std::copy_n(at, xyz.size(), result.mutable_data());
+  for (py::ssize_t p = 0; p < people; ++p)
+  {
+    satisfyLengths(result.mutable_data() + p * joints * 3, noise + p * joints * 9, length + p * kinds,
+                   spread + p * kinds, use + p * joints, rules);
+  }
+  return result;
+}
+
+py::tuple withFrame(const std::array<Doubles, 4>& sizes, const Doubles& xyz, const Flags& good,
+                    const Integers& sized_pairs, const Doubles& sized_lengths, int least_bones, double adult_stature,
+                    const std::pair<double, double>& stature_limits, const Doubles& adult_lengths, std::int64_t neck,
+                    const Integers& hips, const Integers& pairs, const Integers& kinds, double prior_frames,
+                    double most_frames, double most_change)
+{
+  const py::ssize_t people = sizeOf(xyz, "xyz", 3, 0), joints = xyz.shape(1);
+  const py::ssize_t sized = partCount(sized_pairs, joints), pair_count = partCount(pairs, joints);
+  const py::ssize_t kind_count = sizeOf(adult_lengths, "adult_lengths", 1, 0);
+  checkWithin(&neck, 1, joints, "neck");
+  checkWithin(checked(hips, "hips", { 2 }), 2, joints, "hips");
+  checkWithin(checked(kinds, "kinds", { pair_count + 1 }), pair_count + 1, kind_count, "kinds");
+  const MeasureSettings settings{ sized_pairs.data(), checked(sized_lengths, "sized_lengths", { sized }),
+                                  static_cast<int>(sized), least_bones, adult_stature, stature_limits,
+                                  adult_lengths.data(), static_cast<int>(kind_count), neck, hips.data(), pairs.data(),
+                                  kinds.data(), static_cast<int>(pair_count), prior_frames, most_frames, most_change };
+  const double* at = checked(xyz, "xyz", { people, joints, 3 });
+  const bool* use = checked(good, "good", { people, joints });
+  py::array_t<double> stature(people), stature_weight(people);
+  py::array_t<double> bones({ people, kind_count }), bone_weights({ people, kind_count });
+  std::copy_n(checked(sizes[0], "stature", { people }), people, stature.mutable_data());
+  std::copy_n(checked(sizes[1], "stature_weight", { people }), people, stature_weight.mutable_data());
+  std::copy_n(checked(sizes[2], "bones", { people, kind_count }), bones.size(), bones.mutable_data());
+  std::copy_n(checked(sizes[3], "bone_weights", { people, kind_count }), bones.size(), bone_weights.mutable_data());
+  std::vector<double> scratch;
+  for (py::ssize_t p = 0; p < people; ++p)
+  {
+    addFrame(at + p * joints * 3, use + p * joints, settings, scratch,
+             { stature.mutable_data()[p], stature_weight.mutable_data()[p], bones.mutable_data() + p * kind_count,
+               bone_weights.mutable_data() + p * kind_count });
+  }
+  return py::make_tuple(stature, stature_weight, bones, bone_weights);
+}
+
+py::tuple estimateHeadPose(const Doubles& rays, const Doubles& scores, const Doubles& root, const Doubles& scale,
+                           const Doubles& shoulder_cosine, const Integers& head, const Doubles& points,
+                           const Doubles& offsets, const std::array<double, 3>& axes, double ahead, double error,
+                           double cosine_spread, double sine_spread)
+{
+  const py::ssize_t people = sizeOf(rays, "rays", 3, 0), joints = rays.shape(1), count = sizeOf(head, "joints", 1, 0);
+  checkWithin(head.data(), count, joints, "joints");
+  const HeadSettings settings{ head.data(), checked(points, "points", { count, 3 }),
+                               checked(offsets, "offsets", { count }), static_cast<int>(count), axes, ahead, error,
+                               cosine_spread, sine_spread };
+  const double* ray = checked(rays, "rays", { people, joints, 3 });
+  const double* score = checked(scores, "scores", { people, joints });
+  const double* trunk = checked(root, "root", { people });
+  const double* size = checked(scale, "scale", { people });
+  const double* cosine = checked(shoulder_cosine, "shoulder_cosine", { people });
+  py::array_t<double> to_head({ people, py::ssize_t{ 3 } }), depths({ people, count }), surface({ people, count });
+  py::array_t<bool> known(people);
+  for (py::ssize_t p = 0; p < people; ++p)
+  {
+    known.mutable_data()[p] = headPose(
+        ray + p * joints * 3, score + p * joints, trunk[p], size[p], cosine[p], settings,
+        to_head.mutable_data() + 3 * p, depths.mutable_data() + p * count, surface.mutable_data() + p * count);
+  }
+  return py::make_tuple(to_head, depths, surface, known);
+}
+
+py::array_t<double> distancesAcrossOf(const Doubles& position, const Flags& has, const Doubles& rays,
+                                      const Flags& known)
+{
+  const py::ssize_t tracks = sizeOf(position, "position", 3, 0), joints = position.shape(1);
+  const py::ssize_t people = sizeOf(rays, "rays", 3, 0);
+  const double* at = checked(position, "position", { tracks, joints, 3 });
+  const bool* placed = checked(has, "has", { tracks, joints });
+  const double* ray = checked(rays, "rays", { people, joints, 3 });
+  const bool* found = checked(known, "known", { people, joints });
+  py::array_t<double> result({ tracks, people });
+  distancesAcross(at, placed, tracks, ray, found, people, joints, result.mutable_data());
+  return result;
+}
+
+py::array_t<double> evidenceAgainstOf(const Doubles& evidence, const Doubles& size, const Doubles& scale,
+                                      const Doubles& spread, const Doubles& z, double same_depth, double most,
+                                      const Doubles& depths, double foreshortening, double weight, double limit)
+{
+  const SizeSettings settings = sizeSettings(depths, foreshortening, weight, limit);
+  const py::ssize_t people = sizeOf(size, "size", 1, 0), tracks = sizeOf(z, "z", 1, 0);
+  const double* of_surfaces = checked(evidence, "evidence", { people, depths.size() });
+  const double* by_track = checked(scale, "scale", { tracks });
+  const double* uncertainty = checked(spread, "spread", { tracks });
+  py::array_t<double> result({ tracks, people });
+  for (py::ssize_t t = 0; t < tracks; ++t)
+  {
+    for (py::ssize_t p = 0; p < people; ++p)
+    {
+      *result.mutable_data(t, p) = evidenceAgainst(of_surfaces + p * depths.size(), size.data()[p] * by_track[t],
+                                                   uncertainty[t], z.data()[t], same_depth, most, settings);
+    }
+  }
+  return result;
+}
+
+py::tuple measureOf(const Doubles& rays, const Doubles& scores, const Flags& known, const Doubles& depth,
+                    const Doubles& z, const Doubles& offsets, const Doubles& own, const std::optional<Flags>& foreign,
+                    const Floats& upper, const Floats& lower, const Doubles& weights, const Doubles& thicknesses,
+                    const Integers& head, const Integers& chains, const Flags& legs, double agreement,
+                    double least_support, double against_front, double least_own, double shortest, double longest,
+                    double bone_error, double sure_end, double unsure_end, double folded)
+{
+  const py::ssize_t people = sizeOf(depth, "depth", 3, 0), joints = depth.shape(1), samples = depth.shape(2);
+  const JointRules rules{ checked(thicknesses, "thicknesses", { joints }), head.data(), static_cast<int>(head.size()),
+                          checked(chains, "chains", { 3 * LIMBS }), checked(legs, "legs", { LIMBS }), agreement,
+                          least_support, against_front, least_own, shortest, longest, bone_error, sure_end, unsure_end,
+                          folded };
+  checkWithin(rules.chains, 3 * LIMBS, joints, "chains");
+  const double* ray = checked(rays, "rays", { people, joints, 3 });
+  const double* score = checked(scores, "scores", { people, joints });
+  const bool* found = checked(known, "known", { people, joints });
+  const double* at = checked(z, "z", { people, joints });
+  const double* offset = checked(offsets, "offsets", { people, joints });
+  const double* likely_own = checked(own, "own", { people, joints });
+  const bool* others = checked(foreign, "foreign", { people, joints, samples });
+  const float* upper_length = checked(upper, "upper", { people, LIMBS });
+  const float* lower_length = checked(lower, "lower", { people, LIMBS });
+  Window window(checked(weights, "weights", { samples }), samples);
+  py::array_t<double> xyz({ people, joints, py::ssize_t{ 3 } }), surface({ people, joints, py::ssize_t{ 3 } });
+  py::array_t<bool> measured({ people, joints }), plausible({ people, joints });
+  for (py::ssize_t p = 0; p < people; ++p)
+  {
+    const py::ssize_t row = p * joints;
+    measure({ ray + 3 * row, score + row, found + row, depth.data() + row * samples, at + row, offset + row,
+              likely_own + row, others == nullptr ? nullptr : others + row * samples, upper_length + p * LIMBS,
+              lower_length + p * LIMBS },
+            joints, samples, window, rules,
+            { xyz.mutable_data() + 3 * row, surface.mutable_data() + 3 * row, measured.mutable_data() + row,
+              plausible.mutable_data() + row });
+  }
+  return py::make_tuple(xyz, surface, measured, plausible);
+}
+
+py::array_t<float> withMemory(const Floats& costs, const Doubles& root, const Doubles& depth, const Doubles& sigma,
+                              const Doubles& deltas, double limit)
+{
+  const py::ssize_t people = sizeOf(costs, "costs", 3, 0), joints = costs.shape(1), steps = costs.shape(2);
+  const double* trunk = checked(root, "root", { people });
+  const double* before = checked(depth, "depth", { people, joints });
+  const double* deviation = checked(sigma, "sigma", { people, joints });
+  const double* delta = checked(deltas, "deltas", { steps });
+  py::array_t<float> result({ people, joints, steps });
+  std::copy_n(costs.data(), costs.size(), result.mutable_data());
+  for (py::ssize_t row = 0; row < people * joints; ++row)
+  {
+    addMemory(trunk[row / joints], before[row], deviation[row], delta, steps, limit,
+              result.mutable_data() + row * steps);
+  }
+  return result;
+}
+
+py::array_t<double> lowerMedianOf(const Doubles& values)
+{
+  if (values.ndim() < 1)
+  {
+    throw std::invalid_argument("values must have at least 1 dimension");
+  }
+  const py::ssize_t count = values.shape(values.ndim() - 1);
+  py::array_t<double> result(std::vector<py::ssize_t>(values.shape(), values.shape() + values.ndim() - 1));
+  std::vector<double> valid;
+  for (py::ssize_t i = 0; i < result.size(); ++i)
+  {
+    result.mutable_data()[i] = lowerMedian(values.data() + i * count, static_cast<int>(count), valid);
+  }
+  return result;
+}
 }  // namespace skeleton_extract_3d
 
 PYBIND11_MODULE(skeleton_extract_3d_lifting, module)
@@ -1150,4 +2197,44 @@ PYBIND11_MODULE(skeleton_extract_3d_lifting, module)
   module.def("covered_by_self", &coveredBySelfOf, "Twin of occluders.covered_by_self.", py::arg("uv"), py::arg("root"),
              py::arg("focal"), py::arg("parts"), py::arg("radii"), py::arg("covering"), py::arg("share"),
              py::arg("least_square"));
+  module.def("lower_median", &lowerMedianOf, "Twin of surfaces.lower_median.", py::arg("values"));
+  module.def("size_evidence", &sizeEvidenceOf, "Twin of surfaces.size_evidence.", py::arg("size"), py::arg("spread"),
+             py::arg("depths"), py::arg("foreshortening"), py::arg("weight"), py::arg("limit"));
+  module.def("size_depth", &sizeDepthOf, "Twin of surfaces.size_depth.", py::arg("rays"), py::arg("scores"),
+             py::arg("pairs"), py::arg("lengths"), py::arg("least_score"), py::arg("bias"));
+  module.def("mean_within", &meanWithinOf, "Twin of surfaces.mean_within.", py::arg("depth"), py::arg("offsets"),
+             py::arg("middle"), py::arg("reach"), py::arg("known"), py::arg("foreign"), py::arg("joints"),
+             py::arg("weights"));
+  module.def("doubtful_surfaces", &doubtfulSurfacesOf, "Twin of occluders.doubtful_surfaces.", py::arg("uv"),
+             py::arg("depth"), py::arg("root"), py::arg("covered"), py::arg("focal"), py::arg("arms"),
+             py::arg("in_front"), py::arg("limb_to"), py::arg("beside"), py::arg("shortest"));
+  module.def("predict", &predictOf, "Twin of joint_filter.JointFilter.predict.", py::arg("state"), py::arg("elapsed"),
+             py::arg("acceleration"));
+  module.def("correct", &correctOf, "Twin of joint_filter.JointFilter.correct.", py::arg("state"), py::arg("rows"),
+             py::arg("measured"), py::arg("covariance"), py::arg("mask"), py::arg("trusted_deviations"));
+  module.def("satisfy_lengths", &satisfyLengthsOf, "Twin of bone_constraints.satisfy_lengths.", py::arg("xyz"),
+             py::arg("covariance"), py::arg("lengths"), py::arg("spreads"), py::arg("usable"), py::arg("bones"),
+             py::arg("change"), py::arg("most_violation"));
+  module.def("with_frame", &withFrame, "Twin of body_measures.with_frame.", py::arg("sizes"), py::arg("xyz"),
+             py::arg("good"), py::arg("sized_pairs"), py::arg("sized_lengths"), py::arg("least_bones"),
+             py::arg("adult_stature"), py::arg("stature_limits"), py::arg("adult_lengths"), py::arg("neck"),
+             py::arg("hips"), py::arg("pairs"), py::arg("kinds"), py::arg("prior_frames"), py::arg("most_frames"),
+             py::arg("most_change"));
+  module.def("estimate_head_pose", &estimateHeadPose, "Twin of head_pose.estimate_head_pose.", py::arg("rays"),
+             py::arg("scores"), py::arg("root"), py::arg("scale"), py::arg("shoulder_cosine"), py::arg("joints"),
+             py::arg("points"), py::arg("offsets"), py::arg("axes"), py::arg("ahead"), py::arg("error"),
+             py::arg("cosine_spread"), py::arg("sine_spread"));
+  module.def("distances_across", &distancesAcrossOf, "Twin of identity.distances_across.", py::arg("position"),
+             py::arg("has"), py::arg("rays"), py::arg("known"));
+  module.def("evidence_against", &evidenceAgainstOf, "Twin of identity.evidence_against.", py::arg("evidence"),
+             py::arg("size"), py::arg("scale"), py::arg("spread"), py::arg("z"), py::arg("same_depth"), py::arg("most"),
+             py::arg("depths"), py::arg("foreshortening"), py::arg("weight"), py::arg("limit"));
+  module.def("with_memory", &withMemory, "Twin of pose_lifting.with_memory.", py::arg("costs"), py::arg("root"),
+             py::arg("depth"), py::arg("sigma"), py::arg("deltas"), py::arg("limit"));
+  module.def("measure", &measureOf, "Twin of pose_lifting.measure.", py::arg("rays"), py::arg("scores"),
+             py::arg("known"), py::arg("depth"), py::arg("z"), py::arg("offsets"), py::arg("own"), py::arg("foreign"),
+             py::arg("upper"), py::arg("lower"), py::arg("weights"), py::arg("thicknesses"), py::arg("head"),
+             py::arg("chains"), py::arg("legs"), py::arg("agreement"), py::arg("least_support"),
+             py::arg("against_front"), py::arg("least_own"), py::arg("shortest"), py::arg("longest"),
+             py::arg("bone_error"), py::arg("sure_end"), py::arg("unsure_end"), py::arg("folded"));
 }

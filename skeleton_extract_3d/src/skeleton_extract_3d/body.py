@@ -74,7 +74,7 @@ def _by_joint(values: Dict[str, float]) -> np.ndarray:
 
 # Depth of the joints under the surface that is seen at their pixel, along the ray [m].
 SURFACE_OFFSETS = _by_joint({
-    'nose': 0.003, 'eye': 0.012, 'ear': 0.025, 'neck': 0.085, 'shoulder': 0.067, 'elbow': 0.045, 'wrist': 0.028,
+    'nose': 0.003, 'eye': 0.010, 'ear': 0.015, 'neck': 0.085, 'shoulder': 0.067, 'elbow': 0.045, 'wrist': 0.028,
     'hip': 0.115, 'knee': 0.078, 'ankle': 0.060})
 # A surface that is further than this in front of a joint hides it [m].
 THICKNESSES = _by_joint({
@@ -96,8 +96,6 @@ HEAD_POINTS = np.array([[0.0, 0.03, 0.105], [-0.03, -0.02, 0.085], [0.03, -0.02,
                         [-0.074, 0.0, 0.0], [0.074, 0.0, 0.0]])
 # The head is an ellipsoid with these half axes, to the left, down, forwards [m], so far ahead of the ears [m].
 HEAD_AXES, HEAD_AHEAD = (0.078, 0.140, 0.095), 0.015
-# Depth of a joint of the head under the skin where its ray misses the ellipsoid [m]; in the order of `HEAD`.
-HEAD_OFFSETS = np.array([0.003, 0.010, 0.010, 0.015, 0.015])
 
 # Parts of a body that may cover a joint in the image: pairs of joints and half the breadth [m].
 _PARTS: Tuple[Tuple[str, str, float], ...] = (

@@ -7,6 +7,7 @@ from typing import Tuple
 
 import numpy as np
 
+from skeleton_extract_3d import compiled
 from skeleton_extract_3d.body import BONES, ENDS, HIPS, MIDDLES, ROOTS, SHOULDERS
 
 # How far the length of a person's bone changes, by clothes and by where annotators see joints (share).
@@ -20,6 +21,8 @@ _PAIRS = [BONES.index(name) for name in ('shoulders', 'hips')]
 _ROUNDS: Tuple[Tuple[np.ndarray, np.ndarray, list], ...] = (
     (np.array([SHOULDERS[0], HIPS[0]]), np.array([SHOULDERS[1], HIPS[1]]), _PAIRS), (ROOTS, MIDDLES, _UPPER),
     (MIDDLES, ENDS, _LOWER), (ROOTS, MIDDLES, _UPPER))
+# The same one by one: start, end, kind, (14, 3).
+_BONES = np.concatenate([np.stack(bones, axis=1) for bones in _ROUNDS])
 
 
 def satisfy_lengths(xyz: np.ndarray, covariance: np.ndarray, lengths: np.ndarray, spreads: np.ndarray,
@@ -33,6 +36,10 @@ def satisfy_lengths(xyz: np.ndarray, covariance: np.ndarray, lengths: np.ndarray
         spreads: (P, 8) how well they are known, as shares.
         usable: (P, 18) joints that take part.
     """
+    twin = compiled.load()[0]
+    if twin is not None:
+        return twin.satisfy_lengths(xyz, covariance, lengths, spreads, usable, bones=_BONES, change=_CHANGE,
+                                    most_violation=_MOST_VIOLATION)
     xyz = xyz.copy()
     for starts, ends, kinds in _ROUNDS:
         length = lengths[:, kinds]

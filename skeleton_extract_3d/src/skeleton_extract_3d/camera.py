@@ -1,4 +1,5 @@
 """Cameras: from pixels to rays and back."""
+import functools
 from dataclasses import dataclass
 from typing import Dict, Optional, Tuple
 
@@ -161,26 +162,44 @@ def fitted_camera(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> Optional[Camer
         BadInputError: no such camera explains the points: they are in another frame, or not registered.
     """
     height, width = z.shape
-    columns = np.unique(np.linspace(0, width - 1, _FIT_GRID[0]).astype(np.int64))
-    rows = np.unique(np.linspace(0, height - 1, _FIT_GRID[1]).astype(np.int64))
-    u, v = (grid.ravel() for grid in np.meshgrid(columns, rows))
-    points = np.stack([axis[v, u].astype(np.float64) for axis in (x, y, z)])
+    pixels = _fit_pixels(width, height)
+    points = np.array([axis[pixels[1], pixels[0]] for axis in (x, y, z)], np.float64)
     there = np.isfinite(points).all(axis=0)
     there &= np.where(there, points[2], 0.0) > 0
-    if there.sum() < _LEAST_FIT_POINTS:
+    pixels, points = pixels[:, there], points[:, there]
+    if points.shape[1] < _LEAST_FIT_POINTS:
         return None
-    (fx, cx), x_error = _line(points[0, there] / points[2, there], u[there])
-    (fy, cy), y_error = _line(points[1, there] / points[2, there], v[there])
-    if not (fx > 0 and fy > 0) or max(x_error, y_error) > _FIT_TOLERANCE:
+    (fx, fy), (cx, cy), error = _lines(points[:2] / points[2], pixels)
+    if not (fx > 0 and fy > 0) or error > _FIT_TOLERANCE:
         raise BadInputError(
             'the points of the cloud are not those of a pinhole camera in its optical frame (x right, y down, z '
-            f'forward): they miss their pixels by {max(x_error, y_error):.1f} px, expected up to {_FIT_TOLERANCE:g}; '
-            'publish the registered cloud in the optical frame of the image')
+            f'forward): they miss their pixels by {error:.1f} px, expected up to {_FIT_TOLERANCE:g}; publish the '
+            'registered cloud in the optical frame of the image')
     return CameraModel(width, height, np.array([fx, 0, cx, 0, fy, cy, 0, 0, 1]))
 
 
-def _line(slope_of: np.ndarray, pixels: np.ndarray) -> Tuple[np.ndarray, float]:
-    """Return focal length and centre of pixels = focal * slope_of + centre, and the median error [px]."""
-    terms = np.stack([slope_of, np.ones_like(slope_of)], axis=1)
-    solution = np.linalg.lstsq(terms, pixels.astype(np.float64), rcond=None)[0]
-    return solution, float(np.median(np.abs(terms @ solution - pixels)))
+@functools.lru_cache(maxsize=8)
+def _fit_pixels(width: int, height: int) -> np.ndarray:
+    """Return the columns and rows of the points that a camera is fitted to, (2, N) int64."""
+    columns, rows = (np.unique(np.linspace(0, size - 1, count).astype(np.int64))
+                     for size, count in zip((width, height), _FIT_GRID))
+    return np.stack([grid.ravel() for grid in np.meshgrid(columns, rows)])
+
+
+def _lines(slope_of: np.ndarray, pixels: np.ndarray) -> Tuple[np.ndarray, np.ndarray, float]:
+    """Return focal lengths and centres of pixels = focal * slope_of + centre by least squares, and the median error.
+
+    Args:
+        slope_of, pixels: (2, N), along both axes of the image.
+
+    Returns:
+        (2,) and (2,) [px]; the greater one of the errors of both axes [px].
+    """
+    slope_mean, pixel_mean = (values.sum(axis=1, keepdims=True) / values.shape[1] for values in (slope_of, pixels))
+    slope_off, pixel_off = slope_of - slope_mean, pixels - pixel_mean
+    square = np.maximum((slope_off * slope_off).sum(axis=1, keepdims=True), 1e-12)
+    focal = (slope_off * pixel_off).sum(axis=1, keepdims=True) / square
+    error = np.abs(focal * slope_off - pixel_off)
+    middle = error.shape[1] // 2
+    error.partition(middle)
+    return focal[:, 0], (pixel_mean - focal * slope_mean)[:, 0], float(error[:, middle].max())

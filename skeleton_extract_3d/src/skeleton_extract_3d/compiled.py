@@ -1,8 +1,7 @@
 """The compiled twins of hot functions: the module `skeleton_extract_3d_lifting`, built where catkin finds pybind11.
 
-A function of `depth_inference`, `surfaces` or `occluders` that has a twin hands its arguments on to it, with the
-constants of its module. Where nothing is built it computes by itself, which takes several times as long. Results agree
-but for rounding.
+A function that has a twin hands its arguments on to it, with the constants of its module. Where nothing is built it
+computes by itself, which takes several times as long. Results agree but for rounding.
 """
 import functools
 from types import ModuleType

@@ -128,12 +128,15 @@ class _Placement:
             possible: (N,) or (N, J) whether rest is known, or the parent is.
             parents: (J,) or one joint that they move with; None: they move as they did.
         """
+        missing = ~self._placed[:, joints]
+        if not missing.any():
+            return
         tracks, rows = self._tracks, self._rows
         had = tracks.has[rows][:, joints]
         age = self._stamp - np.where(had, tracks.seen[rows][:, joints], tracks.born[rows][:, None])
         possible = possible if possible.ndim == 2 else possible[:, None]
         able = had if rest is None else had | possible
-        fill = ~self._placed[:, joints] & able & (age <= self._timeout)
+        fill = missing & able & (age <= self._timeout)
         if not fill.any():
             return
         position, velocity = self.position[:, joints], self._velocity[:, joints]

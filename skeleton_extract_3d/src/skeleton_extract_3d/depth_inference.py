@@ -20,9 +20,10 @@ from skeleton_extract_3d.surfaces import DELTAS, HALF, STEP, STEPS
 # Order of the joints in the arrays of this module: left and right shoulder, left and right hip, then their middles
 # (elbows, knees) and ends (wrists, ankles).
 ROOT_ROWS, MIDDLE_ROWS, END_ROWS = slice(0, 4), slice(4, 8), slice(8, 12)
-# Kinds of the bones of the four limbs.
-_UPPER_KINDS = [BONES.index(name) for name in ('upper_arm', 'upper_arm', 'thigh', 'thigh')]
-_LOWER_KINDS = [BONES.index(name) for name in ('forearm', 'forearm', 'shin', 'shin')]
+# Kinds of a person's bones, and where the fields of `Bones` are among them.
+_KINDS = [BONES.index(name) for name in ('upper_arm', 'upper_arm', 'thigh', 'thigh', 'forearm', 'forearm', 'shin',
+                                         'shin', 'shoulders', 'hips', 'trunk', 'head')]
+_UPPER, _LOWER, _PAIRS, _TRUNK, _HEAD = slice(0, 4), slice(4, 8), slice(8, 10), 10, 11
 # Error of a length by those of its ends, by one whose ray is a guess, and of the head's by nodding [m].
 _KEYPOINT_ERROR, _GUESS_ERROR, _NODDING = 0.02, 0.25, 0.02
 # No violation of a length costs more: a keypoint may be elsewhere.
@@ -85,14 +86,15 @@ def bones_of(lengths: np.ndarray, spread: np.ndarray, unknown: np.ndarray) -> Bo
         spread: (P, 8) standard deviation of each length, as a share.
         unknown: (P, 12) joints without a keypoint: their rays are guesses, so their bones say little.
     """
-    variance = (spread * lengths) ** 2 + _KEYPOINT_ERROR ** 2
+    variance = ((spread * lengths) ** 2 + _KEYPOINT_ERROR ** 2)[:, _KINDS]
     guess = np.where(unknown, _GUESS_ERROR ** 2, 0.0)
-    roots, middles, ends = guess[:, ROOT_ROWS], guess[:, MIDDLE_ROWS], guess[:, END_ROWS]
-    values = (lengths[:, _UPPER_KINDS], lengths[:, _LOWER_KINDS], lengths[:, :2], lengths[:, 2], lengths[:, 3],
-              np.sqrt(variance[:, _UPPER_KINDS] + roots + middles), np.sqrt(variance[:, _LOWER_KINDS] + middles + ends),
-              np.sqrt(variance[:, :2] + roots[:, 0::2] + roots[:, 1::2]), np.sqrt(variance[:, 2]),
-              np.sqrt(variance[:, 3]) + _NODDING)
-    return Bones(*(value.astype(np.float32) for value in values))
+    variance[:, _UPPER] += guess[:, ROOT_ROWS] + guess[:, MIDDLE_ROWS]
+    variance[:, _LOWER] += guess[:, MIDDLE_ROWS] + guess[:, END_ROWS]
+    variance[:, _PAIRS] += guess[:, 0:4:2] + guess[:, 1:4:2]
+    sigma = np.sqrt(variance)
+    sigma[:, _HEAD] += _NODDING
+    return Bones(*(values[:, bones] for values in (lengths[:, _KINDS].astype(np.float32), sigma.astype(np.float32))
+                   for bones in (_UPPER, _LOWER, _PAIRS, _TRUNK, _HEAD)))
 
 
 def infer_depths(costs: np.ndarray, head_costs: np.ndarray, rays: np.ndarray, head_ray: np.ndarray, root: np.ndarray,

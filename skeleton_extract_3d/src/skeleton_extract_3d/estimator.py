@@ -50,6 +50,8 @@ _MEASURED_REACH = 0.12
 _CLOTHES_DEPTH = 0.35
 # Share of a new direction of the trunk downwards.
 _DOWN_SHARE = 0.2
+# The corners of the trunk.
+_SQUARE = np.concatenate([SHOULDERS, HIPS])
 
 
 @dataclass(frozen=True)
@@ -180,15 +182,13 @@ class PeopleEstimator:
         clothes = Clothes(len(people))
         if bgr is None or not self._identity.use_clothes or not len(people):
             return clothes
-        scale = np.array(image_size) / np.array([points.width, points.height])
-        near = seen.depth[:, np.concatenate([SHOULDERS, HIPS])]
-        trunk = _median(near.reshape(len(people), -1))
-        for part, pixels in enumerate(appearance.clothes_pixels(seen.uv)):
-            with np.errstate(invalid='ignore'):
-                usable = np.abs(surfaces.depths_at(points, np.where(np.isfinite(pixels), pixels, -1e6))
-                                - trunk[:, None]) < _CLOTHES_DEPTH
-            colours, count = appearance.mean_colours(bgr, (pixels + 0.5) * scale - 0.5, usable)
-            clothes.colours[:, part], clothes.known[:, part] = colours, count > 0
+        trunk = surfaces.lower_median(seen.depth[:, _SQUARE].reshape(len(people), -1))
+        pixels = appearance.clothes_pixels(seen.uv)
+        with np.errstate(invalid='ignore'):
+            usable = np.abs(surfaces.depths_at(points, np.where(np.isfinite(pixels), pixels, -1e6))
+                            - trunk[:, None]) < _CLOTHES_DEPTH
+        pixels = grid_positions(pixels, (points.width, points.height), image_size)
+        clothes.colours, clothes.known = appearance.mean_colours(bgr, pixels, usable)
         return clothes
 
     def _expectation(self, rows: np.ndarray, elapsed: float) -> Expectation:
@@ -264,9 +264,10 @@ class PeopleEstimator:
                                   body_measures.length_spreads(tracks, rows), trusted)
         first = trusted & ~tracks.has[rows]
         tracks.joints.correct(rows, xyz, covariance, trusted & ~first)
-        person, joint = np.nonzero(first)
-        tracks.joints.place(rows[person], joint, xyz[first], np.zeros((len(person), 3)), covariance[first],
-                            _UNKNOWN_SPEED)
+        if first.any():
+            person, joint = np.nonzero(first)
+            tracks.joints.place(rows[person], joint, xyz[first], np.zeros((len(person), 3)), covariance[first],
+                                _UNKNOWN_SPEED)
         tracks.has[rows] |= trusted
         tracks.seen[rows] = np.where(trusted, stamp, tracks.seen[rows])
         tracks.left[rows] = lifted.left
@@ -274,8 +275,7 @@ class PeopleEstimator:
         tracks.last_seen[rows] = stamp
         tracks.sightings[rows] += 1
         body_measures.learn(tracks, rows, lifted.xyz, lifted.measured, seen.scores)
-        trunk = np.concatenate([SHOULDERS, HIPS])
-        sure = (lifted.measured[:, trunk]).sum(axis=1) >= 3
+        sure = lifted.measured[:, _SQUARE].sum(axis=1) >= 3
         error = np.where(sure, _ROOT_MEASURED, _ROOT_GUESSED)
         middle = middle_of_trunk(tracks.joints.position[rows], tracks.has[rows])
         tracks.root.correct(rows, middle[:, None], isotropic(error * np.sqrt(3))[:, None],
@@ -291,9 +291,9 @@ class PeopleEstimator:
     def _correct_down(self, rows: np.ndarray, trusted: np.ndarray) -> None:
         tracks = self._tracks
         position = tracks.joints.position[rows]
-        along = position[:, HIPS].sum(axis=1) - position[:, SHOULDERS].sum(axis=1)
+        along = (position[:, HIPS] - position[:, SHOULDERS]).sum(axis=1)
         length = np.linalg.norm(along, axis=1, keepdims=True)
-        known = trusted[:, HIPS].all(axis=1) & trusted[:, SHOULDERS].all(axis=1) & (length[:, 0] > 0.1)
+        known = trusted[:, _SQUARE].all(axis=1) & (length[:, 0] > 0.1)
         mixed = tracks.down[rows] + _DOWN_SHARE * (along / np.maximum(length, 1e-6) - tracks.down[rows])
         mixed /= np.maximum(np.linalg.norm(mixed, axis=1, keepdims=True), 1e-6)
         tracks.down[rows] = np.where(known[:, None], mixed, tracks.down[rows])
@@ -309,7 +309,9 @@ class PeopleEstimator:
         placed, hidden = trusted, np.zeros(0, np.int64)
         if occlusion.occlusion:
             placed = completion.complete_joints(tracks, rows, trusted, sigma, stamp, elapsed, occlusion)
-            unseen = np.setdiff1d(np.arange(len(tracks)), rows)
+            unseen = np.ones(len(tracks), bool)
+            unseen[rows] = False
+            unseen = np.flatnonzero(unseen)
             if len(unseen):
                 completion.move_unseen(tracks, unseen, sigma, points, self._camera, stamp, elapsed)
                 hidden = unseen[completion.hidden_and_there(tracks, unseen, points, self._camera)]
@@ -372,16 +374,14 @@ def in_coco(people: People3D) -> np.ndarray:
 
 
 def _select(people: People2D, rows: np.ndarray) -> People2D:
+    """Return some of the people, in the same order."""
+    if len(rows) == len(people):
+        return people
     return replace(people, keypoints=people.keypoints[rows], scores=people.scores[rows], ids=people.ids[rows])
 
 
 def _rows_of(record, rows: np.ndarray):
-    """Return a record of arrays with some of the people."""
+    """Return a record of arrays with some of the people, in the same order."""
+    if len(rows) == len(record[0]):
+        return record
     return type(record)(*(value[rows] if isinstance(value, np.ndarray) else value for value in record))
-
-
-def _median(values: np.ndarray) -> np.ndarray:
-    """Return the lower median of the finite ones of (P, N) values, (P,); NaN where there is none."""
-    ordered = np.sort(values, axis=1)
-    count = np.isfinite(values).sum(axis=1)
-    return np.take_along_axis(ordered, np.maximum(count - 1, 0)[:, None] // 2, axis=1)[:, 0]

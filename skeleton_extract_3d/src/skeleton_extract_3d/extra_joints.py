@@ -16,7 +16,7 @@ _BETWEEN: Dict[str, Tuple[Tuple[str, str], Tuple[str, str], float]] = {
     'mid_hip': (_NECK, _HIPS, 1.0), 'chest': (_NECK, _HIPS, 0.5)}
 # Joints at the end of a body: the joint that they hang on, how far it is [m], and the depth under the skin [m].
 _AT_THE_END: Dict[str, Tuple[str, float, float]] = {
-    'head_top': ('nose', 0.30, 0.03),
+    'head_top': ('neck', 0.35, 0.03),
     **{f'{side}_{part}': (f'{side}_ankle', 0.25, 0.02) for side in ('left', 'right')
        for part in ('big_toe', 'small_toe', 'heel')}}
 # Half the side of the window [m] and its limits [px]: feet are narrow.

@@ -3,7 +3,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skeleton_extract_3d.body import HEAD, HEAD_AHEAD, HEAD_AXES, HEAD_OFFSETS, HEAD_POINTS
+from skeleton_extract_3d import compiled
+from skeleton_extract_3d.body import HEAD, HEAD_AHEAD, HEAD_AXES, HEAD_POINTS, SURFACE_OFFSETS
 
 # Error of the keypoints of a head [m].
 _ERROR = 0.015
@@ -38,6 +39,12 @@ def estimate_head_pose(rays: np.ndarray, scores: np.ndarray, root: np.ndarray, s
         scale: (P,) stature in statures of an adult.
         shoulder_cosine: (P,) cosine of the yaw of the shoulders; 1 faces the camera.
     """
+    twin = compiled.load()[0]
+    if twin is not None:
+        return HeadPose(*twin.estimate_head_pose(
+            rays, scores, root, scale, shoulder_cosine, joints=HEAD, points=HEAD_POINTS,
+            offsets=SURFACE_OFFSETS[HEAD], axes=HEAD_AXES, ahead=HEAD_AHEAD, error=_ERROR,
+            cosine_spread=_COSINE_SPREAD, sine_spread=_SINE_SPREAD))
     place = rays[:, HEAD, :2] * root[:, None, None]
     weight = np.where(np.isfinite(place[..., 0]), scores[:, HEAD], 0.0)
     place = np.where(weight[..., None] > 0, place, 0.0)
@@ -58,7 +65,7 @@ def estimate_head_pose(rays: np.ndarray, scores: np.ndarray, root: np.ndarray, s
     depths = left * sine[:, None] - ahead * cosine[:, None]
     surface = _surface(across / scale[:, None], down / scale[:, None], cosine[:, None], sine[:, None]) * scale[:, None]
     # off the outline of the ellipsoid the joint itself is the surface
-    surface = np.minimum(surface, depths - HEAD_OFFSETS)
+    surface = np.minimum(surface, depths - SURFACE_OFFSETS[HEAD])
     return HeadPose(np.stack([x / root, y / root, np.ones(len(rays))], axis=1), depths, surface, total > 0)
 
 

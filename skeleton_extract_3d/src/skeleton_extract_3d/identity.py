@@ -5,7 +5,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from openpose_ros_pkg.params import Parameters, parameter
-from skeleton_extract_3d import appearance, surfaces
+from skeleton_extract_3d import appearance, compiled, surfaces
 from skeleton_extract_3d.body import ADULT_STATURE, STATURE_SPREAD
 from skeleton_extract_3d.observation import Observation
 from skeleton_extract_3d.tracks import Tracks
@@ -74,8 +74,9 @@ def assign(tracks: Tracks, seen: Observation, evidence: np.ndarray, clothes: Clo
     rows = np.full(len(seen.known), -1, np.int64)
     if not len(tracks) or not len(rows):
         return rows
-    across = _distances_across(tracks, seen)
-    against = _evidence_against(tracks, seen, evidence)
+    across = distances_across(tracks.joints.position, tracks.has, seen.rays, seen.known)
+    against = evidence_against(evidence, seen.size, tracks.stature / ADULT_STATURE, stature_spread(tracks),
+                               tracks.root.position[:, 0, 2])
     away = (stamp - tracks.last_seen)[:, None]
     allowed = across <= params.track_gate + params.walking_speed * away
     allowed &= (against <= _MOST_EVIDENCE) | (across < _JUST_THERE)
@@ -97,6 +98,8 @@ def repeated(xyz: np.ndarray, known: np.ndarray, kept: np.ndarray) -> np.ndarray
         xyz: (P, 18, 3) [m]; known: (P, 18) joints with a keypoint.
         kept: (P,) who was followed before.
     """
+    if kept.all():
+        return ~kept
     both = known[:, None] & known[None]
     distance = np.where(both, np.linalg.norm(xyz[:, None] - xyz[None], axis=3), np.inf)
     count = both.sum(axis=2)
@@ -105,22 +108,41 @@ def repeated(xyz: np.ndarray, known: np.ndarray, kept: np.ndarray) -> np.ndarray
     return ~kept & (same & kept[None]).any(axis=1)
 
 
-def _distances_across(tracks: Tracks, seen: Observation) -> np.ndarray:
-    """Return the median distance of keypoints from tracks, across the view at the track's depth, (T, P) [m]."""
-    z = tracks.joints.position[:, None, :, 2:]
-    off = seen.rays[None, ..., :2] * z - tracks.joints.position[:, None, :, :2]
-    both = tracks.has[:, None] & seen.known[None]
+def distances_across(position: np.ndarray, has: np.ndarray, rays: np.ndarray, known: np.ndarray) -> np.ndarray:
+    """Return the median distance of keypoints from tracks, across the view at the track's depth, (T, P) [m].
+
+    Infinite where they have no joint in common.
+
+    Args:
+        position: (T, 18, 3) [m], has: (T, 18) joints of the tracks.
+        rays: (P, 18, 3) with z = 1, known: (P, 18) keypoints.
+    """
+    twin = compiled.load()[0]
+    if twin is not None:
+        return twin.distances_across(position, has, rays, known)
+    off = rays[None, ..., :2] * position[:, None, :, 2:] - position[:, None, :, :2]
+    both = has[:, None] & known[None]
     distance = np.sort(np.where(both, np.sqrt((off * off).sum(axis=3)), np.inf), axis=2)
     count = both.sum(axis=2)
     return np.take_along_axis(distance, np.maximum(count - 1, 0)[..., None] // 2, axis=2)[..., 0]
 
 
-def _evidence_against(tracks: Tracks, seen: Observation, evidence: np.ndarray) -> np.ndarray:
-    """Return by how much another depth of the trunk is likelier than the track's, (T, P) log likelihood."""
-    size = seen.size[None] * (tracks.stature / ADULT_STATURE)[:, None]
-    spread = np.broadcast_to(stature_spread(tracks)[:, None], size.shape)
-    total = evidence[None] + surfaces.size_evidence(size, spread)
-    z = tracks.root.position[:, 0, 2]
+def evidence_against(evidence: np.ndarray, size: np.ndarray, scale: np.ndarray, spread: np.ndarray, z: np.ndarray
+                     ) -> np.ndarray:
+    """Return by how much another depth of the trunk is likelier than the track's, (T, P) log likelihood.
+
+    Args:
+        evidence: (P, depths) what the surfaces say.
+        size: (P,) depth at which an adult looks as large [m].
+        scale: (T,) stature in statures of an adult; spread: (T,) how well it is known, as a share.
+        z: (T,) depth of the tracks' trunks [m].
+    """
+    twin = compiled.load()[0]
+    if twin is not None:
+        return twin.evidence_against(evidence, size, scale, spread, z, same_depth=_SAME_DEPTH, most=_FORBIDDEN,
+                                     **surfaces.SIZE_CONSTANTS)
+    size = size[None] * scale[:, None]
+    total = evidence[None] + surfaces.size_evidence(size, np.broadcast_to(spread[:, None], size.shape))
     near = np.abs(np.log(surfaces.ROOT_DEPTHS / np.maximum(z, 0.1)[:, None])) < _SAME_DEPTH
     there = np.where(near[:, None], total, -np.inf).max(axis=2)
     return np.minimum(total.max(axis=2) - there, _FORBIDDEN)

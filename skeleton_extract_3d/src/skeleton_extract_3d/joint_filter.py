@@ -5,7 +5,11 @@ acceleration a: Q = a^2 [[dt^4/4, dt^3/2], [dt^3/2, dt^2]] per axis (Bar-Shalom,
 Applications to Tracking and Navigation, 2001, section 6.3.2). A filter with constant velocity does not lag behind
 steady motion.
 """
+from typing import Iterable, Tuple
+
 import numpy as np
+
+from skeleton_extract_3d import compiled
 
 # A measurement this many standard deviations off counts as a little less certain, and so on: jumps are taken over
 # within frames, but a single wild measurement does not throw the joint.
@@ -33,21 +37,30 @@ class JointFilter:
         self.cross_covariance = np.zeros((0, points, 3, 3))
         self.velocity_covariance = np.zeros((0, points, 3, 3))
 
+    def _state(self) -> Tuple[np.ndarray, ...]:
+        return tuple(getattr(self, name) for name in self._STATE)
+
+    def _set(self, state: Iterable[np.ndarray]) -> None:
+        for name, value in zip(self._STATE, state):
+            setattr(self, name, value)
+
     def keep(self, tracks: np.ndarray) -> None:
         """Forget all tracks but those of a mask or list of rows."""
-        for name in self._STATE:
-            setattr(self, name, getattr(self, name)[tracks])
+        self._set(value[tracks] for value in self._state())
 
     def append(self, position: np.ndarray, sigma: float, speed: float) -> None:
         """Begin (N, K, 3) points at rest [m], known up to sigma [m] and speed [m/s]."""
         shape = position.shape[:2]
         new = (position, np.zeros_like(position), np.broadcast_to(sigma ** 2 * _IDENTITY, (*shape, 3, 3)),
                np.zeros((*shape, 3, 3)), np.broadcast_to(speed ** 2 * _IDENTITY, (*shape, 3, 3)))
-        for name, value in zip(self._STATE, new):
-            setattr(self, name, np.concatenate([getattr(self, name), value]))
+        self._set(np.concatenate(both) for both in zip(self._state(), new))
 
     def predict(self, elapsed: float, acceleration: np.ndarray) -> None:
         """Move on by a time [s], driven by accelerations, (K,) [m/s^2] (standard deviation per axis)."""
+        twin = compiled.load()[0]
+        if twin is not None:
+            self._set(twin.predict(self._state(), elapsed, acceleration))
+            return
         noise = (acceleration ** 2)[:, None, None] * _IDENTITY
         cross, speed = self.cross_covariance, self.velocity_covariance
         self.position = self.position + elapsed * self.velocity
@@ -65,6 +78,11 @@ class JointFilter:
             covariance: (N, K, 3, 3) of the measurements [m^2].
             mask: (N, K) which points were measured.
         """
+        twin = compiled.load()[0]
+        if twin is not None:
+            self._set(twin.correct(self._state(), rows, measured, covariance, mask,
+                                   trusted_deviations=_TRUSTED_DEVIATIONS))
+            return
         where, points = np.nonzero(mask)
         if not len(where):
             return
@@ -125,9 +143,10 @@ def along_rays(rays: np.ndarray, across: np.ndarray, along: np.ndarray) -> np.nd
         rays: (..., 3) of any length.
         across, along: (...) standard deviations [m].
     """
-    unit = rays / np.linalg.norm(rays, axis=-1, keepdims=True)
-    return ((across ** 2)[..., None, None] * _IDENTITY
-            + (along ** 2 - across ** 2)[..., None, None] * (unit[..., :, None] * unit[..., None, :]))
+    across_square = across * across
+    more = (along * along - across_square) / (rays * rays).sum(axis=-1)
+    return (across_square[..., None, None] * _IDENTITY
+            + more[..., None, None] * (rays[..., :, None] * rays[..., None, :]))
 
 
 def isotropic(sigma: np.ndarray) -> np.ndarray:

@@ -49,7 +49,9 @@ def observe(people: People2D, image_size: Tuple[int, int], points: PointGrid, ca
         image_size: width and height of the image [px].
         camera: of the points.
     """
-    keypoints = keypoints_in(people.keypoints, people.skeleton, COCO_18)
+    keypoints = people.keypoints
+    if people.skeleton.joints != COCO_18.joints:
+        keypoints = keypoints_in(keypoints, people.skeleton, COCO_18)
     uv = grid_positions(keypoints[..., :2], image_size, (points.width, points.height))
     known = np.isfinite(uv).all(axis=2)
     scores = np.where(known, keypoints[..., 2].astype(np.float64), 0.0)
@@ -60,7 +62,8 @@ def observe(people: People2D, image_size: Tuple[int, int], points: PointGrid, ca
     rays = np.where(np.isfinite(rays), rays, [0.0, 0.0, 1.0])
     focal = float(camera.matrix[0, 0] + camera.matrix[1, 1]) / 2
     size = surfaces.size_depth(np.where(known[..., None], rays, np.nan), scores)
-    radius = np.clip(surfaces.WINDOW * focal / np.where(np.isfinite(size), size, _USUAL_DEPTH), *surfaces.WINDOW_LIMITS)
+    radius = surfaces.WINDOW * focal / np.where(np.isfinite(size), size, _USUAL_DEPTH)
+    radius = np.minimum(np.maximum(radius, surfaces.WINDOW_LIMITS[0]), surfaces.WINDOW_LIMITS[1])
     return Observation(uv, scores, known, rays, surfaces.window_depths(points, uv, radius), size, focal)
 
 
@@ -70,23 +73,34 @@ def grid_positions(xy: np.ndarray, image_size: Tuple[int, int], grid_size: Tuple
     return (np.asarray(xy, np.float64) + 0.5) * scale - 0.5
 
 
+def _sources() -> np.ndarray:
+    """Return where the position of each joint comes from, the best first, (18, 5); see `_with_guesses`."""
+    middle, origin = len(COCO_18.joints), len(COCO_18.joints) + 1
+    chains = [[joint, origin] for joint in range(len(COCO_18.joints))]
+    for pair, others in ((SHOULDERS, [NECK]), (HIPS, [])):
+        for one, other in (pair, pair[::-1]):
+            chains[one] = [one, other, *others, middle]
+    for joint, parent in (*zip(MIDDLES, ROOTS), *zip(ENDS, MIDDLES)):
+        chains[joint] = [joint, *chains[parent]]
+    return np.array([chain + chain[-1:] * (6 - len(chain)) for chain in chains])
+
+
+# The last but one row of positions is the middle of the person, the last one is 0: the head's rays are not used.
+_SOURCES = _sources()
+
+
 def _with_guesses(uv: np.ndarray, known: np.ndarray) -> np.ndarray:
     """Return the positions with missing ones put where the next joint towards the trunk is, (P, 18, 2) [px]."""
+    if known.all():
+        return uv
+    people, joints = known.shape
     count = np.maximum(known.sum(axis=1), 1)[:, None]
-    middle = np.where(known[..., None], uv, 0.0).sum(axis=1) / count
-    uv = uv.copy()
-
-    def fill(joint: int, *sources: np.ndarray) -> None:
-        for source in sources:
-            missing = ~np.isfinite(uv[:, joint, 0])
-            if not missing.any():
-                return
-            uv[missing, joint] = source[missing]
-
-    for one, other in (SHOULDERS, SHOULDERS[::-1], HIPS, HIPS[::-1]):
-        fill(one, uv[:, other], uv[:, NECK] if one in SHOULDERS else middle, middle)
-    fill(NECK, uv[:, SHOULDERS].mean(axis=1))
-    for joint, parent in (*zip(MIDDLES, ROOTS), *zip(ENDS, MIDDLES)):
-        fill(joint, uv[:, parent])
-    uv[~np.isfinite(uv)] = 0.0  # the head's joints: their rays are not used
-    return uv
+    places = np.zeros((people, joints + 2, 2))
+    places[:, :joints] = np.where(known[..., None], uv, 0.0)
+    places[:, joints] = places[:, :joints].sum(axis=1) / count
+    there = np.ones((people, joints + 2), bool)
+    there[:, :joints] = known
+    source = _SOURCES[np.arange(joints), there[:, _SOURCES].argmax(axis=2)]
+    result = places[np.arange(people)[:, None], source]
+    result[:, NECK] = np.where(known[:, NECK, None], uv[:, NECK], result[:, SHOULDERS].mean(axis=1))
+    return result

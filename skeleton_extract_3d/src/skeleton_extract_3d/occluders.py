@@ -1,12 +1,12 @@
 """Whose surface is it that covers a keypoint: another person's, the scenery's, or another part of the same body."""
-from typing import Optional, Tuple
+from typing import NamedTuple, Optional, Tuple
 
 import numpy as np
 
 from skeleton_extract_3d import compiled
 from skeleton_extract_3d.body import COVERING_PARTS, ENDS, MIDDLES, PART_RADII, PARTS
 from skeleton_extract_3d.point_grid import PointGrid
-from skeleton_extract_3d.surfaces import depths_at
+from skeleton_extract_3d.surfaces import depths_at, lower_median
 
 # A sample is another person's if it is so near to that body [m] and so much nearer to it than to its own [m]; the
 # surface is about half the thickness of a limb in front of the bones.
@@ -23,6 +23,8 @@ _IN_FRONT, _CONTINUES, _UNLIKELY = 0.30, 0.12, 0.03
 # A surface on the trunk that does not stand out so far on either side [m] is an arm's with this likelihood.
 _STANDS_OUT, _FLAT = 0.035, 0.15
 _ARMS = np.concatenate([MIDDLES[:2], ENDS[:2]])
+# A limb that is shorter in the picture points at the camera [px].
+_SHORTEST_LIMB = 3.0
 
 # The joint towards which a limb runs from each joint, in the order of COCO_18.
 _LIMB_TO = np.array([1, 0, 5, 2, 3, 2, 5, 6, 11, 8, 9, 8, 11, 12, 0, 0, 0, 0])
@@ -121,38 +123,55 @@ def likely_own(points: PointGrid, uv: np.ndarray, depth: np.ndarray, root: np.nd
         focal: focal length [px].
     """
     likely = np.ones(uv.shape[:2])
-    surface = _middle(depth)
+    doubted = Doubted(*doubtful_surfaces(uv, depth, root, covered, focal))
+    if not len(doubted.person):
+        return likely
+    beside = depths_at(points, doubted.beside) - doubted.surface
+    with np.errstate(invalid='ignore'):
+        goes_on = (np.abs(beside[:, 1:]) < _CONTINUES).any(axis=1).all(axis=0)
+        flat = (beside[:, 0] < _STANDS_OUT).all(axis=0)
+    likely[doubted.person, doubted.joint] = np.where(goes_on & doubted.in_front, _UNLIKELY,
+                                                     np.where(flat & doubted.on_trunk, _FLAT, 1.0))
+    return likely
+
+
+class Doubted(NamedTuple):
+    """N surfaces that may not be those of the limbs whose keypoints they are at.
+
+    Attributes:
+        person, joint: (N,) whose.
+        surface: (N,) depth [m].
+        in_front: (N,) bool, far in front of the trunk; on_trunk: (N,) bool, of arms before the trunk.
+        beside: (2 sides, 3 distances, N, 2) where to look beside the limbs [px].
+    """
+
+    person: np.ndarray
+    joint: np.ndarray
+    surface: np.ndarray
+    in_front: np.ndarray
+    on_trunk: np.ndarray
+    beside: np.ndarray
+
+
+def doubtful_surfaces(uv: np.ndarray, depth: np.ndarray, root: np.ndarray, covered: np.ndarray, focal: float
+                      ) -> Tuple[np.ndarray, ...]:
+    """Return what `Doubted` holds; arguments as of `likely_own`."""
+    twin = compiled.load()[0]
+    if twin is not None:
+        return twin.doubtful_surfaces(uv, depth, root, covered, focal, arms=_ARMS, in_front=_IN_FRONT, limb_to=_LIMB_TO,
+                                      beside=_BESIDE, shortest=_SHORTEST_LIMB)
+    surface = lower_median(depth)
     with np.errstate(invalid='ignore'):
         in_front = (surface < root[:, None] - _IN_FRONT) & np.isfinite(uv[..., 0])
     on_trunk = np.zeros_like(covered)
     on_trunk[:, _ARMS] = covered[:, _ARMS] & np.isfinite(surface[:, _ARMS])
     person, joint = np.nonzero(in_front | on_trunk)
-    if not len(person):
-        return likely
-    beside = _depths_beside(points, uv, surface, person, joint, focal) - surface[person, joint]
-    with np.errstate(invalid='ignore'):
-        goes_on = (np.abs(beside[:, 1:]) < _CONTINUES).any(axis=1).all(axis=0)
-        flat = (beside[:, 0] < _STANDS_OUT).all(axis=0)
-    likely[person, joint] = np.where(goes_on & in_front[person, joint], _UNLIKELY,
-                                     np.where(flat & on_trunk[person, joint], _FLAT, 1.0))
-    return likely
-
-
-def _middle(depth: np.ndarray) -> np.ndarray:
-    """Return the lower median of the valid ones of (P, K, 25) samples, (P, K); NaN where there is none."""
-    ordered = np.sort(depth, axis=2)  # missing ones come last
-    count = np.isfinite(depth).sum(axis=2)
-    return np.take_along_axis(ordered, np.maximum(count - 1, 0)[..., None] // 2, axis=2)[..., 0]
-
-
-def _depths_beside(points: PointGrid, uv: np.ndarray, surface: np.ndarray, person: np.ndarray, joint: np.ndarray,
-                   focal: float) -> np.ndarray:
-    """Return the depths on both sides of limbs, (2 sides, 3 distances, N) [m]."""
-    here = uv[person, joint]
+    here, surface = uv[person, joint], surface[person, joint]
     along = uv[person, _LIMB_TO[joint]] - here
     length = np.linalg.norm(along, axis=1, keepdims=True)
     # a limb that points at the camera, or whose other end is unknown, is taken to hang down
-    along = np.where(length > 3, along / np.maximum(length, 1e-6), [0.0, 1.0])
-    across = np.stack([-along[:, 1], along[:, 0]], axis=1) * (focal / surface[person, joint])[:, None]
+    along = np.where(length > _SHORTEST_LIMB, along / np.maximum(length, 1e-6), [0.0, 1.0])
+    across = np.stack([-along[:, 1], along[:, 0]], axis=1) * (focal / surface)[:, None]
     reach = np.array([[-1.0], [1.0]]) * _BESIDE
-    return depths_at(points, here + reach[..., None, None] * across)
+    return (person, joint, surface, in_front[person, joint], on_trunk[person, joint],
+            here + reach[..., None, None] * across)

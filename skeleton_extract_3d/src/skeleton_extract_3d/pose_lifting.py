@@ -1,9 +1,9 @@
 """Lift whole people: where each joint is along its ray, and whether it was seen."""
-from typing import NamedTuple, Optional
+from typing import NamedTuple, Optional, Tuple
 
 import numpy as np
 
-from skeleton_extract_3d import occluders, surfaces
+from skeleton_extract_3d import compiled, occluders, surfaces
 from skeleton_extract_3d.body import (
     ADULT_STATURE,
     BONE_LENGTHS,
@@ -22,7 +22,7 @@ from skeleton_extract_3d.body import (
     THICKNESSES,
     TRUNK,
 )
-from skeleton_extract_3d.depth_inference import Bones, bones_of, infer_depths, read_depths
+from skeleton_extract_3d.depth_inference import bones_of, infer_depths, read_depths
 from skeleton_extract_3d.head_pose import HeadPose, estimate_head_pose
 from skeleton_extract_3d.observation import Observation
 from skeleton_extract_3d.point_grid import PointGrid
@@ -59,6 +59,7 @@ _UNSURE_END, _FOLDED = 0.5, 0.45
 _LEGS = np.array([False, False, True, True])
 
 _CHAINS = np.concatenate([ROOTS, MIDDLES, ENDS])
+_OUTER, _OUTER_SIDES = np.concatenate([MIDDLES, ENDS]), np.concatenate([SIDES, SIDES])
 
 
 class Expectation(NamedTuple):
@@ -87,7 +88,8 @@ class Expectation(NamedTuple):
         joints = len(SURFACE_OFFSETS)
         return cls(np.full(people, np.nan), np.full((people, joints), np.nan), np.ones((people, joints)),
                    np.full((people, 3), np.nan), np.full(people, ADULT_STATURE), np.full(people, STATURE_SPREAD),
-                   np.tile(BONE_LENGTHS, (people, 1)), np.full((people, len(BONE_LENGTHS)), PROPORTION_SPREAD))
+                   np.repeat(BONE_LENGTHS[None], people, axis=0),
+                   np.full((people, len(BONE_LENGTHS)), PROPORTION_SPREAD))
 
 
 class Lifted(NamedTuple):
@@ -137,13 +139,12 @@ def lift_people(seen: Observation, points: PointGrid, expected: Expectation, evi
     own = np.where(covered & _on_far_side(expected.left), own * _FAR_AND_COVERED, own)
 
     offsets = SURFACE_OFFSETS * scale[:, None]
-    gaps = np.broadcast_to(THICKNESSES, offsets.shape) - offsets
+    gaps = THICKNESSES - offsets
     # the candidates of the head's joints are those of its middle
     offsets[:, HEAD], gaps[:, HEAD] = -head.surface, THICKNESSES[HEAD]
     costs = surfaces.depth_costs(seen.depth, offsets, gaps, root, seen.scores, own, covered, foreign)
     head_costs = _HEAD_WEIGHT * costs[:, HEAD].sum(axis=1)
-    before = (root[:, None, None] + surfaces.DELTAS - expected.depth[..., None]) / expected.depth_sigma[..., None]
-    costs += np.where(np.isfinite(before), np.minimum(before * before, _BEFORE_LIMIT), 0.0).astype(np.float32)
+    costs = with_memory(costs, root, expected.depth, expected.depth_sigma)
 
     bones = bones_of(expected.lengths, expected.length_spread, ~seen.known[:, _CHAINS])
     beliefs = infer_depths(costs[:, _CHAINS], head_costs, seen.rays[:, _CHAINS], head.ray, root, bones,
@@ -152,11 +153,28 @@ def lift_people(seen: Observation, points: PointGrid, expected: Expectation, evi
     z[:, _CHAINS], sigma[:, _CHAINS] = read_depths(beliefs.joints)
     middle, middle_sigma = read_depths(beliefs.head)
     z[:, _CHAINS] += root[:, None]
-    z[:, NECK], sigma[:, NECK] = z[:, SHOULDERS].mean(axis=1), sigma[:, SHOULDERS].mean(axis=1)
+    z[:, NECK], sigma[:, NECK] = z[:, SHOULDERS].sum(axis=1) / 2, sigma[:, SHOULDERS].sum(axis=1) / 2
     middle = _refined_head(seen, head, middle + root, foreign)
     z[:, HEAD], sigma[:, HEAD] = middle[:, None] + head.depths, middle_sigma[:, None]
     offsets[:, HEAD] = head.depths - head.surface
-    return _measure(seen, z, sigma, offsets, own, foreign, bones, beliefs.left, root, expected.stature)
+    measured = measure(seen.rays, seen.scores, seen.known, seen.depth, z, offsets, own, foreign, bones.upper,
+                       bones.lower)
+    return Lifted(*measured, sigma, beliefs.left, root, expected.stature)
+
+
+def with_memory(costs: np.ndarray, root: np.ndarray, depth: np.ndarray, sigma: np.ndarray) -> np.ndarray:
+    """Return costs with those of being elsewhere than before.
+
+    Args:
+        costs: (P, 18, 45) float32, of `surfaces.depth_costs`.
+        root: (P,) depth of the trunk [m].
+        depth: (P, 18) where the joints are expected [m], NaN where unknown; sigma: (P, 18) [m].
+    """
+    twin = compiled.load()[0]
+    if twin is not None:
+        return twin.with_memory(costs, root, depth, sigma, deltas=surfaces.DELTAS, limit=_BEFORE_LIMIT)
+    off = (root[:, None, None] + surfaces.DELTAS - depth[..., None]) / sigma[..., None]
+    return costs + np.where(np.isfinite(off), np.minimum(off * off, _BEFORE_LIMIT), 0.0).astype(np.float32)
 
 
 def _before(root: np.ndarray) -> np.ndarray:
@@ -168,21 +186,17 @@ def _before(root: np.ndarray) -> np.ndarray:
 def _sized_strangers(seen: Observation, expected: Expectation, root: np.ndarray, foreign: Optional[np.ndarray]
                      ) -> Expectation:
     """Return the expectation with strangers as large as they look at the depth of their trunk."""
-    depth = seen.depth[:, TRUNK] + SURFACE_OFFSETS[TRUNK][:, None]
-    with np.errstate(invalid='ignore'):
-        fits = (np.abs(depth - root[:, None, None]) < _TRUNK_REACH) & seen.known[:, TRUNK, None]
-    if foreign is not None:
-        fits &= ~foreign[:, TRUNK]
-    weights = np.where(fits, surfaces.WEIGHTS, 0.0)
-    total = weights.sum(axis=(1, 2))
-    middle = (weights * np.where(fits, depth, 0.0)).sum(axis=(1, 2)) / np.maximum(total, 1e-9)
-    known = (total > _TRUNK_SUPPORT) & np.isfinite(seen.size)
+    stranger = expected.stature_spread >= STATURE_SPREAD
+    if not stranger.any():
+        return expected
+    offsets = np.broadcast_to(SURFACE_OFFSETS[TRUNK], (len(root), len(TRUNK)))
+    middle, total = surfaces.mean_within(seen.depth, offsets, root, _TRUNK_REACH, seen.known, foreign, TRUNK)
+    known = stranger & (total > _TRUNK_SUPPORT) & np.isfinite(seen.size)
     ratio = np.log(np.where(known, middle / seen.size, 1.0))
     # the mean of what adults are and what is seen, by their spreads
     prior, seen_precision = expected.stature_spread ** -2, _LOOK_SPREAD ** -2
     stature = ADULT_STATURE * np.exp(ratio * seen_precision / (prior + seen_precision))
-    stranger = known & (expected.stature_spread >= STATURE_SPREAD)
-    scale = np.where(stranger, np.clip(stature, *STATURE_LIMITS) / expected.stature, 1.0)
+    scale = np.where(known, np.clip(stature, *STATURE_LIMITS) / expected.stature, 1.0)
     return expected._replace(stature=expected.stature * scale, lengths=expected.lengths * scale[:, None])
 
 
@@ -195,8 +209,7 @@ def _on_far_side(left: np.ndarray) -> np.ndarray:
     with np.errstate(invalid='ignore'):
         away = left[:, 2] / np.maximum(np.linalg.norm(left, axis=1), 1e-6)
         far = np.zeros((len(left), len(SURFACE_OFFSETS)), bool)
-        for joints in (MIDDLES, ENDS):
-            far[:, joints] = SIDES * away[:, None] > _TURNED_AWAY
+        far[:, _OUTER] = _OUTER_SIDES * away[:, None] > _TURNED_AWAY
     return far
 
 
@@ -217,56 +230,69 @@ def _head(seen: Observation, root: np.ndarray, scale: np.ndarray) -> HeadPose:
     left, right = SHOULDERS
     apart = (seen.rays[:, left, 0] - seen.rays[:, right, 0]) * root / (SHOULDER_WIDTH * scale)
     both = seen.known[:, left] & seen.known[:, right]
-    head = estimate_head_pose(seen.known_rays, seen.scores, root, scale, np.where(both, np.clip(apart, -1, 1), 1.0))
+    cosine = np.where(both, np.maximum(np.minimum(apart, 1.0), -1.0), 1.0)
+    head = estimate_head_pose(seen.known_rays, seen.scores, root, scale, cosine)
     return head._replace(ray=np.where(head.known[:, None], head.ray, seen.rays[:, NECK]))
 
 
 def _refined_head(seen: Observation, head: HeadPose, middle: np.ndarray, foreign: Optional[np.ndarray]) -> np.ndarray:
     """Return the depth of the middle of the ears by all the samples that fit, (P,) [m]."""
-    depth = seen.depth[:, HEAD] - head.surface[..., None]
-    with np.errstate(invalid='ignore'):
-        fits = (np.abs(depth - middle[:, None, None]) < _HEAD_AGREEMENT) & seen.known[:, HEAD, None]
-    if foreign is not None:
-        fits &= ~foreign[:, HEAD]
-    weights = np.where(fits, surfaces.WEIGHTS, 0.0)
-    total = weights.sum(axis=(1, 2))
-    mean = (weights * np.where(fits, depth, 0.0)).sum(axis=(1, 2)) / np.maximum(total, 1e-9)
+    mean, total = surfaces.mean_within(seen.depth, -head.surface, middle, _HEAD_AGREEMENT, seen.known, foreign, HEAD)
     return np.where(total > _HEAD_SUPPORT, mean, middle)
 
 
-def _measure(seen: Observation, z: np.ndarray, sigma: np.ndarray, offsets: np.ndarray, own: np.ndarray,
-             foreign: Optional[np.ndarray], bones: Bones, left: np.ndarray, root: np.ndarray,
-             stature: np.ndarray) -> Lifted:
-    """Decide which joints were seen, and put those where their surface is."""
-    weights, _ = surfaces.relative_weights(seen.depth)
-    supports = surfaces.supporting_samples(seen.depth, offsets, z, foreign)
+def measure(rays: np.ndarray, scores: np.ndarray, known: np.ndarray, depth: np.ndarray, z: np.ndarray,
+            offsets: np.ndarray, own: np.ndarray, foreign: Optional[np.ndarray], upper: np.ndarray, lower: np.ndarray
+            ) -> Tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Decide which joints were seen, and put those where their surface is.
+
+    Args:
+        rays, scores, known, depth: see `Observation`.
+        z: (P, 18) depths of the joints [m].
+        offsets: (P, 18) depth of the joint under the surface [m].
+        own: (P, 18) likelihood that the surface belongs to the person.
+        foreign: (P, 18, 25) samples that are somebody else's; None: none are.
+        upper, lower: (P, 4) lengths of the limbs' bones [m].
+
+    Returns:
+        xyz, surface, measured and plausible of `Lifted`.
+    """
+    twin = compiled.load()[0]
+    if twin is not None:
+        return twin.measure(
+            rays, scores, known, depth, z, offsets, own, foreign, upper, lower, weights=surfaces.WEIGHTS,
+            thicknesses=THICKNESSES, head=HEAD, chains=_CHAINS, legs=_LEGS, agreement=surfaces.AGREEMENT,
+            least_support=_LEAST_SUPPORT, against_front=_AGAINST_FRONT, least_own=_LEAST_OWN, shortest=_SHORTEST,
+            longest=_LONGEST, bone_error=_BONE_ERROR, sure_end=_SURE_END, unsure_end=_UNSURE_END, folded=_FOLDED)
+    weights, _ = surfaces.relative_weights(depth)
+    supports = surfaces.supporting_samples(depth, offsets, z, foreign)
     support = (weights * supports).sum(axis=2)
-    surface = (weights * np.where(supports, seen.depth, 0.0)).sum(axis=2) / np.maximum(support, 1e-9)
+    surface = (weights * np.where(supports, depth, 0.0)).sum(axis=2) / np.maximum(support, 1e-9)
     with np.errstate(invalid='ignore'):
-        in_front = seen.depth < (z - np.maximum(THICKNESSES, offsets))[..., None]
-    measured = (seen.known & (support > _LEAST_SUPPORT) & (own > _LEAST_OWN)
+        in_front = depth < (z - np.maximum(THICKNESSES, offsets))[..., None]
+    measured = (known & (support > _LEAST_SUPPORT) & (own > _LEAST_OWN)
                 & (support >= _AGAINST_FRONT * (weights * in_front).sum(axis=2)))
     # a face that is turned away is under the head
     measured[:, HEAD] &= offsets[:, HEAD] < THICKNESSES[HEAD]
-    depth = np.where(measured, surface + offsets, z)
-    depth[:, HEAD] = z[:, HEAD]
-    xyz = seen.rays * depth[..., None]
-    plausible = _plausible(seen, xyz, bones)
+    at = np.where(measured, surface + offsets, z)
+    at[:, HEAD] = z[:, HEAD]
+    xyz = rays * at[..., None]
+    plausible = _plausible(xyz, scores, known, upper, lower)
     measured &= plausible
-    skin = np.where(measured[..., None], seen.rays * surface[..., None], np.nan)
-    return Lifted(xyz, skin, measured, plausible, sigma, left, root, stature)
+    return xyz, np.where(measured[..., None], rays * surface[..., None], np.nan), measured, plausible
 
 
-def _plausible(seen: Observation, xyz: np.ndarray, bones: Bones) -> np.ndarray:
+def _plausible(xyz: np.ndarray, scores: np.ndarray, known: np.ndarray, upper: np.ndarray, lower: np.ndarray
+               ) -> np.ndarray:
     """Return which joints end a bone of a possible length, (P, 18)."""
-    plausible = np.ones(seen.known.shape, bool)
-    for starts, ends, length in ((ROOTS, MIDDLES, bones.upper), (MIDDLES, ENDS, bones.lower)):
+    plausible = np.ones(known.shape, bool)
+    for starts, ends, length in ((ROOTS, MIDDLES, upper), (MIDDLES, ENDS, lower)):
         distance = np.linalg.norm(xyz[:, starts] - xyz[:, ends], axis=2)
         possible = (distance > _SHORTEST * length) & (distance < _LONGEST * length + _BONE_ERROR)
-        plausible[:, ends] = possible | ~(seen.known[:, starts] & seen.known[:, ends])
-    plausible[:, ENDS] &= plausible[:, MIDDLES] | (seen.scores[:, ENDS] > _SURE_END)
+        plausible[:, ends] = possible | ~(known[:, starts] & known[:, ends])
+    plausible[:, ENDS] &= plausible[:, MIDDLES] | (scores[:, ENDS] > _SURE_END)
     reach = np.linalg.norm(xyz[:, ROOTS] - xyz[:, ENDS], axis=2)
-    folded = seen.known[:, ROOTS] & (reach < _FOLDED * (bones.upper + bones.lower))
-    folded &= _LEGS | (seen.scores[:, MIDDLES] < _UNSURE_END)
-    plausible[:, ENDS] &= ~(folded & (seen.scores[:, ENDS] < _UNSURE_END))
+    folded = known[:, ROOTS] & (reach < _FOLDED * (upper + lower))
+    folded &= _LEGS | (scores[:, MIDDLES] < _UNSURE_END)
+    plausible[:, ENDS] &= ~(folded & (scores[:, ENDS] < _UNSURE_END))
     return plausible

@@ -40,6 +40,9 @@ _FULL_SCORE = 0.5
 _SIZE_WEIGHT, _SIZE_LIMIT = 4.0, -12.0
 # Even the second longest bone may be turned away from the image by so much (share of the depth).
 _FORESHORTENING = 0.15
+# All this by name.
+SIZE_CONSTANTS = {'depths': ROOT_DEPTHS, 'foreshortening': _FORESHORTENING, 'weight': _SIZE_WEIGHT,
+                  'limit': _SIZE_LIMIT}
 # Keypoints below this score do not measure a size.
 _SIZED_SCORE = 0.3
 # The longest bone looks a little longer than it is, by the errors of its ends.
@@ -60,7 +63,7 @@ _HIDDEN_COVERED = 3.3
 # A surface is one step thick in either direction, by noise and by what clothes add.
 _KERNEL_SHIFTS, _KERNEL_SHARES = (0, 1, -1, 2, -2), (0.40, 0.25, 0.25, 0.05, 0.05)
 # A sample supports a joint's depth if it is so near to it [m].
-_AGREEMENT = 0.09
+AGREEMENT = 0.09
 
 
 def window_depths(points: PointGrid, uv: np.ndarray, radius: np.ndarray) -> np.ndarray:
@@ -82,8 +85,20 @@ def depths_at(points: PointGrid, uv: np.ndarray) -> np.ndarray:
     pixels = np.rint(uv).astype(np.int64)
     u, v = pixels[..., 0], pixels[..., 1]
     inside = (u >= 0) & (u < points.width) & (v >= 0) & (v < points.height)
+    if inside.all():
+        return points.depths(u, v)
     depth = points.depths(np.where(inside, u, 0), np.where(inside, v, 0))
     return np.where(inside, depth, np.nan)
+
+
+def lower_median(values: np.ndarray) -> np.ndarray:
+    """Return the lower median of the finite ones of (..., N) values, (...); NaN where there is none."""
+    twin = compiled.load()[0]
+    if twin is not None:
+        return twin.lower_median(values)
+    ordered = np.sort(np.where(np.isfinite(values), values, np.nan), axis=-1)  # missing ones come last
+    count = np.isfinite(values).sum(axis=-1)
+    return np.take_along_axis(ordered, np.maximum(count - 1, 0)[..., None] // 2, axis=-1)[..., 0]
 
 
 def relative_weights(depth: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
@@ -103,6 +118,10 @@ def size_depth(rays: np.ndarray, scores: np.ndarray) -> np.ndarray:
         rays: (P, 18, 3) with z = 1, NaN where unknown.
         scores: (P, 18) of the keypoints.
     """
+    twin = compiled.load()[0]
+    if twin is not None:
+        return twin.size_depth(rays, scores, pairs=SIZED_PAIRS, lengths=SIZED_LENGTHS, least_score=_SIZED_SCORE,
+                               bias=_SIZE_BIAS)
     lengths = np.linalg.norm(rays[:, SIZED_PAIRS[:, 0]] - rays[:, SIZED_PAIRS[:, 1]], axis=2)
     usable = (scores[:, SIZED_PAIRS] > _SIZED_SCORE).all(axis=2) & (lengths > 1e-4)
     depths = np.sort(np.where(usable, SIZED_LENGTHS / np.where(usable, lengths, 1.0), np.inf), axis=1)
@@ -119,6 +138,9 @@ def size_evidence(size: np.ndarray, spread: np.ndarray) -> np.ndarray:
     Returns:
         (..., depths).
     """
+    twin = compiled.load()[0]
+    if twin is not None:
+        return twin.size_evidence(size, spread, **SIZE_CONSTANTS)
     with np.errstate(divide='ignore', invalid='ignore'):
         t = np.log(ROOT_DEPTHS / size[..., None])
     t = np.where(np.isfinite(t), t, 0.0)
@@ -205,8 +227,34 @@ def supporting_samples(depth: np.ndarray, offsets: np.ndarray, z: np.ndarray, fo
                        ) -> np.ndarray:
     """Return which (P, K, 25) samples say that joints are at depths z, (P, K) [m]."""
     with np.errstate(invalid='ignore'):
-        support = np.abs(depth + offsets[..., None] - z[..., None]) < _AGREEMENT
+        support = np.abs(depth + offsets[..., None] - z[..., None]) < AGREEMENT
     return support if foreign is None else support & ~foreign
+
+
+def mean_within(depth: np.ndarray, offsets: np.ndarray, middle: np.ndarray, reach: float, known: np.ndarray,
+                foreign: Optional[np.ndarray], joints: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
+    """Return the mean of all the samples that say that people are near a depth, (P,) [m], and their weight, (P,).
+
+    Args:
+        depth: (P, 18, 25) samples [m].
+        offsets: (P, J) what to add to those of the chosen joints [m].
+        middle: (P,) the depth [m].
+        reach: how far from it samples count [m].
+        known: (P, 18) joints with a keypoint.
+        foreign: (P, 18, 25) samples that are somebody else's; None: none are.
+        joints: (J,) chosen ones.
+    """
+    twin = compiled.load()[0]
+    if twin is not None:
+        return twin.mean_within(depth, offsets, middle, reach, known, foreign, joints, weights=WEIGHTS)
+    chosen = depth[:, joints] + offsets[..., None]
+    with np.errstate(invalid='ignore'):
+        fits = (np.abs(chosen - middle[:, None, None]) < reach) & known[:, joints, None]
+    if foreign is not None:
+        fits &= ~foreign[:, joints]
+    weights = np.where(fits, WEIGHTS, 0.0)
+    total = weights.sum(axis=(1, 2))
+    return (weights * np.where(fits, chosen, 0.0)).sum(axis=(1, 2)) / np.maximum(total, 1e-9), total
 
 
 def _histogram(bins: np.ndarray, weights: np.ndarray, count: int) -> np.ndarray:

@@ -1,0 +1,240 @@
+#!/usr/bin/python3
+"""With its default parameters the extractor says what is hidden, who is who, and how quickly they move."""
+import sys
+import unittest
+from typing import List, NamedTuple, Optional, Sequence, Tuple
+
+import numpy as np
+import rospy
+import rostest
+import tf2_ros
+from dynamic_reconfigure.client import Client
+from harness import (
+    FRAME_ID,
+    OUTPUT,
+    PATIENCE,
+    VISIBLE,
+    Camera,
+    FakeDetector,
+    Output,
+    ShippedSequence,
+    TruePerson,
+    joints_of,
+    of_joints,
+    person,
+    position,
+    wait_for,
+)
+from openpose_ros_msgs.msg import (
+    PersonDetection,
+    PersonDetection_3d,
+    PersonDetection_3dArray,
+    PersonDetectionArray,
+    Timing,
+)
+from std_msgs.msg import Header
+
+from openpose_ros_pkg.ros.convert import bgr_to_image
+from openpose_ros_pkg.skeletons import COCO_18
+from skeleton_extract_3d.depth import cloud_from_depth
+from skeleton_extract_3d.estimator import STAGES
+from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING
+from skeleton_extract_3d.ros.convert import cloud_to_message, rotation_and_translation
+
+NODE = 'extractor'
+# Frames in which person 2 hides person 1, and in which both walk, at 1.1 and 1.5 m/s.
+HIDDEN, WALKING = range(16, 25), range(4, 9)
+# Whoever shows fewer joints is not detected.
+LEAST_SHOWN = 3
+# An error from which a position is wrong [m], and that of a velocity [m/s].
+WRONG, WRONG_VELOCITY = 0.15, 0.25
+# Tracks end within the pause between two plays [s].
+PAUSE = 10.0
+TRUNK = ('neck', 'right_shoulder', 'left_shoulder', 'right_hip', 'left_hip')
+
+
+class Frame(NamedTuple):
+    """A frame that was played.
+
+    Attributes:
+        number: in the sequence.
+        truth: people 1 and 2.
+        array: what the extractor says.
+    """
+
+    number: int
+    truth: List[TruePerson]
+    array: PersonDetection_3dArray
+
+    def near(self, truth: TruePerson) -> PersonDetection_3d:
+        """Return who is where somebody truly is: within half a metre, by the median of the joints."""
+        distances = [np.nanmedian(np.linalg.norm(joints_of(found) - truth.xyz, axis=1))
+                     for found in self.array.persons]
+        if not distances or min(distances) > 0.5:
+            raise AssertionError(f'person {truth.id} is missing in frame {self.number}: nearest {distances} m')
+        return self.array.persons[int(np.argmin(distances))]
+
+
+class PeopleTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        rospy.init_node('check_people')
+        cls.sequence, cls.detector = ShippedSequence(), FakeDetector('detect_poses_3d')
+        cls.detector.answer = cls.detected
+        cls.arrays_2d: List[PersonDetectionArray] = []
+        cls.subscriber = rospy.Subscriber(f'{OUTPUT}/detected_poses', PersonDetectionArray, cls.arrays_2d.append)
+        cls.output, cls.camera = Output(), Camera()
+        wait_for(cls.subscriber.get_num_connections, '2D results')
+        cls.tf_buffer = tf2_ros.Buffer()
+        cls.tf_listener = tf2_ros.TransformListener(cls.tf_buffer)
+        cls.last_stamp = rospy.Time.from_sec(rospy.get_time())
+        cls.frames = cls.play(range(len(cls.sequence.people)))
+
+    @classmethod
+    def detected(cls, number: int) -> List[PersonDetection]:
+        """Return those who show some joints, with the pixels of all; their order and ids mean nothing."""
+        found = []
+        for truth in cls.sequence.people[number]:
+            if truth.shown >= LEAST_SHOWN:
+                pixels = {joint: tuple(xy) for joint, xy, label in zip(COCO_18.joints, truth.uv, truth.labels) if label}
+                found.append(person(50 + 2 * number + truth.id, pixels))
+        return found[::-1] if number % 2 else found
+
+    @classmethod
+    def play(cls, numbers: Sequence[int], frame_id: str = FRAME_ID, begin: Optional[rospy.Time] = None) -> List[Frame]:
+        """Send frames of the sequence and return what comes.
+
+        Args:
+            frame_id: of the messages.
+            begin: stamp of the first one; None: some time after those before.
+        """
+        begin = begin or cls.last_stamp + rospy.Duration(PAUSE)
+        frames, played = cls.sequence.frames, []
+        for number in numbers:
+            frame, stamp = frames.frame(number), begin + rospy.Duration((number - numbers[0]) / frames.fps)
+            header = Header(stamp=stamp, frame_id=frame_id)
+            picture = frame.bgr.copy()
+            picture[0, 0] = number, 0, 0
+            points = cloud_from_depth(frame.depth * 0.001, frames.camera, frame.bgr)
+            cls.camera.send(bgr_to_image(picture, header), cloud_to_message(points, header))
+            played.append(Frame(number, cls.sequence.people[number], cls.output.frame(stamp)))
+            cls.last_stamp = max(cls.last_stamp, stamp)
+        return played
+
+    def people_2d(self, frame: Frame) -> PersonDetectionArray:
+        """Return the 2D results of a frame."""
+        stamp = frame.array.header.stamp
+        return wait_for(lambda: next((array for array in list(self.arrays_2d) if array.header.stamp == stamp), None),
+                        f'2D results of frame {frame.number}')
+
+    def detected_joints(self) -> Tuple[np.ndarray, ...]:
+        """Return status, sigma and error [m] of the N joints of all who were detected, whether hidden and visible."""
+        rows = []
+        for frame in self.frames:
+            for truth in frame.truth:
+                if truth.shown >= LEAST_SHOWN:
+                    found = frame.near(truth)
+                    error = np.linalg.norm(joints_of(found) - truth.xyz, axis=1)
+                    rows.append((of_joints(found, 'status'), of_joints(found, 'sigma'), error, truth.hidden,
+                                 truth.labels == VISIBLE))
+        return tuple(np.concatenate(column) for column in zip(*rows))
+
+    def test_visible_joints_are_measured(self):
+        status, _, error, _, visible = self.detected_joints()
+        rospy.loginfo('%d visible joints: %.2f measured, median error %.3f m', visible.sum(),
+                      (status == MEASURED)[visible].mean(), np.median(error[visible]))
+        self.assertGreater((status == MEASURED)[visible].mean(), 0.9)
+        self.assertLess(np.median(error[visible]), 0.03)
+
+    def test_hidden_joints_are_inferred_and_their_error_is_told(self):
+        status, sigma, error, hidden, _ = self.detected_joints()
+        known = status != MISSING
+        self.assertTrue((sigma[known] > 0).all())
+        self.assertTrue(np.isnan(sigma[~known]).all())
+        inferred, near = (status == INFERRED)[hidden].mean(), (error <= WRONG)[hidden].mean()
+        lies, covered = ((status == MEASURED) & (error > WRONG))[hidden].mean(), (error < 2 * sigma)[known].mean()
+        rospy.loginfo('%d hidden joints: %.2f inferred, %.2f lies, %.2f within %.2f m; of all %.2f within 2 sigma',
+                      hidden.sum(), inferred, lies, near, WRONG, covered)
+        self.assertGreater(inferred, 0.75)
+        self.assertLess(lies, 0.04)
+        self.assertGreater(near, 0.75)
+        self.assertGreater(covered, 0.85)
+        self.assertGreater(np.median(sigma[status == INFERRED]), np.median(sigma[status == MEASURED]))
+
+    def test_somebody_who_is_hidden_altogether_is_still_there(self):
+        for frame in self.frames[HIDDEN.start:HIDDEN.stop]:
+            found = frame.near(frame.truth[0])
+            self.assertEqual(set(of_joints(found, 'status')) - {MISSING}, {INFERRED})
+            self.assertEqual(set(of_joints(found, 'confidence')), {0.0})
+            self.assertNotIn(found.person_ID, [one.person_ID for one in self.people_2d(frame).persons])
+
+    def test_ids_stay_and_are_those_of_the_2d_results(self):
+        ids = [{frame.near(frame.truth[row]).person_ID for frame in self.frames
+                if frame.truth[row].shown >= LEAST_SHOWN} for row in range(2)]
+        self.assertEqual([len(of_person) for of_person in ids], [1, 1], ids)
+        self.assertNotEqual(*ids)
+        for frame in self.frames:
+            array, sent = self.people_2d(frame), self.detected(frame.number)
+            in_space = {found.person_ID: found for found in frame.array.persons}
+            self.assertEqual([found.num_people_detected for found in array.persons], [len(sent)] * len(sent))
+            for found, one in zip(array.persons, sent):
+                self.assertAlmostEqual(found.neck.x, one.neck.x, places=3)
+                np.testing.assert_array_equal(of_joints(found, 'confidence'),
+                                              of_joints(in_space[found.person_ID], 'confidence'))
+
+    def test_velocity_of_people_who_walk(self):
+        trunk = [COCO_18.index[joint] for joint in TRUNK]
+        for row in range(2):
+            true, told = [], []
+            for frame in self.frames[WALKING.start:WALKING.stop]:
+                before, after = (self.sequence.people[frame.number + step][row].xyz[trunk] for step in (-1, 1))
+                true.append((after - before) * self.sequence.frames.fps / 2)
+                found = frame.near(frame.truth[row])
+                velocity = frame.array.velocities[frame.array.persons.index(found)]
+                self.assertEqual(velocity.person_ID, found.person_ID)
+                told.append([position(getattr(velocity, joint)) for joint in TRUNK])
+            self.assertGreater(np.linalg.norm(np.mean(true, axis=(0, 1))), 1.0)
+            np.testing.assert_allclose(np.mean(told, axis=(0, 1)), np.mean(true, axis=(0, 1)), atol=WRONG_VELOCITY)
+
+    def test_joints_are_frames(self):
+        frame = self.frames[-1]
+        for found in frame.array.persons:
+            for joint in ('neck', 'right_hip'):
+                transform = self.tf_buffer.lookup_transform(FRAME_ID, f'person_{found.person_ID}/{joint}',
+                                                            frame.array.header.stamp, rospy.Duration(5))
+                rotation, translation = rotation_and_translation(transform)
+                np.testing.assert_allclose(translation, position(getattr(found, joint)), atol=1e-6)
+                np.testing.assert_array_equal(rotation, np.eye(3))
+
+    def test_a_threshold_that_changes_holds_from_the_next_frame_on(self):
+        client = Client(NODE, timeout=PATIENCE)
+        numbers = range(HIDDEN.start - 5, HIDDEN.start + 3)
+        self.assertEqual(len(self.play(numbers)[-1].array.persons), 2)
+        self.addCleanup(client.update_configuration, {'track_timeout': 2.0})
+        self.assertEqual(client.update_configuration({'track_timeout': 0.1})['track_timeout'], 0.1)
+        self.assertEqual(len(self.play(numbers)[-1].array.persons), 1, 'the hidden one is forgotten')
+
+    def test_ids_are_not_used_again(self):
+        """Neither after a pause, nor for another camera, nor when the stamps begin anew."""
+        plays = [self.frames, self.play(range(4)), self.play(range(4), frame_id='another_camera'),
+                 self.play(range(4), begin=self.last_stamp - rospy.Duration(100))]
+        ids = [{found.person_ID for frame in frames for found in frame.array.persons} for frames in plays]
+        self.assertEqual([len(of_play) for of_play in ids], [2] * len(plays), ids)
+        self.assertEqual(len(set.union(*ids)), 2 * len(plays), ids)
+
+    def test_timing_by_stage(self):
+        reports: List[Timing] = []
+        subscriber = rospy.Subscriber(f'{NODE}/timing', Timing, reports.append)
+        self.addCleanup(subscriber.unregister)
+        wait_for(subscriber.get_num_connections, 'a publisher of the timing')
+        self.play(range(4))
+        stages = wait_for(lambda: next(({stage.stage: stage for stage in report.stages} for report in list(reports)
+                                        if report.rate > 0), None), 'a report')
+        for name in STAGES:
+            self.assertGreater(stages[name].count, 0, name)
+            self.assertTrue(0 < stages[name].p50 <= stages['estimate'].p50, name)
+        self.assertLess(stages['estimate'].p50, stages['total'].p50)
+
+
+if __name__ == '__main__':
+    rostest.rosrun('skeleton_extract_3d', 'check_people', PeopleTest, sys.argv)
