@@ -39,7 +39,7 @@ SAME_PERSON = 0.5
 MEDIAN_ERROR, WRONG = 0.06, 0.15
 # Of the people that show at least half of their joints; of those that show hardly any, after they were seen: these are
 # few frames, and the one who is hidden stops, which nobody can know.
-LEAST_FOUND, LEAST_FOUND_HIDDEN = 0.9, 0.5
+LEAST_FOUND, LEAST_FOUND_HIDDEN = 0.9, 0.4
 # Whoever was seen in fewer frames is not expected when hidden.
 SIGHTINGS = 3
 # Share of the hidden joints that are said to be measured where they are not.

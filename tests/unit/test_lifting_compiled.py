@@ -34,6 +34,7 @@ from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d import (
     body_measures,
     bone_constraints,
+    camera,
     compiled,
     depth_inference,
     head_pose,
@@ -384,6 +385,32 @@ def test_nobody_has_keypoints():
 def test_all_keypoints_in_one_place():
     both(occluders.covered_by_self, np.full((2, JOINTS, 2), 7.0), np.ones(2), FOCAL)
     both(occluders.others_depths, np.full((2, JOINTS, 2), 7.0), np.ones((2, JOINTS)), FOCAL)
+
+
+# --- the camera -----------------------------------------------------------------------------------------------------
+
+def test_nothing_is_fitted_to_one_row_of_points():
+    pixels = np.stack([np.arange(100), np.full(100, 7)])
+    points = np.stack([pixels[0] - 50.0, np.full(100, 3.0), np.full(100, 2.0)])
+    for row, column in ((0, 1), (1, 0)):
+        turned = points[[row, column, 2]], pixels[[row, column]]
+        assert camera.fit_pinhole(*turned) is None and by_numpy(camera.fit_pinhole, *turned) is None
+
+
+@pytest.mark.parametrize('missing', [0.0, 0.5, 0.99, 1.0])
+def test_fitted_pinhole(missing):
+    random = np.random.default_rng(0)
+    pixels = random.integers(0, 960, (2, 576))
+    z = random.uniform(0.5, 8.0, 576)
+    points = np.stack([(pixels[0] - 480.0) / 500 * z, (pixels[1] - 270.0) / 510 * z, z])
+    points += random.normal(0, 1e-3, points.shape)
+    points[:, random.random(576) < missing] = random.choice([np.nan, np.inf, 0.0])
+    fit = camera.fit_pinhole(points, pixels)
+    expected = by_numpy(camera.fit_pinhole, points, pixels)
+    assert (fit is None) == (expected is None) == (missing > 0.9)
+    if fit is not None:
+        np.testing.assert_allclose(fit, expected, rtol=0, atol=1e-6)
+        np.testing.assert_allclose(fit[:4], (500, 510, 480, 270), rtol=0, atol=1.0)
 
 
 # --- which way a head looks, and who was seen ------------------------------------------------------------------------

@@ -7,6 +7,7 @@ import cv2
 import numpy as np
 
 from openpose_ros_pkg.errors import BadInputError
+from skeleton_extract_3d import compiled
 
 # Widths and heights count as one aspect ratio up to this relative difference: rounded sizes pass, cropped ones do not.
 ASPECT_TOLERANCE = 0.01
@@ -27,6 +28,8 @@ _FIT_GRID = (32, 18)
 _LEAST_FIT_POINTS = 12
 # ... and explains the points up to this median distance [px].
 _FIT_TOLERANCE = 3.0
+# Points whose slopes x / z differ less than this (sum of squares) fit no camera.
+_LEAST_SQUARE = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,18 +167,23 @@ def fitted_camera(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> Optional[Camer
     height, width = z.shape
     pixels = _fit_pixels(width, height)
     points = np.array([axis[pixels[1], pixels[0]] for axis in (x, y, z)], np.float64)
-    there = np.isfinite(points).all(axis=0)
-    there &= np.where(there, points[2], 0.0) > 0
-    pixels, points = pixels[:, there], points[:, there]
-    if points.shape[1] < _LEAST_FIT_POINTS:
+    fit = fit_pinhole(points, pixels)
+    if fit is None:
+        behind = int((np.nan_to_num(points[2]) < 0).sum())
+        if behind >= _LEAST_FIT_POINTS:
+            raise _no_camera(f'{behind} of {points.shape[1]} points that were looked at have a negative z')
         return None
-    (fx, fy), (cx, cy), error = _lines(points[:2] / points[2], pixels)
-    if not (fx > 0 and fy > 0) or error > _FIT_TOLERANCE:
-        raise BadInputError(
-            'the points of the cloud are not those of a pinhole camera in its optical frame (x right, y down, z '
-            f'forward): they miss their pixels by {error:.1f} px, expected up to {_FIT_TOLERANCE:g}; publish the '
-            'registered cloud in the optical frame of the image')
+    fx, fy, cx, cy, error = fit
+    if not (fx > 0 and fy > 0):
+        raise _no_camera(f'the focal lengths that fit best are {fx:.0f} and {fy:.0f} px, expected more than 0')
+    if error > _FIT_TOLERANCE:
+        raise _no_camera(f'they miss their pixels by {error:.1f} px, expected up to {_FIT_TOLERANCE:g}')
     return CameraModel(width, height, np.array([fx, 0, cx, 0, fy, cy, 0, 0, 1]))
+
+
+def _no_camera(reason: str) -> BadInputError:
+    return BadInputError('the points of the cloud are not those of a pinhole camera in its optical frame (x right, y '
+                         f'down, z forward): {reason}; publish the registered cloud in the optical frame of the image')
 
 
 @functools.lru_cache(maxsize=8)
@@ -186,20 +194,32 @@ def _fit_pixels(width: int, height: int) -> np.ndarray:
     return np.stack([grid.ravel() for grid in np.meshgrid(columns, rows)])
 
 
-def _lines(slope_of: np.ndarray, pixels: np.ndarray) -> Tuple[np.ndarray, np.ndarray, float]:
-    """Return focal lengths and centres of pixels = focal * slope_of + centre by least squares, and the median error.
+def fit_pinhole(points: np.ndarray, pixels: np.ndarray) -> Optional[Tuple[float, float, float, float, float]]:
+    """Fit u = fx x / z + cx and v = fy y / z + cy by least squares.
 
     Args:
-        slope_of, pixels: (2, N), along both axes of the image.
+        points: (3, N) float64 [m]; not finite, or z = 0, where missing.
+        pixels: (2, N) int64.
 
     Returns:
-        (2,) and (2,) [px]; the greater one of the errors of both axes [px].
+        fx, fy, cx, cy, and the greater one of the median errors of u and v [px]; None with too few points, or
+        all in one row or column.
     """
-    slope_mean, pixel_mean = (values.sum(axis=1, keepdims=True) / values.shape[1] for values in (slope_of, pixels))
-    slope_off, pixel_off = slope_of - slope_mean, pixels - pixel_mean
-    square = np.maximum((slope_off * slope_off).sum(axis=1, keepdims=True), 1e-12)
+    twin = compiled.load()[0]
+    if twin is not None:
+        return twin.fit_pinhole(points, pixels, least_points=_LEAST_FIT_POINTS, least_square=_LEAST_SQUARE)
+    there = np.isfinite(points).all(axis=0)
+    there &= np.where(there, points[2], 0.0) > 0
+    if there.sum() < _LEAST_FIT_POINTS:
+        return None
+    slopes, pixels = points[:2, there] / points[2, there], pixels[:, there]
+    if (pixels.min(axis=1) == pixels.max(axis=1)).any():
+        return None
+    slope_mean, pixel_mean = slopes.mean(axis=1, keepdims=True), pixels.mean(axis=1, keepdims=True)
+    slope_off, pixel_off = slopes - slope_mean, pixels - pixel_mean
+    square = np.maximum((slope_off * slope_off).sum(axis=1, keepdims=True), _LEAST_SQUARE)
     focal = (slope_off * pixel_off).sum(axis=1, keepdims=True) / square
+    centre = pixel_mean - focal * slope_mean
     error = np.abs(focal * slope_off - pixel_off)
     middle = error.shape[1] // 2
-    error.partition(middle)
-    return focal[:, 0], (pixel_mean - focal * slope_mean)[:, 0], float(error[:, middle].max())
+    return (*focal[:, 0], *centre[:, 0], np.partition(error, middle)[:, middle].max())

@@ -4,7 +4,7 @@ A joint stays where it was relative to the next joint towards the trunk, and dri
 who are out of sight walk on ever more slowly, but not to where they would be seen.
 """
 from dataclasses import dataclass
-from typing import Optional
+from typing import Optional, Tuple
 
 import numpy as np
 
@@ -47,7 +47,8 @@ class OcclusionParams(Parameters):
 
     occlusion: bool = parameter(
         True, 'Tell joints that are hidden from those that are seen, and estimate them (status INFERRED). false: each '
-              'joint is put on the surface at its pixel and reported as MEASURED; others are MISSING.')
+              'joint is taken to lie on the nearest surface around its pixel and reported as MEASURED; those without '
+              'a keypoint are MISSING.')
     measured_min_score: float = parameter(
         0.2, 'A keypoint with a lower score is not used, even where the surface fits it.', minimum=0.0, maximum=1.0)
     hidden_min_score: float = parameter(
@@ -80,17 +81,11 @@ def complete_joints(tracks: Tracks, rows: np.ndarray, trusted: np.ndarray, sigma
     parts = _Placement(tracks, rows, placed, sigma, stamp, elapsed, params)
     position = parts.position
 
-    half = left * (scale * body.SHOULDER_WIDTH / 2)[:, None]
     sides = np.array([1.0, -1.0])[:, None]
-    both = trusted[:, SHOULDERS].all(axis=1)
-    by_one = np.where(trusted[:, SHOULDERS[:1]], position[:, SHOULDERS[0]] - half, position[:, SHOULDERS[1]] + half)
-    middle = np.where(both[:, None], position[:, SHOULDERS].mean(axis=1), by_one)
-    of_hips = position[:, HIPS].mean(axis=1) - down * (scale * body.TRUNK_LENGTH)[:, None]
-    of_head, head_known = _neck_by_head(position, trusted, left, down, scale)
-    known = trusted[:, SHOULDERS].any(axis=1)
-    neck = np.where(known[:, None], middle, np.where(trusted[:, HIPS].all(axis=1)[:, None], of_hips, of_head))
-    parts.fill(np.array([NECK]), neck[:, None], known | trusted[:, HIPS].all(axis=1) | head_known, None)
-
+    half = left * (scale * body.SHOULDER_WIDTH / 2)[:, None]
+    if not placed[:, NECK].all():
+        neck, known = _neck(position, trusted, left, down, scale)
+        parts.fill(np.array([NECK]), neck[:, None], known, None)
     parts.fill(SHOULDERS, position[:, NECK, None] + sides * half[:, None], placed[:, NECK], NECK)
     half = left * (scale * body.HIP_WIDTH / 2)[:, None]
     one_hip = trusted[:, HIPS].any(axis=1)
@@ -143,7 +138,7 @@ class _Placement:
         if parents is None:
             moved, parent_sigma = position, 0.10
         else:
-            parents = np.broadcast_to(parents, joints.shape)
+            parents = parents + np.zeros_like(joints)
             of_parent = self._velocity[:, parents]
             moved = position + (of_parent - velocity) * self._elapsed
             velocity = of_parent
@@ -168,7 +163,22 @@ class _Placement:
         tracks.seen[rows[person], joints[which]] = tracks.born[rows[person]]
 
 
-def _neck_by_head(position: np.ndarray, trusted: np.ndarray, left: np.ndarray, down: np.ndarray, scale: np.ndarray):
+def _neck(position: np.ndarray, trusted: np.ndarray, left: np.ndarray, down: np.ndarray, scale: np.ndarray
+          ) -> Tuple[np.ndarray, np.ndarray]:
+    """Return where the neck is by shoulders, hips or head, (N, 3) [m], and whose is known, (N,)."""
+    half = left * (scale * body.SHOULDER_WIDTH / 2)[:, None]
+    both, any_shoulder = trusted[:, SHOULDERS].all(axis=1), trusted[:, SHOULDERS].any(axis=1)
+    by_one = np.where(trusted[:, SHOULDERS[:1]], position[:, SHOULDERS[0]] - half, position[:, SHOULDERS[1]] + half)
+    middle = np.where(both[:, None], position[:, SHOULDERS].mean(axis=1), by_one)
+    both_hips = trusted[:, HIPS].all(axis=1)
+    of_hips = position[:, HIPS].mean(axis=1) - down * (scale * body.TRUNK_LENGTH)[:, None]
+    of_head, head_known = _neck_by_head(position, trusted, left, down, scale)
+    neck = np.where(any_shoulder[:, None], middle, np.where(both_hips[:, None], of_hips, of_head))
+    return neck, any_shoulder | both_hips | head_known
+
+
+def _neck_by_head(position: np.ndarray, trusted: np.ndarray, left: np.ndarray, down: np.ndarray, scale: np.ndarray
+                  ) -> Tuple[np.ndarray, np.ndarray]:
     """Return where the neck is under the known joints of the head, (N, 3) [m], and of whom there are any, (N,)."""
     forward = np.cross(left, -down)
     axes = np.stack([left, down, forward], axis=1)

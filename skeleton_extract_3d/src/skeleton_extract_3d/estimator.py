@@ -11,7 +11,7 @@ from openpose_ros_pkg.params import Parameters, parameter
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18, SkeletonModel
 from skeleton_extract_3d import appearance, body_measures, completion, identity, surfaces
-from skeleton_extract_3d.body import HIPS, SHOULDERS, STATURE_SPREAD
+from skeleton_extract_3d.body import ADULT_STATURE, HIPS, SHOULDERS, STATURE_SPREAD, SURFACE_OFFSETS
 from skeleton_extract_3d.bone_constraints import satisfy_lengths
 from skeleton_extract_3d.camera import CameraModel, check_same_aspect
 from skeleton_extract_3d.completion import OcclusionParams
@@ -107,11 +107,15 @@ class PeopleEstimator:
         self._stamp: Optional[float] = None
         self._camera: Optional[CameraModel] = None
         self._tracking_from_points: Optional[Tuple[np.ndarray, np.ndarray]] = None
-        self.reconfigure(*params)
+        self._lifting, self._occlusion, self._identity, self._smoothing = params
 
     def reconfigure(self, *params: Parameters) -> None:
-        """Take other parameters from the next frame on; people keep their ids."""
-        self._lifting, self._occlusion, self._identity, self._smoothing = params
+        """Take other parameters from the next frame on; people keep their ids, unless tracking begins or ends."""
+        self._lifting, self._occlusion, identities, self._smoothing = params
+        if identities.tracking != self._identity.tracking:
+            # ids of the detection service are not those that are given out here
+            self._forget()
+        self._identity = identities
 
     def update(self, people_2d: People2D, image_size: Tuple[int, int], points: PointGrid, stamp: float,
                bgr: Optional[np.ndarray] = None,
@@ -125,7 +129,7 @@ class PeopleEstimator:
             stamp: of the frame [s].
             bgr: (H, W, 3) uint8, the image, for the colours of the clothes; None: people are told apart without.
             tracking_from_points: rotation (3, 3) and translation (3,) [m] from the frame of the points to one in
-                which the room stands still; None: the camera does.
+                which the room stands still, in every frame; None: the camera does not move.
 
         Raises:
             BadInputError: image and points differ in aspect ratio, or the points are in no optical frame.
@@ -148,7 +152,7 @@ class PeopleEstimator:
         rows = identity.assign(self._tracks, seen, evidence, clothes, stamp, self._identity)
         clock.lap('identity')
         lifted = lift_people(seen, points, self._expectation(rows, elapsed), evidence)
-        lifted = self._original_method(lifted, people_2d, image_size, points)
+        lifted = self._by_chosen_method(lifted, seen, people_2d, image_size, points)
         clock.lap('lift')
         rows = self._begin_tracks(rows, seen, lifted, people_2d, stamp)
         kept = np.flatnonzero(rows >= 0)
@@ -165,7 +169,7 @@ class PeopleEstimator:
         """Bring the tracks to a time and to where the camera is now; return the time that passed [s]."""
         tracks, before = self._tracks, self._stamp
         if not self._identity.tracking or (before is not None and stamp < before - _RESET_BACKSTEP):
-            tracks.keep(np.zeros(len(tracks), bool))
+            self._forget()
             before = None
         elapsed = 0.0 if before is None else max(stamp - before, 0.0)
         self._stamp = stamp if before is None else max(stamp, before)
@@ -176,6 +180,9 @@ class PeopleEstimator:
         tracks.predict(elapsed, self._smoothing.acceleration, self._smoothing.walking_acceleration)
         return elapsed
 
+    def _forget(self) -> None:
+        self._tracks.keep(np.zeros(len(self._tracks), bool))
+
     def _clothes(self, people: People2D, points: PointGrid, image_size: Tuple[int, int], bgr: Optional[np.ndarray],
                  seen: Observation) -> Clothes:
         """Return the colours of the clothes, where the surface is near the person's."""
@@ -183,12 +190,15 @@ class PeopleEstimator:
         if bgr is None or not self._identity.use_clothes or not len(people):
             return clothes
         trunk = surfaces.lower_median(seen.depth[:, _SQUARE].reshape(len(people), -1))
-        pixels = appearance.clothes_pixels(seen.uv)
+        upper, lower = appearance.clothes_pixels(seen.uv)
+        pixels, count = np.concatenate([upper, lower], axis=1), upper.shape[1]
         with np.errstate(invalid='ignore'):
             usable = np.abs(surfaces.depths_at(points, np.where(np.isfinite(pixels), pixels, -1e6))
                             - trunk[:, None]) < _CLOTHES_DEPTH
         pixels = grid_positions(pixels, (points.width, points.height), image_size)
-        clothes.colours, clothes.known = appearance.mean_colours(bgr, pixels, usable)
+        for part, chosen in enumerate((slice(None, count), slice(count, None))):
+            colours, seen_pixels = appearance.mean_colours(bgr, pixels[:, chosen], usable[:, chosen])
+            clothes.colours[:, part], clothes.known[:, part] = colours, seen_pixels > 0
         return clothes
 
     def _expectation(self, rows: np.ndarray, elapsed: float) -> Expectation:
@@ -210,8 +220,8 @@ class PeopleEstimator:
         expected.length_spread[old] = body_measures.length_spreads(tracks, track)
         return expected
 
-    def _original_method(self, lifted: Lifted, people: People2D, image_size: Tuple[int, int], points: PointGrid
-                         ) -> Lifted:
+    def _by_chosen_method(self, lifted: Lifted, seen: Observation, people: People2D, image_size: Tuple[int, int],
+                          points: PointGrid) -> Lifted:
         """Put joints where the chosen way of lifting has them."""
         if self._lifting.lifting == 'mean3x3':
             from_window = in_coco(lift(people, image_size, points, self._lifting))
@@ -220,7 +230,14 @@ class PeopleEstimator:
                 return lifted._replace(xyz=np.where(found[..., None], from_window, lifted.xyz), measured=found)
             agree = found & lifted.measured
             return lifted._replace(xyz=np.where(agree[..., None], from_window, lifted.xyz), measured=agree)
-        if self._lifting.surface_offsets == 'none':
+        on_skin = self._lifting.surface_offsets == 'none'
+        if not self._occlusion.occlusion:
+            surface = surfaces.foreground(seen.depth)
+            offsets = 0.0 if on_skin else SURFACE_OFFSETS * (lifted.stature / ADULT_STATURE)[:, None]
+            found = np.isfinite(surface) & seen.known
+            xyz = seen.rays * (surface + offsets)[..., None]
+            return lifted._replace(xyz=np.where(found[..., None], xyz, lifted.xyz), measured=found)
+        if on_skin:
             skin = np.isfinite(lifted.surface)
             return lifted._replace(xyz=np.where(skin, lifted.surface, lifted.xyz))
         return lifted
@@ -250,9 +267,8 @@ class PeopleEstimator:
         """Take the frame into the tracks; return which joints it placed, (N, 18)."""
         tracks, occlusion = self._tracks, self._occlusion
         believable = (seen.scores >= occlusion.hidden_min_score) & (lifted.plausible | (seen.scores > _SURE_SCORE))
-        trusted = lifted.measured & (seen.scores >= occlusion.measured_min_score)
-        if occlusion.occlusion:
-            trusted |= believable & seen.known
+        trusted = lifted.measured | believable if occlusion.occlusion else lifted.measured
+        trusted &= seen.known & (seen.scores >= occlusion.measured_min_score)
         across = (_ACROSS + _ACROSS_BY_SCORE * (1 - np.minimum(seen.scores, 1.0)) ** 2
                   + np.where(lifted.measured, 0.0, _ACROSS_HIDDEN))
         along = np.where(lifted.measured, _ALONG_MEASURED, np.maximum(lifted.sigma, _ALONG_INFERRED))
@@ -317,7 +333,7 @@ class PeopleEstimator:
                 hidden = unseen[completion.hidden_and_there(tracks, unseen, points, self._camera)]
         position = tracks.joints.position[rows]
         read = lifted.measured & trusted
-        if self._smoothing.smoothing:
+        if self._smoothing.smoothing and occlusion.occlusion:
             # where the filter does not follow the surface, its answer is not read from there
             read &= ((position - lifted.xyz) ** 2).sum(axis=2) < _MEASURED_REACH ** 2
         status = np.where(placed, np.where(read, MEASURED, INFERRED), MISSING)
@@ -333,7 +349,7 @@ class PeopleEstimator:
         people = People3D(
             COCO_18, np.where(known[..., None], position, np.nan), scores, status,
             np.where(known, sigma[everybody], np.nan), tracks.ids[everybody],
-            np.where(known[..., None], tracks.joints.velocity[everybody], np.nan))
+            np.where(known[..., None] & self._identity.tracking, tracks.joints.velocity[everybody], np.nan))
         uv = grid_positions(people_2d.xy, image_size, (points.width, points.height))
         return in_skeleton(people, people_2d, uv, points, self._camera), people.ids
 

@@ -66,6 +66,10 @@ _KERNEL_SHIFTS, _KERNEL_SHARES = (0, 1, -1, 2, -2), (0.40, 0.25, 0.25, 0.05, 0.0
 AGREEMENT = 0.09
 
 
+# The foreground begins at the nearest of so many parts of a window's samples, and is so deep [m].
+_FOREGROUND_SHARE, _FOREGROUND_DEPTH = 4, 0.05
+
+
 def window_depths(points: PointGrid, uv: np.ndarray, radius: np.ndarray) -> np.ndarray:
     """Read the surfaces around keypoints.
 
@@ -221,6 +225,21 @@ def depth_costs(depth: np.ndarray, offsets: np.ndarray, gaps: np.ndarray, root: 
     costs = -2 * np.log(likelihood)
     costs -= costs.min(axis=2, keepdims=True)
     return np.where((have & (scores > 0))[..., None], costs, 0.0).astype(np.float32)
+
+
+def foreground(depth: np.ndarray) -> np.ndarray:
+    """Return the nearest surface in each window that more than a few stray samples show, (P, K) [m]; NaN without any.
+
+    Args:
+        depth: (P, K, 25) samples [m].
+    """
+    ordered = np.sort(depth, axis=2)  # missing ones come last
+    count = np.isfinite(depth).sum(axis=2)
+    first = np.take_along_axis(ordered, (count // _FOREGROUND_SHARE)[..., None], axis=2)
+    with np.errstate(invalid='ignore'):
+        near = np.abs(depth - first) < _FOREGROUND_DEPTH
+    total = near.sum(axis=2)
+    return np.where(total > 0, np.where(near, depth, 0.0).sum(axis=2) / np.maximum(total, 1), np.nan)
 
 
 def supporting_samples(depth: np.ndarray, offsets: np.ndarray, z: np.ndarray, foreign: Optional[np.ndarray]
