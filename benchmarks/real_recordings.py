@@ -1,8 +1,9 @@
 #!/usr/bin/python3
 """Publish an RGB-D recording as a camera would, run the 3D chain on it and report what comes out.
 
-Reports people per frame, rate, how many joints were measured and inferred, whether any is nearer than the surface, and
-how constant and how symmetric the lengths of measured limbs are. Leaves the annotated images in the output folder. With the recordings of this project's tests:
+Reports people per frame, rate, how many joints were measured and inferred, whether any is nearer than the surfaces
+around it, and how constant and how symmetric the lengths of measured limbs are. Leaves the annotated images in the
+output folder. With the recordings of this project's tests:
 
   real_recordings.py --colour 'rs_two_people_n40/color/*.png' --depth 'rs_two_people_n40/depth/*.png' \\
       --camera 617.25 617.55 317.39 245.98 --output out

@@ -31,7 +31,7 @@ from skeleton_extract_3d.point_grid import PointGrid
 _HEAD_WEIGHT = 0.6
 # Where the trunk was before: standard deviation as a share, weight, and the most that it says.
 _ROOT_SPREAD, _ROOT_WEIGHT, _ROOT_LIMIT = 0.10, 4.0, 9.0
-# Of a stranger's trunk, the surfaces up to so far from its depth [m] tell where it is, if they are so many windows; the
+# Of a trunk, the surfaces up to so far from its depth [m] tell where it is, if they are so many windows; the
 # size in the image then tells the stature up to this share.
 _TRUNK_REACH, _TRUNK_SUPPORT, _LOOK_SPREAD = 0.50, 2.5, 0.06
 # The side of a body whose direction points away by more than this (cosine) is the far one; the surface at a joint of it
@@ -131,7 +131,8 @@ def lift_people(seen: Observation, points: PointGrid, expected: Expectation, evi
     if foreign is not None:
         evidence = surfaces.root_evidence(seen.depth, seen.scores, foreign)
     root = surfaces.ROOT_DEPTHS[(evidence + sized + _before(expected.root)).argmax(axis=1)]
-    expected = _sized_strangers(seen, expected, root, foreign)
+    root, sure = _refined_root(seen, root, foreign)
+    expected = _sized_strangers(seen, expected, root, sure)
     scale = expected.stature / ADULT_STATURE
     head = _head(seen, root, scale)
     covered = occluders.covered_by_self(seen.uv, root, seen.focal)
@@ -183,16 +184,18 @@ def _before(root: np.ndarray) -> np.ndarray:
     return np.where(np.isfinite(root)[:, None], -0.5 * _ROOT_WEIGHT * np.minimum(t * t, _ROOT_LIMIT), 0.0)
 
 
-def _sized_strangers(seen: Observation, expected: Expectation, root: np.ndarray, foreign: Optional[np.ndarray]
-                     ) -> Expectation:
-    """Return the expectation with strangers as large as they look at the depth of their trunk."""
-    stranger = expected.stature_spread >= STATURE_SPREAD
-    if not stranger.any():
-        return expected
+def _refined_root(seen: Observation, root: np.ndarray, foreign: Optional[np.ndarray]) -> Tuple[np.ndarray, np.ndarray]:
+    """Return the depth of the trunk by the mean of its surfaces, (P,) [m], and who shows enough of it, (P,) bool."""
     offsets = np.broadcast_to(SURFACE_OFFSETS[TRUNK], (len(root), len(TRUNK)))
     middle, total = surfaces.mean_within(seen.depth, offsets, root, _TRUNK_REACH, seen.known, foreign, TRUNK)
-    known = stranger & (total > _TRUNK_SUPPORT) & np.isfinite(seen.size)
-    ratio = np.log(np.where(known, middle / seen.size, 1.0))
+    sure = total > _TRUNK_SUPPORT
+    return np.where(sure, middle, root), sure
+
+
+def _sized_strangers(seen: Observation, expected: Expectation, root: np.ndarray, sure: np.ndarray) -> Expectation:
+    """Return the expectation with strangers as large as they look at the depth of their trunk, where that is sure."""
+    known = sure & (expected.stature_spread >= STATURE_SPREAD) & np.isfinite(seen.size)
+    ratio = np.log(np.where(known, root / seen.size, 1.0))
     # the mean of what adults are and what is seen, by their spreads
     prior, seen_precision = expected.stature_spread ** -2, _LOOK_SPREAD ** -2
     stature = ADULT_STATURE * np.exp(ratio * seen_precision / (prior + seen_precision))
