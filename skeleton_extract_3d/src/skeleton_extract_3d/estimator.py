@@ -28,9 +28,9 @@ from skeleton_extract_3d.tracks import Tracks, frame_change, middle_of_trunk
 # Stamps that go back by more [s] are a new beginning (bag loop), by less a late frame.
 _RESET_BACKSTEP = 0.5
 # Errors of keypoints across the view [m]: at full score, growing with its square below, more where hidden.
-_ACROSS, _ACROSS_BY_SCORE, _ACROSS_HIDDEN = 0.015, 0.10, 0.02
+_ACROSS, _ACROSS_BY_SCORE, _ACROSS_HIDDEN = 0.013, 0.11, 0.02
 # Errors along the ray [m]: of a measured surface and offset, and the least of an inferred depth.
-_ALONG_MEASURED, _ALONG_INFERRED = 0.025, 0.05
+_ALONG_MEASURED, _ALONG_INFERRED = 0.024, 0.05
 # What no filter takes away: bodies differ from the model [m].
 _BODY_SIGMA = 0.01
 # How far the depth of a joint may change against what was expected [m].
@@ -139,11 +139,11 @@ class PeopleEstimator:
         if self._lifting.lifting == 'mean3x3' and not self._identity.tracking:
             people = lift(people_2d, image_size, points, self._lifting)
             return Estimate(people, people_2d)
+        clock = _Clock()
         camera = points.camera_model()
         self._camera = camera if camera is not None else self._camera
         if self._camera is None:
             return self._nobody(people_2d)
-        clock = _Clock()
         elapsed = self._advance(stamp, tracking_from_points)
         seen = observe(people_2d, image_size, points, self._camera)
         clock.lap('observe')

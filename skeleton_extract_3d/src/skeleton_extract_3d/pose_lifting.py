@@ -9,6 +9,7 @@ from skeleton_extract_3d.body import (
     BONE_LENGTHS,
     ENDS,
     HEAD,
+    HEAD_POINTS,
     MIDDLES,
     NECK,
     PROPORTION_SPREAD,
@@ -29,6 +30,9 @@ from skeleton_extract_3d.point_grid import PointGrid
 
 # The five keypoints of a head are one opinion more than two.
 _HEAD_WEIGHT = 0.6
+# People look where they face, more or less: a head counts as much as the trunk, if it has so many keypoints and a
+# pixel is no longer than this on it [m].
+_LEAST_HEAD, _HEAD_PIXEL = 3, 0.012
 # Where the trunk was before: standard deviation as a share, weight, and the most that it says.
 _ROOT_SPREAD, _ROOT_WEIGHT, _ROOT_LIMIT = 0.10, 4.0, 9.0
 # Of a trunk, the surfaces up to so far from its depth [m] tell where it is, if they are so many windows; the
@@ -135,9 +139,10 @@ def lift_people(seen: Observation, points: PointGrid, expected: Expectation, evi
     expected = _sized_strangers(seen, expected, root, sure)
     scale = expected.stature / ADULT_STATURE
     head = _head(seen, root, scale)
+    left = np.where(np.isfinite(expected.left), expected.left, 0.0) + _left_of_heads(seen, head, root, scale)
     covered = occluders.covered_by_self(seen.uv, root, seen.focal)
     own = occluders.likely_own(points, seen.uv, seen.depth, root, covered, seen.focal)
-    own = np.where(covered & _on_far_side(expected.left), own * _FAR_AND_COVERED, own)
+    own = np.where(covered & _on_far_side(left), own * _FAR_AND_COVERED, own)
 
     offsets = SURFACE_OFFSETS * scale[:, None]
     gaps = THICKNESSES - offsets
@@ -149,7 +154,7 @@ def lift_people(seen: Observation, points: PointGrid, expected: Expectation, evi
 
     bones = bones_of(expected.lengths, expected.length_spread, ~seen.known[:, _CHAINS])
     beliefs = infer_depths(costs[:, _CHAINS], head_costs, seen.rays[:, _CHAINS], head.ray, root, bones,
-                           expected.stature, expected.left)
+                           expected.stature, left)
     z, sigma = np.empty(seen.known.shape), np.empty(seen.known.shape)
     z[:, _CHAINS], sigma[:, _CHAINS] = read_depths(beliefs.joints)
     middle, middle_sigma = read_depths(beliefs.head)
@@ -203,16 +208,24 @@ def _sized_strangers(seen: Observation, expected: Expectation, root: np.ndarray,
     return expected._replace(stature=expected.stature * scale, lengths=expected.lengths * scale[:, None])
 
 
+def _left_of_heads(seen: Observation, head: HeadPose, root: np.ndarray, scale: np.ndarray) -> np.ndarray:
+    """Return unit vectors to the left of heads, (P, 3); zero of those that are hardly seen."""
+    nose, _, _, right_ear, left_ear = head.depths.T / scale
+    sine = (left_ear - right_ear) / (HEAD_POINTS[4, 0] - HEAD_POINTS[3, 0])
+    left = np.stack([-nose / HEAD_POINTS[0, 2], np.zeros_like(sine), sine], axis=1)
+    seen_well = (seen.known[:, HEAD].sum(axis=1) >= _LEAST_HEAD) & (root / seen.focal < _HEAD_PIXEL)
+    return np.where(seen_well[:, None], left, 0.0)
+
+
 def _on_far_side(left: np.ndarray) -> np.ndarray:
     """Return which joints of limbs are on the side that is turned away from the camera, (P, 18) bool.
 
     Args:
-        left: (P, 3) of any length, NaN where unknown.
+        left: (P, 3) of any length; zero where unknown.
     """
-    with np.errstate(invalid='ignore'):
-        away = left[:, 2] / np.maximum(np.linalg.norm(left, axis=1), 1e-6)
-        far = np.zeros((len(left), len(SURFACE_OFFSETS)), bool)
-        far[:, _OUTER] = _OUTER_SIDES * away[:, None] > _TURNED_AWAY
+    away = left[:, 2] / np.maximum(np.linalg.norm(left, axis=1), 1e-6)
+    far = np.zeros((len(left), len(SURFACE_OFFSETS)), bool)
+    far[:, _OUTER] = _OUTER_SIDES * away[:, None] > _TURNED_AWAY
     return far
 
 
