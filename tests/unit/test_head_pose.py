@@ -2,7 +2,8 @@
 import numpy as np
 import pytest
 
-from skeleton_extract_3d.body import HEAD, HEAD_AXES, HEAD_POINTS, MIRRORED
+from openpose_ros_pkg.skeletons import COCO_18
+from skeleton_extract_3d.body import HEAD, HEAD_AXES, HEAD_POINTS
 from skeleton_extract_3d.head_pose import estimate_head_pose
 
 DEPTH = 2.5
@@ -86,7 +87,7 @@ def test_joints_of_low_score_count_less():
 @pytest.mark.parametrize('degrees', [0, 40, 90])
 def test_in_a_mirror_left_is_right(degrees):
     rays = rays_of(np.radians(degrees))
-    mirrored = rays[:, MIRRORED] * [-1, 1, 1]
+    mirrored = rays[:, list(COCO_18.swap)] * [-1, 1, 1]
     one, two = pose_of(rays, 0.5), pose_of(mirrored, 0.5)
     swap = [NOSE, LEFT_EYE, RIGHT_EYE, LEFT_EAR, RIGHT_EAR]
     np.testing.assert_allclose(two.depths[:, swap], one.depths, atol=1e-9)

@@ -14,7 +14,7 @@ from typing import Dict, Tuple
 
 import numpy as np
 
-from openpose_ros_pkg.skeletons import COCO_18, mirrored_joint
+from openpose_ros_pkg.skeletons import COCO_18
 
 # Mean of adults, women and men together, and standard deviation as a share of it.
 ADULT_STATURE = 1.70
@@ -123,5 +123,3 @@ def _covering_parts() -> np.ndarray:
 
 
 COVERING_PARTS = _covering_parts()
-# Channel of each joint's mirror partner.
-MIRRORED = np.array([_INDEX[mirrored_joint(name)] for name in JOINTS])

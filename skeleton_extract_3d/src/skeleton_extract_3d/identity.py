@@ -102,9 +102,8 @@ def repeated(xyz: np.ndarray, known: np.ndarray, kept: np.ndarray) -> np.ndarray
         return ~kept
     both = known[:, None] & known[None]
     distance = np.where(both, np.linalg.norm(xyz[:, None] - xyz[None], axis=3), np.inf)
-    count = both.sum(axis=2)
-    middle = np.take_along_axis(np.sort(distance, axis=2), np.maximum(count - 1, 0)[..., None] // 2, axis=2)[..., 0]
-    same = (count >= _SHARED_JOINTS) & (middle < _SAME_PERSON)
+    with np.errstate(invalid='ignore'):
+        same = (both.sum(axis=2) >= _SHARED_JOINTS) & (surfaces.lower_median(distance) < _SAME_PERSON)
     return ~kept & (same & kept[None]).any(axis=1)
 
 
@@ -122,9 +121,8 @@ def distances_across(position: np.ndarray, has: np.ndarray, rays: np.ndarray, kn
         return twin.distances_across(position, has, rays, known)
     off = rays[None, ..., :2] * position[:, None, :, 2:] - position[:, None, :, :2]
     both = has[:, None] & known[None]
-    distance = np.sort(np.where(both, np.sqrt((off * off).sum(axis=3)), np.inf), axis=2)
-    count = both.sum(axis=2)
-    return np.take_along_axis(distance, np.maximum(count - 1, 0)[..., None] // 2, axis=2)[..., 0]
+    distance = surfaces.lower_median(np.where(both, np.sqrt((off * off).sum(axis=3)), np.nan))
+    return np.where(np.isfinite(distance), distance, np.inf)
 
 
 def evidence_against(evidence: np.ndarray, size: np.ndarray, scale: np.ndarray, spread: np.ndarray, z: np.ndarray
