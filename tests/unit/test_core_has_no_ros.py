@@ -7,11 +7,12 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-PACKAGES = [ROOT / name / 'src' / name for name in ('openpose_ros_pkg', 'skeleton_extract_3d')]
+PACKAGES = [ROOT / name / 'src' / name for name in ('openpose_ros_pkg', 'skeleton_extract_3d', 'openpose_ros_tools')]
 CORE = sorted(path for package in PACKAGES for path in package.rglob('*.py')
               if 'ros' not in path.relative_to(package).parts[:-1])
-ALLOWED = {'cv2', 'numpy', 'onnxruntime', 'openpose_ros_decode', 'openvino', 'scipy', 'skeleton_extract_3d_lifting',
-           'tqdm', 'yaml', 'openpose_ros_pkg', 'skeleton_extract_3d'}
+ALLOWED = {'cv2', 'distributed', 'ezc3d', 'jinja2', 'matplotlib', 'numpy', 'onnxruntime', 'openpose_ros_decode',
+           'openvino', 'scipy', 'skeleton_extract_3d_lifting', 'tqdm', 'yaml', 'openpose_ros_pkg', 'openpose_ros_tools',
+           'skeleton_extract_3d'}
 STANDARD_LIBRARY = Path(sysconfig.get_paths()['stdlib']).resolve()
 
 
@@ -69,7 +70,8 @@ def test_core_imports_no_ros(path):
     assert ros_parts(imported_modules(path.read_text(), path.relative_to(ROOT).parts[0])) == set()
 
 
-def test_2d_package_does_not_know_the_3d_one():
-    for path in PACKAGES[0].rglob('*.py'):
-        names = imported_modules(path.read_text(), PACKAGES[0].name)
-        assert not any(name.startswith('skeleton_extract_3d') for name in names), path
+def test_packages_do_not_know_those_built_upon_them():
+    for number, package in enumerate(PACKAGES):
+        later = tuple(other.name for other in PACKAGES[number + 1:])
+        for path in package.rglob('*.py'):
+            assert not any(name.startswith(later) for name in imported_modules(path.read_text(), package.name)), path

@@ -13,21 +13,20 @@ done, as the command line, a parameter or the network is wrong; 130 interrupted,
 import argparse
 import logging
 import re
-import signal
 import sys
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Callable, Container, Dict, Iterator, List, Mapping, Optional, Sequence, Tuple
 
 import cv2
 import numpy as np
-import yaml
 from tqdm import tqdm
 
+from openpose_ros_pkg.command_line import DONE, SOME_FAILED, add_settings, run_command, setting_values
 from openpose_ros_pkg.detector import DETECTOR_PARAMETERS, create_detector
 from openpose_ros_pkg.draw import DrawParams
-from openpose_ros_pkg.errors import BadInputError, ModelError, ParameterError
+from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.keypoint_scale import KeypointScaleParams
 from openpose_ros_pkg.output.files import frame_name
 from openpose_ros_pkg.output.frame_writer import FrameWriter, SaveParams
@@ -41,7 +40,6 @@ _log = logging.getLogger(__name__)
 VIDEO_SUFFIXES = ('.mp4', '.avi', '.mov', '.mkv', '.webm', '.m4v', '.mpg', '.mpeg', '.wmv')
 # Frame rate by which people are followed through videos that name none [Hz].
 _VIDEO_RATE = 25.0
-_DONE, _SOME_FAILED, _REFUSED, _INTERRUPTED = 0, 1, 2, 130
 
 
 @dataclass(frozen=True)
@@ -166,20 +164,7 @@ def main(arguments: Optional[Sequence[str]] = None, create: Callable[..., Any] =
     """
     parser = _parser()
     options = parser.parse_args(arguments)
-    handler = _AboveTheBar()
-    handler.setFormatter(logging.Formatter('%(levelname)s: %(message)s'))
-    package_log = logging.getLogger('openpose_ros_pkg')
-    package_log.addHandler(handler)
-    try:
-        with _all_ends_are_interrupts():
-            return _run(options, _values(parser, options), create)
-    except (ParameterError, ModelError, BadInputError) as error:
-        sys.stderr.write(f'detect_files: {error}\n')
-        return _REFUSED
-    except KeyboardInterrupt:
-        return _INTERRUPTED
-    finally:
-        package_log.removeHandler(handler)
+    return run_command('detect_files', lambda: _run(options, _values(parser, options), create))
 
 
 def _run(options: argparse.Namespace, values: Dict[str, Any], create: Callable[..., Any]) -> int:
@@ -207,7 +192,7 @@ def _run(options: argparse.Namespace, values: Dict[str, Any], create: Callable[.
         counters = {'written': writer.written, 'failed': writer.failed}
         if report.frames or report.skipped or report.unreadable:
             sys.stdout.write(report.text(counters) + '\n')
-    return _SOME_FAILED if report.unreadable or counters['failed'] else _DONE
+    return SOME_FAILED if report.unreadable or counters['failed'] else DONE
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -218,23 +203,14 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument('--write-images', metavar='DIR', help='annotated pictures, one file per frame')
     parser.add_argument('--write-video', metavar='FILE', help='annotated video of all frames, .mp4 or .avi')
     parser.add_argument('--write-keypoint', metavar='DIR', help='keypoints as a matrix in files of OpenCV')
-    parser.add_argument('--set', metavar='KEY=VALUE', action='append', default=[], dest='settings',
-                        help='a parameter of the detector, of drawing, tracking or saving; may be repeated')
+    add_settings(parser, 'of the detector, of drawing, tracking or saving')
     parser.add_argument('--overwrite', action='store_true', help='do inputs again whose files are there')
     return parser
 
 
 def _values(parser: argparse.ArgumentParser, options: argparse.Namespace) -> Dict[str, Any]:
     """Return the parameters that the command line sets."""
-    values: Dict[str, Any] = {}
-    for setting in options.settings:
-        key, equals, text = setting.partition('=')
-        if not equals:
-            parser.error(f"--set '{setting}': expected KEY=VALUE")
-        try:
-            values[key] = yaml.safe_load(text) if text else ''
-        except yaml.YAMLError:
-            parser.error(f"--set '{setting}': the value can not be read")
+    values = setting_values(parser, options.settings)
     for key in ('write_json', 'write_images', 'write_video', 'write_keypoint'):
         if getattr(options, key) is not None:
             values[key] = getattr(options, key)
@@ -279,21 +255,3 @@ def _is_done(item: InputFile, writer: FrameWriter) -> bool:
     """Say whether all files of an input are there."""
     return item.frames > 0 and all(path.exists() for number in range(item.frames) for path in
                                    writer.files(item.name(number)))
-
-
-@contextmanager
-def _all_ends_are_interrupts() -> Iterator[None]:
-    """Turn SIGTERM, and SIGHUP of a closed terminal, into KeyboardInterrupt as SIGINT is: files get completed."""
-    before = {number: signal.signal(number, signal.default_int_handler) for number in (signal.SIGTERM, signal.SIGHUP)}
-    try:
-        yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
-
-
-class _AboveTheBar(logging.Handler):
-    """Writes log lines to stderr, above the progress bar."""
-
-    def emit(self, record: logging.LogRecord) -> None:
-        tqdm.write(self.format(record), file=sys.stderr)
