@@ -14,9 +14,11 @@ from diagnostic_msgs.msg import DiagnosticArray
 from sensor_msgs.msg import Image
 from std_msgs.msg import Header
 
+from openpose_ros_pkg.ros.session import is_heard
+
 # Two people walk past each other; gt.json holds the true joints.
 SEQUENCE = Path(__file__).resolve().parents[2] / 'skeleton_extract_3d' / 'demo' / 'cross'
-TIMEOUT = 30.0  # [s] for what takes a second or two on a machine that is not busy
+TIMEOUT = 60.0  # [s] for what takes a few seconds on a machine that is not busy
 
 
 def picture(number):
@@ -68,14 +70,14 @@ def wait_for(condition, what, timeout=TIMEOUT):
 
 
 class Recorder:
-    """Keeps the messages of a topic; ready when it is connected to a publisher."""
+    """Keeps the messages of a topic; ready when its publishers send to it."""
 
     def __init__(self, topic, kind, connect=True):
         self.topic = topic
         self.messages = []
         self._subscriber = rospy.Subscriber(topic, kind, self.messages.append, queue_size=100)
         if connect:
-            wait_for(lambda: self._subscriber.get_num_connections() > 0, f'a publisher of {topic}')
+            wait_for(lambda: is_heard(topic), f'a publisher of {topic}')
 
     def wait(self, number, stamp=None):
         """Return the messages so far, of one stamp if given, as soon as there are so many."""
@@ -159,4 +161,6 @@ def at_once(*functions):
         thread.join(TIMEOUT)
     if errors:
         raise errors[0]
+    if any(thread.is_alive() for thread in threads):
+        raise AssertionError(f'not within {TIMEOUT:g} s: the end of all')
     return results

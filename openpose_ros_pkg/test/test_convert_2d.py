@@ -13,9 +13,11 @@ from openpose_ros_pkg.ros.convert import (
     compressed_image_to_bgr,
     image_rows,
     image_to_bgr,
+    image_to_pixels,
     people_from_messages,
     people_to_array,
     people_to_messages,
+    pixels_to_image,
 )
 from openpose_ros_pkg.skeletons import BODY_25, COCO_18, MESSAGE_JOINTS, SKELETONS
 
@@ -325,3 +327,40 @@ def test_people_without_ids():
     assert [m.person_ID for m in people_to_messages(people, Header())] == [0, 0]
 
 
+@pytest.mark.parametrize('kind, channels, encodings', [
+    ('u1', 1, ('mono8', '8UC1')), ('u2', 1, ('mono16',)), ('u2', 1, ('16UC1',)), ('f4', 1, ('32FC1',)),
+    ('u1', 3, ('bgr8', '8UC3')), ('u2', 3, ('bgr16', '16UC3')), ('u1', 4, ('bgra8', '8UC4')),
+    ('u2', 4, ('bgra16', '16UC4'))])
+@pytest.mark.parametrize('big', [0, 1])
+@pytest.mark.parametrize('padding', [0, 3])
+def test_pixels_come_and_go_bit_for_bit(kind, channels, encodings, big, padding):
+    size = HEIGHT * WIDTH * channels * int(kind[1])
+    bits = np.random.default_rng(1).integers(0, 256, size, np.uint8).tobytes()
+    shape = (HEIGHT, WIDTH) + (channels,) * (channels > 1)
+    expected = np.frombuffer(bits, '<' + kind).reshape(shape)
+    for encoding in encodings:
+        rows = expected.astype(('>' if big else '<') + kind)
+        pixels, name = image_to_pixels(message(rows, encoding, padding, is_bigendian=big))
+        assert (name, pixels.dtype.isnative, pixels.tobytes()) == (encodings[0], True, bits)
+        back = pixels_to_image(pixels, name, Header(frame_id='cam'))
+        assert (back.encoding, back.step, back.data, back.header.frame_id) == (name, len(bits) // HEIGHT, bits, 'cam')
+
+
+@pytest.mark.parametrize('encoding, expected', [('rgb8', 'bgr8'), ('rgba8', 'bgra8'), ('rgb16', 'bgr16'),
+                                                ('rgba16', 'bgra16')])
+def test_pixels_are_in_the_order_of_opencv(encoding, expected):
+    picture = RAMP if encoding.startswith('rgb') and 'a' not in encoding else with_alpha(RAMP)
+    if encoding.endswith('16'):
+        picture = picture.astype('<u2') * 257
+    order = [2, 1, 0, 3][:picture.shape[2]]
+    pixels, name = image_to_pixels(message(picture[..., order], encoding))
+    assert name == expected
+    np.testing.assert_array_equal(pixels, picture)
+
+
+@pytest.mark.parametrize('bad, words', [
+    (Image(encoding='bgr8'), 'empty image'), (Image(encoding='yuv422', width=2, height=2), "'yuv422' has no pixels"),
+    (Image(encoding='bgr8', width=2, height=2, step=6, data=b'12'), 'truncated')])
+def test_pixels_of_bad_messages_are_refused(bad, words):
+    with pytest.raises(BadInputError, match=words):
+        image_to_pixels(bad)

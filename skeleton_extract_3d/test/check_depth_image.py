@@ -58,7 +58,8 @@ class DepthImageTest(unittest.TestCase):
         cls.detector.answer = lambda number: [person(number, JOINTS)]
         cls.counters = Counters()
         cls.by_cloud, cls.by_depth = Output('by_cloud'), Output('by_depth')
-        cls.cloud_camera = Camera('image', 'points')
+        # the extractors half_blind and unsynchronised listen to the images, too
+        cls.cloud_camera = Camera('image', 'points', listeners=(3, 1))
         cls.depth_camera = Camera('image/compressed', 'depth', CompressedImage, Image)
         cls.info = rospy.Publisher('camera_info', CameraInfo, queue_size=1, latch=True)
 
@@ -72,13 +73,14 @@ class DepthImageTest(unittest.TestCase):
         return stamp
 
     def camera_info_comes(self) -> rospy.Time:
-        """Publish it, send frames until one comes out, and return its stamp."""
+        """Publish it, send frames until one comes out of both extractors, and return its stamp."""
         self.info.publish(camera_to_message(LENS, Header(frame_id=FRAME_ID)))
+        stamps = []
 
         def one_came():
-            stamp = self.send(5)
+            stamps.append(self.send(5))
             rospy.sleep(0.1)
-            return stamp if self.by_depth.has(stamp) else None
+            return next((stamp for stamp in stamps if self.by_cloud.has(stamp) and self.by_depth.has(stamp)), None)
 
         return wait_for(one_came, 'a frame after the camera info')
 

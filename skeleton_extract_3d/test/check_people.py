@@ -35,6 +35,7 @@ from openpose_ros_msgs.msg import (
 from std_msgs.msg import Header
 
 from openpose_ros_pkg.ros.convert import bgr_to_image
+from openpose_ros_pkg.ros.session import is_heard
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.depth import cloud_from_depth
 from skeleton_extract_3d.estimator import STAGES
@@ -84,9 +85,9 @@ class PeopleTest(unittest.TestCase):
         cls.arrays_2d: List[PersonDetectionArray] = []
         cls.subscriber = rospy.Subscriber(f'{OUTPUT}/detected_poses', PersonDetectionArray, cls.arrays_2d.append)
         cls.output, cls.camera = Output(), Camera()
-        wait_for(cls.subscriber.get_num_connections, '2D results')
         cls.tf_buffer = tf2_ros.Buffer()
         cls.tf_listener = tf2_ros.TransformListener(cls.tf_buffer)
+        wait_for(lambda: is_heard(f'{OUTPUT}/detected_poses') and is_heard('/tf'), '2D results and joints as frames')
         cls.last_stamp = rospy.Time.from_sec(rospy.get_time())
         cls.frames = cls.play(range(len(cls.sequence.people)))
 

@@ -11,6 +11,8 @@ from harness import FIRST_Z, OUTPUT, STEP_Z, Camera, Counters, FakeDetector, Out
 from rosgraph_msgs.msg import Clock
 from visualization_msgs.msg import Marker
 
+from openpose_ros_pkg.ros.session import is_heard
+
 # Stamps of the bag [s] and its rounds.
 BEGIN, PERIOD, FRAMES, ROUNDS = 1000.0, 1 / 30, 30, 3
 
@@ -21,8 +23,8 @@ class SimTimeTest(unittest.TestCase):
         detector = FakeDetector('detect_poses_3d')
         clock = rospy.Publisher('/clock', Clock, queue_size=1)
         output, counters, camera, markers = Output(), Counters(), Camera(), []
-        subscriber = rospy.Subscriber(f'{OUTPUT}/visualization_markers', Marker, markers.append)
-        wait_for(subscriber.get_num_connections, 'the visualization is there')
+        rospy.Subscriber(f'{OUTPUT}/visualization_markers', Marker, markers.append)
+        wait_for(lambda: is_heard(f'{OUTPUT}/visualization_markers'), 'the visualization is there')
         self.assertTrue(rospy.get_param('/use_sim_time'))
 
         # the static transform is there when a frame comes out
@@ -39,7 +41,9 @@ class SimTimeTest(unittest.TestCase):
             output.arrays.clear()
             markers.clear()
             self.play(clock, camera, output, number)
-            wait_for(lambda: markers, 'markers in each round')
+            # an id holds the number of the round
+            wait_for(lambda number=number: any(marker.id // 100 == number for marker in list(markers)),
+                     'markers in each round')
         counters.await_event('extractor', 'time jumped back', ROUNDS - 1)
         self.assertEqual(counters.count('extractor', 'frame failed'), 0)
         self.assertGreaterEqual(detector.answered, ROUNDS * FRAMES)

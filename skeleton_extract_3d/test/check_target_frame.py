@@ -34,35 +34,36 @@ class TargetFrameTest(unittest.TestCase):
     def setUpClass(cls):
         rospy.init_node('check_target_frame')
         cls.detector = FakeDetector('detect_poses_3d')
-        cls.output, cls.moving, cls.counters, cls.camera = Output(), Output('/moving'), Counters(), Camera()
-        wait_for(lambda: cls.camera.images.get_num_connections() == 2 == cls.camera.points.get_num_connections(),
-                 'both extractors listen')
+        cls.counters = Counters()
 
     def setUp(self):
         self.detector.answer = lambda number: [person(number, {'nose': (20, 30)})]
 
-    def dropped_frame(self, node, *words):
-        """Send a frame, see that the node drops it and says why; return its stamp."""
-        # every frame goes to both nodes: let those of the other test be counted
-        rospy.sleep(1.5)
-        dropped, stamp = self.counters.count(node, 'no transform'), self.camera.send_frame(1)
-        self.counters.await_event(node, 'no transform', dropped + 1, words)
+    def dropped_frame(self, node, camera, *words):
+        """Send a first frame, see that the node drops it and says why; return its stamp."""
+        stamp = camera.send_frame(1)
+        self.counters.await_event(node, 'no transform', 1, words)
         return stamp
 
-    def test_frames_are_dropped_until_the_transform_comes(self):
-        detector, output, counters, camera = self.detector, self.output, self.counters, self.camera
+    def frame_comes(self, camera, output, send_transform=lambda stamp: None):
+        """Send frames until one comes out, each followed by a transform of its stamp; return the array."""
+        stamps = []
 
-        early = self.dropped_frame('extractor', 'room')
+        def one_came():
+            stamps.append(camera.send_frame(5))
+            send_transform(stamps[-1])
+            rospy.sleep(0.1)
+            return next((stamp for stamp in stamps if output.has(stamp)), None)
+
+        return output.frame(wait_for(one_came, 'a frame after the transform'))
+
+    def test_frames_are_dropped_until_the_transform_comes(self):
+        detector, counters, output, camera = self.detector, self.counters, Output(), Camera()
+        early = self.dropped_frame('extractor', camera, 'room')
 
         broadcaster = tf2_ros.StaticTransformBroadcaster()
         broadcaster.sendTransform(transform_from_matrix(ROOM_FROM_CAMERA, Header(frame_id='room'), FRAME_ID))
-
-        def one_came():
-            stamp = camera.send_frame(5)
-            rospy.sleep(0.1)
-            return stamp if output.has(stamp) else None
-
-        array = output.frame(wait_for(one_came, 'a frame after the transform'))
+        array = self.frame_comes(camera, output)
         self.assertEqual((array.header.frame_id, array.persons[0].header.frame_id), ('room', 'room'))
         x, y, z = points(5)[29:32, 19:22].reshape(-1, 3).mean(axis=0)
         np.testing.assert_allclose(position(array.persons[0].nose), [z + 2, -x - 3, -y + 1.5], atol=1e-5)
@@ -84,23 +85,17 @@ class TargetFrameTest(unittest.TestCase):
         self.assertEqual((array.header.frame_id, array.persons), ('room', []))
 
     def test_a_camera_that_moves_is_not_followed_without_its_transform(self):
-        early = self.dropped_frame('moving/extractor', 'odom')
+        output, camera = Output('/moving'), Camera('moving/image', 'moving/points')
+        early = self.dropped_frame('moving/extractor', camera, 'odom')
         broadcaster = tf2_ros.TransformBroadcaster()
-
-        def one_came():
-            stamp = self.camera.send_frame(5)
-            # odom below the camera, since the room is above it
-            broadcaster.sendTransform(transform_from_matrix(
-                np.linalg.inv(ROOM_FROM_CAMERA), Header(stamp=stamp, frame_id=FRAME_ID), 'odom'))
-            rospy.sleep(0.1)
-            return stamp if self.moving.has(stamp) else None
-
-        array = self.moving.frame(wait_for(one_came, 'a frame after the transform'))
+        # odom below the camera, since the room is above it
+        array = self.frame_comes(camera, output, lambda stamp: broadcaster.sendTransform(transform_from_matrix(
+            np.linalg.inv(ROOM_FROM_CAMERA), Header(stamp=stamp, frame_id=FRAME_ID), 'odom')))
         # people are followed in odom, and published where they were measured
         self.assertEqual((array.header.frame_id, array.persons[0].header.frame_id), (FRAME_ID, FRAME_ID))
         np.testing.assert_allclose(position(array.persons[0].nose),
                                    points(5)[29:32, 19:22].reshape(-1, 3).mean(axis=0), atol=1e-5)
-        self.assertFalse(self.moving.has(early))
+        self.assertFalse(output.has(early))
 
 
 if __name__ == '__main__':

@@ -14,6 +14,7 @@ from openpose_ros_msgs.msg import PersonDetection_3dArray
 from std_msgs.msg import Header
 from visualization_msgs.msg import Marker
 
+from openpose_ros_pkg.ros.session import is_heard
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
 from skeleton_extract_3d.ros.convert import people_to_messages
@@ -57,11 +58,13 @@ class VisualizationTest(unittest.TestCase):
         cls.markers = {namespace: [] for namespace in ('', 'everything/')}
         cls.topics = set()
         cls.counters = Counters()
-        subscribers = [rospy.Subscriber(f'{namespace}{OUTPUT}/{topic}', Marker, partial(cls.keep, namespace, topic))
-                       for namespace in cls.markers for topic in ('visualization_markers', 'visualization_skeleton')]
+        topics = []
+        for namespace in cls.markers:
+            for topic in ('visualization_markers', 'visualization_skeleton'):
+                topics.append(f'{namespace}{OUTPUT}/{topic}')
+                rospy.Subscriber(topics[-1], Marker, partial(cls.keep, namespace, topic))
         cls.publisher = rospy.Publisher(f'{OUTPUT}/detected_poses_3d', PersonDetection_3dArray, queue_size=10)
-        wait_for(lambda: cls.publisher.get_num_connections() == 2
-                 and all(subscriber.get_num_connections() for subscriber in subscribers), 'connections')
+        wait_for(lambda: cls.publisher.get_num_connections() == 2 and all(map(is_heard, topics)), 'connections')
 
     @classmethod
     def keep(cls, namespace: str, topic: str, marker: Marker):
@@ -74,10 +77,12 @@ class VisualizationTest(unittest.TestCase):
             kept.clear()
 
     def show(self, *ids: int, number: int = 0, namespace: str = '', **looks) -> list:
-        """Publish a frame and return its markers."""
+        """Publish a frame and return its markers; both nodes have it then."""
         header = Header(stamp=now(), frame_id='somewhere')
         persons = people_to_messages(people(*ids, **looks), header)
         self.publisher.publish(PersonDetection_3dArray(header=header, pose_model='COCO_18', persons=persons))
+        for either in self.markers:
+            wait_for(lambda either=either: self.of_frame(header, 1, either), f'markers of {ids} in {either or "/"}')
         return wait_for(lambda: self.of_frame(header, number or 2 * len(ids), namespace), f'the markers of {ids}')
 
     def of_frame(self, header: Header, number: int, namespace: str) -> list:

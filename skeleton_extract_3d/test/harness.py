@@ -18,6 +18,7 @@ from std_msgs.msg import Header
 
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.ros.convert import bgr_to_image, image_to_bgr
+from openpose_ros_pkg.ros.session import is_heard
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.depth import XYZRGB
 from skeleton_extract_3d.rgbd_sequence import RgbdSequence
@@ -28,7 +29,8 @@ FRAME_ID = 'test_optical_frame'
 # z of frame number n is FIRST_Z + n * STEP_Z [m]
 FIRST_Z, STEP_Z = 1.0, 0.01
 OUTPUT = 'openpose_ros/skeleton_3d'
-PATIENCE = 20.0
+# For what takes a few seconds on a machine that is not busy [s].
+PATIENCE = 60.0
 
 
 def wait_for(condition: Callable[[], Any], what: str, timeout: float = PATIENCE) -> Any:
@@ -159,14 +161,15 @@ class FakeDetector:
 
 
 class Camera:
-    """Publishes images and clouds with stamps that grow."""
+    """Publishes images and clouds with stamps that grow; ready when so many nodes listen to each."""
 
     def __init__(self, image_topic: str = 'image', points_topic: str = 'points', image_type: Any = Image,
-                 points_type: Any = PointCloud2) -> None:
+                 points_type: Any = PointCloud2, listeners: Tuple[int, int] = (1, 1)) -> None:
         self.images = rospy.Publisher(image_topic, image_type, queue_size=10)
         self.points = rospy.Publisher(points_topic, points_type, queue_size=10)
-        wait_for(lambda: self.images.get_num_connections() and self.points.get_num_connections(),
-                 f'somebody listens to {image_topic} and {points_topic}')
+        wait_for(lambda: self.images.get_num_connections() >= listeners[0]
+                 and self.points.get_num_connections() >= listeners[1],
+                 f'{listeners} nodes listen to {image_topic} and {points_topic}')
 
     def send(self, image_message: Any, points_message: Any) -> None:
         """Publish both."""
@@ -184,8 +187,10 @@ _last = [rospy.Time()]
 
 
 def now() -> rospy.Time:
-    """Return the time, at least the period of a 30 Hz camera after the last call."""
-    _last[0] = max(rospy.Time.from_sec(time.time()), _last[0] + rospy.Duration(1 / 30))
+    """Return the time, which is at least the period of a 30 Hz camera after the last call: waits for it."""
+    following = _last[0] + rospy.Duration(1 / 30)
+    time.sleep(max(0.0, following.to_sec() - time.time()))
+    _last[0] = max(rospy.Time.from_sec(time.time()), following)
     return _last[0]
 
 
@@ -195,10 +200,11 @@ class Output:
     def __init__(self, namespace: str = '') -> None:
         self.arrays: List[PersonDetection_3dArray] = []
         self.persons: List[PersonDetection_3d] = []
-        subscribers = [rospy.Subscriber(f'{namespace}/{OUTPUT}/{topic}'.lstrip('/'), kind, kept.append)
-                       for topic, kind, kept in (('detected_poses_3d', PersonDetection_3dArray, self.arrays),
-                                                 ('detected_poses_keypoints_3d', PersonDetection_3d, self.persons))]
-        wait_for(lambda: all(subscriber.get_num_connections() for subscriber in subscribers), 'the extractor is there')
+        topics = [f'{namespace}/{OUTPUT}/{topic}'.lstrip('/')
+                  for topic in ('detected_poses_3d', 'detected_poses_keypoints_3d')]
+        rospy.Subscriber(topics[0], PersonDetection_3dArray, self.arrays.append)
+        rospy.Subscriber(topics[1], PersonDetection_3d, self.persons.append)
+        wait_for(lambda: all(map(is_heard, topics)), 'the extractor is there')
 
     def frame(self, stamp: rospy.Time, timeout: float = PATIENCE) -> PersonDetection_3dArray:
         """Wait for the people of the frame with this stamp and return them."""

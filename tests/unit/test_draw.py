@@ -185,9 +185,9 @@ def test_time():
     people = people_of(*[standing_person(120 + 180 * i, 60, 420) for i in range(5)], ids=list(range(5)))
     times = []
     for _ in range(7):
-        began = time.perf_counter()
+        began = time.process_time()
         draw_people(image, people, DrawParams())
-        times.append(time.perf_counter() - began)
+        times.append(time.process_time() - began)
     assert min(times) < 0.04
 
 

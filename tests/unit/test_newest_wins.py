@@ -3,7 +3,7 @@ import threading
 
 from openpose_ros_pkg.newest_wins import NewestWinsWorker
 
-TIMEOUT = 5.0
+TIMEOUT = 30.0
 
 
 def test_older_items_are_replaced_while_the_worker_is_busy():

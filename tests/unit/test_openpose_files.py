@@ -448,3 +448,14 @@ def test_close_writes_all_that_waits(tmp_path):
     assert recorder.counters == {'written': 40, 'failed': 0, 'dropped': 0, 'waiting': 0}
     assert len(list(tmp_path.glob('*_keypoints.json'))) == 20
     assert len(video_frames(tmp_path / 'v.avi')[0]) == 20
+
+
+def test_people_in_space_stand_beside_those_in_the_image():
+    people = some_people()
+    in_space = np.random.default_rng(1).normal(0, 3, (3, 18, 4)).astype(np.float32)
+    entries = json.loads(people_to_json(people, in_space))['people']
+    assert [entry['person_id'] for entry in entries] == [[0], [7], [14]]
+    for entry, values in zip(entries, in_space):
+        np.testing.assert_array_equal(np.array(entry['pose_keypoints_3d'], np.float32).reshape(18, 4), values)
+    assert_same(people_from_json(people_to_json(people, in_space)), people)
+    assert json.loads(people_to_json(People2D.empty(COCO_18), in_space[:0]))['people'] == []

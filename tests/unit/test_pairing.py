@@ -171,3 +171,27 @@ def test_mutual_nearest_leaves_the_rejected_alone():
 def test_parameters_out_of_range_are_refused(values):
     with pytest.raises(ParameterError, match=next(iter(values))):
         PairingParams(**values)
+
+
+def test_the_end_of_a_recording_pairs_what_waits_for_something_nearer():
+    matcher = StampMatcher(PairingParams(slop=1.0))
+    assert matcher.finish() == []
+    for t in (0.0, 0.1):
+        assert matcher.add(IMAGE, ns(t), t) is None
+    assert matcher.add(CLOUD, ns(0.12), 'cloud') is None
+    assert matcher.finish() == [(0.1, 'cloud')]
+    assert matcher.unpaired == [1, 0]
+    assert matcher.finish() == []
+
+
+def test_what_was_learnt_survives_a_restart():
+    matcher = StampMatcher(PairingParams())
+    for i in range(12):
+        matcher.add(IMAGE, ns(i / 15), i)
+        matcher.add(CLOUD, ns(i / 15 + 0.02), i)
+    matcher.restart()
+    assert matcher.unpaired == [0, 0]
+    assert (matcher.out_of_order, matcher.resets) == (0, 0)
+    assert matcher.add(IMAGE, ns(0.0), 'image') is None
+    # a difference that the first pair of a new matcher would not have bridged
+    assert matcher.add(CLOUD, ns(0.02), 'cloud') == ('image', 'cloud')

@@ -92,6 +92,8 @@ def empty_rgb(folder):
     (write('sequence.yaml', 'fsp: 10'), 'unknown keys fsp; allowed: fps'),
     (write('sequence.yaml', 'fps: fast'), "fps = 'fast'"),
     (write('sequence.yaml', 'fps: 0'), 'fps = 0'),
+    (write('sequence.yaml', 'depth_scale: 0'), 'depth_scale = 0, expected a number above 0'),
+    (write('sequence.yaml', 'depth_scale: 5000'), r'depth_scale = 5000, expected 1000 \(mm\)'),
     (write('sequence.yaml', 'T_world_camera: [1, 2, 3]'), 'expected 4 x 4'),
     (write('sequence.yaml', 'T_world_camera: [[2,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]'), 'no rotation'),
     (write('sequence.yaml', 'T_world_camera: [[-1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]'), 'no rotation'),

@@ -5,7 +5,7 @@ import pytest
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
-from openpose_ros_pkg.tracking import KeypointTracker, TrackingParams, joint_distances, person_sizes
+from openpose_ros_pkg.tracking import CameraTrackers, KeypointTracker, TrackingParams, joint_distances, person_sizes
 
 K = len(COCO_18.joints)
 # A standing body of 80 x 240 px about its middle; the joints' places are arbitrary but all different.
@@ -178,3 +178,21 @@ def test_size_is_half_the_diagonal_of_the_box():
 def test_parameters_out_of_range_are_refused(values):
     with pytest.raises(ParameterError, match=next(iter(values))):
         TrackingParams(**values)
+
+
+def test_each_camera_has_a_tracker_of_its_own():
+    trackers = CameraTrackers(TrackingParams())
+    assert len(trackers.update(People2D.empty(COCO_18), 'left', 0.0)) == 0
+    assert trackers.update(frame((300, 200), (600, 200)), 'left', 0.1).ids.tolist() == [0, 1]
+    assert trackers.update(frame((600, 200)), 'right', 0.1).ids.tolist() == [0]
+    assert trackers.update(frame((600, 200)), 'left', 0.2).ids.tolist() == [1]
+
+
+def test_new_limits_hold_for_all_cameras():
+    trackers = CameraTrackers(TrackingParams())
+    trackers.update(frame((300, 200)), 'left', 0.0)
+    trackers.reconfigure(TrackingParams(track_timeout=0.5))
+    assert trackers.update(frame((300, 200)), 'left', 0.4).ids.tolist() == [0]
+    assert trackers.update(frame((300, 200)), 'left', 1.2).ids.tolist() == [1]
+    trackers.update(frame((300, 200)), 'new', 0.0)
+    assert trackers.update(frame((300, 200)), 'new', 0.8).ids.tolist() == [1]

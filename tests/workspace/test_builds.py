@@ -12,7 +12,7 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 NOETIC = Path('/opt/ros/noetic/setup.bash')
-PACKAGES = ('openpose_ros_msgs', 'openpose_ros_pkg', 'skeleton_extract_3d')
+PYTHON_PACKAGES = ('openpose_ros_pkg', 'skeleton_extract_3d', 'openpose_ros_tools')
 SETTINGS = f'-DPYTHON_EXECUTABLE=/usr/bin/python3 -Dopenpose_ros_pkg_VENV={ROOT}/.venv'
 TIMEOUT = 300.0  # [s] several times what the slowest build takes
 NOT_SOURCE = shutil.ignore_patterns('.git', '.venv', 'build', 'devel', 'install', 'logs', '.catkin_*', 'demo_output',
@@ -49,7 +49,7 @@ def copy_checkout(target):
 
 def check_space(space, environment):
     """What users of the packages rely on works after sourcing setup.bash."""
-    modules = 'openpose_ros_pkg, skeleton_extract_3d, openpose_ros_msgs.msg, openpose_ros_msgs.srv, cv_bridge, numpy'
+    modules = ', '.join((*PYTHON_PACKAGES, 'openpose_ros_msgs.msg', 'openpose_ros_msgs.srv', 'cv_bridge', 'numpy'))
     if (ROOT / '.venv/.complete').read_text().startswith('with '):
         modules += ', openvino'
     node_imports = ''
@@ -65,6 +65,7 @@ def check_space(space, environment):
     output = shell(f"""
         source {space}/setup.bash
         rospack find openpose_ros_msgs; rospack find openpose_ros_pkg; rospack find skeleton_extract_3d
+        rospack find openpose_ros_tools
         rosmsg show openpose_ros_msgs/PersonDetection_3d | grep '^uint32 person_ID$'
         rossrv show openpose_ros_msgs/GetPersons | grep '^sensor_msgs/Image image$'
         /usr/bin/python3 - <<'END'
@@ -86,11 +87,13 @@ def check_installed_files(space, environment):
         launch_files = ' '.join(path.name for path in (ROOT / package / 'launch').glob('*.launch'))
         shell(f'source {space}/setup.bash\nfor file in {launch_files}; do roslaunch --files {package} $file; done',
               space.parent, environment)
-    find = f'source {space}/setup.bash\n/usr/bin/python3 -c "import openpose_ros_pkg as p; print(p.__file__)"'
-    module = Path(shell(find, space.parent, environment).strip()).parent
-    assert space in module.parents
-    data = {path.name for path in (ROOT / 'openpose_ros_pkg/src/openpose_ros_pkg/data').iterdir()}
-    assert {path.name for path in (module / 'data').iterdir()} == data
+    for package in PYTHON_PACKAGES:
+        find = f'source {space}/setup.bash\n/usr/bin/python3 -c "import {package} as p; print(p.__file__)"'
+        module = Path(shell(find, space.parent, environment).strip()).parent
+        assert space in module.parents
+        source = ROOT / package / 'src' / package
+        data = {path.relative_to(source) for path in source.glob('data/**/*')}
+        assert {path.relative_to(module) for path in module.glob('data/**/*')} == data
 
 
 def check_nodes_run(space, environment):

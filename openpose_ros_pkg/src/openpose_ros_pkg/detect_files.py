@@ -12,7 +12,6 @@ done, as the command line, a parameter or the network is wrong; 130 interrupted,
 """
 import argparse
 import logging
-import re
 import sys
 from contextlib import ExitStack
 from dataclasses import dataclass, field
@@ -28,6 +27,7 @@ from openpose_ros_pkg.detector import DETECTOR_PARAMETERS, create_detector
 from openpose_ros_pkg.draw import DrawParams
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.keypoint_scale import KeypointScaleParams
+from openpose_ros_pkg.natural_order import natural_key
 from openpose_ros_pkg.output.files import frame_name
 from openpose_ros_pkg.output.frame_writer import FrameWriter, SaveParams
 from openpose_ros_pkg.output.recorder import Recorder
@@ -108,7 +108,7 @@ def find_inputs(paths: Sequence[Path], outputs: Callable[[Path], bool]) -> Tuple
     for path in paths:
         if path.is_dir():
             held = sorted((p for p in path.iterdir() if p.suffix.lower() in PICTURE_SUFFIXES + VIDEO_SUFFIXES
-                           and p.is_file() and not p.name.startswith('.') and not outputs(p)), key=_natural)
+                           and p.is_file() and not p.name.startswith('.') and not outputs(p)), key=natural_key)
             (files if held else bad).extend(held or [path])
         else:
             (files if path.is_file() else bad).append(path)
@@ -215,11 +215,6 @@ def _values(parser: argparse.ArgumentParser, options: argparse.Namespace) -> Dic
         if getattr(options, key) is not None:
             values[key] = getattr(options, key)
     return values
-
-
-def _natural(path: Path) -> List[Any]:
-    """Return a key that sorts numbers in names by their value, and is never equal for two names."""
-    return [[int(part) if i % 2 else part for i, part in enumerate(re.split(r'(\d+)', path.name.lower()))], path.name]
 
 
 def _input_file(path: Path) -> InputFile:

@@ -102,6 +102,25 @@ class StampMatcher:
         self._give_up_hopeless()
         return pair
 
+    def restart(self) -> None:
+        """Forget all messages and counts; what was learnt of period and offset stays."""
+        self._reset()
+        self.unpaired = [0, 0]
+        self.out_of_order = self.resets = 0
+
+    def finish(self) -> List[Tuple[Any, Any]]:
+        """Return the pairs among what waits, now that nothing is to come; the rest is given up."""
+        pairs = []
+        while True:
+            pair = self._take_pair(ended=True)
+            if pair is None:
+                break
+            pairs.append(pair)
+        for stream in (0, 1):
+            self.unpaired[stream] += len(self._queues[stream])
+            self._queues[stream].clear()
+        return pairs
+
     @property
     def _shorter_period(self) -> Optional[float]:
         """Shorter period of the two [ns], None while one is unknown."""
@@ -145,14 +164,14 @@ class StampMatcher:
         first, second = (np.array([stamp - origin for stamp, _ in queue], np.float64) for queue in self._queues)
         return (second[None, :] - first[:, None]) * 1e-9 - self.offset
 
-    def _take_pair(self) -> Optional[Tuple[Any, Any]]:
+    def _take_pair(self, ended: bool = False) -> Optional[Tuple[Any, Any]]:
         if not all(self._queues):
             return None
         deviations = self._deviations()
         for i, j in zip(*mutual_nearest(deviations)):
             deviation = abs(deviations[i, j])
             # with a generous slop the next message of either stream may be nearer: wait until both are there
-            followed = i + 1 < len(self._queues[0]) and j + 1 < len(self._queues[1])
+            followed = ended or (i + 1 < len(self._queues[0]) and j + 1 < len(self._queues[1]))
             if deviation < self.slop and (deviation < self._sure_slop or followed):
                 pair = (self._queues[0][i][1], self._queues[1][j][1])
                 for stream, index in ((0, i), (1, j)):

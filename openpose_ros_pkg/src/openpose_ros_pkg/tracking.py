@@ -1,6 +1,7 @@
 """Who is who from frame to frame: ids for people, from where their keypoints are in the image."""
+import threading
 from dataclasses import dataclass, replace
-from typing import List, Optional, Tuple
+from typing import Dict, List, Optional, Tuple
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
@@ -117,6 +118,29 @@ class KeypointTracker:
         costs = distances + _FRAGMENT_COST * (1 - shared_joints(expected, people.xy))
         pairs = zip(*linear_sum_assignment(np.where(allowed, costs, _FORBIDDEN)))
         return [(t, p) for t, p in pairs if allowed[t, p]]
+
+
+class CameraTrackers:
+    """A `KeypointTracker` for each camera, told apart by the frame_id of the images; any thread may call it."""
+
+    def __init__(self, params: TrackingParams) -> None:
+        self._params = params
+        self._trackers: Dict[str, KeypointTracker] = {}
+        self._lock = threading.Lock()
+
+    def reconfigure(self, params: TrackingParams) -> None:
+        """Follow by other limits from the next frame on; ids stay."""
+        with self._lock:
+            self._params = params
+            for tracker in self._trackers.values():
+                tracker.reconfigure(params)
+
+    def update(self, people: People2D, frame_id: str, stamp: float) -> People2D:
+        """Return the people of a frame of a camera with their ids; see `KeypointTracker.update`."""
+        with self._lock:
+            if frame_id not in self._trackers:
+                self._trackers[frame_id] = KeypointTracker(self._params)
+            return self._trackers[frame_id].update(people, stamp)
 
 
 def joint_distances(first: np.ndarray, second: np.ndarray) -> np.ndarray:

@@ -5,7 +5,7 @@ Layout::
     rgb/ or color/   colour images (.jpg, .jpeg or .png)
     depth/           16-bit PNG, aligned to the colour images [mm], 0 = missing; the same names
     camera.yaml      calibration as camera_calibration writes it
-    sequence.yaml    optional: fps [Hz], frame_id, T_world_camera (4 x 4, row by row)
+    sequence.yaml    optional: fps [Hz], frame_id, T_world_camera (4 x 4, row by row), depth_scale (1000 per metre)
 """
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,10 +18,14 @@ import yaml
 from openpose_ros_pkg.errors import BadInputError
 from skeleton_extract_3d.camera import CameraModel, check_same_aspect
 
+# Frames of a sequence that names none: of the camera, and of the world that T_world_camera leads to.
+DEFAULT_FRAME, WORLD_FRAME = 'camera_optical_frame', 'world'
 _COLOUR_FOLDERS = ('rgb', 'color')
 _COLOUR_SUFFIXES = ('.jpg', '.jpeg', '.png')
 # A rotation matrix that was written with four digits still counts as one.
 _ROTATION_TOLERANCE = 1e-3
+# Depth in mm.
+_UNITS_PER_METRE = 1000.0
 
 
 @dataclass(frozen=True)
@@ -78,8 +82,12 @@ class RgbdSequence:
         folder = Path(folder).expanduser()
         if not folder.is_dir():
             raise BadInputError(f'sequence folder {folder} does not exist')
-        values = _read_yaml(folder / 'sequence.yaml') if (folder / 'sequence.yaml').is_file() else {}
-        return cls(folder, read_camera(folder / 'camera.yaml'), **_sequence_values(folder / 'sequence.yaml', values))
+        values = read_sequence_values(folder)
+        scale = values.pop('depth_scale')
+        if scale not in (None, _UNITS_PER_METRE):
+            raise BadInputError(f'{folder / "sequence.yaml"}: depth_scale = {scale:g}, expected {_UNITS_PER_METRE:g} '
+                                '(mm); images_to_bag reads other ones')
+        return cls(folder, read_camera(folder / 'camera.yaml'), **values)
 
     def __len__(self) -> int:
         return len(self._colour)
@@ -122,16 +130,37 @@ def read_camera(path: Path) -> CameraModel:
                             f'camera_matrix, distortion_model, distortion_coefficients): {error!r}') from error
 
 
-def _sequence_values(path: Path, values: Dict[str, Any]) -> Dict[str, Any]:
-    known = ('fps', 'frame_id', 'T_world_camera')
+def read_sequence_values(folder: Path) -> Dict[str, Any]:
+    """Return what the sequence.yaml of a folder says, None (frame_id: empty) for what it does not say.
+
+    Raises:
+        BadInputError: the file can not be read, has an unknown key or a wrong value.
+    """
+    path = folder / 'sequence.yaml'
+    return sequence_values(path, _read_yaml(path) if path.is_file() else {})
+
+
+def sequence_values(path: Path, values: Dict[str, Any]) -> Dict[str, Any]:
+    """Return fps, frame_id, T_world_camera and depth_scale of the content of a file, checked.
+
+    Args:
+        path: of the file, for the errors.
+
+    Raises:
+        BadInputError: an unknown key or a wrong value.
+    """
+    known = ('fps', 'frame_id', 'T_world_camera', 'depth_scale')
     unknown = sorted(set(values) - set(known))
     if unknown:
         raise BadInputError(f"{path} has unknown keys {', '.join(unknown)}; allowed: {', '.join(known)}")
     fps = values.get('fps')
     if fps is not None and not (isinstance(fps, (int, float)) and 0 < fps <= 1000):
         raise BadInputError(f'{path}: fps = {fps!r}, expected a number in 0 .. 1000 [Hz]')
+    scale = values.get('depth_scale')
+    if scale is not None and not (isinstance(scale, (int, float)) and scale > 0):
+        raise BadInputError(f'{path}: depth_scale = {scale!r}, expected a number above 0 [units per metre]')
     pose = values.get('T_world_camera')
-    return {'fps': fps, 'frame_id': str(values.get('frame_id', '')),
+    return {'fps': fps, 'frame_id': str(values.get('frame_id', '')), 'depth_scale': scale,
             'T_world_camera': None if pose is None else _rigid_transform(path, pose)}
 
 

@@ -5,7 +5,7 @@ include/openpose/filestream/wPeopleJsonSaver.hpp; doc/02_output.md.
 """
 import json
 from pathlib import Path
-from typing import Optional, Union
+from typing import List, Optional, Union
 
 import numpy as np
 
@@ -21,15 +21,20 @@ _NOT_DETECTED_HERE = ('face_keypoints_2d', 'hand_left_keypoints_2d', 'hand_right
                       'face_keypoints_3d', 'hand_left_keypoints_3d', 'hand_right_keypoints_3d')
 
 
-def people_to_json(people: People2D) -> str:
+def people_to_json(people: People2D, in_space: Optional[np.ndarray] = None) -> str:
     """Return the text of OpenPose's JSON file: joints in the order of the people's joint set, missing ones 0, 0, 0.
 
     Numbers have as many digits as float32 needs (up to nine), so that reading gives the same people to the last bit.
+
+    Args:
+        in_space: (P, K, 4) float32 for pose_keypoints_3d: x, y, z [m] and the score of each joint, finite; None: empty.
     """
     entries = []
-    for row, person_id in zip(to_rows(people), people.ids):
-        entry = {'person_id': [int(person_id)], 'pose_keypoints_2d': [float(text) for text in row.ravel().astype('U')]}
+    for p, (row, person_id) in enumerate(zip(to_rows(people), people.ids)):
+        entry = {'person_id': [int(person_id)], 'pose_keypoints_2d': _numbers(row)}
         entry.update((key, []) for key in _NOT_DETECTED_HERE)
+        if in_space is not None:
+            entry['pose_keypoints_3d'] = _numbers(in_space[p])
         entries.append(entry)
     return json.dumps({'version': _VERSION, 'people': entries}, separators=(',', ':'))
 
@@ -56,6 +61,11 @@ def people_from_json(text: Union[str, bytes], skeleton: Optional[SkeletonModel] 
     except (ValueError, TypeError, KeyError, IndexError, AttributeError) as error:
         raise BadInputError(f'{place} does not have the layout of OpenPose: {error!r}') from error
     return from_rows(stacked, ids, skeleton, place)
+
+
+def _numbers(values: np.ndarray) -> List[float]:
+    """Return float32 values as the shortest numbers that read as the same."""
+    return [float(text) for text in values.ravel().astype('U')]
 
 
 def write_json(path: Path, people: People2D) -> None:

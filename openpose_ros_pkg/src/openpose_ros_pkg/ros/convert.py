@@ -1,5 +1,5 @@
 """Turn messages into core types and back: the only place of this package that knows both."""
-from typing import List, Optional, Sequence
+from typing import List, Optional, Sequence, Tuple, Union
 
 import cv2
 import numpy as np
@@ -18,6 +18,15 @@ _PLAIN_TYPES = {'8UC1': 'mono8', '8UC3': 'bgr8', '8UC4': 'bgra8', '16UC3': 'bgr1
 _YUYV = ('yuv422_yuy2', 'yuyv')
 # OpenCV writes beyond the picture when the last pair of columns is not whole.
 _PAIRS_OF_COLUMNS = ('yuv422', 'uyvy', *_YUYV)
+
+# Encodings whose pixels pass from and to a message unchanged: the same in OpenCV's order of channels, type, channels.
+_EXACT_ENCODINGS = {
+    'mono8': ('mono8', 'u1', 1), '8UC1': ('mono8', 'u1', 1), 'mono16': ('mono16', 'u2', 1),
+    '16UC1': ('16UC1', 'u2', 1), '32FC1': ('32FC1', 'f4', 1),
+    'bgr8': ('bgr8', 'u1', 3), 'rgb8': ('bgr8', 'u1', 3), '8UC3': ('bgr8', 'u1', 3),
+    'bgra8': ('bgra8', 'u1', 4), 'rgba8': ('bgra8', 'u1', 4), '8UC4': ('bgra8', 'u1', 4),
+    'bgr16': ('bgr16', 'u2', 3), 'rgb16': ('bgr16', 'u2', 3), '16UC3': ('bgr16', 'u2', 3),
+    'bgra16': ('bgra16', 'u2', 4), 'rgba16': ('bgra16', 'u2', 4), '16UC4': ('bgra16', 'u2', 4)}
 
 _bridge = CvBridge()
 
@@ -71,6 +80,36 @@ def image_rows(message: Image, bytes_per_pixel: int) -> np.ndarray:
     return data.reshape(height, step)[:, :width * bytes_per_pixel]
 
 
+def image_to_pixels(message: Image) -> Tuple[np.ndarray, str]:
+    """Return the pixels of an Image message without any loss, and the encoding that says what they are.
+
+    Returns:
+        (H, W) or (H, W, 3 or 4) uint8, uint16 or float32 in native byte order, colours in OpenCV's order; and one of
+        mono8, mono16, 16UC1, 32FC1, bgr8, bgra8, bgr16, bgra16. `pixels_to_image` makes a message of them.
+
+    Raises:
+        BadInputError: empty, truncated, wrong step, or another encoding.
+    """
+    if message.encoding not in _EXACT_ENCODINGS:
+        raise BadInputError(f"image encoding '{message.encoding}' has no pixels that can be kept unchanged; expected "
+                            f"one of {', '.join(_EXACT_ENCODINGS)}")
+    encoding, kind, channels = _EXACT_ENCODINGS[message.encoding]
+    dtype = np.dtype(('>' if message.is_bigendian else '<') + kind)
+    rows = np.ascontiguousarray(image_rows(message, dtype.itemsize * channels)).view(dtype)
+    pixels = rows.reshape((message.height, message.width) + (channels,) * (channels > 1))
+    if message.encoding.startswith('rgb'):
+        pixels = pixels[..., [2, 1, 0, 3][:channels]]
+    return np.ascontiguousarray(pixels, dtype.newbyteorder('=')), encoding
+
+
+def pixels_to_image(pixels: np.ndarray, encoding: str, header: Header) -> Image:
+    """Return the Image message of pixels; see `image_to_pixels` for types and encodings."""
+    height, width = pixels.shape[:2]
+    little = np.ascontiguousarray(pixels, pixels.dtype.newbyteorder('<'))
+    return Image(header=header, height=height, width=width, encoding=encoding, is_bigendian=0,
+                 step=little.nbytes // height, data=little.tobytes())
+
+
 def compressed_image_to_bgr(message: CompressedImage) -> np.ndarray:
     """Return the picture of a CompressedImage message (JPEG, PNG) as (H, W, 3) uint8 BGR.
 
@@ -82,6 +121,15 @@ def compressed_image_to_bgr(message: CompressedImage) -> np.ndarray:
     if bgr is None:
         raise BadInputError(f"compressed image of format '{message.format}' and {data.size} bytes can not be decoded")
     return bgr
+
+
+def any_image_to_bgr(message: Union[Image, CompressedImage]) -> np.ndarray:
+    """Return the picture of a raw or compressed image, (H, W, 3) uint8 BGR; see the functions for each.
+
+    Raises:
+        BadInputError: it has none.
+    """
+    return compressed_image_to_bgr(message) if message._type == CompressedImage._type else image_to_bgr(message)
 
 
 def bgr_to_image(bgr: np.ndarray, header: Header) -> Image:

@@ -1,6 +1,5 @@
 """The service node: finds the people in the images it is sent, publishes keypoints and the annotated image."""
 import itertools
-import threading
 import time
 from dataclasses import dataclass, field
 from typing import Any, Dict, List, Optional, Sequence
@@ -9,7 +8,7 @@ import numpy as np
 import rospy
 from openpose_ros_msgs.msg import PersonDetection
 from openpose_ros_msgs.srv import GetPersons, GetPersonsRequest, GetPersonsResponse
-from sensor_msgs.msg import CompressedImage, Image
+from sensor_msgs.msg import Image
 from std_msgs.msg import Header
 
 from openpose_ros_pkg.backends import BackendParams
@@ -37,7 +36,7 @@ from openpose_ros_pkg.ros.node import check_topic_name, run_node
 from openpose_ros_pkg.ros.parameters import read_private
 from openpose_ros_pkg.ros.people_publisher import DRAW_STAGE, PeoplePublisher
 from openpose_ros_pkg.ros.timing_report import TimingReport
-from openpose_ros_pkg.tracking import KeypointTracker, TrackingParams
+from openpose_ros_pkg.tracking import CameraTrackers, TrackingParams
 
 # What the detector takes while it runs: all but what loads the networks.
 _RECONFIGURED = tuple(kind for kind in DETECTOR_PARAMETERS if kind is not BackendParams)
@@ -99,8 +98,7 @@ class DetectionService:
         self._timing = TimingReport(_STAGES, result='total')
         self._health.show(self._timing.medians)
         self._health.show(self._recorder_counters)
-        self._tracker_lock = threading.Lock()
-        self._trackers: Dict[str, KeypointTracker] = {}
+        self._trackers = CameraTrackers(self._params[TrackingParams])
         self._publisher: Optional[PeoplePublisher] = None
         if self._params[PublishingParams].publish_results:
             self._publisher = PeoplePublisher(namespace, self._params[DrawParams], self._health, self._timing)
@@ -143,7 +141,7 @@ class DetectionService:
 
     def _prepare(self, frame: _Frame) -> None:
         begin = time.monotonic()
-        frame.bgr = _picture(frame.message)
+        frame.bgr = convert.any_image_to_bgr(frame.message)
         frame.message = None
         decoded = time.monotonic()
         frame.work = self._detector.prepare(frame.bgr)
@@ -161,7 +159,7 @@ class DetectionService:
         begin = time.monotonic()
         people = self._detector.finish(frame.work)
         decoded = time.monotonic()
-        people = self._track(people, frame.header)
+        people = self._trackers.update(people, frame.header.frame_id, frame.header.stamp.to_sec())
         messages = convert.people_to_messages(people, frame.header)
         if self._publisher is not None:
             self._publisher.publish(people, messages, frame.header, frame.bgr, self._scaled(people, frame))
@@ -181,11 +179,6 @@ class DetectionService:
         elif not rospy.is_shutdown():  # then topics close while a result is on its way
             self._health.warn('frame failed', repr(error))
 
-    def _track(self, people: People2D, header: Header) -> People2D:
-        with self._tracker_lock:
-            tracker = self._trackers.setdefault(header.frame_id, KeypointTracker(self._params[TrackingParams]))
-            return tracker.update(people, header.stamp.to_sec())
-
     def _scaled(self, people: People2D, frame: _Frame) -> Optional[List[PersonDetection]]:
         """Return the messages with coordinates as `keypoint_scale` wants them; None: in pixels."""
         scale = self._params[KeypointScaleParams]
@@ -203,20 +196,12 @@ class DetectionService:
         params = {type(part): part for part in current}
         if any(params[kind] != self._params[kind] for kind in _RECONFIGURED):
             self._detector.reconfigure(*(params[kind] for kind in _RECONFIGURED))
-        with self._tracker_lock:
-            self._params = params
-            for tracker in self._trackers.values():
-                tracker.reconfigure(params[TrackingParams])
+        self._params = params
+        self._trackers.reconfigure(params[TrackingParams])
         if self._publisher is not None:
             self._publisher.reconfigure(params[DrawParams])
         if self._recorder is not None:
             self._recorder.reconfigure(params[DrawParams])
-
-
-def _picture(message: AnyImage) -> np.ndarray:
-    if message._type == CompressedImage._type:
-        return convert.compressed_image_to_bgr(message)
-    return convert.image_to_bgr(message)
 
 
 def main_2d() -> None:

@@ -6,9 +6,10 @@ import socket
 import subprocess
 import tempfile
 import time
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import Any, Callable, List, Optional, Type
+from xmlrpc.client import ServerProxy
 
 import rosgraph
 import rospy
@@ -98,6 +99,23 @@ def wait_for(condition: Callable[[], bool], timeout: float, what: str, watched: 
         if time.monotonic() > deadline:
             raise SessionError(f'no {what} within {timeout:.0f} s')
         time.sleep(0.05)
+
+
+def is_heard(topic: str) -> bool:
+    """Tell whether what is published on a topic from now on reaches this process, which has subscribed to it.
+
+    rospy's subscribers count a connection before it is made, and what is published until then is lost. So all who
+    publish on the topic are asked, but for those that have ended. Nobody publishes: no.
+    """
+    name, topic = rospy.get_name(), rospy.resolve_name(topic)
+    master = rosgraph.Master(name)
+    heard = []
+    for publisher in dict(master.getSystemState()[0]).get(topic, []):
+        with suppress(OSError, rosgraph.MasterException):
+            connections = ServerProxy(master.lookupNode(publisher)).getBusInfo(name)[2]
+            # rows of the ROS Slave API: id, who is at the other end, direction, transport, topic, ...
+            heard.append(any(row[1:3] == [name, 'o'] and row[4] == topic for row in connections))
+    return bool(heard) and all(heard)
 
 
 class ResultWatch:

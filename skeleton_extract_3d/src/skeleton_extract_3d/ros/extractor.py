@@ -1,13 +1,13 @@
 """The extractor node: pairs image and cloud, has people found in the image, and follows them in space."""
-import itertools
 import threading
 import time
-from typing import Any, Dict, Optional, Sequence, Tuple, Union
+from typing import Any, Optional, Sequence, Tuple
 
 import message_filters
 import numpy as np
 import rospy
 import tf2_ros
+from geometry_msgs.msg import TransformStamped
 from openpose_ros_msgs.msg import PersonDetection_3d, PersonDetection_3dArray
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2
 from std_msgs.msg import Header
@@ -19,7 +19,6 @@ from openpose_ros_pkg.newest_wins import NewestWinsWorker
 from openpose_ros_pkg.node_params import ImageTransportParams, ServiceClientParams
 from openpose_ros_pkg.pairing import PairingParams
 from openpose_ros_pkg.params import Parameters
-from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.ros import convert as convert_2d
 from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.ros.images import AnyImage, image_subscriber, raw_image
@@ -29,13 +28,15 @@ from openpose_ros_pkg.ros.parameters import read_private
 from openpose_ros_pkg.ros.people_publisher import DRAW_STAGE, PERSONS_QUEUE, PeoplePublisher
 from openpose_ros_pkg.ros.service_client import DetectionClient, ServiceCallError
 from openpose_ros_pkg.ros.timing_report import TimingReport
-from skeleton_extract_3d.estimator import ESTIMATOR_PARAMETERS, STAGES, Estimate, PeopleEstimator
+from skeleton_extract_3d.camera_estimators import CameraEstimators
+from skeleton_extract_3d.estimator import ESTIMATOR_PARAMETERS, STAGES, Estimate
 from skeleton_extract_3d.node_params import EXTRACTOR_PARAMETERS, LIVE_PARAMETERS, ExtractorParams
 from skeleton_extract_3d.people import INFERRED, People3D
+from skeleton_extract_3d.point_grid import PointGrid
 from skeleton_extract_3d.report import frame_report
 from skeleton_extract_3d.ros import convert
+from skeleton_extract_3d.ros.lifter import Lifter, PointsMessage
 from skeleton_extract_3d.ros.synchronizer import StampSynchronizer
-from skeleton_extract_3d.transform import transform_people
 
 # How often the node looks whether its inputs come and pair [s].
 WATCH_PERIOD = 5.0
@@ -45,9 +46,6 @@ _NAMESPACE = 'openpose_ros/skeleton_3d'
 _STAGES = ('detection', *STAGES, 'estimate', 'publish', 'total', 'age', DRAW_STAGE)
 # Greater ages are those of a recording that is played without its clock, and no stage of the work [s].
 _GREATEST_AGE = 10.0
-
-PointsMessage = Union[PointCloud2, Image]
-Transform = Tuple[np.ndarray, np.ndarray]
 
 
 class Extractor:
@@ -60,18 +58,15 @@ class Extractor:
         current = read_private(*EXTRACTOR_PARAMETERS)
         by_class = {type(params): params for params in current}
         self._params: ExtractorParams = by_class[ExtractorParams]
-        self._skeleton = find_model(self._params.pose_model).skeleton
         self._health = Health()
         self._timing = TimingReport(_STAGES, result='total')
         self._health.show(self._timing.medians)
         self._client = DetectionClient('~skeleton_2d_detector', by_class[ServiceClientParams])
         self._camera_info: Optional[CameraInfo] = None
         self._last_report = -float('inf')
-        # held while a frame is estimated, so that it keeps the parameters that it began with
-        self._estimators_lock = threading.Lock()
-        self._estimator_params = tuple(by_class[kind] for kind in ESTIMATOR_PARAMETERS)
-        self._estimators: Dict[str, PeopleEstimator] = {}
-        self._ids = itertools.count()
+        self._estimators = CameraEstimators(find_model(self._params.pose_model).skeleton,
+                                            *(by_class[kind] for kind in ESTIMATOR_PARAMETERS))
+        self._lifter = Lifter(self._params, self._estimators, self._lookup)
         self._advertise()
         self._publisher_2d: Optional[PeoplePublisher] = None
         if self._params.publish_2d:
@@ -118,10 +113,9 @@ class Extractor:
         begin = time.monotonic()
         detections = self._client.detect(image)
         detected = time.monotonic()
-        people_2d = convert_2d.people_from_messages(detections, self._skeleton)
-        tracking_from_points = self._transform_to(self._params.tracking_frame, message.header)
+        tracking_from_points = self._lifter.tracking_from_points(message.header)
         estimating = time.monotonic()
-        estimate = self._estimate(people_2d, points, message.header, bgr, tracking_from_points)
+        estimate = self._lifter.estimate(detections, points, message.header, bgr, tracking_from_points)
         estimated = time.monotonic()
         self._report(estimate, points)
         publishing = time.monotonic()
@@ -136,12 +130,10 @@ class Extractor:
         for stage, seconds in stages.items():
             self._timing.add(stage, seconds)
 
-    def _points(self, message: PointsMessage) -> Any:
-        if self._params.points_source == 'point_cloud':
-            return convert.cloud_from_message(message)
-        if self._camera_info is None:
+    def _points(self, message: PointsMessage) -> PointGrid:
+        if self._params.points_source == 'depth_image' and self._camera_info is None:
             raise BadInputError(f"no camera info yet on {rospy.resolve_name('~camera_info')}")
-        return convert.depth_image_from_messages(message, self._camera_info, self._params.rectified)
+        return self._lifter.points(message, self._camera_info)
 
     def _republish(self, image: Image, points: PointsMessage) -> None:
         if self._image_publisher.get_num_connections() > 0:
@@ -149,36 +141,11 @@ class Extractor:
         if self._params.points_source == 'point_cloud' and self._cloud_publisher.get_num_connections() > 0:
             self._cloud_publisher.publish(points)
 
-    def _estimate(self, people_2d: People2D, points: Any, header: Header, bgr: np.ndarray,
-                  tracking_from_points: Optional[Transform]) -> Estimate:
-        height, width = bgr.shape[:2]
-        with self._estimators_lock:
-            estimator = self._estimators.get(header.frame_id)
-            if estimator is None:
-                estimator = PeopleEstimator(self._skeleton, *self._estimator_params, ids=self._ids)
-                self._estimators[header.frame_id] = estimator
-            return estimator.update(people_2d, (width, height), points, header.stamp.to_sec(), bgr,
-                                    tracking_from_points)
-
-    def _transform_to(self, frame: str, header: Header) -> Optional[Transform]:
-        """Return rotation and translation from the frame of a message to another one at its stamp.
-
-        None where that is the same frame, or no other one is wanted.
-
-        Raises:
-            tf2_ros.TransformException: there is none within `tf_timeout`.
-        """
-        if frame in ('', header.frame_id):
-            return None
-        return convert.rotation_and_translation(self._tf_buffer.lookup_transform(
-            frame, header.frame_id, header.stamp, rospy.Duration(self._params.tf_timeout)))
+    def _lookup(self, target: str, source: str, stamp: rospy.Time) -> TransformStamped:
+        return self._tf_buffer.lookup_transform(target, source, stamp, rospy.Duration(self._params.tf_timeout))
 
     def _publish(self, people: People3D, cloud_header: Header) -> None:
-        header = Header(stamp=cloud_header.stamp, frame_id=cloud_header.frame_id)
-        target_from_points = self._transform_to(self._params.target_frame, header)
-        if target_from_points is not None:
-            people = transform_people(people, *target_from_points)
-            header.frame_id = self._params.target_frame
+        people, header = self._lifter.in_target_frame(people, cloud_header)
         array = convert.people_to_array(people, header)
         self._array_publisher.publish(array)
         for person in array.persons:
@@ -196,11 +163,7 @@ class Extractor:
     def _reconfigure(self, current: Sequence[Parameters]) -> None:
         """Take new parameters; they hold from the next frame on."""
         by_class = {type(params): params for params in current}
-        estimator_params = tuple(by_class[kind] for kind in ESTIMATOR_PARAMETERS)
-        with self._estimators_lock:
-            for estimator in self._estimators.values():
-                estimator.reconfigure(*estimator_params)
-            self._estimator_params = estimator_params
+        self._estimators.reconfigure(*(by_class[kind] for kind in ESTIMATOR_PARAMETERS))
         if self._publisher_2d is not None:
             self._publisher_2d.reconfigure(by_class[DrawParams])
 

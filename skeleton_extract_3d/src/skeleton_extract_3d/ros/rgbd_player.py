@@ -15,11 +15,9 @@ from openpose_ros_pkg.ros.node import run_node
 from openpose_ros_pkg.ros.parameters import read_private
 from skeleton_extract_3d.depth import cloud_from_depth
 from skeleton_extract_3d.node_params import PLAYER_PARAMETERS
-from skeleton_extract_3d.rgbd_sequence import RgbdSequence
+from skeleton_extract_3d.rgbd_sequence import DEFAULT_FRAME, WORLD_FRAME, RgbdSequence
 from skeleton_extract_3d.ros import convert
 
-_WORLD_FRAME = 'world'
-_DEFAULT_FRAME = 'camera_optical_frame'
 _DEFAULT_RATE = 15.0
 
 
@@ -30,7 +28,7 @@ class RgbdPlayer:
         self._params, = read_private(*PLAYER_PARAMETERS)
         folder = self._params.folder or str(Path(rospkg.RosPack().get_path('skeleton_extract_3d')) / 'demo' / 'cross')
         self._sequence = RgbdSequence.read(Path(folder))
-        self._frame_id = self._params.frame_id or self._sequence.frame_id or _DEFAULT_FRAME
+        self._frame_id = self._params.frame_id or self._sequence.frame_id or DEFAULT_FRAME
         self._rays = self._sequence.camera.ray_grid()
         self._image_publisher = rospy.Publisher('image_color', Image, queue_size=1)
         self._points_publisher = rospy.Publisher('points', PointCloud2, queue_size=1)
@@ -44,7 +42,7 @@ class RgbdPlayer:
         if self._sequence.T_world_camera is not None:
             self._broadcaster = tf2_ros.StaticTransformBroadcaster()
             self._broadcaster.sendTransform(convert.transform_from_matrix(
-                self._sequence.T_world_camera, Header(stamp=rospy.Time.now(), frame_id=_WORLD_FRAME), self._frame_id))
+                self._sequence.T_world_camera, Header(stamp=rospy.Time.now(), frame_id=WORLD_FRAME), self._frame_id))
 
     def _run(self) -> None:
         self._wait_for_subscribers()

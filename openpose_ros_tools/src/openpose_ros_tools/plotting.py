@@ -1,0 +1,128 @@
+"""What the pictures of this package share: figures, colours, axes and files. No window, no global state."""
+import io
+from pathlib import Path
+from typing import Any, Dict, Optional, Sequence, Tuple
+
+import matplotlib
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from openpose_ros_pkg.output.files import write_whole
+from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING
+
+FORMATS = ('png', 'pdf', 'svg')
+# Resolution of PNG, and of the rasterized parts of PDF and SVG [dots per inch].
+DOTS_PER_INCH = 120
+
+# Okabe and Ito, "Color Universal Design" (2008): to be told apart with any colour vision. In place of their yellow,
+# which is hard to see on white, the wine of Tol's "muted" scheme (Colour Schemes, SRON technical note, 2021).
+PALETTE = ('#0072B2', '#D55E00', '#009E73', '#CC79A7', '#56B4E9', '#E69F00', '#000000', '#882255')
+STATUS_COLOURS: Dict[int, str] = {MEASURED: '#0072B2', INFERRED: '#E69F00', MISSING: '#D9D9D9'}
+STATUS_NAMES: Dict[int, str] = {MEASURED: 'measured', INFERRED: 'inferred', MISSING: 'missing'}
+# Rates are counted in windows of this length [s]; of long recordings in so many windows.
+_WINDOW, _MOST_WINDOWS = 1.0, 200
+# Lines and text that are there to help, not to tell.
+HELP_COLOUR = '#8C8C8C'
+# Times without data.
+GAP_COLOUR = '#F2F2F2'
+
+
+def new_figure(width: float, height: float) -> Figure:
+    """Return an empty figure [inches] that arranges its axes by itself (constrained layout)."""
+    figure = Figure(figsize=(width, height), dpi=DOTS_PER_INCH, constrained_layout=True)
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def save_figure(figure: Figure, path: Path) -> Path:
+    """Write a figure whole or not at all, in the format of the path's suffix; the same figure gives the same bytes.
+
+    Returns:
+        The path.
+
+    Raises:
+        ValueError: the suffix is none of FORMATS.
+        OSError: it can not be written.
+    """
+    kind = path.suffix[1:].lower()
+    if kind not in FORMATS:
+        raise ValueError(f'{path.name}: the suffix must be one of {", ".join(FORMATS)}')
+    # the date, and random names of clip paths, would make each file another one
+    metadata: Dict[str, Any] = {'pdf': {'CreationDate': None}, 'svg': {'Date': None}}.get(kind, {})
+    content = io.BytesIO()
+    with matplotlib.rc_context({'svg.hashsalt': 'openpose_ros_tools', 'pdf.fonttype': 42}):
+        figure.savefig(content, format=kind, dpi=DOTS_PER_INCH, metadata=metadata)
+    write_whole(path, content.getvalue())
+    return path
+
+
+def person_colours(ids: Sequence[int]) -> Dict[int, str]:
+    """Return a colour for each track id, in the order given; after eight people they repeat."""
+    return {person: PALETTE[number % len(PALETTE)] for number, person in enumerate(ids)}
+
+
+def set_title(figure: Figure, title: str) -> None:
+    """Put a title above everything in the figure, at the left."""
+    figure.suptitle(title, x=0.01, ha='left', fontsize='large')
+
+
+def joint_title(joint: str) -> str:
+    """Return the name of a joint as people write it: 'right wrist'."""
+    return joint.replace('_', ' ')
+
+
+def tidy_axes(axes: Any, xlabel: str = '', ylabel: str = '', grid: str = 'both') -> None:
+    """Give axes the look of this package: labels, a light grid, no frame at the top and the right.
+
+    Args:
+        grid: 'x', 'y', 'both', or '' for none.
+    """
+    axes.set_xlabel(xlabel)
+    axes.set_ylabel(ylabel)
+    for side in ('top', 'right'):
+        axes.spines[side].set_visible(False)
+    axes.set_axisbelow(True)
+    if grid:
+        axes.grid(True, axis=grid, color='#E5E5E5', linewidth=0.7)
+
+
+def integer_ticks(axis: Any) -> None:
+    """Put the ticks of an axis at whole numbers."""
+    axis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
+
+
+def time_axis(axes: Any, span: Tuple[float, float], label: str = 'time since the first frame [s]') -> None:
+    """Make the x axis one of time, from begin to end [s], also where both are the same."""
+    begin, end = span
+    margin = 0.01 * (end - begin) or 0.5
+    axes.set_xlim(begin - margin, end + margin)
+    axes.set_xlabel(label)
+
+
+def legend_above(axes: Any, handles: Sequence[Any], labels: Optional[Sequence[str]] = None, columns: int = 8) -> None:
+    """Put a legend above the axes, at the right, where it hides nothing.
+
+    Args:
+        labels: None: those that the handles have.
+        columns: more handles than this take further lines.
+    """
+    labels = [handle.get_label() for handle in handles] if labels is None else labels
+    axes.legend(handles, labels, loc='lower right', bbox_to_anchor=(1.0, 1.0), ncol=min(max(len(labels), 1), columns),
+                frameon=False, fontsize='small', borderaxespad=0.2, handlelength=1.4, columnspacing=1.2)
+
+
+def rates_over_time(times: np.ndarray, span: Tuple[float, float]) -> Tuple[np.ndarray, np.ndarray]:
+    """Return the middles of windows [s] and how many of the times are in each, per second [Hz].
+
+    Args:
+        times: (N,) [s].
+        span: begin and end of the recording [s]; of one that is shorter than a window, nothing is returned.
+    """
+    length = span[1] - span[0]
+    windows = min(int(length / _WINDOW), _MOST_WINDOWS)
+    if windows < 1:
+        return np.zeros(0), np.zeros(0)
+    counts, edges = np.histogram(times, windows, span)
+    return (edges[:-1] + edges[1:]) / 2, counts * windows / length

@@ -1,0 +1,155 @@
+"""Write the keypoints of a CSV file into a bag: messages of single people, and arrays of all people of a frame.
+
+    rosrun openpose_ros_pkg csv_to_bag poses.csv -o poses.bag
+    rosrun openpose_ros_pkg csv_to_bag poses.csv -o poses.bag --frame-id kinect2_rgb_optical_frame
+    rosrun openpose_ros_pkg csv_to_bag poses.csv -o poses.bag --topic-prefix /replayed
+
+The file holds the columns of the original project, the extended ones, or those of `rostopic echo -p`;
+docs/csv_columns.md says what they mean. The topics are those of the nodes: detected_poses_keypoints_3d and
+detected_poses_3d under openpose_ros/skeleton_3d with joints in space, detected_poses_keypoints and detected_poses under
+openpose_ros otherwise. %time becomes the time in the bag.
+
+What a file does not say is not known in the bag. The columns of the original have no status, so each joint with a
+position is MEASURED; sigma is NaN, frame_id is empty or that of --frame-id, and the stamp of a frame is the %time of
+its first row. Velocities are in no file, nor frames in which nobody was: they have no row.
+
+Exit status: 0 done; 2 nothing was written, as the command line or the file is wrong; 130 interrupted, there is no bag.
+"""
+import argparse
+import sys
+from pathlib import Path
+from typing import Iterable, Iterator, List, Optional, Sequence, Set
+
+import genpy
+import numpy as np
+import rosbag
+from std_msgs.msg import Header
+from tqdm import tqdm
+
+from openpose_ros_pkg.command_line import DONE, run_command
+from openpose_ros_pkg.errors import ParameterError
+from openpose_ros_pkg.skeletons import BODY_25, COCO_18, MESSAGE_JOINTS, MPI_15, SKELETONS
+from openpose_ros_tools.keypoint_csv import FrameSplitter, KeypointCsv, PersonRow
+from openpose_ros_tools.output_file import output_file
+from openpose_ros_tools.ros.keypoint_rows import array_message, person_message
+from skeleton_extract_3d.people import MISSING
+
+_NAME = 'csv_to_bag'
+# Topics of single people and of arrays, under these prefixes, by dimensions.
+_PREFIXES = {2: 'openpose_ros', 3: 'openpose_ros/skeleton_3d'}
+_TOPICS = {2: ('detected_poses_keypoints', 'detected_poses'),
+           3: ('detected_poses_keypoints_3d', 'detected_poses_3d')}
+
+
+def frames_of(rows: Iterable[PersonRow]) -> Iterator[List[PersonRow]]:
+    """Yield the people of each frame."""
+    frames = FrameSplitter()
+    frame: List[PersonRow] = []
+    for row in rows:
+        if frames.begins(row.time, row.stamp, row.number, row.person) and frame:
+            yield frame
+            frame = []
+        frame.append(row)
+    if frame:
+        yield frame
+
+
+def known_joints(path: Path) -> Set[str]:
+    """Return the joints that somebody has in a file.
+
+    Raises:
+        BadInputError: the file can not be read.
+    """
+    known = np.zeros(len(MESSAGE_JOINTS), bool)
+    with KeypointCsv(path) as file, _bar('checking', path) as bar:
+        for block in file.blocks():
+            there = block.parts[..., 2] > 0 if file.dimensions == 2 else block.parts[..., 4] != MISSING
+            known |= there.any(axis=0)
+            bar.update(file.characters - bar.n)
+    return {joint for joint, there in zip(MESSAGE_JOINTS, known) if there}
+
+
+def pose_model_of(joints: Set[str]) -> str:
+    """Return the joint set that has all these joints.
+
+    Raises:
+        ParameterError: none has.
+    """
+    for skeleton in (COCO_18, BODY_25, MPI_15):
+        if joints <= set(skeleton.joints):
+            return skeleton.name
+    raise ParameterError(f'no joint set has all of {", ".join(sorted(joints))}; choose the pose_model of the array '
+                         f'messages with --pose-model: {", ".join(SKELETONS)}')
+
+
+def write_bag(file: KeypointCsv, path: Path, prefix: str, frame_id: str, pose_model: str) -> int:
+    """Write the people of a file into a bag; return how many frames they are in.
+
+    Args:
+        prefix: of the topics.
+        frame_id: where the file names none.
+    """
+    of_person, of_frame = (f'/{prefix.strip("/")}/{name}'.replace('//', '/') for name in _TOPICS[file.dimensions])
+    count = 0
+    with rosbag.Bag(str(path), 'w') as bag, _bar('writing', file.path) as bar:
+        for count, frame in enumerate(frames_of(file.rows()), 1):
+            began = _time(frame[0].time)
+            headers = [Header(row.sequence, _time(row.stamp), row.frame_id) for row in frame]
+            if not file.has_stamps:
+                headers = [Header(count - 1, began, row.frame_id or frame_id) for row in frame]
+            persons = [person_message(row, header) for row, header in zip(frame, headers)]
+            for row, person in zip(frame, persons):
+                bag.write(of_person, person, _time(row.time))
+            bag.write(of_frame, array_message(persons, headers[0], pose_model), began)
+            bar.update(file.characters - bar.n)
+    return count
+
+
+def main(arguments: Optional[Sequence[str]] = None) -> int:
+    """Run the command; return the exit status.
+
+    Args:
+        arguments: of the command line; None: those of this process.
+    """
+    options = _parser().parse_args(arguments)
+    return run_command(_NAME, lambda: _run(options))
+
+
+def _run(options: argparse.Namespace) -> int:
+    with output_file(options.output, options.overwrite) as part:
+        joints = known_joints(options.csv)
+        model = options.pose_model or pose_model_of(joints)
+        beyond = joints - set(SKELETONS[model].joints)
+        if beyond:
+            raise ParameterError(f'{options.csv} has {", ".join(sorted(beyond))}, which {model} does not have; choose '
+                                 'another --pose-model')
+        with KeypointCsv(options.csv) as file:
+            prefix = _PREFIXES[file.dimensions] if options.topic_prefix is None else options.topic_prefix
+            frames = write_bag(file, part, prefix, options.frame_id, model)
+    sys.stdout.write(f'{frames} frames in {options.output}\n')
+    return DONE
+
+
+def _bar(what: str, path: Path) -> tqdm:
+    """Return a progress bar over the bytes of a file."""
+    return tqdm(desc=what, total=path.stat().st_size, unit='B', unit_scale=True, disable=None)
+
+
+def _time(nanoseconds: int) -> genpy.Time:
+    return genpy.Time(0, nanoseconds)
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog=_NAME, description=__doc__,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument('csv', type=Path, metavar='CSV', help='file with keypoints')
+    parser.add_argument('-o', '--output', type=Path, metavar='BAG', required=True, help='bag to write')
+    parser.add_argument('--topic-prefix', metavar='PREFIX',
+                        help='what the topics are under (default: openpose_ros/skeleton_3d in space, openpose_ros in '
+                             'the image)')
+    parser.add_argument('--frame-id', default='', help='frame of reference, for files that name none')
+    parser.add_argument('--pose-model', choices=sorted(SKELETONS),
+                        help='joint set that the array messages name (default: the first of COCO_18, BODY_25 and '
+                             'MPI_15 with all joints that the file has)')
+    parser.add_argument('--overwrite', action='store_true', help='write the bag again if it is there')
+    return parser

@@ -1,0 +1,154 @@
+"""Keypoints out of bags: which topic has them, its rows, and all of them as a table."""
+import struct
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, Dict, Iterable, Iterator, List, Mapping, NamedTuple, Optional, Tuple
+
+import genpy
+import rosbag
+
+from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_tools.keypoint_csv import blocks_of, table_of
+from openpose_ros_tools.keypoint_table import KeypointTable
+from openpose_ros_tools.ros.keypoint_rows import rows_of
+
+# Types of messages with people, those first that are preferred: space before image, and single people before arrays,
+# as both hold the same people.
+DIMENSIONS: Dict[str, int] = {
+    'openpose_ros_msgs/PersonDetection_3d': 3,
+    'openpose_ros_msgs/PersonDetection_3dArray': 3,
+    'openpose_ros_msgs/PersonDetection': 2,
+    'openpose_ros_msgs/PersonDetectionArray': 2}
+# What rosbag raises for bytes that are not as they should be.
+_DAMAGE = (rosbag.ROSBagException, genpy.DeserializationError, struct.error, EOFError, OSError, ValueError, KeyError,
+           IndexError, TypeError, AttributeError, RuntimeError, SyntaxError, genpy.generator.MsgGenerationException)
+
+
+class KeypointTopic(NamedTuple):
+    """A topic with people; dimensions: 3 in space, 2 in the image."""
+
+    name: str
+    kind: str
+    dimensions: int
+
+
+@contextmanager
+def open_bag(path: Path) -> Iterator[rosbag.Bag]:
+    """Open a bag to read it.
+
+    Raises:
+        BadInputError: it is not there, is no bag, or has no index.
+    """
+    try:
+        bag = rosbag.Bag(str(path))
+    except rosbag.ROSBagUnindexedException:
+        raise BadInputError(f'{path} has no index, as recordings have that were cut off; mend it with: rosbag reindex '
+                            f'{path}') from None
+    except _DAMAGE as error:
+        if getattr(error, 'filename', None):  # it can not even be opened
+            raise BadInputError(f'{path}: {error.strerror}') from error
+        raise BadInputError(f'{path} is not a bag, or is damaged ({error}); `rosbag reindex` and `rosbag fix` may mend '
+                            'a damaged one') from error
+    with bag:
+        yield bag
+
+
+def bag_messages(bag: rosbag.Bag, topic: str) -> Iterator[Tuple[Any, int]]:
+    """Yield the messages of a topic and their time of recording [ns], in its order.
+
+    Raises:
+        BadInputError: the bag is damaged.
+    """
+    names = [name for name in topic_types(bag) if _absolute(name) == _absolute(topic)]
+    if not names:
+        return
+    messages = bag.read_messages(topics=names)
+    while True:
+        try:
+            _, message, time = next(messages)
+        except StopIteration:
+            return
+        except _DAMAGE as error:
+            raise BadInputError(f'{bag.filename} is damaged ({error}); `rosbag reindex` may save the rest') from error
+        yield message, time.to_nsec()
+
+
+def topic_types(bag: rosbag.Bag) -> Dict[str, str]:
+    """Return the type of each topic in a bag."""
+    return {name: info.msg_type for name, info in bag.get_type_and_topic_info().topics.items()}
+
+
+def count_messages(bag: rosbag.Bag, topic: str) -> int:
+    """Return how many messages of a topic there are."""
+    topics = bag.get_type_and_topic_info().topics
+    return sum(info.message_count for name, info in topics.items() if _absolute(name) == _absolute(topic))
+
+
+def choose_topic(types: Mapping[str, str], where: str, topic: Optional[str] = None) -> KeypointTopic:
+    """Return the topic whose people to read.
+
+    Args:
+        types: type of each topic.
+        where: these topics are, for errors.
+        topic: name; None: the only one of the most preferred type that is there, see `DIMENSIONS`.
+
+    Raises:
+        BadInputError: it is not there or holds no people, or several come into question.
+    """
+    known = {_absolute(name): kind for name, kind in types.items()}
+    with_people = {name: kind for name, kind in sorted(known.items()) if kind in DIMENSIONS}
+    if topic is not None:
+        name = _absolute(topic)
+        if name not in known:
+            raise BadInputError(f'there is no topic {name} in {where}; {_list(with_people, known)}')
+        if name not in with_people:
+            raise BadInputError(f'topic {name} in {where} is of type {known[name]}; {_list(with_people, known)}')
+        return KeypointTopic(name, known[name], DIMENSIONS[known[name]])
+    for kind, dimensions in DIMENSIONS.items():
+        names = [name for name in with_people if with_people[name] == kind]
+        if len(names) > 1:
+            raise BadInputError(f'{where} has several topics of type {kind}: {", ".join(names)}; choose with --topic')
+        if names:
+            return KeypointTopic(names[0], kind, dimensions)
+    raise BadInputError(f'there are no keypoints in {where}; {_list(with_people, known)}')
+
+
+def merged_types(paths: Iterable[Path]) -> Dict[str, str]:
+    """Return the type of each topic in any of the bags; errors as `open_bag`."""
+    types: Dict[str, str] = {}
+    for path in paths:
+        with open_bag(path) as bag:
+            types.update(topic_types(bag))
+    return types
+
+
+def read_keypoint_bag(path: Path, topic: Optional[str] = None) -> KeypointTable:
+    """Read the keypoints of a bag.
+
+    Args:
+        topic: of messages of single people or arrays, in 2D or 3D; None: that of the bag, 3D before 2D.
+
+    Raises:
+        BadInputError: the bag can not be read, or it is not clear which topic is meant; the text names topics.
+    """
+    with open_bag(path) as bag:
+        chosen = choose_topic(topic_types(bag), str(path), topic)
+        rows = (row for message, time in bag_messages(bag, chosen.name)
+                for row in rows_of(message, chosen.dimensions, time))
+        return table_of(blocks_of(rows), chosen.dimensions)
+
+
+def _absolute(name: str) -> str:
+    """Return the name of a topic with its leading slash, which bags made by programs may lack."""
+    return '/' + name.strip('/')
+
+
+def _list(with_people: Mapping[str, str], types: Mapping[str, str]) -> str:
+    """Say which topics there are."""
+    if with_people:
+        return 'keypoints are in ' + ', '.join(f'{name} ({kind})' for name, kind in with_people.items())
+    if not types:
+        return 'it has no topics'
+    shown: List[str] = [f'{name} ({kind})' for name, kind in sorted(types.items())]
+    more = f' and {len(shown) - 8} more' if len(shown) > 8 else ''
+    return f'its topics are {", ".join(shown[:8])}{more}; types with keypoints are {", ".join(DIMENSIONS)}'

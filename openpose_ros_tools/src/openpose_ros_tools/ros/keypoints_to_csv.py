@@ -1,0 +1,197 @@
+"""Write the keypoints of bags, or of a running topic, as CSV: one row per person and frame.
+
+    rosrun openpose_ros_pkg keypoints_to_csv recording.bag -o poses.csv
+    rosrun openpose_ros_pkg keypoints_to_csv recording.bag --extended -o poses.csv
+    rosrun openpose_ros_pkg keypoints_to_csv part_0.bag part_1.bag --tidy -o joints.csv
+    rosrun openpose_ros_pkg keypoints_to_csv recording.bag --topic /openpose_ros/detected_poses > poses_2d.csv
+    rosrun openpose_ros_pkg keypoints_to_csv --live -o poses.csv        # until Ctrl-C; needs a running master
+
+The columns are those of the original project; --extended gives those of `rostopic echo -p`, with header, status, sigma
+and all joints; --tidy is the long form for pandas and R, one row per frame, person and joint. docs/csv_columns.md says
+what each column means. Without --topic, joints in space come before those in the image, and a topic with one message
+per person before that with one per frame, which holds the same people.
+
+Exit status: 0 done, also when Ctrl-C ends a running topic; 2 nothing was written, as the command line or an input is
+wrong; 130 interrupted before a bag was done, and then there is no file.
+"""
+import argparse
+import logging
+import os
+import queue
+import sys
+import time
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, Iterator, Optional, Sequence, TextIO
+
+import rosgraph
+import roslib.message
+import rospy
+from tqdm import tqdm
+
+from openpose_ros_pkg.command_line import DONE, run_command
+from openpose_ros_pkg.errors import BadInputError, ParameterError
+from openpose_ros_tools.output_file import output_file
+from openpose_ros_tools.ros.keypoint_bag import (
+    DIMENSIONS,
+    KeypointTopic,
+    bag_messages,
+    choose_topic,
+    count_messages,
+    merged_types,
+    open_bag,
+)
+from openpose_ros_tools.ros.keypoint_rows import PersonCsvWriter
+
+_log = logging.getLogger(__name__)
+
+_NAME = 'keypoints_to_csv'
+# How often a topic is looked for that is not there yet, and the longest pause between two looks at a quiet one [s].
+_PAUSE = 0.2
+
+
+def bags_to_csv(paths: Sequence[Path], topic: KeypointTopic, writer: PersonCsvWriter, stamps: bool, bar: tqdm) -> int:
+    """Write the people of bags one after the other; return how many rows that are.
+
+    Args:
+        stamps: %time is the stamp of the header, not the time of recording.
+
+    Raises:
+        BadInputError: a bag is damaged.
+    """
+    rows = 0
+    for path in paths:
+        with open_bag(path) as bag:
+            count = count_messages(bag, topic.name)
+            bar.total = (bar.total or 0) + count
+            if not count:
+                _log.warning('%s has no messages on %s', path, topic.name)
+            for message, recorded in bag_messages(bag, topic.name):
+                rows += writer.write(message, None if stamps else recorded)
+                bar.update()
+    return rows
+
+
+def follow_topic(topic: KeypointTopic, writer: PersonCsvWriter, handle: TextIO, bar: tqdm) -> int:
+    """Write the people of a running topic until Ctrl-C; return how many rows that are."""
+    messages: queue.Queue[Any] = queue.Queue()
+    subscriber = rospy.Subscriber(topic.name, roslib.message.get_message_class(topic.kind), messages.put)
+    rows = 0
+    try:
+        while not rospy.is_shutdown():
+            if messages.empty():
+                handle.flush()  # who reads along sees all rows
+            try:
+                count = writer.write(messages.get(timeout=_PAUSE))
+            except queue.Empty:
+                continue
+            rows += count
+            bar.update(count)
+    except KeyboardInterrupt:
+        pass  # the way to end it
+    finally:
+        subscriber.unregister()
+    while not messages.empty():
+        rows += writer.write(messages.get())
+    return rows
+
+
+def main(arguments: Optional[Sequence[str]] = None) -> int:
+    """Run the command; return the exit status.
+
+    Args:
+        arguments: of the command line; None: those of this process.
+    """
+    parser = _parser()
+    options = parser.parse_args(rospy.myargv()[1:] if arguments is None else arguments)
+    if options.live and options.bags:
+        parser.error('give bags or --live, not both')
+    if not (options.live or options.bags or options.topic):
+        parser.error('give a bag, or --live to listen to a running topic')
+    if options.time and not options.bags:
+        parser.error('--time is for bags; on a running topic %time is the stamp of the header')
+    if options.missing_joints and options.layout != 'tidy':
+        parser.error('--missing-joints is for --tidy; the other layouts have all joints')
+    return run_command(_NAME, lambda: _run(options))
+
+
+def _run(options: argparse.Namespace) -> int:
+    try:
+        with _output(options) as handle:
+            topic = _topic(options)
+            writer = PersonCsvWriter(handle, options.layout, topic.dimensions, options.missing_joints)
+            with _bar('message' if options.bags else 'row', handle) as bar:
+                rows = (bags_to_csv(options.bags, topic, writer, options.time == 'stamp', bar) if options.bags else
+                        follow_topic(topic, writer, handle, bar))
+            handle.flush()
+    except OSError as error:  # of stdout
+        # without this, Python complains when it closes it
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        if isinstance(error, BrokenPipeError):  # who reads has seen enough
+            return DONE
+        raise ParameterError(f'stdout can not be written: {error.strerror}') from error
+    if options.output:
+        sys.stdout.write(f'{rows} detections of people from {topic.name} in {options.output}\n')
+    return DONE
+
+
+@contextmanager
+def _output(options: argparse.Namespace) -> Iterator[TextIO]:
+    """Give the file to write to, which is in its place when the block ends; or stdout."""
+    if not options.output:
+        yield sys.stdout
+        return
+    with output_file(options.output, options.overwrite) as part, part.open('w', newline='', encoding='utf-8') as handle:
+        yield handle
+
+
+def _topic(options: argparse.Namespace) -> KeypointTopic:
+    """Return the topic to read; wait for one that is to run."""
+    if options.bags:
+        where = str(options.bags[0]) if len(options.bags) == 1 else f'these {len(options.bags)} bags'
+        return choose_topic(merged_types(options.bags), where, options.topic)
+    if not rosgraph.is_master_online():
+        raise BadInputError(f'there is no ROS master at {rosgraph.get_master_uri()}; start one, or give a bag')
+    rospy.init_node(_NAME, anonymous=True, disable_signals=True)
+    wanted = rospy.resolve_name(options.topic) if options.topic else None
+    seen, told = None, False
+    while True:
+        try:
+            types = dict(rospy.get_published_topics())
+        except OSError as error:
+            raise BadInputError(f'the ROS master at {rosgraph.get_master_uri()} is gone') from error
+        if wanted in types or (not wanted and set(types.values()) & set(DIMENSIONS)):
+            topic = choose_topic(types, 'what is published', wanted)
+            if topic == seen:  # twice, as a node that starts announces its topics one after the other
+                sys.stderr.write(f'listening to {topic.name}; Ctrl-C ends it\n')
+                return topic
+            seen = topic
+        elif not told:
+            sys.stderr.write(f'waiting for {wanted or "a topic with keypoints"}\n')
+            told = True
+        time.sleep(_PAUSE)
+
+
+def _bar(unit: str, handle: TextIO) -> tqdm:
+    """Return a progress bar; none where it would run into rows that are shown."""
+    return tqdm(unit=unit, disable=True if handle.isatty() else None)
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog=_NAME, description=__doc__,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument('bags', nargs='*', type=Path, metavar='BAG', help='bags, in the order of the recording')
+    parser.add_argument('-o', '--output', type=Path, metavar='FILE', help='CSV file to write (default: to stdout)')
+    layout = parser.add_mutually_exclusive_group()
+    layout.add_argument('--extended', dest='layout', action='store_const', const='extended', default='original',
+                        help='the columns of rostopic echo -p: adds header, status, sigma and the other joints')
+    layout.add_argument('--tidy', dest='layout', action='store_const', const='tidy',
+                        help='the long form: one row per frame, person and joint; joints that are missing have none')
+    parser.add_argument('--missing-joints', action='store_true', help='with --tidy: rows for missing joints as well')
+    parser.add_argument('--topic', help='topic to read; without a bag: to listen to')
+    parser.add_argument('--live', action='store_true', help='listen to a running topic until Ctrl-C')
+    parser.add_argument('--time', choices=('recorded', 'stamp'),
+                        help='what %%time is: when the message was recorded, as rostopic echo -p -b has it (default), '
+                             "or the camera's stamp, equal for all people of a frame, as on a running topic")
+    parser.add_argument('--overwrite', action='store_true', help='write the file again if it is there')
+    return parser

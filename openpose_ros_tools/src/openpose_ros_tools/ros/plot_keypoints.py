@@ -1,0 +1,155 @@
+"""Draw what a recording says of people: where they went, what was seen of them, and when.
+
+FILE is a CSV of keypoints (of keypoints_to_csv, process_bag or `rostopic echo -p`) or a bag with the results of the
+nodes, in space or in the image. No master is needed. The pictures in FOLDER:
+
+    detections             marks of frames and people over time, how many per second, how many people in view
+    top_view               ways of the people from above (of keypoints in the image: image_paths)
+    trajectory_JOINT       coordinates of a joint over time
+    visibility_person_ID   when each joint was measured, inferred or missing
+    confidence_person_ID   with --confidence: confidence of each joint over time
+
+    rosrun openpose_ros_pkg plot_keypoints poses.csv --list
+    rosrun openpose_ros_pkg plot_keypoints poses.csv -o pictures/
+    rosrun openpose_ros_pkg plot_keypoints recording.bag -o pictures/ --joints right_wrist,left_wrist --persons 0,2
+    rosrun openpose_ros_pkg plot_keypoints recording.bag -o pictures/ --start 12 --end 20 --format pdf
+
+Exit status: 0 done; 2 nothing was done, as the command line or the file is wrong; 130 interrupted, the pictures so far
+are complete.
+"""
+import argparse
+import logging
+import sys
+from pathlib import Path
+from typing import Callable, List, Optional, Sequence, Tuple
+
+import numpy as np
+from matplotlib.figure import Figure
+from tqdm import tqdm
+
+from openpose_ros_pkg.command_line import DONE, run_command
+from openpose_ros_pkg.errors import BadInputError, ParameterError
+from openpose_ros_pkg.output.files import writable_folder
+from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
+from openpose_ros_tools.keypoint_csv import read_keypoint_csv
+from openpose_ros_tools.keypoint_plots import confidence, detections, image_paths, top_view, trajectory, visibility
+from openpose_ros_tools.keypoint_selection import Selection, description, select
+from openpose_ros_tools.keypoint_table import KeypointTable
+from openpose_ros_tools.plotting import FORMATS, save_figure
+from openpose_ros_tools.ros.bag_headers import stamped_messages
+from openpose_ros_tools.ros.keypoint_bag import choose_topic, open_bag, read_keypoint_bag, topic_types
+
+_log = logging.getLogger(__name__)
+
+# Joints that get a picture of their trajectory, unless others are asked for.
+_TRAJECTORIES = ('nose', 'neck', 'right_wrist', 'left_wrist', 'right_ankle', 'left_ankle')
+_ARRAYS = {2: 'openpose_ros_msgs/PersonDetectionArray', 3: 'openpose_ros_msgs/PersonDetection_3dArray'}
+
+
+def read_keypoints(path: Path, topic: Optional[str] = None) -> Tuple[KeypointTable, Optional[np.ndarray]]:
+    """Read a CSV or a bag.
+
+    Returns:
+        The table, and of a bag with array messages the stamps of all frames, also of those without people, (N,) int64
+        [ns]; else None.
+
+    Raises:
+        BadInputError: it can not be read.
+    """
+    if not path.is_file():
+        raise BadInputError(f'{path}: there is no such file')
+    if '.bag' not in path.suffixes:
+        if topic is not None:
+            raise BadInputError(f'{path}: --topic is for bags')
+        return read_keypoint_csv(path), None
+    with open_bag(path) as bag:
+        types = topic_types(bag)
+        chosen = choose_topic(types, str(path), topic)
+        folder = chosen.name.rpartition('/')[0]
+        arrays = [name for name, kind in types.items() if kind == _ARRAYS[chosen.dimensions]
+                  and (name.rpartition('/')[0] == folder or name == chosen.name)]
+        stamps = [message.stamp for message in stamped_messages(bag, arrays[:1]) if message.stamp] if arrays else None
+    return read_keypoint_bag(path, chosen.name), None if stamps is None else np.array(stamps, np.int64)
+
+
+def pictures(selection: Selection, trajectories: Sequence[str],
+             with_confidence: bool) -> List[Tuple[str, Callable[[], Figure]]]:
+    """Return names of pictures, and what draws each of them."""
+    ways = ('top_view', top_view) if selection.table.dimensions == 3 else ('image_paths', image_paths)
+    found: List[Tuple[str, Callable[[], Figure]]] = [
+        ('detections', lambda: detections(selection)), (ways[0], lambda: ways[1](selection))]
+    found += [(f'trajectory_{joint}', lambda joint=joint: trajectory(selection, joint)) for joint in trajectories]
+    for person in selection.persons:
+        found.append((f'visibility_person_{person}', lambda person=person: visibility(selection, person)))
+        if with_confidence:
+            found.append((f'confidence_person_{person}', lambda person=person: confidence(selection, person)))
+    return found
+
+
+def main(arguments: Optional[Sequence[str]] = None) -> int:
+    """Run the command; return the exit status."""
+    parser = _parser()
+    options = parser.parse_args(arguments)
+    if options.output is None and not options.list:
+        parser.error('give -o FOLDER for the pictures, or --list')
+    if None not in (options.start, options.end) and options.start >= options.end:
+        parser.error('--start must be less than --end')
+    return run_command('plot_keypoints', lambda: _run(options))
+
+
+def _run(options: argparse.Namespace) -> int:
+    table, frames = read_keypoints(options.file, options.topic)
+    joints = None if options.joints in (None, ['all']) else options.joints
+    try:
+        selection = select(table, frames, joints, options.persons, options.start, options.end)
+    except BadInputError as error:
+        raise BadInputError(f'{options.file}: {error}') from error
+    if options.list:
+        sys.stdout.write(description(options.file.name, selection))
+    if options.output is None:
+        return DONE
+    folder = writable_folder('output', options.output)
+    if selection.left_out:
+        _log.warning('%d people with few rows are left out; --persons shows them, --list tells who is there',
+                     selection.left_out)
+    chosen = selection.joints if options.joints else [joint for joint in _TRAJECTORIES if joint in selection.joints]
+    bar = tqdm(pictures(selection, chosen, options.confidence), unit=' pictures', leave=False, disable=None)
+    for name, draw in bar:
+        try:
+            path = save_figure(draw(), folder / f'{name}.{options.format}')
+        except OSError as error:
+            raise ParameterError(f'can not write into {folder}: {error.strerror or error}') from error
+        tqdm.write(str(path))
+    return DONE
+
+
+def _names(text: str) -> List[str]:
+    names = [word.strip() for word in text.split(',') if word.strip()]
+    unknown = [name for name in names if name not in (*MESSAGE_JOINTS, 'all')]
+    if unknown:
+        raise argparse.ArgumentTypeError(f"'{unknown[0]}' is no joint; joints are {', '.join(MESSAGE_JOINTS)}")
+    return names
+
+
+def _ids(text: str) -> List[int]:
+    try:
+        return [int(word) for word in text.split(',') if word.strip()]
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(f"'{text}': expected numbers, as 0,2") from error
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog='plot_keypoints', description=__doc__,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument('file', type=Path, metavar='FILE', help='CSV of keypoints, or bag')
+    parser.add_argument('-o', '--output', type=Path, metavar='FOLDER', help='where the pictures go')
+    parser.add_argument('--list', action='store_true', help='print what is in the file: time, people, joints')
+    parser.add_argument('--topic', help='of the bag (default: its only one with people, in space before in the image)')
+    parser.add_argument('--joints', type=_names, metavar='A,B', help='only these joints, and a trajectory of each; or '
+                        f"all (default: all joints, trajectories of {', '.join(_TRAJECTORIES)})")
+    parser.add_argument('--persons', type=_ids, metavar='I,J', help='only these ids (default: the 8 with most rows)')
+    parser.add_argument('--start', type=float, metavar='S', help='leave out what is before this time')
+    parser.add_argument('--end', type=float, metavar='S', help='and after this one; both [s] since the first frame')
+    parser.add_argument('--confidence', action='store_true', help='draw the confidence of the joints as well')
+    parser.add_argument('--format', choices=FORMATS, default='png', help='of the pictures (default: %(default)s)')
+    return parser

@@ -1,0 +1,268 @@
+"""Tell from a recording with all topics how long each frame took to each stage: camera, 2D, 3D, markers.
+
+A stage's delay is the time from header.stamp, which the camera driver sets, to the moment at which rosbag recorded the
+message. Topics are grouped by the namespace of the results; camera topics are found by their stamps. No master is
+needed.
+
+    rosbag record -O live.bag -e '/kinect2/qhd/(image_color|image_depth_rect)' \\
+        '/openpose_ros/(.*/)?(detected|visualization)_.*'
+
+To record clouds, and input_rgb and input_pointcloud of the extractor, is much work for machine and disk, and slows down
+what is to be measured.
+
+    rosrun openpose_ros_pkg time_report live.bag
+    rosrun openpose_ros_pkg time_report live.bag -o report/
+    rosrun openpose_ros_pkg time_report live.bag -o report/ --start 10 --end 70 --format pdf
+
+The tables are printed. FOLDER of -o gets them as time_report.md, all delays as delays.csv, the figures as summary.json,
+and pictures of the delays over time and of their distribution, per namespace.
+
+Exit status: 0 done; 2 nothing was done, as the command line or the bag is wrong; 130 interrupted.
+"""
+import argparse
+import csv
+import io
+import json
+import re
+import sys
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Dict, List, Optional, Sequence, Tuple
+
+import genpy
+import rosbag
+from tqdm import tqdm
+
+from openpose_ros_pkg.command_line import DONE, run_command
+from openpose_ros_pkg.errors import BadInputError, ParameterError
+from openpose_ros_pkg.output.files import writable_folder, write_whole
+from openpose_ros_tools.delay_plots import delay_distribution, delays_over_time
+from openpose_ros_tools.delay_report import CSV_COLUMNS, csv_rows, markdown, summary
+from openpose_ros_tools.plotting import FORMATS, save_figure
+from openpose_ros_tools.ros.bag_headers import StampedMessage, stamped_messages
+from openpose_ros_tools.ros.keypoint_bag import open_bag
+from openpose_ros_tools.stage_delays import (
+    CLOUD,
+    DEPTH,
+    DRAWN,
+    IMAGE,
+    MARKERS,
+    PEOPLE_2D,
+    PEOPLE_3D,
+    TAKEN,
+    Chain,
+    Stage,
+    build_chains,
+    cameras_of_none,
+)
+
+_PEOPLE = {'openpose_ros_msgs/PersonDetectionArray': PEOPLE_2D, 'openpose_ros_msgs/PersonDetection': PEOPLE_2D,
+           'openpose_ros_msgs/PersonDetection_3dArray': PEOPLE_3D, 'openpose_ros_msgs/PersonDetection_3d': PEOPLE_3D}
+# Topics of the nodes beside those of people, by the last part of their name.
+_OTHERS = {'input_image': TAKEN, 'input_rgb': TAKEN, 'input_pointcloud': TAKEN, 'visualization_markers': MARKERS,
+           'visualization_skeleton': MARKERS, 'detected_poses_image': DRAWN}
+_IMAGES = ('sensor_msgs/Image', 'sensor_msgs/CompressedImage', 'theora_image_transport/Packet')
+_CLOUD = 'sensor_msgs/PointCloud2'
+_CLOCK = 'rosgraph_msgs/Clock'
+# What image_transport appends to the name of a topic.
+_TRANSPORT = re.compile('/(compressed|compressedDepth|theora)$')
+_DEPTH_ENCODINGS = ('16UC1', 'mono16', '32FC1')
+
+
+@dataclass
+class _Topic:
+    """What was read of a topic; those of cameras have no namespace."""
+
+    role: str
+    namespace: Optional[str]
+    frame_id: str = ''
+    stamps: List[int] = field(default_factory=list)
+    arrivals: List[int] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
+class Recording:
+    """The stages of a bag.
+
+    Attributes:
+        results: stages of the nodes, by namespace.
+        cameras: stages of the cameras.
+        simulated: it holds a simulated clock.
+        without_header: topics of people whose messages have no header, as those of the original project.
+    """
+
+    results: Dict[str, Tuple[Stage, ...]]
+    cameras: Tuple[Stage, ...]
+    simulated: bool
+    without_header: Tuple[str, ...]
+
+
+def read_recording(path: Path, start: Optional[float] = None, end: Optional[float] = None,
+                   cameras: Sequence[str] = (), quiet: bool = False) -> Recording:
+    """Read the stamps of a bag; only headers are looked at, one message after the other.
+
+    Args:
+        start, end: part of the bag to be read [s] since its beginning; None: all.
+        cameras: camera topics that count; none: all that are there.
+        quiet: show no progress.
+
+    Raises:
+        BadInputError: it can not be read, or has no results of the nodes.
+    """
+    with open_bag(path) as bag:
+        return _read(bag, path, start, end, cameras, quiet)
+
+
+def _read(bag: rosbag.Bag, path: Path, start: Optional[float], end: Optional[float], cameras: Sequence[str],
+          quiet: bool) -> Recording:
+    info = bag.get_type_and_topic_info().topics
+    topics = _find_topics({name: topic.msg_type for name, topic in info.items()}, cameras, path)
+    limits = [None if offset is None else genpy.Time.from_sec(bag.get_start_time() + offset)
+              for offset in (start, end)] if info else [None, None]
+    total = sum(info[name].message_count for name in topics) if start is None and end is None else None
+    without_header = set()
+    for message in tqdm(stamped_messages(bag, list(topics), *limits), total=total, unit=' messages', leave=False,
+                        disable=True if quiet else None):
+        topic = topics[message.topic]
+        if message.stamp is None:
+            without_header.add(message.topic)
+            continue
+        if not topic.stamps:
+            topic.frame_id = message.frame_id
+            if topic.role == IMAGE and _is_depth(message):
+                topic.role = DEPTH
+        topic.stamps.append(message.stamp)
+        topic.arrivals.append(message.time)
+    stages: Dict[Optional[str], List[Stage]] = {}
+    for name, topic in topics.items():
+        if topic.stamps:
+            stages.setdefault(topic.namespace, []).append(
+                Stage.of_messages(name, topic.role, topic.stamps, topic.arrivals, topic.frame_id))
+    camera_stages = tuple(stages.pop(None, []))
+    if not stages:
+        raise BadInputError(_no_results(path, info, without_header))
+    simulated = any(topic.msg_type == _CLOCK for topic in info.values())
+    return Recording({name: tuple(found) for name, found in stages.items()}, camera_stages, simulated,
+                     tuple(sorted(without_header)))
+
+
+def _find_topics(types: Dict[str, str], cameras: Sequence[str], path: Path) -> Dict[str, _Topic]:
+    """Return the topics that are stages, results first.
+
+    Args:
+        types: of the messages, by topic.
+
+    Raises:
+        BadInputError: a camera topic that was asked for is not there.
+    """
+    own = {space for space in map(_namespace, types) if re.search('(^|/)openpose_ros(/skeleton_3d)?$', space)}
+    spaces = own | {_namespace(name) for name, kind in types.items() if kind in _PEOPLE}
+    results, images = {}, {}
+    for name, kind in sorted(types.items(), key=lambda item: (not item[1].endswith('Array'), item[0])):
+        space, last = _namespace(name), _TRANSPORT.sub('', name).rpartition('/')[2]
+        if kind in _PEOPLE:
+            results[name] = _Topic(_PEOPLE[kind], space)
+        elif last in _OTHERS and space in spaces:
+            results[name] = _Topic(_OTHERS[last], space)
+        elif (kind in _IMAGES or kind == _CLOUD) and space not in own:
+            images[name] = _Topic(CLOUD if kind == _CLOUD else IMAGE, None)
+    for name in cameras:
+        if name not in images:
+            raise BadInputError(f'{path} has no camera topic {name}; it has: {", ".join(images) or "none"}')
+    return {**results, **{name: topic for name, topic in images.items() if not cameras or name in cameras}}
+
+
+def _namespace(topic: str) -> str:
+    """Return what is before the last part of a topic's name, '/' of one in the root namespace."""
+    return _TRANSPORT.sub('', topic).rpartition('/')[0] or '/'
+
+
+def _is_depth(message: StampedMessage) -> bool:
+    """Say whether the images of a topic are depth, by its first message."""
+    if message.kind._type == 'sensor_msgs/Image':
+        return message.kind().deserialize(message.data).encoding in _DEPTH_ENCODINGS
+    return message.topic.endswith('/compressedDepth')
+
+
+def _no_results(path: Path, info: Dict[str, Any], without_header: Sequence[str]) -> str:
+    if without_header:
+        return (f'{path}: the messages on {", ".join(sorted(without_header))} have no header, as those of the original '
+                'project: without a stamp no delay can be told')
+    there = ', '.join(f'{name} ({topic.msg_type})' for name, topic in sorted(info.items())) or 'none'
+    return (f'{path} has no results of the nodes in the part that was read (openpose_ros_msgs, or topics below '
+            f'openpose_ros/); its topics: {there}')
+
+
+def write_report(folder: Path, text: str, chains: Sequence[Chain], kind: str) -> List[Path]:
+    """Write tables, delays, figures and pictures into a folder; return the files.
+
+    Args:
+        text: the report in Markdown.
+        kind: one of FORMATS.
+    """
+    rows = io.StringIO()
+    writer = csv.writer(rows, lineterminator='\n')
+    writer.writerow(CSV_COLUMNS)
+    for chain in chains:
+        writer.writerows(csv_rows(chain))
+    values = json.dumps({'chains': [summary(chain) for chain in chains]}, indent=2) + '\n'
+    files, pictures = [], []
+    for chain in chains:
+        suffix = '' if len(chains) == 1 else '_' + (chain.namespace.strip('/').replace('/', '_') or 'root')
+        if chain.is_live:
+            for name, draw in (('delays_over_time', delays_over_time), ('delay_distribution', delay_distribution)):
+                pictures.append(save_figure(draw(chain), folder / f'{name}{suffix}.{kind}'))
+    links = ''.join(f'\n![{path.stem}]({path.name})\n' for path in pictures)
+    for name, content in (('time_report.md', text + links), ('delays.csv', rows.getvalue()), ('summary.json', values)):
+        write_whole(folder / name, content.encode())
+        files.append(folder / name)
+    return files + pictures
+
+
+def main(arguments: Optional[Sequence[str]] = None) -> int:
+    """Run the command; return the exit status."""
+    parser = _parser()
+    options = parser.parse_args(arguments)
+    if None not in (options.start, options.end) and options.start >= options.end:
+        parser.error('--start must be less than --end')
+    return run_command('time_report', lambda: _run(options))
+
+
+def _run(options: argparse.Namespace) -> int:
+    folder = writable_folder('output', options.output) if options.output else None
+    recording = read_recording(options.bag, options.start, options.end, options.camera)
+    chains = build_chains(recording.results, recording.cameras, recording.simulated, options.counted_from)
+    text = report_text(options.bag.name, recording, chains)
+    sys.stdout.write(text)
+    if folder is not None:
+        try:
+            files = write_report(folder, text, chains, options.format)
+        except OSError as error:
+            raise ParameterError(f'can not write into {folder}: {error.strerror or error}') from error
+        sys.stderr.write(''.join(f'{path}\n' for path in files))
+    return DONE
+
+
+def report_text(name: str, recording: Recording, chains: Sequence[Chain]) -> str:
+    """Return the whole report in Markdown."""
+    notes = [f'Note: no result has the stamps of {stage.topic}: left out.'
+             for stage in cameras_of_none(recording.results, recording.cameras)]
+    notes += [f'Note: the messages on {topic} have no header: left out.' for topic in recording.without_header]
+    return '\n\n'.join([f'# Time report of {name}', *notes, *map(markdown, chains)])
+
+
+def _parser() -> argparse.ArgumentParser:
+    description, _, rest = (__doc__ or '').partition('\n\n')
+    parser = argparse.ArgumentParser(prog='time_report', description=description + '\n\n' + rest,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument('bag', type=Path, help='bag with the topics of camera and nodes, recorded live')
+    parser.add_argument('-o', '--output', type=Path, metavar='FOLDER', help='write tables, delays and pictures here')
+    parser.add_argument('--start', type=float, metavar='S', help='leave out what was recorded before this time [s]')
+    parser.add_argument('--end', type=float, metavar='S', help='and after this one; both since the beginning')
+    parser.add_argument('--camera', action='append', default=[], metavar='TOPIC',
+                        help='a camera topic that counts; may be repeated (default: all with the stamps of results)')
+    parser.add_argument('--from', choices=('auto', 'stamp', 'arrival'), default='auto', dest='counted_from',
+                        help="where delays begin: at the stamp, or when the frame's first camera message was recorded; "
+                             'auto: at the stamp, unless the clocks differ')
+    parser.add_argument('--format', choices=FORMATS, default='png', help='of the pictures (default: %(default)s)')
+    return parser

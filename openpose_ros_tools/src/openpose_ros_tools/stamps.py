@@ -1,0 +1,163 @@
+"""Time stamps of pictures: from text to integer nanoseconds, in names and tables, and which belong together."""
+import re
+from fractions import Fraction
+from pathlib import Path
+from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
+
+import numpy as np
+
+from openpose_ros_pkg.errors import BadInputError
+
+SECOND = 1_000_000_000
+# Nanoseconds of each unit.
+UNITS = {'s': SECOND, 'ms': 1_000_000, 'us': 1_000, 'ns': 1}
+# Stamps of ROS are unsigned 32-bit seconds; 0 means that there is none.
+STAMP_END = 2 ** 32 * SECOND
+# Times between these years (1973 and 2286) tell their unit by their size.
+_EPOCH = (10 ** 8, 10 ** 10)
+_NUMBER = re.compile(r'\d+(?:\.\d+)?')
+_HEADER_UNIT = re.compile(r'\[(s|ms|us|ns)\]')
+# Columns of a table of stamps, by what people call them.
+_COLUMNS = {'colour': 'colour', 'color': 'colour', 'rgb': 'colour', 'depth': 'depth', 'mask': 'mask', 'masks': 'mask'}
+
+
+class StampTable(NamedTuple):
+    """A table of stamps.
+
+    Attributes:
+        names: of the frames, or None where the table has stamps alone, in the order of the frames.
+        stamps: by frame one mapping from stream ('colour', 'depth', 'mask') to stamp [ns]; the key '' is for all.
+    """
+
+    names: Optional[List[str]]
+    stamps: List[Dict[str, int]]
+
+
+def parse_stamp(text: str, unit: str) -> int:
+    """Return a stamp [ns], rounded to whole ones; no digit is lost on the way.
+
+    Args:
+        unit: key of UNITS.
+
+    Raises:
+        ValueError: the text is no number.
+    """
+    return round(Fraction(text.strip()) * UNITS[unit])
+
+
+def detect_unit(texts: Sequence[str]) -> Optional[str]:
+    """Return the unit in which all of some numbers are times, or None where they are not, or do not tell.
+
+    A number with a fraction is in seconds. An integer is what makes it a time between 1973 and 2286.
+    """
+    if not texts or not all(_NUMBER.fullmatch(text) for text in texts):
+        return None
+    if all('.' in text for text in texts):
+        return 's'
+    values = [Fraction(text) for text in texts]
+    for unit, nanoseconds in UNITS.items():
+        least, end = (limit * SECOND // nanoseconds for limit in _EPOCH)
+        if all(least <= value < end for value in values):
+            return unit
+    return None
+
+
+def number_in_name(stem: str) -> str:
+    """Return the last number of a file name without its suffix, with a fraction; empty if there is none."""
+    numbers = _NUMBER.findall(stem)
+    return numbers[-1] if numbers else ''
+
+
+def read_stamp_table(path: Path, unit: Optional[str] = None) -> StampTable:
+    """Read a table of stamps: one stamp a line, or names and stamps, separated by commas, semicolons or blanks.
+
+    A line of names of columns may come first. `colour`, `depth` and `mask` are stamps of that stream alone (empty:
+    the frame has no such picture); `[ns]` (or s, ms, us) names the unit.
+
+    Args:
+        unit: of the stamps; None: as the first line says, else by their size (see `detect_unit`).
+
+    Raises:
+        BadInputError: the file can not be read, or is no such table.
+    """
+    try:
+        lines = [line.strip() for line in path.read_text().splitlines() if line.strip()]
+    except (OSError, UnicodeDecodeError) as error:
+        raise BadInputError(f'stamps {path} can not be read: {error}') from error
+    began = next((i for i, line in enumerate(lines) if _is_row(line)), len(lines))
+    header = lines[began - 1] if began else ''
+    rows = [_cells(line) for line in lines[began:] if not line.startswith('#')]
+    if not rows:
+        raise BadInputError(f'stamps {path}: the table is empty')
+    widths = sorted({len(row) for row in rows})
+    if len(widths) > 1:
+        raise BadInputError(f'stamps {path}: lines have {widths[0]} to {widths[-1]} columns, expected the same number')
+    name_column, stamp_columns = _columns(path, header, rows)
+    texts = [row[column] for row in rows for column in stamp_columns if row[column]]
+    told = _HEADER_UNIT.search(header)
+    unit = unit or (told.group(1) if told else detect_unit(texts))
+    if unit is None:
+        raise BadInputError(f'stamps {path}: the unit of {texts[0] if texts else "nothing"} can not be told; give '
+                            f"--stamp-unit {' or '.join(UNITS)}")
+    names = None if name_column is None else [row[name_column] for row in rows]
+    try:
+        stamps = [{stream: parse_stamp(row[column], unit) for column, stream in stamp_columns.items() if row[column]}
+                  for row in rows]
+    except ValueError as error:
+        raise BadInputError(f'stamps {path}: {error}') from None
+    return StampTable(names, stamps)
+
+
+def associate(first: Sequence[int], second: Sequence[int], max_difference: int) -> List[Tuple[int, int]]:
+    """Return which stamps of two streams belong together: the nearest pairs first, each stamp in one pair at most.
+
+    The method of the TUM RGB-D benchmark (associate.py), without comparing all with all.
+
+    Args:
+        first, second: ascending [ns].
+        max_difference: of a pair [ns].
+
+    Returns:
+        Pairs of indices, ascending.
+    """
+    other = np.array(second, np.int64)
+    starts = np.searchsorted(other, np.array(first, np.int64) - max_difference, 'left')
+    ends = np.searchsorted(other, np.array(first, np.int64) + max_difference, 'right')
+    candidates = sorted((abs(stamp - second[j]), i, j) for i, (stamp, start, end) in enumerate(zip(first, starts, ends))
+                        for j in range(start, end))
+    taken: Tuple[set, set] = (set(), set())
+    pairs = []
+    for _, i, j in candidates:
+        if i not in taken[0] and j not in taken[1]:
+            pairs.append((i, j))
+            taken[0].add(i)
+            taken[1].add(j)
+    return sorted(pairs)
+
+
+def _cells(line: str) -> List[str]:
+    cells = re.split('[,;\t]', line) if re.search('[,;\t]', line) else line.split()
+    return [cell.strip() for cell in cells]
+
+
+def _is_row(line: str) -> bool:
+    """Say whether a line holds a number, so that it is not the titles of the columns or a remark."""
+    return any(_NUMBER.fullmatch(cell) for cell in _cells(line))
+
+
+def _columns(path: Path, header: str, rows: List[List[str]]) -> Tuple[Optional[int], Dict[int, str]]:
+    """Return the column of names (None: there is none), and the columns of stamps with the stream of each."""
+    width = len(rows[0])
+    titles = [_HEADER_UNIT.sub('', title).strip().lower() for title in _cells(header.lstrip('#').strip())] if header \
+        else []
+    of_streams = {column: _COLUMNS[title] for column, title in enumerate(titles[:width]) if title in _COLUMNS}
+    if of_streams and 0 not in of_streams:
+        return 0, of_streams
+    if width == 1:
+        return None, {0: ''}
+    if width == 2:
+        # the stamp may come first, as in the tables of the EuRoC data set; a name has something but digits
+        column = 1 if any(not _NUMBER.fullmatch(row[1]) for row in rows) else 0
+        return column, {1 - column: ''}
+    raise BadInputError(f"stamps {path}: {width} columns, expected one (stamp), two (name, stamp), or a first line "
+                        "with the titles 'frame, colour, depth, mask'")

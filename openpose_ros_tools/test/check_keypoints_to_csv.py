@@ -1,0 +1,130 @@
+#!/usr/bin/python3
+"""keypoints_to_csv listens to running topics as rostopic echo does; Ctrl-C and SIGTERM leave a complete file."""
+import contextlib
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+from pathlib import Path
+
+import rospy
+import rostest
+from openpose_ros_msgs.msg import PersonDetection, PersonDetection_3d, PersonDetection_3dArray
+from std_msgs.msg import Header
+
+from openpose_ros_tools.keypoint_csv import columns, read_keypoint_csv
+
+PATIENCE = 30.0  # [s] for what takes a second or two on a machine that is not busy
+FRAMES = 50
+
+
+@contextlib.contextmanager
+def running(*command, **options):
+    """A child process, which is ended in the end."""
+    child = subprocess.Popen([str(word) for word in command], **options)
+    try:
+        yield child
+    finally:
+        if child.poll() is None:
+            child.kill()
+        child.wait()
+
+
+def wait_for(condition, what):
+    """Wait until condition() holds."""
+    deadline = time.monotonic() + PATIENCE
+    while not condition():
+        if time.monotonic() > deadline:
+            raise AssertionError(f'not within {PATIENCE:g} s: {what}')
+        time.sleep(0.02)
+
+
+def person(kind, number):
+    """A message of the one person of a frame."""
+    message = kind(header=Header(stamp=rospy.Time(1_700_000_000, number), frame_id='camera'), num_people_detected=1,
+                   person_ID=3)
+    message.nose.x = number + 0.1
+    message.nose.confidence = 0.5
+    return message
+
+
+class KeypointsToCsvTest(unittest.TestCase):
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = Path(folder.name)
+
+    def publish(self, topic, kind, messages, listeners):
+        """Publish the messages when so many listen."""
+        publisher = rospy.Publisher(topic, kind, queue_size=FRAMES)
+        self.addCleanup(publisher.unregister)
+        wait_for(lambda: publisher.get_num_connections() >= listeners, f'{listeners} listen to {topic}')
+        for message in messages:
+            publisher.publish(message)
+
+    def test_a_topic_is_written_as_rostopic_echoes_it(self):
+        ours, theirs = self.folder / 'ours.csv', self.folder / 'theirs.csv'
+        # a topic in the image is not taken, as one in space is there
+        other = rospy.Publisher('in_space/image', PersonDetection, queue_size=1)
+        publisher = rospy.Publisher('in_space/people', PersonDetection_3d, queue_size=FRAMES)
+        self.addCleanup(other.unregister)
+        self.addCleanup(publisher.unregister)
+        with theirs.open('w') as out, \
+                running('rostopic', 'echo', '-p', '/in_space/people', stdout=out) as echo, \
+                running('rosrun', 'openpose_ros_pkg', 'keypoints_to_csv', '--live', '--extended', '-o', ours,
+                        stdout=subprocess.PIPE) as child:
+            wait_for(lambda: publisher.get_num_connections() == 2, 'both listen')
+            self.assertFalse(ours.exists())
+            for number in range(FRAMES):
+                publisher.publish(person(PersonDetection_3d, number))
+            wait_for(lambda: theirs.read_text().count('\n') == FRAMES + 1, 'all echoed')
+            part, = self.folder.glob('.ours.csv*')
+            wait_for(lambda: part.read_text().count('\n') == FRAMES + 1, 'who reads along sees all rows')
+            child.send_signal(signal.SIGINT)
+            echo.send_signal(signal.SIGINT)
+            said = child.communicate(timeout=PATIENCE)[0].decode()
+            self.assertEqual(child.returncode, 0)
+            echo.wait(PATIENCE)
+        self.assertIn(f'{FRAMES} detections of people from /in_space/people', said)
+        self.assertEqual(ours.read_text(), theirs.read_text())
+        table = read_keypoint_csv(ours)
+        self.assertEqual((table.stamps - 1_700_000_000 * 10 ** 9).tolist(), list(range(FRAMES)))
+
+    def test_a_topic_that_begins_later_and_a_name_below_a_namespace(self):
+        output = self.folder / 'late.csv'
+        with running('rosrun', 'openpose_ros_pkg', 'keypoints_to_csv', '--topic', 'late', '-o', output,
+                     '__ns:=/robot', stdout=subprocess.DEVNULL) as child:
+            time.sleep(1)
+            array = PersonDetection_3dArray(persons=[person(PersonDetection_3d, 1), person(PersonDetection_3d, 2)])
+            self.publish('/robot/late', PersonDetection_3dArray, [array], 1)
+            wait_for(lambda: [path for path in self.folder.iterdir() if path.read_text().count('\n') == 3], 'two rows')
+            child.send_signal(signal.SIGTERM)
+            self.assertEqual(child.wait(PATIENCE), 0)
+        names, *rows = output.read_text().splitlines()
+        self.assertEqual(names.split(','), columns('original', 3))
+        # the header of the array has no stamp
+        self.assertEqual([row.split(',')[:4] for row in rows], [['0', '1', '3', '1.100000023841858'],
+                                                                ['0', '1', '3', '2.0999999046325684']])
+
+    def test_an_interrupt_before_there_is_a_topic_leaves_nothing(self):
+        output = self.folder / 'nothing.csv'
+        with running('rosrun', 'openpose_ros_pkg', 'keypoints_to_csv', '--topic', '/never', '-o', output,
+                     stderr=subprocess.PIPE) as child:
+            self.assertIn(b'waiting for /never', child.stderr.readline())
+            child.send_signal(signal.SIGINT)
+            self.assertEqual(child.wait(PATIENCE), 130)
+        self.assertEqual(list(self.folder.iterdir()), [])
+
+    def test_without_a_master_it_says_so(self):
+        child = subprocess.run(['env', 'ROS_MASTER_URI=http://localhost:1', 'rosrun', 'openpose_ros_pkg',
+                                'keypoints_to_csv', '--live'], stderr=subprocess.PIPE, check=False, timeout=PATIENCE)
+        self.assertEqual(child.returncode, 2)
+        self.assertIn(b'no ROS master at http://localhost:1', child.stderr)
+
+
+if __name__ == '__main__':
+    rospy.init_node('keypoints_to_csv_test')
+    rostest.rosrun('openpose_ros_tools', 'keypoints_to_csv', KeypointsToCsvTest, sys.argv)

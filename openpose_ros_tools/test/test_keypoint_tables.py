@@ -1,0 +1,485 @@
+"""Keypoints between bags and CSV: equal to what rostopic echo writes, and back again; no master is needed."""
+import io
+import subprocess
+from pathlib import Path
+
+import genpy
+import genpy.dynamic
+import numpy as np
+import pytest
+import rosbag
+from openpose_ros_msgs.msg import (
+    BodypartDetection,
+    BodypartDetection_3d,
+    PersonDetection,
+    PersonDetection_3d,
+    PersonDetection_3dArray,
+    PersonDetectionArray,
+)
+from std_msgs.msg import Header, String
+
+from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_pkg.skeletons import BODY_25, COCO_18, MESSAGE_JOINTS
+from openpose_ros_tools.keypoint_csv import columns, read_keypoint_csv
+from openpose_ros_tools.ros import csv_to_bag, keypoints_to_csv
+from openpose_ros_tools.ros.keypoint_bag import read_keypoint_bag
+from openpose_ros_tools.ros.keypoint_rows import PersonCsvWriter
+from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
+from skeleton_extract_3d.ros.convert import people_from_array
+
+SPACE = '/openpose_ros/skeleton_3d/detected_poses'
+IMAGE = '/openpose_ros/detected_poses'
+# An epoch stamp that no float64 holds [ns]; frames at 30 Hz; what rosbag needs to get a message [ns].
+FIRST, PERIOD, DELAY = 1_700_000_000_123_456_789, 33_333_333, 41_000_017
+NAN = float('nan')
+
+
+def when(nanoseconds):
+    return genpy.Time(0, nanoseconds)
+
+
+def frames(number, dimensions, seed=0):
+    """Yield the array message of each frame; every fifth has nobody."""
+    random = np.random.RandomState(seed)
+    for index in range(number):
+        header = Header(index, when(FIRST + index * PERIOD), 'camera')
+        persons = []
+        count = (2, 1, 0, 3, 2)[index % 5]
+        for person in range(count):
+            kind = PersonDetection_3d if dimensions == 3 else PersonDetection
+            message = kind(header=header, num_people_detected=count, person_ID=10 + person)
+            for joint in MESSAGE_JOINTS:
+                values = random.uniform(-3, 3, 4).tolist()
+                if dimensions == 2:
+                    part = BodypartDetection(values[0], values[1], abs(values[2]) / 3)
+                    if random.uniform() < 0.3 or joint not in COCO_18.joints:
+                        part = BodypartDetection()
+                else:
+                    part = BodypartDetection_3d(*values[:3], abs(values[3]) / 3, random.choice([MEASURED, INFERRED]),
+                                                abs(values[0]) * 1e-7)
+                    if random.uniform() < 0.3 or joint not in COCO_18.joints:
+                        part = BodypartDetection_3d(NAN, NAN, NAN, 0, MISSING, NAN)
+                setattr(message, joint, part)
+            persons.append(message)
+        kind = PersonDetection_3dArray if dimensions == 3 else PersonDetectionArray
+        yield kind(header=header, pose_model='COCO_18', persons=persons)
+
+
+def single_topic(dimensions):
+    return f'{SPACE}_keypoints_3d' if dimensions == 3 else f'{IMAGE}_keypoints'
+
+
+def record(path, messages, single=None, array=None, delay=DELAY, compression='none'):
+    """Write a bag as rosbag record does: each message with the time at which it came."""
+    with rosbag.Bag(str(path), 'w', compression=compression) as bag:
+        for message in messages:
+            now = message.header.stamp.to_nsec() + delay
+            for number, person in enumerate(message.persons):
+                if single:
+                    bag.write(single, person, when(now + 31_000 * number))
+            if array:
+                bag.write(array, message, when(now + 200_000))
+    return path
+
+
+def recording(tmp_path, dimensions, number=20):
+    topic = single_topic(dimensions)
+    return record(tmp_path / f'recorded_{dimensions}d.bag', frames(number, dimensions), topic,
+                  topic.replace('_keypoints', ''))
+
+
+def run(*arguments):
+    return keypoints_to_csv.main([str(argument) for argument in arguments])
+
+
+def converted(tmp_path, *arguments):
+    """Return what keypoints_to_csv writes."""
+    output = tmp_path / 'converted.csv'
+    assert run(*arguments, '-o', output, '--overwrite') == 0
+    return output.read_text()
+
+
+def echoed(path, topic):
+    """Return what `rostopic echo -p -b` writes; the master that is named does not exist."""
+    answer = subprocess.run(['/usr/bin/env', 'ROS_MASTER_URI=http://localhost:1', 'rostopic', 'echo', '-p', '-b',
+                             str(path), topic], stdout=subprocess.PIPE, check=True, timeout=60)
+    return answer.stdout.decode()
+
+
+def common(text, names):
+    """Return the rows with these columns alone."""
+    rows = [line.split(',') for line in text.splitlines()]
+    places = [rows[0].index(name) for name in names]
+    assert len({len(row) for row in rows}) == 1
+    return [[row[place] for place in places] for row in rows]
+
+
+def refusal(capsys, *arguments):
+    assert run(*arguments) == 2
+    return capsys.readouterr().err
+
+
+# ---- CSV out of bags
+
+
+@pytest.mark.parametrize('dimensions', [2, 3])
+def test_extended_is_what_rostopic_writes(tmp_path, dimensions):
+    bag = recording(tmp_path, dimensions)
+    text = echoed(bag, single_topic(dimensions))
+    assert text.count('\n') == 1 + 4 * 8 and ('nan' in text) == (dimensions == 3)
+    assert converted(tmp_path, bag, '--extended') == text
+
+
+@pytest.mark.parametrize('dimensions', [2, 3])
+def test_the_originals_columns_are_those_of_rostopic(tmp_path, dimensions):
+    bag = recording(tmp_path, dimensions)
+    names = columns('original', dimensions)
+    text = converted(tmp_path, bag)
+    assert text.splitlines()[0] == ','.join(names)
+    assert common(text, names) == common(echoed(bag, single_topic(dimensions)), names)
+
+
+def test_without_stamps_time_is_that_of_the_recording_as_rostopic_has_it(tmp_path):
+    messages = list(frames(3, 3))
+    for message in messages:
+        message.header.stamp = genpy.Time()
+        for person in message.persons:
+            person.header.stamp = genpy.Time()
+    bag = record(tmp_path / 'no_stamps.bag', messages, single_topic(3))
+    text = echoed(bag, single_topic(3))
+    assert common(text, ['%time', 'field.header.stamp'])[1:] == [[str(DELAY), '0'], [str(DELAY), '0'],
+                                                                 [str(DELAY + 31_000), '0']]
+    assert converted(tmp_path, bag, '--extended') == text
+
+
+def test_frame_ids_and_times_of_nothing(tmp_path):
+    person = PersonDetection_3d()  # all zeros, no frame_id
+    with rosbag.Bag(str(tmp_path / 'zeros.bag'), 'w') as bag:
+        bag.write('people', person, genpy.Time(0, 1))
+    text = converted(tmp_path, tmp_path / 'zeros.bag', '--extended')
+    assert text.splitlines()[1].startswith('1,0,0,,0,0,0.0,0.0,0.0,0.0,0,0.0')
+    assert echoed(tmp_path / 'zeros.bag', '/people') == text
+
+
+def test_time_can_be_the_cameras(tmp_path):
+    bag = recording(tmp_path, 3)
+    rows = common(converted(tmp_path, bag, '--extended', '--time', 'stamp'), ['%time', 'field.header.stamp'])[1:]
+    assert all(time == stamp for time, stamp in rows) and rows[0][0] == str(FIRST)
+
+
+@pytest.mark.parametrize('dimensions', [2, 3])
+def test_arrays_hold_the_same_people(tmp_path, dimensions):
+    topic = single_topic(dimensions)
+    bag = recording(tmp_path, dimensions)
+    single = converted(tmp_path, bag, '--extended', '--time', 'stamp')
+    array = converted(tmp_path, bag, '--extended', '--time', 'stamp', '--topic', topic.replace('_keypoints', ''))
+    assert array == single
+    alone = record(tmp_path / 'arrays.bag', frames(20, dimensions), array='/people')
+    assert converted(tmp_path, alone, '--extended', '--time', 'stamp') == single
+
+
+def test_a_bag_in_which_nobody_is(tmp_path):
+    messages = [message for message in frames(5, 3) if not message.persons]
+    bag = record(tmp_path / 'nobody.bag', messages, single_topic(3), f'{SPACE}_3d')
+    assert converted(tmp_path, bag) == ','.join(columns('original', 3)) + '\n'
+    assert len(read_keypoint_bag(bag)) == 0
+
+
+def test_the_long_form_has_each_known_joint_once(tmp_path):
+    bag = recording(tmp_path, 3)
+    lines = converted(tmp_path, bag, '--tidy').splitlines()
+    table = read_keypoint_bag(bag)
+    rows, joints = np.nonzero(table.status)
+    assert len(lines) == 1 + len(rows)
+    for line, r, j in list(zip(lines[1:], rows, joints))[::17]:
+        time, frame, frame_id, person, joint, x, _, _, _, status, _ = line.split(',')
+        assert (int(time), frame_id, int(person), joint) == (table.stamps[r], 'camera', table.ids[r],
+                                                             MESSAGE_JOINTS[j])
+        assert np.float32(x) == table.positions[r, j, 0]
+        assert status == {MEASURED: 'measured', INFERRED: 'inferred'}[table.status[r, j]]
+        # nobody is in frames 2, 7, ...
+        index = (table.stamps[r] - FIRST) // PERIOD
+        assert int(frame) == index - (index + 2) // 5
+
+
+def test_several_bags_follow_each_other(tmp_path):
+    messages = list(frames(10, 3))
+    first = record(tmp_path / 'a.bag', messages[:5], single_topic(3), f'{SPACE}_3d')
+    second = record(tmp_path / 'b.bag', messages[5:], single_topic(3), f'{SPACE}_3d', compression='lz4')
+    both = record(tmp_path / 'both.bag', messages, single_topic(3))
+    assert converted(tmp_path, first, second) == converted(tmp_path, both)
+
+
+def test_the_writer_takes_messages_that_were_never_sent():
+    message = PersonDetection_3d(header=Header(0, when(FIRST), 'camera'), num_people_detected=1, person_ID=3)
+    message.nose = BodypartDetection_3d(0.1, 0.2, 0.3, 0.5, np.uint8(1), np.float64(0.1))
+    handle = io.StringIO()
+    assert PersonCsvWriter(handle, 'extended', 3).write(message) == 1
+    assert handle.getvalue().splitlines()[1].startswith(
+        f'{FIRST},0,{FIRST},camera,1,3,0.10000000149011612,0.20000000298023224,0.30000001192092896,0.5,1,'
+        '0.10000000149011612,')
+
+
+def other_definition(change):
+    """Return the class of a PersonDetection_3d with another definition, as a bag may hold it."""
+    return genpy.dynamic.generate_dynamic(PersonDetection_3d._type, change(PersonDetection_3d._full_text))[
+        PersonDetection_3d._type]
+
+
+def test_fields_that_a_later_definition_adds_do_no_harm(tmp_path):
+    kind = other_definition(lambda text: 'string mood\n' + text.replace(
+        'float32 confidence ', 'float32[] history\nfloat32 confidence ').replace('\nBodypartDetection_3d chest', (
+            '\nBodypartDetection_3d tail\nBodypartDetection_3d chest')))
+    message = kind(mood='fine', header=Header(4, when(FIRST), 'camera'), num_people_detected=1, person_ID=3)
+    message.nose.x, message.nose.history, message.nose.status = 1.5, [1, 2, 3], MEASURED
+    with rosbag.Bag(str(tmp_path / 'later.bag'), 'w') as bag:
+        bag.write('people', message, when(FIRST))
+    names, values = converted(tmp_path, tmp_path / 'later.bag', '--extended').splitlines()
+    assert names.split(',') == columns('extended', 3)
+    assert values.startswith(f'{FIRST},4,{FIRST},camera,1,3,1.5,0.0,0.0,0.0,1,0.0,')
+    assert echoed(tmp_path / 'later.bag', '/people').count(',') > names.count(',')
+
+
+def test_bags_of_the_original_project_are_read(tmp_path):
+    # its messages have no header, no status, and only the 18 parts of COCO and the chest
+    parts = '\n'.join(f'BodypartDetection_3d {joint}' for joint in MESSAGE_JOINTS[:19])
+    kind = other_definition(lambda _: f'uint32 num_people_detected\nuint32 person_ID\n{parts}\n{"=" * 80}\n'
+                            'MSG: openpose_ros_msgs/BodypartDetection_3d\n'
+                            'float32 x\nfloat32 y\nfloat32 z\nfloat32 confidence\n')
+    with rosbag.Bag(str(tmp_path / 'original.bag'), 'w') as bag:
+        for number in range(4):
+            message = kind(num_people_detected=2, person_ID=number % 2)
+            message.nose.x, message.nose.confidence, message.neck.x = 1.5, 0.5, NAN
+            bag.write('/people', message, when(FIRST + number // 2 * PERIOD + number * 1000))
+    path = tmp_path / 'original.bag'
+    assert converted(tmp_path, path).splitlines()[0] == echoed(path, '/people').splitlines()[0]
+    (tmp_path / 'echoed.csv').write_text(echoed(path, '/people'))
+    (tmp_path / 'ours.csv').write_text(converted(tmp_path, path))
+    for table in (read_keypoint_bag(path), read_keypoint_csv(tmp_path / 'echoed.csv'),
+                  read_keypoint_csv(tmp_path / 'ours.csv')):
+        assert (table.stamps - FIRST).tolist() == [0, 0, PERIOD + 2000, PERIOD + 2000]
+        assert table.status[:, :3].tolist() == [[MEASURED, MISSING, MISSING]] * 4
+        assert np.isnan(table.positions[:, 1:]).all() and np.isnan(table.sigma).all()
+
+
+# ---- which topic
+
+
+def test_space_comes_before_image_and_single_people_before_arrays(tmp_path):
+    topics = {single_topic(3): next(frames(1, 3)).persons[0], f'{SPACE}_3d': next(frames(1, 3)),
+              single_topic(2): next(frames(1, 2)).persons[0], IMAGE: next(frames(1, 2))}
+    path = tmp_path / 'some.bag'
+    left = dict(topics)
+    for topic, message in topics.items():
+        with rosbag.Bag(str(path), 'w') as bag:
+            for name, other in left.items():
+                bag.write(name, other, when(FIRST))
+            # recorded later, so that times tell which topic was read
+            bag.write(topic, message, when(FIRST + 5))
+        assert f'\n{FIRST + 5},' in converted(tmp_path, path)
+        del left[topic]
+
+
+def test_errors_name_the_topics(tmp_path, capsys):
+    path = tmp_path / 'some.bag'
+    with rosbag.Bag(str(path), 'w') as bag:
+        bag.write('/one', PersonDetection_3d(), when(FIRST))
+        bag.write('/two', PersonDetection_3d(), when(FIRST))
+        bag.write('/words', String('x'), when(FIRST))
+    assert 'several topics of type openpose_ros_msgs/PersonDetection_3d: /one, /two; choose with --topic' in (
+        refusal(capsys, path))
+    assert run(path, '--topic', 'two') == 0
+    error = refusal(capsys, path, '--topic', '/three')
+    assert 'no topic /three' in error and '/one (openpose_ros_msgs/PersonDetection_3d), /two' in error
+    assert '/words in' in refusal(capsys, path, '--topic', '/words')
+    with pytest.raises(BadInputError, match='/one, /two'):
+        read_keypoint_bag(path)
+    with rosbag.Bag(str(path), 'w') as bag:
+        bag.write('/words', String('x'), when(FIRST))
+    assert 'no keypoints in' in refusal(capsys, path)
+    with rosbag.Bag(str(path), 'w'):
+        pass
+    assert 'it has no topics' in refusal(capsys, path)
+
+
+# ---- bags and files that can not be read or written
+
+
+def test_a_recording_that_was_cut_off_asks_for_reindex(tmp_path, capsys):
+    bag = recording(tmp_path, 3, 60)
+    content = bag.read_bytes()
+    for size in (len(content) // 2, len(content) - 1, 5000):
+        bag.write_bytes(content[:size])
+        assert 'rosbag reindex' in refusal(capsys, bag, '-o', tmp_path / 'poses.csv')
+    header = bytearray(content)
+    header[13:13 + 69] = header[13:13 + 69].replace(b'index_pos=', b'index_pos=' + bytes(8))[:69]
+    bag.write_bytes(bytes(header))
+    assert 'rosbag reindex' in refusal(capsys, bag, '-o', tmp_path / 'poses.csv')
+    assert {path.name for path in tmp_path.iterdir()} == {bag.name}
+
+
+@pytest.mark.parametrize('compression', ['none', 'lz4', 'bz2'])
+def test_damaged_bags_are_read_or_refused(tmp_path, capsys, compression):
+    path = record(tmp_path / 'some.bag', frames(5, 3), single_topic(3), compression=compression)
+    content = bytearray(path.read_bytes())
+    random = np.random.RandomState(3)
+    for _ in range(60):
+        damaged = bytearray(content)
+        for place in random.randint(13, len(content), 4):
+            damaged[place] = random.randint(256)
+        path.write_bytes(bytes(damaged))
+        assert run(path, '-o', tmp_path / 'poses.csv', '--overwrite') in (0, 2)
+        capsys.readouterr()
+
+
+@pytest.mark.parametrize(('content', 'expected'), [(None, 'No such file'), (b'', 'not a bag'), (b'%time\n1\n', 'bag')])
+def test_what_is_no_bag_is_refused(tmp_path, capsys, content, expected):
+    path = tmp_path / 'some.bag'
+    if content is not None:
+        path.write_bytes(content)
+    error = refusal(capsys, path)
+    assert expected in error and 'some.bag' in error and error.count('\n') == 1
+
+
+def test_nothing_is_overwritten_unasked(tmp_path, capsys):
+    bag = recording(tmp_path, 3)
+    output = tmp_path / 'poses.csv'
+    output.write_text('precious')
+    assert '--overwrite' in refusal(capsys, bag, '-o', output)
+    assert output.read_text() == 'precious'
+    assert run(bag, '-o', output, '--overwrite') == 0 and output.read_text().startswith('%time')
+    assert csv_to_bag.main([str(output), '-o', str(bag)]) == 2
+
+
+@pytest.mark.parametrize('arguments', [[], ['x.bag', '--live'], ['x.bag', '--missing-joints'],
+                                       ['--live', '--time', 'stamp'], ['x.bag', '--tidy', '--extended']])
+def test_arguments_that_contradict_each_other(arguments):
+    with pytest.raises(SystemExit) as caught:
+        run(*arguments)
+    assert caught.value.code == 2
+
+
+def piped(bag, rest):
+    """Run the command in a shell, with what follows it."""
+    script = 'import sys; from openpose_ros_tools.ros.keypoints_to_csv import main; sys.exit(main())'
+    return subprocess.run(f"/usr/bin/python3 -c '{script}' {bag} --extended {rest}", shell=True, timeout=60,
+                          capture_output=True, check=False)
+
+
+def test_who_reads_may_leave(tmp_path):
+    done = piped(recording(tmp_path, 3, 150), '| head -1')
+    assert done.stdout.startswith(b'%time') and done.stderr == b''
+
+
+def test_a_full_disk_is_told(tmp_path):
+    done = piped(recording(tmp_path, 3), '> /dev/full')
+    assert done.returncode == 2
+    assert done.stderr == b'keypoints_to_csv: stdout can not be written: No space left on device\n'
+
+
+# ---- bags out of CSV
+
+
+def back(tmp_path, text, *arguments):
+    """Return the path of the bag that csv_to_bag makes of a text."""
+    path, bag = tmp_path / 'some.csv', tmp_path / 'back.bag'
+    path.write_text(text)
+    assert csv_to_bag.main([str(path), '-o', str(bag), '--overwrite', *arguments]) == 0
+    return bag
+
+
+def messages_of(path):
+    with rosbag.Bag(str(path)) as bag:
+        return [(topic, message, time.to_nsec()) for topic, message, time in bag.read_messages()]
+
+
+@pytest.mark.parametrize('layout', ['--extended', None])
+@pytest.mark.parametrize('dimensions', [2, 3])
+@pytest.mark.parametrize('times', ['recorded', 'stamp'])
+def test_to_a_bag_and_back_gives_the_same_bytes(tmp_path, layout, dimensions, times):
+    options = [layout] if layout else []
+    text = converted(tmp_path, recording(tmp_path, dimensions), '--time', times, *options)
+    assert converted(tmp_path, back(tmp_path, text), *options) == text
+
+
+@pytest.mark.parametrize('dimensions', [2, 3])
+def test_the_messages_are_those_that_were_recorded(tmp_path, dimensions):
+    bag = recording(tmp_path, dimensions)
+    text = converted(tmp_path, bag, '--extended')
+    before = [(topic, message, time) for topic, message, time in messages_of(bag) if getattr(message, 'persons', 1)]
+    after = messages_of(back(tmp_path, text))
+    for topic in (single_topic(dimensions), single_topic(dimensions).replace('_keypoints', '')):
+        pairs = list(zip([m for t, m, _ in before if t == topic], [m for t, m, _ in after if t == topic]))
+        assert len(pairs) in (16, 32) and len(before) == len(after)
+        # text compares NaN with NaN
+        assert all(str(one) == str(other) for one, other in pairs)
+
+
+def test_the_originals_columns_leave_the_rest_unknown(tmp_path):
+    text = converted(tmp_path, recording(tmp_path, 3))
+    bag = back(tmp_path, text, '--frame-id', 'kinect2_rgb_optical_frame', '--topic-prefix', '/replayed/')
+    found = messages_of(bag)
+    assert {topic for topic, _, _ in found} == {'/replayed/detected_poses_keypoints_3d', '/replayed/detected_poses_3d'}
+    arrays = [message for _, message, _ in found if hasattr(message, 'persons')]
+    assert [len(message.persons) for message in arrays] == [2, 1, 3, 2] * 4
+    assert [message.header.seq for message in arrays] == list(range(16))
+    assert arrays[0].header.stamp.to_nsec() == FIRST + DELAY
+    for message in arrays:
+        assert {person.header.stamp for person in message.persons} == {message.header.stamp}
+        assert message.header.frame_id == message.persons[0].header.frame_id == 'kinect2_rgb_optical_frame'
+        people = people_from_array(message)
+        assert isinstance(people, People3D) and people.skeleton is COCO_18
+        assert set(np.unique(people.status)) <= {MISSING, MEASURED} and np.isnan(people.sigma).all()
+
+
+def test_the_joint_set_is_one_that_has_all_joints(tmp_path):
+    message = PersonDetection_3d(header=Header(0, when(FIRST), 'camera'), num_people_detected=1)
+    for joint in MESSAGE_JOINTS:
+        setattr(message, joint, BodypartDetection_3d(NAN, NAN, NAN, 0, MISSING, NAN))
+    message.left_heel = BodypartDetection_3d(1, 2, 3, 0.5, MEASURED, 0.01)
+    handle = io.StringIO()
+    writer = PersonCsvWriter(handle, 'extended', 3)
+    writer.write(message)
+    arrays = [m for _, m, _ in messages_of(back(tmp_path, handle.getvalue())) if hasattr(m, 'persons')]
+    assert arrays[0].pose_model == BODY_25.name
+    message.chest = message.left_heel
+    writer.write(message)
+    (tmp_path / 'both.csv').write_text(handle.getvalue())
+    assert csv_to_bag.main([str(tmp_path / 'both.csv'), '-o', str(tmp_path / 'both.bag')]) == 2
+    assert csv_to_bag.main([str(tmp_path / 'both.csv'), '-o', str(tmp_path / 'x.bag'), '--pose-model', 'MPI_15']) == 2
+    assert not (tmp_path / 'both.bag').exists() and not list(tmp_path.glob('.*'))
+
+
+def test_a_file_in_which_nobody_is_makes_an_empty_bag(tmp_path):
+    bag = back(tmp_path, ','.join(columns('extended', 3)) + '\n')
+    assert messages_of(bag) == []
+
+
+def test_times_of_zero_come_back(tmp_path):
+    names = ','.join(columns('extended', 2))
+    text = f'{names}\n0,0,0,,1,1' + ',0.0' * 81 + '\n'
+    assert converted(tmp_path, back(tmp_path, text), '--extended') == text
+
+
+def test_a_wrong_value_leaves_no_bag(tmp_path, capsys):
+    path = tmp_path / 'wrong.csv'
+    path.write_text(','.join(columns('original', 3)) + '\n' + '5,1,1' + ',far' * 76 + '\n')
+    assert csv_to_bag.main([str(path), '-o', str(tmp_path / 'out.bag')]) == 2
+    assert "line 2, column 'field.nose.x'" in capsys.readouterr().err
+    assert [entry.name for entry in Path(tmp_path).iterdir()] == ['wrong.csv']
+
+
+# ---- tables
+
+
+@pytest.mark.parametrize('dimensions', [2, 3])
+def test_bag_and_csv_are_the_same_table(tmp_path, dimensions):
+    bag = recording(tmp_path, dimensions)
+    text = converted(tmp_path, bag, '--extended')
+    (tmp_path / 'some.csv').write_text(text)
+    tables = [read_keypoint_bag(bag), read_keypoint_csv(tmp_path / 'some.csv'),
+              read_keypoint_bag(bag, single_topic(dimensions).replace('_keypoints', ''))]
+    assert len(tables[0]) == 32 and tables[0].dimensions == dimensions
+    for other in tables[1:]:
+        for name, value in vars(tables[0]).items():
+            np.testing.assert_array_equal(getattr(other, name), value, err_msg=name)

@@ -1,0 +1,105 @@
+"""plot_keypoints on CSV and bags: files it writes, what it lists, frames without people, wrong inputs."""
+import genpy
+import pytest
+import rosbag
+from openpose_ros_msgs.msg import BodypartDetection_3d, PersonDetection_3d, PersonDetection_3dArray
+from std_msgs.msg import Header
+
+from openpose_ros_tools.ros.plot_keypoints import main, read_keypoints
+
+BEGIN = 1700000000
+SPACE = '/openpose_ros/skeleton_3d'
+CSV = """%time,field.num_people_detected,field.person_ID,field.neck.x,field.neck.y,field.neck.z,field.neck.confidence
+1700000000000000000,2,0,0.1,-0.5,2.0,0.9
+1700000000000000000,2,4,1.1,-0.5,3.0,0.8
+1700000000100000000,1,0,0.2,-0.5,2.0,0.9
+1700000000200000000,1,0,nan,nan,nan,0.0
+"""
+
+
+def person(number, header):
+    part = BodypartDetection_3d(x=0.1, y=-0.5, z=2.0, confidence=0.9, status=1, sigma=0.01)
+    return PersonDetection_3d(header=header, num_people_detected=1, person_ID=number, neck=part)
+
+
+def write_bag(path, people):
+    """Write frames at 10 Hz with 0 or 1 people each."""
+    with rosbag.Bag(str(path), 'w') as bag:
+        for number, count in enumerate(people):
+            time = genpy.Time(BEGIN, number * 10 ** 8)
+            persons = [person(3, Header(stamp=time, frame_id='camera'))] * count
+            bag.write(f'{SPACE}/detected_poses_3d', PersonDetection_3dArray(
+                header=Header(stamp=time, frame_id='camera'), pose_model='COCO_18', persons=persons), time)
+            for message in persons:
+                bag.write(f'{SPACE}/detected_poses_keypoints_3d', message, time)
+    return path
+
+
+@pytest.fixture
+def poses(tmp_path):
+    path = tmp_path / 'poses.csv'
+    path.write_text(CSV)
+    return path
+
+
+def test_nobody_in_the_bag(tmp_path, capsys):
+    path = write_bag(tmp_path / 'empty.bag', [0, 0, 0])
+    assert main([str(path), '--list']) == 2
+    error = capsys.readouterr().err
+    assert 'nobody' in error and error.count('\n') == 1
+
+
+def test_pictures_of_a_csv(tmp_path, poses, capsys):
+    assert main([str(poses), '-o', str(tmp_path / 'pictures'), '--confidence', '--format', 'svg']) == 0
+    names = sorted(path.name for path in (tmp_path / 'pictures').iterdir())
+    assert names == ['confidence_person_0.svg', 'confidence_person_4.svg', 'detections.svg', 'top_view.svg',
+                     'trajectory_neck.svg', 'visibility_person_0.svg', 'visibility_person_4.svg']
+    assert sorted(line.rpartition('/')[2] for line in capsys.readouterr().out.splitlines()) == names
+
+
+def test_chosen_people_and_joints(tmp_path, poses):
+    assert main([str(poses), '-o', str(tmp_path), '--persons', '4', '--joints', 'neck', '--end', '0.15']) == 0
+    assert sorted(path.name for path in tmp_path.glob('*.png')) == [
+        'detections.png', 'top_view.png', 'trajectory_neck.png', 'visibility_person_4.png']
+
+
+def test_list_writes_no_files(tmp_path, poses, capsys):
+    assert main([str(poses), '--list']) == 0
+    text = capsys.readouterr().out
+    assert 'people: 2' in text and 'neck' in text and list(tmp_path.iterdir()) == [poses]
+
+
+def test_frames_without_people_are_known_from_a_bag(tmp_path):
+    path = write_bag(tmp_path / 'a.bag', [0, 1, 1, 0, 0, 1])
+    table, frames = read_keypoints(path)
+    assert len(table) == 3 and len(frames) == 6
+    assert sorted(set(table.stamps.tolist()) - set(frames.tolist())) == []
+
+
+def test_same_people_from_both_topics(tmp_path):
+    path = write_bag(tmp_path / 'a.bag', [1, 0, 1])
+    tables = [read_keypoints(path, f'{SPACE}/{topic}')[0] for topic in ('detected_poses_3d',
+                                                                        'detected_poses_keypoints_3d')]
+    assert tables[0].stamps.tolist() == tables[1].stamps.tolist() and len(tables[0]) == 2
+
+
+@pytest.mark.parametrize('options, text', [
+    (['--persons', '7'], 'person 7 is not in it; there are: 0, 4'),
+    (['--joints', 'nose'], "joint 'nose' is not in it; there are: neck"),
+    (['--start', '9'], 'nobody is in it from 9'), (['--topic', '/a'], '--topic is for bags')])
+def test_what_is_not_in_the_file(poses, capsys, options, text):
+    assert main([str(poses), '--list', *options]) == 2
+    error = capsys.readouterr().err
+    assert error.startswith(f'plot_keypoints: {poses}: ') and text in error and error.count('\n') == 1
+
+
+@pytest.mark.parametrize('options', [[], ['--joints', 'elbow', '--list'], ['--persons', 'a', '--list'],
+                                     ['--start', '2', '--end', '1', '--list']])
+def test_wrong_command_lines(options):
+    with pytest.raises(SystemExit):
+        main(['poses.csv', *options])
+
+
+def test_no_such_file(tmp_path, capsys):
+    assert main([str(tmp_path / 'none.csv'), '--list']) == 2
+    assert 'there is no such file' in capsys.readouterr().err

@@ -1,0 +1,383 @@
+"""process_bag does each frame of a bag once, as the nodes would, and says what is wrong with a bag that it can not do."""
+import functools
+import json
+import os
+import signal
+import subprocess
+import sys
+from io import BytesIO
+from pathlib import Path
+
+import genpy
+import numpy as np
+import pytest
+import rosbag
+from geometry_msgs.msg import Quaternion, TransformStamped, Vector3
+from known_recording import (
+    BEGIN,
+    CAMERA,
+    COMPRESSED,
+    DEPTH,
+    EMPTY,
+    FRAME_ID,
+    FRAMES,
+    IMAGE,
+    INFO,
+    POINTS,
+    KnowingDetector,
+    frame,
+    knowing_detector,
+    messages,
+    stamp_of,
+    write_recording,
+)
+from sensor_msgs.msg import Image
+from std_msgs.msg import Header, String
+from tf2_msgs.msg import TFMessage
+
+from openpose_ros_pkg.params import build
+from openpose_ros_pkg.ros import convert as convert_2d
+from openpose_ros_pkg.skeletons import COCO_18
+from openpose_ros_pkg.tracking import KeypointTracker, TrackingParams
+from openpose_ros_tools.ros.process_bag import main
+from skeleton_extract_3d.depth import DepthImage
+from skeleton_extract_3d.estimator import ESTIMATOR_PARAMETERS, PeopleEstimator
+from skeleton_extract_3d.people import MEASURED
+from skeleton_extract_3d.ros import convert
+
+NAMESPACE = '/openpose_ros/skeleton_3d'
+# Joints that the scene shows are lifted from exact pixels and depth: what is left is the shape of the bodies [m].
+MEDIAN_ERROR = 0.04
+
+
+@pytest.fixture
+def run(tmp_path):
+    """Run the command on a bag with the knowing detector; return the exit status."""
+    def run(source, *arguments, output=tmp_path / 'out.bag', jobs=1, create=knowing_detector, **values):
+        settings = [f'--set={key}={value}' for key, value in values.items()]
+        return main([str(source), '-o', str(output), f'--jobs={jobs}', *map(str, arguments), *settings], create)
+    return run
+
+
+@pytest.fixture
+def out(tmp_path):
+    return tmp_path / 'out.bag'
+
+
+@pytest.fixture
+def recording(tmp_path):
+    return write_recording(tmp_path / 'walk.bag')
+
+
+def arrays(path, topic='detected_poses_3d', namespace=NAMESPACE):
+    return [message for message, _ in messages(path, f'{namespace}/{topic}')]
+
+
+def numbers_of(found):
+    return [round((array.header.stamp.to_sec() - BEGIN) * 15) for array in found]
+
+
+def positions(array):
+    return np.array([[(part.x, part.y, part.z) for part in (getattr(person, joint) for joint in COCO_18.joints)]
+                     for person in array.persons]).reshape(-1, 18, 3)
+
+
+def left_behind(folder):
+    return [path.name for path in folder.iterdir() if path.name.startswith('.')]
+
+
+def with_static_transform(bag, begin=0):
+    """Note that the camera stands 1 m above the world, looking along y, from some frame on."""
+    transform = TransformStamped(Header(0, stamp_of(begin), 'world'), FRAME_ID, None)
+    transform.transform.translation, transform.transform.rotation = Vector3(0, 0, 1), Quaternion(-np.sqrt(0.5), 0, 0,
+                                                                                                 np.sqrt(0.5))
+    bag.write('/tf_static', TFMessage([transform]), stamp_of(begin))
+
+
+# --- what is wrong is said --------------------------------------------------------------------------------------------
+
+def test_a_bag_without_messages_is_refused(run, out, tmp_path, capsys):
+    assert run(write_recording(tmp_path / 'a.bag', image=None, points=None)) == 2
+    assert 'has no topic of images; it has no messages at all' in capsys.readouterr().err
+    assert not out.exists()
+    assert left_behind(tmp_path) == []
+
+
+def test_a_bag_without_images_names_what_it_has(run, tmp_path, capsys):
+    assert run(write_recording(tmp_path / 'a.bag', image=None)) == 2
+    assert f'it has {INFO} (sensor_msgs/CameraInfo), {DEPTH} (sensor_msgs/Image)' in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(('arguments', 'words'), [
+    (['--image', '/cam/x'], '--image /cam/x'),
+    (['--image', INFO], 'is of type sensor_msgs/CameraInfo, expected sensor_msgs/Image or'),
+    (['--points', DEPTH], 'is of type sensor_msgs/Image, expected sensor_msgs/PointCloud2'),
+    (['--camera-info', '/x'], '--camera-info /x'),
+    (['--copy', '/x'], '--copy /x: not in the bag, which has /cam/camera_info'),
+    (['--set', 'mode=quick'], "parameter 'mode' = 'quick'"),
+    (['--set', 'verbos=1'], "did you mean 'verbose'"),
+    (['--set', 'target_rate=10'], 'target_rate'),
+    (['--set', 'target_frame=mars'], 'no frame with a result'),
+    (['--config', '/nowhere.yaml'], '--config /nowhere.yaml can not be read'),
+])
+def test_what_can_not_be_done_is_refused(run, recording, out, capsys, arguments, words):
+    assert run(recording, *arguments) == 2
+    assert words in capsys.readouterr().err
+    assert not out.exists()
+    assert left_behind(out.parent) == []
+
+
+def test_several_topics_that_would_do_are_named(run, tmp_path, capsys):
+    source = write_recording(tmp_path / 'a.bag', others=lambda bag: bag.write(
+        '/other/image_color', convert_2d.bgr_to_image(frame(0).bgr, Header(frame_id='x')), stamp_of(0)))
+    assert run(source) == 2
+    assert f'choose one with --image: {IMAGE}, /other/image_color' in capsys.readouterr().err
+    assert run(source, '--image', IMAGE) == 0
+
+
+@pytest.mark.parametrize(('content', 'words'), [(b'', 'not a bag'), (b'text', 'not a bag'), (None, 'does not exist')])
+def test_what_is_no_bag_is_refused(run, tmp_path, capsys, content, words):
+    if content is not None:
+        (tmp_path / 'a.bag').write_bytes(content)
+    assert run(tmp_path / 'a.bag') == 2
+    assert words in capsys.readouterr().err
+
+
+def test_a_bag_that_was_cut_short_is_refused(run, recording, capsys):
+    recording.write_bytes(recording.read_bytes()[:-5000])
+    assert run(recording) == 2
+    assert 'rosbag reindex' in capsys.readouterr().err
+
+
+def test_nothing_else_is_overwritten(run, recording, out, capsys):
+    assert run(recording, output=recording) == 2
+    assert 'is the input' in capsys.readouterr().err
+    out.write_text('a diary')
+    assert run(recording) == 2
+    assert 'is there already' in capsys.readouterr().err
+    assert out.read_text() == 'a diary'
+    assert run(recording, '--overwrite') == 0
+
+
+def test_configurations_that_contradict_each_other_are_refused(run, recording, tmp_path, capsys):
+    for name, model in (('a', 'auto'), ('b', 'mobilenet_thin')):
+        (tmp_path / f'{name}.yaml').write_text(f'pose_model: {model}\nverbose: true\nimage_topic: /camera\n')
+    assert run(recording, '--config', tmp_path / 'a.yaml') == 0
+    assert run(recording, '--config', tmp_path / 'a.yaml', '--config', tmp_path / 'b.yaml') == 2
+    assert "'pose_model' is 'mobilenet_thin', but 'auto'" in capsys.readouterr().err
+
+
+# --- results ----------------------------------------------------------------------------------------------------------
+
+def test_people_are_where_they_truly_are(run, recording, out):
+    assert run(recording) == 0
+    found = arrays(out)
+    assert numbers_of(found) == list(range(FRAMES))
+    errors = []
+    for number, array in enumerate(found):
+        assert (array.header.seq, array.header.frame_id) == (number, FRAME_ID)
+        truth = frame(number).xyz
+        if number >= FRAMES - EMPTY:
+            assert not any(part.status == MEASURED for person in array.persons for part in (person.neck, person.nose))
+            continue
+        assert [person.person_ID for person in array.persons] == [0, 1]
+        errors.append(np.linalg.norm(positions(array) - truth, axis=2)[frame(number).vis == 2])
+    assert np.nanmedian(np.concatenate(errors)) < MEDIAN_ERROR
+    assert sum(len(array.persons) for array in found) == len(messages(out, f'{NAMESPACE}/detected_poses_keypoints_3d'))
+
+
+def test_results_are_those_of_the_steps_of_the_nodes(run, recording, out):
+    assert run(recording) == 0
+    tracker, detector = KeypointTracker(TrackingParams()), KnowingDetector()
+    estimator = PeopleEstimator(COCO_18, *build(ESTIMATOR_PARAMETERS, {}))
+    for number, (array, array_2d) in enumerate(zip(arrays(out), arrays(out, 'detected_poses'))):
+        header = Header(number, stamp_of(number), FRAME_ID)
+        found = tracker.update(detector.detect(frame(number).bgr), header.stamp.to_sec())
+        people_2d = convert_2d.people_from_messages(convert_2d.people_to_messages(found, header), COCO_18)
+        estimate = estimator.update(people_2d, (320, 180), DepthImage(frame(number).depth, CAMERA),
+                                    header.stamp.to_sec(), frame(number).bgr)
+        for expected, actual in ((convert.people_to_array(estimate.people, header), array),
+                                 (convert_2d.people_to_array(convert_2d.people_to_messages(
+                                     estimate.people_2d, header), header, COCO_18), array_2d)):
+            assert _bytes(actual) == _bytes(expected)
+
+
+def _bytes(message):
+    buffer = BytesIO()
+    message.serialize(buffer)
+    return buffer.getvalue()
+
+
+def test_a_cloud_gives_what_a_depth_image_gives(run, recording, tmp_path, out):
+    cloud = write_recording(tmp_path / 'cloud.bag', image=COMPRESSED, points=POINTS)
+    assert run(recording) == 0
+    assert run(cloud, output=tmp_path / 'of_cloud.bag') == 0
+    for one, other in zip(arrays(out), arrays(tmp_path / 'of_cloud.bag')):
+        assert one.header == other.header
+        # the cloud holds float32 [m]
+        np.testing.assert_allclose(positions(one), positions(other), atol=1e-4)
+
+
+def test_images_alone_give_people_in_the_image(run, tmp_path, out):
+    for source, arguments in ((write_recording(tmp_path / 'a.bag', points=None), ()),
+                              (write_recording(tmp_path / 'b.bag'), ('--only-2d',))):
+        assert run(source, *arguments, '--csv', tmp_path / 'a.csv', '--overwrite') == 0
+        found = arrays(out, 'detected_poses', '/openpose_ros')
+        assert numbers_of(found) == list(range(FRAMES))
+        assert [person.person_ID for person in found[3].persons] == [0, 1]
+        expected = frame(3).people.xy[0, COCO_18.index['neck']]
+        np.testing.assert_allclose((found[3].persons[0].neck.x, found[3].persons[0].neck.y), expected, rtol=1e-6)
+        assert len((tmp_path / 'a.csv').read_text().splitlines()) == 1 + 2 * (FRAMES - EMPTY)
+        with rosbag.Bag(str(out)) as bag:
+            assert not any('skeleton_3d' in topic for topic in bag.get_type_and_topic_info().topics)
+
+
+def test_results_have_the_time_at_which_their_frame_was_there(run, recording, out):
+    assert run(recording) == 0
+    times = [time for _, time in messages(out, f'{NAMESPACE}/detected_poses_3d')]
+    assert times == [time for _, time in messages(recording, DEPTH)]
+
+
+def test_lone_images_and_points_are_counted_and_all_others_used_once(run, tmp_path, out, capsys):
+    source = write_recording(tmp_path / 'a.bag', without_image=(3,), without_points=(5, 6, FRAMES - 1))
+    notes = tmp_path / 'notes'
+    assert run(source, create=functools.partial(knowing_detector, notes=notes)) == 0
+    pairs = [number for number in range(FRAMES) if number not in (3, 5, 6, FRAMES - 1)]
+    assert numbers_of(arrays(out)) == pairs
+    assert sorted(map(int, notes.read_text().split())) == pairs
+    assert '3 images without points; 1 points without an image' in capsys.readouterr().out
+
+
+def test_points_with_stamps_of_their_own_are_paired_from_the_first_frame_on(run, tmp_path, out):
+    assert run(write_recording(tmp_path / 'a.bag', offset=0.021)) == 0
+    assert len(arrays(out)) == FRAMES
+
+
+def test_two_runs_give_the_same_bytes_whatever_the_number_of_processes(run, recording, tmp_path):
+    tables = []
+    for number, jobs in enumerate((1, 1, 2)):
+        tables.append(tmp_path / f'{number}.csv')
+        assert run(recording, '--csv', tables[-1], output=tmp_path / f'{number}.bag', jobs=jobs) == 0
+    assert len({table.read_bytes() for table in tables}) == 1
+    assert len(tables[0].read_text().splitlines()) > 2 * (FRAMES - EMPTY)
+
+
+def test_a_process_that_dies_loses_no_frame(run, recording, tmp_path, out):
+    assert run(recording, '--csv', tmp_path / 'whole.csv') == 0
+    dying = functools.partial(knowing_detector, dies_at=5, died=tmp_path / 'died')
+    assert run(recording, '--csv', tmp_path / 'died.csv', output=tmp_path / 'b.bag', jobs=2, create=dying) == 0
+    assert (tmp_path / 'died').exists()
+    assert (tmp_path / 'died.csv').read_bytes() == (tmp_path / 'whole.csv').read_bytes()
+
+
+def test_a_bag_that_is_done_is_skipped_until_something_changes(run, recording, tmp_path, out, capsys):
+    assert run(recording, '--csv', tmp_path / 'a.csv') == 0
+    made = out.stat().st_mtime_ns
+    assert run(recording, '--csv', tmp_path / 'a.csv') == 0
+    assert '1 of 1 bags are done already' in capsys.readouterr().out
+    assert out.stat().st_mtime_ns == made
+    (tmp_path / 'a.csv').unlink()
+    for values in ({}, {'smoothing': 'false'}):
+        assert run(recording, '--csv', tmp_path / 'a.csv', **values) == 0
+        assert out.stat().st_mtime_ns > made
+        made = out.stat().st_mtime_ns
+
+
+def test_joints_are_given_in_another_frame(run, tmp_path, out):
+    source = write_recording(tmp_path / 'a.bag', others=with_static_transform)
+    assert run(source, target_frame='world', tracking_frame='world') == 0
+    assert run(source, output=tmp_path / 'plain.bag') == 0
+    for there, here in zip(arrays(out), arrays(tmp_path / 'plain.bag')):
+        assert there.header.frame_id == 'world'
+        x, y, z = np.moveaxis(positions(here), 2, 0)
+        np.testing.assert_allclose(positions(there), np.stack([x, z, 1 - y], axis=2), atol=1e-5)
+
+
+def test_frames_without_their_transform_are_counted(run, tmp_path, out, capsys):
+    def moving_camera(bag):
+        for number in range(4, FRAMES):
+            bag.write('/tf', _identity(number), stamp_of(number))
+
+    source = write_recording(tmp_path / 'a.bag', others=moving_camera)
+    assert run(source, target_frame='world') == 0
+    assert numbers_of(arrays(out)) == list(range(4, FRAMES))
+    assert '4 frames dropped: no transform' in capsys.readouterr().out
+
+
+def _identity(number):
+    transform = TransformStamped(Header(0, stamp_of(number), 'world'), FRAME_ID, None)
+    transform.transform.rotation.w = 1.0
+    return TFMessage([transform])
+
+
+def test_broken_images_are_counted_and_the_rest_is_done(run, tmp_path, out, capsys):
+    source = tmp_path / 'b.bag'
+    with rosbag.Bag(str(write_recording(tmp_path / 'a.bag'))) as bag, rosbag.Bag(str(source), 'w') as broken:
+        for topic, message, time in bag.read_messages():
+            if topic == IMAGE and message.header.seq == 2:
+                message.data = message.data[:-1]
+            broken.write(topic, message, time)
+    assert run(source) == 0
+    output = capsys.readouterr()
+    assert '1 frames dropped: they can not be used' in output.out
+    assert 'frame 2 is dropped (1 so far): image data are truncated' in output.err
+    assert len(arrays(out)) == FRAMES - 1
+
+
+def test_originals_are_copied_as_they_are(run, tmp_path, out):
+    def others(bag):
+        with_static_transform(bag)
+        for number in range(100):
+            bag.write('/notes', String(str(number)), stamp_of(0) + genpy.Duration.from_sec(number / 100))
+        bag.write(f'{NAMESPACE}/detected_poses_image', Image(), stamp_of(0))
+
+    source = write_recording(tmp_path / 'a.bag', others=others)
+    assert run(source, '--copy', 'all', '--compression', 'lz4') == 0
+    with rosbag.Bag(str(source)) as given, rosbag.Bag(str(out)) as made:
+        def raw(bag, topic):
+            return [(time, message[:3]) for _, message, time in bag.read_messages(topics=[topic], raw=True)]
+
+        topics = set(given.get_type_and_topic_info().topics)
+        for topic in topics:
+            assert raw(made, topic) == ([] if topic.startswith(NAMESPACE) else raw(given, topic))
+        assert made.get_compression_info().compression == 'lz4'
+    assert run(source, '--copy', '/notes', output=tmp_path / 'c.bag') == 0
+    assert len(messages(tmp_path / 'c.bag', '/notes')) == 100
+    assert messages(tmp_path / 'c.bag', IMAGE) == []
+    assert run(source, '--copy', f'{NAMESPACE}/detected_poses_image', output=tmp_path / 'd.bag') == 2
+
+
+def test_json_markers_and_tf(run, recording, tmp_path, out):
+    assert run(recording, '--json', tmp_path / 'json', '--markers', publish_tf='true') == 0
+    files = sorted((tmp_path / 'json').iterdir())
+    assert [path.name for path in files] == [f'walk_{number:012d}_keypoints.json' for number in range(FRAMES)]
+    array = arrays(out)[3]
+    people = json.loads(files[3].read_text())['people']
+    assert [entry['person_id'] for entry in people] == [[person.person_ID] for person in array.persons]
+    in_space = np.array([entry['pose_keypoints_3d'] for entry in people], np.float32).reshape(-1, 18, 4)
+    np.testing.assert_array_equal(in_space[..., :3], np.nan_to_num(positions(array)).astype(np.float32))
+    assert len(messages(out, f'{NAMESPACE}/visualization_skeleton')) >= 2 * (FRAMES - EMPTY)
+    joints, _ = messages(out, '/tf')[3]
+    assert joints.transforms[0].header.frame_id == FRAME_ID
+    assert 'person_0/nose' in [transform.child_frame_id for transform in joints.transforms]
+
+
+def test_an_interrupt_leaves_nothing(recording, tmp_path):
+    script = ('import functools, sys\n'
+              'from known_recording import knowing_detector\n'
+              'from openpose_ros_tools.ros.process_bag import main\n'
+              "if __name__ == '__main__':\n"
+              '    sys.exit(main(sys.argv[1:], functools.partial(knowing_detector, slow=0.5)))\n')
+    (tmp_path / 'command.py').write_text(script)
+    environment = {**os.environ, 'PYTHONPATH': os.pathsep.join([str(Path(__file__).parent), *sys.path])}
+    for jobs, number in ((1, signal.SIGINT), (2, signal.SIGTERM)):
+        command = subprocess.Popen([sys.executable, str(tmp_path / 'command.py'), str(recording), '-o', str(
+            tmp_path / 'out.bag'), '--csv', str(tmp_path / 'a.csv'), '--json', str(tmp_path / 'json'),
+            f'--jobs={jobs}'], env=environment, start_new_session=True)
+        while command.poll() is None and not left_behind(tmp_path):
+            pass
+        command.send_signal(number)
+        assert command.wait(20) == 130
+        assert sorted(path.name for path in tmp_path.iterdir()) == ['command.py', 'walk.bag']
+        with pytest.raises(ProcessLookupError):
+            os.killpg(command.pid, 0)

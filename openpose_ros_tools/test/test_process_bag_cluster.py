@@ -1,0 +1,115 @@
+"""Several bags are spread over workers; none is lost by a worker that dies, and what fails is told."""
+import functools
+import json
+import os
+import subprocess
+import sys
+import time
+
+import pytest
+from known_recording import knowing_detector, write_recording
+
+from openpose_ros_tools.ros.process_bag import main
+from openpose_ros_tools.task_cluster import ClusterError, run_tasks
+
+pytest.importorskip('distributed')
+
+
+@pytest.fixture
+def folder(tmp_path):
+    (tmp_path / 'in').mkdir()
+    for name in ('a', 'b'):
+        write_recording(tmp_path / 'in' / f'{name}.bag')
+    return tmp_path
+
+
+def run(folder, *arguments, create=knowing_detector, output='out', inputs=('in',)):
+    return main([*(str(folder / name) for name in inputs), '-o', str(folder / output), '--csv', str(folder / output),
+                 '--json', str(folder / output / 'json'), *arguments], create)
+
+
+def everything(folder):
+    return sorted(str(path.relative_to(folder)) for path in folder.rglob('*')
+                  if path.is_file() and path.suffix != '.json')
+
+
+def tables(folder):
+    return {path.name: path.read_bytes() for path in folder.glob('*.csv')}
+
+
+def test_what_can_not_be_done_is_refused(folder, capsys):
+    (folder / 'empty').mkdir()
+    assert run(folder, inputs=('empty',)) == 2
+    assert 'holds no bags' in capsys.readouterr().err
+    assert run(folder, '--jobs', '2') == 2
+    assert '--workers' in capsys.readouterr().err
+    assert run(folder, output='in') == 2
+    assert 'is the input' in capsys.readouterr().err
+    assert not (folder / 'out').exists()
+
+
+def test_a_worker_that_dies_loses_nothing_and_what_fails_is_told(folder, capsys):
+    """Of three bags one has no images; one worker kills itself in the middle of a bag, one bag fails the first time."""
+    write_recording(folder / 'in/c.bag', image=None)
+    create = functools.partial(knowing_detector, dies_at=6, died=folder / 'died', fails_at=8, failed=folder / 'failed')
+    assert run(folder, '--workers', '2', create=create) == 1
+    assert (folder / 'died').exists()
+    assert (folder / 'failed').exists()
+    output = capsys.readouterr().out
+    assert f'FAILED {folder}/in/c.bag: ' in output
+    assert 'has no topic of images' in output
+    assert output.endswith('2 bags done, 1 failed\n')
+    assert everything(folder / 'out') == ['a.bag', 'a.csv', 'b.bag', 'b.csv']
+    assert len(list((folder / 'out/json/a').iterdir())) == 12
+    # undisturbed, on this process
+    for name in ('a', 'b'):
+        assert main([f'{folder}/in/{name}.bag', '-o', f'{folder}/alone/{name}.bag', '--csv',
+                     f'{folder}/alone/{name}.csv', '--jobs=1'], knowing_detector) == 0
+    assert tables(folder / 'alone') == tables(folder / 'out')
+    # again: only what failed, and is right now
+    made = (folder / 'out/a.bag').stat().st_mtime_ns
+    write_recording(folder / 'in/c.bag')
+    capsys.readouterr()
+    assert run(folder, '--workers', '1') == 0
+    output = capsys.readouterr().out
+    assert '2 of 3 bags are done already' in output
+    assert output.endswith('1 bags done, 0 failed\n')
+    assert (folder / 'out/a.bag').stat().st_mtime_ns == made
+    assert tables(folder / 'out').keys() == {'a.csv', 'b.csv', 'c.csv'}
+
+
+def test_an_existing_cluster_does_it(folder, capsys):
+    environment = {**os.environ, 'PYTHONPATH': os.pathsep.join(sys.path)}
+    address_file = folder / 'scheduler.json'
+    start = [sys.executable, '-m', 'distributed.cli.dask_scheduler'], [sys.executable, '-m',
+                                                                       'distributed.cli.dask_worker']
+    processes = [subprocess.Popen([*start[0], '--port', '0', '--no-dashboard', '--scheduler-file', str(address_file)],
+                                  env=environment, cwd=str(folder), stderr=subprocess.DEVNULL)]
+    try:
+        _until(address_file.exists)
+        processes.append(subprocess.Popen(
+            [*start[1], '--scheduler-file', str(address_file), '--nthreads', '1', '--no-dashboard'], env=environment,
+            cwd=str(folder), stderr=subprocess.DEVNULL))
+        address = json.loads(address_file.read_text())['address']
+        assert run(folder, '--scheduler', address) == 0
+        assert capsys.readouterr().out.endswith('2 bags done, 0 failed\n')
+        assert everything(folder / 'out') == ['a.bag', 'a.csv', 'b.bag', 'b.csv']
+        assert [process.poll() for process in processes] == [None, None]
+    finally:
+        for process in reversed(processes):
+            process.terminate()
+            process.wait(20)
+
+
+def test_a_scheduler_that_is_not_there_is_told(monkeypatch):
+    monkeypatch.setattr('openpose_ros_tools.task_cluster._CONNECT_SECONDS', 1)
+    with pytest.raises(ClusterError, match='no scheduler answers at tcp'):
+        list(run_tasks(print, {'a': 1}, workers=1, scheduler='tcp://127.0.0.1:9', retries=0,
+                       on_progress=lambda name, share: None))
+
+
+def _until(there):
+    deadline = time.monotonic() + 20
+    while not there():
+        assert time.monotonic() < deadline
+        time.sleep(0.05)

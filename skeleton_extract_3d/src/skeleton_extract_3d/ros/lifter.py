@@ -1,0 +1,99 @@
+"""What becomes of a pair of image and points: the steps that the extractor and whoever works on recordings share."""
+from typing import Callable, Optional, Sequence, Tuple, Union
+
+import numpy as np
+from genpy import Time
+from geometry_msgs.msg import TransformStamped
+from openpose_ros_msgs.msg import PersonDetection
+from sensor_msgs.msg import CameraInfo, Image, PointCloud2
+from std_msgs.msg import Header
+
+from openpose_ros_pkg.ros import convert as convert_2d
+from skeleton_extract_3d.camera_estimators import CameraEstimators
+from skeleton_extract_3d.estimator import Estimate
+from skeleton_extract_3d.node_params import ExtractorParams
+from skeleton_extract_3d.people import People3D
+from skeleton_extract_3d.point_grid import PointGrid
+from skeleton_extract_3d.ros import convert
+from skeleton_extract_3d.transform import transform_people
+
+PointsMessage = Union[PointCloud2, Image]
+Transform = Tuple[np.ndarray, np.ndarray]
+
+
+class Lifter:
+    """Turns people of an image and the points of the same view into people in space, as messages have them.
+
+    Args:
+        params: kind of the points, and the frames.
+        estimators: of all cameras.
+        lookup: returns the transform that takes points of the second frame to the first at a time; raises
+            tf2 TransformException where there is none. Called only for `target_frame` and `tracking_frame`.
+    """
+
+    def __init__(self, params: ExtractorParams, estimators: CameraEstimators,
+                 lookup: Callable[[str, str, Time], TransformStamped]) -> None:
+        self._params = params
+        self._estimators = estimators
+        self._lookup = lookup
+
+    def points(self, message: PointsMessage, info: Optional[CameraInfo]) -> PointGrid:
+        """Return a view of the points of a message.
+
+        Args:
+            message: cloud or depth image, as `points_source` says.
+            info: of the depth image; None with a cloud.
+
+        Raises:
+            BadInputError: it can not be used; see `convert`.
+        """
+        if self._params.points_source == 'point_cloud':
+            return convert.cloud_from_message(message)
+        return convert.depth_image_from_messages(message, info, self._params.rectified)
+
+    def tracking_from_points(self, header: Header) -> Optional[Transform]:
+        """Return what takes the points of a message to the frame in which the room stands still, if one is named.
+
+        Raises:
+            tf2 TransformException: there is no such transform.
+        """
+        return self._transform_to(self._params.tracking_frame, header)
+
+    def estimate(self, detections: Sequence[PersonDetection], points: PointGrid, header: Header, bgr: np.ndarray,
+                 tracking_from_points: Optional[Transform]) -> Estimate:
+        """Return the people of a frame, in the frame of the points.
+
+        Args:
+            detections: what the detection service answers.
+            header: of the points.
+            bgr: (H, W, 3) uint8, the image.
+
+        Raises:
+            BadInputError: image and points differ in aspect ratio, or the points are in no optical frame.
+        """
+        people_2d = convert_2d.people_from_messages(detections, self._estimators.skeleton)
+        return self._estimators.update(people_2d, points, header.frame_id, header.stamp.to_sec(), bgr,
+                                       tracking_from_points)
+
+    def in_target_frame(self, people: People3D, header: Header) -> Tuple[People3D, Header]:
+        """Return the people as they are published, and their header; `header` is that of the points.
+
+        Raises:
+            tf2 TransformException: there is no transform to `target_frame`.
+        """
+        header = Header(stamp=header.stamp, frame_id=header.frame_id)
+        target_from_points = self._transform_to(self._params.target_frame, header)
+        if target_from_points is not None:
+            people = transform_people(people, *target_from_points)
+            header.frame_id = self._params.target_frame
+        return people, header
+
+    def _transform_to(self, frame: str, header: Header) -> Optional[Transform]:
+        """Return rotation and translation from the frame of a message to another one at its stamp.
+
+        None where that is the same frame, or no other one is wanted.
+        """
+        if frame in ('', header.frame_id):
+            return None
+        return convert.rotation_and_translation(self._lookup(frame, header.frame_id, header.stamp))
+
