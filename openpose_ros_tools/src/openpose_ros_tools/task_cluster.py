@@ -11,8 +11,6 @@ from openpose_ros_pkg.errors import OpenposeRosError, ParameterError
 
 # How long to wait for a scheduler that is to be there already, and for its first worker [s].
 _CONNECT_SECONDS = 20
-# Workers that may die while they are at a piece of work before the work itself is blamed for it.
-_MOST_DEATHS = 3
 
 
 Work = Callable[[Any, Callable[[float], None]], Any]
@@ -26,7 +24,8 @@ def run_tasks(work: Work, tasks: Mapping[str, Any], *, workers: int, scheduler: 
               on_progress: Callable[[str, float], None]) -> Iterator[Tuple[str, Union[Any, Exception]]]:
     """Have work done by the workers of a cluster; yield the name of each task with its result or error, as they end.
 
-    A worker that dies is replaced, and another one does its task from the beginning. Leaving the iteration ends the
+    A worker that dies is replaced, and another one does its task from the beginning, until the scheduler blames the
+    task (after three deaths, unless it is configured otherwise). Leaving the iteration ends the
     local cluster and what it is at, and takes the rest back from any other one.
 
     Args:
@@ -42,13 +41,11 @@ def run_tasks(work: Work, tasks: Mapping[str, Any], *, workers: int, scheduler: 
         ClusterError: no scheduler answers, or it has no workers.
     """
     try:
-        import dask
         import distributed
     except ImportError as error:
-        raise ParameterError(f'several bags need Dask distributed ({error}): install python3-distributed, or give one '
-                             'bag at a time') from error
+        raise ParameterError(f'several bags need Dask distributed, 2021.11 or later ({error}): install '
+                             'python3-distributed, or give one bag at a time') from error
     with ExitStack() as stack:
-        stack.enter_context(dask.config.set({'distributed.scheduler.allowed-failures': _MOST_DEATHS}))
         if scheduler:
             client = stack.enter_context(_connected(distributed, scheduler))
         else:

@@ -117,9 +117,9 @@ class DetectionService:
         # a thread within the network would end the program with an abort
         rospy.on_shutdown(self._pipeline.stop)
         self._health.show(lambda: {'images skipped': str(self._pipeline.replaced)})
-        self._subscriber = image_subscriber(topic, self._params[ImageTransportParams])
-        self._subscriber.registerCallback(lambda message: self._pipeline.submit(_Frame(message, message.header)))
-        rospy.loginfo('waiting for images on %s', self._subscriber.sub.resolved_name)
+        self._subscriber = image_subscriber(topic, self._params[ImageTransportParams],
+                                            lambda message: self._pipeline.submit(_Frame(message, message.header)))
+        rospy.loginfo('waiting for images on %s', self._subscriber.resolved_name)
 
     def _serve(self, request: GetPersonsRequest) -> GetPersonsResponse:
         frame = _Frame(request.image, request.image.header)

@@ -1,7 +1,6 @@
 """Subscribe to images, raw or compressed, by one parameter."""
-from typing import Union
+from typing import Any, Callable, Union
 
-import message_filters
 import rospy
 from sensor_msgs.msg import CompressedImage, Image
 
@@ -11,12 +10,12 @@ from openpose_ros_pkg.ros import convert
 AnyImage = Union[Image, CompressedImage]
 
 
-def image_subscriber(topic: str, params: ImageTransportParams) -> message_filters.Subscriber:
-    """Return a subscriber that keeps only the newest image; register callbacks on it."""
+def image_subscriber(topic: str, params: ImageTransportParams, callback: Callable[[Any], None]) -> rospy.Subscriber:
+    """Return a subscriber that keeps only the newest image until the callback takes it."""
     if params.image_transport == 'compressed':
         # resolved first, so that a remapping of the image topic holds for its compressed sibling too
-        return message_filters.Subscriber(rospy.resolve_name(topic) + '/compressed', CompressedImage, queue_size=1)
-    return message_filters.Subscriber(topic, Image, queue_size=1)
+        return rospy.Subscriber(rospy.resolve_name(topic) + '/compressed', CompressedImage, callback, queue_size=1)
+    return rospy.Subscriber(topic, Image, callback, queue_size=1)
 
 
 def raw_image(message: AnyImage) -> Image:

@@ -28,9 +28,8 @@ class StreamingClient:
         self._client = DetectionClient('detect_poses', service)
         self._publisher = rospy.Publisher('openpose_ros/input_image', Image, queue_size=1)
         self._worker = NewestWinsWorker(self._process, self._failed, 'client')
-        self._subscriber = image_subscriber(topic, transport)
-        self._subscriber.registerCallback(self._worker.submit)
-        rospy.loginfo('waiting for images on %s', self._subscriber.sub.resolved_name)
+        self._subscriber = image_subscriber(topic, transport, self._worker.submit)
+        rospy.loginfo('waiting for images on %s', self._subscriber.resolved_name)
 
     def _process(self, message: AnyImage) -> None:
         image = raw_image(message)

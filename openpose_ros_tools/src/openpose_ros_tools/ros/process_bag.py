@@ -214,14 +214,22 @@ def _parser() -> argparse.ArgumentParser:
     group.add_argument('--workers', type=_positive, default=os.cpu_count() or 1, metavar='N',
                        help='of several bags so many at a time on this machine (default: %(default)s)')
     group.add_argument('--scheduler', default='', metavar='ADDRESS', help='of an existing cluster')
-    group.add_argument('--retries', type=int, default=1, metavar='N',
+    group.add_argument('--retries', type=_not_negative, default=1, metavar='N',
                        help='try a bag that failed so often again (default: %(default)s)')
     return parser
 
 
 def _positive(text: str) -> int:
-    if not text.isdigit() or int(text) < 1:
-        raise argparse.ArgumentTypeError(f'expected a whole number from 1, got {text!r}')
+    return _whole_number(text, 1)
+
+
+def _not_negative(text: str) -> int:
+    return _whole_number(text, 0)
+
+
+def _whole_number(text: str, least: int) -> int:
+    if not text.isdigit() or int(text) < least:
+        raise argparse.ArgumentTypeError(f'expected a whole number from {least}, got {text!r}')
     return int(text)
 
 

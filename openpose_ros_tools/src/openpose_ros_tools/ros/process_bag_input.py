@@ -243,16 +243,19 @@ class Recording:
         if params.queue_size == 0:
             params = PairingParams(slop=params.slop, queue_size=_QUEUE)
         matcher = StampMatcher(params)
-        first = [(stamp.to_nsec(), stream) for stream, topic in enumerate((self._topics.image, self._points_topic))
-                 for stamp in self._first_stamps(topic) if not stamp.is_zero()]
+        topics = (self._topics.image, self._points_topic)
+        if self._first_stamps(topics[0], 1) == self._first_stamps(topics[1], 1):
+            return matcher  # one driver stamps both
+        first = [(stamp.to_nsec(), stream) for stream, topic in enumerate(topics)
+                 for stamp in self._first_stamps(topic, _LEARNT) if not stamp.is_zero()]
         for stamp, stream in sorted(first):
             matcher.add(stream, stamp, None)
         matcher.restart()
         return matcher
 
-    def _first_stamps(self, topic: str) -> List[genpy.Time]:
+    def _first_stamps(self, topic: str, count: int) -> List[genpy.Time]:
         """Return the stamps of the first messages of a topic; a message begins with its header."""
-        messages = itertools.islice(_read(self._bag, [topic]), _LEARNT)
+        messages = itertools.islice(_read(self._bag, [topic]), count)
         return [genpy.Time(*_STAMP.unpack_from(message.message[1], _STAMP_OFFSET)) for message in messages]
 
 

@@ -126,18 +126,19 @@ class BagReport:
         people: in them, in sum.
         dropped: frames without a result, by the reason.
         counts: of what became no frame.
-        in_space: whether there are results in space.
+        topics: that the frames are from.
     """
 
     frames: int = 0
     people: int = 0
     dropped: Dict[str, int] = field(default_factory=Counter)
     counts: Counts = field(default_factory=Counts)
-    in_space: bool = False
+    topics: Topics = field(default_factory=Topics)
 
     def text(self) -> str:
         """Say it in a line."""
-        parts = [f'{self.frames} frames with {self.people} people']
+        source = ' and '.join(topic for topic in (self.topics.image, self.topics.points, self.topics.depth) if topic)
+        parts = [f'{self.frames} frames with {self.people} people, from {source}']
         parts += [f'{number} frames dropped: {reason}' for reason, number in self.dropped.items()]
         counts = self.counts
         for number, what in ((counts.alone[0], 'images without points'), (counts.alone[1], 'points without an image'),
@@ -180,7 +181,8 @@ def process(job: BagJob, on_frame: Callable[[int, int], None] = lambda done, tot
         results.record(made, genpy.Time.from_sec(bag.get_start_time()))
         recording = Recording(bag, topics, copied, params[PairingParams], lifter)
         images = bag.get_message_count(topics.image)
-        chain = _Chain(CameraTrackers(params[TrackingParams]), lifter, transforms, results, recording.counts)
+        chain = _Chain(CameraTrackers(params[TrackingParams]), lifter, transforms, results,
+                       BagReport(counts=recording.counts, topics=topics))
         events = stack.enter_context(closing(prefetched(recording, _AHEAD)))
         for done in chain.run(events, pool):
             on_frame(min(done, images), images)
@@ -225,10 +227,10 @@ class _Chain:
     """What a frame passes once its people are to be found; see `process`."""
 
     def __init__(self, trackers: CameraTrackers, lifter: Optional[Lifter], transforms: Optional[Transforms],
-                 results: Results, counts: Counts) -> None:
+                 results: Results, report: BagReport) -> None:
         self._trackers, self._lifter, self._transforms, self._results = trackers, lifter, transforms, results
         self._numbers = itertools.count()
-        self.report = BagReport(counts=counts, in_space=lifter is not None)
+        self.report = report
 
     def run(self, events: Iterator[Union[Frame, Original]], pool: DetectorPool) -> Iterator[int]:
         """Do all frames; yield the number of images that are done, after each frame."""

@@ -3,7 +3,6 @@ import threading
 import time
 from typing import Any, Optional, Sequence, Tuple
 
-import message_filters
 import numpy as np
 import rospy
 import tf2_ros
@@ -90,17 +89,17 @@ class Extractor:
         if self._params.target_frame or self._params.tracking_frame:
             self._tf_buffer = tf2_ros.Buffer()
             self._tf_listener = tf2_ros.TransformListener(self._tf_buffer)
-        images = image_subscriber('~image', transport)
+        # there before the first message can come
+        self._synchronizer = StampSynchronizer(
+            pairing, self._health, lambda image, points: self._worker.submit((time.monotonic(), image, points)))
+        images = image_subscriber('~image', transport, self._synchronizer.add_first)
         if self._params.points_source == 'point_cloud':
-            points = message_filters.Subscriber('~point_cloud', PointCloud2, queue_size=1)
+            points = rospy.Subscriber('~point_cloud', PointCloud2, self._synchronizer.add_second, queue_size=1)
         else:
-            points = message_filters.Subscriber('~depth_image', Image, queue_size=1)
+            points = rospy.Subscriber('~depth_image', Image, self._synchronizer.add_second, queue_size=1)
             self._info_subscriber = rospy.Subscriber('~camera_info', CameraInfo, self._store_camera_info, queue_size=1)
         self._inputs = (images, points)
-        self._synchronizer = StampSynchronizer(images, points, pairing, self._health)
-        self._synchronizer.registerCallback(
-            lambda image, cloud: self._worker.submit((time.monotonic(), image, cloud)))
-        rospy.loginfo('waiting for %s and %s', *(source.sub.resolved_name for source in self._inputs))
+        rospy.loginfo('waiting for %s and %s', *(source.resolved_name for source in self._inputs))
 
     def _store_camera_info(self, message: CameraInfo) -> None:
         self._camera_info = message
@@ -184,7 +183,7 @@ class Extractor:
             self._health.warn('frame failed', repr(error))
 
     def _watch_inputs(self) -> None:
-        names = [source.sub.resolved_name for source in self._inputs]
+        names = [source.resolved_name for source in self._inputs]
         before, pairs_before = (0, 0), 0
         while not rospy.is_shutdown():
             time.sleep(WATCH_PERIOD)

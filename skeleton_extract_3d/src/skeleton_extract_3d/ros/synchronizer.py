@@ -4,9 +4,7 @@ That one pairs wrongly when frames drop, since it takes the first pair within it
 its lock, so that an exception in the callback stops it for good.
 """
 import threading
-from typing import Any
-
-import message_filters
+from typing import Any, Callable
 
 from openpose_ros_pkg.pairing import PairingParams, StampMatcher
 from openpose_ros_pkg.ros.health import Health
@@ -15,34 +13,39 @@ from openpose_ros_pkg.ros.health import Health
 _ALONE = ('images without a partner', 'points without a partner')
 
 
-class StampSynchronizer(message_filters.SimpleFilter):
-    """Calls its callbacks with (first, second) for every pair of messages of the same moment.
+class StampSynchronizer:
+    """Pairs images and points, messages with a header, of the same moment.
 
     Args:
-        first, second: message_filters subscribers, or other filters, of images and of points with a header.
         params: slop and queue size.
         health: counts what can not be paired.
+        callback: called with (first, second) for every pair.
     """
 
-    def __init__(self, first: message_filters.SimpleFilter, second: message_filters.SimpleFilter,
-                 params: PairingParams, health: Health) -> None:
-        super().__init__()
+    def __init__(self, params: PairingParams, health: Health, callback: Callable[[Any, Any], None]) -> None:
         self._matcher = StampMatcher(params)
         self._lock = threading.Lock()
         self._health = health
+        self._callback = callback
         self._resets = self._out_of_order = 0
         self._unpaired = [0, 0]
         self.received = (0, 0)
         """Messages with a stamp that came on each input."""
         self.pairs = 0
         """Pairs that were found."""
-        first.registerCallback(self._add, 0)
-        second.registerCallback(self._add, 1)
 
     @property
     def slop(self) -> float:
         """Largest difference of stamps that pairs at present [s]."""
         return self._matcher.slop
+
+    def add_first(self, message: Any) -> None:
+        """Take an image."""
+        self._add(message, 0)
+
+    def add_second(self, message: Any) -> None:
+        """Take points."""
+        self._add(message, 1)
 
     def _add(self, message: Any, stream: int) -> None:
         stamp = message.header.stamp
@@ -69,4 +72,4 @@ class StampSynchronizer(message_filters.SimpleFilter):
                                                   'again? Waiting messages are forgotten')
         if pair is not None:
             # outside the lock: whatever the callback does, the other stream goes on
-            self.signalMessage(*pair)
+            self._callback(*pair)
