@@ -32,6 +32,7 @@ from openpose_ros_pkg.command_line import add_settings, setting_values
 from openpose_ros_pkg.detector import DETECTOR_PARAMETERS, create_detector
 from openpose_ros_pkg.params import build
 from openpose_ros_pkg.ros.convert import bgr_to_image
+from openpose_ros_pkg.ros.node import keep_large_blocks
 from openpose_ros_tools.ros.process_bag_work import BagJob, process
 from skeleton_extract_3d.depth import cloud_from_depth
 from skeleton_extract_3d.rgbd_sequence import RgbdSequence
@@ -68,6 +69,7 @@ def write_recording(path: Path, sequence: RgbdSequence, frames: int, points: str
 def throughput(folder: Path, sequence: RgbdSequence, options: argparse.Namespace, values: Dict[str, Any]) -> None:
     """Print the rate of the bare network, of the command, and their ratio."""
     source = write_recording(folder / 'throughput.bag', sequence, options.frames, options.points)
+    keep_large_blocks()  # as the command does
     detector = create_detector(*build(DETECTOR_PARAMETERS, values))
     pictures = [sequence.frame(number % len(sequence)).bgr for number in range(options.frames)]
     detector.detect(pictures[0])  # compiles the networks

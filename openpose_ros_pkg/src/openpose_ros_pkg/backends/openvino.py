@@ -47,6 +47,8 @@ class OpenvinoBackend:
             self._config['INFERENCE_PRECISION_HINT'] = 'f32'
         if threads > 0:
             self._config['INFERENCE_NUM_THREADS'] = threads
+            # Else the threads of every process are bound to the first cores, all to the same ones.
+            self._config['ENABLE_CPU_PINNING'] = False
         self._cache = open_cache(compiled_cache)
         self._graph = None
         self._compiled: OrderedDict[Tuple[int, ...], Any] = OrderedDict()

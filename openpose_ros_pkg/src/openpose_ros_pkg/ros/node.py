@@ -24,7 +24,7 @@ def run_node(name: str, make: Callable[[], Any]) -> None:
         name: default node name.
         make: builds the node and returns it; raises OpenposeRosError for what the user has to mend.
     """
-    _keep_large_blocks()
+    keep_large_blocks()
     rospy.init_node(name)
     # what the core logs reaches /rosout like the node's own messages
     logging.getLogger('openpose_ros_pkg').setLevel(logging.INFO)
@@ -50,7 +50,7 @@ def check_topic_name(key: str, topic: str) -> None:
         raise ParameterError(f"parameter '{key}' = {topic!r} is not allowed: the name of a topic")
 
 
-def _keep_large_blocks() -> None:
+def keep_large_blocks() -> None:
     """Let the allocator reuse the memory of large messages instead of returning it to the system after each.
 
     By default every copy of a 17 MB cloud is mapped anew and cleared page by page by the kernel. Reuse halved the

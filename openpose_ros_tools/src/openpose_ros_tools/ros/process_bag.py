@@ -43,6 +43,7 @@ from openpose_ros_pkg.command_line import DONE, SOME_FAILED, add_settings, run_c
 from openpose_ros_pkg.detector import create_detector
 from openpose_ros_pkg.errors import OpenposeRosError, ParameterError
 from openpose_ros_pkg.node_params import SERVICE_PARAMETERS
+from openpose_ros_pkg.ros.node import keep_large_blocks
 from openpose_ros_tools.keypoint_csv import LAYOUTS
 from openpose_ros_tools.part_files import delete_parts
 from openpose_ros_tools.ros.process_bag_input import Topics
@@ -53,7 +54,8 @@ from skeleton_extract_3d.node_params import EXTRACTOR_PARAMETERS
 
 _log = logging.getLogger(__name__)
 
-# One process for each core is fastest, until reading the bag, lifting and writing, which one process does, are slower.
+# A process with one thread on each core is faster than one network on all of them, until reading the bag, lifting and
+# writing, which one process does, are slower.
 _MOST_JOBS = 8
 # A worker tells how far it is so often [s].
 _TELL_PERIOD = 0.5
@@ -114,6 +116,7 @@ def _run(options: argparse.Namespace, settings: Dict[str, Any], create: Callable
         return DONE
     if on_cluster:
         return _run_several(todo, options)
+    keep_large_blocks()
     return _run_one(todo[0])
 
 
@@ -160,6 +163,7 @@ def _run_several(jobs: Sequence[BagJob], options: argparse.Namespace) -> int:
 
 def process_in_worker(job: BagJob, report: Callable[[float], None]) -> BagReport:
     """Do a bag in a worker of a cluster; `report` gets the share that is done."""
+    keep_large_blocks()
     last = time.monotonic()
 
     def tell(done: int, total: int) -> None:
@@ -209,8 +213,9 @@ def _parser() -> argparse.ArgumentParser:
                             'comes before it')
     group = parser.add_argument_group('machines')
     group.add_argument('--jobs', type=_positive, metavar='N',
-                       help='processes that look at the images of one bag (default: one for each core, at most '
-                            f'{_MOST_JOBS}); 1: within this one, which takes the least memory')
+                       help='processes that look at the images of one bag, with a share of the cores each (default: '
+                            f'one for each core, at most {_MOST_JOBS}). 1: this process alone, which takes the least '
+                            'memory and starts soonest')
     group.add_argument('--workers', type=_positive, default=os.cpu_count() or 1, metavar='N',
                        help='of several bags so many at a time on this machine (default: %(default)s)')
     group.add_argument('--scheduler', default='', metavar='ADDRESS', help='of an existing cluster')
