@@ -55,10 +55,9 @@ from openpose_ros_tools.picture_files import (
     encode_tiff,
     picture_kind,
 )
-from openpose_ros_tools.ros.bag_headers import stamped_messages
+from openpose_ros_tools.ros.bag_files import open_bag, stamped_messages
 from openpose_ros_tools.ros.calibration_message import calibration_from_message
 from openpose_ros_tools.ros.images_to_bag import CAMERA_NAMESPACE, TF_TOPIC, TOPICS, positive_number
-from openpose_ros_tools.ros.keypoint_bag import open_bag
 from openpose_ros_tools.stamps import SECOND, associate
 from skeleton_extract_3d.rgbd_sequence import WORLD_FRAME
 from skeleton_extract_3d.ros.convert import cloud_from_message, rotation_and_translation

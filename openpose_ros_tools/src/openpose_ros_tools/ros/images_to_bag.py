@@ -72,6 +72,7 @@ from openpose_ros_tools.picture_files import (
     picture_kind,
     to_bgr8,
 )
+from openpose_ros_tools.ros.bag_files import COMPRESSIONS
 from openpose_ros_tools.ros.calibration_message import calibration_to_message
 from openpose_ros_tools.stamps import SECOND, UNITS, parse_stamp
 from skeleton_extract_3d.camera import check_same_aspect
@@ -88,7 +89,6 @@ TOPICS = {'camera_info': 'camera_info', 'image': 'image_color', 'depth': 'image_
           'points': 'points'}
 TF_TOPIC = '/tf_static'
 DEPTH_ENCODINGS = ('16UC1', '32FC1')
-COMPRESSIONS = ('none', 'lz4', 'bz2')
 
 
 @dataclass(frozen=True)

@@ -1,15 +1,13 @@
 """Keypoints out of bags: which topic has them, its rows, and all of them as a table."""
-import struct
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Dict, Iterable, Iterator, List, Mapping, NamedTuple, Optional, Tuple
 
-import genpy
 import rosbag
 
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_tools.keypoint_csv import blocks_of, table_of
 from openpose_ros_tools.keypoint_table import KeypointTable
+from openpose_ros_tools.ros.bag_files import open_bag, topic_types, undamaged
 from openpose_ros_tools.ros.keypoint_rows import rows_of
 
 # Types of messages with people, those first that are preferred: space before image, and single people before arrays,
@@ -19,9 +17,6 @@ DIMENSIONS: Dict[str, int] = {
     'openpose_ros_msgs/PersonDetection_3dArray': 3,
     'openpose_ros_msgs/PersonDetection': 2,
     'openpose_ros_msgs/PersonDetectionArray': 2}
-# What rosbag raises for bytes that are not as they should be.
-_DAMAGE = (rosbag.ROSBagException, genpy.DeserializationError, struct.error, EOFError, OSError, ValueError, KeyError,
-           IndexError, TypeError, AttributeError, RuntimeError, SyntaxError, genpy.generator.MsgGenerationException)
 
 
 class KeypointTopic(NamedTuple):
@@ -30,27 +25,6 @@ class KeypointTopic(NamedTuple):
     name: str
     kind: str
     dimensions: int
-
-
-@contextmanager
-def open_bag(path: Path) -> Iterator[rosbag.Bag]:
-    """Open a bag to read it.
-
-    Raises:
-        BadInputError: it is not there, is no bag, or has no index.
-    """
-    try:
-        bag = rosbag.Bag(str(path))
-    except rosbag.ROSBagUnindexedException:
-        raise BadInputError(f'{path} has no index, as recordings have that were cut off; mend it with: rosbag reindex '
-                            f'{path}') from None
-    except _DAMAGE as error:
-        if getattr(error, 'filename', None):  # it can not even be opened
-            raise BadInputError(f'{path}: {error.strerror}') from error
-        raise BadInputError(f'{path} is not a bag, or is damaged ({error}); `rosbag reindex` and `rosbag fix` may mend '
-                            'a damaged one') from error
-    with bag:
-        yield bag
 
 
 def bag_messages(bag: rosbag.Bag, topic: str) -> Iterator[Tuple[Any, int]]:
@@ -62,20 +36,8 @@ def bag_messages(bag: rosbag.Bag, topic: str) -> Iterator[Tuple[Any, int]]:
     names = [name for name in topic_types(bag) if _absolute(name) == _absolute(topic)]
     if not names:
         return
-    messages = bag.read_messages(topics=names)
-    while True:
-        try:
-            _, message, time = next(messages)
-        except StopIteration:
-            return
-        except _DAMAGE as error:
-            raise BadInputError(f'{bag.filename} is damaged ({error}); `rosbag reindex` may save the rest') from error
+    for _, message, time in undamaged(bag, bag.read_messages(topics=names)):
         yield message, time.to_nsec()
-
-
-def topic_types(bag: rosbag.Bag) -> Dict[str, str]:
-    """Return the type of each topic in a bag."""
-    return {name: info.msg_type for name, info in bag.get_type_and_topic_info().topics.items()}
 
 
 def count_messages(bag: rosbag.Bag, topic: str) -> int:

@@ -32,6 +32,7 @@ from tqdm import tqdm
 from openpose_ros_pkg.command_line import DONE, run_command
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_tools.output_file import output_file
+from openpose_ros_tools.ros.bag_files import open_bag
 from openpose_ros_tools.ros.keypoint_bag import (
     DIMENSIONS,
     KeypointTopic,
@@ -39,7 +40,6 @@ from openpose_ros_tools.ros.keypoint_bag import (
     choose_topic,
     count_messages,
     merged_types,
-    open_bag,
 )
 from openpose_ros_tools.ros.keypoint_rows import PersonCsvWriter
 

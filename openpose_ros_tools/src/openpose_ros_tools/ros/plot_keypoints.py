@@ -36,8 +36,8 @@ from openpose_ros_tools.keypoint_plots import confidence, detections, image_path
 from openpose_ros_tools.keypoint_selection import Selection, description, select
 from openpose_ros_tools.keypoint_table import KeypointTable
 from openpose_ros_tools.plotting import FORMATS, save_figure
-from openpose_ros_tools.ros.bag_headers import stamped_messages
-from openpose_ros_tools.ros.keypoint_bag import choose_topic, open_bag, read_keypoint_bag, topic_types
+from openpose_ros_tools.ros.bag_files import open_bag, stamped_messages, topic_types
+from openpose_ros_tools.ros.keypoint_bag import choose_topic, read_keypoint_bag
 
 _log = logging.getLogger(__name__)
 

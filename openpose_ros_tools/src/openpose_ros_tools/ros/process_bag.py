@@ -46,8 +46,9 @@ from openpose_ros_pkg.node_params import SERVICE_PARAMETERS
 from openpose_ros_pkg.ros.node import keep_large_blocks
 from openpose_ros_tools.keypoint_csv import LAYOUTS
 from openpose_ros_tools.part_files import delete_parts
+from openpose_ros_tools.ros.bag_files import COMPRESSIONS
 from openpose_ros_tools.ros.process_bag_input import Topics
-from openpose_ros_tools.ros.process_bag_output import COMPRESSIONS, made_from
+from openpose_ros_tools.ros.process_bag_output import made_from
 from openpose_ros_tools.ros.process_bag_work import PARAMETERS, BagJob, BagReport, build_parameters, process
 from openpose_ros_tools.task_cluster import run_tasks
 from skeleton_extract_3d.node_params import EXTRACTOR_PARAMETERS

@@ -3,7 +3,6 @@ import itertools
 import re
 import struct
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any, Dict, Iterator, List, Mapping, Optional, Pattern, Sequence, Tuple, Type, Union
 
 import genpy
@@ -18,6 +17,7 @@ from tf2_msgs.msg import TFMessage
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.pairing import PairingParams, StampMatcher
 from openpose_ros_pkg.ros.convert import any_image_to_bgr
+from openpose_ros_tools.ros.bag_files import topic_types, undamaged
 from skeleton_extract_3d.point_grid import PointGrid
 from skeleton_extract_3d.ros.lifter import Lifter
 
@@ -109,22 +109,6 @@ class Counts:
     resets: int = 0
 
 
-def open_bag(path: Path) -> rosbag.Bag:
-    """Open a bag to read.
-
-    Raises:
-        BadInputError: it is not there, no bag, or was not closed.
-    """
-    if not path.is_file():
-        raise BadInputError(f'{path} does not exist' if not path.exists() else f'{path} is no file')
-    try:
-        return rosbag.Bag(str(path))
-    except rosbag.ROSBagUnindexedException as error:
-        raise BadInputError(f'{path} has no index, as recording was cut short: rosbag reindex {path}') from error
-    except (rosbag.ROSBagException, OSError, ValueError) as error:
-        raise BadInputError(f'{path} is not a bag that can be read: {error}') from error
-
-
 def find_topics(bag: rosbag.Bag, wanted: Topics, only_2d: bool = False, prefer_depth: bool = False) -> Topics:
     """Return the topics of the camera in a bag.
 
@@ -136,7 +120,7 @@ def find_topics(bag: rosbag.Bag, wanted: Topics, only_2d: bool = False, prefer_d
     Raises:
         BadInputError: a topic is not there or has another type, or it is not clear which one to take.
     """
-    types = {topic: info.msg_type for topic, info in bag.get_type_and_topic_info().topics.items()}
+    types = topic_types(bag)
     image = wanted.image
     if image:
         _check_type(bag, types, '--image', image, (Image, CompressedImage))
@@ -388,20 +372,12 @@ def _listed(types: Mapping[str, str]) -> str:
 
 
 def _read(bag: rosbag.Bag, topics: Sequence[str]) -> Iterator[Any]:
-    """Yield the messages of topics as they are stored: topic, message, timestamp, connection_header.
+    """Return the messages of topics as they are stored: topic, message, timestamp, connection_header.
 
     Raises:
         BadInputError: the bag is damaged.
     """
-    messages = bag.read_messages(topics=list(topics), raw=True, return_connection_header=True)
-    while True:
-        try:
-            message = next(messages, None)
-        except (rosbag.ROSBagException, OSError, ValueError, KeyError, struct.error) as error:
-            raise BadInputError(f'{bag.filename} is damaged: {error}') from error
-        if message is None:
-            return
-        yield message
+    return undamaged(bag, bag.read_messages(topics=list(topics), raw=True, return_connection_header=True))
 
 
 def _deserialized(message: Tuple[Any, ...], kind: Optional[Type[genpy.Message]] = None) -> Any:

@@ -22,7 +22,6 @@ from skeleton_extract_3d.markers import LIMB_NAMESPACES, MarkerParams, MarkerTra
 from skeleton_extract_3d.people import MISSING, People3D
 from skeleton_extract_3d.ros import convert
 
-COMPRESSIONS = (rosbag.Compression.NONE, rosbag.Compression.LZ4, rosbag.Compression.BZ2)
 # What a bag was made of, so that it is not made again.
 _RECORD = '/openpose_ros/process_bag'
 

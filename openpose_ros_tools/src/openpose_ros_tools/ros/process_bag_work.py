@@ -25,6 +25,7 @@ from openpose_ros_pkg.tracking import CameraTrackers, TrackingParams
 from openpose_ros_tools.detector_pool import DetectorPool, with_threads
 from openpose_ros_tools.part_files import PartFiles
 from openpose_ros_tools.prefetch import prefetched
+from openpose_ros_tools.ros.bag_files import open_bag
 from openpose_ros_tools.ros.process_bag_input import (
     Counts,
     Frame,
@@ -34,7 +35,6 @@ from openpose_ros_tools.ros.process_bag_input import (
     Transforms,
     copied_topics,
     find_topics,
-    open_bag,
 )
 from openpose_ros_tools.ros.process_bag_output import Results, made_from
 from skeleton_extract_3d.camera_estimators import CameraEstimators

@@ -39,8 +39,7 @@ from openpose_ros_pkg.output.files import writable_folder, write_whole
 from openpose_ros_tools.delay_plots import delay_distribution, delays_over_time
 from openpose_ros_tools.delay_report import CSV_COLUMNS, csv_rows, markdown, summary
 from openpose_ros_tools.plotting import FORMATS, save_figure
-from openpose_ros_tools.ros.bag_headers import StampedMessage, stamped_messages
-from openpose_ros_tools.ros.keypoint_bag import open_bag
+from openpose_ros_tools.ros.bag_files import StampedMessage, open_bag, stamped_messages
 from openpose_ros_tools.stage_delays import (
     CLOUD,
     DEPTH,

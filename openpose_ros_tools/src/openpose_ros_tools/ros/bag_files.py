@@ -1,0 +1,108 @@
+"""What is known of bags as files: how they are opened and read, with errors that say what to do; compressions."""
+import struct
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, Dict, Iterator, NamedTuple, Optional, Sequence, TypeVar
+
+import genpy
+import rosbag
+
+from openpose_ros_pkg.errors import BadInputError
+
+Item = TypeVar('Item')
+
+COMPRESSIONS = (rosbag.Compression.NONE, rosbag.Compression.LZ4, rosbag.Compression.BZ2)
+"""What a bag can be compressed by; their values are those of the command line."""
+
+# What rosbag raises for bytes that are not as they should be.
+_DAMAGE = (rosbag.ROSBagException, genpy.DeserializationError, struct.error, EOFError, OSError, ValueError, KeyError,
+           IndexError, TypeError, AttributeError, RuntimeError, SyntaxError, genpy.generator.MsgGenerationException)
+
+
+# std_msgs/Header as it is serialized: seq, stamp.secs, stamp.nsecs, length of frame_id.
+_HEADER = struct.Struct('<4I')
+
+
+class StampedMessage(NamedTuple):
+    """A message that is not deserialized.
+
+    Attributes:
+        topic: as in the bag.
+        kind: class of the message.
+        stamp: header.stamp [ns]; None where the message does not begin with a header.
+        frame_id: of the header.
+        time: of the recording [ns].
+        data: the serialized message.
+    """
+
+    topic: str
+    kind: Any
+    stamp: Optional[int]
+    frame_id: str
+    time: int
+    data: bytes
+
+
+@contextmanager
+def open_bag(path: Path) -> Iterator[rosbag.Bag]:
+    """Open a bag to read it.
+
+    Raises:
+        BadInputError: it is not there, is no bag, or has no index.
+    """
+    try:
+        bag = rosbag.Bag(str(path))
+    except rosbag.ROSBagUnindexedException:
+        raise BadInputError(f'{path} has no index, as recordings have that were cut off; mend it with: rosbag reindex '
+                            f'{path}') from None
+    except _DAMAGE as error:
+        if getattr(error, 'filename', None):  # it can not even be opened
+            raise BadInputError(f'{path}: {error.strerror}') from error
+        raise BadInputError(f'{path} is not a bag, or is damaged ({error}); `rosbag reindex` and `rosbag fix` may mend '
+                            'a damaged one') from error
+    with bag:
+        yield bag
+
+
+def topic_types(bag: rosbag.Bag) -> Dict[str, str]:
+    """Return the type of each topic in a bag."""
+    return {name: info.msg_type for name, info in bag.get_type_and_topic_info().topics.items()}
+
+
+def undamaged(bag: rosbag.Bag, messages: Iterator[Item]) -> Iterator[Item]:
+    """Yield what `bag.read_messages` gave.
+
+    Raises:
+        BadInputError: the bag is damaged.
+    """
+    while True:
+        try:
+            message = next(messages)
+        except StopIteration:
+            return
+        except _DAMAGE as error:
+            raise BadInputError(f'{bag.filename} is damaged ({error}); `rosbag reindex` may save the rest') from error
+        yield message
+
+
+def stamped_messages(bag: rosbag.Bag, topics: Sequence[str], start: Any = None,
+                     end: Any = None) -> Iterator[StampedMessage]:
+    """Yield the messages of topics in the order of their recording; one at a time is held in memory.
+
+    Args:
+        start, end: genpy.Time of the recording, None: all.
+
+    Raises:
+        BadInputError: the bag is damaged.
+    """
+    if not topics:
+        return  # rosbag would read all
+    for topic, (_, data, _, _, kind), time in undamaged(bag, bag.read_messages(list(topics), start, end, raw=True)):
+        stamp, frame_id = None, ''
+        if kind._slot_types[:1] == ['std_msgs/Header']:
+            if len(data) < _HEADER.size:
+                raise BadInputError(f'{bag.filename} is damaged: a message of {topic} has {len(data)} bytes')
+            _, seconds, nanoseconds, length = _HEADER.unpack_from(data)
+            stamp = 1000000000 * seconds + nanoseconds
+            frame_id = data[_HEADER.size:_HEADER.size + length].decode(errors='replace')
+        yield StampedMessage(topic, kind, stamp, frame_id, time.to_nsec(), data)
