@@ -4,6 +4,7 @@ Each build works on a copy of the checkout, with a python3 first on PATH that ca
 conda without ROS. Needs what `./run test` sets up: ROS, and .venv in the checkout.
 """
 import os
+import re
 import shutil
 import subprocess
 from pathlib import Path
@@ -60,8 +61,8 @@ def check_space(space, environment):
             program = space / 'lib' / package / script.name
             assert os.access(str(program), os.X_OK)
             assert program.read_text().startswith('#!/usr/bin/python3\n')
-            # all but the call of main() in the last line
-            node_imports += '\n'.join(script.read_text().splitlines()[:-1]) + '\n'
+            # all but the call of main()
+            node_imports += ''.join(re.findall(r'^(?:import|from) .*\n', script.read_text(), re.MULTILINE))
     output = shell(f"""
         source {space}/setup.bash
         rospack find openpose_ros_msgs; rospack find openpose_ros_pkg; rospack find skeleton_extract_3d
