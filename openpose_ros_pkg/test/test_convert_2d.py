@@ -1,4 +1,6 @@
 """Messages to core types and back: every encoding of one known picture, bad messages, people there and back."""
+import struct
+
 import cv2
 import numpy as np
 import pytest
@@ -10,6 +12,7 @@ from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.ros.convert import (
     bgr_to_image,
+    compressed_depth_to_image,
     compressed_image_to_bgr,
     image_rows,
     image_to_bgr,
@@ -364,3 +367,41 @@ def test_pixels_are_in_the_order_of_opencv(encoding, expected):
 def test_pixels_of_bad_messages_are_refused(bad, words):
     with pytest.raises(BadInputError, match=words):
         image_to_pixels(bad)
+
+
+def packed_depth(pixels, form, a=0.0, b=0.0):
+    """A message of compressed_depth_image_transport: its header, and a PNG."""
+    png = cv2.imencode('.png', pixels)[1].tobytes()
+    return CompressedImage(Header(frame_id='cam'), form, struct.pack('<iff', 0, a, b) + png)
+
+
+def test_compressed_depth_in_millimetres_is_exact():
+    depth = np.arange(WIDTH * HEIGHT, dtype=np.uint16).reshape(HEIGHT, WIDTH) * 80
+    for form in ('16UC1; compressedDepth', '16UC1; compressedDepth png'):
+        image = compressed_depth_to_image(packed_depth(depth, form))
+        assert (image.encoding, image.header.frame_id) == ('16UC1', 'cam')
+        np.testing.assert_array_equal(image_to_pixels(image)[0], depth)
+
+
+def test_compressed_depth_in_metres_is_that_of_its_inverse():
+    """The numbers are those of the transport for depth_max 10 m and depth_quantization 100."""
+    a, b = 100 * 101.0, 1 - 100 * 101.0 / 10
+    metres = np.linspace(0.6, 9.9, WIDTH * HEIGHT, dtype=np.float32).reshape(HEIGHT, WIDTH)
+    quantized = (a / metres + b).astype(np.uint16)
+    quantized[0, 0] = 0
+    image = compressed_depth_to_image(packed_depth(quantized, '32FC1; compressedDepth', a, b))
+    back, encoding = image_to_pixels(image)
+    assert encoding == '32FC1'
+    assert np.isnan(back[0, 0])
+    # one step of the inverse depth, at the greatest depth
+    np.testing.assert_allclose(back.ravel()[1:], metres.ravel()[1:], atol=10 * 10 / a)
+
+
+@pytest.mark.parametrize('bad', [
+    CompressedImage(format='16UC1; compressedDepth'),
+    CompressedImage(format='16UC1; compressedDepth rvl', data=bytes(40)),
+    packed_depth(np.zeros((2, 2), np.uint16), 'rgb8; jpeg compressed bgr8'),
+    packed_depth(np.zeros((2, 2), np.uint8), '16UC1; compressedDepth')])
+def test_compressed_depth_that_is_none_is_refused(bad):
+    with pytest.raises(BadInputError, match='can not be decoded; expected 16UC1'):
+        compressed_depth_to_image(bad)

@@ -343,6 +343,8 @@ def test_a_bag_is_overwritten_only_when_asked_for(tmp_path, capsys):
     assert 'is there already' in capsys.readouterr().err
     assert (tmp_path / 'out.bag').read_text() == 'old'
     assert to_bag(tmp_path / 'in', tmp_path / 'out.bag', '--rate', 10, '--overwrite') == DONE
+    assert to_bag(tmp_path / 'in', tmp_path / 'in', '--rate', 10, '--overwrite') == REFUSED
+    assert 'is a folder' in capsys.readouterr().err
 
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
@@ -411,6 +413,23 @@ def test_topics_of_other_cameras_are_found(tmp_path):
     assert yaml.safe_load((tmp_path / 'out/camera.yaml').read_text())['image_width'] == W
 
 
+def test_a_bag_of_compressed_topics_gives_its_pictures(tmp_path):
+    """As recorded with a RealSense camera: everything compressed, depth by two transports."""
+    depth = GREY.astype(np.uint16) * 80
+    png, jpeg = cv2.imencode('.png', depth)[1].tobytes(), cv2.imencode('.jpg', np.dstack([GREY] * 3))[1].tobytes()
+    camera = '/camera/aligned_depth_to_color'
+    bag = write_bag(tmp_path / 'in.bag', [
+        ('/camera/color/image_raw/compressed', CompressedImage(format='rgb8; jpeg compressed bgr8', data=jpeg),
+         10 ** 12),
+        (f'{camera}/image_raw/compressed', CompressedImage(format='16UC1; png compressed ', data=png), 10 ** 12),
+        (f'{camera}/image_raw/compressedDepth', CompressedImage(format='16UC1; compressedDepth', data=bytes(12) + png),
+         10 ** 12)])
+    assert to_images(bag, tmp_path / 'out') == DONE
+    assert (tmp_path / 'out/rgb/000000.jpg').read_bytes() == jpeg
+    back = cv2.imread(str(tmp_path / 'out/depth/000000.png'), cv2.IMREAD_UNCHANGED)
+    np.testing.assert_array_equal(back, depth)
+
+
 def test_a_bag_with_clouds_alone_gives_their_depth(tmp_path, capsys):
     pictures = make_recording(tmp_path / 'in')
     describe(tmp_path / 'in')
@@ -467,7 +486,7 @@ def test_a_world_above_other_static_frames_is_found(tmp_path):
 
 
 @pytest.mark.parametrize('items, arguments, words', [
-    ([], (), ['no images of a camera', 'nothing']),
+    ([], (), ['no images of a camera', 'no messages at all']),
     (list(camera_items()), ('--image', '/nowhere'), ["no topic '/nowhere'", '/cam/color/image_raw (sensor_msgs/Ima']),
     (list(camera_items()), ('--image', '/cam/color/camera_info'), ['CameraInfo, expected sensor_msgs/Image']),
     ([('/a/image', GREY_IMAGE, 5), ('/b/image', GREY_IMAGE, 5)], (),

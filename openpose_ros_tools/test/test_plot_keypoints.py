@@ -57,6 +57,21 @@ def test_pictures_of_a_csv(tmp_path, poses, capsys):
     assert sorted(line.rpartition('/')[2] for line in capsys.readouterr().out.splitlines()) == names
 
 
+def test_a_csv_may_be_named_after_its_bag(tmp_path, poses):
+    named = poses.rename(tmp_path / 'recording.bag.csv')
+    assert len(read_keypoints(named)[0]) == 4
+
+
+def test_several_frames_of_reference_are_told(tmp_path, poses, capsys):
+    assert main([str(poses), '-o', str(tmp_path), '--joints', 'neck']) == 0
+    assert 'several frames' not in capsys.readouterr().err
+    names, *rows = CSV.splitlines()
+    lines = [f'field.header.frame_id,{names}', *(f'camera_{number % 2},{row}' for number, row in enumerate(rows))]
+    poses.write_text('\n'.join(lines) + '\n')
+    assert main([str(poses), '-o', str(tmp_path), '--joints', 'neck']) == 0
+    assert 'several frames of reference (camera_0, camera_1)' in capsys.readouterr().err
+
+
 def test_chosen_people_and_joints(tmp_path, poses):
     assert main([str(poses), '-o', str(tmp_path), '--persons', '4', '--joints', 'neck', '--end', '0.15']) == 0
     assert sorted(path.name for path in tmp_path.glob('*.png')) == [

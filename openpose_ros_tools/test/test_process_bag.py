@@ -10,6 +10,7 @@ from contextlib import suppress
 from io import BytesIO
 from pathlib import Path
 
+import cv2
 import genpy
 import numpy as np
 import pytest
@@ -33,7 +34,7 @@ from known_recording import (
     stamp_of,
     write_recording,
 )
-from sensor_msgs.msg import Image
+from sensor_msgs.msg import CompressedImage, Image, PointCloud2
 from std_msgs.msg import Header, String
 from tf2_msgs.msg import TFMessage
 
@@ -134,6 +135,7 @@ def test_a_bag_without_images_names_what_it_has(run, tmp_path, capsys):
     (['--set', 'verbos=1'], "did you mean 'verbose'"),
     (['--set', 'target_rate=10'], 'target_rate'),
     (['--set', 'target_frame=mars'], 'no frame with a result'),
+    (['--depth', DEPTH, '--only-2d'], 'contradict each other'),
     (['--config', '/nowhere.yaml'], '--config /nowhere.yaml can not be read'),
 ])
 def test_what_can_not_be_done_is_refused(run, recording, out, capsys, arguments, words):
@@ -179,6 +181,19 @@ def test_nothing_else_is_overwritten(run, recording, out, capsys):
     assert 'is there already' in capsys.readouterr().err
     assert out.read_text() == 'a diary'
     assert run(recording, '--overwrite') == 0
+
+
+@pytest.mark.parametrize(('option', 'place', 'words'), [
+    ('--csv', 'walk.bag', 'is the input'), ('--csv', 'out.bag', 'is named twice'), ('--csv', 'folder', 'is a folder'),
+    ('--json', 'diary.txt', 'diary.txt is a file'), ('--csv', 'diary.txt/a.csv', 'diary.txt is a file')])
+def test_places_where_no_result_can_be_are_refused_before_the_work(run, recording, tmp_path, capsys, option, place,
+                                                                   words):
+    (tmp_path / 'folder').mkdir()
+    (tmp_path / 'diary.txt').write_text('a diary')
+    size = recording.stat().st_size
+    assert run(recording, option, tmp_path / place, '--overwrite', create=None) == 2
+    assert words in capsys.readouterr().err
+    assert recording.stat().st_size == size
 
 
 def test_configurations_that_contradict_each_other_are_refused(run, recording, tmp_path, capsys):
@@ -240,6 +255,62 @@ def test_a_cloud_gives_what_a_depth_image_gives(run, recording, tmp_path, out):
         np.testing.assert_allclose(positions(one), positions(other), atol=1e-4)
 
 
+def packed(source, path, topics):
+    """The bag with depth images as compressed_depth_image_transport has them, and other changes of names."""
+    with rosbag.Bag(str(source)) as bag, rosbag.Bag(str(path), 'w') as out:
+        for topic, message, time in bag.read_messages():
+            if topic == DEPTH:
+                png = cv2.imencode('.png', convert_2d.image_to_pixels(message)[0])[1].tobytes()
+                message = CompressedImage(message.header, '16UC1; compressedDepth', bytes(12) + png)
+            out.write(topics.get(topic, topic), message, time)
+    return path
+
+
+def test_a_bag_of_compressed_topics_gives_the_same(run, recording, tmp_path, out):
+    """As recorded with a RealSense camera: everything compressed, depth by two transports."""
+    camera = '/camera/aligned_depth_to_color'
+    source = packed(write_recording(tmp_path / 'c.bag', image=COMPRESSED, others=lambda bag: bag.write(
+        f'{camera}/image_raw/compressed', CompressedImage(), stamp_of(0))), tmp_path / 'packed.bag', {
+        COMPRESSED: '/camera/color/image_raw/compressed', DEPTH: f'{camera}/image_raw/compressedDepth',
+        INFO: f'{camera}/camera_info'})
+    assert run(recording) == 0
+    assert run(source, output=tmp_path / 'b.bag') == 0
+    assert [_bytes(array) for array in arrays(out)] == [_bytes(array) for array in arrays(tmp_path / 'b.bag')]
+
+
+def lidar(bag):
+    for number in range(FRAMES):
+        bag.write('/lidar/points', PointCloud2(header=Header(0, stamp_of(number), 'lidar'), height=1,
+                                               width=7), stamp_of(number))
+
+
+def test_clouds_without_rows_are_left_alone(run, tmp_path, out, capsys):
+    """As those of a lidar, or of a RealSense camera that was not asked for ordered clouds."""
+    assert run(write_recording(tmp_path / 'a.bag', others=lidar)) == 0
+    assert len(arrays(out)) == FRAMES
+    assert 'rows of an image' not in capsys.readouterr().err
+    assert run(write_recording(tmp_path / 'b.bag', points=None, others=lidar), output=tmp_path / 'c.bag') == 0
+    assert len(arrays(tmp_path / 'c.bag', 'detected_poses', '/openpose_ros')) == FRAMES
+    assert 'the clouds on /lidar/points have not the rows of an image' in capsys.readouterr().err
+
+
+def test_infrared_images_are_no_depth_and_depth_of_another_view_is_told(run, tmp_path, out, capsys):
+    def others(bag):
+        infrared = np.zeros((8, 12), np.uint16)
+        bag.write('/cam/ir/image_raw', convert_2d.pixels_to_image(infrared, 'mono16', Header()), stamp_of(0))
+
+    source = write_recording(tmp_path / 'a.bag', others=others)
+    assert run(source) == 0
+    assert "is of frame" not in capsys.readouterr().err
+    other = tmp_path / 'b.bag'
+    with rosbag.Bag(str(source)) as bag, rosbag.Bag(str(other), 'w') as changed:
+        for topic, message, time in bag.read_messages():
+            message.header.frame_id = 'depth_frame' if topic == DEPTH else message.header.frame_id
+            changed.write(topic, message, time)
+    assert run(other, '--overwrite') == 0
+    assert f"{IMAGE} is of frame '{FRAME_ID}', but {DEPTH} of 'depth_frame'" in capsys.readouterr().err
+
+
 def test_images_alone_give_people_in_the_image(run, tmp_path, out):
     for source, arguments in ((write_recording(tmp_path / 'a.bag', points=None), ()),
                               (write_recording(tmp_path / 'b.bag'), ('--only-2d',))):
@@ -273,6 +344,12 @@ def test_lone_images_and_points_are_counted_and_all_others_used_once(run, tmp_pa
 def test_points_with_stamps_of_their_own_are_paired_from_the_first_frame_on(run, tmp_path, out):
     assert run(write_recording(tmp_path / 'a.bag', offset=0.021)) == 0
     assert len(arrays(out)) == FRAMES
+
+
+def test_points_that_begin_later_are_paired_from_their_first_frame_on(run, tmp_path, out):
+    """Their stamps differ from those of the images, and the first images have no points to learn this from."""
+    assert run(write_recording(tmp_path / 'a.bag', offset=0.021, without_points=range(4))) == 0
+    assert numbers_of(arrays(out, 'detected_poses')) == list(range(4, FRAMES))
 
 
 def test_two_runs_give_the_same_bytes_whatever_the_number_of_processes(run, recording, tmp_path):
@@ -373,12 +450,17 @@ def test_json_markers_and_tf(run, recording, tmp_path, out):
     assert run(recording, '--json', tmp_path / 'json', '--markers', publish_tf='true') == 0
     files = sorted((tmp_path / 'json').iterdir())
     assert [path.name for path in files] == [f'walk_{number:012d}_keypoints.json' for number in range(FRAMES)]
-    array = arrays(out)[3]
+    (tmp_path / 'json/of_another_000000000000_keypoints.json').write_text('{}')
+    shorter = write_recording(tmp_path / 'walk.bag', without_image=(0,))
+    assert run(shorter, '--json', tmp_path / 'json', '--markers', publish_tf='true') == 0
+    assert len(list((tmp_path / 'json').glob('walk_*'))) == FRAMES - 1
+    assert (tmp_path / 'json/of_another_000000000000_keypoints.json').exists()
+    array, files = arrays(out)[3], sorted((tmp_path / 'json').glob('walk_*'))
     people = json.loads(files[3].read_text())['people']
     assert [entry['person_id'] for entry in people] == [[person.person_ID] for person in array.persons]
     in_space = np.array([entry['pose_keypoints_3d'] for entry in people], np.float32).reshape(-1, 18, 4)
     np.testing.assert_array_equal(in_space[..., :3], np.nan_to_num(positions(array)).astype(np.float32))
-    assert len(messages(out, f'{NAMESPACE}/visualization_skeleton')) >= 2 * (FRAMES - EMPTY)
+    assert len(messages(out, f'{NAMESPACE}/visualization_skeleton')) >= 2 * (FRAMES - 1 - EMPTY)
     joints, _ = messages(out, '/tf')[3]
     assert joints.transforms[0].header.frame_id == FRAME_ID
     assert 'person_0/nose' in [transform.child_frame_id for transform in joints.transforms]
@@ -392,13 +474,16 @@ def test_an_interrupt_leaves_nothing(recording, tmp_path):
               '    sys.exit(main(sys.argv[1:], functools.partial(knowing_detector, slow=0.5)))\n')
     (tmp_path / 'command.py').write_text(script)
     environment = {**os.environ, 'PYTHONPATH': os.pathsep.join([str(Path(__file__).parent), *sys.path])}
-    for jobs, number in ((1, signal.SIGINT), (2, signal.SIGTERM)):
-        command = subprocess.Popen([sys.executable, str(tmp_path / 'command.py'), str(recording), '-o', str(
-            tmp_path / 'out.bag'), '--csv', str(tmp_path / 'a.csv'), '--json', str(tmp_path / 'json'),
-            f'--jobs={jobs}'], env=environment, start_new_session=True)
+    for jobs, number in ((1, signal.SIGINT), (2, signal.SIGTERM), (2, signal.SIGINT)):
+        with (tmp_path / 'errors').open('w') as errors:
+            command = subprocess.Popen([sys.executable, str(tmp_path / 'command.py'), str(recording), '-o', str(
+                tmp_path / 'out.bag'), '--csv', str(tmp_path / 'a.csv'), '--json', str(tmp_path / 'json'),
+                f'--jobs={jobs}'], env=environment, start_new_session=True, stderr=errors)
         while command.poll() is None and not any(name.startswith('.out.bag') for name in left_behind(tmp_path)):
             time.sleep(0.01)
-        command.send_signal(number)
+        # a terminal sends Ctrl-C to the whole group; the processes of --jobs are just about to start
+        (os.killpg if number == signal.SIGINT else os.kill)(command.pid, number)
         assert command.wait(20) == 130
-        assert sorted(path.name for path in tmp_path.iterdir()) == ['command.py', 'walk.bag']
+        assert sorted(path.name for path in tmp_path.iterdir()) == ['command.py', 'errors', 'walk.bag']
+        assert 'Traceback' not in (tmp_path / 'errors').read_text()
         assert running_in_group(command.pid) == []

@@ -2,9 +2,12 @@
 import functools
 import json
 import os
+import signal
 import subprocess
 import sys
+import threading
 import time
+from pathlib import Path
 
 import pytest
 from known_recording import knowing_detector, write_recording
@@ -95,10 +98,35 @@ def test_an_existing_cluster_does_it(folder, capsys):
         assert capsys.readouterr().out.endswith('2 bags done, 0 failed\n')
         assert everything(folder / 'out') == ['a.bag', 'a.csv', 'b.bag', 'b.csv']
         assert [process.poll() for process in processes] == [None, None]
+        # in the middle of a bag the scheduler ends, and with it all that was to be done
+        threading.Thread(target=lambda: (_until(lambda: any(folder.glob('out/.*.part'))), processes[0].kill())).start()
+        slow = functools.partial(knowing_detector, slow=0.5)
+        assert run(folder, '--scheduler', address, '--overwrite', create=slow) == 1
+        output = capsys.readouterr().out
+        assert output.count(f'the scheduler at {address} is gone') == 2
+        assert output.endswith('0 bags done, 2 failed\n')
     finally:
         for process in reversed(processes):
             process.terminate()
             process.wait(20)
+
+
+def test_an_interrupt_leaves_nothing(folder):
+    (folder / 'command.py').write_text(
+        'import functools, sys\n'
+        'from known_recording import knowing_detector\n'
+        'from openpose_ros_tools.ros.process_bag import main\n'
+        "if __name__ == '__main__':\n"
+        '    sys.exit(main(sys.argv[1:], functools.partial(knowing_detector, slow=1.0)))\n')
+    environment = {**os.environ, 'PYTHONPATH': os.pathsep.join([str(Path(__file__).parent), *sys.path])}
+    with (folder / 'errors').open('w') as errors:
+        command = subprocess.Popen([sys.executable, str(folder / 'command.py'), str(folder / 'in'), '-o', str(
+            folder / 'out'), '--workers', '2'], env=environment, start_new_session=True, stderr=errors)
+    _until(lambda: any(folder.glob('out/.*.part')))
+    os.killpg(command.pid, signal.SIGINT)
+    assert command.wait(20) == 130
+    assert everything(folder) == ['command.py', 'errors', 'in/a.bag', 'in/b.bag']
+    assert (folder / 'errors').read_text() == ''
 
 
 def test_a_scheduler_that_is_not_there_is_told(monkeypatch):

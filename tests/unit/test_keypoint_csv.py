@@ -243,7 +243,9 @@ def test_a_wrong_value_is_named_with_its_place(tmp_path, name, value, expected):
     (b'\xff\xd8\x00\x01', 'no column|line 1'),
     ('%time,field.num_people_detected,field.person_ID\n', 'no column field.nose.x'),
     ('%time,field.num_people_detected,field.person_ID,field.nose.x,field.nose.y\n', 'no column field.nose.confidence'),
-    ('%time,%time,field.num_people_detected,field.person_ID\n', "'%time' is there twice"),
+    ('%time,%time,field.num_people_detected,field.person_ID,field.nose.x,field.nose.y,field.nose.confidence\n',
+     "'%time' is there twice"),
+    ('Format Version,1.23,Capture Frame Rate,120,Export Frame Rate,120\n', 'no column %time'),  # of motion capture
     ('%time,field.header.seq,field.persons0.header.seq\n', 'array message'),
     (','.join(columns('tidy', 3)) + '\n', '--tidy'), (','.join(columns('tidy', 2)) + '\n', '--tidy')])
 def test_other_files_are_refused(tmp_path, text, expected):

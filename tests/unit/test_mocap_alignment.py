@@ -9,9 +9,9 @@ from simulated_mocap import Simulated, errors, sequence_truth, simulate, walkers
 
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_tools.mocap_alignment import AlignmentParams, align, rigid_transform
-from openpose_ros_tools.mocap_clock import JointPaths
+from openpose_ros_tools.mocap_clock import JointPaths, bridged_gap, moving_speed
 from openpose_ros_tools.mocap_joints import JointRecording
-from skeleton_extract_3d.people import MISSING
+from skeleton_extract_3d.people import MEASURED, MISSING
 
 ROOT = Path(__file__).resolve().parents[2]
 SHIPPED = ROOT / 'skeleton_extract_3d' / 'demo' / 'cross'
@@ -95,6 +95,34 @@ def test_what_is_given_is_kept(long_scene):
     assert errors(long_scene, clock)[1] < 0.1 and errors(long_scene, clock)[2] < 3
     place = align(long_scene.estimate, long_scene.reference, AlignmentParams(transform=matrix(long_scene)))
     assert errors(long_scene, place)[0] < 2
+
+
+def test_a_single_frame_can_be_compared_where_all_is_given(long_scene):
+    given = AlignmentParams(clock_offset=long_scene.clock_offset, transform=matrix(long_scene))
+    row = int((long_scene.estimate.status == MEASURED).sum(axis=1).argmax())
+    one = long_scene.estimate.select(np.array([row]))
+    found = align(one, long_scene.reference, given)
+    assert 0 < found.samples < 30 and found.residual < 0.05 and not found.warnings
+    # also at the very beginning of the reference, where speeds are unknown
+    begin = dataclasses.replace(one, stamps=one.stamps * 0)
+    start = long_scene.reference.times[0]
+    first = JointRecording(('a',), [start, start + 1], np.stack([found.apply(one.positions[0])] * 2)[None])
+    assert align(begin, first, dataclasses.replace(given, clock_offset=start)).residual < 1e-6
+    with pytest.raises(BadInputError, match='nothing in common'):
+        align(one, long_scene.reference)
+
+
+@pytest.mark.parametrize('rate', [5.0, 10.0])
+def test_a_reference_of_a_low_rate(rate):
+    scene = simulate(walkers(12, 2, seed=3), seed=4, rate=rate)
+    offset, angle, at_people, _ = errors(scene, align(scene.estimate, scene.reference))
+    assert offset < FRAME_MS / 4 and angle < 0.5 and at_people < 5
+
+
+def test_people_may_stand_still_in_most_of_the_reference(long_scene):
+    moving = long_scene.reference.positions[:, :4 * 120]
+    positions = np.concatenate([np.repeat(moving[:, :1], 400 * 120, axis=1), moving], axis=1)[:, :, :8]
+    assert moving_speed(JointPaths(np.arange(positions.shape[1]) / 120, positions, 0.1)) > 0.5
 
 
 def test_offset_is_searched_within_its_limit(long_scene):
@@ -184,6 +212,11 @@ class TestJointPaths:
     def test_gap_between_samples(self):
         found = self.paths(times=(0, 1, 4)).at(np.array([0.5, 1, 2, 4]))[0, :, 0, 0]
         np.testing.assert_allclose(found, [0.5, 1, np.nan, 4])
+
+    @pytest.mark.parametrize('times, expected', [
+        ((), 0.1), ((7,), 0.1), ((0, 0.01, 0.02, 9), 0.1), ((0, 0.2, 0.4, 0.8), 0.3)])
+    def test_gap_that_may_be_bridged(self, times, expected):
+        assert bridged_gap(np.array(times, float), 0.1) == pytest.approx(expected)
 
     def test_velocity(self):
         np.testing.assert_allclose(self.paths().velocity(np.array([0, 2.3]), 0.1)[0, :, 0, 0], [np.nan, 1])

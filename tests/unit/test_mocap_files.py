@@ -123,6 +123,11 @@ def test_motive_without_labels_of_rows_and_with_time_codes(tmp_path):
     np.testing.assert_allclose(read.positions[:, 0], [[1.5, -2.5, 0.001], [np.nan] * 3])
 
 
+def test_motive_with_a_plain_title_of_the_times(tmp_path):
+    read = read_mocap(text_file(tmp_path, 'walk.csv', MOTIVE.replace('Time (Seconds)', 'Time')))
+    np.testing.assert_allclose(read.times, [0.20, 0.22])
+
+
 def test_motive_with_parents(tmp_path):
     text = MOTIVE.replace('Version,1.23', 'Version,1.25').replace('\n,,Rotation', f"\n,Parent{',' * 30}\n,,Rotation")
     assert len(read_mocap(text_file(tmp_path, 'walk.csv', text)).names) == 6

@@ -151,6 +151,32 @@ def test_subjects_by_prefix(prefixes, subjects):
         np.testing.assert_allclose(joint(joints, 'left_elbow', subject)[0], np.array(STANDING['LELB']) + subject)
 
 
+@pytest.mark.parametrize('prefix, subject', [
+    ('', 'subject'), ('Ann:', 'Ann'), ('Ann_', 'Ann'), ('Skeleton 001:', 'Skeleton 001'), ('person 2 ', 'person 2'),
+    ('p0.', 'p0'), ('Carl/', 'Carl')])
+@pytest.mark.parametrize('style', [
+    str.upper, str.title, lambda joint: joint.replace('_', ' '), lambda joint: joint.title().replace('_', ''),
+    # as OpenPose has them
+    lambda joint: joint.replace('left', 'l').replace('right', 'r').title().replace('_', '')])
+def test_joints_in_other_spellings(prefix, subject, style):
+    markers = {prefix + style(name): (i, 0, 0) for i, name in enumerate(MESSAGE_JOINTS)}
+    joints = joints_of(recording({**markers, 'Unlabeled 1001': (0, 0, 0)}), read_marker_map())
+    assert joints.subjects == (subject,)
+    np.testing.assert_array_equal(joints.positions[0, 0, :, 0], np.arange(len(MESSAGE_JOINTS)))
+
+
+def test_the_exact_name_goes_before_other_spellings():
+    markers = {'Left Knee': (1, 0, 0), **dict.fromkeys(SIX, (2, 0, 0)), 'LEFT_KNEE': (3, 0, 0)}
+    joints = joints_of(recording(markers), read_marker_map('joint_names'))
+    assert joint(joints, 'left_knee')[0, 0] == 2
+
+
+def test_ones_own_map_knows_markers_by_their_names_alone(tmp_path):
+    joints = ', '.join(f'{joint}: "{number}"' for number, joint in enumerate(SIX))
+    markers = {f'{prefix}{number}': (0, 0, 0) for prefix in ('', 'Unlabeled ') for number in range(6)}
+    assert joints_of(recording(markers), marker_map(tmp_path, f'joints: {{{joints}}}')).subjects == ('subject',)
+
+
 def test_subjects_by_the_map(tmp_path):
     text = f'joints: {{{LEGS}}}\nsubjects: {{Ben: B., Ann: "A-"}}'
     markers = {prefix + joint: (i, 0, 0) for i, prefix in enumerate(('A-', 'B.', 'C:')) for joint in SIX}

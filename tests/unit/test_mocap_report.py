@@ -11,7 +11,7 @@ import pytest
 from simulated_mocap import sequence_truth, simulate
 
 from openpose_ros_pkg.errors import ParameterError
-from openpose_ros_tools import truth_as_mocap
+from openpose_ros_tools import mocap_report, truth_as_mocap
 from openpose_ros_tools.mocap_alignment import align
 from openpose_ros_tools.mocap_evaluation import compare
 from openpose_ros_tools.mocap_report import facts, summary, table, write_report
@@ -64,6 +64,18 @@ def test_table_has_a_line_per_joint(values):
 def test_facts_tell_offset_and_place(values):
     told = dict(facts(values))
     assert 'found' in told['clock offset'] and 'found' in told['camera in the reference']
+    assert values['clock']['meaning'] == 'time of the reference minus time of the estimate'
+    assert values['clock']['meaning'] in told['clock offset']
+    assert values['transform']['meaning'] == 'x_reference = R x_estimate + t'
+    assert values['transform']['meaning'] in told['camera in the reference']
+
+
+@pytest.mark.parametrize('template', ['mocap_report.html', 'mocap_report.md'])
+def test_templates_suit_jinja_before_2_11(template):
+    """Which took a condition without "else" for an error when a variable must be there (Ubuntu 20.04 has 2.10)."""
+    text = (Path(mocap_report.__file__).parent / 'data' / template).read_text()
+    conditions = [part for part in re.findall(r'{{(.*?)}}', text, re.DOTALL) if ' if ' in part]
+    assert conditions and all(' else ' in part for part in conditions)
 
 
 def test_html_needs_no_other_file(folder, values):
@@ -172,6 +184,7 @@ class TestCommand:
         assert values['clock']['offset_s'] == pytest.approx(12.5 - 1.6e9, abs=0.005)
         np.testing.assert_allclose(values['transform']['matrix'], np.eye(4), atol=0.02)
         assert values['inputs']['frame of the camera'] == 'camera'
+        assert values['inputs']['marker map'] == 'joint_names, chosen by the names of the markers'
 
     def test_given_alignment(self, files, capsys):
         arguments = [str(files / 'poses.csv'), str(files / 'mocap.csv'), '--clock-offset', str(12.5 - 1.6e9),

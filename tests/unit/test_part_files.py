@@ -52,3 +52,25 @@ def test_whose_part_was_taken_away_moves_nothing(tmp_path):
         parts.file(tmp_path / 'a.bag').write_text('of one who was thought to be dead')
         delete_parts(tmp_path / 'a.bag')
     assert everything(tmp_path) == []
+
+
+def test_of_two_who_make_the_same_at_a_time_the_later_one_does(tmp_path):
+    """A worker of a cluster goes on with what nobody waits for, while another thread of it begins anew."""
+    with PartFiles() as later:
+        with pytest.raises(FileNotFoundError), PartFiles() as earlier:
+            earlier.file(tmp_path / 'a.bag').write_text('of before')
+            part = later.file(tmp_path / 'a.bag')
+            part.write_text('ha')
+        assert everything(tmp_path) == [part.name]
+        part.write_text('half and half')
+    assert (tmp_path / 'a.bag').read_text() == 'half and half'
+
+
+def test_files_of_an_earlier_run_go_when_the_new_ones_come(tmp_path):
+    for name in ('a_0.json', 'a_1.json', 'b_1.json'):
+        (tmp_path / name).write_text('older')
+    with PartFiles() as parts:
+        (parts.folder(tmp_path, lambda name: name.startswith('a_')) / 'a_0.json').write_text('new')
+        assert (tmp_path / 'a_1.json').exists()
+    assert everything(tmp_path) == ['a_0.json', 'b_1.json']
+    assert (tmp_path / 'a_0.json').read_text() == 'new'

@@ -69,8 +69,12 @@ def setting_values(parser: argparse.ArgumentParser, settings: Sequence[str]) -> 
 
 @contextmanager
 def all_ends_are_interrupts() -> Iterator[None]:
-    """Turn SIGTERM, and SIGHUP of a closed terminal, into KeyboardInterrupt as SIGINT is: files get completed."""
-    before = {number: signal.signal(number, signal.default_int_handler) for number in (signal.SIGTERM, signal.SIGHUP)}
+    """Turn SIGTERM, and SIGHUP of a closed terminal, into KeyboardInterrupt as SIGINT is: files get completed.
+
+    What is ignored, as `nohup` has SIGHUP, stays so.
+    """
+    before = {number: signal.signal(number, signal.default_int_handler) for number in (signal.SIGTERM, signal.SIGHUP)
+              if signal.getsignal(number) != signal.SIG_IGN}
     try:
         yield
     finally:

@@ -3,7 +3,6 @@ import logging
 import multiprocessing
 import os
 import queue
-import signal
 from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import replace
@@ -16,6 +15,7 @@ from openpose_ros_pkg.backends import BackendParams
 from openpose_ros_pkg.errors import OpenposeRosError
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.recipes import DetectorParams, recipe_of
+from openpose_ros_tools.no_interrupts import no_interrupts
 
 _log = logging.getLogger(__name__)
 
@@ -144,15 +144,18 @@ class _DetectorProcess:
     def _start(self) -> None:
         # spawned: a fork would copy threads' locks, and what the networks hold
         context = multiprocessing.get_context('spawn')
-        self._connection, theirs = context.Pipe()
-        self._process = context.Process(target=_serve, args=(theirs, self._create, self._params), daemon=True)
-        self._process.start()
+        connection, theirs = context.Pipe()
+        process = context.Process(target=_serve, args=(theirs, self._create, self._params), daemon=True)
+        with no_interrupts():  # the other side ends this one
+            process.start()
         theirs.close()
+        self._connection, self._process = connection, process
+        if self._closed:  # meanwhile, by another thread, which knew the one before alone
+            process.kill()
 
 
 def _serve(connection: Connection, create: Callable[..., Any], params: Sequence[Any]) -> None:
     """Answer pictures with keypoints and scores, or with the error, until the other side is gone."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the whole group; the other side ends this one
     detector: Optional[Any] = None
     with suppress(EOFError, OSError):
         while True:

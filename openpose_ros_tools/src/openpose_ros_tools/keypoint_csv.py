@@ -282,9 +282,6 @@ class KeypointCsv:
             BadInputError: a column is missing, or there twice.
         """
         self._place = {name: i for i, name in enumerate(self._names)}
-        if len(self._place) < len(self._names):
-            twice = next(name for i, name in enumerate(self._names) if self._place[name] != i)
-            raise BadInputError(f"{self.path}, line 1: column '{twice}' is there twice")
         found = [match for match in map(_PART_COLUMN.fullmatch, self._names) if match]
         self.dimensions = 3 if any(match[2] == 'z' for match in found) else 2
         fields = FIELDS[self.dimensions]
@@ -296,6 +293,9 @@ class KeypointCsv:
             shown = ', '.join(missing[:4]) + (', ...' if len(missing) > 4 else '')
             raise BadInputError(f'{self.path}, line 1: no column {shown}; the first columns are '
                                 f"{', '.join(self._names[:4])[:100]}")
+        if len(self._place) < len(self._names):
+            twice = next(name for i, name in enumerate(self._names) if self._place[name] != i)
+            raise BadInputError(f"{self.path}, line 1: column '{twice}' is there twice")
         cells = [(k, f, self._place[name]) for k, joint in enumerate(MESSAGE_JOINTS) for f, field in enumerate(fields)
                  for name in [f'field.{joint}.{field}'] if name in self._place]
         self._joint_of, self._field_of, self._value_places = (list(column) for column in zip(*cells))

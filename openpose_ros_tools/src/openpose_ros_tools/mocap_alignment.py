@@ -19,8 +19,9 @@ import numpy as np
 
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_tools.keypoint_table import KeypointTable
-from openpose_ros_tools.mocap_clock import Correlations, JointPaths, correlate_speeds, moving_speed
+from openpose_ros_tools.mocap_clock import Correlations, JointPaths, bridged_gap, correlate_speeds, moving_speed
 from openpose_ros_tools.mocap_joints import JointRecording
+from openpose_ros_tools.mocap_people import steady_ids
 from skeleton_extract_3d.people import MEASURED
 
 # Candidates: so many lags, at least so far apart [s]; of each so many pairs of track and subject.
@@ -40,7 +41,7 @@ _FEW_STEPS, _MANY_STEPS, _LONGEST_STEP, _SETTLED = 8, 40, 0.1, 1e-5
 _SMALLEST_SCALE = 0.005
 # A robust weight falls to 1/4 at this multiple of the scale (Geman and McClure).
 _TUNING = 3.0
-# Joints that a track must have in common with a subject, and joints in all, for a transform.
+# Joints that a track must have in common with a subject, and joints in all, for a transform or a clock to be found.
 _LEAST_POINTS = 30
 # The fastest joints must reach this, or the clock can not be found [m/s]: standing people sway by less.
 _LEAST_SPEED = 0.1
@@ -62,7 +63,7 @@ class AlignmentParams:
         clock_offset: time of the reference minus time of the estimate [s]; None: to be found.
         transform: (4, 4), from the camera's frame to the reference's [m]; None: to be found.
         max_clock_offset: offsets up to this are searched, either way [s]; None: wherever the recordings overlap.
-        max_gap: between two samples of the reference that may be bridged [s].
+        max_gap: between two samples of the reference that may be bridged [s], see `bridged_gap`.
         use_sigma: weigh joints by 1 / sigma^2, as far as the estimate tells sigma.
     """
 
@@ -144,7 +145,10 @@ class _Solution:
 
 @dataclass(frozen=True)
 class _Observed:
-    """The measured joints: times (R,) [s] from the beginning, ids (R,), positions (R, K, 3) [m] with NaN, weights."""
+    """The measured joints: times (R,) [s] from the beginning, ids (R,), positions (R, K, 3) [m] with NaN, weights.
+
+    Ids are those that stay with people, see `steady_ids`.
+    """
 
     times: np.ndarray
     ids: np.ndarray
@@ -181,7 +185,8 @@ def align(estimate: KeypointTable, reference: JointRecording, params: Optional[A
         if length > _LONGEST:
             raise BadInputError(f'the times of the {name} span {length:g} s, expected {_LONGEST:g} s or less; are some '
                                 'of them 0?')
-    paths = JointPaths(reference.times - begin_reference, reference.positions[:, :, joints], params.max_gap)
+    paths = JointPaths(reference.times - begin_reference, reference.positions[:, :, joints],
+                       bridged_gap(reference.times, params.max_gap))
     frame_time = _frame_time(observed.times)
     base = begin_reference - begin  # clock offset of lag 0
     tracks = _longest_tracks(observed.ids)
@@ -193,16 +198,20 @@ def align(estimate: KeypointTable, reference: JointRecording, params: Optional[A
                                 f'fastest joints reach {fastest:.2f} m/s, expected {_LEAST_SPEED} or more; give the '
                                 'offset (--clock-offset)')
         correlations = correlate_speeds([_track(observed, track) for track in tracks], paths, frame_time)
-    solutions = _candidates(observed, paths, params, base, correlations, progress)
-    some = observed.some(_REFINING_ROWS)
-    solutions = [_refine(some, paths, solution, params, frame_time, _FEW_STEPS) for solution in progress(solutions)]
-    best = max(solutions, key=lambda solution: solution.merit)
-    rival = max((other.merit for other in solutions if _differs(other, best)), default=0.0) / max(best.merit, 1e-9)
+    if params.clock_offset is not None and params.transform is not None:
+        best, rival = _Solution(params.clock_offset - base, params.transform[:3, :3], params.transform[:3, 3]), 0.0
+    else:
+        solutions = _candidates(observed, paths, params, base, correlations, progress)
+        some = observed.some(_REFINING_ROWS)
+        solutions = [_refine(some, paths, solution, params, frame_time, _FEW_STEPS) for solution in progress(solutions)]
+        best = max(solutions, key=lambda solution: solution.merit)
+        rival = max((other.merit for other in solutions if _differs(other, best)), default=0.0) / max(best.merit, 1e-9)
     observed = observed.some(_FINAL_ROWS)
     best = _refine(observed, paths, best, params, frame_time, _MANY_STEPS)
-    if best.samples < _LEAST_POINTS:
+    least = _least_points(params)
+    if best.samples < least:
         raise BadInputError(f'estimate and reference share {best.samples} measured joints at the best fit, expected at '
-                            f'least {_LEAST_POINTS}; are they of the same scene?')
+                            f'least {least}; are they of the same scene?')
     curve = None if correlations is None else _curve(correlations, best, observed.ids, tracks, base)
     return Alignment(
         clock_offset=base + best.lag if params.clock_offset is None else params.clock_offset,
@@ -222,7 +231,7 @@ def _observed(estimate: KeypointTable, reference: JointRecording, use_sigma: boo
     measured = (estimate.status == MEASURED) & np.isfinite(estimate.positions).all(axis=2)
     joints = np.flatnonzero(measured.any(axis=0) & np.isfinite(reference.positions).all(axis=3).any(axis=(0, 1)))
     if len(joints) < 3:
-        raise BadInputError(f'estimate and reference have {len(joints)} joints in common, expected 3 or more')
+        raise BadInputError(f'estimate and reference have {len(joints)} measured joints in common, expected 3 or more')
     measured = measured[:, joints]
     positions = np.where(measured[..., None], estimate.positions[:, joints].astype(np.float64), np.nan)
     weights = np.ones(measured.shape)
@@ -233,8 +242,14 @@ def _observed(estimate: KeypointTable, reference: JointRecording, use_sigma: boo
         weights = usual ** 2 / np.maximum(sigma, 0.3 * usual) ** 2
     times = (estimate.stamps - estimate.stamps.min()) * 1e-9
     order = np.argsort(times, kind='stable')
-    observed = _Observed(times[order], estimate.ids[order], positions[order], weights[order])
-    return observed.rows(measured[order].any(axis=1)), joints
+    order = order[measured[order].any(axis=1)]
+    ids = steady_ids(times[order], estimate.ids[order], positions[order])
+    return _Observed(times[order], ids, positions[order], weights[order]), joints
+
+
+def _least_points(params: AlignmentParams) -> int:
+    """Return how many joints are needed; one, where nothing is to be found."""
+    return _LEAST_POINTS if params.clock_offset is None or params.transform is None else 1
 
 
 def _frame_time(times: np.ndarray) -> float:
@@ -387,10 +402,12 @@ def _refine(observed: _Observed, paths: JointPaths, start: _Solution, params: Al
         moved = observed.positions @ rotation.T + translation
         subjects = _who(_distances(moved, truth))
         rows = np.flatnonzero(subjects >= 0)
-        velocity = paths.velocity(observed.times[rows] + lag, half)[subjects[rows], np.arange(len(rows))]
         residual = truth[subjects[rows], rows] - moved[rows]
+        velocity = np.zeros_like(residual)
+        if params.clock_offset is None:
+            velocity = paths.velocity(observed.times[rows] + lag, half)[subjects[rows], np.arange(len(rows))]
         used = np.isfinite(residual).all(axis=2) & np.isfinite(velocity).all(axis=2)
-        if used.sum() < _LEAST_POINTS:
+        if used.sum() < _least_points(params):
             return replace(start, merit=0.0, samples=int(used.sum()))
         residual, velocity, points = residual[used], velocity[used], moved[rows][used]
         distances = np.linalg.norm(residual, axis=1)

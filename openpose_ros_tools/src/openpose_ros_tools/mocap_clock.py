@@ -18,6 +18,8 @@ _SPEED_WINDOW = 0.2
 _FASTEST = 4.0
 # Variation of a speed that tells nothing, as a resting joint has by sway and noise [m/s].
 _SPEED_FLOOR = 0.05
+# Samples that are not further apart than so many times the usual follow each other.
+_ONE_STEP = 1.5
 # A track or subject is bridged over so long without a position [s].
 _BRIDGED = 0.25
 # Grid steps per frame of the camera, and the finest grid [s].
@@ -85,6 +87,11 @@ class JointPaths:
     def velocity(self, times: np.ndarray, half: float) -> np.ndarray:
         """Return mean velocities (S, N, K, 3) [m/s] over `half` seconds to both sides; NaN as in `at`."""
         return (self.at(times + half) - self.at(times - half)) / (2 * half)
+
+
+def bridged_gap(times: np.ndarray, max_gap: float) -> float:
+    """Return the gap that may be bridged [s]: `max_gap`, or more where the usual samples (T,) [s] are further apart."""
+    return max(max_gap, _ONE_STEP * float(np.median(np.diff(times)))) if len(times) > 1 else max_gap
 
 
 @dataclass(frozen=True)
@@ -166,11 +173,20 @@ def correlate_speeds(tracks: List[Tuple[np.ndarray, np.ndarray]], reference: Joi
     return Correlations(order * step + reference_begin - begin, covariance, of_track, of_subject, common, step)
 
 
-def moving_speed(paths: JointPaths, step: float = 0.05, share: float = 0.03) -> float:
-    """Return the speed that the fastest joints reach, for `share` of the joints and times [m/s]; NaN if unknown."""
+def moving_speed(paths: JointPaths, step: float = 0.05, stretch: float = 2.0, share: float = 0.03) -> float:
+    """Return the speed that the fastest joints reach while people move most [m/s]; NaN if unknown.
+
+    Args:
+        step: between two speeds [s].
+        stretch: that is looked at by itself [s]: people may stand still in most of a long recording.
+        share: of the joints and times of a stretch that reach it.
+    """
     speeds = _speeds(paths, np.arange(paths.times[0], paths.times[-1], step))
-    known = speeds[np.isfinite(speeds)]
-    return float(np.percentile(known, 100 * (1 - share))) if len(known) else float('nan')
+    count = int(stretch / step)
+    parts = [speeds[..., first:first + count] for first in range(0, speeds.shape[-1], count)]
+    fastest = [np.percentile(part[np.isfinite(part)], 100 * (1 - share)) for part in parts
+               if np.isfinite(part).mean() > share]
+    return float(max(fastest)) if fastest else float('nan')
 
 
 def _without_jumps(positions: np.ndarray) -> np.ndarray:

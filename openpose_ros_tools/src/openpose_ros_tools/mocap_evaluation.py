@@ -3,14 +3,14 @@ from dataclasses import dataclass
 from typing import Any, Callable, Dict, Iterable, List, Optional, Sequence, Tuple
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.skeletons import BODY_25, COCO_18, MESSAGE_JOINTS, MPI_15
 from openpose_ros_tools.keypoint_table import KeypointTable
 from openpose_ros_tools.mocap_alignment import Alignment
-from openpose_ros_tools.mocap_clock import SAME_TIME, JointPaths
+from openpose_ros_tools.mocap_clock import SAME_TIME, JointPaths, bridged_gap
 from openpose_ros_tools.mocap_joints import JointRecording
+from openpose_ros_tools.mocap_people import pair_people
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING
 
 # Distances within which a joint counts as right, for the percentage of correct keypoints [m].
@@ -27,7 +27,7 @@ class EvaluationParams:
 
     Attributes:
         gate: who is farther than this from a subject, by the median of the joints, is not that subject [m].
-        max_gap: between two samples of the reference that may be bridged [s].
+        max_gap: between two samples of the reference that may be bridged [s], see `bridged_gap`.
         joints: names to compare; none: all that both have. Who is who is told by all joints in any case.
         start, end: part of the estimate, since its first frame [s]; None: to the ends.
     """
@@ -94,7 +94,7 @@ def compare(estimate: KeypointTable, reference: JointRecording, alignment: Align
             params: Optional[EvaluationParams] = None, progress: Callable[[Iterable], Iterable] = iter) -> Comparison:
     """Find out who is who in each frame, and put the joints of both side by side.
 
-    In each frame people and subjects are paired so that the sum of their distances is least (Hungarian method).
+    In each frame people and subjects are paired so that the sum of their distances is least, see `pair_people`.
 
     Args:
         progress: wraps the frames.
@@ -110,7 +110,8 @@ def compare(estimate: KeypointTable, reference: JointRecording, alignment: Align
     begin = estimate.stamps.min()
     # from the first frame on, so that no precision is lost on stamps of decades
     lag = alignment.clock_offset - (reference.times[0] - begin * 1e-9)
-    paths = JointPaths(reference.times - reference.times[0], reference.positions[:, :, joints], params.max_gap)
+    paths = JointPaths(reference.times - reference.times[0], reference.positions[:, :, joints],
+                       bridged_gap(reference.times, params.max_gap))
     since = (estimate.stamps - begin) * 1e-9
     stamps, frame_of = np.unique(since, return_inverse=True)
     wanted = ((stamps >= (params.start or 0) - SAME_TIME)
@@ -127,7 +128,7 @@ def compare(estimate: KeypointTable, reference: JointRecording, alignment: Align
     for frame in progress(np.flatnonzero(wanted & inside)):
         here = order[bounds[frame]:bounds[frame + 1]]
         there = np.flatnonzero(np.isfinite(truth[:, frame]).all(axis=2).any(axis=1))
-        pairs = _pair(positions[here], truth[there, frame], params.gate)
+        pairs = pair_people(positions[here], truth[there, frame], params.gate)
         rows += [(here[person], frame, there[subject]) for person, subject in pairs]
         found = {subject for _, subject in pairs}
         missed += [(frame, subject) for number, subject in enumerate(there) if number not in found]
@@ -175,18 +176,6 @@ def _common_joints(estimate: KeypointTable, reference: JointRecording, names: Se
         return tuple(name for name, one in zip(MESSAGE_JOINTS, mask & chosen) if one)
 
     return np.flatnonzero(ours & theirs), those(theirs & ~ours), those(ours & ~theirs)
-
-
-def _pair(people: np.ndarray, subjects: np.ndarray, gate: float) -> List[Tuple[int, int]]:
-    """Return the pairs of people (P, K, 3) and subjects (S, K, 3) of a frame."""
-    if not len(people) or not len(subjects):
-        return []
-    distances = np.linalg.norm(people[:, None] - subjects[None], axis=3)
-    # not nan-functions, which warn of people without a common joint
-    costs = np.array([[np.median(pair[np.isfinite(pair)]) if np.isfinite(pair).any() else np.inf for pair in person]
-                      for person in distances])
-    return [(person, subject) for person, subject in zip(*linear_sum_assignment(np.minimum(costs, 10 * gate)))
-            if costs[person, subject] <= gate]
 
 
 def _empty_frames(stamps: np.ndarray) -> int:

@@ -16,9 +16,13 @@ which those that others are made of come first::
     subjects: {Ann: 'A_', Ben: 'B_'}                     # optional: how the names of whose markers start
 
 Without `subjects`, what stands before a marker's name and ':' or '_' names the subject: `Ann:LKNE`, `Ann_LKNE`.
+Markers of the shipped maps are also known by other spellings, with upper and lower case and separators as they come:
+`Ann lkne`, `Ann.LeftKnee` for left_knee.
 """
 import logging
-from dataclasses import dataclass
+import re
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple, Union
 
@@ -37,6 +41,10 @@ LEAST_JOINTS = 6
 SUBJECT = 'subject'
 AUTOMATIC = 'automatic'
 _SEPARATORS = (':', '_')
+# What may stand between a subject and a marker that is found by its words.
+_BETWEEN = ' :_.-/|'
+# Words in names: 'Ann:LeftKnee' has ann, left, knee; 'person0_LKNE' has person, 0, lkne.
+_WORD = re.compile('[A-Z]+(?![a-z])|[A-Z]?[a-z]+|[0-9]+')
 _FOLDER = Path(__file__).resolve().parent / 'data' / 'marker_maps'
 
 Points = Mapping[str, np.ndarray]
@@ -176,11 +184,13 @@ class MarkerMap:
         name: of a shipped map, or the path of a file; `AUTOMATIC` chooses among the shipped ones.
         rules: by joint, in the order in which they are applied.
         subjects: by name, how the names of their markers start; empty: found out.
+        is_choice: of `chosen_map`, nobody named it.
     """
 
     name: str
     rules: Mapping[str, Rule]
     subjects: Mapping[str, str]
+    is_choice: bool = False
 
     @property
     def markers(self) -> Tuple[str, ...]:
@@ -225,7 +235,7 @@ def chosen_map(recording: MarkerRecording, marker_map: MarkerMap) -> MarkerMap:
     if marker_map.name != AUTOMATIC:
         return marker_map
     maps = [read_marker_map(name) for name in shipped_maps()]
-    return max(maps, key=lambda one: _fit(recording, one))
+    return replace(max(maps, key=lambda one: _fit(recording, one)), is_choice=True)
 
 
 def joints_of(recording: MarkerRecording, marker_map: MarkerMap) -> JointRecording:
@@ -251,7 +261,7 @@ def joints_of(recording: MarkerRecording, marker_map: MarkerMap) -> JointRecordi
         subjects.append(subject)
         positions.append(body)
     if not subjects:
-        raise BadInputError(_nobody(recording, chosen, groups, automatic=marker_map.name == AUTOMATIC))
+        raise BadInputError(_nobody(recording, chosen, groups))
     return JointRecording(tuple(subjects), recording.times, np.stack(positions))
 
 
@@ -307,13 +317,33 @@ def _split(name: str, marker_map: MarkerMap) -> Optional[Tuple[str, str]]:
     return name[:-len(marker) - 1] or SUBJECT, marker
 
 
+def _split_words(name: str, known: Mapping[str, str]) -> Optional[Tuple[str, str]]:
+    """Return what `_split` does, by the words of the name; markers are known by what `_plain` makes of them."""
+    for word in _WORD.finditer(name):  # left_hip, not hip
+        marker = known.get(_plain(name[word.start():]))
+        if marker is not None:
+            return name[:word.start()].rstrip(_BETWEEN) or SUBJECT, marker
+    return None
+
+
+def _plain(name: str) -> str:
+    """Return a name without upper case and separators."""
+    return ''.join(_WORD.findall(name)).lower()
+
+
 def _by_subject(recording: MarkerRecording, marker_map: MarkerMap) -> Dict[str, Dict[str, int]]:
     """Return by subject and marker the place of the marker in the recording."""
     groups: Dict[str, Dict[str, int]] = {subject: {} for subject in marker_map.subjects}
-    for name, place in recording.index().items():
-        split = _split(name, marker_map)
-        if split is not None:
-            groups.setdefault(split[0], {}).setdefault(split[1], place)
+    splits = [partial(_split, marker_map=marker_map)]
+    if marker_map.name in shipped_maps():
+        splits.append(partial(_split_words, known={_plain(marker): marker for marker in marker_map.markers}))
+    left = recording.index()
+    for split in splits:
+        found = {name: split(name) for name in left}
+        for name, subject_and_marker in found.items():
+            if subject_and_marker is not None:
+                subject, marker = subject_and_marker
+                groups.setdefault(subject, {}).setdefault(marker, left.pop(name))
     return groups
 
 
@@ -335,8 +365,7 @@ def _fit(recording: MarkerRecording, marker_map: MarkerMap) -> Tuple[int, int]:
     return (sum(count for count in counts if count >= LEAST_JOINTS), sum(len(markers) for markers in groups.values()))
 
 
-def _nobody(recording: MarkerRecording, marker_map: MarkerMap, groups: Mapping[str, Mapping[str, int]], automatic: bool
-            ) -> str:
+def _nobody(recording: MarkerRecording, marker_map: MarkerMap, groups: Mapping[str, Mapping[str, int]]) -> str:
     matched = {place for markers in groups.values() for place in markers.values()}
     unmatched = [name for i, name in enumerate(recording.names) if i not in matched]
     text = (f"marker map '{marker_map.name}' gives nobody {LEAST_JOINTS} joints: it knows {len(matched)} of "
@@ -344,7 +373,7 @@ def _nobody(recording: MarkerRecording, marker_map: MarkerMap, groups: Mapping[s
     if unmatched:
         text += f', not {_some(unmatched)}'
     text += f'. It expects {_some(marker_map.markers, 60)}'
-    if automatic:
+    if marker_map.is_choice:
         text += f". No shipped map ({', '.join(shipped_maps())}) fits better; write one for these markers"
     return text
 

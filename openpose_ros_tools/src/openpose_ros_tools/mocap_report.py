@@ -22,6 +22,9 @@ _TEMPLATES = Path(__file__).resolve().parent / 'data'
 _HTML, _MARKDOWN = 'mocap_report.html', 'mocap_report.md'
 # Version of the layout of summary.json, for those who read it.
 _LAYOUT = 1
+# Which way offset and transform go.
+_CLOCK_MEANING = 'time of the reference minus time of the estimate'
+_TRANSFORM_MEANING = 'x_reference = R x_estimate + t'
 _PCK = tuple(f'pck_{round(1e3 * distance)}' for distance in PCK_DISTANCES)
 
 
@@ -37,11 +40,12 @@ def summary(comparison: Comparison, alignment: Alignment, inputs: Dict[str, Any]
     return {
         'layout': _LAYOUT, 'inputs': inputs, 'warnings': list(alignment.warnings),
         'clock': {
-            'offset_s': alignment.clock_offset, 'given': alignment.clock_given,
+            'offset_s': alignment.clock_offset, 'meaning': _CLOCK_MEANING, 'given': alignment.clock_given,
             'std_ms': _rounded(1e3 * alignment.clock_std),
             'peak_correlation': None if alignment.curve is None else _rounded(alignment.curve.peak)},
         'transform': {
-            'given': alignment.transform_given, 'translation_m': _list(alignment.translation),
+            'meaning': _TRANSFORM_MEANING, 'given': alignment.transform_given,
+            'translation_m': _list(alignment.translation),
             'quaternion_xyzw': _list(quaternion), 'matrix': [_list(row) for row in matrix],
             'rotation_std_deg': _rounded(alignment.rotation_std),
             'translation_std_mm': _rounded(1e3 * alignment.translation_std)},
@@ -68,13 +72,13 @@ def table(values: Figures) -> str:
 def facts(values: Figures) -> List[Tuple[str, str]]:
     """Return what was aligned and compared, as pairs of name and text."""
     clock, transform, fit, compared = (values[key] for key in ('clock', 'transform', 'alignment', 'compared'))
-    offset = f"{clock['offset_s']:.4f} s (time of the reference minus time of the estimate), " + (
+    offset = f"{clock['offset_s']:.4f} s ({_CLOCK_MEANING}), " + (
         'given' if clock['given'] else f"found, ± {_text(clock['std_ms'], '.1f')} ms, correlation "
         f"{_text(clock['peak_correlation'], '.2f')}")
     place = (f"x y z {_numbers(transform['translation_m'], 4)} m, qx qy qz qw "
              f"{_numbers(transform['quaternion_xyzw'], 5)}, ") + (
         'given' if transform['given'] else f"found, ± {_text(transform['translation_std_mm'], '.1f')} mm at the "
-        f"people, ± {_text(transform['rotation_std_deg'], '.2f')}°")
+        f"people, ± {_text(transform['rotation_std_deg'], '.2f')}°") + f' ({_TRANSFORM_MEANING})'
     people = (f"{compared['people_found']} of {compared['people_found'] + compared['people_missed']} in "
               f"{compared['frames']} frames found ({_percent(compared['share_found'])}), "
               f"{compared['people_without_reference']} without a reference, {compared['id_switches']} changes of id")

@@ -12,8 +12,10 @@ def output_file(path: Path, overwrite: bool) -> Iterator[Path]:
     """Give the path to write to; the file is in its place when the block ends, and gone if that ends with an error.
 
     Raises:
-        ParameterError: the file is there already, or can not be written.
+        ParameterError: the file is there already, is a folder, or can not be written.
     """
+    if path.is_dir():
+        raise ParameterError(f'{path} is a folder; name a file')
     if path.exists() and not overwrite:
         raise ParameterError(f'{path} is there already; name another file, or give --overwrite')
     try:

@@ -1,17 +1,20 @@
 """Many pieces of work on a cluster: Dask distributed, on this machine by default."""
+import asyncio
 import logging
 import shutil
-import signal
 import tempfile
 import uuid
+from collections import deque
 from contextlib import ExitStack, contextmanager
 from typing import Any, Callable, Dict, Iterator, Mapping, Tuple, Union
 
 from openpose_ros_pkg.errors import OpenposeRosError, ParameterError
+from openpose_ros_tools.no_interrupts import no_interrupts
 
 # How long to wait for a scheduler that is to be there already, and for its first worker [s].
 _CONNECT_SECONDS = 20
-
+# Before Python 3.11 they are two; which one is raised depends on the version of distributed.
+_TIMEOUTS = (TimeoutError, asyncio.TimeoutError)
 
 Work = Callable[[Any, Callable[[float], None]], Any]
 
@@ -43,8 +46,11 @@ def run_tasks(work: Work, tasks: Mapping[str, Any], *, workers: int, scheduler: 
     try:
         import distributed
     except ImportError as error:
-        raise ParameterError(f'several bags need Dask distributed, 2021.11 or later ({error}): install '
-                             'python3-distributed, or give one bag at a time') from error
+        raise ParameterError(f'several bags need Dask distributed ({error}): install python3-distributed, or give one '
+                             'bag at a time') from error
+    if not hasattr(distributed.Client, 'subscribe_topic'):
+        raise ParameterError(f'several bags need Dask distributed 2021.11 or later, not {distributed.__version__}: '
+                             "install it with `pip install 'distributed>=2021.11'`, or give one bag at a time")
     with ExitStack() as stack:
         if scheduler:
             client = stack.enter_context(_connected(distributed, scheduler))
@@ -53,25 +59,36 @@ def run_tasks(work: Work, tasks: Mapping[str, Any], *, workers: int, scheduler: 
         topic = f'progress-{uuid.uuid4()}'
         client.subscribe_topic(topic, lambda event: on_progress(*event[1]))
         futures: Dict[Any, str] = {}
-        for name, task in tasks.items():
-            # a key of its own, as the scheduler would give an older result for the same one
-            future = client.submit(_do, work, name, task, topic, not scheduler, key=f'{name}-{uuid.uuid4()}',
-                                   retries=retries)
-            futures[future] = name
-        for future in distributed.as_completed(futures):
+        completed = distributed.as_completed()
+        waiting = deque(tasks.items())
+
+        def fill() -> None:
+            """Hand out as many tasks as are done at a time: of more, one worker might keep some while another rests."""
+            slots = max(sum(client.nthreads().values()), 1)
+            while waiting and len(futures) < slots:
+                name, task = waiting.popleft()
+                # a key of its own, as the scheduler would give an older result for the same one
+                future = client.submit(_do, work, name, task, topic, key=f'{name}-{uuid.uuid4()}', retries=retries)
+                futures[future] = name
+                completed.add(future)
+
+        fill()
+        for future in completed:
+            if future.cancelled():
+                gone = ClusterError(f'the scheduler at {scheduler or "this machine"} is gone')
+                yield from ((name, gone) for name in (*futures.values(), *(name for name, _ in waiting)))
+                return
             error = future.exception()
-            yield futures.pop(future), future.result() if error is None else error
+            name, outcome = futures.pop(future), future.result() if error is None else error
             future.release()
+            fill()
+            yield name, outcome
 
 
-def _do(work: Work, name: str, task: Any, topic: str, is_local: bool) -> Any:
+def _do(work: Work, name: str, task: Any, topic: str) -> Any:
     """Do a task in a worker."""
     import distributed
     worker = distributed.get_worker()
-    if is_local:
-        # Ctrl-C reaches the whole group; it is for the process that has the cluster to end it. Handlers can be set in
-        # the main thread alone, which is where the worker's loop runs.
-        worker.loop.add_callback(signal.signal, signal.SIGINT, signal.SIG_IGN)
     return work(task, lambda share: worker.log_event(topic, (name, share)))
 
 
@@ -79,11 +96,13 @@ def _do(work: Work, name: str, task: Any, topic: str, is_local: bool) -> Any:
 def _local(distributed: Any, workers: int) -> Iterator[Any]:
     folder = tempfile.mkdtemp(prefix='openpose_ros_tasks_')
     try:
-        # no limit of memory: a worker would be ended for what the networks take
-        with distributed.LocalCluster(
-                n_workers=workers, threads_per_worker=1, processes=True, memory_limit=0, dashboard_address=None,
-                local_directory=folder, silence_logs=logging.ERROR) as cluster, distributed.Client(cluster) as client:
-            yield client
+        with ExitStack() as stack:
+            with no_interrupts():  # it is for this process to end the workers
+                # no limit of memory: a worker would be ended for what the networks take
+                cluster = stack.enter_context(distributed.LocalCluster(
+                    n_workers=workers, threads_per_worker=1, processes=True, memory_limit=0, dashboard_address=None,
+                    local_directory=folder, silence_logs=logging.CRITICAL))
+            yield stack.enter_context(distributed.Client(cluster))
     finally:
         shutil.rmtree(folder, ignore_errors=True)
 
@@ -92,11 +111,11 @@ def _local(distributed: Any, workers: int) -> Iterator[Any]:
 def _connected(distributed: Any, address: str) -> Iterator[Any]:
     try:
         client = distributed.Client(address, timeout=_CONNECT_SECONDS)
-    except (OSError, ValueError, TimeoutError) as error:
+    except (OSError, ValueError, *_TIMEOUTS) as error:
         raise ClusterError(f'no scheduler answers at {address}: {error}') from error
     with client:
         try:
             client.wait_for_workers(1, timeout=_CONNECT_SECONDS)
-        except TimeoutError as error:
+        except _TIMEOUTS as error:
             raise ClusterError(f'the scheduler at {address} has no workers') from error
         yield client

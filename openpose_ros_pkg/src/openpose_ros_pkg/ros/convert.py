@@ -1,4 +1,5 @@
 """Turn messages into core types and back: the only place of this package that knows both."""
+import struct
 from typing import List, Optional, Sequence, Tuple, Union
 
 import cv2
@@ -27,6 +28,9 @@ _EXACT_ENCODINGS = {
     'bgra8': ('bgra8', 'u1', 4), 'rgba8': ('bgra8', 'u1', 4), '8UC4': ('bgra8', 'u1', 4),
     'bgr16': ('bgr16', 'u2', 3), 'rgb16': ('bgr16', 'u2', 3), '16UC3': ('bgr16', 'u2', 3),
     'bgra16': ('bgra16', 'u2', 4), 'rgba16': ('bgra16', 'u2', 4), '16UC4': ('bgra16', 'u2', 4)}
+# compressed_depth_image_transport, compression_common.h, ConfigHeader: format, and two numbers for 32FC1.
+_DEPTH_HEADER = struct.Struct('<iff')
+_PNG = b'\x89PNG\r\n\x1a\n'
 
 _bridge = CvBridge()
 
@@ -121,6 +125,29 @@ def compressed_image_to_bgr(message: CompressedImage) -> np.ndarray:
     if bgr is None:
         raise BadInputError(f"compressed image of format '{message.format}' and {data.size} bytes can not be decoded")
     return bgr
+
+
+def compressed_depth_to_image(message: CompressedImage) -> Image:
+    """Return the Image message (16UC1 or 32FC1) of a depth image of compressed_depth_image_transport, as PNG.
+
+    Raises:
+        BadInputError: it holds no such image.
+    """
+    encoding = message.format.partition(';')[0].strip()
+    begin = message.data.find(_PNG, 0, _DEPTH_HEADER.size + len(_PNG))
+    pixels = None
+    if encoding in ('16UC1', '32FC1') and begin >= 0:
+        pixels = cv2.imdecode(np.frombuffer(message.data, np.uint8, offset=begin), cv2.IMREAD_UNCHANGED)
+    if pixels is None or pixels.ndim != 2 or pixels.dtype != np.uint16 or (
+            encoding == '32FC1' and begin != _DEPTH_HEADER.size):
+        raise BadInputError(f"compressed depth image ({len(message.data)} bytes, format '{message.format}') can not be "
+                            'decoded; expected 16UC1 or 32FC1 as PNG')
+    if encoding == '32FC1':
+        # codec.cpp of compressed_depth_image_transport: inverse depth, 0 where there is none
+        _, a, b = _DEPTH_HEADER.unpack_from(message.data)
+        inverse = np.where(pixels == 0, np.nan, pixels).astype(np.float32)
+        pixels = np.float32(a) / (inverse - np.float32(b))
+    return pixels_to_image(pixels, encoding, message.header)
 
 
 def any_image_to_bgr(message: Union[Image, CompressedImage]) -> np.ndarray:

@@ -125,7 +125,7 @@ def _columns(path: Path, lines: Sequence[str]) -> Tuple[int, List[str], List[str
     if names_at is None:
         raise BadInputError(f"{path} has no row 'Frame,Time (Seconds),X,Y,Z,...' above its numbers")
     axes = _cells(lines[names_at])
-    if not axes[1].startswith('Time (Seconds'):
+    if axes[1] != 'Time' and not axes[1].startswith('Time (Seconds'):
         raise BadInputError(f"{path}, line {names_at + 1}: the second column is '{axes[1]}', expected 'Time (Seconds)'")
     rows = [cells + [''] * (len(axes) - len(cells)) for cells in map(_cells, lines[1:names_at]) if any(cells)]
     if len(rows) < 3:

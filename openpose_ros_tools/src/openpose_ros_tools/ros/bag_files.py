@@ -65,8 +65,8 @@ def open_bag(path: Path) -> Iterator[rosbag.Bag]:
 
 
 def topic_types(bag: rosbag.Bag) -> Dict[str, str]:
-    """Return the type of each topic in a bag."""
-    return {name: info.msg_type for name, info in bag.get_type_and_topic_info().topics.items()}
+    """Return the type of each topic in a bag; topics whose messages are all lost, as after a reindex, are left out."""
+    return {name: info.msg_type for name, info in bag.get_type_and_topic_info().topics.items() if info.message_count}
 
 
 def undamaged(bag: rosbag.Bag, messages: Iterator[Item]) -> Iterator[Item]:

@@ -25,7 +25,6 @@ bag is wrong; 130 interrupted, there is no folder.
 """
 import argparse
 import logging
-import re
 import statistics
 import sys
 import time
@@ -42,7 +41,7 @@ from tqdm import tqdm
 
 from openpose_ros_pkg.command_line import DONE, SOME_FAILED, run_command
 from openpose_ros_pkg.errors import BadInputError, ParameterError
-from openpose_ros_pkg.ros.convert import image_to_bgr, image_to_pixels
+from openpose_ros_pkg.ros.convert import compressed_depth_to_image, image_to_bgr, image_to_pixels
 from openpose_ros_tools.calibration import Calibration, calibration_text
 from openpose_ros_tools.image_layouts import FOLDERS, STAMPS_FILE, STREAMS, TUM_LISTS
 from openpose_ros_tools.ordered_map import ordered_map
@@ -55,9 +54,21 @@ from openpose_ros_tools.picture_files import (
     encode_tiff,
     picture_kind,
 )
-from openpose_ros_tools.ros.bag_files import open_bag, stamped_messages
+from openpose_ros_tools.ros.bag_files import StampedMessage, open_bag, stamped_messages, topic_types
 from openpose_ros_tools.ros.calibration_message import calibration_from_message
-from openpose_ros_tools.ros.images_to_bag import CAMERA_NAMESPACE, TF_TOPIC, TOPICS, positive_number
+from openpose_ros_tools.ros.camera_topics import (
+    CLOUD,
+    COMPRESSED,
+    DEPTH_ENCODINGS,
+    IMAGE,
+    INFO,
+    camera_of,
+    image_topics,
+    listed,
+    organized_clouds,
+    preferred,
+)
+from openpose_ros_tools.ros.images_to_bag import TF_TOPIC, positive_number
 from openpose_ros_tools.stamps import SECOND, associate
 from skeleton_extract_3d.rgbd_sequence import WORLD_FRAME
 from skeleton_extract_3d.ros.convert import cloud_from_message, rotation_and_translation
@@ -66,16 +77,6 @@ _log = logging.getLogger(__name__)
 
 _NAME = 'bag_to_images'
 LAYOUTS = ('sequence', 'tum')
-_IMAGE, _COMPRESSED, _CLOUD, _INFO = ('sensor_msgs/Image', 'sensor_msgs/CompressedImage', 'sensor_msgs/PointCloud2',
-                                      'sensor_msgs/CameraInfo')
-_DEPTH_ENCODINGS = ('16UC1', '32FC1', 'mono16')
-# What this project publishes are results, not pictures of the camera.
-_RESULTS = re.compile(r'(^|/)openpose_ros/')
-_DEPTH_NAME, _MASK_NAME, _OTHER_NAME = (re.compile(pattern, re.IGNORECASE) for pattern in (
-    'depth|disparity', 'mask', r'(^|[/_])(ir|infra\d?|confidence)($|[/_])'))
-# Of several topics that may be a stream, the one with such a name.
-_LIKELY = {'colour': re.compile('colou?r|rgb', re.IGNORECASE), 'depth': re.compile('aligned|registered', re.IGNORECASE),
-           'mask': re.compile('$^')}
 _SUFFIXES = {'jpeg': '.jpg', 'png': '.png'}
 # Of the layout tum and sequence: all that this command writes.
 _OWN = (*(names[0] for names in FOLDERS.values()), *(names[0] for names in TUM_LISTS.values()), STAMPS_FILE,
@@ -145,94 +146,52 @@ def find_topics(bag: rosbag.Bag, wanted: Dict[str, Optional[str]], camera_info: 
     Raises:
         BadInputError: a topic is not there or has another type, or it is not clear which one to take.
     """
-    types = {topic: info.msg_type for topic, info in bag.get_type_and_topic_info().topics.items()}
+    types = topic_types(bag)
     for topic in filter(None, (*wanted.values(), camera_info)):
         if topic not in types:
-            raise BadInputError(f"{bag.filename} has no topic '{topic}'; it has: {_listed(types)}")
-    found = _by_stream(bag, types)
+            raise BadInputError(f"{bag.filename} has no topic '{topic}'; it has {listed(types)}")
+    found = image_topics(bag, types)
+    found['depth'] = found['depth'] or organized_clouds(bag, types)
     streams = {}
     for stream in STREAMS:
         topic = wanted.get(stream)
-        candidates = found[stream]
-        if stream == 'depth' and not candidates:
-            candidates = [name for name, kind in types.items() if kind == _CLOUD and not _RESULTS.search(name)]
         if topic is None:
-            topic = _the_one(bag, stream, candidates)
-        allowed = (_IMAGE, _CLOUD) if stream == 'depth' else (_IMAGE, _COMPRESSED)
+            topic = _the_one(bag, stream, found[stream])
+        allowed = (IMAGE, COMPRESSED, CLOUD) if stream == 'depth' else (IMAGE, COMPRESSED)
         if topic and types[topic] not in allowed:
             raise BadInputError(f"topic '{topic}' is {types[topic]}, expected {' or '.join(allowed)}")
         if topic:
             streams[stream] = topic
     if not set(streams) & {'colour', 'depth'}:
-        raise BadInputError(f'{bag.filename} has no images of a camera; its topics are: {_listed(types)}')
-    if camera_info and types[camera_info] != _INFO:
-        raise BadInputError(f"topic '{camera_info}' is {types[camera_info]}, expected {_INFO}")
-    packed = [name for name in types if name.endswith('/compressedDepth')]
-    if packed and 'depth' not in streams:
-        _log.warning('compressed depth images are not read: %s; republish them as raw ones', ', '.join(packed))
+        raise BadInputError(f'{bag.filename} has no images of a camera; it has {listed(types)}')
+    if camera_info and types[camera_info] != INFO:
+        raise BadInputError(f"topic '{camera_info}' is {types[camera_info]}, expected {INFO}")
     if camera_info is None:
         camera_info = _info_of(streams.get('colour') or streams['depth'],
-                               [name for name, kind in types.items() if kind == _INFO])
+                               [name for name, kind in types.items() if kind == INFO])
     return CameraTopics(streams, camera_info or None)
 
 
-def _by_stream(bag: rosbag.Bag, types: Dict[str, str]) -> Dict[str, List[str]]:
-    """Return by stream the topics that may be it; a compressed twin of raw images is left out."""
-    found: Dict[str, List[str]] = {stream: [] for stream in STREAMS}
-    for topic, kind in types.items():
-        if kind not in (_IMAGE, _COMPRESSED) or _RESULTS.search(topic):
-            continue
-        first = next(bag.read_messages(topics=[topic]), None)
-        if first is None or (kind == _COMPRESSED and ('compressedDepth' in topic or _is_twin(topic, types))):
-            continue
-        encoding = getattr(first.message, 'encoding', '')
-        if encoding in _DEPTH_ENCODINGS[:2] or (encoding == 'mono16' and _DEPTH_NAME.search(topic)):
-            found['depth'].append(topic)
-        elif _MASK_NAME.search(topic):
-            found['mask'].append(topic)
-        elif not _OTHER_NAME.search(topic) and not _DEPTH_NAME.search(_base(topic).rpartition('/')[2]):
-            found['colour'].append(topic)
-    return found
-
-
-def _base(topic: str) -> str:
-    """Return the topic of the raw images that belongs to one of compressed images."""
-    return topic[:-len('/compressed')] if topic.endswith('/compressed') else topic
-
-
-def _is_twin(topic: str, types: Dict[str, str]) -> bool:
-    return _base(topic) != topic and types.get(_base(topic)) == _IMAGE
-
-
 def _the_one(bag: rosbag.Bag, stream: str, topics: List[str]) -> Optional[str]:
-    """Return the topic to take of those that may be it: the only one, or that of the project's launch files."""
-    usual = [f'{CAMERA_NAMESPACE}/{TOPICS[key]}' for key in ('image', 'depth', 'mask', 'points')]
-    preferred = topics
-    for test in (lambda topic: _base(topic) in usual, _LIKELY[stream].search):
-        if len(preferred) > 1:
-            preferred = [topic for topic in topics if test(topic)]
-        preferred = preferred or topics
+    """Return the topic to take of those that may be it: the only one, or the only one that is preferred."""
     if not topics:
         return None
-    if len(preferred) != 1:
+    best = preferred(topics, stream)
+    if len(best) != 1:
         raise BadInputError(f'{bag.filename} has {len(topics)} topics that may be {stream} images: '
                             f"{', '.join(sorted(topics))}; choose one with {_OPTIONS[stream]}")
-    return preferred[0]
+    return best[0]
 
 
 def _info_of(image: str, infos: List[str]) -> Optional[str]:
     """Return the CameraInfo topic beside an image topic, or the only one."""
-    beside = _base(image).rpartition('/')[0] + '/camera_info'
+    beside = f'{camera_of(image)}/camera_info'
     if beside in infos or len(infos) == 1:
         return beside if beside in infos else infos[0]
     if infos:
         _log.warning('none of the topics with CameraInfo is beside %s: %s; choose one with --camera-info', image,
                      ', '.join(sorted(infos)))
     return None
-
-
-def _listed(types: Dict[str, str]) -> str:
-    return ', '.join(f'{topic} ({kind})' for topic, kind in sorted(types.items())) or 'nothing'
 
 
 # ----------------------------------------------------------------------------------------------------------- reading
@@ -244,7 +203,7 @@ def scan(bag: rosbag.Bag, topics: CameraTopics, bag_time: bool = False) -> Scan:
         bag_time: take the times of recording in place of the stamps in the headers.
 
     Raises:
-        BadInputError: a stamp is missing, or there twice.
+        BadInputError: a stamp is missing, or there twice, or the bag is damaged.
     """
     found = Scan(stamps={stream: [] for stream in topics.streams})
     stream_of = {topic: stream for stream, topic in topics.streams.items()}
@@ -257,11 +216,11 @@ def scan(bag: rosbag.Bag, topics: CameraTopics, bag_time: bool = False) -> Scan:
                 found.stamps[stream].append(message.time if bag_time else message.stamp)
                 found.frame_ids.setdefault(stream, message.frame_id)
             elif message.topic == topics.camera_info:
-                calibration = calibration_from_message(message.kind().deserialize(message.data))
+                calibration = calibration_from_message(_deserialized(bag, message))
                 found.calibration = found.calibration or calibration
                 found.changed += calibration != found.calibration
             elif message.topic == TF_TOPIC:
-                for transform in message.kind().deserialize(message.data).transforms:
+                for transform in _deserialized(bag, message).transforms:
                     matrix = np.eye(4)
                     matrix[:3, :3], matrix[:3, 3] = rotation_and_translation(transform)
                     parent = transform.header.frame_id.lstrip('/')
@@ -270,6 +229,13 @@ def scan(bag: rosbag.Bag, topics: CameraTopics, bag_time: bool = False) -> Scan:
     for stream, stamps in found.stamps.items():
         _check_stamps(topics.streams[stream], stamps)
     return found
+
+
+def _deserialized(bag: rosbag.Bag, message: StampedMessage) -> Any:
+    try:
+        return message.kind().deserialize(message.data)
+    except genpy.DeserializationError as error:
+        raise BadInputError(f'{bag.filename} is damaged: a message of {message.topic}: {error}') from error
 
 
 def pose_in(world_frame: str, frame_id: str, parents: Dict[str, Tuple[str, np.ndarray]]
@@ -393,23 +359,25 @@ class PictureWriter:
 
 
 def _pixels(stream: str, message: Any) -> Optional[np.ndarray]:
-    """Return the pixels of a message; None for a compressed one, whose bytes are the file.
+    """Return the pixels of a message; None for a compressed picture, whose bytes are the file.
 
     Raises:
         BadInputError: there are none.
     """
-    if message._type == _COMPRESSED:
+    if message._type == COMPRESSED and stream == 'depth':
+        return image_to_pixels(compressed_depth_to_image(message))[0]
+    if message._type == COMPRESSED:
         if picture_kind(message.data) is None:
             raise BadInputError(f"{len(message.data)} bytes of format '{message.format}' are neither JPEG nor PNG")
         return None
-    if message._type == _CLOUD:
+    if message._type == CLOUD:
         cloud = cloud_from_message(message)
         v, u = np.mgrid[:cloud.height, :cloud.width]
         return cloud.depths(u, v).astype(np.float32)
     if stream == 'depth':
         depth, _ = image_to_pixels(message)
         if depth.dtype not in (np.uint16, np.float32):
-            raise BadInputError(f"depth has encoding '{message.encoding}', expected {', '.join(_DEPTH_ENCODINGS)}")
+            raise BadInputError(f"depth has encoding '{message.encoding}', expected {', '.join(DEPTH_ENCODINGS)}")
         return depth
     try:
         return image_to_pixels(message)[0]
@@ -524,7 +492,7 @@ def _run(options: argparse.Namespace) -> int:
         _warn(topics, found, remarks, frame_id, pose, top, options)
         written = write_folder(part, bag, topics, stems, options.layout, options.depth_scale, options.bag_time)
         _write_description(part, found, frame_id, pose, options.depth_scale, options.layout)
-        types = {topic: info.msg_type for topic, info in bag.get_type_and_topic_info().topics.items()}
+        types = topic_types(bag)
     return _tell(options, topics, types, written, time.monotonic() - began)
 
 
@@ -554,7 +522,7 @@ def _tell(options: argparse.Namespace, topics: CameraTopics, types: Dict[str, st
              f'{len(written) / seconds:.1f} images/s']
     for stream, topic in topics.streams.items():
         count = sum(file.picture.stream == stream and file.path is not None for file in written)
-        made = ', from the z of the clouds' if types[topic] == _CLOUD else ''
+        made = ', from the z of the clouds' if types[topic] == CLOUD else ''
         lines.append(f'  {count:6d}  {FOLDERS[stream][0]}/ of {topic}{made}')
     rounded = max((file.rounded for file in written), default=0.0)
     if rounded:
@@ -581,7 +549,7 @@ def _parser() -> argparse.ArgumentParser:
                         help='write the folder again if it is there and holds nothing else')
     parser.add_argument('--layout', choices=LAYOUTS, default=LAYOUTS[0], help='default: %(default)s')
     parser.add_argument('--image', metavar='TOPIC', help="colour images, raw or compressed; 'none' for none")
-    parser.add_argument('--depth', metavar='TOPIC', help='depth images, or clouds whose z is taken')
+    parser.add_argument('--depth', metavar='TOPIC', help='depth images, raw or compressed, or clouds whose z is taken')
     parser.add_argument('--mask', metavar='TOPIC', help='masks')
     parser.add_argument('--camera-info', metavar='TOPIC', help='calibration')
     parser.add_argument('--world-frame', default=WORLD_FRAME, metavar='FRAME',

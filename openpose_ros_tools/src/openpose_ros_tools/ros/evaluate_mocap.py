@@ -38,7 +38,7 @@ from openpose_ros_tools.keypoint_table import KeypointTable
 from openpose_ros_tools.mocap_alignment import AlignmentParams, align
 from openpose_ros_tools.mocap_evaluation import EvaluationParams, compare
 from openpose_ros_tools.mocap_files import read_mocap
-from openpose_ros_tools.mocap_joints import joints_of, read_marker_map
+from openpose_ros_tools.mocap_joints import MarkerMap, chosen_map, joints_of, read_marker_map
 from openpose_ros_tools.mocap_report import facts, summary, table, write_report
 
 # A rotation that was written with few digits still counts as one.
@@ -135,13 +135,15 @@ def _run(options: argparse.Namespace) -> int:
     elif options.transform_from is not None:
         transform = transform_from(options.transform_from)
     poses = read_poses(options.poses, options.topic)
-    reference = joints_of(read_mocap(options.mocap), read_marker_map(options.markers))
+    recording = read_mocap(options.mocap)
+    marker_map = chosen_map(recording, read_marker_map(options.markers))
+    reference = joints_of(recording, marker_map)
     params = AlignmentParams(options.clock_offset, transform, options.max_clock_offset, options.max_gap,
                              options.use_sigma)
     alignment = align(poses, reference, params, _bar('aligning'))
     comparison = compare(poses, reference, alignment, EvaluationParams(
         options.gate, options.max_gap, _names(options.joints), options.start, options.end), _bar('comparing'))
-    values = summary(comparison, alignment, _inputs(options, poses))
+    values = summary(comparison, alignment, _inputs(options, poses, marker_map))
     for warning in alignment.warnings:
         sys.stderr.write(f'evaluate_mocap: warning: {warning}\n')
     width = max(len(name) for name, _ in facts(values))
@@ -165,10 +167,10 @@ def _names(text: Optional[str]) -> tuple:
     return tuple(name.strip().replace(' ', '_') for name in text.split(',') if name.strip()) if text else ()
 
 
-def _inputs(options: argparse.Namespace, poses: KeypointTable) -> Dict[str, str]:
+def _inputs(options: argparse.Namespace, poses: KeypointTable, marker_map: MarkerMap) -> Dict[str, str]:
     """Return what was compared, and the options that bear on the figures, for the report."""
     inputs = {'poses': options.poses.name, 'motion capture': options.mocap.name,
-              'marker map': Path(options.markers).name if options.markers else 'chosen by the names of the markers'}
+              'marker map': Path(marker_map.name).name + ', chosen by the names of the markers' * marker_map.is_choice}
     if poses.frame_ids[0]:
         inputs['frame of the camera'] = str(poses.frame_ids[0])
     told: List[str] = [f"{name.replace('_', '-')} {getattr(options, name):g} {unit}"
@@ -202,8 +204,8 @@ def _parser() -> argparse.ArgumentParser:
                        help='search offsets up to this, either way (default: wherever the recordings overlap)')
     place = clock.add_mutually_exclusive_group()
     place.add_argument('--transform', nargs='+', metavar='VALUE',
-                       help="the camera's place in the reference (default: found): x y z [m] qx qy qz qw, or a file "
-                       'with these or 4 x 4 numbers')
+                       help="the camera's place in the reference, x_reference = R x_camera + t (default: found): x y z "
+                       '[m] qx qy qz qw, or a file with these or 4 x 4 numbers')
     place.add_argument('--transform-from', type=Path, metavar='FILE', help='take it from the summary.json of a report')
     clock.add_argument('--use-sigma', action='store_true', help='weigh joints by 1 / sigma^2 when aligning')
     what = parser.add_argument_group('what is compared')

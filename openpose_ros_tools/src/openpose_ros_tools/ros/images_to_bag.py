@@ -74,6 +74,7 @@ from openpose_ros_tools.picture_files import (
 )
 from openpose_ros_tools.ros.bag_files import COMPRESSIONS
 from openpose_ros_tools.ros.calibration_message import calibration_to_message
+from openpose_ros_tools.ros.camera_topics import CAMERA_NAMESPACE, TOPICS
 from openpose_ros_tools.stamps import SECOND, UNITS, parse_stamp
 from skeleton_extract_3d.camera import check_same_aspect
 from skeleton_extract_3d.depth import cloud_from_depth
@@ -83,10 +84,6 @@ from skeleton_extract_3d.ros.convert import cloud_to_message, transform_from_mat
 _log = logging.getLogger(__name__)
 
 _NAME = 'images_to_bag'
-CAMERA_NAMESPACE = '/kinect2/qhd'
-# By what is on it: the topic in the camera's namespace, in the order in which messages with one stamp are written.
-TOPICS = {'camera_info': 'camera_info', 'image': 'image_color', 'depth': 'image_depth_rect', 'mask': 'image_mask',
-          'points': 'points'}
 TF_TOPIC = '/tf_static'
 DEPTH_ENCODINGS = ('16UC1', '32FC1')
 

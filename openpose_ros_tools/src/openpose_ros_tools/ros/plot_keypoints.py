@@ -58,7 +58,7 @@ def read_keypoints(path: Path, topic: Optional[str] = None) -> Tuple[KeypointTab
     """
     if not path.is_file():
         raise BadInputError(f'{path}: there is no such file')
-    if '.bag' not in path.suffixes:
+    if not path.name.endswith(('.bag', '.bag.active')):  # recording.bag.csv is a table
         if topic is not None:
             raise BadInputError(f'{path}: --topic is for bags')
         return read_keypoint_csv(path), None
@@ -109,6 +109,9 @@ def _run(options: argparse.Namespace) -> int:
     if options.output is None:
         return DONE
     folder = writable_folder('output', options.output)
+    if len(set(selection.all_people.frame_ids.tolist())) > 1:
+        _log.warning('the people are in several frames of reference (%s), which are drawn as if they were one',
+                     selection.frame_id)
     if selection.left_out:
         _log.warning('%d people with few rows are left out; --persons shows them, --list tells who is there',
                      selection.left_out)

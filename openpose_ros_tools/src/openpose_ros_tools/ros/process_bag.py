@@ -28,7 +28,6 @@ parameter, the network or the bag is wrong; 130 interrupted, bags that were done
 import argparse
 import logging
 import os
-import re
 import sys
 import time
 from contextlib import closing
@@ -42,6 +41,7 @@ from tqdm import tqdm
 from openpose_ros_pkg.command_line import DONE, SOME_FAILED, add_settings, run_command, setting_values
 from openpose_ros_pkg.detector import create_detector
 from openpose_ros_pkg.errors import OpenposeRosError, ParameterError
+from openpose_ros_pkg.natural_order import natural_key
 from openpose_ros_pkg.node_params import SERVICE_PARAMETERS
 from openpose_ros_pkg.ros.node import keep_large_blocks
 from openpose_ros_tools.keypoint_csv import LAYOUTS
@@ -102,6 +102,8 @@ def read_config(paths: Sequence[Path]) -> Dict[str, Any]:
 def _run(options: argparse.Namespace, settings: Dict[str, Any], create: Callable[..., Any]) -> int:
     values = {**read_config(options.config), **settings}
     build_parameters(values)  # before anything is done
+    if bool(options.points) + bool(options.depth) + options.only_2d > 1:
+        raise ParameterError('--points, --depth and --only-2d contradict each other; give one of them')
     jobs = _jobs_of(options, values, create)
     for job in jobs:
         _check_outputs(job, options.overwrite)
@@ -203,8 +205,8 @@ def _parser() -> argparse.ArgumentParser:
     group = parser.add_argument_group('topics; found by type and name where there is only one to choose')
     group.add_argument('--image', default='', metavar='TOPIC', help='colour images, raw or compressed')
     group.add_argument('--points', default='', metavar='TOPIC', help='organized clouds registered to the images')
-    group.add_argument('--depth', default='', metavar='TOPIC', help='depth images aligned to the images, in place of '
-                                                                    'clouds')
+    group.add_argument('--depth', default='', metavar='TOPIC', help='depth images aligned to the images, raw or '
+                                                                    'compressedDepth, in place of clouds')
     group.add_argument('--camera-info', default='', metavar='TOPIC', help='calibration of the depth images')
     group.add_argument('--only-2d', action='store_true', help='leave points alone')
     group = parser.add_argument_group('parameters')
@@ -280,7 +282,7 @@ def _bags(inputs: Sequence[Path]) -> List[Path]:
     bags: Dict[Path, None] = {}
     for path in (path.expanduser().absolute() for path in inputs):
         if path.is_dir():
-            held = sorted((bag for bag in path.glob('*.bag') if not bag.name.startswith('.')), key=_natural)
+            held = sorted((bag for bag in path.glob('*.bag') if not bag.name.startswith('.')), key=natural_key)
             if not held:
                 raise ParameterError(f'{path} holds no bags')
             bags.update(dict.fromkeys(held))
@@ -291,19 +293,24 @@ def _bags(inputs: Sequence[Path]) -> List[Path]:
     return list(bags)
 
 
-def _natural(path: Path) -> List[Any]:
-    """Return a key that sorts numbers in names by their value."""
-    return [[int(part) if i % 2 else part for i, part in enumerate(re.split(r'(\d+)', path.name.lower()))], path.name]
-
-
 def _check_outputs(job: BagJob, overwrite: bool) -> None:
-    """Raise ParameterError if a result would take the place of something else."""
-    if job.output.resolve() == job.source.resolve():
-        raise ParameterError(f'{job.output} is the input; name another file, or folder')
-    if job.output.is_dir():
-        raise ParameterError(f'{job.output} is a folder; name a file')
+    """Raise ParameterError if a result would take the place of something else, or can not be where it is to be."""
+    files = [path for path in (job.output, job.csv) if path is not None]
+    places = [path.resolve() for path in (job.source, *files)]
+    if len(set(places)) < len(places):
+        twice = job.source if places[0] in places[1:] else job.output
+        raise ParameterError(f"{twice} is {'the input' if twice == job.source else 'named twice'}; name another file, "
+                             'or folder')
+    for path in files:
+        if path.is_dir():
+            raise ParameterError(f'{path} is a folder; name a file')
+    folders = [path.parent for path in files] + [job.json] * (job.json is not None)
+    for folder in folders:
+        in_the_way = next((path for path in (folder, *folder.parents) if path.exists() and not path.is_dir()), None)
+        if in_the_way is not None:
+            raise ParameterError(f'{in_the_way} is a file; name a folder')
     ours = job.output.is_file() and made_from(job.output) is not None
-    for path in (job.output, job.csv):
-        if path is not None and path.exists() and not ours and not overwrite:
+    for path in files:
+        if path.exists() and not ours and not overwrite:
             raise ParameterError(f'{path} is there already, and not of this program; name another file, or give '
                                  '--overwrite')

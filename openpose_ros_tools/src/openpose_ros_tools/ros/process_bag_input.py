@@ -1,9 +1,9 @@
 """What process_bag reads: the topics of a camera in a bag, its frames, transforms."""
 import itertools
-import re
+import logging
 import struct
 from dataclasses import dataclass, field
-from typing import Any, Dict, Iterator, List, Mapping, Optional, Pattern, Sequence, Tuple, Type, Union
+from typing import Any, Dict, Iterator, List, Mapping, Optional, Sequence, Tuple, Type, Union
 
 import genpy
 import numpy as np
@@ -16,20 +16,24 @@ from tf2_msgs.msg import TFMessage
 
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.pairing import PairingParams, StampMatcher
-from openpose_ros_pkg.ros.convert import any_image_to_bgr
-from openpose_ros_tools.ros.bag_files import topic_types, undamaged
+from openpose_ros_pkg.ros.convert import any_image_to_bgr, compressed_depth_to_image
+from openpose_ros_tools.ros.bag_files import stamped_messages, topic_types, undamaged
+from openpose_ros_tools.ros.camera_topics import (
+    camera_of,
+    clouds,
+    image_topics,
+    is_result,
+    listed,
+    organized_clouds,
+    preferred,
+)
 from skeleton_extract_3d.point_grid import PointGrid
 from skeleton_extract_3d.ros.lifter import Lifter
 
-# Topics of this project are results, of an earlier run or recorded live, and no input.
-RESULTS = re.compile(r'(^|/)openpose_ros/')
-_DEPTH_ENCODINGS = ('16UC1', '32FC1', 'mono16')
-_DEPTH_NAME = re.compile(r'depth|disparity', re.IGNORECASE)
-# Of several images the one of these; of several depth images the one that a driver has aligned to the colour image.
-_COLOUR_NAME = re.compile(r'colou?r|rgb', re.IGNORECASE)
-_ALIGNED_NAME = re.compile(r'aligned|registered', re.IGNORECASE)
-_NO_PICTURE_NAME = re.compile(r'(^|[/_])(ir|infra\d?|mask|confidence)($|[/_])', re.IGNORECASE)
-# First stamps of each stream that the usual difference between them is learnt from, before the first pair is made.
+_log = logging.getLogger(__name__)
+
+# First stamps of each stream, of when both are there, that the usual difference between them is learnt from, before
+# the first pair is made.
 _LEARNT = 9
 # Images and clouds that may wait for their partner where `queue_size` leaves it open: a recording has the time.
 _QUEUE = 50
@@ -47,7 +51,7 @@ class Topics:
     Attributes:
         image: raw or compressed.
         points: of clouds.
-        depth: of depth images aligned to the image, in place of clouds.
+        depth: of depth images aligned to the image, raw or compressed, in place of clouds.
         camera_info: of the depth images.
     """
 
@@ -121,19 +125,27 @@ def find_topics(bag: rosbag.Bag, wanted: Topics, only_2d: bool = False, prefer_d
         BadInputError: a topic is not there or has another type, or it is not clear which one to take.
     """
     types = topic_types(bag)
+    images = image_topics(bag, types)
     image = wanted.image
     if image:
         _check_type(bag, types, '--image', image, (Image, CompressedImage))
     else:
-        image = _chosen(bag, types, 'images', '--image', _without_twins(_pictures(bag, types)), _COLOUR_NAME)
+        image = _chosen(bag, types, 'images', '--image', images['colour'], 'colour')
     if only_2d:
         return Topics(image)
-    if not wanted.points and (wanted.depth or prefer_depth or not _of_type(types, PointCloud2)):
-        return _with_depth(bag, types, image, wanted, prefer_depth)
     if wanted.points:
         _check_type(bag, types, '--points', wanted.points, (PointCloud2,))
         return Topics(image, points=wanted.points)
-    return Topics(image, points=_chosen(bag, types, 'clouds', '--points', _of_type(types, PointCloud2), _COLOUR_NAME))
+    organized = organized_clouds(bag, types)
+    if organized and not wanted.depth and not prefer_depth:
+        return Topics(image, points=_chosen(bag, types, 'clouds', '--points', organized, 'points'))
+    depth = [topic for topic in images['depth'] if topic != image]
+    if depth or wanted.depth or prefer_depth:
+        return _with_depth(bag, types, image, depth, wanted)
+    if clouds(types):
+        _log.warning('people are found in the images alone: the clouds on %s have not the rows of an image; drivers '
+                     'give such ones when asked for ordered or registered clouds', ', '.join(clouds(types)))
+    return Topics(image)
 
 
 class Recording:
@@ -163,6 +175,7 @@ class Recording:
         if topics.depth:
             # holds for the depth images before it as well
             self._info = _deserialized(next(_read(bag, [topics.camera_info])).message)
+            self._check_frames()
 
     def __iter__(self) -> Iterator[Union[Frame, Original]]:
         """Read everything once.
@@ -189,7 +202,7 @@ class Recording:
             return self._matched(0, message, time)
         return iter([self._frame((message, time))])
 
-    def _points(self, message: Union[PointCloud2, Image], time: genpy.Time) -> Iterator[Frame]:
+    def _points(self, message: Union[PointCloud2, Image, CompressedImage], time: genpy.Time) -> Iterator[Frame]:
         return self._matched(1, message, time, self._info)
 
     def _camera_info(self, message: CameraInfo, _time: genpy.Time) -> Iterator[Frame]:
@@ -216,6 +229,8 @@ class Recording:
         try:
             if of_points is not None:
                 points, _, info = of_points
+                if points._type == CompressedImage._type:
+                    points = compressed_depth_to_image(points)
                 frame.points, frame.points_header = self._lifter.points(points, info), points.header
             frame.bgr = any_image_to_bgr(image)
         except BadInputError as error:
@@ -228,19 +243,24 @@ class Recording:
             params = PairingParams(slop=params.slop, queue_size=_QUEUE)
         matcher = StampMatcher(params)
         topics = (self._topics.image, self._points_topic)
-        if self._first_stamps(topics[0], 1) == self._first_stamps(topics[1], 1):
+        first = [next(_read(self._bag, [topic])) for topic in topics]
+        if _stamp(first[0]) == _stamp(first[1]):
             return matcher  # one driver stamps both
-        first = [(stamp.to_nsec(), stream) for stream, topic in enumerate(topics)
-                 for stamp in self._first_stamps(topic, _LEARNT) if not stamp.is_zero()]
-        for stamp, stream in sorted(first):
+        both = max(message.timestamp for message in first)
+        stamps = [(_stamp(message).to_nsec(), stream) for stream, topic in enumerate(topics)
+                  for message in itertools.islice(_read(self._bag, [topic], both), _LEARNT)]
+        for stamp, stream in sorted(item for item in stamps if item[0]):
             matcher.add(stream, stamp, None)
         matcher.restart()
         return matcher
 
-    def _first_stamps(self, topic: str, count: int) -> List[genpy.Time]:
-        """Return the stamps of the first messages of a topic; a message begins with its header."""
-        messages = itertools.islice(_read(self._bag, [topic]), count)
-        return [genpy.Time(*_STAMP.unpack_from(message.message[1], _STAMP_OFFSET)) for message in messages]
+    def _check_frames(self) -> None:
+        """Say where depth images seem to be none of the view of the images; nothing in a message tells for sure."""
+        names = [next(stamped_messages(self._bag, [topic])).frame_id for topic in (self._topics.image,
+                                                                                   self._topics.depth)]
+        if names[0].lstrip('/') != names[1].lstrip('/'):
+            _log.warning("%s is of frame '%s', but %s of '%s': joints are right in space only where the depth images "
+                         'are aligned to the images', self._topics.image, names[0], self._topics.depth, names[1])
 
 
 class Transforms:
@@ -286,98 +306,76 @@ def copied_topics(bag: rosbag.Bag, wanted: Sequence[str]) -> List[str]:
     """
     there = sorted(bag.get_type_and_topic_info().topics)
     if 'all' in wanted:
-        return [topic for topic in there if not RESULTS.search(topic)]
+        return [topic for topic in there if not is_result(topic)]
     for topic in wanted:
         if topic not in there:
             raise BadInputError(f"--copy {topic}: not in the bag, which has {', '.join(there)}")
-        if RESULTS.search(topic):
+        if is_result(topic):
             raise BadInputError(f'--copy {topic}: that is a result, which is made anew')
     return list(wanted)
 
 
-def _with_depth(bag: rosbag.Bag, types: Mapping[str, str], image: str, wanted: Topics, demanded: bool) -> Topics:
+def _with_depth(bag: rosbag.Bag, types: Mapping[str, str], image: str, candidates: Sequence[str], wanted: Topics
+                ) -> Topics:
     """Return the topics of a camera with depth images; see `find_topics`."""
     depth = wanted.depth
     if depth:
-        _check_type(bag, types, '--depth', depth, (Image,))
+        _check_type(bag, types, '--depth', depth, (Image, CompressedImage))
     else:
-        candidates = [topic for topic in _of_type(types, Image) if topic != image and _is_depth(bag, topic)]
-        if not candidates and not demanded:
-            return Topics(image)
-        depth = _chosen(bag, types, 'depth images', '--depth', candidates, _ALIGNED_NAME)
+        depth = _chosen(bag, types, 'depth images', '--depth', candidates, 'depth')
     info = wanted.camera_info
     if info:
         _check_type(bag, types, '--camera-info', info, (CameraInfo,))
         return Topics(image, depth=depth, camera_info=info)
-    infos = _of_type(types, CameraInfo)
+    infos = [topic for topic, name in types.items() if name == CameraInfo._type]
     for beside in (depth, image):
-        sibling = f'{_camera(beside)}/camera_info'
+        sibling = f'{camera_of(beside)}/camera_info'
         if sibling in infos:
             return Topics(image, depth=depth, camera_info=sibling)
     return Topics(image, depth=depth, camera_info=_chosen(
-        bag, types, f'camera infos for the depth images {depth}', '--camera-info', infos, _COLOUR_NAME))
-
-
-def _pictures(bag: rosbag.Bag, types: Mapping[str, str]) -> List[str]:
-    """Return the topics of colour or grey images."""
-    raw = [topic for topic in _of_type(types, Image) if not _is_depth(bag, topic)]
-    compressed = [topic for topic in _of_type(types, CompressedImage) if not _DEPTH_NAME.search(topic)]
-    return [topic for topic in raw + compressed if not _NO_PICTURE_NAME.search(topic)]
-
-
-def _without_twins(topics: Sequence[str]) -> List[str]:
-    """Leave out compressed images that are there raw as well."""
-    return [topic for topic in topics if not (topic.endswith('/compressed') and topic.rpartition('/')[0] in topics)]
-
-
-def _is_depth(bag: rosbag.Bag, topic: str) -> bool:
-    """Say by its first message whether a topic of type Image has depth images."""
-    return _deserialized(next(_read(bag, [topic])).message).encoding in _DEPTH_ENCODINGS
-
-
-def _of_type(types: Mapping[str, str], kind: Type[genpy.Message]) -> List[str]:
-    """Return the topics of a type, without results of this project."""
-    return sorted(topic for topic, name in types.items() if name == kind._type and not RESULTS.search(topic))
-
-
-def _camera(topic: str) -> str:
-    """Return the namespace that a driver gives the topics of a camera; that of compressed images is one longer."""
-    topic = topic[:-len('/compressed')] if topic.endswith('/compressed') else topic
-    return topic.rpartition('/')[0]
+        bag, types, f'camera infos for the depth images {depth}', '--camera-info', infos, 'colour'))
 
 
 def _chosen(bag: rosbag.Bag, types: Mapping[str, str], what: str, option: str, candidates: Sequence[str],
-            preferred: Pattern[str]) -> str:
-    """Return the only candidate, or the only one with a preferred name."""
-    best = [topic for topic in candidates if preferred.search(topic)] if len(candidates) > 1 else candidates
+            stream: str) -> str:
+    """Return the only candidate, or the only one that is preferred."""
+    best = preferred(candidates, stream)
     if len(best) == 1:
         return best[0]
     if candidates:
         raise BadInputError(f"{bag.filename} has several topics of {what}, choose one with {option}: "
-                            f"{', '.join(candidates)}")
-    raise BadInputError(f'{bag.filename} has no topic of {what}; it has {_listed(types)}')
+                            f"{', '.join(sorted(candidates))}")
+    raise BadInputError(f'{bag.filename} has no topic of {what}; it has {listed(types)}')
 
 
 def _check_type(bag: rosbag.Bag, types: Mapping[str, str], option: str, topic: str,
                 kinds: Sequence[Type[genpy.Message]]) -> None:
     if topic not in types:
-        raise BadInputError(f'{option} {topic}: {bag.filename} has no such topic; it has {_listed(types)}')
+        raise BadInputError(f'{option} {topic}: {bag.filename} has no such topic; it has {listed(types)}')
     if types[topic] not in [kind._type for kind in kinds]:
         raise BadInputError(f"{option} {topic} is of type {types[topic]}, expected "
                             f"{' or '.join(kind._type for kind in kinds)}")
 
 
-def _listed(types: Mapping[str, str]) -> str:
-    return ', '.join(f'{topic} ({name})' for topic, name in sorted(types.items())) or 'no messages at all'
-
-
-def _read(bag: rosbag.Bag, topics: Sequence[str]) -> Iterator[Any]:
+def _read(bag: rosbag.Bag, topics: Sequence[str], start: Optional[genpy.Time] = None) -> Iterator[Any]:
     """Return the messages of topics as they are stored: topic, message, timestamp, connection_header.
+
+    Args:
+        start: time of the recording; None: all.
 
     Raises:
         BadInputError: the bag is damaged.
     """
-    return undamaged(bag, bag.read_messages(topics=list(topics), raw=True, return_connection_header=True))
+    return undamaged(bag, bag.read_messages(topics=list(topics), start_time=start, raw=True,
+                                            return_connection_header=True))
+
+
+def _stamp(message: Any) -> genpy.Time:
+    """Return the stamp of a stored message that begins with a header."""
+    data = message.message[1]
+    if len(data) < _STAMP_OFFSET + _STAMP.size:
+        raise BadInputError(f'the bag is damaged: a message of {message.topic} has {len(data)} bytes')
+    return genpy.Time(*_STAMP.unpack_from(data, _STAMP_OFFSET))
 
 
 def _deserialized(message: Tuple[Any, ...], kind: Optional[Type[genpy.Message]] = None) -> Any:

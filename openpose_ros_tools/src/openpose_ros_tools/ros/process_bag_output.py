@@ -1,7 +1,8 @@
 """What process_bag writes: a bag with the nodes' topics, a table, a JSON file of each frame."""
 import json
+import re
 from pathlib import Path
-from typing import Any, Dict, List, Optional, TextIO
+from typing import Any, Dict, Optional, TextIO
 
 import genpy
 import numpy as np
@@ -9,12 +10,13 @@ import rosbag
 from std_msgs.msg import Header, String
 from tf2_msgs.msg import TFMessage
 
-from openpose_ros_pkg.errors import ParameterError
+from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.keypoint_scale import KeypointScaleParams, scale_keypoints
 from openpose_ros_pkg.output.files import frame_name
 from openpose_ros_pkg.output.openpose_json import JSON_SUFFIX, people_to_json
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.ros import convert as convert_2d
+from openpose_ros_tools.ros.bag_files import open_bag, undamaged
 from openpose_ros_tools.ros.keypoint_rows import PersonCsvWriter
 from openpose_ros_tools.ros.process_bag_input import Frame, Original
 from skeleton_extract_3d.estimator import Estimate
@@ -135,13 +137,18 @@ class Results:
         self._bag.write(f'{self._namespace}/{topic}', message, frame.time)
 
 
+def is_json_of(bag_name: str, file_name: str) -> bool:
+    """Say whether a file's name is that of a frame of a bag; `Results` has the name of the bag without suffix."""
+    return bool(re.fullmatch(re.escape(bag_name) + r'_\d+' + re.escape(JSON_SUFFIX), file_name))
+
+
 def made_from(path: Path) -> Optional[Dict[str, Any]]:
     """Return what `Results.record` has noted in a bag; None: it is none of this program, or can not be read."""
     try:
-        with rosbag.Bag(str(path)) as bag:
-            texts: List[str] = [message.data for _, message, _ in bag.read_messages(topics=[_RECORD])]
-        return json.loads(texts[0]) if texts else None
-    except (rosbag.ROSBagException, OSError, ValueError):
+        with open_bag(path) as bag:
+            record = next(undamaged(bag, bag.read_messages(topics=[_RECORD])), None)
+        return json.loads(record.message.data) if record else None
+    except (BadInputError, ValueError, AttributeError):
         return None
 
 

@@ -36,7 +36,7 @@ from openpose_ros_tools.ros.process_bag_input import (
     copied_topics,
     find_topics,
 )
-from openpose_ros_tools.ros.process_bag_output import Results, made_from
+from openpose_ros_tools.ros.process_bag_output import Results, is_json_of, made_from
 from skeleton_extract_3d.camera_estimators import CameraEstimators
 from skeleton_extract_3d.estimator import ESTIMATOR_PARAMETERS
 from skeleton_extract_3d.markers import MarkerParams
@@ -168,7 +168,8 @@ def process(job: BagJob, on_frame: Callable[[int, int], None] = lambda done, tot
         topics = find_topics(bag, job.topics, job.only_2d, params[ExtractorParams].points_source == 'depth_image')
         copied = copied_topics(bag, job.copied)
         parts = stack.enter_context(PartFiles())
-        json_folder = None if job.json is None else parts.folder(job.json)
+        json_folder = None if job.json is None else parts.folder(
+            job.json, lambda name: is_json_of(job.source.stem, name))
         csv_path = None if job.csv is None else parts.file(job.csv)
         bag_path = parts.file(job.output)  # the last to be moved: where it is, all is there
         pool = stack.enter_context(DetectorPool(

@@ -40,6 +40,7 @@ from openpose_ros_tools.delay_plots import delay_distribution, delays_over_time
 from openpose_ros_tools.delay_report import CSV_COLUMNS, csv_rows, markdown, summary
 from openpose_ros_tools.plotting import FORMATS, save_figure
 from openpose_ros_tools.ros.bag_files import StampedMessage, open_bag, stamped_messages
+from openpose_ros_tools.ros.camera_topics import is_depth, is_packed_depth
 from openpose_ros_tools.stage_delays import (
     CLOUD,
     DEPTH,
@@ -65,7 +66,6 @@ _CLOUD = 'sensor_msgs/PointCloud2'
 _CLOCK = 'rosgraph_msgs/Clock'
 # What image_transport appends to the name of a topic.
 _TRANSPORT = re.compile('/(compressed|compressedDepth|theora)$')
-_DEPTH_ENCODINGS = ('16UC1', 'mono16', '32FC1')
 
 
 @dataclass
@@ -179,8 +179,8 @@ def _namespace(topic: str) -> str:
 def _is_depth(message: StampedMessage) -> bool:
     """Say whether the images of a topic are depth, by its first message."""
     if message.kind._type == 'sensor_msgs/Image':
-        return message.kind().deserialize(message.data).encoding in _DEPTH_ENCODINGS
-    return message.topic.endswith('/compressedDepth')
+        return is_depth(message.topic, message.kind().deserialize(message.data).encoding)
+    return is_packed_depth(message.topic)
 
 
 def _no_results(path: Path, info: Dict[str, Any], without_header: Sequence[str]) -> str:

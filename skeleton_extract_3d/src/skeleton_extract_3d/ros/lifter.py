@@ -96,4 +96,3 @@ class Lifter:
         if frame in ('', header.frame_id):
             return None
         return convert.rotation_and_translation(self._lookup(frame, header.frame_id, header.stamp))
-
