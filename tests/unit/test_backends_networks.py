@@ -4,6 +4,8 @@ Each output channel of `fields` is a weighted sum of the mean colours of 8 x 8 p
 scale, layout, order of the outputs and of the channels, position and batch all show.
 """
 import importlib.util
+import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -366,3 +368,32 @@ def test_only_the_first_sizes_are_kept_on_disk(pooled, tmp_path):
     for size in range(8, 88, 8):
         backend.infer(np.zeros((1, size, 16, 3), np.uint8))
     assert len(blobs(tmp_path / 'cache')) == 8
+
+
+# --- signals --------------------------------------------------------------------------------------------------------
+
+SIGNAL_AFTER_NETWORKS = """
+import signal, sys
+sys.path[:0] = sys.argv[2:]
+from pathlib import Path
+from test_backends_networks import IMAGES, MOBILENET_THIN, InputRecipe, load, own
+
+model = own(MOBILENET_THIN, input=InputRecipe(), outputs=('fields',), output_layout='NCHW')
+networks = [load(model, Path(sys.argv[1]), 'openvino') for _ in range(2)]
+for network in networks:
+    network.infer(IMAGES)
+del network
+while networks:
+    del networks[0]
+signal.signal(signal.SIGINT, lambda *_: print('handled'))
+signal.raise_signal(signal.SIGINT)
+"""
+
+
+def test_a_signal_after_networks_have_gone(tmp_path):
+    """In a process of its own, which a signal ended with a segmentation fault when each network had its own core."""
+    pytest.importorskip('openvino', reason='openvino is not installed: pip install openvino')
+    path = onnx_file(tmp_path, tiny_networks.onnx_fields([weights_of(57)]))
+    done = subprocess.run([sys.executable, '-c', SIGNAL_AFTER_NETWORKS, str(path), str(Path(__file__).parent),
+                           *sys.path], stdout=subprocess.PIPE, text=True, check=True)
+    assert done.stdout == 'handled\n'

@@ -2,6 +2,7 @@
 
 It reads TensorFlow's frozen graphs, ONNX, TFLite and its own IR.
 """
+import functools
 import io
 import logging
 from collections import OrderedDict
@@ -24,6 +25,17 @@ _KEPT_SIZES = 8
 _CACHED_SIZES = 8
 
 
+@functools.lru_cache(maxsize=None)
+def _core() -> ov.Core:
+    """Return the one of this process.
+
+    With its first network a core gives the thread a stack for signals, and takes it back when it goes. Of several that
+    go in another order than they came, a stack is left that is freed memory, and the next signal, a Ctrl-C, ends the
+    program with a segmentation fault.
+    """
+    return ov.Core()
+
+
 class OpenvinoBackend:
     """A network on the CPU by OpenVINO; see `backends.Backend`."""
 
@@ -40,7 +52,7 @@ class OpenvinoBackend:
             compiled_cache: folder; '' the default one, 'off' none.
         """
         self._model, self._weights = model, weights
-        self._core = ov.Core()
+        self._core = _core()
         self._parallel = hint == 'throughput'
         self._config = {'PERFORMANCE_HINT': hint.upper()}
         if precision == 'f32':
