@@ -125,6 +125,13 @@ def test_an_interrupt_leaves_the_older_report(folder, found, values, monkeypatch
     assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
 
 
+def test_pictures_of_earlier_people_go_and_other_files_stay(found, values, tmp_path):
+    for name in ('trajectories_9_Zoe.png', 'notes.txt'):
+        (tmp_path / name).write_text('older')
+    written = write_report(tmp_path, found[1], found[0], values)
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(['notes.txt', *(path.name for path in written)])
+
+
 def test_transform_of_numbers_and_files(tmp_path):
     numbers = ['1', '-2', '3e-1', '0', '0', '0.70711', '0.70711']
     expected = np.eye(4)

@@ -54,12 +54,7 @@ def top_view(selection: Selection) -> Figure:
     across, along = (after, before) if sign > 0 else (before, after)
     figure = new_figure(9.5, 7.0)
     axes = figure.subplots()
-    colours = person_colours(selection.persons)
-    for person in selection.persons:
-        rows = selection.rows_of(person)
-        places, joint = ground_places(rows)
-        _draw_way(axes, selection, rows.stamps, places[:, [across, along]], colours[person],
-                  f'person {person} ({joint_title(joint)})')
+    _draw_ways(axes, selection, [across, along])
     is_camera = (axis, sign) == (1, -1)
     if is_camera:
         axes.add_patch(Polygon([(0, 0), (-_CAMERA_SIZE / 2, _CAMERA_SIZE), (_CAMERA_SIZE / 2, _CAMERA_SIZE)],
@@ -83,11 +78,7 @@ def image_paths(selection: Selection) -> Figure:
     """Draw the ways of the people in the image, pixels to the right and down."""
     figure = new_figure(10.0, 6.0)
     axes = figure.subplots()
-    colours = person_colours(selection.persons)
-    for person in selection.persons:
-        rows = selection.rows_of(person)
-        places, joint = ground_places(rows)
-        _draw_way(axes, selection, rows.stamps, places, colours[person], f'person {person} ({joint_title(joint)})')
+    _draw_ways(axes, selection, [0, 1])
     tidy_axes(axes, 'x: to the right [px]', 'y: down [px]')
     axes.set_aspect('equal', adjustable='datalim')
     axes.margins(0.08)
@@ -207,6 +198,16 @@ def detections(selection: Selection) -> Figure:
     set_title(figure, f'Detections over time; first frame: {selection.first_moment}')
     _legend_with_gaps(rates, selection, list(rates.get_lines()))
     return figure
+
+
+def _draw_ways(axes: Any, selection: Selection, columns: List[int]) -> None:
+    """Draw the ways of all people; `columns`: coordinates to the right and upwards."""
+    colours = person_colours(selection.persons)
+    for person in selection.persons:
+        rows = selection.rows_of(person)
+        places, joint = ground_places(rows)
+        _draw_way(axes, selection, rows.stamps, places[:, columns], colours[person],
+                  f'person {person} ({joint_title(joint)})')
 
 
 def _draw_way(axes: Any, selection: Selection, stamps: np.ndarray, places: np.ndarray, colour: str, label: str) -> None:

@@ -21,6 +21,9 @@ from openpose_ros_tools.plotting import (
 )
 from skeleton_extract_3d.people import INFERRED, MEASURED
 
+TRAJECTORIES = 'trajectories_'
+"""What the names of pictures of one person's joints begin with."""
+
 REFERENCE_COLOUR = '#000000'
 # Joints whose paths are drawn, as many of them as are compared: they move most.
 TRAJECTORY_JOINTS = ('right_wrist', 'left_wrist', 'right_ankle')
@@ -201,7 +204,7 @@ def all_figures(comparison: Comparison, alignment: Alignment) -> Dict[str, Tuple
         figures['stick_figures'] = ('Stick figures: estimate over reference', stick_figures(comparison))
     for person in _people(comparison):
         name = ''.join(sign if sign.isalnum() else '_' for sign in comparison.subjects[person])
-        figures[f'trajectories_{person + 1}_{name}'] = (f'Trajectories of {comparison.subjects[person]}',
+        figures[f'{TRAJECTORIES}{person + 1}_{name}'] = (f'Trajectories of {comparison.subjects[person]}',
                                                         trajectories(comparison, person))
     curve = clock_curve(alignment)
     if curve is not None:

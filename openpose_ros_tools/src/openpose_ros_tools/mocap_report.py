@@ -3,7 +3,6 @@ import base64
 import csv
 import io
 import json
-import tempfile
 from pathlib import Path
 from typing import Any, Dict, Iterator, List, Optional, Sequence, Tuple
 
@@ -15,7 +14,8 @@ from scipy.spatial.transform import Rotation
 from openpose_ros_pkg.output.files import writable_folder
 from openpose_ros_tools.mocap_alignment import Alignment
 from openpose_ros_tools.mocap_evaluation import PCK_DISTANCES, Comparison, Figures, summarize
-from openpose_ros_tools.mocap_plots import all_figures
+from openpose_ros_tools.mocap_plots import TRAJECTORIES, all_figures
+from openpose_ros_tools.part_files import PartFiles
 from openpose_ros_tools.plotting import STATUS_NAMES, joint_title, save_figure
 
 _TEMPLATES = Path(__file__).resolve().parent / 'data'
@@ -106,6 +106,7 @@ def write_report(folder: Path, comparison: Comparison, alignment: Alignment, val
     """Write report.html, report.md, summary.json, joints.csv, bones.csv, errors.csv and the pictures into a folder.
 
     All is made in a hidden folder beside and moved at the end, so that an interrupt leaves an older report as it was.
+    Pictures of people whom an older one had go then.
 
     Returns:
         The files, in the order of names.
@@ -113,9 +114,9 @@ def write_report(folder: Path, comparison: Comparison, alignment: Alignment, val
     Raises:
         ParameterError: the folder can not be written to.
     """
-    writable_folder('output', folder)
-    with tempfile.TemporaryDirectory(prefix='.part_', dir=str(folder)) as temporary:
-        part = Path(temporary)
+    folder = writable_folder('output', folder).resolve()
+    with PartFiles() as parts:
+        part = parts.folder(folder, is_old=lambda name: name.startswith(TRAJECTORIES) and name.endswith('.png'))
         pictures = []
         for name, (caption, figure) in all_figures(comparison, alignment).items():
             path = save_figure(figure, part / f'{name}.png')
@@ -129,8 +130,6 @@ def write_report(folder: Path, comparison: Comparison, alignment: Alignment, val
             csv.writer(handle, lineterminator='\n').writerows(_error_rows(comparison))
         (part / 'summary.json').write_text(json.dumps(values, indent=1, ensure_ascii=False) + '\n', encoding='utf-8')
         names = sorted(path.name for path in part.iterdir())
-        for name in names:
-            (part / name).replace(folder / name)
     return [folder / name for name in names]
 
 
