@@ -23,9 +23,9 @@ import yaml
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'openpose_ros_pkg' / 'src'))
 
-from openpose_ros_pkg.detector import DETECTOR_PARAMETERS, Detector, create_detector
+from openpose_ros_pkg.detect.detector import DETECTOR_PARAMETERS, Detector, create_detector
 from openpose_ros_pkg.errors import OpenposeRosError
-from openpose_ros_pkg.params import build
+from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import People2D, keypoints_in
 from openpose_ros_pkg.skeletons import COCO_17
 

@@ -31,17 +31,17 @@ import yaml
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'openpose_ros_pkg' / 'src'))
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'skeleton_extract_3d' / 'src'))
 
-from openpose_ros_pkg.detector import DETECTOR_PARAMETERS, create_detector
+from openpose_ros_pkg.detect.detector import DETECTOR_PARAMETERS, create_detector
+from openpose_ros_pkg.detect.tracking import KeypointTracker, TrackingParams
 from openpose_ros_pkg.errors import OpenposeRosError
-from openpose_ros_pkg.params import Parameters, build
+from openpose_ros_pkg.params.parameters import Parameters, build
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
-from openpose_ros_pkg.tracking import KeypointTracker, TrackingParams
-from skeleton_extract_3d.camera import CameraModel
-from skeleton_extract_3d.depth import DepthImage
 from skeleton_extract_3d.estimator import ESTIMATOR_PARAMETERS, PeopleEstimator, SmoothingParams
 from skeleton_extract_3d.people import MEASURED, People3D
-from skeleton_extract_3d.rgbd_sequence import RgbdSequence
+from skeleton_extract_3d.points.camera import CameraModel
+from skeleton_extract_3d.points.depth import DepthImage
+from skeleton_extract_3d.points.rgbd_sequence import RgbdSequence
 
 # Some parameters of the estimator and of the tracker in the image have one name; here they are one.
 PARAMETERS = (*DETECTOR_PARAMETERS, TrackingParams, *ESTIMATOR_PARAMETERS)

@@ -30,10 +30,10 @@ from openpose_ros_msgs.srv import GetPersons
 from sensor_msgs.msg import Image
 from std_msgs.msg import Header
 
-from openpose_ros_pkg.detector import DETECTOR_PARAMETERS, create_detector
+from openpose_ros_pkg.detect.detector import DETECTOR_PARAMETERS, create_detector
 from openpose_ros_pkg.errors import OpenposeRosError
-from openpose_ros_pkg.node_params import SERVICE_PARAMETERS
-from openpose_ros_pkg.params import build
+from openpose_ros_pkg.params.nodes import SERVICE_PARAMETERS
+from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.ros.convert import bgr_to_image
 from openpose_ros_pkg.ros.session import ResultWatch, Session, wait_for
 from openpose_ros_pkg.ros.timing_report import WINDOW

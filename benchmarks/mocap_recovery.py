@@ -24,14 +24,14 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'openpose_ros_pkg' / 'src'))
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'skeleton_extract_3d' / 'src'))
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'openpose_ros_tools' / 'src'))
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'tests' / 'unit'))
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'tests' / 'support'))
 
-from simulated_mocap import CAMERA_START, Simulated, errors, sequence_truth, simulate
 from tqdm import tqdm
 
+from openpose_ros_mocap.alignment import AlignmentParams, align
 from openpose_ros_pkg.errors import OpenposeRosError
-from openpose_ros_tools.keypoint_csv import read_keypoint_csv
-from openpose_ros_tools.mocap_alignment import AlignmentParams, align
+from openpose_ros_tools.tables.keypoint_csv import read_keypoint_csv
+from simulated_mocap import CAMERA_START, Simulated, errors, sequence_truth, simulate
 
 # Of offset in frames, rotation [degrees], translation [mm].
 LIMITS = (0.25, 0.5, 5.0)

@@ -29,13 +29,13 @@ import rosbag
 from std_msgs.msg import Header
 
 from openpose_ros_pkg.command_line import add_settings, setting_values
-from openpose_ros_pkg.detector import DETECTOR_PARAMETERS, create_detector
-from openpose_ros_pkg.params import build
+from openpose_ros_pkg.detect.detector import DETECTOR_PARAMETERS, create_detector
+from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.ros.convert import bgr_to_image
 from openpose_ros_pkg.ros.node import keep_large_blocks
-from openpose_ros_tools.ros.process_bag_work import BagJob, process
-from skeleton_extract_3d.depth import cloud_from_depth
-from skeleton_extract_3d.rgbd_sequence import RgbdSequence
+from openpose_ros_tools.ros.process_bag.work import BagJob, process
+from skeleton_extract_3d.points.depth import cloud_from_depth
+from skeleton_extract_3d.points.rgbd_sequence import RgbdSequence
 from skeleton_extract_3d.ros import convert
 
 ROOT = Path(__file__).resolve().parents[1]

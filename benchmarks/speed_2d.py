@@ -22,9 +22,9 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'openpose_ros_pkg' / 'src'))
 
 from openpose_ros_pkg.decode import DecodeParams
-from openpose_ros_pkg.detector import DETECTOR_PARAMETERS, Detector, create_detector
+from openpose_ros_pkg.detect.detector import DETECTOR_PARAMETERS, Detector, create_detector
 from openpose_ros_pkg.errors import OpenposeRosError
-from openpose_ros_pkg.params import build
+from openpose_ros_pkg.params.parameters import build
 
 SIZES = ('368x208', '432x240', '496x280', '656x368')
 BACKENDS = ('openvino', 'onnxruntime', 'opencv_dnn')

@@ -22,17 +22,16 @@ import yaml
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'openpose_ros_pkg' / 'src'))
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'skeleton_extract_3d' / 'src'))
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'tests' / 'unit'))
-
-from synthetic_scene import Person, Room, pinhole, render, walking, with_flying_pixels, with_noise
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'tests' / 'support'))
 
 from openpose_ros_pkg.errors import OpenposeRosError
-from openpose_ros_pkg.params import build
+from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
-from skeleton_extract_3d.cloud import OrganizedCloud
-from skeleton_extract_3d.depth import cloud_from_depth
 from skeleton_extract_3d.estimator import ESTIMATOR_PARAMETERS, PeopleEstimator
+from skeleton_extract_3d.points.cloud import OrganizedCloud
+from skeleton_extract_3d.points.depth import cloud_from_depth
+from synthetic_scene import Person, Room, pinhole, render, walking, with_flying_pixels, with_noise
 
 SIZE = (960, 540)
 RATE = 15.0

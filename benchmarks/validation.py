@@ -17,8 +17,10 @@ from typing import Any, Callable, Dict, List, Sequence
 
 import numpy as np
 
-from openpose_ros_tools import truth_as_mocap
-from openpose_ros_tools.ros import evaluate_mocap, images_to_bag, process_bag
+from openpose_ros_mocap import truth_as_mocap
+from openpose_ros_mocap.ros import evaluate_mocap
+from openpose_ros_tools.ros import images_to_bag
+from openpose_ros_tools.ros.process_bag import program as process_bag
 
 # What the reference differs by: its clock [s], its frame [degrees, m].
 CLOCK_OFFSET, DEGREES, PLACE = 3.7, (90.0, 0.0, 30.0), (1.0, 2.0, 1.5)

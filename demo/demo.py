@@ -25,7 +25,7 @@ from screen import RVIZ_SIZE, HeadlessScreen, take_picture
 
 from openpose_ros_pkg.errors import OpenposeRosError
 from openpose_ros_pkg.ros.session import ResultWatch, Session, SessionError, wait_for
-from skeleton_extract_3d.rgbd_sequence import RgbdSequence
+from skeleton_extract_3d.points.rgbd_sequence import RgbdSequence
 
 NAMESPACE = {'2d': '/openpose_ros', '3d': '/openpose_ros/skeleton_3d'}
 RESULTS = {'2d': (NAMESPACE['2d'] + '/detected_poses', PersonDetectionArray),

@@ -14,7 +14,7 @@ import rostest
 from openpose_ros_msgs.msg import PersonDetection, PersonDetection_3d, PersonDetection_3dArray
 from std_msgs.msg import Header
 
-from openpose_ros_tools.keypoint_csv import columns, read_keypoint_csv
+from openpose_ros_tools.tables.keypoint_csv import columns, read_keypoint_csv
 
 PATIENCE = 30.0  # [s] for what takes a second or two on a machine that is not busy
 FRAMES = 50
@@ -74,7 +74,7 @@ class KeypointsToCsvTest(unittest.TestCase):
         self.addCleanup(publisher.unregister)
         with theirs.open('w') as out, \
                 running('rostopic', 'echo', '-p', '/in_space/people', stdout=out) as echo, \
-                running('rosrun', 'openpose_ros_pkg', 'keypoints_to_csv', '--live', '--extended', '-o', ours,
+                running('rosrun', 'openpose_ros_tools', 'keypoints_to_csv', '--live', '--extended', '-o', ours,
                         stdout=subprocess.PIPE) as child:
             wait_for(lambda: publisher.get_num_connections() == 2, 'both listen')
             self.assertFalse(ours.exists())
@@ -95,7 +95,7 @@ class KeypointsToCsvTest(unittest.TestCase):
 
     def test_a_topic_that_begins_later_and_a_name_below_a_namespace(self):
         output = self.folder / 'late.csv'
-        with running('rosrun', 'openpose_ros_pkg', 'keypoints_to_csv', '--topic', 'late', '-o', output,
+        with running('rosrun', 'openpose_ros_tools', 'keypoints_to_csv', '--topic', 'late', '-o', output,
                      '__ns:=/robot', stdout=subprocess.DEVNULL) as child:
             time.sleep(1)
             array = PersonDetection_3dArray(persons=[person(PersonDetection_3d, 1), person(PersonDetection_3d, 2)])
@@ -111,7 +111,7 @@ class KeypointsToCsvTest(unittest.TestCase):
 
     def test_an_interrupt_before_there_is_a_topic_leaves_nothing(self):
         output = self.folder / 'nothing.csv'
-        with running('rosrun', 'openpose_ros_pkg', 'keypoints_to_csv', '--topic', '/never', '-o', output,
+        with running('rosrun', 'openpose_ros_tools', 'keypoints_to_csv', '--topic', '/never', '-o', output,
                      stderr=subprocess.PIPE) as child:
             self.assertIn(b'waiting for /never', child.stderr.readline())
             child.send_signal(signal.SIGINT)

@@ -17,9 +17,9 @@ from sensor_msgs.msg import Image, PointCloud2
 from std_msgs.msg import Header
 
 from openpose_ros_pkg.ros.convert import bgr_to_image
-from openpose_ros_tools.ros.process_bag import main
-from skeleton_extract_3d.depth import cloud_from_depth
-from skeleton_extract_3d.rgbd_sequence import RgbdSequence
+from openpose_ros_tools.ros.process_bag.program import main
+from skeleton_extract_3d.points.depth import cloud_from_depth
+from skeleton_extract_3d.points.rgbd_sequence import RgbdSequence
 from skeleton_extract_3d.ros.convert import cloud_to_message
 
 # Of the shipped sequence, so many frames, every second one: the two people come in, and begin to cross.

@@ -18,15 +18,14 @@ import rosbag
 from sensor_msgs.msg import CompressedImage
 from std_msgs.msg import Header
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / 'tests' / 'unit'))
-
-from synthetic_scene import Frame, Person, Room, pinhole, render, walking
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / 'tests' / 'support'))
 
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.ros.convert import bgr_to_image
 from openpose_ros_pkg.skeletons import COCO_18
-from skeleton_extract_3d.depth import cloud_from_depth
+from skeleton_extract_3d.points.depth import cloud_from_depth
 from skeleton_extract_3d.ros.convert import camera_to_message, cloud_to_message, depth_to_message
+from synthetic_scene import Frame, Person, Room, pinhole, render, walking
 
 FRAMES, RATE, BEGIN = 12, 15.0, 1_600_000_000
 FRAME_ID = 'camera_optical_frame'

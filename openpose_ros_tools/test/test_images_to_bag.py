@@ -14,9 +14,9 @@ from std_msgs.msg import Header
 
 from openpose_ros_pkg.command_line import DONE, INTERRUPTED, REFUSED, SOME_FAILED
 from openpose_ros_pkg.ros.convert import image_to_bgr, image_to_pixels, pixels_to_image
-from openpose_ros_tools.picture_files import depth_to_metres
+from openpose_ros_tools.images.picture_files import depth_to_metres
 from openpose_ros_tools.ros import bag_to_images, images_to_bag
-from skeleton_extract_3d.camera import CameraModel
+from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.ros.convert import (
     camera_from_message,
     cloud_from_message,

@@ -20,10 +20,10 @@ from std_msgs.msg import Header, String
 
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.skeletons import BODY_25, COCO_18, MESSAGE_JOINTS
-from openpose_ros_tools.keypoint_csv import columns, read_keypoint_csv
 from openpose_ros_tools.ros import csv_to_bag, keypoints_to_csv
 from openpose_ros_tools.ros.keypoint_bag import read_keypoint_bag
 from openpose_ros_tools.ros.keypoint_rows import PersonCsvWriter
+from openpose_ros_tools.tables.keypoint_csv import columns, read_keypoint_csv
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
 from skeleton_extract_3d.ros.convert import people_from_array
 

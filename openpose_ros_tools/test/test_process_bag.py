@@ -38,14 +38,14 @@ from sensor_msgs.msg import CompressedImage, Image, PointCloud2
 from std_msgs.msg import Header, String
 from tf2_msgs.msg import TFMessage
 
-from openpose_ros_pkg.params import build
+from openpose_ros_pkg.detect.tracking import KeypointTracker, TrackingParams
+from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.ros import convert as convert_2d
 from openpose_ros_pkg.skeletons import COCO_18
-from openpose_ros_pkg.tracking import KeypointTracker, TrackingParams
-from openpose_ros_tools.ros.process_bag import main
-from skeleton_extract_3d.depth import DepthImage
+from openpose_ros_tools.ros.process_bag.program import main
 from skeleton_extract_3d.estimator import ESTIMATOR_PARAMETERS, PeopleEstimator
 from skeleton_extract_3d.people import MEASURED
+from skeleton_extract_3d.points.depth import DepthImage
 from skeleton_extract_3d.ros import convert
 
 NAMESPACE = '/openpose_ros/skeleton_3d'
@@ -469,7 +469,7 @@ def test_json_markers_and_tf(run, recording, tmp_path, out):
 def test_an_interrupt_leaves_nothing(recording, tmp_path):
     script = ('import functools, sys\n'
               'from known_recording import knowing_detector\n'
-              'from openpose_ros_tools.ros.process_bag import main\n'
+              'from openpose_ros_tools.ros.process_bag.program import main\n'
               "if __name__ == '__main__':\n"
               '    sys.exit(main(sys.argv[1:], functools.partial(knowing_detector, slow=0.5)))\n')
     (tmp_path / 'command.py').write_text(script)

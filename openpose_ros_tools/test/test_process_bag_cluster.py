@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 from known_recording import knowing_detector, write_recording
 
-from openpose_ros_tools.ros.process_bag import main
-from openpose_ros_tools.task_cluster import ClusterError, run_tasks
+from openpose_ros_tools.parallel.task_cluster import ClusterError, run_tasks
+from openpose_ros_tools.ros.process_bag.program import main
 
 pytest.importorskip('distributed')
 
@@ -115,7 +115,7 @@ def test_an_interrupt_leaves_nothing(folder):
     (folder / 'command.py').write_text(
         'import functools, sys\n'
         'from known_recording import knowing_detector\n'
-        'from openpose_ros_tools.ros.process_bag import main\n'
+        'from openpose_ros_tools.ros.process_bag.program import main\n'
         "if __name__ == '__main__':\n"
         '    sys.exit(main(sys.argv[1:], functools.partial(knowing_detector, slow=1.0)))\n')
     environment = {**os.environ, 'PYTHONPATH': os.pathsep.join([str(Path(__file__).parent), *sys.path])}
@@ -130,7 +130,7 @@ def test_an_interrupt_leaves_nothing(folder):
 
 
 def test_a_scheduler_that_is_not_there_is_told(monkeypatch):
-    monkeypatch.setattr('openpose_ros_tools.task_cluster._CONNECT_SECONDS', 1)
+    monkeypatch.setattr('openpose_ros_tools.parallel.task_cluster._CONNECT_SECONDS', 1)
     with pytest.raises(ClusterError, match='no scheduler answers at tcp'):
         list(run_tasks(print, {'a': 1}, workers=1, scheduler='tcp://127.0.0.1:9', retries=0,
                        on_progress=lambda name, share: None))

@@ -26,8 +26,8 @@ from sensor_msgs.msg import CameraInfo, CompressedImage, Image, PointCloud2
 from std_msgs.msg import Header
 
 from openpose_ros_pkg.ros.convert import image_to_bgr
-from skeleton_extract_3d.camera import CameraModel
-from skeleton_extract_3d.depth import cloud_from_depth
+from skeleton_extract_3d.points.camera import CameraModel
+from skeleton_extract_3d.points.depth import cloud_from_depth
 from skeleton_extract_3d.ros.convert import camera_to_message, cloud_to_message, depth_to_message
 
 JOINTS = {'nose': (20, 30), 'neck': (0, 0), 'right_wrist': (63, 47), 'left_wrist': (40.3, 11.8), 'chest': (32, 5)}

@@ -37,9 +37,9 @@ from std_msgs.msg import Header
 from openpose_ros_pkg.ros.convert import bgr_to_image
 from openpose_ros_pkg.ros.session import is_heard
 from openpose_ros_pkg.skeletons import COCO_18
-from skeleton_extract_3d.depth import cloud_from_depth
 from skeleton_extract_3d.estimator import STAGES
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING
+from skeleton_extract_3d.points.depth import cloud_from_depth
 from skeleton_extract_3d.ros.convert import cloud_to_message, rotation_and_translation
 
 NODE = 'extractor'

@@ -20,8 +20,8 @@ from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.ros.convert import bgr_to_image, image_to_bgr
 from openpose_ros_pkg.ros.session import is_heard
 from openpose_ros_pkg.skeletons import COCO_18
-from skeleton_extract_3d.depth import XYZRGB
-from skeleton_extract_3d.rgbd_sequence import RgbdSequence
+from skeleton_extract_3d.points.depth import XYZRGB
+from skeleton_extract_3d.points.rgbd_sequence import RgbdSequence
 from skeleton_extract_3d.ros.convert import cloud_to_message
 
 WIDTH, HEIGHT = 64, 48

@@ -10,11 +10,11 @@ from visualization_msgs.msg import Marker
 
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.skeletons import COCO_18, SKELETONS
-from skeleton_extract_3d.camera import CameraModel
-from skeleton_extract_3d.depth import XYZRGB, cloud_from_depth
-from skeleton_extract_3d.markers import MarkerSpec
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
+from skeleton_extract_3d.points.camera import CameraModel
+from skeleton_extract_3d.points.depth import XYZRGB, cloud_from_depth
 from skeleton_extract_3d.ros import convert
+from skeleton_extract_3d.show.markers import MarkerSpec
 
 W, H, K = 7, 5, len(COCO_18.joints)
 HEADER = Header(frame_id='camera')

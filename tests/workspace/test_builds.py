@@ -13,7 +13,7 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 NOETIC = Path('/opt/ros/noetic/setup.bash')
-PYTHON_PACKAGES = ('openpose_ros_pkg', 'skeleton_extract_3d', 'openpose_ros_tools')
+PYTHON_PACKAGES = ('openpose_ros_pkg', 'skeleton_extract_3d', 'openpose_ros_tools', 'openpose_ros_mocap')
 SETTINGS = f'-DPYTHON_EXECUTABLE=/usr/bin/python3 -Dopenpose_ros_pkg_VENV={ROOT}/.venv'
 TIMEOUT = 300.0  # [s] several times what the slowest build takes
 NOT_SOURCE = shutil.ignore_patterns('.git', '.venv', 'build', 'devel', 'install', 'logs', '.catkin_*', 'demo_output',
@@ -54,7 +54,7 @@ def check_space(space, environment):
     if (ROOT / '.venv/.complete').read_text().startswith('with '):
         modules += ', openvino'
     node_imports = ''
-    for package in ('openpose_ros_pkg', 'skeleton_extract_3d'):
+    for package in PYTHON_PACKAGES:
         scripts = sorted(path for path in (ROOT / package / 'scripts').iterdir() if path.is_file())
         assert scripts
         for script in scripts:
@@ -66,7 +66,7 @@ def check_space(space, environment):
     output = shell(f"""
         source {space}/setup.bash
         rospack find openpose_ros_msgs; rospack find openpose_ros_pkg; rospack find skeleton_extract_3d
-        rospack find openpose_ros_tools
+        rospack find openpose_ros_tools; rospack find openpose_ros_mocap
         rosmsg show openpose_ros_msgs/PersonDetection_3d | grep '^uint32 person_ID$'
         rossrv show openpose_ros_msgs/GetPersons | grep '^sensor_msgs/Image image$'
         /usr/bin/python3 - <<'END'
@@ -93,8 +93,8 @@ def check_installed_files(space, environment):
         module = Path(shell(find, space.parent, environment).strip()).parent
         assert space in module.parents
         source = ROOT / package / 'src' / package
-        data = {path.relative_to(source) for path in source.glob('data/**/*')}
-        assert {path.relative_to(module) for path in module.glob('data/**/*')} == data
+        data = {path.relative_to(source) for path in source.glob('**/data/**/*')}
+        assert {path.relative_to(module) for path in module.glob('**/data/**/*')} == data
 
 
 def check_nodes_run(space, environment):

@@ -7,16 +7,15 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-PACKAGES = ('openpose_ros_msgs', 'openpose_ros_pkg', 'skeleton_extract_3d', 'openpose_ros_tools')
+PACKAGES = ('openpose_ros_msgs', 'openpose_ros_pkg', 'skeleton_extract_3d', 'openpose_ros_tools',
+            'openpose_ros_mocap')
 # Modules that are named otherwise than the rosdep key that brings them; OpenVINO has none, ./run setup brings it.
 ROSDEP_KEYS = {'cv2': 'python3-opencv', 'distributed': 'python3-distributed',
                'jinja2': 'python3-jinja2', 'matplotlib': 'python3-matplotlib', 'numpy': 'python3-numpy',
                'rospkg': 'python3-rospkg', 'scipy': 'python3-scipy', 'tqdm': 'python3-tqdm', 'yaml': 'python3-yaml'}
 ROS_MODULES = {'cv_bridge', 'diagnostic_updater', 'dynamic_reconfigure', 'genpy', 'message_filters', 'rosbag',
                'rosgraph', 'roslib', 'rospy', 'tf2_py', 'tf2_ros'}
-PYTHON_PACKAGES = ('openpose_ros_pkg', 'skeleton_extract_3d', 'openpose_ros_tools')
-# Its programs are started by names of openpose_ros_pkg, which can not depend on what is built upon it.
-STARTED_BY_OPENPOSE_ROS_PKG = {'openpose_ros_tools'}
+PYTHON_PACKAGES = ('openpose_ros_pkg', 'skeleton_extract_3d', 'openpose_ros_tools', 'openpose_ros_mocap')
 
 
 def manifest(package):
@@ -45,10 +44,7 @@ def used_by_code(package):
 
 @pytest.mark.parametrize('package', PYTHON_PACKAGES)
 def test_run_time_dependencies_are_those_of_the_code(package):
-    used = used_by_code(package)
-    if package == 'openpose_ros_pkg':
-        used -= STARTED_BY_OPENPOSE_ROS_PKG
-    assert depends(package, 'exec_depend', 'depend') == used
+    assert depends(package, 'exec_depend', 'depend') == used_by_code(package)
 
 
 def test_message_dependencies_are_those_of_the_messages():
@@ -90,7 +86,7 @@ def test_no_package_hides_the_packages():
     assert not (ROOT / 'package.xml').exists()
 
 
-@pytest.mark.parametrize('package', ['openpose_ros_pkg', 'skeleton_extract_3d'])
+@pytest.mark.parametrize('package', PYTHON_PACKAGES)
 def test_all_scripts_are_for_the_systems_python_and_installed(package):
     cmake = (ROOT / package / 'CMakeLists.txt').read_text().replace('${PROJECT_NAME}', package)
     for script in (ROOT / package / 'scripts').iterdir():

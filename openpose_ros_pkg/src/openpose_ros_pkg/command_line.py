@@ -13,6 +13,7 @@ from openpose_ros_pkg.errors import OpenposeRosError
 
 # Exit statuses. REFUSED: nothing was done, as the command line, a parameter or an input is wrong.
 DONE, SOME_FAILED, REFUSED, INTERRUPTED = 0, 1, 2, 130
+_PACKAGES = ('openpose_ros_pkg', 'skeleton_extract_3d', 'openpose_ros_tools', 'openpose_ros_mocap')
 
 
 def run_command(name: str, work: Callable[[], int]) -> int:
@@ -27,7 +28,7 @@ def run_command(name: str, work: Callable[[], int]) -> int:
     """
     handler = _AboveTheBar()
     handler.setFormatter(logging.Formatter('%(levelname)s: %(message)s'))
-    logs = [logging.getLogger(package) for package in ('openpose_ros_pkg', 'skeleton_extract_3d', 'openpose_ros_tools')]
+    logs = [logging.getLogger(package) for package in _PACKAGES]
     for log in logs:
         log.addHandler(handler)
     try:

@@ -23,17 +23,17 @@ import numpy as np
 from tqdm import tqdm
 
 from openpose_ros_pkg.command_line import DONE, SOME_FAILED, add_settings, run_command, setting_values
-from openpose_ros_pkg.detector import DETECTOR_PARAMETERS, create_detector
-from openpose_ros_pkg.draw import DrawParams
+from openpose_ros_pkg.detect.detector import DETECTOR_PARAMETERS, create_detector
+from openpose_ros_pkg.detect.tracking import KeypointTracker, TrackingParams
 from openpose_ros_pkg.errors import BadInputError, ParameterError
-from openpose_ros_pkg.keypoint_scale import KeypointScaleParams
 from openpose_ros_pkg.natural_order import natural_key
+from openpose_ros_pkg.output.draw import DrawParams
 from openpose_ros_pkg.output.files import frame_name
 from openpose_ros_pkg.output.frame_writer import FrameWriter, SaveParams
+from openpose_ros_pkg.output.keypoint_scale import KeypointScaleParams
 from openpose_ros_pkg.output.recorder import Recorder
-from openpose_ros_pkg.params import build
-from openpose_ros_pkg.tracking import KeypointTracker, TrackingParams
-from openpose_ros_pkg.video_source import PICTURE_SUFFIXES, VideoSource
+from openpose_ros_pkg.params.parameters import build
+from openpose_ros_pkg.stream.video_source import PICTURE_SUFFIXES, VideoSource
 
 _log = logging.getLogger(__name__)
 

@@ -7,23 +7,25 @@ from typing import Dict, Iterator, Optional, Tuple
 
 import numpy as np
 
-from openpose_ros_pkg.params import Parameters, parameter
+from openpose_ros_pkg.params.parameters import Parameters, parameter
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18, SkeletonModel
-from skeleton_extract_3d import appearance, body_measures, completion, identity, surfaces
-from skeleton_extract_3d.body import ADULT_STATURE, HIPS, SHOULDERS, STATURE_SPREAD, SURFACE_OFFSETS
-from skeleton_extract_3d.bone_constraints import satisfy_lengths
-from skeleton_extract_3d.camera import CameraModel, check_same_aspect
-from skeleton_extract_3d.completion import OcclusionParams
-from skeleton_extract_3d.extra_joints import in_skeleton
-from skeleton_extract_3d.identity import Clothes, IdentityParams
-from skeleton_extract_3d.joint_filter import along_rays, isotropic
-from skeleton_extract_3d.lifting import LiftingParams, lift
-from skeleton_extract_3d.observation import Observation, grid_positions, observe
+from skeleton_extract_3d.body import measures as body_measures
+from skeleton_extract_3d.body.body import ADULT_STATURE, HIPS, SHOULDERS, STATURE_SPREAD, SURFACE_OFFSETS
+from skeleton_extract_3d.body.extra_joints import in_skeleton
+from skeleton_extract_3d.lift import surfaces
+from skeleton_extract_3d.lift.lifting import LiftingParams, lift
+from skeleton_extract_3d.lift.observation import Observation, grid_positions, observe
+from skeleton_extract_3d.lift.pose_lifting import Expectation, Lifted, lift_people
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
-from skeleton_extract_3d.point_grid import PointGrid
-from skeleton_extract_3d.pose_lifting import Expectation, Lifted, lift_people
-from skeleton_extract_3d.tracks import Tracks, frame_change, middle_of_trunk
+from skeleton_extract_3d.points.camera import CameraModel, check_same_aspect
+from skeleton_extract_3d.points.point_grid import PointGrid
+from skeleton_extract_3d.track import appearance, completion, identity
+from skeleton_extract_3d.track.bone_constraints import satisfy_lengths
+from skeleton_extract_3d.track.completion import OcclusionParams
+from skeleton_extract_3d.track.identity import Clothes, IdentityParams
+from skeleton_extract_3d.track.joint_filter import along_rays, isotropic
+from skeleton_extract_3d.track.tracks import Tracks, frame_change, middle_of_trunk
 
 # Stamps that go back by more [s] are a new beginning (bag loop), by less a late frame.
 _RESET_BACKSTEP = 0.5

@@ -2,12 +2,12 @@
 from dataclasses import dataclass, fields
 from typing import Dict, Tuple, Type
 
-from openpose_ros_pkg.draw import DrawParams
-from openpose_ros_pkg.node_params import ImageTransportParams, ServiceClientParams
-from openpose_ros_pkg.pairing import PairingParams
-from openpose_ros_pkg.params import Parameters, parameter
+from openpose_ros_pkg.output.draw import DrawParams
+from openpose_ros_pkg.params.nodes import ImageTransportParams, ServiceClientParams
+from openpose_ros_pkg.params.parameters import Parameters, parameter
+from openpose_ros_pkg.stream.pairing import PairingParams
 from skeleton_extract_3d.estimator import ESTIMATOR_PARAMETERS
-from skeleton_extract_3d.markers import MarkerParams
+from skeleton_extract_3d.show.markers import MarkerParams
 
 
 @dataclass(frozen=True)

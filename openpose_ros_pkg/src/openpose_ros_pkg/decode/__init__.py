@@ -13,8 +13,8 @@ from openpose_ros_pkg.decode.compiled import decode_compiled, load
 from openpose_ros_pkg.decode.limbs import score_limbs
 from openpose_ros_pkg.decode.peaks import find_peaks
 from openpose_ros_pkg.errors import ParameterError
-from openpose_ros_pkg.models import Model
-from openpose_ros_pkg.params import Parameters, parameter
+from openpose_ros_pkg.networks.models import Model
+from openpose_ros_pkg.params.parameters import Parameters, parameter
 
 
 @dataclass(frozen=True)

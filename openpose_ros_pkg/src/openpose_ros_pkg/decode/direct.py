@@ -8,9 +8,9 @@ from typing import Callable, Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
 
-from openpose_ros_pkg.models import Model
-from openpose_ros_pkg.oks import sigmas, similarity
-from openpose_ros_pkg.params import Parameters, parameter
+from openpose_ros_pkg.detect.oks import sigmas, similarity
+from openpose_ros_pkg.networks.models import Model
+from openpose_ros_pkg.params.parameters import Parameters, parameter
 from openpose_ros_pkg.people import keypoints_in
 from openpose_ros_pkg.skeletons import COCO_17
 

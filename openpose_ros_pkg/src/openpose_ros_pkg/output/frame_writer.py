@@ -7,15 +7,15 @@ from typing import Callable, List, Optional, Union
 import cv2
 import numpy as np
 
-from openpose_ros_pkg.draw import DrawParams, draw_people
 from openpose_ros_pkg.errors import ParameterError
-from openpose_ros_pkg.keypoint_scale import KeypointScaleParams, scale_keypoints
+from openpose_ros_pkg.output.draw import DrawParams, draw_people
 from openpose_ros_pkg.output.files import frame_name, writable_folder, write_whole
 from openpose_ros_pkg.output.joint_order import in_joint_set
 from openpose_ros_pkg.output.keypoint_file import FORMATS, keypoint_suffix, write_keypoint
+from openpose_ros_pkg.output.keypoint_scale import KeypointScaleParams, scale_keypoints
 from openpose_ros_pkg.output.openpose_json import JSON_SUFFIX, write_json
 from openpose_ros_pkg.output.video_file import VideoFile
-from openpose_ros_pkg.params import Parameters, parameter
+from openpose_ros_pkg.params.parameters import Parameters, parameter
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import SKELETONS
 

@@ -6,7 +6,7 @@ from typing import Deque, Dict, Optional, Tuple, Union
 
 import numpy as np
 
-from openpose_ros_pkg.draw import DrawParams
+from openpose_ros_pkg.output.draw import DrawParams
 from openpose_ros_pkg.output.frame_writer import FrameWriter, is_power_of_two
 from openpose_ros_pkg.people import People2D
 

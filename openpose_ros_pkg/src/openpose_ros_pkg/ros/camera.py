@@ -10,11 +10,11 @@ from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import Header
 
 from openpose_ros_pkg.errors import BadInputError, ParameterError
-from openpose_ros_pkg.node_params import CAMERA_PARAMETERS
+from openpose_ros_pkg.params.nodes import CAMERA_PARAMETERS
 from openpose_ros_pkg.ros.convert import bgr_to_image
 from openpose_ros_pkg.ros.node import run_node
 from openpose_ros_pkg.ros.parameters import read_private
-from openpose_ros_pkg.video_source import VideoSource
+from openpose_ros_pkg.stream.video_source import VideoSource
 
 
 def camera_info_from_file(path: str) -> CameraInfo:

@@ -11,23 +11,23 @@ from openpose_ros_msgs.srv import GetPersons, GetPersonsRequest, GetPersonsRespo
 from sensor_msgs.msg import Image
 from std_msgs.msg import Header
 
-from openpose_ros_pkg.backends import BackendParams
-from openpose_ros_pkg.detector import DETECTOR_PARAMETERS, create_detector
-from openpose_ros_pkg.draw import DrawParams
+from openpose_ros_pkg.detect.detector import DETECTOR_PARAMETERS, create_detector
+from openpose_ros_pkg.detect.tracking import CameraTrackers, TrackingParams
 from openpose_ros_pkg.errors import BadInputError
-from openpose_ros_pkg.keypoint_scale import KeypointScaleParams, scale_keypoints
-from openpose_ros_pkg.node_params import (
+from openpose_ros_pkg.networks.backends import BackendParams
+from openpose_ros_pkg.output.draw import DrawParams
+from openpose_ros_pkg.output.frame_writer import FrameWriter, SaveParams
+from openpose_ros_pkg.output.keypoint_scale import KeypointScaleParams, scale_keypoints
+from openpose_ros_pkg.output.recorder import Recorder
+from openpose_ros_pkg.params.nodes import (
     LIVE_PARAMETERS,
     SERVICE_PARAMETERS,
     ImageTransportParams,
     PublishingParams,
     StreamParams,
 )
-from openpose_ros_pkg.output.frame_writer import FrameWriter, SaveParams
-from openpose_ros_pkg.output.recorder import Recorder
-from openpose_ros_pkg.params import Parameters
+from openpose_ros_pkg.params.parameters import Parameters
 from openpose_ros_pkg.people import People2D
-from openpose_ros_pkg.pipeline import Pipeline
 from openpose_ros_pkg.ros import convert
 from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.ros.images import AnyImage, image_subscriber, raw_image
@@ -36,7 +36,7 @@ from openpose_ros_pkg.ros.node import check_topic_name, run_node
 from openpose_ros_pkg.ros.parameters import read_private
 from openpose_ros_pkg.ros.people_publisher import DRAW_STAGE, PeoplePublisher
 from openpose_ros_pkg.ros.timing_report import TimingReport
-from openpose_ros_pkg.tracking import CameraTrackers, TrackingParams
+from openpose_ros_pkg.stream.pipeline import Pipeline
 
 # What the detector takes while it runs: all but what loads the networks.
 _RECONFIGURED = tuple(kind for kind in DETECTOR_PARAMETERS if kind is not BackendParams)

@@ -4,7 +4,7 @@ from typing import Any, Callable, Union
 import rospy
 from sensor_msgs.msg import CompressedImage, Image
 
-from openpose_ros_pkg.node_params import ImageTransportParams
+from openpose_ros_pkg.params.nodes import ImageTransportParams
 from openpose_ros_pkg.ros import convert
 
 AnyImage = Union[Image, CompressedImage]

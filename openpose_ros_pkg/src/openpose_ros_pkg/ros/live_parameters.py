@@ -6,8 +6,8 @@ import rospy
 from dynamic_reconfigure.server import Server
 
 from openpose_ros_pkg.errors import OpenposeRosError
-from openpose_ros_pkg.live_params import LiveDescription
-from openpose_ros_pkg.params import Parameters, build
+from openpose_ros_pkg.params.live import LiveDescription
+from openpose_ros_pkg.params.parameters import Parameters, build
 
 
 class LiveParameters:

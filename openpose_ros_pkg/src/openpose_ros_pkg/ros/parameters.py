@@ -3,7 +3,7 @@ from typing import Any, Tuple, Type
 
 import rospy
 
-from openpose_ros_pkg.params import Parameters, build
+from openpose_ros_pkg.params.parameters import Parameters, build
 
 
 def read_private(*classes: Type[Parameters]) -> Tuple[Any, ...]:

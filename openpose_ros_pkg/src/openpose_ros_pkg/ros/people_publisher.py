@@ -8,12 +8,12 @@ from openpose_ros_msgs.msg import PersonDetection, PersonDetectionArray
 from sensor_msgs.msg import Image
 from std_msgs.msg import Header
 
-from openpose_ros_pkg.draw import DrawParams, draw_people
-from openpose_ros_pkg.newest_wins import NewestWinsWorker
+from openpose_ros_pkg.output.draw import DrawParams, draw_people
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.ros import convert
 from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.ros.timing_report import TimingReport
+from openpose_ros_pkg.stream.newest_wins import NewestWinsWorker
 
 # One message per person: room for the people of several frames, so that a burst drops nobody.
 PERSONS_QUEUE = 100

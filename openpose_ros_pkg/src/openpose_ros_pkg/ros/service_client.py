@@ -8,7 +8,7 @@ from openpose_ros_msgs.msg import PersonDetection
 from openpose_ros_msgs.srv import GetPersons
 from sensor_msgs.msg import Image
 
-from openpose_ros_pkg.node_params import ServiceClientParams
+from openpose_ros_pkg.params.nodes import ServiceClientParams
 
 
 class ServiceCallError(Exception):

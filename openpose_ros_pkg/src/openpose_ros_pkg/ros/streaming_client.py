@@ -3,17 +3,17 @@ import cv2
 import rospy
 from sensor_msgs.msg import Image
 
-from openpose_ros_pkg.draw import draw_people
 from openpose_ros_pkg.errors import BadInputError
-from openpose_ros_pkg.models import find_model
-from openpose_ros_pkg.newest_wins import NewestWinsWorker
-from openpose_ros_pkg.node_params import CLIENT_PARAMETERS
+from openpose_ros_pkg.networks.models import find_model
+from openpose_ros_pkg.output.draw import draw_people
+from openpose_ros_pkg.params.nodes import CLIENT_PARAMETERS
 from openpose_ros_pkg.ros import convert
 from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.ros.images import AnyImage, image_subscriber, raw_image
 from openpose_ros_pkg.ros.node import check_topic_name, run_node
 from openpose_ros_pkg.ros.parameters import read_private
 from openpose_ros_pkg.ros.service_client import DetectionClient, ServiceCallError
+from openpose_ros_pkg.stream.newest_wins import NewestWinsWorker
 
 
 class StreamingClient:

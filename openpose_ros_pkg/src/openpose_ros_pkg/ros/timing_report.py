@@ -7,7 +7,7 @@ import rospy
 from openpose_ros_msgs.msg import StageTiming as StageTimingMessage
 from openpose_ros_msgs.msg import Timing
 
-from openpose_ros_pkg.stage_timing import StageTiming
+from openpose_ros_pkg.stream.stage_timing import StageTiming
 
 # How far the report looks back [s].
 WINDOW = 10.0

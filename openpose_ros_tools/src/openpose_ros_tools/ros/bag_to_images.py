@@ -1,8 +1,8 @@
 """Write the pictures of a camera in a bag as files; no ROS master is needed.
 
-    rosrun openpose_ros_pkg bag_to_images walk.bag -o walk/
-    rosrun openpose_ros_pkg bag_to_images walk.bag -o walk/ --layout tum --depth-scale 5000
-    rosrun openpose_ros_pkg bag_to_images lab.bag -o lab/ --image /camera/color/image_raw/compressed \\
+    rosrun openpose_ros_tools bag_to_images walk.bag -o walk/
+    rosrun openpose_ros_tools bag_to_images walk.bag -o walk/ --layout tum --depth-scale 5000
+    rosrun openpose_ros_tools bag_to_images lab.bag -o lab/ --image /camera/color/image_raw/compressed \\
         --depth /camera/aligned_depth_to_color/image_raw --camera-info /camera/color/camera_info
 
 The folder has one of these layouts; images_to_bag makes of either the same pictures, stamps, calibration and frame_id
@@ -42,11 +42,9 @@ from tqdm import tqdm
 from openpose_ros_pkg.command_line import DONE, SOME_FAILED, run_command
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.ros.convert import compressed_depth_to_image, image_to_bgr, image_to_pixels
-from openpose_ros_tools.calibration import Calibration, calibration_text
-from openpose_ros_tools.image_layouts import FOLDERS, STAMPS_FILE, STREAMS, TUM_LISTS
-from openpose_ros_tools.ordered_map import ordered_map
-from openpose_ros_tools.output_folder import output_folder
-from openpose_ros_tools.picture_files import (
+from openpose_ros_tools.images.calibration import Calibration, calibration_text
+from openpose_ros_tools.images.image_layouts import FOLDERS, STAMPS_FILE, STREAMS, TUM_LISTS
+from openpose_ros_tools.images.picture_files import (
     MILLIMETRES,
     depth_to_metres,
     depth_to_units,
@@ -54,6 +52,9 @@ from openpose_ros_tools.picture_files import (
     encode_tiff,
     picture_kind,
 )
+from openpose_ros_tools.images.stamps import SECOND, associate
+from openpose_ros_tools.outputs.output_folder import output_folder
+from openpose_ros_tools.parallel.ordered_map import ordered_map
 from openpose_ros_tools.ros.bag_files import StampedMessage, open_bag, stamped_messages, topic_types
 from openpose_ros_tools.ros.calibration_message import calibration_from_message
 from openpose_ros_tools.ros.camera_topics import (
@@ -69,8 +70,7 @@ from openpose_ros_tools.ros.camera_topics import (
     preferred,
 )
 from openpose_ros_tools.ros.images_to_bag import TF_TOPIC, positive_number
-from openpose_ros_tools.stamps import SECOND, associate
-from skeleton_extract_3d.rgbd_sequence import WORLD_FRAME
+from skeleton_extract_3d.points.rgbd_sequence import WORLD_FRAME
 from skeleton_extract_3d.ros.convert import cloud_from_message, rotation_and_translation
 
 _log = logging.getLogger(__name__)

@@ -2,7 +2,7 @@
 from sensor_msgs.msg import CameraInfo, RegionOfInterest
 from std_msgs.msg import Header
 
-from openpose_ros_tools.calibration import Calibration
+from openpose_ros_tools.images.calibration import Calibration
 
 
 def calibration_to_message(calibration: Calibration, header: Header) -> CameraInfo:

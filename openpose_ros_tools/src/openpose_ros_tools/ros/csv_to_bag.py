@@ -1,8 +1,8 @@
 """Write the keypoints of a CSV file into a bag: messages of single people, and arrays of all people of a frame.
 
-    rosrun openpose_ros_pkg csv_to_bag poses.csv -o poses.bag
-    rosrun openpose_ros_pkg csv_to_bag poses.csv -o poses.bag --frame-id kinect2_rgb_optical_frame
-    rosrun openpose_ros_pkg csv_to_bag poses.csv -o poses.bag --topic-prefix /replayed
+    rosrun openpose_ros_tools csv_to_bag poses.csv -o poses.bag
+    rosrun openpose_ros_tools csv_to_bag poses.csv -o poses.bag --frame-id kinect2_rgb_optical_frame
+    rosrun openpose_ros_tools csv_to_bag poses.csv -o poses.bag --topic-prefix /replayed
 
 The file holds the columns of the original project, the extended ones, or those of `rostopic echo -p`;
 docs/csv_columns.md says what they mean. The topics are those of the nodes: detected_poses_keypoints_3d and
@@ -29,9 +29,9 @@ from tqdm import tqdm
 from openpose_ros_pkg.command_line import DONE, run_command
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.skeletons import BODY_25, COCO_18, MESSAGE_JOINTS, MPI_15, SKELETONS
-from openpose_ros_tools.keypoint_csv import FrameSplitter, KeypointCsv, PersonRow
-from openpose_ros_tools.output_file import output_file
+from openpose_ros_tools.outputs.output_file import output_file
 from openpose_ros_tools.ros.keypoint_rows import array_message, person_message
+from openpose_ros_tools.tables.keypoint_csv import FrameSplitter, KeypointCsv, PersonRow
 from skeleton_extract_3d.people import MISSING
 
 _NAME = 'csv_to_bag'

@@ -1,10 +1,10 @@
 """Make a bag of a folder of pictures, on the topics of a camera; no ROS master is needed.
 
-    rosrun openpose_ros_pkg images_to_bag rgbd_dataset_freiburg3/ -o walk.bag --intrinsics 535.4 539.2 320.1 247.6
-    rosrun openpose_ros_pkg images_to_bag sequence/ -o walk.bag --cloud --compression lz4
-    rosrun openpose_ros_pkg images_to_bag --colour 'take/*.color.png' --depth 'take/*.depth.png' -o take.bag \\
+    rosrun openpose_ros_tools images_to_bag rgbd_dataset_freiburg3/ -o walk.bag --intrinsics 535.4 539.2 320.1 247.6
+    rosrun openpose_ros_tools images_to_bag sequence/ -o walk.bag --cloud --compression lz4
+    rosrun openpose_ros_tools images_to_bag --colour 'take/*.color.png' --depth 'take/*.depth.png' -o take.bag \\
         --rate 30 --camera camera.yaml --frame-id camera_color_optical_frame
-    rosrun openpose_ros_pkg images_to_bag photos/ -o photos.bag --stamps stamps.csv --stamp-unit ms --compressed
+    rosrun openpose_ros_tools images_to_bag photos/ -o photos.bag --stamps stamps.csv --stamp-unit ms --compressed
 
 FOLDER is one of (--layout names it where it is not recognised):
 
@@ -56,11 +56,9 @@ from tqdm import tqdm
 from openpose_ros_pkg.command_line import DONE, SOME_FAILED, run_command
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.ros.convert import pixels_to_image
-from openpose_ros_tools.calibration import Calibration, pinhole_calibration, read_calibration
-from openpose_ros_tools.image_layouts import LAYOUTS, LayoutOptions, Recording, find_recording
-from openpose_ros_tools.ordered_map import ordered_map
-from openpose_ros_tools.output_file import output_file
-from openpose_ros_tools.picture_files import (
+from openpose_ros_tools.images.calibration import Calibration, pinhole_calibration, read_calibration
+from openpose_ros_tools.images.image_layouts import LAYOUTS, LayoutOptions, Recording, find_recording
+from openpose_ros_tools.images.picture_files import (
     MILLIMETRES,
     decode_depth,
     decode_picture,
@@ -72,13 +70,15 @@ from openpose_ros_tools.picture_files import (
     picture_kind,
     to_bgr8,
 )
+from openpose_ros_tools.images.stamps import SECOND, UNITS, parse_stamp
+from openpose_ros_tools.outputs.output_file import output_file
+from openpose_ros_tools.parallel.ordered_map import ordered_map
 from openpose_ros_tools.ros.bag_files import COMPRESSIONS
 from openpose_ros_tools.ros.calibration_message import calibration_to_message
 from openpose_ros_tools.ros.camera_topics import CAMERA_NAMESPACE, TOPICS
-from openpose_ros_tools.stamps import SECOND, UNITS, parse_stamp
-from skeleton_extract_3d.camera import check_same_aspect
-from skeleton_extract_3d.depth import cloud_from_depth
-from skeleton_extract_3d.rgbd_sequence import DEFAULT_FRAME, WORLD_FRAME
+from skeleton_extract_3d.points.camera import check_same_aspect
+from skeleton_extract_3d.points.depth import cloud_from_depth
+from skeleton_extract_3d.points.rgbd_sequence import DEFAULT_FRAME, WORLD_FRAME
 from skeleton_extract_3d.ros.convert import cloud_to_message, transform_from_matrix
 
 _log = logging.getLogger(__name__)

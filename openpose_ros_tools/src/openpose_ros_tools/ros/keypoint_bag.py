@@ -5,10 +5,10 @@ from typing import Any, Dict, Iterable, Iterator, List, Mapping, NamedTuple, Opt
 import rosbag
 
 from openpose_ros_pkg.errors import BadInputError
-from openpose_ros_tools.keypoint_csv import blocks_of, table_of
-from openpose_ros_tools.keypoint_table import KeypointTable
 from openpose_ros_tools.ros.bag_files import open_bag, topic_types, undamaged
 from openpose_ros_tools.ros.keypoint_rows import rows_of
+from openpose_ros_tools.tables.keypoint_csv import blocks_of, table_of
+from openpose_ros_tools.tables.keypoint_table import KeypointTable
 
 # Types of messages with people, those first that are preferred: space before image, and single people before arrays,
 # as both hold the same people.

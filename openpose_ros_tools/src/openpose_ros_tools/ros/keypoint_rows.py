@@ -15,7 +15,7 @@ from openpose_ros_msgs.msg import (
 from std_msgs.msg import Header
 
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
-from openpose_ros_tools.keypoint_csv import FIELDS, MISSING_PART, KeypointCsvWriter, PersonRow, complete_status
+from openpose_ros_tools.tables.keypoint_csv import FIELDS, MISSING_PART, KeypointCsvWriter, PersonRow, complete_status
 
 
 class PersonCsvWriter:

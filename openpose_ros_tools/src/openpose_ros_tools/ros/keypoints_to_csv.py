@@ -1,10 +1,10 @@
 """Write the keypoints of bags, or of a running topic, as CSV: one row per person and frame.
 
-    rosrun openpose_ros_pkg keypoints_to_csv recording.bag -o poses.csv
-    rosrun openpose_ros_pkg keypoints_to_csv recording.bag --extended -o poses.csv
-    rosrun openpose_ros_pkg keypoints_to_csv part_0.bag part_1.bag --tidy -o joints.csv
-    rosrun openpose_ros_pkg keypoints_to_csv recording.bag --topic /openpose_ros/detected_poses > poses_2d.csv
-    rosrun openpose_ros_pkg keypoints_to_csv --live -o poses.csv        # until Ctrl-C; needs a running master
+    rosrun openpose_ros_tools keypoints_to_csv recording.bag -o poses.csv
+    rosrun openpose_ros_tools keypoints_to_csv recording.bag --extended -o poses.csv
+    rosrun openpose_ros_tools keypoints_to_csv part_0.bag part_1.bag --tidy -o joints.csv
+    rosrun openpose_ros_tools keypoints_to_csv recording.bag --topic /openpose_ros/detected_poses > poses_2d.csv
+    rosrun openpose_ros_tools keypoints_to_csv --live -o poses.csv        # until Ctrl-C; needs a running master
 
 The columns are those of the original project; --extended gives those of `rostopic echo -p`, with header, status, sigma
 and all joints; --tidy is the long form for pandas and R, one row per frame, person and joint. docs/csv_columns.md says
@@ -31,7 +31,7 @@ from tqdm import tqdm
 
 from openpose_ros_pkg.command_line import DONE, run_command
 from openpose_ros_pkg.errors import BadInputError, ParameterError
-from openpose_ros_tools.output_file import output_file
+from openpose_ros_tools.outputs.output_file import output_file
 from openpose_ros_tools.ros.bag_files import open_bag
 from openpose_ros_tools.ros.keypoint_bag import (
     DIMENSIONS,

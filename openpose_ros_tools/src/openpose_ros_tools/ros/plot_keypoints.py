@@ -9,10 +9,10 @@ nodes, in space or in the image. No master is needed. The pictures in FOLDER:
     visibility_person_ID   when each joint was measured, inferred or missing
     confidence_person_ID   with --confidence: confidence of each joint over time
 
-    rosrun openpose_ros_pkg plot_keypoints poses.csv --list
-    rosrun openpose_ros_pkg plot_keypoints poses.csv -o pictures/
-    rosrun openpose_ros_pkg plot_keypoints recording.bag -o pictures/ --joints right_wrist,left_wrist --persons 0,2
-    rosrun openpose_ros_pkg plot_keypoints recording.bag -o pictures/ --start 12 --end 20 --format pdf
+    rosrun openpose_ros_tools plot_keypoints poses.csv --list
+    rosrun openpose_ros_tools plot_keypoints poses.csv -o pictures/
+    rosrun openpose_ros_tools plot_keypoints recording.bag -o pictures/ --joints right_wrist,left_wrist --persons 0,2
+    rosrun openpose_ros_tools plot_keypoints recording.bag -o pictures/ --start 12 --end 20 --format pdf
 
 Exit status: 0 done; 2 nothing was done, as the command line or the file is wrong; 130 interrupted, the pictures so far
 are complete.
@@ -31,13 +31,20 @@ from openpose_ros_pkg.command_line import DONE, run_command
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.output.files import writable_folder
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
-from openpose_ros_tools.keypoint_csv import read_keypoint_csv
-from openpose_ros_tools.keypoint_plots import confidence, detections, image_paths, top_view, trajectory, visibility
-from openpose_ros_tools.keypoint_selection import Selection, description, select
-from openpose_ros_tools.keypoint_table import KeypointTable
-from openpose_ros_tools.plotting import FORMATS, save_figure
+from openpose_ros_tools.plots.keypoint_plots import (
+    confidence,
+    detections,
+    image_paths,
+    top_view,
+    trajectory,
+    visibility,
+)
+from openpose_ros_tools.plots.plotting import FORMATS, save_figure
 from openpose_ros_tools.ros.bag_files import open_bag, stamped_messages, topic_types
 from openpose_ros_tools.ros.keypoint_bag import choose_topic, read_keypoint_bag
+from openpose_ros_tools.tables.keypoint_csv import read_keypoint_csv
+from openpose_ros_tools.tables.keypoint_selection import Selection, description, select
+from openpose_ros_tools.tables.keypoint_table import KeypointTable
 
 _log = logging.getLogger(__name__)
 

@@ -10,9 +10,9 @@ needed.
 To record clouds, and input_rgb and input_pointcloud of the extractor, is much work for machine and disk, and slows down
 what is to be measured.
 
-    rosrun openpose_ros_pkg time_report live.bag
-    rosrun openpose_ros_pkg time_report live.bag -o report/
-    rosrun openpose_ros_pkg time_report live.bag -o report/ --start 10 --end 70 --format pdf
+    rosrun openpose_ros_tools time_report live.bag
+    rosrun openpose_ros_tools time_report live.bag -o report/
+    rosrun openpose_ros_tools time_report live.bag -o report/ --start 10 --end 70 --format pdf
 
 The tables are printed. FOLDER of -o gets them as time_report.md, all delays as delays.csv, the figures as summary.json,
 and pictures of the delays over time and of their distribution, per namespace.
@@ -36,12 +36,9 @@ from tqdm import tqdm
 from openpose_ros_pkg.command_line import DONE, run_command
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.output.files import writable_folder, write_whole
-from openpose_ros_tools.delay_plots import delay_distribution, delays_over_time
-from openpose_ros_tools.delay_report import CSV_COLUMNS, csv_rows, markdown, summary
-from openpose_ros_tools.plotting import FORMATS, save_figure
-from openpose_ros_tools.ros.bag_files import StampedMessage, open_bag, stamped_messages
-from openpose_ros_tools.ros.camera_topics import is_depth, is_packed_depth
-from openpose_ros_tools.stage_delays import (
+from openpose_ros_tools.delays.delay_plots import delay_distribution, delays_over_time
+from openpose_ros_tools.delays.delay_report import CSV_COLUMNS, csv_rows, markdown, summary
+from openpose_ros_tools.delays.stage_delays import (
     CLOUD,
     DEPTH,
     DRAWN,
@@ -55,6 +52,9 @@ from openpose_ros_tools.stage_delays import (
     build_chains,
     cameras_of_none,
 )
+from openpose_ros_tools.plots.plotting import FORMATS, save_figure
+from openpose_ros_tools.ros.bag_files import StampedMessage, open_bag, stamped_messages
+from openpose_ros_tools.ros.camera_topics import is_depth, is_packed_depth
 
 _PEOPLE = {'openpose_ros_msgs/PersonDetectionArray': PEOPLE_2D, 'openpose_ros_msgs/PersonDetection': PEOPLE_2D,
            'openpose_ros_msgs/PersonDetection_3dArray': PEOPLE_3D, 'openpose_ros_msgs/PersonDetection_3d': PEOPLE_3D}

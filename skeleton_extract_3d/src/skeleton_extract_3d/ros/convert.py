@@ -13,11 +13,11 @@ from visualization_msgs.msg import Marker
 
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.skeletons import SKELETONS, SkeletonModel
-from skeleton_extract_3d.camera import CameraModel
-from skeleton_extract_3d.cloud import OrganizedCloud
-from skeleton_extract_3d.depth import XYZRGB, DepthImage
-from skeleton_extract_3d.markers import MarkerSpec
 from skeleton_extract_3d.people import MISSING, People3D
+from skeleton_extract_3d.points.camera import CameraModel
+from skeleton_extract_3d.points.cloud import OrganizedCloud
+from skeleton_extract_3d.points.depth import XYZRGB, DepthImage
+from skeleton_extract_3d.show.markers import MarkerSpec
 
 _DATATYPES = {PointField.INT8: 'int8', PointField.UINT8: 'uint8', PointField.INT16: 'int16',
               PointField.UINT16: 'uint16', PointField.INT32: 'int32', PointField.UINT32: 'uint32',

@@ -11,13 +11,11 @@ from openpose_ros_msgs.msg import PersonDetection_3d, PersonDetection_3dArray
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2
 from std_msgs.msg import Header
 
-from openpose_ros_pkg.draw import DrawParams
 from openpose_ros_pkg.errors import BadInputError
-from openpose_ros_pkg.models import find_model
-from openpose_ros_pkg.newest_wins import NewestWinsWorker
-from openpose_ros_pkg.node_params import ImageTransportParams, ServiceClientParams
-from openpose_ros_pkg.pairing import PairingParams
-from openpose_ros_pkg.params import Parameters
+from openpose_ros_pkg.networks.models import find_model
+from openpose_ros_pkg.output.draw import DrawParams
+from openpose_ros_pkg.params.nodes import ImageTransportParams, ServiceClientParams
+from openpose_ros_pkg.params.parameters import Parameters
 from openpose_ros_pkg.ros import convert as convert_2d
 from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.ros.images import AnyImage, image_subscriber, raw_image
@@ -27,15 +25,17 @@ from openpose_ros_pkg.ros.parameters import read_private
 from openpose_ros_pkg.ros.people_publisher import DRAW_STAGE, PERSONS_QUEUE, PeoplePublisher
 from openpose_ros_pkg.ros.service_client import DetectionClient, ServiceCallError
 from openpose_ros_pkg.ros.timing_report import TimingReport
-from skeleton_extract_3d.camera_estimators import CameraEstimators
+from openpose_ros_pkg.stream.newest_wins import NewestWinsWorker
+from openpose_ros_pkg.stream.pairing import PairingParams
 from skeleton_extract_3d.estimator import ESTIMATOR_PARAMETERS, STAGES, Estimate
 from skeleton_extract_3d.node_params import EXTRACTOR_PARAMETERS, LIVE_PARAMETERS, ExtractorParams
 from skeleton_extract_3d.people import INFERRED, People3D
-from skeleton_extract_3d.point_grid import PointGrid
-from skeleton_extract_3d.report import frame_report
+from skeleton_extract_3d.points.camera_estimators import CameraEstimators
+from skeleton_extract_3d.points.point_grid import PointGrid
 from skeleton_extract_3d.ros import convert
 from skeleton_extract_3d.ros.lifter import Lifter, PointsMessage
 from skeleton_extract_3d.ros.synchronizer import StampSynchronizer
+from skeleton_extract_3d.show.report import frame_report
 
 # How often the node looks whether its inputs come and pair [s].
 WATCH_PERIOD = 5.0

@@ -9,13 +9,13 @@ from sensor_msgs.msg import CameraInfo, Image, PointCloud2
 from std_msgs.msg import Header
 
 from openpose_ros_pkg.ros import convert as convert_2d
-from skeleton_extract_3d.camera_estimators import CameraEstimators
 from skeleton_extract_3d.estimator import Estimate
 from skeleton_extract_3d.node_params import ExtractorParams
 from skeleton_extract_3d.people import People3D
-from skeleton_extract_3d.point_grid import PointGrid
+from skeleton_extract_3d.points.camera_estimators import CameraEstimators
+from skeleton_extract_3d.points.point_grid import PointGrid
+from skeleton_extract_3d.points.transform import transform_people
 from skeleton_extract_3d.ros import convert
-from skeleton_extract_3d.transform import transform_people
 
 PointsMessage = Union[PointCloud2, Image]
 Transform = Tuple[np.ndarray, np.ndarray]

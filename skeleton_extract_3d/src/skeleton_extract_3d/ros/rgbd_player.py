@@ -13,9 +13,9 @@ from std_msgs.msg import Header
 from openpose_ros_pkg.ros.convert import bgr_to_image
 from openpose_ros_pkg.ros.node import run_node
 from openpose_ros_pkg.ros.parameters import read_private
-from skeleton_extract_3d.depth import cloud_from_depth
 from skeleton_extract_3d.node_params import PLAYER_PARAMETERS
-from skeleton_extract_3d.rgbd_sequence import DEFAULT_FRAME, WORLD_FRAME, RgbdSequence
+from skeleton_extract_3d.points.depth import cloud_from_depth
+from skeleton_extract_3d.points.rgbd_sequence import DEFAULT_FRAME, WORLD_FRAME, RgbdSequence
 from skeleton_extract_3d.ros import convert
 
 _DEFAULT_RATE = 15.0

@@ -6,8 +6,8 @@ its lock, so that an exception in the callback stops it for good.
 import threading
 from typing import Any, Callable
 
-from openpose_ros_pkg.pairing import PairingParams, StampMatcher
 from openpose_ros_pkg.ros.health import Health
+from openpose_ros_pkg.stream.pairing import PairingParams, StampMatcher
 
 # What /diagnostics calls messages of each input that found no partner.
 _ALONE = ('images without a partner', 'points without a partner')

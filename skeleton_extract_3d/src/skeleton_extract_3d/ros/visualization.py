@@ -6,14 +6,14 @@ from openpose_ros_msgs.msg import PersonDetection_3dArray
 from visualization_msgs.msg import Marker
 
 from openpose_ros_pkg.errors import BadInputError
-from openpose_ros_pkg.newest_wins import NewestWinsWorker
 from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.ros.live_parameters import LiveParameters
 from openpose_ros_pkg.ros.node import run_node
 from openpose_ros_pkg.ros.parameters import read_private
-from skeleton_extract_3d.markers import LIMB_NAMESPACES, MarkerParams, MarkerTracker
+from openpose_ros_pkg.stream.newest_wins import NewestWinsWorker
 from skeleton_extract_3d.node_params import VISUALIZATION_PARAMETERS
 from skeleton_extract_3d.ros import convert
+from skeleton_extract_3d.show.markers import LIMB_NAMESPACES, MarkerParams, MarkerTracker
 
 _NAMESPACE = 'openpose_ros/skeleton_3d'
 # A few markers per person: room for the people of several frames.

@@ -1,0 +1,115 @@
+"""Several opinions on the same people become one: which poses are the same person, and where its joints are.
+
+Every network, input size and closer look gives poses. A joint is placed where the opinions, weighted by their scores,
+promise the greatest object keypoint similarity (`oks`), and its score is the share of the opinions that agree: what
+all see is sure, what one sees alone is not.
+"""
+from dataclasses import dataclass
+from typing import Dict, List, Optional, Sequence, Tuple
+
+import numpy as np
+
+from openpose_ros_pkg.detect.oks import area, similarity
+from openpose_ros_pkg.params.parameters import Parameters, parameter
+
+# Poses less alike than this are different people.
+_SAME_PERSON = 0.3
+# Of two people who are more alike than this one is left out.
+_DUPLICATE = 0.6
+_MEAN_SHIFT_STEPS = 3
+
+
+@dataclass(frozen=True)
+class EnsembleParams(Parameters):
+    """Thresholds where several opinions become one."""
+
+    joint_min_score: float = parameter(
+        0.15, 'Score that a joint needs where several opinions were put together (mode accurate: 0.8 of it). '
+             'Raise it (0.5) where only joints count that are surely right.', minimum=0.0, maximum=1.0)
+
+
+Opinions = Dict[int, np.ndarray]
+"""What the sources say of one person: (K, 3) float32 each, by the source's number."""
+
+
+def group(sources: Sequence[np.ndarray], joint_sigmas: np.ndarray) -> List[Opinions]:
+    """Find out which poses of several sources are the same person.
+
+    Args:
+        sources: (P, K, 3) float32 each: x, y [px of the image], score.
+        joint_sigmas: (K,) float, of `oks.sigmas`.
+
+    Returns:
+        One dictionary per person; each source gives a person one pose at most.
+    """
+    people: List[Opinions] = []
+    for number, poses in enumerate(sources):
+        alike = sorted(((max(similarity(pose, known, joint_sigmas) for known in person.values()), i, j)
+                        for i, pose in enumerate(poses) for j, person in enumerate(people)),
+                       key=lambda item: -item[0])
+        taken, given = set(), set()
+        for value, i, j in alike:
+            if value < _SAME_PERSON:
+                break
+            if i not in taken and j not in given:
+                taken.add(i)
+                given.add(j)
+                people[j][number] = poses[i]
+        people.extend({number: pose} for i, pose in enumerate(poses) if i not in taken)
+    return people
+
+
+def vote(opinions: Opinions, weights: Sequence[float], joint_sigmas: np.ndarray) -> np.ndarray:
+    """Place each joint of a person where the opinions promise the greatest similarity.
+
+    The start is the opinion with the most support; a mean shift with the joint's own kernel follows. The score is the
+    root of the mean support over all sources, silent ones included: measured on annotated pictures, joints with a
+    score of 0.5 have a similarity of 0.7 to 0.8, those with 0.7 one of 0.9.
+
+    Args:
+        opinions: of the sources that saw the person.
+        weights: of all sources, (S,).
+        joint_sigmas: (K,) float, of `oks.sigmas`.
+
+    Returns:
+        (K, 3) float32: x, y [px], score [0..1]; NaN, NaN, 0 where no source has the joint.
+    """
+    poses = np.stack(list(opinions.values())).astype(np.float64)
+    weight = np.array([weights[number] for number in opinions])
+    spread = 2 * np.median([area(pose) for pose in poses]) * joint_sigmas ** 2
+    there = np.isfinite(poses[..., 0])
+    xy = np.where(there[..., None], poses[..., :2], 0.0)
+    belief = np.where(there, np.minimum(poses[..., 2], 1.0) * weight[:, None], 0.0)
+    apart = ((xy[:, None] - xy[None]) ** 2).sum(axis=3)
+    support = (np.exp(-apart / spread) * belief[None]).sum(axis=1)
+    place = xy[np.where(there, support, -1.0).argmax(axis=0), np.arange(xy.shape[1])]
+    for _ in range(_MEAN_SHIFT_STEPS):
+        pull = belief * np.exp(-((xy - place) ** 2).sum(axis=2) / spread)
+        place = (pull[..., None] * xy).sum(axis=0) / np.maximum(pull.sum(axis=0), 1e-12)[:, None]
+    agreed = (belief * np.exp(-((xy - place) ** 2).sum(axis=2) / spread)).sum(axis=0)
+    result = np.full((len(place), 3), np.nan, np.float32)
+    result[:, 2] = np.sqrt(agreed / sum(weights))
+    found = result[:, 2] > 0
+    result[found, :2] = place[found]
+    return result
+
+
+def person_score(keypoints: np.ndarray) -> float:
+    """Return how sure a person, (K, 3) float, is: the root mean square of its joints' scores, missing ones being 0."""
+    return float(np.sqrt((keypoints[:, 2] ** 2).mean()))
+
+
+def without_duplicates(keypoints: np.ndarray, scores: np.ndarray,
+                       joint_sigmas: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
+    """Return the people, (P, K, 3) and (P,), the surest first, without those who are almost a surer one."""
+    kept: List[int] = []
+    for i in np.argsort(-scores, kind='stable'):
+        if all(similarity(keypoints[i], keypoints[j], joint_sigmas) < _DUPLICATE for j in kept):
+            kept.append(int(i))
+    return keypoints[kept], scores[kept]
+
+
+def most_alike(poses: np.ndarray, person: np.ndarray, joint_sigmas: np.ndarray) -> Optional[np.ndarray]:
+    """Return the pose, of (P, K, 3), that is the same person as (K, 3); None where nobody is."""
+    alike = [similarity(person, pose, joint_sigmas) for pose in poses]
+    return poses[int(np.argmax(alike))] if alike and max(alike) >= _SAME_PERSON else None

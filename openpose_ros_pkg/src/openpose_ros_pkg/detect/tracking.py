@@ -1,0 +1,202 @@
+"""Who is who from frame to frame: ids for people, from where their keypoints are in the image."""
+import threading
+from dataclasses import dataclass, replace
+from typing import Dict, List, Optional, Tuple
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from openpose_ros_pkg.params.parameters import Parameters, parameter
+from openpose_ros_pkg.people import People2D
+
+# Share of a new measurement in a person's velocity.
+_VELOCITY_GAIN = 0.5
+# A person who is not seen is expected to walk on for this long [s], then to stand.
+_EXTRAPOLATION = 0.5
+# Cost of a person who shows none of the joints of a track, in units of the gate: of a whole person and a fragment
+# beside it, the track takes the whole.
+_FRAGMENT_COST = 0.15
+# Stamps that go back by more [s] are a new beginning (bag loop), by less a late frame.
+_RESET_BACKSTEP = 0.5
+# Frames are taken to be at least this far apart [s], so that an uneven stamp does not make a person fly.
+_LEAST_ELAPSED = 0.01
+# A box around few joints (a face) says little about a person's size; remembered sizes shrink by this share per frame.
+_SIZE_DECAY = 0.05
+# Least size [px], so that a single joint is not infinitely far from everything.
+_LEAST_SIZE = 10.0
+_FORBIDDEN = 1e3
+
+
+@dataclass(frozen=True)
+class TrackingParams(Parameters):
+    """How long and how far a person is followed in the image."""
+
+    track_timeout: float = parameter(
+        2.0, 'Somebody who is not seen for this long comes back with a new person_ID. Longer bridges longer '
+             'occlusions, but a newcomer may inherit the id of who left just there.',
+        unit='s', minimum=0.0, maximum=60.0)
+    track_gate: float = parameter(
+        0.7, 'Greatest mean distance of the joints from where they are expected, as a share of the size of the person '
+             '(half the diagonal of the box around the joints), at which it is still the same person.',
+        minimum=0.01, maximum=10.0)
+
+
+@dataclass(frozen=True)
+class _Track:
+    """One followed person.
+
+    Attributes:
+        id: never used again.
+        xy: (K, 2) float64 [px], where each joint was or, if hidden since, would have moved to; NaN: never seen.
+        velocity: (2,) [px/s] of the person as a whole.
+        size: [px].
+        stamp: of the last sight [s].
+    """
+
+    id: int
+    xy: np.ndarray
+    velocity: np.ndarray
+    size: float
+    stamp: float
+
+    def way(self, stamp: float) -> np.ndarray:
+        """Return how far the person should have moved since the last sight, (2,) [px]."""
+        return self.velocity * np.clip(stamp - self.stamp, 0.0, _EXTRAPOLATION)
+
+
+class KeypointTracker:
+    """Gives people ids that stay while they stay: one tracker per camera; not thread-safe.
+
+    People are matched to tracks as a whole (Hungarian method) by the mean distance of their joints from a prediction
+    with constant velocity, relative to their size. Somebody who matches no track begins a new one at once.
+    """
+
+    def __init__(self, params: TrackingParams) -> None:
+        self._params = params
+        self._tracks: List[_Track] = []
+        self._next_id = 0
+        self._newest: Optional[float] = None
+
+    def reconfigure(self, params: TrackingParams) -> None:
+        """Follow by other limits from the next frame on; ids stay."""
+        self._params = params
+
+    def update(self, people: People2D, stamp: float) -> People2D:
+        """Return the people of a frame with their ids.
+
+        A frame that is delivered twice, or a little late, gets the ids of those it shows. Stamps that jump back end
+        all tracks.
+
+        Args:
+            stamp: of the frame [s].
+        """
+        if self._newest is not None and stamp < self._newest - _RESET_BACKSTEP:
+            self._tracks = []
+            self._newest = None
+        self._newest = stamp if self._newest is None else max(stamp, self._newest)
+        self._tracks = [track for track in self._tracks if stamp - track.stamp <= self._params.track_timeout]
+        sizes = person_sizes(people.xy)
+        ids = np.full(len(people), -1, np.int64)
+        for t, p in self._match(people, sizes, stamp):
+            self._tracks[t] = _continued(self._tracks[t], people.xy[p].astype(np.float64), sizes[p], stamp)
+            ids[p] = self._tracks[t].id
+        for p in np.flatnonzero(ids < 0):
+            ids[p] = self._next_id
+            self._next_id += 1
+            self._tracks.append(
+                _Track(int(ids[p]), people.xy[p].astype(np.float64), np.zeros(2), float(sizes[p]), stamp))
+        return replace(people, ids=ids)
+
+    def _match(self, people: People2D, sizes: np.ndarray, stamp: float) -> List[Tuple[int, int]]:
+        """Return (track, person) index pairs."""
+        if not self._tracks or not len(people):
+            return []
+        expected = np.stack([track.xy + track.way(stamp) for track in self._tracks])
+        scale = np.maximum(np.array([track.size for track in self._tracks])[:, None], sizes)
+        distances = joint_distances(expected, people.xy) / scale
+        allowed = distances <= self._params.track_gate
+        costs = distances + _FRAGMENT_COST * (1 - shared_joints(expected, people.xy))
+        pairs = zip(*linear_sum_assignment(np.where(allowed, costs, _FORBIDDEN)))
+        return [(t, p) for t, p in pairs if allowed[t, p]]
+
+
+class CameraTrackers:
+    """A `KeypointTracker` for each camera, told apart by the frame_id of the images; any thread may call it."""
+
+    def __init__(self, params: TrackingParams) -> None:
+        self._params = params
+        self._trackers: Dict[str, KeypointTracker] = {}
+        self._lock = threading.Lock()
+
+    def reconfigure(self, params: TrackingParams) -> None:
+        """Follow by other limits from the next frame on; ids stay."""
+        with self._lock:
+            self._params = params
+            for tracker in self._trackers.values():
+                tracker.reconfigure(params)
+
+    def update(self, people: People2D, frame_id: str, stamp: float) -> People2D:
+        """Return the people of a frame of a camera with their ids; see `KeypointTracker.update`."""
+        with self._lock:
+            if frame_id not in self._trackers:
+                self._trackers[frame_id] = KeypointTracker(self._params)
+            return self._trackers[frame_id].update(people, stamp)
+
+
+def joint_distances(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Return the mean distance of the joints that both persons have, for each pair of persons.
+
+    Where they share no joint, the distance between the middles of both.
+
+    Args:
+        first: (T, K, 2) [px], NaN where missing.
+        second: (P, K, 2) [px], NaN where missing.
+
+    Returns:
+        (T, P) float64 [px]; infinite for a person without any joint.
+    """
+    distances = np.linalg.norm(first[:, None].astype(np.float64) - second[None], axis=-1)
+    shared = np.isfinite(distances)
+    count = shared.sum(axis=2)
+    mean = np.where(shared, distances, 0.0).sum(axis=2) / np.maximum(count, 1)
+    middles = np.linalg.norm(_middles(first)[:, None] - _middles(second)[None], axis=-1)
+    return np.where(count > 0, mean, np.where(np.isfinite(middles), middles, np.inf))
+
+
+def shared_joints(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Return which share of the joints of (T, K, 2) persons (P, K, 2) persons have as well, (T, P) float64."""
+    of_first, of_second = np.isfinite(first).all(axis=2), np.isfinite(second).all(axis=2)
+    both = of_first.astype(np.float64) @ of_second.T.astype(np.float64)
+    return both / np.maximum(of_first.sum(axis=1), 1)[:, None]
+
+
+def person_sizes(xy: np.ndarray) -> np.ndarray:
+    """Return half the diagonal of the box around the joints of (P, K, 2) people, (P,) float64 [px], at least 10."""
+    known = np.isfinite(xy)
+    high = np.where(known, xy, -np.inf).max(axis=1, initial=-np.inf)
+    low = np.where(known, xy, np.inf).min(axis=1, initial=np.inf)
+    return np.maximum(np.linalg.norm(np.maximum(high - low, 0.0).astype(np.float64), axis=1) / 2, _LEAST_SIZE)
+
+
+def _middles(xy: np.ndarray) -> np.ndarray:
+    """Return the mean of the known joints of (N, K, 2) people, (N, 2); NaN without any."""
+    known = np.isfinite(xy).all(axis=2)
+    count = known.sum(axis=1)[:, None]
+    total = np.where(known[..., None], xy, 0.0).sum(axis=1)
+    return np.where(count > 0, total / np.maximum(count, 1), np.nan)
+
+
+def _continued(track: _Track, xy: np.ndarray, size: float, stamp: float) -> _Track:
+    """Return the track after a sight of the person at (K, 2) positions."""
+    if stamp < track.stamp:
+        return track
+    elapsed = max(stamp - track.stamp, _LEAST_ELAPSED)
+    shared = np.isfinite(xy - track.xy).all(axis=1)
+    velocity, shift = track.velocity, track.way(stamp)
+    if stamp > track.stamp and shared.any():
+        # the median: a joint that was found elsewhere does not carry the person away
+        shift = np.median((xy - track.xy)[shared], axis=0)
+        velocity = velocity + _VELOCITY_GAIN * (shift / elapsed - velocity)
+    known = np.isfinite(xy).all(axis=1)
+    return _Track(track.id, np.where(known[:, None], xy, track.xy + shift), velocity,
+                  max(float(size), track.size * (1 - _SIZE_DECAY)), stamp)

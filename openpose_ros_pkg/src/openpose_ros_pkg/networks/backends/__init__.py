@@ -1,0 +1,167 @@
+"""Runtimes that compute a network, behind one protocol."""
+import logging
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Callable, Dict, List, Protocol, Tuple
+
+import numpy as np
+
+from openpose_ros_pkg.errors import ModelError, ParameterError
+from openpose_ros_pkg.networks.backends.self_check import check_backend
+from openpose_ros_pkg.networks.models import Model
+from openpose_ros_pkg.params.parameters import Parameters, parameter
+
+_log = logging.getLogger(__name__)
+
+
+class Backend(Protocol):
+    """A network, loaded by one runtime.
+
+    Attributes:
+        name: value of the `backend` parameter that demands it.
+        description: runtime, version and precision, for people.
+    """
+
+    name: str
+    description: str
+
+    def infer(self, images: np.ndarray) -> Tuple[np.ndarray, ...]:
+        """Compute the network; not thread-safe.
+
+        The backend follows the model's `InputRecipe` in all but the size: colours, layout, type, mean and scale.
+
+        Args:
+            images: (N, H, W, 3) uint8 BGR, H and W multiples of the recipe's `multiple_of`, or its `fixed_size`.
+
+        Returns:
+            One float32 array for each of the model's `outputs`, in their order, the caller's own. With decoder 'paf':
+            (N, C, H / stride, W / stride). Others: as the network gives them, N first; where the pictures differ in
+            their number of candidates, the rest is zero.
+        """
+
+
+@dataclass(frozen=True)
+class BackendParams(Parameters):
+    """What computes the network, and how."""
+
+    backend: str = parameter(
+        'auto', 'Runtime of the network: openvino (fastest on processors; all formats but Caffe), onnxruntime (ONNX '
+                "only; the one for GPUs), opencv_dnn (needs nothing but OpenCV; TensorFlow's frozen graphs, ONNX, "
+                "Caffe), or auto: the first of these that is installed, reads the network's file, computes on the "
+                'device and passes the self-check.', choices=('auto', 'openvino', 'onnxruntime', 'opencv_dnn'))
+    threads: int = parameter(
+        0, 'Threads that compute the network; 0: as many as the machine has cores. With opencv_dnn this holds for all '
+           'of OpenCV in the process.', minimum=0, maximum=256)
+    precision: str = parameter(
+        'f32', 'f32: reproducible. auto: OpenVINO may use bf16 where the processor has it, about twice as fast, and a '
+               'GPU f16; results differ in the second digit.', choices=('f32', 'auto'))
+    hint: str = parameter(
+        'latency', 'What OpenVINO arranges its threads for. latency: all on one picture, which is ready soonest. '
+                   'throughput: several pictures beside each other where they come together; up to a tenth more per '
+                   'second, each of them later.',
+        choices=('latency', 'throughput'))
+    device: str = parameter(
+        'cpu', 'Where the network is computed: cpu; cuda, by onnxruntime-gpu or an OpenCV built with CUDA; tensorrt, '
+               'by onnxruntime-gpu with TensorRT.', choices=('cpu', 'cuda', 'tensorrt'))
+    num_gpu_start: int = parameter(0, 'Number of the GPU; without effect where device is cpu.', minimum=0)
+    compiled_cache: str = parameter(
+        '', 'Folder in which networks that OpenVINO has compiled are kept, for a faster start; empty: the folder '
+            "compiled beside that of the models in the user's cache; off: nowhere. It holds 1 GB at most.")
+
+
+def create_backend(model: Model, weights: Path, params: BackendParams) -> Backend:
+    """Load a network, check that it computes what it should, and log which runtime was taken and why.
+
+    Args:
+        weights: the first of the model's files.
+
+    Raises:
+        ParameterError: the runtime that `params.backend` demands is not installed, does not read such files, or does
+            not compute on the device.
+        ModelError: the weights can not be loaded, or the network computes wrong results.
+    """
+    if params.backend != 'auto':
+        backend = _demanded(model, weights, params)
+        _log.info('%s computes %s, as the parameter backend demands', backend.description, model.name)
+        return backend
+    reasons: List[str] = []
+    for name in _LOADERS:
+        if weights.suffix not in _READS[name]:
+            reasons.append(f'{name} does not read {weights.name}')
+            continue
+        try:
+            backend = _load(name, model, weights, params)
+        except ImportError as error:
+            reasons.append(f'{name} is not importable: {error} ({_INSTALL[name]})')
+            continue
+        except ParameterError as error:
+            reasons.append(f'{name} is not able to: {error}')
+            continue
+        except ModelError as error:
+            reasons.append(f'{name} does not work: {error}')
+            _log.warning('backend %s is skipped: %s', name, error)
+            continue
+        why = '; '.join(reasons) if reasons else 'the fastest that is available'
+        _log.info('%s computes %s (backend auto: %s)', backend.description, model.name, why)
+        return backend
+    raise ModelError(f'no backend can compute {model.name} on {params.device}: ' + '; '.join(reasons))
+
+
+def _demanded(model: Model, weights: Path, params: BackendParams) -> Backend:
+    """Load the backend that the parameter names; for its errors see `create_backend`."""
+    name = params.backend
+    others = ', '.join(other for other in _LOADERS if weights.suffix in _READS[other])
+    if weights.suffix not in _READS[name]:
+        raise ParameterError(f"parameter 'backend' = {name!r} can not compute {model.name}: it reads "
+                             f"{', '.join(_READS[name])}, not {weights.name}; set backend to auto or one of {others}")
+    try:
+        return _load(name, model, weights, params)
+    except ImportError as error:
+        raise ParameterError(f"parameter 'backend' = {name!r} is not available: {error}; install it "
+                             f'({_INSTALL[name]}) or set backend to auto or one of {others}') from error
+
+
+def _load(name: str, model: Model, weights: Path, params: BackendParams) -> Backend:
+    """Load and check one backend.
+
+    Raises:
+        ImportError: its runtime is not installed.
+        ParameterError: it does not compute on the device.
+        ModelError: it can not load the weights, or computes wrong results.
+    """
+    backend = _LOADERS[name](model, weights, params)
+    # GPUs use tensor cores with fewer bits wherever a library thinks it fit.
+    check_backend(backend, model, exact=params.precision == 'f32' and params.device == 'cpu')
+    return backend
+
+
+def _load_openvino(model: Model, weights: Path, params: BackendParams) -> Backend:
+    if params.device != 'cpu':
+        raise ParameterError(f"parameter 'device' = {params.device!r} can not be had from openvino: it computes on cpu")
+    from openpose_ros_pkg.networks.backends.openvino import OpenvinoBackend
+    return OpenvinoBackend(model, weights, threads=params.threads, precision=params.precision, hint=params.hint,
+                           compiled_cache=params.compiled_cache)
+
+
+def _load_onnxruntime(model: Model, weights: Path, params: BackendParams) -> Backend:
+    from openpose_ros_pkg.networks.backends.onnxruntime import OnnxruntimeBackend
+    return OnnxruntimeBackend(model, weights, threads=params.threads, precision=params.precision, device=params.device,
+                              gpu=params.num_gpu_start)
+
+
+def _load_opencv(model: Model, weights: Path, params: BackendParams) -> Backend:
+    from openpose_ros_pkg.networks.backends.opencv_dnn import OpencvBackend
+    return OpencvBackend(model, weights, threads=params.threads, precision=params.precision, device=params.device,
+                         gpu=params.num_gpu_start)
+
+
+# In the order in which `auto` tries them: the fastest first, as measured on the default network.
+_LOADERS: Dict[str, Callable[[Model, Path, BackendParams], Backend]] = {
+    'openvino': _load_openvino, 'onnxruntime': _load_onnxruntime, 'opencv_dnn': _load_opencv}
+# Suffixes of a model's first file. OpenCV 4.8 and later read TFLite, but not the operations of MoveNet.
+_READS: Dict[str, Tuple[str, ...]] = {
+    'openvino': ('.pb', '.onnx', '.tflite', '.xml'), 'onnxruntime': ('.onnx',),
+    'opencv_dnn': ('.pb', '.onnx', '.prototxt', '.caffemodel')}
+_INSTALL = {'openvino': './run setup, or pip install openvino',
+            'onnxruntime': 'pip install onnxruntime, or onnxruntime-gpu',
+            'opencv_dnn': 'apt install python3-opencv'}

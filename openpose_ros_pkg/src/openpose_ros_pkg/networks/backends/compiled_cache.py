@@ -1,0 +1,81 @@
+"""Networks that OpenVINO has compiled, kept on disk, so that the next start need not compile them again.
+
+OpenVINO's own cache (its option CACHE_DIR) loads a file with flipped bits without a word, and the network then
+computes wrong results; it also grows without limit, by one file for each size of picture. Here every file carries a
+checksum, and those unused for the longest time go.
+"""
+import hashlib
+import logging
+import os
+from pathlib import Path
+from typing import Optional
+
+from openpose_ros_pkg.networks.models import default_model_folder
+
+_log = logging.getLogger(__name__)
+
+# The default network takes 8 MB for each size of its input, the largest of OpenPose's about 200 MB.
+_MAX_BYTES = 1 << 30
+_DIGEST_BYTES = hashlib.sha256().digest_size
+
+
+class CompiledCache:
+    """Files by key. Nothing that happens to its folder raises: without a cache the network is just compiled again."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._warned = False
+
+    def load(self, key: str) -> Optional[bytes]:
+        """Return what was stored under a key, or None: nothing, unreadable or damaged."""
+        path = self._path(key)
+        try:
+            content = path.read_bytes()
+            os.utime(str(path))
+        except FileNotFoundError:
+            return None
+        except OSError as error:
+            self._warn(error)
+            return None
+        data = content[_DIGEST_BYTES:]
+        if hashlib.sha256(data).digest() != content[:_DIGEST_BYTES]:
+            _log.warning('compiled network %s is damaged: it is compiled again', path)
+            return None
+        return data
+
+    def store(self, key: str, data: bytes) -> None:
+        """Keep a compiled network, and delete those unused for the longest time where all together become too many."""
+        path = self._path(key)
+        # Under another name first: whoever reads at this moment, or finds what an interruption left, sees no half file.
+        unfinished = path.with_suffix(f'.{os.getpid()}')
+        try:
+            self._folder.mkdir(parents=True, exist_ok=True)
+            unfinished.write_bytes(hashlib.sha256(data).digest() + data)
+            unfinished.replace(path)
+            self._prune()
+        except OSError as error:
+            self._warn(error)
+
+    def _path(self, key: str) -> Path:
+        return self._folder / f'{hashlib.sha256(key.encode()).hexdigest()[:32]}.blob'
+
+    def _prune(self) -> None:
+        files = sorted(((path.stat(), path) for path in self._folder.iterdir() if path.is_file()),
+                       key=lambda item: item[0].st_mtime, reverse=True)
+        total = 0
+        for status, path in files:
+            total += status.st_size
+            if total > _MAX_BYTES:
+                path.unlink()
+
+    def _warn(self, error: OSError) -> None:
+        if not self._warned:
+            self._warned = True
+            _log.warning('the cache of compiled networks can not be used, each start compiles again: %s', error)
+
+
+def open_cache(folder: str) -> Optional[CompiledCache]:
+    """Return the cache that the parameter `compiled_cache` names: '' the default one, 'off' none."""
+    if folder == 'off':
+        return None
+    return CompiledCache(Path(folder).expanduser() if folder else default_model_folder().parent / 'compiled')

@@ -1,0 +1,107 @@
+"""OpenCV's dnn module: needs nothing but OpenCV. Reads TensorFlow's frozen graphs, ONNX and, in OpenCV 4, Caffe."""
+from pathlib import Path
+from typing import Any, Tuple
+
+import cv2
+import numpy as np
+
+from openpose_ros_pkg.errors import ModelError, ParameterError
+from openpose_ros_pkg.networks.backends.arrays import network_input, one_by_one, own_output, takes_batches
+from openpose_ros_pkg.networks.models import InputRecipe, Model
+
+
+class OpencvBackend:
+    """A network by OpenCV; see `backends.Backend`.
+
+    Raises:
+        ParameterError: this OpenCV can not compute on the device.
+        ModelError: OpenCV can not read the weights, or the graph has not what the model says.
+    """
+
+    name = 'opencv_dnn'
+
+    def __init__(self, model: Model, weights: Path, *, threads: int = 0, precision: str = 'f32', device: str = 'cpu',
+                 gpu: int = 0) -> None:
+        """Read the weights.
+
+        Args:
+            threads: for all of OpenCV in this process; 0 leaves them as they are.
+            precision: 'f32', or 'auto', which lets a GPU compute in f16.
+            device: 'cpu' or 'cuda'.
+            gpu: number of the GPU.
+        """
+        self._model = model
+        target = _target(device, precision)
+        try:
+            self._net = _read(model, weights)
+        except cv2.error as error:
+            raise ModelError(f'OpenCV can not load {weights} as {model.name}: {error}') from error
+        self._outputs = [name[:-2] if name.endswith(':0') else name for name in model.outputs]
+        existing = self._net.getLayerNames()
+        missing = [name for name in self._outputs if name not in existing]
+        if missing:
+            raise ModelError(f"OpenCV can not load {weights} as {model.name}: it has no layer {', '.join(missing)}; "
+                             f"its outputs are {', '.join(self._net.getUnconnectedOutLayersNames())}")
+        if threads > 0:
+            cv2.setNumThreads(threads)
+        if device == 'cuda':
+            cv2.cuda.setDevice(gpu)
+            self._net.setPreferableBackend(cv2.dnn.DNN_BACKEND_CUDA)
+        else:
+            self._net.setPreferableBackend(cv2.dnn.DNN_BACKEND_OPENCV)
+        self._net.setPreferableTarget(target)
+        # What the importers of TensorFlow and Caffe make is NCHW, whatever the file had; that of ONNX changes nothing.
+        onnx = weights.suffix == '.onnx'
+        self._recipe = InputRecipe(model.input.channels, model.input.layout if onnx else 'NCHW', 'float32',
+                                   model.input.mean, model.input.scale)
+        self._layout = model.output_layout if onnx else 'NCHW'
+        self.description = f'OpenCV dnn {cv2.__version__} (device {device}, precision {precision})'
+
+    def infer(self, images: np.ndarray) -> Tuple[np.ndarray, ...]:
+        """Compute the network; see `Backend.infer`."""
+        if len(images) > 1 and not takes_batches(self._model):
+            return one_by_one(self.infer, images)
+        self._net.setInput(network_input(images, self._recipe))
+        # Copies: OpenCV writes into the memory of its results again.
+        return tuple(own_output(output, self._model, self._layout) for output in self._net.forward(self._outputs))
+
+
+def has_cuda() -> bool:
+    """Whether this OpenCV computes networks on a GPU of this machine; versions that can not tell (4.2) can not."""
+    targets = getattr(cv2.dnn, 'getAvailableTargets', None)
+    return targets is not None and len(targets(cv2.dnn.DNN_BACKEND_CUDA)) > 0
+
+
+def _target(device: str, precision: str) -> int:
+    """Return OpenCV's number for where to compute."""
+    if device == 'cpu':
+        return cv2.dnn.DNN_TARGET_CPU
+    # Without CUDA it would fall back to the processor without an error.
+    if device != 'cuda' or not has_cuda():
+        raise ParameterError(f"parameter 'device' = {device!r} is not available in the installed OpenCV "
+                             f'{cv2.__version__}: it computes on cpu, and on cuda when built with CUDA '
+                             '(OPENCV_DNN_CUDA) on a machine with such a GPU; set device to cpu')
+    return cv2.dnn.DNN_TARGET_CUDA_FP16 if precision == 'auto' else cv2.dnn.DNN_TARGET_CUDA
+
+
+def _read(model: Model, weights: Path) -> Any:
+    """Read a network.
+
+    Raises:
+        ModelError: this OpenCV has no reader for it, or one of Caffe's two files is missing.
+        cv2.error: the file is damaged.
+    """
+    # The new engine of OpenCV 5.0.0 computes networks wrongly from ONNX files; the classic one is right for all.
+    engine = {'engine': cv2.dnn.ENGINE_CLASSIC} if int(cv2.__version__.split('.')[0]) >= 5 else {}
+    if weights.suffix == '.onnx':
+        return cv2.dnn.readNetFromONNX(str(weights), **engine)
+    if weights.suffix == '.pb':
+        return cv2.dnn.readNetFromTensorflow(str(weights), **engine)
+    if not hasattr(cv2.dnn, 'readNetFromCaffe'):
+        raise ModelError(f'OpenCV {cv2.__version__} can not load {weights} as {model.name}: it reads no Caffe '
+                         'networks; OpenCV 4 does')
+    files = {Path(file.name).suffix: weights.parent / file.name for file in model.files}
+    if not {'.prototxt', '.caffemodel'} <= set(files):
+        raise ModelError(f'OpenCV can not load {weights} as {model.name}: expected a .prototxt and a .caffemodel file, '
+                         f"got {', '.join(file.name for file in model.files)}")
+    return cv2.dnn.readNetFromCaffe(str(files['.prototxt']), str(files['.caffemodel']))

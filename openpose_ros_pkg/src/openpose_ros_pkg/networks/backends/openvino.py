@@ -1,0 +1,188 @@
+"""OpenVINO: the fastest runtime on x86, and on ARM where its wheel exists.
+
+It reads TensorFlow's frozen graphs, ONNX, TFLite and its own IR.
+"""
+import functools
+import io
+import logging
+from collections import OrderedDict
+from pathlib import Path
+from typing import Any, List, Tuple
+
+import numpy as np
+import openvino as ov
+
+from openpose_ros_pkg.errors import ModelError
+from openpose_ros_pkg.networks.backends.arrays import one_by_one
+from openpose_ros_pkg.networks.backends.compiled_cache import open_cache
+from openpose_ros_pkg.networks.models import InputRecipe, Model
+
+_log = logging.getLogger(__name__)
+
+# A network is compiled per input size; this many stay in memory.
+_KEPT_SIZES = 8
+# Only the first sizes of a process go to the disk: a folder of pictures may have a new one each.
+_CACHED_SIZES = 8
+
+
+@functools.lru_cache(maxsize=None)
+def _core() -> ov.Core:
+    """Return the one of this process.
+
+    With its first network a core gives the thread a stack for signals, and takes it back when it goes. Of several that
+    go in another order than they came, a stack is left that is freed memory, and the next signal, a Ctrl-C, ends the
+    program with a segmentation fault.
+    """
+    return ov.Core()
+
+
+class OpenvinoBackend:
+    """A network on the CPU by OpenVINO; see `backends.Backend`."""
+
+    name = 'openvino'
+
+    def __init__(self, model: Model, weights: Path, *, threads: int = 0, precision: str = 'f32', hint: str = 'latency',
+                 compiled_cache: str = 'off') -> None:
+        """Prepare; the weights are read by the first `infer`, unless the compiled network is in the cache.
+
+        Args:
+            threads: 0 for as many as there are cores.
+            precision: 'f32', or 'auto' for what the processor is fastest at.
+            hint: 'latency': all threads on one picture; 'throughput': the pictures of a batch beside each other.
+            compiled_cache: folder; '' the default one, 'off' none.
+        """
+        self._model, self._weights = model, weights
+        self._core = _core()
+        self._parallel = hint == 'throughput'
+        self._config = {'PERFORMANCE_HINT': hint.upper()}
+        if precision == 'f32':
+            self._config['INFERENCE_PRECISION_HINT'] = 'f32'
+        if threads > 0:
+            self._config['INFERENCE_NUM_THREADS'] = threads
+            # Else the threads of every process are bound to the first cores, all to the same ones.
+            self._config['ENABLE_CPU_PINNING'] = False
+        self._cache = open_cache(compiled_cache)
+        self._graph = None
+        self._compiled: OrderedDict[Tuple[int, ...], Any] = OrderedDict()
+        self._sizes = 0
+        self.description = f'OpenVINO {ov.__version__.split("-")[0]} (precision {precision}, {hint})'
+
+    def infer(self, images: np.ndarray) -> Tuple[np.ndarray, ...]:
+        """Compute the network; see `Backend.infer`.
+
+        Raises:
+            ModelError: OpenVINO can not read the weights, or the graph has not what the model says.
+        """
+        images = np.ascontiguousarray(images)
+        # Never as one batch: it takes as long as one by one, and each number of pictures would have to be compiled.
+        requests = self._requests((1, *images.shape[1:]), len(images) if self._parallel else 1)
+        if len(requests) == 1:
+            return one_by_one(lambda image: _computed(requests[0], image), images)
+        for i, request in enumerate(requests):
+            request.start_async({0: images[i:i + 1]}, share_inputs=True)
+        finished = iter(requests)
+        return one_by_one(lambda image: _waited(next(finished)), images)
+
+    def _requests(self, shape: Tuple[int, ...], count: int) -> List[Any]:
+        """Return requests for an input size, compiling the network for sizes that are new or long unused."""
+        if shape not in self._compiled:
+            self._compiled[shape] = (self._compile(shape), [])
+            if len(self._compiled) > _KEPT_SIZES:
+                self._compiled.popitem(last=False)
+        self._compiled.move_to_end(shape)
+        network, requests = self._compiled[shape]
+        while len(requests) < count:
+            requests.append(network.create_infer_request())
+        return requests[:count]
+
+    def _compile(self, shape: Tuple[int, ...]) -> Any:
+        self._sizes += 1
+        cache = self._cache if self._sizes <= _CACHED_SIZES else None
+        key = self._key(shape)
+        data = cache.load(key) if cache else None
+        if data is not None:
+            try:
+                return self._core.import_model(io.BytesIO(data), 'CPU', self._config)
+            except RuntimeError as error:
+                _log.warning('OpenVINO does not take a compiled network from the cache, it compiles it again: %s',
+                             error)
+        graph = self._prepared().clone()
+        graph.reshape(list(shape))
+        network = self._core.compile_model(graph, 'CPU', self._config)
+        if cache:
+            content = io.BytesIO()
+            network.export_model(content)
+            cache.store(key, content.getvalue())
+        return network
+
+    def _key(self, shape: Tuple[int, ...]) -> str:
+        """Name all that a compiled network depends on: graph, what is done to it, options, runtime and processor."""
+        files = [(str(path.resolve()), path.stat().st_size, path.stat().st_mtime_ns)
+                 for path in (self._weights.parent / file.name for file in self._model.files) if path.is_file()]
+        model = (self._model.input, self._model.outputs, self._model.decoder, self._model.output_layout)
+        processor = [self._core.get_property('CPU', name) for name in ('FULL_DEVICE_NAME', 'OPTIMIZATION_CAPABILITIES')]
+        return repr((files, model, shape, sorted(self._config.items()), ov.__version__, processor))
+
+    def _prepared(self) -> ov.Model:
+        """Read the graph and let it take uint8 (N, H, W, 3) BGR and give what `Backend.infer` says."""
+        if self._graph is None:
+            try:
+                graph = self._core.read_model(str(self._weights))
+                self._graph = _with_recipe(_with_outputs(graph, self._model), self._model)
+            except (RuntimeError, ValueError) as error:
+                raise ModelError(f'OpenVINO can not load {self._weights} as {self._model.name}: {error}') from error
+        return self._graph
+
+
+def _computed(request: Any, image: np.ndarray) -> Tuple[np.ndarray, ...]:
+    request.infer({0: image}, share_inputs=True)
+    return _outputs(request)
+
+
+def _waited(request: Any) -> Tuple[np.ndarray, ...]:
+    request.wait()
+    return _outputs(request)
+
+
+def _outputs(request: Any) -> Tuple[np.ndarray, ...]:
+    # Copies: the request's memory is written again by the next picture.
+    return tuple(tensor.data.copy() for tensor in request.output_tensors)
+
+
+def _with_outputs(graph: ov.Model, model: Model) -> ov.Model:
+    """Return the graph with the outputs of the model, in its order; parts that only others need fall away."""
+    found = {}
+    for node in graph.get_ordered_ops():
+        if node.get_type_name() in ('Result', 'Constant'):
+            continue
+        for output in node.outputs():
+            for name in {node.get_friendly_name(), *output.get_names()}:
+                found[name] = output
+    names = [name if name in found else f'{name}:0' for name in model.outputs]
+    missing = [name for name, full in zip(model.outputs, names) if full not in found]
+    if missing:
+        existing = ', '.join(output.get_any_name() for output in graph.outputs)
+        raise ValueError(f"it has no node {', '.join(missing)}; its outputs are {existing}")
+    return ov.Model([found[name] for name in names], graph.get_parameters())
+
+
+def _with_recipe(graph: ov.Model, model: Model) -> ov.Model:
+    recipe: InputRecipe = model.input
+    steps = ov.preprocess.PrePostProcessor(graph)
+    given, wanted = steps.input(), ov.preprocess.ColorFormat
+    given.tensor().set_element_type(ov.Type.u8).set_layout(ov.Layout('NHWC')).set_color_format(wanted.BGR)
+    if recipe.channels == 'RGB':
+        given.preprocess().convert_color(wanted.RGB)
+    if recipe.dtype == 'float32':
+        given.preprocess().convert_element_type(ov.Type.f32)
+        if recipe.mean != 0:
+            given.preprocess().mean(recipe.mean)
+        if recipe.scale != 1:
+            given.preprocess().scale(1 / recipe.scale)  # OpenVINO divides
+    given.model().set_layout(ov.Layout(recipe.layout))
+    for i in range(len(model.outputs)):
+        steps.output(i).tensor().set_element_type(ov.Type.f32)
+        if model.decoder == 'paf':
+            steps.output(i).model().set_layout(ov.Layout(model.output_layout))
+            steps.output(i).tensor().set_layout(ov.Layout('NCHW'))
+    return steps.build()

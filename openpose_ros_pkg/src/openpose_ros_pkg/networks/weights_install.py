@@ -1,0 +1,252 @@
+"""Put the weights of pose networks in their folder.
+
+Weights that may be passed on are a member of an archive on PyPI. The archive is downloaded, compared with the checksum
+in the model registry, and never installed. Others are brought by the user: they are compared and copied. What the files
+are and where they came from is written beside them.
+"""
+import io
+import os
+import subprocess
+import sys
+import tarfile
+import tempfile
+import zipfile
+from pathlib import Path
+from typing import Callable, Dict, List, Optional, Sequence
+
+from openpose_ros_pkg.errors import ModelError
+from openpose_ros_pkg.networks.models import (
+    Model,
+    PypiArchive,
+    WeightsFile,
+    file_digest,
+    file_fault,
+    how_to_get,
+    model_folder_of,
+    weights_path,
+)
+
+# What the set-up script of a source archive imports when pip asks it for its name; numpy comes from the system.
+_BUILD_REQUIREMENTS = ('cython', 'setuptools', 'wheel')
+# The version of Python that wheels are downloaded for, whatever runs here: nothing of them is ever run.
+_PYTHON_OF_WHEELS = '3.11'
+
+
+def get(model: Model, model_folder: str = '', licence_text: str = '', say: Callable[[str], None] = lambda text: None,
+        fetch: Optional[Callable[[PypiArchive, Path], Path]] = None, brought: Sequence[Path] = ()) -> Path:
+    """Put the weights of a model in their folder, unless they are there already and right.
+
+    Args:
+        model_folder: the folder of all models; empty for `default_model_folder`.
+        licence_text: text of Apache-2.0, which is kept beside weights under it whose archive holds no copy.
+        say: called with each step, for people.
+        fetch: downloads the archive into a folder and returns its path; `fetch_archive` when not given.
+        brought: files and folders from which the weights are copied, instead of fetching them.
+
+    Returns:
+        The path of the first file of the weights.
+
+    Raises:
+        ModelError: they could not be fetched or are not among what was brought, or are not the expected files.
+    """
+    folder = model_folder_of(model_folder)
+    target = folder / model.name if model.description is None else model.description.parent
+    path = target / model.files[0].name
+    legal: Dict[str, bytes] = {}
+    fresh = True
+    if brought:
+        _copy_brought(model, brought, target, say)
+        say(f'{model.name}: {path} is in place')
+    else:
+        try:
+            path, fresh = weights_path(model, model_folder), False
+            say(f'{model.name}: {path} is there and right')
+        except ModelError:
+            if not isinstance(model.source, PypiArchive):
+                raise
+            if path.is_file():
+                say(f'{model.name}: {path} is damaged, it is fetched again')
+            legal = _fetch(model, target, say, fetch or fetch_archive, how_to_get(model, folder))
+            say(f'{model.name}: {path} is in place and right')
+    if path.parent == target and model.description is None:
+        _keep_legal(model, target, legal, licence_text, fresh)
+    return path
+
+
+def origin(model: Model) -> str:
+    """Say where a model's files come from, for people."""
+    source = model.source
+    if isinstance(source, PypiArchive):
+        return f'{source.file} ({source.project} {source.version} on PyPI), by {source.author}'
+    return source.where
+
+
+def notice(model: Model, folder: Path) -> str:
+    """Return the text that says where the weights in a folder came from and under which licence."""
+    files = ''.join(f'{file.name} ({(folder / file.name).stat().st_size} bytes, sha256 '
+                    f'{file_digest(folder / file.name, "sha256")})\n' for file in model.files)
+    source = model.source
+    if isinstance(source, PypiArchive):
+        return (f'{files}is the unchanged file {source.member}\nof the archive {origin(model)}.\n'
+                f'sha256 of the archive: {source.sha256}.\n'
+                f'Licence: {model.licence}, as the archive states; its text is in the file LICENSE.\n')
+    return f'{files}Brought by the user; where they come from: {origin(model)}.\nLicence: {model.licence}.\n'
+
+
+def fetch_archive(archive: PypiArchive, folder: Path) -> Path:
+    """Download an archive from PyPI into a folder; it is not installed.
+
+    pip runs the set-up script of a source archive to learn its name, hence the throwaway environment; the checksum is
+    compared before that.
+
+    Raises:
+        ModelError: the download failed; the text holds the end of pip's output.
+    """
+    environment = folder / 'environment'
+    python = str(environment / 'bin' / 'python3')
+    requirements = folder / 'requirements.txt'
+    requirements.write_text(f'{archive.project}=={archive.version} --hash=sha256:{archive.sha256}\n')
+    _call('making a virtual environment', [sys.executable, '-m', 'venv', '--system-site-packages', str(environment)])
+    if archive.file.endswith('.whl'):
+        kind = ['--only-binary', ':all:', '--python-version', _PYTHON_OF_WHEELS]
+    else:
+        kind = ['--no-binary', archive.project, '--no-build-isolation']
+        _call(f'pip install {" ".join(_BUILD_REQUIREMENTS)}', [python, '-m', 'pip', 'install', *_BUILD_REQUIREMENTS])
+    _call(f'pip download {archive.project}=={archive.version}', [
+        python, '-m', 'pip', 'download', '--no-deps', *kind, '--require-hashes', '--dest', str(folder), '-r',
+        str(requirements)])
+    return folder / archive.file
+
+
+def _copy_brought(model: Model, brought: Sequence[Path], target: Path, say: Callable[[str], None]) -> None:
+    """Check what a user brought and copy it to its folder.
+
+    Raises:
+        ModelError: a file is not there, or not the expected one.
+    """
+    sources = _brought_files(model, [path.expanduser() for path in brought])
+    for file, source in zip(model.files, sources):
+        fault = file_fault(source, file)
+        if fault:
+            raise ModelError(f'{source} is not {file.name} of {model.name}: it {fault}')
+    for file, source in zip(model.files, sources):
+        say(f'{model.name}: copying {source}' + ('' if file.sha256 or file.md5 else ' (no checksum is known)'))
+        if source.resolve() != (target / file.name).resolve():
+            _write(target / file.name, source.read_bytes())
+
+
+def _brought_files(model: Model, brought: Sequence[Path]) -> List[Path]:
+    """Return the path of each of a model's files among files and folders that a user names.
+
+    A file that is named for itself may have another name, if only its suffix is right, where a checksum or the lack of
+    other files tells what it is. In folders and those below them, the files must lie together under their own names:
+    OpenPose has prototxts of one name in several folders.
+
+    Raises:
+        ModelError: a path does not exist, or a file is not among them.
+    """
+    for path in brought:
+        if not path.exists():
+            raise ModelError(f'{path} does not exist')
+    files = [path for path in brought if path.is_file()]
+    found: Dict[str, Path] = {}
+    for file in model.files:
+        named = [path for path in files if path.name == file.name]
+        if file.sha256 or file.md5 or len(model.files) == 1:
+            named += [path for path in files if path.suffix == Path(file.name).suffix]
+        if named:
+            found[file.name] = named[0]
+    missing = [file.name for file in model.files if file.name not in found]
+    if missing:
+        folders = [Path(folder) for path in brought if path.is_dir() for folder, _, _ in sorted(os.walk(str(path)))]
+        whole = next((folder for folder in folders if all((folder / name).is_file() for name in missing)), None)
+        if whole is None:
+            raise ModelError(f'{" and ".join(missing)} of {model.name}: not found in '
+                             f'{", ".join(map(str, brought))}; from {origin(model)}')
+        found.update((name, whole / name) for name in missing)
+    return [found[file.name] for file in model.files]
+
+
+def _fetch(model: Model, target: Path, say: Callable[[str], None], fetch: Callable[[PypiArchive, Path], Path],
+           how: str) -> Dict[str, bytes]:
+    """Put the file out of the downloaded archive in its folder, compared with its checksum.
+
+    Returns:
+        The legal texts of the archive by name.
+
+    Raises:
+        ModelError: no archive, or its content is not the expected one.
+    """
+    source, file = model.source, model.files[0]
+    say(f'{model.name}: fetching {source.project} {source.version} from PyPI')
+    with tempfile.TemporaryDirectory(prefix='openpose_ros_') as folder:
+        try:
+            archive = fetch(source, Path(folder))
+            _compare(archive, WeightsFile(source.file, sha256=source.sha256), source.file)
+            weights = Path(folder) / file.name
+            weights.write_bytes(_member(archive, source.member))
+            _compare(weights, file, source.member)
+            legal = {member.rsplit('!', 1)[-1].rsplit('/', 1)[-1]: _member(archive, member)
+                     for member in source.legal}
+            content = weights.read_bytes()
+        except (ModelError, OSError, KeyError, tarfile.TarError, zipfile.BadZipFile) as error:
+            raise ModelError(f'weights of {model.name} could not be fetched: {error}\n{how}') from error
+    _write(target / file.name, content)
+    return legal
+
+
+def _compare(path: Path, expected: WeightsFile, what: str) -> None:
+    """Raise ModelError when a file is not the expected one."""
+    fault = file_fault(path, expected)
+    if fault:
+        raise ModelError(f'{what} {fault}')
+
+
+def _member(archive: Path, path: str) -> bytes:
+    """Return a member of an archive; 'a.zip!b' is the member b of the zip file a within it."""
+    first, *inner = path.split('!')
+    if archive.suffix == '.whl':
+        with zipfile.ZipFile(str(archive)) as wheel:
+            content = wheel.read(first)
+    else:
+        with tarfile.open(str(archive)) as tar:
+            member = tar.extractfile(f'{archive.name[:-len(".tar.gz")]}/{first}')
+            if member is None:
+                raise ModelError(f'{first} in {archive.name} is not a file')
+            content = member.read()
+    for name in inner:
+        with zipfile.ZipFile(io.BytesIO(content)) as nested:
+            content = nested.read(name)
+    return content
+
+
+def _keep_legal(model: Model, target: Path, legal: Dict[str, bytes], licence_text: str, fresh: bool) -> None:
+    """Write licence texts and notices beside the weights; those that are there stay unless the weights are fresh."""
+    texts = dict(legal)
+    texts['NOTICE'] = notice(model, target).encode() + (b'\n' + legal['NOTICE'] if 'NOTICE' in legal else b'')
+    if isinstance(model.source, PypiArchive) and model.licence == 'Apache-2.0' and licence_text:
+        texts.setdefault('LICENSE', licence_text.encode())
+    for name, text in texts.items():
+        if fresh or not (target / name).exists():
+            _write(target / name, text)
+
+
+def _write(path: Path, content: bytes) -> None:
+    """Write a file so that it is there whole or not at all."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix='.part_', dir=str(path.parent)) as folder:
+        part = Path(folder) / path.name
+        with part.open('wb') as handle:
+            handle.write(content)
+            handle.flush()
+            os.fsync(handle.fileno())
+        part.replace(path)
+
+
+def _call(what: str, command: List[str]) -> None:
+    """Run a command; when it fails, raise ModelError with what it was to do and the end of its output."""
+    done = subprocess.run(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                          text=True, check=False)
+    if done.returncode != 0:
+        tail = '\n'.join('  ' + line for line in done.stdout.strip().splitlines()[-4:])
+        raise ModelError(f'{what} failed with exit status {done.returncode}:\n{tail}')

@@ -1,0 +1,140 @@
+"""Draw people into images, in OpenPose's manner."""
+import colorsys
+import math
+from dataclasses import dataclass
+from typing import Optional, Tuple
+
+import cv2
+import numpy as np
+
+from openpose_ros_pkg.params.parameters import Parameters, parameter
+from openpose_ros_pkg.people import People2D
+
+# Fractional bits of the coordinates that OpenCV's drawing functions take.
+_SHIFT = 3
+# OpenPose, src/openpose/pose/renderPose.cpp and utilities/keypoint.cpp: radius and width follow the image's diagonal
+# and shrink with the share of the image that the person fills.
+_CIRCLE_RATIO = 1 / 75
+_LINE_RATIO = 0.75
+# Limbs with a hidden end: width as a share of the others', length of a dash and of a gap in widths of the others.
+_HIDDEN_WIDTH = 0.4
+_DASH = 1.2
+
+
+@dataclass(frozen=True)
+class DrawParams(Parameters):
+    """How people are drawn."""
+
+    alpha_pose: float = parameter(
+        0.6, 'Opacity of the skeletons on the image: 0 invisible, 1 opaque.', minimum=0.0, maximum=1.0)
+    disable_blending: bool = parameter(
+        False, 'Draw the skeletons on a black background instead of the image.')
+    render_threshold: float = parameter(
+        0.05, 'Joints with less confidence are not drawn.', minimum=0.0, maximum=1.0)
+
+
+def draw_people(bgr: np.ndarray, people: People2D, params: DrawParams, hidden: Optional[np.ndarray] = None
+                ) -> np.ndarray:
+    """Return a copy of the image with people drawn into it.
+
+    Limbs and joints have OpenPose's colours. A box and, where people have ids, a label in a colour of its own tell
+    one person from the other.
+
+    Args:
+        bgr: (H, W, 3) uint8 BGR; not modified.
+        hidden: (P, K) bool: joints that the network named although something hides them. They are drawn as hollow
+            circles, limbs that end there thin and dashed. None: no joint is.
+
+    Returns:
+        (H, W, 3) uint8 BGR.
+    """
+    # Of a black background nothing shines through, so nothing is blended.
+    image = np.zeros(bgr.shape, np.uint8) if params.disable_blending else np.array(bgr, np.uint8, order='C')
+    if len(people) == 0:
+        return image
+    canvas = image.copy()
+    visible = people.confidence >= max(params.render_threshold, np.finfo(np.float32).tiny)
+    hidden = np.zeros(visible.shape, bool) if hidden is None else hidden
+    shown = [i for i in range(len(people)) if visible[i].any()]
+    for i in shown:
+        _draw_skeleton(canvas, people, i, visible[i], hidden[i])
+    if not params.disable_blending:
+        canvas = cv2.addWeighted(canvas, params.alpha_pose, image, 1 - params.alpha_pose, 0)
+    if params.disable_blending or params.alpha_pose > 0:
+        for i in shown:
+            _draw_box(canvas, people.xy[i][visible[i]], i, int(people.ids[i]))
+    return canvas
+
+
+def person_colour(number: int) -> Tuple[int, int, int]:
+    """Return a BGR colour for a person; neighbours in number differ clearly (golden section of the hue circle)."""
+    red, green, blue = colorsys.hsv_to_rgb((number * 0.618034) % 1, 0.75, 1)
+    return round(255 * blue), round(255 * green), round(255 * red)
+
+
+def _draw_skeleton(canvas: np.ndarray, people: People2D, person: int, visible: np.ndarray, hidden: np.ndarray
+                   ) -> None:
+    """Draw limbs in the colour of their second joint, then joints, where both ends or the joint are visible."""
+    skeleton, xy = people.skeleton, people.xy[person]
+    radius = _joint_radius(canvas.shape, xy[visible])
+    width = max(1, round(2 * radius * _LINE_RATIO))
+    index = skeleton.index
+    for start, end in ((index[a], index[b]) for a, b in skeleton.drawn_limbs):
+        if visible[start] and visible[end]:
+            draw = _draw_dashed if hidden[start] or hidden[end] else _draw_line
+            draw(canvas, xy[start], xy[end], skeleton.colours[end][::-1], width)
+    for joint in np.flatnonzero(visible):
+        _draw_joint(canvas, xy[joint], skeleton.colours[joint][::-1], radius, hidden[joint])
+
+
+def _draw_joint(canvas: np.ndarray, xy: np.ndarray, colour: Tuple[int, ...], radius: int, hidden: bool) -> None:
+    if hidden:
+        # a little larger, so that there is a hole in the smallest circle
+        cv2.circle(canvas, _fixed_point(xy), (radius + 2) << _SHIFT, colour, max(1, radius // 3), cv2.LINE_AA, _SHIFT)
+    else:
+        cv2.circle(canvas, _fixed_point(xy), radius << _SHIFT, colour, -1, cv2.LINE_AA, _SHIFT)
+
+
+def _draw_line(canvas: np.ndarray, start: np.ndarray, end: np.ndarray, colour: Tuple[int, ...], width: int) -> None:
+    cv2.line(canvas, _fixed_point(start), _fixed_point(end), colour, width, cv2.LINE_AA, _SHIFT)
+
+
+def _draw_dashed(canvas: np.ndarray, start: np.ndarray, end: np.ndarray, colour: Tuple[int, ...], width: int) -> None:
+    """Draw a thin line that begins and ends with a dash; dashes and gaps are equally long."""
+    gaps = int(float(np.linalg.norm(end - start)) / (2 * _DASH * width))
+    ends = start + np.linspace(0, 1, 2 * gaps + 2)[:, None] * (end - start)
+    for begin, finish in zip(ends[::2], ends[1::2]):
+        _draw_line(canvas, begin, finish, colour, max(1, round(_HIDDEN_WIDTH * width)))
+
+
+def _fixed_point(xy: np.ndarray) -> Tuple[int, int]:
+    """Return a position [px] as OpenCV's drawing functions take it."""
+    x, y = np.rint(xy * (1 << _SHIFT))
+    return int(x), int(y)
+
+
+def _joint_radius(shape: Tuple[int, ...], xy: np.ndarray) -> int:
+    """Return the radius of a person's joints [px]."""
+    height, width = shape[:2]
+    share = ((xy.max(axis=0) - xy.min(axis=0)) / (width, height)).max()
+    return max(2, round(math.sqrt(height * width) * _CIRCLE_RATIO * min(1.0, float(share)) / 2))
+
+
+def _draw_box(canvas: np.ndarray, xy: np.ndarray, row: int, person_id: int) -> None:
+    """Frame a person in a colour of its own, with the id at the top where there is one."""
+    height, width = canvas.shape[:2]
+    colour = person_colour(person_id if person_id >= 0 else row)
+    margin = max(4, round(0.012 * math.sqrt(height * width)))
+    left, top = np.maximum(np.floor(xy.min(axis=0)).astype(int) - margin, 0).tolist()
+    right, bottom = np.minimum(np.ceil(xy.max(axis=0)).astype(int) + margin, (width - 1, height - 1)).tolist()
+    cv2.rectangle(canvas, (left, top), (right, bottom), colour, 1)
+    if person_id < 0:
+        return
+    text, font = str(person_id), cv2.FONT_HERSHEY_SIMPLEX
+    scale = max(0.4, math.sqrt(height * width) / 1200)
+    (text_width, text_height), baseline = cv2.getTextSize(text, font, scale, 1)
+    # Above the box; inside it where the image ends.
+    bottom = top if top >= text_height + baseline else min(top + text_height + baseline, height - 1)
+    left = min(left, max(0, width - 1 - text_width - 4))
+    cv2.rectangle(canvas, (left, bottom - text_height - baseline), (left + text_width + 4, bottom), colour, -1)
+    cv2.putText(canvas, text, (left + 2, bottom - baseline // 2 - 1), font, scale, (0, 0, 0), 1, cv2.LINE_AA)

@@ -1,0 +1,1 @@
+"""Parameter classes, their YAML files, and changes while a node runs."""

@@ -1,0 +1,93 @@
+"""Which parameters each node of this package reads, and those that only nodes have."""
+from dataclasses import dataclass, fields
+from typing import Dict, Tuple, Type
+
+from openpose_ros_pkg.decode import DecodeParams
+from openpose_ros_pkg.decode.direct import DirectDecodeParams
+from openpose_ros_pkg.detect.detector import DETECTOR_PARAMETERS
+from openpose_ros_pkg.detect.ensemble import EnsembleParams
+from openpose_ros_pkg.detect.tracking import TrackingParams
+from openpose_ros_pkg.output.draw import DrawParams
+from openpose_ros_pkg.output.frame_writer import SaveParams
+from openpose_ros_pkg.output.keypoint_scale import KeypointScaleParams
+from openpose_ros_pkg.params.parameters import Parameters, parameter
+
+
+@dataclass(frozen=True)
+class ImageTransportParams(Parameters):
+    """How images reach the node."""
+
+    image_transport: str = parameter(
+        'raw', "'compressed' subscribes to <image topic>/compressed, as image_transport publishes it.",
+        choices=('raw', 'compressed'))
+
+
+@dataclass(frozen=True)
+class StreamParams(Parameters):
+    """Images that the service node takes from a camera by itself, besides those that clients send."""
+
+    image_topic: str = parameter(
+        '', 'Image topic of a camera. Its newest image is worked on as soon as the network is free, without a client '
+            'node between; preparing and decoding overlap the network. Empty: only what clients send.')
+
+
+@dataclass(frozen=True)
+class PublishingParams(Parameters):
+    """What the service node does with its results besides answering and saving."""
+
+    publish_results: bool = parameter(
+        True, 'Publish keypoints and annotated images; false: whoever calls the service publishes what it found.')
+
+
+@dataclass(frozen=True)
+class ServiceClientParams(Parameters):
+    """How the node calls the detection service."""
+
+    service_timeout: float = parameter(
+        5.0, 'Give a frame up when the detection service has not answered for this long.', unit='s',
+        minimum=0.1, maximum=600.0)
+
+
+@dataclass(frozen=True)
+class StreamingClientParams(Parameters):
+    """What the client subscribes to and shows."""
+
+    camera_topic: str = parameter('/usb_cam/image_raw', 'Image topic of the camera.')
+    pose_model: str = parameter('auto', 'pose_model of the service; names the joints in the window.')
+    display: bool = parameter(False, 'Show the annotated images in a window (needs a display).')
+
+
+@dataclass(frozen=True)
+class CameraParams(Parameters):
+    """What the camera node publishes."""
+
+    source: str = parameter('0', "Device number in quotes ('0'), video file, or folder of pictures.")
+    rate: float = parameter(
+        0.0, 'Frames per second; 0: that of the video file, 10 for a folder, as fast as it delivers for a webcam.',
+        unit='Hz', minimum=0.0, maximum=1000.0)
+    loop: bool = parameter(False, 'Begin again at the end of a file or folder.')
+    width: int = parameter(0, 'Width to ask a webcam for; 0: its default.', unit='px', minimum=0)
+    height: int = parameter(0, 'Height to ask a webcam for; 0: its default.', unit='px', minimum=0)
+    frame_id: str = parameter('camera_optical_frame', 'frame_id of the published messages.')
+    camera_info_file: str = parameter(
+        '', 'Calibration as camera_calibration writes it (YAML); published as camera_info with every image.')
+    start_delay: float = parameter(
+        0.0, 'Wait this long for a subscriber before the first frame of a file or folder.', unit='s', minimum=0.0)
+
+
+SERVICE_PARAMETERS = (*DETECTOR_PARAMETERS, TrackingParams, DrawParams, KeypointScaleParams, PublishingParams,
+                      StreamParams, ImageTransportParams, SaveParams)
+CLIENT_PARAMETERS = (StreamingClientParams, ServiceClientParams, ImageTransportParams, DrawParams)
+CAMERA_PARAMETERS = (CameraParams,)
+
+# What dynamic_reconfigure may change in the running service node.
+LIVE_PARAMETERS: Tuple[str, ...] = ('mode', *(
+    field.name for cls in (DecodeParams, DirectDecodeParams, EnsembleParams, TrackingParams, DrawParams)
+    for field in fields(cls)))
+
+# Parameter classes of each file in config/; a node loads the file of its name.
+CONFIG_FILES: Dict[str, Tuple[Type[Parameters], ...]] = {
+    'openpose_ros_node.yaml': SERVICE_PARAMETERS,
+    'openpose_ros_node_firephinx.yaml': CLIENT_PARAMETERS,
+    'camera_node.yaml': CAMERA_PARAMETERS,
+}

@@ -1,0 +1,1 @@
+"""Streams of images: newest wins, pairing by stamp, pipeline, timing."""

@@ -1,0 +1,1 @@
+"""How long frames took from stage to stage: computation, report, plots."""

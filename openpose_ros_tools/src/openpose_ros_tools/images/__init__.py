@@ -1,0 +1,1 @@
+"""Folders of images: layouts, files, calibrations, stamps."""

@@ -1,0 +1,1 @@
+"""Work in threads, processes and clusters."""

@@ -1,0 +1,1 @@
+"""process_bag: find the people in recorded bags."""

@@ -1,0 +1,174 @@
+"""What process_bag writes: a bag with the nodes' topics, a table, a JSON file of each frame."""
+import json
+import re
+from pathlib import Path
+from typing import Any, Dict, Optional, TextIO
+
+import genpy
+import numpy as np
+import rosbag
+from std_msgs.msg import Header, String
+from tf2_msgs.msg import TFMessage
+
+from openpose_ros_pkg.errors import BadInputError, ParameterError
+from openpose_ros_pkg.output.files import frame_name
+from openpose_ros_pkg.output.keypoint_scale import KeypointScaleParams, scale_keypoints
+from openpose_ros_pkg.output.openpose_json import JSON_SUFFIX, people_to_json
+from openpose_ros_pkg.people import People2D
+from openpose_ros_pkg.ros import convert as convert_2d
+from openpose_ros_tools.ros.bag_files import open_bag, undamaged
+from openpose_ros_tools.ros.keypoint_rows import PersonCsvWriter
+from openpose_ros_tools.ros.process_bag.input import Frame, Original
+from skeleton_extract_3d.estimator import Estimate
+from skeleton_extract_3d.people import MISSING, People3D
+from skeleton_extract_3d.ros import convert
+from skeleton_extract_3d.show.markers import LIMB_NAMESPACES, MarkerParams, MarkerTracker
+
+# What a bag was made of, so that it is not made again.
+_RECORD = '/openpose_ros/process_bag'
+
+
+class Results:
+    """Writes the people of frames, in their order, as the nodes would publish them; for `with`.
+
+    header.seq of what is written is the number of the frame, from 0.
+
+    Args:
+        bag_path, csv_path: files to write; csv_path None: none.
+        json_folder: gets a file of each frame; None: none.
+        name: first part of the names of these files.
+        in_space: whether there are people in space.
+        csv_layout: see `PersonCsvWriter`. The table has people in space where there are any, else those in the image.
+        markers: write markers with these parameters; None: none.
+        publish_tf: write joints as frames.
+        scale: units of detected_poses_keypoints in 2D.
+        compression: of the bag, one of COMPRESSIONS.
+
+    Raises:
+        ParameterError: this compression is not to be had.
+        OSError: a file can not be written.
+    """
+
+    def __init__(self, bag_path: Path, csv_path: Optional[Path], json_folder: Optional[Path], name: str, *,
+                 in_space: bool, csv_layout: str, markers: Optional[MarkerParams], publish_tf: bool,
+                 scale: KeypointScaleParams, compression: str) -> None:
+        self._namespace = '/openpose_ros/skeleton_3d' if in_space else '/openpose_ros'
+        self._json_folder, self._name = json_folder, name
+        self._in_space, self._publish_tf, self._scale = in_space, publish_tf, scale
+        self._markers = None if markers is None else MarkerTracker(markers)
+        self._bag = _opened(bag_path, compression)
+        self._csv: Optional[TextIO] = None
+        if csv_path is not None:
+            self._csv = csv_path.open('w', newline='')
+            self._table = PersonCsvWriter(self._csv, csv_layout, 3 if in_space else 2)
+
+    def __enter__(self) -> 'Results':
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._bag.close()
+        if self._csv is not None:
+            self._csv.close()
+
+    def record(self, made_from: Dict[str, Any], time: genpy.Time) -> None:
+        """Note in the bag what it is made from; `made_from` of this module reads it."""
+        self._bag.write(_RECORD, String(data=json.dumps(made_from, sort_keys=True)), time)
+
+    def copy(self, original: Original) -> None:
+        """Write a message of the input as it was."""
+        self._bag.write(original.topic, original.message, original.time, raw=True,
+                        connection_header=original.connection)
+
+    def write_2d(self, frame: Frame, number: int, people: People2D) -> None:
+        """Write the people in the image of a frame that has no points."""
+        self._write_image_people(frame, number, people, self._scale)
+        if self._json_folder is not None:
+            self._write_json(number, people_to_json(people))
+
+    def write_estimate(self, frame: Frame, number: int, estimate: Estimate) -> None:
+        """Write the people in the image of a frame that has points: always in pixels, with the ids in space."""
+        self._write_image_people(frame, number, estimate.people_2d, KeypointScaleParams())
+
+    def write_3d(self, frame: Frame, number: int, estimate: Estimate, people: People3D, header: Header) -> None:
+        """Write the people in space.
+
+        Args:
+            people: those of the estimate in the frame of reference in which they are published.
+            header: for them.
+        """
+        header.seq = number
+        array = convert.people_to_array(people, header)
+        self._write('detected_poses_3d', array, frame)
+        for person in array.persons:
+            self._write('detected_poses_keypoints_3d', person, frame)
+        if self._csv is not None:
+            self._table.write(array)
+        if self._publish_tf and len(people):
+            self._bag.write('/tf', TFMessage(convert.people_to_transforms(people, header)), frame.time)
+        if self._markers is not None:
+            self._write_markers(array, frame)
+        if self._json_folder is not None:
+            self._write_json(number, people_to_json(_with_hidden(estimate.people_2d, people), _in_space(people)))
+
+    def _write_image_people(self, frame: Frame, number: int, people: People2D, scale: KeypointScaleParams) -> None:
+        header = Header(seq=number, stamp=frame.header.stamp, frame_id=frame.header.frame_id)
+        messages = convert_2d.people_to_messages(people, header)
+        array = convert_2d.people_to_array(messages, header, people.skeleton)
+        self._write('detected_poses', array, frame)
+        if scale.keypoint_scale != 0:
+            size = (frame.bgr.shape[1], frame.bgr.shape[0])
+            messages = convert_2d.people_to_messages(people, header, scale_keypoints(people.keypoints, size, scale))
+        for message in messages:
+            self._write('detected_poses_keypoints', message, frame)
+        if self._csv is not None and not self._in_space:
+            self._table.write(array)
+
+    def _write_markers(self, array: genpy.Message, frame: Frame) -> None:
+        header = array.header
+        people = convert.people_from_array(array)
+        for marker in self._markers.update(people, header.stamp.to_sec(), header.frame_id):
+            topic = 'visualization_skeleton' if marker.ns in LIMB_NAMESPACES else 'visualization_markers'
+            self._write(topic, convert.marker_to_message(marker, header), frame)
+
+    def _write_json(self, number: int, text: str) -> None:
+        (self._json_folder / (frame_name(self._name, number) + JSON_SUFFIX)).write_text(text)
+
+    def _write(self, topic: str, message: genpy.Message, frame: Frame) -> None:
+        self._bag.write(f'{self._namespace}/{topic}', message, frame.time)
+
+
+def is_json_of(bag_name: str, file_name: str) -> bool:
+    """Say whether a file's name is that of a frame of a bag; `Results` has the name of the bag without suffix."""
+    return bool(re.fullmatch(re.escape(bag_name) + r'_\d+' + re.escape(JSON_SUFFIX), file_name))
+
+
+def made_from(path: Path) -> Optional[Dict[str, Any]]:
+    """Return what `Results.record` has noted in a bag; None: it is none of this program, or can not be read."""
+    try:
+        with open_bag(path) as bag:
+            record = next(undamaged(bag, bag.read_messages(topics=[_RECORD])), None)
+        return json.loads(record.message.data) if record else None
+    except (BadInputError, ValueError, AttributeError):
+        return None
+
+
+def _opened(path: Path, compression: str) -> rosbag.Bag:
+    try:
+        return rosbag.Bag(str(path), 'w', compression=compression)
+    except (ValueError, rosbag.ROSBagException) as error:
+        raise ParameterError(f"--compression {compression} is not to be had: {error}") from error
+
+
+def _with_hidden(people_2d: People2D, people: People3D) -> People2D:
+    """Return the people in the image and, with no joint, those whom it does not show at present."""
+    hidden = len(people) - len(people_2d)
+    joints = len(people_2d.skeleton.joints)
+    nobody = np.full((hidden, joints, 3), (np.nan, np.nan, 0), np.float32)
+    return People2D(people_2d.skeleton, np.concatenate([people_2d.keypoints, nobody]),
+                    np.concatenate([people_2d.scores, np.zeros(hidden, np.float32)]), people.ids)
+
+
+def _in_space(people: People3D) -> np.ndarray:
+    """Return x, y, z [m] and score of all joints, (P, K, 4) float32; 0 where MISSING."""
+    values = np.concatenate([people.xyz, people.confidence[..., np.newaxis]], axis=2)
+    return np.where((people.status != MISSING)[..., np.newaxis], values, np.float32(0))

@@ -1,0 +1,316 @@
+"""Find the people in recordings: every frame once, as fast as the machine computes, without a master.
+
+The results are those that the nodes publish for the same frames, on the same topics: openpose_ros/skeleton_3d/... where
+the bag has points (a cloud, or depth images and camera info), openpose_ros/... where it has images alone. Each result
+has the time of recording of its frame, and the stamp of its image or cloud; header.seq is the number of the frame. The
+outputs appear when all is done. They do not depend on --jobs, --workers or the number of threads, nor on the time that
+anything took: the same bag with the same parameters gives the same table to the byte.
+
+    rosrun openpose_ros_tools process_bag walk.bag -o walk_people.bag --csv walk.csv
+    rosrun openpose_ros_tools process_bag walk.bag -o walk_people.bag --set mode=accurate --jobs 4 --copy all
+    rosrun openpose_ros_tools process_bag walk.bag -o out.bag --image /cam/color/image_raw/compressed \\
+        --depth /cam/aligned_depth_to_color/image_raw --config skeleton_extract_3d_node.yaml --json keypoints/
+
+Several bags, or a folder of them, are spread over the workers of a cluster (Dask distributed); OUT and FILE of --csv
+are folders then. By default the cluster is this machine. With --scheduler it is an existing one: its workers need this
+workspace in their environment, and the bags and outputs under the same paths. A worker that dies loses nothing: another
+one does its bag again. Bags that are done are skipped when the command is given again with the same parameters.
+
+    rosrun openpose_ros_tools process_bag recordings/ -o people/ --csv tables/ --workers 4
+    rosrun openpose_ros_tools process_bag /data/recordings -o /data/people --scheduler tcp://192.168.1.10:8786
+
+JSON files have OpenPose's layout; pose_keypoints_3d are x, y, z [m] and score of each joint, 0 where MISSING. The score
+is that of the joint in the image: 0 for a joint that is INFERRED without one.
+
+Exit status: 0 all done; 1 some of several bags failed, the others are done; 2 nothing was done, as the command line, a
+parameter, the network or the bag is wrong; 130 interrupted, bags that were done are complete, others are not there.
+"""
+import argparse
+import logging
+import os
+import sys
+import time
+from contextlib import closing
+from dataclasses import fields
+from pathlib import Path
+from typing import Any, Callable, Dict, List, Optional, Sequence
+
+import yaml
+from tqdm import tqdm
+
+from openpose_ros_pkg.command_line import DONE, SOME_FAILED, add_settings, run_command, setting_values
+from openpose_ros_pkg.detect.detector import create_detector
+from openpose_ros_pkg.errors import OpenposeRosError, ParameterError
+from openpose_ros_pkg.natural_order import natural_key
+from openpose_ros_pkg.params.nodes import SERVICE_PARAMETERS
+from openpose_ros_pkg.ros.node import keep_large_blocks
+from openpose_ros_tools.outputs.part_files import delete_parts
+from openpose_ros_tools.parallel.task_cluster import run_tasks
+from openpose_ros_tools.ros.bag_files import COMPRESSIONS
+from openpose_ros_tools.ros.process_bag.input import Topics
+from openpose_ros_tools.ros.process_bag.output import made_from
+from openpose_ros_tools.ros.process_bag.work import PARAMETERS, BagJob, BagReport, build_parameters, process
+from openpose_ros_tools.tables.keypoint_csv import LAYOUTS
+from skeleton_extract_3d.node_params import EXTRACTOR_PARAMETERS
+
+_log = logging.getLogger(__name__)
+
+# A process with one thread on each core is faster than one network on all of them, until reading the bag, lifting and
+# writing, which one process does, are slower.
+_MOST_JOBS = 8
+# A worker tells how far it is so often [s].
+_TELL_PERIOD = 0.5
+
+
+def main(arguments: Optional[Sequence[str]] = None, create: Callable[..., Any] = create_detector) -> int:
+    """Run the command; return the exit status.
+
+    Args:
+        arguments: of the command line; None: those of this process.
+        create: makes the detector of its parameters; with processes a function that can be pickled.
+    """
+    parser = _parser()
+    options = parser.parse_args(arguments)
+    settings = setting_values(parser, options.settings)
+    return run_command('process_bag', lambda: _run(options, settings, create))
+
+
+def read_config(paths: Sequence[Path]) -> Dict[str, Any]:
+    """Return the parameters in configuration files of the nodes that have a meaning here.
+
+    Raises:
+        ParameterError: a file can not be read, has a key that no node has, or two files contradict each other.
+    """
+    known = {item.name for kind in (*SERVICE_PARAMETERS, *EXTRACTOR_PARAMETERS, *PARAMETERS) for item in fields(kind)}
+    used = {item.name for kind in PARAMETERS for item in fields(kind)}
+    values: Dict[str, Any] = {}
+    for path in paths:
+        try:
+            content = yaml.safe_load(path.read_text()) or {}
+        except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+            raise ParameterError(f'--config {path} can not be read: {error}') from error
+        if not isinstance(content, dict):
+            raise ParameterError(f'--config {path}: expected keys with values, got {type(content).__name__}')
+        for key, value in content.items():
+            if key not in known:
+                raise ParameterError(f"--config {path}: unknown parameter '{key}'")
+            if key in used and values.setdefault(key, value) != value:
+                raise ParameterError(f"--config {path}: '{key}' is {value!r}, but {values[key]!r} in another file")
+    return values
+
+
+def _run(options: argparse.Namespace, settings: Dict[str, Any], create: Callable[..., Any]) -> int:
+    values = {**read_config(options.config), **settings}
+    build_parameters(values)  # before anything is done
+    if bool(options.points) + bool(options.depth) + options.only_2d > 1:
+        raise ParameterError('--points, --depth and --only-2d contradict each other; give one of them')
+    jobs = _jobs_of(options, values, create)
+    for job in jobs:
+        _check_outputs(job, options.overwrite)
+    on_cluster = bool(options.scheduler) or _are_several(options.inputs)
+    if on_cluster and (options.jobs or 1) > 1:
+        raise ParameterError('--jobs is for one bag on this machine; for several, or with a scheduler, there is '
+                             '--workers')
+    todo = [job for job in jobs if options.overwrite or not job.is_done()]
+    if len(todo) < len(jobs):
+        sys.stdout.write(f'{len(jobs) - len(todo)} of {len(jobs)} bags are done already, with these parameters; '
+                         '--overwrite makes them again\n')
+    if not todo:
+        return DONE
+    if on_cluster:
+        return _run_several(todo, options)
+    keep_large_blocks()
+    return _run_one(todo[0])
+
+
+def _run_one(job: BagJob) -> int:
+    with tqdm(unit='frame', disable=None) as progress:
+        def show(done: int, total: int) -> None:
+            progress.total = total
+            progress.update(done - progress.n)
+
+        try:
+            report = process(job, show)
+        except OSError as error:
+            raise ParameterError(f'a result can not be written: {error}') from error
+    sys.stdout.write(f'{job.output}: {report.text()}\n')
+    return DONE
+
+
+def _run_several(jobs: Sequence[BagJob], options: argparse.Namespace) -> int:
+    by_name = {str(job.source): job for job in jobs}
+    shares: Dict[str, float] = {}
+    failed = 0
+    try:
+        with tqdm(total=len(jobs), unit='bag', disable=None) as progress:
+            def show(name: str, share: float) -> None:
+                shares[name] = share
+                progress.n = round(sum(shares.values()), 2)
+                progress.refresh()
+
+            ended = run_tasks(process_in_worker, by_name, workers=options.workers, scheduler=options.scheduler,
+                              retries=options.retries, on_progress=show)
+            with closing(ended):
+                for name, result in ended:
+                    show(name, 1.0)
+                    failed += not isinstance(result, BagReport)
+                    progress.write(_told(by_name[name], result), file=sys.stdout)
+    finally:
+        for job in jobs:  # what workers that were ended have left
+            for path in (job.output, job.csv, job.json):
+                if path is not None:
+                    delete_parts(path)
+    sys.stdout.write(f'{len(jobs) - failed} bags done, {failed} failed\n')
+    return SOME_FAILED if failed else DONE
+
+
+def process_in_worker(job: BagJob, report: Callable[[float], None]) -> BagReport:
+    """Do a bag in a worker of a cluster; `report` gets the share that is done."""
+    keep_large_blocks()
+    last = time.monotonic()
+
+    def tell(done: int, total: int) -> None:
+        nonlocal last
+        if time.monotonic() - last > _TELL_PERIOD:
+            last = time.monotonic()
+            report(done / max(total, 1))
+
+    return process(job, tell)
+
+
+def _told(job: BagJob, result: Any) -> str:
+    if isinstance(result, BagReport):
+        return f'{job.output}: {result.text()}'
+    reason = str(result) if isinstance(result, OpenposeRosError) else f'{type(result).__name__}: {result}'
+    return f'FAILED {job.source}: {reason}'
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog='process_bag', description=__doc__,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument('inputs', nargs='+', type=Path, metavar='IN', help='a bag; several, or a folder of bags')
+    parser.add_argument('-o', '--output', required=True, type=Path, metavar='OUT',
+                        help='bag with the results; for several, or a folder, a folder for bags of the same names')
+    group = parser.add_argument_group('results')
+    group.add_argument('--csv', type=Path, metavar='FILE', help='also as a table: people in space, or in the image '
+                                                                'where the bag has no points')
+    group.add_argument('--csv-layout', choices=LAYOUTS, default='original',
+                       help='columns as keypoints_to_csv has them (default: %(default)s)')
+    group.add_argument('--json', type=Path, metavar='DIR', help="also as OpenPose's JSON, one file per frame")
+    group.add_argument('--markers', action='store_true', help='also the markers for RViz')
+    group.add_argument('--copy', action='append', default=[], metavar='TOPIC',
+                       help="also an original topic, or 'all' of them but results; may be repeated")
+    group.add_argument('--compression', choices=COMPRESSIONS, default='none', help='of OUT (default: %(default)s)')
+    group.add_argument('--overwrite', action='store_true', help='make again what is there')
+    group = parser.add_argument_group('topics; found by type and name where there is only one to choose')
+    group.add_argument('--image', default='', metavar='TOPIC', help='colour images, raw or compressed')
+    group.add_argument('--points', default='', metavar='TOPIC', help='organized clouds registered to the images')
+    group.add_argument('--depth', default='', metavar='TOPIC', help='depth images aligned to the images, raw or '
+                                                                    'compressedDepth, in place of clouds')
+    group.add_argument('--camera-info', default='', metavar='TOPIC', help='calibration of the depth images')
+    group.add_argument('--only-2d', action='store_true', help='leave points alone')
+    group = parser.add_argument_group('parameters')
+    add_settings(group, 'of detection, tracking, lifting, pairing or markers; publish_tf=true writes joints to /tf')
+    group.add_argument('--config', action='append', default=[], type=Path, metavar='FILE',
+                       help="a node's YAML file; may be repeated. What it says of topics and saving is not used; --set "
+                            'comes before it')
+    group = parser.add_argument_group('machines')
+    group.add_argument('--jobs', type=_positive, metavar='N',
+                       help='processes that look at the images of one bag, with a share of the cores each (default: '
+                            f'one for each core, at most {_MOST_JOBS}). 1: this process alone, which takes the least '
+                            'memory and starts soonest')
+    group.add_argument('--workers', type=_positive, default=os.cpu_count() or 1, metavar='N',
+                       help='of several bags so many at a time on this machine (default: %(default)s)')
+    group.add_argument('--scheduler', default='', metavar='ADDRESS', help='of an existing cluster')
+    group.add_argument('--retries', type=_not_negative, default=1, metavar='N',
+                       help='try a bag that failed so often again (default: %(default)s)')
+    return parser
+
+
+def _positive(text: str) -> int:
+    return _whole_number(text, 1)
+
+
+def _not_negative(text: str) -> int:
+    return _whole_number(text, 0)
+
+
+def _whole_number(text: str, least: int) -> int:
+    if not text.isdigit() or int(text) < least:
+        raise argparse.ArgumentTypeError(f'expected a whole number from {least}, got {text!r}')
+    return int(text)
+
+
+def _are_several(inputs: Sequence[Path]) -> bool:
+    return len(inputs) > 1 or inputs[0].is_dir()
+
+
+def _jobs_of(options: argparse.Namespace, values: Dict[str, Any], create: Callable[..., Any]) -> List[BagJob]:
+    """Return what is to be done.
+
+    Raises:
+        ParameterError: a bag is not there, a folder has none, or two have the same name.
+    """
+    several = _are_several(options.inputs)
+    bags = _bags(options.inputs)
+    names = [bag.name for bag in bags]
+    for bag in bags:
+        if names.count(bag.name) > 1:
+            raise ParameterError(f'several bags have the name {bag.name}, after which their results are named; give '
+                                 'them in commands with folders of their own')
+    jobs = 1
+    if not several and not options.scheduler:
+        on_processor = values.get('device', 'cpu') == 'cpu'
+        jobs = options.jobs or (min(os.cpu_count() or 1, _MOST_JOBS) if on_processor else 1)
+    # workers share the cores of this machine; those of another cluster are told how many there are by its owner
+    threads = 0 if not several else max((os.cpu_count() or 1) // options.workers, 1)
+    topics = Topics(options.image, options.points, options.depth, options.camera_info)
+    result = []
+    for bag in bags:
+        output, csv, json = (None if path is None else path.expanduser().absolute()
+                             for path in (options.output, options.csv, options.json))
+        if several:
+            output, csv, json = (output / bag.name, csv and csv / f'{bag.stem}.csv', json and json / bag.stem)
+        result.append(BagJob(bag, output, csv, json, values, topics, options.only_2d, tuple(options.copy),
+                             options.markers, options.csv_layout, options.compression, jobs,
+                             1 if options.scheduler else threads, create))
+    return result
+
+
+def _bags(inputs: Sequence[Path]) -> List[Path]:
+    """Return the bags of files and folders, in natural order; one that is named twice is there once."""
+    bags: Dict[Path, None] = {}
+    for path in (path.expanduser().absolute() for path in inputs):
+        if path.is_dir():
+            held = sorted((bag for bag in path.glob('*.bag') if not bag.name.startswith('.')), key=natural_key)
+            if not held:
+                raise ParameterError(f'{path} holds no bags')
+            bags.update(dict.fromkeys(held))
+        elif path.exists():
+            bags[path] = None
+        else:
+            raise ParameterError(f'{path} does not exist')
+    return list(bags)
+
+
+def _check_outputs(job: BagJob, overwrite: bool) -> None:
+    """Raise ParameterError if a result would take the place of something else, or can not be where it is to be."""
+    files = [path for path in (job.output, job.csv) if path is not None]
+    places = [path.resolve() for path in (job.source, *files)]
+    if len(set(places)) < len(places):
+        twice = job.source if places[0] in places[1:] else job.output
+        raise ParameterError(f"{twice} is {'the input' if twice == job.source else 'named twice'}; name another file, "
+                             'or folder')
+    for path in files:
+        if path.is_dir():
+            raise ParameterError(f'{path} is a folder; name a file')
+    folders = [path.parent for path in files] + [job.json] * (job.json is not None)
+    for folder in folders:
+        in_the_way = next((path for path in (folder, *folder.parents) if path.exists() and not path.is_dir()), None)
+        if in_the_way is not None:
+            raise ParameterError(f'{in_the_way} is a file; name a folder')
+    ours = job.output.is_file() and made_from(job.output) is not None
+    for path in files:
+        if path.exists() and not ours and not overwrite:
+            raise ParameterError(f'{path} is there already, and not of this program; name another file, or give '
+                                 '--overwrite')

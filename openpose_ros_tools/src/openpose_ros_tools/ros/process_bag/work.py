@@ -1,0 +1,295 @@
+"""From a bag to its results: each frame once, in order."""
+import itertools
+import logging
+from collections import Counter, deque
+from concurrent.futures import Future
+from contextlib import ExitStack, closing
+from dataclasses import dataclass, field, fields, replace
+from pathlib import Path
+from typing import Any, Callable, Deque, Dict, Iterator, Mapping, Optional, Tuple, Type, Union
+
+import genpy
+import tf2_py
+
+from openpose_ros_pkg.detect.detector import DETECTOR_PARAMETERS, create_detector
+from openpose_ros_pkg.detect.recipes import DetectorParams
+from openpose_ros_pkg.detect.tracking import CameraTrackers, TrackingParams
+from openpose_ros_pkg.errors import BadInputError, ParameterError
+from openpose_ros_pkg.output.frame_writer import is_power_of_two
+from openpose_ros_pkg.output.keypoint_scale import KeypointScaleParams
+from openpose_ros_pkg.params.parameters import Parameters, build
+from openpose_ros_pkg.people import People2D
+from openpose_ros_pkg.ros import convert
+from openpose_ros_pkg.skeletons import SkeletonModel
+from openpose_ros_pkg.stream.pairing import PairingParams
+from openpose_ros_tools.outputs.part_files import PartFiles
+from openpose_ros_tools.parallel.detector_pool import DetectorPool, with_threads
+from openpose_ros_tools.parallel.prefetch import prefetched
+from openpose_ros_tools.ros.bag_files import open_bag
+from openpose_ros_tools.ros.process_bag.input import (
+    Counts,
+    Frame,
+    Original,
+    Recording,
+    Topics,
+    Transforms,
+    copied_topics,
+    find_topics,
+)
+from openpose_ros_tools.ros.process_bag.output import Results, is_json_of, made_from
+from skeleton_extract_3d.estimator import ESTIMATOR_PARAMETERS
+from skeleton_extract_3d.node_params import ExtractorParams
+from skeleton_extract_3d.people import People3D
+from skeleton_extract_3d.points.camera_estimators import CameraEstimators
+from skeleton_extract_3d.ros.lifter import Lifter
+from skeleton_extract_3d.show.markers import MarkerParams
+
+_log = logging.getLogger(__name__)
+
+PARAMETERS: Tuple[Type[Parameters], ...] = (
+    *DETECTOR_PARAMETERS, TrackingParams, KeypointScaleParams, ExtractorParams, *ESTIMATOR_PARAMETERS, PairingParams,
+    MarkerParams)
+"""The parameter classes of the nodes that have a meaning for a recording."""
+
+# Changed with what the same parameters give, so that what an older version has made counts as old.
+_VERSION = 1
+# Frames that are read before they are wanted, and bytes of copied messages that wait for the frames before them.
+_AHEAD = 2
+_MOST_COPIED = 256 << 20
+# Parameters that do not change results.
+_WITHOUT_EFFECT = ('threads', 'compiled_cache')
+
+
+@dataclass(frozen=True)
+class BagJob:
+    """What is to be made of a bag. It can be pickled.
+
+    Attributes:
+        source: the bag.
+        output: bag to make.
+        csv: table to make, None: none.
+        json: folder for a file of each frame, None: none.
+        values: parameters that differ from their defaults, of the classes in PARAMETERS.
+        topics: of the camera, where they are named.
+        only_2d: whether points are left alone.
+        copied: topics that are copied, or 'all'.
+        markers: whether markers are written.
+        csv_layout, compression: see `Results`.
+        jobs: processes that look at pictures.
+        threads: of each detector where the parameters leave it open; 0: as many as there are cores.
+        create: makes a detector of the parameters.
+    """
+
+    source: Path
+    output: Path
+    csv: Optional[Path] = None
+    json: Optional[Path] = None
+    values: Mapping[str, Any] = field(default_factory=dict)
+    topics: Topics = field(default_factory=Topics)
+    only_2d: bool = False
+    copied: Tuple[str, ...] = ()
+    markers: bool = False
+    csv_layout: str = 'original'
+    compression: str = 'none'
+    jobs: int = 1
+    threads: int = 0
+    create: Callable[..., Any] = create_detector
+
+    def made_from(self) -> Dict[str, Any]:
+        """Return what the results depend on, as JSON has it.
+
+        Raises:
+            BadInputError: the bag is not there.
+        """
+        try:
+            state = self.source.stat()
+        except OSError as error:
+            raise BadInputError(f'{self.source}: {error.strerror}') from error
+        return {'version': _VERSION, 'bag': self.source.name, 'bytes': state.st_size, 'modified_ns': state.st_mtime_ns,
+                'topics': {part.name: getattr(self.topics, part.name) for part in fields(self.topics)},
+                'parameters': {key: value for key, value in self.values.items() if key not in _WITHOUT_EFFECT},
+                'only_2d': self.only_2d, 'copied': list(self.copied), 'markers': self.markers,
+                'csv_layout': self.csv_layout, 'compression': self.compression}
+
+    def is_done(self) -> bool:
+        """Say whether all outputs are there, made from the same."""
+        return (self.output.is_file() and (self.csv is None or self.csv.is_file())
+                and (self.json is None or self.json.is_dir()) and made_from(self.output) == self.made_from())
+
+
+@dataclass
+class BagReport:
+    """What became of a bag.
+
+    Attributes:
+        frames: written.
+        people: in them, in sum.
+        dropped: frames without a result, by the reason.
+        counts: of what became no frame.
+        topics: that the frames are from.
+    """
+
+    frames: int = 0
+    people: int = 0
+    dropped: Dict[str, int] = field(default_factory=Counter)
+    counts: Counts = field(default_factory=Counts)
+    topics: Topics = field(default_factory=Topics)
+
+    def text(self) -> str:
+        """Say it in a line."""
+        source = ' and '.join(topic for topic in (self.topics.image, self.topics.points, self.topics.depth) if topic)
+        parts = [f'{self.frames} frames with {self.people} people, from {source}']
+        parts += [f'{number} frames dropped: {reason}' for reason, number in self.dropped.items()]
+        counts = self.counts
+        for number, what in ((counts.alone[0], 'images without points'), (counts.alone[1], 'points without an image'),
+                             (counts.unusable, 'messages without a stamp or not newer than the one before'),
+                             (counts.resets, 'times the stamps jumped back')):
+            if number:
+                parts.append(f'{number} {what}')
+        return '; '.join(parts)
+
+
+def process(job: BagJob, on_frame: Callable[[int, int], None] = lambda done, total: None) -> BagReport:
+    """Make the results of a bag; they appear all at once, at the end.
+
+    Args:
+        on_frame: gets the number of images that are done, and of all.
+
+    Raises:
+        BadInputError: the bag can not be read, has not what is wanted, or no frame gave a result.
+        ParameterError, ModelError: a parameter or a network is wrong.
+        ProcessLostError: processes end again and again.
+        OSError: a result can not be written.
+    """
+    params = build_parameters(job.values)
+    made = job.made_from()
+    with ExitStack() as stack:
+        bag = stack.enter_context(open_bag(job.source))
+        topics = find_topics(bag, job.topics, job.only_2d, params[ExtractorParams].points_source == 'depth_image')
+        copied = copied_topics(bag, job.copied)
+        parts = stack.enter_context(PartFiles())
+        json_folder = None if job.json is None else parts.folder(
+            job.json, lambda name: is_json_of(job.source.stem, name))
+        csv_path = None if job.csv is None else parts.file(job.csv)
+        bag_path = parts.file(job.output)  # the last to be moved: where it is, all is there
+        pool = stack.enter_context(DetectorPool(
+            job.jobs, with_threads([params[kind] for kind in DETECTOR_PARAMETERS], job.threads), job.create))
+        lifter, transforms = _lifter(job.source, params, topics, pool.skeleton, stack)
+        results = stack.enter_context(Results(
+            bag_path, csv_path, json_folder, job.source.stem, in_space=topics.in_space, csv_layout=job.csv_layout,
+            markers=params[MarkerParams] if job.markers else None, scale=params[KeypointScaleParams],
+            publish_tf=params[ExtractorParams].publish_tf, compression=job.compression))
+        results.record(made, genpy.Time.from_sec(bag.get_start_time()))
+        recording = Recording(bag, topics, copied, params[PairingParams], lifter)
+        images = bag.get_message_count(topics.image)
+        chain = _Chain(CameraTrackers(params[TrackingParams]), lifter, transforms, results,
+                       BagReport(counts=recording.counts, topics=topics))
+        events = stack.enter_context(closing(prefetched(recording, _AHEAD)))
+        for done in chain.run(events, pool):
+            on_frame(min(done, images), images)
+        on_frame(images, images)
+        if chain.report.frames == 0:
+            raise BadInputError(f'{job.source} gave no frame with a result: {chain.report.text()}')
+    return chain.report
+
+
+def build_parameters(values: Mapping[str, Any]) -> Dict[Type[Parameters], Any]:
+    """Return an instance of each class in PARAMETERS.
+
+    Raises:
+        ParameterError: a key is unknown, or a value is not allowed, here or at all.
+    """
+    params = dict(zip(PARAMETERS, build(PARAMETERS, values)))
+    if params[DetectorParams].target_rate > 0:
+        raise ParameterError(f"parameter 'target_rate' = {params[DetectorParams].target_rate:g} is not allowed here: "
+                             'results would depend on the machine; 0, and mode=fast where time is short')
+    return params
+
+
+def _lifter(source: Path, params: Mapping[Type[Parameters], Any], topics: Topics, skeleton: SkeletonModel,
+            stack: ExitStack) -> Tuple[Optional[Lifter], Optional[Transforms]]:
+    """Return what lifts, and the transforms where some are wanted; None in 2D."""
+    if not topics.in_space:
+        return None, None
+    extractor = replace(params[ExtractorParams], points_source='depth_image' if topics.depth else 'point_cloud')
+    transforms = None
+    if extractor.target_frame or extractor.tracking_frame:
+        transforms = Transforms(stack.enter_context(open_bag(source)))
+    estimators = CameraEstimators(skeleton, *(params[kind] for kind in ESTIMATOR_PARAMETERS))
+    # without frames that are named, nothing is looked up
+    return Lifter(extractor, estimators, transforms.lookup if transforms else _no_lookup), transforms
+
+
+def _no_lookup(target: str, source: str, _stamp: genpy.Time) -> Any:
+    raise tf2_py.LookupException(f'no transforms from {source} to {target}')
+
+
+class _Chain:
+    """What a frame passes once its people are to be found; see `process`."""
+
+    def __init__(self, trackers: CameraTrackers, lifter: Optional[Lifter], transforms: Optional[Transforms],
+                 results: Results, report: BagReport) -> None:
+        self._trackers, self._lifter, self._transforms, self._results = trackers, lifter, transforms, results
+        self._numbers = itertools.count()
+        self.report = report
+
+    def run(self, events: Iterator[Union[Frame, Original]], pool: DetectorPool) -> Iterator[int]:
+        """Do all frames; yield the number of images that are done, after each frame."""
+        waiting: Deque[Tuple[Union[Frame, Original], Optional[Future]]] = deque()
+        frames = copied = 0
+        for event in itertools.chain(events, (None,)):
+            if isinstance(event, Frame):
+                waiting.append((event, pool.submit(event.bgr) if event.error is None else None))
+                frames += 1
+            elif event is not None:
+                waiting.append((event, None))
+                copied += len(event.message[1])
+            while waiting and (waiting[0][1] is None or waiting[0][1].done() or event is None
+                               or frames > pool.capacity or copied > _MOST_COPIED):
+                first, found = waiting.popleft()
+                if isinstance(first, Original):
+                    self._results.copy(first)
+                    copied -= len(first.message[1])
+                    continue
+                number = next(self._numbers)
+                self._finish(first, number, found)
+                frames -= 1
+                yield number + 1 + self.report.counts.alone[0]
+
+    def _finish(self, frame: Frame, number: int, found: Optional[Future]) -> None:
+        """Write the results of a frame, or count why there are none."""
+        report = self.report
+        try:
+            if frame.error is not None:
+                raise frame.error
+            people = self._trackers.update(found.result(), frame.header.frame_id, frame.header.stamp.to_sec())
+            if self._lifter is None:
+                self._results.write_2d(frame, number, people)
+            else:
+                people = self._lift(frame, number, people)
+        except BadInputError as error:
+            self._drop('they can not be used', error, number)
+        except tf2_py.TransformException as error:
+            self._drop('no transform', error, number)
+        else:
+            report.frames += 1
+            report.people += len(people)
+
+    def _lift(self, frame: Frame, number: int, people_2d: People2D) -> People3D:
+        """Write the people of a frame in the image and in space; return the latter. The steps of the extractor."""
+        if self._transforms is not None:
+            self._transforms.read_until(frame.time)
+        # by way of messages, as the service answers
+        detections = convert.people_to_messages(people_2d, frame.header)
+        tracking_from_points = self._lifter.tracking_from_points(frame.points_header)
+        estimate = self._lifter.estimate(detections, frame.points, frame.points_header, frame.bgr,
+                                         tracking_from_points)
+        self._results.write_estimate(frame, number, estimate)
+        people, header = self._lifter.in_target_frame(estimate.people, frame.points_header)
+        self._results.write_3d(frame, number, estimate, people, header)
+        return people
+
+    def _drop(self, reason: str, error: Exception, number: int) -> None:
+        self.report.dropped[reason] += 1
+        if is_power_of_two(self.report.dropped[reason]):
+            _log.warning('frame %d is dropped (%d so far): %s', number, self.report.dropped[reason], error)

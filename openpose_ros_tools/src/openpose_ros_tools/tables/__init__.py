@@ -1,0 +1,1 @@
+"""Keypoints as tables: CSV columns, selection, whole recordings."""

@@ -1,0 +1,208 @@
+"""The part of a recording that is to be shown: people, joints, time; and what can be said of it in words."""
+from dataclasses import dataclass
+from datetime import datetime, timezone
+from typing import List, Optional, Sequence, Tuple
+
+import numpy as np
+
+from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_tools.tables.keypoint_table import KeypointTable
+from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING
+
+# People that are shown unless others are asked for: those with most rows.
+MOST_PERSONS = 8
+# Frames that are further apart than this many periods have a gap between them: a lost frame or two is none.
+_GAP_PERIODS = 3.5
+# A stamp before this time [s] (1980) is none of a clock: simulated time, or time since some start.
+_FIRST_DATE = 315532800
+_HIPS, _NECK, _NOSE, _ANKLES = ('right_hip', 'left_hip'), 'neck', 'nose', ('right_ankle', 'left_ankle')
+# "Up" is along an axis of coordinates if that much of the trunk's direction is.
+_UPRIGHT = 0.6
+
+
+@dataclass(frozen=True)
+class Selection:
+    """What is to be shown of a recording. Times are [s] since the first frame of the whole recording.
+
+    Attributes:
+        table: rows of the chosen people, in the chosen time.
+        all_people: rows of all people in that time.
+        frames: (N,) int64 [ns] stamps of the frames in that time, ascending.
+        knows_empty_frames: frames in which nobody was found are among them.
+        begin: [ns] stamp of the first frame of the recording.
+        joints: the chosen ones that anything is known of, in the order of the table.
+        persons: ids of the chosen people, ascending.
+        left_out: people that were not chosen as there are too many.
+    """
+
+    table: KeypointTable
+    all_people: KeypointTable
+    frames: np.ndarray
+    knows_empty_frames: bool
+    begin: int
+    joints: Tuple[str, ...]
+    persons: Tuple[int, ...]
+    left_out: int
+
+    def rows_of(self, person: int) -> KeypointTable:
+        """Return the rows of a person in the order of time."""
+        rows = self.table.of_person(person)
+        return rows.select(np.argsort(rows.stamps, kind='stable'))
+
+    def seconds(self, stamps: np.ndarray) -> np.ndarray:
+        """Return stamps [ns] as float64 [s] since the first frame of the recording."""
+        return (stamps - self.begin) * 1e-9
+
+    @property
+    def period(self) -> float:
+        """Median time between frames [s]; 1 of less than two frames."""
+        return float(np.median(np.diff(self.frames))) * 1e-9 if len(self.frames) > 1 else 1.0
+
+    @property
+    def gap(self) -> float:
+        """Frames that are further apart than this have a gap between them [s]."""
+        return _GAP_PERIODS * self.period
+
+    @property
+    def gaps(self) -> List[Tuple[float, float]]:
+        """Times without frames [s]: a period after the frame before, to the frame after."""
+        seconds = self.seconds(self.frames)
+        return [(float(seconds[row] + self.period), float(seconds[row + 1]))
+                for row in np.flatnonzero(np.diff(seconds) > self.gap)]
+
+    @property
+    def span(self) -> Tuple[float, float]:
+        """First and last frame [s]."""
+        seconds = self.seconds(self.frames)
+        return float(seconds[0]), float(seconds[-1])
+
+    @property
+    def first_moment(self) -> str:
+        """The stamp of the recording's first frame, as a date where it is one."""
+        seconds = self.begin // 1000000000
+        if seconds < _FIRST_DATE:
+            return f'{self.begin * 1e-9:.3f} s'
+        moment = datetime.fromtimestamp(seconds, timezone.utc).strftime('%Y-%m-%d %H:%M:%S')
+        return f'{moment}.{self.begin % 1000000000 // 1000000:03d} UTC'
+
+    @property
+    def frame_id(self) -> str:
+        """Frame of reference; several are joined."""
+        return ', '.join(sorted(set(self.all_people.frame_ids.tolist()) - {''}))
+
+
+def select(table: KeypointTable, frames: Optional[np.ndarray] = None, joints: Optional[Sequence[str]] = None,
+           persons: Optional[Sequence[int]] = None, start: Optional[float] = None,
+           end: Optional[float] = None) -> Selection:
+    """Choose what is to be shown.
+
+    Args:
+        frames: (N,) int64 [ns] stamps of all frames, if it is known which had nobody in them.
+        joints: names; None: all that are known in any row.
+        persons: ids; None: the `MOST_PERSONS` with most rows.
+        start, end: time that is shown [s] since the first frame; None: all.
+
+    Raises:
+        BadInputError: nobody is in the recording or in that time, or a joint or person is not.
+    """
+    if not len(table):
+        raise BadInputError('nobody is in it: no rows')
+    stamps = np.unique(table.stamps if frames is None else np.concatenate([table.stamps, frames]))
+    begin = int(stamps[0])
+    low, high = -np.inf if start is None else start, np.inf if end is None else end
+    shown = table.select(_within(table.stamps, begin, low, high))
+    if not len(shown):
+        raise BadInputError(f'nobody is in it from {low:g} to {high:g} s; the recording has '
+                            f'{(stamps[-1] - begin) * 1e-9:.1f} s')
+    ids, rows = np.unique(shown.ids, return_counts=True)
+    chosen = _persons(table, ids, rows, persons)
+    known = [joint for number, joint in enumerate(shown.joints) if (shown.status[:, number] != MISSING).any()]
+    for joint in joints or ():
+        if joint not in known:
+            raise BadInputError(f"joint '{joint}' is not in it; there are: {', '.join(known)}")
+    return Selection(shown.select(np.isin(shown.ids, chosen)), shown, stamps[_within(stamps, begin, low, high)],
+                     frames is not None, begin, tuple(joint for joint in known if not joints or joint in joints),
+                     chosen, len(ids) - len(chosen) if persons is None else 0)
+
+
+def ground_places(table: KeypointTable) -> Tuple[np.ndarray, str]:
+    """Return where a person is, (R, D) float32, and what of them that is: mid_hip, or the neck where that is known more
+    often. The middle of the hips stands for a mid_hip that the joint set lacks."""
+    hip, index = _joint(table, 'mid_hip'), table.joints.index
+    middle = table.positions[:, [index(joint) for joint in _HIPS]].mean(axis=1)
+    hip = np.where(np.isfinite(hip), hip, middle)
+    neck = _joint(table, _NECK)
+    if np.isfinite(neck[:, 0]).sum() > np.isfinite(hip[:, 0]).sum():
+        return neck, _NECK
+    return hip, 'mid_hip'
+
+
+def vertical_axis(table: KeypointTable) -> Tuple[int, int]:
+    """Return the number of the axis that is vertical, and 1 where it points up, -1 where it points down.
+
+    People tell: their necks are above their hips, noses above ankles. Where they are not known, it is down along y, as
+    in a camera's frame.
+    """
+    index = table.joints.index
+    for upper, lower in ((_NECK, _HIPS), (_NOSE, _ANKLES)):
+        body = _joint(table, upper) - table.positions[:, [index(joint) for joint in lower]].mean(axis=1)
+        body = body[np.isfinite(body).all(axis=1)]
+        if len(body):
+            up = np.median(body / np.maximum(np.linalg.norm(body, axis=1, keepdims=True), 1e-6), axis=0)
+            axis = int(np.argmax(np.abs(up)))
+            if abs(up[axis]) > _UPRIGHT:
+                return axis, 1 if up[axis] > 0 else -1
+    return 1, -1
+
+
+def description(name: str, selection: Selection) -> str:
+    """Say in lines of text what is in a recording: time, people, joints."""
+    table, (begin, end) = selection.all_people, selection.span
+    kind = 'in space [m]' if table.dimensions == 3 else 'in the image [px]'
+    ids, counts = np.unique(table.ids, return_counts=True)
+    seconds = selection.seconds(table.stamps)
+    rate = f' ({(len(selection.frames) - 1) / (end - begin):.1f} per second)' if end > begin else ''
+    lines = [f'{name}: keypoints {kind}' + (f', frame {selection.frame_id}' if selection.frame_id else ''),
+             f'first frame: {selection.first_moment}; shown: {begin:.2f} to {end:.2f} s after it',
+             f'frames: {len(selection.frames)}{rate}; people: {len(ids)}; rows, one per person and frame: {len(table)}']
+    gaps = selection.gaps
+    if gaps:
+        first, last = max(gaps, key=lambda gap: gap[1] - gap[0])
+        lines.append(f'gaps without frames: {len(gaps)}, together {sum(b - a for a, b in gaps):.1f} s; the longest: '
+                     f'{first:.2f} to {last:.2f} s')
+    lines += ['', 'person    rows   from [s]     to [s]   measured   inferred    missing']
+    joints = [table.joints.index(joint) for joint in selection.joints]
+    for person, count in zip(ids.tolist(), counts.tolist()):
+        own = table.ids == person
+        lines.append(f'{person:6d}  {count:6d} {seconds[own].min():10.2f} {seconds[own].max():10.2f} '
+                     + _shares(table.status[own][:, joints]))
+    lines += ['', f'{"joint":36} measured   inferred    missing']
+    lines += [f'{joint:33} {_shares(table.status[:, [number]])}' for joint, number in zip(selection.joints, joints)]
+    return '\n'.join(lines) + '\n'
+
+
+def _within(stamps: np.ndarray, begin: int, low: float, high: float) -> np.ndarray:
+    seconds = (stamps - begin) * 1e-9
+    return (seconds >= low) & (seconds <= high)
+
+
+def _persons(table: KeypointTable, ids: np.ndarray, rows: np.ndarray,
+             persons: Optional[Sequence[int]]) -> Tuple[int, ...]:
+    """Return the ids that are shown."""
+    if persons is None:
+        most = np.argsort(-rows, kind='stable')[:MOST_PERSONS]
+        return tuple(sorted(ids[most].tolist()))
+    for person in persons:
+        if person not in ids:
+            there = 'it, but not in that time' if person in table.ids else 'it'
+            raise BadInputError(f'person {person} is not in {there}; there are: {", ".join(map(str, ids.tolist()))}'
+                                if there == 'it' else f'person {person} is in {there}')
+    return tuple(sorted(set(persons)))
+
+
+def _joint(table: KeypointTable, joint: str) -> np.ndarray:
+    return table.positions[:, table.joints.index(joint)]
+
+
+def _shares(status: np.ndarray) -> str:
+    return ' '.join(f'{100 * np.mean(status == value):8.1f} %' for value in (MEASURED, INFERRED, MISSING))

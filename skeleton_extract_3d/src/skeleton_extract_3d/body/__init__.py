@@ -1,0 +1,1 @@
+"""What is known of bodies: bones, sizes, surfaces, joint sets."""

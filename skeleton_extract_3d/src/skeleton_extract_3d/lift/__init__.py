@@ -1,0 +1,1 @@
+"""One frame: keypoints and points become joints, seen or hidden."""

@@ -1,0 +1,106 @@
+"""What a frame shows of each person: keypoints on the grid of the points, their rays, and the surfaces around them."""
+from typing import NamedTuple, Tuple
+
+import numpy as np
+
+from openpose_ros_pkg.people import People2D, keypoints_in
+from openpose_ros_pkg.skeletons import COCO_18
+from skeleton_extract_3d.body.body import ENDS, HIPS, MIDDLES, NECK, ROOTS, SHOULDERS
+from skeleton_extract_3d.lift import surfaces
+from skeleton_extract_3d.points.camera import CameraModel
+from skeleton_extract_3d.points.point_grid import PointGrid
+
+# A person of unknown size is looked at as from here [m].
+_USUAL_DEPTH = 3.0
+
+
+class Observation(NamedTuple):
+    """P people of one frame, with the joints of COCO_18.
+
+    Attributes:
+        uv: (P, 18, 2) [px of the points' grid], NaN where there is no keypoint.
+        scores: (P, 18), 0 where there is none.
+        known: (P, 18) bool.
+        rays: (P, 18, 3) with z = 1; of joints without a keypoint, a guess near the rest of the person.
+        depth: (P, 18, 25) samples of the surfaces [m].
+        size: (P,) depth at which an adult looks as large [m]; infinite where unknown.
+        focal: focal length [px], mean of both axes.
+    """
+
+    uv: np.ndarray
+    scores: np.ndarray
+    known: np.ndarray
+    rays: np.ndarray
+    depth: np.ndarray
+    size: np.ndarray
+    focal: float
+
+    @property
+    def known_rays(self) -> np.ndarray:
+        """(P, 18, 3) rays, NaN where there is no keypoint."""
+        return np.where(self.known[..., None], self.rays, np.nan)
+
+
+def observe(people: People2D, image_size: Tuple[int, int], points: PointGrid, camera: CameraModel) -> Observation:
+    """Look at each person's surroundings in the points.
+
+    Args:
+        people: keypoints [px of the image], each person with at least one.
+        image_size: width and height of the image [px].
+        camera: of the points.
+    """
+    keypoints = people.keypoints
+    if people.skeleton.joints != COCO_18.joints:
+        keypoints = keypoints_in(keypoints, people.skeleton, COCO_18)
+    uv = grid_positions(keypoints[..., :2], image_size, (points.width, points.height))
+    known = np.isfinite(uv).all(axis=2)
+    scores = np.where(known, keypoints[..., 2].astype(np.float64), 0.0)
+    rays = camera.rays(_with_guesses(uv, known).reshape(-1, 2)).reshape(*known.shape, 3)
+    # where the lens can not be inverted there is no ray
+    known &= np.isfinite(rays).all(axis=2)
+    scores[~known], uv[~known] = 0.0, np.nan
+    rays = np.where(np.isfinite(rays), rays, [0.0, 0.0, 1.0])
+    focal = float(camera.matrix[0, 0] + camera.matrix[1, 1]) / 2
+    size = surfaces.size_depth(np.where(known[..., None], rays, np.nan), scores)
+    radius = surfaces.WINDOW * focal / np.where(np.isfinite(size), size, _USUAL_DEPTH)
+    radius = np.minimum(np.maximum(radius, surfaces.WINDOW_LIMITS[0]), surfaces.WINDOW_LIMITS[1])
+    return Observation(uv, scores, known, rays, surfaces.window_depths(points, uv, radius), size, focal)
+
+
+def grid_positions(xy: np.ndarray, image_size: Tuple[int, int], grid_size: Tuple[int, int]) -> np.ndarray:
+    """Return where (..., 2) positions in the image [px] lie on another grid of the same view, float64 [px]."""
+    scale = np.asarray(grid_size, np.float64) / np.asarray(image_size)
+    return (np.asarray(xy, np.float64) + 0.5) * scale - 0.5
+
+
+def _sources() -> np.ndarray:
+    """Return where the position of each joint comes from, the best first, (18, 5); see `_with_guesses`."""
+    middle, origin = len(COCO_18.joints), len(COCO_18.joints) + 1
+    chains = [[joint, origin] for joint in range(len(COCO_18.joints))]
+    for pair, others in ((SHOULDERS, [NECK]), (HIPS, [])):
+        for one, other in (pair, pair[::-1]):
+            chains[one] = [one, other, *others, middle]
+    for joint, parent in (*zip(MIDDLES, ROOTS), *zip(ENDS, MIDDLES)):
+        chains[joint] = [joint, *chains[parent]]
+    return np.array([chain + chain[-1:] * (6 - len(chain)) for chain in chains])
+
+
+# The last but one row of positions is the middle of the person, the last one is 0: the head's rays are not used.
+_SOURCES = _sources()
+
+
+def _with_guesses(uv: np.ndarray, known: np.ndarray) -> np.ndarray:
+    """Return the positions with missing ones put where the next joint towards the trunk is, (P, 18, 2) [px]."""
+    if known.all():
+        return uv
+    people, joints = known.shape
+    count = np.maximum(known.sum(axis=1), 1)[:, None]
+    places = np.zeros((people, joints + 2, 2))
+    places[:, :joints] = np.where(known[..., None], uv, 0.0)
+    places[:, joints] = places[:, :joints].sum(axis=1) / count
+    there = np.ones((people, joints + 2), bool)
+    there[:, :joints] = known
+    source = _SOURCES[np.arange(joints), there[:, _SOURCES].argmax(axis=2)]
+    result = places[np.arange(people)[:, None], source]
+    result[:, NECK] = np.where(known[:, NECK, None], uv[:, NECK], result[:, SHOULDERS].mean(axis=1))
+    return result

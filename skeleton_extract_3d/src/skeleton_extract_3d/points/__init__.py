@@ -1,0 +1,1 @@
+"""Points and cameras: organized clouds, depth images, pinhole models, recorded sequences."""

@@ -1,0 +1,150 @@
+"""Depth images that are aligned to a camera: points at the pixels that are asked for."""
+from typing import Any, Optional
+
+import numpy as np
+
+from openpose_ros_pkg.errors import BadInputError
+from skeleton_extract_3d.points.camera import CameraModel
+from skeleton_extract_3d.points.cloud import range_of, window_pixels
+
+# Rows and columns from one to the next of those that `valid_range` looks at.
+_RANGE_STEP = 4
+
+# Type of the pixels by encoding, as REP 118 has them; mono16 is what some drivers call 16UC1.
+_ENCODINGS = {'16UC1': 'u2', 'mono16': 'u2', '32FC1': 'f4'}
+
+# Layout of an XYZRGB cloud as PCL and the Kinect drivers write it; rgb holds 0x00RRGGBB in the bits of a float32 field.
+XYZRGB = np.dtype({'names': ['x', 'y', 'z', 'rgb'], 'formats': ['<f4', '<f4', '<f4', '<u4'],
+                   'offsets': [0, 4, 8, 16], 'itemsize': 32})
+
+
+class DepthImage:
+    """A depth image aligned to the colour image, with the same access as `OrganizedCloud`.
+
+    A value is the z of the surface along the optical axis, at that pixel.
+
+    Args:
+        depth: (H, W) uint16 [mm] with 0 = missing, or float32 [m] with 0, negative or not finite = missing.
+        camera: of the picture it is aligned to; another resolution of the same view is scaled.
+
+    Raises:
+        BadInputError: other shape, type or aspect ratio.
+    """
+
+    def __init__(self, depth: np.ndarray, camera: CameraModel) -> None:
+        if depth.ndim != 2 or depth.size == 0 or depth.dtype.kind + str(depth.dtype.itemsize) not in ('u2', 'f4'):
+            raise BadInputError(f'depth image: expected (H, W) uint16 or float32, got {depth.shape} {depth.dtype}')
+        self._depth = depth
+        self._metres = 0.001 if depth.dtype.kind == 'u' else 1.0
+        self.camera = camera.scaled(depth.shape[1], depth.shape[0])
+
+    @classmethod
+    def from_buffer(cls, data: Any, width: int, height: int, step: int, encoding: str, is_bigendian: bool,
+                    camera: CameraModel) -> 'DepthImage':
+        """View the data of a sensor_msgs/Image.
+
+        Args:
+            data: bytes-like.
+            step: bytes from row to row.
+            encoding: '16UC1' (or 'mono16') or '32FC1'.
+
+        Raises:
+            BadInputError: empty, truncated, wrong step, another encoding or another aspect ratio than the camera's.
+        """
+        if encoding not in _ENCODINGS:
+            raise BadInputError(f"depth image has encoding '{encoding}', expected one of {', '.join(_ENCODINGS)}")
+        if width == 0 or height == 0:
+            raise BadInputError(f'empty depth image: {width} x {height}')
+        dtype = np.dtype(('>' if is_bigendian else '<') + _ENCODINGS[encoding])
+        if step < width * dtype.itemsize:
+            raise BadInputError(f'depth image step is {step} bytes, expected at least {width * dtype.itemsize} for '
+                                f'{width} columns of {encoding}')
+        if len(data) < step * height:
+            raise BadInputError(f'depth image data are truncated: {len(data)} bytes, expected {step * height} for '
+                                f'{height} rows of {step} bytes')
+        return cls(np.ndarray((height, width), dtype, data, 0, (step, dtype.itemsize)), camera)
+
+    @property
+    def width(self) -> int:
+        """Pixels per row."""
+        return self._depth.shape[1]
+
+    @property
+    def height(self) -> int:
+        """Rows."""
+        return self._depth.shape[0]
+
+    def window(self, u: np.ndarray, v: np.ndarray, size: int) -> np.ndarray:
+        """Return the points at the size x size pixels around pixels; see `OrganizedCloud.window`.
+
+        Args:
+            u, v: (M,) int, column and row of the middle of each window; may lie outside.
+            size: odd.
+
+        Returns:
+            (M, size * size, 3) float64 [m]; NaN where the depth is missing or the pixel outside.
+        """
+        columns, rows, inside = window_pixels(u, v, size, self.width, self.height)
+        z = depth_in_metres(self._depth[rows, columns], self._metres)
+        z[~inside] = np.nan
+        rays = self.camera.rays(np.stack([columns.ravel(), rows.ravel()], axis=-1))
+        return rays.reshape(*z.shape, 3) * z[..., None]
+
+    def depths(self, u: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Return z at pixels inside the image, the shape of u and v, float64 [m]; NaN where it is missing."""
+        return depth_in_metres(self._depth[v, u], self._metres)
+
+    def camera_model(self) -> CameraModel:
+        """Return the camera of the image."""
+        return self.camera
+
+    def valid_range(self) -> np.ndarray:
+        """Return the least and the greatest x, y, z, (2, 3) [m]; NaN if there is no depth.
+
+        Looks at every fourth row and column, since undistortion takes a microsecond per pixel: for reports.
+        """
+        rows, columns = (grid.ravel() for grid in np.mgrid[:self.height:_RANGE_STEP, :self.width:_RANGE_STEP])
+        points = self.window(columns, rows, 1)[:, 0]
+        return range_of(*points.T)
+
+
+def depth_in_metres(depth: np.ndarray, unit: float = 1.0) -> np.ndarray:
+    """Return depth as float64 [m], NaN where it is 0, negative or not finite.
+
+    Args:
+        depth: any shape, in units of `unit` [m].
+    """
+    z = depth.astype(np.float64) * unit
+    z[~(np.isfinite(z) & (z > 0))] = np.nan
+    return z
+
+
+def cloud_from_depth(depth: np.ndarray, camera: CameraModel, bgr: np.ndarray, rays: Optional[np.ndarray] = None
+                     ) -> np.ndarray:
+    """Return the organized cloud of a depth image, as a Kinect driver publishes it.
+
+    Args:
+        depth: (H, W) float [m]; 0, negative or not finite where missing.
+        camera: of the picture, (W, H).
+        bgr: (H, W, 3) uint8.
+        rays: `camera.ray_grid()`, to compute it once for many frames.
+
+    Returns:
+        (H, W) of dtype `XYZRGB`, 32 bytes per point; x = y = z = NaN where missing.
+
+    Raises:
+        BadInputError: the sizes differ.
+    """
+    expected = (camera.height, camera.width)
+    if depth.shape != expected or bgr.shape != (*expected, 3):
+        raise BadInputError(f'cloud of {camera.width} x {camera.height}: expected depth {expected} and colour '
+                            f'{(*expected, 3)}, got {depth.shape} and {bgr.shape}')
+    rays = camera.ray_grid() if rays is None else rays
+    z = depth_in_metres(depth).astype(np.float32)
+    cloud = np.zeros(expected, XYZRGB)
+    for i, axis in enumerate('xyz'):
+        np.multiply(rays[..., i], z, out=cloud[axis], casting='same_kind')
+    # 0x00RRGGBB, little-endian: the bytes are blue, green, red
+    offset = XYZRGB.fields['rgb'][1]
+    cloud.view(np.uint8).reshape(*expected, XYZRGB.itemsize)[..., offset:offset + 3] = bgr
+    return cloud

@@ -1,0 +1,1 @@
+"""Over time: who is who, filter, joints without a keypoint."""

@@ -1,0 +1,131 @@
+"""The model of the body: both sides alike, in agreement with itself and with what was measured on people."""
+import numpy as np
+import pytest
+
+from openpose_ros_pkg.skeletons import COCO_18
+from skeleton_extract_3d.body import body
+
+JOINTS = body.JOINTS
+MIRRORED = np.array(COCO_18.swap)
+
+
+def named(joints):
+    return [JOINTS[joint] for joint in joints]
+
+
+def test_no_names_no_indices():
+    assert body.joint_indices().shape == (0,)
+
+
+def test_indices_are_those_of_the_skeleton():
+    names = ('left_wrist', 'neck', 'right_ear')
+    assert body.joint_indices(*names).tolist() == [COCO_18.index[name] for name in names]
+    with pytest.raises(KeyError, match='tail'):
+        body.joint_indices('tail')
+
+
+def test_chains_run_outwards_on_alternating_sides():
+    for chain in zip(named(body.ROOTS), named(body.MIDDLES), named(body.ENDS), body.SIDES):
+        root, middle, end, side = chain
+        assert [name.split('_')[0] for name in (root, middle, end)] == ['left' if side > 0 else 'right'] * 3
+        assert [name.split('_')[1] for name in (root, middle, end)] in (['shoulder', 'elbow', 'wrist'],
+                                                                        ['hip', 'knee', 'ankle'])
+
+
+@pytest.mark.parametrize('values', [body.SURFACE_OFFSETS, body.THICKNESSES, body.LIVELINESS])
+def test_left_and_right_joints_are_alike(values):
+    assert values.shape == (len(JOINTS),)
+    np.testing.assert_array_equal(values, values[MIRRORED])
+
+
+# what the depths of joints under the rendered skin of dressed bodies were measured to be [m]
+@pytest.mark.parametrize('joint, least, most', [
+    ('nose', 0.0, 0.02), ('left_eye', 0.0, 0.02), ('left_shoulder', 0.04, 0.09), ('right_hip', 0.08, 0.13),
+    ('left_knee', 0.06, 0.10), ('right_wrist', 0.02, 0.06)])
+def test_joints_lie_as_deep_as_was_measured(joint, least, most):
+    assert least <= body.SURFACE_OFFSETS[COCO_18.index[joint]] <= most
+
+
+def test_a_surface_that_hides_a_joint_is_further_in_front_than_the_own_skin():
+    assert (body.THICKNESSES > body.SURFACE_OFFSETS + 0.03).all()
+
+
+def test_bones_come_in_the_order_of_their_names():
+    length = dict(zip(body.BONES, body.BONE_LENGTHS))
+    assert length['shoulders'] == body.SHOULDER_WIDTH and length['trunk'] == body.TRUNK_LENGTH
+    for kind, limb in (('upper_arm', slice(0, 2)), ('thigh', slice(2, 4))):
+        assert (body.UPPER_LENGTHS[limb] == length[kind]).all()
+    for kind, limb in (('forearm', slice(0, 2)), ('shin', slice(2, 4))):
+        assert (body.LOWER_LENGTHS[limb] == length[kind]).all()
+
+
+# Winter, Biomechanics and Motor Control of Human Movement, fig. 4.1, as shares of the stature
+@pytest.mark.parametrize('bone, share', [('forearm', 0.146), ('thigh', 0.245), ('shin', 0.246)])
+def test_limbs_are_as_long_as_in_the_literature(bone, share):
+    length = body.BONE_LENGTHS[body.BONES.index(bone)]
+    assert length == pytest.approx(share * body.ADULT_STATURE, rel=0.06)
+
+
+def test_the_parts_add_up_to_the_stature():
+    length = dict(zip(body.BONES, body.BONE_LENGTHS))
+    ankle_to_ear = length['shin'] + length['thigh'] + length['trunk'] + length['head']
+    # ankles are at 0.039 of the stature, the middle of the ears, level with the eyes, at 0.936 (the same figure)
+    assert ankle_to_ear == pytest.approx((0.936 - 0.039) * body.ADULT_STATURE, rel=0.03)
+
+
+def test_pairs_that_measure_the_size_are_as_long_as_the_bones():
+    length = dict(zip(body.BONES, body.BONE_LENGTHS))
+    expected = {frozenset(('shoulder',)): length['shoulders'], frozenset(('hip', 'knee')): length['thigh'],
+                frozenset(('knee', 'ankle')): length['shin'], frozenset(('shoulder', 'elbow')): length['upper_arm'],
+                # the middle of a shoulder is beside the line from hip to neck, so both pairs are longer than the trunk
+                frozenset(('neck', 'hip')): length['trunk'], frozenset(('shoulder', 'hip')): length['trunk']}
+    for pair, measured in zip(body.SIZED_PAIRS, body.SIZED_LENGTHS):
+        kinds = frozenset(name.split('_')[-1] for name in named(pair))
+        assert measured == pytest.approx(expected[kinds], abs=0.011)
+    pairs = {frozenset(pair) for pair in body.SIZED_PAIRS.tolist()}
+    assert {frozenset(MIRRORED[list(pair)].tolist()) for pair in pairs} == pairs
+
+
+def test_a_head_is_the_same_on_both_sides_and_the_nose_is_in_front():
+    points = dict(zip(named(body.HEAD), body.HEAD_POINTS))
+    for part in ('eye', 'ear'):
+        np.testing.assert_array_equal(points[f'left_{part}'], points[f'right_{part}'] * [-1, 1, 1])
+        assert points[f'left_{part}'][0] > 0
+    assert points['nose'][0] == 0 and points['nose'][2] > points['left_eye'][2] > points['left_ear'][2] == 0
+    assert points['nose'][1] > points['left_ear'][1] > points['left_eye'][1], 'eyes, ears, nose from above'
+
+
+def test_limbs_point_alike_on_both_sides():
+    for means, spreads in (body.UPPER_DIRECTIONS, body.LOWER_DIRECTIONS):
+        for values in (means, spreads):
+            assert values.shape == (4, 2)
+            np.testing.assert_array_equal(values[0::2], values[1::2])
+    forwards = body.LOWER_DIRECTIONS[0][:, 1]
+    assert (forwards[:2] > 0).all() and (forwards[2:] < 0).all(), 'forearms bend forwards, shins backwards'
+
+
+def parts_over(joint):
+    """Return the parts of the same body that may cover a joint, as sets of joint names."""
+    covering = body.COVERING_PARTS[COCO_18.index[joint]]
+    return {frozenset(named(part)) for part in body.PARTS[covering].tolist()}
+
+
+@pytest.mark.parametrize('joint, limb', [
+    ('left_wrist', [('left_elbow', 'left_wrist'), ('left_shoulder', 'left_elbow')]),
+    ('right_elbow', [('right_elbow', 'right_wrist'), ('right_shoulder', 'right_elbow')]),
+    ('left_ankle', [('left_hip', 'left_knee'), ('left_knee', 'left_ankle')]),
+    ('right_hip', [('right_hip', 'right_knee'), ('right_knee', 'right_ankle')])])
+def test_no_joint_is_covered_by_its_own_limb(joint, limb):
+    assert not parts_over(joint) & {frozenset(part) for part in limb}
+
+
+def test_wrists_may_be_behind_the_trunk_and_the_other_arm():
+    over = parts_over('left_wrist')
+    assert {frozenset(('left_shoulder', 'right_hip')), frozenset(('right_elbow', 'right_wrist'))} <= over
+
+
+def test_what_covers_left_covers_right():
+    for joint, name in enumerate(JOINTS):
+        mirrored = parts_over(JOINTS[MIRRORED[joint]])
+        assert mirrored == {frozenset(JOINTS[MIRRORED[COCO_18.index[end]]] for end in part)
+                            for part in parts_over(name)}

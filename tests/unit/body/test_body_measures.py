@@ -1,0 +1,136 @@
+"""How large people are: learnt from what was measured of them, an adult's proportions before."""
+import numpy as np
+import pytest
+
+from openpose_ros_pkg.skeletons import COCO_18
+from skeleton_extract_3d.body.body import ADULT_STATURE, BONE_LENGTHS, BONES, JOINTS, PROPORTION_SPREAD
+from skeleton_extract_3d.body.measures import expected_lengths, learn, length_spreads
+from skeleton_extract_3d.track.tracks import Tracks
+from synthetic_scene import Person, joints_of, standing
+
+INDEX = COCO_18.index
+ALL = np.ones((1, 18), bool)
+# The bones of the scene's people, who are 1.75 m tall.
+TRUE = {'shoulders': 0.37, 'hips': 0.19, 'trunk': 0.51, 'upper_arm': 0.29, 'forearm': 0.25, 'thigh': 0.42,
+        'shin': 0.42}
+
+
+def person(scale=1.0):
+    """Return the joints of somebody, (1, 18, 3) [m]."""
+    joints = joints_of(Person(1, 0.0, 2.6, standing(), scale=scale), 1.2)
+    return np.array([[joints[name] for name in JOINTS]])
+
+
+def tracks(people=1, stature=ADULT_STATURE):
+    result = Tracks()
+    result.append(np.arange(people), 0.0, np.zeros((people, 18, 3)), np.ones((people, 18), bool),
+                  np.tile([1.0, 0, 0], (people, 1)), np.full(people, stature))
+    return result
+
+
+def watched(xyz, frames=40, measured=ALL, scores=None, noise=0.0):
+    """Return the track of somebody who was measured for so many frames."""
+    one, rng = tracks(), np.random.default_rng(0)
+    scores = np.ones((1, 18)) if scores is None else scores
+    for _ in range(frames):
+        learn(one, np.array([0]), xyz + rng.normal(0, noise, xyz.shape), measured, scores)
+    return one
+
+
+def lengths(one):
+    return dict(zip(BONES, expected_lengths(one, np.array([0]))[0]))
+
+
+def test_nobody():
+    none = np.zeros(0, int)
+    learn(tracks(0), none, np.zeros((0, 18, 3)), np.zeros((0, 18), bool), np.zeros((0, 18)))
+    assert expected_lengths(tracks(0), none).shape == length_spreads(tracks(0), none).shape == (0, 8)
+
+
+@pytest.mark.parametrize('stature', [1.0, ADULT_STATURE])
+def test_strangers_have_the_proportions_of_adults(stature):
+    one = tracks(stature=stature)
+    np.testing.assert_allclose(expected_lengths(one, np.array([0]))[0], BONE_LENGTHS * stature / ADULT_STATURE)
+    np.testing.assert_allclose(length_spreads(one, np.array([0])), PROPORTION_SPREAD)
+
+
+@pytest.mark.parametrize('scale', [0.6, 1.0, 1.1])
+def test_somebody_who_is_watched_is_known(scale):
+    one = watched(person(scale))
+    # proportions of the model and of the scene's people differ by up to 12 %, their median by less
+    assert one.stature[0] == pytest.approx(1.75 * scale, rel=0.05)
+    for bone, length in TRUE.items():
+        # an adult's proportions count like 8 of 38 frames
+        assert lengths(one)[bone] == pytest.approx(length * scale, rel=0.04), bone
+
+
+def test_noise_is_averaged():
+    one = watched(person(), noise=0.01)
+    for bone, length in TRUE.items():
+        assert lengths(one)[bone] == pytest.approx(length, rel=0.05), bone
+
+
+def test_lengths_are_known_better_by_and_by():
+    spreads = [length_spreads(watched(person(), frames), np.array([0]))[0] for frames in (0, 1, 5, 40)]
+    thigh, head = BONES.index('thigh'), BONES.index('head')
+    assert (np.diff([spread[thigh] for spread in spreads]) < 0).all()
+    assert 0.03 < spreads[-1][thigh] < 0.045
+    assert spreads[-1][head] == PROPORTION_SPREAD, 'nobody measures it'
+
+
+def test_of_the_first_frame_an_adults_stature_is_the_other_half():
+    settled = watched(person(0.7)).stature[0]
+    assert watched(person(0.7), 1).stature[0] == pytest.approx((settled + ADULT_STATURE) / 2, rel=0.01)
+
+
+@pytest.mark.parametrize('why', ['hidden', 'low score'])
+def test_only_joints_that_were_measured_surely_count(why):
+    xyz, poor = person(), np.isin(JOINTS, ('left_knee', 'right_knee'))[None]
+    xyz[0, poor[0]] += 0.07
+    measured, scores = (ALL & ~poor, None) if why == 'hidden' else (ALL, np.where(poor, 0.3, 1.0))
+    one = watched(xyz, measured=measured, scores=scores)
+    for bone in ('thigh', 'shin'):
+        assert one.bone_weights[0, BONES.index(bone)] == 0
+    assert lengths(one)['upper_arm'] == pytest.approx(TRUE['upper_arm'], rel=0.04)
+
+
+def test_two_bones_do_not_make_a_stature():
+    seen = np.isin(JOINTS, ('left_hip', 'left_knee', 'left_ankle'))[None]
+    one = watched(person(0.6), measured=seen)
+    assert one.stature[0] == ADULT_STATURE and one.stature_weight[0] == 0
+
+
+def test_a_keypoint_elsewhere_does_not_change_the_bone():
+    one = watched(person())
+    before = lengths(one)
+    odd = person()
+    odd[0, INDEX['left_ankle']] += (0, 0, 0.6)
+    for _ in range(20):
+        learn(one, np.array([0]), odd, ALL, ALL * 1.0)
+    assert lengths(one)['shin'] == pytest.approx(before['shin'], rel=0.01)
+    assert one.stature[0] == pytest.approx(watched(person()).stature[0], rel=0.02)
+
+
+def test_left_and_right_count_alike():
+    one = person()
+    one[0, INDEX['left_wrist'], 1] += 0.04
+    both = watched(one)
+    other = watched(one, measured=ALL & ~np.isin(JOINTS, ('right_wrist',)))
+    forearm = BONES.index('forearm')
+    assert both.bones[0, forearm] == pytest.approx(TRUE['forearm'] + 0.02, abs=0.002)
+    assert other.bones[0, forearm] == pytest.approx(TRUE['forearm'] + 0.04, abs=0.002)
+
+
+@pytest.mark.parametrize('scale, limit', [(0.3, 0.8), (1.4, 2.1)])
+def test_statures_stay_those_of_people(scale, limit):
+    assert watched(person(scale)).stature[0] == pytest.approx(limit, abs=0.02)
+
+
+def test_everybody_learns_for_themselves():
+    two, xyz = tracks(3), np.concatenate([person(0.8), person(1.0)])
+    for _ in range(40):
+        learn(two, np.array([2, 0]), xyz, np.ones((2, 18), bool), np.ones((2, 18)))
+    assert two.stature[1] == ADULT_STATURE
+    for row, scale in ((2, 0.8), (0, 1.0)):
+        np.testing.assert_allclose(two.stature[row], watched(person(scale)).stature[0])
+        np.testing.assert_allclose(two.bones[row], watched(person(scale)).bones[0])

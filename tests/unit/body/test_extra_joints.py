@@ -1,0 +1,213 @@
+"""People with other joints than COCO_18's, through the estimator: chest, middle of the hips, feet, top of the head."""
+from functools import lru_cache
+
+import numpy as np
+import pytest
+
+from openpose_ros_pkg.params.parameters import build
+from openpose_ros_pkg.people import People2D
+from openpose_ros_pkg.skeletons import BODY_25, COCO_17, COCO_18, MPI_15
+from skeleton_extract_3d.estimator import ESTIMATOR_PARAMETERS, PeopleEstimator
+from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING
+from skeleton_extract_3d.points.depth import DepthImage
+from synthetic_scene import (
+    HEAD_CENTRE,
+    HEAD_RADII,
+    Box,
+    Person,
+    Room,
+    joints_of,
+    pinhole,
+    render,
+    standing,
+)
+
+RATE = 15.0
+SKELETONS = pytest.mark.parametrize('skeleton', [BODY_25, MPI_15, COCO_17], ids=lambda skeleton: skeleton.name)
+SIDES = ('left', 'right')
+FEET = [f'{side}_{part}' for side in SIDES for part in ('big_toe', 'small_toe', 'heel')]
+FREE = Room(wall=4.0)
+COUNTER = Room(wall=4.0, furniture=(Box((-1.5, 0.4, 1.6), (1.5, 1.2, 2.0)),))
+WHO = Person(1, 0.1, 2.6, standing())
+
+
+@lru_cache(maxsize=None)
+def scene(room=FREE):
+    return render(pinhole(480, 270), [WHO], room)
+
+
+@lru_cache(maxsize=None)
+def truth():
+    """Return where joints are by name, [m]; for feet, the middle of the foot from the heel to the toes."""
+    joints = joints_of(WHO, 1.2)
+    hips, neck = (joints['left_hip'] + joints['right_hip']) / 2, joints['neck']
+    below = np.array([0, 0.035, 0])
+    joints.update(mid_hip=hips, chest=(hips + neck) / 2, head_top=neck + HEAD_CENTRE - np.array([0, HEAD_RADII[1], 0]))
+    for side in SIDES:
+        # a capsule of 4 cm from the ankle to 13 cm in front of it
+        ankle = joints[f'{side}_ankle']
+        joints[f'{side}_heel'] = ankle + below
+        for toe, aside in (('big_toe', -0.015), ('small_toe', 0.015)):
+            joints[f'{side}_{toe}'] = ankle + below + np.array([aside, 0, -0.12])
+    return joints
+
+
+def people_2d(skeleton, missing=()):
+    """Return the keypoints of the joints, a little below the top of the head, where its surface is."""
+    keypoints = np.full((1, len(skeleton.joints), 3), (np.nan, np.nan, 0))
+    for i, name in enumerate(skeleton.joints):
+        if name not in missing:
+            xyz = truth()[name] + np.array([0, 0.02 if name == 'head_top' else 0, 0])
+            keypoints[0, i] = (*scene().camera.project(xyz)[0], 0.9)
+    return People2D(skeleton, keypoints, [0.9], [-1])
+
+
+def update(estimator, people, depth, stamp):
+    frame = scene()
+    return estimator.update(people, frame.size, DepthImage(depth, frame.camera), stamp, frame.bgr)
+
+
+def new_estimator(skeleton):
+    return PeopleEstimator(skeleton, *build(ESTIMATOR_PARAMETERS, {}))
+
+
+def answer(people, room=FREE):
+    """Return the estimate after people have been shown in a few frames."""
+    estimator = new_estimator(people.skeleton)
+    for i in range(4):
+        result = update(estimator, people, scene(room).depth, i / RATE)
+    return result
+
+
+@lru_cache(maxsize=None)
+def estimate(skeleton, missing=(), room=FREE):
+    """Return the estimate of somebody without the keypoints of some joints."""
+    return answer(people_2d(skeleton, missing), room)
+
+
+def joint(result, name):
+    """Return status, position and sigma of a joint of the first person."""
+    people = result.people
+    row = people.skeleton.index[name]
+    return people.status[0, row], people.xyz[0, row], people.sigma[0, row]
+
+
+@SKELETONS
+def test_nobody(skeleton):
+    nobody = answer(People2D.empty(skeleton)).people
+    assert nobody.skeleton is skeleton and nobody.xyz.shape == (0, len(skeleton.joints), 3)
+
+
+@SKELETONS
+def test_joints_that_both_sets_have_are_those_of_coco_18(skeleton):
+    result, expected = estimate(skeleton), estimate(COCO_18)
+    assert result.people.skeleton is skeleton and result.people_2d.skeleton is skeleton
+    for name in set(skeleton.joints) & set(COCO_18.joints):
+        status, xyz, sigma = joint(result, name)
+        assert status == MEASURED
+        # a face tells more of the depth of the shoulders than none
+        np.testing.assert_allclose(xyz, joint(expected, name)[1], atol=0.03, err_msg=name)
+        np.testing.assert_allclose(xyz, truth()[name], atol=0.06, err_msg=name)
+        assert sigma == pytest.approx(joint(expected, name)[2], rel=0.1)
+
+
+@SKELETONS
+def test_every_joint_of_somebody_who_is_seen_has_a_place(skeleton):
+    people = estimate(skeleton).people
+    missing = [name for name, status in zip(skeleton.joints, people.status[0]) if status == MISSING]
+    assert not missing
+
+
+@SKELETONS
+def test_confidences_are_those_of_the_detector(skeleton):
+    confidence = estimate(skeleton, ('left_wrist',)).people.confidence[0]
+    np.testing.assert_allclose(confidence, [0 if name == 'left_wrist' else 0.9 for name in skeleton.joints])
+
+
+@pytest.mark.parametrize('skeleton, name', [(BODY_25, 'mid_hip'), (MPI_15, 'chest')])
+def test_joints_of_the_trunk_are_between_shoulders_and_hips(skeleton, name):
+    status, xyz, sigma = joint(estimate(skeleton), name)
+    assert status == MEASURED
+    assert np.linalg.norm(xyz - truth()[name]) < 0.04 and 0.02 <= sigma < 0.06
+    assert np.isfinite(estimate(skeleton).people.velocity[0, skeleton.index[name]]).all()
+
+
+@pytest.mark.parametrize('skeleton, name', [(BODY_25, 'mid_hip'), (MPI_15, 'chest')])
+def test_without_a_keypoint_of_their_own_they_are_there_all_the_same(skeleton, name):
+    result = estimate(skeleton, (name,))
+    assert joint(result, name)[0] == MEASURED
+    assert result.people.confidence[0, skeleton.index[name]] == 0
+    np.testing.assert_allclose(joint(result, name)[1], joint(estimate(skeleton), name)[1], atol=1e-6)
+
+
+@pytest.mark.parametrize('skeleton, name', [(BODY_25, 'mid_hip'), (MPI_15, 'chest')])
+def test_with_a_hip_that_is_inferred_they_are_inferred(skeleton, name):
+    result = estimate(skeleton, ('left_hip',))
+    assert joint(result, 'left_hip')[0] == INFERRED
+    status, xyz, sigma = joint(result, name)
+    assert status == INFERRED
+    assert sigma == joint(result, 'left_hip')[2]
+    assert np.linalg.norm(xyz - truth()[name]) < 0.1
+
+
+def test_feet_lie_just_under_their_surface():
+    result, frame = estimate(BODY_25), scene()
+    for name in FEET:
+        status, xyz, _ = joint(result, name)
+        u, v = np.rint(frame.camera.project(xyz)[0]).astype(int)
+        assert status == MEASURED
+        # 2 cm, and half of what a foot is deep in a window of 6 cm
+        assert xyz[2] - frame.depth[v, u] / 1000 == pytest.approx(0.02, abs=0.03), name
+        # a foot that points at the camera hides the heel: what is seen there are the toes
+        assert np.linalg.norm(xyz - truth()[name]) < (0.15 if 'heel' in name else 0.06), name
+
+
+def test_feet_are_on_their_rays():
+    result, frame = estimate(BODY_25), scene()
+    people = people_2d(BODY_25)
+    rows = [BODY_25.index[name] for name in FEET]
+    np.testing.assert_allclose(frame.camera.project(result.people.xyz[0, rows]), people.xy[0, rows], atol=0.01)
+
+
+def test_feet_without_a_keypoint_are_missing():
+    result = estimate(BODY_25, ('left_heel', 'right_big_toe'))
+    assert joint(result, 'left_heel')[0] == joint(result, 'right_big_toe')[0] == MISSING
+    assert joint(result, 'left_big_toe')[0] == MEASURED
+
+
+def test_feet_behind_a_counter_are_inferred_at_the_ankles():
+    result = estimate(BODY_25, room=COUNTER)
+    for name in FEET:
+        status, xyz, sigma = joint(result, name)
+        side = name.split('_')[0]
+        assert status in (INFERRED, MISSING), name
+        assert joint(result, f'{side}_ankle')[0] == INFERRED
+        if status == INFERRED:
+            assert xyz[2] == pytest.approx(joint(result, f'{side}_ankle')[1][2], abs=0.01) and sigma >= 0.1
+
+
+def test_a_toe_on_the_floor_far_from_the_foot_is_no_toe():
+    keypoints = people_2d(BODY_25).keypoints.copy()
+    keypoints[0, BODY_25.index['left_big_toe'], 0] += 90  # 87 cm aside
+    result = answer(People2D(BODY_25, keypoints, [0.9], [-1]))
+    assert joint(result, 'left_big_toe')[0] == MISSING
+
+
+def test_the_top_of_the_head_is_measured():
+    status, xyz, sigma = joint(estimate(MPI_15), 'head_top')
+    assert status == MEASURED
+    assert np.linalg.norm(xyz - truth()['head_top']) < 0.1 and sigma > 0
+
+
+@SKELETONS
+def test_somebody_who_is_hidden_is_inferred_with_the_joints_that_can_be(skeleton):
+    depth, estimator = scene().depth, new_estimator(skeleton)
+    for i in range(6):
+        shown = i < 4
+        result = update(estimator, people_2d(skeleton) if shown else People2D.empty(skeleton),
+                        depth if shown else np.full_like(depth, 1500), i / RATE)
+    assert len(result.people) == 1 and len(result.people_2d) == 0
+    common = [name in COCO_18.joints or name in ('mid_hip', 'chest') for name in skeleton.joints]
+    np.testing.assert_array_equal(result.people.status[0, common], INFERRED)
+    assert not result.people.confidence.any()
+    assert not (result.people.status == MEASURED).any()

@@ -1,0 +1,171 @@
+"""Decoders of networks that find people themselves: positions, joint names, thresholds, duplicates."""
+import numpy as np
+import pytest
+
+from openpose_ros_pkg.decode.direct import DirectDecodeParams, decode_direct
+from openpose_ros_pkg.errors import ParameterError
+from openpose_ros_pkg.networks.models import MODELS, MOVENET_MULTIPOSE
+from openpose_ros_pkg.people import People2D
+from openpose_ros_pkg.skeletons import COCO_18
+
+RTMO = MODELS['rtmo_s']
+SIZE = (256, 192)
+# Pixels of a standing person of 100 px, in COCO's order of the joints.
+STANDING = np.array([
+    (50, 10), (53, 7), (47, 7), (57, 9), (43, 9), (62, 25), (38, 25), (68, 42), (32, 42), (70, 58), (30, 58), (58, 60),
+    (42, 60), (59, 82), (41, 82), (60, 104), (40, 104)], float)
+
+
+def moved(x, y):
+    """The same person elsewhere."""
+    return STANDING + np.array([x, y])
+
+
+def movenet_rows(*people):
+    """(6, 56) as MoveNet gives it, of (17, 2) pixels, joint scores and person scores; the other rows are nobody."""
+    rows = np.zeros((6, 56), np.float32)
+    for row, (pixels, joints, score) in zip(rows, people):
+        shares = (pixels + 0.5) / SIZE
+        row[0:51:3], row[1:51:3], row[2:51:3], row[55] = shares[:, 1], shares[:, 0], joints, score
+        row[51:55] = [*shares.min(axis=0)[::-1], *shares.max(axis=0)[::-1]]
+    return (rows,)
+
+
+def rtmo_outputs(*people):
+    """Boxes (N, 5) and keypoints (N, 17, 3), of (17, 2) pixels, joint scores and person scores."""
+    boxes, joints = np.zeros((len(people), 5), np.float32), np.zeros((len(people), 17, 3), np.float32)
+    for box, joint, (pixels, confidence, score) in zip(boxes, joints, people):
+        box[:] = [*pixels.min(axis=0), *pixels.max(axis=0), score]
+        joint[:, :2], joint[:, 2] = pixels, confidence
+    return boxes, joints
+
+
+def decode_movenet(*people, params=None, valid_size=None):
+    return decode_direct(movenet_rows(*people), MOVENET_MULTIPOSE, params or DirectDecodeParams(), SIZE, valid_size)
+
+
+def decode_rtmo(*people, params=None, valid_size=None):
+    return decode_direct(rtmo_outputs(*people), RTMO, params or DirectDecodeParams(), SIZE, valid_size)
+
+
+BOTH = pytest.mark.parametrize('decode', [decode_movenet, decode_rtmo], ids=['MoveNet', 'RTMO'])
+
+
+def place(keypoints, joint):
+    return keypoints[COCO_18.index[joint]]
+
+
+@BOTH
+def test_nobody(decode):
+    keypoints, scores = decode()
+    assert keypoints.shape == (0, 18, 3) and scores.shape == (0,)
+    assert keypoints.dtype == scores.dtype == np.float32
+
+
+@BOTH
+def test_every_joint_lands_where_it_is_under_its_name(decode):
+    confidence = np.linspace(0.3, 0.9, 17)
+    keypoints, scores = decode((STANDING, confidence, 0.8))
+    assert keypoints.shape == (1, 18, 3) and scores[0] == pytest.approx(0.8)
+    people = People2D(COCO_18, keypoints, scores, [-1])  # which checks missing joints
+    order = ('nose', 'left_eye', 'right_eye', 'left_ear', 'right_ear', 'left_shoulder', 'right_shoulder', 'left_elbow',
+             'right_elbow', 'left_wrist', 'right_wrist', 'left_hip', 'right_hip', 'left_knee', 'right_knee',
+             'left_ankle', 'right_ankle')
+    for joint, pixel, score in zip(order, STANDING, confidence):
+        np.testing.assert_allclose(place(people.keypoints[0], joint), [*pixel, score], atol=1e-4)
+
+
+@BOTH
+def test_neck_is_between_the_shoulders_and_as_sure_as_the_less_sure(decode):
+    confidence = np.full(17, 0.9)
+    confidence[5], confidence[6] = 0.8, 0.4
+    keypoints, _ = decode((STANDING, confidence, 0.8))
+    np.testing.assert_allclose(place(keypoints[0], 'neck'), [50, 25, 0.4], atol=1e-4)
+
+
+@BOTH
+def test_without_a_shoulder_there_is_no_neck(decode):
+    confidence = np.full(17, 0.9)
+    confidence[5] = 0
+    keypoints, _ = decode((STANDING, confidence, 0.8))
+    np.testing.assert_array_equal(place(keypoints[0], 'neck'), [np.nan, np.nan, 0])
+    np.testing.assert_array_equal(place(keypoints[0], 'left_shoulder'), [np.nan, np.nan, 0])
+    assert (keypoints[0, :, 2] > 0).sum() == 16
+
+
+def test_positions_of_movenet_are_those_of_pixel_centres():
+    """0 is the left edge of the picture, half a pixel before the centre of the first one."""
+    rows = np.zeros((6, 56), np.float32)
+    rows[0, 2:51:3], rows[0, 55] = 0.9, 0.9
+    rows[0, 0:6] = [0, 0, .9, 0.5, 1, .9]
+    keypoints, _ = decode_direct((rows,), MOVENET_MULTIPOSE, DirectDecodeParams(), SIZE)
+    np.testing.assert_allclose(place(keypoints[0], 'nose')[:2], [-0.5, -0.5])
+    np.testing.assert_allclose(place(keypoints[0], 'left_eye')[:2], [255.5, 95.5])
+
+
+@BOTH
+def test_joints_in_the_padding_and_beyond_the_picture_are_missing(decode):
+    pixels = STANDING.copy()
+    pixels[9], pixels[10], pixels[15] = (120.6, 58), (-0.6, 58), (60, 104.4)  # wrists, left ankle
+    keypoints, _ = decode((pixels, np.full(17, 0.9), 0.9), valid_size=(121, 105))
+    assert np.isnan(place(keypoints[0], 'left_wrist')[0]) and np.isnan(place(keypoints[0], 'right_wrist')[0])
+    np.testing.assert_allclose(place(keypoints[0], 'left_ankle'), [60, 104.4, 0.9], atol=1e-4)
+
+
+@BOTH
+def test_joint_below_its_threshold_is_missing_and_who_has_none_is_nobody(decode):
+    confidence = np.full(17, 0.2)
+    confidence[0] = 0.5
+    params = DirectDecodeParams(direct_joint_score=0.3)
+    keypoints, _ = decode((STANDING, confidence, 0.9), params=params)
+    assert (keypoints[0, :, 2] > 0).sum() == 1
+    assert len(decode((STANDING, np.full(17, 0.2), 0.9), params=params)[0]) == 0
+
+
+@pytest.mark.parametrize('decode, threshold', [(decode_movenet, 0.15), (decode_rtmo, 0.7)], ids=['MoveNet', 'RTMO'])
+def test_person_score_is_that_of_the_network_unless_demanded(decode, threshold):
+    people = [(STANDING, np.full(17, 0.9), threshold - 0.01), (moved(120, 0), np.full(17, 0.9), threshold + 0.01)]
+    assert decode(*people)[1] == pytest.approx([threshold + 0.01])
+    assert len(decode(*people, params=DirectDecodeParams(direct_person_score=0.05))[1]) == 2
+
+
+@BOTH
+def test_people_come_surest_first(decode):
+    people = [(STANDING, np.full(17, 0.9), 0.75), (moved(120, 0), np.full(17, 0.9), 0.9)]
+    keypoints, scores = decode(*people)
+    np.testing.assert_allclose(scores, [0.9, 0.75], atol=1e-6)
+    np.testing.assert_allclose(keypoints[:, 0, 0], [170, 50], atol=1e-4)
+
+
+@BOTH
+def test_the_same_person_twice_is_one_the_surer_one(decode):
+    people = [(moved(1, 1), np.full(17, 0.9), 0.75), (STANDING, np.full(17, 0.9), 0.9)]
+    keypoints, scores = decode(*people)
+    np.testing.assert_allclose(scores, [0.9], atol=1e-6)
+    np.testing.assert_allclose(place(keypoints[0], 'nose')[:2], [50, 10], atol=1e-4)
+
+
+def test_people_who_cross_stay_two_with_movenet():
+    """Their boxes overlap by two thirds; their joints are 8 px apart, 8 % of their height."""
+    both = [(STANDING, np.full(17, 0.9), 0.9), (moved(8, 0), np.full(17, 0.9), 0.8)]
+    assert len(decode_movenet(*both)[1]) == 2
+
+
+def test_of_overlapping_boxes_rtmo_keeps_the_surer():
+    both = [(STANDING, np.full(17, 0.9), 0.8), (moved(8, 0), np.full(17, 0.9), 0.9)]  # overlap 2/3
+    assert decode_rtmo(*both)[1] == pytest.approx([0.9])
+    apart = [(STANDING, np.full(17, 0.9), 0.8), (moved(20, 0), np.full(17, 0.9), 0.9)]  # 1/3
+    assert len(decode_rtmo(*apart)[1]) == 2
+
+
+def test_findings_do_not_change_the_network_s_output():
+    outputs = movenet_rows((STANDING, np.full(17, 0.9), 0.9))
+    before = outputs[0].copy()
+    decode_direct(outputs, MOVENET_MULTIPOSE, DirectDecodeParams(), SIZE, (100, 50))
+    np.testing.assert_array_equal(outputs[0], before)
+
+
+@pytest.mark.parametrize('key', ['direct_joint_score', 'direct_person_score', 'direct_same_person'])
+def test_threshold_out_of_range_is_refused(key):
+    with pytest.raises(ParameterError, match=key):
+        DirectDecodeParams(**{key: 1.1})

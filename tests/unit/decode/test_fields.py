@@ -1,0 +1,154 @@
+"""The mean of fields over sizes and the mirror image shows the people who are there."""
+import numpy as np
+import pytest
+from test_decode import render_fields
+
+from openpose_ros_pkg.decode import DecodeParams, decode
+from openpose_ros_pkg.decode.fields import average_fields
+from openpose_ros_pkg.networks.models import MODELS
+from openpose_ros_pkg.networks.preprocess import fit_image
+
+# One network of each table of part affinity fields.
+NETWORKS = pytest.mark.parametrize('model', [MODELS[name] for name in ('mobilenet_thin', 'body_25', 'mpi')],
+                                   ids=lambda model: model.skeleton.name)
+# Sizes that need padding at the right, at the bottom, or not at all.
+SIZES = pytest.mark.parametrize('size', [(641, 479), (777, 333), (701, 391), (656, 368)])
+COCO = MODELS['mobilenet_thin']
+
+# Half of a body that faces the camera, x to the person's left and y down in units of the height from nose to ankle.
+MIDDLE = {'head_top': (0.0, -0.10), 'nose': (0.0, 0.0), 'neck': (0.0, 0.14), 'chest': (0.0, 0.28),
+          'mid_hip': (0.0, 0.5)}
+SIDE = {'eye': (0.03, -0.03), 'ear': (0.07, -0.01), 'shoulder': (0.11, 0.15), 'elbow': (0.16, 0.32),
+        'wrist': (0.19, 0.47), 'hip': (0.07, 0.50), 'knee': (0.08, 0.76), 'ankle': (0.09, 1.00), 'heel': (0.05, 1.05),
+        'big_toe': (0.12, 1.08), 'small_toe': (0.18, 1.06)}
+
+
+def person_of(skeleton, x, y, height):
+    """Return (K, 2) pixels of somebody who raises the right hand and bends the left knee: no mirror image of itself."""
+    place = {**MIDDLE, **{f'left_{joint}': at for joint, at in SIDE.items()},
+             **{f'right_{joint}': (-at[0], at[1]) for joint, at in SIDE.items()},
+             'right_elbow': (-0.26, 0.10), 'right_wrist': (-0.33, -0.12), 'left_knee': (0.21, 0.70)}
+    return np.array([place[joint] for joint in skeleton.joints]) * height + (x, y)
+
+
+def two_people(skeleton, size):
+    """Both are asymmetric, in an asymmetric place."""
+    width, height = size
+    scale = min(0.75 * height, 0.9 * width)
+    return [person_of(skeleton, 0.34 * width, 0.15 * height, scale), person_of(skeleton, 0.78 * width, 0.3 * height,
+                                                                               0.6 * scale)]
+
+
+def look(people, size, model, zoom=1.0, mirror=False):
+    """Return plan and ideal fields of a network that sees the picture at a zoom, or its mirror image."""
+    plan = fit_image(size, 656, 368, model.input.multiple_of, zoom)
+    if mirror:
+        people = [np.stack([size[0] - 1 - person[:, 0], person[:, 1]], axis=1)[list(model.skeleton.swap)]
+                  for person in people]
+    return plan, render_fields([plan.to_net(person) for person in people], plan.net_size[::-1],
+                               skeleton=model.skeleton)
+
+
+def mean_of(people, size, model, *looks):
+    """Return the first plan and the mean over looks, (zoom, mirror) each."""
+    plans, fields = zip(*(look(people, size, model, *one) for one in looks))
+    return plans[0], average_fields(fields, plans, [mirror for _, mirror in looks], model)
+
+
+def assert_people(plan, fields, people, model, atol):
+    """All of them and nobody else, whole, each joint under its name and within `atol` pixels of the network."""
+    keypoints, _ = decode(fields, model, DecodeParams(), plan.scaled_size)
+    assert len(keypoints) == len(people)
+    order = np.argsort(keypoints[:, model.skeleton.index['neck'], 0])
+    for found, person in zip(keypoints[order], people):
+        np.testing.assert_allclose(found[:, :2], plan.to_net(person), atol=atol)
+
+
+# --- nobody, one look -----------------------------------------------------------------------------------------------
+
+@NETWORKS
+def test_nobody(model):
+    plan, fields = mean_of([], (641, 479), model, (1.0, False), (1.0, True), (0.5, False))
+    assert_people(plan, fields, [], model, 0)
+    background = fields[model.heatmaps - 1]
+    np.testing.assert_allclose(background, 1, atol=1e-5)
+
+
+def test_one_look_is_handed_on():
+    plan, fields = look([], (641, 479), COCO)
+    assert average_fields([fields], [plan], [False], COCO) is fields
+
+
+def test_equal_looks_change_nothing_and_the_inputs_stay_as_they_are():
+    plan, fields = look(two_people(COCO.skeleton, (641, 479)), (641, 479), COCO)
+    before = fields.copy()
+    fields.flags.writeable = False
+    mean = average_fields([fields] * 3, [plan] * 3, [False] * 3, COCO)
+    assert mean.dtype == np.float32
+    np.testing.assert_allclose(mean, before, atol=1e-5)
+    np.testing.assert_array_equal(fields, before)
+
+
+# --- known people ---------------------------------------------------------------------------------------------------
+
+@SIZES
+@NETWORKS
+def test_scales(model, size):
+    """The place is good to a tenth of a cell, although smaller fields are coarser and padded otherwise."""
+    people = two_people(model.skeleton, size)
+    plan, fields = mean_of(people, size, model, (1.0, False), (0.75, False), (0.5, False))
+    assert_people(plan, fields, people, model, atol=1.0)
+
+
+@SIZES
+@NETWORKS
+def test_mirror_image(model, size):
+    """The mean with the mirror image is as good as the original, for all joints: none is taken for another one."""
+    people = two_people(model.skeleton, size)
+    plan, fields = mean_of(people, size, model, (1.0, False), (1.0, True))
+    assert_people(plan, fields, people, model, atol=1.0)
+    _, alone = look(people, size, model)
+    assert fields.shape == alone.shape == (model.channels, plan.net_size[1] // 8, plan.net_size[0] // 8)
+    # Peaks keep their height: were left and right mixed up, they would have half of it.
+    joints = len(model.skeleton.joints)
+    np.testing.assert_allclose(fields[:joints].max(axis=(1, 2)), alone[:joints].max(axis=(1, 2)), atol=0.15)
+
+
+@NETWORKS
+def test_scales_and_mirror_images(model):
+    size = (641, 479)
+    people = two_people(model.skeleton, size)
+    plan, fields = mean_of(people, size, model, (1.0, False), (1.0, True), (2 / 3, False), (2 / 3, True))
+    assert_people(plan, fields, people, model, atol=1.0)
+
+
+# --- channel by channel ---------------------------------------------------------------------------------------------
+
+@NETWORKS
+def test_each_channel_of_the_mirror_image_goes_to_its_partner(model):
+    """One value in the mirror image of a picture without padding: where does it go, and with which sign?"""
+    skeleton, size = model.skeleton, (160, 96)
+    plan = fit_image(size, *size, model.input.multiple_of)
+    assert plan.net_size == size
+    rows, columns = 12, 20
+
+    def lands(channel):
+        mirror = np.zeros((model.channels, rows, columns), np.float32)
+        mirror[channel, 4, 3] = 1
+        mean = average_fields([np.zeros_like(mirror), mirror], [plan, plan], [False, True], model)
+        (place,) = np.argwhere(np.abs(mean) > 1e-3)
+        assert place[1:].tolist() == [4, columns - 1 - 3]
+        return place[0], pytest.approx(2 * mean[tuple(place)], abs=1e-3)
+
+    def other(joint):
+        left, right = joint.replace('right_', 'left_'), joint.replace('left_', 'right_')
+        return right if joint == left else left
+
+    for i, joint in enumerate(skeleton.joints):
+        assert lands(i) == (skeleton.index[other(joint)], 1)
+    assert lands(len(skeleton.joints)) == (len(skeleton.joints), 1)  # background
+    for limb in skeleton.limbs:
+        partner = next(one for one in skeleton.limbs
+                       if (one.start, one.end) == (other(limb.start), other(limb.end)))
+        for component, sign in ((0, -1), (1, 1)):
+            assert lands(model.heatmaps + limb.paf[component]) == (model.heatmaps + partner.paf[component], sign)

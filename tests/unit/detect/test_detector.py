@@ -1,0 +1,596 @@
+"""From an image to people in its pixels, with stand-ins for the networks and, where weights are, the real ones."""
+import logging
+import threading
+import time
+import typing
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+
+import cv2
+import numpy as np
+import pytest
+
+import openpose_ros_pkg.detect.detector
+from openpose_ros_pkg.decode import DecodeParams
+from openpose_ros_pkg.decode.direct import DirectDecodeParams
+from openpose_ros_pkg.detect.detector import DETECTOR_PARAMETERS, Detector, Networks, create_detector
+from openpose_ros_pkg.detect.ensemble import EnsembleParams
+from openpose_ros_pkg.detect.recipes import FASTER, MODES, DetectorParams, recipe_of
+from openpose_ros_pkg.errors import BadInputError, ModelError, ParameterError
+from openpose_ros_pkg.networks.backends import BackendParams
+from openpose_ros_pkg.networks.backends.self_check import reference_path
+from openpose_ros_pkg.networks.models import FETCHED, MOBILENET_THIN, MOVENET_MULTIPOSE, weights_path
+from openpose_ros_pkg.networks.preprocess import fit_image
+from openpose_ros_pkg.skeletons import COCO_18
+from stand_in_networks import MovenetNetwork, PafNetwork, Together, chart, in_order, mirrored, person_at
+
+SIZE = (640, 480)
+ALONE = {'pose_model': 'mobilenet_thin', 'net_input_width': 656, 'net_input_height': 368}
+ALL_MODES = pytest.mark.parametrize('mode', MODES)
+DEFAULTS = (DecodeParams(), DirectDecodeParams(), EnsembleParams())
+
+
+def alone(network, decode_params=None, **params):
+    """Return a detector with mobilenet_thin alone, at OpenPose's size."""
+    return Detector(DetectorParams(**{**ALONE, **params}), Together(mobilenet_thin=network),
+                    decode_params or DecodeParams(), DirectDecodeParams(), EnsembleParams())
+
+
+def together(paf=(), movenet=None, size=SIZE, decode_params=None, ensemble_params=None, **params):
+    """Return a detector of which mobilenet_thin and MoveNet see these people; by default both the same."""
+    networks = Together(mobilenet_thin=PafNetwork(paf, size),
+                        movenet_multipose=MovenetNetwork(paf if movenet is None else movenet, size))
+    return Detector(DetectorParams(**params), networks, decode_params or DecodeParams(), DirectDecodeParams(),
+                    ensemble_params or EnsembleParams())
+
+
+def moved(person, x, y):
+    return person + np.array([x, y])
+
+
+def assert_same(one, other):
+    np.testing.assert_array_equal(one.keypoints, other.keypoints)
+    np.testing.assert_array_equal(one.scores, other.scores)
+
+
+# --- one network alone ----------------------------------------------------------------------------------------------
+
+def test_nobody():
+    people = alone(PafNetwork()).detect(chart(*SIZE))
+    assert len(people) == 0 and people.keypoints.shape == (0, 18, 3) and people.skeleton is COCO_18
+
+
+@pytest.mark.parametrize('size', [(640, 480), (641, 479), (959, 541), (321, 243)])
+@pytest.mark.parametrize('place', [0.25, 0.5, 0.8], ids=['left', 'centre', 'right'])
+def test_joints_come_back_in_pixels_of_the_image(size, place):
+    """Half a pixel of the network, whatever the sizes round to."""
+    width, height = size
+    person = person_at(place * width, 0.2 * height, 0.7 * height)
+    people = alone(PafNetwork([person], size)).detect(chart(*size))
+    assert people.keypoints.shape == (1, 18, 3) and people.ids.tolist() == [-1]
+    assert people.scores[0] > 0.8
+    scale = fit_image(size, 656, 368, 8).scale.min()
+    np.testing.assert_allclose(people.xy[0], person, atol=0.5 / scale)
+
+
+def test_several_scales_agree_on_where_people_are():
+    """Each scale is padded differently; the averaged fields must not be shifted against each other."""
+    size = (641, 479)
+    people = [person_at(150, 80, 360), person_at(480, 80, 360)]
+    network = PafNetwork(people, size)
+    found = alone(network, num_scales=3, scale_gap=0.3).detect(chart(*size))
+    assert [image.shape[0] for image in network.inputs] == [368, 264, 152]
+    assert len(found) == 2
+    np.testing.assert_allclose(in_order(found), np.stack(people), atol=2.5)
+
+
+def test_joints_stay_within_the_image():
+    """A person half beyond each side: what is found lies on pixels that exist, the rest is missing."""
+    size = (641, 479)
+    people = [person_at(0, 80, 360), person_at(640, 80, 360)]
+    found = alone(PafNetwork(people, size)).detect(chart(*size))
+    assert len(found) == 2
+    xy = found.xy[found.present]
+    assert (xy >= 0).all() and (xy <= np.subtract(size, 1)).all()
+    assert (~found.present).sum() >= 4
+    assert np.isnan(found.xy[~found.present]).all()
+
+
+@pytest.mark.parametrize('image, text', [
+    (None, 'NoneType'), (np.zeros((480, 640), np.uint8), r'\(480, 640\) uint8'),
+    (np.zeros((480, 640, 4), np.uint8), r'\(480, 640, 4\)'), (np.zeros((480, 640, 3), np.float32), 'float32'),
+    (np.zeros((0, 640, 3), np.uint8), '640x0'), (np.zeros((0, 0, 3), np.uint8), '0x0')],
+    ids=['None', 'grey', 'four channels', 'float', 'no rows', '0x0'])
+def test_bad_image_is_refused_and_the_next_one_works(image, text):
+    unit = alone(PafNetwork([person_at(320, 80, 360)]))
+    with pytest.raises(BadInputError, match=f'expected.*{text}|{text}.*expected'):
+        unit.detect(image)
+    assert len(unit.detect(chart(*SIZE))) == 1
+
+
+@ALL_MODES
+def test_image_of_one_pixel(mode):
+    assert len(together(mode=mode).detect(np.full((1, 1, 3), 128, np.uint8))) == 0
+
+
+@ALL_MODES
+def test_read_only_image_is_left_alone(mode):
+    image = chart(*SIZE)
+    before = image.copy()
+    image.flags.writeable = False
+    assert len(together([person_at(320, 80, 360)], mode=mode).detect(image)) == 1
+    np.testing.assert_array_equal(image, before)
+
+
+def test_thresholds_of_the_decoder():
+    weak = PafNetwork([person_at(320, 80, 360)], confidence=0.4)
+    assert len(alone(weak).detect(chart(*SIZE))) == 1
+    assert len(alone(weak, DecodeParams(person_min_score=0.6)).detect(chart(*SIZE))) == 0
+
+
+def test_a_network_that_finds_people_itself():
+    person = person_at(320, 80, 360)
+    unit = Detector(DetectorParams(pose_model='movenet_multipose'),
+                    Together(movenet_multipose=MovenetNetwork([person])), *DEFAULTS)
+    assert not unit.recipe.is_ensemble
+    found = unit.detect(chart(*SIZE))
+    np.testing.assert_allclose(found.xy, [person], atol=0.5)
+    np.testing.assert_allclose(found.scores, 0.9, atol=1e-6)
+
+
+# --- several networks and closer looks ------------------------------------------------------------------------------
+
+@ALL_MODES
+def test_nobody_in_any_mode(mode):
+    people = together(mode=mode).detect(chart(*SIZE))
+    assert len(people) == 0 and people.keypoints.shape == (0, 18, 3)
+
+
+@ALL_MODES
+@pytest.mark.parametrize('size', [(640, 480), (641, 479), (479, 641)])
+def test_people_on_whom_all_agree_are_where_they_are(mode, size):
+    width, height = size
+    people = [person_at(0.2 * width, 0.25 * height, 0.35 * height), person_at(0.7 * width, 0.3 * height, 0.5 * height)]
+    found = together(people, size=size, mode=mode).detect(chart(*size))
+    assert len(found) == 2 and found.ids.tolist() == [-1, -1]
+    np.testing.assert_allclose(in_order(found), people, atol=1.5)
+    assert (found.scores > 0.9).all() and (np.diff(found.scores) <= 0).all()
+
+
+@pytest.mark.parametrize('mode', ['balanced', 'accurate'])
+def test_joints_lie_between_opinions_that_differ_a_little(mode):
+    person = person_at(320, 100, 300)
+    found = together([person], [moved(person, 4, -2)], mode=mode).detect(chart(*SIZE))
+    assert len(found) == 1
+    between = found.xy[0] - person
+    assert (between[:, 0] > 0.3).all() and (between[:, 0] < 3.7).all()
+    assert (between[:, 1] < 0.3).all() and (between[:, 1] > -2.3).all()
+
+
+def test_what_only_one_network_sees_is_kept_but_is_less_sure():
+    """A person in the distance, whom MoveNet misses, and one whom mobilenet_thin misses."""
+    both, paf, movenet = person_at(120, 100, 300), person_at(320, 100, 300), person_at(520, 100, 300)
+    found = together([both, paf], [both, movenet]).detect(chart(*SIZE))
+    np.testing.assert_allclose(in_order(found), [both, paf, movenet], atol=1.5)
+    assert found.xy[0, 0, 0] == pytest.approx(120, abs=1)  # the surest first
+    thin, whole = (look.weight for look in MODES['balanced'].looks)
+    for place, share in ((320, thin), (520, whole + 1)):  # MoveNet's is seen again from close by
+        score = found.scores[np.abs(found.xy[:, 0, 0] - place).argmin()]
+        assert score == pytest.approx(np.sqrt(0.9 * share / (thin + whole + 1)), abs=0.03)
+
+
+def test_the_wrong_joint_of_one_network_is_outvoted():
+    """MoveNet sees the wrist in the same place from far and from close by; mobilenet_thin alone sees it elsewhere."""
+    person, wrong = person_at(320, 100, 300), person_at(320, 100, 300)
+    wrist = COCO_18.index['left_wrist']
+    wrong[wrist] += (60, 20)
+    found = together([wrong], [person]).detect(chart(*SIZE))
+    assert len(found) == 1
+    np.testing.assert_allclose(found.xy[0], person, atol=1.5)
+    assert found.confidence[0, wrist] < found.confidence[0].max() - 0.15
+
+
+@ALL_MODES
+def test_nobody_is_found_twice(mode):
+    """Six people who overlap, and networks that differ by more than the width of an eye."""
+    people = [person_at(110 + 85 * i, 110, 250) for i in range(6)]
+    found = together(people, [moved(person, 5, 3) for person in people], mode=mode).detect(chart(*SIZE))
+    assert len(found) == 6
+    np.testing.assert_allclose(in_order(found), people, atol=6)
+
+
+def test_a_network_that_reports_somebody_twice():
+    person = person_at(320, 100, 300)
+    found = together([person], [moved(person, 2, 0), moved(person, -2, 0)]).detect(chart(*SIZE))
+    assert len(found) == 1
+
+
+@ALL_MODES
+def test_joints_stay_within_the_image_in_any_mode(mode):
+    size = (641, 479)
+    people = [person_at(2, 80, 360), person_at(640, 80, 420)]
+    found = together(people, size=size, mode=mode).detect(chart(*size))
+    assert len(found) == 2
+    xy = found.xy[found.present]
+    assert (xy >= 0).all() and (xy <= np.subtract(size, 1)).all()
+    assert (~found.present).any() and np.isnan(found.xy[~found.present]).all()
+
+
+@ALL_MODES
+def test_mirrored_image_gives_mirrored_people(mode):
+    width = SIZE[0]
+    people = [person_at(150, 90, 250), person_at(470, 130, 300)]
+    unit = together(people, mode=mode)
+    plain, mirror = unit.detect(chart(*SIZE)), unit.detect(np.ascontiguousarray(chart(*SIZE)[:, ::-1]))
+    assert len(plain) == len(mirror) == 2
+    np.testing.assert_allclose([mirrored(person, width) for person in in_order(mirror)[::-1]], in_order(plain), atol=1)
+
+
+def test_the_wanted_number_of_people_is_looked_at_again():
+    people = [person_at(60 + 90 * i, 110, 250) for i in range(6)]
+    for wanted in (0, 2, 6, 20):
+        unit = together(people, look_closer=wanted)
+        unit.detect(chart(*SIZE))
+        network = unit._networks.networks['movenet_multipose']
+        assert len(network.inputs) == 1 + min(wanted, 6)
+
+
+def test_joints_need_a_score():
+    """Those that one of three sources sees, 0.9 sure, score sqrt(0.9 / 3.5), where all agree 0.95."""
+    person = person_at(320, 100, 300)
+    wrist = COCO_18.index['left_wrist']
+    away = person.copy()
+    away[wrist] = (-300, -300)
+    for threshold, there in ((0.0, True), (0.15, True), (0.75, False)):
+        unit = together([person], [away], ensemble_params=EnsembleParams(joint_min_score=threshold))
+        found = unit.detect(chart(*SIZE))
+        assert found.present[0].sum() == 17 + there
+        assert found.present[0, wrist] == there
+    assert len(together([person], ensemble_params=EnsembleParams(joint_min_score=0.99)).detect(chart(*SIZE))) == 0
+
+
+def test_people_need_a_score_and_joints():
+    person = person_at(320, 100, 300)
+    for params, count in ((DecodeParams(person_min_score=0.9), 1), (DecodeParams(person_min_score=0.97), 0),
+                          (DecodeParams(person_min_joints=18), 1)):
+        assert len(together([person], decode_params=params).detect(chart(*SIZE))) == count
+    half = person.copy()
+    half[[COCO_18.index[joint] for joint in ('left_wrist', 'right_wrist')]] = (-300, -300)
+    assert len(together([half], decode_params=DecodeParams(person_min_joints=17)).detect(chart(*SIZE))) == 0
+
+
+def test_recipes_of_many_opinions_accept_lower_scores():
+    """Thresholds are multiplied by the recipe's factor: 0.9 is asked for, and scores of sqrt(0.7) pass 0.9 * 0.8."""
+    class Accepting(Together):
+        def load(self, recipe):
+            recipe, networks = super().load(recipe)
+            return replace(recipe, acceptance=self.acceptance), networks
+
+    person = person_at(320, 100, 300)
+    networks = Accepting(mobilenet_thin=PafNetwork([person], confidence=0.7),
+                         movenet_multipose=MovenetNetwork([person], confidence=0.7))
+    for networks.acceptance, count in ((1.0, 0), (0.8, 1)):
+        unit = Detector(DetectorParams(), networks, DecodeParams(), DirectDecodeParams(),
+                        EnsembleParams(joint_min_score=0.9))
+        assert len(unit.detect(chart(*SIZE))) == count
+
+
+# --- stages, threads, changes ---------------------------------------------------------------------------------------
+
+@ALL_MODES
+def test_the_stages_are_what_detect_does(mode):
+    """Frames may be prepared before and finished after others are computed."""
+    unit = together([person_at(150, 90, 250), person_at(470, 130, 300)], mode=mode)
+    image = chart(*SIZE)
+    expected = unit.detect(image)
+    frames = [unit.prepare(image) for _ in range(2)]
+    computed = [unit.compute(frame) for frame in frames]
+    for frame in reversed(computed):
+        assert_same(unit.finish(frame), expected)
+    assert len(expected) == 2
+
+
+@ALL_MODES
+def test_only_one_thread_at_a_time_computes_the_networks(mode):
+    inside, most = [], []
+
+    def watched(network):
+        infer = network.infer
+
+        def watching(images):
+            inside.append(1)
+            most.append(len(inside))
+            time.sleep(0.001)
+            out = infer(images)
+            inside.pop()
+            return out
+        network.infer = watching
+        return network
+
+    people = [person_at(320, 80, 360)]
+    unit = Detector(DetectorParams(mode=mode), Together(mobilenet_thin=watched(PafNetwork(people)),
+                                                        movenet_multipose=watched(MovenetNetwork(people))), *DEFAULTS)
+    found = []
+    threads = [threading.Thread(target=lambda: found.append(len(unit.detect(chart(*SIZE))))) for _ in range(6)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert found == [1] * 6 and max(most) == 1
+
+
+def test_a_network_that_fails_does_not_block_the_next_image():
+    network = PafNetwork([person_at(320, 80, 360)])
+    unit = alone(network)
+    network.infer, infer = None, network.infer
+    with pytest.raises(TypeError):
+        unit.detect(chart(*SIZE))
+    network.infer = infer
+    assert len(unit.detect(chart(*SIZE))) == 1
+
+
+def test_frames_in_flight_keep_what_they_were_prepared_with():
+    """All takes effect with the next frame that is prepared: thresholds, mode, and what is computed."""
+    unit = together([person_at(320, 80, 360)], mode='balanced')
+    image = chart(*SIZE)
+    expected = unit.detect(image)
+    prepared, computed = unit.prepare(image), unit.compute(unit.prepare(image))
+    unit.reconfigure(DetectorParams(mode='fast'), DecodeParams(person_min_score=1.0), DirectDecodeParams(),
+                     EnsembleParams())
+    assert unit.recipe == MODES['fast']
+    assert_same(unit.finish(computed), expected)
+    assert_same(unit.finish(unit.compute(prepared)), expected)
+    assert len(unit.detect(image)) == 0
+    unit.reconfigure(DetectorParams(mode='balanced'), *DEFAULTS)
+    assert_same(unit.detect(image), expected)
+
+
+def test_other_thresholds_load_no_network():
+    unit = together([person_at(320, 80, 360)])
+    unit._networks.load = None
+    unit.reconfigure(DetectorParams(), DecodeParams(), DirectDecodeParams(), EnsembleParams(joint_min_score=0.99))
+    assert len(unit.detect(chart(*SIZE))) == 0
+
+
+@pytest.mark.parametrize('params, error', [
+    (DetectorParams(pose_model='BODY_25'), ModelError), (DetectorParams(pose_model='none'), ParameterError)],
+    ids=['no weights', 'unknown'])
+def test_a_network_that_can_not_be_had_leaves_all_as_it_was(params, error, monkeypatch, tmp_path):
+    unit = together([person_at(320, 80, 360)])
+    image, recipe = chart(*SIZE), unit.recipe
+    before = unit.detect(image)
+    networks = Networks(BackendParams(), str(tmp_path))
+    monkeypatch.setattr(unit, '_networks', networks)
+    with pytest.raises(error):
+        unit.reconfigure(params, DecodeParams(person_min_score=1.0), DirectDecodeParams(), EnsembleParams())
+    assert unit.recipe is recipe
+    assert_same(unit.detect(image), before)
+
+
+def test_description_names_networks_and_runtimes():
+    assert together().description == 'mobilenet_thin on stand-in; movenet_multipose on stand-in'
+    assert together(mode='fast').description == 'movenet_multipose on stand-in'
+    assert together().skeleton is COCO_18
+
+
+# --- target rate ----------------------------------------------------------------------------------------------------
+
+def test_who_is_not_looked_at_again_is_not_thought_less_of():
+    """Else the second of two equal people would have a third of the opinions against them."""
+    people = together([person_at(160, 80, 360), person_at(480, 80, 360)], look_closer=1).detect(chart(*SIZE))
+    assert len(people) == 2 and people.scores.min() > 0.9 * people.scores.max()
+
+
+def test_target_rate_makes_the_detector_compute_less():
+    people = [person_at(320, 80, 360)]
+    unit = together(people, target_rate=1000.0)
+    assert unit.recipe.looks == FASTER[-1].looks
+    assert unit.description == 'movenet_multipose on stand-in'
+    assert len(unit.detect(chart(*SIZE))) == 1
+    assert together(people, target_rate=0.001).recipe == MODES['balanced']
+
+
+@pytest.mark.parametrize('params', [{}, {'look_closer': 3}, {'pose_model': 'mobilenet_thin'}, {'num_scales': 2}])
+def test_mode_accurate_computes_all_whatever_the_rate(params):
+    params = DetectorParams(mode='accurate', target_rate=1000.0, **params)
+    networks = Together(mobilenet_thin=PafNetwork(), movenet_multipose=MovenetNetwork())
+    assert Detector(params, networks, *DEFAULTS).recipe == recipe_of(params)
+
+
+def test_networks_are_not_timed_while_they_compute_a_frame():
+    """They take one picture at a time, also while the mode changes."""
+    unit = together([person_at(320, 80, 360)])
+    network = unit._networks.networks['movenet_multipose']
+    inside, entered, go_on, infer = [], threading.Event(), threading.Event(), network.infer
+
+    def slow(images):
+        inside.append(threading.current_thread())
+        assert len(inside) == 1
+        entered.set()
+        assert go_on.wait(5)
+        inside.pop()
+        return infer(images)
+
+    network.infer = slow
+    found = []
+    frame = threading.Thread(target=lambda: found.append(len(unit.detect(chart(*SIZE)))))
+    frame.start()
+    assert entered.wait(5)
+    change = threading.Thread(target=unit.reconfigure,
+                              args=(DetectorParams(mode='fast', target_rate=0.001), *DEFAULTS))
+    change.start()
+    time.sleep(0.05)
+    assert inside == [frame] and unit.recipe == MODES['balanced']
+    go_on.set()
+    frame.join(5)
+    change.join(5)
+    assert found == [1] and unit.recipe == MODES['fast']
+
+
+# --- loading --------------------------------------------------------------------------------------------------------
+
+@pytest.fixture
+def machine(monkeypatch):
+    """A machine on which some weights are there; networks are stand-ins, and those that are loaded are noted."""
+    state = SimpleNamespace(there={'mobilenet_thin', 'movenet_multipose'}, runtime=True, loaded=[])
+
+    def path(model, model_folder):
+        if model.name not in state.there:
+            raise ModelError(f'weights of {model.name} not found')
+        return Path(model.name)
+
+    def create(model, weights, params):
+        if model is MOVENET_MULTIPOSE and not state.runtime:
+            raise ParameterError("parameter 'backend' can not compute movenet_multipose")
+        state.loaded.append(model.name)
+        return (PafNetwork if model.decoder == 'paf' else MovenetNetwork)([person_at(320, 80, 360)])
+
+    monkeypatch.setattr(openpose_ros_pkg.detect.detector, 'weights_path', path)
+    monkeypatch.setattr(openpose_ros_pkg.detect.detector, 'create_backend', create)
+    return state
+
+
+def created(**params):
+    return create_detector(DetectorParams(**params), BackendParams(), *DEFAULTS)
+
+
+def test_networks_are_loaded_when_they_are_first_wanted_and_once(machine):
+    unit = created(mode='fast')
+    assert machine.loaded == ['movenet_multipose']
+    for mode in ('balanced', 'fast', 'accurate'):
+        unit.reconfigure(DetectorParams(mode=mode), *DEFAULTS)
+        assert unit.recipe == MODES[mode]
+    assert machine.loaded == ['movenet_multipose', 'mobilenet_thin']
+
+
+@pytest.mark.parametrize('mode', ['balanced', 'accurate'])
+@pytest.mark.parametrize('lacks', ['weights', 'runtime'])
+def test_without_the_second_network_the_first_finds_people_and_a_warning_tells(mode, lacks, machine, caplog):
+    if lacks == 'weights':
+        machine.there.remove('movenet_multipose')
+    machine.runtime = lacks != 'runtime'
+    with caplog.at_level(logging.WARNING):
+        unit = created(mode=mode)
+    (record,) = caplog.records
+    assert 'mobilenet_thin finds people without movenet_multipose, less accurately:' in record.getMessage()
+    assert unit.recipe == MODES[mode].without(MOVENET_MULTIPOSE)
+    found = unit.detect(chart(*SIZE))
+    np.testing.assert_allclose(found.xy, [person_at(320, 80, 360)], atol=1.5)
+
+
+def test_without_the_first_network_there_is_no_detector(machine):
+    machine.there.remove('mobilenet_thin')
+    with pytest.raises(ModelError, match='weights of mobilenet_thin not found'):
+        created()
+    machine.runtime = False
+    with pytest.raises(ParameterError, match="'backend' can not compute movenet"):
+        created(mode='fast')
+
+
+def test_a_mode_whose_first_network_is_missing_leaves_all_as_it_was(machine):
+    unit = created(mode='fast')
+    image = chart(*SIZE)
+    before = unit.detect(image)
+    machine.there.remove('mobilenet_thin')
+    with pytest.raises(ModelError, match='mobilenet_thin'):
+        unit.reconfigure(DetectorParams(mode='balanced'), DecodeParams(person_min_score=1.0), *DEFAULTS[1:])
+    assert unit.recipe == MODES['fast']
+    assert_same(unit.detect(image), before)
+    unit.reconfigure(DetectorParams(mode='fast'), *DEFAULTS)
+
+
+def test_target_rate_with_one_network_missing(machine):
+    machine.there.remove('movenet_multipose')
+    unit = created(target_rate=1000.0)
+    assert unit.recipe.models == (MOBILENET_THIN,)
+    assert unit.recipe.looks[0].box < recipe_of(DetectorParams()).looks[0].box
+
+
+def test_unknown_model_is_refused():
+    with pytest.raises(ParameterError, match='pose_model'):
+        created(pose_model='MPI_2')
+
+
+def test_missing_weights_say_how_to_get_them(tmp_path):
+    with pytest.raises(ModelError, match='model get mobilenet_thin'):
+        created(model_folder=str(tmp_path))
+
+
+def test_parameters_of_a_detector():
+    taken = [kind for name, kind in typing.get_type_hints(create_detector).items() if name != 'return']
+    assert tuple(taken) == DETECTOR_PARAMETERS
+
+
+# --- the real networks ----------------------------------------------------------------------------------------------
+
+@pytest.fixture(scope='module')
+def networks():
+    """Both networks, loaded once for this file."""
+    pytest.importorskip('openvino', reason='OpenVINO, which computes MoveNet, is not installed')
+    for model in FETCHED:
+        try:
+            weights_path(model)
+        except ModelError as error:
+            pytest.skip(str(error))
+    return Networks(BackendParams())
+
+
+@pytest.fixture(scope='module')
+def real(networks):
+    """Detectors in all modes."""
+    return {mode: Detector(DetectorParams(mode=mode), networks, *DEFAULTS) for mode in MODES}
+
+
+def mannequin(x):
+    """Return a 480 x 360 picture with the self-check's drawn person, 240 x 336, at x."""
+    with np.load(str(reference_path(MOBILENET_THIN))) as reference:
+        person = cv2.resize(reference['image'], (240, 336), interpolation=cv2.INTER_CUBIC)
+    image = np.full((360, 480, 3), (150, 165, 160), np.uint8)
+    image[12:348, x:x + 240] = person
+    return image
+
+
+@ALL_MODES
+def test_real_networks_find_nobody_in_an_empty_picture(real, mode):
+    assert len(real[mode].detect(np.full((360, 480, 3), 128, np.uint8))) == 0
+
+
+@pytest.mark.parametrize('mode, x', [('fast', 0), ('balanced', 0), ('balanced', 120), ('balanced', 240),
+                                     ('accurate', 240)])
+def test_real_networks_find_the_drawn_person_where_it_is(real, mode, x):
+    people = real[mode].detect(mannequin(x))
+    assert len(people) == 1
+    for joint, (u, v) in {'nose': (40, 15), 'neck': (40, 27), 'right_shoulder': (30, 29),
+                          'left_shoulder': (50, 29)}.items():
+        drawn = ((u + 0.5) * 3 - 0.5 + x, (v + 0.5) * 3 - 0.5 + 12)
+        # A drawing without joints' shapes: good to a fifteenth of its height.
+        np.testing.assert_allclose(people.xy[0, COCO_18.index[joint]], drawn, atol=22)
+
+
+@pytest.mark.parametrize('mode', ['fast', 'balanced'])
+def test_real_networks_swap_left_and_right_in_the_mirror(real, mode):
+    image = mannequin(120)
+    plain, mirror = real[mode].detect(image), real[mode].detect(np.ascontiguousarray(image[:, ::-1]))
+    difference = np.linalg.norm(mirrored(mirror.xy[0], 480) - plain.xy[0], axis=1)
+    assert np.isfinite(difference).sum() >= 10 and np.nanmedian(difference) < 8
+
+
+def test_real_networks_give_every_thread_its_own_people(real):
+    unit = real['fast']
+    images = [mannequin(x) for x in (0, 120, 240)]
+    expected, found = [unit.detect(image) for image in images], [[] for _ in images]
+
+    def detect(image, results):
+        for _ in range(3):
+            results.append(unit.detect(image))
+
+    threads = [threading.Thread(target=detect, args=pair) for pair in zip(images, found)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    for results, people in zip(found, expected):
+        assert len(results) == 3
+        for result in results:
+            assert_same(result, people)

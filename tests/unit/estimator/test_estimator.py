@@ -1,0 +1,426 @@
+"""The switches of the estimator, and what it promises whatever they are; edges are in test_estimator_edges.py."""
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+import pytest
+
+from openpose_ros_pkg.params.parameters import build
+from openpose_ros_pkg.people import People2D
+from openpose_ros_pkg.skeletons import COCO_18
+from skeleton_extract_3d.body.body import STATURE_SPREAD
+from skeleton_extract_3d.estimator import ESTIMATOR_PARAMETERS, STAGES, PeopleEstimator, in_coco
+from skeleton_extract_3d.lift.lifting import LiftingParams, lift
+from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING
+from skeleton_extract_3d.points.cloud import OrganizedCloud
+from skeleton_extract_3d.points.depth import DepthImage
+from synthetic_scene import (
+    HIDDEN_BY_FURNITURE,
+    VISIBLE,
+    Box,
+    Person,
+    Room,
+    moved_pixels,
+    pinhole,
+    render,
+    standing,
+    without_joints,
+)
+
+RATE = 15.0
+INDEX = COCO_18.index
+CAMERA = pinhole(320, 180)
+NOBODY = People2D.empty(COCO_18)
+FREE = Room(wall=4.0)
+COUNTER = Room(wall=4.0, furniture=(Box((-1.5, 0.4, 1.6), (1.5, 1.2, 2.0)),))
+ORIGINAL = {'lifting': 'mean3x3', 'tracking': False}
+HALL = Room(wall=6.0)
+WALKERS = ((-0.8, 2.6), (0.6, 3.0))
+POSE = standing()
+
+
+@lru_cache(maxsize=None)
+def scene(*places, room=FREE):
+    """Return people who stand at (x, z)."""
+    return render(CAMERA, [Person(i, x, z, POSE) for i, (x, z) in enumerate(places or [(0.1, 2.6)])], room)
+
+
+def new(**values):
+    """Return an estimator with other parameters than the defaults."""
+    return PeopleEstimator(COCO_18, *build(ESTIMATOR_PARAMETERS, values))
+
+
+def update(estimator, frame, stamp, people=None, depth=None, pose=None):
+    points = DepthImage(frame.depth if depth is None else depth, frame.camera)
+    return estimator.update(frame.people if people is None else people, frame.size, points, stamp, frame.bgr, pose)
+
+
+def shown(frame, frames=5, start=0.0, estimator=None, people=None, depth=None, **values):
+    """Return the estimate after a frame was shown for a while."""
+    estimator = estimator or new(**values)
+    for i in range(frames):
+        estimate = update(estimator, frame, start + i / RATE, people, depth)
+    return estimate
+
+
+def named(people, *ids):
+    return replace(people, ids=np.array(ids))
+
+
+def errors(estimate, frame):
+    return np.linalg.norm(estimate.people.xyz - frame.xyz, axis=2)
+
+
+def surface(people, frame):
+    """Return the depth at the pixels of joints, (P, K) [m]."""
+    uv = frame.camera.project(people.xyz.reshape(-1, 3)).reshape(*people.xyz.shape[:2], 2)
+    u, v = np.rint(uv).astype(int).transpose(2, 0, 1)
+    return frame.depth[v, u] / 1000
+
+
+# --- nobody ---------------------------------------------------------------------------------------------------------
+
+@pytest.mark.parametrize('values', [{}, {'lifting': 'mean3x3'}, ORIGINAL, {'tracking': False}, {'occlusion': False},
+                                    {'smoothing': False}, {'surface_offsets': 'none'}], ids=str)
+def test_nobody(values):
+    estimate = update(new(**values), scene(), 0.0, NOBODY)
+    assert len(estimate.people) == len(estimate.people_2d) == 0
+
+
+def test_a_cloud_without_any_valid_point_before_there_was_one_shows_nobody():
+    frame, nan = scene(), np.full((180, 320), np.nan, np.float32)
+    estimator = new()
+    for i in range(3):
+        estimate = estimator.update(frame.people, frame.size, OrganizedCloud(nan, nan, nan), i / RATE, frame.bgr)
+        # not even the camera is known
+        assert len(estimate.people) == len(estimate.people_2d) == 0
+    assert len(update(estimator, frame, 1.0).people) == 1
+
+
+def test_nobody_has_joints_of_coco_18_whatever_the_skeleton():
+    estimate = update(new(), scene(), 0.0, NOBODY)
+    assert in_coco(estimate.people).shape == (0, 18, 3)
+
+
+def test_all_stages_are_timed():
+    timing = update(new(), scene(), 0.0).timing
+    assert tuple(timing) == STAGES and all(seconds >= 0 for seconds in timing.values())
+
+
+# --- lifting --------------------------------------------------------------------------------------------------------
+
+@pytest.mark.parametrize('window, statistic', [(3, 'mean'), (5, 'median')])
+def test_the_original_method_without_tracking_is_lift(window, statistic):
+    frame = scene(*WALKERS, room=COUNTER)
+    people = named(frame.people, 7, 3)
+    points = DepthImage(frame.depth, frame.camera)
+    params = LiftingParams(lifting='mean3x3', window=window, statistic=statistic)
+    expected = lift(people, frame.size, points, params)
+    estimate = shown(frame, 3, people=people, window=window, statistic=statistic, **ORIGINAL)
+    for name in ('xyz', 'confidence', 'status', 'sigma', 'ids'):
+        np.testing.assert_array_equal(getattr(estimate.people, name), getattr(expected, name), name)
+    np.testing.assert_array_equal(estimate.people_2d.keypoints, people.keypoints)
+
+
+def test_the_original_method_puts_legs_on_the_counter_and_robust_lifting_does_not():
+    frame = scene(room=COUNTER)
+    hidden = frame.vis == HIDDEN_BY_FURNITURE
+    original, robust = shown(frame, **ORIGINAL), shown(frame)
+    assert (original.people.status[hidden] == MEASURED).all() and (original.people.xyz[..., 2][hidden] < 2.1).all()
+    assert (robust.people.status[hidden] == INFERRED).all() and (robust.people.xyz[..., 2][hidden] > 2.2).all()
+
+
+@pytest.mark.parametrize('smoothing', [True, False])
+def test_the_original_method_with_tracking_puts_what_is_seen_on_the_surface(smoothing):
+    frame = scene()
+    expected = lift(frame.people, frame.size, DepthImage(frame.depth, frame.camera), LiftingParams())
+    estimate = shown(frame, lifting='mean3x3', smoothing=smoothing)
+    assert (estimate.people.status == MEASURED).all() and estimate.people.ids.tolist() == [0]
+    # bones that are too short, as joints on the surface are, may move smoothed joints a little
+    np.testing.assert_allclose(estimate.people.xyz, expected.xyz, atol=0.03 if smoothing else 1e-6)
+
+
+@pytest.mark.parametrize('smoothing', [True, False])
+def test_without_offsets_joints_are_on_the_surface(smoothing):
+    frame = scene()
+    none, inside = (shown(frame, surface_offsets=offsets, smoothing=smoothing).people
+                    for offsets in ('none', 'anatomical'))
+    assert (none.status == MEASURED).all()
+    # the mean of a window on a round limb is behind its middle, by up to the radius
+    assert np.abs(none.xyz[..., 2] - surface(none, frame)).max() < 0.04
+    deeper = inside.xyz[0, :, 2] - none.xyz[0, :, 2]
+    for joint, offset in (('left_hip', 0.115), ('right_shoulder', 0.067), ('left_knee', 0.078), ('nose', 0.003)):
+        assert deeper[INDEX[joint]] == pytest.approx(offset, abs=0.02), joint
+
+
+# --- occlusion ------------------------------------------------------------------------------------------------------
+
+@pytest.mark.parametrize('lifting', ['robust', 'mean3x3'])
+@pytest.mark.parametrize('missing', [(), ('left_wrist', 'nose')])
+def test_without_occlusion_nothing_is_inferred(lifting, missing):
+    frame = scene(room=COUNTER)
+    people = without_joints(frame.people, np.isin(COCO_18.joints, missing)[None])
+    estimate = shown(frame, people=people, lifting=lifting, occlusion=False)
+    assert not (estimate.people.status == INFERRED).any()
+    assert (estimate.people.status[:, np.isin(COCO_18.joints, missing)] == MISSING).all()
+    visible = (frame.vis == VISIBLE) & people.present
+    assert (estimate.people.status[visible] == MEASURED).all()
+    # the original method leaves joints on the skin, and mixes feet with what is beside them
+    assert np.nanmedian(errors(estimate, frame)[visible]) < (0.03 if lifting == 'robust' else 0.1)
+
+
+def test_without_occlusion_nothing_is_inferred_when_somebody_jumps():
+    # further in a frame than the filter follows
+    estimator, status = new(occlusion=False), []
+    for i in range(12):
+        frame = scene((0.1 if i < 6 else 0.45, 2.6))
+        status.append(update(estimator, frame, i / RATE).people.status)
+    assert not (np.array(status) == INFERRED).any()
+
+
+def test_without_occlusion_every_joint_with_a_keypoint_is_on_the_surface_at_its_pixel():
+    # as the parameter's text says
+    frame = scene(room=COUNTER)
+    estimate = shown(frame, occlusion=False)
+    assert (estimate.people.status[frame.people.present] == MEASURED).all()
+
+
+def test_without_occlusion_nobody_is_there_who_is_not_seen():
+    frame, estimator = scene(), new(occlusion=False)
+    shown(frame, estimator=estimator)
+    wall = np.full_like(frame.depth, 1500)
+    estimate = update(estimator, frame, 1.0, NOBODY, wall)
+    assert len(estimate.people) == 0
+    # the id was kept for when the person is seen again
+    assert update(estimator, frame, 1.1).people.ids.tolist() == [0]
+
+
+@pytest.mark.parametrize('score, status', [(0.9, MEASURED), (0.25, MEASURED), (0.15, INFERRED)])
+def test_keypoints_below_a_score_do_not_measure(score, status):
+    frame = scene()
+    keypoints = frame.people.keypoints.copy()
+    keypoints[0, INDEX['left_knee'], 2] = score
+    estimate = shown(frame, people=People2D(COCO_18, keypoints, [1], [-1]), measured_min_score=0.2)
+    assert estimate.people.status[0, INDEX['left_knee']] == status
+    assert errors(estimate, frame)[0, INDEX['left_knee']] < 0.1
+
+
+# --- depth ----------------------------------------------------------------------------------------------------------
+
+def test_without_depth_people_are_inferred_at_the_depth_of_their_size():
+    frame = scene((0.1, 2.6))
+    nothing = np.zeros_like(frame.depth)
+    estimate = shown(frame, depth=nothing)
+    people = estimate.people
+    assert len(people) == 1 and (people.status == INFERRED).all()
+    error = STATURE_SPREAD * 2.6
+    np.testing.assert_allclose(people.xyz[0, :, 2], frame.xyz[0, :, 2], atol=error)
+    # nobody knows better how tall the person is, and no filter makes it known
+    assert (people.sigma > 0.9 * error).all()
+    assert (errors(estimate, frame) < 2 * people.sigma).all()
+
+
+def test_with_depth_again_people_are_measured_and_keep_their_id():
+    frame, estimator = scene(), new()
+    first = shown(frame, depth=np.zeros_like(frame.depth), estimator=estimator)
+    again = shown(frame, 10, 1.0, estimator)
+    assert again.people.ids.tolist() == first.people.ids.tolist()
+    assert (again.people.status == MEASURED).all() and errors(again, frame).max() < 0.08
+
+
+# --- tracking -------------------------------------------------------------------------------------------------------
+
+def test_without_tracking_ids_are_those_of_the_image():
+    frame = scene(*WALKERS)
+    for i, ids in enumerate([(5, 2), (2, 5), (40, 0)]):
+        estimate = update(new(tracking=False), frame, i / RATE, named(frame.people, *ids))
+        assert estimate.people.ids.tolist() == list(ids) == estimate.people_2d.ids.tolist()
+
+
+def test_without_tracking_nothing_is_remembered():
+    estimator, frame, other = new(tracking=False), scene((0.1, 2.6)), scene((0.5, 3.4))
+    shown(frame, estimator=estimator, people=named(frame.people, 3))
+    alone = update(new(tracking=False), other, 0.0, named(other.people, 3)).people
+    after = update(estimator, other, 1.0, named(other.people, 3)).people
+    for name in ('xyz', 'status', 'sigma', 'ids', 'velocity'):
+        np.testing.assert_array_equal(getattr(after, name), getattr(alone, name), name)
+    wall = np.full_like(frame.depth, 1500)
+    assert len(update(estimator, frame, 1.1, NOBODY, wall).people) == 0
+
+
+def test_without_tracking_hidden_joints_are_inferred_frame_by_frame():
+    frame = scene(room=COUNTER)
+    estimate = update(new(tracking=False), frame, 0.0, named(frame.people, 1))
+    hidden = frame.vis == HIDDEN_BY_FURNITURE
+    assert (estimate.people.status[hidden] == INFERRED).all() and errors(estimate, frame)[hidden].max() < 0.2
+
+
+def test_without_tracking_people_without_an_id_are_given_one_each():
+    frame, estimator, given = scene(*WALKERS), new(tracking=False), []
+    for i in range(4):
+        given += update(estimator, frame, i / RATE).people.ids.tolist()
+    assert len(set(given)) == 8
+
+
+def test_ids_are_not_reused():
+    estimator, frame, given = new(track_timeout=0.2), scene(*WALKERS), []
+    for start in range(3):
+        given += shown(frame, 3, float(start), estimator).people.ids.tolist()
+    assert len(set(given)) == 6
+
+
+def test_after_the_timeout_somebody_is_somebody_else():
+    for away, same in ((0.8, True), (1.4, False)):
+        estimator, frame = new(track_timeout=1.0), scene()
+        before = shown(frame, 5, 0.0, estimator).people.ids.tolist()
+        after = update(estimator, frame, 4 / RATE + away).people.ids.tolist()
+        assert (after == before) == same
+
+
+def test_who_shows_too_few_joints_gets_no_id():
+    frame = scene()
+    few = without_joints(frame.people, ~np.isin(COCO_18.joints, ('neck', 'left_shoulder', 'right_shoulder'))[None])
+    assert len(shown(frame, people=few, birth_joints=3).people_2d) == 1
+    # the parameter speaks of measured joints: keypoints on the wall do not count
+    keypoints = frame.people.keypoints.copy()
+    keypoints[0, [INDEX[name] for name in COCO_18.joints if 'wrist' in name or 'ankle' in name], 0] += 70
+    odd = without_joints(People2D(COCO_18, keypoints, [1], [-1]), ~np.isin(
+        COCO_18.joints, ('neck', 'left_wrist', 'right_wrist', 'left_ankle', 'right_ankle'))[None])
+    assert len(shown(frame, 1, people=odd, birth_joints=5).people_2d) == 0
+
+
+@pytest.mark.parametrize('values', [{}, {'occlusion': False}, {'smoothing': False}, {'lifting': 'mean3x3'}], ids=str)
+def test_who_stands_aside_of_a_hidden_person_keeps_the_id(values):
+    estimator, frame = new(**values), scene(*WALKERS)
+    first = shown(frame, estimator=estimator).people.ids.tolist()
+    alone = People2D(COCO_18, frame.people.keypoints[1:], [1], [-1])
+    for i in range(5):
+        assert update(estimator, frame, 1 + i / RATE, alone).people_2d.ids.tolist() == first[1:]
+    assert update(estimator, frame, 2.0).people.ids.tolist() == first
+
+
+def turned(angle):
+    """Return the rotation of a camera that has turned to the right, (3, 3)."""
+    cos, sin = np.cos(angle), np.sin(angle)
+    return np.array([[cos, 0, sin], [0, 1, 0], [-sin, 0, cos]])
+
+
+@pytest.mark.parametrize('told', [True, False])
+def test_people_stand_still_before_a_camera_that_moves_and_tells(told):
+    # it rolls to the right at 1.5 m/s
+    estimator, velocities, ids = new(), [], set()
+    for i in range(10):
+        moved = 1.5 * i / RATE
+        frame = scene((0.6 - moved, 2.6))
+        pose = (np.eye(3), np.array([moved, 0.0, 0.0])) if told else None
+        people = update(estimator, frame, i / RATE, pose=pose).people
+        ids.update(people.ids.tolist())
+        velocities.append(people.velocity[0, INDEX['neck']])
+        assert np.median(np.linalg.norm(people.xyz - frame.xyz, axis=2)) < 0.06
+    assert ids == {0}
+    # velocities are those in the room, in the axes of the points
+    np.testing.assert_allclose(velocities[-1], (0, 0, 0) if told else (-1.5, 0, 0), atol=0.3)
+
+
+def test_a_camera_that_turns_finds_people_again():
+    # by 25 degrees at once: the person is 1.2 m aside in the picture
+    angle, estimator, frame = np.radians(25), new(), scene((0.6, 2.6))
+    shown(frame, estimator=estimator)
+    update(estimator, frame, 0.6, pose=(np.eye(3), np.zeros(3)))
+    x, _, z = turned(angle).T @ (0.6, 0, 2.6)
+    after = scene((float(x), float(z)))
+    estimate = update(estimator, after, 0.6 + 1 / RATE, pose=(turned(angle), np.zeros(3)))
+    assert estimate.people.ids.tolist() == [0]
+    # the person has turned as well, as seen from the camera: the scene's people look straight ahead
+    assert np.median(errors(estimate, after)) < 0.1
+
+
+# --- smoothing ------------------------------------------------------------------------------------------------------
+
+def test_without_smoothing_positions_are_those_of_the_frame():
+    rng, estimator, frame = np.random.default_rng(0), new(smoothing=False), scene()
+    for i in range(5):
+        people = moved_pixels(frame.people, rng, sigma=1.0)
+        xyz = update(estimator, frame, i / RATE, people).people.xyz[0]
+        alone = update(new(tracking=False, smoothing=False), frame, 0.0, people).people.xyz[0]
+        # on the rays of the keypoints, and measured at the same surfaces; the stature, by which depths under the skin
+        # grow, is known better and better: 10 % of 11 cm
+        np.testing.assert_allclose(CAMERA.project(xyz), people.xy[0], atol=0.01)
+        np.testing.assert_allclose(xyz[:, 2], alone[:, 2], atol=0.015)
+
+
+def test_smoothing_takes_noise_away():
+    errors_of, shaking = {}, {}
+    for smoothing in (True, False):
+        rng, estimator, frame = np.random.default_rng(0), new(smoothing=smoothing), scene()
+        track = [update(estimator, frame, i / RATE, moved_pixels(frame.people, rng, sigma=1.0)).people.xyz[0]
+                 for i in range(18)][6:]
+        trunk = np.array(track)[:, [INDEX[name] for name in ('neck', 'left_shoulder', 'right_hip')], :2]
+        errors_of[smoothing], shaking[smoothing] = trunk.std(axis=0).mean(), np.diff(trunk, 2, axis=0).std()
+    assert errors_of[True] < 0.85 * errors_of[False]
+    assert shaking[True] < 0.6 * shaking[False]
+
+
+@pytest.mark.parametrize('smoothing', [True, False])
+def test_velocities_are_estimated_in_any_case(smoothing):
+    estimator = new(smoothing=smoothing)
+    for i in range(12):
+        people = update(estimator, scene((-0.5 + 0.8 * i / RATE, 2.6)), i / RATE).people
+    np.testing.assert_allclose(np.median(people.velocity[0], axis=0), (0.8, 0, 0), atol=0.1)
+
+
+def test_without_smoothing_nothing_lags_behind_a_jump():
+    estimator = new(smoothing=False)
+    shown(scene((0.1, 2.6)), 6, estimator=estimator)
+    after = scene((0.45, 2.6))
+    estimate = update(estimator, after, 6 / RATE)
+    assert estimate.people.ids.tolist() == [0]
+    assert np.median(errors(estimate, after)) < 0.04
+
+
+def test_two_sigma_cover_the_errors_without_smoothing_too():
+    rng, estimator, frame, inside = np.random.default_rng(0), new(smoothing=False), scene(), []
+    for i in range(15):
+        # 1.5 px are 2 cm at 2.6 m
+        people = update(estimator, frame, i / RATE, moved_pixels(frame.people, rng, sigma=1.5)).people
+        inside.append((np.linalg.norm(people.xyz - frame.xyz, axis=2) < 2 * people.sigma)[people.status != MISSING])
+    assert np.concatenate(inside).mean() > 0.85
+
+
+# --- reconfiguration ------------------------------------------------------------------------------------------------
+
+@pytest.mark.parametrize('values', [{'smoothing': False}, {'occlusion': False}, {'surface_offsets': 'none'},
+                                    {'lifting': 'mean3x3'}], ids=str)
+def test_parameters_that_change_while_it_runs_keep_the_ids(values):
+    frame, estimator = scene(*WALKERS), new()
+    before = shown(frame, estimator=estimator).people.ids.tolist()
+    estimator.reconfigure(*build(ESTIMATOR_PARAMETERS, values))
+    changed = shown(frame, 5, 1.0, estimator).people
+    assert changed.ids.tolist() == before
+    # and the new ones are those that count
+    expected = shown(frame, **values).people
+    np.testing.assert_array_equal(changed.status, expected.status)
+    np.testing.assert_allclose(changed.xyz, expected.xyz, atol=0.03)
+    estimator.reconfigure(*build(ESTIMATOR_PARAMETERS, {}))
+    assert update(estimator, frame, 2.0).people.ids.tolist() == before
+
+
+def test_tracking_that_is_switched_on_while_it_runs_gives_ids_that_differ():
+    # the detector has counted from 0, as the estimator does
+    frame, estimator = scene(*WALKERS, room=HALL), new(tracking=False)
+    update(estimator, frame, 0.0, named(frame.people, 0, 1))
+    estimator.reconfigure(*build(ESTIMATOR_PARAMETERS, {}))
+    three = scene(*WALKERS, (2.0, 4.5), room=HALL)
+    for i in range(1, 4):
+        estimate = update(estimator, three, i / RATE)
+        assert len(set(estimate.people.ids.tolist())) == len(estimate.people) == 3
+
+
+def test_tracking_that_is_switched_off_and_on_again_gives_new_ids():
+    frame, estimator = scene(), new()
+    first = shown(frame, 3, 0.0, estimator).people.ids.tolist()
+    estimator.reconfigure(*build(ESTIMATOR_PARAMETERS, {'tracking': False}))
+    assert update(estimator, frame, 0.3, named(frame.people, 77)).people.ids.tolist() == [77]
+    estimator.reconfigure(*build(ESTIMATOR_PARAMETERS, {}))
+    again = shown(frame, 3, 10.0, estimator).people.ids.tolist()
+    assert again not in (first, [77])

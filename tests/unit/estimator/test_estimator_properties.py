@@ -1,0 +1,223 @@
+"""What must not matter to the 3D estimator: handedness, order of people, resolution, units, the origin of time."""
+from dataclasses import replace
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+from openpose_ros_pkg.params.parameters import build
+from openpose_ros_pkg.people import People2D
+from openpose_ros_pkg.skeletons import COCO_18
+from skeleton_extract_3d.estimator import ESTIMATOR_PARAMETERS, PeopleEstimator
+from skeleton_extract_3d.people import MEASURED, MISSING
+from skeleton_extract_3d.points.camera import CameraModel
+from skeleton_extract_3d.points.cloud import OrganizedCloud
+from skeleton_extract_3d.points.depth import DepthImage, cloud_from_depth
+from synthetic_scene import (
+    Box,
+    Person,
+    Room,
+    moved_pixels,
+    pinhole,
+    render,
+    standing,
+    walking,
+    waving,
+    with_flying_pixels,
+    with_holes,
+    with_noise,
+)
+
+RATE = 10.0
+SWAP = np.array(COCO_18.swap)
+SEEDS = (0, 1)
+
+
+class Input(NamedTuple):
+    """What an estimator is given of one frame."""
+
+    people: People2D
+    size: tuple
+    depth: np.ndarray
+    camera: CameraModel
+    bgr: np.ndarray
+
+
+@lru_cache(maxsize=None)
+def scene(seed, width=320, spoilt=True):
+    """Return 25 frames of three people: one waves, one walks by behind, one turns behind a box.
+
+    The detector overlooks joints, and two of them in some frames. Not spoilt, pixels and depth are exact.
+    """
+    rng, chance = np.random.default_rng(seed), np.random.default_rng(100 + seed)
+    camera, room = pinhole(width, width * 9 // 16), Room(wall=5.0, furniture=(Box((0.6, 0.5, 1.8), (1.6, 1.2, 2.0)),))
+    frames = []
+    for i in range(25):
+        x = -1.2 + 0.09 * i + 0.1 * seed
+        frame = render(camera, [
+            Person(0, -0.2, 2.3, waving(i / 3), shirt=(60, 180, 60)),
+            Person(1, x, 3.4, walking(2 * np.pi * x / 1.4), yaw=1.2, shirt=(50, 50, 200)),
+            Person(2, 1.2, 2.8, standing(20), yaw=0.1 * i, shirt=(200, 90, 40), scale=0.9)], room, seed=i)
+        gone = np.array([False, i in (6, 7, 8), i in (15, 16)])
+        people = frame.people
+        dropped = chance.random(people.present.shape) < 0.05
+        if spoilt:
+            people = moved_pixels(people, rng, sigma=0.7)
+        keypoints = people.keypoints.copy()
+        keypoints[dropped] = (np.nan, np.nan, 0)
+        people = People2D(COCO_18, keypoints[~gone], people.scores[~gone], people.ids[~gone])
+        depth = with_holes(with_flying_pixels(with_noise(frame.depth, rng), rng), 0.05, rng) if spoilt else frame.depth
+        frames.append(Input(people, frame.size, depth, camera, frame.bgr))
+    return frames
+
+
+def run(frames, start=100.0, points=None):
+    """Return the estimates of frames in a row, from a new estimator; `points(frame)` replaces the depth image."""
+    estimator = PeopleEstimator(COCO_18, *build(ESTIMATOR_PARAMETERS, {}))
+    points = points or (lambda frame: DepthImage(frame.depth, frame.camera))
+    return [estimator.update(frame.people, frame.size, points(frame), start + i / RATE, frame.bgr)
+            for i, frame in enumerate(frames)]
+
+
+@lru_cache(maxsize=None)
+def answers(seed):
+    """Return the estimates of a scene as it is."""
+    return run(scene(seed))
+
+
+def mirrored(frame):
+    """Return the input that the camera would give in a mirror."""
+    keypoints = frame.people.keypoints[:, SWAP].copy()
+    keypoints[..., 0] = frame.size[0] - 1 - keypoints[..., 0]
+    matrix = frame.camera.matrix.copy()
+    matrix[0, 2] = frame.size[0] - 1 - matrix[0, 2]
+    camera = CameraModel(frame.camera.width, frame.camera.height, matrix)
+    return Input(replace(frame.people, keypoints=keypoints), frame.size, frame.depth[:, ::-1], camera,
+                 frame.bgr[:, ::-1])
+
+
+def row_of(keypoints, people):
+    """Return the row of a person by the pixels."""
+    return next(i for i, other in enumerate(people.keypoints) if np.array_equal(keypoints, other, equal_nan=True))
+
+
+def assert_same(first, other, atol):
+    """Fail unless two runs say the same of everybody, within `atol` [m]."""
+    for i, (one, two) in enumerate(zip(first, other)):
+        assert len(one.people_2d) == len(two.people_2d), f'frame {i}'
+        one, two = one.people, two.people
+        np.testing.assert_array_equal(one.ids, two.ids, f'frame {i}')
+        np.testing.assert_array_equal(one.status, two.status, f'frame {i}')
+        np.testing.assert_allclose(one.xyz, two.xyz, rtol=0, atol=atol, err_msg=f'frame {i}')
+        np.testing.assert_allclose(one.sigma, two.sigma, rtol=0.02, atol=atol, err_msg=f'frame {i}')
+
+
+@pytest.mark.parametrize('seed', SEEDS)
+def test_runs_repeat(seed):
+    assert_same(answers(seed), run(scene(seed)), atol=0)
+
+
+@pytest.mark.parametrize('seed', SEEDS)
+def test_in_a_mirror_left_is_right_and_nothing_else_changes(seed):
+    turned = []
+    for estimate in run([mirrored(frame) for frame in scene(seed)]):
+        people = estimate.people
+        turned.append(replace(estimate, people=replace(
+            people, xyz=people.xyz[:, SWAP] * np.array([-1, 1, 1]), status=people.status[:, SWAP],
+            sigma=people.sigma[:, SWAP])))
+    assert_same(answers(seed), turned, atol=1e-3)
+
+
+@pytest.mark.parametrize('seed', SEEDS)
+def test_the_order_of_people_does_not_matter(seed):
+    rng, shuffled = np.random.default_rng(seed), []
+    for frame in scene(seed):
+        order = rng.permutation(len(frame.people))
+        people = People2D(COCO_18, frame.people.keypoints[order], frame.people.scores[order], frame.people.ids[order])
+        shuffled.append(frame._replace(people=people))
+    names = {}
+    for i, (expected, found) in enumerate(zip(answers(seed), run(shuffled))):
+        assert len(found.people_2d) == len(expected.people_2d), f'frame {i}'
+        assert len(found.people) == len(expected.people), f'frame {i}'
+        # who is in the image is found by the pixels, the others by the names that they had
+        rows = [row_of(keypoints, expected.people_2d) for keypoints in found.people_2d.keypoints]
+        back = {two: one for one, two in names.items()}
+        rows += [expected.people.ids.tolist().index(back[name])
+                 for name in found.people.ids[len(rows):].tolist()]
+        assert sorted(rows) == list(range(len(expected.people)))
+        for one, two in zip(expected.people.ids[rows].tolist(), found.people.ids.tolist()):
+            assert names.setdefault(one, two) == two, f'frame {i}'
+        assert len(set(names.values())) == len(names)
+        np.testing.assert_array_equal(expected.people.status[rows], found.people.status, f'frame {i}')
+        np.testing.assert_allclose(expected.people.xyz[rows], found.people.xyz, rtol=0, atol=1e-4, err_msg=f'frame {i}')
+
+
+def test_people_are_the_same_at_twice_the_resolution():
+    for one, two in zip(run(scene(0, 320, False)), run(scene(0, 640, False))):
+        one, two = one.people, two.people
+        np.testing.assert_array_equal(one.ids, two.ids)
+        both = (one.status == MEASURED) & (two.status == MEASURED)
+        assert both.sum() > 0.8 * max((one.status == MEASURED).sum(), (two.status == MEASURED).sum())
+        distance = np.linalg.norm(one.xyz - two.xyz, axis=2)[both]
+        # a pixel of the small image is 1.7 cm wide at 3 m
+        assert np.median(distance) < 0.02 and np.percentile(distance, 90) < 0.06
+
+
+def test_the_resolution_of_the_image_alone_does_not_matter():
+    larger = []
+    for frame in scene(0):
+        keypoints = frame.people.keypoints.copy()
+        keypoints[..., :2] = (keypoints[..., :2] + 0.5) * 3 - 0.5
+        larger.append(frame._replace(people=replace(frame.people, keypoints=keypoints), size=(960, 540),
+                                     bgr=np.repeat(np.repeat(frame.bgr, 3, axis=0), 3, axis=1)))
+    assert_same(answers(0), run(larger), atol=1e-3)
+
+
+def test_the_unit_of_depth_and_the_kind_of_points_do_not_matter():
+    metres = [frame._replace(depth=frame.depth.astype(np.float32) / 1000) for frame in scene(0)]
+    assert_same(answers(0), run(metres), atol=1e-3)
+
+    def cloud(frame):
+        points = cloud_from_depth(frame.depth / 1000, frame.camera, frame.bgr)
+        return OrganizedCloud(points['x'], points['y'], points['z'])
+
+    assert_same(answers(0), run(scene(0), points=cloud), atol=2e-3)
+
+
+@pytest.mark.parametrize('start', [0.0, 1.7e9])
+def test_the_origin_of_time_does_not_matter(start):
+    # stamps of today are good to a microsecond in float64
+    assert_same(answers(0), run(scene(0), start=start), atol=1e-3)
+
+
+def test_inputs_are_read_only():
+    for frame in scene(1):
+        for array in (frame.people.keypoints, frame.depth, frame.bgr):
+            array.flags.writeable = False
+    assert_same(answers(1), run(scene(1)), atol=0)
+
+
+@pytest.mark.parametrize('seed', SEEDS)
+def test_answers_are_well_formed(seed):
+    for frame, estimate in zip(scene(seed), answers(seed)):
+        people, detected = estimate.people, estimate.people_2d
+        count = len(detected)
+        rows = [row_of(keypoints, frame.people) for keypoints in detected.keypoints]
+        assert rows == sorted(set(rows)), 'in the order of the detector'
+        np.testing.assert_array_equal(detected.ids, people.ids[:count])
+        np.testing.assert_array_equal(people.confidence[:count], detected.confidence)
+        assert not people.confidence[count:].any(), 'nobody has detected who is not in the image'
+        assert not (people.status[:count][~detected.present] == MEASURED).any()
+        assert not (people.status[count:] == MEASURED).any()
+        answered = people.status != MISSING
+        np.testing.assert_array_equal(np.isfinite(people.xyz).all(axis=2), answered)
+        assert (people.sigma[answered] > 0).all() and np.isnan(people.sigma[~answered]).all()
+        assert np.isnan(people.velocity[~answered]).all()
+        assert len(set(people.ids.tolist())) == len(people)
+
+
+@pytest.mark.parametrize('seed', SEEDS)
+def test_three_people_have_three_ids(seed):
+    ids = {name for estimate in answers(seed) for name in estimate.people.ids.tolist()}
+    assert len(ids) == 3, f'three people, but ids {sorted(ids)}'

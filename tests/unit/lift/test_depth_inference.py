@@ -1,0 +1,231 @@
+"""Depths of all joints at once: joints without a cost of their own are where the bones put them."""
+import numpy as np
+import pytest
+
+from skeleton_extract_3d.body.body import BONE_LENGTHS, BONES, ENDS, JOINTS, MIDDLES, PROPORTION_SPREAD, ROOTS
+from skeleton_extract_3d.lift.depth_inference import (
+    END_ROWS,
+    MIDDLE_ROWS,
+    ROOT_ROWS,
+    bones_of,
+    infer_depths,
+    read_depths,
+)
+from skeleton_extract_3d.lift.surfaces import DELTAS, HALF, STEP, STEPS
+from synthetic_scene import Person, Pose, joints_of, pointing, standing, walking
+
+# The joints in the order of the arrays.
+NAMES = [JOINTS[joint] for joint in (*ROOTS, *MIDDLES, *ENDS)]
+ROOT = 2.6
+
+
+def truth(pose=None, yaw=0.0, x=0.0):
+    """Return where the joints (12, 3) and the middle of the ears (3,) of somebody are [m]."""
+    joints = joints_of(Person(1, x, ROOT, pose or standing(), yaw=yaw), 1.2)
+    return (np.array([joints[name] for name in NAMES]),
+            (joints['left_ear'] + joints['right_ear']) / 2)
+
+
+def lengths_of(xyz, head):
+    """Return the true lengths of the bones, (1, 8) [m]."""
+    shoulders, hips = xyz[0:2].mean(axis=0), xyz[2:4].mean(axis=0)
+    upper, lower = (np.linalg.norm(xyz[start] - xyz[end], axis=1)
+                    for start, end in ((ROOT_ROWS, MIDDLE_ROWS), (MIDDLE_ROWS, END_ROWS)))
+    by_name = {'shoulders': np.linalg.norm(xyz[0] - xyz[1]), 'hips': np.linalg.norm(xyz[2] - xyz[3]),
+               'trunk': np.linalg.norm(shoulders - hips), 'head': np.linalg.norm(shoulders - head),
+               'upper_arm': upper[0], 'thigh': upper[2], 'forearm': lower[0], 'shin': lower[2]}
+    return np.array([[by_name[name] for name in BONES]])
+
+
+def inferred(xyz, head, hidden=(), left=(np.nan,) * 3, unknown=()):
+    """Return the beliefs of somebody all of whose joints but the hidden ones are seen at their depth."""
+    z = np.concatenate([xyz[:, 2], head[2:]])
+    costs = ((DELTAS - (z - ROOT)[:, None]) / 0.03) ** 2
+    costs = np.minimum(costs, 60).astype(np.float32)
+    costs[[NAMES.index(name) for name in hidden]] = 0
+    missing = np.isin(NAMES, unknown)[None]
+    costs[:12][missing[0]] = 0
+    bones = bones_of(lengths_of(xyz, head), np.full((1, 8), 0.03), missing)
+    return infer_depths(costs[None, :12], costs[None, 12], (xyz / xyz[:, 2:])[None], (head / head[2])[None],
+                        np.array([ROOT]), bones, np.array([1.75]), np.array([left], float))
+
+
+def test_nobody():
+    bones = bones_of(np.zeros((0, 8)), np.zeros((0, 8)), np.zeros((0, 12), bool))
+    beliefs = infer_depths(np.zeros((0, 12, STEPS), np.float32), np.zeros((0, STEPS), np.float32),
+                           np.zeros((0, 12, 3)), np.zeros((0, 3)), np.zeros(0), bones, np.zeros(0), np.zeros((0, 3)))
+    assert beliefs.joints.shape == (0, 12, STEPS) and beliefs.head.shape == (0, STEPS) and beliefs.left.shape == (0, 3)
+
+
+# --- reading --------------------------------------------------------------------------------------------------------
+
+@pytest.mark.parametrize('depth', [-0.5, -0.013, 0.0, 0.31])
+@pytest.mark.parametrize('sigma', [0.03, 0.08])
+def test_of_a_parabola_its_lowest_point_and_width_are_read(depth, sigma):
+    found, deviation = read_depths(((DELTAS - depth) / sigma) ** 2)
+    # the mean is over seven candidates around the cheapest one, which may be half a step off the middle
+    assert found == pytest.approx(depth, abs=0.012)
+    assert deviation == pytest.approx(sigma, rel=0.1)
+
+
+def test_of_two_solutions_the_cheaper_one_is_read_and_the_other_one_widens_it():
+    near, far = ((DELTAS - depth) / 0.03 for depth in (-0.3, 0.3))
+    found, deviation = read_depths(np.minimum(near ** 2 + 1, far ** 2))
+    assert found == pytest.approx(0.3, abs=0.01)
+    # the likelihoods are 1 and exp(-1/2): the other one is 0.6 m away with a probability of 0.38
+    assert deviation == pytest.approx(np.sqrt(0.03 ** 2 + 0.378 * 0.6 ** 2), rel=0.05)
+
+
+def test_where_all_depths_are_equal_nothing_is_known():
+    _, deviation = read_depths(np.zeros((3, STEPS)))
+    # at least the standard deviation of a uniform distribution over all candidates
+    assert (deviation > STEPS * STEP / np.sqrt(12) - STEP).all()
+
+
+# --- bones ----------------------------------------------------------------------------------------------------------
+
+def test_bones_are_handed_to_the_limbs_by_their_kind():
+    lengths = np.arange(1, 9, dtype=float)[None] / 10
+    bones = bones_of(lengths, np.full((1, 8), 0.1), np.zeros((1, 12), bool))
+    by_name = dict(zip(BONES, lengths[0]))
+    np.testing.assert_allclose(bones.upper[0], [by_name[name] for name in ('upper_arm', 'upper_arm', 'thigh', 'thigh')])
+    np.testing.assert_allclose(bones.lower[0], [by_name[name] for name in ('forearm', 'forearm', 'shin', 'shin')])
+    np.testing.assert_allclose(bones.pairs[0], [by_name['shoulders'], by_name['hips']])
+    assert bones.trunk[0] == np.float32(by_name['trunk']) and bones.head[0] == np.float32(by_name['head'])
+    # a tenth of the length, and 2 cm by the errors of both keypoints
+    np.testing.assert_allclose(bones.upper_sigma[0], np.hypot(0.1 * bones.upper[0], 0.02), rtol=1e-6)
+
+
+def test_a_bone_to_a_joint_without_a_keypoint_says_little():
+    unknown = (np.array(NAMES) == 'left_elbow')[None]
+    bones = bones_of(BONE_LENGTHS[None], np.full((1, 8), PROPORTION_SPREAD), unknown)
+    for sigma in (bones.upper_sigma[0], bones.lower_sigma[0]):
+        assert sigma[0] > 0.25 and (sigma[1:] < 0.05).all()
+
+
+# --- inference ------------------------------------------------------------------------------------------------------
+
+POSES = [(standing(), 0.0), (standing(40), 0.6), (walking(1.2), -0.8), (walking(4.0), np.pi)]
+
+
+@pytest.mark.parametrize('pose, yaw', POSES)
+def test_joints_that_are_seen_stay_where_they_are_seen(pose, yaw):
+    xyz, head = truth(pose, yaw)
+    beliefs = inferred(xyz, head)
+    depth, sigma = read_depths(beliefs.joints[0])
+    np.testing.assert_allclose(ROOT + depth, xyz[:, 2], atol=0.02)
+    assert (sigma < 0.04).all()
+    assert ROOT + read_depths(beliefs.head[0])[0] == pytest.approx(head[2], abs=0.02)
+
+
+@pytest.mark.parametrize('pose, yaw', POSES)
+def test_all_joints_agree_on_the_cost_of_the_best_pose(pose, yaw):
+    # a min-marginal is the cost of the best of all poses through a candidate, so the least one is the same everywhere
+    beliefs = inferred(*truth(pose, yaw), hidden=('left_elbow', 'right_ankle', 'right_hip'))
+    least = np.append(beliefs.joints[0].min(axis=1), beliefs.head[0].min())
+    np.testing.assert_allclose(least, least[0], atol=1e-3)
+    assert (least > -1e-3).all()
+
+
+@pytest.mark.parametrize('pose, yaw', POSES)
+@pytest.mark.parametrize('hidden', ['left_elbow', 'right_knee', 'right_wrist', 'left_ankle', 'left_shoulder',
+                                    'right_hip'])
+def test_a_hidden_joint_is_where_its_bones_are_as_long_as_they_are(pose, yaw, hidden):
+    xyz, head = truth(pose, yaw)
+    depth, sigma = read_depths(inferred(xyz, head, [hidden]).joints[0])
+    row = NAMES.index(hidden)
+    # a bone across the view hardly tells depth: 2 cm of length are 12 cm of depth for 0.4 m
+    assert abs(ROOT + depth[row] - xyz[row, 2]) < max(0.12, 2 * sigma[row])
+    assert np.linalg.norm(xyz[row] / xyz[row, 2] * (ROOT + depth[row]) - xyz[row]) < 0.15
+    others = np.arange(12) != row
+    np.testing.assert_allclose(ROOT + depth[others], xyz[others, 2], atol=0.025)
+
+
+def reaching(forwards):
+    """Return a pose with the left forearm forwards by an angle [deg], the rest hanging."""
+    rest = standing(5)
+    fore = np.stack([rest.forearms[0], pointing(forwards, 0, 1)])
+    return Pose(rest.upper_arms, fore, rest.thighs, rest.shins)
+
+
+@pytest.mark.parametrize('yaw', [0.0, 0.5])
+def test_of_two_solutions_for_a_wrist_the_one_in_front_is_taken(yaw):
+    xyz, head = truth(reaching(60), yaw)
+    row, elbow = NAMES.index('left_wrist'), NAMES.index('left_elbow')
+    depth, _ = read_depths(inferred(xyz, head, ['left_wrist']).joints[0])
+    assert xyz[elbow, 2] - xyz[row, 2] > 0.15
+    assert ROOT + depth[row] == pytest.approx(xyz[row, 2], abs=0.06)
+
+
+def test_of_somebody_who_is_seen_from_behind_the_wrist_in_front_is_further_away():
+    xyz, head = truth(reaching(60), np.pi)
+    row, elbow = NAMES.index('left_wrist'), NAMES.index('left_elbow')
+    depth, _ = read_depths(inferred(xyz, head, ['left_wrist']).joints[0])
+    assert xyz[row, 2] - xyz[elbow, 2] > 0.15
+    assert ROOT + depth[row] == pytest.approx(xyz[row, 2], abs=0.06)
+
+
+def test_a_joint_without_a_keypoint_is_known_less_than_one_that_is_hidden():
+    xyz, head = truth(walking(1.2), 0.4)
+    row = NAMES.index('left_ankle')
+    _, hidden = read_depths(inferred(xyz, head, ['left_ankle']).joints[0, row])
+    _, unknown = read_depths(inferred(xyz, head, unknown=['left_ankle']).joints[0, row])
+    assert unknown > hidden
+
+
+def test_when_all_is_seen_the_left_is_known():
+    for yaw in (0.0, 0.7, -1.2, np.pi):
+        xyz, head = truth(standing(), yaw)
+        left = inferred(xyz, head).left[0]
+        assert np.linalg.norm(left) == pytest.approx(1, abs=1e-5)
+        across = xyz[0] - xyz[1]
+        # the depths of shoulders and hips are exact to about 1 cm
+        assert left @ across / np.linalg.norm(across) > 0.99
+
+
+def test_what_was_before_decides_where_nothing_else_does():
+    # nobody knows how far the sides are: seen from the side, either one may be nearer
+    xyz, head = truth(standing(), np.radians(75))
+    hidden = [name for name in NAMES if name.split('_')[1] in ('shoulder', 'hip', 'elbow', 'wrist')]
+    across = xyz[0] - xyz[1]
+    before = across / np.linalg.norm(across)
+    for left in (before, before * [1, 1, -1]):
+        found = inferred(xyz, head, hidden, 4 * left).left[0]
+        assert np.sign(found[2]) == np.sign(left[2])
+
+
+def test_a_keypoint_elsewhere_does_not_pull_the_others_along():
+    xyz, head = truth(standing(20))
+    row = NAMES.index('right_ankle')
+    moved = xyz.copy()
+    moved[row] = xyz[row] / xyz[row, 2] * (xyz[row, 2] + 0.8)
+    bones = lengths_of(xyz, head)
+    costs = np.minimum(((DELTAS - (moved[:, 2:] - ROOT)) / 0.03) ** 2, 60).astype(np.float32)
+    head_cost = (((DELTAS - (head[2] - ROOT)) / 0.03) ** 2).astype(np.float32)
+    beliefs = infer_depths(costs[None], head_cost[None], (xyz / xyz[:, 2:])[None], (head / head[2])[None],
+                           np.array([ROOT]), bones_of(bones, np.full((1, 8), 0.03), np.zeros((1, 12), bool)),
+                           np.array([1.75]), np.full((1, 3), np.nan))
+    depth, _ = read_depths(beliefs.joints[0])
+    others = np.arange(12) != row
+    np.testing.assert_allclose(ROOT + depth[others], xyz[others, 2], atol=0.025)
+
+
+def test_people_do_not_influence_each_other():
+    one, two = (inferred(*truth(pose, yaw), hidden=('left_elbow',)) for pose, yaw in POSES[:2])
+    (xyz, head), (other, other_head) = (truth(pose, yaw) for pose, yaw in POSES[:2])
+    z = np.stack([np.append(xyz[:, 2], head[2]), np.append(other[:, 2], other_head[2])])
+    costs = np.minimum(((DELTAS - (z - ROOT)[..., None]) / 0.03) ** 2, 60).astype(np.float32)
+    costs[:, NAMES.index('left_elbow')] = 0
+    bones = bones_of(np.concatenate([lengths_of(xyz, head), lengths_of(other, other_head)]), np.full((2, 8), 0.03),
+                     np.zeros((2, 12), bool))
+    rays = np.stack([xyz / xyz[:, 2:], other / other[:, 2:]])
+    both = infer_depths(costs[:, :12], costs[:, 12], rays, np.stack([head / head[2], other_head / other_head[2]]),
+                        np.full(2, ROOT), bones, np.full(2, 1.75), np.full((2, 3), np.nan))
+    for row, alone in enumerate((one, two)):
+        np.testing.assert_allclose(both.joints[row], alone.joints[0], atol=1e-3)
+        np.testing.assert_allclose(both.left[row], alone.left[0], atol=1e-5)
+
+
+def test_candidates_are_around_the_trunk():
+    assert len(DELTAS) == STEPS == 2 * HALF + 1 and DELTAS[HALF] == 0
+    np.testing.assert_allclose(np.diff(DELTAS), STEP)

@@ -1,0 +1,120 @@
+"""Which way heads look: heads of known pose are projected and found again."""
+import numpy as np
+import pytest
+
+from openpose_ros_pkg.skeletons import COCO_18
+from skeleton_extract_3d.body.body import HEAD, HEAD_AXES, HEAD_POINTS
+from skeleton_extract_3d.lift.head_pose import estimate_head_pose
+
+DEPTH = 2.5
+NOSE, RIGHT_EYE, LEFT_EYE, RIGHT_EAR, LEFT_EAR = range(5)
+
+
+def depths_of(yaw, scale=1.0):
+    """Return by how much the joints of a head lie behind the middle of the ears, (5,) [m]."""
+    left, _, ahead = HEAD_POINTS.T * scale
+    return left * np.sin(yaw) - ahead * np.cos(yaw)
+
+
+def rays_of(yaw, scale=1.0, middle=(0.2, -0.3)):
+    """Return the rays of a head that is turned to the right of the picture by an angle, (1, 18, 3)."""
+    left, down, ahead = HEAD_POINTS.T * scale
+    rays = np.full((1, 18, 3), np.nan)
+    # from afar: all of it counts as at one depth
+    rays[0, HEAD, 0] = middle[0] + (left * np.cos(yaw) + ahead * np.sin(yaw)) / DEPTH
+    rays[0, HEAD, 1] = middle[1] + down / DEPTH
+    rays[0, HEAD, 2] = 1
+    return rays
+
+
+def pose_of(rays, cosine=1.0, scale=1.0, scores=None):
+    count = len(rays)
+    scores = np.where(np.isfinite(rays[..., 0]), 1.0, 0.0) if scores is None else scores
+    return estimate_head_pose(rays, scores, np.full(count, DEPTH), np.full(count, scale), np.full(count, cosine))
+
+
+def test_nobody():
+    head = pose_of(np.zeros((0, 18, 3)))
+    assert head.ray.shape == (0, 3) and head.depths.shape == head.surface.shape == (0, 5) and head.known.shape == (0,)
+
+
+def test_without_a_joint_of_the_head_nothing_is_known_and_all_is_finite():
+    head = pose_of(np.full((1, 18, 3), np.nan))
+    assert not head.known.any()
+    assert all(np.isfinite(values).all() for values in (head.ray, head.depths, head.surface))
+
+
+@pytest.mark.parametrize('scale', [0.6, 1.0])
+@pytest.mark.parametrize('degrees', [-150, -90, -45, -10, 0, 10, 45, 90, 150, 180])
+def test_a_turned_head_is_found(degrees, scale):
+    yaw = np.radians(degrees)
+    head = pose_of(rays_of(yaw, scale), np.cos(yaw), scale)
+    assert head.known.all()
+    np.testing.assert_allclose(head.ray[0], (0.2, -0.3, 1), atol=0.002)
+    # what the shoulders say pulls a little
+    np.testing.assert_allclose(head.depths[0], depths_of(yaw, scale), atol=0.01)
+
+
+def test_the_keypoints_decide_against_the_shoulders():
+    head = pose_of(rays_of(np.radians(70)), cosine=1.0)
+    np.testing.assert_allclose(head.depths[0], depths_of(np.radians(70)), atol=0.015)
+
+
+@pytest.mark.parametrize('cosine', [1.0, -1.0])
+def test_of_a_nose_alone_the_shoulders_tell_the_direction(cosine):
+    rays = rays_of(0.0)
+    rays[0, HEAD[1:]] = np.nan
+    head = pose_of(rays, cosine)
+    assert head.known.all()
+    assert np.sign(head.depths[0, NOSE]) == -cosine
+    # the nose itself is where it was seen
+    np.testing.assert_allclose(head.ray[0, :2] * DEPTH + [0, HEAD_POINTS[NOSE, 1]], rays[0, HEAD[NOSE], :2] * DEPTH,
+                               atol=0.02)
+
+
+def test_joints_of_low_score_count_less():
+    rays = rays_of(0.0)
+    rays[0, HEAD[LEFT_EAR], 0] += 0.1 / DEPTH
+    scores = np.where(np.isfinite(rays[..., 0]), 1.0, 0.0)
+    off = []
+    for score in (1.0, 0.2, 0.05, 0.001):
+        scores[0, HEAD[LEFT_EAR]] = score
+        off.append(abs(pose_of(rays, scores=scores).ray[0, 0] - 0.2) * DEPTH)
+    # the others hold the head where it is: five keypoints share an error of 10 cm
+    assert off[0] < 0.05 and (np.diff(off) < 0).all() and off[-1] < 0.001
+
+
+@pytest.mark.parametrize('degrees', [0, 40, 90])
+def test_in_a_mirror_left_is_right(degrees):
+    rays = rays_of(np.radians(degrees))
+    mirrored = rays[:, list(COCO_18.swap)] * [-1, 1, 1]
+    one, two = pose_of(rays, 0.5), pose_of(mirrored, 0.5)
+    swap = [NOSE, LEFT_EYE, RIGHT_EYE, LEFT_EAR, RIGHT_EAR]
+    np.testing.assert_allclose(two.depths[:, swap], one.depths, atol=1e-9)
+    np.testing.assert_allclose(two.surface[:, swap], one.surface, atol=1e-9)
+    np.testing.assert_allclose(two.ray, one.ray * [-1, 1, 1], atol=1e-9)
+
+
+def test_people_do_not_influence_each_other():
+    rays = np.concatenate([rays_of(0.5), np.full((1, 18, 3), np.nan), rays_of(-1.0, middle=(-0.4, 0.1))])
+    three = pose_of(rays)
+    for row, depths in zip((0, 2), (three.depths[0], three.depths[2])):
+        np.testing.assert_allclose(depths, pose_of(rays[row:row + 1]).depths[0])
+    assert three.known.tolist() == [True, False, True]
+
+
+def test_the_surface_is_the_front_of_the_head():
+    front, side, back = (pose_of(rays_of(np.radians(degrees)), np.cos(np.radians(degrees)))
+                         for degrees in (0, 90, 180))
+    # the face is under its surface by little
+    under = front.depths[0] - front.surface[0]
+    assert (under[:3] >= 0).all() and (under[:3] < 0.03).all()
+    # of somebody who looks to the right of the picture, the right ear is seen, the left one behind the whole head
+    under = side.depths[0] - side.surface[0]
+    assert -0.01 < under[RIGHT_EAR] < 0.04
+    assert under[LEFT_EAR] == pytest.approx(2 * HEAD_AXES[0], abs=0.03)
+    # from behind, the nose is
+    under = back.depths[0] - back.surface[0]
+    assert under[NOSE] == pytest.approx(2 * HEAD_AXES[2], abs=0.05)
+    for head in (front, side, back):
+        assert (head.surface <= head.depths).all()

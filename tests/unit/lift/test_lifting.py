@@ -1,0 +1,181 @@
+"""Lifting: the joint's window in the cloud, at borders, holes and other resolutions."""
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from openpose_ros_pkg.errors import BadInputError, ParameterError
+from openpose_ros_pkg.people import People2D
+from openpose_ros_pkg.skeletons import COCO_18
+from skeleton_extract_3d.lift.lifting import LiftingParams, lift, nearest_pixels
+from skeleton_extract_3d.people import MEASURED, MISSING
+from skeleton_extract_3d.points.camera import CameraModel
+from skeleton_extract_3d.points.cloud import OrganizedCloud
+from skeleton_extract_3d.points.depth import DepthImage
+
+K = len(COCO_18.joints)
+W, H = 96, 54
+CAMERA = CameraModel(W, H, [54.0, 0, 47.5, 0, 54.0, 26.5, 0, 0, 1])
+
+
+def one_person(*joints):
+    """A person with the first joints at (x, y), confidence 0.5, 0.51, ..."""
+    keypoints = np.full((1, K, 3), np.nan)
+    keypoints[..., 2] = 0
+    for i, (x, y) in enumerate(joints):
+        keypoints[0, i] = (x, y, 0.5 + i / 100)
+    return People2D(COCO_18, keypoints, [1.0], [4])
+
+
+def pixel_cloud(width=W, height=H):
+    """A cloud whose points name their pixel: (u, v, 1 + u + 1000 v)."""
+    v, u = np.mgrid[:height, :width].astype(np.float32)
+    return np.stack([u, v, 1 + u + 1000 * v])
+
+
+def lifted(points, *joints, size=(W, H), **params):
+    cloud = points if isinstance(points, DepthImage) else OrganizedCloud(*points)
+    return lift(one_person(*joints), size, cloud, LiftingParams(**params))
+
+
+def test_nobody():
+    people = lift(People2D.empty(COCO_18), (W, H), OrganizedCloud(*pixel_cloud()), LiftingParams())
+    assert people.xyz.shape == (0, K, 3)
+
+
+def test_a_person_without_joints_stays_without():
+    people = lifted(pixel_cloud())
+    assert (people.status == MISSING).all()
+    assert people.ids.tolist() == [4]
+
+
+@pytest.mark.parametrize('statistic', ['mean', 'median'])
+@pytest.mark.parametrize('window', [1, 3, 7])
+def test_on_a_plane_the_window_gives_its_middle(statistic, window):
+    people = lifted(pixel_cloud(), (40, 20), (40.4, 19.6), window=window, statistic=statistic)
+    # 1e-3 of 20041: float32 of the result
+    np.testing.assert_allclose(people.xyz[0, :2], [[40, 20, 20041]] * 2, rtol=1e-6)
+    assert people.status[0].tolist() == [MEASURED] * 2 + [MISSING] * (K - 2)
+    np.testing.assert_allclose(people.confidence[0, :3], [0.5, 0.51, 0])
+    assert np.isnan(people.sigma).all()
+    assert np.isnan(people.xyz[0, 2:]).all()
+
+
+@pytest.mark.parametrize('x, y, expected', [
+    (0, 0, (0.5, 0.5)), (W - 1, 0, (W - 1.5, 0.5)), (0, H - 1, (0.5, H - 1.5)), (W - 1, H - 1, (W - 1.5, H - 1.5)),
+    (-0.5, 20, (0.5, 20)), (W - 0.51, 20, (W - 1.5, 20)), (40, H - 0.51, (40, H - 1.5))])
+def test_at_the_border_the_window_is_what_lies_inside(x, y, expected):
+    np.testing.assert_allclose(lifted(pixel_cloud(), (x, y)).xyz[0, 0, :2], expected, rtol=1e-6)
+
+
+@pytest.mark.parametrize('x, y', [(-0.51, 20), (W - 0.5, 20), (40, -0.51), (40, H - 0.5), (-1e9, 0), (1e9, 1e9)])
+def test_outside_the_image_a_joint_is_missing_though_its_window_reaches_inside(x, y):
+    people = lifted(pixel_cloud(), (x, y), window=31)
+    assert people.status[0, 0] == MISSING
+    assert people.confidence[0, 0] == 0.5
+
+
+@pytest.mark.parametrize('hole', [np.nan, np.inf, -np.inf, 0.0])
+def test_holes_do_not_count(hole):
+    cloud = pixel_cloud()
+    cloud[:, 19:22, 39:42] = hole
+    cloud[:, 21, 41] = (41, 21, 7)
+    np.testing.assert_allclose(lifted(cloud, (40, 20)).xyz[0, 0], [41, 21, 7])
+    np.testing.assert_allclose(lifted(cloud, (40, 20), statistic='median').xyz[0, 0], [41, 21, 7])
+
+
+def test_a_joint_over_holes_alone_keeps_its_confidence():
+    people = lifted(np.full((3, H, W), np.nan, np.float32), (40, 20))
+    assert people.status[0, 0] == MISSING
+    assert np.isnan(people.xyz[0, 0]).all()
+    assert people.confidence[0, 0] == 0.5
+
+
+@pytest.mark.parametrize('far, mean, median', [(4, 2 + 2 * 4 / 9, 2.0), (5, 2 + 2 * 5 / 9, 4.0)])
+def test_the_mean_mixes_body_and_background_and_the_median_chooses(far, mean, median):
+    cloud = np.full((3, H, W), 2, np.float32)
+    cloud[2].flat[[row * W + column for row in (19, 20, 21) for column in (39, 40, 41)][:far]] = 4
+    assert lifted(cloud, (40, 20)).xyz[0, 0, 2] == pytest.approx(mean)
+    assert lifted(cloud, (40, 20), statistic='median').xyz[0, 0, 2] == median
+
+
+def test_the_median_of_an_even_number_is_the_middle_of_the_two():
+    cloud = np.full((3, H, W), np.nan, np.float32)
+    cloud[:, 20, 39:43] = [[1], [1], [1]]
+    cloud[2, 20, 39:42] = (1, 2, np.nan)
+    assert lifted(cloud, (40, 20), statistic='median').xyz[0, 0, 2] == 1.5
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.sampled_from([1, 3, 5]), st.floats(0, 1))
+def test_both_statistics_are_those_of_numpy(seed, window, holes):
+    rng = np.random.default_rng(seed)
+    cloud = rng.normal(3, 1, (3, H, W))
+    cloud[:, rng.random((H, W)) < holes] = np.nan
+    pixels = rng.integers((0, 0), (W, H), (K, 2))
+    for statistic, reference in (('mean', np.mean), ('median', np.median)):
+        people = lifted(cloud, *pixels, window=window, statistic=statistic)
+        for (u, v), xyz in zip(pixels, people.xyz[0]):
+            reach = window // 2
+            patch = cloud[:, max(v - reach, 0):v + reach + 1, max(u - reach, 0):u + reach + 1].reshape(3, -1)
+            patch = patch[:, np.isfinite(patch).all(axis=0)]
+            expected = reference(patch, axis=1) if patch.size else np.full(3, np.nan)
+            np.testing.assert_allclose(xyz, expected, rtol=1e-5, atol=1e-6)
+
+
+@pytest.mark.parametrize('position, pixel', [(0, 0), (0.49, 0), (0.5, 1), (1.5, 2), (2.5, 3), (-0.5, 0), (-0.51, -1)])
+def test_a_pixel_reaches_half_a_pixel_around_its_centre(position, pixel):
+    u, v = nearest_pixels(np.array([position, position]), (W, H), (W, H))
+    assert (u, v) == (pixel, pixel)
+
+
+@pytest.mark.parametrize('scale', [2, 3])
+def test_in_a_cloud_of_other_resolution_the_same_place_is_found(scale):
+    # image pixels 2 u and 2 u + 1 lie in pixel u of a cloud of half the size
+    joints = [(scale * 30, scale * 10), (scale * 31 - 1, scale * 11 - 1), (0, 0), (scale * W - 1, scale * H - 1)]
+    people = lifted(pixel_cloud(), *joints, size=(scale * W, scale * H), window=1)
+    np.testing.assert_array_equal(people.xyz[0, :4, :2], [[30, 10], [30, 10], [0, 0], [W - 1, H - 1]])
+    up = lifted(pixel_cloud(scale * W, scale * H), (30, 10), window=1)
+    assert (np.abs(up.xyz[0, 0, :2] - (scale * 30.5 - 0.5, scale * 10.5 - 0.5)) <= 0.5).all()
+
+
+@pytest.mark.parametrize('size', [(640, 480), (W, H + 1), (W + 2, H)])
+def test_other_aspect_ratios_are_refused_with_both_sizes(size):
+    with pytest.raises(BadInputError, match=f'image is {size[0]} x {size[1]} but cloud is {W} x {H}'):
+        lifted(pixel_cloud(), (1, 1), size=size)
+
+
+def test_sizes_that_were_rounded_are_the_same_aspect():
+    lifted(pixel_cloud(512, 288), (1, 1), size=(1280, 719))
+
+
+@pytest.mark.parametrize('statistic', ['mean', 'median'])
+@pytest.mark.parametrize('dtype, unit', [(np.uint16, 1000), (np.float32, 1)], ids=['16UC1', '32FC1'])
+def test_project_and_lift_through_depth_image_and_cloud_agree(dtype, unit, statistic):
+    rng = np.random.default_rng(1)
+    truth = np.stack([rng.uniform(-1.2, 1.2, K), rng.uniform(-0.6, 0.6, K), np.full(K, 2.5)], axis=-1)
+    depth = DepthImage(np.full((H, W), 2.5 * unit, dtype), CAMERA)
+    from_depth = lifted(depth, *CAMERA.project(truth), statistic=statistic)
+    cloud = (CAMERA.ray_grid() * 2.5).transpose(2, 0, 1)
+    from_cloud = lifted(cloud, *CAMERA.project(truth), statistic=statistic)
+    np.testing.assert_allclose(from_depth.xyz, from_cloud.xyz, atol=1e-6)
+    # half a pixel at 54 px focal length and 2.5 m
+    np.testing.assert_allclose(from_depth.xyz[0], truth, atol=0.5 / 54 * 2.5 + 1e-6)
+
+
+def test_people_are_lifted_each_for_itself():
+    people = People2D(COCO_18, np.concatenate([one_person((10, 10)).keypoints, one_person((50, 20)).keypoints]),
+                      [1, 1], [3, 8])
+    cloud = OrganizedCloud(*pixel_cloud())
+    both = lift(people, (W, H), cloud, LiftingParams())
+    turned = People2D(COCO_18, people.keypoints[::-1], [1, 1], [8, 3])
+    np.testing.assert_array_equal(lift(turned, (W, H), cloud, LiftingParams()).xyz, both.xyz[::-1])
+    assert both.xyz[:, 0, :2].tolist() == [[10, 10], [50, 20]]
+    assert both.ids.tolist() == [3, 8]
+
+
+@pytest.mark.parametrize('values', [{'window': 2}, {'window': 0}, {'window': 33}, {'window': 3.0},
+                                    {'statistic': 'mode'}], ids=str)
+def test_parameters_out_of_range_are_refused(values):
+    with pytest.raises(ParameterError, match=next(iter(values))):
+        LiftingParams(**values)

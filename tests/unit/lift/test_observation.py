@@ -1,0 +1,146 @@
+"""What a frame shows of people: keypoints on the grid of the points, rays, and samples of the surfaces."""
+from functools import lru_cache
+
+import numpy as np
+import pytest
+
+from openpose_ros_pkg.people import People2D
+from openpose_ros_pkg.skeletons import BODY_25, COCO_17, COCO_18
+from skeleton_extract_3d.lift.observation import grid_positions, observe
+from skeleton_extract_3d.points.camera import CameraModel
+from skeleton_extract_3d.points.depth import DepthImage
+from synthetic_scene import Person, Room, pinhole, render, standing, without_joints
+
+INDEX = COCO_18.index
+
+
+@lru_cache(maxsize=None)
+def scene():
+    return render(pinhole(320, 180), [Person(1, 0.1, 2.6, standing()), Person(2, -1.0, 3.4, standing(), scale=0.6)],
+                  Room(wall=4.0))
+
+
+def look(frame, people=None, size=None, camera=None):
+    camera = camera or frame.camera
+    return observe(frame.people if people is None else people, size or frame.size,
+                   DepthImage(frame.depth, camera), camera)
+
+
+def without(*joints):
+    frame = scene()
+    return without_joints(frame.people, np.tile(np.isin(COCO_18.joints, joints), (len(frame.people), 1)))
+
+
+def test_nobody():
+    seen = look(scene(), People2D.empty(COCO_18))
+    assert seen.uv.shape == (0, 18, 2) and seen.rays.shape == (0, 18, 3) and seen.depth.shape == (0, 18, 25)
+    assert seen.size.shape == (0,) and seen.known_rays.shape == (0, 18, 3)
+
+
+def test_rays_lead_to_the_joints():
+    frame, seen = scene(), look(scene())
+    np.testing.assert_array_equal(seen.known, np.ones((2, 18), bool))
+    np.testing.assert_array_equal(seen.scores, np.ones((2, 18)))
+    np.testing.assert_allclose(seen.rays * frame.xyz[..., 2:], frame.xyz, atol=1e-5)
+    assert seen.focal == pytest.approx(180)
+
+
+def test_the_middle_of_a_window_is_the_surface_at_the_keypoint():
+    frame, seen = scene(), look(scene())
+    u, v = np.rint(frame.people.xy).astype(int).transpose(2, 0, 1)
+    np.testing.assert_allclose(seen.depth[..., 12], frame.depth[v, u] / 1000)
+    # of somebody who is seen from the front, all joints lie less than 12 cm under it
+    assert (np.abs(frame.xyz[..., 2] - seen.depth[..., 12]) < 0.12).all()
+
+
+def test_windows_shrink_with_distance_and_not_with_the_picture():
+    frame = scene()
+    large = render(pinhole(640, 360), [Person(1, 0.1, 2.6, standing())], Room(wall=4.0))
+    knee = INDEX['left_knee']
+    # whole windows on the leg: 14 cm wide, while they are 9 cm
+    for seen in (look(frame), look(large)):
+        assert np.nanmax(seen.depth[0, knee]) - np.nanmin(seen.depth[0, knee]) < 0.1
+
+
+def test_people_seem_to_be_where_adults_are_as_large():
+    # 1.75 m against 1.70 m and 0.6 of it; lengths of bones differ by 10 % from the model's
+    np.testing.assert_allclose(look(scene()).size, [2.6 * 1.70 / 1.75, 3.4 / 0.6 * 1.70 / 1.75], rtol=0.1)
+
+
+def test_a_missing_joint_has_a_guess_near_the_next_one_towards_the_trunk():
+    seen, whole = look(scene(), without('left_wrist', 'left_hip', 'nose')), look(scene())
+    missing = [INDEX[name] for name in ('left_wrist', 'left_hip', 'nose')]
+    assert not seen.known[:, missing].any() and not seen.scores[:, missing].any()
+    assert np.isnan(seen.uv[:, missing]).all() and np.isnan(seen.known_rays[:, missing]).all()
+    assert np.isnan(seen.depth[:, missing]).all()
+    assert np.isfinite(seen.rays).all()
+    np.testing.assert_allclose(seen.rays[:, INDEX['left_wrist']], whole.rays[:, INDEX['left_elbow']])
+    np.testing.assert_allclose(seen.rays[:, INDEX['left_hip']], whole.rays[:, INDEX['right_hip']])
+    kept = np.setdiff1d(np.arange(18), missing)
+    np.testing.assert_array_equal(seen.rays[:, kept], whole.rays[:, kept])
+
+
+@pytest.mark.parametrize('joint', COCO_18.joints)
+def test_of_a_single_joint_all_rays_are_finite(joint):
+    seen = look(scene(), without(*(name for name in COCO_18.joints if name != joint)))
+    assert seen.known.sum(axis=1).tolist() == [1, 1]
+    assert np.isfinite(seen.rays).all() and np.isinf(seen.size).all()
+
+
+def test_keypoints_outside_the_picture_have_a_ray_but_no_surface():
+    frame = scene()
+    keypoints = frame.people.keypoints.copy()
+    keypoints[0, INDEX['left_wrist'], :2] = (-40, 90)
+    seen = look(frame, People2D(COCO_18, keypoints, [1, 1], [-1, -1]))
+    assert seen.known[0, INDEX['left_wrist']] and np.isnan(seen.depth[0, INDEX['left_wrist']]).all()
+    assert seen.rays[0, INDEX['left_wrist'], 0] == pytest.approx((-40 - 159.5) / 180)
+
+
+def test_a_keypoint_that_no_ray_reaches_counts_as_missing():
+    frame = scene()
+    # a lens that folds the picture back on itself beyond 28 degrees: nothing is seen at its corners
+    lens = CameraModel(320, 180, frame.camera.matrix, 'plumb_bob', [-1.2, 0, 0, 0, 0])
+    keypoints = frame.people.keypoints.copy()
+    keypoints[0, INDEX['left_wrist'], :2] = (318, 2)
+    seen = look(frame, People2D(COCO_18, keypoints, [1, 1], [-1, -1]), camera=lens)
+    wrist = INDEX['left_wrist']
+    assert not seen.known[0, wrist] and seen.scores[0, wrist] == 0 and np.isnan(seen.uv[0, wrist]).all()
+    assert np.isfinite(seen.rays).all()
+    assert seen.known[0, INDEX['neck']]
+
+
+def test_other_joint_sets_are_read_by_name():
+    frame = scene()
+    for skeleton in (COCO_17, BODY_25):
+        keypoints = np.full((2, len(skeleton.joints), 3), (np.nan, np.nan, 0))
+        for i, name in enumerate(skeleton.joints):
+            if name in INDEX:
+                keypoints[:, i] = frame.people.keypoints[:, INDEX[name]]
+        seen = look(frame, People2D(skeleton, keypoints, [1, 1], [-1, -1]))
+        # where there is no neck, it is the middle of the shoulders
+        np.testing.assert_allclose(seen.uv, frame.people.xy, atol=1e-3)
+
+
+@pytest.mark.parametrize('scale', [2, 3])
+def test_keypoints_of_a_larger_image_are_brought_to_the_grid(scale):
+    frame = scene()
+    keypoints = frame.people.keypoints.copy()
+    keypoints[..., :2] = (keypoints[..., :2] + 0.5) * scale - 0.5
+    larger = look(frame, People2D(COCO_18, keypoints, [1, 1], [-1, -1]), (320 * scale, 180 * scale))
+    np.testing.assert_allclose(larger.uv, frame.people.xy, atol=1e-4)
+    np.testing.assert_array_equal(larger.depth, look(frame).depth)
+
+
+def test_the_corners_of_a_picture_are_the_corners_of_the_grid():
+    corners = np.array([[-0.5, -0.5], [639.5, 359.5], [np.nan, np.nan]])
+    np.testing.assert_allclose(grid_positions(corners, (640, 360), (320, 180)),
+                               [[-0.5, -0.5], [319.5, 179.5], [np.nan, np.nan]])
+    assert grid_positions(np.zeros((0, 2)), (640, 360), (320, 180)).shape == (0, 2)
+
+
+def test_the_frame_is_not_changed():
+    frame = scene()
+    before = frame.people.keypoints.copy()
+    frame.people.keypoints.flags.writeable = False
+    look(frame)
+    np.testing.assert_array_equal(frame.people.keypoints, before)

@@ -1,0 +1,210 @@
+"""Who or what is in front of a keypoint: other people, the own body, furniture."""
+from functools import lru_cache
+
+import numpy as np
+import pytest
+
+from openpose_ros_pkg.skeletons import COCO_18
+from skeleton_extract_3d.lift import occluders
+from skeleton_extract_3d.lift.observation import observe
+from skeleton_extract_3d.points.depth import DepthImage
+from synthetic_scene import Box, Person, Pose, Room, pinhole, pointing, render, standing
+
+CAMERA = pinhole(320, 180)
+FOCAL = 180.0
+INDEX = COCO_18.index
+ARMS = ['left_elbow', 'right_elbow', 'left_wrist', 'right_wrist']
+LEGS = [f'{side}_{joint}' for side in ('left', 'right') for joint in ('knee', 'ankle')]
+
+
+def rows(*names):
+    return [INDEX[name] for name in names]
+
+
+def folded_arm():
+    """Return a pose with the left wrist before the trunk."""
+    rest = standing(8)
+    fore = np.stack([rest.forearms[0], pointing(60, -40, 1)])
+    return Pose(rest.upper_arms, fore, rest.thighs, rest.shins)
+
+
+@lru_cache(maxsize=None)
+def scene(pose='standing', furniture=(), x=0.0):
+    pose = {'standing': standing(30), 'folded': folded_arm(), 'hanging': standing(2)}[pose]
+    return render(CAMERA, [Person(1, x, 2.6, pose)], Room(wall=4.5, furniture=furniture))
+
+
+@lru_cache(maxsize=None)
+def two(apart=0.1):
+    """Return one person behind another."""
+    return render(CAMERA, [Person(0, 0.0, 3.4, standing()), Person(1, apart, 2.2, standing())], Room(wall=5.0))
+
+
+def observed(frame):
+    return observe(frame.people, frame.size, DepthImage(frame.depth, frame.camera), frame.camera)
+
+
+def others(frame):
+    return occluders.others_depths(frame.people.xy.astype(float), frame.xyz[..., 2], FOCAL)
+
+
+def likely(frame, root=2.6):
+    seen = observed(frame)
+    root = np.full(len(frame.ids), root)
+    covered = occluders.covered_by_self(seen.uv, root, seen.focal)
+    return occluders.likely_own(DepthImage(frame.depth, frame.camera), seen.uv, seen.depth, root, covered, seen.focal)
+
+
+def test_nobody():
+    none, points = np.zeros((0, 18, 2)), DepthImage(scene().depth, CAMERA)
+    assert occluders.others_depths(none, np.zeros((0, 18)), FOCAL).shape == (0, 18, 0)
+    covered = occluders.covered_by_self(none, np.zeros(0), FOCAL)
+    assert covered.shape == (0, 18)
+    assert occluders.likely_own(points, none, np.zeros((0, 18, 25)), np.zeros(0), covered, FOCAL).shape == (0, 18)
+    assert occluders.foreign_samples(np.zeros((0, 18, 25)), np.zeros((0, 18, 0)), np.zeros((0, 18))) is None
+
+
+# --- other people ---------------------------------------------------------------------------------------------------
+
+def test_nobody_is_another_person_to_oneself():
+    assert np.isinf(others(scene())).all()
+
+
+def test_at_the_joints_behind_somebody_is_that_ones_depth():
+    depths = others(two())
+    assert depths.shape == (2, 18, 2)
+    np.testing.assert_allclose(depths[0, rows('left_hip', 'right_hip', 'neck'), 1], 2.2, atol=0.02)
+    # the other way round it is the same: depth says who is in front
+    covering = np.isfinite(depths[1, :, 0])
+    assert covering.sum() >= 3
+    np.testing.assert_allclose(depths[1, covering, 0], 3.4, atol=0.02)
+    # the feet of who is nearer are lower in the picture than all of the other one
+    assert not covering[rows('left_ankle', 'right_ankle')].any()
+    assert np.isinf(depths[[0, 1], :, [0, 1]]).all()
+
+
+def test_who_stands_aside_covers_nothing():
+    assert np.isinf(others(two(apart=1.2))).all()
+
+
+def test_between_two_joints_the_depth_is_between_theirs():
+    uv, depth = np.full((2, 18, 2), np.nan), np.full((2, 18), 2.0)
+    elbow, wrist = rows('left_elbow', 'left_wrist')
+    uv[0, [elbow, wrist]], depth[0, [elbow, wrist]] = [(100, 50), (140, 50)], (2.0, 1.6)
+    uv[1, 0] = (110, 52)
+    assert occluders.others_depths(uv, depth, FOCAL)[1, 0, 0] == pytest.approx(1.9)
+
+
+def test_missing_joints_are_nowhere():
+    uv = np.full((2, 18, 2), np.nan)
+    uv[1] = scene().people.xy[0]
+    assert np.isinf(occluders.others_depths(uv, np.full((2, 18), 2.0), FOCAL)).all()
+
+
+def test_samples_on_the_one_in_front_are_foreign_to_the_one_behind_only():
+    frame = two()
+    seen = observed(frame)
+    foreign = occluders.foreign_samples(seen.depth, others(frame), frame.xyz[..., 2])
+    trunk = rows('neck', 'left_hip', 'right_hip', 'left_shoulder')
+    u, v = np.rint(frame.people.xy[0, trunk]).astype(int).T
+    hidden = frame.owner[v, u] == 1
+    assert hidden.sum() >= 3
+    # some samples of a window are beside the one in front
+    assert foreign[0, trunk].mean(axis=1)[hidden].min() > 0.5
+    # the windows of the one in front may reach beside the silhouette
+    own = np.abs(seen.depth[1] - 2.2) < 0.25
+    assert own.mean() > 0.7 and not foreign[1][own].any()
+
+
+def test_where_nobody_else_is_no_sample_is_foreign():
+    frame = two(apart=1.2)
+    assert occluders.foreign_samples(observed(frame).depth, others(frame), frame.xyz[..., 2]) is None
+
+
+def test_a_sample_between_two_is_nobodys_in_particular():
+    # the person's bones are at 2.62 m, the other one's at 2.5 m, and skin lies 6 cm in front of bones
+    for surface, expected in ((2.30, True), (2.44, True), (2.48, False), (2.56, False)):
+        foreign = occluders.foreign_samples(np.full((1, 18, 25), surface), np.full((1, 18, 1), 2.5),
+                                            np.full((1, 18), 2.62))
+        assert (foreign is not None and foreign.all()) == expected, surface
+
+
+def test_of_two_at_one_depth_every_sample_is_the_own_one():
+    frame = render(CAMERA, [Person(0, 0.0, 2.6, standing()), Person(1, 0.3, 2.6, standing())], Room(wall=5.0))
+    assert occluders.foreign_samples(observed(frame).depth, others(frame), frame.xyz[..., 2]) is None
+
+
+# --- the own body ---------------------------------------------------------------------------------------------------
+
+def test_nothing_covers_arms_that_are_spread():
+    covered = occluders.covered_by_self(scene().people.xy, np.array([2.6]), FOCAL)
+    assert not covered[0, rows(*ARMS, *LEGS)].any()
+
+
+def test_a_wrist_on_the_trunk_may_be_covered_by_it():
+    covered = occluders.covered_by_self(scene('folded').people.xy, np.array([2.6]), FOCAL)
+    assert covered[0, INDEX['left_wrist']] and not covered[0, INDEX['right_wrist']]
+    assert not covered[0, rows(*LEGS)].any()
+
+
+def test_far_bodies_are_slim_in_the_picture():
+    uv = scene().people.xy
+    near, far = (occluders.covered_by_self(uv, np.array([depth]), FOCAL).sum() for depth in (1.0, 5.0))
+    assert near > far
+
+
+def test_missing_joints_neither_cover_nor_are_covered():
+    uv = scene('folded').people.xy.astype(float).copy()
+    uv[0, rows('left_wrist')] = np.nan
+    covered = occluders.covered_by_self(uv, np.array([2.6]), FOCAL)
+    assert not covered[0, INDEX['left_wrist']]
+    assert not occluders.covered_by_self(np.full((1, 18, 2), np.nan), np.array([2.6]), FOCAL).any()
+
+
+# --- furniture ------------------------------------------------------------------------------------------------------
+
+def test_the_surfaces_of_somebody_who_is_free_are_the_own_ones():
+    np.testing.assert_array_equal(likely(scene()), np.ones((1, 18)))
+
+
+def test_a_counter_in_front_is_not_the_legs():
+    frame = scene(furniture=(Box((-1.5, 0.4, 1.6), (1.5, 1.2, 2.0)),))
+    own = likely(frame)
+    assert (own[0, rows(*LEGS)] < 0.1).all()
+    assert (own[0, rows('neck', 'left_shoulder', 'right_shoulder', *ARMS)] > 0.9).all()
+
+
+def test_a_hand_that_is_held_out_is_the_own_one():
+    rest = standing(5)
+    forwards = np.stack([pointing(80, 5, side) for side in (-1, 1)])
+    pose = Pose(forwards, forwards, rest.thighs, rest.shins)
+    frame = render(CAMERA, [Person(1, 0.0, 2.6, pose)], Room(wall=4.5))
+    u, v = np.rint(frame.people.xy[0, INDEX['left_wrist']]).astype(int)
+    assert frame.depth[v, u] < 1000 * (2.6 - 0.4), 'far in front of the trunk'
+    assert (likely(frame)[0, rows(*ARMS)] == 1).all()
+
+
+def test_a_flat_chest_where_a_wrist_should_be_is_hardly_the_wrist():
+    # the wrist is behind the back, its keypoint on the trunk
+    frame = scene('hanging')
+    keypoints = frame.people.keypoints.copy()
+    keypoints[0, INDEX['left_wrist'], :2] = frame.people.xy[0, rows('left_hip', 'right_hip', 'neck')].mean(axis=0)
+    seen = observed(frame)
+    uv = keypoints[..., :2].astype(float)
+    points, root = DepthImage(frame.depth, CAMERA), np.array([2.6])
+    depth = seen.depth.copy()
+    u, v = np.rint(uv[0, INDEX['left_wrist']]).astype(int)
+    depth[0, INDEX['left_wrist']] = frame.depth[v, u] / 1000
+    covered = occluders.covered_by_self(uv, root, FOCAL)
+    assert covered[0, INDEX['left_wrist']]
+    assert occluders.likely_own(points, uv, depth, root, covered, FOCAL)[0, INDEX['left_wrist']] < 0.5
+    # a folded arm stands out from the trunk
+    assert likely(scene('folded'))[0, INDEX['left_wrist']] > 0.5
+
+
+def test_without_depth_nothing_is_said_against_anybody():
+    seen = observed(scene())
+    points = DepthImage(np.zeros_like(scene().depth), CAMERA)
+    own = occluders.likely_own(points, seen.uv, np.full_like(seen.depth, np.nan), np.array([2.6]),
+                               np.ones((1, 18), bool), FOCAL)
+    np.testing.assert_array_equal(own, np.ones((1, 18)))

@@ -1,0 +1,214 @@
+"""Whole people, single frames: every joint where it is, measured where it is seen."""
+from functools import lru_cache
+
+import numpy as np
+import pytest
+
+from openpose_ros_pkg.people import People2D
+from openpose_ros_pkg.skeletons import COCO_18
+from skeleton_extract_3d.body.body import ADULT_STATURE, BONE_LENGTHS, STATURE_SPREAD
+from skeleton_extract_3d.lift import surfaces
+from skeleton_extract_3d.lift.observation import observe
+from skeleton_extract_3d.lift.pose_lifting import Expectation, lift_people
+from skeleton_extract_3d.points.depth import DepthImage
+from synthetic_scene import (
+    HIDDEN_BY_FURNITURE,
+    VISIBLE,
+    Box,
+    Person,
+    Room,
+    pinhole,
+    render,
+    standing,
+    walking,
+    without_joints,
+)
+
+INDEX = COCO_18.index
+CAMERA = pinhole(480, 270)
+WALL = Room(wall=4.5)
+COUNTER = Room(wall=4.5, furniture=(Box((-1.5, 0.4, 1.6), (1.5, 1.2, 2.0)),))
+
+
+POSES = {'standing': standing(), 'arms out': standing(40), 'walking': walking(1.2)}
+
+
+def scene(*people, room=WALL):
+    return render(CAMERA, people, room)
+
+
+@lru_cache(maxsize=None)
+def one(pose='standing', room=WALL, **values):
+    """Return a picture of one person."""
+    return scene(Person(1, 0.1, 2.6, POSES[pose], **values), room=room)
+
+
+def lifted(frame, expected=None, people=None, depth=None):
+    people = frame.people if people is None else people
+    points = DepthImage(frame.depth if depth is None else depth, frame.camera)
+    seen = observe(people, frame.size, points, frame.camera)
+    evidence = surfaces.root_evidence(seen.depth, seen.scores)
+    return lift_people(seen, points, expected or Expectation.of_strangers(len(people)), evidence)
+
+
+def errors(people, frame):
+    return np.linalg.norm(people.xyz - frame.xyz, axis=2)
+
+
+def test_nobody():
+    nobody = lifted(one(), people=People2D.empty(COCO_18))
+    assert nobody.xyz.shape == nobody.surface.shape == (0, 18, 3) and nobody.measured.shape == (0, 18)
+    assert nobody.left.shape == (0, 3) and nobody.root.shape == nobody.stature.shape == (0,)
+
+
+def test_of_strangers_only_is_known_what_adults_are():
+    expected = Expectation.of_strangers(2)
+    assert np.isnan(expected.root).all() and np.isnan(expected.depth).all() and np.isnan(expected.left).all()
+    np.testing.assert_array_equal(expected.stature, [ADULT_STATURE] * 2)
+    np.testing.assert_array_equal(expected.lengths, [BONE_LENGTHS] * 2)
+
+
+@pytest.mark.parametrize('pose', POSES)
+@pytest.mark.parametrize('yaw', [0.0, 0.6, np.pi])
+def test_what_is_seen_is_measured_where_it_is(pose, yaw):
+    frame = one(pose, yaw=yaw)
+    people, visible = lifted(frame), frame.vis == VISIBLE
+    assert (people.measured & visible).sum() >= visible.sum() - 1
+    # the model's depths under the skin differ from the scene's by up to 2 cm
+    distance = errors(people, frame)[people.measured & visible]
+    assert np.median(distance) < 0.03 and distance.max() < 0.09
+    assert people.plausible[visible].all()
+    # a body reaches that far: the candidates of the joints go on for 88 cm
+    assert people.root[0] == pytest.approx(2.6, abs=0.4)
+
+
+def test_the_surface_is_the_skin_in_front_of_measured_joints():
+    frame = one()
+    people = lifted(frame)
+    np.testing.assert_array_equal(np.isfinite(people.surface).all(axis=2), people.measured)
+    u, v = np.rint(frame.people.xy).astype(int).transpose(2, 0, 1)
+    at_pixel = frame.depth[v, u] / 1000
+    # the mean over a window on round limbs is behind the middle by up to a radius
+    difference = (people.surface[..., 2] - at_pixel)[people.measured]
+    assert np.abs(difference).max() < 0.04
+    # skin and joint are on one ray
+    np.testing.assert_allclose(np.cross(people.surface, people.xyz)[people.measured], 0, atol=1e-6)
+    assert ((people.xyz - people.surface)[..., 2][people.measured] > -0.03).all()
+
+
+@pytest.mark.parametrize('yaw', [0.0, 0.6, -0.6, np.pi])
+def test_the_left_is_to_the_left(yaw):
+    left = lifted(one(yaw=yaw)).left[0]
+    # of somebody who faces the camera it is the right of the picture
+    assert np.dot(left, (np.cos(yaw), 0, np.sin(yaw))) > 0.97
+
+
+@pytest.mark.parametrize('scale', [0.6, 0.85, 1.0, 1.1])
+def test_strangers_are_as_large_as_they_look_at_their_depth(scale):
+    frame = one(scale=scale)
+    people = lifted(frame)
+    # the surfaces tell the depth; that most people are adults counts a fifth, which makes children 10 % taller, and
+    # the lengths of the scene's people are up to 12 % off the model's
+    assert people.stature[0] == pytest.approx(1.75 * scale, rel=0.2)
+    assert np.median(errors(people, frame)) < 0.04
+
+
+def test_legs_behind_a_counter_are_behind_it_and_not_measured():
+    frame = one(room=COUNTER)
+    people, hidden = lifted(frame), frame.vis == HIDDEN_BY_FURNITURE
+    assert hidden[0, [INDEX['left_knee'], INDEX['right_ankle']]].all()
+    assert not people.measured[hidden].any()
+    assert (people.xyz[..., 2][hidden] > 2.1).all()
+    # by the lengths of the bones alone
+    assert (errors(people, frame)[hidden] < 0.2).all()
+    assert people.measured[frame.vis == VISIBLE].all()
+    assert people.sigma[hidden].min() > people.sigma[frame.vis == VISIBLE].max()
+
+
+def test_what_was_before_narrows_what_is_hidden():
+    frame = one(room=COUNTER)
+    hidden = frame.vis == HIDDEN_BY_FURNITURE
+    expected = Expectation.of_strangers(1)
+    expected = expected._replace(root=np.array([2.6]), depth=frame.xyz[..., 2].copy(),
+                                 depth_sigma=np.full((1, 18), 0.1), left=np.array([[2.0, 0, 0]]))
+    known, unknown = lifted(frame, expected), lifted(frame)
+    assert known.sigma[hidden].mean() < unknown.sigma[hidden].mean()
+    assert errors(known, frame)[hidden].max() < 0.1
+
+
+def test_the_surfaces_win_over_what_was_before():
+    frame = one()
+    expected = Expectation.of_strangers(1)._replace(
+        root=np.array([2.8]), depth=frame.xyz[..., 2] + 0.2, depth_sigma=np.full((1, 18), 0.1))
+    people = lifted(frame, expected)
+    assert people.measured.sum() >= 17 and np.median(errors(people, frame)) < 0.03
+
+
+def test_without_depth_people_are_where_their_size_says_and_nothing_is_measured():
+    frame = one()
+    people = lifted(frame, depth=np.zeros_like(frame.depth))
+    assert not people.measured.any() and np.isnan(people.surface).all()
+    assert people.root[0] == pytest.approx(2.6, rel=STATURE_SPREAD)
+    # all of it is on the rays
+    uv = frame.camera.project(people.xyz[0])
+    np.testing.assert_allclose(uv, frame.people.xy[0], atol=1e-3)
+
+
+def test_a_joint_without_a_keypoint_is_not_measured():
+    frame = one()
+    missing = np.array([[name in ('left_wrist', 'nose') for name in COCO_18.joints]])
+    people = lifted(frame, people=without_joints(frame.people, missing))
+    np.testing.assert_array_equal(people.measured, ~missing)
+    assert np.isfinite(people.xyz[~missing]).all() and np.isfinite(people.sigma).all()
+
+
+@pytest.mark.parametrize('joint', ['left_ankle', 'right_wrist'])
+def test_a_keypoint_on_the_wall_is_not_measured(joint):
+    frame = one()
+    keypoints = frame.people.keypoints.copy()
+    keypoints[0, INDEX[joint], :2] += (60 if joint == 'left_ankle' else -60, -20)
+    people = lifted(frame, people=People2D(COCO_18, keypoints, [1], [-1]))
+    assert not people.measured[0, INDEX[joint]]
+    others = np.arange(18) != INDEX[joint]
+    assert people.measured[0, others].sum() >= 16
+    assert np.median(errors(people, frame)[0, others]) < 0.03
+
+
+def test_a_keypoint_on_another_part_of_the_body_is_not_measured():
+    # there is the person's own surface, but no forearm reaches there
+    frame = one()
+    keypoints = frame.people.keypoints.copy()
+    keypoints[0, INDEX['left_wrist']] = keypoints[0, INDEX['right_knee']]
+    people = lifted(frame, people=People2D(COCO_18, keypoints, [1], [-1]))
+    assert not people.plausible[0, INDEX['left_wrist']] and not people.measured[0, INDEX['left_wrist']]
+    assert people.measured[0, INDEX['right_knee']]
+
+
+def test_who_is_behind_is_not_measured_on_who_is_in_front():
+    frame = scene(Person(0, 0.0, 3.4, POSES['standing']), Person(1, 0.25, 2.2, POSES['standing']))
+    people = lifted(frame)
+    far = people.measured & (frame.vis != VISIBLE) & (errors(people, frame) > 0.15)
+    assert not far.any(), np.argwhere(far)
+    np.testing.assert_allclose(people.root, [3.4, 2.2], atol=0.4)
+
+
+def test_people_apart_do_not_influence_each_other():
+    places = ((-0.9, 2.6), (0.1, 2.2), (1.1, 3.0))
+    frame = scene(*(Person(i, x, z, POSES['standing']) for i, (x, z) in enumerate(places)))
+    together = lifted(frame)
+    for row in (2, 0):
+        people = People2D(COCO_18, frame.people.keypoints[[row]], [1], [-1])
+        alone = lifted(frame, people=people)
+        np.testing.assert_allclose(alone.xyz[0], together.xyz[row], atol=1e-6)
+        np.testing.assert_array_equal(alone.measured[0], together.measured[row])
+
+
+def test_in_a_mirror_left_is_right():
+    frame = one('walking', yaw=0.6)
+    swap = list(COCO_18.swap)
+    keypoints = frame.people.keypoints[:, swap].copy()
+    keypoints[..., 0] = frame.size[0] - 1 - keypoints[..., 0]
+    there = lifted(frame)
+    here = lifted(frame, people=People2D(COCO_18, keypoints, [1], [-1]), depth=frame.depth[:, ::-1])
+    np.testing.assert_allclose(here.xyz[:, swap] * [-1, 1, 1], there.xyz, atol=1e-4)
+    np.testing.assert_array_equal(here.measured[:, swap], there.measured)

@@ -1,0 +1,255 @@
+"""What the points say: samples around keypoints, the depth of the trunk, and the costs of a joint's depths."""
+import numpy as np
+import pytest
+
+from openpose_ros_pkg.skeletons import COCO_18
+from skeleton_extract_3d.body.body import SIZED_LENGTHS, SIZED_PAIRS, THICKNESSES
+from skeleton_extract_3d.lift import surfaces
+from skeleton_extract_3d.points.camera import CameraModel
+from skeleton_extract_3d.points.depth import DepthImage
+
+CAMERA = CameraModel(64, 36, [36.0, 0, 31.5, 0, 36.0, 17.5, 0, 0, 1])
+INDEX = COCO_18.index
+WRIST = INDEX['left_wrist']
+
+
+def image(z):
+    return DepthImage(np.asarray(z, np.float32), CAMERA)
+
+
+def pixel_image():
+    """Return an image whose depth names the pixel: 1 + u / 100 + v."""
+    v, u = np.mgrid[:36, :64]
+    return image(1 + u / 100 + v)
+
+
+def samples(people=1, depth=2.5):
+    """Return windows whose samples are all of one depth, (P, 18, 25) [m]."""
+    return np.full((people, 18, 25), float(depth))
+
+
+def costs(depth, offset=0.05, gap=0.08, root=2.5, score=1.0, own=1.0, covered=False, foreign=None):
+    """Return the costs of (1, 18, 25) samples with the same of the rest for all joints, (18, 45)."""
+    full = np.full((1, 18), 1.0)
+    return surfaces.depth_costs(depth, offset * full, gap * full, np.array([root]), score * full, own * full,
+                                np.full((1, 18), covered), foreign)[0]
+
+
+def depth_of(cost, root=2.5):
+    return root + surfaces.DELTAS[cost.argmin()]
+
+
+# --- samples --------------------------------------------------------------------------------------------------------
+
+def test_nobody():
+    assert surfaces.window_depths(pixel_image(), np.zeros((0, 18, 2)), np.zeros(0)).shape == (0, 18, 25)
+    assert surfaces.size_depth(np.zeros((0, 18, 3)), np.zeros((0, 18))).shape == (0,)
+    assert surfaces.root_evidence(np.zeros((0, 18, 25)), np.zeros((0, 18))).shape == (0, len(surfaces.ROOT_DEPTHS))
+    none = np.zeros((0, 18))
+    assert surfaces.depth_costs(np.zeros((0, 18, 25)), none, none, np.zeros(0), none, none, none > 0
+                                ).shape == (0, 18, surfaces.STEPS)
+
+
+def test_depths_are_those_of_the_pixels_that_positions_lie_in():
+    at = np.array([[10.4, 20.0], [9.6, 20.4], [0, 0], [63.49, 35.49]])
+    np.testing.assert_allclose(surfaces.depths_at(pixel_image(), at), [21.1, 21.1, 1, 36.63], atol=1e-5)
+
+
+@pytest.mark.parametrize('at', [(-0.51, 5), (63.51, 5), (5, -0.51), (5, 35.51), (-1e6, -1e6)])
+def test_outside_the_grid_there_is_no_depth(at):
+    assert np.isnan(surfaces.depths_at(pixel_image(), np.array([at], float))).all()
+
+
+def test_a_window_is_as_wide_as_asked_for_and_its_middle_is_the_keypoint():
+    uv, radius = np.full((2, 18, 2), 15.0), np.array([2.0, 6.0])
+    depth = surfaces.window_depths(pixel_image(), uv, radius)
+    for person, reach in enumerate((2, 6)):
+        u, v = np.round(depth[person, 0] % 1 * 100), np.floor(depth[person, 0]) - 1
+        assert (u.min(), u.max(), v.min(), v.max()) == (15 - reach, 15 + reach, 15 - reach, 15 + reach)
+        assert (u[12], v[12]) == (15, 15)
+
+
+def test_windows_of_missing_joints_are_empty():
+    uv = np.full((1, 18, 2), 15.0)
+    uv[0, WRIST] = np.nan
+    depth = surfaces.window_depths(pixel_image(), uv, np.array([3.0]))
+    np.testing.assert_array_equal(np.isnan(depth).all(axis=2)[0], np.arange(18) == WRIST)
+
+
+def test_weights_sum_to_one_over_what_is_there_and_are_greatest_in_the_middle():
+    depth = samples()
+    depth[0, 0, :12] = np.nan
+    depth[0, 1] = np.nan
+    weights, have = surfaces.relative_weights(depth)
+    np.testing.assert_allclose(weights[0].sum(axis=1), np.arange(18) != 1)
+    np.testing.assert_array_equal(have[0], np.arange(18) != 1)
+    assert not weights[0, 0, :12].any()
+    assert (weights[0, :, 12] >= weights[0].max(axis=1)).all()
+
+
+# --- size -----------------------------------------------------------------------------------------------------------
+
+def flat_rays(depth, scale=1.0):
+    """Return rays on which the sized pairs lie as long as an adult's, turned towards nowhere, (1, 18, 3)."""
+    x = {'neck': (0, 0), 'right_shoulder': (-0.1655, 0), 'left_shoulder': (0.1655, 0), 'right_hip': (-0.0935, 0.503),
+         'left_hip': (0.0935, 0.503), 'right_knee': (-0.0935, 0.897), 'left_knee': (0.0935, 0.897),
+         'right_ankle': (-0.0935, 1.297), 'left_ankle': (0.0935, 1.297), 'right_elbow': (-0.1655, 0.269),
+         'left_elbow': (0.1655, 0.269)}
+    rays = np.full((1, 18, 3), np.nan)
+    for name, place in x.items():
+        rays[0, INDEX[name]] = (*(np.array(place) * scale / depth), 1)
+    return rays
+
+
+@pytest.mark.parametrize('depth', [1.0, 2.5, 8.0])
+@pytest.mark.parametrize('scale', [0.6, 1.0])
+def test_an_adult_is_where_it_looks_as_large_as_adults_do(depth, scale):
+    size = surfaces.size_depth(flat_rays(depth, scale), np.ones((1, 18)))
+    # somewhat nearer, since errors of keypoints make the longest bones longer
+    np.testing.assert_allclose(size, 0.97 * depth / scale, rtol=0.02)
+
+
+def test_a_single_keypoint_elsewhere_does_not_bring_a_person_nearer():
+    rays = flat_rays(3.0)
+    rays[0, INDEX['left_elbow'], 0] += 0.4
+    np.testing.assert_allclose(surfaces.size_depth(rays, np.ones((1, 18))), 0.97 * 3.0, rtol=0.02)
+
+
+def test_bones_that_point_at_the_camera_do_not_make_a_person_far():
+    rays = flat_rays(3.0)
+    for side in ('left', 'right'):
+        for joint in ('knee', 'ankle'):
+            rays[0, INDEX[f'{side}_{joint}']] = rays[0, INDEX[f'{side}_hip']] + [0, 0.01, 0]
+    np.testing.assert_allclose(surfaces.size_depth(rays, np.ones((1, 18))), 0.97 * 3.0, rtol=0.02)
+
+
+def test_without_bones_the_size_tells_nothing():
+    scores = np.zeros((1, 18))
+    assert np.isinf(surfaces.size_depth(flat_rays(3.0), scores)).all()
+    scores[0, INDEX['neck']] = 1
+    assert np.isinf(surfaces.size_depth(flat_rays(3.0), scores)).all()
+
+
+@pytest.mark.parametrize('size', [np.inf, np.nan])
+def test_an_unknown_size_says_the_same_of_all_depths(size):
+    assert not surfaces.size_evidence(np.array([size]), np.array([0.12])).any()
+
+
+def test_the_size_speaks_for_its_depth_and_less_against_nearer_ones():
+    evidence = surfaces.size_evidence(np.array([3.0]), np.array([0.12]))[0]
+    best = surfaces.ROOT_DEPTHS[evidence.argmax()]
+    assert best == pytest.approx(3.0, rel=surfaces.ROOT_STEP)
+    nearer, further = (np.interp(depth, surfaces.ROOT_DEPTHS, evidence) for depth in (3.0 / 1.2, 3.0 * 1.2))
+    # people may be turned away or bent, which makes them look smaller and never larger
+    assert 0 > nearer > 0.5 * further
+    assert evidence.min() == -12, 'an odd pose is not another depth'
+    surer = surfaces.size_evidence(np.array([3.0]), np.array([0.06]))[0]
+    assert (surer <= evidence).all()
+
+
+# --- depth of the trunk ---------------------------------------------------------------------------------------------
+
+@pytest.mark.parametrize('depth', [0.8, 2.5, 6.0])
+def test_a_person_is_where_the_surfaces_are(depth):
+    evidence = surfaces.root_evidence(samples(2, depth), np.ones((2, 18)))
+    best = surfaces.ROOT_DEPTHS[np.flatnonzero(evidence[0] > evidence[0].max() - 0.1)]
+    # the surface is at most 40 cm in front of the trunk and 30 cm behind, but for the steps
+    assert depth - 0.4 < best.min() < depth < best.max() < depth + 0.5 + surfaces.ROOT_STEP * depth
+    np.testing.assert_allclose(evidence[1], evidence[0])
+
+
+def test_most_of_the_joints_decide_against_what_covers_the_others():
+    depth = samples()
+    depth[0, [INDEX[f'{side}_{joint}'] for side in ('left', 'right') for joint in ('hip', 'knee', 'ankle')]] = 1.2
+    best = surfaces.ROOT_DEPTHS[surfaces.root_evidence(depth, np.ones((1, 18)))[0].argmax()]
+    assert 2.1 < best < 3.0
+
+
+def test_a_wall_behind_keypoints_beside_the_body_is_not_the_person():
+    depth = samples()
+    depth[0, ::2, 13:] = 4.0
+    depth[0, INDEX['left_wrist']] = depth[0, INDEX['right_wrist']] = 4.0
+    best = surfaces.ROOT_DEPTHS[surfaces.root_evidence(depth, np.ones((1, 18)))[0].argmax()]
+    assert 2.1 < best < 3.0
+
+
+def test_samples_of_others_do_not_tell_where_a_person_is():
+    depth, foreign = samples(1, 2.0), np.ones((1, 18, 25), bool)
+    depth[0, :2], foreign[0, :2] = 3.5, False
+    best = surfaces.ROOT_DEPTHS[surfaces.root_evidence(depth, np.ones((1, 18)), foreign)[0].argmax()]
+    assert 3.1 < best < 4.0
+    without = surfaces.ROOT_DEPTHS[surfaces.root_evidence(depth, np.ones((1, 18)))[0].argmax()]
+    assert 1.6 < without < 2.5
+
+
+def test_without_samples_or_keypoints_no_depth_is_likelier():
+    for depth, scores in ((samples(1, np.nan), np.ones((1, 18))), (samples(), np.zeros((1, 18)))):
+        assert np.ptp(surfaces.root_evidence(depth, scores)) < 1e-9
+
+
+# --- depths of joints -----------------------------------------------------------------------------------------------
+
+@pytest.mark.parametrize('offset', [0.0, 0.05, 0.115])
+def test_a_joint_is_cheapest_so_deep_under_its_surface(offset):
+    cost = costs(samples(), offset)
+    assert cost.dtype == np.float32 and cost.shape == (18, surfaces.STEPS)
+    assert (cost.min(axis=1) == 0).all()
+    # half a step
+    assert depth_of(cost[WRIST]) == pytest.approx(2.5 + offset, abs=0.021)
+
+
+def test_a_joint_may_be_hidden_behind_its_surface_but_not_hover_in_front():
+    cost = costs(samples())[WRIST]
+    at, front, behind = (cost[np.abs(2.5 + surfaces.DELTAS - z).argmin()] for z in (2.55, 2.25, 2.85))
+    assert at < behind < front
+
+
+def test_low_scores_and_the_own_body_in_front_make_being_hidden_likelier():
+    behind = np.abs(surfaces.DELTAS - 0.35).argmin()
+    usual = costs(samples())[WRIST, behind]
+    assert costs(samples(), score=0.4)[WRIST, behind] < usual
+    assert costs(samples(), covered=True)[WRIST, behind] < usual
+
+
+def test_a_surface_that_is_not_the_persons_hides():
+    cost = costs(samples(1, 2.1), own=0.03)[WRIST]
+    assert depth_of(cost) > 2.1 + 0.05 + 0.08 - 0.03
+
+
+def test_the_own_arm_beside_a_wall_is_chosen_or_not_but_nothing_between():
+    depth = samples()
+    depth[0, WRIST, ::2] = 3.1
+    cost = costs(depth)[WRIST]
+    arm, middle, wall = (cost[np.abs(2.5 + surfaces.DELTAS - z).argmin()] for z in (2.55, 2.85, 3.15))
+    assert max(arm, wall) < middle
+
+
+def test_samples_of_others_only_hide():
+    depth, foreign = samples(1, 2.1), np.ones((1, 18, 25), bool)
+    cost = costs(depth, foreign=foreign)[WRIST]
+    assert cost[np.abs(2.5 + surfaces.DELTAS - 2.15).argmin()] > costs(depth)[WRIST].min()
+    assert depth_of(cost) > 2.15
+
+
+@pytest.mark.parametrize('depth, score', [(np.nan, 1.0), (2.5, 0.0)])
+def test_without_samples_or_a_keypoint_all_depths_cost_nothing(depth, score):
+    assert not costs(samples(1, depth), score=score).any()
+
+
+def test_samples_support_a_joint_at_their_depth_below_the_skin():
+    depth, offsets = samples(), np.full((1, 18), 0.05)
+    depth[0, 0, :5], depth[0, 0, 5:10] = np.nan, 2.9
+    z = np.full((1, 18), 2.55)
+    support = surfaces.supporting_samples(depth, offsets, z, None)
+    assert support[0, 1:].all() and not support[0, 0, :10].any() and support[0, 0, 10:].all()
+    assert not surfaces.supporting_samples(depth, offsets, z + 0.1, None).any()
+    foreign = np.zeros(depth.shape, bool)
+    foreign[0, 3] = True
+    assert not surfaces.supporting_samples(depth, offsets, z, foreign)[0, 3].any()
+
+
+def test_the_constants_fit_together():
+    np.testing.assert_allclose(np.diff(np.log(surfaces.ROOT_DEPTHS)), surfaces.ROOT_STEP)
+    assert surfaces.DELTAS[surfaces.HALF] == 0 and surfaces.DELTAS[0] == -surfaces.DELTAS[-1]
+    assert surfaces.WEIGHTS.sum() == pytest.approx(1)
+    assert len(SIZED_PAIRS) == len(SIZED_LENGTHS) and len(THICKNESSES) == 18

@@ -1,0 +1,214 @@
+"""Report, pictures and command of the comparison with motion capture."""
+import csv
+import dataclasses
+import json
+import re
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from openpose_ros_mocap import report as mocap_report
+from openpose_ros_mocap import truth_as_mocap
+from openpose_ros_mocap.alignment import align
+from openpose_ros_mocap.evaluation import compare
+from openpose_ros_mocap.report import facts, summary, table, write_report
+from openpose_ros_mocap.ros.evaluate_mocap import main, transform_from, transform_of
+from openpose_ros_pkg.errors import ParameterError
+from simulated_mocap import sequence_truth, simulate
+
+SHIPPED = Path(__file__).resolve().parents[3] / 'skeleton_extract_3d' / 'demo' / 'cross'
+
+
+@pytest.fixture(scope='module')
+def scene():
+    return simulate(sequence_truth(SHIPPED), seed=0)
+
+
+@pytest.fixture(scope='module')
+def found(scene):
+    alignment = align(scene.estimate, scene.reference)
+    return alignment, compare(scene.estimate, scene.reference, alignment)
+
+
+@pytest.fixture(scope='module')
+def values(found):
+    return summary(found[1], dataclasses.replace(found[0], warnings=('look at <it>',)), {'poses': 'a & b.csv'})
+
+
+@pytest.fixture(scope='module')
+def folder(found, values, tmp_path_factory):
+    folder = tmp_path_factory.mktemp('report') / 'new'
+    write_report(folder, found[1], found[0], values)
+    return folder
+
+
+def test_figures_are_json(values):
+    text = json.dumps(values, allow_nan=False)
+    assert json.loads(text)['overall']['measured']['mean_mm'] == pytest.approx(40, abs=10)
+
+
+def test_transform_can_be_read_back(found, folder):
+    matrix = transform_from(folder / 'summary.json')
+    np.testing.assert_allclose(matrix[:3, :3], found[0].rotation, atol=1e-8)
+    np.testing.assert_allclose(matrix[:3, 3], found[0].translation, atol=1e-8)
+
+
+def test_table_has_a_line_per_joint(values):
+    lines = table(values).splitlines()
+    assert len({len(line) for line in lines[1:]}) == 1
+    assert [line.split('  ')[0] for line in lines if line.startswith('right wrist')] == ['right wrist']
+    assert lines[-1].startswith('all joints')
+
+
+def test_facts_tell_offset_and_place(values):
+    told = dict(facts(values))
+    assert 'found' in told['clock offset'] and 'found' in told['camera in the reference']
+    assert values['clock']['meaning'] == 'time of the reference minus time of the estimate'
+    assert values['clock']['meaning'] in told['clock offset']
+    assert values['transform']['meaning'] == 'x_reference = R x_estimate + t'
+    assert values['transform']['meaning'] in told['camera in the reference']
+
+
+@pytest.mark.parametrize('template', ['mocap_report.html', 'mocap_report.md'])
+def test_templates_suit_jinja_before_2_11(template):
+    """Which took a condition without "else" for an error when a variable must be there (Ubuntu 20.04 has 2.10)."""
+    text = (Path(mocap_report.__file__).parent / 'data' / template).read_text()
+    conditions = [part for part in re.findall(r'{{(.*?)}}', text, re.DOTALL) if ' if ' in part]
+    assert conditions and all(' else ' in part for part in conditions)
+
+
+def test_html_needs_no_other_file(folder, values):
+    text = (folder / 'report.html').read_text()
+    assert not re.findall(r'(?:src|href)="(?!data:)', text)
+    assert text.count('src="data:image/png;base64,') == len(list(folder.glob('*.png')))
+    assert 'a &amp; b.csv' in text and 'look at &lt;it&gt;' in text
+    assert f"{values['overall']['mean_mm']:.0f} mm" in text
+
+
+def test_markdown_names_files_that_are_there(folder):
+    text = (folder / 'report.md').read_text()
+    pictures = re.findall(r'!\[[^]]*\]\(([^)]*)\)', text)
+    assert len(pictures) == 6 and all((folder / picture).is_file() for picture in pictures)
+    for block in re.findall(r'(?:^\|.*\n)+', text, re.MULTILINE):
+        assert len({line.count('|') for line in block.splitlines()}) == 1
+
+
+def test_pictures_show_something(folder):
+    for path in folder.glob('*.png'):
+        picture = cv2.imread(str(path))
+        assert (picture < 128).any(axis=2).mean() > 0.002, path.name
+
+
+def test_tables(folder, found):
+    with (folder / 'joints.csv').open() as handle:
+        rows = list(csv.DictReader(handle))
+    assert [row['joint'] for row in rows] == [*found[1].joints, 'all']
+    with (folder / 'errors.csv').open() as handle:
+        rows = list(csv.DictReader(handle))
+    assert len(rows) == np.isfinite(found[1].errors).sum()
+    row = rows[7]
+    distance = np.linalg.norm([float(row[axis]) - float(row[f'{axis}_reference']) for axis in 'xyz'])
+    assert float(row['error']) == pytest.approx(distance, abs=2e-5)
+
+
+def test_an_interrupt_leaves_the_older_report(folder, found, values, monkeypatch):
+    before = {path.name: path.read_bytes() for path in folder.iterdir()}
+
+    def interrupted(*arguments):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr('openpose_ros_mocap.report.all_figures', lambda *_: {})
+    monkeypatch.setattr('openpose_ros_mocap.report.render', interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        write_report(folder, found[1], found[0], values)
+    assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
+
+
+def test_pictures_of_earlier_people_go_and_other_files_stay(found, values, tmp_path):
+    for name in ('trajectories_9_Zoe.png', 'notes.txt'):
+        (tmp_path / name).write_text('older')
+    written = write_report(tmp_path, found[1], found[0], values)
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(['notes.txt', *(path.name for path in written)])
+
+
+def test_transform_of_numbers_and_files(tmp_path):
+    numbers = ['1', '-2', '3e-1', '0', '0', '0.70711', '0.70711']
+    expected = np.eye(4)
+    expected[:3, :3], expected[:3, 3] = [[0, -1, 0], [1, 0, 0], [0, 0, 1]], (1, -2, 0.3)
+    np.testing.assert_allclose(transform_of(numbers), expected, atol=1e-4)
+    np.testing.assert_allclose(transform_of([', '.join(numbers)]), expected, atol=1e-4)
+    path = tmp_path / 'camera.txt'
+    np.savetxt(str(path), expected)
+    np.testing.assert_allclose(transform_of([str(path)]), expected, atol=1e-12)
+
+
+@pytest.mark.parametrize('values', [
+    [], ['1'], ['no/file'], ['1', '2', '3', '0', '0', '0', '0'], ['1', '2', '3', '0', '0', '0', 'nan'],
+    list('2000020000200001'), list('1000010000100002')])
+def test_wrong_transforms_are_refused(values):
+    with pytest.raises(ParameterError, match='qx qy qz qw'):
+        transform_of(values)
+
+
+def test_other_files_are_no_reports(tmp_path):
+    (tmp_path / 'a.json').write_text('{"transform": 3}')
+    for name in ('a.json', 'none.json'):
+        with pytest.raises(ParameterError, match=r'summary\.json'):
+            transform_from(tmp_path / name)
+
+
+@pytest.fixture(scope='module')
+def files(scene, tmp_path_factory):
+    """Poses as `rostopic echo -p` writes them, and a table of markers, 12.5 s apart."""
+    folder = tmp_path_factory.mktemp('files')
+    estimate = scene.estimate
+    with (folder / 'poses.csv').open('w') as handle:
+        parts = ('x', 'y', 'z', 'confidence', 'status', 'sigma')
+        joints = estimate.joints[:18]
+        writer = csv.writer(handle)
+        writer.writerow(['%time', 'field.header.seq', 'field.header.stamp', 'field.header.frame_id',
+                         'field.num_people_detected', 'field.person_ID',
+                         *(f'field.{joint}.{part}' for joint in joints for part in parts)])
+        for row in range(len(estimate)):
+            stamp = estimate.stamps[row]
+            cells = np.column_stack([estimate.positions[row], estimate.confidence[row], estimate.status[row],
+                                     estimate.sigma[row]])[:len(joints)]
+            writer.writerow([stamp, row, stamp, 'camera', 2, estimate.ids[row], *cells.ravel().tolist()])
+    truth_as_mocap.main([str(SHIPPED), str(folder / 'mocap.csv'), '--clock-offset', '12.5'])
+    return folder
+
+
+class TestCommand:
+    """The whole way, from files to a report."""
+
+    def test_report(self, files, tmp_path, capsys):
+        assert main([str(files / 'poses.csv'), str(files / 'mocap.csv'), '-o', str(tmp_path / 'report'),
+                     '--joints', 'nose,neck,right_wrist']) == 0
+        out = capsys.readouterr().out
+        assert 'all joints' in out and 'report.html' in out
+        values = json.loads((tmp_path / 'report' / 'summary.json').read_text())
+        assert values['clock']['offset_s'] == pytest.approx(12.5 - 1.6e9, abs=0.005)
+        np.testing.assert_allclose(values['transform']['matrix'], np.eye(4), atol=0.02)
+        assert values['inputs']['frame of the camera'] == 'camera'
+        assert values['inputs']['marker map'] == 'joint_names, chosen by the names of the markers'
+
+    def test_given_alignment(self, files, capsys):
+        arguments = [str(files / 'poses.csv'), str(files / 'mocap.csv'), '--clock-offset', str(12.5 - 1.6e9),
+                     '--transform', '0', '0', '0', '0', '0', '0', '1', '--joints', 'nose, right wrist']
+        assert main(arguments) == 0
+        out = capsys.readouterr().out
+        assert out.count('given') == 2 and '\nright wrist' in out and '\nneck' not in out
+
+    @pytest.mark.parametrize('arguments, message', [
+        (['none.csv', 'mocap.csv'], 'none.csv'), (['poses.csv', 'none.csv'], 'none.csv'),
+        (['poses.csv', 'mocap.csv', '--markers', 'none.yaml'], 'none.yaml'),
+        (['poses.csv', 'mocap.csv', '--transform', '1'], '--transform'),
+        (['poses.csv', 'mocap.csv', '--topic', '/a'], '--topic'),
+        (['poses.csv', 'mocap.csv', '--clock-offset', '0'], 'same time')])
+    def test_wrong_input_is_told_in_a_line(self, files, arguments, message, capsys, monkeypatch):
+        monkeypatch.chdir(files)
+        assert main(arguments) == 2
+        error = capsys.readouterr().err
+        assert message in error and error.count('\n') == 1 and error.startswith('evaluate_mocap: ')

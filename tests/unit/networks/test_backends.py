@@ -1,0 +1,258 @@
+"""Runtimes of the network: choice, damaged files, equality on the real networks.
+
+What a network takes and gives is in test_backends_networks.py, the self-check in test_backends_self_check.py. Tests on
+real networks are skipped where their weights or the runtime are not there.
+"""
+import builtins
+import importlib.util
+import logging
+import sys
+
+import cv2
+import numpy as np
+import pytest
+
+from openpose_ros_pkg.errors import ModelError, ParameterError
+from openpose_ros_pkg.networks import backends
+from openpose_ros_pkg.networks.backends import BackendParams, create_backend
+from openpose_ros_pkg.networks.backends.opencv_dnn import has_cuda
+from openpose_ros_pkg.networks.backends.self_check import reference_path
+from openpose_ros_pkg.networks.models import MOBILENET_THIN, MODELS, MOVENET_MULTIPOSE, weights_path
+
+NAMES = ('openvino', 'opencv_dnn')
+# Largest difference of float32 runtimes on fields that reach 1: they add up in another order (5e-6 measured).
+TOLERANCE = 1e-4
+
+
+def need(name):
+    if name != 'opencv_dnn' and importlib.util.find_spec(name) is None:
+        pytest.skip(f'{name} is not installed: pip install {name}')
+
+
+def need_weights(model):
+    try:
+        return weights_path(model)
+    except ModelError as error:
+        pytest.skip(str(error))
+
+
+@pytest.fixture(scope='module')
+def weights():
+    return need_weights(MOBILENET_THIN)
+
+
+@pytest.fixture
+def without_openvino(monkeypatch):
+    """Make `import openvino` fail, as on a machine without it."""
+    real = builtins.__import__
+
+    def fake(name, *args, **kwargs):
+        if name == 'openvino' or name.startswith('openvino.'):
+            raise ImportError("No module named 'openvino'")
+        return real(name, *args, **kwargs)
+
+    monkeypatch.delitem(sys.modules, 'openpose_ros_pkg.networks.backends.openvino', raising=False)
+    monkeypatch.setattr(builtins, '__import__', fake)
+
+
+class FakeBackend:
+    """Gives the known output, spoilt by a function."""
+
+    name = 'fake'
+    description = 'Fake 1.0'
+
+    def __init__(self, spoil=lambda fields: fields):
+        self._spoil = spoil
+
+    def infer(self, images):
+        with np.load(str(reference_path(MOBILENET_THIN))) as reference:
+            return (self._spoil(reference['output_0'].astype(np.float32)),)
+
+
+# --- choice ---------------------------------------------------------------------------------------------------------
+
+def params(**values):
+    return BackendParams(**{'compiled_cache': 'off', **values})
+
+
+def with_loaders(monkeypatch, **loaders):
+    """Replace the runtimes by functions without arguments; those that are not named are not there."""
+    def absent():
+        raise ImportError('no such library')
+    loaders = {name: loaders.get(name, absent) for name in ('openvino', 'onnxruntime', 'opencv_dnn')}
+    monkeypatch.setattr(backends, '_LOADERS', {
+        name: (lambda model, weights, params, load=load: load()) for name, load in loaders.items()})
+
+
+def test_auto_takes_the_first_that_works_and_says_so(monkeypatch, caplog, tmp_path):
+    first, second = FakeBackend(), FakeBackend()
+    with_loaders(monkeypatch, openvino=lambda: first, opencv_dnn=lambda: second)
+    with caplog.at_level(logging.INFO):
+        assert create_backend(MOBILENET_THIN, tmp_path / 'graph.pb', BackendParams()) is first
+    assert [record.levelname for record in caplog.records] == ['INFO']
+    assert 'Fake 1.0 computes mobilenet_thin (backend auto: the fastest that is available)' in caplog.text
+
+
+def test_auto_tries_openvino_then_onnxruntime_then_opencv(monkeypatch, tmp_path):
+    tried = []
+
+    def fails(name):
+        tried.append(name)
+        raise ImportError
+    with_loaders(monkeypatch, **{name: lambda name=name: fails(name) for name in backends._LOADERS})
+    with pytest.raises(ModelError):
+        create_backend(MOBILENET_THIN, tmp_path / 'graph.onnx', BackendParams())
+    assert tried == ['openvino', 'onnxruntime', 'opencv_dnn']
+
+
+def test_auto_skips_a_wrong_network_with_a_warning(monkeypatch, caplog, tmp_path):
+    right = FakeBackend()
+    with_loaders(monkeypatch, openvino=lambda: FakeBackend(np.zeros_like), opencv_dnn=lambda: right)
+    with caplog.at_level(logging.INFO):
+        assert create_backend(MOBILENET_THIN, tmp_path / 'graph.pb', BackendParams()) is right
+    assert [record.levelname for record in caplog.records] == ['WARNING', 'INFO']
+    assert 'backend openvino is skipped' in caplog.text and 'wrongly' in caplog.records[1].getMessage()
+
+
+def test_auto_says_who_does_not_read_the_file(monkeypatch, caplog, tmp_path):
+    right = FakeBackend()
+    with_loaders(monkeypatch, onnxruntime=FakeBackend, opencv_dnn=lambda: right)
+    with caplog.at_level(logging.INFO):
+        assert create_backend(MOBILENET_THIN, tmp_path / 'graph.pb', BackendParams()) is right
+    assert 'openvino is not importable: no such library' in caplog.text
+    assert 'onnxruntime does not read graph.pb' in caplog.text
+
+
+def test_auto_without_any_that_works_names_all_reasons(monkeypatch, tmp_path):
+    with_loaders(monkeypatch, opencv_dnn=lambda: FakeBackend(np.zeros_like))
+    with pytest.raises(ModelError, match=r'openvino is not importable: no such library \(./run setup.*'
+                                         r'onnxruntime does not read graph.pb; opencv_dnn does not work'):
+        create_backend(MOBILENET_THIN, tmp_path / 'graph.pb', BackendParams())
+
+
+def test_movenet_without_openvino_says_what_to_install(without_openvino, tmp_path):
+    with pytest.raises(ModelError, match=r'no backend can compute movenet_multipose on cpu: openvino is not importable'
+                                         r'.*pip install openvino.*opencv_dnn does not read movenet\.tflite'):
+        create_backend(MOVENET_MULTIPOSE, tmp_path / 'movenet.tflite', BackendParams())
+
+
+def test_demanded_backend_that_is_wrong_is_an_error_not_a_fallback(monkeypatch, tmp_path):
+    with_loaders(monkeypatch, openvino=lambda: FakeBackend(np.zeros_like), opencv_dnn=FakeBackend)
+    with pytest.raises(ModelError, match='wrongly'):
+        create_backend(MOBILENET_THIN, tmp_path / 'graph.pb', BackendParams(backend='openvino'))
+
+
+def test_demanded_backend_that_is_not_installed(without_openvino, tmp_path):
+    with pytest.raises(ParameterError, match=r"'backend' = 'openvino' is not available: No module.*pip install"):
+        create_backend(MOBILENET_THIN, tmp_path / 'graph.pb', BackendParams(backend='openvino'))
+
+
+@pytest.mark.parametrize('model, backend, text', [
+    (MOVENET_MULTIPOSE, 'opencv_dnn', r'not movenet\.tflite; set backend to auto or one of openvino$'),
+    (MOBILENET_THIN, 'onnxruntime', r'it reads \.onnx, not graph_opt\.pb; set .* one of openvino, opencv_dnn$'),
+    (MODELS['body_25'], 'openvino', r'not pose_deploy\.prototxt; set backend to auto or one of opencv_dnn$')],
+    ids=['TFLite', 'TensorFlow', 'Caffe'])
+def test_demanded_backend_that_does_not_read_the_file(model, backend, text, tmp_path):
+    with pytest.raises(ParameterError, match=f"'backend' = '{backend}' can not compute {model.name}.*{text}"):
+        create_backend(model, tmp_path / model.files[0].name, BackendParams(backend=backend))
+
+
+def test_auto_without_openvino_takes_opencv(without_openvino, weights, caplog):
+    with caplog.at_level(logging.INFO):
+        assert create_backend(MOBILENET_THIN, weights, params()).name == 'opencv_dnn'
+    assert "openvino is not importable: No module named 'openvino'" in caplog.text
+
+
+@pytest.mark.parametrize('key, value', [
+    ('backend', 'tensorrt'), ('threads', -1), ('precision', 'int8'), ('hint', 'fast'), ('device', 'gpu'),
+    ('num_gpu_start', -1), ('compiled_cache', 1)])
+def test_bad_parameter_is_refused(key, value):
+    with pytest.raises(ParameterError, match=key):
+        BackendParams(**{key: value})
+
+
+# --- GPUs: this machine may have none, and must say so --------------------------------------------------------------
+
+@pytest.mark.parametrize('device', ['cuda', 'tensorrt'])
+@pytest.mark.parametrize('name', ['openvino', 'onnxruntime', 'opencv_dnn'])
+def test_device_that_is_not_there_is_refused_not_replaced(name, device, tmp_path):
+    need(name)
+    if name == 'opencv_dnn' and device == 'cuda' and has_cuda():
+        pytest.skip('this OpenCV has CUDA')
+    if name == 'onnxruntime':
+        import onnxruntime
+        if len(onnxruntime.get_available_providers()) > 2:
+            pytest.skip('this onnxruntime has a GPU')
+    with pytest.raises(ParameterError, match=f"'device' = '{device}'.*cpu"):
+        create_backend(MOBILENET_THIN, tmp_path / 'graph.onnx', BackendParams(backend=name, device=device))
+
+
+def test_auto_does_not_fall_back_from_a_gpu_to_the_processor(monkeypatch, tmp_path):
+    def refuse():
+        raise ParameterError("parameter 'device' = 'cuda' is not available")
+    with_loaders(monkeypatch, openvino=refuse, onnxruntime=refuse, opencv_dnn=refuse)
+    with pytest.raises(ModelError, match='no backend can compute mobilenet_thin on cuda: openvino is not able to'):
+        create_backend(MOBILENET_THIN, tmp_path / 'graph.onnx', BackendParams(device='cuda'))
+
+
+# --- the real networks ----------------------------------------------------------------------------------------------
+
+@pytest.mark.parametrize('name', NAMES)
+@pytest.mark.parametrize('content', [b'', b'not a graph at all', b'\x0a\xff\xff\xff\x7f' + bytes(1000)],
+                         ids=['empty', 'text', 'cut short'])
+def test_damaged_weights(name, content, tmp_path):
+    need(name)
+    path = tmp_path / 'graph_opt.pb'
+    path.write_bytes(content)
+    with pytest.raises(ModelError, match=r'graph_opt\.pb'):
+        create_backend(MOBILENET_THIN, path, params(backend=name))
+
+
+@pytest.mark.parametrize('name', NAMES)
+def test_half_the_weights(name, weights, tmp_path):
+    need(name)
+    path = tmp_path / 'graph_opt.pb'
+    content = weights.read_bytes()
+    path.write_bytes(content[:len(content) // 2])
+    with pytest.raises(ModelError):
+        create_backend(MOBILENET_THIN, path, params(backend=name))
+
+
+@pytest.mark.parametrize('name', NAMES)
+def test_shapes_batches_and_sizes_one_after_the_other(name, weights):
+    """Results do not depend on what came before, nor on the rest of the batch."""
+    need(name)
+    backend = create_backend(MOBILENET_THIN, weights, params(backend=name, threads=1))
+    rng = np.random.default_rng(0)
+    first = rng.integers(0, 256, (2, 64, 48, 3), dtype=np.uint8)
+    kept, = backend.infer(first)
+    assert kept.shape == (2, 57, 8, 6) and kept.dtype == np.float32
+    before = kept.copy()
+    for height, width in ((32, 40), (40, 32)):
+        out, = backend.infer(rng.integers(0, 256, (1, height, width, 3), dtype=np.uint8))
+        assert out.shape == (1, 57, height // 8, width // 8)
+    np.testing.assert_array_equal(kept, before)  # the caller's own
+    np.testing.assert_allclose(backend.infer(first[1:])[0][0], kept[1], atol=TOLERANCE)
+
+
+def test_both_backends_compute_the_same(weights):
+    need('openvino')
+    with np.load(str(reference_path(MOBILENET_THIN))) as reference:
+        person = reference['image']
+    image = cv2.resize(person, (240, 336))
+    image = np.clip(image + np.random.default_rng(1).normal(0, 8, image.shape), 0, 255).astype(np.uint8)[np.newaxis]
+    one, other = (create_backend(MOBILENET_THIN, weights, params(backend=name)).infer(image)[0] for name in NAMES)
+    assert one[0, :18].max() > 0.5  # there is something to compare
+    np.testing.assert_allclose(one, other, atol=TOLERANCE)
+
+
+def test_movenet_finds_two_people_in_every_picture_of_a_batch():
+    need('openvino')
+    backend = create_backend(MOVENET_MULTIPOSE, need_weights(MOVENET_MULTIPOSE), params())
+    with np.load(str(reference_path(MOVENET_MULTIPOSE))) as reference:
+        image = reference['image']
+    people, = backend.infer(np.stack([image, image[:, ::-1]]))
+    assert people.shape == (2, 6, 56) and people.dtype == np.float32
+    np.testing.assert_array_equal((people[..., 55] > 0.3).sum(axis=1), [2, 2])
+    boxes = np.sort(people[:, :2, [52, 54]], axis=1)
+    np.testing.assert_allclose(boxes[0], np.sort(1 - people[1, :2][:, [54, 52]], axis=0), atol=0.03)  # mirrored

@@ -1,0 +1,399 @@
+"""What networks take and give, with every runtime and file format: tiny networks whose output can be calculated.
+
+Each output channel of `fields` is a weighted sum of the mean colours of 8 x 8 pixels, so that colour order, mean,
+scale, layout, order of the outputs and of the channels, position and batch all show.
+"""
+import importlib.util
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+import tiny_networks
+from openpose_ros_pkg.decode import DecodeParams, decode
+from openpose_ros_pkg.decode.direct import DirectDecodeParams, decode_direct
+from openpose_ros_pkg.errors import ModelError
+from openpose_ros_pkg.networks.backends import BackendParams, create_backend
+from openpose_ros_pkg.networks.backends.arrays import one_by_one
+from openpose_ros_pkg.networks.models import MOBILENET_THIN, MODELS, MOVENET_MULTIPOSE, InputRecipe, WeightsFile
+
+BODY_25, LIGHTWEIGHT, RTMO = MODELS['body_25'], MODELS['lightweight_openpose'], MODELS['rtmo_s']
+RUNTIMES = ('openvino', 'onnxruntime', 'opencv_dnn')
+IMAGES = np.random.default_rng(1).integers(0, 256, (2, 48, 64, 3), dtype=np.uint8)
+
+
+@pytest.fixture(params=RUNTIMES)
+def runtime(request):
+    if request.param != 'opencv_dnn' and importlib.util.find_spec(request.param) is None:
+        pytest.skip(f'{request.param} is not installed: pip install {request.param}')
+    return request.param
+
+
+def weights_of(channels):
+    return np.random.default_rng(2).normal(0, 1, (channels, 3)).astype(np.float32)
+
+
+def expected_fields(images, recipe, weights):
+    """(N, channels, H / 8, W / 8), from the recipe's definition."""
+    count, height, width, _ = images.shape
+    cells = images.astype(float).reshape(count, height // 8, 8, width // 8, 8, 3).mean(axis=(2, 4))
+    cells = (cells - recipe.mean) * recipe.scale
+    return np.einsum('kc,nhwc->nkhw', weights.astype(float), cells[..., ::-1] if recipe.channels == 'RGB' else cells)
+
+
+def assert_fields(actual, expected):
+    assert actual.dtype == np.float32 and actual.flags.c_contiguous and actual.flags.owndata
+    # float32 keeps 7 digits, of sums over 192 products.
+    np.testing.assert_allclose(actual, expected, atol=2e-6 * np.abs(expected).max(), rtol=1e-5)
+
+
+def load(model, path, runtime, **params):
+    return create_backend(model, path, BackendParams(backend=runtime, **{'compiled_cache': 'off', **params}))
+
+
+def onnx_file(folder, content):
+    (folder / 'tiny.onnx').write_bytes(content)
+    return folder / 'tiny.onnx'
+
+
+def own(model, **changes):
+    """The model under another name, so that it has no known output."""
+    return replace(model, **{'name': 'tiny', 'files': (WeightsFile('tiny.onnx'),), **changes})
+
+
+# --- input recipe ---------------------------------------------------------------------------------------------------
+
+RECIPES = [
+    InputRecipe(), InputRecipe(channels='RGB'), InputRecipe(mean=128.0, scale=1 / 256),
+    InputRecipe(channels='RGB', mean=127.5, scale=1 / 127.5), InputRecipe(layout='NHWC'),
+    InputRecipe(layout='NHWC', channels='RGB', mean=10.0, scale=0.5), InputRecipe(layout='NHWC', dtype='uint8'),
+    InputRecipe(layout='NHWC', dtype='uint8', channels='RGB'), InputRecipe(dtype='uint8', channels='RGB')]
+
+
+@pytest.mark.parametrize('recipe', RECIPES, ids=lambda recipe: (
+    f'{recipe.layout} {recipe.dtype} {recipe.channels} {recipe.mean:g} {recipe.scale:g}'))
+def test_onnx_gets_the_picture_as_its_recipe_says(runtime, recipe, tmp_path):
+    weights = weights_of(57)
+    kind = tiny_networks.UINT8 if recipe.dtype == 'uint8' else tiny_networks.FLOAT
+    path = onnx_file(tmp_path, tiny_networks.onnx_fields([weights], layout=recipe.layout, kind=kind))
+    model = own(MOBILENET_THIN, input=recipe, outputs=('fields',), output_layout=recipe.layout)
+    before = IMAGES.copy()
+    fields, = load(model, path, runtime).infer(IMAGES)
+    assert_fields(fields, expected_fields(IMAGES, recipe, weights))
+    np.testing.assert_array_equal(IMAGES, before)
+
+
+def test_part_of_a_larger_picture_is_taken_as_it_is(runtime, tmp_path):
+    """Rows that do not follow each other in memory."""
+    weights = weights_of(57)
+    path = onnx_file(tmp_path, tiny_networks.onnx_fields([weights]))
+    model = own(MOBILENET_THIN, input=InputRecipe(), outputs=('fields',), output_layout='NCHW')
+    part = IMAGES[:, 8:40, 16:48]
+    part.flags.writeable = False
+    assert_fields(load(model, path, runtime).infer(part)[0], expected_fields(part, model.input, weights))
+
+
+@pytest.mark.parametrize('runtime_name', ['openvino', 'opencv_dnn'])
+def test_tensorflow_network(runtime_name, tmp_path):
+    """As the default network: BGR, no mean, NHWC, the output's name without the number of the tensor."""
+    if runtime_name == 'openvino':
+        pytest.importorskip('openvino', reason='openvino is not installed: pip install openvino')
+    weights = weights_of(57)
+    path = tmp_path / 'tiny.pb'
+    path.write_bytes(tiny_networks.tensorflow_fields(weights, 'concat'))
+    model = own(MOBILENET_THIN, files=(WeightsFile(path.name),), outputs=('concat',))
+    fields, = load(model, path, runtime_name).infer(IMAGES)
+    assert_fields(fields, expected_fields(IMAGES, model.input, weights))
+
+
+@pytest.mark.parametrize('name', ['body_25', 'openpose_coco', 'mpi', 'mpi_4_layers'])
+def test_openpose_caffe_networks(name, tmp_path):
+    """OpenPose's input (x / 256 - 0.5) and channels; the prototxt is the first file, the caffemodel lies beside it."""
+    model = MODELS[name]
+    weights = weights_of(model.channels)
+    paths = [tmp_path / file.name for file in model.files]
+    text, content = tiny_networks.caffe_fields(weights, model.outputs[0])
+    paths[0].write_text(text)
+    paths[1].write_bytes(content)
+    backend = create_backend(model, paths[0], BackendParams(compiled_cache='off'))
+    assert backend.name == 'opencv_dnn'
+    expected = expected_fields(IMAGES, InputRecipe(mean=128.0, scale=1 / 256), weights)
+    assert_fields(backend.infer(IMAGES)[0], expected)
+
+
+# --- outputs --------------------------------------------------------------------------------------------------------
+
+def test_outputs_come_in_the_order_of_the_model_not_of_the_file(runtime, tmp_path):
+    """Lightweight OpenPose: the file has four, the limbs before the joints."""
+    joints, limbs = weights_of(19), weights_of(38)[::-1]
+    path = onnx_file(tmp_path, tiny_networks.onnx_fields(
+        [limbs * 2, joints * 2, limbs, joints], outputs=('stage_0_output_0_pafs', 'stage_0_output_1_heatmaps',
+                                                         'stage_1_output_0_pafs', 'stage_1_output_1_heatmaps')))
+    outputs = load(own(LIGHTWEIGHT), path, runtime).infer(IMAGES)
+    assert len(outputs) == 2
+    assert_fields(outputs[0], expected_fields(IMAGES, LIGHTWEIGHT.input, joints))
+    assert_fields(outputs[1], expected_fields(IMAGES, LIGHTWEIGHT.input, limbs))
+
+
+def test_output_that_the_file_does_not_have_is_named_with_those_it_has(runtime, tmp_path):
+    path = onnx_file(tmp_path, tiny_networks.onnx_fields([weights_of(57)], outputs=('fields',)))
+    with pytest.raises(ModelError, match=r'tiny\.onnx as tiny: it has no .*concat; its outputs are fields'):
+        load(own(MOBILENET_THIN, outputs=('concat',)), path, runtime)
+
+
+def test_wrong_number_of_channels_is_caught_at_start(runtime, tmp_path):
+    path = onnx_file(tmp_path, tiny_networks.onnx_fields([weights_of(57)]))
+    with pytest.raises(ModelError, match=r'outputs fields .*\(1, 57, 14, 10\).*expected .* with 78 channels in all'):
+        load(own(BODY_25, outputs=('fields',)), path, runtime)
+
+
+def test_damaged_file(runtime, tmp_path):
+    content = tiny_networks.onnx_fields([weights_of(57)])
+    with pytest.raises(ModelError, match=r'tiny\.onnx'):
+        load(own(MOBILENET_THIN), onnx_file(tmp_path, content[:len(content) // 2]), runtime)
+
+
+def test_input_of_one_size_only(runtime, tmp_path):
+    """As Lightweight OpenPose is exported; the self-check uses that size as well."""
+    weights = weights_of(57)
+    path = onnx_file(tmp_path, tiny_networks.onnx_fields([weights], height=48, width=64))
+    model = own(MOBILENET_THIN, input=InputRecipe(fixed_size=(64, 48)), outputs=('fields',), output_layout='NCHW')
+    assert_fields(load(model, path, runtime).infer(IMAGES[:1])[0], expected_fields(IMAGES[:1], model.input, weights))
+
+
+def test_more_sizes_than_are_kept_and_results_that_stay(runtime, tmp_path):
+    weights = weights_of(57)
+    path = onnx_file(tmp_path, tiny_networks.onnx_fields([weights]))
+    model = own(MOBILENET_THIN, input=InputRecipe(), outputs=('fields',), output_layout='NCHW')
+    backend = load(model, path, runtime, threads=1)
+    kept = backend.infer(IMAGES)[0]
+    before = kept.copy()
+    for size in range(8, 104, 8):
+        images = np.random.default_rng(size).integers(0, 256, (1, size, 56, 3), dtype=np.uint8)
+        assert_fields(backend.infer(images)[0], expected_fields(images, model.input, weights))
+    np.testing.assert_array_equal(kept, before)
+    np.testing.assert_array_equal(backend.infer(IMAGES)[0], before)
+
+
+# --- networks that find people themselves ---------------------------------------------------------------------------
+
+def one_person(score):
+    """(17, 3) x, y, score with joints in places of their own, within 0.1 .. 0.9."""
+    x = np.linspace(0.1, 0.9, 17)
+    return np.column_stack([x, x[::-1] ** 2, np.full(17, score)]).astype(np.float32)
+
+
+def grey(height, width, *levels):
+    """Pictures of one grey level each; what the networks below find is multiplied by it."""
+    return np.stack([np.full((height, width, 3), level, np.uint8) for level in levels])
+
+
+@pytest.fixture
+def movenet(tmp_path):
+    """MoveNet's input and output; right for pictures that are 1 everywhere."""
+    people = np.zeros((1, 6, 56), np.float32)
+    people[0, 0, :51] = one_person(0.8)[:, [1, 0, 2]].ravel()
+    people[0, 0, 55] = 0.9
+    return own(MOVENET_MULTIPOSE, outputs=('people',)), onnx_file(
+        tmp_path, tiny_networks.onnx_people({'people': people}, layout='NHWC', kind=tiny_networks.UINT8))
+
+
+@pytest.fixture
+def rtmo(tmp_path):
+    boxes = np.array([[[10, 20, 110, 220, 0.9]]], np.float32)
+    joints = one_person(0.8)[np.newaxis, np.newaxis] * np.array([640, 640, 1], np.float32)
+    return own(RTMO), onnx_file(tmp_path, tiny_networks.onnx_people({'keypoints': joints, 'dets': boxes}))
+
+
+def without_opencv(runtime):
+    if runtime == 'opencv_dnn':
+        pytest.skip('OpenCV 4.6 does not load the operations of this network')
+
+
+def test_movenet_from_picture_to_named_joints(runtime, movenet):
+    without_opencv(runtime)
+    model, path = movenet
+    outputs = load(model, path, runtime).infer(grey(64, 96, 1))
+    assert [output.shape for output in outputs] == [(1, 6, 56)]
+    keypoints, scores = decode_direct([output[0] for output in outputs], model, DirectDecodeParams(), (96, 64))
+    assert scores == pytest.approx([0.9])
+    nose, wrist = (keypoints[0, model.skeleton.index[joint]] for joint in ('nose', 'right_wrist'))
+    np.testing.assert_allclose(nose, [0.1 * 96 - 0.5, 0.81 * 64 - 0.5, 0.8], rtol=1e-5)
+    np.testing.assert_allclose(wrist, [0.6 * 96 - 0.5, 0.4 ** 2 * 64 - 0.5, 0.8], rtol=1e-4)
+
+
+def test_rtmo_from_picture_to_named_joints(runtime, rtmo):
+    without_opencv(runtime)
+    model, path = rtmo
+    outputs = load(model, path, runtime).infer(grey(640, 640, 1))
+    assert [output.shape for output in outputs] == [(1, 1, 5), (1, 1, 17, 3)]  # boxes first, as the model says
+    keypoints, scores = decode_direct([output[0] for output in outputs], model, DirectDecodeParams(), (640, 640))
+    assert scores == pytest.approx([0.9])
+    np.testing.assert_allclose(keypoints[0, model.skeleton.index['nose']], [64, 0.81 * 640, 0.8], rtol=1e-5)
+    np.testing.assert_allclose(keypoints[0, model.skeleton.index['left_eye']], [0.15 * 640, 0.85 ** 2 * 640, 0.8],
+                               rtol=1e-5)
+
+
+@pytest.mark.parametrize('hint', ['latency', 'throughput'])
+def test_batch_of_a_network_that_takes_single_pictures(runtime, movenet, hint):
+    without_opencv(runtime)
+    model, path = movenet
+    people, = load(model, path, runtime, hint=hint).infer(grey(64, 96, 1, 2, 3))
+    np.testing.assert_allclose(people[:, 0, 55], [0.9, 1.8, 2.7], rtol=1e-5)
+
+
+def test_pictures_with_different_numbers_of_candidates_are_filled_with_nobody():
+    boxes = [np.ones((1, count, 5), np.float32) for count in (2, 0, 3)]
+    images = np.arange(3, dtype=np.uint8).reshape(3, 1, 1, 1)
+    joined, = one_by_one(lambda image: (boxes[image[0, 0, 0, 0]],), images)
+    assert joined.shape == (3, 3, 5)
+    np.testing.assert_array_equal(joined[..., 4], [[1, 1, 0], [0, 0, 0], [1, 1, 1]])
+
+
+# --- the whole way --------------------------------------------------------------------------------------------------
+
+def test_a_person_painted_in_colours_is_found_by_a_network_that_reads_them(runtime, tmp_path):
+    """Blue is the joint's confidence map here, green and red the limb's field: fields of stride 8 in, a person out."""
+    model = own(MOBILENET_THIN, input=InputRecipe(channels='RGB', scale=1 / 255), outputs=('fields',),
+                output_layout='NCHW')
+    neck, shoulder = model.skeleton.index['neck'], model.skeleton.index['right_shoulder']
+    limb = next(limb for limb in model.skeleton.limbs if (limb.start, limb.end) == ('neck', 'right_shoulder'))
+    weights = np.zeros((model.channels, 3), np.float32)  # of red, green, blue
+    weights[neck, 2], weights[shoulder, 1], weights[model.heatmaps + limb.paf[0], 0] = 1, 1, -1
+    cells = np.zeros((12, 20, 3), np.uint8)
+    cells[6, 13], cells[6, 5] = (255, 0, 255), (0, 255, 255)  # neck to the right, shoulder to the left, as BGR
+    cells[6, 6:13, 2] = 255  # between them the limb's field points to the left
+    image = cv2.resize(cells, None, fx=8, fy=8, interpolation=cv2.INTER_NEAREST)
+    backend = load(model, onnx_file(tmp_path, tiny_networks.onnx_fields([weights])), runtime)
+    fields = backend.infer(image[np.newaxis])[0][0]
+    keypoints, scores = decode(fields, model, DecodeParams(person_min_joints=2), (160, 96))
+    assert len(scores) == 1
+    np.testing.assert_allclose(keypoints[0, neck], [13.5 * 8 - 0.5, 6.5 * 8 - 0.5, 1], atol=0.5)
+    np.testing.assert_allclose(keypoints[0, shoulder], [5.5 * 8 - 0.5, 6.5 * 8 - 0.5, 1], atol=0.5)
+    assert (keypoints[0, :, 2] > 0).sum() == 2
+
+
+# --- OpenVINO: several at once, compiled networks on disk -----------------------------------------------------------
+
+@pytest.fixture
+def pooled(tmp_path):
+    pytest.importorskip('openvino', reason='openvino is not installed: pip install openvino')
+    weights = weights_of(57)
+    model = own(MOBILENET_THIN, input=InputRecipe(), outputs=('fields',), output_layout='NCHW')
+    return model, onnx_file(tmp_path, tiny_networks.onnx_fields([weights])), expected_fields(
+        IMAGES, model.input, weights)
+
+
+def test_throughput_gives_what_latency_gives(pooled):
+    model, path, expected = pooled
+    backend = load(model, path, 'openvino', hint='throughput')
+    assert_fields(backend.infer(IMAGES)[0], expected)
+    assert_fields(backend.infer(np.concatenate([IMAGES[::-1], IMAGES]))[0], np.concatenate([expected[::-1], expected]))
+
+
+def blobs(folder):
+    return sorted(folder.glob('*.blob'))
+
+
+def test_compiled_network_is_kept_and_the_file_not_read_again(pooled, tmp_path, monkeypatch):
+    model, path, expected = pooled
+    cache = tmp_path / 'cache' / 'deep'
+    assert_fields(load(model, path, 'openvino', compiled_cache=str(cache)).infer(IMAGES)[0], expected)
+    assert len(blobs(cache)) == 2  # of the self-check's size and of this one
+
+    from openpose_ros_pkg.networks.backends.openvino import OpenvinoBackend
+    monkeypatch.delattr(OpenvinoBackend, '_prepared')
+    assert_fields(load(model, path, 'openvino', compiled_cache=str(cache)).infer(IMAGES)[0], expected)
+
+
+@pytest.mark.parametrize('change', ['mean', 'threads', 'file'])
+def test_compiled_network_of_something_else_is_not_taken(pooled, tmp_path, change):
+    model, path, expected = pooled
+    cache = str(tmp_path / 'cache')
+    load(model, path, 'openvino', compiled_cache=cache)
+    if change == 'mean':
+        model = replace(model, input=replace(model.input, mean=100.0))
+        expected = expected_fields(IMAGES, model.input, weights_of(57))
+    if change == 'file':
+        onnx_file(tmp_path, tiny_networks.onnx_fields([weights_of(57) * 2, weights_of(1)], outputs=('fields', 'more')))
+        expected = expected * 2
+    backend = load(model, path, 'openvino', compiled_cache=cache, threads=int(change == 'threads'))
+    assert len(blobs(Path(cache))) == 2
+    assert_fields(backend.infer(IMAGES)[0], expected)
+
+
+@pytest.mark.parametrize('damage', [
+    lambda content: b'', lambda content: content[:10], lambda content: content[:len(content) // 2],
+    lambda content: content[:-100] + bytes(100), lambda content: b'x' + content],
+    ids=['empty', 'start only', 'half', 'end overwritten', 'shifted'])
+def test_damaged_compiled_network_is_compiled_again(pooled, tmp_path, caplog, damage):
+    model, path, expected = pooled
+    cache = tmp_path / 'cache'
+    load(model, path, 'openvino', compiled_cache=str(cache))
+    blob, = blobs(cache)
+    whole = blob.read_bytes()
+    blob.write_bytes(damage(whole))
+    assert_fields(load(model, path, 'openvino', compiled_cache=str(cache)).infer(IMAGES)[0], expected)
+    assert 'is damaged: it is compiled again' in caplog.text
+    assert blob.stat().st_size == len(whole)  # and kept again
+
+
+@pytest.mark.parametrize('place', ['file/cache', '/proc/cache'])
+def test_cache_that_can_not_be_written_does_not_stop_the_start(pooled, tmp_path, caplog, place):
+    model, path, expected = pooled
+    (tmp_path / 'file').touch()
+    backend = load(model, path, 'openvino', compiled_cache=str(tmp_path / place))
+    assert_fields(backend.infer(IMAGES)[0], expected)
+    assert caplog.text.count('the cache of compiled networks can not be used') == 1
+
+
+def test_old_compiled_networks_go_when_there_are_too_many(pooled, tmp_path, monkeypatch):
+    model, path, _ = pooled
+    cache = tmp_path / 'cache'
+    backend = load(model, path, 'openvino', compiled_cache=str(cache))
+    first, = blobs(cache)
+    monkeypatch.setattr('openpose_ros_pkg.networks.backends.compiled_cache._MAX_BYTES', int(2.5 * first.stat().st_size))
+    for size in (16, 24, 32):
+        backend.infer(np.zeros((1, size, 16, 3), np.uint8))
+    assert len(blobs(cache)) == 2 and first not in blobs(cache)
+
+
+def test_only_the_first_sizes_are_kept_on_disk(pooled, tmp_path):
+    model, path, _ = pooled
+    backend = load(model, path, 'openvino', compiled_cache=str(tmp_path / 'cache'))
+    for size in range(8, 88, 8):
+        backend.infer(np.zeros((1, size, 16, 3), np.uint8))
+    assert len(blobs(tmp_path / 'cache')) == 8
+
+
+# --- signals --------------------------------------------------------------------------------------------------------
+
+SIGNAL_AFTER_NETWORKS = """
+import signal, sys
+sys.path[:0] = sys.argv[2:]
+from pathlib import Path
+from test_backends_networks import IMAGES, MOBILENET_THIN, InputRecipe, load, own
+
+model = own(MOBILENET_THIN, input=InputRecipe(), outputs=('fields',), output_layout='NCHW')
+networks = [load(model, Path(sys.argv[1]), 'openvino') for _ in range(2)]
+for network in networks:
+    network.infer(IMAGES)
+del network
+while networks:
+    del networks[0]
+signal.signal(signal.SIGINT, lambda *_: print('handled'))
+signal.raise_signal(signal.SIGINT)
+"""
+
+
+def test_a_signal_after_networks_have_gone(tmp_path):
+    """In a process of its own, which a signal ended with a segmentation fault when each network had its own core."""
+    pytest.importorskip('openvino', reason='openvino is not installed: pip install openvino')
+    path = onnx_file(tmp_path, tiny_networks.onnx_fields([weights_of(57)]))
+    done = subprocess.run([sys.executable, '-c', SIGNAL_AFTER_NETWORKS, str(path), str(Path(__file__).parent),
+                           *sys.path], stdout=subprocess.PIPE, text=True, check=True)
+    assert done.stdout == 'handled\n'

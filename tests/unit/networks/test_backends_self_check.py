@@ -1,0 +1,184 @@
+"""The self-check catches networks that compute something else, and lets right ones pass."""
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from openpose_ros_pkg.errors import ModelError
+from openpose_ros_pkg.networks.backends.self_check import check_backend, make_reference, reference_path
+from openpose_ros_pkg.networks.models import MOBILENET_THIN, MODELS, MOVENET_MULTIPOSE
+
+BODY_25, LIGHTWEIGHT, RTMO = MODELS['body_25'], MODELS['lightweight_openpose'], MODELS['rtmo_s']
+
+
+class Network:
+    """Gives what a function makes of the picture."""
+
+    name = 'fake'
+    description = 'Fake 1.0'
+
+    def __init__(self, compute):
+        self._compute = compute
+
+    def infer(self, images):
+        assert images.dtype == np.uint8 and images.ndim == 4 and len(images) == 1
+        return self._compute(images)
+
+
+def known_output(model, spoil=lambda output: output):
+    """A network that gives the known output for the known picture, spoilt by a function."""
+    def compute(images):
+        with np.load(str(reference_path(model))) as reference:
+            np.testing.assert_array_equal(images[0], reference['image'])
+            return (spoil(reference['output_0'].astype(np.float32)),)
+    return Network(compute)
+
+
+# --- with a known output --------------------------------------------------------------------------------------------
+
+@pytest.mark.parametrize('model', [MOBILENET_THIN, MOVENET_MULTIPOSE], ids=lambda model: model.name)
+def test_references_are_small_and_of_a_size_that_the_network_takes(model):
+    assert reference_path(model).stat().st_size < 50000
+    with np.load(str(reference_path(model))) as reference:
+        image = reference['image']
+    assert image.dtype == np.uint8 and image.shape[2] == 3
+    assert image.shape[0] % model.input.multiple_of == image.shape[1] % model.input.multiple_of == 0
+
+
+def test_reference_of_the_default_network_shows_a_person():
+    with np.load(str(reference_path(MOBILENET_THIN))) as reference:
+        fields = reference['output_0'][0]
+    assert fields.shape == (57, 14, 10)
+    # Values that a wrong network could not hit by being silent: most joints and fields are excited.
+    assert np.median(fields[:18].max(axis=(1, 2))) > 0.5 and np.abs(fields[19:]).max() > 0.9
+
+
+def test_reference_of_movenet_shows_two_people():
+    with np.load(str(reference_path(MOVENET_MULTIPOSE))) as reference:
+        people = reference['output_0'][0]
+    assert people.shape == (6, 56) and (people[:, 55] > 0.3).sum() == 2
+
+
+@pytest.mark.parametrize('model', [MOBILENET_THIN, MOVENET_MULTIPOSE], ids=lambda model: model.name)
+def test_right_network_passes(model):
+    check_backend(known_output(model), model, exact=True)
+
+
+@pytest.mark.parametrize('spoil, text', [
+    (np.zeros_like, 'off by up to 1'), (lambda fields: fields[:, ::-1], 'off by'),
+    (lambda fields: fields + 0.01, '0.01'),
+    (lambda fields: fields * np.nan, 'nan'),
+    (lambda fields: fields[:, :56], r'\(1, 56, 14, 10\), expected \(1, 57, 14, 10\)')],
+    ids=['zero', 'channels in another order', 'small offset', 'NaN', 'channel missing'])
+def test_wrong_network_is_caught_and_named(spoil, text):
+    with pytest.raises(ModelError, match=f'Fake 1.0 computes mobilenet_thin wrongly.*{text}.*parameter backend'):
+        check_backend(known_output(MOBILENET_THIN, spoil), MOBILENET_THIN, exact=True)
+
+
+def test_reduced_precision_has_a_wider_tolerance():
+    check_backend(known_output(MOBILENET_THIN, lambda fields: fields + 0.03), MOBILENET_THIN, exact=False)
+    with pytest.raises(ModelError, match=r'expected at most 0\.1'):
+        check_backend(known_output(MOBILENET_THIN, lambda fields: fields + 0.2), MOBILENET_THIN, exact=False)
+
+
+def changed(rows, columns, value):
+    """Spoil MoveNet's output: add a value to some columns of some rows."""
+    def spoil(people):
+        people = people.copy()
+        people[0, rows, columns] += value
+        return people
+    return spoil
+
+
+UNSURE = slice(2, 6)
+
+
+@pytest.mark.parametrize('spoil', [
+    lambda people: people[:, [1, 0, 2, 3, 4, 5]], lambda people: people[:, ::-1], changed(UNSURE, slice(None), 0.2)],
+    ids=['equally sure people exchanged', 'all in another order', 'chance below the sure ones'])
+def test_what_is_chance_in_movenet_does_not_count(spoil):
+    check_backend(known_output(MOVENET_MULTIPOSE, spoil), MOVENET_MULTIPOSE, exact=True)
+
+
+@pytest.mark.parametrize('spoil', [
+    np.zeros_like, changed(0, slice(51, 55), 0.01), changed(1, slice(0, 51), 0.01), changed(0, 55, -0.1),
+    lambda people: people * np.nan, changed(5, 3, np.nan)],
+    ids=['zero', 'box moved', 'joints moved', 'score', 'NaN', 'NaN in an unsure one'])
+def test_wrong_movenet_is_caught(spoil):
+    with pytest.raises(ModelError, match='computes movenet_multipose wrongly: its output for a known picture is off'):
+        check_backend(known_output(MOVENET_MULTIPOSE, spoil), MOVENET_MULTIPOSE, exact=True)
+
+
+def test_movenet_in_reduced_precision_has_a_wider_tolerance():
+    check_backend(known_output(MOVENET_MULTIPOSE, changed(0, 55, 0.1)), MOVENET_MULTIPOSE, exact=False)
+    with pytest.raises(ModelError, match=r'expected at most 0\.2'):
+        check_backend(known_output(MOVENET_MULTIPOSE, changed(0, 55, 0.3)), MOVENET_MULTIPOSE, exact=False)
+
+
+def test_crash_in_the_runtime_is_a_model_error():
+    def crash(fields):
+        raise RuntimeError('illegal instruction')
+    with pytest.raises(ModelError, match=r'Fake 1\.0 can not compute mobilenet_thin: illegal instruction; set'):
+        check_backend(known_output(MOBILENET_THIN, crash), MOBILENET_THIN, exact=True)
+
+
+def test_what_is_written_as_reference_passes_as_reference(tmp_path, monkeypatch):
+    monkeypatch.setattr('openpose_ros_pkg.networks.backends.self_check.reference_path',
+                        lambda model: tmp_path / 'new.npz')
+    image = np.random.default_rng(0).integers(0, 256, (16, 24, 3), dtype=np.uint8)
+    network = Network(lambda images: (images.mean(axis=3).astype(np.float32)[:, np.newaxis] / 255,))
+    make_reference(network, MOBILENET_THIN, image)
+    check_backend(network, MOBILENET_THIN, exact=True)
+
+
+# --- without: the structure -----------------------------------------------------------------------------------------
+
+def fields(*channels, stride=8, value=0.0):
+    """A network with outputs of some channels each."""
+    def compute(images):
+        height, width = images.shape[1] // stride, images.shape[2] // stride
+        return tuple(np.full((1, count, height, width), value, np.float32) for count in channels)
+    return Network(compute)
+
+
+def people(boxes, joints):
+    return Network(lambda images: (np.zeros(boxes, np.float32), np.zeros(joints, np.float32)))
+
+
+@pytest.mark.parametrize('model, network', [
+    (BODY_25, fields(78)), (LIGHTWEIGHT, fields(19, 38)), (RTMO, people((1, 9, 5), (1, 9, 17, 3))),
+    (RTMO, people((1, 0, 5), (1, 0, 17, 3))),
+    (replace(MOVENET_MULTIPOSE, name='own'), Network(lambda images: (np.zeros((1, 6, 56), np.float32),)))],
+    ids=['one output', 'two outputs', 'RTMO', 'RTMO sees nobody', 'MoveNet of another file'])
+def test_right_structure_passes(model, network):
+    assert not reference_path(model).exists()
+    check_backend(network, model, exact=True)
+
+
+@pytest.mark.parametrize('model, size', [
+    (BODY_25, (112, 80)), (replace(BODY_25, input=replace(BODY_25.input, multiple_of=32)), (128, 96)),
+    (RTMO, (640, 640))], ids=['multiples of 16', 'multiples of 32', 'fixed'])
+def test_picture_has_a_size_that_the_network_takes(model, size):
+    shapes = []
+
+    def compute(images):
+        shapes.append(images.shape[1:3])
+        raise RuntimeError('enough')
+    with pytest.raises(ModelError, match='enough'):
+        check_backend(Network(compute), model, exact=True)
+    assert shapes == [size]
+
+
+@pytest.mark.parametrize('model, network, text', [
+    (BODY_25, fields(57), r'outputs net_output have the shapes \(1, 57, 14, 10\) for a picture of 80x112, expected '
+                          r'\(1, C, 14, 10\) with 78 channels in all \(26 confidence maps and 52 of the'),
+    (BODY_25, fields(78, stride=4), r'\(1, 78, 28, 20\) for a picture of 80x112, expected \(1, C, 14, 10\)'),
+    (BODY_25, fields(26, 52), 'it has 2 outputs, expected 1'),
+    (LIGHTWEIGHT, fields(19, 19), r'\(1, 19, 14, 10\) and \(1, 19, 14, 10\) for .*57 channels in all'),
+    (BODY_25, fields(78, value=np.nan), 'output net_output has values that are not finite'),
+    (RTMO, people((1, 9, 4), (1, 9, 17, 3)), r'expected \(1, N, 5\) and \(1, N, 17, 3\)'),
+    (RTMO, people((1, 9, 5), (1, 9, 26, 3)), r'expected \(1, N, 5\) and \(1, N, 17, 3\)')],
+    ids=['channels', 'stride', 'one too many', 'one too small', 'NaN', 'boxes', 'joints'])
+def test_wrong_structure_is_caught_and_both_are_named(model, network, text):
+    with pytest.raises(ModelError, match=f'Fake 1.0 computes {model.name} wrongly: .*{text}'):
+        check_backend(network, model, exact=True)

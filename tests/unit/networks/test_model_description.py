@@ -1,0 +1,219 @@
+"""Networks that users describe in YAML: read whole, or refused with file, key, value and what is allowed."""
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from openpose_ros_pkg.decode import DecodeParams, decode
+from openpose_ros_pkg.errors import ModelError
+from openpose_ros_pkg.networks.model_description import read_description
+from openpose_ros_pkg.networks.models import InputRecipe, WeightsFile, find_model, weights_path
+from openpose_ros_pkg.skeletons import BODY_25, COCO_18, MESSAGE_JOINTS, Limb
+
+DOCS = Path(__file__).parents[3] / 'docs' / 'models.md'
+LEAST = {'skeleton': 'BODY_25', 'files': ['net.onnx'], 'outputs': ['heatmaps', 'pafs'], 'decoder': 'paf'}
+ARMS = {
+    'joints': ['neck', 'right_shoulder', 'right_wrist', 'left_shoulder', 'left_wrist'],
+    'limbs': [{'start': 'neck', 'end': 'right_shoulder', 'paf': [0, 1]},
+              {'start': 'neck', 'end': 'left_shoulder', 'paf': [4, 5]},
+              {'start': 'right_shoulder', 'end': 'right_wrist', 'paf': [2, 3]},
+              {'start': 'left_shoulder', 'end': 'left_wrist', 'paf': [7, 6], 'starts_person': False}]}
+
+
+def described(folder, name='mine', **changes):
+    """Read a description that is the shortest one but for some keys; None leaves a key out."""
+    path = folder / f'{name}.yaml'
+    content = {key: value for key, value in {**LEAST, **changes}.items() if value is not None}
+    path.write_text(yaml.safe_dump(content))
+    return read_description(path)
+
+
+# --- what is read ---------------------------------------------------------------------------------------------------
+
+def test_the_shortest_description(tmp_path):
+    model = described(tmp_path)
+    assert (model.name, model.skeleton, model.decoder) == ('mine', BODY_25, 'paf')
+    assert model.files == (WeightsFile('net.onnx'),) and model.outputs == ('heatmaps', 'pafs')
+    assert model.input == InputRecipe()
+    assert (model.stride, model.heatmaps, model.channels, model.output_layout) == (8, 26, 78, 'NCHW')
+    assert model.peak_threshold == 0 and model.licence == 'not stated'
+
+
+def test_every_key(tmp_path):
+    model = described(
+        tmp_path, licence='MIT', source='my own training', stride=4, heatmaps=27, peak_threshold=0.1,
+        output_layout='NHWC',
+        files=['net.xml', {'name': 'net.bin', 'size': 7, 'sha256': 'AB' * 32, 'md5': '0f' * 16}],
+        input={'channels': 'RGB', 'layout': 'NHWC', 'dtype': 'float32', 'mean': 128, 'scale': 0.0078125,
+               'multiple_of': 32, 'padding': 114, 'fixed_size': [640, 480]})
+    assert model.files == (WeightsFile('net.xml'), WeightsFile('net.bin', 7, 'ab' * 32, '0f' * 16))
+    assert model.input == InputRecipe('RGB', 'NHWC', 'float32', 128.0, 1 / 128, 32, 114, (640, 480))
+    assert (model.licence, model.source.where, model.stride, model.heatmaps, model.peak_threshold) == (
+        'MIT', 'my own training', 4, 27, 0.1)
+    assert model.output_layout == 'NHWC'
+
+
+def test_a_joint_set_of_ones_own(tmp_path):
+    skeleton = described(tmp_path, skeleton=ARMS).skeleton
+    assert skeleton.name == 'mine' and skeleton.joints == tuple(ARMS['joints'])
+    assert skeleton.limbs == (
+        Limb('neck', 'right_shoulder', (0, 1)), Limb('neck', 'left_shoulder', (4, 5)),
+        Limb('right_shoulder', 'right_wrist', (2, 3)), Limb('left_shoulder', 'left_wrist', (7, 6), False))
+    assert skeleton.drawn_limbs == (('neck', 'right_shoulder'), ('neck', 'left_shoulder'),
+                                    ('right_shoulder', 'right_wrist'))
+    assert skeleton.colours[2] == BODY_25.colours[BODY_25.index['right_wrist']]
+    assert skeleton.swap == (0, 3, 4, 1, 2)
+    drawn = described(tmp_path, skeleton={**ARMS, 'drawn_limbs': [['neck', 'left_wrist']]}).skeleton.drawn_limbs
+    assert drawn == (('neck', 'left_wrist'),)
+
+
+def test_its_people_are_decoded(tmp_path):
+    """Fields of one person, by the channels that the description names."""
+    limbs = [{**limb, 'starts_person': True} for limb in ARMS['limbs']]
+    model = described(tmp_path, skeleton={**ARMS, 'limbs': limbs})
+    cells = {'neck': (20, 10), 'right_shoulder': (15, 10), 'right_wrist': (12, 20), 'left_shoulder': (25, 10),
+             'left_wrist': (30, 18)}
+    fields = np.zeros((model.channels, 30, 40), np.float32)
+    v, u = np.mgrid[:30, :40]
+    for i, joint in enumerate(ARMS['joints']):
+        fields[i] = np.exp(-((u - cells[joint][0]) ** 2 + (v - cells[joint][1]) ** 2) / 2)
+    for limb in limbs:
+        vector = np.subtract(cells[limb['end']], cells[limb['start']])
+        for channel, component in zip(limb['paf'], vector / np.hypot(*vector)):
+            fields[model.heatmaps + channel] = component
+    keypoints, _ = decode(fields, model, DecodeParams())
+    assert len(keypoints) == 1
+    expected = (np.array([cells[joint] for joint in ARMS['joints']]) + 0.5) * model.stride - 0.5
+    np.testing.assert_allclose(keypoints[0, :, :2], expected, atol=1)
+
+
+@pytest.mark.parametrize('decoder, outputs', [('movenet_multipose', ['people']), ('rtmo', ['dets', 'keypoints'])])
+def test_networks_that_give_people_at_once(tmp_path, decoder, outputs):
+    model = described(tmp_path, decoder=decoder, outputs=outputs, skeleton='COCO_18', stride=32)
+    assert (model.skeleton, model.heatmaps, model.input.multiple_of) == (COCO_18, 0, 32)
+
+
+def test_the_examples_of_the_documentation_are_right(tmp_path):
+    examples = re.findall(r'```yaml\n(.*?)```', DOCS.read_text(), re.DOTALL)
+    assert len(examples) >= 2
+    for number, text in enumerate(examples):
+        path = tmp_path / f'example_{number}.yaml'
+        path.write_text(text)
+        assert read_description(path).channels > 0
+
+
+# --- where it is found ----------------------------------------------------------------------------------------------
+
+def test_found_by_path_or_by_name_in_the_folder_of_models(tmp_path):
+    (tmp_path / 'mine').mkdir()
+    model = described(tmp_path / 'mine')
+    assert find_model('mine', str(tmp_path)) == model
+    assert find_model(str(tmp_path / 'mine' / 'mine.yaml')) == model
+
+
+def test_the_joints_are_known_without_weights_which_lie_beside_the_description(tmp_path):
+    model = described(tmp_path)
+    with pytest.raises(ModelError) as caught:
+        weights_path(model)
+    assert f'looked for {tmp_path / "net.onnx"}' in str(caught.value)
+    assert f'put net.onnx beside {tmp_path / "mine.yaml"}' in str(caught.value)
+    (tmp_path / 'net.onnx').write_bytes(b'weights')
+    assert weights_path(model, '/nowhere') == tmp_path / 'net.onnx'
+
+
+# --- what is refused ------------------------------------------------------------------------------------------------
+
+@pytest.mark.parametrize('name', ['mobilenet_thin', 'COCO', 'BODY_25', 'my net', 'MPI_15'])
+def test_names_that_mean_something_else_are_refused(tmp_path, name):
+    with pytest.raises(ModelError, match=f"can not have the name '{name}'"):
+        described(tmp_path, name)
+
+
+@pytest.mark.parametrize('text', ['', '- a list', 'a text', '[', '\x00', 'files: {a: b: c}', '{1: 2}'])
+def test_a_file_that_is_no_description(tmp_path, text):
+    path = tmp_path / 'mine.yaml'
+    path.write_text(text)
+    with pytest.raises(ModelError, match=re.escape(str(path))):
+        read_description(path)
+
+
+def test_a_file_that_is_not_there_or_no_text(tmp_path):
+    with pytest.raises(ModelError, match='can not be read'):
+        read_description(tmp_path / 'missing.yaml')
+    (tmp_path / 'mine.yaml').write_bytes(b'\xff\xfe\x00')
+    with pytest.raises(ModelError, match='can not be read'):
+        read_description(tmp_path / 'mine.yaml')
+
+
+@pytest.mark.parametrize('key', LEAST)
+def test_a_missing_key_is_named(tmp_path, key):
+    with pytest.raises(ModelError, match=f"mine.yaml: the key '{key}' is missing: "):
+        described(tmp_path, **{key: None})
+
+
+def limbs(*changed):
+    """The joint set of arms with other limbs at its front."""
+    return {**ARMS, 'limbs': [*changed, *ARMS['limbs'][len(changed):]]}
+
+
+FIRST = ARMS['limbs'][0]
+
+
+@pytest.mark.parametrize('changes, expected', [
+    ({'heatmap': 3}, "unknown key 'heatmap' = 3 (did you mean 'heatmaps'?); allowed: skeleton, files"),
+    ({'input': {'order': 'BGR'}}, "unknown key 'input.order' = 'BGR'; allowed: channels, layout"),
+    ({'input': 'BGR'}, "input = 'BGR' is not allowed: a mapping with keys among channels"),
+    ({'input': {'channels': 'GBR'}}, "'input.channels' = 'GBR' is not allowed: one of BGR, RGB"),
+    ({'input': {'scale': 'small'}}, "'input.scale' = 'small' is not allowed: a number in 1e-06 .. 1000"),
+    ({'input': {'mean': float('nan')}}, "'input.mean' = nan is not allowed: a number in 0 .. 255"),
+    ({'input': {'mean': True}}, "'input.mean' = True is not allowed"),
+    ({'input': {'padding': 256}}, "'input.padding' = 256 is not allowed: a whole number in 0 .. 255"),
+    ({'input': {'multiple_of': 12}}, "'input.multiple_of' = 12 is not allowed: a multiple of stride, which is 8"),
+    ({'input': {'fixed_size': [640]}}, "'input.fixed_size' = [640] is not allowed: two whole numbers"),
+    ({'input': {'fixed_size': [642, 480]}}, "'input.fixed_size' = [642, 480] is not allowed: width and height"),
+    ({'stride': 0}, "'stride' = 0 is not allowed: a whole number in 1 .. 64"),
+    ({'stride': 8.0}, "'stride' = 8.0 is not allowed"),
+    ({'heatmaps': 24}, "'heatmaps' = 24 is not allowed: a whole number in 25 .. 1000"),
+    ({'peak_threshold': 2}, "'peak_threshold' = 2 is not allowed: a number in 0 .. 1"),
+    ({'decoder': 'yolo'}, "'decoder' = 'yolo' is not allowed: one of paf, movenet_multipose, rtmo"),
+    ({'decoder': ['paf']}, "'decoder' = ['paf'] is not allowed"),
+    ({'output_layout': 'NC'}, "'output_layout' = 'NC' is not allowed: one of NCHW, NHWC"),
+    ({'outputs': []}, "'outputs' = [] is not allowed: a list of texts"),
+    ({'outputs': 'net_output'}, "'outputs' = 'net_output' is not allowed: a list of texts"),
+    ({'outputs': ['a', 'b', 'c']}, "'outputs' = ['a', 'b', 'c'] is not allowed: 1 or 2 names for decoder paf"),
+    ({'decoder': 'rtmo', 'skeleton': 'COCO_18', 'outputs': ['a']}, '2 names for decoder rtmo'),
+    ({'decoder': 'rtmo'}, "'skeleton' = 'BODY_25' is not allowed: COCO_18, which is what decoder rtmo gives"),
+    ({'files': 'net.onnx'}, "'files' = 'net.onnx' is not allowed: a list"),
+    ({'files': [5]}, "files[0] = 5 is not allowed: a mapping"),
+    ({'files': [{'size': 5}]}, "the key 'files[0].name' is missing: a text"),
+    ({'files': ['a', '../b']}, "'files[1].name' = '../b' is not allowed: the name of a file that lies beside"),
+    ({'files': [{'name': 'a', 'md5': 'x' * 32}]}, "'files[0].md5' = 'xxx"),
+    ({'files': [{'name': 'a', 'sha256': 'ab'}]}, "'files[0].sha256' = 'ab' is not allowed: 64 hexadecimal digits"),
+    ({'licence': 5}, "'licence' = 5 is not allowed: a text"),
+    ({'skeleton': 'BODY_26'}, "'skeleton' = 'BODY_26' is not allowed: one of COCO_18, BODY_25, MPI_15"),
+    ({'skeleton': 'COCO_17'}, "'skeleton' = 'COCO_17' is not allowed: one with limbs, for decoder paf"),
+    ({'skeleton': {'joints': ['nose']}}, "the key 'skeleton.limbs' is missing"),
+    ({'skeleton': {**ARMS, 'joints': ['nose', 'nose']}}, "'skeleton.joints[1]' = 'nose' is not allowed: each once"),
+    ({'skeleton': limbs({**FIRST, 'end': 'nose'})}, "'skeleton.limbs[0].end' = 'nose' is not allowed: one of neck, "),
+    ({'skeleton': limbs({**FIRST, 'paf': [0, 8]})}, "'skeleton.limbs[0].paf' = [0, 8] is not allowed: two whole "
+                                                    'numbers in 0 .. 7'),
+    ({'skeleton': limbs({**FIRST, 'paf': [0, 2]})}, 'each channel of 0 .. 7 once'),
+    ({'skeleton': limbs({**FIRST, 'starts_person': 'no'})}, "'skeleton.limbs[0].starts_person' = 'no' is not allowed"),
+    ({'skeleton': limbs(['neck', 'right_shoulder'])}, "skeleton.limbs[0] = ['neck', 'right_shoulder'] is not allowed"),
+    ({'skeleton': limbs({**FIRST, 'end': 'right_wrist'})}, 'limb neck - right_wrist has no partner neck - left_wrist'),
+    ({'skeleton': {**ARMS, 'joints': [*ARMS['joints'], 'left_knee']}}, 'left_knee has no partner right_knee'),
+    ({'skeleton': {**ARMS, 'drawn_limbs': [['neck', 'nose']]}}, "'skeleton.drawn_limbs[0]' = ['neck', 'nose'] is not"),
+])
+def test_what_is_not_allowed_is_named_with_what_is(tmp_path, changes, expected):
+    with pytest.raises(ModelError) as caught:
+        described(tmp_path, **changes)
+    assert str(tmp_path / 'mine.yaml') in str(caught.value)
+    assert expected in str(caught.value)
+
+
+def test_a_joint_that_messages_can_not_hold_is_refused_with_those_that_they_can(tmp_path):
+    with pytest.raises(ModelError, match=r"'skeleton.joints\[1\]' = 'tail' is not allowed") as caught:
+        described(tmp_path, skeleton={**ARMS, 'joints': ['neck', 'tail']})
+    assert all(joint in str(caught.value) for joint in MESSAGE_JOINTS)

@@ -1,0 +1,144 @@
+"""The coordinate transform between image and network input, and the picture that the network sees."""
+import cv2
+import numpy as np
+import pytest
+
+from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_pkg.networks.preprocess import fit_image
+
+STRIDE = 8
+
+
+@pytest.mark.parametrize('image_size, box, scaled, net', [
+    ((640, 480), (656, 368), (491, 368), (496, 368)),      # height limits; padded to the stride, not to the box
+    ((960, 540), (656, 368), (654, 368), (656, 368)),
+    ((1280, 400), (656, 368), (656, 205), (656, 208)),     # width limits
+    ((480, 640), (656, 368), (276, 368), (280, 368)),
+    ((656, 368), (656, 368), (656, 368), (656, 368)),      # nothing to do
+    ((320, 240), (-1, 368), (491, 368), (496, 368)),       # free width; enlarged
+    ((1280, 400), (-1, 368), (1178, 368), (1184, 368)),    # free width goes beyond 656
+    ((640, 480), (328, -1), (328, 246), (328, 248)),       # free height
+    ((1, 1), (656, 368), (368, 368), (368, 368)),
+    ((10000, 1), (656, 368), (656, 1), (656, 8)),          # never thinner than a pixel
+])
+def test_image_is_fitted_into_the_box_with_aspect_kept(image_size, box, scaled, net):
+    plan = fit_image(image_size, *box, STRIDE)
+    assert (plan.image_size, plan.scaled_size, plan.net_size) == (image_size, scaled, net)
+
+
+def test_zoom_shrinks_the_box():
+    assert fit_image((640, 480), 656, 368, STRIDE, zoom=0.5).scaled_size == (245, 184)
+
+
+@pytest.mark.parametrize('size', [(0, 0), (0, 480), (640, 0)])
+def test_empty_image_is_refused(size):
+    with pytest.raises(BadInputError, match=f'{size[0]}x{size[1]}'):
+        fit_image(size, 656, 368, STRIDE)
+
+
+def test_free_side_of_a_long_thin_image_is_refused():
+    with pytest.raises(BadInputError, match=r'368000x368.*at most 4096'):
+        fit_image((10000, 10), -1, 368, STRIDE)
+
+
+@pytest.mark.parametrize('size', [(641, 479), (333, 777), (960, 540), (101, 57)])
+def test_edges_of_the_image_are_edges_of_the_scaled_image(size):
+    """Pixel centres are integers, so an image of W pixels reaches from -0.5 to W - 0.5."""
+    plan = fit_image(size, 656, 368, STRIDE)
+    left_top, centre, right_bottom = np.array([-0.5, -0.5]), np.subtract(size, 1) / 2, np.subtract(size, 0.5)
+    np.testing.assert_allclose(plan.to_net(left_top), [-0.5, -0.5], atol=1e-9)
+    np.testing.assert_allclose(plan.to_net(centre), np.subtract(plan.scaled_size, 1) / 2, atol=1e-9)
+    np.testing.assert_allclose(plan.to_net(right_bottom), np.subtract(plan.scaled_size, 0.5), atol=1e-9)
+
+
+def test_both_directions_undo_each_other():
+    plan = fit_image((641, 479), 656, 368, STRIDE)
+    xy = np.random.default_rng(0).uniform(-5, 700, (7, 18, 2))
+    np.testing.assert_allclose(plan.to_image(plan.to_net(xy)), xy, atol=1e-9)
+
+
+def test_missing_joints_stay_missing():
+    assert np.isnan(fit_image((641, 479), 656, 368, STRIDE).to_image(np.full((1, 2), np.nan))).all()
+
+
+@pytest.mark.parametrize('size', [(641, 479), (959, 541), (201, 117)], ids=['smaller', 'odd', 'enlarged'])
+@pytest.mark.parametrize('place', [0.12, 0.5, 0.88], ids=['left', 'centre', 'right'])
+def test_a_spot_lands_where_the_transform_says(size, place):
+    """The picture and the coordinates go through the same transform, to a twentieth of a network pixel."""
+    width, height = size
+    spot = np.array([place * (width - 1) + 0.3, place * (height - 1) - 0.2])
+    v, u = np.mgrid[:height, :width]
+    blob = 255 * np.exp(-((u - spot[0]) ** 2 + (v - spot[1]) ** 2) / (2 * 3.0 ** 2))
+    plan = fit_image(size, 656, 368, STRIDE)
+    net = plan.apply(np.repeat(blob.round().astype(np.uint8)[..., None], 3, axis=2))[..., 0].astype(float)
+    seen = net[:plan.scaled_size[1], :plan.scaled_size[0]]
+    v, u = np.mgrid[:seen.shape[0], :seen.shape[1]]
+    measured = np.array([(u * seen).sum(), (v * seen).sum()]) / seen.sum()
+    np.testing.assert_allclose(measured, plan.to_net(spot), atol=0.05)
+
+
+def test_padding_repeats_the_border_at_right_and_bottom_only():
+    image = np.random.default_rng(1).integers(0, 256, (45, 61, 3), dtype=np.uint8)
+    plan = fit_image((61, 45), 61, 45, STRIDE)
+    net = plan.apply(image)
+    assert net.shape == (48, 64, 3) and net.dtype == np.uint8
+    np.testing.assert_array_equal(net[:45, :61], image)
+    np.testing.assert_array_equal(net[:45, 61:], np.repeat(image[:, -1:], 3, axis=1))
+    np.testing.assert_array_equal(net[45:, :61], np.repeat(image[-1:], 3, axis=0))
+
+
+@pytest.mark.parametrize('value', [0, 114, 255])
+def test_padding_with_a_value(value):
+    image = np.random.default_rng(1).integers(0, 256, (45, 61, 3), dtype=np.uint8)
+    net = fit_image((61, 45), 61, 45, STRIDE).apply(image, padding=value)
+    assert net.shape == (48, 64, 3) and net.dtype == np.uint8
+    np.testing.assert_array_equal(net[:45, :61], image)
+    assert (net[:, 61:] == value).all() and (net[45:] == value).all()
+
+
+@pytest.mark.parametrize('image_size, scaled', [
+    ((640, 480), (640, 480)), ((480, 640), (480, 640)), ((1280, 400), (640, 200)), ((100, 100), (640, 640))])
+def test_whole_box_gives_inputs_of_one_size(image_size, scaled):
+    """The picture lies at the left and top of it, as large as without; the transform is the same."""
+    plan, tight = (fit_image(image_size, 640, 640, 32, whole_box=whole) for whole in (True, False))
+    assert (plan.scaled_size, plan.net_size) == (scaled, (640, 640))
+    assert tight.scaled_size == scaled
+    np.testing.assert_array_equal(plan.to_net((17, 23)), tight.to_net((17, 23)))
+    image = np.zeros((*image_size[::-1], 3), np.uint8)
+    net = plan.apply(image, padding=200)
+    assert net.shape == (640, 640, 3)
+    assert (net[:scaled[1], :scaled[0]] == 0).all()
+    assert (net[scaled[1]:] == 200).all() and (net[:, scaled[0]:] == 200).all()
+
+
+def test_whole_box_is_rounded_up_to_the_stride_and_padded_where_zoomed():
+    plan = fit_image((500, 500), 250, 250, 32, zoom=0.5, whole_box=True)
+    assert (plan.scaled_size, plan.net_size) == ((125, 125), (256, 256))
+
+
+def test_shrinking_averages_so_that_fine_stripes_become_grey():
+    stripes = np.zeros((480, 640, 3), np.uint8)
+    stripes[:, ::2] = 255
+    net = fit_image((640, 480), 320, 240, STRIDE).apply(stripes)
+    assert abs(net.astype(int) - 128).max() <= 1
+
+
+@pytest.mark.parametrize('box, way', [
+    ((1280, 960), cv2.INTER_CUBIC), ((600, 450), cv2.INTER_LINEAR), ((320, 240), cv2.INTER_AREA),
+    ((200, 150), cv2.INTER_AREA)], ids=['larger', 'smaller', 'half', 'much smaller'])
+def test_way_of_resizing(box, way):
+    image = np.random.default_rng(3).integers(0, 256, (480, 640, 3), dtype=np.uint8)
+    net = fit_image((640, 480), *box, 1).apply(image)
+    np.testing.assert_array_equal(net, cv2.resize(image, box, interpolation=way))
+
+
+def test_read_only_image_with_padded_rows_is_taken_and_left_alone():
+    """The node passes a view of the message's bytes, which may have a step beyond the row."""
+    buffer = np.random.default_rng(2).integers(0, 256, 480 * (640 * 3 + 20), dtype=np.uint8)
+    view = np.ndarray((480, 640, 3), np.uint8, buffer, strides=(640 * 3 + 20, 3, 1))
+    view.flags.writeable = False
+    before = buffer.copy()
+    plan = fit_image((640, 480), 656, 368, STRIDE)
+    net = plan.apply(view)
+    np.testing.assert_array_equal(buffer, before)
+    np.testing.assert_array_equal(net, plan.apply(np.ascontiguousarray(view)))

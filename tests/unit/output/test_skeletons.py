@@ -1,0 +1,256 @@
+"""Joint sets against the published tables of the networks that use them."""
+import dataclasses
+import re
+
+import numpy as np
+import pytest
+
+from openpose_ros_pkg.decode import DecodeParams, decode
+from openpose_ros_pkg.networks.models import MOBILENET_THIN, MODELS
+from openpose_ros_pkg.skeletons import (
+    BODY_25,
+    COCO_17,
+    COCO_18,
+    COLOURS,
+    MESSAGE_JOINTS,
+    MPI_15,
+    SKELETONS,
+    Limb,
+    SkeletonModel,
+)
+
+# OpenPose, src/openpose/pose/poseParameters.cpp and include/openpose/pose/poseParametersRender.hpp, in its own words:
+# POSE_*_BODY_PARTS, POSE_BODY_PART_PAIRS, POSE_MAP_INDEX, POSE_*_PAIRS_RENDER_GPU.
+UPPER_BODY = 'Neck RShoulder RElbow RWrist LShoulder LElbow LWrist'
+LEGS = 'RHip RKnee RAnkle LHip LKnee LAnkle'
+FACE = 'REye LEye REar LEar'
+PUBLISHED = {
+    'COCO_18': {
+        'parts': f'Nose {UPPER_BODY} {LEGS} {FACE}',
+        'pairs': '1,2, 1,5, 2,3, 3,4, 5,6, 6,7, 1,8, 8,9, 9,10, 1,11, 11,12, 12,13, 1,0, 0,14, 14,16, 0,15, 15,17, '
+                 '2,16, 5,17',
+        'map': '12,13, 20,21, 14,15, 16,17, 22,23, 24,25, 0,1, 2,3, 4,5, 6,7, 8,9, 10,11, 28,29, 30,31, 34,35, 32,33, '
+               '36,37, 18,19, 26,27',
+        'render': '1,2, 1,5, 2,3, 3,4, 5,6, 6,7, 1,8, 8,9, 9,10, 1,11, 11,12, 12,13, 1,0, 0,14, 14,16, 0,15, 15,17',
+    },
+    'BODY_25': {
+        'parts': f'Nose {UPPER_BODY} MidHip {LEGS} {FACE} LBigToe LSmallToe LHeel RBigToe RSmallToe RHeel',
+        'pairs': '1,8, 1,2, 1,5, 2,3, 3,4, 5,6, 6,7, 8,9, 9,10, 10,11, 8,12, 12,13, 13,14, 1,0, 0,15, 15,17, 0,16, '
+                 '16,18, 2,17, 5,18, 14,19, 19,20, 14,21, 11,22, 22,23, 11,24',
+        'map': '0,1, 14,15, 22,23, 16,17, 18,19, 24,25, 26,27, 6,7, 2,3, 4,5, 8,9, 10,11, 12,13, 30,31, 32,33, 36,37, '
+               '34,35, 38,39, 20,21, 28,29, 40,41, 42,43, 44,45, 46,47, 48,49, 50,51',
+        'render': '1,8, 1,2, 1,5, 2,3, 3,4, 5,6, 6,7, 8,9, 9,10, 10,11, 8,12, 12,13, 13,14, 1,0, 0,15, 15,17, 0,16, '
+                  '16,18, 14,19, 19,20, 14,21, 11,22, 22,23, 11,24',
+    },
+    'MPI_15': {
+        'parts': f'Head {UPPER_BODY} {LEGS} Chest',
+        'pairs': '0,1, 1,2, 2,3, 3,4, 1,5, 5,6, 6,7, 1,14, 14,8, 8,9, 9,10, 14,11, 11,12, 12,13',
+        'map': '0,1, 2,3, 4,5, 6,7, 8,9, 10,11, 12,13, 14,15, 16,17, 18,19, 20,21, 22,23, 24,25, 26,27',
+        'render': '0,1, 1,2, 2,3, 3,4, 1,5, 5,6, 6,7, 1,14, 14,8, 8,9, 9,10, 14,11, 11,12, 12,13',
+    },
+}
+WITH_PAF = [COCO_18, BODY_25, MPI_15]
+ALL = list(SKELETONS.values())
+# Somebody who faces the camera, in units of the height from nose to ankle; the person's right is at the picture's left.
+FRONT = {
+    'Head': (0, -.16), 'Nose': (0, 0), 'Neck': (0, .14), 'Chest': (0, .30), 'MidHip': (0, .48),
+    'REye': (-.03, -.03), 'REar': (-.07, -.01), 'RShoulder': (-.11, .15), 'RElbow': (-.16, .32), 'RWrist': (-.19, .47),
+    'RHip': (-.07, .50), 'RKnee': (-.08, .76), 'RAnkle': (-.09, 1.0), 'RBigToe': (-.12, 1.10),
+    'RSmallToe': (-.17, 1.08), 'RHeel': (-.07, 1.06)}
+FRONT.update({'L' + part[1:]: (-x, y) for part, (x, y) in FRONT.items() if part[0] == 'R'})
+NET = (480, 656)  # height, width
+STRIDE = 8
+
+
+def by_name(skeleton):
+    return skeleton.name
+
+
+def pairs(text):
+    numbers = [int(number) for number in text.split(',')]
+    return list(zip(numbers[::2], numbers[1::2]))
+
+
+def field_name(part):
+    """OpenPose's name of a part as the messages spell it: RBigToe is right_big_toe, Head is head_top."""
+    side = {'R': 'right_', 'L': 'left_'}.get(part[0], '')
+    words = re.findall('[A-Z][a-z]+', part[1:] if side else part)
+    return {'head': 'head_top'}.get('_'.join(words).lower(), side + '_'.join(words).lower())
+
+
+def render(skeleton_name, people):
+    """Draw the fields that a perfect network would give, by the published tables alone.
+
+    Args:
+        people: {part: (x, y) network pixels} each.
+
+    Returns:
+        (C, h, w) float32.
+    """
+    table = PUBLISHED[skeleton_name]
+    parts, channels = table['parts'].split(), pairs(table['map'])
+    height, width = NET[0] // STRIDE, NET[1] // STRIDE
+    v, u = np.mgrid[:height, :width].astype(float)
+    heat = np.zeros((len(parts) + 1, height, width))
+    paf = np.zeros((2 * len(channels), height, width))
+    count = np.zeros((len(channels), height, width))
+    for person in people:
+        cells = np.array([(np.array(person[part]) + 0.5) / STRIDE - 0.5 for part in parts])
+        for part, (x, y) in enumerate(cells):
+            heat[part] = np.maximum(heat[part], np.exp(-((u - x) ** 2 + (v - y) ** 2) / 2))
+        for i, (start, end) in enumerate(pairs(table['pairs'])):
+            vector = cells[end] - cells[start]
+            length = np.hypot(*vector)
+            unit = vector / length
+            along = (u - cells[start, 0]) * unit[0] + (v - cells[start, 1]) * unit[1]
+            across = (u - cells[start, 0]) * unit[1] - (v - cells[start, 1]) * unit[0]
+            inside = (along >= -1) & (along <= length + 1) & (np.abs(across) <= 1)
+            paf[list(channels[i])] += inside * unit[:, None, None]
+            count[i] += inside
+    for i, pair in enumerate(channels):
+        paf[list(pair)] /= np.maximum(count[i], 1)
+    heat[-1] = 1 - heat[:-1].max(axis=0)
+    return np.concatenate([heat, paf]).astype(np.float32)
+
+
+def somebody(x, y, height):
+    return {part: (x + height * u, y + height * v) for part, (u, v) in FRONT.items()}
+
+
+def find(skeleton, people):
+    """Decode the fields of people with a network of this joint set; people from left to right."""
+    fields = render(skeleton.name, people)
+    model = dataclasses.replace(MOBILENET_THIN, skeleton=skeleton, heatmaps=len(skeleton.joints) + 1)
+    assert len(fields) == model.channels
+    keypoints, scores = decode(fields, model, DecodeParams())
+    assert (scores > 0.8).all()
+    return keypoints[np.argsort(keypoints[:, skeleton.index['neck'], 0])]
+
+
+def assert_is(skeleton, keypoints, person):
+    """Every part is where the person has it, under its name."""
+    for part in PUBLISHED[skeleton.name]['parts'].split():
+        np.testing.assert_allclose(keypoints[skeleton.index[field_name(part)], :2], person[part], atol=1, err_msg=part)
+
+
+# --- people by the published tables ---------------------------------------------------------------------------------
+
+@pytest.mark.parametrize('skeleton', WITH_PAF, ids=by_name)
+def test_nobody(skeleton):
+    assert find(skeleton, []).shape == (0, len(skeleton.joints), 3)
+
+
+@pytest.mark.parametrize('skeleton', WITH_PAF, ids=by_name)
+def test_one_person_has_every_joint_under_its_name(skeleton):
+    person = somebody(320, 90, 290)
+    person['RWrist'] = (250, 95)  # raised, so that left and right differ in more than place
+    found = find(skeleton, [person])
+    assert len(found) == 1
+    assert_is(skeleton, found[0], person)
+
+
+@pytest.mark.parametrize('skeleton', WITH_PAF, ids=by_name)
+def test_two_people_whose_arms_and_legs_cross(skeleton):
+    one, other = somebody(250, 90, 280), somebody(380, 95, 270)
+    one.update(LElbow=(315, 170), LWrist=(350, 205), LKnee=(300, 300), LAnkle=(325, 360))
+    other.update(RElbow=(320, 210), RWrist=(285, 170), RKnee=(325, 285), RAnkle=(290, 350))
+    for person in (one, other):
+        for side in 'LR':
+            for toe in ('BigToe', 'SmallToe', 'Heel'):
+                offset = np.subtract(FRONT[side + toe], FRONT[side + 'Ankle']) * 280
+                person[side + toe] = tuple(np.add(person[side + 'Ankle'], offset))
+    found = find(skeleton, [other, one])
+    assert len(found) == 2
+    assert_is(skeleton, found[0], one)
+    assert_is(skeleton, found[1], other)
+
+
+@pytest.mark.parametrize('skeleton', WITH_PAF, ids=by_name)
+def test_somebody_seen_from_behind_keeps_left_and_right(skeleton):
+    """Left and right are the person's own, not the picture's."""
+    behind = {part: (320 - (x - 320), y) for part, (x, y) in somebody(320, 90, 290).items()}
+    found = find(skeleton, [behind])
+    assert_is(skeleton, found[0], behind)
+    assert found[0, skeleton.index['left_wrist'], 0] < 300 < found[0, skeleton.index['right_wrist'], 0]
+
+
+# --- tables ---------------------------------------------------------------------------------------------------------
+
+@pytest.mark.parametrize('skeleton', WITH_PAF, ids=by_name)
+def test_joints_limbs_and_channels_are_the_published_ones(skeleton):
+    table, index = PUBLISHED[skeleton.name], skeleton.index
+    assert list(skeleton.joints) == [field_name(part) for part in table['parts'].split()]
+    assert [(index[limb.start], index[limb.end]) for limb in skeleton.limbs] == pairs(table['pairs'])
+    assert [limb.paf for limb in skeleton.limbs] == pairs(table['map'])
+    assert [(index[start], index[end]) for start, end in skeleton.drawn_limbs] == pairs(table['render'])
+
+
+@pytest.mark.parametrize('skeleton', WITH_PAF, ids=by_name)
+def test_only_ear_to_shoulder_limbs_start_nobody(skeleton):
+    only_join = {(limb.start, limb.end) for limb in skeleton.limbs if not limb.starts_person}
+    ears = {('right_shoulder', 'right_ear'), ('left_shoulder', 'left_ear')}
+    assert only_join == (ears if 'nose' in skeleton.joints else set())
+
+
+def test_coco_17_is_the_data_sets_order_and_skeleton():
+    """Numbers as in its annotation files, which count from 1."""
+    skeleton = [(16, 14), (14, 12), (17, 15), (15, 13), (12, 13), (6, 12), (7, 13), (6, 7), (6, 8), (7, 9), (8, 10),
+                (9, 11), (2, 3), (1, 2), (1, 3), (2, 4), (3, 5), (4, 6), (5, 7)]
+    assert [(COCO_17.index[start] + 1, COCO_17.index[end] + 1) for start, end in COCO_17.drawn_limbs] == skeleton
+    sides = [f'{side}_{joint}' for joint in ('eye', 'ear', 'shoulder', 'elbow', 'wrist', 'hip', 'knee', 'ankle')
+             for side in ('left', 'right')]
+    assert list(COCO_17.joints) == ['nose', *sides]
+
+
+@pytest.mark.parametrize('skeleton', ALL, ids=by_name)
+def test_paf_channels_are_used_once_each(skeleton):
+    channels = sorted(channel for limb in skeleton.limbs for channel in limb.paf)
+    assert channels == list(range(2 * len(skeleton.limbs)))
+
+
+@pytest.mark.parametrize('skeleton', ALL, ids=by_name)
+def test_swap_is_its_own_inverse_and_names_the_other_side(skeleton):
+    for joint, partner in enumerate(skeleton.swap):
+        assert skeleton.swap[partner] == joint
+        name, other = skeleton.joints[joint], skeleton.joints[partner]
+        if name.startswith(('left_', 'right_')):
+            assert name.split('_', 1)[1] == other.split('_', 1)[1] and name != other
+        else:
+            assert name == other
+    assert skeleton.swap[skeleton.index['left_knee']] == skeleton.index['right_knee']
+
+
+@pytest.mark.parametrize('skeleton', ALL, ids=by_name)
+def test_joints_are_parts_of_the_messages(skeleton):
+    assert set(skeleton.joints) <= set(MESSAGE_JOINTS)
+
+
+def test_every_part_has_a_colour():
+    assert set(COLOURS) == set(MESSAGE_JOINTS)
+    assert COLOURS['right_big_toe'] == (0, 255, 255) and COLOURS['head_top'] == (255, 0, 85)
+
+
+@pytest.mark.parametrize('name, channels', [
+    ('mobilenet_thin', 57), ('openpose_coco', 57), ('body_25', 78), ('mpi', 44), ('mpi_4_layers', 44),
+    ('lightweight_openpose', 57), ('human-pose-estimation-0001', 57)])
+def test_networks_have_the_published_number_of_channels(name, channels):
+    assert MODELS[name].channels == channels
+    assert MODELS[name].heatmaps == len(MODELS[name].skeleton.joints) + 1
+
+
+# --- faults ---------------------------------------------------------------------------------------------------------
+
+GREY = (9, 9, 9)
+
+
+@pytest.mark.parametrize('joints, limbs, drawn, colours, named', [
+    (('nose',), (Limb('nose', 'tail', (0, 1)),), (), (GREY,), 'tail'),
+    (('nose',), (), (('nose', 'tail'),), (GREY,), 'tail'),
+    (('nose', 'neck'), (), (), (GREY,), 'colour'),
+    (('nose', 'nose'), (), (), (GREY, GREY), 'unique'),
+    (('nose', 'left_eye'), (), (), (GREY, GREY), 'left_eye has no partner right_eye'),
+    (('nose', 'left_eye', 'right_eye'), (Limb('nose', 'left_eye', (0, 1)),), (), (GREY,) * 3,
+     'nose - left_eye has no partner nose - right_eye')])
+def test_parts_that_do_not_fit_are_refused(joints, limbs, drawn, colours, named):
+    with pytest.raises(ValueError, match=f'cat: .*{named}'):
+        SkeletonModel('cat', joints, limbs, drawn, colours)

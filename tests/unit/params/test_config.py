@@ -1,0 +1,37 @@
+"""The YAML files in config/ say what the parameter classes say: same keys, same defaults, same words."""
+from pathlib import Path
+
+import pytest
+import yaml
+
+import openpose_ros_pkg.params.nodes
+import skeleton_extract_3d.node_params
+from openpose_ros_pkg.params.parameters import build, to_yaml
+
+ROOT = Path(__file__).parents[3]
+FILES = [(ROOT / package.__name__.split('.')[0] / 'config' / name, classes)
+         for package in (openpose_ros_pkg.params.nodes, skeleton_extract_3d.node_params)
+         for name, classes in package.CONFIG_FILES.items()]
+IDS = [path.name for path, _ in FILES]
+
+
+@pytest.mark.parametrize('path, classes', FILES, ids=IDS)
+def test_file_is_what_the_parameter_classes_say(path, classes):
+    assert path.read_text() == to_yaml(classes), 'write it again with: ./run config'
+
+
+@pytest.mark.parametrize('path, classes', FILES, ids=IDS)
+def test_file_loads_into_the_defaults(path, classes):
+    assert build(classes, yaml.safe_load(path.read_text())) == tuple(cls() for cls in classes)
+
+
+@pytest.mark.parametrize('path, classes', FILES, ids=IDS)
+def test_no_key_is_in_two_classes_of_a_node(path, classes):
+    keys = [name for cls in classes for name in cls.__dataclass_fields__]
+    assert len(keys) == len(set(keys))
+
+
+def test_every_file_in_config_belongs_to_a_node():
+    there = {path for package in ('openpose_ros_pkg', 'skeleton_extract_3d')
+             for path in (ROOT / package / 'config').iterdir()}
+    assert there == {path for path, _ in FILES}

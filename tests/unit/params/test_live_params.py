@@ -1,0 +1,59 @@
+"""The description of parameters for dynamic_reconfigure says what the parameter classes say."""
+import ast
+from dataclasses import dataclass
+
+from openpose_ros_pkg.params.live import LiveDescription
+from openpose_ros_pkg.params.nodes import LIVE_PARAMETERS, SERVICE_PARAMETERS
+from openpose_ros_pkg.params.parameters import Parameters, parameter
+
+
+@dataclass(frozen=True)
+class Example(Parameters):
+    """One parameter of each kind."""
+
+    threshold: float = parameter(0.5, 'A threshold.', minimum=0, maximum=1)
+    number: int = parameter(3, 'A number.', minimum=1)
+    offset: float = parameter(0.0, 'An offset.')
+    shown: bool = parameter(True, 'Show it.')
+    mode: str = parameter('fast', 'How.', choices=('fast', 'slow'))
+    fixed: int = parameter(7, 'Not to be changed.')
+
+
+def described(names=('threshold', 'number', 'offset', 'shown', 'mode')):
+    return LiveDescription((Example,), names)
+
+
+def test_no_parameter():
+    nothing = described(())
+    assert nothing.config_description['parameters'] == [] and nothing.defaults == {}
+
+
+def test_limits_have_the_type_of_the_parameter():
+    live = described()
+    limits = {name: (live.min[name], live.defaults[name], live.max[name]) for name in live.defaults}
+    assert limits == {'threshold': (0.0, 0.5, 1.0), 'number': (1, 3, 2**31 - 1),
+                      'offset': (-float('inf'), 0.0, float('inf')), 'shown': (False, True, True),
+                      'mode': ('', 'fast', '')}
+    assert all(type(value) is type(values[1]) for values in limits.values() for value in values)
+
+
+def test_types_and_texts():
+    kinds = {entry['name']: (entry['type'], entry['description'])
+             for entry in described().config_description['parameters']}
+    assert kinds['threshold'] == ('double', 'A threshold. (float in 0 .. 1)')
+    assert [kinds[name][0] for name in ('number', 'shown', 'mode')] == ['int', 'bool', 'str']
+
+
+def test_choices_are_offered():
+    entries = {entry['name']: entry['edit_method'] for entry in described().config_description['parameters']}
+    assert entries['threshold'] == ''
+    offered = ast.literal_eval(entries['mode'])['enum']
+    assert [(choice['name'], choice['value'], choice['type']) for choice in offered] == [
+        ('fast', 'fast', 'str'), ('slow', 'slow', 'str')]
+
+
+def test_the_live_parameters_are_parameters_of_the_service_node():
+    live = LiveDescription(SERVICE_PARAMETERS, LIVE_PARAMETERS)
+    assert set(live.defaults) == set(LIVE_PARAMETERS)
+    assert {'mode', 'peak_threshold', 'person_min_score', 'track_timeout', 'alpha_pose'} <= set(LIVE_PARAMETERS)
+    assert not {'pose_model', 'net_input_width', 'threads', 'image_topic'} & set(LIVE_PARAMETERS)

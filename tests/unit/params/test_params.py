@@ -1,0 +1,102 @@
+"""Parameters check themselves: whoever holds an instance holds allowed values."""
+import dataclasses
+import math
+
+import pytest
+import yaml
+
+from openpose_ros_pkg.errors import ParameterError
+from openpose_ros_pkg.params.parameters import Parameters, build, describe, parameter, to_yaml
+
+
+@dataclasses.dataclass(frozen=True)
+class Camera(Parameters):
+    """What the camera gives."""
+
+    rate: float = parameter(15.0, 'Frames per second.', unit='Hz', minimum=0.1, maximum=120.0)
+    width: int = parameter(640, 'Width.', unit='px', minimum=1)
+    encoding: str = parameter('bgr8', 'Encoding.', choices=('bgr8', 'rgb8'))
+    loop: bool = parameter(False, 'Begin again at the end.')
+    frame_id: str = parameter('camera', 'Frame.')
+
+
+@dataclasses.dataclass(frozen=True)
+class Lens(Parameters):
+    """What is before the camera."""
+
+    focal_length: float = parameter(0.0, 'Focal length.', unit='px', minimum=0.0)
+
+
+def test_nothing_given_means_the_defaults():
+    assert build([Camera, Lens], {}) == (Camera(), Lens())
+    assert build([], {}) == ()
+
+
+def test_values_reach_the_class_they_belong_to():
+    camera, lens = build([Camera, Lens], {'rate': 30.0, 'focal_length': 525.0, 'loop': True})
+    assert camera == Camera(rate=30.0, loop=True)
+    assert lens.focal_length == 525.0
+
+
+def test_integer_is_taken_for_a_float_parameter():
+    rate = Camera(rate=30).rate
+    assert rate == 30.0
+    assert isinstance(rate, float)
+
+
+@pytest.mark.parametrize('value', [0.1, 120.0])
+def test_limits_are_allowed(value):
+    assert Camera(rate=value).rate == value
+
+
+@pytest.mark.parametrize('name, value, allowed', [
+    ('rate', 0.09, 'float in 0.1 .. 120 [Hz]'),
+    ('rate', 121.0, 'float in 0.1 .. 120 [Hz]'),
+    ('rate', math.nan, 'float in 0.1 .. 120 [Hz]'),
+    ('rate', math.inf, 'float in 0.1 .. 120 [Hz]'),
+    ('rate', '15', 'float in 0.1 .. 120 [Hz]'),
+    ('rate', True, 'float in 0.1 .. 120 [Hz]'),
+    ('width', 0, 'int in 1 .. inf [px]'),
+    ('width', 640.0, 'int in 1 .. inf [px]'),
+    ('width', True, 'int in 1 .. inf [px]'),
+    ('encoding', 'mono8', "one of 'bgr8', 'rgb8'"),
+    ('encoding', 8, "one of 'bgr8', 'rgb8'"),
+    ('loop', 1, 'bool'),
+    ('loop', 'true', 'bool'),
+    ('frame_id', None, 'str'),
+    ('frame_id', ['camera'], 'str'),
+])
+def test_wrong_value_names_key_value_and_what_is_allowed(name, value, allowed):
+    with pytest.raises(ParameterError) as caught:
+        build([Camera], {name: value})
+    assert str(caught.value) == f"parameter '{name}' = {value!r} is not allowed: {allowed}"
+
+
+def test_unknown_key_names_the_nearest_and_all():
+    with pytest.raises(ParameterError) as caught:
+        build([Camera, Lens], {'focal_lenght': 1.0})
+    assert "unknown parameter 'focal_lenght' = 1.0 (did you mean 'focal_length'?)" in str(caught.value)
+    assert 'allowed: encoding, focal_length, frame_id, loop, rate, width' in str(caught.value)
+
+
+def test_unknown_key_near_nothing_is_not_guessed():
+    with pytest.raises(ParameterError, match="unknown parameter 'xyz' = 0; allowed:"):
+        build([Camera], {'xyz': 0})
+
+
+def test_instances_do_not_change():
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        Camera().rate = 1.0
+
+
+def test_yaml_holds_every_default_and_what_it_means():
+    text = to_yaml([Camera, Lens])
+    assert yaml.safe_load(text) == {**dataclasses.asdict(Camera()), **dataclasses.asdict(Lens())}
+    assert '# Frames per second. (float in 0.1 .. 120 [Hz])\nrate: 15.0\n' in text
+    assert max(map(len, text.splitlines())) <= 120
+
+
+def test_description_of_a_parameter_without_limits():
+    fields = {field.name: describe(field) for field in dataclasses.fields(Camera)}
+    assert fields['loop'] == 'bool'
+    assert fields['frame_id'] == 'str'

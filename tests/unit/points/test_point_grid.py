@@ -1,0 +1,93 @@
+"""What clouds and depth images answer alike: depths at pixels, the camera, the range."""
+import numpy as np
+import pytest
+
+from openpose_ros_pkg.errors import BadInputError
+from skeleton_extract_3d.points.camera import CameraModel
+from skeleton_extract_3d.points.cloud import OrganizedCloud
+from skeleton_extract_3d.points.depth import DepthImage
+
+W, H = 96, 54
+CAMERA = CameraModel(W, H, [54.0, 0, 45.5, 0, 53.0, 27.5, 0, 0, 1])
+
+
+def metres():
+    """Return depths [m] that name their pixel: 1 + u / 100 + v / 10."""
+    v, u = np.mgrid[:H, :W]
+    return 1 + u / 100 + v / 10
+
+
+def millimetre_image(z):
+    return DepthImage(np.round(np.where(np.isfinite(z) & (z > 0), z, 0) * 1000).astype(np.uint16), CAMERA)
+
+
+def metre_image(z):
+    return DepthImage(z.astype(np.float32), CAMERA)
+
+
+def cloud(z):
+    return OrganizedCloud(*(CAMERA.ray_grid() * z[..., None]).astype(np.float32).transpose(2, 0, 1))
+
+
+KINDS = pytest.mark.parametrize('kind', [millimetre_image, metre_image, cloud])
+
+
+@KINDS
+def test_no_pixels_no_depths(kind):
+    assert kind(metres()).depths(np.zeros((0, 5), int), np.zeros((0, 5), int)).shape == (0, 5)
+
+
+@KINDS
+def test_depths_are_those_of_the_pixels_in_any_shape(kind):
+    u, v = np.array([[[0, 95, 0], [95, 17, 17]]]), np.array([[[0, 0, 53], [53, 31, 30]]])
+    depths = kind(metres()).depths(u, v)
+    assert depths.dtype == np.float64
+    np.testing.assert_allclose(depths, 1 + u / 100 + v / 10, atol=1e-6)
+
+
+@KINDS
+@pytest.mark.parametrize('missing', [0.0, np.nan, np.inf, -1.0])
+def test_what_is_no_depth_is_missing(kind, missing):
+    z = metres()
+    z[10, 20] = missing
+    with np.errstate(invalid='ignore'):
+        depths = kind(z).depths(np.array([20, 21]), np.array([10, 10]))
+    np.testing.assert_allclose(depths, [np.nan, 2.21], atol=1e-6)
+
+
+@KINDS
+def test_depths_are_the_z_of_windows(kind):
+    u, v = np.random.default_rng(0).integers((0, 0), (W, H), (50, 2)).T
+    grid = kind(metres())
+    np.testing.assert_allclose(grid.depths(u, v), grid.window(u, v, 1)[:, 0, 2])
+
+
+@KINDS
+def test_the_camera_is_known(kind):
+    camera = kind(metres()).camera_model()
+    assert (camera.width, camera.height) == (W, H)
+    np.testing.assert_allclose(camera.matrix, CAMERA.matrix, rtol=1e-5)
+
+
+@KINDS
+def test_a_joint_that_is_projected_is_found_at_its_ray_and_depth(kind):
+    grid = kind(np.full((H, W), 2.5))
+    xyz = np.array([[-1.2, 0.5, 2.5], [0.0, 0.0, 2.5], [1.9, -0.9, 2.5]])
+    uv = grid.camera_model().project(xyz)
+    u, v = np.rint(uv).astype(int).T
+    np.testing.assert_allclose(grid.camera_model().rays(uv) * grid.depths(u, v)[:, None], xyz, atol=1e-4)
+
+
+def test_the_camera_of_a_depth_image_is_scaled_to_it_and_needs_no_depth():
+    image = DepthImage(np.zeros((H, W), np.uint16), CAMERA.scaled(2 * W, 2 * H))
+    np.testing.assert_allclose(image.camera_model().matrix, CAMERA.matrix)
+
+
+def test_a_cloud_without_points_has_no_camera():
+    assert OrganizedCloud(*np.full((3, H, W), np.nan)).camera_model() is None
+
+
+def test_a_cloud_in_another_frame_is_refused_when_the_camera_is_asked_for():
+    x, y, z = (CAMERA.ray_grid() * metres()[..., None]).transpose(2, 0, 1)
+    with pytest.raises(BadInputError, match='optical frame'):
+        OrganizedCloud(z, -x, -y).camera_model()

@@ -1,0 +1,140 @@
+"""Sequence folders: what is read, and what a user may get wrong. The shipped sequence is read as well."""
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from openpose_ros_pkg.errors import BadInputError
+from skeleton_extract_3d.points.rgbd_sequence import RgbdSequence
+
+SHIPPED = Path(__file__).resolve().parents[3] / 'skeleton_extract_3d' / 'demo' / 'cross'
+
+CAMERA = """
+image_width: 32
+image_height: 18
+camera_name: test
+camera_matrix: {rows: 3, cols: 3, data: [20, 0, 15.5, 0, 20, 8.5, 0, 0, 1]}
+distortion_model: plumb_bob
+distortion_coefficients: {rows: 1, cols: 5, data: [0.1, 0, 0, 0, 0]}
+"""
+
+
+@pytest.fixture()
+def folder(tmp_path):
+    """Three frames of 32 x 18; pixel (row 1, column 2) of frame i has colour (i, i, i) and depth 1000 + i."""
+    (tmp_path / 'rgb').mkdir()
+    (tmp_path / 'depth').mkdir()
+    for i in range(3):
+        bgr, depth = np.zeros((18, 32, 3), np.uint8), np.zeros((18, 32), np.uint16)
+        bgr[1, 2], depth[1, 2] = i, 1000 + i
+        cv2.imwrite(str(tmp_path / 'rgb' / f'{i:03d}.png'), bgr)
+        cv2.imwrite(str(tmp_path / 'depth' / f'{i:03d}.png'), depth)
+    (tmp_path / 'camera.yaml').write_text(CAMERA)
+    (tmp_path / 'sequence.yaml').write_text('fps: 10\nframe_id: cam\nT_world_camera: [[1, 0, 0, 0], [0, 0, 1, 0], '
+                                            '[0, -1, 0, 1.5], [0, 0, 0, 1]]')
+    return tmp_path
+
+
+def test_a_folder_is_read(folder):
+    sequence = RgbdSequence.read(folder)
+    assert (len(sequence), sequence.fps, sequence.frame_id) == (3, 10, 'cam')
+    assert (sequence.camera.width, sequence.camera.height) == (32, 18)
+    assert sequence.camera.distortion.tolist() == [0.1, 0, 0, 0, 0]
+    np.testing.assert_array_equal(sequence.T_world_camera[:3, 3], [0, 0, 1.5])
+    frames = list(sequence)
+    assert [frame.time for frame in frames] == [0.0, 0.1, 0.2]
+    assert [frame.bgr[1, 2].tolist() for frame in frames] == [[i] * 3 for i in range(3)]
+    assert [frame.depth[1, 2] for frame in frames] == [1000, 1001, 1002]
+
+
+def test_other_names_of_the_folders_and_no_sequence_yaml(folder):
+    (folder / 'rgb').rename(folder / 'color')
+    (folder / 'sequence.yaml').unlink()
+    sequence = RgbdSequence.read(folder)
+    assert (sequence.fps, sequence.frame_id, sequence.T_world_camera) == (None, '', None)
+    assert sequence.frame(2).time == 2.0
+
+
+def test_depth_may_have_another_resolution_of_the_same_view(folder):
+    cv2.imwrite(str(folder / 'depth' / '001.png'), np.ones((9, 16), np.uint16))
+    assert RgbdSequence.read(folder).frame(1).depth.shape == (9, 16)
+
+
+def remove(name):
+    return lambda folder: (folder / name).unlink()
+
+
+def write(name, text):
+    return lambda folder: (folder / name).write_text(text)
+
+
+def image(name, array):
+    return lambda folder: cv2.imwrite(str(folder / name), array)
+
+
+def empty_rgb(folder):
+    for path in (folder / 'rgb').iterdir():
+        path.unlink()
+
+
+@pytest.mark.parametrize('damage, text', [
+    (lambda folder: (folder / 'rgb').rename(folder / 'pictures'), 'no folder rgb or color'),
+    (lambda folder: (folder / 'depth').rename(folder / 'z'), 'no folder depth'),
+    (empty_rgb, 'rgb has no images'),
+    (remove('rgb/001.png'), r'2 images and .* 3, .*without a partner: 001'),
+    (remove('depth/002.png'), r'3 images and .* 2, .*without a partner: 002'),
+    (remove('camera.yaml'), 'camera.yaml can not be read'),
+    (write('camera.yaml', 'image_width: 32'), r"is not a calibration .*image_height"),
+    (write('camera.yaml', '[1, 2'), 'camera.yaml can not be read'),
+    (write('camera.yaml', 'text'), 'expected keys with values, got str'),
+    (write('camera.yaml', CAMERA.replace('plumb_bob', 'magic')), "'magic' is unknown"),
+    (write('sequence.yaml', 'fsp: 10'), 'unknown keys fsp; allowed: fps'),
+    (write('sequence.yaml', 'fps: fast'), "fps = 'fast'"),
+    (write('sequence.yaml', 'fps: 0'), 'fps = 0'),
+    (write('sequence.yaml', 'depth_scale: 0'), 'depth_scale = 0, expected a number above 0'),
+    (write('sequence.yaml', 'depth_scale: 5000'), r'depth_scale = 5000, expected 1000 \(mm\)'),
+    (write('sequence.yaml', 'T_world_camera: [1, 2, 3]'), 'expected 4 x 4'),
+    (write('sequence.yaml', 'T_world_camera: [[2,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]'), 'no rotation'),
+    (write('sequence.yaml', 'T_world_camera: [[-1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]'), 'no rotation'),
+])
+def test_bad_folders_are_refused_at_once(folder, damage, text):
+    damage(folder)
+    with pytest.raises(BadInputError, match=text):
+        RgbdSequence.read(folder)
+
+
+@pytest.mark.parametrize('damage, text', [
+    (image('rgb/001.png', np.zeros((18, 30, 3), np.uint8)), '30 x 18, expected .* 32 x 18'),
+    (image('depth/001.png', np.zeros((18, 32), np.uint8)), 'expected one channel of 16 bit .* uint8'),
+    (image('depth/001.png', np.zeros((18, 32, 3), np.uint16)), r'expected one channel of 16 bit .*\(18, 32, 3\)'),
+    (image('depth/001.png', np.zeros((24, 32), np.uint16)), '32 x 24'),
+    (write('rgb/001.png', 'no picture'), '001.png can not be decoded'),
+    (write('depth/001.png', ''), '001.png can not be decoded'),
+])
+def test_bad_frames_are_refused_and_the_others_are_read(folder, damage, text):
+    damage(folder)
+    sequence = RgbdSequence.read(folder)
+    with pytest.raises(BadInputError, match=text):
+        sequence.frame(1)
+    assert sequence.frame(2).depth[1, 2] == 1002
+
+
+def test_a_folder_that_does_not_exist_is_refused(tmp_path):
+    with pytest.raises(BadInputError, match='nowhere does not exist'):
+        RgbdSequence.read(tmp_path / 'nowhere')
+
+
+def test_the_shipped_sequence_is_whole_and_small():
+    sequence = RgbdSequence.read(SHIPPED)
+    assert (len(sequence), sequence.fps, sequence.frame_id) == (40, 15.0, 'kinect2_rgb_optical_frame')
+    frame = sequence.frame(39)
+    assert frame.bgr.shape == (540, 960, 3)
+    assert frame.depth.shape == (540, 960)
+    # somebody and a room: most pixels have depth, between half a metre and eight
+    valid = frame.depth[frame.depth > 0]
+    assert valid.size > 0.8 * frame.depth.size
+    assert 500 <= valid.min() < valid.max() <= 8000
+    # the camera stands 1.35 m above the floor
+    assert sequence.T_world_camera[2, 3] == 1.35
+    assert sum(path.stat().st_size for path in SHIPPED.rglob('*') if path.is_file()) <= 6_000_000

@@ -1,0 +1,61 @@
+"""People in another frame: x' = R x + t, and nothing else changes."""
+import numpy as np
+import pytest
+
+from openpose_ros_pkg.skeletons import COCO_18
+from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
+from skeleton_extract_3d.points.transform import transform_people
+
+K = len(COCO_18.joints)
+# From the optical frame (x right, y down, z forward) to one with x forward, y left, z up.
+UPRIGHT = np.array([[0, 0, 1], [-1, 0, 0], [0, -1, 0]])
+
+
+def people(count):
+    """People whose joints are random and move, but one missing and one inferred each."""
+    random = np.random.default_rng(0)
+    xyz, status = random.uniform(-4, 4, (count, K, 3)), np.full((count, K), MEASURED)
+    status[:, 3], status[:, 5] = MISSING, INFERRED
+    xyz[status == MISSING] = np.nan
+    velocity = np.where(np.isnan(xyz), np.nan, random.uniform(-2, 2, (count, K, 3)))
+    return People3D(COCO_18, xyz, random.uniform(0, 1, (count, K)), status, np.where(status == INFERRED, 0.1, np.nan),
+                    np.arange(count) + 5, velocity)
+
+
+def test_nobody_stays_nobody():
+    assert len(transform_people(people(0), UPRIGHT, np.ones(3))) == 0
+
+
+def test_axes_go_where_they_belong():
+    moved = transform_people(people(2), UPRIGHT, np.array([10.0, 20.0, 30.0]))
+    x, y, z = np.moveaxis(people(2).xyz, -1, 0)
+    np.testing.assert_allclose(moved.xyz, np.stack([z + 10, 20 - x, 30 - y], axis=-1), atol=1e-5)
+
+
+def test_velocities_turn_but_are_not_moved():
+    moved = transform_people(people(2), UPRIGHT, np.array([10.0, 20.0, 30.0]))
+    x, y, z = np.moveaxis(people(2).velocity, -1, 0)
+    np.testing.assert_allclose(moved.velocity, np.stack([z, -x, -y], axis=-1), atol=1e-6)
+    assert np.isfinite(moved.velocity[:, 0]).all() and np.isnan(moved.velocity[:, 3]).all()
+
+
+def test_missing_joints_stay_missing_and_the_rest_stays_as_it_is():
+    before = people(2)
+    after = transform_people(before, UPRIGHT, np.ones(3))
+    assert np.isnan(after.xyz[:, 3]).all()
+    for name in ('confidence', 'status', 'sigma', 'ids'):
+        np.testing.assert_array_equal(getattr(after, name), getattr(before, name), name)
+    assert after.skeleton is COCO_18
+
+
+@pytest.mark.parametrize('translation', [(0, 0, 0), (1, -2, 3)])
+def test_distances_stay(translation):
+    before, after = people(3), transform_people(people(3), UPRIGHT, np.array(translation))
+    np.testing.assert_allclose(np.linalg.norm(after.xyz[:, 0] - after.xyz[:, 1], axis=1),
+                               np.linalg.norm(before.xyz[:, 0] - before.xyz[:, 1], axis=1), rtol=1e-5)
+
+
+def test_the_way_back_leads_home():
+    there = transform_people(people(2), UPRIGHT, np.array([1.0, 2.0, 3.0]))
+    back = transform_people(there, UPRIGHT.T, -UPRIGHT.T @ np.array([1.0, 2.0, 3.0]))
+    np.testing.assert_allclose(back.xyz, people(2).xyz, atol=1e-5)

@@ -1,0 +1,78 @@
+"""The core knows no ROS: arrows point from scripts/ to ros/ to the core, never back."""
+import ast
+import importlib.util
+import sysconfig
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[3]
+PACKAGES = [ROOT / name / 'src' / name
+            for name in ('openpose_ros_pkg', 'skeleton_extract_3d', 'openpose_ros_tools', 'openpose_ros_mocap')]
+CORE = sorted(path for package in PACKAGES for path in package.rglob('*.py')
+              if 'ros' not in path.relative_to(package).parts[:-1])
+ALLOWED = {'c3d', 'cv2', 'distributed', 'jinja2', 'matplotlib', 'numpy', 'onnxruntime', 'openpose_ros_decode',
+           'openvino', 'scipy', 'skeleton_extract_3d_lifting', 'tqdm', 'yaml', 'openpose_ros_mocap', 'openpose_ros_pkg',
+           'openpose_ros_tools', 'skeleton_extract_3d'}
+STANDARD_LIBRARY = Path(sysconfig.get_paths()['stdlib']).resolve()
+
+
+def imported_modules(source, package):
+    """Absolute names of all modules that a piece of source text imports, at any depth of nesting."""
+    names = set()
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Import):
+            names |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            base = '.'.join([package] * (node.level > 0) + [node.module] * (node.module is not None))
+            names |= {base} | {f'{base}.{alias.name}' for alias in node.names}
+        elif isinstance(node, ast.Call) and getattr(node.func, 'attr', getattr(node.func, 'id', '')) in (
+                'import_module', '__import__'):
+            names.add('a module by a name that is made at run time')
+    return names
+
+
+def is_standard(name):
+    """Whether a top-level module comes with Python."""
+    spec = importlib.util.find_spec(name)
+    if spec is None or spec.origin in ('built-in', 'frozen'):
+        return spec is not None
+    path = Path(spec.origin or '').resolve()
+    return STANDARD_LIBRARY in path.parents and not {'site-packages', 'dist-packages'} & set(path.parts)
+
+
+def ros_parts(names):
+    """Those of the modules that belong to ROS: its own, or a `ros` room of this project."""
+    tops = {name: name.split('.')[0] for name in names}
+    return {name for name, top in tops.items()
+            if not (top in ALLOWED or is_standard(top)) or name.split('.')[1:2] == ['ros']}
+
+
+@pytest.mark.parametrize('source', [
+    'import rospy', 'from sensor_msgs.msg import Image', 'def f():\n    import tf2_ros', 'import numpy, cv_bridge',
+    'from openpose_ros_pkg.ros import convert', 'from openpose_ros_pkg import ros', 'from .ros import convert',
+    'import importlib\nimportlib.import_module("ros" + "py")', 'import message_filters as m'])
+def test_this_test_sees_ros(source):
+    assert ros_parts(imported_modules(source, 'openpose_ros_pkg'))
+
+
+@pytest.mark.parametrize('source', [
+    '', 'import numpy as np', 'from openpose_ros_pkg.people import People2D', 'import os.path, threading'])
+def test_this_test_passes_the_core(source):
+    assert not ros_parts(imported_modules(source, 'openpose_ros_pkg'))
+
+
+def test_there_is_a_core():
+    assert {'detector.py', 'parameters.py', 'lifting.py'} <= {path.name for path in CORE}
+
+
+@pytest.mark.parametrize('path', CORE, ids=lambda path: str(path.relative_to(ROOT)))
+def test_core_imports_no_ros(path):
+    assert ros_parts(imported_modules(path.read_text(), path.relative_to(ROOT).parts[0])) == set()
+
+
+def test_packages_do_not_know_those_built_upon_them():
+    for number, package in enumerate(PACKAGES):
+        later = tuple(other.name for other in PACKAGES[number + 1:])
+        for path in package.rglob('*.py'):
+            assert not any(name.startswith(later) for name in imported_modules(path.read_text(), package.name)), path

@@ -1,0 +1,362 @@
+"""Markers: finite points only, what is inferred apart from what was seen, deletes for whoever left, trails, a lifetime
+that outlasts the frame period."""
+import numpy as np
+import pytest
+
+from openpose_ros_pkg.errors import ParameterError
+from openpose_ros_pkg.skeletons import COCO_18
+from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
+from skeleton_extract_3d.show.markers import (
+    LIMB_NAMESPACES,
+    MarkerLifetime,
+    MarkerParams,
+    MarkerTracker,
+    people_markers,
+)
+
+K = len(COCO_18.joints)
+INDEX = COCO_18.index
+# A person standing upright in the optical frame (y down), 3 m ahead.
+UPRIGHT = {'nose': (0, -0.6, 2.9), 'neck': (0, -0.4, 3), 'right_shoulder': (-0.2, -0.4, 3),
+           'left_shoulder': (0.2, -0.4, 3), 'right_hip': (-0.1, 0.2, 3), 'left_hip': (0.1, 0.2, 3)}
+
+
+def people(persons, inferred=(), sigma=None):
+    """People by id, each a mapping from joint to position; `inferred` names joints, `sigma` maps from joint to [m]."""
+    xyz = np.full((len(persons), K, 3), np.nan)
+    for row, joints in zip(xyz, persons.values()):
+        for joint, position in joints.items():
+            row[INDEX[joint]] = position
+    found = np.isfinite(xyz).all(axis=2)
+    status = np.where(found, MEASURED, MISSING)
+    for joint in inferred:
+        status[found[:, INDEX[joint]], INDEX[joint]] = INFERRED
+    sigmas = np.full(found.shape, np.nan)
+    for joint, value in (sigma or {}).items():
+        sigmas[:, INDEX[joint]] = value
+    return People3D(COCO_18, xyz, found * 0.9, status, sigmas, list(persons))
+
+
+def names(markers):
+    return [(marker.action, marker.ns, marker.id) for marker in markers]
+
+
+def of(markers, ns):
+    """The only marker of that namespace."""
+    marker, = (marker for marker in markers if marker.ns == ns)
+    return marker
+
+
+EVERYTHING = MarkerParams(label=True, sigma_spheres=True, trail_seconds=2.0)
+
+
+@pytest.mark.parametrize('params', [MarkerParams(), EVERYTHING], ids=['defaults', 'everything'])
+@pytest.mark.parametrize('persons', [{}, {3: {}}], ids=['nobody', 'somebody without a position'])
+def test_nobody_has_no_markers(persons, params):
+    assert people_markers(people(persons), params, 0.2) == []
+    assert MarkerTracker(params).update(people(persons), 0.0) == []
+
+
+def test_joints_and_limbs_look_as_in_the_original():
+    joints, skeleton = people_markers(people({7: UPRIGHT}), MarkerParams(), 0.15)
+    assert (joints.ns, joints.id, joints.action, joints.kind) == ('joints', 7, 'add', 'sphere_list')
+    assert (joints.scale, joints.rgba, joints.lifetime) == (0.05, (1, 0, 0, 1), 0.15)
+    np.testing.assert_allclose(joints.points, [UPRIGHT[joint] for joint in COCO_18.joints if joint in UPRIGHT])
+    assert (skeleton.ns, skeleton.id, skeleton.action, skeleton.kind) == ('skeleton', 7, 'add', 'line_list')
+    assert (skeleton.scale, skeleton.rgba, skeleton.lifetime) == (0.03, (0, 0, 1, 1), 0.15)
+
+
+def test_a_limb_needs_both_ends():
+    _, skeleton = people_markers(people({0: UPRIGHT}), MarkerParams(), 0.2)
+    both = [limb for limb in COCO_18.drawn_limbs if set(limb) <= set(UPRIGHT)]
+    assert len(both) == 5
+    np.testing.assert_allclose(skeleton.points, [UPRIGHT[joint] for limb in both for joint in limb])
+
+
+def test_joints_without_a_limb_have_no_lines():
+    assert names(people_markers(people({0: {'nose': (0, 0, 1)}}), MarkerParams(), 0.2)) == [('add', 'joints', 0)]
+
+
+def test_inferred_joints_and_their_limbs_are_apart_and_paler():
+    markers = people_markers(people({7: UPRIGHT}, inferred=['left_hip', 'nose']), MarkerParams(dash_length=0.0), 0.15)
+    assert names(markers) == [('add', 'joints', 7), ('add', 'joints_inferred', 7), ('add', 'skeleton', 7),
+                              ('add', 'skeleton_inferred', 7)]
+    assert LIMB_NAMESPACES == ('skeleton', 'skeleton_inferred')
+    joints, inferred, skeleton, guessed = markers
+    np.testing.assert_allclose(joints.points, [UPRIGHT[joint] for joint in COCO_18.joints
+                                               if joint in set(UPRIGHT) - {'left_hip', 'nose'}])
+    assert (inferred.kind, inferred.scale, inferred.rgba, inferred.lifetime) == (
+        'sphere_list', 0.05, (1, 0.6, 0.6, 0.6), 0.15)
+    np.testing.assert_allclose(inferred.points, [UPRIGHT['nose'], UPRIGHT['left_hip']])
+    seen = [('neck', 'right_shoulder'), ('neck', 'left_shoulder'), ('neck', 'right_hip')]
+    np.testing.assert_allclose(skeleton.points, [UPRIGHT[joint] for limb in seen for joint in limb])
+    assert (guessed.kind, guessed.scale, guessed.rgba, guessed.lifetime) == (
+        'line_list', 0.03, (0.6, 0.6, 1, 0.6), 0.15)
+    np.testing.assert_allclose(guessed.points, [UPRIGHT[joint] for joint in ('neck', 'left_hip', 'neck', 'nose')])
+
+
+def test_nothing_of_a_hidden_person_looks_measured():
+    hidden = people({3: UPRIGHT}, inferred=UPRIGHT)
+    assert names(people_markers(hidden, MarkerParams(), 0.2)) == [
+        ('add', 'joints_inferred', 3), ('add', 'skeleton_inferred', 3)]
+
+
+# Ends of the dashes of a limb from z = 1 m on; dashes and gaps of one limb have one length.
+@pytest.mark.parametrize('dash, length, ends', [
+    (0.0, 0.5, [0, 0.5]),
+    (0.1, 0.15, [0, 0.15]),
+    (0.1, 0.5, [0, 0.1, 0.2, 0.3, 0.4, 0.5]),
+    (0.1, 0.65, [0, 0.65 / 7, 0.65 * 2 / 7, 0.65 * 3 / 7, 0.65 * 4 / 7, 0.65 * 5 / 7, 0.65 * 6 / 7, 0.65]),
+    (0.1, 0.0, [0, 0]),
+], ids=['solid', 'too short', 'as long as said', 'fitted', 'no length'])
+def test_dashes_begin_and_end_at_the_joints(dash, length, ends):
+    arm = {'right_elbow': (0.3, -0.2, 1), 'right_wrist': (0.3, -0.2, 1 + length)}
+    markers = people_markers(people({0: arm}, inferred=['right_wrist']), MarkerParams(dash_length=dash), 0.2)
+    expected = [(0.3, -0.2, 1 + end) for end in ends]
+    np.testing.assert_allclose(of(markers, 'skeleton_inferred').points, expected, atol=1e-6)
+
+
+def test_limbs_of_absurd_length_have_a_bounded_number_of_dashes():
+    arm = {'right_elbow': (0, 0, 0), 'right_wrist': (0, 0, 1e30)}
+    line = of(people_markers(people({0: arm}, inferred=['right_wrist']), MarkerParams(), 0.2), 'skeleton_inferred')
+    assert len(line.points) == 200 and np.isfinite(line.points).all()
+
+
+def test_spheres_of_sigma_in_sizes():
+    # 40 mm and 55 mm round to 40 and 57 mm, 5 m to the largest; the neck's is unknown
+    sigma = {'nose': 0.001, 'right_shoulder': 0.04, 'left_shoulder': 0.055, 'right_hip': 0.04, 'left_hip': 5.0}
+    persons = people({2: UPRIGHT}, inferred=['right_hip'], sigma=sigma)
+    assert not [marker for marker in people_markers(persons, MarkerParams(), 0.2) if marker.ns == 'sigma']
+    markers = [marker for marker in people_markers(persons, MarkerParams(sigma_spheres=True), 0.2)
+               if marker.ns == 'sigma']
+    assert [marker.id for marker in markers] == [32 + 0, 32 + 4, 32 + 5, 32 + 15]
+    np.testing.assert_allclose([marker.scale for marker in markers],
+                               [0.02, 0.08, 0.08 * np.sqrt(2), 0.02 * 2 ** 7.5])
+    for marker, joints in zip(markers, (['nose'], ['right_shoulder', 'right_hip'], ['left_shoulder'], ['left_hip'])):
+        assert (marker.kind, marker.rgba, marker.lifetime) == ('sphere_list', (1, 1, 0, 0.25), 0.2)
+        np.testing.assert_allclose(marker.points, [UPRIGHT[joint] for joint in joints])
+
+
+@pytest.mark.parametrize('sigma', [0.01, 0.0237, 0.0238, 0.1, 0.3, 1.0])
+def test_spheres_of_sigma_are_right_within_a_fifth(sigma):
+    sphere = of(people_markers(people({0: UPRIGHT}, sigma=dict.fromkeys(UPRIGHT, sigma)),
+                               MarkerParams(sigma_spheres=True), 0.2), 'sigma')
+    assert 2 ** -0.25 - 1e-6 <= sphere.scale / 2 / sigma <= 2 ** 0.25 + 1e-6
+    assert len(sphere.points) == len(UPRIGHT)
+
+
+def test_who_left_and_what_is_no_more_is_deleted_once():
+    tracker = MarkerTracker(MarkerParams())
+    assert names(tracker.update(people({1: UPRIGHT, 2: UPRIGHT}), 0.0)) == [
+        ('add', 'joints', 1), ('add', 'skeleton', 1), ('add', 'joints', 2), ('add', 'skeleton', 2)]
+    # 1 leaves; of 2 one joint remains
+    assert names(tracker.update(people({2: {'nose': (0, 0, 1)}}), 0.1)) == [
+        ('delete', 'joints', 1), ('delete', 'skeleton', 1), ('delete', 'skeleton', 2), ('add', 'joints', 2)]
+    # 2 is seen in the image, but has no position: no empty list, which RViz complains about
+    assert names(tracker.update(people({2: {}}), 0.2)) == [('delete', 'joints', 2)]
+    assert tracker.update(people({}), 0.3) == []
+    assert names(tracker.update(people({1: {'nose': (0, 0, 1)}}), 0.4)) == [('add', 'joints', 1)]
+
+
+def test_what_gets_hidden_changes_its_namespace():
+    tracker = MarkerTracker(MarkerParams(sigma_spheres=True))
+    arm = {'right_elbow': (0, 0, 2), 'right_wrist': (0, 0.3, 2)}
+
+    def shown(inferred, sigma, stamp):
+        return names(tracker.update(people({1: arm}, inferred, {'right_wrist': sigma}), stamp))
+
+    assert shown([], 0.01, 0.0) == [('add', 'joints', 1), ('add', 'skeleton', 1), ('add', 'sigma', 16)]
+    assert shown(['right_wrist'], 0.02, 0.1) == [
+        ('delete', 'sigma', 16), ('delete', 'skeleton', 1), ('add', 'joints', 1), ('add', 'joints_inferred', 1),
+        ('add', 'skeleton_inferred', 1), ('add', 'sigma', 18)]
+    assert shown(['right_wrist', 'right_elbow'], np.nan, 0.2) == [
+        ('delete', 'joints', 1), ('delete', 'sigma', 18), ('add', 'joints_inferred', 1),
+        ('add', 'skeleton_inferred', 1)]
+    assert names(tracker.update(people({}), 0.3)) == [
+        ('delete', 'joints_inferred', 1), ('delete', 'skeleton_inferred', 1)]
+
+
+def test_other_parameters_hold_from_the_next_frame_on():
+    tracker = MarkerTracker(MarkerParams())
+    tracker.update(people({1: UPRIGHT}), 0.0)
+    tracker.reconfigure(MarkerParams(label=True, joint_scale=0.2, lifetime=7.0))
+    markers = tracker.update(people({1: UPRIGHT}), 0.1)
+    assert names(markers) == [('add', 'joints', 1), ('add', 'skeleton', 1), ('add', 'label', 1)]
+    assert (markers[0].scale, markers[0].lifetime) == (0.2, 7.0)
+    tracker.reconfigure(MarkerParams())
+    assert names(tracker.update(people({1: UPRIGHT}), 0.2))[0] == ('delete', 'label', 1)
+
+
+def walker(x, **others):
+    """Somebody whose hips' middle is at (x, 0.2, 3)."""
+    return {**{joint: np.add(place, (x, 0, 0)) for joint, place in UPRIGHT.items()}, **others}
+
+
+def trail(tracker, x, stamp, frame_id='camera', person=1):
+    """Path on the x axis after a frame with the person at x."""
+    markers = [marker for marker in tracker.update(people({person: walker(x)}), stamp, frame_id)
+               if (marker.action, marker.ns) == ('add', 'trail')]
+    if not markers:
+        return []
+    marker, = markers
+    assert (marker.id, marker.kind, marker.scale) == (person, 'line_list', 0.02)
+    np.testing.assert_allclose(marker.points[:, 1:], np.broadcast_to((0.2, 3), (len(marker.points), 2)), atol=1e-6)
+    # each line begins where the one before ends
+    np.testing.assert_array_equal(marker.points[1:-1:2], marker.points[2::2])
+    return [*np.round(marker.points[::2, 0], 4).tolist(), round(float(marker.points[-1, 0]), 4)]
+
+
+def test_without_trail_seconds_there_is_no_trail():
+    tracker = MarkerTracker(MarkerParams())
+    assert trail(tracker, 0.0, 0.0) == trail(tracker, 0.1, 0.1) == trail(tracker, 0.2, 0.2) == []
+
+
+def test_a_trail_is_the_way_of_the_last_seconds():
+    tracker = MarkerTracker(MarkerParams(trail_seconds=0.5))
+    paths = [trail(tracker, 0.25 * i, 0.125 * i) for i in range(8)]
+    assert paths[:4] == [[], [0, 0.25], [0, 0.25, 0.5], [0, 0.25, 0.5, 0.75]]
+    assert paths[7] == [1, 1.25, 1.5, 1.75]
+
+
+def test_whoever_stands_still_has_a_trail_of_a_step():
+    tracker = MarkerTracker(MarkerParams(trail_seconds=10.0))
+    for i in range(50):
+        path = trail(tracker, 0.005 * (i % 2), 0.1 * i)
+    assert path == [0, 0.005]
+    # and it goes on when they walk off
+    assert trail(tracker, 0.5, 5.0) == [0, 0.5]
+    assert trail(tracker, 1.0, 5.1) == [0, 0.5, 1]
+
+
+def test_without_hips_a_trail_is_that_of_the_shoulders_and_without_both_it_waits():
+    tracker = MarkerTracker(MarkerParams(trail_seconds=10.0))
+
+    def points(joints, stamp):
+        return of(tracker.update(people({1: joints}), stamp), 'trail').points
+
+    trail(tracker, 0.0, 0.0, frame_id='')
+    bust = {joint: np.add(UPRIGHT[joint], (1, 0, 0)) for joint in ('neck', 'right_shoulder', 'left_shoulder')}
+    np.testing.assert_allclose(points(bust, 0.1), [(0, 0.2, 3), (1, -0.4, 3)], atol=1e-6)
+    np.testing.assert_allclose(points({'nose': (2, 0, 3)}, 0.2), [(0, 0.2, 3), (1, -0.4, 3)], atol=1e-6)
+
+
+def test_a_trail_goes_with_its_person_and_is_forgotten():
+    tracker = MarkerTracker(MarkerParams(trail_seconds=1.0))
+    trail(tracker, 0.0, 0.0)
+    assert trail(tracker, 0.25, 0.25) == [0, 0.25]
+    assert ('delete', 'trail', 1) in names(tracker.update(people({}), 0.5, 'camera'))
+    # back in time: the same trail; too late: a new one
+    assert trail(tracker, 0.75, 0.75) == [0, 0.25, 0.75]
+    tracker.update(people({}), 1.0, 'camera')
+    assert trail(tracker, 2.0, 2.0) == []
+    # another person begins a trail of its own
+    assert trail(tracker, 9.0, 2.1, person=2) == []
+    assert trail(tracker, 9.5, 2.2, person=2) == [9, 9.5]
+
+
+@pytest.mark.parametrize('stamp, frame_id', [(90.0, 'camera'), (110.3, 'camera'), (100.3, 'map')],
+                         ids=['stamps jump back', 'stamps jump ahead', 'another frame'])
+def test_trails_begin_anew(stamp, frame_id):
+    tracker = MarkerTracker(MarkerParams(trail_seconds=5.0))
+    for i in range(3):
+        path = trail(tracker, 0.5 * i, 100.0 + 0.1 * i)
+    assert path == [0, 0.5, 1]
+    assert trail(tracker, 7.0, stamp, frame_id) == []
+    assert trail(tracker, 7.5, stamp + 0.1, frame_id) == [7, 7.5]
+
+
+def test_a_looping_bag_does_not_pile_up_trails():
+    tracker = MarkerTracker(MarkerParams(trail_seconds=60.0))
+    for lap in range(3):
+        for i in range(20):
+            path = trail(tracker, 0.25 * i, 50.0 + 0.1 * i, person=lap)
+        assert path == [0.25 * i for i in range(20)]
+        last = names(tracker.update(people({lap: walker(0.25 * 19)}), 52.0, 'camera'))
+        assert [person for action, ns, person in last if (action, ns) == ('add', 'trail')] == [lap]
+
+
+def test_one_colour_per_person():
+    persons = people(dict.fromkeys(range(12), UPRIGHT))
+    markers = people_markers(persons, MarkerParams(colour_by_person=True), 0.2)
+    colours = {person: {marker.rgba for marker in markers if marker.id == person} for person in range(12)}
+    assert all(len(own) == 1 for own in colours.values())
+    assert len(set.union(*colours.values())) == 12
+    again = people_markers(people({5: UPRIGHT}), MarkerParams(colour_by_person=True), 0.2)
+    assert again[0].rgba in colours[5]
+
+
+def test_with_a_colour_per_person_the_inferred_is_half_white_and_opacities_stay():
+    params = MarkerParams(colour_by_person=True, label=True, sigma_spheres=True, joint_colour='0 0 0 0.9')
+    # hue 0 belongs to id 0
+    markers = people_markers(people({0: UPRIGHT}, ['nose'], {'neck': 0.05}), params, 0.2)
+    assert {marker.ns: marker.rgba for marker in markers} == {
+        'joints': (1, 0, 0, 0.9), 'joints_inferred': (1, 0.5, 0.5, 0.6), 'skeleton': (1, 0, 0, 1),
+        'skeleton_inferred': (1, 0.5, 0.5, 0.6), 'label': (1, 0, 0, 1), 'sigma': (1, 0, 0, 0.25)}
+
+
+# Optical frame, an upright world frame (x right, y ahead, z up), and somebody who stands on the head.
+@pytest.mark.parametrize('turn', [np.eye(3), [[1, 0, 0], [0, 0, 1], [0, -1, 0]], np.diag([-1, -1, 1])],
+                         ids=['optical frame', 'world frame', 'upside down'])
+def test_the_label_stands_above_the_head_in_any_frame(turn):
+    turned = {joint: np.dot(turn, position) for joint, position in UPRIGHT.items()}
+    label = people_markers(people({31: turned}), MarkerParams(label=True), 0.2)[-1]
+    assert (label.ns, label.id, label.kind, label.text) == ('label', 31, 'text', '31')
+    np.testing.assert_allclose(label.points, [np.dot(turn, (0, -0.6 - 0.3, 2.9))], atol=1e-6)
+
+
+@pytest.mark.parametrize('inferred, text', [([], '3'), (['nose', 'neck'], '3'), (list(UPRIGHT), '3 (hidden)')],
+                         ids=['seen', 'partly', 'hidden'])
+def test_the_label_says_who_is_hidden(inferred, text):
+    markers = people_markers(people({3: UPRIGHT}, inferred), MarkerParams(label=True), 0.2)
+    assert of(markers, 'label').text == text
+
+
+@pytest.mark.parametrize('joints, position', [
+    ({'left_knee': (0, 0, 2), 'right_knee': (1, 0, 2)}, (0.5, 0, 2)),
+    ({'nose': (0, 0, 2)}, (0, 0, 2)),
+    ({'neck': (0, 0, 2), 'left_hip': (0, 1, 2)}, (0, -0.3, 2)),
+    ({'neck': (0, 0, 2), 'left_hip': (0, 0, 2)}, (0, 0, 2)),
+], ids=['legs', 'face', 'trunk', 'no direction'])
+def test_the_label_makes_do_with_what_there_is(joints, position):
+    label = people_markers(people({0: joints}), MarkerParams(label=True), 0.2)[-1]
+    np.testing.assert_allclose(label.points, [position], atol=1e-6)
+
+
+def test_only_finite_points_are_published():
+    rng = np.random.default_rng(0)
+    for _ in range(20):
+        person = {joint: rng.normal(size=3) for joint in COCO_18.joints if rng.random() < 0.5}
+        inferred = [joint for joint in person if rng.random() < 0.5]
+        sigma = {joint: rng.choice([0.0, 0.1, np.inf, np.nan]) for joint in person}
+        for marker in MarkerTracker(EVERYTHING).update(people({0: person}, inferred, sigma), 0.0):
+            assert np.isfinite(marker.points).all()
+            assert len(marker.points) > 0
+            assert 0 < marker.scale < 4
+
+
+@pytest.mark.parametrize('rate, expected', [(30, 0.15), (15, 0.2), (5, 0.6)])
+def test_the_lifetime_covers_three_frames(rate, expected):
+    lifetime = MarkerLifetime()
+    assert lifetime.update(100.0, 0.15) == 0.15
+    for i in range(1, 20):
+        value = lifetime.update(100.0 + i / rate, 0.15)
+    assert value == pytest.approx(expected, rel=1e-6)
+
+
+def test_a_pause_or_a_jump_back_does_not_change_the_lifetime():
+    lifetime = MarkerLifetime()
+    for i in range(10):
+        lifetime.update(i / 10, 0.15)
+    assert lifetime.update(60.0, 0.15) == pytest.approx(0.3)
+    assert lifetime.update(0.0, 0.15) == pytest.approx(0.3)
+
+
+@pytest.mark.parametrize('values', [{'joint_colour': 'red'}, {'joint_colour': '1 0 0'}, {'skeleton_colour': '0 0 2 1'},
+                                    {'skeleton_colour': '0 0 nan 1'}, {'joint_inferred_colour': '1 1 1'},
+                                    {'skeleton_inferred_colour': '1 1 1 -1'}, {'sigma_colour': ''},
+                                    {'joint_scale': 0.0}, {'lifetime': 0.0}, {'label': 1}, {'dash_length': -0.1},
+                                    {'trail_seconds': -1.0}, {'trail_seconds': 61.0}], ids=str)
+def test_bad_parameters_are_refused_by_name(values):
+    (key, value), = values.items()
+    with pytest.raises(ParameterError, match=f"parameter '{key}' = {value!r}"):
+        MarkerParams(**values)

@@ -1,0 +1,55 @@
+"""The worker keeps callbacks short: it works on the newest item and survives what an item does to it."""
+import threading
+
+from openpose_ros_pkg.stream.newest_wins import NewestWinsWorker
+
+TIMEOUT = 30.0
+
+
+def test_older_items_are_replaced_while_the_worker_is_busy():
+    started, go, done = threading.Event(), threading.Event(), threading.Event()
+    seen = []
+
+    def work(item):
+        seen.append(item)
+        started.set()
+        assert go.wait(TIMEOUT)
+        if item == 'newest':
+            done.set()
+
+    worker = NewestWinsWorker(work, on_error=seen.append, name='test')
+    worker.submit('first')
+    assert started.wait(TIMEOUT)
+    for item in ('old', 'older than newest', 'newest'):
+        worker.submit(item)
+    go.set()
+    assert done.wait(TIMEOUT)
+    worker.stop()
+    assert seen == ['first', 'newest']
+    assert worker.replaced == 2
+
+
+def test_the_worker_goes_on_after_an_exception():
+    errors, done = [], threading.Event()
+
+    def work(item):
+        if item == 'bad':
+            raise ValueError('bad item')
+        done.set()
+
+    reported = threading.Event()
+    worker = NewestWinsWorker(work, on_error=lambda error: (errors.append(error), reported.set()), name='test')
+    worker.submit('bad')
+    assert reported.wait(TIMEOUT)
+    worker.submit('good')
+    assert done.wait(TIMEOUT)
+    worker.stop()
+    assert [str(error) for error in errors] == ['bad item']
+
+
+def test_stop_ends_the_thread_without_working_on_what_waits():
+    seen = []
+    worker = NewestWinsWorker(seen.append, on_error=seen.append, name='test')
+    worker.stop()
+    worker.submit('late')
+    assert seen == []

@@ -1,0 +1,197 @@
+"""Two streams are paired by stamp: a message whose partner was lost stays alone, whatever the order of arrival."""
+from dataclasses import dataclass
+from typing import List, Tuple
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from openpose_ros_pkg.errors import ParameterError
+from openpose_ros_pkg.stream.pairing import PairingParams, StampMatcher, mutual_nearest
+
+EPOCH = 1_700_000_000 * 10**9
+IMAGE, CLOUD = 0, 1
+
+
+def ns(seconds: float) -> int:
+    return EPOCH + round(seconds * 1e9)
+
+
+@dataclass
+class Outcome:
+    pairs: List[Tuple[int, int]]
+    possible: int
+    matcher: StampMatcher
+    greatest_queue: Tuple[int, int]
+
+    @property
+    def wrong(self) -> int:
+        return sum(image != cloud for image, cloud in self.pairs)
+
+    @property
+    def share(self) -> float:
+        return len(self.pairs) / self.possible
+
+
+def play(seed=0, frames=600, rates=(30, 30), drops=0.2, offset=0.010, jitter=0.004, late=(0.0, 0.0),
+         params=None) -> Outcome:
+    """Send the frames of one scene as two streams; items are frame numbers, so a right pair has two equal ones."""
+    rng = np.random.default_rng(seed)
+    fastest = max(rates)
+    events, kept = [], (set(), set())
+    for frame in range(frames):
+        for stream in (IMAGE, CLOUD):
+            if frame % (fastest // rates[stream]) == 0 and rng.random() >= drops:
+                stamp = frame / fastest + (stream == CLOUD) * (offset + rng.uniform(-jitter, jitter))
+                kept[stream].add(frame)
+                events.append((stamp + late[stream], stream, stamp, frame))
+    matcher, pairs, queues = StampMatcher(params or PairingParams()), [], (0, 0)
+    for _, stream, stamp, frame in sorted(events):
+        pair = matcher.add(stream, ns(stamp), frame)
+        pairs += [pair] if pair else []
+        queues = tuple(max(old, len(queue)) for old, queue in zip(queues, matcher._queues))
+    return Outcome(pairs, len(kept[0] & kept[1]), matcher, queues)
+
+
+def test_one_stream_alone_pairs_nothing_and_keeps_a_bounded_queue():
+    matcher = StampMatcher(PairingParams())
+    for stream, bound in ((IMAGE, 30), (CLOUD, 15)):
+        matcher = StampMatcher(PairingParams())
+        assert all(matcher.add(stream, ns(i / 30), i) is None for i in range(100))
+        assert matcher.unpaired[stream] == 100 - bound
+
+
+def test_equal_stamps_pair_from_the_first_message_on():
+    matcher = StampMatcher(PairingParams())
+    assert [matcher.add(stream, ns(t), (stream, t)) for t in (0.0, 0.5, 0.6) for stream in (CLOUD, IMAGE)] == [
+        None, ((0, 0.0), (1, 0.0)), None, ((0, 0.5), (1, 0.5)), None, ((0, 0.6), (1, 0.6))]
+    assert matcher.unpaired == [0, 0]
+
+
+@pytest.mark.parametrize('seed', range(4))
+@pytest.mark.parametrize('late', [(0.0, 0.0), (0.0, 0.3), (0.3, 0.0)], ids=['in order', 'late clouds', 'late images'])
+@pytest.mark.parametrize('rates', [(30, 30), (15, 30), (30, 15)], ids=str)
+def test_no_wrong_pair_when_a_fifth_of_both_streams_is_lost(seed, late, rates):
+    # 20 s at 30 Hz, clouds 10 +- 4 ms after the images. The first seven pairs teach the offset and are lost, which are
+    # 2 % of 384 (or 4 % of 192) possible ones.
+    outcome = play(seed, late=late, rates=rates)
+    assert outcome.wrong == 0
+    assert outcome.share > 0.95
+    assert max(outcome.greatest_queue) <= 17
+
+
+@pytest.mark.parametrize('late', [0.0, 0.3])
+def test_every_pair_is_found_when_nothing_is_lost(late):
+    outcome = play(drops=0.0, offset=0.0, late=(0.0, late))
+    assert outcome.pairs == [(i, i) for i in range(600)]
+    assert outcome.matcher.unpaired == [0, 0]
+
+
+@settings(max_examples=40, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1), rate=st.floats(2, 120), offset=st.floats(-0.35, 0.35),
+       jitter=st.floats(0, 0.05), drops=st.floats(0, 0.3), delay=st.floats(-8, 8))
+def test_no_wrong_pair_at_any_rate_offset_and_delay(seed, rate, offset, jitter, drops, delay):
+    # offset and jitter in periods, delay in frames; the queues hold one second, so slower streams get less delay
+    period = 1 / rate
+    late = min(abs(delay) * period, 0.4)
+    outcome = play(seed, 150, (rate, rate), drops, offset * period, jitter * period,
+                   (late if delay < 0 else 0, late if delay > 0 else 0))
+    assert outcome.wrong == 0
+    for stream in (IMAGE, CLOUD):
+        used = [pair[stream] for pair in outcome.pairs]
+        assert used == sorted(set(used))
+
+
+def test_free_running_cameras_pair_with_the_nearest():
+    # the clocks drift through several periods against each other; the pairs follow, and slip by a frame past the half
+    matcher, pairs = StampMatcher(PairingParams()), []
+    events = sorted([(i / 30, IMAGE) for i in range(1200)] + [(i / 29.9 + 0.003, CLOUD) for i in range(1200)])
+    for t, stream in events:
+        pair = matcher.add(stream, ns(t), t)
+        pairs += [pair] if pair else []
+    assert max(abs(image - cloud) for image, cloud in pairs) < 0.75 / 30
+    assert len(pairs) > 1150
+
+
+def test_a_slop_beyond_half_the_period_waits_for_the_nearest_instead_of_taking_the_first():
+    outcome = play(params=PairingParams(slop=0.1), drops=0.0)
+    assert outcome.wrong == 0
+    assert outcome.share > 0.98
+
+
+def test_slop_is_the_users_or_follows_the_rate():
+    assert play(params=PairingParams(slop=0.02)).matcher.slop == 0.02
+    assert play(jitter=0.0).matcher.slop == pytest.approx(0.4 / 30, rel=1e-6)
+    assert play(jitter=0.0).matcher.offset == pytest.approx(0.010, abs=1e-6)
+    assert play(jitter=0.0).matcher.periods == pytest.approx((1 / 30, 1 / 30), rel=1e-6)
+
+
+def test_queue_size_of_the_user_bounds_both_streams():
+    assert max(play(late=(0.0, 0.3), params=PairingParams(queue_size=3)).greatest_queue) <= 3
+
+
+def test_a_bag_that_begins_again_pairs_on():
+    matcher, pairs = StampMatcher(PairingParams()), []
+    for _ in range(3):
+        for i in range(60):
+            matcher.add(IMAGE, ns(i / 30), i)
+            pair = matcher.add(CLOUD, ns(i / 30 + 0.01), i)
+            pairs += [pair] if pair else []
+    assert all(image == cloud for image, cloud in pairs)
+    assert len(pairs) > 3 * 60 - 10
+    # each stream jumps back once per repetition, or the second finds everything forgotten already
+    assert 2 <= matcher.resets <= 4
+
+
+def test_repeated_and_late_messages_are_counted_and_not_used():
+    matcher = StampMatcher(PairingParams())
+    matcher.add(IMAGE, ns(1.0), 'a')
+    assert matcher.add(IMAGE, ns(1.0), 'again') is None
+    assert matcher.add(IMAGE, ns(0.9), 'late') is None
+    assert matcher.out_of_order == 2
+    assert matcher.resets == 0
+    assert matcher.add(CLOUD, ns(1.0), 'b') == ('a', 'b')
+
+
+def test_messages_that_were_overtaken_are_counted():
+    matcher = StampMatcher(PairingParams())
+    for t in (0.0, 0.1, 0.2):
+        matcher.add(IMAGE, ns(t), t)
+    assert matcher.add(CLOUD, ns(0.2), 'cloud') == (0.2, 'cloud')
+    assert matcher.unpaired == [2, 0]
+
+
+def test_mutual_nearest_leaves_the_rejected_alone():
+    rows, columns = mutual_nearest(np.array([[0.1, 5.0], [-0.2, 4.0], [9.0, -1.0]]))
+    assert list(zip(rows, columns)) == [(0, 0), (2, 1)]
+
+
+@pytest.mark.parametrize('values', [{'slop': -1.0}, {'slop': 'a'}, {'queue_size': -1}, {'queue_size': 2.5}])
+def test_parameters_out_of_range_are_refused(values):
+    with pytest.raises(ParameterError, match=next(iter(values))):
+        PairingParams(**values)
+
+
+def test_the_end_of_a_recording_pairs_what_waits_for_something_nearer():
+    matcher = StampMatcher(PairingParams(slop=1.0))
+    assert matcher.finish() == []
+    for t in (0.0, 0.1):
+        assert matcher.add(IMAGE, ns(t), t) is None
+    assert matcher.add(CLOUD, ns(0.12), 'cloud') is None
+    assert matcher.finish() == [(0.1, 'cloud')]
+    assert matcher.unpaired == [1, 0]
+    assert matcher.finish() == []
+
+
+def test_what_was_learnt_survives_a_restart():
+    matcher = StampMatcher(PairingParams())
+    for i in range(12):
+        matcher.add(IMAGE, ns(i / 15), i)
+        matcher.add(CLOUD, ns(i / 15 + 0.02), i)
+    matcher.restart()
+    assert matcher.unpaired == [0, 0]
+    assert (matcher.out_of_order, matcher.resets) == (0, 0)
+    assert matcher.add(IMAGE, ns(0.0), 'image') is None
+    # a difference that the first pair of a new matcher would not have bridged
+    assert matcher.add(CLOUD, ns(0.02), 'cloud') == ('image', 'cloud')

@@ -1,0 +1,191 @@
+"""The pipeline works on the newest item, overlaps its stages, keeps the order and survives what an item does to it."""
+import threading
+import time
+from collections import Counter
+
+from openpose_ros_pkg.stream.fair_lock import FairLock
+from openpose_ros_pkg.stream.pipeline import Pipeline
+
+TIMEOUT = 30.0
+
+
+def wait_for(condition):
+    deadline = time.monotonic() + TIMEOUT
+    while not condition():
+        assert time.monotonic() < deadline
+        time.sleep(0.001)
+
+
+class Story:
+    """A pipeline whose stages note what they do, and wait where a gate is closed.
+
+    Attributes:
+        events: (stage, item) as they begin.
+        seconds: spent in each stage so far.
+        gates: one for each stage; open at first.
+    """
+
+    def __init__(self, lock=None, **durations):
+        self.events, self.errors, self.seconds = [], [], Counter()
+        self.gates = {stage: threading.Event() for stage in ('prepare', 'compute', 'finish')}
+        for gate in self.gates.values():
+            gate.set()
+        self._durations = durations
+        self.pipeline = Pipeline(*(self._stage(stage) for stage in self.gates), self.errors.append, lock or FairLock())
+
+    def _stage(self, stage):
+        def work(item):
+            self.events.append((stage, item))
+            begin = time.monotonic()
+            time.sleep(self._durations.get(stage, 0.0))
+            self.seconds[stage] += time.monotonic() - begin
+            assert self.gates[stage].wait(TIMEOUT)
+            if item == f'fails in {stage}':
+                raise ValueError(item)
+        return work
+
+    def submit(self, item):
+        self.pipeline.submit(item)
+
+    def begun(self, stage, item):
+        wait_for(lambda: (stage, item) in self.events)
+
+    def items(self, stage):
+        return [item for name, item in self.events.copy() if name == stage]
+
+
+def test_an_item_passes_all_stages():
+    story = Story()
+    story.submit('a')
+    story.begun('finish', 'a')
+    story.pipeline.stop()
+    assert story.events == [('prepare', 'a'), ('compute', 'a'), ('finish', 'a')]
+    assert story.pipeline.replaced == 0
+
+
+def test_stages_overlap():
+    """While one item is computed, the next is prepared and the last one finished."""
+    story = Story()
+    story.gates['finish'].clear()
+    story.submit('a')
+    story.begun('finish', 'a')
+    story.gates['compute'].clear()
+    story.submit('b')
+    story.begun('compute', 'b')
+    story.submit('c')
+    story.begun('prepare', 'c')
+    assert ('compute', 'c') not in story.events
+    story.gates['compute'].set()
+    story.gates['finish'].set()
+    story.begun('finish', 'c')
+    assert story.items('finish') == ['a', 'b', 'c']
+    story.pipeline.stop()
+
+
+def test_the_newest_wins_even_when_an_older_one_is_prepared():
+    story = Story()
+    story.gates['compute'].clear()
+    story.submit('a')
+    story.begun('compute', 'a')
+    for item in 'bcd':
+        story.submit(item)
+        story.begun('prepare', item)
+    wait_for(lambda: story.pipeline.replaced == 2)
+    story.gates['compute'].set()
+    story.begun('finish', 'd')
+    story.pipeline.stop()
+    assert story.items('compute') == ['a', 'd']
+    assert story.pipeline.replaced == 2
+
+
+def test_what_waits_to_be_prepared_is_replaced_too():
+    story = Story()
+    story.gates['prepare'].clear()
+    story.submit('a')
+    story.begun('prepare', 'a')
+    for item in 'bcd':
+        story.submit(item)
+    story.gates['prepare'].set()
+    story.begun('finish', 'd')
+    story.pipeline.stop()
+    assert story.items('prepare') == ['a', 'd']
+    assert story.pipeline.replaced == 2 + (story.items('compute') == ['d'])
+
+
+def test_an_item_that_fails_does_not_stop_the_others():
+    story = Story()
+    for stage in ('prepare', 'compute', 'finish'):
+        story.submit(f'fails in {stage}')
+        wait_for(lambda stage=stage: [str(e) for e in story.errors][-1:] == [f'fails in {stage}'])
+        story.submit(f'good after {stage}')
+        story.begun('finish', f'good after {stage}')
+    story.pipeline.stop()
+    assert len(story.errors) == 3
+    assert ('compute', 'fails in prepare') not in story.events
+    assert ('finish', 'fails in compute') not in story.events
+
+
+def test_while_others_compute_the_item_stays_the_newest():
+    """The lock is held elsewhere: what waits for it is replaced, as the newest is taken when the turn comes."""
+    lock = FairLock()
+    story = Story(lock)
+    with lock:
+        for item in 'abc':
+            story.submit(item)
+            story.begun('prepare', item)
+        wait_for(lambda: story.pipeline.replaced == 2)
+        assert story.items('compute') == []
+    story.begun('finish', 'c')
+    story.pipeline.stop()
+    assert story.items('compute') == ['c'] and story.pipeline.replaced == 2
+
+
+def test_finishing_that_does_not_keep_up_holds_computing_back():
+    """So results do not pile up; of the items, the newest wins as ever."""
+    story = Story()
+    story.gates['finish'].clear()
+    for number in range(8):
+        story.submit(number)
+        time.sleep(0.02)
+    assert len(story.items('compute')) <= 4
+    story.gates['finish'].set()
+    story.begun('finish', 7)
+    assert story.items('finish') == sorted(story.items('finish'))
+    story.pipeline.stop()
+
+
+def test_computing_has_no_gaps():
+    """A source twice as fast as the computation."""
+    story = Story(prepare=0.002, compute=0.04, finish=0.03)
+    begin = time.monotonic()
+    for number in range(60):
+        story.submit(number)
+        time.sleep(max(0.0, begin + 0.02 * (number + 1) - time.monotonic()))
+    elapsed = time.monotonic() - begin
+    story.pipeline.stop()
+    # without overlap it would be 0.55; the margin is for a machine that is busy otherwise
+    assert story.seconds['compute'] >= 0.7 * elapsed
+    assert story.items('finish') == sorted(story.items('finish'))
+
+
+def test_nothing_is_prepared_in_vain():
+    """Once the durations are known, preparing waits until the computation is expected to end soon."""
+    story = Story(compute=0.3)
+    for item in 'ab':
+        story.submit(item)
+        story.begun('finish', item)
+    story.submit('c')
+    story.begun('compute', 'c')
+    for item in 'def':
+        story.submit(item)
+        time.sleep(0.02)
+    story.begun('finish', 'f')
+    story.pipeline.stop()
+    assert story.items('prepare') == story.items('compute') == ['a', 'b', 'c', 'f']
+
+
+def test_stop_forgets_what_waits():
+    story = Story()
+    story.pipeline.stop()
+    story.submit('late')
+    assert story.events == []

@@ -1,0 +1,57 @@
+"""Pictures come from folders and video files in order, and what is no source is refused with a clear text."""
+import cv2
+import numpy as np
+import pytest
+
+from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_pkg.stream.video_source import VideoSource
+
+
+def grey(level):
+    return np.full((48, 64, 3), level, np.uint8)
+
+
+@pytest.fixture
+def folder(tmp_path):
+    for name, level in (('b.png', 20), ('a.png', 10), ('c.PNG', 30)):
+        cv2.imwrite(str(tmp_path / name.lower()), grey(level))
+    (tmp_path / 'notes.txt').write_text('not a picture')
+    return tmp_path
+
+
+def test_an_empty_folder_is_refused(tmp_path):
+    with pytest.raises(BadInputError, match='no pictures'):
+        VideoSource(str(tmp_path))
+
+
+def test_pictures_of_a_folder_come_in_the_order_of_their_names(folder):
+    assert [frame[0, 0, 0] for frame in VideoSource(str(folder)).frames()] == [10, 20, 30]
+
+
+def test_loop_begins_again(folder):
+    frames = VideoSource(str(folder)).frames(loop=True)
+    assert [next(frames)[0, 0, 0] for _ in range(7)] == [10, 20, 30, 10, 20, 30, 10]
+
+
+def test_a_video_file_gives_its_frames_and_its_rate(tmp_path):
+    path = tmp_path / 'video.avi'
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter_fourcc(*'MJPG'), 12.0, (64, 48))
+    for level in (40, 120, 200):
+        writer.write(grey(level))
+    writer.release()
+    source = VideoSource(str(path))
+    assert source.rate == pytest.approx(12.0)
+    np.testing.assert_allclose([frame.mean() for frame in source.frames()], [40, 120, 200], atol=3)
+
+
+def test_what_is_neither_device_nor_path_is_refused():
+    with pytest.raises(BadInputError, match='neither a device number nor an existing file'):
+        VideoSource('no/such/place')
+
+
+def test_a_file_that_is_no_picture_is_named(folder):
+    (folder / 'b.png').write_text('broken')
+    frames = VideoSource(str(folder)).frames()
+    next(frames)
+    with pytest.raises(BadInputError, match=r'b\.png'):
+        next(frames)

@@ -1,0 +1,91 @@
+"""Calibrations: read in all formats, written so that the same is read again."""
+import json
+
+import numpy as np
+import pytest
+
+from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_tools.images.calibration import Calibration, calibration_text, pinhole_calibration, read_calibration
+
+PLAIN = pinhole_calibration(640, 480, (500.5, 501.25), (319.5, 239.5))
+# Numbers that YAML would take for a text, or that have 17 digits.
+FULL = Calibration(640, 480, 'rational_polynomial', (1e-5, -2e-17, 1 / 3, 0.1, 0.0, -0.0, 7, 1e22),
+                   (500.1, 0, 319.7, 0, 1 / 7 * 3500, 239.2, 0, 0, 1), tuple(np.eye(3).ravel() * (1 - 1e-16)),
+                   (1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 1e-9), 'left', (2, 2), (8, 4, 240, 320, True))
+UNCALIBRATED = Calibration(640, 480, '', (), (0,) * 9, (0,) * 9, (0,) * 12)
+
+
+@pytest.mark.parametrize('calibration', [PLAIN, FULL, UNCALIBRATED], ids=['plain', 'full', 'uncalibrated'])
+def test_what_is_written_is_read_again(tmp_path, calibration):
+    (tmp_path / 'camera.yaml').write_text(calibration_text(calibration))
+    assert read_calibration(tmp_path / 'camera.yaml') == calibration
+
+
+PRINTED = """header:
+  seq: 3
+  stamp: {secs: 1, nsecs: 2}
+  frame_id: "cam"
+height: 480
+width: 640
+distortion_model: "plumb_bob"
+D: [0.1, -0.2, 0.0, 0.0, 0.0]
+K: [500.5, 0.0, 319.5, 0.0, 501.25, 239.5, 0.0, 0.0, 1.0]
+R: [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]
+P: [490.0, 0.0, 320.0, 0.0, 0.0, 491.0, 240.0, 0.0, 0.0, 0.0, 1.0, 0.0]
+binning_x: 0
+binning_y: 0
+roi:
+  x_offset: 0
+  y_offset: 0
+  height: 0
+  width: 0
+  do_rectify: False
+---
+height: 1
+"""
+
+
+def test_a_printed_camera_info_is_read_up_to_the_end_of_the_message(tmp_path):
+    (tmp_path / 'echo.yaml').write_text(PRINTED)
+    calibration = read_calibration(tmp_path / 'echo.yaml')
+    assert (calibration.width, calibration.height, calibration.matrix) == (640, 480, PLAIN.matrix)
+    assert (calibration.distortion[:2], calibration.projection[0]) == ((0.1, -0.2), 490.0)
+
+
+@pytest.mark.parametrize('values', [
+    {'width': 640, 'height': 480, 'K': list(PLAIN.matrix), 'fps': 15},
+    # Open3D: column by column
+    {'width': 640, 'height': 480, 'intrinsic_matrix': [500.5, 0, 0, 0, 501.25, 0, 319.5, 239.5, 1]}])
+def test_json_is_read(tmp_path, values):
+    (tmp_path / 'camera.json').write_text(json.dumps(values, indent='\t'))
+    assert read_calibration(tmp_path / 'camera.json') == PLAIN
+
+
+def test_the_camera_is_that_of_the_values():
+    camera = pinhole_calibration(64, 48, (50, 51), (31, 23), (0.1, 0, 0, 0, 0)).camera()
+    assert (camera.width, camera.height, camera.distortion_model) == (64, 48, 'plumb_bob')
+    np.testing.assert_array_equal(camera.matrix, [[50, 0, 31], [0, 51, 23], [0, 0, 1]])
+    assert camera.distortion[0] == 0.1
+
+
+def test_the_size_of_pictures_is_that_after_binning_and_the_region():
+    assert PLAIN.picture_size == (640, 480)
+    assert FULL.picture_size == (160, 120)
+
+
+@pytest.mark.parametrize('text, words', [
+    ('', 'no calibration'), ('[1, 2', 'can not be read'), ('{"K": ', 'can not be read'),
+    ('fps: 3', 'camera_matrix, K or'),
+    ('image_width: 3\ncamera_matrix: {data: [1, 2]}', 'image_height'),
+    ('width: 3\nheight: 4\nK: [1, 2]', '2 numbers, expected 9'), ('width: x\nheight: 4\nK: []', 'expected 9'),
+    ('width: x\nheight: 4\nK: [1, 0, 1, 0, 1, 1, 0, 0, 1]', 'invalid literal')])
+def test_what_is_no_calibration_is_refused(tmp_path, text, words):
+    (tmp_path / 'camera.yaml').write_text(text)
+    with pytest.raises(BadInputError, match=words):
+        read_calibration(tmp_path / 'camera.yaml')
+
+
+def test_coefficients_that_tell_no_model_are_refused():
+    with pytest.raises(BadInputError, match='3 distortion coefficients'):
+        pinhole_calibration(64, 48, (50, 51), (31, 23), (1, 2, 3))
+    assert pinhole_calibration(64, 48, (50, 51), (31, 23), (1, 2, 3), 'own').distortion_model == 'own'

@@ -1,0 +1,123 @@
+"""Pictures are answered in any number of processes alike, also when processes die."""
+import functools
+import os
+import signal
+import time
+
+import numpy as np
+import pytest
+
+from openpose_ros_pkg.detect.detector import DETECTOR_PARAMETERS
+from openpose_ros_pkg.errors import BadInputError, ModelError
+from openpose_ros_pkg.params.parameters import build
+from openpose_ros_pkg.people import People2D
+from openpose_ros_pkg.skeletons import COCO_18
+from openpose_ros_tools.parallel.detector_pool import DetectorPool, ProcessLostError, with_threads
+
+DEFAULTS = build(DETECTOR_PARAMETERS, {})
+DEADLY, REFUSED = 66, 67
+
+
+class LevelDetector:
+    """Sees one person, at x = the grey level of the picture; level 66 ends the process, the first time or always."""
+
+    def __init__(self, marker=None):
+        self.marker = marker
+
+    def detect(self, bgr):
+        level = int(bgr[0, 0, 0])
+        if level == DEADLY and self.marker is not None and not self.marker.exists():
+            self.marker.touch()
+            os.kill(os.getpid(), signal.SIGKILL)
+        if level == REFUSED:
+            raise BadInputError('not this one')
+        keypoints = np.full((1, 18, 3), 0.5, np.float32)
+        keypoints[..., 0] = level
+        return People2D(COCO_18, keypoints, np.array([0.5]), np.array([-1]))
+
+
+def level_detector(*_params):
+    return LevelDetector()
+
+
+def dying_once(marker, *_params):
+    return LevelDetector(marker)
+
+
+class Forgetful:
+    def exists(self):
+        return False
+
+    def touch(self):
+        pass
+
+
+def always_dying(*_params):
+    return LevelDetector(Forgetful())
+
+
+def broken(*_params):
+    raise ModelError('weights are missing')
+
+
+def picture(level):
+    return np.full((4, 6, 3), level, np.uint8)
+
+
+def levels(pool, wanted):
+    return [found.result(30).xy[0, 0, 0] for found in [pool.submit(picture(level)) for level in wanted]]
+
+
+@pytest.mark.parametrize('jobs', [1, 2])
+def test_every_picture_gets_its_answer(jobs):
+    with DetectorPool(jobs, DEFAULTS, level_detector) as pool:
+        assert levels(pool, []) == []
+        assert levels(pool, range(20)) == list(range(20))
+        assert pool.skeleton is COCO_18
+        assert len(pool.pids()) == (0 if jobs == 1 else jobs)
+        with pytest.raises(BadInputError, match='not this one'):
+            pool.submit(picture(REFUSED)).result(30)
+
+
+def test_a_process_that_dies_loses_no_picture(tmp_path):
+    with DetectorPool(2, DEFAULTS, functools.partial(dying_once, tmp_path / 'died')) as pool:
+        before = set(pool.pids())
+        assert levels(pool, [1, DEADLY, 3, 4, 5]) == [1, DEADLY, 3, 4, 5]
+        assert (tmp_path / 'died').exists()
+        assert len(before & set(pool.pids())) == 1
+
+
+def test_a_picture_that_ends_every_process_is_given_up():
+    with DetectorPool(2, DEFAULTS, always_dying) as pool:
+        found = pool.submit(picture(DEADLY))
+        assert levels(pool, [1]) == [1]
+        with pytest.raises(ProcessLostError, match='3 detector processes'):
+            found.result(60)
+
+
+@pytest.mark.parametrize('jobs', [1, 2])
+def test_a_detector_that_can_not_be_made_says_why(jobs):
+    with pytest.raises(ModelError, match='weights are missing'), DetectorPool(jobs, DEFAULTS, broken) as pool:
+        pool.submit(picture(1)).result(30)
+
+
+def test_no_process_is_left():
+    with DetectorPool(2, DEFAULTS, level_detector) as pool:
+        pids = pool.pids()
+    deadline = time.monotonic() + 5
+    while any(_lives(pid) for pid in pids) and time.monotonic() < deadline:
+        time.sleep(0.01)
+    assert not any(_lives(pid) for pid in pids)
+
+
+def test_threads_are_shared_unless_they_are_named():
+    assert with_threads(DEFAULTS, 3)[1].threads == 3
+    assert with_threads(build(DETECTOR_PARAMETERS, {'threads': 2}), 3)[1].threads == 2
+
+
+def _lives(pid):
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    return True

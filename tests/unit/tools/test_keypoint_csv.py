@@ -1,0 +1,308 @@
+"""Keypoints as CSV: columns, what is written comes back, and what a file may have suffered."""
+import io
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_pkg.skeletons import COCO_18, MESSAGE_JOINTS
+from openpose_ros_tools.tables.keypoint_csv import (
+    FIELDS,
+    MISSING_PART,
+    FrameSplitter,
+    KeypointCsv,
+    KeypointCsvWriter,
+    PersonRow,
+    columns,
+    read_keypoint_csv,
+)
+from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING
+
+NOSE, CHEST, TOE = (MESSAGE_JOINTS.index(joint) for joint in ('nose', 'chest', 'left_big_toe'))
+# An epoch stamp that no float64 holds.
+STAMP = 1_700_000_000_123_456_789
+
+
+def row(dimensions=3, time=STAMP, stamp=STAMP, person=1, number=1, sequence=0, frame_id='camera', **joints):
+    parts = [joints.get(joint, MISSING_PART[dimensions]) for joint in MESSAGE_JOINTS]
+    return PersonRow(time, sequence, stamp, frame_id, number, person, parts)
+
+
+def text_of(rows, layout, dimensions=3, **options):
+    handle = io.StringIO()
+    writer = KeypointCsvWriter(handle, layout, dimensions, **options)
+    for person in rows:
+        writer.write(person)
+    return handle.getvalue()
+
+
+def read(tmp_path, text):
+    path = tmp_path / 'poses.csv'
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    return read_keypoint_csv(path)
+
+
+@pytest.mark.parametrize('layout', ['original', 'extended'])
+@pytest.mark.parametrize('dimensions', [2, 3])
+def test_nobody_is_a_line_with_the_names(tmp_path, layout, dimensions):
+    text = text_of([], layout, dimensions)
+    assert text.count('\n') == 1
+    table = read(tmp_path, text)
+    assert (len(table), table.dimensions, table.positions.shape) == (0, dimensions, (0, 27, dimensions))
+
+
+@pytest.mark.parametrize(('layout', 'dimensions', 'count'), [
+    ('original', 2, 60), ('original', 3, 79), ('extended', 2, 87), ('extended', 3, 168), ('tidy', 2, 9),
+    ('tidy', 3, 11)])
+def test_columns(layout, dimensions, count):
+    names = columns(layout, dimensions)
+    assert len(names) == len(set(names)) == count
+
+
+def test_the_originals_columns():
+    # as the figures of the original's readme show them
+    assert columns('original', 3)[:8] == [
+        '%time', 'field.num_people_detected', 'field.person_ID', 'field.nose.x', 'field.nose.y', 'field.nose.z',
+        'field.nose.confidence', 'field.neck.x']
+    assert columns('original', 2)[-3:] == ['field.chest.x', 'field.chest.y', 'field.chest.confidence']
+
+
+def test_an_unknown_layout_is_refused():
+    with pytest.raises(ValueError, match='original, extended, tidy'):
+        columns('wide', 3)
+
+
+def test_values_come_back(tmp_path):
+    x = float(np.float32(0.1))
+    person = row(sequence=7, number=2, person=4, nose=(x, -2.0, 3.0, 0.5, MEASURED, 0.25),
+                 left_big_toe=(1.0, 2.0, 4.0, 0.0, INFERRED, 0.5))
+    text = text_of([person], 'extended')
+    assert f'{STAMP},7,{STAMP},camera,2,4,0.10000000149011612,-2.0,3.0,0.5,1,0.25,nan,nan,nan,0.0,0,nan,' in text
+    table = read(tmp_path, text)
+    assert (table.stamps[0], table.sequence[0], table.frame_ids[0], table.numbers[0], table.ids[0]) == (
+        STAMP, 7, 'camera', 2, 4)
+    np.testing.assert_array_equal(table.positions[0, NOSE], np.float32([x, -2, 3]))
+    np.testing.assert_array_equal(table.positions[0, TOE], np.float32([1, 2, 4]))
+    assert table.status[0, [NOSE, TOE, CHEST]].tolist() == [MEASURED, INFERRED, MISSING]
+    np.testing.assert_array_equal(table.sigma[0, [NOSE, TOE, CHEST]], np.float32([0.25, 0.5, np.nan]))
+    assert np.isnan(table.positions[0, CHEST]).all()
+
+
+def test_the_originals_columns_tell_no_status(tmp_path):
+    person = row(nose=(1.0, 2.0, 3.0, 0.5, MEASURED, 0.25), neck=(1.0, 2.0, 3.0, 0.0, INFERRED, 0.5))
+    table = read(tmp_path, text_of([person], 'original'))
+    assert table.status[0].tolist() == [MEASURED, MEASURED] + [MISSING] * 25
+    assert np.isnan(table.sigma).all() and table.frame_ids[0] == '' and table.stamps[0] == STAMP
+
+
+def test_in_the_image_confidence_0_is_missing(tmp_path):
+    person = row(2, nose=(0.0, 0.0, 0.5), neck=(3.0, 4.0, 0.0))
+    for layout in ('original', 'extended'):
+        table = read(tmp_path, text_of([person], layout, 2))
+        np.testing.assert_array_equal(table.positions[0, NOSE], [0, 0])
+        assert np.isnan(table.positions[0, 1:]).all()
+        assert table.status[0].tolist() == [MEASURED] + [MISSING] * 26
+
+
+def test_a_position_of_zeros_without_confidence_is_missing(tmp_path):
+    # a message that was never filled in, from a node whose messages have no status
+    table = read(tmp_path, text_of([row(nose=(0.0, 0.0, 0.0, 0.0, MISSING, np.nan))], 'original'))
+    assert np.isnan(table.positions).all() and not table.status.any()
+
+
+def test_people_of_a_frame_have_one_stamp_without_a_header(tmp_path):
+    # times of arrival as the original's CSV has them; 30 Hz
+    period = 33_333_333
+    times = [0, 400_000, period, 2 * period, 2 * period + 9_000_000, 3 * period, 3 * period + 20_000_000]
+    people = [(0, 2), (1, 2), (0, 1), (0, 2), (1, 2), (0, 2), (1, 2)]
+    rows = [row(time=STAMP + time, person=person, number=number) for time, (person, number) in zip(times, people)]
+    table = read(tmp_path, text_of(rows, 'original'))
+    assert (table.stamps - STAMP).tolist() == [0, 0, period, 2 * period, 2 * period, 3 * period,
+                                               3 * period + 20_000_000]
+
+
+def test_a_stamp_of_0_is_none(tmp_path):
+    rows = [row(time=STAMP + time, stamp=0, person=person, number=2) for time, person in ((0, 1), (70_000, 2))]
+    assert read(tmp_path, text_of(rows, 'extended')).stamps.tolist() == [STAMP, STAMP]
+
+
+def test_frames_begin_with_another_stamp_or_an_id_again():
+    frames = FrameSplitter()
+    assert [frames.begins(5, stamp, 3, person) for stamp, person in (
+        (1, 1), (1, 2), (1, 2), (1, 1), (2, 3), (2, 1), (2, 2))] == [True, False, True, False, True, False, False]
+
+
+def test_the_long_form_has_a_row_per_joint():
+    rows = [row(person=3, number=2, nose=(1.0, 2.0, 3.0, 0.5, MEASURED, 0.25)),
+            row(person=5, number=2, neck=(1.0, 2.0, 3.0, 0.0, INFERRED, 0.5)),
+            row(stamp=STAMP + 1, person=3, left_ear=(1.0, 2.0, 3.0, 0.5, 7, 0.25))]
+    lines = text_of(rows, 'tidy').splitlines()
+    assert lines == ['time,frame,frame_id,person_ID,joint,x,y,z,confidence,status,sigma',
+                     f'{STAMP},0,camera,3,nose,1.0,2.0,3.0,0.5,measured,0.25',
+                     f'{STAMP},0,camera,5,neck,1.0,2.0,3.0,0.0,inferred,0.5',
+                     f'{STAMP + 1},1,camera,3,left_ear,1.0,2.0,3.0,0.5,7,0.25']
+    every = text_of(rows, 'tidy', missing_joints=True).splitlines()
+    assert len(every) == 1 + 3 * 27 and set(lines) < set(every)
+    assert f'{STAMP},0,camera,3,chest,nan,nan,nan,0.0,missing,nan' in every
+
+
+def test_the_long_form_in_the_image():
+    rows = [row(2, nose=(1.0, 2.0, 0.5))]
+    assert text_of(rows, 'tidy', 2).splitlines() == [
+        'time,frame,frame_id,person_ID,joint,x,y,confidence,status', f'{STAMP},0,camera,1,nose,1.0,2.0,0.5,measured']
+    assert f'{STAMP},0,camera,1,neck,nan,nan,0.0,missing' in text_of(rows, 'tidy', 2, missing_joints=True)
+
+
+def test_a_file_of_some_joints_in_any_order_with_unknown_columns(tmp_path):
+    names = [name for joint in reversed(COCO_18.joints) for name in (f'field.{joint}.{f}' for f in FIELDS[3])]
+    names = ['field.mood', *names, 'field.person_ID', 'field.nose.colour', 'field.num_people_detected', '%time']
+    values = ['cheerful', *('1.5' if n.startswith('field.nose') else 'nan' for n in names[1:-4]), '9', '255', '1', '5']
+    values[names.index('field.nose.status')] = '2.0'
+    for name in names:
+        if name.endswith('status') and 'nose' not in name:
+            values[names.index(name)] = '0'
+    table = read(tmp_path, ','.join(names) + '\n' + ','.join(values) + '\n')
+    assert (table.ids.tolist(), table.stamps.tolist()) == ([9], [5])
+    np.testing.assert_array_equal(table.positions[0, NOSE], [1.5] * 3)
+    assert table.status[0].tolist() == [INFERRED] + [MISSING] * 26
+    assert np.isnan(table.positions[0, 1:]).all()
+
+
+def test_numbers_that_are_not_there(tmp_path):
+    # pandas writes nothing for NaN, R writes NA
+    text = text_of([row(nose=(1.0, 2.0, 3.0, 0.5, MEASURED, np.nan))], 'extended')
+    for word in ('', 'NA', 'NaN', ' nan'):
+        table = read(tmp_path, text.replace('nan', word))
+        np.testing.assert_array_equal(table.positions[0, NOSE], [1, 2, 3])
+        assert table.status[0].tolist() == [MEASURED] + [MISSING] * 26
+
+
+def test_windows_ends_a_byte_order_mark_and_repeated_names(tmp_path):
+    text = text_of([row(), row(person=2)], 'extended')
+    names, first, second = text.splitlines()
+    again = '\r\n'.join(['\ufeff' + names, first, names, '', second]) + '\r\n'
+    assert read(tmp_path, again).ids.tolist() == [1, 2]
+
+
+def test_a_frame_id_with_commas_and_quotes(tmp_path):
+    frame_id = 'a "left", or right\n camera'
+    table = read(tmp_path, text_of([row(frame_id=frame_id), row(person=2)], 'extended'))
+    assert table.frame_ids.tolist() == [frame_id, 'camera']
+
+
+@pytest.mark.parametrize('layout', ['original', 'extended'])
+@pytest.mark.parametrize('dimensions', [2, 3])
+def test_a_file_cut_off_anywhere_loses_its_last_line_at_most(tmp_path, caplog, layout, dimensions):
+    rows = [row(dimensions, person=n, chest=(1.5, 2.5, 0.5) if dimensions == 2 else (1.5, 2.5, 3.5, 0.5, 1, 0.1))
+            for n in range(3)]
+    text = text_of(rows, layout, dimensions)
+    ends = [i for i, sign in enumerate(text) if sign == '\n']
+    for cut in (*range(ends[1] + 1, ends[2], 7), ends[2] - 1, ends[2]):
+        caplog.clear()
+        table = read(tmp_path, text[:cut])
+        assert table.ids.tolist() in ([0], [0, 1])
+        if cut == ends[1] + 1:
+            assert not caplog.records
+        if len(table) == 1 and cut > ends[1] + 1:
+            assert 'line 3' in caplog.text and 'dropped' in caplog.text
+    assert read(tmp_path, text[:ends[2]]).ids.tolist() == [0, 1]
+
+
+def test_a_damaged_line_before_the_last_is_an_error(tmp_path):
+    names, *lines = text_of([row(person=n) for n in range(3)], 'extended').splitlines()
+    lines[1] = lines[1][:100]
+    with pytest.raises(BadInputError, match=r'poses\.csv, line 3: \d+ values, expected 168'):
+        read(tmp_path, '\n'.join([names, *lines]))
+    with pytest.raises(BadInputError, match='line 3: '):
+        read(tmp_path, '\n'.join([names, *lines[:2]]) + '\n')
+
+
+@pytest.mark.parametrize(('name', 'value', 'expected'), [
+    ('%time', '1.7e18', "line 3, column '%time': expected a whole number from 0 to"),
+    ('%time', '-1', "'-1'"), ('field.header.stamp', 'nan', 'field.header.stamp'),
+    ('field.person_ID', '4294967296', 'from 0 to 4294967295'), ('field.num_people_detected', '', "got ''"),
+    ('field.nose.x', '1,5', '169 values'), ('field.neck.y', 'far', "line 3, column 'field.neck.y': expected a number"),
+    ('field.neck.status', '1.5', "line 3, column 'field.neck.status'"), ('field.neck.status', '256', 'from 0 to 255')])
+def test_a_wrong_value_is_named_with_its_place(tmp_path, name, value, expected):
+    names, *lines = text_of([row(person=n) for n in range(3)], 'extended').splitlines()
+    values = lines[1].split(',')
+    values[names.split(',').index(name)] = value
+    lines[1] = ','.join(values)
+    with pytest.raises(BadInputError, match=expected):
+        read(tmp_path, '\n'.join([names, *lines]) + '\n')
+
+
+@pytest.mark.parametrize(('text', 'expected'), [
+    ('', 'is empty'),
+    ('\n', 'no column %time'),
+    ('a,b\n1,2\n', 'no column %time, field.num_people_detected.*the first columns are a, b'),
+    (b'#ROSBAG V2.0\nE\x00\x00\x00\x10\x00\x00\x00', 'ROSBAG'),
+    (b'\xff\xd8\x00\x01', 'no column|line 1'),
+    ('%time,field.num_people_detected,field.person_ID\n', 'no column field.nose.x'),
+    ('%time,field.num_people_detected,field.person_ID,field.nose.x,field.nose.y\n', 'no column field.nose.confidence'),
+    ('%time,%time,field.num_people_detected,field.person_ID,field.nose.x,field.nose.y,field.nose.confidence\n',
+     "'%time' is there twice"),
+    ('Format Version,1.23,Capture Frame Rate,120,Export Frame Rate,120\n', 'no column %time'),  # of motion capture
+    ('%time,field.header.seq,field.persons0.header.seq\n', 'array message'),
+    (','.join(columns('tidy', 3)) + '\n', '--tidy'), (','.join(columns('tidy', 2)) + '\n', '--tidy')])
+def test_other_files_are_refused(tmp_path, text, expected):
+    with pytest.raises(BadInputError, match=expected):
+        read(tmp_path, text)
+
+
+def test_no_file_and_a_folder_are_refused(tmp_path):
+    for path in (tmp_path / 'none.csv', tmp_path):
+        with pytest.raises(BadInputError, match=path.name):
+            read_keypoint_csv(path)
+
+
+def test_more_rows_than_a_block(tmp_path):
+    rows = [row(time=n, stamp=n, person=n % 3, sequence=n, nose=(float(n), 0.0, 1.0, 0.5, MEASURED, 0.1))
+            for n in range(1, 3000)]
+    table = read(tmp_path, text_of(rows, 'extended'))
+    assert table.stamps.tolist() == table.sequence.tolist() == list(range(1, 3000))
+    np.testing.assert_array_equal(table.positions[:, NOSE, 0], np.arange(1, 3000))
+
+
+FLOATS = st.floats(width=32)
+WHOLE = st.integers(0, 2 ** 32 - 1)
+TEXTS = st.text(st.characters(codec='utf-8', exclude_characters='\x00'), max_size=8)
+
+
+@st.composite
+def a_row(draw, dimensions):
+    parts = [tuple(draw(st.integers(0, 255)) if field == 'status' else draw(FLOATS) for field in FIELDS[dimensions])
+             for _ in range(3)]
+    if dimensions == 2:
+        parts = [MISSING_PART[2] if any(math.isnan(value) for value in part) else part for part in parts]
+    parts += [MISSING_PART[dimensions]] * (len(MESSAGE_JOINTS) - len(parts))
+    times = st.integers(0, 2 ** 32 * 10 ** 9 - 1)
+    return PersonRow(draw(times), draw(WHOLE), draw(times), draw(TEXTS), draw(WHOLE), draw(WHOLE), parts)
+
+
+@pytest.mark.parametrize('dimensions', [2, 3])
+@settings(max_examples=50, deadline=None)
+@given(data=st.data())
+def test_extended_files_are_read_and_written_byte_for_byte(tmp_path_factory, dimensions, data):
+    text = text_of(data.draw(st.lists(a_row(dimensions), max_size=4)), 'extended', dimensions)
+    path = tmp_path_factory.mktemp('csv') / 'poses.csv'
+    path.write_bytes(text.encode())
+    with KeypointCsv(path) as file:
+        assert text_of(file.rows(), 'extended', dimensions) == text
+
+
+@settings(max_examples=100, deadline=None)
+@given(place=st.integers(0, 1500), damage=st.binary(max_size=4), length=st.integers(0, 4))
+def test_damaged_files_are_read_or_refused(tmp_path_factory, place, damage, length):
+    text = text_of([row(person=n, nose=(1.0, 2.0, 3.0, 0.5, MEASURED, 0.1)) for n in range(2)], 'original').encode()
+    place %= len(text)
+    path = tmp_path_factory.mktemp('csv') / 'poses.csv'
+    path.write_bytes(text[:place] + damage + text[place + length:])
+    try:
+        table = read_keypoint_csv(path)
+    except BadInputError:
+        return
+    assert len(table) <= 4

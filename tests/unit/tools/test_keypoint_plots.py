@@ -1,0 +1,206 @@
+"""Pictures of keypoints: what is chosen, what the axes hold, gaps, and files that are the same each time."""
+import numpy as np
+import pytest
+from matplotlib.colors import to_rgb
+
+from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_pkg.skeletons import COCO_18, MESSAGE_JOINTS
+from openpose_ros_tools.plots import keypoint_plots
+from openpose_ros_tools.plots.plotting import FORMATS, STATUS_COLOURS, new_figure, rates_over_time, save_figure
+from openpose_ros_tools.tables.keypoint_selection import description, ground_places, select, vertical_axis
+from openpose_ros_tools.tables.keypoint_table import KeypointTable
+from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING
+
+BEGIN = 1700000000 * 10 ** 9
+STEP = 10 ** 8
+# Heights above the hips [m] of joints that stand upright; all others are at the hips.
+HEIGHTS = {'nose': 0.7, 'neck': 0.5, 'right_ankle': -0.9, 'left_ankle': -0.9}
+NUMBER = {joint: number for number, joint in enumerate(MESSAGE_JOINTS)}
+
+
+def a_table(frames, persons=(0,), dimensions=3, up=(0.0, -1.0, 0.0)):
+    """Upright people with COCO's joints at 10 Hz; person p goes to the right by 0.1 m a frame, at p + 2 m.
+
+    Args:
+        frames: numbers of the frames in which everybody is.
+        up: direction in which heads are.
+    """
+    rows = [(frame, person) for frame in frames for person in persons]
+    positions = np.full((len(rows), len(MESSAGE_JOINTS), dimensions), np.nan)
+    for row, (frame, person) in enumerate(rows):
+        for joint in COCO_18.joints:
+            place = np.array([0.1 * frame, 0.0, person + 2.0]) + HEIGHTS.get(joint, 0.0) * np.array(up)
+            positions[row, NUMBER[joint]] = place if dimensions == 3 else 100 * place[:2] / place[2]
+    known = np.isfinite(positions[..., 0])
+    numbers = np.array(rows, np.int64).reshape(-1, 2)
+    return KeypointTable(BEGIN + numbers[:, 0] * STEP, numbers[:, 0], np.full(len(rows), 'camera'),
+                         np.full(len(rows), len(persons)), numbers[:, 1], positions, np.where(known, 0.9, 0.0),
+                         np.where(known, MEASURED, MISSING), np.where(known, 0.02, np.nan))
+
+
+def all_pictures(selection):
+    ways = keypoint_plots.top_view if selection.table.dimensions == 3 else keypoint_plots.image_paths
+    return [keypoint_plots.detections(selection), ways(selection), keypoint_plots.trajectory(selection, 'neck'),
+            keypoint_plots.visibility(selection, 0), keypoint_plots.confidence(selection, 0)]
+
+
+def test_empty_table_says_so():
+    with pytest.raises(BadInputError, match='nobody'):
+        select(a_table([]))
+
+
+@pytest.mark.parametrize('frames, dimensions', [([0], 3), ([0, 1, 2, 30, 31], 2)])
+def test_pictures_of_any_length(tmp_path, frames, dimensions):
+    for number, figure in enumerate(all_pictures(select(a_table(frames, (0, 5), dimensions)))):
+        assert save_figure(figure, tmp_path / f'{number}.png').stat().st_size > 5000
+
+
+@pytest.mark.parametrize('kind', FORMATS)
+def test_same_bytes_each_time(tmp_path, kind):
+    # rows that come in another order are the same recording
+    table = a_table(range(5), (0, 1), dimensions=2)
+    backwards = table.select(np.arange(len(table))[::-1])
+    first, again = (save_figure(keypoint_plots.image_paths(select(rows)), tmp_path / f'{name}.{kind}').read_bytes()
+                    for name, rows in (('a', table), ('b', backwards)))
+    assert first == again
+
+
+def test_unknown_format_leaves_nothing(tmp_path):
+    with pytest.raises(ValueError, match='png, pdf, svg'):
+        save_figure(new_figure(2, 2), tmp_path / 'a.bmp')
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_every_joint_has_its_row():
+    assert sorted(keypoint_plots.BODY_ORDER) == sorted(MESSAGE_JOINTS)
+
+
+def test_joints_without_a_position_are_left_out():
+    selection = select(a_table(range(3)))
+    assert set(selection.joints) == set(COCO_18.joints) and 'chest' not in selection.joints
+
+
+def test_people_joints_and_time_can_be_chosen():
+    selection = select(a_table(range(10), (3, 4, 7)), None, ['left_wrist', 'nose'], [7, 3], 0.2, 0.5)
+    assert selection.persons == (3, 7) and selection.joints == ('nose', 'left_wrist')
+    assert selection.span == pytest.approx((0.2, 0.5)) and len(selection.rows_of(7)) == 4
+    assert len(selection.all_people) == 12 and len(selection.table) == 8
+
+
+def test_most_seen_people_are_chosen():
+    rows = [a_table(range(1 + person), (person,)) for person in range(10)]
+    table = KeypointTable(**{name: np.concatenate([getattr(part, name) for part in rows])
+                             for name in KeypointTable.__dataclass_fields__})
+    selection = select(table)
+    assert selection.persons == tuple(range(2, 10)) and selection.left_out == 2
+
+
+@pytest.mark.parametrize('options, text', [
+    ({'joints': ['chest']}, "joint 'chest' is not in it; there are: nose, neck"),
+    ({'persons': [9]}, 'person 9 is not in it; there are: 0, 1'),
+    ({'start': 5.0}, 'nobody is in it from 5 to inf s; the recording has 0.9 s')])
+def test_what_is_not_there(options, text):
+    with pytest.raises(BadInputError) as error:
+        select(a_table(range(10), (0, 1)), **options)
+    assert text in str(error.value)
+
+
+def test_gaps_are_those_between_frames():
+    selection = select(a_table([0, 1, 2, 3, 9, 10, 12]))
+    (begin, end), = selection.gaps
+    assert (begin, end) == pytest.approx((0.4, 0.9)), 'a period after frame 3, to frame 9; a lost frame is no gap'
+
+
+def test_frames_without_people_are_no_gap():
+    selection = select(a_table([0, 1, 2, 3, 9, 10]), BEGIN + np.arange(12) * STEP)
+    assert selection.gaps == [] and len(selection.frames) == 12 and selection.knows_empty_frames
+    counts = keypoint_plots.detections(selection).axes[2].get_lines()[0].get_ydata()
+    assert counts.tolist() == [1, 1, 1, 1, 0, 0, 0, 0, 0, 1, 1, 0]
+
+
+@pytest.mark.parametrize('up, axis', [((0, -1, 0), (1, -1)), ((0, 0, 1), (2, 1)), ((0, 1, 0), (1, 1)),
+                                      ((0, 0, -1), (2, -1)), ((1, 0, 0), (0, 1)), ((0, -0.95, 0.3), (1, -1))])
+def test_which_axis_is_vertical(up, axis):
+    assert vertical_axis(a_table(range(3), up=up)) == axis
+
+
+def test_nobody_stands_upright_for_sure():
+    table = a_table(range(3))
+    table.positions[:] = np.nan
+    assert vertical_axis(table) == (1, -1)
+
+
+def test_view_from_above_in_the_cameras_frame():
+    axes = keypoint_plots.top_view(select(a_table(range(5), (0, 1)))).axes[0]
+    lines = {line.get_label(): line.get_xydata() for line in axes.get_lines() if 'person' in line.get_label()}
+    assert lines['person 1 (mid hip)'] == pytest.approx(np.stack([np.arange(5) * 0.1, np.full(5, 3.0)], 1))
+    assert any(text.get_text() == 'camera' for text in axes.texts)
+
+
+def test_view_from_above_in_a_frame_that_points_up():
+    axes = keypoint_plots.top_view(select(a_table(range(3), up=(0, 0, 1)))).axes[0]
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ('x [m]', 'y [m]')
+    assert [text.get_text() for text in axes.texts] == ['origin of camera']
+
+
+def test_neck_stands_for_hips_that_are_not_seen():
+    table = a_table(range(4))
+    table.positions[1:, NUMBER['left_hip']] = np.nan
+    places, joint = ground_places(table)
+    assert joint == 'neck' and places[:, 1] == pytest.approx(-0.5)
+
+
+def test_pixels_go_down():
+    figure = keypoint_plots.image_paths(select(a_table(range(3), dimensions=2)))
+    assert figure.axes[0].yaxis_inverted()
+    assert keypoint_plots.trajectory(select(a_table(range(3), dimensions=2)), 'nose').axes[1].yaxis_inverted()
+
+
+def test_trajectory_breaks_at_gaps_and_misses():
+    table = a_table([0, 1, 2, 3, 4, 14, 15])
+    table.positions[2, NUMBER['neck']] = np.nan
+    line = keypoint_plots.trajectory(select(table), 'neck').axes[0].get_lines()[0]
+    assert line.get_ydata() == pytest.approx(np.array([0, 0.1, np.nan, 0.3, 0.4, 0.4, np.nan, 1.4, 1.5]), nan_ok=True)
+
+
+def test_timeline_shows_each_status_when_it_was():
+    table = a_table([0, 1, 2, 3])
+    table.status[1, NUMBER['neck']], table.status[2, NUMBER['neck']] = INFERRED, MISSING
+    axes = keypoint_plots.visibility(select(table), 0).axes[0]
+    names = [text.get_text() for text in axes.get_yticklabels()]
+    picture = np.asarray(axes.get_images()[0].get_array())[names.index('neck')]
+    # four frames of equal length; the middle of each
+    middles = picture[np.array([1, 3, 5, 7]) * len(picture) // 8]
+    expected = [to_rgb(STATUS_COLOURS[value]) for value in (MEASURED, INFERRED, MISSING, MEASURED)]
+    assert middles == pytest.approx(np.array(expected))
+    assert '50 / 25 / 25 %' in [text.get_text() for text in axes.texts]
+
+
+def test_person_that_is_not_in_a_frame_is_white():
+    table = a_table(range(8), (0, 1))
+    table = table.select((table.ids == 0) | (table.stamps < BEGIN + 4 * STEP))
+    picture = keypoint_plots.visibility(select(table), 1).axes[0].get_images()[0].get_array()
+    assert (picture[:, -1] == 1.0).all() and (picture[:, 0] < 1.0).any()
+
+
+def test_columns_of_a_long_recording_are_means():
+    table = a_table(range(4800))
+    table.confidence[::2] = 0.0
+    picture = keypoint_plots.confidence(select(table), 0).axes[0].get_images()[0].get_array()
+    # four frames in a column, half of them with 0.9; a frame more or less at the borders of columns
+    assert picture[0].mean() == pytest.approx(0.45, abs=0.01) and picture[0].max() < 0.65
+
+
+def test_rates():
+    middles, rates = rates_over_time(np.arange(0, 10, 0.1), (0.0, 10.0))
+    assert middles.tolist() == [0.5 + second for second in range(10)] and rates == pytest.approx(10.0, abs=1.0)
+    assert rates_over_time(np.zeros(1), (0.0, 0.0))[0].size == 0
+
+
+def test_description():
+    text = description('walk.csv', select(a_table([0, 1, 2, 10], (2, 3))))
+    assert text.startswith('walk.csv: keypoints in space [m], frame camera\n')
+    assert 'first frame: 2023-11-14 22:13:20.000 UTC' in text
+    assert 'frames: 4 (3.0 per second); people: 2; rows, one per person and frame: 8' in text
+    assert 'gaps without frames: 1, together 0.7 s; the longest: 0.30 to 1.00 s' in text
+    assert '     3       4       0.00       1.00    100.0 %      0.0 %      0.0 %' in text

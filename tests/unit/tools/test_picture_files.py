@@ -1,0 +1,88 @@
+"""Picture files: all types there and back without a changed bit, depth in other units, what is refused."""
+import cv2
+import numpy as np
+import pytest
+
+from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_tools.images.picture_files import (
+    decode_depth,
+    decode_picture,
+    depth_to_metres,
+    depth_to_units,
+    encode_jpeg,
+    encode_png,
+    encode_tiff,
+    encoding_of,
+    picture_kind,
+    to_bgr8,
+)
+
+RANDOM = np.random.default_rng(5)
+
+
+@pytest.mark.parametrize('channels, dtype, encoding', [
+    ((), np.uint8, 'mono8'), ((), np.uint16, 'mono16'), ((3,), np.uint8, 'bgr8'), ((3,), np.uint16, 'bgr16'),
+    ((4,), np.uint8, 'bgra8'), ((4,), np.uint16, 'bgra16')])
+@pytest.mark.parametrize('size', [(1, 1), (3, 5), (7, 2)])
+def test_png_keeps_every_pixel(size, channels, dtype, encoding):
+    picture = RANDOM.integers(0, np.iinfo(dtype).max, (*size, *channels), dtype, endpoint=True)
+    content = encode_png(picture, 'test')
+    back = decode_picture(content, 'test')
+    assert (picture_kind(content), encoding_of(back, 'test'), back.dtype) == ('png', encoding, dtype)
+    np.testing.assert_array_equal(back, picture)
+    assert to_bgr8(back).shape == (*size, 3)
+
+
+def test_tiff_keeps_every_bit_of_float_depth():
+    bits = RANDOM.integers(0, 2 ** 32, (9, 11), np.uint32)
+    bits[0, :6] = np.array([np.nan, np.inf, -np.inf, -0.0, 1e-42, 0.0], np.float32).view(np.uint32)
+    back = decode_depth(encode_tiff(bits.view(np.float32), 'test'), 'test')
+    np.testing.assert_array_equal(back.view(np.uint32), bits)
+
+
+def test_jpeg_is_told_by_its_first_bytes_and_keeps_grey():
+    content = encode_jpeg(np.full((8, 8), 77, np.uint8), 95, 'test')
+    assert picture_kind(content) == 'jpeg'
+    assert decode_picture(content, 'test').shape == (8, 8)
+
+
+@pytest.mark.parametrize('units', [1000.0, 5000.0])
+def test_all_units_come_back_from_metres(units):
+    every = np.arange(65536, dtype=np.uint16).reshape(256, 256)
+    metres = depth_to_metres(every, units)
+    assert metres.dtype == np.float32
+    assert np.isnan(metres[0, 0])
+    back, rounded = depth_to_units(metres, units, 'test')
+    np.testing.assert_array_equal(back, every)
+    assert rounded == 0.0
+
+
+def test_rounding_is_told():
+    depth = np.array([[1.0004, np.nan, 0.0, -1.0, np.inf, 2.0]], np.float32)
+    back, rounded = depth_to_units(depth, 1000.0, 'test')
+    assert back.tolist() == [[1000, 0, 0, 0, 0, 2000]]
+    # float32 holds 1.0004 to 6e-8
+    assert rounded == pytest.approx(4e-4, abs=1e-7)
+
+
+def test_nothing_is_too_far_away_in_silence():
+    with pytest.raises(BadInputError, match=r'20\.000 m does not fit .* reach 13.107 m'):
+        depth_to_units(np.array([[1, 20]], np.float32), 5000.0, 'test')
+
+
+@pytest.mark.parametrize('content', [b'', b'no picture', b'\x89PNG\r\n\x1a\nbroken'])
+def test_what_is_no_picture_is_refused(content):
+    for decode in (decode_picture, decode_depth):
+        with pytest.raises(BadInputError, match='test can not be decoded'):
+            decode(content, 'test')
+
+
+def test_depth_of_another_type_is_refused():
+    for wrong in (np.zeros((2, 2), np.uint8), np.zeros((2, 2, 3), np.uint16)):
+        with pytest.raises(BadInputError, match='one channel of uint16 or float32'):
+            decode_depth(encode_png(wrong, 'test'), 'test')
+
+
+def test_a_float_picture_is_no_colour():
+    with pytest.raises(BadInputError, match='float32'):
+        decode_picture(cv2.imencode('.tiff', np.zeros((2, 2), np.float32))[1].tobytes(), 'test')

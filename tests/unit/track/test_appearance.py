@@ -1,0 +1,106 @@
+"""Colours of clothes: where they are looked at, what they are, how far two of them differ."""
+import numpy as np
+import pytest
+
+from openpose_ros_pkg.skeletons import COCO_18
+from skeleton_extract_3d.track import appearance
+from synthetic_scene import Person, Room, pinhole, render, standing
+
+INDEX = COCO_18.index
+# CIELAB of pure colours under D65 (sRGB, IEC 61966-2-1)
+LAB = {(0, 0, 255): (53.24, 80.09, 67.20), (0, 255, 0): (87.73, -86.18, 83.18), (255, 0, 0): (32.30, 79.19, -107.86),
+       (255, 255, 255): (100, 0, 0), (0, 0, 0): (0, 0, 0)}
+
+
+def picture(bgr=(0, 0, 255), size=(20, 30)):
+    return np.tile(np.array(bgr, np.uint8), (*size, 1))
+
+
+def known(*parts):
+    return np.array(parts, bool)
+
+
+def test_nobody():
+    chest, thighs = appearance.clothes_pixels(np.zeros((0, 18, 2)))
+    assert chest.shape == (0, 12, 2) and thighs.shape == (0, 6, 2)
+    colours, count = appearance.mean_colours(picture(), np.zeros((0, 12, 2)), np.zeros((0, 12), bool))
+    assert colours.shape == (0, 3) and count.shape == (0,)
+    distances = appearance.colour_distances(np.zeros((2, 2, 3)), np.zeros((2, 2), bool), np.zeros((0, 2, 3)),
+                                            np.zeros((0, 2), bool))
+    assert distances.shape == (2, 0)
+
+
+def test_the_pixels_show_shirt_and_trousers():
+    frame = render(pinhole(480, 270), [Person(1, 0.1, 2.6, standing(), shirt=(200, 20, 20), trousers=(20, 200, 20)),
+                                       Person(2, -1.0, 2.6, standing(), shirt=(20, 20, 200), trousers=(90, 90, 90))],
+                   Room(wall=4.0))
+    for part, expected in zip(appearance.clothes_pixels(frame.people.xy),
+                              (((200, 20, 20), (20, 20, 200)), ((20, 200, 20), (90, 90, 90)))):
+        u, v = np.rint(part).astype(int).transpose(2, 0, 1)
+        for person, colour in enumerate(expected):
+            assert (frame.owner[v, u][person] == person).all()
+            # the picture has noise of 8 grey levels, and the hips' edge is between both
+            good = (np.abs(frame.bgr[v, u][person].astype(int) - colour) <= 8).all(axis=1)
+            assert good.mean() >= 0.8
+
+
+def test_pixels_of_missing_joints_are_missing():
+    uv = np.random.default_rng(0).uniform(0, 20, (1, 18, 2))
+    uv[0, INDEX['left_shoulder']] = np.nan
+    chest, thighs = appearance.clothes_pixels(uv)
+    assert np.isnan(chest).all() and np.isfinite(thighs).all()
+    uv = np.random.default_rng(0).uniform(0, 20, (1, 18, 2))
+    uv[0, INDEX['left_knee']] = np.nan
+    chest, thighs = appearance.clothes_pixels(uv)
+    assert np.isfinite(chest).all() and np.isfinite(thighs).all(axis=2).sum() == 3, 'one thigh is left'
+
+
+@pytest.mark.parametrize('bgr', LAB, ids=str)
+def test_colours_are_cielab(bgr):
+    colours, count = appearance.mean_colours(picture(bgr), np.array([[[3.0, 4.0], [5.4, 8.6]]]), known([True, True]))
+    np.testing.assert_allclose(colours[0], LAB[bgr], atol=0.1)
+    assert count.tolist() == [2]
+
+
+def test_the_mean_is_that_of_the_usable_pixels():
+    image = picture((0, 0, 0))
+    image[:, 15:] = 255
+    pixels = np.array([[[3.0, 3.0], [20, 3], [25, 3], [4, 4]], [[3, 3], [20, 3], [25, 3], [4, 4]]])
+    usable = known([True, True, False, False], [False, True, True, False])
+    colours, count = appearance.mean_colours(image, pixels, usable)
+    np.testing.assert_allclose(colours[:, 0], [50, 100], atol=0.1)
+    assert count.tolist() == [2, 2]
+
+
+@pytest.mark.parametrize('pixel', [(-1, 3), (30, 3), (3, -1), (3, 20), (np.nan, np.nan)])
+def test_pixels_outside_the_picture_are_not_usable(pixel):
+    colours, count = appearance.mean_colours(picture(), np.array([[pixel, (3.0, 3.0)]]), known([True, True]))
+    assert count.tolist() == [1]
+    np.testing.assert_allclose(colours[0], LAB[0, 0, 255], atol=0.1)
+
+
+def test_without_usable_pixels_no_colour_is_known():
+    _, count = appearance.mean_colours(picture(), np.array([[(3.0, 3.0)]]), known([False]))
+    assert count.tolist() == [0]
+    _, count = appearance.mean_colours(picture(), np.array([[(3.0, 3.0)], [(3.0, 3.0)]]), known([False], [True]))
+    assert count.tolist() == [0, 1]
+
+
+def test_the_difference_is_the_mean_of_the_parts_that_are_known_of_both():
+    first, second = np.zeros((1, 2, 3)), np.zeros((3, 2, 3))
+    second[:, 0], second[:, 1] = (3, 4, 0), (0, 0, 20)
+    distances = appearance.colour_distances(first, known([True, True]), second,
+                                            known([True, True], [True, False], [False, True]))
+    np.testing.assert_allclose(distances, [[12.5, 5, 20]])
+
+
+def test_what_is_not_known_of_both_does_not_differ():
+    first, second = np.zeros((1, 2, 3)), np.full((1, 2, 3), 50.0)
+    assert appearance.colour_distances(first, known([True, False]), second, known([False, True])).tolist() == [[0]]
+
+
+def test_everybody_is_compared_with_everybody():
+    colours = np.zeros((2, 2, 3))
+    colours[1] = (30, 0, 0)
+    both = np.ones((2, 2), bool)
+    np.testing.assert_allclose(appearance.colour_distances(colours, both, colours, both), [[0, 30], [30, 0]])

@@ -1,0 +1,127 @@
+"""Bones pull joints to where lengths agree, each as far as it is uncertain."""
+import numpy as np
+import pytest
+
+from openpose_ros_pkg.skeletons import COCO_18
+from skeleton_extract_3d.body.body import BONES, JOINTS
+from skeleton_extract_3d.track.bone_constraints import satisfy_lengths
+from skeleton_extract_3d.track.joint_filter import along_rays, isotropic
+from synthetic_scene import Person, joints_of, standing
+
+INDEX = COCO_18.index
+TRUE = np.array([[0.37, 0.19, 0.51, 0.21, 0.29, 0.25, 0.42, 0.42]])  # in the order of BONES
+LIMBS = [(INDEX[f'{side}_{start}'], INDEX[f'{side}_{end}'], kind) for side in ('left', 'right')
+         for start, end, kind in (('shoulder', 'elbow', 'upper_arm'), ('elbow', 'wrist', 'forearm'),
+                                  ('hip', 'knee', 'thigh'), ('knee', 'ankle', 'shin'))]
+
+
+def person():
+    """Return the joints of somebody whose bones are as long as in TRUE, (1, 18, 3) [m]."""
+    joints = joints_of(Person(1, 0.2, 2.6, standing(20)), 1.2)
+    return np.array([[joints[name] for name in JOINTS]])
+
+
+def satisfied(xyz, covariance=None, usable=None, spread=0.03):
+    if covariance is None:
+        covariance = isotropic(np.full(xyz.shape[:2], 0.05))
+    people = len(xyz)
+    return satisfy_lengths(xyz, covariance, np.tile(TRUE, (people, 1)), np.full((people, 8), spread),
+                           np.ones(xyz.shape[:2], bool) if usable is None else usable)
+
+
+def excess(xyz):
+    """Return by how much the bones of the limbs are too long, (8,) [m]."""
+    return np.array([np.linalg.norm(xyz[0, start] - xyz[0, end]) - TRUE[0, BONES.index(kind)]
+                     for start, end, kind in LIMBS])
+
+
+def test_nobody():
+    assert satisfied(np.zeros((0, 18, 3))).shape == (0, 18, 3)
+
+
+def test_where_all_lengths_are_right_nothing_moves():
+    np.testing.assert_allclose(satisfied(person()), person(), atol=1e-9)
+
+
+@pytest.mark.parametrize('shift', [(0, 0.06, 0), (0.03, -0.05, 0.02)])
+def test_bones_come_nearer_to_their_lengths(shift):
+    xyz = person()
+    xyz[0, INDEX['left_wrist']] += shift
+    before, after = np.abs(excess(xyz)), np.abs(excess(satisfied(xyz)))
+    assert after.max() < 0.5 * before.max()
+    # what is moved to make one bone right is not moved far
+    assert np.linalg.norm(satisfied(xyz) - xyz, axis=2).max() < np.linalg.norm(shift)
+
+
+def test_a_bone_is_one_more_measurement():
+    # scalar Kalman update: both ends 3 cm per axis uncertain, the length 0.03 * 0.25 m
+    xyz = person()
+    direction = xyz[0, INDEX['left_wrist']] - xyz[0, INDEX['left_elbow']]
+    xyz[0, INDEX['left_wrist']] += 0.04 * direction / np.linalg.norm(direction)
+    usable = np.isin(JOINTS, ('left_wrist', 'left_elbow'))[None]
+    moved = satisfied(xyz, isotropic(np.full((1, 18), 0.03 * np.sqrt(3))), usable) - xyz
+    share = 0.03 ** 2 / (2 * 0.03 ** 2 + (0.03 * 0.25) ** 2)
+    assert np.linalg.norm(moved[0, INDEX['left_wrist']]) == pytest.approx(0.04 * share)
+    np.testing.assert_allclose(moved[0, INDEX['left_elbow']], -moved[0, INDEX['left_wrist']], atol=1e-12)
+
+
+def test_the_uncertain_end_moves():
+    xyz = person()
+    xyz[0, INDEX['left_wrist'], 1] += 0.05
+    sigma = np.full((1, 18), 0.01)
+    sigma[0, INDEX['left_wrist']] = 0.1
+    moved = np.linalg.norm(satisfied(xyz, isotropic(sigma)) - xyz, axis=2)[0]
+    assert moved[INDEX['left_wrist']] > 0.03 and np.delete(moved, INDEX['left_wrist']).max() < 0.003
+
+
+def test_joints_move_along_their_rays_where_depth_is_uncertain():
+    xyz = person()
+    # the wrist reaches 15 cm to the camera, and its depth is 6 cm wrong
+    xyz[0, INDEX['left_wrist']] = xyz[0, INDEX['left_elbow']] + 0.25 * np.array([0, 0.8, -0.6])
+    right = xyz[0, INDEX['left_wrist']].copy()
+    xyz[0, INDEX['left_wrist']] *= (right[2] - 0.06) / right[2]
+    covariance = along_rays(xyz, np.full((1, 18), 0.005), np.full((1, 18), 0.1))
+    after = satisfied(xyz, covariance)[0, INDEX['left_wrist']]
+    assert np.linalg.norm(np.cross(after, right / np.linalg.norm(right))) < 0.01
+    assert np.linalg.norm(after - right) < 0.04
+
+
+@pytest.mark.parametrize('without', ['left_wrist', 'left_elbow'])
+def test_joints_that_take_no_part_neither_move_nor_pull(without):
+    xyz = person()
+    xyz[0, INDEX['left_wrist'], 1] += 0.05
+    usable = np.array([name != without for name in JOINTS])[None]
+    np.testing.assert_allclose(satisfied(xyz, usable=usable), xyz, atol=1e-9)
+
+
+def test_a_keypoint_elsewhere_is_left_alone():
+    xyz = person()
+    xyz[0, INDEX['left_wrist'], 1] += 0.2
+    np.testing.assert_allclose(satisfied(xyz), xyz, atol=1e-9)
+
+
+def test_lengths_that_are_hardly_known_pull_less():
+    xyz = person()
+    xyz[0, INDEX['left_ankle'], 1] += 0.05
+    pulls = [np.linalg.norm(satisfied(xyz, spread=spread) - xyz) for spread in (0.0, 0.08, 0.3)]
+    assert pulls[0] > pulls[1] > pulls[2]
+
+
+def test_joints_in_one_place_are_no_bone():
+    assert np.isfinite(satisfied(np.full((1, 18, 3), 2.0))).all()
+
+
+def test_in_a_mirror_left_is_right_and_people_do_not_influence_each_other():
+    rng = np.random.default_rng(0)
+    two = np.concatenate([person(), person()]) + rng.normal(0, 0.02, (2, 18, 3))
+    after = satisfied(two)
+    mirrored = satisfied(two[:, list(COCO_18.swap)] * [-1, 1, 1])
+    np.testing.assert_allclose(mirrored[:, list(COCO_18.swap)] * [-1, 1, 1], after, atol=1e-9)
+    np.testing.assert_allclose(satisfied(two[1:]), after[1:], atol=1e-12)
+
+
+def test_the_input_is_not_changed():
+    xyz = person() + np.random.default_rng(0).normal(0, 0.02, (1, 18, 3))
+    before = xyz.copy()
+    satisfied(xyz)
+    np.testing.assert_array_equal(xyz, before)

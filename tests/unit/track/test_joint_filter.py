@@ -1,0 +1,244 @@
+"""Kalman filters of joints: no lag, honest covariances, and no harm from a wild measurement."""
+import numpy as np
+import pytest
+
+from skeleton_extract_3d.track.joint_filter import JointFilter, along_rays, isotropic
+
+DT = 1 / 15
+
+
+def filters(tracks=1, points=1, at=(0.0, 0.0, 3.0), sigma=0.3, speed=1.0):
+    """Return filters whose points have just begun."""
+    result = JointFilter(points)
+    result.append(np.tile(np.array(at, float), (tracks, points, 1)), sigma, speed)
+    return result
+
+
+def step(joints, measured, covariance, acceleration=4.0, elapsed=DT):
+    """Predict, then measure all points at (3,) or (T, K, 3) with one (3, 3) covariance."""
+    shape = joints.position.shape
+    joints.predict(elapsed, np.full(shape[1], acceleration))
+    joints.correct(np.arange(shape[0]), np.broadcast_to(measured, shape), np.broadcast_to(covariance, (*shape, 3)),
+                   np.ones(shape[:2], bool))
+
+
+def covariances(joints):
+    """Return the full covariances of position and velocity, (T, K, 6, 6)."""
+    cross = joints.cross_covariance
+    return np.concatenate([np.concatenate([joints.position_covariance, cross], axis=3),
+                           np.concatenate([np.swapaxes(cross, 2, 3), joints.velocity_covariance], axis=3)], axis=2)
+
+
+def rotation(seed):
+    """Return some rotation, (3, 3)."""
+    turn = np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))[0]
+    return turn * np.sign(np.linalg.det(turn))
+
+
+def test_no_tracks():
+    joints = JointFilter(18)
+    joints.predict(DT, np.full(18, 4.0))
+    joints.correct(np.zeros(0, int), np.zeros((0, 18, 3)), np.zeros((0, 18, 3, 3)), np.zeros((0, 18), bool))
+    joints.transform(np.eye(3), np.zeros(3))
+    joints.keep(np.zeros(0, bool))
+    assert joints.position.shape == (0, 18, 3) and joints.sigmas().shape == (0, 18)
+
+
+def test_what_begins_is_at_rest_and_known_as_said():
+    joints = filters(tracks=2, points=3, sigma=0.2, speed=0.7)
+    np.testing.assert_array_equal(joints.velocity, np.zeros((2, 3, 3)))
+    # per axis 0.2 m, so all three together sqrt(3) times as much
+    np.testing.assert_allclose(joints.sigmas(), 0.2 * np.sqrt(3))
+    np.testing.assert_allclose(covariances(joints)[1, 2], np.diag([0.04] * 3 + [0.49] * 3))
+
+
+def test_without_measurements_points_move_on_and_are_known_ever_less():
+    joints = filters(speed=0.5)
+    joints.velocity[:] = (1.0, 0.0, -0.5)
+    joints.predict(2.0, np.array([3.0]))
+    np.testing.assert_allclose(joints.position[0, 0], (2.0, 0.0, 2.0))
+    # Bar-Shalom et al. 2001, section 6.3.2: P = F P F' + Q with white acceleration
+    transition = np.block([[np.eye(3), 2 * np.eye(3)], [np.zeros((3, 3)), np.eye(3)]])
+    noise = 9 * np.block([[4 * np.eye(3), 4 * np.eye(3)], [4 * np.eye(3), 4 * np.eye(3)]])
+    start = np.diag([0.09] * 3 + [0.25] * 3)
+    np.testing.assert_allclose(covariances(joints)[0, 0], transition @ start @ transition.T + noise)
+
+
+def test_livelier_points_are_known_less_after_a_while():
+    joints = filters(points=3)
+    joints.predict(DT, np.array([1.0, 4.0, 10.0]))
+    assert (np.diff(joints.sigmas()[0]) > 0).all()
+
+
+def test_a_measurement_counts_by_the_covariances():
+    joints = filters(at=(0, 0, 0), sigma=0.3)
+    joints.correct(np.array([0]), np.array([[[0.4, 0.4, 0.4]]]), np.diag([0.1, 0.3, 0.9])[None, None] ** 2,
+                   np.ones((1, 1), bool))
+    # gain = P / (P + R) per axis, here 0.9, 0.5 and 0.1
+    np.testing.assert_allclose(joints.position[0, 0], [0.36, 0.2, 0.04])
+    np.testing.assert_allclose(np.diag(joints.position_covariance[0, 0]), 0.09 * np.array([0.1, 0.5, 0.9]))
+
+
+def test_only_what_was_measured_changes():
+    joints = filters(tracks=3, points=4)
+    before = covariances(joints), joints.position.copy()
+    mask = np.zeros((2, 4), bool)
+    mask[1, 2] = True
+    measured = np.full((2, 4, 3), np.nan)
+    measured[1, 2] = (0.1, 0, 3)
+    joints.correct(np.array([2, 0]), measured, np.broadcast_to(0.01 * np.eye(3), (2, 4, 3, 3)), mask)
+    changed = (joints.position != before[1]).any(axis=2)
+    np.testing.assert_array_equal(np.argwhere(changed), [[0, 2]])
+    np.testing.assert_array_equal((covariances(joints) != before[0]).any(axis=(2, 3)), changed)
+
+
+def test_it_is_the_textbooks_filter():
+    rng, joints = np.random.default_rng(1), filters(at=(0, 0, 3))
+    state, covariance = np.array([0, 0, 3.0, 0, 0, 0]), np.diag([0.09] * 3 + [1.0] * 3)
+    transition = np.block([[np.eye(3), DT * np.eye(3)], [np.zeros((3, 3)), np.eye(3)]])
+    noise = np.block([[DT ** 4 / 4 * np.eye(3), DT ** 3 / 2 * np.eye(3)],
+                      [DT ** 3 / 2 * np.eye(3), DT ** 2 * np.eye(3)]]) * 4.0 ** 2
+    for i in range(20):
+        measured = np.array([0.5 * i * DT, 0, 3]) + rng.normal(0, 0.02, 3)
+        of_measurement = along_rays(measured, np.array(0.02), np.array(0.05))
+        step(joints, measured, of_measurement)
+        state, covariance = transition @ state, transition @ covariance @ transition.T + noise
+        gain = covariance[:, :3] @ np.linalg.inv(covariance[:3, :3] + of_measurement)
+        state, covariance = state + gain @ (measured - state[:3]), covariance - gain @ covariance[:3]
+    np.testing.assert_allclose(joints.position[0, 0], state[:3])
+    np.testing.assert_allclose(joints.velocity[0, 0], state[3:])
+    np.testing.assert_allclose(covariances(joints)[0, 0], covariance, atol=1e-12)
+
+
+@pytest.mark.parametrize('velocity', [(1.0, 0.0, 0.0), (0.3, -0.2, 1.2)])
+def test_steady_motion_is_followed_without_lag(velocity):
+    joints = filters(at=(0, 0, 3))
+    for i in range(1, 60):
+        truth = np.array([0, 0, 3]) + np.array(velocity) * i * DT
+        step(joints, truth, 0.02 ** 2 * np.eye(3))
+    # what is left of having begun at rest; one frame of lag would be 8 cm
+    np.testing.assert_allclose(joints.position[0, 0], truth, atol=1e-3)
+    np.testing.assert_allclose(joints.velocity[0, 0], velocity, atol=1e-2)
+
+
+def test_noise_is_smoothed_and_the_covariance_tells_how_much():
+    rng, joints, errors, sigmas = np.random.default_rng(0), filters(tracks=40), [], []
+    for i in range(80):
+        measured = np.array([0, 0, 3.0]) + rng.normal(0, 0.03, (40, 1, 3))
+        step(joints, measured, 0.03 ** 2 * np.eye(3), acceleration=1.0)
+        if i >= 30:
+            errors.append(np.linalg.norm(joints.position[:, 0] - (0, 0, 3), axis=1))
+            sigmas.append(joints.sigmas()[:, 0])
+    error, sigma = np.sqrt(np.mean(np.square(errors))), np.mean(sigmas)
+    assert error < 0.6 * 0.03 * np.sqrt(3)
+    # the points stand still, while the filter allows for 1 m/s^2
+    assert 0.6 * sigma < error < sigma
+
+
+def test_covariances_stay_symmetric_positive_and_bounded_over_thousands_of_frames():
+    rng, joints = np.random.default_rng(3), filters(tracks=2, points=2)
+    rays = np.array([[[0.4, -0.3, 1.0], [0, 0, 1.0]], [[-0.5, 0.2, 1.0], [0.1, 0.1, 1.0]]])
+    covariance = along_rays(rays, np.full((2, 2), 0.015), np.full((2, 2), 0.15))
+    root = np.linalg.cholesky(covariance)
+    for i in range(2000):
+        joints.predict(DT, np.array([4.0, 10.0]))
+        measured = rays * 3 + (root @ rng.normal(size=(2, 2, 3, 1)))[..., 0]
+        # the first point is often not seen; once in a while the camera turns
+        mask = np.array([[i % 7 < 4, True]] * 2)
+        joints.correct(np.arange(2), measured, covariance, mask)
+        if i % 200 == 0:
+            for _ in range(4):  # four quarters are a whole turn
+                joints.transform(np.array([[0, 0, 1.0], [0, 1, 0], [-1, 0, 0]]), np.zeros(3))
+        if i % 100 == 99:
+            full = covariances(joints)
+            np.testing.assert_allclose(full, np.swapaxes(full, 2, 3), atol=1e-12)
+            assert np.linalg.eigvalsh(full).min() > 0
+    # no worse than a single measurement and what can happen in three frames without one
+    single = np.sqrt(0.15 ** 2 + 2 * 0.015 ** 2)
+    assert joints.sigmas()[:, 1].max() < single and joints.sigmas()[:, 0].max() < 3 * single
+    assert np.linalg.norm(joints.position - rays * 3, axis=2).max() < 0.3
+
+
+def test_a_wild_measurement_is_damped_and_a_jump_is_taken_over_in_a_few_frames():
+    def settled():
+        joints = filters()
+        for _ in range(30):
+            step(joints, (0, 0, 3.0), 0.02 ** 2 * np.eye(3))
+        return joints
+
+    wild, small = settled(), settled()
+    step(wild, (0, 0, 5.0), 0.02 ** 2 * np.eye(3))
+    step(small, (0, 0, 3.02), 0.02 ** 2 * np.eye(3))
+    gain = (small.position[0, 0, 2] - 3) / 0.02
+    assert 0.3 < gain < 0.9
+    # 2 m are more than 50 deviations of 3 cm; those up to 4 count in full
+    assert wild.position[0, 0, 2] - 3 < 0.3 * gain * 2
+    positions = []
+    for _ in range(12):
+        step(wild, (0, 0, 5.0), 0.02 ** 2 * np.eye(3))
+        positions.append(wild.position[0, 0, 2])
+    assert positions[3] > 4.8, 'a third of a second later'
+    # the velocity that the jump gave is lost again
+    assert max(positions) < 5 + 0.2 * 2 and positions[-1] == pytest.approx(5, abs=0.02)
+
+
+def test_the_further_off_a_measurement_is_the_less_it_counts():
+    shares = []
+    for off in (0.05, 0.5, 2.0, 8.0):
+        joints = filters(sigma=0.03)
+        joints.correct(np.array([0]), np.array([[[0, 0, 3 + off]]]), 0.03 ** 2 * np.eye(3)[None, None],
+                       np.ones((1, 1), bool))
+        shares.append((joints.position[0, 0, 2] - 3) / off)
+    assert shares[0] == pytest.approx(0.5) and (np.diff(shares) < 0).all()
+
+
+def test_points_are_set_anew():
+    joints = filters(tracks=2, points=2)
+    step(joints, (0.1, 0, 3.0), 0.02 ** 2 * np.eye(3))
+    joints.place(np.array([1]), np.array([0]), np.array([[1.0, 2, 3]]), np.array([[0.5, 0, 0]]),
+                 isotropic(np.array([0.3])), 0.4)
+    np.testing.assert_array_equal(joints.position[1, 0], (1, 2, 3))
+    np.testing.assert_array_equal(joints.velocity[1, 0], (0.5, 0, 0))
+    np.testing.assert_allclose(covariances(joints)[1, 0], np.diag([0.03] * 3 + [0.16] * 3))
+    assert joints.sigmas()[1, 0] == pytest.approx(0.3)
+    np.testing.assert_allclose(joints.position[0], [(0.1, 0, 3)] * 2, atol=0.1)
+
+
+def test_tracks_are_kept_by_a_mask_or_by_rows():
+    joints = filters(tracks=3)
+    joints.position[:, 0, 0] = (0, 1, 2)
+    joints.keep(np.array([True, False, True]))
+    assert joints.position[:, 0, 0].tolist() == [0, 2] and joints.cross_covariance.shape == (2, 1, 3, 3)
+    joints.keep(np.array([1, 0]))
+    assert joints.position[:, 0, 0].tolist() == [2, 0]
+
+
+def test_in_another_frame_the_same_happens():
+    turn, shift = rotation(5), np.array([1.0, -2.0, 0.5])
+    covariance = along_rays(np.array([0.5, -0.2, 1.0]), np.array(0.01), np.array(0.1))
+    one, two = filters(), filters()
+    for joints in (one, two):
+        step(joints, (0.2, 0, 3.1), covariance)
+    one.transform(turn, shift)
+    step(one, turn @ (0.3, 0.0, 3.2) + shift, turn @ covariance @ turn.T)
+    step(two, (0.3, 0.0, 3.2), covariance)
+    sigmas = two.sigmas()
+    two.transform(turn, shift)
+    np.testing.assert_allclose(one.position, two.position)
+    np.testing.assert_allclose(one.velocity, two.velocity, atol=1e-12)
+    np.testing.assert_allclose(covariances(one), covariances(two), atol=1e-12)
+    np.testing.assert_allclose(two.sigmas(), sigmas)
+
+
+def test_points_are_known_better_across_their_ray_than_along_it():
+    ray = np.array([0.3, -0.4, 1.0])
+    covariance = along_rays(ray, np.array(0.02), np.array(0.1))
+    unit = ray / np.linalg.norm(ray)
+    np.testing.assert_allclose(covariance @ unit, 0.1 ** 2 * unit)
+    across = np.cross(unit, (0, 1, 0))
+    np.testing.assert_allclose(covariance @ across, 0.02 ** 2 * across, atol=1e-12)
+    np.testing.assert_allclose(along_rays(5 * ray, np.array(0.02), np.array(0.1)), covariance)
+
+
+def test_isotropic_covariances_have_the_root_mean_square_that_was_asked_for():
+    np.testing.assert_allclose(np.trace(isotropic(np.array([0.0, 0.1, 2.0])), axis1=1, axis2=2), [0, 0.01, 4])
