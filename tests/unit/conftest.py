@@ -1,0 +1,33 @@
+"""Compiled modules for the unit tests: those of the devel space, or, where these are missing or older than their
+sources, built by plain CMake into build/cpp.
+"""
+import importlib.machinery
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+SOURCES = {'openpose_ros_decode': ROOT / 'openpose_ros_pkg/src/cpp',
+           'skeleton_extract_3d_lifting': ROOT / 'skeleton_extract_3d/src/cpp'}
+TIMEOUT = 600.0  # [s]
+
+
+def built_by_catkin(module: str, sources: Path) -> bool:
+    """Whether the devel space has the module for this Python, newer than its sources."""
+    changed = max(path.stat().st_mtime for path in sources.rglob('*') if path.is_file())
+    return any(path.stat().st_mtime > changed for suffix in importlib.machinery.EXTENSION_SUFFIXES
+               for path in (ROOT / 'devel/lib').glob(f'python3*/*-packages/{module}{suffix}'))
+
+
+def pytest_configure() -> None:
+    for module, sources in SOURCES.items():
+        if built_by_catkin(module, sources):
+            continue
+        folder = ROOT / 'build/cpp' / module
+        for command in (['cmake', '-S', str(sources), '-B', str(folder), f'-DPYTHON_EXECUTABLE={sys.executable}'],
+                        ['cmake', '--build', str(folder)]):
+            done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+                                  timeout=TIMEOUT, check=False)
+            if done.returncode != 0:
+                raise RuntimeError(f'{" ".join(command)} failed:\n{done.stdout[-4000:]}')
+        sys.path.insert(0, str(folder))
