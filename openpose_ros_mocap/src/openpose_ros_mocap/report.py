@@ -15,7 +15,7 @@ from openpose_ros_mocap.alignment import Alignment
 from openpose_ros_mocap.evaluation import PCK_DISTANCES, Comparison, Figures, summarize
 from openpose_ros_mocap.plots import TRAJECTORIES, all_figures
 from openpose_ros_pkg.output.files import writable_folder
-from openpose_ros_tools.outputs.part_files import PartFiles
+from openpose_ros_tools.outputs import PartFiles
 from openpose_ros_tools.plots.plotting import STATUS_NAMES, joint_title, save_figure
 
 _TEMPLATES = Path(__file__).resolve().parent / 'data'

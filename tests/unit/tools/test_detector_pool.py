@@ -2,7 +2,10 @@
 import functools
 import os
 import signal
+import subprocess
+import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -104,15 +107,32 @@ def test_a_detector_that_can_not_be_made_says_why(jobs):
 def test_no_process_is_left():
     with DetectorPool(2, DEFAULTS, level_detector) as pool:
         pids = pool.pids()
-    deadline = time.monotonic() + 5
-    while any(_lives(pid) for pid in pids) and time.monotonic() < deadline:
-        time.sleep(0.01)
-    assert not any(_lives(pid) for pid in pids)
+    assert _all_end(pids)
+
+
+def test_processes_end_with_a_parent_that_is_killed():
+    code = ('import os, test_detector_pool as t\n'
+            "if __name__ == '__main__':\n"
+            '    pool = t.DetectorPool(2, t.DEFAULTS, t.level_detector)\n'
+            '    print(*pool.pids(), flush=True)\n'
+            '    os.kill(os.getpid(), 9)\n')
+    environment = {**os.environ, 'PYTHONPATH': os.pathsep.join([str(Path(__file__).parent), *sys.path])}
+    parent = subprocess.run([sys.executable, '-c', code], env=environment, stdout=subprocess.PIPE, check=False)
+    pids = [int(pid) for pid in parent.stdout.split()]
+    assert parent.returncode == -signal.SIGKILL and len(pids) == 2
+    assert _all_end(pids)
 
 
 def test_threads_are_shared_unless_they_are_named():
     assert with_threads(DEFAULTS, 3)[1].threads == 3
     assert with_threads(build(DETECTOR_PARAMETERS, {'threads': 2}), 3)[1].threads == 2
+
+
+def _all_end(pids):
+    deadline = time.monotonic() + 10
+    while any(_lives(pid) for pid in pids) and time.monotonic() < deadline:
+        time.sleep(0.01)
+    return not any(_lives(pid) for pid in pids)
 
 
 def _lives(pid):

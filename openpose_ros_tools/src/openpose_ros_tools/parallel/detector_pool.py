@@ -1,12 +1,15 @@
 """People in many pictures at once: by one detector with all threads, or in several processes that may die."""
+import functools
 import logging
 import multiprocessing
 import os
 import queue
-from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
+import signal
+import threading
+from concurrent.futures import CancelledError, Future, ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import suppress
 from dataclasses import replace
-from multiprocessing.connection import Connection
 from typing import Any, Callable, List, Optional, Sequence, Tuple
 
 import numpy as np
@@ -23,7 +26,6 @@ _log = logging.getLogger(__name__)
 _BESIDES = 2
 # A picture is sent so often; one that ends process after process will end the next one as well.
 _MOST_TRIES = 3
-_END_SECONDS = 5.0
 
 
 class ProcessLostError(OpenposeRosError):
@@ -103,69 +105,73 @@ def with_threads(params: Sequence[Any], threads: int) -> Tuple[Any, ...]:
 
 
 class _DetectorProcess:
-    """A process with a detector; when it dies, another one takes its place and gets the same picture."""
+    """A process with a detector; when it dies, another one takes its place and gets the same image."""
 
     def __init__(self, create: Callable[..., Any], params: Sequence[Any]) -> None:
-        self._create, self._params = create, params
+        self._arguments = (create, params)
         self._closed = False
         self._start()
 
     @property
     def pid(self) -> int:
         """Id of the process."""
-        return self._process.pid
+        return self._pid.result()
 
     def detect(self, bgr: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
         """Return keypoints and scores, or raise what the detector raised."""
         for _ in range(_MOST_TRIES):
             try:
-                self._connection.send(bgr)
-                answer = self._connection.recv()
-            except (EOFError, OSError):
+                return self._executor.submit(_detect, bgr).result()
+            except BrokenProcessPool:
                 if self._closed:
-                    break
-                self._process.join(_END_SECONDS)
-                _log.warning('a detector process ended with status %s; another one takes its place',
-                             self._process.exitcode)
+                    raise CancelledError from None
+                _log.warning('a detector process has ended; another one takes its place')
                 self._start()
-                continue
-            if isinstance(answer, Exception):
-                raise answer
-            return answer
-        raise ProcessLostError(f'{_MOST_TRIES} detector processes ended while they looked at the same picture')
+        raise ProcessLostError(f'{_MOST_TRIES} detector processes ended while they processed the same image')
 
     def close(self) -> None:
-        """End the process, whatever it is at."""
+        """End the process at once: nobody waits for its image."""
         self._closed = True
-        self._process.kill()
-        self._process.join()
-        self._connection.close()
+        with suppress(BrokenProcessPool, ProcessLookupError):
+            os.kill(self.pid, signal.SIGKILL)
+        self._executor.shutdown()
 
     def _start(self) -> None:
-        # spawned: a fork would copy threads' locks, and what the networks hold
-        context = multiprocessing.get_context('spawn')
-        connection, theirs = context.Pipe()
-        process = context.Process(target=_serve, args=(theirs, self._create, self._params), daemon=True)
-        with no_interrupts():  # the other side ends this one
-            process.start()
-        theirs.close()
-        self._connection, self._process = connection, process
-        if self._closed:  # meanwhile, by another thread, which knew the one before alone
-            process.kill()
+        # spawned: a fork would copy locks of threads and the state of the networks
+        self._executor = ProcessPoolExecutor(1, multiprocessing.get_context('spawn'), _keep, self._arguments)
+        with no_interrupts():  # this process ends the new one, not the terminal
+            self._pid = self._executor.submit(os.getpid)
+        if self._closed:  # in the meantime, by another thread, which knew only the process before
+            self.close()
 
 
-def _serve(connection: Connection, create: Callable[..., Any], params: Sequence[Any]) -> None:
-    """Answer pictures with keypoints and scores, or with the error, until the other side is gone."""
-    detector: Optional[Any] = None
-    with suppress(EOFError, OSError):
-        while True:
-            bgr = connection.recv()
-            try:
-                detector = detector or create(*params)
-                people = detector.detect(bgr)
-            except OpenposeRosError as error:
-                connection.send(error)
-            except Exception as error:  # the other side has to know, and not every error can be sent
-                connection.send(RuntimeError(f'in a detector process: {error!r}'))
-            else:
-                connection.send((people.keypoints, people.scores))
+# In a detector process: what makes its detector, and the detector once it is made.
+_create: Callable[[], Any]
+_detector: Optional[Any] = None
+
+
+def _keep(create: Callable[..., Any], params: Sequence[Any]) -> None:
+    """Keep what makes the detector: the first image makes it, as its result can carry the error."""
+    global _create
+    _create = functools.partial(create, *params)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    """End this process when its parent has ended, even if that was killed."""
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
+
+
+def _detect(bgr: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
+    global _detector
+    try:
+        _detector = _detector or _create()
+        people = _detector.detect(bgr)
+    except OpenposeRosError:
+        raise
+    except Exception as error:  # not every error can be sent
+        raise RuntimeError(f'in a detector process: {error!r}') from None
+    return people.keypoints, people.scores

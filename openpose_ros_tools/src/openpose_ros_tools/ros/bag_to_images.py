@@ -53,8 +53,8 @@ from openpose_ros_tools.images.picture_files import (
     picture_kind,
 )
 from openpose_ros_tools.images.stamps import SECOND, associate
-from openpose_ros_tools.outputs.output_folder import output_folder
-from openpose_ros_tools.parallel.ordered_map import ordered_map
+from openpose_ros_tools.outputs import output_folder
+from openpose_ros_tools.parallel.threads import ordered_map
 from openpose_ros_tools.ros.bag_files import StampedMessage, open_bag, stamped_messages, topic_types
 from openpose_ros_tools.ros.calibration_message import calibration_from_message
 from openpose_ros_tools.ros.camera_topics import (

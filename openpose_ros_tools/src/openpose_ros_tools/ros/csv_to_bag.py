@@ -29,7 +29,7 @@ from tqdm import tqdm
 from openpose_ros_pkg.command_line import DONE, run_command
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.skeletons import BODY_25, COCO_18, MESSAGE_JOINTS, MPI_15, SKELETONS
-from openpose_ros_tools.outputs.output_file import output_file
+from openpose_ros_tools.outputs import output_file
 from openpose_ros_tools.ros.keypoint_rows import array_message, person_message
 from openpose_ros_tools.tables.keypoint_csv import FrameSplitter, KeypointCsv, PersonRow
 from skeleton_extract_3d.people import MISSING

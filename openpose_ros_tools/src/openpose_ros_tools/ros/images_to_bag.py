@@ -71,8 +71,8 @@ from openpose_ros_tools.images.picture_files import (
     to_bgr8,
 )
 from openpose_ros_tools.images.stamps import SECOND, UNITS, parse_stamp
-from openpose_ros_tools.outputs.output_file import output_file
-from openpose_ros_tools.parallel.ordered_map import ordered_map
+from openpose_ros_tools.outputs import output_file
+from openpose_ros_tools.parallel.threads import ordered_map
 from openpose_ros_tools.ros.bag_files import COMPRESSIONS
 from openpose_ros_tools.ros.calibration_message import calibration_to_message
 from openpose_ros_tools.ros.camera_topics import CAMERA_NAMESPACE, TOPICS

@@ -31,7 +31,7 @@ from tqdm import tqdm
 
 from openpose_ros_pkg.command_line import DONE, run_command
 from openpose_ros_pkg.errors import BadInputError, ParameterError
-from openpose_ros_tools.outputs.output_file import output_file
+from openpose_ros_tools.outputs import output_file
 from openpose_ros_tools.ros.bag_files import open_bag
 from openpose_ros_tools.ros.keypoint_bag import (
     DIMENSIONS,

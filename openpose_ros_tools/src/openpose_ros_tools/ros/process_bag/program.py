@@ -44,7 +44,7 @@ from openpose_ros_pkg.errors import OpenposeRosError, ParameterError
 from openpose_ros_pkg.natural_order import natural_key
 from openpose_ros_pkg.params.nodes import SERVICE_PARAMETERS
 from openpose_ros_pkg.ros.node import keep_large_blocks
-from openpose_ros_tools.outputs.part_files import delete_parts
+from openpose_ros_tools.outputs import delete_parts
 from openpose_ros_tools.parallel.task_cluster import run_tasks
 from openpose_ros_tools.ros.bag_files import COMPRESSIONS
 from openpose_ros_tools.ros.process_bag.input import Topics

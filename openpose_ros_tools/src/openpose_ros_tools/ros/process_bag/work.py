@@ -22,9 +22,9 @@ from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.ros import convert
 from openpose_ros_pkg.skeletons import SkeletonModel
 from openpose_ros_pkg.stream.pairing import PairingParams
-from openpose_ros_tools.outputs.part_files import PartFiles
+from openpose_ros_tools.outputs import PartFiles
 from openpose_ros_tools.parallel.detector_pool import DetectorPool, with_threads
-from openpose_ros_tools.parallel.prefetch import prefetched
+from openpose_ros_tools.parallel.threads import prefetched
 from openpose_ros_tools.ros.bag_files import open_bag
 from openpose_ros_tools.ros.process_bag.input import (
     Counts,
@@ -53,8 +53,8 @@ PARAMETERS: Tuple[Type[Parameters], ...] = (
 
 # Changed with what the same parameters give, so that what an older version has made counts as old.
 _VERSION = 1
-# Frames that are read before they are wanted, and bytes of copied messages that wait for the frames before them.
-_AHEAD = 2
+# Number of frames that are read before they are needed, and bytes of copied messages that wait for earlier frames.
+_AHEAD = 3
 _MOST_COPIED = 256 << 20
 # Parameters that do not change results.
 _WITHOUT_EFFECT = ('threads', 'compiled_cache')

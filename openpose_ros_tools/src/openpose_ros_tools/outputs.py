@@ -1,0 +1,159 @@
+"""Files and folders that appear whole or not at all: made under a temporary name, moved to their places at the end."""
+import glob
+import os
+import shutil
+import socket
+import uuid
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Callable, Iterator, List, Sequence, Tuple
+
+from openpose_ros_pkg.errors import ParameterError
+
+
+class PartFiles:
+    """The outputs of one piece of work; use it as a context manager.
+
+    On leaving without an error they are moved to their places, in the order in which they were named; on an error or
+    an interrupt they are deleted. Temporary names contain the name of the output, so that the next run can delete what
+    a killed process has left, and are unique even within a process: a cluster's worker may still write an output that
+    another thread begins anew; it then finds nothing to move.
+    """
+
+    def __init__(self) -> None:
+        self._moves: List[Tuple[Path, Callable[[], object]]] = []
+
+    def file(self, path: Path) -> Path:
+        """Return the temporary path to write a file to; its folder is made.
+
+        Raises:
+            OSError: the folder can not be made.
+        """
+        part = _part(path)
+        self._moves.append((part, lambda: part.replace(path)))
+        return part
+
+    def folder(self, path: Path, is_old: Callable[[str], bool] = lambda name: False) -> Path:
+        """Return a new folder, whose files will be moved into the folder `path`, beside the files that it has already.
+
+        Args:
+            is_old: tells by its name whether a file there is of an earlier run, and is deleted.
+
+        Raises:
+            OSError: it can not be made.
+        """
+        part = _part(path)
+        self._moves.append((part, lambda: _merge(part, path, is_old)))
+        part.mkdir()
+        return part
+
+    def new_folder(self, path: Path) -> Path:
+        """Return a new folder that will take the place of the folder `path`.
+
+        Raises:
+            OSError: it can not be made.
+        """
+        part = _part(path)
+        self._moves.append((part, lambda: _exchange(part, path)))
+        part.mkdir()
+        return part
+
+    def __enter__(self) -> 'PartFiles':
+        return self
+
+    def __exit__(self, kind: object, *_: object) -> None:
+        try:
+            if kind is None:
+                for _part_path, move in self._moves:
+                    move()
+        finally:
+            for part, _move in self._moves:
+                _delete(part)
+
+
+@contextmanager
+def output_file(path: Path, overwrite: bool) -> Iterator[Path]:
+    """Yield the path to write the only output of a command to.
+
+    Raises:
+        ParameterError: the file exists already, is a folder, or can not be written.
+    """
+    if path.is_dir():
+        raise ParameterError(f'{path} is a folder; name a file')
+    if path.exists() and not overwrite:
+        raise ParameterError(f'{path} is there already; name another file, or give --overwrite')
+    with _told(path), PartFiles() as parts:
+        yield parts.file(path)
+
+
+@contextmanager
+def output_folder(path: Path, overwrite: bool, own: Sequence[str]) -> Iterator[Path]:
+    """Yield the folder to write the outputs of a command to.
+
+    Args:
+        path: of the folder; an empty one may exist.
+        overwrite: whether an older one is replaced.
+        own: names that a folder of this command contains; one with other files is never replaced.
+
+    Raises:
+        ParameterError: the folder exists already, contains something else, or can not be written.
+    """
+    content = sorted(item.name for item in path.iterdir()) if path.is_dir() else []
+    if path.exists() and not path.is_dir():
+        raise ParameterError(f'{path} is a file; name a folder')
+    if content and not overwrite:
+        raise ParameterError(f'{path} is there already, with {len(content)} files or folders in it; name another one, '
+                             'or give --overwrite')
+    foreign = [name for name in content if name not in own]
+    if foreign:
+        raise ParameterError(f"{path} holds '{foreign[0]}', which is not this command's, so it is not overwritten; "
+                             'name another folder')
+    with _told(path), PartFiles() as parts:
+        yield parts.new_folder(path.resolve())
+
+
+def delete_parts(path: Path) -> None:
+    """Delete unfinished outputs for this path."""
+    for part in path.parent.glob(f'.{glob.escape(path.name)}.*.part'):
+        _delete(part)
+
+
+@contextmanager
+def _told(path: Path) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        raise ParameterError(f'{path} can not be written: {error.strerror or error}') from error
+
+
+def _part(path: Path) -> Path:
+    """Return the temporary path of an output, after unfinished ones of earlier runs are deleted."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    delete_parts(path)
+    return path.with_name(f'.{path.name}.{socket.gethostname()}-{os.getpid()}-{uuid.uuid4().hex[:8]}.part')
+
+
+def _merge(part: Path, path: Path, is_old: Callable[[str], bool]) -> None:
+    new = sorted(part.iterdir())
+    path.mkdir(parents=True, exist_ok=True)
+    for file in new:
+        file.replace(path / file.name)
+    for name in {file.name for file in path.iterdir()} - {file.name for file in new}:
+        if is_old(name):
+            (path / name).unlink()
+
+
+def _exchange(part: Path, path: Path) -> None:
+    old = path.with_name(f'{part.name[:-len(".part")]}.old.part')
+    if path.exists():
+        path.replace(old)
+    part.replace(path)
+    _delete(old)
+
+
+def _delete(path: Path) -> None:
+    if path.is_dir():
+        shutil.rmtree(path, ignore_errors=True)
+    else:
+        with suppress(OSError):
+            path.unlink()

@@ -1,1 +1,0 @@
-"""Outputs that appear whole or not at all."""

@@ -1,0 +1,83 @@
+"""Work of threads: order, errors at their turn, few items at once; reading ahead changes only when items are read."""
+import itertools
+import threading
+
+import pytest
+
+from openpose_ros_tools.parallel.threads import ordered_map, prefetched
+
+
+@pytest.mark.parametrize('count', [0, 1, 2, 50])
+@pytest.mark.parametrize('threads', [1, 3, None])
+def test_results_come_in_order(count, threads):
+    assert list(ordered_map(lambda item: item * item, range(count), threads)) == [item * item for item in range(count)]
+
+
+def test_few_items_are_taken_ahead():
+    taken = []
+
+    def items():
+        for item in range(100):
+            taken.append(item)
+            yield item
+
+    for done, _ in enumerate(ordered_map(lambda item: item, items(), threads=2)):
+        assert len(taken) <= done + 4
+
+
+def test_an_error_is_raised_at_its_turn_and_ends_the_threads():
+    def fails_at_five(item):
+        if item == 5:
+            raise ValueError('five')
+        return item
+
+    before = threading.active_count()
+    found = []
+    with pytest.raises(ValueError, match='five'):
+        found.extend(ordered_map(fails_at_five, range(100), threads=2))
+    assert threading.active_count() == before
+
+
+# ---- reading ahead
+
+
+@pytest.mark.parametrize('count', [0, 1, 10])
+def test_all_items_come_in_order(count):
+    assert list(prefetched(iter(range(count)), 2)) == list(range(count))
+
+
+def test_it_reads_ahead_but_not_further_than_it_may():
+    read, three = [], threading.Event()
+
+    def items():
+        for number in range(100):
+            read.append(number)
+            if number == 3:
+                three.set()
+            yield number
+
+    ahead = prefetched(items(), 3)
+    assert next(ahead) == 0
+    # one is handed over, three are ahead
+    assert three.wait(5)
+    assert not [number for number in read if number > 3]
+    ahead.close()
+
+
+def test_an_error_comes_after_the_items_before_it():
+    def items():
+        yield 1
+        raise ValueError('damaged')
+
+    ahead = prefetched(items(), 2)
+    assert next(ahead) == 1
+    with pytest.raises(ValueError, match='damaged'):
+        next(ahead)
+
+
+def test_closing_ends_the_thread():
+    before = threading.active_count()
+    ahead = prefetched(itertools.count(), 2)
+    next(ahead)
+    ahead.close()
+    assert threading.active_count() == before
