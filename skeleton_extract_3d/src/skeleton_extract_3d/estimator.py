@@ -11,12 +11,13 @@ from openpose_ros_pkg.params.parameters import Parameters, parameter
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18, SkeletonModel
 from skeleton_extract_3d.body import measures as body_measures
-from skeleton_extract_3d.body.body import ADULT_STATURE, HIPS, SHOULDERS, STATURE_SPREAD, SURFACE_OFFSETS
+from skeleton_extract_3d.body.body import HIPS, SHOULDERS, STATURE_SPREAD
 from skeleton_extract_3d.body.extra_joints import in_skeleton
 from skeleton_extract_3d.lift import surfaces
-from skeleton_extract_3d.lift.lifting import LiftingParams, lift
-from skeleton_extract_3d.lift.observation import Observation, grid_positions, observe
-from skeleton_extract_3d.lift.pose_lifting import Expectation, Lifted, lift_people
+from skeleton_extract_3d.lift.lifting import LiftingParams, make_lifting
+from skeleton_extract_3d.lift.observation import ObservedPeople, grid_positions, observe
+from skeleton_extract_3d.lift.records import Expectation, Lifted
+from skeleton_extract_3d.lift.window_mean import lift_by_window
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
 from skeleton_extract_3d.points.camera import CameraModel, check_same_aspect
 from skeleton_extract_3d.points.point_grid import PointGrid
@@ -110,10 +111,12 @@ class PeopleEstimator:
         self._camera: Optional[CameraModel] = None
         self._tracking_from_points: Optional[Tuple[np.ndarray, np.ndarray]] = None
         self._lifting, self._occlusion, self._identity, self._smoothing = params
+        self._method = make_lifting(self._lifting, self._occlusion.occlusion)
 
     def reconfigure(self, *params: Parameters) -> None:
         """Take other parameters from the next frame on; people keep their ids, unless tracking begins or ends."""
         self._lifting, self._occlusion, identities, self._smoothing = params
+        self._method = make_lifting(self._lifting, self._occlusion.occlusion)
         if identities.tracking != self._identity.tracking:
             # ids of the detection service are not those that are given out here
             self._forget()
@@ -139,7 +142,7 @@ class PeopleEstimator:
         check_same_aspect('image', image_size, 'cloud', (points.width, points.height))
         people_2d = _select(people_2d, np.flatnonzero(people_2d.present.any(axis=1)))
         if self._lifting.lifting == 'mean3x3' and not self._identity.tracking:
-            people = lift(people_2d, image_size, points, self._lifting)
+            people = lift_by_window(people_2d, image_size, points, self._lifting.window, self._lifting.statistic)
             return Estimate(people, people_2d)
         clock = _Clock()
         camera = points.camera_model()
@@ -149,17 +152,15 @@ class PeopleEstimator:
         elapsed = self._advance(stamp, tracking_from_points)
         seen = observe(people_2d, image_size, points, self._camera)
         clock.lap('observe')
-        evidence = surfaces.root_evidence(seen.depth, seen.scores)
         clothes = self._clothes(people_2d, points, image_size, bgr, seen)
-        rows = identity.assign(self._tracks, seen, evidence, clothes, stamp, self._identity)
+        rows = identity.assign(self._tracks, seen, clothes, stamp, self._identity)
         clock.lap('identity')
-        lifted = lift_people(seen, points, self._expectation(rows, elapsed), evidence)
-        lifted = self._by_chosen_method(lifted, seen, people_2d, image_size, points)
+        lifted = self._method.lift(seen, points, self._expectation(rows, elapsed))
         clock.lap('lift')
         rows = self._begin_tracks(rows, seen, lifted, people_2d, stamp)
         kept = np.flatnonzero(rows >= 0)
-        people_2d = _select(people_2d, kept)
-        rows, seen, lifted = rows[kept], _rows_of(seen, kept), _rows_of(lifted, kept)
+        rows, seen, lifted = rows[kept], seen.select(kept), lifted.select(kept)
+        people_2d = seen.people_2d
         trusted = self._correct(rows, seen, lifted, clothes, kept, stamp)
         clock.lap('filter')
         people, ids = self._people(rows, seen, lifted, trusted, points, stamp, elapsed, people_2d, image_size)
@@ -186,12 +187,12 @@ class PeopleEstimator:
         self._tracks.keep(np.zeros(len(self._tracks), bool))
 
     def _clothes(self, people: People2D, points: PointGrid, image_size: Tuple[int, int], bgr: Optional[np.ndarray],
-                 seen: Observation) -> Clothes:
+                 seen: ObservedPeople) -> Clothes:
         """Return the colours of the clothes, where the surface is near the person's."""
         clothes = Clothes(len(people))
         if bgr is None or not self._identity.use_clothes or not len(people):
             return clothes
-        trunk = surfaces.lower_median(seen.depth[:, _SQUARE].reshape(len(people), -1))
+        trunk = surfaces.lower_median(seen.samples[:, _SQUARE].reshape(len(people), -1))
         upper, lower = appearance.clothes_pixels(seen.uv)
         pixels, count = np.concatenate([upper, lower], axis=1), upper.shape[1]
         with np.errstate(invalid='ignore'):
@@ -222,34 +223,12 @@ class PeopleEstimator:
         expected.length_spread[old] = body_measures.length_spreads(tracks, track)
         return expected
 
-    def _by_chosen_method(self, lifted: Lifted, seen: Observation, people: People2D, image_size: Tuple[int, int],
-                          points: PointGrid) -> Lifted:
-        """Put joints where the chosen way of lifting has them."""
-        if self._lifting.lifting == 'mean3x3':
-            from_window = in_coco(lift(people, image_size, points, self._lifting))
-            found = np.isfinite(from_window).all(axis=2)
-            if not self._occlusion.occlusion:
-                return lifted._replace(xyz=np.where(found[..., None], from_window, lifted.xyz), measured=found)
-            agree = found & lifted.measured
-            return lifted._replace(xyz=np.where(agree[..., None], from_window, lifted.xyz), measured=agree)
-        on_skin = self._lifting.surface_offsets == 'none'
-        if not self._occlusion.occlusion:
-            surface = surfaces.foreground(seen.depth)
-            offsets = 0.0 if on_skin else SURFACE_OFFSETS * (lifted.stature / ADULT_STATURE)[:, None]
-            found = np.isfinite(surface) & seen.known
-            xyz = seen.rays * (surface + offsets)[..., None]
-            return lifted._replace(xyz=np.where(found[..., None], xyz, lifted.xyz), measured=found)
-        if on_skin:
-            skin = np.isfinite(lifted.surface)
-            return lifted._replace(xyz=np.where(skin, lifted.surface, lifted.xyz))
-        return lifted
-
-    def _begin_tracks(self, rows: np.ndarray, seen: Observation, lifted: Lifted, people: People2D, stamp: float
+    def _begin_tracks(self, rows: np.ndarray, seen: ObservedPeople, lifted: Lifted, people: People2D, stamp: float
                       ) -> np.ndarray:
         """Give newcomers a track each; return the rows of all, -1 for those who are nobody."""
         new = rows < 0
         # what can not be measured does not speak against a newcomer
-        measurable = (seen.known & np.isfinite(seen.depth).any(axis=2)).sum(axis=1)
+        measurable = (seen.known & np.isfinite(seen.samples).any(axis=2)).sum(axis=1)
         new &= lifted.measured.sum(axis=1) >= np.minimum(self._identity.birth_joints, measurable)
         new &= ~identity.repeated(lifted.xyz, seen.known, rows >= 0)
         begun = np.flatnonzero(new)
@@ -264,7 +243,7 @@ class PeopleEstimator:
                                 lifted.stature[begun])
         return rows
 
-    def _correct(self, rows: np.ndarray, seen: Observation, lifted: Lifted, clothes: Clothes, people: np.ndarray,
+    def _correct(self, rows: np.ndarray, seen: ObservedPeople, lifted: Lifted, clothes: Clothes, people: np.ndarray,
                  stamp: float) -> np.ndarray:
         """Take the frame into the tracks; return which joints it placed, (N, 18)."""
         tracks, occlusion = self._tracks, self._occlusion
@@ -316,7 +295,7 @@ class PeopleEstimator:
         mixed /= np.maximum(np.linalg.norm(mixed, axis=1, keepdims=True), 1e-6)
         tracks.down[rows] = np.where(known[:, None], mixed, tracks.down[rows])
 
-    def _people(self, rows: np.ndarray, seen: Observation, lifted: Lifted, trusted: np.ndarray, points: PointGrid,
+    def _people(self, rows: np.ndarray, seen: ObservedPeople, lifted: Lifted, trusted: np.ndarray, points: PointGrid,
                 stamp: float, elapsed: float, people_2d: People2D, image_size: Tuple[int, int]
                 ) -> Tuple[People3D, np.ndarray]:
         """Return who is there and where, and the ids."""
@@ -381,25 +360,8 @@ def _size_error(lifted: Lifted) -> np.ndarray:
     return np.where(lifted.measured.any(axis=1), 0.0, STATURE_SPREAD * lifted.root)[:, None]
 
 
-def in_coco(people: People3D) -> np.ndarray:
-    """Return the positions of people with the joints of COCO_18, (P, 18, 3) [m]; NaN where missing."""
-    index = people.skeleton.index
-    xyz = np.full((len(people), len(COCO_18.joints), 3), np.nan)
-    for joint, name in enumerate(COCO_18.joints):
-        if name in index:
-            xyz[:, joint] = people.xyz[:, index[name]]
-    return xyz
-
-
 def _select(people: People2D, rows: np.ndarray) -> People2D:
     """Return some of the people, in the same order."""
     if len(rows) == len(people):
         return people
     return replace(people, keypoints=people.keypoints[rows], scores=people.scores[rows], ids=people.ids[rows])
-
-
-def _rows_of(record, rows: np.ndarray):
-    """Return a record of arrays with some of the people, in the same order."""
-    if len(rows) == len(record[0]):
-        return record
-    return type(record)(*(value[rows] if isinstance(value, np.ndarray) else value for value in record))

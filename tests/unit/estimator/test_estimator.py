@@ -9,8 +9,8 @@ from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.body.body import STATURE_SPREAD
-from skeleton_extract_3d.estimator import ESTIMATOR_PARAMETERS, STAGES, PeopleEstimator, in_coco
-from skeleton_extract_3d.lift.lifting import LiftingParams, lift
+from skeleton_extract_3d.estimator import ESTIMATOR_PARAMETERS, STAGES, PeopleEstimator
+from skeleton_extract_3d.lift.window_mean import in_coco, lift_by_window
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING
 from skeleton_extract_3d.points.cloud import OrganizedCloud
 from skeleton_extract_3d.points.depth import DepthImage
@@ -114,8 +114,7 @@ def test_the_original_method_without_tracking_is_lift(window, statistic):
     frame = scene(*WALKERS, room=COUNTER)
     people = named(frame.people, 7, 3)
     points = DepthImage(frame.depth, frame.camera)
-    params = LiftingParams(lifting='mean3x3', window=window, statistic=statistic)
-    expected = lift(people, frame.size, points, params)
+    expected = lift_by_window(people, frame.size, points, window, statistic)
     estimate = shown(frame, 3, people=people, window=window, statistic=statistic, **ORIGINAL)
     for name in ('xyz', 'confidence', 'status', 'sigma', 'ids'):
         np.testing.assert_array_equal(getattr(estimate.people, name), getattr(expected, name), name)
@@ -133,7 +132,7 @@ def test_the_original_method_puts_legs_on_the_counter_and_robust_lifting_does_no
 @pytest.mark.parametrize('smoothing', [True, False])
 def test_the_original_method_with_tracking_puts_what_is_seen_on_the_surface(smoothing):
     frame = scene()
-    expected = lift(frame.people, frame.size, DepthImage(frame.depth, frame.camera), LiftingParams())
+    expected = lift_by_window(frame.people, frame.size, DepthImage(frame.depth, frame.camera))
     estimate = shown(frame, lifting='mean3x3', smoothing=smoothing)
     assert (estimate.people.status == MEASURED).all() and estimate.people.ids.tolist() == [0]
     # bones that are too short, as joints on the surface are, may move smoothed joints a little

@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
-from skeleton_extract_3d.lift.lifting import LiftingParams, lift, nearest_pixels
+from skeleton_extract_3d.lift.lifting import LiftingParams
+from skeleton_extract_3d.lift.window_mean import lift_by_window, nearest_pixels
 from skeleton_extract_3d.people import MEASURED, MISSING
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.cloud import OrganizedCloud
@@ -35,11 +36,11 @@ def pixel_cloud(width=W, height=H):
 
 def lifted(points, *joints, size=(W, H), **params):
     cloud = points if isinstance(points, DepthImage) else OrganizedCloud(*points)
-    return lift(one_person(*joints), size, cloud, LiftingParams(**params))
+    return lift_by_window(one_person(*joints), size, cloud, **params)
 
 
 def test_nobody():
-    people = lift(People2D.empty(COCO_18), (W, H), OrganizedCloud(*pixel_cloud()), LiftingParams())
+    people = lift_by_window(People2D.empty(COCO_18), (W, H), OrganizedCloud(*pixel_cloud()))
     assert people.xyz.shape == (0, K, 3)
 
 
@@ -167,9 +168,9 @@ def test_people_are_lifted_each_for_itself():
     people = People2D(COCO_18, np.concatenate([one_person((10, 10)).keypoints, one_person((50, 20)).keypoints]),
                       [1, 1], [3, 8])
     cloud = OrganizedCloud(*pixel_cloud())
-    both = lift(people, (W, H), cloud, LiftingParams())
+    both = lift_by_window(people, (W, H), cloud)
     turned = People2D(COCO_18, people.keypoints[::-1], [1, 1], [8, 3])
-    np.testing.assert_array_equal(lift(turned, (W, H), cloud, LiftingParams()).xyz, both.xyz[::-1])
+    np.testing.assert_array_equal(lift_by_window(turned, (W, H), cloud).xyz, both.xyz[::-1])
     assert both.xyz[:, 0, :2].tolist() == [[10, 10], [50, 20]]
     assert both.ids.tolist() == [3, 8]
 

@@ -33,8 +33,8 @@ def without(*joints):
 
 def test_nobody():
     seen = look(scene(), People2D.empty(COCO_18))
-    assert seen.uv.shape == (0, 18, 2) and seen.rays.shape == (0, 18, 3) and seen.depth.shape == (0, 18, 25)
-    assert seen.size.shape == (0,) and seen.known_rays.shape == (0, 18, 3)
+    assert seen.uv.shape == (0, 18, 2) and seen.rays.shape == (0, 18, 3) and seen.samples.shape == (0, 18, 25)
+    assert seen.adult_depth.shape == (0,) and seen.known_rays.shape == (0, 18, 3)
 
 
 def test_rays_lead_to_the_joints():
@@ -48,9 +48,9 @@ def test_rays_lead_to_the_joints():
 def test_the_middle_of_a_window_is_the_surface_at_the_keypoint():
     frame, seen = scene(), look(scene())
     u, v = np.rint(frame.people.xy).astype(int).transpose(2, 0, 1)
-    np.testing.assert_allclose(seen.depth[..., 12], frame.depth[v, u] / 1000)
+    np.testing.assert_allclose(seen.samples[..., 12], frame.depth[v, u] / 1000)
     # of somebody who is seen from the front, all joints lie less than 12 cm under it
-    assert (np.abs(frame.xyz[..., 2] - seen.depth[..., 12]) < 0.12).all()
+    assert (np.abs(frame.xyz[..., 2] - seen.samples[..., 12]) < 0.12).all()
 
 
 def test_windows_shrink_with_distance_and_not_with_the_picture():
@@ -59,12 +59,12 @@ def test_windows_shrink_with_distance_and_not_with_the_picture():
     knee = INDEX['left_knee']
     # whole windows on the leg: 14 cm wide, while they are 9 cm
     for seen in (look(frame), look(large)):
-        assert np.nanmax(seen.depth[0, knee]) - np.nanmin(seen.depth[0, knee]) < 0.1
+        assert np.nanmax(seen.samples[0, knee]) - np.nanmin(seen.samples[0, knee]) < 0.1
 
 
 def test_people_seem_to_be_where_adults_are_as_large():
     # 1.75 m against 1.70 m and 0.6 of it; lengths of bones differ by 10 % from the model's
-    np.testing.assert_allclose(look(scene()).size, [2.6 * 1.70 / 1.75, 3.4 / 0.6 * 1.70 / 1.75], rtol=0.1)
+    np.testing.assert_allclose(look(scene()).adult_depth, [2.6 * 1.70 / 1.75, 3.4 / 0.6 * 1.70 / 1.75], rtol=0.1)
 
 
 def test_a_missing_joint_has_a_guess_near_the_next_one_towards_the_trunk():
@@ -72,7 +72,7 @@ def test_a_missing_joint_has_a_guess_near_the_next_one_towards_the_trunk():
     missing = [INDEX[name] for name in ('left_wrist', 'left_hip', 'nose')]
     assert not seen.known[:, missing].any() and not seen.scores[:, missing].any()
     assert np.isnan(seen.uv[:, missing]).all() and np.isnan(seen.known_rays[:, missing]).all()
-    assert np.isnan(seen.depth[:, missing]).all()
+    assert np.isnan(seen.samples[:, missing]).all()
     assert np.isfinite(seen.rays).all()
     np.testing.assert_allclose(seen.rays[:, INDEX['left_wrist']], whole.rays[:, INDEX['left_elbow']])
     np.testing.assert_allclose(seen.rays[:, INDEX['left_hip']], whole.rays[:, INDEX['right_hip']])
@@ -84,7 +84,7 @@ def test_a_missing_joint_has_a_guess_near_the_next_one_towards_the_trunk():
 def test_of_a_single_joint_all_rays_are_finite(joint):
     seen = look(scene(), without(*(name for name in COCO_18.joints if name != joint)))
     assert seen.known.sum(axis=1).tolist() == [1, 1]
-    assert np.isfinite(seen.rays).all() and np.isinf(seen.size).all()
+    assert np.isfinite(seen.rays).all() and np.isinf(seen.adult_depth).all()
 
 
 def test_keypoints_outside_the_picture_have_a_ray_but_no_surface():
@@ -92,7 +92,7 @@ def test_keypoints_outside_the_picture_have_a_ray_but_no_surface():
     keypoints = frame.people.keypoints.copy()
     keypoints[0, INDEX['left_wrist'], :2] = (-40, 90)
     seen = look(frame, People2D(COCO_18, keypoints, [1, 1], [-1, -1]))
-    assert seen.known[0, INDEX['left_wrist']] and np.isnan(seen.depth[0, INDEX['left_wrist']]).all()
+    assert seen.known[0, INDEX['left_wrist']] and np.isnan(seen.samples[0, INDEX['left_wrist']]).all()
     assert seen.rays[0, INDEX['left_wrist'], 0] == pytest.approx((-40 - 159.5) / 180)
 
 
@@ -128,7 +128,7 @@ def test_keypoints_of_a_larger_image_are_brought_to_the_grid(scale):
     keypoints[..., :2] = (keypoints[..., :2] + 0.5) * scale - 0.5
     larger = look(frame, People2D(COCO_18, keypoints, [1, 1], [-1, -1]), (320 * scale, 180 * scale))
     np.testing.assert_allclose(larger.uv, frame.people.xy, atol=1e-4)
-    np.testing.assert_array_equal(larger.depth, look(frame).depth)
+    np.testing.assert_array_equal(larger.samples, look(frame).samples)
 
 
 def test_the_corners_of_a_picture_are_the_corners_of_the_grid():

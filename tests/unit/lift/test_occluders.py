@@ -52,7 +52,7 @@ def likely(frame, root=2.6):
     seen = observed(frame)
     root = np.full(len(frame.ids), root)
     covered = occluders.covered_by_self(seen.uv, root, seen.focal)
-    return occluders.likely_own(DepthImage(frame.depth, frame.camera), seen.uv, seen.depth, root, covered, seen.focal)
+    return occluders.likely_own(DepthImage(frame.depth, frame.camera), seen.uv, seen.samples, root, covered, seen.focal)
 
 
 def test_nobody():
@@ -104,7 +104,7 @@ def test_missing_joints_are_nowhere():
 def test_samples_on_the_one_in_front_are_foreign_to_the_one_behind_only():
     frame = two()
     seen = observed(frame)
-    foreign = occluders.foreign_samples(seen.depth, others(frame), frame.xyz[..., 2])
+    foreign = occluders.foreign_samples(seen.samples, others(frame), frame.xyz[..., 2])
     trunk = rows('neck', 'left_hip', 'right_hip', 'left_shoulder')
     u, v = np.rint(frame.people.xy[0, trunk]).astype(int).T
     hidden = frame.owner[v, u] == 1
@@ -112,13 +112,13 @@ def test_samples_on_the_one_in_front_are_foreign_to_the_one_behind_only():
     # some samples of a window are beside the one in front
     assert foreign[0, trunk].mean(axis=1)[hidden].min() > 0.5
     # the windows of the one in front may reach beside the silhouette
-    own = np.abs(seen.depth[1] - 2.2) < 0.25
+    own = np.abs(seen.samples[1] - 2.2) < 0.25
     assert own.mean() > 0.7 and not foreign[1][own].any()
 
 
 def test_where_nobody_else_is_no_sample_is_foreign():
     frame = two(apart=1.2)
-    assert occluders.foreign_samples(observed(frame).depth, others(frame), frame.xyz[..., 2]) is None
+    assert occluders.foreign_samples(observed(frame).samples, others(frame), frame.xyz[..., 2]) is None
 
 
 def test_a_sample_between_two_is_nobodys_in_particular():
@@ -131,7 +131,7 @@ def test_a_sample_between_two_is_nobodys_in_particular():
 
 def test_of_two_at_one_depth_every_sample_is_the_own_one():
     frame = render(CAMERA, [Person(0, 0.0, 2.6, standing()), Person(1, 0.3, 2.6, standing())], Room(wall=5.0))
-    assert occluders.foreign_samples(observed(frame).depth, others(frame), frame.xyz[..., 2]) is None
+    assert occluders.foreign_samples(observed(frame).samples, others(frame), frame.xyz[..., 2]) is None
 
 
 # --- the own body ---------------------------------------------------------------------------------------------------
@@ -192,7 +192,7 @@ def test_a_flat_chest_where_a_wrist_should_be_is_hardly_the_wrist():
     seen = observed(frame)
     uv = keypoints[..., :2].astype(float)
     points, root = DepthImage(frame.depth, CAMERA), np.array([2.6])
-    depth = seen.depth.copy()
+    depth = seen.samples.copy()
     u, v = np.rint(uv[0, INDEX['left_wrist']]).astype(int)
     depth[0, INDEX['left_wrist']] = frame.depth[v, u] / 1000
     covered = occluders.covered_by_self(uv, root, FOCAL)
@@ -205,6 +205,6 @@ def test_a_flat_chest_where_a_wrist_should_be_is_hardly_the_wrist():
 def test_without_depth_nothing_is_said_against_anybody():
     seen = observed(scene())
     points = DepthImage(np.zeros_like(scene().depth), CAMERA)
-    own = occluders.likely_own(points, seen.uv, np.full_like(seen.depth, np.nan), np.array([2.6]),
+    own = occluders.likely_own(points, seen.uv, np.full_like(seen.samples, np.nan), np.array([2.6]),
                                np.ones((1, 18), bool), FOCAL)
     np.testing.assert_array_equal(own, np.ones((1, 18)))

@@ -7,9 +7,9 @@ import pytest
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.body.body import ADULT_STATURE, BONE_LENGTHS, STATURE_SPREAD
-from skeleton_extract_3d.lift import surfaces
 from skeleton_extract_3d.lift.observation import observe
-from skeleton_extract_3d.lift.pose_lifting import Expectation, lift_people
+from skeleton_extract_3d.lift.pose_lifting import RobustLifting
+from skeleton_extract_3d.lift.records import Expectation
 from skeleton_extract_3d.points.depth import DepthImage
 from synthetic_scene import (
     HIDDEN_BY_FURNITURE,
@@ -47,8 +47,7 @@ def lifted(frame, expected=None, people=None, depth=None):
     people = frame.people if people is None else people
     points = DepthImage(frame.depth if depth is None else depth, frame.camera)
     seen = observe(people, frame.size, points, frame.camera)
-    evidence = surfaces.root_evidence(seen.depth, seen.scores)
-    return lift_people(seen, points, expected or Expectation.of_strangers(len(people)), evidence)
+    return RobustLifting().lift(seen, points, expected or Expectation.of_strangers(len(people)))
 
 
 def errors(people, frame):

@@ -3,7 +3,7 @@ import numpy as np
 
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
-from skeleton_extract_3d.lift.lifting import LiftingParams, lift
+from skeleton_extract_3d.lift.window_mean import lift_by_window
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
 from skeleton_extract_3d.points.cloud import OrganizedCloud
 from skeleton_extract_3d.show.report import frame_report
@@ -18,7 +18,7 @@ def cloud():
 
 def test_nobody():
     people = People2D.empty(COCO_18)
-    report = frame_report(people, lift(people, (8, 6), cloud(), LiftingParams()), cloud())
+    report = frame_report(people, lift_by_window(people, (8, 6), cloud()), cloud())
     assert report.splitlines() == ['Detected 0 persons', 'Cloud [m]: x 0.000 .. 0.500, y 0.000 .. 0.500, '
                                                          'z 2.000 .. 2.000']
 
@@ -28,7 +28,7 @@ def test_each_joint_has_a_line():
     keypoints[..., 2] = 0
     keypoints[0, 0], keypoints[0, 2], keypoints[1, 1] = (3, 2, 0.9), (7, 5, 0.25), (1.2, 1.0, 0.5)
     people = People2D(COCO_18, keypoints, [1, 1], [4, 9])
-    lines = frame_report(people, lift(people, (8, 6), cloud(), LiftingParams()), cloud()).splitlines()
+    lines = frame_report(people, lift_by_window(people, (8, 6), cloud()), cloud()).splitlines()
     assert len(lines) == 2 + 2 * (1 + K)
     assert lines[0] == 'Detected 2 persons'
     assert lines[2] == 'Person 4'
@@ -42,7 +42,7 @@ def test_one_is_no_plural():
     keypoints = np.full((1, K, 3), np.nan)
     keypoints[..., 2] = 0
     people = People2D(COCO_18, keypoints, [1], [0])
-    assert frame_report(people, lift(people, (8, 6), cloud(), LiftingParams()),
+    assert frame_report(people, lift_by_window(people, (8, 6), cloud()),
                         cloud()).startswith('Detected 1 person\n')
 
 

@@ -8,7 +8,6 @@ from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.body.body import STATURE_SPREAD
-from skeleton_extract_3d.lift import surfaces
 from skeleton_extract_3d.lift.observation import observe
 from skeleton_extract_3d.points.depth import DepthImage
 from skeleton_extract_3d.track.identity import Clothes, IdentityParams, assign, repeated, stature_spread
@@ -55,9 +54,8 @@ def dressed(tracks, *colours):
 def rows(tracks, frame, of_people=None, people=None, stamp=STAMP, **params):
     people = frame.people if people is None else people
     seen = observe(people, frame.size, DepthImage(frame.depth, frame.camera), frame.camera)
-    evidence = surfaces.root_evidence(seen.depth, seen.scores)
     of_people = of_people or Clothes(len(people))
-    return assign(tracks, seen, evidence, of_people, stamp, IdentityParams(**params)).tolist()
+    return assign(tracks, seen, of_people, stamp, IdentityParams(**params)).tolist()
 
 
 def permuted(frame, order):

@@ -1,13 +1,16 @@
-"""Lift keypoints into space: the points of the cloud around each keypoint's pixel."""
+"""Ways of lifting: what puts the joints of a frame's people into space. One is chosen when the estimator is built."""
 from dataclasses import dataclass
-from typing import Tuple
+from typing import Protocol
 
 import numpy as np
 
 from openpose_ros_pkg.params.parameters import Parameters, parameter
-from openpose_ros_pkg.people import People2D
-from skeleton_extract_3d.people import MEASURED, MISSING, People3D
-from skeleton_extract_3d.points.camera import check_same_aspect
+from skeleton_extract_3d.body.body import ADULT_STATURE, SURFACE_OFFSETS
+from skeleton_extract_3d.lift import surfaces
+from skeleton_extract_3d.lift.observation import ObservedPeople
+from skeleton_extract_3d.lift.pose_lifting import RobustLifting
+from skeleton_extract_3d.lift.records import Expectation, Lifted
+from skeleton_extract_3d.lift.window_mean import in_coco, lift_by_window
 from skeleton_extract_3d.points.point_grid import PointGrid
 
 
@@ -30,61 +33,89 @@ class LiftingParams(Parameters):
                 "original does, 'median' where the window may touch the background.", choices=('mean', 'median'))
 
 
-def lift(people: People2D, image_size: Tuple[int, int], points: PointGrid, params: LiftingParams) -> People3D:
-    """Return the people in the frame of the points.
+class LiftingMethod(Protocol):
+    """A way of lifting."""
 
-    A joint is MEASURED where its window holds a valid point and MISSING elsewhere; sigma is not estimated.
+    def lift(self, seen: ObservedPeople, points: PointGrid, expected: Expectation) -> Lifted:
+        """Return where the joints of the people of a frame are.
 
-    Args:
-        people: keypoints in pixels of the image.
-        image_size: width and height of that image [px].
-        points: cloud or depth image of the same view, at the same or another resolution.
-
-    Raises:
-        BadInputError: image and points differ in aspect ratio.
-    """
-    check_same_aspect('image', image_size, 'cloud', (points.width, points.height))
-    u, v = nearest_pixels(people.xy, image_size, (points.width, points.height))
-    seen = people.present & (u >= 0) & (u < points.width) & (v >= 0) & (v < points.height)
-    xyz = np.full((*people.xy.shape[:2], 3), np.nan)
-    xyz[seen] = _STATISTICS[params.statistic](points.window(u[seen], v[seen], params.window))
-    found = np.isfinite(xyz).all(axis=2)
-    return People3D(people.skeleton, xyz, people.confidence, np.where(found, MEASURED, MISSING),
-                    np.full(found.shape, np.nan), people.ids)
+        Args:
+            seen: the people of the frame.
+            points: cloud or depth image that they were observed in.
+            expected: what is known of the same people before the frame.
+        """
 
 
-def nearest_pixels(xy: np.ndarray, image_size: Tuple[int, int], grid_size: Tuple[int, int]
-                   ) -> Tuple[np.ndarray, np.ndarray]:
-    """Return column and row of the grid's pixel in which positions of the image lie.
+def make_lifting(params: LiftingParams, occlusion: bool) -> LiftingMethod:
+    """Return the chosen way of lifting.
 
     Args:
-        xy: (..., 2) [px of the image]; integers are pixel centres, so pixel 0 reaches from -0.5 to 0.5.
-        image_size, grid_size: width and height [px].
-
-    Returns:
-        u, v: (...) int64; outside the grid where the position is outside the image, -1 where it is NaN.
+        occlusion: tell hidden joints from those that are seen; see `OcclusionParams.occlusion`.
     """
-    corner = (np.asarray(xy, np.float64) + 0.5) * (np.asarray(grid_size, np.float64) / np.asarray(image_size))
-    pixels = np.floor(np.where(np.isfinite(corner), corner, -1)).astype(np.int64)
-    return pixels[..., 0], pixels[..., 1]
+    robust = RobustLifting()
+    if params.lifting == 'mean3x3':
+        return WindowMean(robust, params.window, params.statistic, occlusion)
+    on_skin = params.surface_offsets == 'none'
+    if not occlusion:
+        return NearestSurface(robust, on_skin)
+    return OnSkin(robust) if on_skin else robust
 
 
-def _finite_mean(points: np.ndarray) -> np.ndarray:
-    """Return the mean of the finite ones of (M, N, 3) points, (M, 3); NaN if there is none."""
-    valid = np.isfinite(points).all(axis=2)
-    count = valid.sum(axis=1)[:, None]
-    total = np.where(valid[..., None], points, 0).sum(axis=1)
-    return np.where(count > 0, total / np.maximum(count, 1), np.nan)
+class WindowMean:
+    """Another method with the joints at the mean of the points in a window around their pixel.
+
+    Args:
+        inner: decides what is seen and where all other joints are.
+        window, statistic: see `LiftingParams`.
+        occlusion: True: what the other method has as hidden stays hidden. False: each joint with a point is measured.
+    """
+
+    def __init__(self, inner: LiftingMethod, window: int, statistic: str, occlusion: bool) -> None:
+        self._inner, self._window, self._statistic, self._occlusion = inner, window, statistic, occlusion
+
+    def lift(self, seen: ObservedPeople, points: PointGrid, expected: Expectation) -> Lifted:
+        """Return where the joints are; see `LiftingMethod`."""
+        lifted = self._inner.lift(seen, points, expected)
+        xyz = in_coco(lift_by_window(seen.people_2d, seen.image_size, points, self._window, self._statistic))
+        measured = np.isfinite(xyz).all(axis=2)
+        if self._occlusion:
+            measured &= lifted.measured
+        return lifted._replace(xyz=np.where(measured[..., None], xyz, lifted.xyz), measured=measured)
 
 
-def _finite_median(points: np.ndarray) -> np.ndarray:
-    """Return the median per coordinate of the finite ones of (M, N, 3) points, (M, 3); NaN if there is none."""
-    valid = np.isfinite(points).all(axis=2)
-    count = valid.sum(axis=1)
-    ordered = np.sort(np.where(valid[..., None], points, np.inf), axis=1)
-    each = np.arange(len(points))
-    middle = (ordered[each, np.maximum(count - 1, 0) // 2] + ordered[each, count // 2 * (count > 0)]) / 2
-    return np.where(count[:, None] > 0, middle, np.nan)
+class NearestSurface:
+    """Another method with every joint that has a keypoint on, or under, the nearest surface in its window.
+
+    Args:
+        inner: tells the stature, and where joints without a keypoint are.
+        on_skin: True: joints are put on the surface. False: as much deeper as they lie under the skin.
+    """
+
+    def __init__(self, inner: LiftingMethod, on_skin: bool) -> None:
+        self._inner, self._on_skin = inner, on_skin
+
+    def lift(self, seen: ObservedPeople, points: PointGrid, expected: Expectation) -> Lifted:
+        """Return where the joints are; see `LiftingMethod`."""
+        lifted = self._inner.lift(seen, points, expected)
+        depth = surfaces.foreground(seen.samples)
+        if not self._on_skin:
+            depth = depth + SURFACE_OFFSETS * (lifted.stature / ADULT_STATURE)[:, None]
+        measured = np.isfinite(depth) & seen.known
+        xyz = np.where(measured[..., None], seen.rays * depth[..., None], lifted.xyz)
+        return lifted._replace(xyz=xyz, measured=measured)
 
 
-_STATISTICS = {'mean': _finite_mean, 'median': _finite_median}
+class OnSkin:
+    """Another method with the measured joints on the surface in front of them.
+
+    Args:
+        inner: the other method.
+    """
+
+    def __init__(self, inner: LiftingMethod) -> None:
+        self._inner = inner
+
+    def lift(self, seen: ObservedPeople, points: PointGrid, expected: Expectation) -> Lifted:
+        """Return where the joints are; see `LiftingMethod`."""
+        lifted = self._inner.lift(seen, points, expected)
+        return lifted._replace(xyz=np.where(np.isfinite(lifted.surface), lifted.surface, lifted.xyz))

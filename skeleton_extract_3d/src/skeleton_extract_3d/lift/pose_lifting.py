@@ -1,18 +1,16 @@
 """Lift whole people: where each joint is along its ray, and whether it was seen."""
-from typing import NamedTuple, Optional, Tuple
+from typing import Optional, Tuple
 
 import numpy as np
 
 from skeleton_extract_3d import compiled
 from skeleton_extract_3d.body.body import (
     ADULT_STATURE,
-    BONE_LENGTHS,
     ENDS,
     HEAD,
     HEAD_POINTS,
     MIDDLES,
     NECK,
-    PROPORTION_SPREAD,
     ROOTS,
     SHOULDER_WIDTH,
     SHOULDERS,
@@ -26,7 +24,8 @@ from skeleton_extract_3d.body.body import (
 from skeleton_extract_3d.lift import occluders, surfaces
 from skeleton_extract_3d.lift.depth_inference import bones_of, infer_depths, read_depths
 from skeleton_extract_3d.lift.head_pose import HeadPose, estimate_head_pose
-from skeleton_extract_3d.lift.observation import Observation
+from skeleton_extract_3d.lift.observation import ObservedPeople
+from skeleton_extract_3d.lift.records import Expectation, Lifted
 from skeleton_extract_3d.points.point_grid import PointGrid
 
 # The five keypoints of a head are one opinion more than two.
@@ -67,106 +66,49 @@ _CHAINS = np.concatenate([ROOTS, MIDDLES, ENDS])
 _OUTER, _OUTER_SIDES = np.concatenate([MIDDLES, ENDS]), np.concatenate([SIDES, SIDES])
 
 
-class Expectation(NamedTuple):
-    """What is known of P people before looking.
+class RobustLifting:
+    """All joints of a person together: by the surfaces, the lengths of bones and what was known before."""
 
-    Attributes:
-        root: (P,) depth of the trunk [m], NaN where unknown.
-        depth: (P, 18) of the joints [m], NaN where unknown; depth_sigma: (P, 18) [m].
-        left: (P, 3), see `infer_depths`; NaN where unknown.
-        stature: (P,) [m]; stature_spread: (P,) as a share.
-        lengths: (P, 8) of the bones [m]; length_spread: (P, 8) as a share; in the order of `body.BONES`.
-    """
+    def lift(self, seen: ObservedPeople, points: PointGrid, expected: Expectation) -> Lifted:
+        """Return where the joints are; see `lifting.LiftingMethod`."""
+        size = seen.adult_depth * expected.stature / ADULT_STATURE
+        sized = surfaces.size_evidence(size, expected.stature_spread)
+        evidence = seen.trunk_evidence
+        foreign = _foreign(seen, expected, size, evidence + sized)
+        if foreign is not None:
+            evidence = surfaces.root_evidence(seen.samples, seen.scores, foreign)
+        root = surfaces.ROOT_DEPTHS[(evidence + sized + _before(expected.root)).argmax(axis=1)]
+        root, sure = _refined_root(seen, root, foreign)
+        expected = _sized_strangers(seen, expected, root, sure)
+        scale = expected.stature / ADULT_STATURE
+        head = _head(seen, root, scale)
+        left = np.where(np.isfinite(expected.left), expected.left, 0.0) + _left_of_heads(seen, head, root, scale)
+        covered = occluders.covered_by_self(seen.uv, root, seen.focal)
+        own = occluders.likely_own(points, seen.uv, seen.samples, root, covered, seen.focal)
+        own = np.where(covered & _on_far_side(left), own * _FAR_AND_COVERED, own)
 
-    root: np.ndarray
-    depth: np.ndarray
-    depth_sigma: np.ndarray
-    left: np.ndarray
-    stature: np.ndarray
-    stature_spread: np.ndarray
-    lengths: np.ndarray
-    length_spread: np.ndarray
+        offsets = SURFACE_OFFSETS * scale[:, None]
+        gaps = THICKNESSES - offsets
+        # the candidates of the head's joints are those of its middle
+        offsets[:, HEAD], gaps[:, HEAD] = -head.surface, THICKNESSES[HEAD]
+        costs = surfaces.depth_costs(seen.samples, offsets, gaps, root, seen.scores, own, covered, foreign)
+        head_costs = _HEAD_WEIGHT * costs[:, HEAD].sum(axis=1)
+        costs = with_memory(costs, root, expected.depth, expected.depth_sigma)
 
-    @classmethod
-    def of_strangers(cls, people: int) -> 'Expectation':
-        """Return what is known of P people who were never seen: that they are likely adults."""
-        joints = len(SURFACE_OFFSETS)
-        return cls(np.full(people, np.nan), np.full((people, joints), np.nan), np.ones((people, joints)),
-                   np.full((people, 3), np.nan), np.full(people, ADULT_STATURE), np.full(people, STATURE_SPREAD),
-                   np.repeat(BONE_LENGTHS[None], people, axis=0),
-                   np.full((people, len(BONE_LENGTHS)), PROPORTION_SPREAD))
-
-
-class Lifted(NamedTuple):
-    """P people in space, frame by frame.
-
-    Attributes:
-        xyz: (P, 18, 3) [m]; where there is no keypoint, a guess.
-        surface: (P, 18, 3) [m], the skin in front of joints that were measured; NaN elsewhere.
-        measured: (P, 18) bool: seen, on the person's own surface.
-        plausible: (P, 18) bool: the bones that end there have possible lengths.
-        sigma: (P, 18) standard deviation along the ray [m].
-        left: (P, 3) unit vectors.
-        root: (P,) depth of the trunk [m].
-        stature: (P,) that the bones were taken to have [m].
-    """
-
-    xyz: np.ndarray
-    surface: np.ndarray
-    measured: np.ndarray
-    plausible: np.ndarray
-    sigma: np.ndarray
-    left: np.ndarray
-    root: np.ndarray
-    stature: np.ndarray
-
-
-def lift_people(seen: Observation, points: PointGrid, expected: Expectation, evidence: np.ndarray) -> Lifted:
-    """Find the depth of every joint.
-
-    Args:
-        seen: the frame.
-        points: as in the observation.
-        expected: of the same people.
-        evidence: (P, depths) what the surfaces say of the trunk's depth, of `surfaces.root_evidence`.
-    """
-    size = seen.size * expected.stature / ADULT_STATURE
-    sized = surfaces.size_evidence(size, expected.stature_spread)
-    foreign = _foreign(seen, expected, size, evidence + sized)
-    if foreign is not None:
-        evidence = surfaces.root_evidence(seen.depth, seen.scores, foreign)
-    root = surfaces.ROOT_DEPTHS[(evidence + sized + _before(expected.root)).argmax(axis=1)]
-    root, sure = _refined_root(seen, root, foreign)
-    expected = _sized_strangers(seen, expected, root, sure)
-    scale = expected.stature / ADULT_STATURE
-    head = _head(seen, root, scale)
-    left = np.where(np.isfinite(expected.left), expected.left, 0.0) + _left_of_heads(seen, head, root, scale)
-    covered = occluders.covered_by_self(seen.uv, root, seen.focal)
-    own = occluders.likely_own(points, seen.uv, seen.depth, root, covered, seen.focal)
-    own = np.where(covered & _on_far_side(left), own * _FAR_AND_COVERED, own)
-
-    offsets = SURFACE_OFFSETS * scale[:, None]
-    gaps = THICKNESSES - offsets
-    # the candidates of the head's joints are those of its middle
-    offsets[:, HEAD], gaps[:, HEAD] = -head.surface, THICKNESSES[HEAD]
-    costs = surfaces.depth_costs(seen.depth, offsets, gaps, root, seen.scores, own, covered, foreign)
-    head_costs = _HEAD_WEIGHT * costs[:, HEAD].sum(axis=1)
-    costs = with_memory(costs, root, expected.depth, expected.depth_sigma)
-
-    bones = bones_of(expected.lengths, expected.length_spread, ~seen.known[:, _CHAINS])
-    beliefs = infer_depths(costs[:, _CHAINS], head_costs, seen.rays[:, _CHAINS], head.ray, root, bones,
-                           expected.stature, left)
-    z, sigma = np.empty(seen.known.shape), np.empty(seen.known.shape)
-    z[:, _CHAINS], sigma[:, _CHAINS] = read_depths(beliefs.joints)
-    middle, middle_sigma = read_depths(beliefs.head)
-    z[:, _CHAINS] += root[:, None]
-    z[:, NECK], sigma[:, NECK] = z[:, SHOULDERS].sum(axis=1) / 2, sigma[:, SHOULDERS].sum(axis=1) / 2
-    middle = _refined_head(seen, head, middle + root, foreign)
-    z[:, HEAD], sigma[:, HEAD] = middle[:, None] + head.depths, middle_sigma[:, None]
-    offsets[:, HEAD] = head.depths - head.surface
-    measured = measure(seen.rays, seen.scores, seen.known, seen.depth, z, offsets, own, foreign, bones.upper,
-                       bones.lower)
-    return Lifted(*measured, sigma, beliefs.left, root, expected.stature)
+        bones = bones_of(expected.lengths, expected.length_spread, ~seen.known[:, _CHAINS])
+        beliefs = infer_depths(costs[:, _CHAINS], head_costs, seen.rays[:, _CHAINS], head.ray, root, bones,
+                               expected.stature, left)
+        z, sigma = np.empty(seen.known.shape), np.empty(seen.known.shape)
+        z[:, _CHAINS], sigma[:, _CHAINS] = read_depths(beliefs.joints)
+        middle, middle_sigma = read_depths(beliefs.head)
+        z[:, _CHAINS] += root[:, None]
+        z[:, NECK], sigma[:, NECK] = z[:, SHOULDERS].sum(axis=1) / 2, sigma[:, SHOULDERS].sum(axis=1) / 2
+        middle = _refined_head(seen, head, middle + root, foreign)
+        z[:, HEAD], sigma[:, HEAD] = middle[:, None] + head.depths, middle_sigma[:, None]
+        offsets[:, HEAD] = head.depths - head.surface
+        measured = measure(seen.rays, seen.scores, seen.known, seen.samples, z, offsets, own, foreign, bones.upper,
+                           bones.lower)
+        return Lifted(*measured, sigma, beliefs.left, root, expected.stature)
 
 
 def with_memory(costs: np.ndarray, root: np.ndarray, depth: np.ndarray, sigma: np.ndarray) -> np.ndarray:
@@ -190,18 +132,19 @@ def _before(root: np.ndarray) -> np.ndarray:
     return np.where(np.isfinite(root)[:, None], -0.5 * _ROOT_WEIGHT * np.minimum(t * t, _ROOT_LIMIT), 0.0)
 
 
-def _refined_root(seen: Observation, root: np.ndarray, foreign: Optional[np.ndarray]) -> Tuple[np.ndarray, np.ndarray]:
+def _refined_root(seen: ObservedPeople, root: np.ndarray, foreign: Optional[np.ndarray]
+                  ) -> Tuple[np.ndarray, np.ndarray]:
     """Return the depth of the trunk by the mean of its surfaces, (P,) [m], and who shows enough of it, (P,) bool."""
     offsets = np.broadcast_to(SURFACE_OFFSETS[TRUNK], (len(root), len(TRUNK)))
-    middle, total = surfaces.mean_within(seen.depth, offsets, root, _TRUNK_REACH, seen.known, foreign, TRUNK)
+    middle, total = surfaces.mean_within(seen.samples, offsets, root, _TRUNK_REACH, seen.known, foreign, TRUNK)
     sure = total > _TRUNK_SUPPORT
     return np.where(sure, middle, root), sure
 
 
-def _sized_strangers(seen: Observation, expected: Expectation, root: np.ndarray, sure: np.ndarray) -> Expectation:
+def _sized_strangers(seen: ObservedPeople, expected: Expectation, root: np.ndarray, sure: np.ndarray) -> Expectation:
     """Return the expectation with strangers as large as they look at the depth of their trunk, where that is sure."""
-    known = sure & (expected.stature_spread >= STATURE_SPREAD) & np.isfinite(seen.size)
-    ratio = np.log(np.where(known, root / seen.size, 1.0))
+    known = sure & (expected.stature_spread >= STATURE_SPREAD) & np.isfinite(seen.adult_depth)
+    ratio = np.log(np.where(known, root / seen.adult_depth, 1.0))
     # the mean of what adults are and what is seen, by their spreads
     prior, seen_precision = expected.stature_spread ** -2, _LOOK_SPREAD ** -2
     stature = ADULT_STATURE * np.exp(ratio * seen_precision / (prior + seen_precision))
@@ -209,7 +152,7 @@ def _sized_strangers(seen: Observation, expected: Expectation, root: np.ndarray,
     return expected._replace(stature=expected.stature * scale, lengths=expected.lengths * scale[:, None])
 
 
-def _left_of_heads(seen: Observation, head: HeadPose, root: np.ndarray, scale: np.ndarray) -> np.ndarray:
+def _left_of_heads(seen: ObservedPeople, head: HeadPose, root: np.ndarray, scale: np.ndarray) -> np.ndarray:
     """Return unit vectors to the left of heads, (P, 3); zero of those that are hardly seen."""
     nose, _, _, right_ear, left_ear = head.depths.T / scale
     sine = (left_ear - right_ear) / (HEAD_POINTS[4, 0] - HEAD_POINTS[3, 0])
@@ -230,7 +173,8 @@ def _on_far_side(left: np.ndarray) -> np.ndarray:
     return far
 
 
-def _foreign(seen: Observation, expected: Expectation, size: np.ndarray, evidence: np.ndarray) -> Optional[np.ndarray]:
+def _foreign(seen: ObservedPeople, expected: Expectation, size: np.ndarray, evidence: np.ndarray
+             ) -> Optional[np.ndarray]:
     """Return which samples lie on other people, (P, 18, 25), or None."""
     if len(size) < 2:
         return None
@@ -239,10 +183,10 @@ def _foreign(seen: Observation, expected: Expectation, size: np.ndarray, evidenc
     others = occluders.others_depths(seen.uv, np.where(np.isfinite(known), known, first), seen.focal)
     # of a stranger, the size tells whether the surface may be the person's
     stranger = np.where(np.isfinite(size), size, first[:, 0])[:, None]
-    return occluders.foreign_samples(seen.depth, others, np.where(np.isfinite(known), known, stranger))
+    return occluders.foreign_samples(seen.samples, others, np.where(np.isfinite(known), known, stranger))
 
 
-def _head(seen: Observation, root: np.ndarray, scale: np.ndarray) -> HeadPose:
+def _head(seen: ObservedPeople, root: np.ndarray, scale: np.ndarray) -> HeadPose:
     """Return the heads; without a face, where the neck is."""
     left, right = SHOULDERS
     apart = (seen.rays[:, left, 0] - seen.rays[:, right, 0]) * root / (SHOULDER_WIDTH * scale)
@@ -252,9 +196,10 @@ def _head(seen: Observation, root: np.ndarray, scale: np.ndarray) -> HeadPose:
     return head._replace(ray=np.where(head.known[:, None], head.ray, seen.rays[:, NECK]))
 
 
-def _refined_head(seen: Observation, head: HeadPose, middle: np.ndarray, foreign: Optional[np.ndarray]) -> np.ndarray:
+def _refined_head(seen: ObservedPeople, head: HeadPose, middle: np.ndarray, foreign: Optional[np.ndarray]
+                  ) -> np.ndarray:
     """Return the depth of the middle of the ears by all the samples that fit, (P,) [m]."""
-    mean, total = surfaces.mean_within(seen.depth, -head.surface, middle, _HEAD_AGREEMENT, seen.known, foreign, HEAD)
+    mean, total = surfaces.mean_within(seen.samples, -head.surface, middle, _HEAD_AGREEMENT, seen.known, foreign, HEAD)
     return np.where(total > _HEAD_SUPPORT, mean, middle)
 
 
@@ -264,7 +209,7 @@ def measure(rays: np.ndarray, scores: np.ndarray, known: np.ndarray, depth: np.n
     """Decide which joints were seen, and put those where their surface is.
 
     Args:
-        rays, scores, known, depth: see `Observation`.
+        rays, scores, known, depth: see `ObservedPeople`.
         z: (P, 18) depths of the joints [m].
         offsets: (P, 18) depth of the joint under the surface [m].
         own: (P, 18) likelihood that the surface belongs to the person.

@@ -8,7 +8,7 @@ from openpose_ros_pkg.params.parameters import Parameters, parameter
 from skeleton_extract_3d import compiled
 from skeleton_extract_3d.body.body import ADULT_STATURE, STATURE_SPREAD
 from skeleton_extract_3d.lift import surfaces
-from skeleton_extract_3d.lift.observation import Observation
+from skeleton_extract_3d.lift.observation import ObservedPeople
 from skeleton_extract_3d.track import appearance
 from skeleton_extract_3d.track.tracks import Tracks
 
@@ -62,14 +62,12 @@ class Clothes:
         self.colours, self.known = np.zeros((people, 2, 3)), np.zeros((people, 2), bool)
 
 
-def assign(tracks: Tracks, seen: Observation, evidence: np.ndarray, clothes: Clothes, stamp: float,
-           params: IdentityParams) -> np.ndarray:
+def assign(tracks: Tracks, seen: ObservedPeople, clothes: Clothes, stamp: float, params: IdentityParams) -> np.ndarray:
     """Return the row of each person's track, -1 where there is none, (P,) int64.
 
     Args:
         tracks: predicted to this frame.
         seen: people of the frame.
-        evidence: (P, depths) what the surfaces say of the trunk's depth.
         clothes: of these people.
         stamp: [s].
     """
@@ -77,8 +75,8 @@ def assign(tracks: Tracks, seen: Observation, evidence: np.ndarray, clothes: Clo
     if not len(tracks) or not len(rows):
         return rows
     across = distances_across(tracks.joints.position, tracks.has, seen.rays, seen.known)
-    against = evidence_against(evidence, seen.size, tracks.stature / ADULT_STATURE, stature_spread(tracks),
-                               tracks.root.position[:, 0, 2])
+    against = evidence_against(seen.trunk_evidence, seen.adult_depth, tracks.stature / ADULT_STATURE,
+                               stature_spread(tracks), tracks.root.position[:, 0, 2])
     away = (stamp - tracks.last_seen)[:, None]
     allowed = across <= params.track_gate + params.walking_speed * away
     allowed &= (against <= _MOST_EVIDENCE) | (across < _JUST_THERE)

@@ -1,0 +1,83 @@
+"""The original's way of lifting: each joint at the mean of the points around its pixel."""
+from typing import Tuple
+
+import numpy as np
+
+from openpose_ros_pkg.people import People2D
+from openpose_ros_pkg.skeletons import COCO_18
+from skeleton_extract_3d.people import MEASURED, MISSING, People3D
+from skeleton_extract_3d.points.camera import check_same_aspect
+from skeleton_extract_3d.points.point_grid import PointGrid
+
+
+def lift_by_window(people: People2D, image_size: Tuple[int, int], points: PointGrid, window: int = 3,
+                   statistic: str = 'mean') -> People3D:
+    """Return the people in the frame of the points.
+
+    A joint is MEASURED where its window holds a valid point and MISSING elsewhere; sigma is not estimated.
+
+    Args:
+        people: keypoints in pixels of the image.
+        image_size: width and height of that image [px].
+        points: cloud or depth image of the same view, at the same or another resolution.
+        window: side of the window [px], odd; 3 as in the original.
+        statistic: 'mean' or 'median'.
+
+    Raises:
+        BadInputError: image and points differ in aspect ratio.
+    """
+    check_same_aspect('image', image_size, 'cloud', (points.width, points.height))
+    u, v = nearest_pixels(people.xy, image_size, (points.width, points.height))
+    seen = people.present & (u >= 0) & (u < points.width) & (v >= 0) & (v < points.height)
+    xyz = np.full((*people.xy.shape[:2], 3), np.nan)
+    xyz[seen] = _STATISTICS[statistic](points.window(u[seen], v[seen], window))
+    found = np.isfinite(xyz).all(axis=2)
+    return People3D(people.skeleton, xyz, people.confidence, np.where(found, MEASURED, MISSING),
+                    np.full(found.shape, np.nan), people.ids)
+
+
+def in_coco(people: People3D) -> np.ndarray:
+    """Return the positions of people with the joints of COCO_18, (P, 18, 3) [m]; NaN where missing."""
+    index = people.skeleton.index
+    xyz = np.full((len(people), len(COCO_18.joints), 3), np.nan)
+    for joint, name in enumerate(COCO_18.joints):
+        if name in index:
+            xyz[:, joint] = people.xyz[:, index[name]]
+    return xyz
+
+
+def nearest_pixels(xy: np.ndarray, image_size: Tuple[int, int], grid_size: Tuple[int, int]
+                   ) -> Tuple[np.ndarray, np.ndarray]:
+    """Return column and row of the grid's pixel in which positions of the image lie.
+
+    Args:
+        xy: (..., 2) [px of the image]; integers are pixel centres, so pixel 0 reaches from -0.5 to 0.5.
+        image_size, grid_size: width and height [px].
+
+    Returns:
+        u, v: (...) int64; outside the grid where the position is outside the image, -1 where it is NaN.
+    """
+    corner = (np.asarray(xy, np.float64) + 0.5) * (np.asarray(grid_size, np.float64) / np.asarray(image_size))
+    pixels = np.floor(np.where(np.isfinite(corner), corner, -1)).astype(np.int64)
+    return pixels[..., 0], pixels[..., 1]
+
+
+def _finite_mean(points: np.ndarray) -> np.ndarray:
+    """Return the mean of the finite ones of (M, N, 3) points, (M, 3); NaN if there is none."""
+    valid = np.isfinite(points).all(axis=2)
+    count = valid.sum(axis=1)[:, None]
+    total = np.where(valid[..., None], points, 0).sum(axis=1)
+    return np.where(count > 0, total / np.maximum(count, 1), np.nan)
+
+
+def _finite_median(points: np.ndarray) -> np.ndarray:
+    """Return the median per coordinate of the finite ones of (M, N, 3) points, (M, 3); NaN if there is none."""
+    valid = np.isfinite(points).all(axis=2)
+    count = valid.sum(axis=1)
+    ordered = np.sort(np.where(valid[..., None], points, np.inf), axis=1)
+    each = np.arange(len(points))
+    middle = (ordered[each, np.maximum(count - 1, 0) // 2] + ordered[each, count // 2 * (count > 0)]) / 2
+    return np.where(count[:, None] > 0, middle, np.nan)
+
+
+_STATISTICS = {'mean': _finite_mean, 'median': _finite_median}
