@@ -7,6 +7,7 @@ from openpose_ros_pkg.params.nodes import ImageTransportParams, ServiceClientPar
 from openpose_ros_pkg.params.parameters import Parameters, parameter
 from openpose_ros_pkg.stream.pairing import PairingParams
 from skeleton_extract_3d.estimator import ESTIMATOR_PARAMETERS
+from skeleton_extract_3d.points.rgbd_sequence import PLAYBACKS
 from skeleton_extract_3d.show.markers import MarkerParams
 
 
@@ -47,11 +48,15 @@ class PlayerParams(Parameters):
     folder: str = parameter('', 'Sequence folder: rgb/ or color/, depth/, camera.yaml; empty: the shipped sequence.')
     rate: float = parameter(0.0, 'Frames per second; 0: as sequence.yaml says, else 15.', unit='Hz',
                             minimum=0.0, maximum=1000.0)
-    loop: bool = parameter(True, 'Begin again at the end; stamps go on.')
+    playback: str = parameter(
+        'loop', "What comes after the last frame. 'loop': the first frame, so that people jump; 'forth_and_back': the "
+                "sequence backwards, so that they move without a jump; 'once': the node ends. Stamps always increase.",
+        choices=PLAYBACKS)
+    loop: bool = parameter(True, "False: as playback 'once', whatever playback says.")
     frame_id: str = parameter('', 'frame_id of the messages; empty: as sequence.yaml says, else camera_optical_frame.')
     keep_frames: int = parameter(
-        40, 'Finished messages of this many frames stay in memory (19 MB each at 960 x 540), so that playing them '
-            'again costs the processor no more than sending.', minimum=0, maximum=10000)
+        40, 'The messages of this many frames stay in memory (19 MB each at 960 x 540), so that playing them again '
+            'costs only sending.', minimum=0, maximum=10000)
     wait_for_subscribers: float = parameter(
         0.0, 'Before the first frame, wait up to this long for subscribers of image and points.', unit='s', minimum=0.0)
 

@@ -1,4 +1,5 @@
 """Sequence folders: what is read, and what a user may get wrong. The shipped sequence is read as well."""
+from itertools import islice
 from pathlib import Path
 
 import cv2
@@ -6,7 +7,7 @@ import numpy as np
 import pytest
 
 from openpose_ros_pkg.errors import BadInputError
-from skeleton_extract_3d.points.rgbd_sequence import RgbdSequence
+from skeleton_extract_3d.points.rgbd_sequence import PLAYBACKS, RgbdSequence, play_order
 
 SHIPPED = Path(__file__).resolve().parents[3] / 'skeleton_extract_3d' / 'demo' / 'cross'
 
@@ -138,3 +139,15 @@ def test_the_shipped_sequence_is_whole_and_small():
     # the camera stands 1.35 m above the floor
     assert sequence.T_world_camera[2, 3] == 1.35
     assert sum(path.stat().st_size for path in SHIPPED.rglob('*') if path.is_file()) <= 6_000_000
+
+
+@pytest.mark.parametrize('length, playback, expected', [
+    (4, 'loop', [0, 1, 2, 3, 0, 1, 2, 3, 0]),
+    (4, 'forth_and_back', [0, 1, 2, 3, 2, 1, 0, 1, 2]),
+    (4, 'once', [0, 1, 2, 3]),
+    (2, 'forth_and_back', [0, 1, 0, 1, 0, 1, 0, 1, 0]),
+    (1, 'forth_and_back', [0] * 9),
+], ids=str)
+def test_the_order_in_which_frames_are_played(length, playback, expected):
+    assert playback in PLAYBACKS
+    assert list(islice(play_order(length, playback), 9)) == expected

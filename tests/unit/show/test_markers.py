@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from openpose_ros_pkg.errors import ParameterError
+from openpose_ros_pkg.output.draw import person_colour
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
 from skeleton_extract_3d.show.markers import (
@@ -287,11 +288,14 @@ def test_one_colour_per_person():
 
 def test_with_a_colour_per_person_the_inferred_is_half_white_and_opacities_stay():
     params = MarkerParams(colour_by_person=True, label=True, sigma_spheres=True, joint_colour='0 0 0 0.9')
-    # hue 0 belongs to id 0
+    # hue 0 belongs to id 0; the box in the annotated image has this colour
+    red, pale = pytest.approx((1, 0.25, 0.25), abs=0.002), pytest.approx((1, 0.625, 0.625), abs=0.002)
+    assert person_colour(0) == (64, 64, 255)
     markers = people_markers(people({0: UPRIGHT}, ['nose'], {'neck': 0.05}), params, 0.2)
-    assert {marker.ns: marker.rgba for marker in markers} == {
-        'joints': (1, 0, 0, 0.9), 'joints_inferred': (1, 0.5, 0.5, 0.6), 'skeleton': (1, 0, 0, 1),
-        'skeleton_inferred': (1, 0.5, 0.5, 0.6), 'label': (1, 0, 0, 1), 'sigma': (1, 0, 0, 0.25)}
+    assert {marker.ns: marker.rgba[:3] for marker in markers} == {
+        'joints': red, 'joints_inferred': pale, 'skeleton': red, 'skeleton_inferred': pale, 'label': red, 'sigma': red}
+    assert {marker.ns: marker.rgba[3] for marker in markers} == {
+        'joints': 0.9, 'joints_inferred': 0.6, 'skeleton': 1, 'skeleton_inferred': 0.6, 'label': 1, 'sigma': 0.25}
 
 
 # Optical frame, an upright world frame (x right, y ahead, z up), and somebody who stands on the head.

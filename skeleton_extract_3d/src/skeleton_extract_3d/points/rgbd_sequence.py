@@ -7,6 +7,7 @@ Layout::
     camera.yaml      calibration as camera_calibration writes it
     sequence.yaml    optional: fps [Hz], frame_id, T_world_camera (4 x 4, row by row), depth_scale (1000 per metre)
 """
+import itertools
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Dict, Iterator, List, Optional
@@ -20,6 +21,8 @@ from skeleton_extract_3d.points.camera import CameraModel, check_same_aspect
 
 # Frames of a sequence that names none: of the camera, and of the world that T_world_camera leads to.
 DEFAULT_FRAME, WORLD_FRAME = 'camera_optical_frame', 'world'
+# What may come after the last frame when a sequence is played.
+PLAYBACKS = ('loop', 'forth_and_back', 'once')
 _COLOUR_FOLDERS = ('rgb', 'color')
 _COLOUR_SUFFIXES = ('.jpg', '.jpeg', '.png')
 # A rotation matrix that was written with four digits still counts as one.
@@ -44,7 +47,7 @@ class RgbdFrame:
 
 
 class RgbdSequence:
-    """The frames of a sequence folder, in the order of their names; pictures are read when asked for.
+    """The frames of a sequence folder, in the order of their names; images are read when asked for.
 
     Args:
         folder: holds rgb/ or color/, and depth/.
@@ -112,6 +115,21 @@ class RgbdSequence:
                                 f'shape {depth.shape}')
         check_same_aspect(str(self._depth[index]), (depth.shape[1], depth.shape[0]), 'the colour image', size)
         return RgbdFrame(index / (self.fps or 1.0), bgr, depth)
+
+
+def play_order(length: int, playback: str) -> Iterator[int]:
+    """Return the indices of the frames in the order in which they are played; endless unless played once.
+
+    Forth and back shows the first and the last frame once per turn, so that nobody stands still there.
+
+    Args:
+        length: frames of the sequence, at least 1.
+        playback: one of PLAYBACKS.
+    """
+    if playback == 'once':
+        return iter(range(length))
+    back = range(length - 2, 0, -1) if playback == 'forth_and_back' else range(0)
+    return itertools.cycle([*range(length), *back])
 
 
 def read_camera(path: Path) -> CameraModel:

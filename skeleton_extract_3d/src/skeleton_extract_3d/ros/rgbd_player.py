@@ -15,7 +15,7 @@ from openpose_ros_pkg.ros.node import run_node
 from openpose_ros_pkg.ros.parameters import read_private
 from skeleton_extract_3d.node_params import PLAYER_PARAMETERS
 from skeleton_extract_3d.points.depth import cloud_from_depth
-from skeleton_extract_3d.points.rgbd_sequence import DEFAULT_FRAME, WORLD_FRAME, RgbdSequence
+from skeleton_extract_3d.points.rgbd_sequence import DEFAULT_FRAME, WORLD_FRAME, RgbdSequence, play_order
 from skeleton_extract_3d.ros import convert
 
 _DEFAULT_RATE = 15.0
@@ -49,17 +49,15 @@ class RgbdPlayer:
         period = 1.0 / (self._params.rate or self._sequence.fps or _DEFAULT_RATE)
         # wall time: a stand-in for hardware does not follow a simulated clock
         next_time = time.monotonic()
-        while not rospy.is_shutdown():
-            for index in range(len(self._sequence)):
-                messages = self._messages(index)
-                time.sleep(max(0.0, next_time - time.monotonic()))
-                next_time = max(next_time + period, time.monotonic())
-                if rospy.is_shutdown():
-                    return
-                self._publish(*messages)
-            if not self._params.loop:
-                rospy.loginfo('end of the sequence')
-                rospy.signal_shutdown('end of the sequence')
+        for index in play_order(len(self._sequence), self._params.playback if self._params.loop else 'once'):
+            messages = self._messages(index)
+            time.sleep(max(0.0, next_time - time.monotonic()))
+            next_time = max(next_time + period, time.monotonic())
+            if rospy.is_shutdown():
+                return
+            self._publish(*messages)
+        rospy.loginfo('end of the sequence')
+        rospy.signal_shutdown('end of the sequence')
 
     def _wait_for_subscribers(self) -> None:
         deadline = time.monotonic() + self._params.wait_for_subscribers
@@ -70,7 +68,7 @@ class RgbdPlayer:
             time.sleep(0.01)
 
     def _messages(self, index: int) -> Tuple[Image, PointCloud2, Image, CameraInfo]:
-        """Return image, cloud, depth image and camera info of a frame; the first ones are made only once."""
+        """Return image, cloud, depth image and camera info of a frame; the first keep_frames frames are made once."""
         if index in self._kept:
             return self._kept[index]
         frame, camera, header = self._sequence.frame(index), self._sequence.camera, Header(frame_id=self._frame_id)

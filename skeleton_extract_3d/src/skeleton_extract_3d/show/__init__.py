@@ -1,1 +1,1 @@
-"""Markers and the console report."""
+"""What people look like to a user: RViz markers and the console report."""
