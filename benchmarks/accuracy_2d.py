@@ -23,7 +23,7 @@ import yaml
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'openpose_ros_pkg' / 'src'))
 
-from openpose_ros_pkg.detect.detector import DETECTOR_PARAMETERS, Detector, create_detector
+from openpose_ros_pkg.detect.detector import Detector, DetectorSettings, create_detector
 from openpose_ros_pkg.errors import OpenposeRosError
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import People2D, keypoints_in
@@ -115,8 +115,8 @@ def main() -> None:
         for texts in (args.set, args.time_against))
     images = json.loads(args.annotations.read_text())['images'][:args.limit]
     try:
-        detector = create_detector(*build(DETECTOR_PARAMETERS, values))
-        reference = create_detector(*build(DETECTOR_PARAMETERS, reference_values)) if reference_values else None
+        detector = create_detector(build(DetectorSettings, values))
+        reference = create_detector(build(DetectorSettings, reference_values)) if reference_values else None
         results, times = detect_all(detector, images, args.images, reference)
     except OpenposeRosError as error:
         raise SystemExit(str(error)) from error

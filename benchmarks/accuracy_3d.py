@@ -21,9 +21,9 @@ import subprocess
 import sys
 import tempfile
 import time
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Callable, Dict, List, Sequence, Tuple
+from typing import Any, Callable, Dict, List, Tuple
 
 import numpy as np
 import yaml
@@ -31,20 +31,18 @@ import yaml
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'openpose_ros_pkg' / 'src'))
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'skeleton_extract_3d' / 'src'))
 
-from openpose_ros_pkg.detect.detector import DETECTOR_PARAMETERS, create_detector
+from openpose_ros_pkg.detect.detector import DetectorSettings, create_detector
 from openpose_ros_pkg.detect.tracking import KeypointTracker, TrackingParams
 from openpose_ros_pkg.errors import OpenposeRosError
-from openpose_ros_pkg.params.parameters import Parameters, build
+from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
-from skeleton_extract_3d.estimator import ESTIMATOR_PARAMETERS, PeopleEstimator, SmoothingParams
+from skeleton_extract_3d.estimator import EstimatorSettings, PeopleEstimator
 from skeleton_extract_3d.people import MEASURED, People3D
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.depth import DepthImage
 from skeleton_extract_3d.points.rgbd_sequence import RgbdSequence
 
-# Some parameters of the estimator and of the tracker in the image have one name; here they are one.
-PARAMETERS = (*DETECTOR_PARAMETERS, TrackingParams, *ESTIMATOR_PARAMETERS)
 # Label of joints that are seen, in gt.json.
 VISIBLE = 2
 # Who is that near to somebody, by the median of the joints, is that person [m]; paths of so many frames tell a lag.
@@ -53,6 +51,15 @@ PART_FIELDS = ('x', 'y', 'z', 'confidence', 'status', 'sigma')
 
 # From the number of a frame and its picture to the people in it.
 FindPeople = Callable[[int, np.ndarray], People2D]
+
+
+@dataclass(frozen=True)
+class ChainSettings:
+    """The parameters of the chain; those that tracker and estimator both have are one here."""
+
+    detector: DetectorSettings
+    tracking: TrackingParams
+    estimator: EstimatorSettings
 
 
 def open_sequence(folder: Path) -> RgbdSequence:
@@ -94,10 +101,10 @@ def find_people(sequence: RgbdSequence, find: FindPeople, tracking: TrackingPara
     return people, times
 
 
-def estimate(sequence: RgbdSequence, people: List[People2D], params: Sequence[Parameters]
+def estimate(sequence: RgbdSequence, people: List[People2D], settings: EstimatorSettings
              ) -> Tuple[List[Tuple[float, People3D]], List[float]]:
     """Return time [s] and people of each frame, and the milliseconds that each took."""
-    estimator, frames, times = PeopleEstimator(COCO_18, *params), [], []
+    estimator, frames, times = PeopleEstimator(COCO_18, settings), [], []
     size = (sequence.camera.width, sequence.camera.height)
     for frame, found in zip(sequence, people):
         points = DepthImage(frame.depth, sequence.camera)
@@ -183,11 +190,9 @@ def main() -> None:
     parser.add_argument('--evaluate', type=Path, help='script that scores pairs of sequence folder and CSV')
     arguments = parser.parse_args()
     try:
-        parts = build(PARAMETERS, parameter_values(arguments.set))
-        detector_params, tracking = parts[:len(DETECTOR_PARAMETERS)], parts[len(DETECTOR_PARAMETERS)]
-        params = parts[len(DETECTOR_PARAMETERS) + 1:]
-        raw = tuple(replace(part, smoothing=False) if isinstance(part, SmoothingParams) else part for part in params)
-        detector = None if arguments.exact_2d else create_detector(*detector_params)
+        settings = build(ChainSettings, parameter_values(arguments.set))
+        raw = replace(settings.estimator, smoothing=replace(settings.estimator.smoothing, smoothing=False))
+        detector = None if arguments.exact_2d else create_detector(settings.detector)
         with tempfile.TemporaryDirectory() as temporary:
             out = arguments.out or Path(temporary)
             out.mkdir(parents=True, exist_ok=True)
@@ -195,9 +200,9 @@ def main() -> None:
             for folder in arguments.sequences:
                 find = exact_people(folder) if detector is None else lambda _, bgr: detector.detect(bgr)
                 sequence = open_sequence(folder)
-                people, milliseconds = find_people(sequence, find, tracking)
+                people, milliseconds = find_people(sequence, find, settings.tracking)
                 detecting += milliseconds
-                frames, milliseconds = estimate(sequence, people, params)
+                frames, milliseconds = estimate(sequence, people, settings.estimator)
                 estimating += milliseconds
                 path = out / f'{folder.resolve().parent.name}_{folder.resolve().name}.csv'
                 write_csv(path, frames)

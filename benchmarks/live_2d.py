@@ -30,9 +30,9 @@ from openpose_ros_msgs.srv import GetPersons
 from sensor_msgs.msg import Image
 from std_msgs.msg import Header
 
-from openpose_ros_pkg.detect.detector import DETECTOR_PARAMETERS, create_detector
+from openpose_ros_pkg.detect.detector import create_detector
 from openpose_ros_pkg.errors import OpenposeRosError
-from openpose_ros_pkg.params.nodes import SERVICE_PARAMETERS
+from openpose_ros_pkg.params.nodes import ServiceSettings
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.ros.convert import bgr_to_image
 from openpose_ros_pkg.ros.session import ResultWatch, Session, wait_for
@@ -96,8 +96,7 @@ def run_camera(arguments: argparse.Namespace) -> None:
 def run_bare(arguments: argparse.Namespace) -> None:
     """Compute one prepared picture over and over; print when each computation ended [s], time.monotonic()."""
     rospy.init_node('bare_network')
-    parameters = dict(zip(SERVICE_PARAMETERS, build(SERVICE_PARAMETERS, given_parameters(arguments))))
-    detector = create_detector(*(parameters[kind] for kind in DETECTOR_PARAMETERS))
+    detector = create_detector(build(ServiceSettings, given_parameters(arguments)).detector)
     subscriber = rospy.Subscriber(TOPIC, rospy.AnyMsg, queue_size=1)
     prepared = detector.prepare(pictures(arguments.size)[0])
     while not rospy.is_shutdown():

@@ -29,7 +29,7 @@ import rosbag
 from std_msgs.msg import Header
 
 from openpose_ros_pkg.command_line import add_settings, setting_values
-from openpose_ros_pkg.detect.detector import DETECTOR_PARAMETERS, create_detector
+from openpose_ros_pkg.detect.detector import DetectorSettings, create_detector
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.ros.convert import bgr_to_image
 from openpose_ros_pkg.ros.node import keep_large_blocks
@@ -70,7 +70,7 @@ def throughput(folder: Path, sequence: RgbdSequence, options: argparse.Namespace
     """Print the rate of the bare network, of the command, and their ratio."""
     source = write_recording(folder / 'throughput.bag', sequence, options.frames, options.points)
     keep_large_blocks()  # as the command does
-    detector = create_detector(*build(DETECTOR_PARAMETERS, values))
+    detector = create_detector(build(DetectorSettings, values))
     pictures = [sequence.frame(number % len(sequence)).bgr for number in range(options.frames)]
     detector.detect(pictures[0])  # compiles the networks
     network, command = [], []
@@ -82,7 +82,7 @@ def throughput(folder: Path, sequence: RgbdSequence, options: argparse.Namespace
         network.append(len(pictures) / (time.perf_counter() - began))
         began = time.perf_counter()
         report = process(BagJob(source, folder / 'throughput_out.bag', folder / 'throughput.csv', values=values,
-                                create=lambda *_: detector))
+                                create=lambda _: detector))
         command.append(report.frames / (time.perf_counter() - began))
     ratios = [whole / bare for whole, bare in zip(command, network)]
     print(f'{options.points}, {options.frames} frames, {options.rounds} rounds, {detector.recipe.description}')

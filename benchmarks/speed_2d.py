@@ -22,7 +22,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'openpose_ros_pkg' / 'src'))
 
 from openpose_ros_pkg.decode import DecodeParams
-from openpose_ros_pkg.detect.detector import DETECTOR_PARAMETERS, Detector, create_detector
+from openpose_ros_pkg.detect.detector import Detector, DetectorSettings, create_detector
 from openpose_ros_pkg.errors import OpenposeRosError
 from openpose_ros_pkg.params.parameters import build
 
@@ -85,7 +85,7 @@ def ratio(one: Case, other: Case) -> float:
 def detector_for(backend: str, size: str, threads: int, model: str) -> Detector:
     """Load one network with one runtime for one size of its input."""
     width, height = (int(side) for side in size.split('x'))
-    return create_detector(*build(DETECTOR_PARAMETERS, {
+    return create_detector(build(DetectorSettings, {
         'pose_model': model, 'net_input_width': width, 'net_input_height': height, 'backend': backend,
         'threads': threads}))
 
@@ -141,7 +141,8 @@ def decode_table(options: argparse.Namespace) -> List[List[str]]:
             continue
         cases = {}
         for people, frame in zip(PEOPLE, frames):
-            frame = replace(frame, setup=replace(frame.setup, decode=decode_params))
+            settings = replace(frame.setup.settings, decode=decode_params)
+            frame = replace(frame, setup=replace(frame.setup, settings=settings))
             cases[people] = Case(lambda f=frame: detector.finish(f))
         found = [len(case.call()) for case in cases.values()]
         time_rounds(cases, 10 * options.rounds)

@@ -14,7 +14,7 @@ import os
 import sys
 import time
 from pathlib import Path
-from typing import Any, Dict, Iterator, List, NamedTuple, Tuple
+from typing import Dict, Iterator, List, NamedTuple, Tuple
 
 import cv2
 import numpy as np
@@ -28,7 +28,7 @@ from openpose_ros_pkg.errors import OpenposeRosError
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
-from skeleton_extract_3d.estimator import ESTIMATOR_PARAMETERS, PeopleEstimator
+from skeleton_extract_3d.estimator import EstimatorSettings, PeopleEstimator
 from skeleton_extract_3d.points.cloud import OrganizedCloud
 from skeleton_extract_3d.points.depth import cloud_from_depth
 from synthetic_scene import Person, Room, pinhole, render, walking, with_flying_pixels, with_noise
@@ -98,12 +98,12 @@ def to_and_fro(inputs: List[Input]) -> Iterator[Input]:
         yield from inputs[-2:0:-1]
 
 
-def measure(numbers: List[int], rounds: int, warm_up: int, frames: int, params: Tuple[Any, ...]
+def measure(numbers: List[int], rounds: int, warm_up: int, frames: int, settings: EstimatorSettings
             ) -> Tuple[Dict[int, Timings], Dict[int, float]]:
     """Return the timings of each number of people, and how many people were in the picture on average."""
     scenes = {count: inputs_of(count, frames) for count in numbers}
     shown = {count: float(np.mean([len(each.people) for each in scene])) for count, scene in scenes.items()}
-    runs = {count: (PeopleEstimator(COCO_18, *params), to_and_fro(scene)) for count, scene in scenes.items()}
+    runs = {count: (PeopleEstimator(COCO_18, settings), to_and_fro(scene)) for count, scene in scenes.items()}
     timings = {count: Timings() for count in numbers}
     for number in range(warm_up + rounds):
         for count, (estimator, stream) in runs.items():
@@ -149,8 +149,8 @@ def main() -> None:
     cv2.setNumThreads(1)
     pairs = [setting.partition('=') for setting in arguments.set]
     try:
-        params = build(ESTIMATOR_PARAMETERS, {key: yaml.safe_load(value) for key, _, value in pairs})
-        timings, shown = measure(arguments.people, arguments.rounds, arguments.warm_up, arguments.frames, params)
+        settings = build(EstimatorSettings, {key: yaml.safe_load(value) for key, _, value in pairs})
+        timings, shown = measure(arguments.people, arguments.rounds, arguments.warm_up, arguments.frames, settings)
     except OpenposeRosError as error:
         raise SystemExit(f'error: {error}') from error
     sys.stdout.write(f'ms of PeopleEstimator.update at {SIZE[0]} x {SIZE[1]}, one core; stages are medians\n\n'

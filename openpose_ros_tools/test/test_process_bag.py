@@ -43,7 +43,7 @@ from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.ros import convert as convert_2d
 from openpose_ros_pkg.skeletons import COCO_18
 from openpose_ros_tools.ros.process_bag.program import main
-from skeleton_extract_3d.estimator import ESTIMATOR_PARAMETERS, PeopleEstimator
+from skeleton_extract_3d.estimator import EstimatorSettings, PeopleEstimator
 from skeleton_extract_3d.people import MEASURED
 from skeleton_extract_3d.points.depth import DepthImage
 from skeleton_extract_3d.ros import convert
@@ -226,7 +226,7 @@ def test_people_are_where_they_truly_are(run, recording, out):
 def test_results_are_those_of_the_steps_of_the_nodes(run, recording, out):
     assert run(recording) == 0
     tracker, detector = KeypointTracker(TrackingParams()), KnowingDetector()
-    estimator = PeopleEstimator(COCO_18, *build(ESTIMATOR_PARAMETERS, {}))
+    estimator = PeopleEstimator(COCO_18, build(EstimatorSettings, {}))
     for number, (array, array_2d) in enumerate(zip(arrays(out), arrays(out, 'detected_poses'))):
         header = Header(number, stamp_of(number), FRAME_ID)
         found = tracker.update(detector.detect(frame(number).bgr), header.stamp.to_sec())

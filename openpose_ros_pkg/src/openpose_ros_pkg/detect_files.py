@@ -23,7 +23,7 @@ import numpy as np
 from tqdm import tqdm
 
 from openpose_ros_pkg.command_line import DONE, SOME_FAILED, add_settings, run_command, setting_values
-from openpose_ros_pkg.detect.detector import DETECTOR_PARAMETERS, create_detector
+from openpose_ros_pkg.detect.detector import Detector, DetectorSettings, create_detector
 from openpose_ros_pkg.detect.tracking import KeypointTracker, TrackingParams
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.natural_order import natural_key
@@ -40,6 +40,17 @@ _log = logging.getLogger(__name__)
 VIDEO_SUFFIXES = ('.mp4', '.avi', '.mov', '.mkv', '.webm', '.m4v', '.mpg', '.mpeg', '.wmv')
 # Frame rate by which people are followed through videos that name none [Hz].
 _VIDEO_RATE = 25.0
+
+
+@dataclass(frozen=True)
+class FileSettings:
+    """All parameters that the command takes."""
+
+    detector: DetectorSettings
+    tracking: TrackingParams
+    draw: DrawParams
+    keypoint_scale: KeypointScaleParams
+    save: SaveParams
 
 
 @dataclass(frozen=True)
@@ -155,7 +166,8 @@ def detect_inputs(inputs: Sequence[InputFile], detector: Any, recorder: Recorder
             report.unreadable.append(item.path)
 
 
-def main(arguments: Optional[Sequence[str]] = None, create: Callable[..., Any] = create_detector) -> int:
+def main(arguments: Optional[Sequence[str]] = None,
+         create: Callable[[DetectorSettings], Detector] = create_detector) -> int:
     """Run the command; return the exit status.
 
     Args:
@@ -167,9 +179,10 @@ def main(arguments: Optional[Sequence[str]] = None, create: Callable[..., Any] =
     return run_command('detect_files', lambda: _run(options, _values(parser, options), create))
 
 
-def _run(options: argparse.Namespace, values: Dict[str, Any], create: Callable[..., Any]) -> int:
-    *of_detector, tracking, draw, scale, save = build(
-        (*DETECTOR_PARAMETERS, TrackingParams, DrawParams, KeypointScaleParams, SaveParams), values)
+def _run(options: argparse.Namespace, values: Dict[str, Any],
+         create: Callable[[DetectorSettings], Detector]) -> int:
+    settings = build(FileSettings, values)
+    save = settings.save
     if not save.active:
         raise ParameterError('nothing to save: give --write-json, --write-images, --write-video or --write-keypoint')
     inputs, bad = find_inputs(options.inputs, lambda path: _is_result(path, save))
@@ -178,16 +191,17 @@ def _run(options: argparse.Namespace, values: Dict[str, Any], create: Callable[.
         _log.warning('%s %s', path, 'holds no pictures or videos' if path.is_dir() else 'does not exist')
     check_names(inputs)
     _check_video(save, inputs, options.overwrite)
-    writer = FrameWriter(save, draw, scale, next((item.rate for item in inputs if item.rate), None))
+    rate = next((item.rate for item in inputs if item.rate), None)
+    writer = FrameWriter(save, settings.draw, settings.keypoint_scale, rate)
     counters: Dict[str, int] = {'written': 0, 'failed': 0}
     try:
         with ExitStack() as stack:
             may_skip = not options.overwrite and not save.write_video  # a video needs every frame
             skip = {item for item in inputs if may_skip and _is_done(item, writer)}
-            detector = create(*of_detector) if len(skip) < len(inputs) else None
+            detector = create(settings.detector) if len(skip) < len(inputs) else None
             recorder = stack.enter_context(Recorder(writer, wait_when_full=True))
             progress = stack.enter_context(tqdm(total=sum(item.frames for item in inputs), unit='frame', disable=None))
-            detect_inputs(inputs, detector, recorder, tracking, skip, progress, report)
+            detect_inputs(inputs, detector, recorder, settings.tracking, skip, progress, report)
     finally:
         counters = {'written': writer.written, 'failed': writer.failed}
         if report.frames or report.skipped or report.unreadable:

@@ -73,7 +73,16 @@ class SmoothingParams(Parameters):
         minimum=0.1, maximum=100.0)
 
 
-ESTIMATOR_PARAMETERS = (LiftingParams, OcclusionParams, IdentityParams, SmoothingParams)
+@dataclass(frozen=True)
+class EstimatorSettings:
+    """All parameters of the estimator."""
+
+    lifting: LiftingParams
+    occlusion: OcclusionParams
+    identity: IdentityParams
+    smoothing: SmoothingParams
+
+
 # Stages of `Estimate.timing`, in order.
 STAGES = ('observe', 'identity', 'lift', 'filter', 'complete')
 
@@ -99,28 +108,28 @@ class PeopleEstimator:
 
     Args:
         skeleton: joints of the people.
-        params: an instance of each class in ESTIMATOR_PARAMETERS, in that order.
+        settings: how people are lifted, followed and smoothed.
         ids: where new people's ids come from: estimators that share it never give the same one. None: 0, 1, 2, ...
     """
 
-    def __init__(self, skeleton: SkeletonModel, *params: Parameters, ids: Optional[Iterator[int]] = None) -> None:
+    def __init__(self, skeleton: SkeletonModel, settings: EstimatorSettings,
+                 ids: Optional[Iterator[int]] = None) -> None:
         self._skeleton = skeleton
         self._tracks = Tracks()
         self._ids = itertools.count() if ids is None else ids
         self._stamp: Optional[float] = None
         self._camera: Optional[CameraModel] = None
         self._tracking_from_points: Optional[Tuple[np.ndarray, np.ndarray]] = None
-        self._lifting, self._occlusion, self._identity, self._smoothing = params
-        self._method = make_lifting(self._lifting, self._occlusion.occlusion)
+        self._settings = settings
+        self._method = make_lifting(settings.lifting, settings.occlusion.occlusion)
 
-    def reconfigure(self, *params: Parameters) -> None:
+    def reconfigure(self, settings: EstimatorSettings) -> None:
         """Take other parameters from the next frame on; people keep their ids, unless tracking begins or ends."""
-        self._lifting, self._occlusion, identities, self._smoothing = params
-        self._method = make_lifting(self._lifting, self._occlusion.occlusion)
-        if identities.tracking != self._identity.tracking:
+        if settings.identity.tracking != self._settings.identity.tracking:
             # ids of the detection service are not those that are given out here
             self._forget()
-        self._identity = identities
+        self._settings = settings
+        self._method = make_lifting(settings.lifting, settings.occlusion.occlusion)
 
     def update(self, people_2d: People2D, image_size: Tuple[int, int], points: PointGrid, stamp: float,
                bgr: Optional[np.ndarray] = None,
@@ -141,8 +150,9 @@ class PeopleEstimator:
         """
         check_same_aspect('image', image_size, 'cloud', (points.width, points.height))
         people_2d = _select(people_2d, np.flatnonzero(people_2d.present.any(axis=1)))
-        if self._lifting.lifting == 'mean3x3' and not self._identity.tracking:
-            people = lift_by_window(people_2d, image_size, points, self._lifting.window, self._lifting.statistic)
+        lifting = self._settings.lifting
+        if lifting.lifting == 'mean3x3' and not self._settings.identity.tracking:
+            people = lift_by_window(people_2d, image_size, points, lifting.window, lifting.statistic)
             return Estimate(people, people_2d)
         clock = _Clock()
         camera = points.camera_model()
@@ -153,7 +163,7 @@ class PeopleEstimator:
         seen = observe(people_2d, image_size, points, self._camera)
         clock.lap('observe')
         clothes = self._clothes(people_2d, points, image_size, bgr, seen)
-        rows = identity.assign(self._tracks, seen, clothes, stamp, self._identity)
+        rows = identity.assign(self._tracks, seen, clothes, stamp, self._settings.identity)
         clock.lap('identity')
         lifted = self._method.lift(seen, points, self._expectation(rows, elapsed))
         clock.lap('lift')
@@ -171,16 +181,16 @@ class PeopleEstimator:
     def _advance(self, stamp: float, tracking_from_points: Optional[Tuple[np.ndarray, np.ndarray]]) -> float:
         """Bring the tracks to a time and to where the camera is now; return the time that passed [s]."""
         tracks, before = self._tracks, self._stamp
-        if not self._identity.tracking or (before is not None and stamp < before - _RESET_BACKSTEP):
+        if not self._settings.identity.tracking or (before is not None and stamp < before - _RESET_BACKSTEP):
             self._forget()
             before = None
         elapsed = 0.0 if before is None else max(stamp - before, 0.0)
         self._stamp = stamp if before is None else max(stamp, before)
-        tracks.keep(stamp - tracks.last_seen <= self._identity.track_timeout)
+        tracks.keep(stamp - tracks.last_seen <= self._settings.identity.track_timeout)
         if len(tracks) and tracking_from_points is not None and self._tracking_from_points is not None:
             tracks.transform(*frame_change(self._tracking_from_points, tracking_from_points))
         self._tracking_from_points = tracking_from_points
-        tracks.predict(elapsed, self._smoothing.acceleration, self._smoothing.walking_acceleration)
+        tracks.predict(elapsed, self._settings.smoothing.acceleration, self._settings.smoothing.walking_acceleration)
         return elapsed
 
     def _forget(self) -> None:
@@ -190,7 +200,7 @@ class PeopleEstimator:
                  seen: ObservedPeople) -> Clothes:
         """Return the colours of the clothes, where the surface is near the person's."""
         clothes = Clothes(len(people))
-        if bgr is None or not self._identity.use_clothes or not len(people):
+        if bgr is None or not self._settings.identity.use_clothes or not len(people):
             return clothes
         trunk = surfaces.lower_median(seen.samples[:, _SQUARE].reshape(len(people), -1))
         upper, lower = appearance.clothes_pixels(seen.uv)
@@ -229,11 +239,11 @@ class PeopleEstimator:
         new = rows < 0
         # what can not be measured does not speak against a newcomer
         measurable = (seen.known & np.isfinite(seen.samples).any(axis=2)).sum(axis=1)
-        new &= lifted.measured.sum(axis=1) >= np.minimum(self._identity.birth_joints, measurable)
+        new &= lifted.measured.sum(axis=1) >= np.minimum(self._settings.identity.birth_joints, measurable)
         new &= ~identity.repeated(lifted.xyz, seen.known, rows >= 0)
         begun = np.flatnonzero(new)
         if len(begun):
-            if not self._identity.tracking and (people.ids >= 0).all():
+            if not self._settings.identity.tracking and (people.ids >= 0).all():
                 ids = people.ids[begun]
             else:
                 ids = np.array([next(self._ids) for _ in begun])
@@ -246,7 +256,7 @@ class PeopleEstimator:
     def _correct(self, rows: np.ndarray, seen: ObservedPeople, lifted: Lifted, clothes: Clothes, people: np.ndarray,
                  stamp: float) -> np.ndarray:
         """Take the frame into the tracks; return which joints it placed, (N, 18)."""
-        tracks, occlusion = self._tracks, self._occlusion
+        tracks, occlusion = self._tracks, self._settings.occlusion
         believable = (seen.scores >= occlusion.hidden_min_score) & (lifted.plausible | (seen.scores > _SURE_SCORE))
         trusted = lifted.measured | believable if occlusion.occlusion else lifted.measured
         trusted &= seen.known & (seen.scores >= occlusion.measured_min_score)
@@ -299,7 +309,7 @@ class PeopleEstimator:
                 stamp: float, elapsed: float, people_2d: People2D, image_size: Tuple[int, int]
                 ) -> Tuple[People3D, np.ndarray]:
         """Return who is there and where, and the ids."""
-        tracks, occlusion = self._tracks, self._occlusion
+        tracks, occlusion = self._tracks, self._settings.occlusion
         sigma = np.sqrt(tracks.joints.sigmas() ** 2 + _BODY_SIGMA ** 2)
         # it is the same in every frame, so no filter takes it away
         sigma[rows] = np.maximum(sigma[rows], _size_error(lifted))
@@ -314,7 +324,7 @@ class PeopleEstimator:
                 hidden = unseen[completion.hidden_and_there(tracks, unseen, points, self._camera)]
         position = tracks.joints.position[rows]
         read = lifted.measured & trusted
-        if self._smoothing.smoothing and occlusion.occlusion:
+        if self._settings.smoothing.smoothing and occlusion.occlusion:
             # where the filter does not follow the surface, its answer is not read from there
             read &= ((position - lifted.xyz) ** 2).sum(axis=2) < _MEASURED_REACH ** 2
         status = np.where(placed, np.where(read, MEASURED, INFERRED), MISSING)
@@ -323,14 +333,14 @@ class PeopleEstimator:
         status = np.concatenate([status, of_hidden]).astype(np.uint8)
         everybody = np.concatenate([rows, hidden])
         position = tracks.joints.position[everybody]
-        if not self._smoothing.smoothing:
+        if not self._settings.smoothing.smoothing:
             position[:len(rows)] = np.where(trusted[..., None], lifted.xyz, position[:len(rows)])
         known = status != MISSING
         scores = np.concatenate([seen.scores, np.zeros((len(hidden), seen.scores.shape[1]))])
         people = People3D(
             COCO_18, np.where(known[..., None], position, np.nan), scores, status,
             np.where(known, sigma[everybody], np.nan), tracks.ids[everybody],
-            np.where(known[..., None] & self._identity.tracking, tracks.joints.velocity[everybody], np.nan))
+            np.where(known[..., None] & self._settings.identity.tracking, tracks.joints.velocity[everybody], np.nan))
         uv = grid_positions(people_2d.xy, image_size, (points.width, points.height))
         return in_skeleton(people, people_2d, uv, points, self._camera), people.ids
 

@@ -1,12 +1,12 @@
 """Which parameters each node of this package reads, and those that only nodes have."""
-from dataclasses import dataclass, fields
-from typing import Dict, Tuple, Type
+from dataclasses import dataclass
+from typing import Any, Dict, Tuple, Type
 
 from openpose_ros_pkg.output.draw import DrawParams
 from openpose_ros_pkg.params.nodes import ImageTransportParams, ServiceClientParams
-from openpose_ros_pkg.params.parameters import Parameters, parameter
+from openpose_ros_pkg.params.parameters import Parameters, parameter, parameter_fields
 from openpose_ros_pkg.stream.pairing import PairingParams
-from skeleton_extract_3d.estimator import ESTIMATOR_PARAMETERS
+from skeleton_extract_3d.estimator import EstimatorSettings
 from skeleton_extract_3d.points.rgbd_sequence import PLAYBACKS
 from skeleton_extract_3d.show.markers import MarkerParams
 
@@ -61,18 +61,24 @@ class PlayerParams(Parameters):
         0.0, 'Before the first frame, wait up to this long for subscribers of image and points.', unit='s', minimum=0.0)
 
 
-EXTRACTOR_PARAMETERS = (ExtractorParams, *ESTIMATOR_PARAMETERS, PairingParams, ServiceClientParams,
-                        ImageTransportParams, DrawParams)
-VISUALIZATION_PARAMETERS = (MarkerParams,)
-PLAYER_PARAMETERS = (PlayerParams,)
+@dataclass(frozen=True)
+class ExtractorSettings:
+    """All that the extractor reads."""
+
+    extractor: ExtractorParams
+    estimator: EstimatorSettings
+    pairing: PairingParams
+    service: ServiceClientParams
+    transport: ImageTransportParams
+    draw: DrawParams
+
 
 # What dynamic_reconfigure may change in the running extractor.
-LIVE_PARAMETERS: Tuple[str, ...] = tuple(
-    field.name for cls in (*ESTIMATOR_PARAMETERS, DrawParams) for field in fields(cls))
+LIVE_PARAMETERS: Tuple[str, ...] = tuple(field.name for field in parameter_fields(EstimatorSettings, DrawParams))
 
-# Parameter classes of each file in config/; a node loads the file of its name.
-CONFIG_FILES: Dict[str, Tuple[Type[Parameters], ...]] = {
-    'skeleton_extract_3d_node.yaml': EXTRACTOR_PARAMETERS,
-    'skeleton_extract_3d_visualization_node.yaml': VISUALIZATION_PARAMETERS,
-    'rgbd_player_node.yaml': PLAYER_PARAMETERS,
+# The parameters of each file in config/; a node loads the file of its name.
+CONFIG_FILES: Dict[str, Type[Any]] = {
+    'skeleton_extract_3d_node.yaml': ExtractorSettings,
+    'skeleton_extract_3d_visualization_node.yaml': MarkerParams,
+    'rgbd_player_node.yaml': PlayerParams,
 }

@@ -7,7 +7,7 @@ import pytest
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import BODY_25, COCO_17, COCO_18, MPI_15
-from skeleton_extract_3d.estimator import ESTIMATOR_PARAMETERS, PeopleEstimator
+from skeleton_extract_3d.estimator import EstimatorSettings, PeopleEstimator
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING
 from skeleton_extract_3d.points.depth import DepthImage
 from synthetic_scene import (
@@ -68,7 +68,7 @@ def update(estimator, people, depth, stamp):
 
 
 def new_estimator(skeleton):
-    return PeopleEstimator(skeleton, *build(ESTIMATOR_PARAMETERS, {}))
+    return PeopleEstimator(skeleton, build(EstimatorSettings, {}))
 
 
 def answer(people, room=FREE):

@@ -2,7 +2,6 @@
 import logging
 import threading
 import time
-import typing
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -12,37 +11,36 @@ import numpy as np
 import pytest
 
 import openpose_ros_pkg.detect.detector
-from openpose_ros_pkg.decode import DecodeParams
-from openpose_ros_pkg.decode.direct import DirectDecodeParams
-from openpose_ros_pkg.detect.detector import DETECTOR_PARAMETERS, Detector, Networks, create_detector
-from openpose_ros_pkg.detect.ensemble import EnsembleParams
+from openpose_ros_pkg.detect.detector import Detector, DetectorSettings, Networks, create_detector
 from openpose_ros_pkg.detect.recipes import FASTER, MODES, DetectorParams, recipe_of
 from openpose_ros_pkg.errors import BadInputError, ModelError, ParameterError
 from openpose_ros_pkg.networks.backends import BackendParams
 from openpose_ros_pkg.networks.backends.self_check import reference_path
 from openpose_ros_pkg.networks.models import FETCHED, MOBILENET_THIN, MOVENET_MULTIPOSE, weights_path
 from openpose_ros_pkg.networks.preprocess import fit_image
+from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.skeletons import COCO_18
 from stand_in_networks import MovenetNetwork, PafNetwork, Together, chart, in_order, mirrored, person_at
 
 SIZE = (640, 480)
 ALONE = {'pose_model': 'mobilenet_thin', 'net_input_width': 656, 'net_input_height': 368}
 ALL_MODES = pytest.mark.parametrize('mode', MODES)
-DEFAULTS = (DecodeParams(), DirectDecodeParams(), EnsembleParams())
 
 
-def alone(network, decode_params=None, **params):
+def settings(**values):
+    return build(DetectorSettings, values)
+
+
+def alone(network, **values):
     """Return a detector with mobilenet_thin alone, at OpenPose's size."""
-    return Detector(DetectorParams(**{**ALONE, **params}), Together(mobilenet_thin=network),
-                    decode_params or DecodeParams(), DirectDecodeParams(), EnsembleParams())
+    return Detector(settings(**{**ALONE, **values}), Together(mobilenet_thin=network))
 
 
-def together(paf=(), movenet=None, size=SIZE, decode_params=None, ensemble_params=None, **params):
+def together(paf=(), movenet=None, size=SIZE, **values):
     """Return a detector of which mobilenet_thin and MoveNet see these people; by default both the same."""
     networks = Together(mobilenet_thin=PafNetwork(paf, size),
                         movenet_multipose=MovenetNetwork(paf if movenet is None else movenet, size))
-    return Detector(DetectorParams(**params), networks, decode_params or DecodeParams(), DirectDecodeParams(),
-                    ensemble_params or EnsembleParams())
+    return Detector(settings(**values), networks)
 
 
 def moved(person, x, y):
@@ -126,13 +124,12 @@ def test_read_only_image_is_left_alone(mode):
 def test_thresholds_of_the_decoder():
     weak = PafNetwork([person_at(320, 80, 360)], confidence=0.4)
     assert len(alone(weak).detect(chart(*SIZE))) == 1
-    assert len(alone(weak, DecodeParams(person_min_score=0.6)).detect(chart(*SIZE))) == 0
+    assert len(alone(weak, person_min_score=0.6).detect(chart(*SIZE))) == 0
 
 
 def test_a_network_that_finds_people_itself():
     person = person_at(320, 80, 360)
-    unit = Detector(DetectorParams(pose_model='movenet_multipose'),
-                    Together(movenet_multipose=MovenetNetwork([person])), *DEFAULTS)
+    unit = Detector(settings(pose_model='movenet_multipose'), Together(movenet_multipose=MovenetNetwork([person])))
     assert not unit.recipe.is_ensemble
     found = unit.detect(chart(*SIZE))
     np.testing.assert_allclose(found.xy, [person], atol=0.5)
@@ -243,21 +240,21 @@ def test_joints_need_a_score():
     away = person.copy()
     away[wrist] = (-300, -300)
     for threshold, there in ((0.0, True), (0.15, True), (0.75, False)):
-        unit = together([person], [away], ensemble_params=EnsembleParams(joint_min_score=threshold))
+        unit = together([person], [away], joint_min_score=threshold)
         found = unit.detect(chart(*SIZE))
         assert found.present[0].sum() == 17 + there
         assert found.present[0, wrist] == there
-    assert len(together([person], ensemble_params=EnsembleParams(joint_min_score=0.99)).detect(chart(*SIZE))) == 0
+    assert len(together([person], joint_min_score=0.99).detect(chart(*SIZE))) == 0
 
 
 def test_people_need_a_score_and_joints():
     person = person_at(320, 100, 300)
-    for params, count in ((DecodeParams(person_min_score=0.9), 1), (DecodeParams(person_min_score=0.97), 0),
-                          (DecodeParams(person_min_joints=18), 1)):
-        assert len(together([person], decode_params=params).detect(chart(*SIZE))) == count
+    for values, count in (({'person_min_score': 0.9}, 1), ({'person_min_score': 0.97}, 0),
+                          ({'person_min_joints': 18}, 1)):
+        assert len(together([person], **values).detect(chart(*SIZE))) == count
     half = person.copy()
     half[[COCO_18.index[joint] for joint in ('left_wrist', 'right_wrist')]] = (-300, -300)
-    assert len(together([half], decode_params=DecodeParams(person_min_joints=17)).detect(chart(*SIZE))) == 0
+    assert len(together([half], person_min_joints=17).detect(chart(*SIZE))) == 0
 
 
 def test_recipes_of_many_opinions_accept_lower_scores():
@@ -271,8 +268,7 @@ def test_recipes_of_many_opinions_accept_lower_scores():
     networks = Accepting(mobilenet_thin=PafNetwork([person], confidence=0.7),
                          movenet_multipose=MovenetNetwork([person], confidence=0.7))
     for networks.acceptance, count in ((1.0, 0), (0.8, 1)):
-        unit = Detector(DetectorParams(), networks, DecodeParams(), DirectDecodeParams(),
-                        EnsembleParams(joint_min_score=0.9))
+        unit = Detector(settings(joint_min_score=0.9), networks)
         assert len(unit.detect(chart(*SIZE))) == count
 
 
@@ -309,8 +305,8 @@ def test_only_one_thread_at_a_time_computes_the_networks(mode):
         return network
 
     people = [person_at(320, 80, 360)]
-    unit = Detector(DetectorParams(mode=mode), Together(mobilenet_thin=watched(PafNetwork(people)),
-                                                        movenet_multipose=watched(MovenetNetwork(people))), *DEFAULTS)
+    unit = Detector(settings(mode=mode), Together(mobilenet_thin=watched(PafNetwork(people)),
+                                                  movenet_multipose=watched(MovenetNetwork(people))))
     found = []
     threads = [threading.Thread(target=lambda: found.append(len(unit.detect(chart(*SIZE))))) for _ in range(6)]
     for thread in threads:
@@ -336,34 +332,32 @@ def test_frames_in_flight_keep_what_they_were_prepared_with():
     image = chart(*SIZE)
     expected = unit.detect(image)
     prepared, computed = unit.prepare(image), unit.compute(unit.prepare(image))
-    unit.reconfigure(DetectorParams(mode='fast'), DecodeParams(person_min_score=1.0), DirectDecodeParams(),
-                     EnsembleParams())
+    unit.reconfigure(settings(mode='fast', person_min_score=1.0))
     assert unit.recipe == MODES['fast']
     assert_same(unit.finish(computed), expected)
     assert_same(unit.finish(unit.compute(prepared)), expected)
     assert len(unit.detect(image)) == 0
-    unit.reconfigure(DetectorParams(mode='balanced'), *DEFAULTS)
+    unit.reconfigure(settings(mode='balanced'))
     assert_same(unit.detect(image), expected)
 
 
 def test_other_thresholds_load_no_network():
     unit = together([person_at(320, 80, 360)])
     unit._networks.load = None
-    unit.reconfigure(DetectorParams(), DecodeParams(), DirectDecodeParams(), EnsembleParams(joint_min_score=0.99))
+    unit.reconfigure(settings(joint_min_score=0.99))
     assert len(unit.detect(chart(*SIZE))) == 0
 
 
-@pytest.mark.parametrize('params, error', [
-    (DetectorParams(pose_model='BODY_25'), ModelError), (DetectorParams(pose_model='none'), ParameterError)],
-    ids=['no weights', 'unknown'])
-def test_a_network_that_can_not_be_had_leaves_all_as_it_was(params, error, monkeypatch, tmp_path):
+@pytest.mark.parametrize('pose_model, error', [('BODY_25', ModelError), ('none', ParameterError)],
+                         ids=['no weights', 'unknown'])
+def test_a_network_that_can_not_be_had_leaves_all_as_it_was(pose_model, error, monkeypatch, tmp_path):
     unit = together([person_at(320, 80, 360)])
     image, recipe = chart(*SIZE), unit.recipe
     before = unit.detect(image)
     networks = Networks(BackendParams(), str(tmp_path))
     monkeypatch.setattr(unit, '_networks', networks)
     with pytest.raises(error):
-        unit.reconfigure(params, DecodeParams(person_min_score=1.0), DirectDecodeParams(), EnsembleParams())
+        unit.reconfigure(settings(pose_model=pose_model, person_min_score=1.0))
     assert unit.recipe is recipe
     assert_same(unit.detect(image), before)
 
@@ -391,11 +385,11 @@ def test_target_rate_makes_the_detector_compute_less():
     assert together(people, target_rate=0.001).recipe == MODES['balanced']
 
 
-@pytest.mark.parametrize('params', [{}, {'look_closer': 3}, {'pose_model': 'mobilenet_thin'}, {'num_scales': 2}])
-def test_mode_accurate_computes_all_whatever_the_rate(params):
-    params = DetectorParams(mode='accurate', target_rate=1000.0, **params)
+@pytest.mark.parametrize('values', [{}, {'look_closer': 3}, {'pose_model': 'mobilenet_thin'}, {'num_scales': 2}])
+def test_mode_accurate_computes_all_whatever_the_rate(values):
+    wanted = settings(mode='accurate', target_rate=1000.0, **values)
     networks = Together(mobilenet_thin=PafNetwork(), movenet_multipose=MovenetNetwork())
-    assert Detector(params, networks, *DEFAULTS).recipe == recipe_of(params)
+    assert Detector(wanted, networks).recipe == recipe_of(wanted.detector)
 
 
 def test_networks_are_not_timed_while_they_compute_a_frame():
@@ -417,8 +411,7 @@ def test_networks_are_not_timed_while_they_compute_a_frame():
     frame = threading.Thread(target=lambda: found.append(len(unit.detect(chart(*SIZE)))))
     frame.start()
     assert entered.wait(5)
-    change = threading.Thread(target=unit.reconfigure,
-                              args=(DetectorParams(mode='fast', target_rate=0.001), *DEFAULTS))
+    change = threading.Thread(target=unit.reconfigure, args=(settings(mode='fast', target_rate=0.001),))
     change.start()
     time.sleep(0.05)
     assert inside == [frame] and unit.recipe == MODES['balanced']
@@ -451,15 +444,15 @@ def machine(monkeypatch):
     return state
 
 
-def created(**params):
-    return create_detector(DetectorParams(**params), BackendParams(), *DEFAULTS)
+def created(**values):
+    return create_detector(settings(**values))
 
 
 def test_networks_are_loaded_when_they_are_first_wanted_and_once(machine):
     unit = created(mode='fast')
     assert machine.loaded == ['movenet_multipose']
     for mode in ('balanced', 'fast', 'accurate'):
-        unit.reconfigure(DetectorParams(mode=mode), *DEFAULTS)
+        unit.reconfigure(settings(mode=mode))
         assert unit.recipe == MODES[mode]
     assert machine.loaded == ['movenet_multipose', 'mobilenet_thin']
 
@@ -494,10 +487,10 @@ def test_a_mode_whose_first_network_is_missing_leaves_all_as_it_was(machine):
     before = unit.detect(image)
     machine.there.remove('mobilenet_thin')
     with pytest.raises(ModelError, match='mobilenet_thin'):
-        unit.reconfigure(DetectorParams(mode='balanced'), DecodeParams(person_min_score=1.0), *DEFAULTS[1:])
+        unit.reconfigure(settings(mode='balanced', person_min_score=1.0))
     assert unit.recipe == MODES['fast']
     assert_same(unit.detect(image), before)
-    unit.reconfigure(DetectorParams(mode='fast'), *DEFAULTS)
+    unit.reconfigure(settings(mode='fast'))
 
 
 def test_target_rate_with_one_network_missing(machine):
@@ -517,11 +510,6 @@ def test_missing_weights_say_how_to_get_them(tmp_path):
         created(model_folder=str(tmp_path))
 
 
-def test_parameters_of_a_detector():
-    taken = [kind for name, kind in typing.get_type_hints(create_detector).items() if name != 'return']
-    assert tuple(taken) == DETECTOR_PARAMETERS
-
-
 # --- the real networks ----------------------------------------------------------------------------------------------
 
 @pytest.fixture(scope='module')
@@ -539,7 +527,7 @@ def networks():
 @pytest.fixture(scope='module')
 def real(networks):
     """Detectors in all modes."""
-    return {mode: Detector(DetectorParams(mode=mode), networks, *DEFAULTS) for mode in MODES}
+    return {mode: Detector(settings(mode=mode), networks) for mode in MODES}
 
 
 def mannequin(x):

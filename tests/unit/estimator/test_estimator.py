@@ -9,7 +9,7 @@ from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.body.body import STATURE_SPREAD
-from skeleton_extract_3d.estimator import ESTIMATOR_PARAMETERS, STAGES, PeopleEstimator
+from skeleton_extract_3d.estimator import STAGES, EstimatorSettings, PeopleEstimator
 from skeleton_extract_3d.lift.window_mean import in_coco, lift_by_window
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING
 from skeleton_extract_3d.points.cloud import OrganizedCloud
@@ -47,7 +47,7 @@ def scene(*places, room=FREE):
 
 def new(**values):
     """Return an estimator with other parameters than the defaults."""
-    return PeopleEstimator(COCO_18, *build(ESTIMATOR_PARAMETERS, values))
+    return PeopleEstimator(COCO_18, build(EstimatorSettings, values))
 
 
 def update(estimator, frame, stamp, people=None, depth=None, pose=None):
@@ -393,14 +393,14 @@ def test_two_sigma_cover_the_errors_without_smoothing_too():
 def test_parameters_that_change_while_it_runs_keep_the_ids(values):
     frame, estimator = scene(*WALKERS), new()
     before = shown(frame, estimator=estimator).people.ids.tolist()
-    estimator.reconfigure(*build(ESTIMATOR_PARAMETERS, values))
+    estimator.reconfigure(build(EstimatorSettings, values))
     changed = shown(frame, 5, 1.0, estimator).people
     assert changed.ids.tolist() == before
     # and the new ones are those that count
     expected = shown(frame, **values).people
     np.testing.assert_array_equal(changed.status, expected.status)
     np.testing.assert_allclose(changed.xyz, expected.xyz, atol=0.03)
-    estimator.reconfigure(*build(ESTIMATOR_PARAMETERS, {}))
+    estimator.reconfigure(build(EstimatorSettings, {}))
     assert update(estimator, frame, 2.0).people.ids.tolist() == before
 
 
@@ -408,7 +408,7 @@ def test_tracking_that_is_switched_on_while_it_runs_gives_ids_that_differ():
     # the detector has counted from 0, as the estimator does
     frame, estimator = scene(*WALKERS, room=HALL), new(tracking=False)
     update(estimator, frame, 0.0, named(frame.people, 0, 1))
-    estimator.reconfigure(*build(ESTIMATOR_PARAMETERS, {}))
+    estimator.reconfigure(build(EstimatorSettings, {}))
     three = scene(*WALKERS, (2.0, 4.5), room=HALL)
     for i in range(1, 4):
         estimate = update(estimator, three, i / RATE)
@@ -418,8 +418,8 @@ def test_tracking_that_is_switched_on_while_it_runs_gives_ids_that_differ():
 def test_tracking_that_is_switched_off_and_on_again_gives_new_ids():
     frame, estimator = scene(), new()
     first = shown(frame, 3, 0.0, estimator).people.ids.tolist()
-    estimator.reconfigure(*build(ESTIMATOR_PARAMETERS, {'tracking': False}))
+    estimator.reconfigure(build(EstimatorSettings, {'tracking': False}))
     assert update(estimator, frame, 0.3, named(frame.people, 77)).people.ids.tolist() == [77]
-    estimator.reconfigure(*build(ESTIMATOR_PARAMETERS, {}))
+    estimator.reconfigure(build(EstimatorSettings, {}))
     again = shown(frame, 3, 10.0, estimator).people.ids.tolist()
     assert again not in (first, [77])

@@ -9,7 +9,7 @@ from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
-from skeleton_extract_3d.estimator import ESTIMATOR_PARAMETERS, PeopleEstimator
+from skeleton_extract_3d.estimator import EstimatorSettings, PeopleEstimator
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING
 from skeleton_extract_3d.points.cloud import OrganizedCloud
 from skeleton_extract_3d.points.depth import DepthImage, cloud_from_depth
@@ -44,7 +44,7 @@ RED, GREEN = (50, 50, 200), (60, 180, 60)
 
 def new_estimator():
     """Return an estimator with the default parameters."""
-    return PeopleEstimator(COCO_18, *build(ESTIMATOR_PARAMETERS, {}))
+    return PeopleEstimator(COCO_18, build(EstimatorSettings, {}))
 
 
 def update(estimator, frame, stamp, people=None, depth=None, colours=True):

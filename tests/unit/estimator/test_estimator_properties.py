@@ -9,7 +9,7 @@ import pytest
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
-from skeleton_extract_3d.estimator import ESTIMATOR_PARAMETERS, PeopleEstimator
+from skeleton_extract_3d.estimator import EstimatorSettings, PeopleEstimator
 from skeleton_extract_3d.people import MEASURED, MISSING
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.cloud import OrganizedCloud
@@ -74,7 +74,7 @@ def scene(seed, width=320, spoilt=True):
 
 def run(frames, start=100.0, points=None):
     """Return the estimates of frames in a row, from a new estimator; `points(frame)` replaces the depth image."""
-    estimator = PeopleEstimator(COCO_18, *build(ESTIMATOR_PARAMETERS, {}))
+    estimator = PeopleEstimator(COCO_18, build(EstimatorSettings, {}))
     points = points or (lambda frame: DepthImage(frame.depth, frame.camera))
     return [estimator.update(frame.people, frame.size, points(frame), start + i / RATE, frame.bgr)
             for i, frame in enumerate(frames)]

@@ -24,7 +24,7 @@ from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d import compiled
 from skeleton_extract_3d.body import measures as body_measures
 from skeleton_extract_3d.body.body import BONE_LENGTHS, HEAD, TRUNK
-from skeleton_extract_3d.estimator import ESTIMATOR_PARAMETERS, PeopleEstimator
+from skeleton_extract_3d.estimator import EstimatorSettings, PeopleEstimator
 from skeleton_extract_3d.lift import depth_inference, head_pose, occluders, pose_lifting, surfaces
 from skeleton_extract_3d.points import camera
 from skeleton_extract_3d.points.depth import DepthImage
@@ -513,7 +513,7 @@ def test_who_is_who(people, tracks):
 
 def estimates():
     """Return what is estimated of a few frames with three people who walk by one another, with holes and gaps."""
-    camera, estimator = pinhole(320, 180), PeopleEstimator(COCO_18, *build(ESTIMATOR_PARAMETERS, {}))
+    camera, estimator = pinhole(320, 180), PeopleEstimator(COCO_18, build(EstimatorSettings, {}))
     random, result = np.random.default_rng(0), []
     for i in range(5):
         frame = render(camera, [Person(0, -0.6 + 0.1 * i, 2.6, standing()), Person(1, 0.4 - 0.1 * i, 3.2, standing()),

@@ -3,7 +3,7 @@ import ast
 from dataclasses import dataclass
 
 from openpose_ros_pkg.params.live import LiveDescription
-from openpose_ros_pkg.params.nodes import LIVE_PARAMETERS, SERVICE_PARAMETERS
+from openpose_ros_pkg.params.nodes import LIVE_PARAMETERS, ServiceSettings
 from openpose_ros_pkg.params.parameters import Parameters, parameter
 
 
@@ -20,7 +20,7 @@ class Example(Parameters):
 
 
 def described(names=('threshold', 'number', 'offset', 'shown', 'mode')):
-    return LiveDescription((Example,), names)
+    return LiveDescription(Example, names)
 
 
 def test_no_parameter():
@@ -53,7 +53,7 @@ def test_choices_are_offered():
 
 
 def test_the_live_parameters_are_parameters_of_the_service_node():
-    live = LiveDescription(SERVICE_PARAMETERS, LIVE_PARAMETERS)
+    live = LiveDescription(ServiceSettings, LIVE_PARAMETERS)
     assert set(live.defaults) == set(LIVE_PARAMETERS)
     assert {'mode', 'peak_threshold', 'person_min_score', 'track_timeout', 'alpha_pose'} <= set(LIVE_PARAMETERS)
     assert not {'pose_model', 'net_input_width', 'threads', 'image_topic'} & set(LIVE_PARAMETERS)

@@ -6,7 +6,15 @@ import pytest
 import yaml
 
 from openpose_ros_pkg.errors import ParameterError
-from openpose_ros_pkg.params.parameters import Parameters, build, describe, parameter, to_yaml
+from openpose_ros_pkg.params.parameters import (
+    Parameters,
+    build,
+    describe,
+    flat_values,
+    parameter,
+    parameter_fields,
+    to_yaml,
+)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -27,15 +35,55 @@ class Lens(Parameters):
     focal_length: float = parameter(0.0, 'Focal length.', unit='px', minimum=0.0)
 
 
+@dataclasses.dataclass(frozen=True)
+class Aim(Parameters):
+    """Where the camera looks, and how far it sees."""
+
+    pan: float = parameter(0.0, 'Angle.')
+    rate: float = parameter(2.0, 'Frames per second.', minimum=1.0, maximum=60.0)
+
+
+@dataclasses.dataclass(frozen=True)
+class Optics:
+    """Camera and lens."""
+
+    camera: Camera
+    lens: Lens
+
+
+@dataclasses.dataclass(frozen=True)
+class Tripod:
+    """A record within a record; `rate` is a parameter of two of its classes."""
+
+    optics: Optics
+    aim: Aim
+
+
 def test_nothing_given_means_the_defaults():
-    assert build([Camera, Lens], {}) == (Camera(), Lens())
-    assert build([], {}) == ()
+    assert build(Camera, {}) == Camera()
+    assert build(Optics, {}) == Optics(Camera(), Lens())
+    assert build(Tripod, {}) == Tripod(Optics(Camera(), Lens()), Aim())
 
 
-def test_values_reach_the_class_they_belong_to():
-    camera, lens = build([Camera, Lens], {'rate': 30.0, 'focal_length': 525.0, 'loop': True})
-    assert camera == Camera(rate=30.0, loop=True)
-    assert lens.focal_length == 525.0
+def test_values_reach_the_classes_they_belong_to():
+    values = {'rate': 30.0, 'focal_length': 525.0, 'loop': True}
+    made = build(Tripod, values)
+    assert made == Tripod(Optics(Camera(rate=30.0, loop=True), Lens(focal_length=525.0)), Aim(rate=30.0))
+    assert build(Camera, {'rate': 30.0}) == Camera(rate=30.0)
+
+
+def test_flat_values_are_what_it_is_built_of():
+    made = build(Tripod, {'rate': 30.0, 'pan': 0.1})
+    assert build(Tripod, flat_values(made)) == made
+    assert set(flat_values(made)) == {'rate', 'width', 'encoding', 'loop', 'frame_id', 'focal_length', 'pan'}
+    assert flat_values(Lens()) == {'focal_length': 0.0}
+
+
+def test_parameters_come_in_the_order_of_the_record():
+    assert [field.name for field in parameter_fields(Optics)] == [
+        'rate', 'width', 'encoding', 'loop', 'frame_id', 'focal_length']
+    assert [field.name for field in parameter_fields(Lens, Aim)] == ['focal_length', 'pan', 'rate']
+    assert parameter_fields() == []
 
 
 def test_integer_is_taken_for_a_float_parameter():
@@ -68,20 +116,20 @@ def test_limits_are_allowed(value):
 ])
 def test_wrong_value_names_key_value_and_what_is_allowed(name, value, allowed):
     with pytest.raises(ParameterError) as caught:
-        build([Camera], {name: value})
+        build(Camera, {name: value})
     assert str(caught.value) == f"parameter '{name}' = {value!r} is not allowed: {allowed}"
 
 
 def test_unknown_key_names_the_nearest_and_all():
     with pytest.raises(ParameterError) as caught:
-        build([Camera, Lens], {'focal_lenght': 1.0})
+        build(Optics, {'focal_lenght': 1.0})
     assert "unknown parameter 'focal_lenght' = 1.0 (did you mean 'focal_length'?)" in str(caught.value)
     assert 'allowed: encoding, focal_length, frame_id, loop, rate, width' in str(caught.value)
 
 
 def test_unknown_key_near_nothing_is_not_guessed():
     with pytest.raises(ParameterError, match="unknown parameter 'xyz' = 0; allowed:"):
-        build([Camera], {'xyz': 0})
+        build(Camera, {'xyz': 0})
 
 
 def test_instances_do_not_change():
@@ -90,7 +138,7 @@ def test_instances_do_not_change():
 
 
 def test_yaml_holds_every_default_and_what_it_means():
-    text = to_yaml([Camera, Lens])
+    text = to_yaml(Optics)
     assert yaml.safe_load(text) == {**dataclasses.asdict(Camera()), **dataclasses.asdict(Lens())}
     assert '# Frames per second. (float in 0.1 .. 120 [Hz])\nrate: 15.0\n' in text
     assert max(map(len, text.splitlines())) <= 120

@@ -5,19 +5,19 @@ import pytest
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
-from skeleton_extract_3d.estimator import ESTIMATOR_PARAMETERS, PeopleEstimator
+from skeleton_extract_3d.estimator import EstimatorSettings, PeopleEstimator
 from skeleton_extract_3d.points.camera_estimators import CameraEstimators
 from skeleton_extract_3d.points.depth import DepthImage
 from synthetic_scene import Person, Room, pinhole, render, standing
 
-PARAMS = build(ESTIMATOR_PARAMETERS, {})
+SETTINGS = build(EstimatorSettings, {})
 FRAME = render(pinhole(320, 180), [Person(0, 0.1, 2.6, standing())], Room(wall=4.0))
 POINTS = DepthImage(FRAME.depth, FRAME.camera)
 
 
 @pytest.fixture
 def cameras():
-    return CameraEstimators(COCO_18, *PARAMS)
+    return CameraEstimators(COCO_18, SETTINGS)
 
 
 def test_nobody_is_seen(cameras):
@@ -25,7 +25,7 @@ def test_nobody_is_seen(cameras):
 
 
 def test_it_gives_what_an_estimator_gives(cameras):
-    alone = PeopleEstimator(COCO_18, *PARAMS)
+    alone = PeopleEstimator(COCO_18, SETTINGS)
     for stamp in (0.0, 0.1):
         estimate = cameras.update(FRAME.people, POINTS, 'left', stamp, FRAME.bgr)
         expected = alone.update(FRAME.people, FRAME.size, POINTS, stamp, FRAME.bgr)
@@ -40,7 +40,7 @@ def test_ids_are_given_out_once_for_all_cameras(cameras):
 
 def test_new_parameters_hold_for_all_cameras(cameras):
     cameras.update(FRAME.people, POINTS, 'left', 0.0, FRAME.bgr)
-    cameras.reconfigure(*build(ESTIMATOR_PARAMETERS, {'tracking': False, 'lifting': 'mean3x3'}))
+    cameras.reconfigure(build(EstimatorSettings, {'tracking': False, 'lifting': 'mean3x3'}))
     for camera in ('left', 'new'):
         people = cameras.update(FRAME.people, POINTS, camera, 0.1, FRAME.bgr).people
         # the ids are those of the detections

@@ -10,14 +10,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from openpose_ros_pkg.detect.detector import DETECTOR_PARAMETERS
+from openpose_ros_pkg.detect.detector import DetectorSettings
 from openpose_ros_pkg.errors import BadInputError, ModelError
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
 from openpose_ros_tools.parallel.detector_pool import DetectorPool, ProcessLostError, with_threads
 
-DEFAULTS = build(DETECTOR_PARAMETERS, {})
+DEFAULTS = build(DetectorSettings, {})
 DEADLY, REFUSED = 66, 67
 
 
@@ -39,11 +39,11 @@ class LevelDetector:
         return People2D(COCO_18, keypoints, np.array([0.5]), np.array([-1]))
 
 
-def level_detector(*_params):
+def level_detector(_settings):
     return LevelDetector()
 
 
-def dying_once(marker, *_params):
+def dying_once(marker, _settings):
     return LevelDetector(marker)
 
 
@@ -55,11 +55,11 @@ class Forgetful:
         pass
 
 
-def always_dying(*_params):
+def always_dying(_settings):
     return LevelDetector(Forgetful())
 
 
-def broken(*_params):
+def broken(_settings):
     raise ModelError('weights are missing')
 
 
@@ -124,8 +124,8 @@ def test_processes_end_with_a_parent_that_is_killed():
 
 
 def test_threads_are_shared_unless_they_are_named():
-    assert with_threads(DEFAULTS, 3)[1].threads == 3
-    assert with_threads(build(DETECTOR_PARAMETERS, {'threads': 2}), 3)[1].threads == 2
+    assert with_threads(DEFAULTS, 3).backend.threads == 3
+    assert with_threads(build(DetectorSettings, {'threads': 2}), 3).backend.threads == 2
 
 
 def _all_end(pids):

@@ -1,7 +1,7 @@
 """From an image to the people in it: views, networks, decoders, and one opinion out of several."""
 import logging
 from dataclasses import dataclass, replace
-from typing import Dict, List, Optional, Tuple, Type
+from typing import Dict, List, Optional, Tuple
 
 import numpy as np
 
@@ -15,16 +15,11 @@ from openpose_ros_pkg.detect.target_rate import fitted_to_rate
 from openpose_ros_pkg.errors import BadInputError, ModelError, ParameterError
 from openpose_ros_pkg.networks.backends import Backend, BackendParams, create_backend
 from openpose_ros_pkg.networks.models import Model, weights_path
-from openpose_ros_pkg.params.parameters import Parameters
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import SkeletonModel
 from openpose_ros_pkg.stream.fair_lock import FairLock
 
 _log = logging.getLogger(__name__)
-
-DETECTOR_PARAMETERS: Tuple[Type[Parameters], ...] = (
-    DetectorParams, BackendParams, DecodeParams, DirectDecodeParams, EnsembleParams)
-"""What `create_detector` takes, in its order."""
 
 # Scores of candidates where several opinions follow: what one network doubts, others may confirm.
 _CANDIDATE_SHARE, _CANDIDATE_MOST = 0.8, 0.2
@@ -33,14 +28,23 @@ _CANDIDATE_JOINT_SCORE = 0.0
 
 
 @dataclass(frozen=True)
+class DetectorSettings:
+    """All parameters of the detector."""
+
+    detector: DetectorParams
+    backend: BackendParams
+    decode: DecodeParams
+    direct: DirectDecodeParams
+    ensemble: EnsembleParams
+
+
+@dataclass(frozen=True)
 class _Setup:
     """What holds for a frame, whatever is reconfigured meanwhile."""
 
     recipe: Recipe
     networks: Dict[str, Backend]
-    decode: DecodeParams
-    direct: DirectDecodeParams
-    ensemble: EnsembleParams
+    settings: DetectorSettings
 
 
 @dataclass
@@ -97,7 +101,7 @@ class Detector:
     calls `prepare`, `compute` and `finish` himself.
 
     Args:
-        params: what is computed.
+        settings: what is computed, and from which thresholds on.
         networks: load the networks that this takes.
 
     Attributes:
@@ -108,13 +112,10 @@ class Detector:
         ModelError: weights are missing or damaged, or the network computes wrong results.
     """
 
-    def __init__(self, params: DetectorParams, networks: Networks, decode_params: DecodeParams,
-                 direct_params: DirectDecodeParams, ensemble_params: EnsembleParams) -> None:
-        self._params = params
+    def __init__(self, settings: DetectorSettings, networks: Networks) -> None:
         self._networks = networks
         self.lock = FairLock()
-        recipe, loaded = self._load(params)
-        self._setup = _Setup(recipe, loaded, decode_params, direct_params, ensemble_params)
+        self._setup = _Setup(*self._load(settings.detector), settings)
 
     @property
     def recipe(self) -> Recipe:
@@ -131,18 +132,16 @@ class Detector:
         """What computes which networks, for people."""
         return '; '.join(f'{name} on {network.description}' for name, network in self._setup.networks.items())
 
-    def reconfigure(self, params: DetectorParams, decode_params: DecodeParams, direct_params: DirectDecodeParams,
-                    ensemble_params: EnsembleParams) -> None:
-        """Take other parameters for all frames that are prepared from now on.
+    def reconfigure(self, settings: DetectorSettings) -> None:
+        """Take other parameters for all frames that are prepared from now on; runtime and model folder stay.
 
         Raises:
             ParameterError, ModelError: a network can not be had; all stays as it was.
         """
         recipe, loaded = self._setup.recipe, self._setup.networks
-        if params != self._params:
-            recipe, loaded = self._load(params)
-        self._params = params
-        self._setup = _Setup(recipe, loaded, decode_params, direct_params, ensemble_params)
+        if settings.detector != self._setup.settings.detector:
+            recipe, loaded = self._load(settings.detector)
+        self._setup = _Setup(recipe, loaded, settings)
 
     def detect(self, bgr: np.ndarray) -> People2D:
         """Find the people in an image, the surest first.
@@ -182,7 +181,8 @@ class Detector:
         setup = frame.setup
         skeleton = setup.recipe.skeleton
         if not setup.recipe.is_ensemble:
-            keypoints, scores = people_of_look(setup.recipe.looks[0], frame.views[0], setup.decode, setup.direct)[0]
+            keypoints, scores = people_of_look(setup.recipe.looks[0], frame.views[0], setup.settings.decode,
+                                               setup.settings.direct)[0]
         else:
             keypoints, scores = frame.people if frame.people is not None else _as_people(
                 setup.recipe, _voted(setup.recipe, _opinions(frame)))
@@ -201,24 +201,22 @@ class Detector:
         return recipe, {name: loaded[name] for name in names}
 
 
-def create_detector(params: DetectorParams, backend_params: BackendParams, decode_params: DecodeParams,
-                    direct_params: DirectDecodeParams, ensemble_params: EnsembleParams) -> Detector:
+def create_detector(settings: DetectorSettings) -> Detector:
     """Load the networks that the parameters ask for, and fit what is computed to the processor for `target_rate`.
 
     Raises:
         ParameterError: no such network, or a runtime that is not installed.
         ModelError: weights are missing or damaged, or the network computes wrong results.
     """
-    return Detector(params, Networks(backend_params, params.model_folder), decode_params, direct_params,
-                    ensemble_params)
+    return Detector(settings, Networks(settings.backend, settings.detector.model_folder))
 
 
 def _opinions(frame: Frame) -> List[Opinions]:
     """Return what each whole look says of each person."""
     setup = frame.setup
-    decode_params = replace(setup.decode, person_min_score=min(
-        _CANDIDATE_SHARE * setup.decode.person_min_score, _CANDIDATE_MOST))
-    direct_params = _candidates(setup.direct)
+    decode_params = replace(setup.settings.decode, person_min_score=min(
+        _CANDIDATE_SHARE * setup.settings.decode.person_min_score, _CANDIDATE_MOST))
+    direct_params = _candidates(setup.settings.direct)
     sources = [keypoints for look, views in zip(setup.recipe.looks, frame.views)
                for keypoints, _ in people_of_look(look, views, decode_params, direct_params)]
     return group(sources, sigmas(setup.recipe.skeleton))
@@ -244,12 +242,12 @@ def _look_closer(frame: Frame) -> People:
     """Look again at those who seem to be there, and vote anew; doubtful ones seldom become people by it."""
     setup = frame.setup
     recipe, network = setup.recipe, setup.networks[CLOSE_MODEL.name]
-    joint_sigmas, params = sigmas(recipe.skeleton), _candidates(setup.direct)
+    joint_sigmas, params = sigmas(recipe.skeleton), _candidates(setup.settings.direct)
     people = _opinions(frame)
     poses = _voted(recipe, people)
     scores = np.array([person_score(pose) for pose in poses])
     surest = np.argsort(-scores, kind='stable')[:recipe.most_people]
-    for i in surest[scores[surest] >= recipe.acceptance * setup.decode.person_min_score]:
+    for i in surest[scores[surest] >= recipe.acceptance * setup.settings.decode.person_min_score]:
         for number, look in enumerate(recipe.closer, start=recipe.whole_opinions):
             pose = look_closer(frame.bgr, poses[i], look, recipe.close_side, network, params, joint_sigmas)
             if pose is not None:
@@ -260,10 +258,10 @@ def _look_closer(frame: Frame) -> People:
 
 def _accepted(keypoints: np.ndarray, scores: np.ndarray, setup: _Setup) -> People:
     """Leave out joints and people below their thresholds."""
-    acceptance = setup.recipe.acceptance
-    keypoints[keypoints[..., 2] < acceptance * setup.ensemble.joint_min_score] = (np.nan, np.nan, 0)
+    acceptance, decode_params = setup.recipe.acceptance, setup.settings.decode
+    keypoints[keypoints[..., 2] < acceptance * setup.settings.ensemble.joint_min_score] = (np.nan, np.nan, 0)
     joints = (keypoints[..., 2] > 0).sum(axis=1)
-    kept = (scores >= acceptance * setup.decode.person_min_score) & (joints >= setup.decode.person_min_joints)
+    kept = (scores >= acceptance * decode_params.person_min_score) & (joints >= decode_params.person_min_joints)
     return keypoints[kept], scores[kept]
 
 

@@ -1,9 +1,9 @@
 """Parameters that may change while a node runs: their description as dynamic_reconfigure wants it, made from the
 parameter classes."""
 import dataclasses
-from typing import Any, Dict, Iterable, Sequence, Type
+from typing import Any, Dict, Iterable, Type
 
-from openpose_ros_pkg.params.parameters import Parameters, describe
+from openpose_ros_pkg.params.parameters import describe, parameter_fields
 
 # dynamic_reconfigure's names of the types, and its limits where there are none.
 _TYPES = {bool: 'bool', int: 'int', float: 'double', str: 'str'}
@@ -17,16 +17,16 @@ class LiveDescription:
     Made while the node runs, so that every parameter is written down once, in its class.
 
     Args:
-        classes: parameter classes of the node.
-        names: their parameters that may change.
+        kind: record of the node's parameters.
+        names: those that may change.
 
     Attributes:
         config_description, min, max, defaults, level, all_level: as in the module.
     """
 
-    def __init__(self, classes: Sequence[Type[Parameters]], names: Iterable[str]) -> None:
+    def __init__(self, kind: Type[Any], names: Iterable[str]) -> None:
         wanted = set(names)
-        chosen = [field for cls in classes for field in dataclasses.fields(cls) if field.name in wanted]
+        chosen = [field for field in parameter_fields(kind) if field.name in wanted]
         self.min: Dict[str, Any] = {field.name: _limit(field, 'minimum', _LOWEST) for field in chosen}
         self.max: Dict[str, Any] = {field.name: _limit(field, 'maximum', _HIGHEST) for field in chosen}
         self.defaults: Dict[str, Any] = {field.name: field.default for field in chosen}
@@ -39,13 +39,13 @@ class LiveDescription:
                             'edit_method': _choices(field)} for field in chosen]}
 
 
-def _limit(field: dataclasses.Field, which: str, unlimited: Dict[type, Any]) -> Any:
+def _limit(field: 'dataclasses.Field[Any]', which: str, unlimited: Dict[type, Any]) -> Any:
     """Return a limit in the type of the parameter."""
     kind, limit = type(field.default), field.metadata[which]
     return unlimited[kind] if limit is None else kind(limit)
 
 
-def _choices(field: dataclasses.Field) -> str:
+def _choices(field: 'dataclasses.Field[Any]') -> str:
     """Return how tools shall offer the values of a parameter with choices; empty for others."""
     choices = field.metadata['choices']
     if choices is None:

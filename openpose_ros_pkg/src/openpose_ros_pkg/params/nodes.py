@@ -1,16 +1,16 @@
 """Which parameters each node of this package reads, and those that only nodes have."""
-from dataclasses import dataclass, fields
-from typing import Dict, Tuple, Type
+from dataclasses import dataclass
+from typing import Any, Dict, Tuple, Type
 
 from openpose_ros_pkg.decode import DecodeParams
 from openpose_ros_pkg.decode.direct import DirectDecodeParams
-from openpose_ros_pkg.detect.detector import DETECTOR_PARAMETERS
+from openpose_ros_pkg.detect.detector import DetectorSettings
 from openpose_ros_pkg.detect.ensemble import EnsembleParams
 from openpose_ros_pkg.detect.tracking import TrackingParams
 from openpose_ros_pkg.output.draw import DrawParams
 from openpose_ros_pkg.output.frame_writer import SaveParams
 from openpose_ros_pkg.output.keypoint_scale import KeypointScaleParams
-from openpose_ros_pkg.params.parameters import Parameters, parameter
+from openpose_ros_pkg.params.parameters import Parameters, parameter, parameter_fields
 
 
 @dataclass(frozen=True)
@@ -75,19 +75,37 @@ class CameraParams(Parameters):
         0.0, 'Wait this long for a subscriber before the first frame of a file or folder.', unit='s', minimum=0.0)
 
 
-SERVICE_PARAMETERS = (*DETECTOR_PARAMETERS, TrackingParams, DrawParams, KeypointScaleParams, PublishingParams,
-                      StreamParams, ImageTransportParams, SaveParams)
-CLIENT_PARAMETERS = (StreamingClientParams, ServiceClientParams, ImageTransportParams, DrawParams)
-CAMERA_PARAMETERS = (CameraParams,)
+@dataclass(frozen=True)
+class ServiceSettings:
+    """All that the service node reads."""
+
+    detector: DetectorSettings
+    tracking: TrackingParams
+    draw: DrawParams
+    keypoint_scale: KeypointScaleParams
+    publishing: PublishingParams
+    stream: StreamParams
+    transport: ImageTransportParams
+    save: SaveParams
+
+
+@dataclass(frozen=True)
+class ClientSettings:
+    """All that the streaming client reads."""
+
+    client: StreamingClientParams
+    service: ServiceClientParams
+    transport: ImageTransportParams
+    draw: DrawParams
+
 
 # What dynamic_reconfigure may change in the running service node.
-LIVE_PARAMETERS: Tuple[str, ...] = ('mode', *(
-    field.name for cls in (DecodeParams, DirectDecodeParams, EnsembleParams, TrackingParams, DrawParams)
-    for field in fields(cls)))
+LIVE_PARAMETERS: Tuple[str, ...] = ('mode', *(field.name for field in parameter_fields(
+    DecodeParams, DirectDecodeParams, EnsembleParams, TrackingParams, DrawParams)))
 
-# Parameter classes of each file in config/; a node loads the file of its name.
-CONFIG_FILES: Dict[str, Tuple[Type[Parameters], ...]] = {
-    'openpose_ros_node.yaml': SERVICE_PARAMETERS,
-    'openpose_ros_node_firephinx.yaml': CLIENT_PARAMETERS,
-    'camera_node.yaml': CAMERA_PARAMETERS,
+# The parameters of each file in config/; a node loads the file of its name.
+CONFIG_FILES: Dict[str, Type[Any]] = {
+    'openpose_ros_node.yaml': ServiceSettings,
+    'openpose_ros_node_firephinx.yaml': ClientSettings,
+    'camera_node.yaml': CameraParams,
 }

@@ -7,15 +7,27 @@ A parameter class derives from `Parameters` and declares its fields with `parame
         alpha_pose: float = parameter(0.6, 'Opacity of the skeletons.', minimum=0.0, maximum=1.0)
 
 Instances check themselves, wherever they are made: from a parameter server, a YAML file or in a test.
+
+What belongs together is a record, a frozen dataclass of parameter classes and other records::
+
+    @dataclass(frozen=True)
+    class ViewerSettings:
+        draw: DrawParams
+        detector: DetectorSettings
+
+`build` makes either from one flat mapping, as a node's private namespace is.
 """
 import dataclasses
 import difflib
 import json
 import math
 import textwrap
-from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple, Type
+from typing import Any, Dict, Iterator, List, Mapping, Optional, Sequence, Type, TypeVar
 
 from openpose_ros_pkg.errors import ParameterError
+
+Settings = TypeVar('Settings')
+"""A parameter class or a record."""
 
 
 def parameter(default: Any, doc: str, *, unit: str = '', minimum: Optional[float] = None,
@@ -40,25 +52,55 @@ class Parameters:
             object.__setattr__(self, field.name, checked)
 
 
-def build(classes: Sequence[Type[Parameters]], values: Mapping[str, Any]) -> Tuple[Any, ...]:
-    """Make one instance of each class from one flat mapping, as a node's private namespace is.
+def parameter_classes(kind: Type[Any]) -> Iterator[Type[Parameters]]:
+    """Yield the parameter classes of a record in order, or the class itself."""
+    if issubclass(kind, Parameters):
+        yield kind
+        return
+    for field in dataclasses.fields(kind):
+        yield from parameter_classes(field.type)
+
+
+def parameter_fields(*kinds: Type[Any]) -> List['dataclasses.Field[Any]']:
+    """Return the parameters of parameter classes and records, in order."""
+    return [field for kind in kinds for cls in parameter_classes(kind) for field in dataclasses.fields(cls)]
+
+
+def build(kind: Type[Settings], values: Mapping[str, Any]) -> Settings:
+    """Make a parameter class or a record from a flat mapping; what the mapping leaves out has its default.
 
     Raises:
-        ParameterError: a key belongs to no class, or a value is not allowed.
+        ParameterError: a key is no parameter of it, or a value is not allowed.
     """
-    known = [field.name for cls in classes for field in dataclasses.fields(cls)]
+    known = [field.name for field in parameter_fields(kind)]
     for key in sorted(set(values) - set(known)):
         near = difflib.get_close_matches(key, known, n=1)
         hint = f" (did you mean '{near[0]}'?)" if near else ''
         raise ParameterError(f"unknown parameter '{key}' = {values[key]!r}{hint}; allowed: {', '.join(sorted(known))}")
-    return tuple(cls(**{field.name: values[field.name] for field in dataclasses.fields(cls) if field.name in values})
-                 for cls in classes)
+    return _build_known(kind, values)
 
 
-def to_yaml(classes: Sequence[Type[Parameters]]) -> str:
+def _build_known(kind: Type[Settings], values: Mapping[str, Any]) -> Settings:
+    """Do `build`, keys of other parameters left out."""
+    fields = dataclasses.fields(kind)  # type: ignore[arg-type]
+    if issubclass(kind, Parameters):
+        return kind(**{field.name: values[field.name] for field in fields if field.name in values})
+    return kind(**{field.name: _build_known(field.type, values) for field in fields})
+
+
+def flat_values(settings: Any) -> Dict[str, Any]:
+    """Return the values of a parameter class or a record as one flat mapping, what `build` takes."""
+    values: Dict[str, Any] = {}
+    for field in dataclasses.fields(settings):
+        value = getattr(settings, field.name)
+        values.update({field.name: value} if isinstance(settings, Parameters) else flat_values(value))
+    return values
+
+
+def to_yaml(kind: Type[Any]) -> str:
     """Return a YAML file with every parameter at its default, each with a comment on what it does and takes."""
     lines: List[str] = []
-    for cls in classes:
+    for cls in parameter_classes(kind):
         lines += ['', f'## {(cls.__doc__ or "").splitlines()[0]}']
         for field in dataclasses.fields(cls):
             text = f"{field.metadata['doc']} ({describe(field)})"
@@ -67,9 +109,9 @@ def to_yaml(classes: Sequence[Type[Parameters]]) -> str:
     return '\n'.join(lines[1:]) + '\n'
 
 
-def describe(field: dataclasses.Field) -> str:
+def describe(field: 'dataclasses.Field[Any]') -> str:
     """Say in one line what values a parameter takes, for error texts and documentation."""
-    meta: Dict[str, Any] = field.metadata
+    meta = field.metadata
     if meta['choices'] is not None:
         allowed = 'one of ' + ', '.join(repr(choice) for choice in meta['choices'])
     else:
@@ -81,7 +123,7 @@ def describe(field: dataclasses.Field) -> str:
     return allowed + (f" [{meta['unit']}]" if meta['unit'] else '')
 
 
-def _checked(field: dataclasses.Field, value: Any) -> Any:
+def _checked(field: 'dataclasses.Field[Any]', value: Any) -> Any:
     """Return the value as the field's type or raise ParameterError."""
     expected, meta = type(field.default), field.metadata
     if expected is float and isinstance(value, int) and not isinstance(value, bool):

@@ -10,7 +10,7 @@ from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import Header
 
 from openpose_ros_pkg.errors import BadInputError, ParameterError
-from openpose_ros_pkg.params.nodes import CAMERA_PARAMETERS
+from openpose_ros_pkg.params.nodes import CameraParams
 from openpose_ros_pkg.ros.convert import bgr_to_image
 from openpose_ros_pkg.ros.node import run_node
 from openpose_ros_pkg.ros.parameters import read_private
@@ -40,7 +40,7 @@ class Camera:
     """Publishes `image_raw` and, with a calibration, `camera_info`."""
 
     def __init__(self) -> None:
-        self._params, = read_private(*CAMERA_PARAMETERS)
+        self._params = read_private(CameraParams)
         self._info: Optional[CameraInfo] = None
         if self._params.camera_info_file:
             self._info = camera_info_from_file(self._params.camera_info_file)

@@ -2,7 +2,7 @@
 import itertools
 import time
 from dataclasses import dataclass, field
-from typing import Any, Dict, List, Optional, Sequence
+from typing import Any, Dict, List, Optional
 
 import numpy as np
 import rospy
@@ -11,22 +11,13 @@ from openpose_ros_msgs.srv import GetPersons, GetPersonsRequest, GetPersonsRespo
 from sensor_msgs.msg import Image
 from std_msgs.msg import Header
 
-from openpose_ros_pkg.detect.detector import DETECTOR_PARAMETERS, create_detector
-from openpose_ros_pkg.detect.tracking import CameraTrackers, TrackingParams
+from openpose_ros_pkg.detect.detector import create_detector
+from openpose_ros_pkg.detect.tracking import CameraTrackers
 from openpose_ros_pkg.errors import BadInputError
-from openpose_ros_pkg.networks.backends import BackendParams
-from openpose_ros_pkg.output.draw import DrawParams
-from openpose_ros_pkg.output.frame_writer import FrameWriter, SaveParams
-from openpose_ros_pkg.output.keypoint_scale import KeypointScaleParams, scale_keypoints
+from openpose_ros_pkg.output.frame_writer import FrameWriter
+from openpose_ros_pkg.output.keypoint_scale import scale_keypoints
 from openpose_ros_pkg.output.recorder import Recorder
-from openpose_ros_pkg.params.nodes import (
-    LIVE_PARAMETERS,
-    SERVICE_PARAMETERS,
-    ImageTransportParams,
-    PublishingParams,
-    StreamParams,
-)
-from openpose_ros_pkg.params.parameters import Parameters
+from openpose_ros_pkg.params.nodes import LIVE_PARAMETERS, ServiceSettings
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.ros import convert
 from openpose_ros_pkg.ros.health import Health
@@ -38,8 +29,6 @@ from openpose_ros_pkg.ros.people_publisher import DRAW_STAGE, PeoplePublisher
 from openpose_ros_pkg.ros.timing_report import TimingReport
 from openpose_ros_pkg.stream.pipeline import Pipeline
 
-# What the detector takes while it runs: all but what loads the networks.
-_RECONFIGURED = tuple(kind for kind in DETECTOR_PARAMETERS if kind is not BackendParams)
 # Stages of the timing report. total: from the callback to the published result; added: total without waiting and
 # network.
 _STAGES = ('decode_message', 'preprocess', 'wait_for_network', 'network', 'decode', 'publish', 'total', 'added',
@@ -83,29 +72,27 @@ class DetectionService:
     """
 
     def __init__(self, service: str, namespace: str) -> None:
-        current = read_private(*SERVICE_PARAMETERS)
-        self._params: Dict[type, Any] = {type(params): params for params in current}
-        stream: StreamParams = self._params[StreamParams]
-        if stream.image_topic:
-            check_topic_name('image_topic', stream.image_topic)
-        self._detector = create_detector(*(self._params[kind] for kind in DETECTOR_PARAMETERS))
+        settings = self._settings = read_private(ServiceSettings)
+        if settings.stream.image_topic:
+            check_topic_name('image_topic', settings.stream.image_topic)
+        self._detector = create_detector(settings.detector)
         self._recorder: Optional[Recorder] = None
-        if self._params[SaveParams].active:
-            writer = FrameWriter(self._params[SaveParams], self._params[DrawParams], self._params[KeypointScaleParams])
+        if settings.save.active:
+            writer = FrameWriter(settings.save, settings.draw, settings.keypoint_scale)
             self._recorder = Recorder(writer, wait_when_full=False)
         self._numbers = itertools.count()
         self._health = Health()
         self._timing = TimingReport(_STAGES, result='total')
         self._health.show(self._timing.medians)
         self._health.show(self._recorder_counters)
-        self._trackers = CameraTrackers(self._params[TrackingParams])
+        self._trackers = CameraTrackers(settings.tracking)
         self._publisher: Optional[PeoplePublisher] = None
-        if self._params[PublishingParams].publish_results:
-            self._publisher = PeoplePublisher(namespace, self._params[DrawParams], self._health, self._timing)
-        self._live = LiveParameters(current, LIVE_PARAMETERS, self._reconfigure)
+        if settings.publishing.publish_results:
+            self._publisher = PeoplePublisher(namespace, settings.draw, self._health, self._timing)
+        self._live = LiveParameters(settings, LIVE_PARAMETERS, self._reconfigure)
         self._service = rospy.Service(service, GetPersons, self._serve)
-        if stream.image_topic:
-            self._subscribe(stream.image_topic, namespace)
+        if settings.stream.image_topic:
+            self._subscribe(settings.stream.image_topic, namespace)
         if self._recorder is not None:
             rospy.on_shutdown(self._recorder.close)
         rospy.loginfo('Initialization Successful!')
@@ -117,7 +104,7 @@ class DetectionService:
         # a thread within the network would end the program with an abort
         rospy.on_shutdown(self._pipeline.stop)
         self._health.show(lambda: {'images skipped': str(self._pipeline.replaced)})
-        self._subscriber = image_subscriber(topic, self._params[ImageTransportParams],
+        self._subscriber = image_subscriber(topic, self._settings.transport,
                                             lambda message: self._pipeline.submit(_Frame(message, message.header)))
         rospy.loginfo('waiting for images on %s', self._subscriber.resolved_name)
 
@@ -181,7 +168,7 @@ class DetectionService:
 
     def _scaled(self, people: People2D, frame: _Frame) -> Optional[List[PersonDetection]]:
         """Return the messages with coordinates as `keypoint_scale` wants them; None: in pixels."""
-        scale = self._params[KeypointScaleParams]
+        scale = self._settings.keypoint_scale
         if scale.keypoint_scale == 0:
             return None
         size = (frame.bgr.shape[1], frame.bgr.shape[0])
@@ -191,17 +178,16 @@ class DetectionService:
         counters = self._recorder.counters if self._recorder is not None else {}
         return {f'saving, {key}': str(number) for key, number in counters.items()}
 
-    def _reconfigure(self, current: Sequence[Parameters]) -> None:
+    def _reconfigure(self, settings: ServiceSettings) -> None:
         """Take new parameters; they hold from the next frame on."""
-        params = {type(part): part for part in current}
-        if any(params[kind] != self._params[kind] for kind in _RECONFIGURED):
-            self._detector.reconfigure(*(params[kind] for kind in _RECONFIGURED))
-        self._params = params
-        self._trackers.reconfigure(params[TrackingParams])
+        if settings.detector != self._settings.detector:
+            self._detector.reconfigure(settings.detector)
+        self._settings = settings
+        self._trackers.reconfigure(settings.tracking)
         if self._publisher is not None:
-            self._publisher.reconfigure(params[DrawParams])
+            self._publisher.reconfigure(settings.draw)
         if self._recorder is not None:
-            self._recorder.reconfigure(params[DrawParams])
+            self._recorder.reconfigure(settings.draw)
 
 
 def main_2d() -> None:

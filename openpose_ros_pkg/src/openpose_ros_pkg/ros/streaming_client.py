@@ -6,7 +6,7 @@ from sensor_msgs.msg import Image
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.networks.models import find_model
 from openpose_ros_pkg.output.draw import draw_people
-from openpose_ros_pkg.params.nodes import CLIENT_PARAMETERS
+from openpose_ros_pkg.params.nodes import ClientSettings
 from openpose_ros_pkg.ros import convert
 from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.ros.images import AnyImage, image_subscriber, raw_image
@@ -20,15 +20,15 @@ class StreamingClient:
     """Subscribes a camera, calls `detect_poses` with its newest image and republishes that image."""
 
     def __init__(self) -> None:
-        self._params, service, transport, self._draw_params = read_private(*CLIENT_PARAMETERS)
-        topic = self._params.camera_topic
+        self._settings = read_private(ClientSettings)
+        topic = self._settings.client.camera_topic
         check_topic_name('camera_topic', topic)
-        self._skeleton = find_model(self._params.pose_model).skeleton
+        self._skeleton = find_model(self._settings.client.pose_model).skeleton
         self._health = Health()
-        self._client = DetectionClient('detect_poses', service)
+        self._client = DetectionClient('detect_poses', self._settings.service)
         self._publisher = rospy.Publisher('openpose_ros/input_image', Image, queue_size=1)
         self._worker = NewestWinsWorker(self._process, self._failed, 'client')
-        self._subscriber = image_subscriber(topic, transport, self._worker.submit)
+        self._subscriber = image_subscriber(topic, self._settings.transport, self._worker.submit)
         rospy.loginfo('waiting for images on %s', self._subscriber.resolved_name)
 
     def _process(self, message: AnyImage) -> None:
@@ -37,9 +37,9 @@ class StreamingClient:
             self._publisher.publish(image)
         detections = self._client.detect(image)
         self._health.frame_done(image.header.stamp)
-        if self._params.display:
+        if self._settings.client.display:
             people = convert.people_from_messages(detections, self._skeleton)
-            cv2.imshow(rospy.get_name(), draw_people(convert.image_to_bgr(image), people, self._draw_params))
+            cv2.imshow(rospy.get_name(), draw_people(convert.image_to_bgr(image), people, self._settings.draw))
             cv2.waitKey(1)
 
     def _failed(self, error: Exception) -> None:

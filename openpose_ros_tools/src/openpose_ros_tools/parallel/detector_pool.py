@@ -10,13 +10,13 @@ from concurrent.futures import CancelledError, Future, ProcessPoolExecutor, Thre
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import suppress
 from dataclasses import replace
-from typing import Any, Callable, List, Optional, Sequence, Tuple
+from typing import Callable, List, Optional, Tuple
 
 import numpy as np
 
-from openpose_ros_pkg.detect.recipes import DetectorParams, recipe_of
+from openpose_ros_pkg.detect.detector import Detector, DetectorSettings
+from openpose_ros_pkg.detect.recipes import recipe_of
 from openpose_ros_pkg.errors import OpenposeRosError
-from openpose_ros_pkg.networks.backends import BackendParams
 from openpose_ros_pkg.people import People2D
 from openpose_ros_tools.parallel.no_interrupts import no_interrupts
 
@@ -38,27 +38,26 @@ class DetectorPool:
     Args:
         jobs: 1: one detector in this process, whose preparing and finishing overlap the networks. More: so many
             processes with a detector each.
-        params: an instance of each class in DETECTOR_PARAMETERS, in that order. Where they leave the number of
-            threads open, processes share the cores.
+        settings: of the detectors. Where they leave the number of threads open, processes share the cores.
         create: makes a detector of these; for processes a function that can be pickled.
 
     Raises:
         OpenposeRosError: no detector can be made of these (of processes, `submit`'s results tell).
     """
 
-    def __init__(self, jobs: int, params: Sequence[Any], create: Callable[..., Any]) -> None:
-        self.skeleton = recipe_of(next(part for part in params if isinstance(part, DetectorParams))).skeleton
+    def __init__(self, jobs: int, settings: DetectorSettings, create: Callable[[DetectorSettings], Detector]) -> None:
+        self.skeleton = recipe_of(settings.detector).skeleton
         self.capacity = jobs + _BESIDES
         """Pictures that should be on their way, so that no network waits."""
         self._closed = False
         self._processes: List[_DetectorProcess] = []
         self._idle: queue.SimpleQueue = queue.SimpleQueue()
         if jobs == 1:
-            detector = create(*params)
+            detector = create(settings)
             self._detect: Callable[[np.ndarray], People2D] = detector.detect
         else:
-            params = with_threads(params, max((os.cpu_count() or 1) // jobs, 1))
-            self._processes = [_DetectorProcess(create, params) for _ in range(jobs)]
+            settings = with_threads(settings, max((os.cpu_count() or 1) // jobs, 1))
+            self._processes = [_DetectorProcess(create, settings) for _ in range(jobs)]
             for process in self._processes:
                 self._idle.put(process)
             self._detect = self._detect_elsewhere
@@ -98,17 +97,18 @@ class DetectorPool:
         return People2D(self.skeleton, keypoints, scores, np.full(len(scores), -1))
 
 
-def with_threads(params: Sequence[Any], threads: int) -> Tuple[Any, ...]:
-    """Return parameters with a number of threads for the networks, unless they name one."""
-    return tuple(replace(part, threads=threads) if isinstance(part, BackendParams) and part.threads == 0 else part
-                 for part in params)
+def with_threads(settings: DetectorSettings, threads: int) -> DetectorSettings:
+    """Return settings with a number of threads for the networks, unless they name one."""
+    if settings.backend.threads != 0:
+        return settings
+    return replace(settings, backend=replace(settings.backend, threads=threads))
 
 
 class _DetectorProcess:
     """A process with a detector; when it dies, another one takes its place and gets the same image."""
 
-    def __init__(self, create: Callable[..., Any], params: Sequence[Any]) -> None:
-        self._arguments = (create, params)
+    def __init__(self, create: Callable[[DetectorSettings], Detector], settings: DetectorSettings) -> None:
+        self._arguments = (create, settings)
         self._closed = False
         self._start()
 
@@ -146,14 +146,14 @@ class _DetectorProcess:
 
 
 # In a detector process: what makes its detector, and the detector once it is made.
-_create: Callable[[], Any]
-_detector: Optional[Any] = None
+_create: Callable[[], Detector]
+_detector: Optional[Detector] = None
 
 
-def _keep(create: Callable[..., Any], params: Sequence[Any]) -> None:
+def _keep(create: Callable[[DetectorSettings], Detector], settings: DetectorSettings) -> None:
     """Keep what makes the detector: the first image makes it, as its result can carry the error."""
     global _create
-    _create = functools.partial(create, *params)
+    _create = functools.partial(create, settings)
     threading.Thread(target=_end_with_parent, daemon=True).start()
 
 

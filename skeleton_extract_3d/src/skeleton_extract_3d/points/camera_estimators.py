@@ -5,10 +5,9 @@ from typing import Dict, Optional, Tuple
 
 import numpy as np
 
-from openpose_ros_pkg.params.parameters import Parameters
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import SkeletonModel
-from skeleton_extract_3d.estimator import Estimate, PeopleEstimator
+from skeleton_extract_3d.estimator import Estimate, EstimatorSettings, PeopleEstimator
 from skeleton_extract_3d.points.point_grid import PointGrid
 
 
@@ -17,23 +16,23 @@ class CameraEstimators:
 
     Args:
         skeleton: joints of the people.
-        params: an instance of each class in ESTIMATOR_PARAMETERS, in that order.
+        settings: of each estimator.
     """
 
-    def __init__(self, skeleton: SkeletonModel, *params: Parameters) -> None:
+    def __init__(self, skeleton: SkeletonModel, settings: EstimatorSettings) -> None:
         self.skeleton = skeleton
-        self._params = params
+        self._settings = settings
         self._estimators: Dict[str, PeopleEstimator] = {}
         self._ids = itertools.count()
         # held while a frame is estimated, so that it keeps the parameters that it began with
         self._lock = threading.Lock()
 
-    def reconfigure(self, *params: Parameters) -> None:
+    def reconfigure(self, settings: EstimatorSettings) -> None:
         """Take other parameters from the next frame on; see `PeopleEstimator.reconfigure`."""
         with self._lock:
-            self._params = params
+            self._settings = settings
             for estimator in self._estimators.values():
-                estimator.reconfigure(*params)
+                estimator.reconfigure(settings)
 
     def update(self, people_2d: People2D, points: PointGrid, frame_id: str, stamp: float, bgr: np.ndarray,
                tracking_from_points: Optional[Tuple[np.ndarray, np.ndarray]] = None) -> Estimate:
@@ -49,6 +48,6 @@ class CameraEstimators:
         height, width = bgr.shape[:2]
         with self._lock:
             if frame_id not in self._estimators:
-                self._estimators[frame_id] = PeopleEstimator(self.skeleton, *self._params, ids=self._ids)
+                self._estimators[frame_id] = PeopleEstimator(self.skeleton, self._settings, self._ids)
             return self._estimators[frame_id].update(people_2d, (width, height), points, stamp, bgr,
                                                      tracking_from_points)

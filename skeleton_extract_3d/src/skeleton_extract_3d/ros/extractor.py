@@ -1,7 +1,7 @@
 """The extractor node: pairs image and cloud, has people found in the image, and follows them in space."""
 import threading
 import time
-from typing import Any, Optional, Sequence, Tuple
+from typing import Any, Optional, Tuple
 
 import numpy as np
 import rospy
@@ -13,9 +13,7 @@ from std_msgs.msg import Header
 
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.networks.models import find_model
-from openpose_ros_pkg.output.draw import DrawParams
-from openpose_ros_pkg.params.nodes import ImageTransportParams, ServiceClientParams
-from openpose_ros_pkg.params.parameters import Parameters
+from openpose_ros_pkg.params.nodes import ImageTransportParams
 from openpose_ros_pkg.ros import convert as convert_2d
 from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.ros.images import AnyImage, image_subscriber, raw_image
@@ -27,8 +25,8 @@ from openpose_ros_pkg.ros.service_client import DetectionClient, ServiceCallErro
 from openpose_ros_pkg.ros.timing_report import TimingReport
 from openpose_ros_pkg.stream.newest_wins import NewestWinsWorker
 from openpose_ros_pkg.stream.pairing import PairingParams
-from skeleton_extract_3d.estimator import ESTIMATOR_PARAMETERS, STAGES, Estimate
-from skeleton_extract_3d.node_params import EXTRACTOR_PARAMETERS, LIVE_PARAMETERS, ExtractorParams
+from skeleton_extract_3d.estimator import STAGES, Estimate
+from skeleton_extract_3d.node_params import LIVE_PARAMETERS, ExtractorSettings
 from skeleton_extract_3d.people import INFERRED, People3D
 from skeleton_extract_3d.points.camera_estimators import CameraEstimators
 from skeleton_extract_3d.points.point_grid import PointGrid
@@ -54,25 +52,23 @@ class Extractor:
     """
 
     def __init__(self) -> None:
-        current = read_private(*EXTRACTOR_PARAMETERS)
-        by_class = {type(params): params for params in current}
-        self._params: ExtractorParams = by_class[ExtractorParams]
+        settings = read_private(ExtractorSettings)
+        self._params = settings.extractor
         self._health = Health()
         self._timing = TimingReport(_STAGES, result='total')
         self._health.show(self._timing.medians)
-        self._client = DetectionClient('~skeleton_2d_detector', by_class[ServiceClientParams])
+        self._client = DetectionClient('~skeleton_2d_detector', settings.service)
         self._camera_info: Optional[CameraInfo] = None
         self._last_report = -float('inf')
-        self._estimators = CameraEstimators(find_model(self._params.pose_model).skeleton,
-                                            *(by_class[kind] for kind in ESTIMATOR_PARAMETERS))
+        self._estimators = CameraEstimators(find_model(self._params.pose_model).skeleton, settings.estimator)
         self._lifter = Lifter(self._params, self._estimators, self._lookup)
         self._advertise()
         self._publisher_2d: Optional[PeoplePublisher] = None
         if self._params.publish_2d:
-            self._publisher_2d = PeoplePublisher(_NAMESPACE, by_class[DrawParams], self._health, self._timing)
-        self._live = LiveParameters(current, LIVE_PARAMETERS, self._reconfigure)
+            self._publisher_2d = PeoplePublisher(_NAMESPACE, settings.draw, self._health, self._timing)
+        self._live = LiveParameters(settings, LIVE_PARAMETERS, self._reconfigure)
         self._worker = NewestWinsWorker(self._process, self._failed, 'extractor')
-        self._subscribe(by_class[PairingParams], by_class[ImageTransportParams])
+        self._subscribe(settings.pairing, settings.transport)
         threading.Thread(target=self._watch_inputs, name='input watch', daemon=True).start()
 
     def _advertise(self) -> None:
@@ -159,12 +155,11 @@ class Extractor:
             self._publisher_2d.publish(people, convert_2d.people_to_messages(people, header), header, bgr,
                                        hidden=estimate.people.status[:len(people)] == INFERRED)
 
-    def _reconfigure(self, current: Sequence[Parameters]) -> None:
+    def _reconfigure(self, settings: ExtractorSettings) -> None:
         """Take new parameters; they hold from the next frame on."""
-        by_class = {type(params): params for params in current}
-        self._estimators.reconfigure(*(by_class[kind] for kind in ESTIMATOR_PARAMETERS))
+        self._estimators.reconfigure(settings.estimator)
         if self._publisher_2d is not None:
-            self._publisher_2d.reconfigure(by_class[DrawParams])
+            self._publisher_2d.reconfigure(settings.draw)
 
     def _report(self, estimate: Estimate, points: Any) -> None:
         now = time.monotonic()

@@ -1,17 +1,15 @@
 """The visualization node: joints in space to RViz markers."""
-from dataclasses import fields
-
 import rospy
 from openpose_ros_msgs.msg import PersonDetection_3dArray
 from visualization_msgs.msg import Marker
 
 from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_pkg.params.parameters import parameter_fields
 from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.ros.live_parameters import LiveParameters
 from openpose_ros_pkg.ros.node import run_node
 from openpose_ros_pkg.ros.parameters import read_private
 from openpose_ros_pkg.stream.newest_wins import NewestWinsWorker
-from skeleton_extract_3d.node_params import VISUALIZATION_PARAMETERS
 from skeleton_extract_3d.ros import convert
 from skeleton_extract_3d.show.markers import LIMB_NAMESPACES, MarkerParams, MarkerTracker
 
@@ -24,11 +22,11 @@ class Visualization:
     """Turns the array of people of each frame into markers: a few per person, each with a namespace of its own."""
 
     def __init__(self) -> None:
-        params, = read_private(*VISUALIZATION_PARAMETERS)
+        params = read_private(MarkerParams)
         self._markers = MarkerTracker(params)
         self._health = Health()
-        self._live = LiveParameters((params,), [field.name for field in fields(MarkerParams)],
-                                    lambda changed: self._markers.reconfigure(*changed))
+        self._live = LiveParameters(params, [field.name for field in parameter_fields(MarkerParams)],
+                                    self._markers.reconfigure)
         self._joints = rospy.Publisher(f'{_NAMESPACE}/visualization_markers', Marker, queue_size=_MARKERS_QUEUE)
         self._limbs = rospy.Publisher(f'{_NAMESPACE}/visualization_skeleton', Marker, queue_size=_MARKERS_QUEUE)
         self._worker = NewestWinsWorker(self._process, self._failed, 'visualization')

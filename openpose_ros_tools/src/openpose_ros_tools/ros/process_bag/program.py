@@ -31,7 +31,6 @@ import os
 import sys
 import time
 from contextlib import closing
-from dataclasses import fields
 from pathlib import Path
 from typing import Any, Callable, Dict, List, Optional, Sequence
 
@@ -39,19 +38,20 @@ import yaml
 from tqdm import tqdm
 
 from openpose_ros_pkg.command_line import DONE, SOME_FAILED, add_settings, run_command, setting_values
-from openpose_ros_pkg.detect.detector import create_detector
+from openpose_ros_pkg.detect.detector import Detector, DetectorSettings, create_detector
 from openpose_ros_pkg.errors import OpenposeRosError, ParameterError
 from openpose_ros_pkg.natural_order import natural_key
-from openpose_ros_pkg.params.nodes import SERVICE_PARAMETERS
+from openpose_ros_pkg.params.nodes import ServiceSettings
+from openpose_ros_pkg.params.parameters import parameter_fields
 from openpose_ros_pkg.ros.node import keep_large_blocks
 from openpose_ros_tools.outputs import delete_parts
 from openpose_ros_tools.parallel.task_cluster import run_tasks
 from openpose_ros_tools.ros.bag_files import COMPRESSIONS
 from openpose_ros_tools.ros.process_bag.input import Topics
 from openpose_ros_tools.ros.process_bag.output import made_from
-from openpose_ros_tools.ros.process_bag.work import PARAMETERS, BagJob, BagReport, build_parameters, process
+from openpose_ros_tools.ros.process_bag.work import BagJob, BagReport, BagSettings, build_settings, process
 from openpose_ros_tools.tables.keypoint_csv import LAYOUTS
-from skeleton_extract_3d.node_params import EXTRACTOR_PARAMETERS
+from skeleton_extract_3d.node_params import ExtractorSettings
 
 _log = logging.getLogger(__name__)
 
@@ -62,7 +62,8 @@ _MOST_JOBS = 8
 _TELL_PERIOD = 0.5
 
 
-def main(arguments: Optional[Sequence[str]] = None, create: Callable[..., Any] = create_detector) -> int:
+def main(arguments: Optional[Sequence[str]] = None,
+         create: Callable[[DetectorSettings], Detector] = create_detector) -> int:
     """Run the command; return the exit status.
 
     Args:
@@ -81,8 +82,8 @@ def read_config(paths: Sequence[Path]) -> Dict[str, Any]:
     Raises:
         ParameterError: a file can not be read, has a key that no node has, or two files contradict each other.
     """
-    known = {item.name for kind in (*SERVICE_PARAMETERS, *EXTRACTOR_PARAMETERS, *PARAMETERS) for item in fields(kind)}
-    used = {item.name for kind in PARAMETERS for item in fields(kind)}
+    known = {field.name for field in parameter_fields(ServiceSettings, ExtractorSettings, BagSettings)}
+    used = {field.name for field in parameter_fields(BagSettings)}
     values: Dict[str, Any] = {}
     for path in paths:
         try:
@@ -99,9 +100,10 @@ def read_config(paths: Sequence[Path]) -> Dict[str, Any]:
     return values
 
 
-def _run(options: argparse.Namespace, settings: Dict[str, Any], create: Callable[..., Any]) -> int:
+def _run(options: argparse.Namespace, settings: Dict[str, Any],
+         create: Callable[[DetectorSettings], Detector]) -> int:
     values = {**read_config(options.config), **settings}
-    build_parameters(values)  # before anything is done
+    build_settings(values)  # before anything is done
     if bool(options.points) + bool(options.depth) + options.only_2d > 1:
         raise ParameterError('--points, --depth and --only-2d contradict each other; give one of them')
     jobs = _jobs_of(options, values, create)

@@ -6,18 +6,17 @@ from concurrent.futures import Future
 from contextlib import ExitStack, closing
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
-from typing import Any, Callable, Deque, Dict, Iterator, Mapping, Optional, Tuple, Type, Union
+from typing import Any, Callable, Deque, Dict, Iterator, Mapping, Optional, Tuple, Union
 
 import genpy
 import tf2_py
 
-from openpose_ros_pkg.detect.detector import DETECTOR_PARAMETERS, create_detector
-from openpose_ros_pkg.detect.recipes import DetectorParams
+from openpose_ros_pkg.detect.detector import Detector, DetectorSettings, create_detector
 from openpose_ros_pkg.detect.tracking import CameraTrackers, TrackingParams
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.output.frame_writer import is_power_of_two
 from openpose_ros_pkg.output.keypoint_scale import KeypointScaleParams
-from openpose_ros_pkg.params.parameters import Parameters, build
+from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.ros import convert
 from openpose_ros_pkg.skeletons import SkeletonModel
@@ -37,7 +36,7 @@ from openpose_ros_tools.ros.process_bag.input import (
     find_topics,
 )
 from openpose_ros_tools.ros.process_bag.output import Results, is_json_of, made_from
-from skeleton_extract_3d.estimator import ESTIMATOR_PARAMETERS
+from skeleton_extract_3d.estimator import EstimatorSettings
 from skeleton_extract_3d.node_params import ExtractorParams
 from skeleton_extract_3d.people import People3D
 from skeleton_extract_3d.points.camera_estimators import CameraEstimators
@@ -45,11 +44,6 @@ from skeleton_extract_3d.ros.lifter import Lifter
 from skeleton_extract_3d.show.markers import MarkerParams
 
 _log = logging.getLogger(__name__)
-
-PARAMETERS: Tuple[Type[Parameters], ...] = (
-    *DETECTOR_PARAMETERS, TrackingParams, KeypointScaleParams, ExtractorParams, *ESTIMATOR_PARAMETERS, PairingParams,
-    MarkerParams)
-"""The parameter classes of the nodes that have a meaning for a recording."""
 
 # Changed with what the same parameters give, so that what an older version has made counts as old.
 _VERSION = 1
@@ -61,6 +55,19 @@ _WITHOUT_EFFECT = ('threads', 'compiled_cache')
 
 
 @dataclass(frozen=True)
+class BagSettings:
+    """The parameters of the nodes that have a meaning for a recording."""
+
+    detector: DetectorSettings
+    tracking: TrackingParams
+    keypoint_scale: KeypointScaleParams
+    extractor: ExtractorParams
+    estimator: EstimatorSettings
+    pairing: PairingParams
+    markers: MarkerParams
+
+
+@dataclass(frozen=True)
 class BagJob:
     """What is to be made of a bag. It can be pickled.
 
@@ -69,7 +76,7 @@ class BagJob:
         output: bag to make.
         csv: table to make, None: none.
         json: folder for a file of each frame, None: none.
-        values: parameters that differ from their defaults, of the classes in PARAMETERS.
+        values: parameters that differ from their defaults, of `BagSettings`.
         topics: of the camera, where they are named.
         only_2d: whether points are left alone.
         copied: topics that are copied, or 'all'.
@@ -93,7 +100,7 @@ class BagJob:
     compression: str = 'none'
     jobs: int = 1
     threads: int = 0
-    create: Callable[..., Any] = create_detector
+    create: Callable[[DetectorSettings], Detector] = create_detector
 
     def made_from(self) -> Dict[str, Any]:
         """Return what the results depend on, as JSON has it.
@@ -161,11 +168,11 @@ def process(job: BagJob, on_frame: Callable[[int, int], None] = lambda done, tot
         ProcessLostError: processes end again and again.
         OSError: a result can not be written.
     """
-    params = build_parameters(job.values)
+    settings = build_settings(job.values)
     made = job.made_from()
     with ExitStack() as stack:
         bag = stack.enter_context(open_bag(job.source))
-        topics = find_topics(bag, job.topics, job.only_2d, params[ExtractorParams].points_source == 'depth_image')
+        topics = find_topics(bag, job.topics, job.only_2d, settings.extractor.points_source == 'depth_image')
         copied = copied_topics(bag, job.copied)
         parts = stack.enter_context(PartFiles())
         json_folder = None if job.json is None else parts.folder(
@@ -173,16 +180,16 @@ def process(job: BagJob, on_frame: Callable[[int, int], None] = lambda done, tot
         csv_path = None if job.csv is None else parts.file(job.csv)
         bag_path = parts.file(job.output)  # the last to be moved: where it is, all is there
         pool = stack.enter_context(DetectorPool(
-            job.jobs, with_threads([params[kind] for kind in DETECTOR_PARAMETERS], job.threads), job.create))
-        lifter, transforms = _lifter(job.source, params, topics, pool.skeleton, stack)
+            job.jobs, with_threads(settings.detector, job.threads), job.create))
+        lifter, transforms = _lifter(job.source, settings, topics, pool.skeleton, stack)
         results = stack.enter_context(Results(
             bag_path, csv_path, json_folder, job.source.stem, in_space=topics.in_space, csv_layout=job.csv_layout,
-            markers=params[MarkerParams] if job.markers else None, scale=params[KeypointScaleParams],
-            publish_tf=params[ExtractorParams].publish_tf, compression=job.compression))
+            markers=settings.markers if job.markers else None, scale=settings.keypoint_scale,
+            publish_tf=settings.extractor.publish_tf, compression=job.compression))
         results.record(made, genpy.Time.from_sec(bag.get_start_time()))
-        recording = Recording(bag, topics, copied, params[PairingParams], lifter)
+        recording = Recording(bag, topics, copied, settings.pairing, lifter)
         images = bag.get_message_count(topics.image)
-        chain = _Chain(CameraTrackers(params[TrackingParams]), lifter, transforms, results,
+        chain = _Chain(CameraTrackers(settings.tracking), lifter, transforms, results,
                        BagReport(counts=recording.counts, topics=topics))
         events = stack.enter_context(closing(prefetched(recording, _AHEAD)))
         for done in chain.run(events, pool):
@@ -193,29 +200,30 @@ def process(job: BagJob, on_frame: Callable[[int, int], None] = lambda done, tot
     return chain.report
 
 
-def build_parameters(values: Mapping[str, Any]) -> Dict[Type[Parameters], Any]:
-    """Return an instance of each class in PARAMETERS.
+def build_settings(values: Mapping[str, Any]) -> BagSettings:
+    """Return the settings of a flat mapping.
 
     Raises:
         ParameterError: a key is unknown, or a value is not allowed, here or at all.
     """
-    params = dict(zip(PARAMETERS, build(PARAMETERS, values)))
-    if params[DetectorParams].target_rate > 0:
-        raise ParameterError(f"parameter 'target_rate' = {params[DetectorParams].target_rate:g} is not allowed here: "
+    settings = build(BagSettings, values)
+    rate = settings.detector.detector.target_rate
+    if rate > 0:
+        raise ParameterError(f"parameter 'target_rate' = {rate:g} is not allowed here: "
                              'results would depend on the machine; 0, and mode=fast where time is short')
-    return params
+    return settings
 
 
-def _lifter(source: Path, params: Mapping[Type[Parameters], Any], topics: Topics, skeleton: SkeletonModel,
+def _lifter(source: Path, settings: BagSettings, topics: Topics, skeleton: SkeletonModel,
             stack: ExitStack) -> Tuple[Optional[Lifter], Optional[Transforms]]:
     """Return what lifts, and the transforms where some are wanted; None in 2D."""
     if not topics.in_space:
         return None, None
-    extractor = replace(params[ExtractorParams], points_source='depth_image' if topics.depth else 'point_cloud')
+    extractor = replace(settings.extractor, points_source='depth_image' if topics.depth else 'point_cloud')
     transforms = None
     if extractor.target_frame or extractor.tracking_frame:
         transforms = Transforms(stack.enter_context(open_bag(source)))
-    estimators = CameraEstimators(skeleton, *(params[kind] for kind in ESTIMATOR_PARAMETERS))
+    estimators = CameraEstimators(skeleton, settings.estimator)
     # without frames that are named, nothing is looked up
     return Lifter(extractor, estimators, transforms.lookup if transforms else _no_lookup), transforms
 
