@@ -24,7 +24,9 @@ from skeleton_extract_3d.people import INFERRED, MEASURED
 TRAJECTORIES = 'trajectories_'
 """What the names of pictures of one person's joints begin with."""
 
-REFERENCE_COLOUR = '#000000'
+REFERENCE_COLOUR, _FLOOR_COLOUR = '#000000', '#DDDDDD'
+# Lines of stick figures: reference, estimate.
+_THIN, _THICK = 1.3, 2.0
 # Joints whose paths are drawn, as many of them as are compared: they move most.
 TRAJECTORY_JOINTS = ('right_wrist', 'left_wrist', 'right_ankle')
 # Moments of which stick figures are drawn, and times between which the clock's curve is drawn [s].
@@ -41,19 +43,17 @@ def error_per_joint(comparison: Comparison) -> Figure:
     """Draw median (bar) and 90th percentile (line) of the errors of each joint, measured and inferred apart."""
     figure = new_figure(9, 0.34 * len(comparison.joints) + 1.6)
     axes = figure.add_subplot(1, 1, 1)
-    errors, places = 1e3 * comparison.errors, np.arange(len(comparison.joints))[::-1]
+    table, places = comparison.table(), np.arange(len(comparison.joints))[::-1]
     handles, labels = [], []
     for status, shift in ((MEASURED, 0.19), (INFERRED, -0.19)):
-        per_joint = [column[(kinds == status) & np.isfinite(column)]
-                     for column, kinds in zip(errors.T, comparison.status.T)]
-        known = [number for number, part in enumerate(per_joint) if len(part)]
-        if not known:
+        errors = 1e3 * table[table.status == status].groupby('joint').error.quantile([0.5, 0.9]).unstack()
+        errors = errors.reindex(list(comparison.joints))
+        if not errors.notna().any().any():
             continue
-        median = np.array([np.median(per_joint[number]) for number in known])
-        high = np.array([np.percentile(per_joint[number], 90) for number in known])
-        handles.append(axes.barh(places[known] + shift, median, 0.34, color=STATUS_COLOURS[status]))
-        axes.hlines(places[known] + shift, median, high, color=STATUS_COLOURS[status], linewidth=1.6)
-        axes.plot(high, places[known] + shift, '|', color=STATUS_COLOURS[status], markersize=7, markeredgewidth=1.6)
+        median, high, at = errors[0.5], errors[0.9], places + shift
+        handles.append(axes.barh(at, median.fillna(0), 0.34, color=STATUS_COLOURS[status]))
+        axes.hlines(at, median, high, color=STATUS_COLOURS[status], linewidth=1.6)
+        axes.plot(high, at, '|', color=STATUS_COLOURS[status], markersize=7, markeredgewidth=1.6)
         labels.append(f'{STATUS_NAMES[status]}: median')
     handles.append(Line2D([], [], color=HELP_COLOUR, marker='|', markersize=7, linewidth=1.6))
     labels.append('up to the 90th percentile')
@@ -71,19 +71,17 @@ def error_over_time(comparison: Comparison) -> Figure:
     people = _people(comparison)
     figure = new_figure(9, 3.6)
     axes, colours = figure.add_subplot(1, 1, 1), person_colours(people)
-    handles = []
+    table, handles = comparison.table(), []
+    table = table[table.found]
     for person in people:
-        rows = comparison.subject == person
-        times, errors = comparison.times[rows], 1e3 * comparison.errors[rows]
-        low, middle, high = (np.array([np.percentile(row[np.isfinite(row)], share) if np.isfinite(row).any() else np.nan
-                                       for row in errors]) for share in (10, 50, 90))
-        # a break in the lines where the person was not found
-        times, (low, middle, high) = _with_breaks(times, np.stack([low, middle, high]))
+        of_person = table[table.subject == comparison.subjects[person]]
+        errors = 1e3 * of_person.groupby('time').error.quantile([0.1, 0.5, 0.9]).unstack()
+        times, (low, middle, high) = _with_breaks(errors.index.to_numpy(), errors.to_numpy().T)
         axes.fill_between(times, low, high, color=colours[person], alpha=0.15, linewidth=0)
         handles += axes.plot(times, middle, color=colours[person], linewidth=1.6)
     tidy_axes(axes, ylabel='error [mm]')
     axes.set_ylim(bottom=0)
-    time_axis(axes, (float(comparison.times.min()), float(comparison.times.max())))
+    time_axis(axes, (float(table.time.min()), float(table.time.max())))
     axes.set_title('median of the joints; shaded: 10th to 90th percentile', loc='left', fontsize='small', pad=22)
     legend_above(axes, handles, [comparison.subjects[person] for person in people])
     return figure
@@ -92,29 +90,25 @@ def error_over_time(comparison: Comparison) -> Figure:
 def trajectories(comparison: Comparison, person: int) -> Figure:
     """Draw x, y and z of some joints of a subject over time, the estimate on top of the reference."""
     joints = [joint for joint in TRAJECTORY_JOINTS if joint in comparison.joints] or list(comparison.joints[:3])
-    rows = comparison.subject == person
-    missed = comparison.missed_subject == person
+    rows = np.flatnonzero(comparison.subject == person)
     times = comparison.times[rows]
-    # the reference also where the person was not found
-    order = np.argsort(np.concatenate([times, comparison.missed_times[missed]]), kind='stable')
     figure = new_figure(max(4.0 * len(joints) + 0.6, 7.0), 6.2)
     grid = np.array(figure.subplots(3, len(joints), sharex=True, squeeze=False))
     for column, joint in enumerate(joints):
         number = comparison.joints.index(joint)
-        estimate, truth = comparison.estimate[rows, number], comparison.truth[rows, number]
-        status = comparison.status[rows, number]
-        at, whole = _with_breaks(np.concatenate([times, comparison.missed_times[missed]])[order], np.concatenate(
-            [truth, comparison.missed_truth[missed, number]])[order].T)
+        estimate, status = comparison.estimate[rows, number], comparison.status[rows, number]
+        at, truth = _with_breaks(times, comparison.truth[rows, number].T)
         for axis, name in enumerate('xyz'):
             axes = grid[axis, column]
-            axes.plot(at, whole[axis], color=REFERENCE_COLOUR, linewidth=1.2)
+            axes.plot(at, truth[axis], color=REFERENCE_COLOUR, linewidth=1.2)
             for kind in (MEASURED, INFERRED):
                 axes.plot(times[status == kind], estimate[status == kind, axis], '.', markersize=5,
                           color=STATUS_COLOURS[kind], alpha=0.8)
             tidy_axes(axes, ylabel=f'{name} [m]' if column == 0 else '')
             _at_least(axes, 0.1)
         grid[0, column].set_title(joint_title(joint), fontsize='medium')
-        time_axis(grid[2, column], (float(times.min()), float(times.max())), 'time [s]')
+        shown = times[comparison.found[rows]]
+        time_axis(grid[2, column], (float(shown.min()), float(shown.max())), 'time [s]')
     handles = [Line2D([], [], color=REFERENCE_COLOUR), *(Line2D([], [], color=STATUS_COLOURS[kind], marker='.',
                                                                 linestyle='') for kind in (MEASURED, INFERRED))]
     figure.suptitle(f'{comparison.subjects[person]}, in the frame of the reference', fontsize='medium', x=0.01,
@@ -126,11 +120,10 @@ def trajectories(comparison: Comparison, person: int) -> Figure:
 
 def stick_figures(comparison: Comparison) -> Figure:
     """Draw the people of some moments in space, estimate over reference, upright and all at the same scale."""
-    moments = np.unique(comparison.times)
+    moments = np.unique(comparison.times[comparison.found])
     moments = moments[np.unique(np.linspace(0, len(moments) - 1, _MOMENTS + 2).round().astype(int)[1:-1])]
-    shown, missed = np.isin(comparison.times, moments), np.isin(comparison.missed_times, moments)
-    people, upright = _people(comparison), _upright(comparison)
-    everything = np.concatenate([comparison.truth[shown], comparison.missed_truth[missed]]) @ upright.T
+    shown, upright = np.isin(comparison.times, moments), _upright(comparison)
+    everything = comparison.truth[shown] @ upright.T
     view = _view(everything, comparison.joints)
     floor, square = _floor(everything.reshape(-1, 3))
     corners = np.concatenate([everything.reshape(-1, 3), floor.reshape(-1, 3)]) @ view.T
@@ -141,34 +134,40 @@ def stick_figures(comparison: Comparison) -> Figure:
     panel = 11.5 / columns
     figure = new_figure(11.5, min(lines * (panel * height / width + 0.3), 14.0) + 0.5)
     grid = np.array(figure.subplots(lines, columns, squeeze=False)).ravel()
-    colours = person_colours(people)
+    colours, project = person_colours(_people(comparison)), view @ upright
     for axes, moment in zip(grid, moments):
         for line in floor @ view.T:
-            axes.plot(*line.T, color='#DDDDDD', linewidth=0.7, zorder=0)
-        now, absent = comparison.times == moment, comparison.missed_times == moment
-        for truth in np.concatenate([comparison.truth[now], comparison.missed_truth[absent]]):
-            _stick_figure(axes, comparison.joints, truth @ upright.T @ view.T, REFERENCE_COLOUR, 1.3)
-        for row in np.flatnonzero(now):
-            _stick_figure(axes, comparison.joints, comparison.estimate[row] @ upright.T @ view.T,
-                          colours[comparison.subject[row]], 2.0, comparison.status[row])
+            axes.plot(*line.T, color=_FLOOR_COLOUR, linewidth=0.7, zorder=0)
+        rows = np.flatnonzero(comparison.times == moment)
+        for row in rows:
+            _stick_figure(axes, comparison.joints, comparison.truth[row] @ project.T, REFERENCE_COLOUR)
+        for row in rows[comparison.found[rows]]:
+            _stick_figure(axes, comparison.joints, comparison.estimate[row] @ project.T,
+                          colours[comparison.subject[row]], comparison.status[row])
         axes.set_title(f'{moment:.2f} s', fontsize='small')
         axes.set_xlim(low[0], high[0])
         axes.set_ylim(low[1], high[1])
         axes.set_aspect('equal')
     for axes in grid:
         axes.set_axis_off()
-    handles = [Line2D([], [], color=REFERENCE_COLOUR, linewidth=1.3)]
-    handles += [Line2D([], [], color=colours[person], linewidth=2) for person in people]
-    labels = ['reference', *(comparison.subjects[person] for person in people)]
-    if (comparison.status[shown] == INFERRED).any():
-        handles.append(Line2D([], [], color=HELP_COLOUR, marker='o', markerfacecolor='white', linestyle=''))
-        labels.append('inferred joint')
-    handles.append(Line2D([], [], color='#DDDDDD', marker='s', markerfacecolor='white', linestyle='', markersize=9))
-    labels.append(f'floor, squares of {square:g} m')
-    # a row of its own, which the arrangement of the pictures leaves free
-    figure.suptitle(' ', fontsize='medium')
-    figure.legend(handles, labels, loc='upper center', ncol=min(len(labels), 8), frameon=False, fontsize='small')
+    _stick_legend(figure, comparison, f'floor, squares of {square:g} m', (comparison.status[shown] == INFERRED).any())
     return figure
+
+
+def _stick_legend(figure: Figure, comparison: Comparison, floor: str, with_inferred: bool) -> None:
+    people = _people(comparison)
+    colours = person_colours(people)
+    handles = {'reference': Line2D([], [], color=REFERENCE_COLOUR, linewidth=_THIN)}
+    handles.update({comparison.subjects[person]: Line2D([], [], color=colours[person], linewidth=_THICK)
+                    for person in people})
+    if with_inferred:
+        handles['inferred joint'] = Line2D([], [], color=HELP_COLOUR, marker='o', markerfacecolor='white', linestyle='')
+    handles[floor] = Line2D([], [], color=_FLOOR_COLOUR, marker='s', markerfacecolor='white', linestyle='',
+                            markersize=9)
+    # a row of its own, which the arrangement of the plots leaves free
+    figure.suptitle(' ', fontsize='medium')
+    figure.legend(list(handles.values()), list(handles), loc='upper center', ncol=min(len(handles), 8), frameon=False,
+                  fontsize='small')
 
 
 def clock_curve(alignment: Alignment) -> Optional[Figure]:
@@ -213,7 +212,8 @@ def all_figures(comparison: Comparison, alignment: Alignment) -> Dict[str, Tuple
 
 
 def _people(comparison: Comparison) -> List[int]:
-    return np.unique(comparison.subject).tolist()
+    """Return the subjects that the estimate has."""
+    return np.unique(comparison.subject[comparison.found]).tolist()
 
 
 def _with_breaks(times: np.ndarray, values: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
@@ -233,13 +233,13 @@ def _at_least(axes: Any, span: float) -> None:
         axes.set_ylim(middle - span / 2, middle + span / 2)
 
 
-def _stick_figure(axes: Any, joints: Sequence[str], points: np.ndarray, colour: str, width: float,
+def _stick_figure(axes: Any, joints: Sequence[str], points: np.ndarray, colour: str,
                   status: Optional[np.ndarray] = None) -> None:
-    """Draw a person, (K, 2) [m] in the picture; with a status joints as well, those that are inferred as circles."""
-    for start, end in COCO_18.drawn_limbs:
-        if start in joints and end in joints:
-            axes.plot(*points[[joints.index(start), joints.index(end)]].T, color=colour, linewidth=width,
-                      alpha=1.0 if status is None else 0.8, solid_capstyle='round')
+    """Draw a person, (K, 2) [m] in the plot; with a status joints as well, those that are inferred as circles."""
+    for limb in COCO_18.drawn_limbs:
+        if set(limb) <= set(joints):
+            axes.plot(*points[[joints.index(joint) for joint in limb]].T, color=colour, solid_capstyle='round',
+                      linewidth=_THIN if status is None else _THICK, alpha=1.0 if status is None else 0.8)
     if status is not None:
         for kind, face, size in ((MEASURED, colour, 3.0), (INFERRED, 'white', 4.0)):
             axes.plot(*points[status == kind].T, 'o', color=colour, markerfacecolor=face, markersize=size)
@@ -286,11 +286,11 @@ def _upright(comparison: Comparison) -> np.ndarray:
     Laboratories have y or z up; if people stand along none of the axes, up is where their necks are.
     """
     up = np.zeros(3)
-    joints = comparison.joints
+    joints, truth = comparison.joints, comparison.truth[comparison.found]
     for high, low in (('neck', 'right_hip'), ('neck', 'left_hip'), ('right_shoulder', 'right_ankle'),
                       ('left_shoulder', 'left_ankle'), ('nose', 'neck')):
         if high in joints and low in joints:
-            bodies = comparison.truth[:, joints.index(high)] - comparison.truth[:, joints.index(low)]
+            bodies = truth[:, joints.index(high)] - truth[:, joints.index(low)]
             bodies = bodies[np.isfinite(bodies).all(axis=1)]
             if len(bodies):
                 up += np.median(bodies, axis=0)

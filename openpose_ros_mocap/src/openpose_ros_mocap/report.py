@@ -1,18 +1,18 @@
 """The report of a comparison with motion capture: tables, pictures, and all figures as JSON and CSV."""
 import base64
-import csv
-import io
 import json
 from pathlib import Path
-from typing import Any, Dict, Iterator, List, Optional, Sequence, Tuple
+from typing import Any, Dict, List, Optional, Sequence, Tuple
 
 import cv2
 import jinja2
 import numpy as np
+import pandas as pd
 from scipy.spatial.transform import Rotation
 
 from openpose_ros_mocap.alignment import Alignment
-from openpose_ros_mocap.evaluation import PCK_DISTANCES, Comparison, Figures, summarize
+from openpose_ros_mocap.evaluation import Comparison
+from openpose_ros_mocap.figures import PCK_KEYS, Figures, number_or_none, summarize
 from openpose_ros_mocap.plots import TRAJECTORIES, all_figures
 from openpose_ros_pkg.output.files import writable_folder
 from openpose_ros_tools.outputs import PartFiles
@@ -25,7 +25,6 @@ _LAYOUT = 1
 # Which way offset and transform go.
 _CLOCK_MEANING = 'time of the reference minus time of the estimate'
 _TRANSFORM_MEANING = 'x_reference = R x_estimate + t'
-_PCK = tuple(f'pck_{round(1e3 * distance)}' for distance in PCK_DISTANCES)
 
 
 def summary(comparison: Comparison, alignment: Alignment, inputs: Dict[str, Any]) -> Figures:
@@ -41,23 +40,23 @@ def summary(comparison: Comparison, alignment: Alignment, inputs: Dict[str, Any]
         'layout': _LAYOUT, 'inputs': inputs, 'warnings': list(alignment.warnings),
         'clock': {
             'offset_s': alignment.clock_offset, 'meaning': _CLOCK_MEANING, 'given': alignment.clock_given,
-            'std_ms': _rounded(1e3 * alignment.clock_std),
-            'peak_correlation': None if alignment.curve is None else _rounded(alignment.curve.peak)},
+            'std_ms': number_or_none(1e3 * alignment.clock_std),
+            'peak_correlation': None if alignment.curve is None else number_or_none(alignment.curve.peak)},
         'transform': {
             'meaning': _TRANSFORM_MEANING, 'given': alignment.transform_given,
             'translation_m': _list(alignment.translation),
             'quaternion_xyzw': _list(quaternion), 'matrix': [_list(row) for row in matrix],
-            'rotation_std_deg': _rounded(alignment.rotation_std),
-            'translation_std_mm': _rounded(1e3 * alignment.translation_std)},
+            'rotation_std_deg': number_or_none(alignment.rotation_std),
+            'translation_std_mm': number_or_none(1e3 * alignment.translation_std)},
         'alignment': {
-            'median_residual_mm': _rounded(1e3 * alignment.residual), 'scale': _rounded(alignment.scale),
-            'joint_samples': alignment.samples, 'best_other_solution': _rounded(alignment.rival)},
+            'median_residual_mm': number_or_none(1e3 * alignment.residual), 'scale': number_or_none(alignment.scale),
+            'joint_samples': alignment.samples, 'best_other_solution': number_or_none(alignment.rival)},
         **summarize(comparison)}
 
 
 def table(values: Figures) -> str:
     """Return the errors as a table in plain text, for a terminal."""
-    header = ('joint', 'answered', 'mean', 'median', 'p90', *(f'PCK {name[4:]}' for name in _PCK),
+    header = ('joint', 'answered', 'mean', 'median', 'p90', *(f'PCK {name[4:]}' for name in PCK_KEYS),
               'measured', 'median', 'inferred', 'median')
     lines = [header, *(_row(joint_title(joint), figures) for joint, figures in values['joints'].items()),
              _row('all joints', values['overall'])]
@@ -124,10 +123,9 @@ def write_report(folder: Path, comparison: Comparison, alignment: Alignment, val
                              'data': base64.b64encode(path.read_bytes()).decode()})
         for name in (_HTML, _MARKDOWN):
             (part / name.replace('mocap_', '')).write_text(render(name, values, pictures), encoding='utf-8')
-        (part / 'joints.csv').write_text(_csv(_joint_rows(values)))
-        (part / 'bones.csv').write_text(_csv(_bone_rows(values)))
-        with (part / 'errors.csv').open('w', newline='') as handle:
-            csv.writer(handle, lineterminator='\n').writerows(_error_rows(comparison))
+        for name, rows in (('joints', _joint_table(values)), ('bones', _bone_table(values)),
+                           ('errors', _error_table(comparison))):
+            rows.to_csv(part / f'{name}.csv', index=False, float_format='%.5f' if name == 'errors' else None)
         (part / 'summary.json').write_text(json.dumps(values, indent=1, ensure_ascii=False) + '\n', encoding='utf-8')
         names = sorted(path.name for path in part.iterdir())
     return [folder / name for name in names]
@@ -145,51 +143,38 @@ def render(template: str, values: Figures, pictures: Sequence[Dict[str, str]]) -
                                      keep_trailing_newline=True)
     environment.filters.update(percent=_percent, mm=lambda value: _text(value, '.0f'),
                                mm1=lambda value: _text(value, '.1f'), joint=joint_title)
-    return environment.get_template(template).render(values=values, facts=facts(values), pictures=pictures, pck=_PCK)
+    return environment.get_template(template).render(values=values, facts=facts(values), pictures=pictures,
+                                                     pck=PCK_KEYS)
 
 
 def _row(name: str, figures: Figures) -> Tuple[str, ...]:
     measured, inferred = figures['measured'], figures['inferred']
     return (name, _percent(figures['share_answered']), *(_text(figures[key], '.0f') for key in
                                                          ('mean_mm', 'median_mm', 'p90_mm')),
-            *(_percent(figures[key]) for key in _PCK), _percent(measured['share_of_reference']),
+            *(_percent(figures[key]) for key in PCK_KEYS), _percent(measured['share_of_reference']),
             _text(measured['median_mm'], '.0f'), _percent(inferred['share_of_reference']),
             _text(inferred['median_mm'], '.0f'))
 
 
-def _joint_rows(values: Figures) -> Iterator[List[Any]]:
-    """Yield header and rows: one per joint, then one for all."""
-    whole = [key for key, value in values['overall'].items() if not isinstance(value, dict)]
-    parts = [(kind, key) for kind in ('measured', 'inferred') for key in values['overall'][kind]]
-    yield ['joint', *whole, *(f'{kind}_{key}' for kind, key in parts)]
+def _joint_table(values: Figures) -> pd.DataFrame:
+    """Return a row per joint, then one for all."""
+    rows = []
     for name, figures in [*values['joints'].items(), ('all', values['overall'])]:
-        yield [name, *(figures[key] for key in whole), *(figures[kind][key] for kind, key in parts)]
+        rows.append({'joint': name, **{key: value for key, value in figures.items() if not isinstance(value, dict)}})
+        for kind in ('measured', 'inferred'):
+            rows[-1].update({f'{kind}_{key}': value for key, value in figures[kind].items()})
+    return pd.DataFrame(rows)
 
 
-def _bone_rows(values: Figures) -> Iterator[List[Any]]:
-    keys = ('samples', 'reference_mm', 'bias_mm', 'mean_abs_mm', 'variation', 'reference_variation')
-    yield ['bone', *keys]
-    for name, figures in values['bones'].items():
-        yield [name, *(figures[key] for key in keys)]
+def _bone_table(values: Figures) -> pd.DataFrame:
+    return pd.DataFrame([{'bone': name, **bone} for name, bone in values['bones'].items()], columns=(
+        'bone', 'samples', 'reference_mm', 'bias_mm', 'mean_abs_mm', 'variation', 'reference_variation'))
 
 
-def _error_rows(comparison: Comparison) -> Iterator[List[Any]]:
-    """Yield header and rows: one per joint, person and frame that both have; metres, in the frame of the reference."""
-    yield ['time', 'subject', 'person_ID', 'joint', 'status', 'error', 'sigma', 'x', 'y', 'z', 'x_reference',
-           'y_reference', 'z_reference']
-    errors = comparison.errors
-    for row, joint in zip(*np.nonzero(np.isfinite(errors))):
-        sigma = comparison.sigma[row, joint]
-        yield [f'{comparison.times[row]:.6f}', comparison.subjects[comparison.subject[row]], comparison.track[row],
-               comparison.joints[joint], STATUS_NAMES[int(comparison.status[row, joint])], f'{errors[row, joint]:.5f}',
-               f'{sigma:.5f}' if np.isfinite(sigma) else '',
-               *(f'{value:.5f}' for value in [*comparison.estimate[row, joint], *comparison.truth[row, joint]])]
-
-
-def _csv(rows: Iterator[List[Any]]) -> str:
-    text = io.StringIO()
-    csv.writer(text, lineterminator='\n').writerows(rows)
-    return text.getvalue()
+def _error_table(comparison: Comparison) -> pd.DataFrame:
+    """Return a row per joint, person and frame that both have; metres, in the frame of the reference."""
+    table = comparison.table().dropna(subset=['error']).drop(columns='found')
+    return table.assign(time=table.time.map('{:.6f}'.format), status=table.status.map(STATUS_NAMES))
 
 
 def _percent(share: Optional[float]) -> str:
@@ -202,10 +187,6 @@ def _text(value: Optional[float], form: str) -> str:
 
 def _numbers(values: Sequence[float], digits: int) -> str:
     return ' '.join(f'{value:.{digits}f}' for value in values)
-
-
-def _rounded(value: float) -> Optional[float]:
-    return round(float(value), 5) if np.isfinite(value) else None
 
 
 def _list(values: np.ndarray) -> List[float]:
