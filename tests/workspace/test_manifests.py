@@ -12,7 +12,8 @@ PACKAGES = ('openpose_ros_msgs', 'openpose_ros_pkg', 'skeleton_extract_3d', 'ope
 # Modules that are named otherwise than the rosdep key that brings them; OpenVINO has none, ./run setup brings it.
 ROSDEP_KEYS = {'cv2': 'python3-opencv', 'distributed': 'python3-distributed',
                'jinja2': 'python3-jinja2', 'matplotlib': 'python3-matplotlib', 'numpy': 'python3-numpy',
-               'pandas': 'python3-pandas', 'rospkg': 'python3-rospkg', 'scipy': 'python3-scipy', 'tqdm': 'python3-tqdm', 'yaml': 'python3-yaml'}
+               'pandas': 'python3-pandas', 'rospkg': 'python3-rospkg', 'scipy': 'python3-scipy',
+               'tqdm': 'python3-tqdm', 'yaml': 'python3-yaml'}
 ROS_MODULES = {'cv_bridge', 'diagnostic_updater', 'dynamic_reconfigure', 'genpy', 'message_filters', 'rosbag',
                'rosgraph', 'roslib', 'rospy', 'tf2_py', 'tf2_ros'}
 PYTHON_PACKAGES = ('openpose_ros_pkg', 'skeleton_extract_3d', 'openpose_ros_tools', 'openpose_ros_mocap')

@@ -8,14 +8,7 @@ import warnings
 import numpy as np
 import pytest
 
-from openpose_ros_mocap.files import (
-    MarkerRecording,
-    read_mocap,
-    write_c3d,
-    write_mocap,
-    write_motive_csv,
-    write_trc,
-)
+from openpose_ros_mocap.files import MarkerRecording, read_mocap, write_mocap
 from openpose_ros_mocap.files.recording import unique_names
 from openpose_ros_pkg.errors import BadInputError
 
@@ -197,15 +190,15 @@ def test_round_trip(tmp_path, suffix, precision):
 
 def test_bones_in_a_round_trip(tmp_path):
     written = recording(markers=('Ann:Chest', 'Ann:Chest (bone)'))
-    write_motive_csv(tmp_path / 'file.csv', written)
+    write_mocap(tmp_path / 'file.csv', written)
     assert ',Type,Marker,Marker,Marker,Bone,' in (tmp_path / 'file.csv').read_text()
     assert read_mocap(tmp_path / 'file.csv').names == written.names
 
 
 def test_content_decides_on_the_format(tmp_path):
-    write_c3d(tmp_path / 'file.dat', recording())
-    write_trc(tmp_path / 'file.csv', recording())
-    write_motive_csv(tmp_path / 'file.trc', recording())
+    for suffix, name in (('.c3d', 'file.dat'), ('.csv', 'file.trc'), ('.trc', 'other.csv')):
+        write_mocap(tmp_path / f'written{suffix}', recording())
+        (tmp_path / f'written{suffix}').rename(tmp_path / name)
     for path in tmp_path.iterdir():
         assert read_mocap(path).names == recording().names
 
@@ -258,7 +251,7 @@ def test_c3d_with_points_that_have_no_label(tmp_path):
 
 
 def test_c3d_that_breaks_off(tmp_path, caplog):
-    write_c3d(tmp_path / 'file.c3d', recording(200))
+    write_mocap(tmp_path / 'file.c3d', recording(200))
     content = (tmp_path / 'file.c3d').read_bytes()
     (tmp_path / 'cut.c3d').write_bytes(content[:-2000])
     with caplog.at_level(logging.WARNING):
@@ -348,7 +341,7 @@ def test_wrong_c3d_files_are_refused(tmp_path, settings, told):
 
 
 def test_damaged_c3d_files_are_refused(tmp_path):
-    write_c3d(tmp_path / 'file.c3d', recording())
+    write_mocap(tmp_path / 'file.c3d', recording())
     content = (tmp_path / 'file.c3d').read_bytes()
     for length in (2, 512, 700, 1000):
         (tmp_path / 'cut.c3d').write_bytes(content[:length])

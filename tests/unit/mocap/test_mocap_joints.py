@@ -5,14 +5,8 @@ import numpy as np
 import pytest
 
 from openpose_ros_mocap.files import MarkerRecording
-from openpose_ros_mocap.joints import (
-    JointRecording,
-    chosen_map,
-    hip_centres,
-    joints_of,
-    read_marker_map,
-    shipped_maps,
-)
+from openpose_ros_mocap.joints import JointRecording, chosen_map, joints_of
+from openpose_ros_mocap.marker_map import hip_centres, read_marker_map, shipped_maps
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS, mirrored_joint
 

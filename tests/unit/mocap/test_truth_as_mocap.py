@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from openpose_ros_mocap.files import read_mocap
-from openpose_ros_mocap.joints import JointRecording, joints_of, read_marker_map
+from openpose_ros_mocap.joints import JointRecording, joints_of
+from openpose_ros_mocap.marker_map import read_marker_map
 from openpose_ros_mocap.truth_as_mocap import as_markers, main, read_truth, resample, rigid_transform
 from openpose_ros_pkg.command_line import DONE, REFUSED
 from openpose_ros_pkg.errors import BadInputError

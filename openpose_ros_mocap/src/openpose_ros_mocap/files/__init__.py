@@ -1,6 +1,6 @@
 """Files of motion capture systems: tables of OptiTrack Motive (.csv), C3D (.c3d), TRC (.trc)."""
 from pathlib import Path
-from typing import Union
+from typing import Callable, Dict, Union
 
 from openpose_ros_mocap.files.c3d_file import c3d_bytes, is_c3d, read_c3d
 from openpose_ros_mocap.files.motive import is_motive_csv, motive_csv_bytes, read_motive_csv
@@ -10,9 +10,13 @@ from openpose_ros_mocap.files.trc import is_trc, read_trc, trc_bytes
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.output.files import write_whole
 
-SUFFIXES = ('.csv', '.c3d', '.trc')
+# What makes a recording, under the name of its file, into bytes.
+_WRITERS: Dict[str, Callable[[MarkerRecording, str], bytes]] = {
+    '.csv': lambda recording, _: motive_csv_bytes(recording), '.c3d': lambda recording, _: c3d_bytes(recording),
+    '.trc': trc_bytes}
+SUFFIXES = tuple(_WRITERS)
 
-__all__ = ['SUFFIXES', 'MarkerRecording', 'read_mocap', 'write_c3d', 'write_mocap', 'write_motive_csv', 'write_trc']
+__all__ = ['SUFFIXES', 'MarkerRecording', 'read_mocap', 'write_mocap']
 
 
 def read_mocap(path: Union[str, Path]) -> MarkerRecording:
@@ -31,17 +35,20 @@ def read_mocap(path: Union[str, Path]) -> MarkerRecording:
     if not content:
         raise BadInputError(f'{path} is empty')
     suffix = path.suffix.lower()
-    if suffix == '.c3d' or is_c3d(content):
-        recording = read_c3d(path, content)
-    else:
-        start = decode(path, content[:4096])
-        if is_trc(start) or (suffix == '.trc' and not is_motive_csv(start)):
-            recording = read_trc(path, content)
-        elif is_motive_csv(start) or suffix == '.csv':
-            recording = read_motive_csv(path, content)
+    try:
+        if suffix == '.c3d' or is_c3d(content):
+            recording = read_c3d(path, content)
         else:
-            raise BadInputError(f"{path} is no motion capture file that can be read: expected a table that Motive "
-                                f"exported (.csv), C3D (.c3d) or TRC (.trc); it starts with '{start[:40]!r}'")
+            text = decode(path, content)
+            if is_trc(text) or (suffix == '.trc' and not is_motive_csv(text)):
+                recording = read_trc(path, text)
+            elif is_motive_csv(text) or suffix == '.csv':
+                recording = read_motive_csv(path, text)
+            else:
+                raise BadInputError(f"{path} is no motion capture file that can be read: expected a table that Motive "
+                                    f"exported (.csv), C3D (.c3d) or TRC (.trc); it starts with '{text[:40]!r}'")
+    except ValueError as error:
+        raise BadInputError(f'{path}: {error}') from error
     if not len(recording):
         raise BadInputError(f'{path} has a header, but no frames')
     return recording
@@ -50,33 +57,16 @@ def read_mocap(path: Union[str, Path]) -> MarkerRecording:
 def write_mocap(path: Union[str, Path], recording: MarkerRecording) -> None:
     """Write a recording in the format that the suffix tells.
 
+    The times of a C3D file are whole multiples of the time between two frames.
+
     Raises:
         BadInputError: the suffix is none of `SUFFIXES`, or the format can not hold the recording.
     """
-    writers = {'.csv': write_motive_csv, '.c3d': write_c3d, '.trc': write_trc}
     path = Path(path)
-    if path.suffix.lower() not in writers:
+    if path.suffix.lower() not in _WRITERS:
         raise BadInputError(f"{path}: the suffix says which format to write, expected one of {', '.join(SUFFIXES)}")
-    writers[path.suffix.lower()](path, recording)
-
-
-def write_motive_csv(path: Union[str, Path], recording: MarkerRecording) -> None:
-    """Write a table as Motive exports it."""
-    _write(path, motive_csv_bytes(recording))
-
-
-def write_c3d(path: Union[str, Path], recording: MarkerRecording) -> None:
-    """Write a C3D file; its times are whole multiples of the time between two frames."""
-    _write(path, c3d_bytes(recording))
-
-
-def write_trc(path: Union[str, Path], recording: MarkerRecording) -> None:
-    """Write a TRC file."""
-    _write(path, trc_bytes(recording, Path(path).name))
-
-
-def _write(path: Union[str, Path], content: bytes) -> None:
+    content = _WRITERS[path.suffix.lower()](recording, path.name)
     try:
-        write_whole(Path(path), content)
+        write_whole(path, content)
     except OSError as error:
         raise BadInputError(f'{path} can not be written: {error.strerror}') from error

@@ -6,7 +6,7 @@ from io import BytesIO
 from itertools import islice
 from pathlib import Path
 from types import ModuleType
-from typing import Any, List
+from typing import Any, List, Tuple
 
 import numpy as np
 
@@ -54,7 +54,7 @@ def read_c3d(path: Path, content: bytes) -> MarkerRecording:
         with warnings.catch_warnings():  # of the library, on headers that disagree; what matters is checked here
             warnings.simplefilter('ignore')
             reader = library.Reader(BytesIO(content))
-            rate, scale = _rate(path, reader), metres_in(path, _unit(path, reader))
+            rate, scale = _rate_and_scale(path, reader)
             names, first = _names(reader), _first_frame(reader)
             count = int(reader.last_frame) - first + 1
             frames = [points[:, :4] for _, points, _ in islice(reader.read_frames(), max(count, 0))]
@@ -110,32 +110,26 @@ def _library(purpose: str) -> ModuleType:
     return library
 
 
-def _rate(path: Path, reader: Any) -> float:
-    rate = float(reader.point_rate)
+def _rate_and_scale(path: Path, reader: Any) -> Tuple[float, float]:
+    """Return the samples per second [Hz] and the size of the unit of length [m]."""
+    rate, unit = float(reader.point_rate), reader.get('POINT:UNITS')
     if not (np.isfinite(rate) and rate > 0):
         raise BadInputError(f'{path} has POINT:RATE = {rate:g}, expected a number above 0 [Hz]')
-    return rate
-
-
-def _unit(path: Path, reader: Any) -> str:
-    param = reader.get('POINT:UNITS')
-    unit = '' if param is None else param.string_value.strip(' \0')
-    if not unit:
+    if unit is None or not unit.string_value.strip(' \0'):
         raise BadInputError(f'{path} does not tell its unit (POINT:UNITS), expected mm or m')
-    return unit
+    return rate, metres_in(path, unit.string_value.strip(' \0'))
 
 
 def _names(reader: Any) -> List[str]:
     """Return a name for each point: LABELS, and those beyond 255 in LABELS2, LABELS3 and so on."""
     labels: List[str] = []
-    for number in range(1, 100):
-        param = reader.get('POINT:LABELS' + (str(number) if number > 1 else ''))
+    for number in ('', *range(2, 100)):
+        param = reader.get(f'POINT:LABELS{number}')
         if param is None:
             break
         labels += [label.strip(' \0') for label in np.ravel(param.string_array)]
-    used = int(reader.point_used)
-    labels = (labels + [''] * used)[:used]
-    return [label or f'point {number}' for number, label in enumerate(labels, 1)]
+    labels += [''] * int(reader.point_used)
+    return [label or f'point {number}' for number, label in enumerate(labels[:int(reader.point_used)], 1)]
 
 
 def _first_frame(reader: Any) -> int:
@@ -143,5 +137,4 @@ def _first_frame(reader: Any) -> int:
     param = reader.get('TRIAL:ACTUAL_START_FIELD')
     if param is None:
         return int(reader.header.first_frame)
-    words = np.ravel(param.uint16_array)
-    return int(words[0]) + (int(words[1]) << 16 if len(words) > 1 else 0)
+    return sum(int(word) << 16 * place for place, word in enumerate(np.ravel(param.uint16_array)[:2]))

@@ -20,12 +20,12 @@ import csv
 import logging
 from io import StringIO
 from pathlib import Path
-from typing import List, NamedTuple, Optional, Sequence, Tuple
+from typing import List, NamedTuple, Sequence, Tuple
 
 import numpy as np
 
 from openpose_ros_mocap.files.recording import MarkerRecording, unique_names
-from openpose_ros_mocap.files.text import decode, metres_in, read_numbers
+from openpose_ros_mocap.files.text import metres_in, read_numbers
 from openpose_ros_pkg.errors import BadInputError
 
 _log = logging.getLogger(__name__)
@@ -49,7 +49,7 @@ def is_motive_csv(text: str) -> bool:
     return text.startswith(_FIRST_KEY)
 
 
-def read_motive_csv(path: Path, content: bytes) -> MarkerRecording:
+def read_motive_csv(path: Path, text: str) -> MarkerRecording:
     """Return the markers, bones and rigid bodies of a table.
 
     Bones are called `NAME (bone)` and rigid bodies `NAME (rigid body)`, as a skeleton has bones and markers of one
@@ -58,12 +58,12 @@ def read_motive_csv(path: Path, content: bytes) -> MarkerRecording:
 
     Args:
         path: of the file, for errors.
-        content: of the file.
+        text: of the file.
 
     Raises:
         BadInputError: it is no such table; the text says what was expected.
+        ValueError: its times or positions can not be; see `MarkerRecording`.
     """
-    text = decode(path, content)
     lines = text.split('\n')
     if lines[0].startswith(f'{_FIRST_KEY};'):
         raise BadInputError(f"{path} has columns separated by ';', expected ',', with '.' before decimals: as Motive "
@@ -76,18 +76,12 @@ def read_motive_csv(path: Path, content: bytes) -> MarkerRecording:
     if 'Length Units' not in values:
         raise BadInputError(f"{path} does not tell 'Length Units' in its first line; there: {', '.join(values)}")
     scale = metres_in(path, values['Length Units'])
-    first, axes, types, names, kinds = _columns(path, lines)
-    points = _wanted(path, _positions(axes, types, names, kinds), values.get('Coordinate Space', 'Global'))
-    if not points:
-        raise BadInputError(f"{path} has no positions of markers, bones or rigid bodies; its columns are of type "
-                            f"{', '.join(sorted(set(filter(None, types[2:])))) or 'unknown'}")
-    columns = [1, *(point.column + axis for point in points for axis in range(3))]
-    numbers = read_numbers(path, lines, first, ',', columns)
+    first, points = _points(path, lines)
+    points = _wanted(path, points, values.get('Coordinate Space', 'Global').lower() == 'local')
+    used = [1, *(point.column + axis for point in points for axis in range(3))]
+    numbers = read_numbers(path, lines, first, ',', used)
     positions = numbers[:, 1:].reshape(len(numbers), len(points), 3) * scale
-    try:
-        return MarkerRecording(tuple(unique_names(point.name for point in points)), numbers[:, 0], positions)
-    except ValueError as error:
-        raise BadInputError(f'{path}: {error}') from error
+    return MarkerRecording(tuple(unique_names(point.name for point in points)), numbers[:, 0], positions)
 
 
 def motive_csv_bytes(recording: MarkerRecording) -> bytes:
@@ -119,8 +113,8 @@ def _cells(line: str) -> List[str]:
     return [cell.strip() for cell in next(csv.reader([line]), [])]
 
 
-def _columns(path: Path, lines: Sequence[str]) -> Tuple[int, List[str], List[str], List[str], List[str]]:
-    """Return the index of the first row of numbers, and axis, type, name and kind of each column."""
+def _points(path: Path, lines: Sequence[str]) -> Tuple[int, List[_Point]]:
+    """Return the index of the first row of numbers, and the columns that hold positions."""
     names_at = next((number for number, line in enumerate(lines) if line.startswith(('Frame,', '"Frame",'))), None)
     if names_at is None:
         raise BadInputError(f"{path} has no row 'Frame,Time (Seconds),X,Y,Z,...' above its numbers")
@@ -130,26 +124,25 @@ def _columns(path: Path, lines: Sequence[str]) -> Tuple[int, List[str], List[str
     rows = [cells + [''] * (len(axes) - len(cells)) for cells in map(_cells, lines[1:names_at]) if any(cells)]
     if len(rows) < 3:
         raise BadInputError(f'{path} has {len(rows)} rows above its column names, expected types, names, IDs and kinds')
-    types, names = _labelled(rows, 'type') or rows[0], _labelled(rows, 'name') or rows[1]
-    return names_at + 1, axes, types, names, rows[-1]
+    # the label of a row is in one of the columns of frame and time; older exports have none
+    labelled = {cell.lower(): cells for cells in reversed(rows) for cell in cells[:2]}
+    types, names, kinds = labelled.get('type', rows[0]), labelled.get('name', rows[1]), rows[-1]
+    points = [_Point(types[column].lower(), names[column], column) for column in range(2, len(axes) - 2)
+              if axes[column:column + 3] == ['X', 'Y', 'Z'] and kinds[column] == 'Position']
+    if not points:
+        raise BadInputError(f"{path} has no positions of markers, bones or rigid bodies; its columns are of type "
+                            f"{', '.join(sorted(set(filter(None, types[2:])))) or 'unknown'}")
+    return names_at + 1, points
 
 
-def _labelled(rows: Sequence[List[str]], label: str) -> Optional[List[str]]:
-    """Return the row with a label in one of the columns of frame and time."""
-    return next((row for row in rows if label in (cell.lower() for cell in row[:2])), None)
+def _wanted(path: Path, points: Sequence[_Point], local: bool) -> List[_Point]:
+    """Return the measured markers, then what Motive computed, under names that tell these apart.
 
-
-def _positions(axes: Sequence[str], types: Sequence[str], names: Sequence[str], kinds: Sequence[str]) -> List[_Point]:
-    """Return the columns that hold positions."""
-    return [_Point(types[column].lower(), names[column], column) for column in range(2, len(axes) - 2)
-            if list(axes[column:column + 3]) == ['X', 'Y', 'Z'] and kinds[column] == 'Position']
-
-
-def _wanted(path: Path, points: Sequence[_Point], space: str) -> List[_Point]:
-    """Return the measured markers, then what Motive computed, under names that tell these apart."""
+    Args:
+        local: whether the positions of bones are relative to each other, and so of no use.
+    """
     measured = [point for point in points if point.kind == 'marker']
     names = {point.name for point in measured}
-    local = space.lower() == 'local'
     if local and any(point.kind.endswith('bone') for point in points):
         _log.warning('%s: bones are left out, as they are relative to each other; export with Coordinate Space: Global',
                      path)
@@ -159,5 +152,5 @@ def _wanted(path: Path, points: Sequence[_Point], space: str) -> List[_Point]:
             if point.name not in names:
                 computed.append(point)
         elif point.kind != 'marker' and not (local and point.kind.endswith('bone')):
-            computed.append(_Point(point.kind, f'{point.name} ({point.kind})', point.column))
+            computed.append(point._replace(name=f'{point.name} ({point.kind})'))
     return measured + computed

@@ -1,5 +1,6 @@
 """What a motion capture system recorded: the type that all its file formats are read into."""
 from dataclasses import dataclass
+from itertools import chain, count
 from typing import Dict, Iterable, List, Tuple
 
 import numpy as np
@@ -43,10 +44,6 @@ class MarkerRecording:
         """Mean number of samples per second [Hz]; NaN of fewer than two."""
         return (len(self) - 1) / float(self.times[-1] - self.times[0]) if len(self) > 1 else np.nan
 
-    def index(self) -> Dict[str, int]:
-        """Return the place of each marker along the second axis of `positions`."""
-        return {name: i for i, name in enumerate(self.names)}
-
 
 def check_times(times: np.ndarray) -> None:
     """Raise ValueError unless times are one axis of finite, increasing numbers."""
@@ -71,9 +68,6 @@ def unique_names(names: Iterable[str]) -> List[str]:
     """Return names with the second of equal ones called `NAME (2)`, the third `NAME (3)` and so on."""
     result: Dict[str, None] = {}
     for name in names:
-        candidate, number = name, 1
-        while candidate in result:
-            number += 1
-            candidate = f'{name} ({number})'
-        result[candidate] = None
+        candidates = chain([name], (f'{name} ({number})' for number in count(2)))
+        result[next(candidate for candidate in candidates if candidate not in result)] = None
     return list(result)

@@ -14,7 +14,7 @@ _log = logging.getLogger(__name__)
 UNITS: Dict[str, float] = {
     'm': 1.0, 'meters': 1.0, 'metres': 1.0, 'cm': 0.01, 'centimeters': 0.01, 'centimetres': 0.01, 'mm': 0.001,
     'millimeters': 0.001, 'millimetres': 0.001}
-_BINARY = tuple(chr(code) for code in range(9))  # control characters that no text holds
+_BINARY = {chr(code) for code in range(9)}  # control characters that no text holds
 
 
 def decode(path: Path, content: bytes) -> str:
@@ -25,17 +25,14 @@ def decode(path: Path, content: bytes) -> str:
     Raises:
         BadInputError: it is no text.
     """
-    encodings = ['utf-16'] if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)) else ['utf-8-sig',
-                                                                                                   'latin-1']
-    for encoding in encodings:
-        try:
-            text = content.decode(encoding)
-            break
-        except UnicodeDecodeError:
-            continue
+    if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        text = content.decode('utf-16', errors='replace')
     else:
-        raise BadInputError(f'{path} starts like UTF-16 text, but can not be decoded as such')
-    if any(character in text[:4096] for character in _BINARY):
+        try:
+            text = content.decode('utf-8-sig')
+        except UnicodeDecodeError:
+            text = content.decode('latin-1')
+    if _BINARY & set(text[:4096]):
         raise BadInputError(f'{path} is a binary file, expected text')
     return text.replace('\r\n', '\n').replace('\r', '\n')
 
@@ -46,10 +43,10 @@ def metres_in(path: Path, unit: str) -> float:
     Raises:
         BadInputError: it is none of `UNITS`.
     """
-    try:
-        return UNITS[unit.strip().lower()]
-    except KeyError:
-        raise BadInputError(f"{path} has lengths in '{unit.strip()}', expected one of {', '.join(UNITS)}") from None
+    size = UNITS.get(unit.strip().lower())
+    if size is None:
+        raise BadInputError(f"{path} has lengths in '{unit.strip()}', expected one of {', '.join(UNITS)}")
+    return size
 
 
 def read_numbers(path: Path, lines: Sequence[str], first: int, separator: str, columns: Sequence[int],
@@ -71,27 +68,27 @@ def read_numbers(path: Path, lines: Sequence[str], first: int, separator: str, c
         BadInputError: a row is too short or holds something else.
     """
     filled = [number for number in range(first, len(lines)) if lines[number].strip()]
-    rows: List[np.ndarray] = []
-    needed = max(columns) + 1
+    rows: List[List[float]] = []
     for number in filled:
         cells = lines[number].split(separator)
-        at_end_of_file = number == len(lines) - 1  # no line end after it
-        fault = ''
-        if len(cells) < needed:
-            if may_be_short and not at_end_of_file:
-                cells += [''] * (needed - len(cells))
-            else:
-                fault = f'has {len(cells)} cells, expected {needed}'
-        if not fault:
-            try:
-                rows.append(np.array([float(cell) if cell and not cell.isspace() else np.nan
-                                      for cell in map(cells.__getitem__, columns)]))
-                continue
-            except ValueError as error:
-                fault = f'holds what is no number: {error}'
-                if separator != ',' and any(',' in cell for cell in cells):
-                    fault += "; decimal commas can not be read, export with '.'"
-        if number != filled[-1]:
-            raise BadInputError(f'{path}, line {number + 1}: {fault}')
-        _log.warning('%s breaks off: its last line, %d, is left out (%s)', path, number + 1, fault)
-    return np.array(rows).reshape(len(rows), len(columns))
+        if may_be_short and number < len(lines) - 1:  # the line is whole: a line end follows it
+            cells += [''] * (max(columns) + 1 - len(cells))
+        try:
+            rows.append(_numbers(cells, columns))
+        except ValueError as error:
+            if number != filled[-1]:
+                raise BadInputError(f'{path}, line {number + 1}: {error}') from error
+            _log.warning('%s breaks off: its last line, %d, is left out (%s)', path, number + 1, error)
+    return np.array(rows, np.float64).reshape(len(rows), len(columns))
+
+
+def _numbers(cells: Sequence[str], columns: Sequence[int]) -> List[float]:
+    """Return the numbers in some cells of a row; raise ValueError where there are none."""
+    if len(cells) <= max(columns):
+        raise ValueError(f'has {len(cells)} cells, expected {max(columns) + 1}')
+    try:
+        return [float(cells[column].strip() or 'nan') for column in columns]
+    except ValueError as error:
+        comma = any(',' in cell for cell in cells)
+        raise ValueError(f'holds what is no number: {error}'
+                         + "; decimal commas can not be read, export with '.'" * comma) from error

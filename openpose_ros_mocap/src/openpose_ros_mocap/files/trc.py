@@ -19,7 +19,7 @@ from typing import Dict, List, Tuple
 import numpy as np
 
 from openpose_ros_mocap.files.recording import MarkerRecording, unique_names
-from openpose_ros_mocap.files.text import decode, metres_in, read_numbers
+from openpose_ros_mocap.files.text import metres_in, read_numbers
 from openpose_ros_pkg.errors import BadInputError
 
 _FIRST_KEY = 'PathFileType'
@@ -30,17 +30,17 @@ def is_trc(text: str) -> bool:
     return text.startswith(_FIRST_KEY)
 
 
-def read_trc(path: Path, content: bytes) -> MarkerRecording:
+def read_trc(path: Path, text: str) -> MarkerRecording:
     """Return the markers of a file.
 
     Args:
         path: of the file, for errors.
-        content: of the file.
+        text: of the file.
 
     Raises:
         BadInputError: it is no such file; the text says what was expected.
+        ValueError: its times or positions can not be; see `MarkerRecording`.
     """
-    text = decode(path, content)
     lines = text.split('\n')
     if not is_trc(text):
         raise BadInputError(f"{path} is no TRC file: it starts with '{lines[0][:40]}', expected '{_FIRST_KEY}'")
@@ -54,18 +54,11 @@ def read_trc(path: Path, content: bytes) -> MarkerRecording:
     numbers = read_numbers(path, lines, 5, '\t', range(2 + 3 * len(names)), may_be_short=True)
     positions = numbers[:, 2:].reshape(len(numbers), len(names), 3) * scale
     positions[(positions == 0).all(axis=2)] = np.nan
-    try:
-        return MarkerRecording(tuple(unique_names(names)), _times(path, numbers[:, :2], values), positions)
-    except ValueError as error:
-        raise BadInputError(f'{path}: {error}') from error
+    return MarkerRecording(tuple(unique_names(names)), _times(path, numbers[:, :2], values), positions)
 
 
 def trc_bytes(recording: MarkerRecording, name: str) -> bytes:
-    """Return a recording as a TRC file: millimetres with four digits, seconds with six.
-
-    Args:
-        name: of the file, for its header.
-    """
+    """Return a recording as a TRC file of a name: millimetres with four digits, seconds with six."""
     rate, count = f'{recording.rate:.6f}' if len(recording) > 1 else '0', len(recording)
     lines = [[_FIRST_KEY, '4', '(X/Y/Z)', name],
              ['DataRate', 'CameraRate', 'NumFrames', 'NumMarkers', 'Units', 'OrigDataRate', 'OrigDataStartFrame',
@@ -99,16 +92,11 @@ def _times(path: Path, frames_and_times: np.ndarray, values: Dict[str, str]) -> 
     frames, times = frames_and_times.T
     if np.isfinite(times).all():
         return times
-    rate = _number(values.get('DataRate', ''), 0.0)
-    if rate <= 0:
+    try:
+        rate, first = float(values.get('DataRate', '')), float(values.get('OrigDataStartFrame') or 1)
+    except ValueError:
+        rate, first = 0.0, 1.0
+    if not rate > 0:
         raise BadInputError(f"{path} has rows without a time and DataRate = '{values.get('DataRate', '')}', expected "
                             'one of them')
-    return (frames - _number(values.get('OrigDataStartFrame', ''), 1.0)) / rate
-
-
-def _number(text: str, otherwise: float) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        return otherwise
-    return value if np.isfinite(value) else otherwise
+    return (frames - first) / rate

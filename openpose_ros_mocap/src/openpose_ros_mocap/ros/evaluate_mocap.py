@@ -35,7 +35,8 @@ from tqdm import tqdm
 from openpose_ros_mocap.alignment import AlignmentParams, align
 from openpose_ros_mocap.evaluation import EvaluationParams, compare
 from openpose_ros_mocap.files import read_mocap
-from openpose_ros_mocap.joints import MarkerMap, chosen_map, joints_of, read_marker_map
+from openpose_ros_mocap.joints import chosen_map, joints_of
+from openpose_ros_mocap.marker_map import MarkerMap, read_marker_map
 from openpose_ros_mocap.report import facts, summary, table, write_report
 from openpose_ros_pkg.command_line import DONE, run_command
 from openpose_ros_pkg.errors import BadInputError, ParameterError

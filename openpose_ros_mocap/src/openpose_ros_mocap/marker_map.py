@@ -1,0 +1,292 @@
+"""Marker maps: YAML files that say where the joints lie by the markers on the skin.
+
+`joints` holds the joints (names of `MESSAGE_JOINTS`) in an order in which those that others are made of come first::
+
+    description: what it is for
+    joints:
+      left_knee: LKNE                                    # at a marker
+      left_wrist: [LWRA, LWRB]                           # mean of markers; missing when one of them is
+      left_elbow: {markers: [LELB, LELBM], weights: [0.4, 0.6]}        # 60 % of the way from LELB to LELBM
+      nose: {markers: [F1, F2, F3], at_least: 2}         # mean of those that are seen, if these are two or more
+      neck: {joints: [left_shoulder, right_shoulder]}    # of joints above
+      left_ankle: {markers: [LANK], shift: {metres: 0.04, from: [LASI], to: [RASI]}}   # moved along a direction
+      left_hip: {hip_centre: left, asis: [LASI, RASI], psis: [LPSI, RPSI]}             # regression, see hip_centres
+      head_top: {first_of: [HTOP, [LFHD, RFHD]]}         # the first whose markers the recording has
+    subjects: {Ann: 'A_', Ben: 'B_'}                     # optional: how the names of whose markers start
+"""
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple, Union
+
+import numpy as np
+import yaml
+
+from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
+
+AUTOMATIC = 'automatic'
+_FOLDER = Path(__file__).resolve().parent / 'data' / 'marker_maps'
+_KINDS = ('markers', 'joints', 'hip_centre', 'first_of')
+_SIDES = ('left', 'right')
+
+Names = Tuple[str, ...]
+# Positions (T, 3) [m] by name.
+Points = Mapping[str, np.ndarray]
+
+
+@dataclass(frozen=True)
+class Mean:
+    """The mean of markers or joints, moved by a distance if asked for.
+
+    Attributes:
+        names: of the markers, or of joints that come before.
+        of_joints: whether `names` are joints.
+        weights: of the names; they add up to 1.
+        at_least: how many of them must be seen. Where some are missing, the weights of the others are scaled up.
+        shift: distance [m] and the markers between whose means it leads; it starts at the joint if `shift_from` is ().
+    """
+
+    names: Names
+    of_joints: bool
+    weights: Tuple[float, ...]
+    at_least: int
+    shift: float = 0.0
+    shift_from: Names = ()
+    shift_to: Names = ()
+
+    @property
+    def markers(self) -> Names:
+        """Names of the markers that it may use."""
+        return (() if self.of_joints else self.names) + self.shift_from + self.shift_to
+
+    def place(self, markers: Points, joints: Points) -> Optional[np.ndarray]:
+        """Return the joint, (T, 3) [m], or None if the recording does not have what it is made of."""
+        source = joints if self.of_joints else markers
+        there = [(source[name], weight) for name, weight in zip(self.names, self.weights) if name in source]
+        if len(there) < self.at_least or not {*self.shift_from, *self.shift_to} <= set(markers):
+            return None
+        points = np.stack([point for point, _ in there])
+        seen = np.isfinite(points[..., 0])
+        weights = np.array([weight for _, weight in there])[:, None] * seen
+        with np.errstate(invalid='ignore', divide='ignore'):
+            mean = np.einsum('nt,ntd->td', weights, np.nan_to_num(points)) / weights.sum(axis=0)[:, None]
+        mean[seen.sum(axis=0) < self.at_least] = np.nan
+        if self.shift_to:
+            start = _mean(markers, self.shift_from) if self.shift_from else mean
+            mean = mean + self.shift * _unit(_mean(markers, self.shift_to) - start)
+        return mean
+
+
+@dataclass(frozen=True)
+class HipCentre:
+    """The centre of a hip joint by regression from markers on the pelvis, see `hip_centres`.
+
+    Attributes:
+        side: 0 left, 1 right.
+        asis: left and right anterior superior iliac spine.
+        psis: left and right posterior superior iliac spine, or the sacrum alone.
+    """
+
+    side: int
+    asis: Names
+    psis: Names
+
+    @property
+    def markers(self) -> Names:
+        """Names of the markers that it uses."""
+        return self.asis + self.psis
+
+    def place(self, markers: Points, joints: Points) -> Optional[np.ndarray]:
+        """Return the joint, (T, 3) [m], or None if the recording does not have its markers."""
+        if not set(self.markers) <= set(markers):
+            return None
+        return hip_centres(*(markers[name] for name in self.asis), _mean(markers, self.psis))[self.side]
+
+
+@dataclass(frozen=True)
+class FirstOf:
+    """The first of several rules whose markers or joints a recording has."""
+
+    rules: Tuple['Rule', ...]
+
+    @property
+    def markers(self) -> Names:
+        """Names of the markers that it may use."""
+        return tuple(name for rule in self.rules for name in rule.markers)
+
+    def place(self, markers: Points, joints: Points) -> Optional[np.ndarray]:
+        """Return the joint, (T, 3) [m], or None if the recording has the markers of none."""
+        placed = (rule.place(markers, joints) for rule in self.rules)
+        return next((points for points in placed if points is not None), None)
+
+
+Rule = Union[Mean, HipCentre, FirstOf]
+
+
+@dataclass(frozen=True)
+class MarkerMap:
+    """Where joints lie by the markers.
+
+    Attributes:
+        name: of a shipped map, or the path of a file; `AUTOMATIC`: one of the shipped maps is chosen later.
+        rules: by joint, in the order in which they are applied.
+        subjects: by name, how the names of their markers start; empty: found out.
+        is_choice: it was chosen by the markers, nobody named it.
+    """
+
+    name: str
+    rules: Mapping[str, Rule]
+    subjects: Mapping[str, str]
+    is_choice: bool = False
+
+    @property
+    def markers(self) -> Names:
+        """Names of all markers that it may use, each once."""
+        return tuple(dict.fromkeys(name for rule in self.rules.values() for name in rule.markers))
+
+
+def shipped_maps() -> Names:
+    """Return the names of the maps that are part of this package."""
+    return tuple(sorted(path.stem for path in _FOLDER.glob('*.yaml')))
+
+
+def read_marker_map(path: Union[str, Path, None] = None) -> MarkerMap:
+    """Read a marker map.
+
+    Args:
+        path: of a YAML file, or the name of a shipped map; None: `chosen_map` will choose among these.
+
+    Raises:
+        BadInputError: there is none, or it is not as expected.
+    """
+    if path is None or str(path) == AUTOMATIC:
+        return MarkerMap(AUTOMATIC, {}, {})
+    file = Path(path).expanduser()
+    if not file.is_file():
+        if str(path) not in shipped_maps():
+            raise BadInputError(f"marker map '{path}': there is no such file, nor a shipped map of this name "
+                                f"({', '.join(shipped_maps())})")
+        file = _FOLDER / f'{path}.yaml'
+    where = f'marker map {path}'
+    try:
+        values = yaml.safe_load(file.read_text(encoding='utf-8'))
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        raise BadInputError(f'marker map {file} can not be read: {error}') from error
+    values = _mapping(where, values, ('description', 'joints', 'subjects'))
+    rules: Dict[str, Rule] = {}
+    for joint, value in _mapping(f'{where}, joints', values.get('joints'), MESSAGE_JOINTS).items():
+        rules[joint] = _rule(f'{where}, {joint}', value, tuple(rules))
+    subjects = values.get('subjects') or {}
+    if not isinstance(subjects, dict) or not all(isinstance(text, str) for pair in subjects.items() for text in pair):
+        raise BadInputError(f'{where}, subjects: expected names and how their markers start, got {subjects!r}')
+    return MarkerMap(str(path), rules, subjects)
+
+
+def hip_centres(left_asis: np.ndarray, right_asis: np.ndarray, psis: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
+    """Return the left and right hip joint centre.
+
+    Harrington et al., Prediction of the hip joint centre in adults, children, and patients with cerebral palsy based on
+    magnetic resonance imaging, J. Biomech. 40 (2007) 595-602. In the pelvis' frame (origin in the middle of the ASIS, x
+    forwards in the plane of ASIS and PSIS, y up, z to the right) and with depth PD and width PW they are at
+    x = -0.24 PD - 9.9 mm, y = -0.30 PW - 10.9 mm, z = -+(0.33 PW + 7.3 mm): 3 to 5 mm off in each, given the bones.
+    Markers on skin and clothes add to that.
+
+    Args:
+        left_asis, right_asis: (..., 3) [m] anterior superior iliac spines.
+        psis: (..., 3) [m] middle of the posterior superior iliac spines.
+
+    Returns:
+        (..., 3) [m] each; NaN where a marker is.
+    """
+    middle = (left_asis + right_asis) / 2
+    width = np.linalg.norm(right_asis - left_asis, axis=-1, keepdims=True)
+    depth = np.linalg.norm(middle - psis, axis=-1, keepdims=True)
+    right = _unit(right_asis - left_asis)
+    forwards = middle - psis
+    forwards = _unit(forwards - (forwards * right).sum(axis=-1, keepdims=True) * right)
+    up = np.cross(right, forwards)
+    centre = middle + (-0.24 * depth - 0.0099) * forwards + (-0.30 * width - 0.0109) * up
+    out = (0.33 * width + 0.0073) * right
+    return centre - out, centre + out
+
+
+def _unit(vectors: np.ndarray) -> np.ndarray:
+    with np.errstate(invalid='ignore', divide='ignore'):
+        return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
+
+
+def _mean(markers: Points, names: Sequence[str]) -> np.ndarray:
+    return np.mean([markers[name] for name in names], axis=0)
+
+
+def _rule(where: str, value: Any, above: Names) -> Rule:
+    """Return the rule that a value of a map stands for.
+
+    Args:
+        where: it stands, for errors.
+        above: the joints that it may be made of.
+    """
+    if isinstance(value, (str, list)):
+        value = {'markers': value}
+    value = _mapping(where, value, (*_KINDS, 'weights', 'at_least', 'shift', 'asis', 'psis'))
+    kinds = [key for key in _KINDS if key in value]
+    if len(kinds) != 1:
+        raise BadInputError(f"{where}: expected one of {', '.join(_KINDS)}, got {' and '.join(kinds) or 'none'}")
+    if kinds == ['first_of']:
+        value = _mapping(where, value, ('first_of',))
+        if not isinstance(value['first_of'], list) or not value['first_of']:
+            raise BadInputError(f"{where}: first_of = {value['first_of']!r}, expected a list")
+        return FirstOf(tuple(_rule(where, one, above) for one in value['first_of']))
+    if kinds == ['hip_centre']:
+        value = _mapping(where, value, ('hip_centre', 'asis', 'psis'))
+        asis, psis = (_names(where, key, value.get(key)) for key in ('asis', 'psis'))
+        if value['hip_centre'] not in _SIDES or len(asis) != 2 or len(psis) not in (1, 2):
+            raise BadInputError(f'{where}: expected hip_centre left or right, asis [LEFT, RIGHT] and psis [LEFT, RIGHT]'
+                                f' or [SACRUM], got {dict(value)!r}')
+        return HipCentre(_SIDES.index(value['hip_centre']), asis, psis)
+    return _mean_rule(where, _mapping(where, value, (*kinds, 'weights', 'at_least', 'shift')), above)
+
+
+def _mean_rule(where: str, value: Mapping[str, Any], above: Names) -> Mean:
+    of_joints = 'joints' in value
+    names = _names(where, 'joints' if of_joints else 'markers', value['joints' if of_joints else 'markers'])
+    unknown = [name for name in names if of_joints and name not in above]
+    if unknown:
+        raise BadInputError(f"{where}: is made of {', '.join(unknown)}, which is not among the joints above it")
+    weights = value.get('weights', [1] * len(names))
+    if (not isinstance(weights, list) or len(weights) != len(names)
+            or not all(_is_number(weight) and weight > 0 for weight in weights)):
+        raise BadInputError(f'{where}: weights = {weights!r}, expected {len(names)} numbers above 0')
+    at_least = value.get('at_least', len(names))
+    if not isinstance(at_least, int) or not 1 <= at_least <= len(names):
+        raise BadInputError(f'{where}: at_least = {at_least!r}, expected 1 .. {len(names)}')
+    mean = Mean(names, of_joints, tuple(weight / sum(weights) for weight in weights), at_least)
+    if 'shift' not in value:
+        return mean
+    shift = _mapping(f'{where}, shift', value['shift'], ('metres', 'from', 'to'))
+    metres = shift.get('metres')
+    if not _is_number(metres) or not abs(metres) <= 1:
+        raise BadInputError(f'{where}: shift by metres = {metres!r}, expected a number within -1 .. 1 [m]')
+    return replace(mean, shift=float(metres), shift_to=_names(where, 'shift to', shift.get('to')),
+                   shift_from=_names(where, 'shift from', shift['from']) if 'from' in shift else ())
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and bool(np.isfinite(value))
+
+
+def _names(where: str, key: str, value: Any) -> Names:
+    names: List[Any] = [value] if isinstance(value, str) else value
+    if not isinstance(names, list) or not names or not all(isinstance(name, str) and name for name in names):
+        raise BadInputError(f'{where}: {key} = {value!r}, expected a name or a list of names')
+    return tuple(names)
+
+
+def _mapping(where: str, value: Any, known: Sequence[str]) -> Mapping[str, Any]:
+    """Return the value if it is a mapping with none but known keys."""
+    if not isinstance(value, dict) or not value:
+        raise BadInputError(f'{where}: expected keys with values, got {value!r}')
+    unknown = [str(key) for key in value if key not in known]
+    if unknown:
+        raise BadInputError(f"{where}: unknown {', '.join(unknown)}; allowed: {', '.join(known)}")
+    return value
