@@ -12,8 +12,8 @@ PACKAGES = [ROOT / name / 'src' / name
 CORE = sorted(path for package in PACKAGES for path in package.rglob('*.py')
               if 'ros' not in path.relative_to(package).parts[:-1])
 ALLOWED = {'c3d', 'cv2', 'distributed', 'jinja2', 'matplotlib', 'numpy', 'onnxruntime', 'openpose_ros_decode',
-           'openvino', 'pandas', 'scipy', 'skeleton_extract_3d_lifting', 'tqdm', 'yaml', 'openpose_ros_mocap', 'openpose_ros_pkg',
-           'openpose_ros_tools', 'skeleton_extract_3d'}
+           'openvino', 'pandas', 'scipy', 'skeleton_extract_3d_lifting', 'tqdm', 'yaml', 'openpose_ros_mocap',
+           'openpose_ros_pkg', 'openpose_ros_tools', 'skeleton_extract_3d'}
 STANDARD_LIBRARY = Path(sysconfig.get_paths()['stdlib']).resolve()
 
 

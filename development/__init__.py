@@ -1,0 +1,7 @@
+"""Set-up, tests, generated files and daily use of the checkout: what ./run does. Standard library only."""
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+PYTHON = '/usr/bin/python3'  # ROS is installed for the system's Python, whichever comes first on PATH
+LOGS = ROOT / 'logs'
+PACKAGES = tuple(sorted(path.parent.name for path in ROOT.glob('*/package.xml')))

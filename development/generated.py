@@ -1,0 +1,91 @@
+"""Files that are written from the code: config/*.yaml, and the tables of docs/*.md."""
+import dataclasses
+import importlib
+import re
+import sys
+from typing import Any, Iterable, List, Sequence, Tuple
+
+from development import ROOT
+from development.terminal import die, say
+
+TABLE = re.compile(r'^<!-- table: (?P<name>[\w.:, ]+) -->\n.*?^<!-- end of table -->$', re.MULTILINE | re.DOTALL)
+CONFIG_MODULES = ('openpose_ros_pkg.params.nodes', 'skeleton_extract_3d.node_params')
+
+
+def write_config(_arguments: Sequence[str] = ()) -> None:
+    _find_packages()
+    from openpose_ros_pkg.params.parameters import to_yaml
+    for package, name, kind in _config_files():
+        path = ROOT / package / 'config' / name
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(to_yaml(kind))
+        say(str(path))
+
+
+def write_docs(_arguments: Sequence[str] = ()) -> None:
+    """Write the tables of docs/*.md again from the classes that they name."""
+    _find_packages()
+    for path in sorted((ROOT / 'docs').glob('*.md')):
+        text = path.read_text()
+        written = with_tables(text)
+        if written != text:
+            path.write_text(written)
+            say(str(path))
+
+
+def with_tables(text: str) -> str:
+    """Return a page with each table between its markers as the code has it.
+
+    `<!-- table: module.Class -->` shows the constants or parameters of a class, `<!-- table: config:FILE.yaml -->` all
+    parameters of the node that loads this file; `<!-- end of table -->` ends both.
+    """
+    return TABLE.sub(lambda match: '\n'.join([f"<!-- table: {match['name']} -->", *table(match['name']),
+                                              '<!-- end of table -->']), text)
+
+
+def table(name: str) -> List[str]:
+    """Return the lines of a table."""
+    if name.startswith('config:'):
+        files = {file: kind for _, file, kind in _config_files()}
+        if name[7:] not in files:
+            die(f'there is no {name}; one of: {", ".join(files)}')
+        return _parameter_table(files[name[7:]])
+    module, _, class_name = name.rpartition('.')
+    kind = getattr(importlib.import_module(module), class_name)
+    is_constants = all('source' in field.metadata for field in dataclasses.fields(kind))
+    return _constant_table(kind) if is_constants else _parameter_table(kind)
+
+
+def _parameter_table(kind: Any) -> List[str]:
+    from openpose_ros_pkg.params.parameters import describe, parameter_fields
+    return _rows(('name', 'default', 'allowed', 'what it does'), (
+        (f'`{field.name}`', f'`{field.default!r}`', describe(field), field.metadata['doc'])
+        for field in parameter_fields(kind)))
+
+
+def _constant_table(kind: Any) -> List[str]:
+    return _rows(('name', 'value', 'unit', 'what it does', 'source'), (
+        (f'`{field.name}`', _value(field), field.metadata['unit'], field.metadata['doc'], field.metadata['source'])
+        for field in dataclasses.fields(kind)))
+
+
+def _value(field: Any) -> str:
+    """Show a constant; of an array, whose numbers are no reading, the shape."""
+    value = field.default if field.default is not dataclasses.MISSING else field.default_factory()
+    return ' x '.join(map(str, value.shape)) + ' array' if hasattr(value, 'shape') else str(value)
+
+
+def _rows(titles: Sequence[str], rows: Iterable[Sequence[str]]) -> List[str]:
+    lines = [titles, ['---'] * len(titles), *rows]
+    return [f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in line)} |" for line in lines]
+
+
+def _config_files() -> List[Tuple[str, str, Any]]:
+    """Return package, file name and parameters of each file in config/."""
+    modules = [importlib.import_module(name) for name in CONFIG_MODULES]
+    return [(module.__name__.split('.')[0], name, kind)
+            for module in modules for name, kind in module.CONFIG_FILES.items()]
+
+
+def _find_packages() -> None:
+    sys.path[:0] = [str(path) for path in [*ROOT.glob('*/src'), ROOT / 'devel/lib/python3/dist-packages']]

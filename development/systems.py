@@ -1,0 +1,79 @@
+"""What each operating system gives by apt; the only place that knows. The rest comes from PyPI (requirements*.txt).
+
+The dependencies of the packages are read from their package.xml files, the table says what they are called here.
+"""
+import xml.etree.ElementTree as ElementTree
+from dataclasses import dataclass
+from pathlib import Path
+from typing import List, Mapping, Optional, Set
+
+from development import PACKAGES, ROOT
+
+FROM_PYPI = ''
+
+# rosdep key: packages of Debian bookworm
+ROS = {key: f"python3-{key.replace('_', '-')}" for key in (
+    'cv_bridge', 'diagnostic_msgs', 'diagnostic_updater', 'dynamic_reconfigure', 'genpy', 'rosbag', 'rosgraph',
+    'rosgraph_msgs', 'roslaunch', 'roslib', 'rosmaster', 'rosmsg', 'rosnode', 'rosparam', 'rospy', 'rosservice',
+    'rostopic', 'tf2_msgs')}
+ROS.update({
+    'catkin': 'catkin',
+    'geometry_msgs': 'libgeometry-msgs-dev python3-geometry-msgs ros-geometry-msgs',
+    'message_generation': 'ros-message-generation',
+    'message_runtime': 'ros-message-runtime',
+    'rosbash': 'rosbash',
+    'rosout': 'rosout',
+    'rospack': 'rospack-tools',
+    'rostest': 'librostest-dev python3-rostest',
+    'rviz': 'rviz',
+    'sensor_msgs': 'libsensor-msgs-dev python3-sensor-msgs ros-sensor-msgs',
+    'std_msgs': 'libstd-msgs-dev python3-std-msgs ros-std-msgs',
+    'tf2_py': 'python3-tf2',
+    'tf2_ros': 'libtf2-ros-dev python3-tf2-ros tf2-tools',
+    'visualization_msgs': 'libvisualization-msgs-dev python3-visualization-msgs ros-visualization-msgs',
+})
+OTHERS = {name: name for name in (
+    'ca-certificates', 'catkin-lint', 'catkin-tools', 'cmake', 'g++', 'make', 'pybind11-dev', 'python3', 'python3-dev',
+    'python3-distributed', 'python3-jinja2', 'python3-matplotlib', 'python3-numpy', 'python3-opencv', 'python3-pandas',
+    'python3-psutil', 'python3-rospkg', 'python3-scipy', 'python3-setuptools', 'python3-tqdm', 'python3-venv',
+    'python3-yaml', 'scrot', 'shellcheck', 'xvfb')}
+OTHERS.update({'python3-hypothesis': FROM_PYPI, 'python3-pytest': FROM_PYPI})
+
+# What builds, demonstrates and tests, beside what the package.xml files name
+TOOLS = ('ca-certificates', 'catkin-lint', 'catkin-tools', 'cmake', 'g++', 'make', 'python3', 'python3-psutil',
+         'python3-venv', 'rosbash', 'roslaunch', 'rosmaster', 'rosmsg', 'rosnode', 'rosout', 'rospack', 'rosparam',
+         'rosservice', 'rostest', 'rostopic', 'scrot', 'shellcheck', 'xvfb')
+
+
+@dataclass(frozen=True)
+class System:
+    """An operating system: where it differs from Debian bookworm."""
+
+    name: str
+    ros_setup: Optional[Path]  # None: ROS is where every program is
+    differs: Mapping[str, str]
+
+    def packages_of(self, key: str) -> List[str]:
+        """Return the packages of a rosdep key; KeyError: the table lacks it."""
+        return self.differs.get(key, {**ROS, **OTHERS}[key]).split()
+
+
+BOOKWORM = System('Debian bookworm', None, {})
+NOETIC = System('Ubuntu focal with ROS noetic', Path('/opt/ros/noetic/setup.bash'), {
+    **{key: f"ros-noetic-{key.replace('_', '-')}" for key in ROS},
+    'catkin-lint': 'python3-catkin-lint', 'catkin-tools': 'python3-catkin-tools', 'python3-distributed': FROM_PYPI})
+
+
+def this_system() -> System:
+    return NOETIC if Path('/opt/ros/noetic').is_dir() else BOOKWORM
+
+
+def dependencies() -> Set[str]:
+    """Return the rosdep keys of everything that the package.xml files name, but for these packages themselves."""
+    manifests = [ElementTree.parse(str(ROOT / package / 'package.xml')).getroot() for package in PACKAGES]
+    return {str(child.text) for manifest in manifests for child in manifest if 'depend' in child.tag} - set(PACKAGES)
+
+
+def needed_packages(system: System) -> Set[str]:
+    """Return the names of all packages that apt has to install."""
+    return {package for key in dependencies() | set(TOOLS) for package in system.packages_of(key)}

@@ -1,0 +1,144 @@
+"""What the user sees, and work in process groups of its own, which an interrupt ends with all their children."""
+import contextlib
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+import traceback
+from pathlib import Path
+from typing import Any, Callable, NoReturn, Optional
+
+from development import LOGS
+
+INTERRUPTS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+GRACE = 10.0  # [s] in which an interrupted group may end by itself
+PROGRESS_PERIOD = 20.0  # [s] between two lines of progress where the output is no terminal
+
+_group: Optional[int] = None  # the process group at work: its leader's process id
+_activity = ''  # what it does
+
+
+def say(text: str) -> None:
+    print(text, flush=True)
+
+
+def die(message: str) -> NoReturn:
+    sys.exit(f'run: {message}')
+
+
+def step(title: str, log_name: str, advice: str, function: Callable[..., Any], *args: Any) -> None:
+    """Run a function in a group, its output in a log, and show that it goes on; leave the program when it fails."""
+    log = LOGS / f'setup_{log_name}.log'
+    started = time.monotonic()
+    say(title)
+    status = run_in_group(title, function, *args, log=log)
+    seconds = int(time.monotonic() - started)
+    if status:
+        end = log.read_text(errors='replace').splitlines()[-15:]
+        sys.exit('\n'.join([f'{title}: FAILED with exit status {status} after {seconds} s. The end of {log}:',
+                            *(f'    {line}' for line in end), f'What to do: {advice}.',
+                            'Then run the same command again: what is done is kept.']))
+    say(f'      done in {seconds} s')
+
+
+def run_in_group(activity: str, function: Callable[..., Any], *args: Any, log: Optional[Path] = None) -> int:
+    """Run a function in a forked process that leads a group of its own, and return its exit status.
+
+    The status is the integer that the function returns (None: 0), or 1 where it raises.
+    """
+    global _group, _activity
+    child = os.fork()
+    if child == 0:
+        _lead_group(function, args, log)
+    os.setpgid(child, child)  # here as well, whoever comes first
+    _group, _activity = child, activity
+    status = _wait_with_progress(child, log) if log else os.waitpid(child, 0)[1]
+    _group = None
+    return 128 + os.WTERMSIG(status) if os.WIFSIGNALED(status) else os.WEXITSTATUS(status)
+
+
+def _lead_group(function: Callable[..., Any], args: Any, log: Optional[Path]) -> NoReturn:
+    status = 1
+    try:
+        os.setpgid(0, 0)
+        for number in INTERRUPTS:
+            signal.signal(number, signal.SIG_DFL)
+        os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
+        if log:
+            output = os.open(str(log), os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o666)
+            os.dup2(output, 1)
+            os.dup2(output, 2)
+        status = function(*args) or 0
+    except subprocess.CalledProcessError as error:
+        print(error, file=sys.stderr)
+    except BaseException:  # SystemExit too: what the parent would clean up is not this process's
+        traceback.print_exc()
+    finally:
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(status)
+
+
+def _wait_with_progress(child: int, log: Path) -> int:
+    """Wait, on a terminal with a line that is written over again, elsewhere with a line now and then."""
+    started = shown = time.monotonic()
+    while True:
+        ended, status = os.waitpid(child, os.WNOHANG)
+        if ended:
+            break
+        time.sleep(0.2)
+        now = time.monotonic()
+        if sys.stdout.isatty():
+            print(f'\r\033[K      {_progress(log, now - started)[:shutil.get_terminal_size().columns - 8]}', end='',
+                  flush=True)
+        elif now - shown >= PROGRESS_PERIOD:
+            shown = now
+            say(f'      {_progress(log, now - started)[:110]}')
+    if sys.stdout.isatty():
+        print('\r\033[K', end='', flush=True)
+    return status
+
+
+def _progress(log: Path, seconds: float) -> str:
+    lines = log.read_text(errors='replace').splitlines() if log.exists() else []
+    last = lines[-1] if lines else ''
+    return f'{seconds:.0f} s  {"".join(letter for letter in last if letter.isprintable())}'
+
+
+def end_on_interrupts() -> None:
+    """From now on an interrupt ends the group that is at work, then this program."""
+    for number in INTERRUPTS:
+        signal.signal(number, _interrupted)
+
+
+def _interrupted(number: int, _frame: object) -> NoReturn:
+    for interrupt in INTERRUPTS:
+        signal.signal(interrupt, signal.SIG_IGN)
+    if _group is not None:
+        print(f'\nInterrupted: {_activity}. Ending it; the same command goes on from there.', file=sys.stderr)
+        _signal_group(_group, signal.SIGTERM)
+        deadline = time.monotonic() + GRACE
+        while _is_alive(_group) and time.monotonic() < deadline:
+            time.sleep(0.1)
+        _signal_group(_group, signal.SIGKILL)
+    sys.exit(128 + number)
+
+
+def _is_alive(group: int) -> bool:
+    with contextlib.suppress(ChildProcessError):
+        os.waitpid(group, os.WNOHANG)
+    with contextlib.suppress(PermissionError):  # sudo's
+        try:
+            os.killpg(group, 0)
+        except ProcessLookupError:
+            return False
+    return True
+
+
+def _signal_group(group: int, number: int) -> None:
+    with contextlib.suppress(ProcessLookupError, PermissionError):
+        os.killpg(group, number)
+    if os.getuid() != 0 and _is_alive(group):
+        subprocess.run(['sudo', '-n', 'kill', f'-{number}', '--', f'-{group}'], stderr=subprocess.DEVNULL, check=False)

@@ -1,0 +1,138 @@
+"""The groups of tests, and what they leave behind."""
+import os
+import shutil
+import signal
+import socket
+import subprocess
+import tempfile
+import time
+from pathlib import Path
+from typing import Callable, Dict, List, Mapping, Optional, Sequence
+
+from development import LOGS, PACKAGES, PYTHON, ROOT
+from development.python_packages import VENV, VENV_PYTHON
+from development.terminal import run_in_group, say
+from development.workspace import workspace_environment
+
+MARK = 'OPENPOSE_ROS_TEST'  # by this variable the processes of a test run are known
+ENDING_TIME = 5.0  # [s] in which processes have to end by themselves
+
+
+def run_groups(names: Sequence[str]) -> int:
+    """Run groups of tests, print a summary and return the exit status."""
+    folder = Path(tempfile.mkdtemp())
+    results = folder / 'results'
+    results.mkdir()
+    _set_environment(folder)
+    os.chdir(str(ROOT))
+    try:
+        failed = False
+        for name in names:
+            failed |= run_in_group(f'test group {name}', GROUPS[name], results) != 0
+        failed |= not _one_test(results, 'processes', 'nothing is left running',
+                                lambda: end_processes(folder, signal.SIGTERM, ENDING_TIME))
+        say('')
+        summary = [PYTHON, '-B', 'tests/junit_summary.py', str(results), str(int(failed))]
+        return subprocess.run(summary, check=False).returncode
+    finally:
+        end_processes(folder, signal.SIGKILL, 0.0)
+        shutil.rmtree(str(folder), ignore_errors=True)
+
+
+def _set_environment(folder: Path) -> None:
+    for name in ('ROS_IP', 'ROS_NAMESPACE', 'ROSCONSOLE_CONFIG_FILE', 'DISPLAY'):
+        os.environ.pop(name, None)
+    shutil.rmtree(str(LOGS / 'test_ros'), ignore_errors=True)
+    with socket.socket() as free:
+        free.bind(('localhost', 0))
+        port = free.getsockname()[1]
+    os.environ.update({MARK: str(folder), 'ROS_HOME': str(folder / 'ros_home'), 'ROS_LOG_DIR': str(LOGS / 'test_ros'),
+                       'ROS_HOSTNAME': 'localhost', 'ROS_MASTER_URI': f'http://localhost:{port}'})
+
+
+def lint(results: Path) -> int:
+    checks = {
+        'ruff check': [str(VENV / 'bin/ruff'), 'check', '--no-cache', 'benchmarks', 'demo', 'development', *PACKAGES,
+                       'tests'],
+        'shellcheck': ['shellcheck', 'run', '.ci/run'],
+        'catkin_lint': ['catkin_lint', '--offline', '-W2', '--strict', '.'],
+    }
+    return sum(not _one_test(results, title.split()[0], title, lambda command=command: _succeeds(command))
+               for title, command in checks.items())
+
+
+def unit(results: Path) -> int:
+    say('== tests/unit')
+    return _pytest(results, 'unit', ['tests/unit'])
+
+
+def ros(results: Path) -> int:
+    environment = workspace_environment()
+    say('== tests with ROS messages')
+    scripts = sorted(str(path) for package in PACKAGES for path in (ROOT / package).glob('test/test_*.py'))
+    failed = _pytest(results, 'messages', scripts, environment)
+    say('== rostests')
+    rostests = ROOT / 'build/test_results'
+    shutil.rmtree(str(rostests), ignore_errors=True)
+    failed += not _succeeds(['make', '-C', 'build', '-j1', '--no-print-directory', 'run_tests'], environment)
+    if rostests.is_dir():  # run_tests succeeds although tests fail
+        failed += not _succeeds(['catkin_test_results', str(rostests)], environment)
+        shutil.copytree(str(rostests), str(results / 'ros'))
+    return failed
+
+
+def workspace(results: Path) -> int:
+    say('== tests/workspace')
+    return _pytest(results, 'workspace', ['tests/workspace'])
+
+
+GROUPS: Dict[str, Callable[[Path], int]] = {'lint': lint, 'unit': unit, 'ros': ros, 'workspace': workspace}
+
+
+def _pytest(results: Path, name: str, paths: List[str], environment: Optional[Mapping[str, str]] = None) -> int:
+    return not _succeeds([VENV_PYTHON, '-m', 'pytest', '-p', 'no:cacheprovider', '--junitxml',
+                          str(results / f'{name}.xml'), *paths], environment)
+
+
+def _succeeds(command: Sequence[str], environment: Optional[Mapping[str, str]] = None) -> bool:
+    return subprocess.run(command, env=environment, check=False).returncode == 0
+
+
+def _one_test(results: Path, name: str, title: str, function: Callable[[], bool]) -> bool:
+    """Run a function that tells whether it succeeded, as one test of the summary."""
+    say(f'== {title}')
+    success = function()
+    failure = '' if success else '<failure/>'
+    (results / f'{name}.xml').write_text(
+        f"<testsuite><testcase classname='run' name='{name}'>{failure}</testcase></testsuite>\n")
+    return success
+
+
+def end_processes(folder: Path, number: int, ending_time: float) -> bool:
+    """End what a test run left running, and tell whether everything ended by itself in time."""
+    deadline = time.monotonic() + ending_time
+    left = _processes(folder)
+    while left and time.monotonic() < deadline:
+        time.sleep(1.0)
+        left = _processes(folder)
+    for process in left:
+        try:
+            line = (process / 'cmdline').read_bytes().replace(b'\0', b' ').decode(errors='replace')
+            say(f'left running: {process.name} {line}')
+            os.kill(int(process.name), number)
+        except OSError:
+            pass  # it has just ended
+    return not left
+
+
+def _processes(folder: Path) -> List[Path]:
+    """Return the folders in /proc of the processes of a test run."""
+    mark = f'{MARK}={folder}'.encode()
+    found = []
+    for environ in Path('/proc').glob('[0-9]*/environ'):
+        try:
+            if mark in environ.read_bytes().split(b'\0'):
+                found.append(environ.parent)
+        except OSError:
+            pass  # it has ended, or is another user's
+    return found
