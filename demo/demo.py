@@ -15,11 +15,13 @@ from pathlib import Path
 from typing import List, Optional
 
 import rosbag
+import rosnode
 import rosparam
 import rospkg
 import rospy
 import yaml
 from annotated_video import write_annotated_video
+from dynamic_reconfigure.client import Client
 from openpose_ros_msgs.msg import PersonDetection_3dArray, PersonDetectionArray
 from screen import RVIZ_SIZE, HeadlessScreen, take_picture
 
@@ -37,10 +39,16 @@ START_TIMEOUT = 90.0
 """Time for the network to load and the first result to come [s]."""
 LOG_TAIL = 15
 """Lines of the nodes' log that are shown when the demo fails."""
-PICTURE_RATE = 0.5
-"""Frames per second of the shipped sequence while RViz is drawn for its picture [Hz]."""
+BAG_RATE_FOR_RVIZ = 0.05
+"""Speed at which a bag is played while RViz opens for its picture, as RViz keeps nothing that came before."""
 RVIZ_SECONDS = 12.0
-"""Time that RViz gets to open and draw before its picture is taken [s]."""
+"""Time that RViz gets to open and to show people before its picture is taken [s]."""
+DRAW_SECONDS = 4.0
+"""Time that RViz gets to draw the last frame [s]; without a graphics card it draws one to three times a second."""
+PLAYER, MARKERS = '/kinect2/qhd/rgbd_player_node', '/skeleton_extract_3d_visualization_node'
+"""Names of nodes of demo.launch."""
+STAY = 60.0
+"""Lifetime of the markers for the picture [s]."""
 
 
 def parse_arguments() -> argparse.Namespace:
@@ -156,23 +164,31 @@ def rviz_configuration(view: str, folder: Path) -> Path:
 
 def take_picture_of_rviz(session: Session, arguments: argparse.Namespace, command: List[str], picture: Path,
                          screen: HeadlessScreen) -> None:
-    """Run the chain once more, slowly, with RViz on a screen in memory, and take its picture.
+    """Run the chain once more with RViz on a screen in memory, stop what plays, and take a picture of the last frame.
 
-    Slowly, since RViz draws about once a second without a graphics card: so all it shows is of one frame.
+    Nothing moves any more then, so that cloud, image and markers are of one frame however slowly RViz draws.
     """
     print('[demo] picture of RViz, on a screen in memory ...', flush=True)
     config = rviz_configuration(arguments.view, picture.parent)
     os.environ.update(screen.environment())
-    nodes = session.start('nodes_with_rviz', command if arguments.bag else [*command, f'rate:={PICTURE_RATE}'])
+    nodes = session.start('nodes_with_rviz', command)
     rviz = session.start('rviz', ['rosrun', 'rviz', 'rviz', '-d', str(config), '-f', 'world'])
-    if arguments.bag:
-        play_bag(session, arguments.bag, PICTURE_RATE / 10.0)
-    topic, kind = RESULTS['3d']
-    rospy.wait_for_message(topic, kind, START_TIMEOUT)
+    player = play_bag(session, arguments.bag, BAG_RATE_FOR_RVIZ) if arguments.bag else None
+    results = ResultWatch(*RESULTS['3d'])
+    wait_for(lambda: len(results.arrivals) > 0, START_TIMEOUT, 'first result', player or nodes)
+    Client(MARKERS).update_configuration({'lifetime': STAY})
     time.sleep(RVIZ_SECONDS)
+    # nodes that end by themselves are no error here: a bag may be over
+    with suppress(SessionError):
+        wait_for(lambda: results.people[-1] == max(results.people), RVIZ_SECONDS, 'frame with everybody', nodes)
+    if player:
+        session.stop(player)
+    else:
+        rosnode.kill_nodes([PLAYER])
+    time.sleep(DRAW_SECONDS)
     take_picture(picture)
-    session.stop(rviz)
-    session.stop(nodes)
+    for process in (rviz, nodes):
+        session.stop(process)
 
 
 def run(arguments: argparse.Namespace, output: Path) -> ResultWatch:
