@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Show the whole chain at work and keep what it publishes.
 
-Plays the shipped RGB-D sequence (or a bag, a folder of pictures, a camera) through detection, lifting and markers, by
+Plays the shipped RGB-D sequence (or a bag, a folder of images, a camera) through detection, lifting and markers, by
 roslaunch, on a ROS master of its own. Leaves in the output folder: keypoints_2d.csv and keypoints_3d.csv as
 `rostopic echo -p` writes them, output.bag, annotated.mp4 and rviz.png.
 """
@@ -15,15 +15,13 @@ from pathlib import Path
 from typing import List, Optional
 
 import rosbag
-import rosnode
 import rosparam
 import rospkg
 import rospy
 import yaml
 from annotated_video import write_annotated_video
-from dynamic_reconfigure.client import Client
 from openpose_ros_msgs.msg import PersonDetection_3dArray, PersonDetectionArray
-from screen import RVIZ_SIZE, HeadlessScreen, take_picture
+from screen import RVIZ_SIZE, HeadlessScreen, publish_slow_clock, take_picture
 
 from openpose_ros_pkg.errors import OpenposeRosError
 from openpose_ros_pkg.ros.session import ResultWatch, Session, SessionError, wait_for
@@ -33,22 +31,16 @@ NAMESPACE = {'2d': '/openpose_ros', '3d': '/openpose_ros/skeleton_3d'}
 RESULTS = {'2d': (NAMESPACE['2d'] + '/detected_poses', PersonDetectionArray),
            '3d': (NAMESPACE['3d'] + '/detected_poses_3d', PersonDetection_3dArray)}
 OUTPUTS = ('keypoints_2d.csv', 'keypoints_3d.csv', 'output.bag', 'annotated.mp4', 'rviz.png')
-ABOVE = 'From above'
-"""Name of the saved view in the RViz configuration."""
+# Time for the network to load and the first result to come [s].
 START_TIMEOUT = 90.0
-"""Time for the network to load and the first result to come [s]."""
-LOG_TAIL = 15
-"""Lines of the nodes' log that are shown when the demo fails."""
-BAG_RATE_FOR_RVIZ = 0.05
-"""Speed at which a bag is played while RViz opens for its picture, as RViz keeps nothing that came before."""
+# Speed of time while RViz is drawn: without a graphics card it draws one to four times a second.
+SLOW_MOTION = 0.1
+# Frames per second of a sequence, before that [Hz].
+SEQUENCE_RATE = 15.0
+# Time that RViz gets to open and draw before its first picture is taken [s].
 RVIZ_SECONDS = 12.0
-"""Time that RViz gets to open and to show people before its picture is taken [s]."""
-DRAW_SECONDS = 4.0
-"""Time that RViz gets to draw the last frame [s]; without a graphics card it draws one to three times a second."""
-PLAYER, MARKERS = '/kinect2/qhd/rgbd_player_node', '/skeleton_extract_3d_visualization_node'
-"""Names of nodes of demo.launch."""
-STAY = 60.0
-"""Lifetime of the markers for the picture [s]."""
+# Time from the people of a frame to the picture in which RViz shows them [s].
+DRAW_SECONDS = 0.4
 
 
 def parse_arguments() -> argparse.Namespace:
@@ -58,18 +50,19 @@ def parse_arguments() -> argparse.Namespace:
     source = parser.add_mutually_exclusive_group()
     source.add_argument('--bag', type=Path, metavar='FILE', help='play this bag (with --image and --points)')
     source.add_argument('--images', type=Path, metavar='DIR',
-                        help='a folder of pictures (2D), or an RGB-D sequence: rgb/, depth/ and camera.yaml (3D)')
+                        help='a folder of images (2D), or an RGB-D sequence: rgb/, depth/ and camera.yaml (3D)')
     source.add_argument('--camera', metavar='N', help='a webcam, by its device number (2D)')
     parser.add_argument('--image', metavar='T', default='/kinect2/qhd/image_color', help='image topic of the bag')
     parser.add_argument('--points', metavar='T', default='/kinect2/qhd/points', help='organized cloud topic of the bag')
     parser.add_argument('--depth', metavar='T', help='aligned depth topic of the bag, instead of --points')
-    parser.add_argument('--camera-info', metavar='T', default='/kinect2/qhd/camera_info',
-                        help='camera info topic of the bag, with --depth')
+    parser.add_argument('--camera-info', metavar='T', default='/kinect2/qhd/camera_info', help='camera info of --depth')
     parser.add_argument('--compressed', action='store_true', help='the bag holds T/compressed instead of T')
     parser.add_argument('--rviz', action='store_true', help='open the RViz window')
     parser.add_argument('--no-rviz', action='store_true', help='make no picture of RViz')
     parser.add_argument('--view', choices=('side', 'above'), default='side',
                         help='from where RViz looks in its picture (default %(default)s)')
+    parser.add_argument('--pictures', type=int, default=1, metavar='N',
+                        help='pictures of RViz, of every second frame; more than one: rviz_00.png, rviz_01.png, ...')
     parser.add_argument('--seconds', type=float, default=20.0, help='how long to record (default %(default)s)')
     parser.add_argument('--output', type=Path, default=Path(__file__).resolve().parents[1] / 'demo_output',
                         help='output folder (default: demo_output in the checkout)')
@@ -80,25 +73,19 @@ def parse_arguments() -> argparse.Namespace:
     return arguments
 
 
-def is_rgbd_folder(folder: Path) -> bool:
-    """Say whether a folder holds depth beside colour."""
-    return (folder / 'depth').is_dir()
-
-
 def launch_command(arguments: argparse.Namespace) -> List[str]:
     """Return the roslaunch command that starts the chain for the chosen source."""
-    if arguments.camera is not None or (arguments.images and not is_rgbd_folder(arguments.images)):
+    if arguments.camera is not None or (arguments.images and not (arguments.images / 'depth').is_dir()):
         source = arguments.camera if arguments.camera is not None else str(arguments.images.resolve())
         return ['roslaunch', 'openpose_ros_pkg', 'demo_2d.launch', f'source:={source}']
     command = ['roslaunch', 'skeleton_extract_3d', 'demo.launch', f'rviz:={str(arguments.rviz).lower()}']
     if arguments.bag:
-        command += ['play:=false', f'image:={arguments.image}', f'points:={arguments.points}']
+        command += ['play:=false', f'image:={arguments.image}', f'points:={arguments.points}',
+                    f"image_transport:={'compressed' if arguments.compressed else 'raw'}",
+                    f'camera_frame:={bag_frame(arguments)}']
         if arguments.depth:
             command += ['points_source:=depth_image', f'depth:={arguments.depth}',
                         f'camera_info:={arguments.camera_info}']
-        if arguments.compressed:
-            command += ['image_transport:=compressed']
-        command += [f'camera_frame:={bag_frame(arguments)}']
     elif arguments.images:
         sequence = RgbdSequence.read(arguments.images)
         command += [f'folder:={arguments.images.resolve()}']
@@ -128,18 +115,16 @@ def show_rate(results: ResultWatch, seconds: float, source: Optional[subprocess.
 def record(session: Session, output: Path, dimension: str) -> List[subprocess.Popen]:
     """Start the recorders: CSV by rostopic echo -p, and a bag of the outputs."""
     space = NAMESPACE[dimension]
-    recorders = [session.start('rostopic_2d', ['rostopic', 'echo', '-p', f'{space}/detected_poses_keypoints'],
-                                 output / 'keypoints_2d.csv')]
-    topics = ['detected_poses', 'detected_poses_keypoints', 'detected_poses_image']
+    people = {'keypoints_2d.csv': 'detected_poses_keypoints'}
+    topics = ['detected_poses', 'detected_poses_image']
     if dimension == '3d':
-        recorders.append(session.start(
-            'rostopic_3d', ['rostopic', 'echo', '-p', f'{space}/detected_poses_keypoints_3d'],
-            output / 'keypoints_3d.csv'))
-        topics += ['detected_poses_3d', 'detected_poses_keypoints_3d', 'visualization_markers',
-                   'visualization_skeleton']
+        people['keypoints_3d.csv'] = 'detected_poses_keypoints_3d'
+        topics += ['detected_poses_3d', 'visualization_markers', 'visualization_skeleton']
+    recorders = [session.start(f'rostopic_{name}', ['rostopic', 'echo', '-p', f'{space}/{topic}'], output / name)
+                 for name, topic in people.items()]
     recorders.append(session.start('rosbag', [
-        'rosbag', 'record', '--lz4', '-O', str(output / 'output.bag'), *(f'{space}/{topic}' for topic in topics),
-        '/tf', '/tf_static']))
+        'rosbag', 'record', '--lz4', '-O', str(output / 'output.bag'), '/tf', '/tf_static',
+        *(f'{space}/{topic}' for topic in (*topics, *people.values()))]))
     return recorders
 
 
@@ -150,45 +135,40 @@ def play_bag(session: Session, bag: Path, rate: float = 1.0) -> subprocess.Popen
 
 
 def rviz_configuration(view: str, folder: Path) -> Path:
-    """Return the RViz configuration with one of its views; those from above are made in a folder."""
+    """Return the RViz configuration with one of its views; that from above is written to a folder."""
     config = Path(rospkg.RosPack().get_path('skeleton_extract_3d')) / 'rviz' / 'skeleton_extract_3d.rviz'
-    if view == 'side':
-        return config
-    values = yaml.safe_load(config.read_text())
-    views = values['Visualization Manager']['Views']
-    views['Current'] = dict(next(saved for saved in views['Saved'] if saved['Name'] == ABOVE), Name='Current View')
-    changed = folder / 'from_above.rviz'
-    changed.write_text(yaml.safe_dump(values))
-    return changed
+    if view == 'above':
+        values = yaml.safe_load(config.read_text())
+        views = values['Visualization Manager']['Views']
+        views['Current'] = dict(views['Saved'][0], Name='Current View')
+        config = folder / 'from_above.rviz'
+        config.write_text(yaml.safe_dump(values))
+    return config
 
 
-def take_picture_of_rviz(session: Session, arguments: argparse.Namespace, command: List[str], picture: Path,
-                         screen: HeadlessScreen) -> None:
-    """Run the chain once more with RViz on a screen in memory, stop what plays, and take a picture of the last frame.
-
-    Nothing moves any more then, so that cloud, image and markers are of one frame however slowly RViz draws.
-    """
+def take_pictures_of_rviz(session: Session, arguments: argparse.Namespace, command: List[str], folder: Path,
+                          screen: HeadlessScreen) -> None:
+    """Run the chain once more, in slow motion, with RViz on a screen in memory, and take pictures of the screen."""
     print('[demo] picture of RViz, on a screen in memory ...', flush=True)
-    config = rviz_configuration(arguments.view, picture.parent)
     os.environ.update(screen.environment())
+    rosparam.set_param('/use_sim_time', 'true')
+    if not arguments.bag:
+        publish_slow_clock(SLOW_MOTION)
+        command = [*command, f'rate:={SEQUENCE_RATE * SLOW_MOTION}']
     nodes = session.start('nodes_with_rviz', command)
-    rviz = session.start('rviz', ['rosrun', 'rviz', 'rviz', '-d', str(config), '-f', 'world'])
-    player = play_bag(session, arguments.bag, BAG_RATE_FOR_RVIZ) if arguments.bag else None
+    session.start('rviz', ['rosrun', 'rviz', 'rviz', '-d', str(rviz_configuration(arguments.view, folder)),
+                           '-f', 'world'])
+    if arguments.bag:
+        play_bag(session, arguments.bag, SLOW_MOTION / 2)
     results = ResultWatch(*RESULTS['3d'])
-    wait_for(lambda: len(results.arrivals) > 0, START_TIMEOUT, 'first result', player or nodes)
-    Client(MARKERS).update_configuration({'lifetime': STAY})
+    wait_for(lambda: len(results.arrivals) > 0, START_TIMEOUT, 'first result', nodes)
     time.sleep(RVIZ_SECONDS)
-    # nodes that end by themselves are no error here: a bag may be over
-    with suppress(SessionError):
-        wait_for(lambda: results.people[-1] == max(results.people), RVIZ_SECONDS, 'frame with everybody', nodes)
-    if player:
-        session.stop(player)
-    else:
-        rosnode.kill_nodes([PLAYER])
-    time.sleep(DRAW_SECONDS)
-    take_picture(picture)
-    for process in (rviz, nodes):
-        session.stop(process)
+    for number in range(arguments.pictures):
+        seen = len(results.arrivals)
+        with suppress(SessionError):  # a bag may be over
+            wait_for(lambda seen=seen: len(results.arrivals) >= seen + 2, RVIZ_SECONDS, 'next but one frame', nodes)
+        time.sleep(DRAW_SECONDS)
+        take_picture(folder / ('rviz.png' if arguments.pictures == 1 else f'rviz_{number:02d}.png'))
 
 
 def run(arguments: argparse.Namespace, output: Path) -> ResultWatch:
@@ -212,11 +192,11 @@ def run(arguments: argparse.Namespace, output: Path) -> ResultWatch:
         wait_for(lambda: len(results.arrivals) > 0, START_TIMEOUT, 'first result', player or nodes)
         show_rate(results, arguments.seconds, player)
         results.stop()
-        for process in [*recorders, *([player] if player else [])]:
+        for process in filter(None, [*recorders, player]):
             session.stop(process)
         if screen is not None:
             session.stop(nodes)
-            take_picture_of_rviz(session, arguments, command, output / 'rviz.png', screen)
+            take_pictures_of_rviz(session, arguments, command, output, screen)
         if arguments.rviz:
             with suppress(EOFError):  # no terminal: end at once
                 input('[demo] RViz stays open; press Enter to end ')
@@ -229,8 +209,7 @@ def main() -> int:
     output = arguments.output.resolve()
     output.mkdir(parents=True, exist_ok=True)
     for name in OUTPUTS:
-        with suppress(FileNotFoundError):
-            (output / name).unlink()
+        (output / name).unlink(missing_ok=True)
     try:
         results = run(arguments, output)
         write_annotated_video(output / 'output.bag', output / 'annotated.mp4')
@@ -238,7 +217,7 @@ def main() -> int:
         print(f'[demo] failed: {error}; the logs are in {output}/log', file=sys.stderr)
         nodes_log = output / 'log' / 'nodes.log'
         if nodes_log.is_file():
-            print(*nodes_log.read_text(errors='replace').splitlines()[-LOG_TAIL:], sep='\n', file=sys.stderr)
+            print(*nodes_log.read_text(errors='replace').splitlines()[-15:], sep='\n', file=sys.stderr)
         return 1
     except KeyboardInterrupt:
         return 130

@@ -1,12 +1,17 @@
-"""A screen in memory for RViz, and pictures of it."""
+"""A screen in memory for RViz, pictures of it, and slow motion for what it shows."""
 import os
 import subprocess
 import tempfile
+import threading
+import time
 from pathlib import Path
 from typing import Dict, Optional
 
+import rospy
+from rosgraph_msgs.msg import Clock
+
+# Width and height of the screen [px]; the RViz configuration opens its window at this size.
 RVIZ_SIZE = (1440, 900)
-"""Width and height of the screen [px]; the RViz configuration opens its window at this size."""
 
 
 class HeadlessScreen:
@@ -42,3 +47,15 @@ class HeadlessScreen:
 def take_picture(path: Path) -> None:
     """Write what $DISPLAY shows as a PNG file."""
     subprocess.run(['scrot', '--overwrite', str(path)], check=True)
+
+
+def publish_slow_clock(speed: float) -> None:
+    """Publish /clock at a fraction of the speed of time until this process ends; nodes need use_sim_time."""
+    publisher, start, started = rospy.Publisher('/clock', Clock, queue_size=1), time.time(), time.monotonic()
+
+    def run() -> None:
+        while not rospy.is_shutdown():
+            publisher.publish(rospy.Time.from_sec(start + speed * (time.monotonic() - started)))
+            time.sleep(0.01)
+
+    threading.Thread(target=run, name='slow clock', daemon=True).start()
