@@ -86,4 +86,4 @@ class Camera:
 
 def main() -> None:
     """Run the camera node."""
-    run_node('camera_node', Camera)
+    run_node('camera_node', CameraParams, Camera)

@@ -192,9 +192,10 @@ class DetectionService:
 
 def main_2d() -> None:
     """Run the service node under its 2D names."""
-    run_node('openpose_ros_service_node', lambda: DetectionService('detect_poses', 'openpose_ros'))
+    run_node('openpose_ros_service_node', ServiceSettings, lambda: DetectionService('detect_poses', 'openpose_ros'))
 
 
 def main_3d() -> None:
     """Run the service node under its 3D names."""
-    run_node('openpose_ros_service_node_3d', lambda: DetectionService('detect_poses_3d', 'openpose_ros/skeleton_3d'))
+    run_node('openpose_ros_service_node_3d', ServiceSettings,
+             lambda: DetectionService('detect_poses_3d', 'openpose_ros/skeleton_3d'))

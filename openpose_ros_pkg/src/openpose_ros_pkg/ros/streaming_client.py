@@ -53,4 +53,4 @@ class StreamingClient:
 
 def main() -> None:
     """Run the client node."""
-    run_node('openpose_ros_node', StreamingClient)
+    run_node('openpose_ros_node', ClientSettings, StreamingClient)

@@ -195,4 +195,4 @@ class Extractor:
 
 def main() -> None:
     """Run the extractor node."""
-    run_node('skeleton_extract_3d_node', Extractor)
+    run_node('skeleton_extract_3d_node', ExtractorSettings, Extractor)

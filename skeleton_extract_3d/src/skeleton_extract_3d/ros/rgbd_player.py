@@ -90,4 +90,4 @@ class RgbdPlayer:
 
 def main() -> None:
     """Run the player node."""
-    run_node('rgbd_player_node', RgbdPlayer)
+    run_node('rgbd_player_node', PlayerParams, RgbdPlayer)

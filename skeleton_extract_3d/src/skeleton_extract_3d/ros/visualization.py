@@ -46,4 +46,4 @@ class Visualization:
 
 def main() -> None:
     """Run the visualization node."""
-    run_node('skeleton_extract_3d_visualization_node', Visualization)
+    run_node('skeleton_extract_3d_visualization_node', MarkerParams, Visualization)
