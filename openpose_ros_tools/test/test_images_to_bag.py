@@ -14,7 +14,7 @@ from std_msgs.msg import Header
 
 from openpose_ros_pkg.command_line import DONE, INTERRUPTED, REFUSED, SOME_FAILED
 from openpose_ros_pkg.ros.convert import image_to_bgr, image_to_pixels, pixels_to_image
-from openpose_ros_tools.images.picture_files import depth_to_metres
+from openpose_ros_tools.images.image_files import depth_to_metres
 from openpose_ros_tools.ros import bag_to_images, images_to_bag
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.ros.convert import (
@@ -322,7 +322,7 @@ def picture(name, array):
     (None, ('--image-topic', f'{NS}/camera_info'), ['two kinds of messages']),
     (None, ('--start', '0'), ['more than 0']),
     (None, ('--stamps', 'nowhere.csv'), ['nowhere.csv can not be read']),
-    (None, ('--depth', 'nowhere'), ["no pictures in 'nowhere'"])])
+    (None, ('--depth', 'nowhere'), ["no images in 'nowhere'"])])
 def test_what_does_not_fit_is_refused_in_one_line(tmp_path, monkeypatch, capsys, damage, arguments, words):
     make_recording(tmp_path / 'in')
     describe(tmp_path / 'in')
@@ -487,7 +487,8 @@ def test_a_world_above_other_static_frames_is_found(tmp_path):
 
 @pytest.mark.parametrize('items, arguments, words', [
     ([], (), ['no images of a camera', 'no messages at all']),
-    (list(camera_items()), ('--image', '/nowhere'), ["no topic '/nowhere'", '/cam/color/image_raw (sensor_msgs/Ima']),
+    (list(camera_items()), ('--image', '/nowhere'),
+     ['--image /nowhere: ', 'no such topic', '/cam/color/image_raw (sensor_msgs/Ima']),
     (list(camera_items()), ('--image', '/cam/color/camera_info'), ['CameraInfo, expected sensor_msgs/Image']),
     ([('/a/image', GREY_IMAGE, 5), ('/b/image', GREY_IMAGE, 5)], (),
      ['2 topics', 'colour', '/a/image, /b/image', '--image']),

@@ -68,9 +68,9 @@ def test_the_camera_is_that_of_the_values():
     assert camera.distortion[0] == 0.1
 
 
-def test_the_size_of_pictures_is_that_after_binning_and_the_region():
-    assert PLAIN.picture_size == (640, 480)
-    assert FULL.picture_size == (160, 120)
+def test_the_size_of_images_is_that_after_binning_and_the_region():
+    assert PLAIN.image_size == (640, 480)
+    assert FULL.image_size == (160, 120)
 
 
 @pytest.mark.parametrize('text, words', [

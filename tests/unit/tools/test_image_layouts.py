@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 
 from openpose_ros_pkg.errors import BadInputError, ParameterError
-from openpose_ros_tools.images.image_layouts import DEFAULT_START, LayoutOptions, find_recording, frame_numbers
+from openpose_ros_tools.images.frame_stamps import DEFAULT_START, frame_numbers
+from openpose_ros_tools.images.image_layouts import LayoutOptions, find_recording
 from openpose_ros_tools.images.stamps import SECOND
 
 CAMERA = """
@@ -41,7 +42,7 @@ TEN = LayoutOptions(rate=Fraction(10))
 
 
 def test_an_empty_folder_is_refused(tmp_path):
-    with pytest.raises(BadInputError, match=r'no pictures in rgb .* holds: nothing'):
+    with pytest.raises(BadInputError, match=r'no images in rgb .* holds: nothing'):
         find_recording(tmp_path, TEN)
 
 
@@ -160,7 +161,7 @@ def test_a_table_names_the_stamps(tmp_path, table, stamps):
     (tmp_path / 'table').write_text(table)
     recording = find_recording(tmp_path, LayoutOptions(stamps=tmp_path / 'table'))
     assert [item.stamp * 10 // SECOND for item in recording.streams['colour']] == stamps
-    assert recording.remarks == ['table has 1 lines without a picture'] * ('0011' in table)
+    assert recording.remarks == ['table has 1 lines without an image'] * ('0011' in table)
 
 
 @pytest.mark.parametrize('options, words', [
@@ -169,7 +170,7 @@ def test_a_table_names_the_stamps(tmp_path, table, stamps):
     (LayoutOptions(layout='tum'), 'has no rgb.txt, .* holds: 1.png, 2.png, two'),
     (LayoutOptions(stamps=Path('nowhere')), 'nowhere can not be read'),
     (LayoutOptions(rate=Fraction(1), stamp_unit='s'), 'contradicts'),
-    (LayoutOptions(rate=Fraction(1), sources={'colour': 'nowhere'}), "no pictures in 'nowhere'"),
+    (LayoutOptions(rate=Fraction(1), sources={'colour': 'nowhere'}), "no images in 'nowhere'"),
     (LayoutOptions(rate=Fraction(1), sources={'depht': 'nowhere'}), 'depht'),
     (LayoutOptions(stamp_unit='s', start=0), 'more than 0'),
     (LayoutOptions(stamp_unit='s', start=2 ** 32 * SECOND), 'less than 4294967296')])

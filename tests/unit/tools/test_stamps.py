@@ -1,4 +1,4 @@
-"""Stamps of pictures: exact to the nanosecond from text, units, tables of all kinds, and which belong together."""
+"""Stamps of images: exact to the nanosecond from text, units, tables of all kinds, and which belong together."""
 import itertools
 
 import numpy as np

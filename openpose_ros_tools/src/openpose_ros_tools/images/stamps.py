@@ -1,8 +1,8 @@
-"""Time stamps of pictures: from text to integer nanoseconds, in names and tables, and which belong together."""
+"""Time stamps of images: integer nanoseconds from text, in names and tables, and which stamps belong together."""
 import re
 from fractions import Fraction
 from pathlib import Path
-from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Dict, List, NamedTuple, Optional, Sequence, Set, Tuple
 
 import numpy as np
 
@@ -11,13 +11,13 @@ from openpose_ros_pkg.errors import BadInputError
 SECOND = 1_000_000_000
 # Nanoseconds of each unit.
 UNITS = {'s': SECOND, 'ms': 1_000_000, 'us': 1_000, 'ns': 1}
-# Stamps of ROS are unsigned 32-bit seconds; 0 means that there is none.
+# Stamps of ROS have 32-bit unsigned seconds; 0 means "no stamp".
 STAMP_END = 2 ** 32 * SECOND
-# Times between these years (1973 and 2286) tell their unit by their size.
+# Unix times between 1973 and 2286 [s]: the size of such a number determines its unit.
 _EPOCH = (10 ** 8, 10 ** 10)
 _NUMBER = re.compile(r'\d+(?:\.\d+)?')
 _HEADER_UNIT = re.compile(r'\[(s|ms|us|ns)\]')
-# Columns of a table of stamps, by what people call them.
+# Stream by the title of its column.
 _COLUMNS = {'colour': 'colour', 'color': 'colour', 'rgb': 'colour', 'depth': 'depth', 'mask': 'mask', 'masks': 'mask'}
 
 
@@ -25,8 +25,8 @@ class StampTable(NamedTuple):
     """A table of stamps.
 
     Attributes:
-        names: of the frames, or None where the table has stamps alone, in the order of the frames.
-        stamps: by frame one mapping from stream ('colour', 'depth', 'mask') to stamp [ns]; the key '' is for all.
+        names: of the frames; None where the table has only stamps, in the order of the frames.
+        stamps: one mapping per frame from stream ('colour', 'depth', 'mask') to stamp [ns]; the key '' is for all.
     """
 
     names: Optional[List[str]]
@@ -34,7 +34,7 @@ class StampTable(NamedTuple):
 
 
 def parse_stamp(text: str, unit: str) -> int:
-    """Return a stamp [ns], rounded to whole ones; no digit is lost on the way.
+    """Return a stamp, exactly rounded to nanoseconds.
 
     Args:
         unit: key of UNITS.
@@ -46,9 +46,9 @@ def parse_stamp(text: str, unit: str) -> int:
 
 
 def detect_unit(texts: Sequence[str]) -> Optional[str]:
-    """Return the unit in which all of some numbers are times, or None where they are not, or do not tell.
+    """Return the unit in which all of these numbers are times; None where they are no times, or the unit is not clear.
 
-    A number with a fraction is in seconds. An integer is what makes it a time between 1973 and 2286.
+    A number with a fraction is in seconds; an integer has the unit that makes it a time between 1973 and 2286.
     """
     if not texts or not all(_NUMBER.fullmatch(text) for text in texts):
         return None
@@ -63,7 +63,7 @@ def detect_unit(texts: Sequence[str]) -> Optional[str]:
 
 
 def number_in_name(stem: str) -> str:
-    """Return the last number of a file name without its suffix, with a fraction; empty if there is none."""
+    """Return the last number, with its fraction, of a file name without suffix; empty if there is none."""
     numbers = _NUMBER.findall(stem)
     return numbers[-1] if numbers else ''
 
@@ -71,8 +71,8 @@ def number_in_name(stem: str) -> str:
 def read_stamp_table(path: Path, unit: Optional[str] = None) -> StampTable:
     """Read a table of stamps: one stamp a line, or names and stamps, separated by commas, semicolons or blanks.
 
-    A line of names of columns may come first. `colour`, `depth` and `mask` are stamps of that stream alone (empty:
-    the frame has no such picture); `[ns]` (or s, ms, us) names the unit.
+    A line with the titles of the columns may come first. `colour`, `depth` and `mask` are stamps of that stream alone
+    (empty: the frame has no such image); `[ns]` (or s, ms, us) names the unit.
 
     Args:
         unit: of the stamps; None: as the first line says, else by their size (see `detect_unit`).
@@ -84,9 +84,10 @@ def read_stamp_table(path: Path, unit: Optional[str] = None) -> StampTable:
         lines = [line.strip() for line in path.read_text().splitlines() if line.strip()]
     except (OSError, UnicodeDecodeError) as error:
         raise BadInputError(f'stamps {path} can not be read: {error}') from error
-    began = next((i for i, line in enumerate(lines) if _is_row(line)), len(lines))
-    header = lines[began - 1] if began else ''
-    rows = [_cells(line) for line in lines[began:] if not line.startswith('#')]
+    # the first line with a number: what comes before are titles or remarks
+    first = next((i for i, line in enumerate(lines) if any(map(_NUMBER.fullmatch, _cells(line)))), len(lines))
+    header = lines[first - 1] if first else ''
+    rows = [_cells(line) for line in lines[first:] if not line.startswith('#')]
     if not rows:
         raise BadInputError(f'stamps {path}: the table is empty')
     widths = sorted({len(row) for row in rows})
@@ -94,8 +95,8 @@ def read_stamp_table(path: Path, unit: Optional[str] = None) -> StampTable:
         raise BadInputError(f'stamps {path}: lines have {widths[0]} to {widths[-1]} columns, expected the same number')
     name_column, stamp_columns = _columns(path, header, rows)
     texts = [row[column] for row in rows for column in stamp_columns if row[column]]
-    told = _HEADER_UNIT.search(header)
-    unit = unit or (told.group(1) if told else detect_unit(texts))
+    in_header = _HEADER_UNIT.search(header)
+    unit = unit or (in_header.group(1) if in_header else detect_unit(texts))
     if unit is None:
         raise BadInputError(f'stamps {path}: the unit of {texts[0] if texts else "nothing"} can not be told; give '
                             f"--stamp-unit {' or '.join(UNITS)}")
@@ -109,9 +110,9 @@ def read_stamp_table(path: Path, unit: Optional[str] = None) -> StampTable:
 
 
 def associate(first: Sequence[int], second: Sequence[int], max_difference: int) -> List[Tuple[int, int]]:
-    """Return which stamps of two streams belong together: the nearest pairs first, each stamp in one pair at most.
+    """Return which stamps of two streams belong together: the nearest pairs first, each stamp in at most one pair.
 
-    The method of the TUM RGB-D benchmark (associate.py), without comparing all with all.
+    The method of the TUM RGB-D benchmark (associate.py); a nearest-neighbour join could use a stamp twice.
 
     Args:
         first, second: ascending [ns].
@@ -125,14 +126,13 @@ def associate(first: Sequence[int], second: Sequence[int], max_difference: int) 
     ends = np.searchsorted(other, np.array(first, np.int64) + max_difference, 'right')
     candidates = sorted((abs(stamp - second[j]), i, j) for i, (stamp, start, end) in enumerate(zip(first, starts, ends))
                         for j in range(start, end))
-    taken: Tuple[set, set] = (set(), set())
-    pairs = []
+    of_first: Dict[int, int] = {}
+    taken: Set[int] = set()
     for _, i, j in candidates:
-        if i not in taken[0] and j not in taken[1]:
-            pairs.append((i, j))
-            taken[0].add(i)
-            taken[1].add(j)
-    return sorted(pairs)
+        if i not in of_first and j not in taken:
+            of_first[i] = j
+            taken.add(j)
+    return sorted(of_first.items())
 
 
 def _cells(line: str) -> List[str]:
@@ -140,23 +140,17 @@ def _cells(line: str) -> List[str]:
     return [cell.strip() for cell in cells]
 
 
-def _is_row(line: str) -> bool:
-    """Say whether a line holds a number, so that it is not the titles of the columns or a remark."""
-    return any(_NUMBER.fullmatch(cell) for cell in _cells(line))
-
-
 def _columns(path: Path, header: str, rows: List[List[str]]) -> Tuple[Optional[int], Dict[int, str]]:
-    """Return the column of names (None: there is none), and the columns of stamps with the stream of each."""
+    """Return the column of names (None: there is none), and the stream of each column of stamps."""
     width = len(rows[0])
-    titles = [_HEADER_UNIT.sub('', title).strip().lower() for title in _cells(header.lstrip('#').strip())] if header \
-        else []
+    titles = [_HEADER_UNIT.sub('', title).strip().lower() for title in _cells(header.lstrip('#').strip())]
     of_streams = {column: _COLUMNS[title] for column, title in enumerate(titles[:width]) if title in _COLUMNS}
     if of_streams and 0 not in of_streams:
         return 0, of_streams
     if width == 1:
         return None, {0: ''}
     if width == 2:
-        # the stamp may come first, as in the tables of the EuRoC data set; a name has something but digits
+        # the stamps come first in the tables of the EuRoC data set; names are not only digits
         column = 1 if any(not _NUMBER.fullmatch(row[1]) for row in rows) else 0
         return column, {1 - column: ''}
     raise BadInputError(f"stamps {path}: {width} columns, expected one (stamp), two (name, stamp), or a first line "

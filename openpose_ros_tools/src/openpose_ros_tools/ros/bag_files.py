@@ -1,8 +1,8 @@
-"""What is known of bags as files: how they are opened and read, with errors that say what to do; compressions."""
+"""Opening and reading bags, with errors that say what to do."""
 import struct
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Dict, Iterator, NamedTuple, Optional, Sequence, TypeVar
+from typing import Any, Dict, Iterator, NamedTuple, Optional, Sequence, Tuple, Type, TypeVar
 
 import genpy
 import rosbag
@@ -12,13 +12,14 @@ from openpose_ros_pkg.errors import BadInputError
 Item = TypeVar('Item')
 
 COMPRESSIONS = (rosbag.Compression.NONE, rosbag.Compression.LZ4, rosbag.Compression.BZ2)
-"""What a bag can be compressed by; their values are those of the command line."""
+"""Compressions of bags, as the command line names them."""
 
-# What rosbag raises for bytes that are not as they should be.
+TF_TOPIC = '/tf_static'
+"""Topic of static transforms."""
+
+# What rosbag raises for damaged files.
 _DAMAGE = (rosbag.ROSBagException, genpy.DeserializationError, struct.error, EOFError, OSError, ValueError, KeyError,
            IndexError, TypeError, AttributeError, RuntimeError, SyntaxError, genpy.generator.MsgGenerationException)
-
-
 # std_msgs/Header as it is serialized: seq, stamp.secs, stamp.nsecs, length of frame_id.
 _HEADER = struct.Struct('<4I')
 
@@ -28,19 +29,19 @@ class StampedMessage(NamedTuple):
 
     Attributes:
         topic: as in the bag.
-        kind: class of the message.
+        raw: as `rosbag.Bag.write` takes it: type, serialized message, checksum of the definition, place, class.
         stamp: header.stamp [ns]; None where the message does not begin with a header.
         frame_id: of the header.
         time: of the recording [ns].
-        data: the serialized message.
+        connection: header of the connection.
     """
 
     topic: str
-    kind: Any
+    raw: Tuple[Any, ...]
     stamp: Optional[int]
     frame_id: str
     time: int
-    data: bytes
+    connection: Dict[str, Any]
 
 
 @contextmanager
@@ -85,24 +86,43 @@ def undamaged(bag: rosbag.Bag, messages: Iterator[Item]) -> Iterator[Item]:
         yield message
 
 
-def stamped_messages(bag: rosbag.Bag, topics: Sequence[str], start: Any = None,
-                     end: Any = None) -> Iterator[StampedMessage]:
+def stamped_messages(bag: rosbag.Bag, topics: Sequence[str], start: Optional[genpy.Time] = None,
+                     end: Optional[genpy.Time] = None) -> Iterator[StampedMessage]:
     """Yield the messages of topics in the order of their recording; one at a time is held in memory.
 
     Args:
-        start, end: genpy.Time of the recording, None: all.
+        start, end: of the recording, None: all.
 
     Raises:
         BadInputError: the bag is damaged.
     """
     if not topics:
         return  # rosbag would read all
-    for topic, (_, data, _, _, kind), time in undamaged(bag, bag.read_messages(list(topics), start, end, raw=True)):
+    for topic, raw, time, connection in undamaged(bag, bag.read_messages(
+            list(topics), start, end, raw=True, return_connection_header=True)):
         stamp, frame_id = None, ''
-        if kind._slot_types[:1] == ['std_msgs/Header']:
-            if len(data) < _HEADER.size:
-                raise BadInputError(f'{bag.filename} is damaged: a message of {topic} has {len(data)} bytes')
-            _, seconds, nanoseconds, length = _HEADER.unpack_from(data)
+        if raw[4]._slot_types[:1] == ['std_msgs/Header']:
+            if len(raw[1]) < _HEADER.size:
+                raise BadInputError(f'{bag.filename} is damaged: a message of {topic} has {len(raw[1])} bytes')
+            _, seconds, nanoseconds, length = _HEADER.unpack_from(raw[1])
             stamp = 1000000000 * seconds + nanoseconds
-            frame_id = data[_HEADER.size:_HEADER.size + length].decode(errors='replace')
-        yield StampedMessage(topic, kind, stamp, frame_id, time.to_nsec(), data)
+            frame_id = raw[1][_HEADER.size:_HEADER.size + length].decode(errors='replace')
+        yield StampedMessage(topic, raw, stamp, frame_id, time.to_nsec(), connection)
+
+
+def deserialized(message: StampedMessage, kind: Optional[Type[genpy.Message]] = None) -> Any:
+    """Return the message.
+
+    Args:
+        kind: class by which this project knows the type; None: the one that the bag defines.
+
+    Raises:
+        BadInputError: the bag has another definition, or the message is damaged.
+    """
+    name, data, checksum, _, defined = message.raw
+    if kind is not None and checksum != kind._md5sum:
+        raise BadInputError(f'messages of type {name} in the bag have another definition than {kind._type} here')
+    try:
+        return (kind or defined)().deserialize(data)
+    except genpy.DeserializationError as error:
+        raise BadInputError(f'the bag is damaged: a {name} on {message.topic}: {error}') from error

@@ -1,116 +1,158 @@
-"""Which topics of a bag are those of a camera: told by their types, encodings and names."""
+"""The topics of a camera in a bag, found by their types, encodings and names."""
 import re
-from typing import Any, Dict, List, Mapping, Sequence
+from typing import Any, Dict, List, Optional, Sequence
 
 import rosbag
 
-from openpose_ros_tools.ros.bag_files import undamaged
+from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_tools.ros.bag_files import topic_types, undamaged
 
 IMAGE, COMPRESSED, CLOUD, INFO = ('sensor_msgs/Image', 'sensor_msgs/CompressedImage', 'sensor_msgs/PointCloud2',
                                   'sensor_msgs/CameraInfo')
 DEPTH_ENCODINGS = ('16UC1', '32FC1', 'mono16')
 
 CAMERA_NAMESPACE = '/kinect2/qhd'
-"""Of the topics that the launch files of this project listen to."""
+"""Namespace of the topics that the launch files of this project subscribe to."""
 TOPICS = {'camera_info': 'camera_info', 'image': 'image_color', 'depth': 'image_depth_rect', 'mask': 'image_mask',
           'points': 'points'}
-"""By what is on it: the topic in the camera's namespace, in the order in which messages with one stamp are written."""
+"""Topics in the camera's namespace, in the order in which messages with one stamp are written."""
 
-# Topics of this project are results, of an earlier run or recorded live, and no input.
+# Topics of this project are results, of an earlier run or of a live recording, and no input.
 _RESULTS = re.compile(r'(^|/)openpose_ros/')
 _DEPTH_NAME, _MASK_NAME, _OTHER_NAME = (re.compile(pattern, re.IGNORECASE) for pattern in (
     'depth|disparity', 'mask', r'(^|[/_])(ir|infra\d?|confidence)($|[/_])'))
-# Of several topics the one with such a name; of several depth images that is one which a driver has aligned to the
-# colour image.
+# Of several topics the one with such a name is preferred: depth images that a driver has aligned to the colour image.
 _LIKELY = {stream: re.compile(pattern, re.IGNORECASE) for stream, pattern in (
     ('colour', 'colou?r|rgb'), ('depth', 'aligned|registered|depth_to_(rgb|colou?r)'), ('mask', '$^'),
     ('points', 'colou?r|rgb|registered'))}
+# Of each stream: what errors call it, the option that names its topic, and the types of its messages.
+_NAMES = {'colour': 'colour images', 'depth': 'depth images', 'mask': 'masks', 'points': 'clouds',
+          'camera_info': 'camera infos'}
+_OPTIONS = {'colour': '--image', 'depth': '--depth', 'mask': '--mask', 'points': '--points',
+            'camera_info': '--camera-info'}
+_KINDS = {'colour': (IMAGE, COMPRESSED), 'depth': (IMAGE, COMPRESSED), 'mask': (IMAGE, COMPRESSED), 'points': (CLOUD,),
+          'camera_info': (INFO,)}
 
 
 def is_result(topic: str) -> bool:
-    """Say whether a topic is one that this project publishes."""
+    """Return whether a topic is one that this project publishes."""
     return bool(_RESULTS.search(topic))
 
 
 def is_depth(topic: str, encoding: str) -> bool:
-    """Say whether images with this encoding are depth: infrared cameras have mono16 as well."""
+    """Return whether images with this encoding are depth: infrared cameras have mono16 as well."""
     return encoding in DEPTH_ENCODINGS and (encoding != 'mono16' or bool(_DEPTH_NAME.search(topic)))
 
 
 def is_packed_depth(topic: str) -> bool:
-    """Say whether compressed images are depth of compressed_depth_image_transport."""
+    """Return whether compressed images are depth images of compressed_depth_image_transport."""
     return topic.endswith('/compressedDepth')
 
 
 def raw_topic(topic: str) -> str:
-    """Return the topic of the raw images that belong to compressed ones; that of raw ones as it is."""
+    """Return the topic of the raw images that a topic has compressed; the topic of raw images as it is."""
     head, _, last = topic.rpartition('/')
     return head if last in ('compressed', 'compressedDepth') else topic
 
 
-def camera_of(topic: str) -> str:
-    """Return the namespace that a driver gives the topics of a camera."""
-    return raw_topic(topic).rpartition('/')[0]
+class TopicFinder:
+    """Finds the topics of a camera in a bag; streams are 'colour', 'depth', 'mask', 'points' and 'camera_info'.
 
-
-def image_topics(bag: rosbag.Bag, types: Mapping[str, str]) -> Dict[str, List[str]]:
-    """Return by stream ('colour', 'depth', 'mask') the topics that may be it, without compressed twins of raw ones.
-
-    Args:
-        types: see `topic_types`.
+    Attributes:
+        types: type of each topic, see `topic_types`.
+        candidates: by stream the topics that may be it: without results of this project, and without compressed images
+            where the raw ones are there. Of 'points' also clouds that are not organized.
 
     Raises:
         BadInputError: the bag is damaged.
     """
-    found: Dict[str, List[str]] = {'colour': [], 'depth': [], 'mask': []}
-    for topic, kind in sorted(types.items()):
-        if is_result(topic) or kind not in (IMAGE, COMPRESSED) or (
-                raw_topic(topic) != topic and types.get(raw_topic(topic)) == IMAGE):
-            continue
-        if is_packed_depth(topic) or (kind == IMAGE and is_depth(topic, _first(bag, topic).encoding)):
-            found['depth'].append(topic)
-        elif _MASK_NAME.search(topic):
-            found['mask'].append(topic)
-        # what a compressed image holds is known by its name alone; raw ones without depth may be of a camera named so
-        elif not _OTHER_NAME.search(topic) and not _DEPTH_NAME.search(
-                topic if kind == COMPRESSED else topic.rpartition('/')[2]):
-            found['colour'].append(topic)
-    return found
 
+    def __init__(self, bag: rosbag.Bag) -> None:
+        self._bag = bag
+        self.types = topic_types(bag)
+        self.candidates: Dict[str, List[str]] = {stream: [] for stream in _NAMES}
+        for topic, kind in sorted(self.types.items()):
+            stream = None if is_result(topic) else self._stream_of(topic, kind)
+            if stream is not None:
+                self.candidates[stream].append(topic)
 
-def organized_clouds(bag: rosbag.Bag, types: Mapping[str, str]) -> List[str]:
-    """Return the topics of clouds that have the rows of an image.
+    def organized_clouds(self) -> List[str]:
+        """Return the topics of clouds that have the rows of an image."""
+        return [topic for topic in self.candidates['points'] if self._first(topic).height != 1]
 
-    Raises:
-        BadInputError: the bag is damaged.
-    """
-    return [topic for topic in clouds(types) if _first(bag, topic).height != 1]
+    def named(self, stream: str, topic: str, *other_kinds: str) -> str:
+        """Return a topic that the user has named.
 
+        Args:
+            other_kinds: types that are allowed beside those of the stream.
 
-def clouds(types: Mapping[str, str]) -> List[str]:
-    """Return the topics of all clouds."""
-    return sorted(topic for topic, kind in types.items() if kind == CLOUD and not is_result(topic))
+        Raises:
+            BadInputError: it is not there, or has another type.
+        """
+        kinds = (*_KINDS[stream], *other_kinds)
+        if topic not in self.types:
+            raise BadInputError(f'{_OPTIONS[stream]} {topic}: {self._bag.filename} has no such topic; it has '
+                                f'{self.listed()}')
+        if self.types[topic] not in kinds:
+            raise BadInputError(f"{_OPTIONS[stream]} {topic} is of type {self.types[topic]}, expected "
+                                f"{' or '.join(kinds)}")
+        return topic
 
+    def choose(self, stream: str, candidates: Sequence[str]) -> Optional[str]:
+        """Return the only candidate for a stream, or the only preferred one; None if there is no candidate.
 
-def preferred(topics: Sequence[str], stream: str) -> List[str]:
-    """Return those of several topics that are most likely meant: that of this project's launch files, or by name.
-
-    Args:
-        stream: 'colour', 'depth', 'mask' or 'points'.
-    """
-    usual = [f'{CAMERA_NAMESPACE}/{name}' for name in TOPICS.values()]
-    best = list(topics)
-    for test in (lambda topic: raw_topic(topic) in usual, _LIKELY[stream].search):
+        Raises:
+            BadInputError: several come into question.
+        """
+        best = self._preferred(candidates, 'colour' if stream == 'camera_info' else stream)
         if len(best) > 1:
-            best = [topic for topic in topics if test(topic)] or list(topics)
-    return best
+            raise BadInputError(f'{self._bag.filename} has {len(candidates)} topics of {_NAMES[stream]}, choose one '
+                                f"with {_OPTIONS[stream]}: {', '.join(sorted(candidates))}")
+        return best[0] if best else None
 
+    def required(self, stream: str, candidates: Sequence[str]) -> str:
+        """Return what `choose` does.
 
-def listed(types: Mapping[str, str]) -> str:
-    """Return topics and types for an error message."""
-    return ', '.join(f'{topic} ({kind})' for topic, kind in sorted(types.items())) or 'no messages at all'
+        Raises:
+            BadInputError: there is no candidate, or several come into question.
+        """
+        topic = self.choose(stream, candidates)
+        if topic is None:
+            raise BadInputError(f'{self._bag.filename} has no topic of {_NAMES[stream]}; it has {self.listed()}')
+        return topic
 
+    def camera_info_of(self, *images: str) -> Optional[str]:
+        """Return the topic of the calibration in the namespace of the first of these topics that has one, or None."""
+        beside = (f'{raw_topic(topic).rpartition("/")[0]}/camera_info' for topic in images)
+        return next((topic for topic in beside if topic in self.candidates['camera_info']), None)
 
-def _first(bag: rosbag.Bag, topic: str) -> Any:
-    """Return the first message of a topic."""
-    return next(undamaged(bag, bag.read_messages(topics=[topic]))).message
+    def listed(self) -> str:
+        """Return topics and types for an error message."""
+        return ', '.join(f'{topic} ({kind})' for topic, kind in sorted(self.types.items())) or 'no messages at all'
+
+    def _stream_of(self, topic: str, kind: str) -> Optional[str]:
+        if kind in (CLOUD, INFO):
+            return 'points' if kind == CLOUD else 'camera_info'
+        if kind not in (IMAGE, COMPRESSED) or (raw_topic(topic) != topic
+                                               and self.types.get(raw_topic(topic)) == IMAGE):
+            return None
+        if is_packed_depth(topic) or (kind == IMAGE and is_depth(topic, self._first(topic).encoding)):
+            return 'depth'
+        if _MASK_NAME.search(topic):
+            return 'mask'
+        # only its name says what a compressed image shows; raw images that are no depth may be of a camera named so
+        name = topic if kind == COMPRESSED else topic.rpartition('/')[2]
+        return None if _OTHER_NAME.search(topic) or _DEPTH_NAME.search(name) else 'colour'
+
+    def _first(self, topic: str) -> Any:
+        return next(undamaged(self._bag, self._bag.read_messages(topics=[topic]))).message
+
+    @staticmethod
+    def _preferred(topics: Sequence[str], stream: str) -> List[str]:
+        """Return the most likely of several topics: that of this project's launch files, or by name."""
+        usual = [f'{CAMERA_NAMESPACE}/{name}' for name in TOPICS.values()]
+        best = list(topics)
+        for test in (lambda topic: raw_topic(topic) in usual, _LIKELY[stream].search):
+            if len(best) > 1:
+                best = [topic for topic in topics if test(topic)] or list(topics)
+        return best

@@ -1,19 +1,17 @@
-"""Picture files: all types there and back without a changed bit, depth in other units, what is refused."""
+"""Image files: all types there and back without a changed bit, depth in other units, what is refused."""
 import cv2
 import numpy as np
 import pytest
 
 from openpose_ros_pkg.errors import BadInputError
-from openpose_ros_tools.images.picture_files import (
+from openpose_ros_tools.images.image_files import (
     decode_depth,
-    decode_picture,
+    decode_image,
     depth_to_metres,
     depth_to_units,
-    encode_jpeg,
-    encode_png,
-    encode_tiff,
+    encode_image,
     encoding_of,
-    picture_kind,
+    image_kind,
     to_bgr8,
 )
 
@@ -25,25 +23,25 @@ RANDOM = np.random.default_rng(5)
     ((4,), np.uint8, 'bgra8'), ((4,), np.uint16, 'bgra16')])
 @pytest.mark.parametrize('size', [(1, 1), (3, 5), (7, 2)])
 def test_png_keeps_every_pixel(size, channels, dtype, encoding):
-    picture = RANDOM.integers(0, np.iinfo(dtype).max, (*size, *channels), dtype, endpoint=True)
-    content = encode_png(picture, 'test')
-    back = decode_picture(content, 'test')
-    assert (picture_kind(content), encoding_of(back, 'test'), back.dtype) == ('png', encoding, dtype)
-    np.testing.assert_array_equal(back, picture)
+    image = RANDOM.integers(0, np.iinfo(dtype).max, (*size, *channels), dtype, endpoint=True)
+    content = encode_image(image, '.png', 'test')
+    back = decode_image(content, 'test')
+    assert (image_kind(content), encoding_of(back, 'test'), back.dtype) == ('png', encoding, dtype)
+    np.testing.assert_array_equal(back, image)
     assert to_bgr8(back).shape == (*size, 3)
 
 
 def test_tiff_keeps_every_bit_of_float_depth():
     bits = RANDOM.integers(0, 2 ** 32, (9, 11), np.uint32)
     bits[0, :6] = np.array([np.nan, np.inf, -np.inf, -0.0, 1e-42, 0.0], np.float32).view(np.uint32)
-    back = decode_depth(encode_tiff(bits.view(np.float32), 'test'), 'test')
+    back = decode_depth(encode_image(bits.view(np.float32), '.tiff', 'test'), 'test')
     np.testing.assert_array_equal(back.view(np.uint32), bits)
 
 
 def test_jpeg_is_told_by_its_first_bytes_and_keeps_grey():
-    content = encode_jpeg(np.full((8, 8), 77, np.uint8), 95, 'test')
-    assert picture_kind(content) == 'jpeg'
-    assert decode_picture(content, 'test').shape == (8, 8)
+    content = encode_image(np.full((8, 8), 77, np.uint8), '.jpg', 'test')
+    assert image_kind(content) == 'jpeg'
+    assert decode_image(content, 'test').shape == (8, 8)
 
 
 @pytest.mark.parametrize('units', [1000.0, 5000.0])
@@ -70,9 +68,9 @@ def test_nothing_is_too_far_away_in_silence():
         depth_to_units(np.array([[1, 20]], np.float32), 5000.0, 'test')
 
 
-@pytest.mark.parametrize('content', [b'', b'no picture', b'\x89PNG\r\n\x1a\nbroken'])
-def test_what_is_no_picture_is_refused(content):
-    for decode in (decode_picture, decode_depth):
+@pytest.mark.parametrize('content', [b'', b'no image', b'\x89PNG\r\n\x1a\nbroken'])
+def test_what_is_no_image_is_refused(content):
+    for decode in (decode_image, decode_depth):
         with pytest.raises(BadInputError, match='test can not be decoded'):
             decode(content, 'test')
 
@@ -80,9 +78,9 @@ def test_what_is_no_picture_is_refused(content):
 def test_depth_of_another_type_is_refused():
     for wrong in (np.zeros((2, 2), np.uint8), np.zeros((2, 2, 3), np.uint16)):
         with pytest.raises(BadInputError, match='one channel of uint16 or float32'):
-            decode_depth(encode_png(wrong, 'test'), 'test')
+            decode_depth(encode_image(wrong, '.png', 'test'), 'test')
 
 
-def test_a_float_picture_is_no_colour():
+def test_a_float_image_is_no_colour():
     with pytest.raises(BadInputError, match='float32'):
-        decode_picture(cv2.imencode('.tiff', np.zeros((2, 2), np.float32))[1].tobytes(), 'test')
+        decode_image(cv2.imencode('.tiff', np.zeros((2, 2), np.float32))[1].tobytes(), 'test')

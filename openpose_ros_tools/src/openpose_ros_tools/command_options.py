@@ -1,0 +1,55 @@
+"""Parts of the command lines that the programs share."""
+import argparse
+from pathlib import Path
+from typing import Any, Callable, Optional
+
+
+def command_parser(name: str, description: Optional[str]) -> argparse.ArgumentParser:
+    """Return the parser of a program whose description is printed as it is."""
+    return argparse.ArgumentParser(prog=name, description=description,
+                                   formatter_class=argparse.RawDescriptionHelpFormatter)
+
+
+def add_output(parser: argparse.ArgumentParser, kind: str) -> None:
+    """Add --output and --overwrite, for `output_file` or `output_folder`; `kind`: 'bag', 'folder'."""
+    parser.add_argument('-o', '--output', type=Path, required=True, metavar=kind.upper(), help=f'{kind} to write')
+    parser.add_argument('--overwrite', action='store_true', help=f'write the {kind} again if it is there'
+                        + ' and contains nothing else' * (kind == 'folder'))
+
+
+def add_time_span(parser: argparse.ArgumentParser, since: str) -> None:
+    """Add --start and --end; `check_time_span` checks them. `since`: what begins at 0, such as 'the first frame'."""
+    parser.add_argument('--start', type=float, metavar='S', help=f'leave out what is before: [s] since {since}')
+    parser.add_argument('--end', type=float, metavar='S', help='leave out what is after')
+
+
+def check_time_span(parser: argparse.ArgumentParser, options: argparse.Namespace) -> None:
+    """End the program if --start is not less than --end."""
+    if None not in (options.start, options.end) and options.start >= options.end:
+        parser.error('--start must be less than --end')
+
+
+def positive_number(kind: Callable[[str], Any]) -> Callable[[str], Any]:
+    """Return the reader of an option that is a finite number above 0.
+
+    Args:
+        kind: makes the number of the text.
+    """
+    def number(text: str) -> Any:
+        try:
+            value = kind(text)
+        except (ValueError, ZeroDivisionError):
+            raise argparse.ArgumentTypeError(f"'{text}' is no number") from None
+        if not 0 < value < float('inf'):
+            raise argparse.ArgumentTypeError(f"'{text}': expected a number above 0")
+        return value
+    return number
+
+
+def whole_number(least: int) -> Callable[[str], int]:
+    """Return the reader of an option that is a whole number from `least`."""
+    def number(text: str) -> int:
+        if not text.isdigit() or int(text) < least:
+            raise argparse.ArgumentTypeError(f'expected a whole number from {least}, got {text!r}')
+        return int(text)
+    return number

@@ -1,0 +1,132 @@
+"""Image files, pixel for pixel: read as they are stored, written without loss."""
+from typing import Optional, Tuple
+
+import cv2
+import numpy as np
+
+from openpose_ros_pkg.errors import BadInputError
+
+COLOUR_SUFFIXES = ('.jpg', '.jpeg', '.png', '.bmp', '.tif', '.tiff', '.webp', '.ppm', '.pgm')
+DEPTH_SUFFIXES = ('.png', '.tif', '.tiff', '.pgm')
+# Units per metre of 16-bit depth images, as REP 118 defines them.
+MILLIMETRES = 1000.0
+_MAGIC = {b'\xff\xd8\xff': 'jpeg', b'\x89PNG\r\n\x1a\n': 'png'}
+# Encoding of sensor_msgs/Image by type and number of channels.
+_ENCODINGS = {('uint8', 1): 'mono8', ('uint8', 3): 'bgr8', ('uint8', 4): 'bgra8', ('uint16', 1): 'mono16',
+              ('uint16', 3): 'bgr16', ('uint16', 4): 'bgra16'}
+# The greatest depth in 16 bits [units].
+_MOST_UNITS = 65535
+
+
+def image_kind(content: bytes) -> Optional[str]:
+    """Return 'jpeg' or 'png', or None for another file, by its first bytes."""
+    return next((kind for magic, kind in _MAGIC.items() if content.startswith(magic)), None)
+
+
+def decode_image(content: bytes, source: str) -> np.ndarray:
+    """Return the image in a file's content with its channels and type.
+
+    Returns:
+        (H, W) or (H, W, 3 or 4) uint8 or uint16, BGR(A); a JPEG is turned as its EXIF orientation says.
+
+    Raises:
+        BadInputError: it can not be decoded, or is of another type.
+    """
+    # IMREAD_UNCHANGED ignores the orientation, which only the JPEGs of cameras have
+    is_jpeg = image_kind(content) == 'jpeg'
+    image = _decoded(content, cv2.IMREAD_ANYCOLOR | cv2.IMREAD_ANYDEPTH if is_jpeg else cv2.IMREAD_UNCHANGED, source)
+    encoding_of(image, source)
+    return image
+
+
+def decode_depth(content: bytes, source: str) -> np.ndarray:
+    """Return the depth image in a file's content, (H, W) uint16 or float32, as it is stored.
+
+    Raises:
+        BadInputError: it can not be decoded, or is of another type.
+    """
+    depth = _decoded(content, cv2.IMREAD_UNCHANGED, source)
+    if depth.ndim != 2 or depth.dtype not in (np.uint16, np.float32):
+        raise BadInputError(f'{source}: expected one channel of uint16 or float32, got {depth.dtype} of shape '
+                            f'{depth.shape}')
+    return depth
+
+
+def encoding_of(image: np.ndarray, source: str) -> str:
+    """Return the encoding of a sensor_msgs/Image for an image.
+
+    Raises:
+        BadInputError: there is none.
+    """
+    channels = 1 if image.ndim == 2 else image.shape[2]
+    encoding = _ENCODINGS.get((str(image.dtype), channels))
+    if encoding is None:
+        raise BadInputError(f'{source}: expected 1, 3 or 4 channels of uint8 or uint16, got {image.dtype} of shape '
+                            f'{image.shape}')
+    return encoding
+
+
+def to_bgr8(image: np.ndarray) -> np.ndarray:
+    """Return (H, W, 3) uint8 BGR, as colours of a cloud."""
+    if image.dtype == np.uint16:
+        image = (image >> 8).astype(np.uint8)
+    if image.ndim == 2:
+        return cv2.cvtColor(image, cv2.COLOR_GRAY2BGR)
+    return image[..., :3]
+
+
+def encode_image(image: np.ndarray, suffix: str, source: str, quality: int = 95) -> bytes:
+    """Return the content of an image file.
+
+    Args:
+        suffix: '.png', or '.tiff' for float32, which are lossless; or '.jpg'.
+        quality: of a JPEG, 1..100.
+
+    Raises:
+        BadInputError: OpenCV can not write it.
+    """
+    try:
+        done, content = cv2.imencode(suffix, image, [cv2.IMWRITE_JPEG_QUALITY, quality] if suffix == '.jpg' else [])
+    except cv2.error as error:
+        raise BadInputError(f'{source}: OpenCV can not write {suffix} of {image.dtype} {image.shape}: '
+                            f'{error}') from error
+    if not done:
+        raise BadInputError(f'{source}: OpenCV can not write {suffix} of {image.dtype} {image.shape}')
+    return content.tobytes()
+
+
+def depth_to_metres(depth: np.ndarray, units_per_metre: float) -> np.ndarray:
+    """Return integer depth as (H, W) float32 [m], NaN where it is 0."""
+    metres = (depth.astype(np.float64) / units_per_metre).astype(np.float32)
+    metres[depth == 0] = np.nan
+    return metres
+
+
+def depth_to_units(depth: np.ndarray, units_per_metre: float, source: str) -> Tuple[np.ndarray, float]:
+    """Return depth as integers.
+
+    Args:
+        depth: (H, W) float [m]; 0, negative or not finite where missing.
+
+    Returns:
+        (H, W) uint16, 0 = missing, and the greatest rounding error [m].
+
+    Raises:
+        BadInputError: a depth is too great for 16 bits.
+    """
+    known = np.isfinite(depth) & (depth > 0)
+    units = np.where(known, depth, 0).astype(np.float64) * units_per_metre
+    rounded = np.rint(units)
+    if rounded.max(initial=0) > _MOST_UNITS:
+        raise BadInputError(f'{source}: depth of {units.max() / units_per_metre:.3f} m does not fit 16 bits with '
+                            f'{units_per_metre:g} units per metre, which reach {_MOST_UNITS / units_per_metre:.3f} m')
+    # compared in float32, whose own rounding is no error
+    errors = np.abs(depth_to_metres(rounded, units_per_metre) - depth)[known]
+    return rounded.astype(np.uint16), float(errors.max(initial=0))
+
+
+def _decoded(content: bytes, flags: int, source: str) -> np.ndarray:
+    image = cv2.imdecode(np.frombuffer(content, np.uint8), flags) if content else None
+    if image is None:
+        raise BadInputError(f'{source} can not be decoded as an image')
+    return image

@@ -1,0 +1,331 @@
+"""Messages of a camera and files of its images, turned into each other with nothing lost."""
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple
+
+import genpy
+import numpy as np
+from sensor_msgs.msg import CameraInfo, CompressedImage, RegionOfInterest
+from std_msgs.msg import Header
+
+from openpose_ros_pkg.errors import BadInputError, ParameterError
+from openpose_ros_pkg.ros.convert import compressed_depth_to_image, image_to_bgr, image_to_pixels, pixels_to_image
+from openpose_ros_tools.images.calibration import Calibration
+from openpose_ros_tools.images.image_files import (
+    MILLIMETRES,
+    decode_depth,
+    decode_image,
+    depth_to_metres,
+    depth_to_units,
+    encode_image,
+    encoding_of,
+    image_kind,
+    to_bgr8,
+)
+from openpose_ros_tools.images.image_layouts import Recording
+from openpose_ros_tools.ros.camera_topics import CLOUD, COMPRESSED, TOPICS
+from openpose_ros_tools.ros.camera_topics import DEPTH_ENCODINGS as _ALL_DEPTH_ENCODINGS
+from skeleton_extract_3d.points.camera import check_same_aspect
+from skeleton_extract_3d.points.depth import cloud_from_depth
+from skeleton_extract_3d.points.rgbd_sequence import DEFAULT_FRAME, WORLD_FRAME
+from skeleton_extract_3d.ros.convert import cloud_from_message, cloud_to_message
+
+DEPTH_ENCODINGS = ('16UC1', '32FC1')
+_SUFFIXES = {'jpeg': '.jpg', 'png': '.png'}
+
+
+@dataclass(frozen=True)
+class BagOptions:
+    """The messages that are written of a recording.
+
+    Attributes:
+        topics: by key of TOPICS, in full.
+        frame_id: of all headers.
+        calibration: of the camera, or None.
+        T_world_camera: (4, 4) from the optical frame to world_frame [m], or None.
+        world_frame: name of the frame in which the camera stands.
+        compressed: CompressedImage in place of Image for the colour images.
+        jpeg_quality: of images that are no JPEG yet, with `compressed`; None: they are PNG.
+        depth_scale: units of integer depth per metre.
+        depth_encoding: one of DEPTH_ENCODINGS; None: 16UC1 for depth in mm, 32FC1 for other depth.
+        cloud: write clouds.
+    """
+
+    topics: Dict[str, str]
+    frame_id: str = DEFAULT_FRAME
+    calibration: Optional[Calibration] = None
+    T_world_camera: Optional[np.ndarray] = None
+    world_frame: str = WORLD_FRAME
+    compressed: bool = False
+    jpeg_quality: Optional[int] = None
+    depth_scale: float = MILLIMETRES
+    depth_encoding: Optional[str] = None
+    cloud: bool = False
+
+
+class Moment(NamedTuple):
+    """The images of one stamp.
+
+    Attributes:
+        stamp: [ns].
+        files: by stream the number of the image in it and its path.
+        colour_of_cloud: the colour image that belongs to the depth image here; its stamp may differ.
+    """
+
+    stamp: int
+    files: Dict[str, Tuple[int, Path]]
+    colour_of_cloud: Optional[Path]
+
+
+class MomentMessages(NamedTuple):
+    """The messages of a moment.
+
+    Attributes:
+        messages: topic and message, in the order of writing.
+        failed: reasons of files that can not be decoded.
+        rounded: greatest rounding error of depth [m].
+    """
+
+    messages: List[Tuple[str, genpy.Message]]
+    failed: List[str]
+    rounded: float
+
+
+def moments(recording: Recording) -> Iterator[Moment]:
+    """Yield the images of a recording by stamp, ascending."""
+    by_stamp: Dict[int, Dict[str, int]] = {}
+    for stream, items in recording.streams.items():
+        for i, item in enumerate(items):
+            by_stamp.setdefault(item.stamp, {})[stream] = i
+    colour_of = {j: i for i, j in recording.pairs.get('depth', ())}
+    for stamp, numbers in sorted(by_stamp.items()):
+        partner = colour_of.get(numbers.get('depth', -1))
+        yield Moment(stamp, {stream: (i, recording.streams[stream][i].path) for stream, i in numbers.items()},
+                     None if partner is None else recording.streams['colour'][partner].path)
+
+
+class MessageMaker:
+    """Makes the messages of moments; several threads may call it.
+
+    Args:
+        options: of the messages.
+        recording: its first images set the sizes and types that all others must have.
+
+    Raises:
+        BadInputError: sizes do not fit each other or the calibration.
+        ParameterError: a cloud can not be made.
+    """
+
+    def __init__(self, options: BagOptions, recording: Recording) -> None:
+        self._options = options
+        self._first = {stream: first_image(stream, [item.path for item in items])
+                       for stream, items in recording.streams.items()}
+        self._check_sizes()
+        if options.cloud and options.calibration is not None:
+            self._camera = options.calibration.camera()
+            self._rays = self._camera.ray_grid()
+
+    def messages(self, moment: Moment) -> MomentMessages:
+        """Return the messages of one stamp.
+
+        Raises:
+            BadInputError: an image has another size or type than the first of its stream, or depth does not fit.
+        """
+        options, failed, rounded = self._options, [], 0.0
+        made: Dict[str, genpy.Message] = {}
+        decoded: Dict[str, np.ndarray] = {}
+        for stream, (number, path) in moment.files.items():
+            try:
+                content, pixels = _read_image(stream, path)
+            except BadInputError as error:
+                failed.append(str(error))
+                continue
+            self._check(stream, path, pixels)
+            header = self._header(moment.stamp, number)
+            decoded[stream] = pixels
+            if stream == 'depth':
+                made['depth'], rounded = self._depth_message(pixels, path, header)
+            elif stream == 'colour':
+                made['image'] = self._image_message(pixels, content, path, header)
+            else:
+                made['mask'] = pixels_to_image(pixels, encoding_of(pixels, str(path)), header)
+        if options.calibration is not None and ('colour' in decoded or 'depth' in decoded):
+            number = next(moment.files[stream][0] for stream in ('colour', 'depth') if stream in decoded)
+            made['camera_info'] = calibration_to_message(options.calibration, self._header(moment.stamp, number))
+        if options.cloud and 'depth' in decoded and moment.colour_of_cloud is not None:
+            try:
+                made['points'] = self._cloud_message(moment, moment.colour_of_cloud, decoded)
+            except BadInputError as error:
+                failed.append(f'no cloud: {error}')
+        return MomentMessages([(options.topics[key], made[key]) for key in TOPICS if key in made], failed, rounded)
+
+    def _header(self, stamp: int, number: int) -> Header:
+        return Header(seq=number, stamp=genpy.Time(0, stamp), frame_id=self._options.frame_id)
+
+    def _image_message(self, pixels: np.ndarray, content: bytes, path: Path, header: Header) -> genpy.Message:
+        encoding = encoding_of(pixels, str(path))
+        if not self._options.compressed:
+            return pixels_to_image(pixels, encoding, header)
+        kind, quality = image_kind(content), self._options.jpeg_quality
+        if quality is not None and kind != 'jpeg':
+            content, kind = encode_image(pixels, '.jpg', str(path), quality), 'jpeg'
+        elif kind is None:
+            content, kind = encode_image(pixels, '.png', str(path)), 'png'
+        # as compressed_image_transport writes it: encoding of the image, codec, and the order of colours in the codec
+        of_codec = encoding if encoding.startswith('bgr') else ''
+        return CompressedImage(header=header, format=f'{encoding}; {kind} compressed {of_codec}', data=content)
+
+    def _depth_message(self, depth: np.ndarray, path: Path, header: Header) -> Tuple[genpy.Message, float]:
+        """Return the message of a depth image and the greatest rounding error [m]."""
+        is_float, scale = depth.dtype == np.float32, self._options.depth_scale
+        in_mm = not is_float and scale == MILLIMETRES
+        encoding = self._options.depth_encoding or ('16UC1' if in_mm else '32FC1')
+        rounded = 0.0
+        if encoding == '32FC1' or not in_mm:
+            depth = depth if is_float else depth_to_metres(depth, scale)
+        if encoding == '16UC1' and not in_mm:
+            depth, rounded = depth_to_units(depth, MILLIMETRES, str(path))
+        return pixels_to_image(depth, encoding, header), rounded
+
+    def _cloud_message(self, moment: Moment, colour: Path, decoded: Dict[str, np.ndarray]) -> genpy.Message:
+        bgr = decoded.get('colour') if moment.files.get('colour', (0, None))[1] == colour else None
+        if bgr is None:
+            _, bgr = _read_image('colour', colour)
+            self._check('colour', colour, bgr)
+        depth = decoded['depth']
+        # as the player makes it, so that both give the same cloud
+        depth = depth if depth.dtype == np.float32 else depth * (1.0 / self._options.depth_scale)
+        return cloud_to_message(cloud_from_depth(depth, self._camera, to_bgr8(bgr), self._rays),
+                                self._header(moment.stamp, moment.files['depth'][0]))
+
+    def _check(self, stream: str, path: Path, pixels: np.ndarray) -> None:
+        first, first_path = self._first[stream]
+        if (pixels.shape, pixels.dtype) != (first.shape, first.dtype):
+            raise BadInputError(f'{path} is {_shape_text(pixels)}, expected {_shape_text(first)} as {first_path} is')
+
+    def _check_sizes(self) -> None:
+        """Raise BadInputError or ParameterError if the streams and the calibration are not of one view."""
+        sizes = {stream: (first.shape[1], first.shape[0]) for stream, (first, _) in self._first.items()}
+        names = {stream: f'{stream} image {path}' for stream, (_, path) in self._first.items()}
+        calibration = self._options.calibration
+        main = 'colour' if 'colour' in sizes else 'depth'
+        if calibration is not None and calibration.image_size != sizes[main]:
+            raise BadInputError(f"{names[main]} is {_times(sizes[main])}, expected the calibration's "
+                                f'{_times(calibration.image_size)}')
+        for stream, size in sizes.items():
+            check_same_aspect(names[stream], size, names[main], sizes[main])
+        if not self._options.cloud:
+            return
+        if calibration is None or not calibration.is_calibrated:
+            raise ParameterError('--cloud needs a calibration: --camera FILE, or --intrinsics FX FY CX CY')
+        if calibration.image_size != (calibration.width, calibration.height):
+            raise ParameterError('--cloud can not be made with a calibration that has binning or a region of interest')
+        if not {'colour', 'depth'} <= set(sizes) or sizes['colour'] != sizes['depth']:
+            raise ParameterError('--cloud needs colour and depth images of one size; there are '
+                                 + ', '.join(f'{stream} {_times(size)}' for stream, size in sizes.items()))
+
+
+def first_image(stream: str, paths: Sequence[Path]) -> Tuple[np.ndarray, Path]:
+    """Return the first image of a stream that can be decoded, and its path.
+
+    Raises:
+        BadInputError: none can be decoded, or it is a mask of several channels.
+    """
+    reason: Optional[BadInputError] = None
+    for path in paths:
+        try:
+            _, pixels = _read_image(stream, path)
+        except BadInputError as error:
+            reason = reason or error
+            continue
+        if stream == 'mask' and pixels.ndim != 2:
+            raise BadInputError(f'{path} is {_shape_text(pixels)}, expected a mask of one channel')
+        return pixels, path
+    raise BadInputError(f'none of the {len(paths)} {stream} images can be decoded: {reason}')
+
+
+def file_of_message(stream: str, message: genpy.Message, depth_scale: Optional[float], source: str
+                    ) -> Tuple[str, bytes, float]:
+    """Return the file of an image message, or of the depth in a cloud.
+
+    Args:
+        depth_scale: units per metre of 16-bit depth; None: mm stay, and metres become a TIFF.
+        source: of the message, for errors.
+
+    Returns:
+        Suffix and content of the file, and the greatest rounding error of depth [m].
+
+    Raises:
+        BadInputError: the message contains no image; its text does not begin with `source`.
+        ParameterError: depth does not fit the scale.
+    """
+    if stream == 'depth':
+        depth, rounded = _depth_of(message), 0.0
+        if depth_scale is not None and not (depth.dtype == np.uint16 and depth_scale == MILLIMETRES):
+            metres = depth if depth.dtype == np.float32 else depth_to_metres(depth, MILLIMETRES)
+            try:
+                depth, rounded = depth_to_units(metres, depth_scale, source)
+            except BadInputError as error:
+                raise ParameterError(str(error)) from error
+        suffix = '.tiff' if depth.dtype == np.float32 else '.png'
+        return suffix, encode_image(depth, suffix, source), rounded
+    if message._type == COMPRESSED:
+        kind = image_kind(message.data)
+        if kind is None:
+            raise BadInputError(f"{len(message.data)} bytes of format '{message.format}' are neither JPEG nor PNG")
+        return _SUFFIXES[kind], message.data, 0.0
+    try:
+        pixels = image_to_pixels(message)[0]
+    except BadInputError:
+        # Bayer and YUV images are converted; errors of any other kind are raised again
+        pixels = image_to_bgr(message)
+    return '.png', encode_image(pixels, '.png', source), 0.0
+
+
+def calibration_to_message(calibration: Calibration, header: Header) -> CameraInfo:
+    """Return the CameraInfo of a calibration."""
+    x_offset, y_offset, height, width, do_rectify = calibration.region
+    return CameraInfo(header=header, width=calibration.width, height=calibration.height,
+                      distortion_model=calibration.distortion_model, D=list(calibration.distortion),
+                      K=list(calibration.matrix), R=list(calibration.rectification), P=list(calibration.projection),
+                      binning_x=calibration.binning[0], binning_y=calibration.binning[1],
+                      roi=RegionOfInterest(x_offset, y_offset, height, width, do_rectify))
+
+
+def calibration_from_message(message: CameraInfo) -> Calibration:
+    """Return the calibration of a CameraInfo."""
+    region = message.roi
+    return Calibration(message.width, message.height, message.distortion_model, tuple(message.D), tuple(message.K),
+                       tuple(message.R), tuple(message.P), '', (message.binning_x, message.binning_y),
+                       (region.x_offset, region.y_offset, region.height, region.width, bool(region.do_rectify)))
+
+
+def _depth_of(message: genpy.Message) -> np.ndarray:
+    """Return the depth in a message, (H, W) uint16 [mm] or float32 [m]."""
+    if message._type == CLOUD:
+        cloud = cloud_from_message(message)
+        v, u = np.mgrid[:cloud.height, :cloud.width]
+        return cloud.depths(u, v).astype(np.float32)
+    if message._type == COMPRESSED:
+        return image_to_pixels(compressed_depth_to_image(message))[0]
+    depth, _ = image_to_pixels(message)
+    if depth.dtype not in (np.uint16, np.float32):
+        raise BadInputError(f"depth has encoding '{message.encoding}', expected {', '.join(_ALL_DEPTH_ENCODINGS)}")
+    return depth
+
+
+def _read_image(stream: str, path: Path) -> Tuple[bytes, np.ndarray]:
+    """Return the content of an image file, and the image."""
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        raise BadInputError(f'{path} can not be read: {error.strerror or error}') from error
+    return content, (decode_depth if stream == 'depth' else decode_image)(content, str(path))
+
+
+def _shape_text(image: np.ndarray) -> str:
+    return f'{_times(image.shape[1::-1])} with {image.shape[2] if image.ndim == 3 else 1} channels of {image.dtype}'
+
+
+def _times(size: Sequence[int]) -> str:
+    return f'{size[0]} x {size[1]}'
