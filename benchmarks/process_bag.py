@@ -33,14 +33,15 @@ from openpose_ros_pkg.detect.detector import DetectorSettings, create_detector
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.ros.convert import bgr_to_image
 from openpose_ros_pkg.ros.node import keep_large_blocks
-from openpose_ros_tools.ros.process_bag.work import BagJob, process
+from openpose_ros_tools.ros.process_bag.job import BagJob
+from openpose_ros_tools.ros.process_bag.work import process
 from skeleton_extract_3d.points.depth import cloud_from_depth
 from skeleton_extract_3d.points.rgbd_sequence import RgbdSequence
 from skeleton_extract_3d.ros import convert
 
 ROOT = Path(__file__).resolve().parents[1]
 SEQUENCE = ROOT / 'skeleton_extract_3d' / 'demo' / 'cross'
-COMMAND = ROOT / 'openpose_ros_pkg' / 'scripts' / 'process_bag'
+COMMAND = ROOT / 'openpose_ros_tools' / 'scripts' / 'process_bag'
 MEASUREMENTS = ('throughput', 'memory', 'workers')
 RATE = 15.0
 LONGER = 10

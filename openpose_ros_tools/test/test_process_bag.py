@@ -115,7 +115,7 @@ def running_in_group(group, patience=5):
 
 def test_a_bag_without_messages_is_refused(run, out, tmp_path, capsys):
     assert run(write_recording(tmp_path / 'a.bag', image=None, points=None)) == 2
-    assert 'has no topic of images; it has no messages at all' in capsys.readouterr().err
+    assert 'has no topic of colour images; it has no messages at all' in capsys.readouterr().err
     assert not out.exists()
     assert left_behind(tmp_path) == []
 

@@ -60,7 +60,7 @@ def test_a_worker_that_dies_loses_nothing_and_what_fails_is_told(folder, capsys)
     assert (folder / 'failed').exists()
     output = capsys.readouterr().out
     assert f'FAILED {folder}/in/c.bag: ' in output
-    assert 'has no topic of images' in output
+    assert 'has no topic of colour images' in output
     assert output.endswith('2 bags done, 1 failed\n')
     assert everything(folder / 'out') == ['a.bag', 'a.csv', 'b.bag', 'b.csv']
     assert len(list((folder / 'out/json/a').iterdir())) == 12

@@ -53,7 +53,8 @@ from openpose_ros_tools.delays.stage_delays import (
     cameras_of_none,
 )
 from openpose_ros_tools.plots.plotting import FORMATS, save_figure
-from openpose_ros_tools.ros.bag_files import StampedMessage, open_bag, stamped_messages
+from openpose_ros_tools.ros.bag_files import StampedMessage, deserialized, open_bag, stamped_messages
+from openpose_ros_tools.ros.camera_topics import IMAGE as IMAGE_TYPE
 from openpose_ros_tools.ros.camera_topics import is_depth, is_packed_depth
 
 _PEOPLE = {'openpose_ros_msgs/PersonDetectionArray': PEOPLE_2D, 'openpose_ros_msgs/PersonDetection': PEOPLE_2D,
@@ -178,8 +179,8 @@ def _namespace(topic: str) -> str:
 
 def _is_depth(message: StampedMessage) -> bool:
     """Say whether the images of a topic are depth, by its first message."""
-    if message.kind._type == 'sensor_msgs/Image':
-        return is_depth(message.topic, message.kind().deserialize(message.data).encoding)
+    if message.raw[0] == IMAGE_TYPE:
+        return is_depth(message.topic, deserialized(message).encoding)
     return is_packed_depth(message.topic)
 
 

@@ -1,8 +1,8 @@
-"""What process_bag writes: a bag with the nodes' topics, a table, a JSON file of each frame."""
+"""The output of process_bag: a bag with the nodes' topics, a table, a JSON file of each frame."""
 import json
 import re
 from pathlib import Path
-from typing import Any, Dict, Optional, TextIO
+from typing import Any, Dict, NamedTuple, Optional, TextIO
 
 import genpy
 import numpy as np
@@ -16,51 +16,53 @@ from openpose_ros_pkg.output.keypoint_scale import KeypointScaleParams, scale_ke
 from openpose_ros_pkg.output.openpose_json import JSON_SUFFIX, people_to_json
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.ros import convert as convert_2d
-from openpose_ros_tools.ros.bag_files import open_bag, undamaged
+from openpose_ros_tools.ros.bag_files import StampedMessage, open_bag, undamaged
 from openpose_ros_tools.ros.keypoint_rows import PersonCsvWriter
-from openpose_ros_tools.ros.process_bag.input import Frame, Original
+from openpose_ros_tools.ros.process_bag.input import Frame
+from openpose_ros_tools.ros.process_bag.job import BagJob, BagSettings
 from skeleton_extract_3d.estimator import Estimate
 from skeleton_extract_3d.people import MISSING, People3D
 from skeleton_extract_3d.ros import convert
-from skeleton_extract_3d.show.markers import LIMB_NAMESPACES, MarkerParams, MarkerTracker
+from skeleton_extract_3d.show.markers import LIMB_NAMESPACES, MarkerTracker
 
 # What a bag was made of, so that it is not made again.
 _RECORD = '/openpose_ros/process_bag'
 
 
+class OutputPaths(NamedTuple):
+    """Files to write, and a folder for a file of each frame; None: none."""
+
+    bag: Path
+    csv: Optional[Path] = None
+    json: Optional[Path] = None
+
+
 class Results:
-    """Writes the people of frames, in their order, as the nodes would publish them; for `with`.
+    """Writes the people of frames, in their order, as the nodes would publish them; use it as a context manager.
 
     header.seq of what is written is the number of the frame, from 0.
 
     Args:
-        bag_path, csv_path: files to write; csv_path None: none.
-        json_folder: gets a file of each frame; None: none.
-        name: first part of the names of these files.
+        paths: to write to.
+        job: what to write. JSON files are named after its bag.
+        settings: of markers, of the units of detected_poses_keypoints in 2D, and whether joints are written as frames.
         in_space: whether there are people in space.
-        csv_layout: see `PersonCsvWriter`. The table has people in space where there are any, else those in the image.
-        markers: write markers with these parameters; None: none.
-        publish_tf: write joints as frames.
-        scale: units of detected_poses_keypoints in 2D.
-        compression: of the bag, one of COMPRESSIONS.
 
     Raises:
-        ParameterError: this compression is not to be had.
+        ParameterError: this compression is not available.
         OSError: a file can not be written.
     """
 
-    def __init__(self, bag_path: Path, csv_path: Optional[Path], json_folder: Optional[Path], name: str, *,
-                 in_space: bool, csv_layout: str, markers: Optional[MarkerParams], publish_tf: bool,
-                 scale: KeypointScaleParams, compression: str) -> None:
+    def __init__(self, paths: OutputPaths, job: BagJob, settings: BagSettings, in_space: bool) -> None:
         self._namespace = '/openpose_ros/skeleton_3d' if in_space else '/openpose_ros'
-        self._json_folder, self._name = json_folder, name
-        self._in_space, self._publish_tf, self._scale = in_space, publish_tf, scale
-        self._markers = None if markers is None else MarkerTracker(markers)
-        self._bag = _opened(bag_path, compression)
+        self._json_folder, self._name, self._in_space = paths.json, job.source.stem, in_space
+        self._publish_tf, self._scale = settings.extractor.publish_tf, settings.keypoint_scale
+        self._markers = MarkerTracker(settings.markers) if job.markers else None
+        self._bag = _opened(paths.bag, job.compression)
         self._csv: Optional[TextIO] = None
-        if csv_path is not None:
-            self._csv = csv_path.open('w', newline='')
-            self._table = PersonCsvWriter(self._csv, csv_layout, 3 if in_space else 2)
+        if paths.csv is not None:
+            self._csv = paths.csv.open('w', newline='')
+            self._table = PersonCsvWriter(self._csv, job.csv_layout, 3 if in_space else 2)
 
     def __enter__(self) -> 'Results':
         return self
@@ -74,10 +76,10 @@ class Results:
         """Note in the bag what it is made from; `made_from` of this module reads it."""
         self._bag.write(_RECORD, String(data=json.dumps(made_from, sort_keys=True)), time)
 
-    def copy(self, original: Original) -> None:
+    def copy(self, message: StampedMessage) -> None:
         """Write a message of the input as it was."""
-        self._bag.write(original.topic, original.message, original.time, raw=True,
-                        connection_header=original.connection)
+        self._bag.write(message.topic, message.raw, genpy.Time(0, message.time), raw=True,
+                        connection_header=message.connection)
 
     def write_2d(self, frame: Frame, number: int, people: People2D) -> None:
         """Write the people in the image of a frame that has no points."""
@@ -138,12 +140,12 @@ class Results:
 
 
 def is_json_of(bag_name: str, file_name: str) -> bool:
-    """Say whether a file's name is that of a frame of a bag; `Results` has the name of the bag without suffix."""
+    """Return whether a file's name is that of a frame of a bag; `Results` has the name of the bag without suffix."""
     return bool(re.fullmatch(re.escape(bag_name) + r'_\d+' + re.escape(JSON_SUFFIX), file_name))
 
 
 def made_from(path: Path) -> Optional[Dict[str, Any]]:
-    """Return what `Results.record` has noted in a bag; None: it is none of this program, or can not be read."""
+    """Return what `Results.record` has noted in a bag; None: it is not of this program, or can not be read."""
     try:
         with open_bag(path) as bag:
             record = next(undamaged(bag, bag.read_messages(topics=[_RECORD])), None)
@@ -152,11 +154,17 @@ def made_from(path: Path) -> Optional[Dict[str, Any]]:
         return None
 
 
+def is_done(job: BagJob) -> bool:
+    """Return whether all outputs are there, made from the same."""
+    return (job.output.is_file() and (job.csv is None or job.csv.is_file())
+            and (job.json is None or job.json.is_dir()) and made_from(job.output) == job.made_from())
+
+
 def _opened(path: Path, compression: str) -> rosbag.Bag:
     try:
         return rosbag.Bag(str(path), 'w', compression=compression)
     except (ValueError, rosbag.ROSBagException) as error:
-        raise ParameterError(f"--compression {compression} is not to be had: {error}") from error
+        raise ParameterError(f"--compression {compression} is not available: {error}") from error
 
 
 def _with_hidden(people_2d: People2D, people: People3D) -> People2D:

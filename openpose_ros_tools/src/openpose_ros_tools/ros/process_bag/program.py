@@ -44,21 +44,22 @@ from openpose_ros_pkg.natural_order import natural_key
 from openpose_ros_pkg.params.nodes import ServiceSettings
 from openpose_ros_pkg.params.parameters import parameter_fields
 from openpose_ros_pkg.ros.node import keep_large_blocks
+from openpose_ros_tools.command_options import command_parser, whole_number
 from openpose_ros_tools.outputs import delete_parts
 from openpose_ros_tools.parallel.task_cluster import run_tasks
 from openpose_ros_tools.ros.bag_files import COMPRESSIONS
-from openpose_ros_tools.ros.process_bag.input import Topics
-from openpose_ros_tools.ros.process_bag.output import made_from
-from openpose_ros_tools.ros.process_bag.work import BagJob, BagReport, BagSettings, build_settings, process
+from openpose_ros_tools.ros.process_bag.job import BagJob, BagReport, BagSettings, Topics, build_settings
+from openpose_ros_tools.ros.process_bag.output import is_done, made_from
+from openpose_ros_tools.ros.process_bag.work import process
 from openpose_ros_tools.tables.keypoint_csv import LAYOUTS
 from skeleton_extract_3d.node_params import ExtractorSettings
 
 _log = logging.getLogger(__name__)
 
-# A process with one thread on each core is faster than one network on all of them, until reading the bag, lifting and
-# writing, which one process does, are slower.
+# One process per core is faster than one network with threads on all cores. Beyond 8, reading the bag, lifting and
+# writing, which one process does, are the bottleneck.
 _MOST_JOBS = 8
-# A worker tells how far it is so often [s].
+# Period in which a worker reports its progress [s].
 _TELL_PERIOD = 0.5
 
 
@@ -113,7 +114,7 @@ def _run(options: argparse.Namespace, settings: Dict[str, Any],
     if on_cluster and (options.jobs or 1) > 1:
         raise ParameterError('--jobs is for one bag on this machine; for several, or with a scheduler, there is '
                              '--workers')
-    todo = [job for job in jobs if options.overwrite or not job.is_done()]
+    todo = [job for job in jobs if options.overwrite or not is_done(job)]
     if len(todo) < len(jobs):
         sys.stdout.write(f'{len(jobs) - len(todo)} of {len(jobs)} bags are done already, with these parameters; '
                          '--overwrite makes them again\n')
@@ -159,9 +160,8 @@ def _run_several(jobs: Sequence[BagJob], options: argparse.Namespace) -> int:
                     progress.write(_told(by_name[name], result), file=sys.stdout)
     finally:
         for job in jobs:  # what workers that were ended have left
-            for path in (job.output, job.csv, job.json):
-                if path is not None:
-                    delete_parts(path)
+            for path in job.outputs:
+                delete_parts(path)
     sys.stdout.write(f'{len(jobs) - failed} bags done, {failed} failed\n')
     return SOME_FAILED if failed else DONE
 
@@ -188,8 +188,7 @@ def _told(job: BagJob, result: Any) -> str:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog='process_bag', description=__doc__,
-                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = command_parser('process_bag', __doc__)
     parser.add_argument('inputs', nargs='+', type=Path, metavar='IN', help='a bag; several, or a folder of bags')
     parser.add_argument('-o', '--output', required=True, type=Path, metavar='OUT',
                         help='bag with the results; for several, or a folder, a folder for bags of the same names')
@@ -210,37 +209,23 @@ def _parser() -> argparse.ArgumentParser:
     group.add_argument('--depth', default='', metavar='TOPIC', help='depth images aligned to the images, raw or '
                                                                     'compressedDepth, in place of clouds')
     group.add_argument('--camera-info', default='', metavar='TOPIC', help='calibration of the depth images')
-    group.add_argument('--only-2d', action='store_true', help='leave points alone')
+    group.add_argument('--only-2d', action='store_true', help='ignore points: people in the images only')
     group = parser.add_argument_group('parameters')
     add_settings(group, 'of detection, tracking, lifting, pairing or markers; publish_tf=true writes joints to /tf')
     group.add_argument('--config', action='append', default=[], type=Path, metavar='FILE',
-                       help="a node's YAML file; may be repeated. What it says of topics and saving is not used; --set "
-                            'comes before it')
+                       help="a node's YAML file; may be repeated. Its values for topics and saving are not used; --set "
+                            'overrides it')
     group = parser.add_argument_group('machines')
-    group.add_argument('--jobs', type=_positive, metavar='N',
-                       help='processes that look at the images of one bag, with a share of the cores each (default: '
+    group.add_argument('--jobs', type=whole_number(1), metavar='N',
+                       help='processes that detect people in the images of one bag and share the cores (default: '
                             f'one for each core, at most {_MOST_JOBS}). 1: this process alone, which takes the least '
                             'memory and starts soonest')
-    group.add_argument('--workers', type=_positive, default=os.cpu_count() or 1, metavar='N',
-                       help='of several bags so many at a time on this machine (default: %(default)s)')
+    group.add_argument('--workers', type=whole_number(1), default=os.cpu_count() or 1, metavar='N',
+                       help='number of bags that are processed at a time on this machine (default: %(default)s)')
     group.add_argument('--scheduler', default='', metavar='ADDRESS', help='of an existing cluster')
-    group.add_argument('--retries', type=_not_negative, default=1, metavar='N',
-                       help='try a bag that failed so often again (default: %(default)s)')
+    group.add_argument('--retries', type=whole_number(0), default=1, metavar='N',
+                       help='number of further tries of a bag that failed (default: %(default)s)')
     return parser
-
-
-def _positive(text: str) -> int:
-    return _whole_number(text, 1)
-
-
-def _not_negative(text: str) -> int:
-    return _whole_number(text, 0)
-
-
-def _whole_number(text: str, least: int) -> int:
-    if not text.isdigit() or int(text) < least:
-        raise argparse.ArgumentTypeError(f'expected a whole number from {least}, got {text!r}')
-    return int(text)
 
 
 def _are_several(inputs: Sequence[Path]) -> bool:

@@ -1,159 +1,38 @@
 """From a bag to its results: each frame once, in order."""
 import itertools
 import logging
-from collections import Counter, deque
+from collections import deque
 from concurrent.futures import Future
 from contextlib import ExitStack, closing
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import Any, Callable, Deque, Dict, Iterator, Mapping, Optional, Tuple, Union
+from typing import Any, Callable, Deque, Iterator, Optional, Tuple, Union
 
 import genpy
 import tf2_py
 
-from openpose_ros_pkg.detect.detector import Detector, DetectorSettings, create_detector
-from openpose_ros_pkg.detect.tracking import CameraTrackers, TrackingParams
-from openpose_ros_pkg.errors import BadInputError, ParameterError
+from openpose_ros_pkg.detect.tracking import CameraTrackers
+from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.output.frame_writer import is_power_of_two
-from openpose_ros_pkg.output.keypoint_scale import KeypointScaleParams
-from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.ros import convert
 from openpose_ros_pkg.skeletons import SkeletonModel
-from openpose_ros_pkg.stream.pairing import PairingParams
 from openpose_ros_tools.outputs import PartFiles
 from openpose_ros_tools.parallel.detector_pool import DetectorPool, with_threads
 from openpose_ros_tools.parallel.threads import prefetched
-from openpose_ros_tools.ros.bag_files import open_bag
-from openpose_ros_tools.ros.process_bag.input import (
-    Counts,
-    Frame,
-    Original,
-    Recording,
-    Topics,
-    Transforms,
-    copied_topics,
-    find_topics,
-)
-from openpose_ros_tools.ros.process_bag.output import Results, is_json_of, made_from
-from skeleton_extract_3d.estimator import EstimatorSettings
-from skeleton_extract_3d.node_params import ExtractorParams
+from openpose_ros_tools.ros.bag_files import StampedMessage, open_bag
+from openpose_ros_tools.ros.process_bag.input import Frame, Recording, Transforms, copied_topics, find_topics
+from openpose_ros_tools.ros.process_bag.job import BagJob, BagReport, BagSettings, Topics, build_settings
+from openpose_ros_tools.ros.process_bag.output import OutputPaths, Results, is_json_of
 from skeleton_extract_3d.people import People3D
 from skeleton_extract_3d.points.camera_estimators import CameraEstimators
 from skeleton_extract_3d.ros.lifter import Lifter
-from skeleton_extract_3d.show.markers import MarkerParams
 
 _log = logging.getLogger(__name__)
 
-# Changed with what the same parameters give, so that what an older version has made counts as old.
-_VERSION = 1
 # Number of frames that are read before they are needed, and bytes of copied messages that wait for earlier frames.
 _AHEAD = 3
 _MOST_COPIED = 256 << 20
-# Parameters that do not change results.
-_WITHOUT_EFFECT = ('threads', 'compiled_cache')
-
-
-@dataclass(frozen=True)
-class BagSettings:
-    """The parameters of the nodes that have a meaning for a recording."""
-
-    detector: DetectorSettings
-    tracking: TrackingParams
-    keypoint_scale: KeypointScaleParams
-    extractor: ExtractorParams
-    estimator: EstimatorSettings
-    pairing: PairingParams
-    markers: MarkerParams
-
-
-@dataclass(frozen=True)
-class BagJob:
-    """What is to be made of a bag. It can be pickled.
-
-    Attributes:
-        source: the bag.
-        output: bag to make.
-        csv: table to make, None: none.
-        json: folder for a file of each frame, None: none.
-        values: parameters that differ from their defaults, of `BagSettings`.
-        topics: of the camera, where they are named.
-        only_2d: whether points are left alone.
-        copied: topics that are copied, or 'all'.
-        markers: whether markers are written.
-        csv_layout, compression: see `Results`.
-        jobs: processes that look at pictures.
-        threads: of each detector where the parameters leave it open; 0: as many as there are cores.
-        create: makes a detector of the parameters.
-    """
-
-    source: Path
-    output: Path
-    csv: Optional[Path] = None
-    json: Optional[Path] = None
-    values: Mapping[str, Any] = field(default_factory=dict)
-    topics: Topics = field(default_factory=Topics)
-    only_2d: bool = False
-    copied: Tuple[str, ...] = ()
-    markers: bool = False
-    csv_layout: str = 'original'
-    compression: str = 'none'
-    jobs: int = 1
-    threads: int = 0
-    create: Callable[[DetectorSettings], Detector] = create_detector
-
-    def made_from(self) -> Dict[str, Any]:
-        """Return what the results depend on, as JSON has it.
-
-        Raises:
-            BadInputError: the bag is not there.
-        """
-        try:
-            state = self.source.stat()
-        except OSError as error:
-            raise BadInputError(f'{self.source}: {error.strerror}') from error
-        return {'version': _VERSION, 'bag': self.source.name, 'bytes': state.st_size, 'modified_ns': state.st_mtime_ns,
-                'topics': {part.name: getattr(self.topics, part.name) for part in fields(self.topics)},
-                'parameters': {key: value for key, value in self.values.items() if key not in _WITHOUT_EFFECT},
-                'only_2d': self.only_2d, 'copied': list(self.copied), 'markers': self.markers,
-                'csv_layout': self.csv_layout, 'compression': self.compression}
-
-    def is_done(self) -> bool:
-        """Say whether all outputs are there, made from the same."""
-        return (self.output.is_file() and (self.csv is None or self.csv.is_file())
-                and (self.json is None or self.json.is_dir()) and made_from(self.output) == self.made_from())
-
-
-@dataclass
-class BagReport:
-    """What became of a bag.
-
-    Attributes:
-        frames: written.
-        people: in them, in sum.
-        dropped: frames without a result, by the reason.
-        counts: of what became no frame.
-        topics: that the frames are from.
-    """
-
-    frames: int = 0
-    people: int = 0
-    dropped: Dict[str, int] = field(default_factory=Counter)
-    counts: Counts = field(default_factory=Counts)
-    topics: Topics = field(default_factory=Topics)
-
-    def text(self) -> str:
-        """Say it in a line."""
-        source = ' and '.join(topic for topic in (self.topics.image, self.topics.points, self.topics.depth) if topic)
-        parts = [f'{self.frames} frames with {self.people} people, from {source}']
-        parts += [f'{number} frames dropped: {reason}' for reason, number in self.dropped.items()]
-        counts = self.counts
-        for number, what in ((counts.alone[0], 'images without points'), (counts.alone[1], 'points without an image'),
-                             (counts.unusable, 'messages without a stamp or not newer than the one before'),
-                             (counts.resets, 'times the stamps jumped back')):
-            if number:
-                parts.append(f'{number} {what}')
-        return '; '.join(parts)
 
 
 def process(job: BagJob, on_frame: Callable[[int, int], None] = lambda done, total: None) -> BagReport:
@@ -175,17 +54,13 @@ def process(job: BagJob, on_frame: Callable[[int, int], None] = lambda done, tot
         topics = find_topics(bag, job.topics, job.only_2d, settings.extractor.points_source == 'depth_image')
         copied = copied_topics(bag, job.copied)
         parts = stack.enter_context(PartFiles())
-        json_folder = None if job.json is None else parts.folder(
-            job.json, lambda name: is_json_of(job.source.stem, name))
-        csv_path = None if job.csv is None else parts.file(job.csv)
-        bag_path = parts.file(job.output)  # the last to be moved: where it is, all is there
-        pool = stack.enter_context(DetectorPool(
-            job.jobs, with_threads(settings.detector, job.threads), job.create))
+        json = None if job.json is None else parts.folder(job.json, lambda name: is_json_of(job.source.stem, name))
+        csv = None if job.csv is None else parts.file(job.csv)
+        # the bag is the last one to be moved: where it is, all outputs are
+        paths = OutputPaths(parts.file(job.output), csv, json)
+        pool = stack.enter_context(DetectorPool(job.jobs, with_threads(settings.detector, job.threads), job.create))
         lifter, transforms = _lifter(job.source, settings, topics, pool.skeleton, stack)
-        results = stack.enter_context(Results(
-            bag_path, csv_path, json_folder, job.source.stem, in_space=topics.in_space, csv_layout=job.csv_layout,
-            markers=settings.markers if job.markers else None, scale=settings.keypoint_scale,
-            publish_tf=settings.extractor.publish_tf, compression=job.compression))
+        results = stack.enter_context(Results(paths, job, settings, topics.in_space))
         results.record(made, genpy.Time.from_sec(bag.get_start_time()))
         recording = Recording(bag, topics, copied, settings.pairing, lifter)
         images = bag.get_message_count(topics.image)
@@ -198,20 +73,6 @@ def process(job: BagJob, on_frame: Callable[[int, int], None] = lambda done, tot
         if chain.report.frames == 0:
             raise BadInputError(f'{job.source} gave no frame with a result: {chain.report.text()}')
     return chain.report
-
-
-def build_settings(values: Mapping[str, Any]) -> BagSettings:
-    """Return the settings of a flat mapping.
-
-    Raises:
-        ParameterError: a key is unknown, or a value is not allowed, here or at all.
-    """
-    settings = build(BagSettings, values)
-    rate = settings.detector.detector.target_rate
-    if rate > 0:
-        raise ParameterError(f"parameter 'target_rate' = {rate:g} is not allowed here: "
-                             'results would depend on the machine; 0, and mode=fast where time is short')
-    return settings
 
 
 def _lifter(source: Path, settings: BagSettings, topics: Topics, skeleton: SkeletonModel,
@@ -241,9 +102,9 @@ class _Chain:
         self._numbers = itertools.count()
         self.report = report
 
-    def run(self, events: Iterator[Union[Frame, Original]], pool: DetectorPool) -> Iterator[int]:
+    def run(self, events: Iterator[Union[Frame, StampedMessage]], pool: DetectorPool) -> Iterator[int]:
         """Do all frames; yield the number of images that are done, after each frame."""
-        waiting: Deque[Tuple[Union[Frame, Original], Optional[Future]]] = deque()
+        waiting: Deque[Tuple[Union[Frame, StampedMessage], Optional[Future]]] = deque()
         frames = copied = 0
         for event in itertools.chain(events, (None,)):
             if isinstance(event, Frame):
@@ -251,13 +112,13 @@ class _Chain:
                 frames += 1
             elif event is not None:
                 waiting.append((event, None))
-                copied += len(event.message[1])
+                copied += len(event.raw[1])
             while waiting and (waiting[0][1] is None or waiting[0][1].done() or event is None
                                or frames > pool.capacity or copied > _MOST_COPIED):
                 first, found = waiting.popleft()
-                if isinstance(first, Original):
+                if isinstance(first, StampedMessage):
                     self._results.copy(first)
-                    copied -= len(first.message[1])
+                    copied -= len(first.raw[1])
                     continue
                 number = next(self._numbers)
                 self._finish(first, number, found)

@@ -1,0 +1,176 @@
+"""What process_bag is to make of a bag, and what became of it."""
+from collections import Counter
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import Any, Callable, Dict, List, Mapping, Optional, Tuple
+
+from openpose_ros_pkg.detect.detector import Detector, DetectorSettings, create_detector
+from openpose_ros_pkg.detect.tracking import TrackingParams
+from openpose_ros_pkg.errors import BadInputError, ParameterError
+from openpose_ros_pkg.output.keypoint_scale import KeypointScaleParams
+from openpose_ros_pkg.params.parameters import build
+from openpose_ros_pkg.stream.pairing import PairingParams
+from skeleton_extract_3d.estimator import EstimatorSettings
+from skeleton_extract_3d.node_params import ExtractorParams
+from skeleton_extract_3d.show.markers import MarkerParams
+
+# Incremented when the same parameters give other results, so that outputs of older versions are made again.
+_VERSION = 1
+# Parameters that do not change results.
+_WITHOUT_EFFECT = ('threads', 'compiled_cache')
+
+
+@dataclass(frozen=True)
+class BagSettings:
+    """The parameters of the nodes that have a meaning for a recording."""
+
+    detector: DetectorSettings
+    tracking: TrackingParams
+    keypoint_scale: KeypointScaleParams
+    extractor: ExtractorParams
+    estimator: EstimatorSettings
+    pairing: PairingParams
+    markers: MarkerParams
+
+
+@dataclass(frozen=True)
+class Topics:
+    """The topics of a camera; empty: to be found, or none.
+
+    Attributes:
+        image: raw or compressed.
+        points: of clouds.
+        depth: of depth images aligned to the image, raw or compressed, in place of clouds.
+        camera_info: of the depth images.
+    """
+
+    image: str = ''
+    points: str = ''
+    depth: str = ''
+    camera_info: str = ''
+
+    @property
+    def in_space(self) -> bool:
+        """Whether there are points."""
+        return bool(self.points or self.depth)
+
+
+@dataclass(frozen=True)
+class BagJob:
+    """What is to be made of a bag. It can be pickled.
+
+    Attributes:
+        source: the bag.
+        output: bag to make.
+        csv: table to make, None: none.
+        json: folder for a file of each frame, None: none.
+        values: parameters that differ from their defaults, of `BagSettings`.
+        topics: of the camera, where they are named.
+        only_2d: whether points are ignored.
+        copied: topics that are copied, or 'all'.
+        markers: whether markers are written.
+        csv_layout: see `PersonCsvWriter`. The table has people in space where there are any, else those in the image.
+        compression: of the bag, one of COMPRESSIONS.
+        jobs: number of detector processes; 1: none beside this one.
+        threads: of each detector where the parameters leave it open; 0: one per core.
+        create: makes a detector of the parameters.
+    """
+
+    source: Path
+    output: Path
+    csv: Optional[Path] = None
+    json: Optional[Path] = None
+    values: Mapping[str, Any] = field(default_factory=dict)
+    topics: Topics = field(default_factory=Topics)
+    only_2d: bool = False
+    copied: Tuple[str, ...] = ()
+    markers: bool = False
+    csv_layout: str = 'original'
+    compression: str = 'none'
+    jobs: int = 1
+    threads: int = 0
+    create: Callable[[DetectorSettings], Detector] = create_detector
+
+    @property
+    def outputs(self) -> List[Path]:
+        """Files and folder that are made."""
+        return [path for path in (self.output, self.csv, self.json) if path is not None]
+
+    def made_from(self) -> Dict[str, Any]:
+        """Return what the results depend on, as JSON has it.
+
+        Raises:
+            BadInputError: the bag is not there.
+        """
+        try:
+            state = self.source.stat()
+        except OSError as error:
+            raise BadInputError(f'{self.source}: {error.strerror}') from error
+        return {'version': _VERSION, 'bag': self.source.name, 'bytes': state.st_size, 'modified_ns': state.st_mtime_ns,
+                'topics': {part.name: getattr(self.topics, part.name) for part in fields(self.topics)},
+                'parameters': {key: value for key, value in self.values.items() if key not in _WITHOUT_EFFECT},
+                'only_2d': self.only_2d, 'copied': list(self.copied), 'markers': self.markers,
+                'csv_layout': self.csv_layout, 'compression': self.compression}
+
+
+@dataclass
+class Counts:
+    """What a recording has that became no frame.
+
+    Attributes:
+        images: all images that were read.
+        alone: images, and points, without a partner.
+        unusable: messages without a stamp, or not newer than the one before.
+        resets: times that the stamps jumped back.
+    """
+
+    images: int = 0
+    alone: List[int] = field(default_factory=lambda: [0, 0])
+    unusable: int = 0
+    resets: int = 0
+
+
+@dataclass
+class BagReport:
+    """What became of a bag.
+
+    Attributes:
+        frames: written.
+        people: in them, in sum.
+        dropped: frames without a result, by the reason.
+        counts: of what became no frame.
+        topics: that the frames are from.
+    """
+
+    frames: int = 0
+    people: int = 0
+    dropped: Dict[str, int] = field(default_factory=Counter)
+    counts: Counts = field(default_factory=Counts)
+    topics: Topics = field(default_factory=Topics)
+
+    def text(self) -> str:
+        """Return the report in a line."""
+        source = ' and '.join(topic for topic in (self.topics.image, self.topics.points, self.topics.depth) if topic)
+        parts = [f'{self.frames} frames with {self.people} people, from {source}']
+        parts += [f'{number} frames dropped: {reason}' for reason, number in self.dropped.items()]
+        counts = self.counts
+        for number, what in ((counts.alone[0], 'images without points'), (counts.alone[1], 'points without an image'),
+                             (counts.unusable, 'messages without a stamp or not newer than the one before'),
+                             (counts.resets, 'times the stamps jumped back')):
+            if number:
+                parts.append(f'{number} {what}')
+        return '; '.join(parts)
+
+
+def build_settings(values: Mapping[str, Any]) -> BagSettings:
+    """Return the settings of a flat mapping.
+
+    Raises:
+        ParameterError: a key is unknown, or a value is not allowed, here or at all.
+    """
+    settings = build(BagSettings, values)
+    rate = settings.detector.detector.target_rate
+    if rate > 0:
+        raise ParameterError(f"parameter 'target_rate' = {rate:g} is not allowed here: results would depend on the "
+                             'machine; 0, and mode=fast where time is short')
+    return settings
