@@ -37,11 +37,13 @@ from openpose_ros_pkg.errors import OpenposeRosError
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
-from skeleton_extract_3d.estimator import EstimatorSettings, PeopleEstimator
+from skeleton_extract_3d.estimator import PeopleEstimator
+from skeleton_extract_3d.frame import CameraFrame
 from skeleton_extract_3d.people import MEASURED, People3D
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.depth import DepthImage
 from skeleton_extract_3d.points.rgbd_sequence import RgbdSequence
+from skeleton_extract_3d.settings import EstimatorSettings
 
 # Label of joints that are seen, in gt.json.
 VISIBLE = 2
@@ -104,12 +106,12 @@ def find_people(sequence: RgbdSequence, find: FindPeople, tracking: TrackingPara
 def estimate(sequence: RgbdSequence, people: List[People2D], settings: EstimatorSettings
              ) -> Tuple[List[Tuple[float, People3D]], List[float]]:
     """Return time [s] and people of each frame, and the milliseconds that each took."""
-    estimator, frames, times = PeopleEstimator(COCO_18, settings), [], []
+    estimator, frames, times = PeopleEstimator(settings), [], []
     size = (sequence.camera.width, sequence.camera.height)
     for frame, found in zip(sequence, people):
         points = DepthImage(frame.depth, sequence.camera)
         began = time.perf_counter()
-        answer = estimator.update(found, size, points, frame.time, frame.bgr)
+        answer = estimator.update(found, CameraFrame(size, points, frame.time, frame.bgr))
         times.append(1e3 * (time.perf_counter() - began))
         frames.append((frame.time, answer.people))
     return frames, times

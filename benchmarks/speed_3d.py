@@ -27,10 +27,11 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'tests' / 'support'
 from openpose_ros_pkg.errors import OpenposeRosError
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import People2D
-from openpose_ros_pkg.skeletons import COCO_18
-from skeleton_extract_3d.estimator import EstimatorSettings, PeopleEstimator
+from skeleton_extract_3d.estimator import PeopleEstimator
+from skeleton_extract_3d.frame import CameraFrame
 from skeleton_extract_3d.points.cloud import OrganizedCloud
 from skeleton_extract_3d.points.depth import cloud_from_depth
+from skeleton_extract_3d.settings import EstimatorSettings
 from synthetic_scene import Person, Room, pinhole, render, walking, with_flying_pixels, with_noise
 
 SIZE = (960, 540)
@@ -103,13 +104,13 @@ def measure(numbers: List[int], rounds: int, warm_up: int, frames: int, settings
     """Return the timings of each number of people, and how many people were in the picture on average."""
     scenes = {count: inputs_of(count, frames) for count in numbers}
     shown = {count: float(np.mean([len(each.people) for each in scene])) for count, scene in scenes.items()}
-    runs = {count: (PeopleEstimator(COCO_18, settings), to_and_fro(scene)) for count, scene in scenes.items()}
+    runs = {count: (PeopleEstimator(settings), to_and_fro(scene)) for count, scene in scenes.items()}
     timings = {count: Timings() for count in numbers}
     for number in range(warm_up + rounds):
         for count, (estimator, stream) in runs.items():
             given = next(stream)
             began = time.perf_counter()
-            estimate = estimator.update(given.people, SIZE, given.points, number / RATE, given.bgr)
+            estimate = estimator.update(given.people, CameraFrame(SIZE, given.points, number / RATE, given.bgr))
             seconds = time.perf_counter() - began
             if number >= warm_up:
                 timings[count].add(seconds, getattr(estimate, 'timing', None) or {})

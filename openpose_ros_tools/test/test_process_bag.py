@@ -43,10 +43,12 @@ from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.ros import convert as convert_2d
 from openpose_ros_pkg.skeletons import COCO_18
 from openpose_ros_tools.ros.process_bag.program import main
-from skeleton_extract_3d.estimator import EstimatorSettings, PeopleEstimator
+from skeleton_extract_3d.estimator import PeopleEstimator
+from skeleton_extract_3d.frame import CameraFrame
 from skeleton_extract_3d.people import MEASURED
 from skeleton_extract_3d.points.depth import DepthImage
 from skeleton_extract_3d.ros import convert
+from skeleton_extract_3d.settings import EstimatorSettings
 
 NAMESPACE = '/openpose_ros/skeleton_3d'
 # Joints that the scene shows are lifted from exact pixels and depth: what is left is the shape of the bodies [m].
@@ -226,13 +228,14 @@ def test_people_are_where_they_truly_are(run, recording, out):
 def test_results_are_those_of_the_steps_of_the_nodes(run, recording, out):
     assert run(recording) == 0
     tracker, detector = KeypointTracker(TrackingParams()), KnowingDetector()
-    estimator = PeopleEstimator(COCO_18, build(EstimatorSettings, {}))
+    estimator = PeopleEstimator(build(EstimatorSettings, {}))
     for number, (array, array_2d) in enumerate(zip(arrays(out), arrays(out, 'detected_poses'))):
         header = Header(number, stamp_of(number), FRAME_ID)
         found = tracker.update(detector.detect(frame(number).bgr), header.stamp.to_sec())
         people_2d = convert_2d.people_from_messages(convert_2d.people_to_messages(found, header), COCO_18)
-        estimate = estimator.update(people_2d, (320, 180), DepthImage(frame(number).depth, CAMERA),
-                                    header.stamp.to_sec(), frame(number).bgr)
+        points = DepthImage(frame(number).depth, CAMERA)
+        estimate = estimator.update(people_2d, CameraFrame((320, 180), points, header.stamp.to_sec(),
+                                                           frame(number).bgr))
         for expected, actual in ((convert.people_to_array(estimate.people, header), array),
                                  (convert_2d.people_to_array(convert_2d.people_to_messages(
                                      estimate.people_2d, header), header, COCO_18), array_2d)):

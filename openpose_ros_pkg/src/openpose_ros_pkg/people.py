@@ -77,6 +77,10 @@ class People2D:
     def __len__(self) -> int:
         return len(self.keypoints)
 
+    def select(self, indices: np.ndarray) -> 'People2D':
+        """Return some of the people, in the order of their indices (N,)."""
+        return People2D(self.skeleton, self.keypoints[indices], self.scores[indices], self.ids[indices])
+
     @property
     def xy(self) -> np.ndarray:
         """(P, K, 2) float32 [px], NaN where missing."""

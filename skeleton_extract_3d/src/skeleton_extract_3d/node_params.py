@@ -6,8 +6,8 @@ from openpose_ros_pkg.output.draw import DrawParams
 from openpose_ros_pkg.params.nodes import ImageTransportParams, ServiceClientParams
 from openpose_ros_pkg.params.parameters import Parameters, parameter, parameter_fields
 from openpose_ros_pkg.stream.pairing import PairingParams
-from skeleton_extract_3d.estimator import EstimatorSettings
 from skeleton_extract_3d.points.rgbd_sequence import PLAYBACKS
+from skeleton_extract_3d.settings import EstimatorSettings
 from skeleton_extract_3d.show.markers import MarkerParams
 
 

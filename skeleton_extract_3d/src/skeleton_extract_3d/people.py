@@ -51,5 +51,11 @@ class People3D:
         if not np.array_equal(self.status != MISSING, np.isfinite(self.xyz).all(axis=2)):
             raise ValueError('status must be MISSING exactly where x, y and z are not finite')
 
+    @classmethod
+    def empty(cls, skeleton: SkeletonModel) -> 'People3D':
+        """Return nobody."""
+        none = np.zeros((0, len(skeleton.joints)))
+        return cls(skeleton, np.zeros((*none.shape, 3)), none, none, none, np.zeros(0))
+
     def __len__(self) -> int:
         return len(self.xyz)

@@ -4,8 +4,7 @@ import pytest
 
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.body.body import ADULT_STATURE, BONE_LENGTHS, BONES, JOINTS, PROPORTION_SPREAD
-from skeleton_extract_3d.body.measures import expected_lengths, learn, length_spreads
-from skeleton_extract_3d.track.tracks import Tracks
+from skeleton_extract_3d.body.measures import Sizes, expected_lengths, learn, length_spreads
 from synthetic_scene import Person, joints_of, standing
 
 INDEX = COCO_18.index
@@ -21,37 +20,33 @@ def person(scale=1.0):
     return np.array([[joints[name] for name in JOINTS]])
 
 
-def tracks(people=1, stature=ADULT_STATURE):
-    result = Tracks()
-    result.append(np.arange(people), 0.0, np.zeros((people, 18, 3)), np.ones((people, 18), bool),
-                  np.tile([1.0, 0, 0], (people, 1)), np.full(people, stature))
-    return result
+def somebody(stature=ADULT_STATURE):
+    return Sizes.assumed(np.array([stature]))
 
 
 def watched(xyz, frames=40, measured=ALL, scores=None, noise=0.0):
-    """Return the track of somebody who was measured for so many frames."""
-    one, rng = tracks(), np.random.default_rng(0)
+    """Return the sizes of somebody who was measured in a number of frames."""
+    one, rng = somebody(), np.random.default_rng(0)
     scores = np.ones((1, 18)) if scores is None else scores
     for _ in range(frames):
-        learn(one, np.array([0]), xyz + rng.normal(0, noise, xyz.shape), measured, scores)
+        one = learn(one, xyz + rng.normal(0, noise, xyz.shape), measured, scores)
     return one
 
 
 def lengths(one):
-    return dict(zip(BONES, expected_lengths(one, np.array([0]))[0]))
+    return dict(zip(BONES, expected_lengths(one)[0]))
 
 
 def test_nobody():
-    none = np.zeros(0, int)
-    learn(tracks(0), none, np.zeros((0, 18, 3)), np.zeros((0, 18), bool), np.zeros((0, 18)))
-    assert expected_lengths(tracks(0), none).shape == length_spreads(tracks(0), none).shape == (0, 8)
+    nobody = learn(Sizes.assumed(np.zeros(0)), np.zeros((0, 18, 3)), np.zeros((0, 18), bool), np.zeros((0, 18)))
+    assert expected_lengths(nobody).shape == length_spreads(nobody).shape == (0, 8)
 
 
 @pytest.mark.parametrize('stature', [1.0, ADULT_STATURE])
 def test_strangers_have_the_proportions_of_adults(stature):
-    one = tracks(stature=stature)
-    np.testing.assert_allclose(expected_lengths(one, np.array([0]))[0], BONE_LENGTHS * stature / ADULT_STATURE)
-    np.testing.assert_allclose(length_spreads(one, np.array([0])), PROPORTION_SPREAD)
+    one = somebody(stature)
+    np.testing.assert_allclose(expected_lengths(one)[0], BONE_LENGTHS * stature / ADULT_STATURE)
+    np.testing.assert_allclose(length_spreads(one), PROPORTION_SPREAD)
 
 
 @pytest.mark.parametrize('scale', [0.6, 1.0, 1.1])
@@ -71,7 +66,7 @@ def test_noise_is_averaged():
 
 
 def test_lengths_are_known_better_by_and_by():
-    spreads = [length_spreads(watched(person(), frames), np.array([0]))[0] for frames in (0, 1, 5, 40)]
+    spreads = [length_spreads(watched(person(), frames))[0] for frames in (0, 1, 5, 40)]
     thigh, head = BONES.index('thigh'), BONES.index('head')
     assert (np.diff([spread[thigh] for spread in spreads]) < 0).all()
     assert 0.03 < spreads[-1][thigh] < 0.045
@@ -106,7 +101,7 @@ def test_a_keypoint_elsewhere_does_not_change_the_bone():
     odd = person()
     odd[0, INDEX['left_ankle']] += (0, 0, 0.6)
     for _ in range(20):
-        learn(one, np.array([0]), odd, ALL, ALL * 1.0)
+        one = learn(one, odd, ALL, ALL * 1.0)
     assert lengths(one)['shin'] == pytest.approx(before['shin'], rel=0.01)
     assert one.stature[0] == pytest.approx(watched(person()).stature[0], rel=0.02)
 
@@ -127,10 +122,9 @@ def test_statures_stay_those_of_people(scale, limit):
 
 
 def test_everybody_learns_for_themselves():
-    two, xyz = tracks(3), np.concatenate([person(0.8), person(1.0)])
+    two, xyz = Sizes.assumed(np.full(2, ADULT_STATURE)), np.concatenate([person(0.8), person(1.0)])
     for _ in range(40):
-        learn(two, np.array([2, 0]), xyz, np.ones((2, 18), bool), np.ones((2, 18)))
-    assert two.stature[1] == ADULT_STATURE
-    for row, scale in ((2, 0.8), (0, 1.0)):
+        two = learn(two, xyz, np.ones((2, 18), bool), np.ones((2, 18)))
+    for row, scale in ((0, 0.8), (1, 1.0)):
         np.testing.assert_allclose(two.stature[row], watched(person(scale)).stature[0])
         np.testing.assert_allclose(two.bones[row], watched(person(scale)).bones[0])

@@ -7,9 +7,11 @@ import pytest
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import BODY_25, COCO_17, COCO_18, MPI_15
-from skeleton_extract_3d.estimator import EstimatorSettings, PeopleEstimator
+from skeleton_extract_3d.estimator import PeopleEstimator
+from skeleton_extract_3d.frame import CameraFrame
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING
 from skeleton_extract_3d.points.depth import DepthImage
+from skeleton_extract_3d.settings import EstimatorSettings
 from synthetic_scene import (
     HEAD_CENTRE,
     HEAD_RADII,
@@ -64,11 +66,11 @@ def people_2d(skeleton, missing=()):
 
 def update(estimator, people, depth, stamp):
     frame = scene()
-    return estimator.update(people, frame.size, DepthImage(depth, frame.camera), stamp, frame.bgr)
+    return estimator.update(people, CameraFrame(frame.size, DepthImage(depth, frame.camera), stamp, frame.bgr))
 
 
 def new_estimator(skeleton):
-    return PeopleEstimator(skeleton, build(EstimatorSettings, {}))
+    return PeopleEstimator(build(EstimatorSettings, {}))
 
 
 def answer(people, room=FREE):

@@ -9,11 +9,13 @@ from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.body.body import STATURE_SPREAD
-from skeleton_extract_3d.estimator import STAGES, EstimatorSettings, PeopleEstimator
+from skeleton_extract_3d.estimator import STAGES, PeopleEstimator
+from skeleton_extract_3d.frame import CameraFrame
 from skeleton_extract_3d.lift.window_mean import in_coco, lift_by_window
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING
 from skeleton_extract_3d.points.cloud import OrganizedCloud
 from skeleton_extract_3d.points.depth import DepthImage
+from skeleton_extract_3d.settings import EstimatorSettings
 from synthetic_scene import (
     HIDDEN_BY_FURNITURE,
     VISIBLE,
@@ -47,12 +49,13 @@ def scene(*places, room=FREE):
 
 def new(**values):
     """Return an estimator with other parameters than the defaults."""
-    return PeopleEstimator(COCO_18, build(EstimatorSettings, values))
+    return PeopleEstimator(build(EstimatorSettings, values))
 
 
 def update(estimator, frame, stamp, people=None, depth=None, pose=None):
     points = DepthImage(frame.depth if depth is None else depth, frame.camera)
-    return estimator.update(frame.people if people is None else people, frame.size, points, stamp, frame.bgr, pose)
+    return estimator.update(frame.people if people is None else people,
+                            CameraFrame(frame.size, points, stamp, frame.bgr, pose))
 
 
 def shown(frame, frames=5, start=0.0, estimator=None, people=None, depth=None, **values):
@@ -91,7 +94,8 @@ def test_a_cloud_without_any_valid_point_before_there_was_one_shows_nobody():
     frame, nan = scene(), np.full((180, 320), np.nan, np.float32)
     estimator = new()
     for i in range(3):
-        estimate = estimator.update(frame.people, frame.size, OrganizedCloud(nan, nan, nan), i / RATE, frame.bgr)
+        empty = CameraFrame(frame.size, OrganizedCloud(nan, nan, nan), i / RATE, frame.bgr)
+        estimate = estimator.update(frame.people, empty)
         # not even the camera is known
         assert len(estimate.people) == len(estimate.people_2d) == 0
     assert len(update(estimator, frame, 1.0).people) == 1

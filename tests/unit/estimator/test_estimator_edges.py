@@ -9,10 +9,12 @@ from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
-from skeleton_extract_3d.estimator import EstimatorSettings, PeopleEstimator
+from skeleton_extract_3d.estimator import PeopleEstimator
+from skeleton_extract_3d.frame import CameraFrame
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING
 from skeleton_extract_3d.points.cloud import OrganizedCloud
 from skeleton_extract_3d.points.depth import DepthImage, cloud_from_depth
+from skeleton_extract_3d.settings import EstimatorSettings
 from synthetic_scene import (
     HIDDEN_BY_FURNITURE,
     HIDDEN_BY_PERSON,
@@ -44,14 +46,15 @@ RED, GREEN = (50, 50, 200), (60, 180, 60)
 
 def new_estimator():
     """Return an estimator with the default parameters."""
-    return PeopleEstimator(COCO_18, build(EstimatorSettings, {}))
+    return PeopleEstimator(build(EstimatorSettings, {}))
 
 
 def update(estimator, frame, stamp, people=None, depth=None, colours=True):
     """Return the estimate of a frame, of other people or depth if given; whatever comes must be well formed."""
     people = frame.people if people is None else people
     points = DepthImage(frame.depth if depth is None else depth, frame.camera)
-    return checked(people, estimator.update(people, frame.size, points, stamp, frame.bgr if colours else None))
+    bgr = frame.bgr if colours else None
+    return checked(people, estimator.update(people, CameraFrame(frame.size, points, stamp, bgr)))
 
 
 def checked(people_2d, estimate):
@@ -137,7 +140,7 @@ def test_people_come_after_nobody_and_are_forgotten_after_they_left():
 def test_sizes_of_another_view_are_refused():
     frame = standing_frame()
     with pytest.raises(BadInputError, match='aspect'):
-        new_estimator().update(frame.people, (320, 240), DepthImage(frame.depth, frame.camera), 0.0)
+        new_estimator().update(frame.people, CameraFrame((320, 240), DepthImage(frame.depth, frame.camera), 0.0))
 
 
 # ---------------------------------------------------------------------------------------- strange people
@@ -233,14 +236,14 @@ def test_people_cut_by_the_border_are_right_where_they_are_seen():
 def test_without_depth_nothing_is_measured():
     frame = standing_frame()
     nan = np.full(frame.depth.shape, np.nan, np.float32)
-    estimator = new_estimator()
+    empty, estimator = OrganizedCloud(nan, nan, nan), new_estimator()
     for i in range(3):
-        estimate = checked(frame.people, estimator.update(frame.people, frame.size, OrganizedCloud(nan, nan, nan),
-                                                          i / RATE, frame.bgr))
+        estimate = checked(frame.people, estimator.update(
+            frame.people, CameraFrame(frame.size, empty, i / RATE, frame.bgr)))
         assert not (estimate.people.status == MEASURED).any()
     again = still(frame, 1.0, estimator, 1.0)
     assert np.nanmedian(errors(again, frame)) < 0.05, 'as soon as there is depth again'
-    lost = checked(frame.people, estimator.update(frame.people, frame.size, OrganizedCloud(nan, nan, nan), 2.1))
+    lost = checked(frame.people, estimator.update(frame.people, CameraFrame(frame.size, empty, 2.1)))
     assert lost.people.ids.tolist() == again.people.ids.tolist() and not (lost.people.status == MEASURED).any()
     # what is said without depth is inferred and still right
     assert not (np.linalg.norm(lost.people.xyz - frame.xyz, axis=2) > 0.15).any()
@@ -266,7 +269,7 @@ def test_image_and_points_may_have_other_resolutions(half):
     estimator = new_estimator()
     for i in range(16):
         estimate = checked(shown.people, estimator.update(
-            shown.people, shown.size, DepthImage(measured.depth, measured.camera), i / RATE, shown.bgr))
+            shown.people, CameraFrame(shown.size, DepthImage(measured.depth, measured.camera), i / RATE, shown.bgr)))
     assert (estimate.people.status == MEASURED).mean() > 0.9
     assert np.nanmax(errors(estimate, shown)) < 0.06
 
@@ -277,7 +280,7 @@ def test_a_cloud_says_the_same_as_a_depth_image():
         image = update(estimators[0], frame, i / RATE).people
         cloud = cloud_from_depth(frame.depth / 1000, frame.camera, frame.bgr)
         points = OrganizedCloud(cloud['x'], cloud['y'], cloud['z'])
-        other = estimators[1].update(frame.people, frame.size, points, i / RATE, frame.bgr).people
+        other = estimators[1].update(frame.people, CameraFrame(frame.size, points, i / RATE, frame.bgr)).people
         np.testing.assert_array_equal(image.ids, other.ids)
         np.testing.assert_array_equal(image.status, other.status)
         np.testing.assert_allclose(image.xyz, other.xyz, atol=2e-3)
@@ -580,9 +583,9 @@ def test_a_moving_camera_sees_people_stand_still():
         moved = i / RATE - 1.5
         frame = render(SMALL, [Person(1, -moved, 3.0, standing())], Room(wall=5.0))
         people = without_people(frame, [15 <= i < 30])
+        pose = np.eye(3), np.array([moved, 0.0, 0.0])
         estimate = checked(people, estimator.update(
-            people, frame.size, DepthImage(frame.depth, frame.camera), i / RATE, frame.bgr,
-            (np.eye(3), np.array([moved, 0.0, 0.0]))))
+            people, CameraFrame(frame.size, DepthImage(frame.depth, frame.camera), i / RATE, frame.bgr, pose)))
         ids.update(estimate.people.ids.tolist())
         if len(people):
             assert np.nanmedian(errors(estimate, frame)) < 0.05, 'in the frame of the points'

@@ -24,11 +24,12 @@ from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d import compiled
 from skeleton_extract_3d.body import measures as body_measures
 from skeleton_extract_3d.body.body import BONE_LENGTHS, HEAD, TRUNK
-from skeleton_extract_3d.estimator import EstimatorSettings, PeopleEstimator
+from skeleton_extract_3d.estimator import PeopleEstimator
+from skeleton_extract_3d.frame import CameraFrame
 from skeleton_extract_3d.lift import depth_inference, head_pose, occluders, pose_lifting, surfaces
 from skeleton_extract_3d.points import camera
 from skeleton_extract_3d.points.depth import DepthImage
-from skeleton_extract_3d.track import bone_constraints, identity, joint_filter
+from skeleton_extract_3d.settings import EstimatorSettings
 from synthetic_scene import (
     Person,
     joints_of,
@@ -166,12 +167,6 @@ def bodies(random, people, error=0.03):
 def some_of(random, people, share=0.8):
     """A choice of joints."""
     return random.random((people, JOINTS)) < share
-
-
-def covariances(random, shape):
-    """Covariances [m^2] with standard deviations of 1 to 20 cm."""
-    rays = random.normal(0, 0.3, (*shape, 3)) + np.array([0.0, 0.0, 1.0])
-    return joint_filter.along_rays(rays, random.uniform(0.01, 0.05, shape), random.uniform(0.02, 0.2, shape))
 
 
 def inference(random, people, amplitude=20.0):
@@ -453,37 +448,6 @@ def test_costs_with_memory(people):
 
 # --- over time ------------------------------------------------------------------------------------------------------
 
-def filtered(xyz, covariance, mask):
-    """Return the state of filters after some frames, (frames, N, 18, 3) measured in random order."""
-    joints = joint_filter.JointFilter(JOINTS)
-    joints.append(xyz[0], 0.3, 1.0)
-    rows = np.arange(len(xyz[0]))[::-1]
-    for frame in range(len(xyz)):
-        joints.predict(0.07, np.linspace(2.0, 10.0, JOINTS))
-        joints.correct(rows, xyz[frame][rows], covariance[frame][rows], mask[frame][rows])
-    return (joints.position, joints.velocity, joints.position_covariance, joints.cross_covariance,
-            joints.velocity_covariance)
-
-
-@pytest.mark.parametrize('share', [0.0, 0.6, 1.0])
-@PEOPLE
-def test_joint_filter(people, share):
-    random = np.random.default_rng(people)
-    walk = bodies(random, people)[None] + 0.1 * np.arange(6).reshape(6, 1, 1, 1) + random.normal(
-        0, 0.03, (6, people, JOINTS, 3))
-    walk[3] += random.choice([0.0, 2.0], (people, JOINTS, 1), p=[0.9, 0.1])  # wild ones
-    both(filtered, walk, covariances(random, (6, people, JOINTS)), random.random((6, people, JOINTS)) < share,
-         tolerance=DOUBLE)
-
-
-@PEOPLE
-def test_satisfied_lengths(people):
-    random = np.random.default_rng(people)
-    lengths = BONE_LENGTHS * random.uniform(0.7, 1.2, (people, 1))
-    both(bone_constraints.satisfy_lengths, bodies(random, people), covariances(random, (people, JOINTS)), lengths,
-         random.uniform(0.02, 0.1, lengths.shape), some_of(random, people), tolerance=DOUBLE)
-
-
 @pytest.mark.parametrize('share', [0.0, 0.5, 0.9, 1.0])
 @PEOPLE
 def test_learnt_sizes(people, share):
@@ -494,26 +458,11 @@ def test_learnt_sizes(people, share):
     both(body_measures.with_frame, sizes, bodies(random, people), some_of(random, people, share), tolerance=DOUBLE)
 
 
-@pytest.mark.parametrize('tracks', [1, 4])
-@PEOPLE
-def test_who_is_who(people, tracks):
-    random = np.random.default_rng(people)
-    known = some_of(random, people, 0.3)
-    xyz = bodies(random, people)
-    both(identity.distances_across, bodies(random, tracks), some_of(random, tracks, 0.3), xyz / xyz[..., 2:], known,
-         tolerance=DOUBLE)
-    size = random.uniform(0.5, 8.0, people)
-    size[:1] = np.inf
-    both(identity.evidence_against, random.uniform(-20, 0, (people, len(surfaces.ROOT_DEPTHS))), size,
-         random.uniform(0.6, 1.2, tracks), random.uniform(0.05, 0.15, tracks), random.uniform(-1.0, 20.0, tracks),
-         tolerance=DOUBLE)
-
-
 # --- all together ---------------------------------------------------------------------------------------------------
 
 def estimates():
     """Return what is estimated of a few frames with three people who walk by one another, with holes and gaps."""
-    camera, estimator = pinhole(320, 180), PeopleEstimator(COCO_18, build(EstimatorSettings, {}))
+    camera, estimator = pinhole(320, 180), PeopleEstimator(build(EstimatorSettings, {}))
     random, result = np.random.default_rng(0), []
     for i in range(5):
         frame = render(camera, [Person(0, -0.6 + 0.1 * i, 2.6, standing()), Person(1, 0.4 - 0.1 * i, 3.2, standing()),
@@ -521,7 +470,7 @@ def estimates():
         people = moved_pixels(frame.people, random, sigma=1.0)
         people = without_joints(people, random.random((len(people), JOINTS)) < 0.15)
         points = DepthImage(with_holes(frame.depth, 0.2, random), camera)
-        result.append(estimator.update(people, frame.size, points, i / 15, frame.bgr).people)
+        result.append(estimator.update(people, CameraFrame(frame.size, points, i / 15, frame.bgr)).people)
     return result
 
 

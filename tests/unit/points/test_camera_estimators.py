@@ -5,9 +5,11 @@ import pytest
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
-from skeleton_extract_3d.estimator import EstimatorSettings, PeopleEstimator
+from skeleton_extract_3d.estimator import PeopleEstimator
+from skeleton_extract_3d.frame import CameraFrame
 from skeleton_extract_3d.points.camera_estimators import CameraEstimators
 from skeleton_extract_3d.points.depth import DepthImage
+from skeleton_extract_3d.settings import EstimatorSettings
 from synthetic_scene import Person, Room, pinhole, render, standing
 
 SETTINGS = build(EstimatorSettings, {})
@@ -25,10 +27,10 @@ def test_nobody_is_seen(cameras):
 
 
 def test_it_gives_what_an_estimator_gives(cameras):
-    alone = PeopleEstimator(COCO_18, SETTINGS)
+    alone = PeopleEstimator(SETTINGS)
     for stamp in (0.0, 0.1):
         estimate = cameras.update(FRAME.people, POINTS, 'left', stamp, FRAME.bgr)
-        expected = alone.update(FRAME.people, FRAME.size, POINTS, stamp, FRAME.bgr)
+        expected = alone.update(FRAME.people, CameraFrame(FRAME.size, POINTS, stamp, FRAME.bgr))
         np.testing.assert_array_equal(estimate.people.xyz, expected.people.xyz)
 
 

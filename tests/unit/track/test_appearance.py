@@ -4,6 +4,8 @@ import pytest
 
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.track import appearance
+from skeleton_extract_3d.track.appearance import Clothes
+from skeleton_extract_3d.track.constants import AppearanceConstants
 from synthetic_scene import Person, Room, pinhole, render, standing
 
 INDEX = COCO_18.index
@@ -25,9 +27,7 @@ def test_nobody():
     assert chest.shape == (0, 12, 2) and thighs.shape == (0, 6, 2)
     colours, count = appearance.mean_colours(picture(), np.zeros((0, 12, 2)), np.zeros((0, 12), bool))
     assert colours.shape == (0, 3) and count.shape == (0,)
-    distances = appearance.colour_distances(np.zeros((2, 2, 3)), np.zeros((2, 2), bool), np.zeros((0, 2, 3)),
-                                            np.zeros((0, 2), bool))
-    assert distances.shape == (2, 0)
+    assert appearance.colour_distances(Clothes.unknown(2), Clothes.unknown(0)).shape == (2, 0)
 
 
 def test_the_pixels_show_shirt_and_trousers():
@@ -89,18 +89,31 @@ def test_without_usable_pixels_no_colour_is_known():
 def test_the_difference_is_the_mean_of_the_parts_that_are_known_of_both():
     first, second = np.zeros((1, 2, 3)), np.zeros((3, 2, 3))
     second[:, 0], second[:, 1] = (3, 4, 0), (0, 0, 20)
-    distances = appearance.colour_distances(first, known([True, True]), second,
-                                            known([True, True], [True, False], [False, True]))
+    distances = appearance.colour_distances(
+        Clothes(first, known([True, True])), Clothes(second, known([True, True], [True, False], [False, True])))
     np.testing.assert_allclose(distances, [[12.5, 5, 20]])
 
 
 def test_what_is_not_known_of_both_does_not_differ():
     first, second = np.zeros((1, 2, 3)), np.full((1, 2, 3), 50.0)
-    assert appearance.colour_distances(first, known([True, False]), second, known([False, True])).tolist() == [[0]]
+    assert appearance.colour_distances(Clothes(first, known([True, False])), Clothes(second, known([False, True]))
+                                       ).tolist() == [[0]]
 
 
 def test_everybody_is_compared_with_everybody():
     colours = np.zeros((2, 2, 3))
     colours[1] = (30, 0, 0)
-    both = np.ones((2, 2), bool)
-    np.testing.assert_allclose(appearance.colour_distances(colours, both, colours, both), [[0, 30], [30, 0]])
+    both = Clothes(colours, np.ones((2, 2)))
+    np.testing.assert_allclose(appearance.colour_distances(both, both), [[0, 30], [30, 0]])
+
+
+def test_the_colour_of_somebody_who_is_watched_is_the_mean_and_follows_the_light():
+    constants, clothes = AppearanceConstants(memory=3), Clothes.unknown(1)
+    for lightness in (10, 20, 30):
+        clothes = clothes.learnt(Clothes(np.full((1, 2, 3), float(lightness)), known([True, False])), known(True),
+                                 constants)
+    np.testing.assert_allclose(clothes.colours[0], [[20] * 3, [0] * 3])
+    assert clothes.weights.tolist() == [[3, 0]]
+    other = Clothes(np.full((1, 2, 3), 80.0), known([True, True]))
+    np.testing.assert_allclose(clothes.learnt(other, known(True), constants).colours[0, 0], 40, err_msg='a third')
+    np.testing.assert_array_equal(clothes.learnt(other, known(False), constants).colours, clothes.colours)

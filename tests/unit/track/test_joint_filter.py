@@ -2,6 +2,7 @@
 import numpy as np
 import pytest
 
+from skeleton_extract_3d.track.constants import DEFAULTS
 from skeleton_extract_3d.track.joint_filter import JointFilter, along_rays, isotropic
 
 DT = 1 / 15
@@ -9,17 +10,19 @@ DT = 1 / 15
 
 def filters(tracks=1, points=1, at=(0.0, 0.0, 3.0), sigma=0.3, speed=1.0):
     """Return filters whose points have just begun."""
-    result = JointFilter(points)
-    result.append(np.tile(np.array(at, float), (tracks, points, 1)), sigma, speed)
-    return result
+    return JointFilter.at_rest(np.tile(np.array(at, float), (tracks, points, 1)), sigma, speed)
+
+
+def corrected(joints, measured, covariance, mask=None):
+    """Measure all points, or those of a mask, at (3,) or (T, K, 3) with one (3, 3) covariance."""
+    shape = joints.position.shape
+    return joints.corrected(np.broadcast_to(measured, shape), np.broadcast_to(covariance, (*shape, 3)),
+                            np.ones(shape[:2], bool) if mask is None else mask, DEFAULTS.joint_filter)
 
 
 def step(joints, measured, covariance, acceleration=4.0, elapsed=DT):
     """Predict, then measure all points at (3,) or (T, K, 3) with one (3, 3) covariance."""
-    shape = joints.position.shape
-    joints.predict(elapsed, np.full(shape[1], acceleration))
-    joints.correct(np.arange(shape[0]), np.broadcast_to(measured, shape), np.broadcast_to(covariance, (*shape, 3)),
-                   np.ones(shape[:2], bool))
+    return corrected(joints.predicted(elapsed, np.full(joints.position.shape[1], acceleration)), measured, covariance)
 
 
 def covariances(joints):
@@ -36,11 +39,9 @@ def rotation(seed):
 
 
 def test_no_tracks():
-    joints = JointFilter(18)
-    joints.predict(DT, np.full(18, 4.0))
-    joints.correct(np.zeros(0, int), np.zeros((0, 18, 3)), np.zeros((0, 18, 3, 3)), np.zeros((0, 18), bool))
-    joints.transform(np.eye(3), np.zeros(3))
-    joints.keep(np.zeros(0, bool))
+    joints = filters(tracks=0, points=18).predicted(DT, np.full(18, 4.0))
+    joints = corrected(joints, np.zeros((0, 18, 3)), np.eye(3)).transformed(np.eye(3), np.zeros(3))
+    joints = joints.select(np.zeros(0, bool))
     assert joints.position.shape == (0, 18, 3) and joints.sigmas().shape == (0, 18)
 
 
@@ -53,9 +54,7 @@ def test_what_begins_is_at_rest_and_known_as_said():
 
 
 def test_without_measurements_points_move_on_and_are_known_ever_less():
-    joints = filters(speed=0.5)
-    joints.velocity[:] = (1.0, 0.0, -0.5)
-    joints.predict(2.0, np.array([3.0]))
+    joints = filters(speed=0.5)._replace(velocity=np.array([[(1.0, 0.0, -0.5)]])).predicted(2.0, np.array([3.0]))
     np.testing.assert_allclose(joints.position[0, 0], (2.0, 0.0, 2.0))
     # Bar-Shalom et al. 2001, section 6.3.2: P = F P F' + Q with white acceleration
     transition = np.block([[np.eye(3), 2 * np.eye(3)], [np.zeros((3, 3)), np.eye(3)]])
@@ -65,31 +64,28 @@ def test_without_measurements_points_move_on_and_are_known_ever_less():
 
 
 def test_livelier_points_are_known_less_after_a_while():
-    joints = filters(points=3)
-    joints.predict(DT, np.array([1.0, 4.0, 10.0]))
+    joints = filters(points=3).predicted(DT, np.array([1.0, 4.0, 10.0]))
     assert (np.diff(joints.sigmas()[0]) > 0).all()
 
 
 def test_a_measurement_counts_by_the_covariances():
-    joints = filters(at=(0, 0, 0), sigma=0.3)
-    joints.correct(np.array([0]), np.array([[[0.4, 0.4, 0.4]]]), np.diag([0.1, 0.3, 0.9])[None, None] ** 2,
-                   np.ones((1, 1), bool))
+    joints = corrected(filters(at=(0, 0, 0), sigma=0.3), (0.4, 0.4, 0.4), np.diag([0.1, 0.3, 0.9]) ** 2)
     # gain = P / (P + R) per axis, here 0.9, 0.5 and 0.1
     np.testing.assert_allclose(joints.position[0, 0], [0.36, 0.2, 0.04])
     np.testing.assert_allclose(np.diag(joints.position_covariance[0, 0]), 0.09 * np.array([0.1, 0.5, 0.9]))
 
 
 def test_only_what_was_measured_changes():
-    joints = filters(tracks=3, points=4)
-    before = covariances(joints), joints.position.copy()
-    mask = np.zeros((2, 4), bool)
+    before = filters(tracks=3, points=4)
+    mask = np.zeros((3, 4), bool)
     mask[1, 2] = True
-    measured = np.full((2, 4, 3), np.nan)
+    measured = np.full((3, 4, 3), np.nan)
     measured[1, 2] = (0.1, 0, 3)
-    joints.correct(np.array([2, 0]), measured, np.broadcast_to(0.01 * np.eye(3), (2, 4, 3, 3)), mask)
-    changed = (joints.position != before[1]).any(axis=2)
-    np.testing.assert_array_equal(np.argwhere(changed), [[0, 2]])
-    np.testing.assert_array_equal((covariances(joints) != before[0]).any(axis=(2, 3)), changed)
+    joints = corrected(before, measured, 0.01 * np.eye(3), mask)
+    changed = (joints.position != before.position).any(axis=2)
+    np.testing.assert_array_equal(np.argwhere(changed), [[1, 2]])
+    np.testing.assert_array_equal((covariances(joints) != covariances(before)).any(axis=(2, 3)), changed)
+    np.testing.assert_array_equal(before.position, filters(tracks=3, points=4).position, 'a value does not change')
 
 
 def test_it_is_the_textbooks_filter():
@@ -101,7 +97,7 @@ def test_it_is_the_textbooks_filter():
     for i in range(20):
         measured = np.array([0.5 * i * DT, 0, 3]) + rng.normal(0, 0.02, 3)
         of_measurement = along_rays(measured, np.array(0.02), np.array(0.05))
-        step(joints, measured, of_measurement)
+        joints = step(joints, measured, of_measurement)
         state, covariance = transition @ state, transition @ covariance @ transition.T + noise
         gain = covariance[:, :3] @ np.linalg.inv(covariance[:3, :3] + of_measurement)
         state, covariance = state + gain @ (measured - state[:3]), covariance - gain @ covariance[:3]
@@ -115,7 +111,7 @@ def test_steady_motion_is_followed_without_lag(velocity):
     joints = filters(at=(0, 0, 3))
     for i in range(1, 60):
         truth = np.array([0, 0, 3]) + np.array(velocity) * i * DT
-        step(joints, truth, 0.02 ** 2 * np.eye(3))
+        joints = step(joints, truth, 0.02 ** 2 * np.eye(3))
     # what is left of having begun at rest; one frame of lag would be 8 cm
     np.testing.assert_allclose(joints.position[0, 0], truth, atol=1e-3)
     np.testing.assert_allclose(joints.velocity[0, 0], velocity, atol=1e-2)
@@ -125,7 +121,7 @@ def test_noise_is_smoothed_and_the_covariance_tells_how_much():
     rng, joints, errors, sigmas = np.random.default_rng(0), filters(tracks=40), [], []
     for i in range(80):
         measured = np.array([0, 0, 3.0]) + rng.normal(0, 0.03, (40, 1, 3))
-        step(joints, measured, 0.03 ** 2 * np.eye(3), acceleration=1.0)
+        joints = step(joints, measured, 0.03 ** 2 * np.eye(3), acceleration=1.0)
         if i >= 30:
             errors.append(np.linalg.norm(joints.position[:, 0] - (0, 0, 3), axis=1))
             sigmas.append(joints.sigmas()[:, 0])
@@ -141,14 +137,14 @@ def test_covariances_stay_symmetric_positive_and_bounded_over_thousands_of_frame
     covariance = along_rays(rays, np.full((2, 2), 0.015), np.full((2, 2), 0.15))
     root = np.linalg.cholesky(covariance)
     for i in range(2000):
-        joints.predict(DT, np.array([4.0, 10.0]))
+        joints = joints.predicted(DT, np.array([4.0, 10.0]))
         measured = rays * 3 + (root @ rng.normal(size=(2, 2, 3, 1)))[..., 0]
         # the first point is often not seen; once in a while the camera turns
         mask = np.array([[i % 7 < 4, True]] * 2)
-        joints.correct(np.arange(2), measured, covariance, mask)
+        joints = joints.corrected(measured, covariance, mask, DEFAULTS.joint_filter)
         if i % 200 == 0:
             for _ in range(4):  # four quarters are a whole turn
-                joints.transform(np.array([[0, 0, 1.0], [0, 1, 0], [-1, 0, 0]]), np.zeros(3))
+                joints = joints.transformed(np.array([[0, 0, 1.0], [0, 1, 0], [-1, 0, 0]]), np.zeros(3))
         if i % 100 == 99:
             full = covariances(joints)
             np.testing.assert_allclose(full, np.swapaxes(full, 2, 3), atol=1e-12)
@@ -163,19 +159,19 @@ def test_a_wild_measurement_is_damped_and_a_jump_is_taken_over_in_a_few_frames()
     def settled():
         joints = filters()
         for _ in range(30):
-            step(joints, (0, 0, 3.0), 0.02 ** 2 * np.eye(3))
+            joints = step(joints, (0, 0, 3.0), 0.02 ** 2 * np.eye(3))
         return joints
 
     wild, small = settled(), settled()
-    step(wild, (0, 0, 5.0), 0.02 ** 2 * np.eye(3))
-    step(small, (0, 0, 3.02), 0.02 ** 2 * np.eye(3))
+    wild = step(wild, (0, 0, 5.0), 0.02 ** 2 * np.eye(3))
+    small = step(small, (0, 0, 3.02), 0.02 ** 2 * np.eye(3))
     gain = (small.position[0, 0, 2] - 3) / 0.02
     assert 0.3 < gain < 0.9
     # 2 m are more than 50 deviations of 3 cm; those up to 4 count in full
     assert wild.position[0, 0, 2] - 3 < 0.3 * gain * 2
     positions = []
     for _ in range(12):
-        step(wild, (0, 0, 5.0), 0.02 ** 2 * np.eye(3))
+        wild = step(wild, (0, 0, 5.0), 0.02 ** 2 * np.eye(3))
         positions.append(wild.position[0, 0, 2])
     assert positions[3] > 4.8, 'a third of a second later'
     # the velocity that the jump gave is lost again
@@ -185,45 +181,41 @@ def test_a_wild_measurement_is_damped_and_a_jump_is_taken_over_in_a_few_frames()
 def test_the_further_off_a_measurement_is_the_less_it_counts():
     shares = []
     for off in (0.05, 0.5, 2.0, 8.0):
-        joints = filters(sigma=0.03)
-        joints.correct(np.array([0]), np.array([[[0, 0, 3 + off]]]), 0.03 ** 2 * np.eye(3)[None, None],
-                       np.ones((1, 1), bool))
+        joints = corrected(filters(sigma=0.03), (0, 0, 3 + off), 0.03 ** 2 * np.eye(3))
         shares.append((joints.position[0, 0, 2] - 3) / off)
     assert shares[0] == pytest.approx(0.5) and (np.diff(shares) < 0).all()
 
 
 def test_points_are_set_anew():
-    joints = filters(tracks=2, points=2)
-    step(joints, (0.1, 0, 3.0), 0.02 ** 2 * np.eye(3))
-    joints.place(np.array([1]), np.array([0]), np.array([[1.0, 2, 3]]), np.array([[0.5, 0, 0]]),
-                 isotropic(np.array([0.3])), 0.4)
+    before = step(filters(tracks=2, points=2), (0.1, 0, 3.0), 0.02 ** 2 * np.eye(3))
+    anew = JointFilter.moving(np.full((2, 2, 3), (1.0, 2, 3)), np.full((2, 2, 3), (0.5, 0, 0)),
+                              isotropic(np.full((2, 2), 0.3)), 0.4)
+    joints = before.where(np.array([[False, False], [True, False]]), anew)
     np.testing.assert_array_equal(joints.position[1, 0], (1, 2, 3))
     np.testing.assert_array_equal(joints.velocity[1, 0], (0.5, 0, 0))
     np.testing.assert_allclose(covariances(joints)[1, 0], np.diag([0.03] * 3 + [0.16] * 3))
     assert joints.sigmas()[1, 0] == pytest.approx(0.3)
-    np.testing.assert_allclose(joints.position[0], [(0.1, 0, 3)] * 2, atol=0.1)
+    for place in ((0, 0), (0, 1), (1, 1)):
+        np.testing.assert_array_equal(joints.position[place], before.position[place])
+        np.testing.assert_array_equal(covariances(joints)[place], covariances(before)[place])
 
 
 def test_tracks_are_kept_by_a_mask_or_by_rows():
-    joints = filters(tracks=3)
-    joints.position[:, 0, 0] = (0, 1, 2)
-    joints.keep(np.array([True, False, True]))
+    joints = filters(tracks=3)._replace(position=np.arange(9.0).reshape(3, 1, 3) // 3)
+    joints = joints.select(np.array([True, False, True]))
     assert joints.position[:, 0, 0].tolist() == [0, 2] and joints.cross_covariance.shape == (2, 1, 3, 3)
-    joints.keep(np.array([1, 0]))
-    assert joints.position[:, 0, 0].tolist() == [2, 0]
+    assert joints.select(np.array([1, 0])).position[:, 0, 0].tolist() == [2, 0]
 
 
 def test_in_another_frame_the_same_happens():
     turn, shift = rotation(5), np.array([1.0, -2.0, 0.5])
     covariance = along_rays(np.array([0.5, -0.2, 1.0]), np.array(0.01), np.array(0.1))
-    one, two = filters(), filters()
-    for joints in (one, two):
-        step(joints, (0.2, 0, 3.1), covariance)
-    one.transform(turn, shift)
-    step(one, turn @ (0.3, 0.0, 3.2) + shift, turn @ covariance @ turn.T)
-    step(two, (0.3, 0.0, 3.2), covariance)
+    one = two = step(filters(), (0.2, 0, 3.1), covariance)
+    one = one.transformed(turn, shift)
+    one = step(one, turn @ (0.3, 0.0, 3.2) + shift, turn @ covariance @ turn.T)
+    two = step(two, (0.3, 0.0, 3.2), covariance)
     sigmas = two.sigmas()
-    two.transform(turn, shift)
+    two = two.transformed(turn, shift)
     np.testing.assert_allclose(one.position, two.position)
     np.testing.assert_allclose(one.velocity, two.velocity, atol=1e-12)
     np.testing.assert_allclose(covariances(one), covariances(two), atol=1e-12)

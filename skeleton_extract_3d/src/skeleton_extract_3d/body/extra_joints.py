@@ -6,6 +6,7 @@ import numpy as np
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.lift import surfaces
+from skeleton_extract_3d.lift.observation import grid_positions
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.point_grid import PointGrid
@@ -25,18 +26,19 @@ _WINDOW, _LIMITS = 0.03, (1.5, 20.0)
 _MEASURED_SIGMA, _INFERRED_SIGMA = 0.04, 0.12
 
 
-def in_skeleton(people: People3D, people_2d: People2D, uv: np.ndarray, points: PointGrid, camera: CameraModel
-                ) -> People3D:
+def in_skeleton(people: People3D, people_2d: People2D, image_size: Tuple[int, int], points: PointGrid,
+                camera: CameraModel) -> People3D:
     """Return people with the joints of another set.
 
     Args:
         people: with the joints of COCO_18; the first are those of `people_2d`.
         people_2d: with the joints of the other set.
-        uv: (N, K, 2) their keypoints on the grid of the points [px].
+        image_size: width and height of the image [px].
     """
     skeleton = people_2d.skeleton
     if skeleton.joints == COCO_18.joints:
         return people
+    uv = grid_positions(people_2d.xy, image_size, (points.width, points.height))
     index, count = COCO_18.index, (len(people), len(skeleton.joints))
     result = {'xyz': np.full((*count, 3), np.nan), 'velocity': np.full((*count, 3), np.nan),
               'sigma': np.full(count, np.nan), 'status': np.zeros(count, np.uint8), 'confidence': np.zeros(count)}

@@ -16,7 +16,6 @@ from skeleton_extract_3d.body.body import (
     SIZED_PAIRS,
     STATURE_LIMITS,
 )
-from skeleton_extract_3d.track.tracks import Tracks
 
 # Only keypoints with this score measure.
 _LEAST_SCORE = 0.5
@@ -36,32 +35,6 @@ _KINDS = np.array([body.BONES.index(kind) for kind in (
 _OF_KIND = (_KINDS[:, None] == np.arange(len(body.BONES))).astype(np.float64)
 
 
-def expected_lengths(tracks: Tracks, rows: np.ndarray) -> np.ndarray:
-    """Return the lengths of the bones of people, (N, 8) [m]: measured ones, and an adult's proportions."""
-    return _expected(tracks.stature[rows], tracks.bones[rows], tracks.bone_weights[rows])
-
-
-def length_spreads(tracks: Tracks, rows: np.ndarray) -> np.ndarray:
-    """Return how well these lengths are known, (N, 8), as shares."""
-    weight = tracks.bone_weights[rows]
-    return PROPORTION_SPREAD + (_KNOWN_SPREAD - PROPORTION_SPREAD) * (weight / (_PRIOR_FRAMES + weight))
-
-
-def learn(tracks: Tracks, rows: np.ndarray, xyz: np.ndarray, measured: np.ndarray, scores: np.ndarray) -> None:
-    """Take the sizes that a frame shows into the tracks.
-
-    Args:
-        rows: (N,) tracks.
-        xyz: (N, 18, 3) [m].
-        measured: (N, 18) joints that were seen.
-        scores: (N, 18) of the keypoints.
-    """
-    sizes = Sizes(tracks.stature[rows], tracks.stature_weight[rows], tracks.bones[rows], tracks.bone_weights[rows])
-    sizes = with_frame(sizes, xyz, measured & (scores > _LEAST_SCORE))
-    tracks.stature[rows], tracks.stature_weight[rows] = sizes.stature, sizes.stature_weight
-    tracks.bones[rows], tracks.bone_weights[rows] = sizes.bones, sizes.bone_weights
-
-
 class Sizes(NamedTuple):
     """What was measured of N people.
 
@@ -74,6 +47,34 @@ class Sizes(NamedTuple):
     stature_weight: np.ndarray
     bones: np.ndarray
     bone_weights: np.ndarray
+
+    @classmethod
+    def assumed(cls, stature: np.ndarray) -> 'Sizes':
+        """Return the sizes of people who were not measured yet, by an assumed stature, (N,) [m]."""
+        none = np.zeros((len(stature), len(BONE_LENGTHS)))
+        return cls(stature, np.zeros(len(stature)), none, none)
+
+
+def expected_lengths(sizes: Sizes) -> np.ndarray:
+    """Return the lengths of the bones of people, (N, 8) [m]: measured ones, and an adult's proportions."""
+    return _expected(sizes.stature, sizes.bones, sizes.bone_weights)
+
+
+def length_spreads(sizes: Sizes) -> np.ndarray:
+    """Return how well these lengths are known, (N, 8), as shares."""
+    weight = sizes.bone_weights
+    return PROPORTION_SPREAD + (_KNOWN_SPREAD - PROPORTION_SPREAD) * (weight / (_PRIOR_FRAMES + weight))
+
+
+def learn(sizes: Sizes, xyz: np.ndarray, measured: np.ndarray, scores: np.ndarray) -> Sizes:
+    """Return the sizes with what one more frame shows.
+
+    Args:
+        xyz: (N, 18, 3) [m].
+        measured: (N, 18) joints that were seen.
+        scores: (N, 18) of the keypoints.
+    """
+    return with_frame(sizes, xyz, measured & (scores > _LEAST_SCORE))
 
 
 def with_frame(sizes: Sizes, xyz: np.ndarray, good: np.ndarray) -> Sizes:

@@ -7,8 +7,10 @@ import numpy as np
 
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import SkeletonModel
-from skeleton_extract_3d.estimator import Estimate, EstimatorSettings, PeopleEstimator
+from skeleton_extract_3d.estimator import Estimate, PeopleEstimator
+from skeleton_extract_3d.frame import CameraFrame
 from skeleton_extract_3d.points.point_grid import PointGrid
+from skeleton_extract_3d.settings import EstimatorSettings
 
 
 class CameraEstimators:
@@ -48,6 +50,6 @@ class CameraEstimators:
         height, width = bgr.shape[:2]
         with self._lock:
             if frame_id not in self._estimators:
-                self._estimators[frame_id] = PeopleEstimator(self.skeleton, self._settings, self._ids)
-            return self._estimators[frame_id].update(people_2d, (width, height), points, stamp, bgr,
-                                                     tracking_from_points)
+                self._estimators[frame_id] = PeopleEstimator(self._settings, self._ids)
+            return self._estimators[frame_id].update(
+                people_2d, CameraFrame((width, height), points, stamp, bgr, tracking_from_points))

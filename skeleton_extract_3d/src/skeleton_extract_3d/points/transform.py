@@ -1,9 +1,13 @@
 """Express people in another frame of reference."""
 import dataclasses
+from typing import Tuple
 
 import numpy as np
 
 from skeleton_extract_3d.people import People3D
+
+Transform = Tuple[np.ndarray, np.ndarray]
+"""Rotation (3, 3) and translation (3,) [m] of x' = R x + t."""
 
 
 def transform_people(people: People3D, rotation: np.ndarray, translation: np.ndarray) -> People3D:

@@ -1,14 +1,21 @@
 """What people wear: mean colours of the upper and the lower part of the clothes."""
-from typing import Sequence, Tuple
+from typing import NamedTuple, Optional, Sequence, Tuple
 
 import cv2
 import numpy as np
 
 from skeleton_extract_3d.body.body import HIPS, MIDDLES, SHOULDERS
+from skeleton_extract_3d.lift import surfaces
+from skeleton_extract_3d.lift.observation import ObservedPeople, grid_positions
+from skeleton_extract_3d.points.point_grid import PointGrid
+from skeleton_extract_3d.track.constants import AppearanceConstants
 
+# Corners of the trunk.
 _CHEST = np.concatenate([SHOULDERS, HIPS])
 # Hip and knee of both sides, (2 sides, 2 ends).
 _THIGHS = np.stack([HIPS, MIDDLES[2:]], axis=1)
+# Upper and lower part.
+PARTS = 2
 
 
 def _between(shares: Sequence[float]) -> np.ndarray:
@@ -19,8 +26,55 @@ def _between(shares: Sequence[float]) -> np.ndarray:
 # Weights of the joints at pixels on the chest, in four rows of three, (12, 4), and of those on a thigh, (3, 2).
 _ON_CHEST = np.kron(_between([0.2, 0.4, 0.6, 0.8]), _between([0.15, 0.5, 0.85]))
 _ON_THIGH = _between([0.15, 0.4, 0.65])
-# A measured colour counts like so many frames at most, so that light may change.
-MEMORY = 30.0
+
+
+class Clothes(NamedTuple):
+    """Colours of the clothes of P people, of the upper and the lower part.
+
+    Attributes:
+        colours: (P, 2, 3) CIELAB, L 0..100.
+        weights: (P, 2) number of frames that they are the mean of; 0 where nothing is known.
+    """
+
+    colours: np.ndarray
+    weights: np.ndarray
+
+    @classmethod
+    def unknown(cls, people: int) -> 'Clothes':
+        """Return what is known of people whose clothes were not seen."""
+        return cls(np.zeros((people, PARTS, 3)), np.zeros((people, PARTS)))
+
+    def select(self, people: np.ndarray) -> 'Clothes':
+        """Return the clothes of some of the people, by a mask or by indices."""
+        return Clothes(self.colours[people], self.weights[people])
+
+    def learnt(self, frame: 'Clothes', usable: np.ndarray, constants: AppearanceConstants) -> 'Clothes':
+        """Return the mean with one more frame of usable people, (P,) bool."""
+        known = (frame.weights > 0) & usable[:, None]
+        weights = np.minimum(self.weights + known, constants.memory)
+        share = np.where(known, 1 / np.maximum(weights, 1), 0.0)
+        return Clothes(self.colours + share[..., None] * (frame.colours - self.colours), weights)
+
+
+def observe_clothes(seen: ObservedPeople, points: PointGrid, bgr: Optional[np.ndarray], constants: AppearanceConstants
+                    ) -> Clothes:
+    """Return the colours of the clothes in one frame, where the surface is near the trunk's.
+
+    Args:
+        bgr: (H, W, 3) uint8, the image; None: the clothes stay unknown.
+    """
+    if bgr is None or not len(seen):
+        return Clothes.unknown(len(seen))
+    trunk = surfaces.lower_median(seen.samples[:, _CHEST].reshape(len(seen), -1))
+    upper, lower = clothes_pixels(seen.uv)
+    pixels, count = np.concatenate([upper, lower], axis=1), upper.shape[1]
+    with np.errstate(invalid='ignore'):
+        usable = np.abs(surfaces.depths_at(points, np.where(np.isfinite(pixels), pixels, -1e6))
+                        - trunk[:, None]) < constants.depth_range
+    pixels = grid_positions(pixels, (points.width, points.height), seen.image_size)
+    parts = [mean_colours(bgr, pixels[:, part], usable[:, part]) for part in (slice(None, count), slice(count, None))]
+    return Clothes(np.stack([colours for colours, _ in parts], axis=1),
+                   np.stack([number > 0 for _, number in parts], axis=1).astype(np.float64))
 
 
 def clothes_pixels(uv: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
@@ -53,13 +107,12 @@ def mean_colours(bgr: np.ndarray, pixels: np.ndarray, usable: np.ndarray) -> Tup
     return (lab * usable[..., None]).sum(axis=1) / np.maximum(count, 1)[:, None], count
 
 
-def colour_distances(first: np.ndarray, first_known: np.ndarray, second: np.ndarray, second_known: np.ndarray
-                     ) -> np.ndarray:
-    """Return the mean difference (Delta E of CIE 1976) of the clothes that are known of both, (T, P); 0 of nothing.
+def colour_distances(first: Clothes, second: Clothes) -> np.ndarray:
+    """Return the mean difference (Delta E of CIE 1976) of the parts that are known of both, (T, P); 0 where none is.
 
     Args:
-        first: (T, 2, 3), first_known: (T, 2) bool; second: (P, 2, 3), second_known: (P, 2) bool.
+        first: of T people; second: of P people.
     """
-    both = first_known[:, None] & second_known[None]
-    difference = np.sqrt(((first[:, None] - second[None]) ** 2).sum(axis=3))
+    both = (first.weights > 0)[:, None] & (second.weights > 0)[None]
+    difference = np.sqrt(((first.colours[:, None] - second.colours[None]) ** 2).sum(axis=3))
     return np.where(both, difference, 0.0).sum(axis=2) / np.maximum(both.sum(axis=2), 1)

@@ -5,139 +5,99 @@ acceleration a: Q = a^2 [[dt^4/4, dt^3/2], [dt^3/2, dt^2]] per axis (Bar-Shalom,
 Applications to Tracking and Navigation, 2001, section 6.3.2). A filter with constant velocity does not lag behind
 steady motion.
 """
-from typing import Iterable, Tuple
+from typing import NamedTuple
 
 import numpy as np
+import skeleton_extract_3d_lifting as compiled
 
-from skeleton_extract_3d import compiled
+from skeleton_extract_3d.track.constants import JointFilterConstants
 
-# A measurement this many standard deviations off counts as a little less certain, and so on: jumps are taken over
-# within frames, but a single wild measurement does not throw the joint.
-_TRUSTED_DEVIATIONS = 4.0
 _IDENTITY = np.eye(3)
 
 
-class JointFilter:
-    """The filters of T tracks with K points each.
-
-    Args:
-        points: K.
+class JointFilter(NamedTuple):
+    """The filters of T tracks with K points each; a value, every method returns a new one.
 
     Attributes:
-        position, velocity: (T, K, 3) [m], [m/s].
-        position_covariance, cross_covariance, velocity_covariance: (T, K, 3, 3).
+        position: (T, K, 3) float64 [m].
+        velocity: (T, K, 3) float64 [m/s].
+        position_covariance: (T, K, 3, 3) float64 [m^2].
+        cross_covariance: (T, K, 3, 3) float64 [m^2/s], of position and velocity.
+        velocity_covariance: (T, K, 3, 3) float64 [m^2/s^2].
     """
 
-    _STATE = ('position', 'velocity', 'position_covariance', 'cross_covariance', 'velocity_covariance')
+    position: np.ndarray
+    velocity: np.ndarray
+    position_covariance: np.ndarray
+    cross_covariance: np.ndarray
+    velocity_covariance: np.ndarray
 
-    def __init__(self, points: int) -> None:
-        self.position = np.zeros((0, points, 3))
-        self.velocity = np.zeros((0, points, 3))
-        self.position_covariance = np.zeros((0, points, 3, 3))
-        self.cross_covariance = np.zeros((0, points, 3, 3))
-        self.velocity_covariance = np.zeros((0, points, 3, 3))
+    @classmethod
+    def moving(cls, position: np.ndarray, velocity: np.ndarray, covariance: np.ndarray, speed: float) -> 'JointFilter':
+        """Return filters of points.
 
-    def _state(self) -> Tuple[np.ndarray, ...]:
-        return tuple(getattr(self, name) for name in self._STATE)
+        Args:
+            position: (T, K, 3) [m].
+            velocity: (T, K, 3) [m/s].
+            covariance: (T, K, 3, 3) of the position [m^2].
+            speed: standard deviation of the velocity per axis [m/s].
+        """
+        return cls(position, velocity, covariance, np.zeros(covariance.shape),
+                   np.broadcast_to(speed ** 2 * _IDENTITY, covariance.shape))
 
-    def _set(self, state: Iterable[np.ndarray]) -> None:
-        for name, value in zip(self._STATE, state):
-            setattr(self, name, value)
+    @classmethod
+    def at_rest(cls, position: np.ndarray, sigma: float, speed: float) -> 'JointFilter':
+        """Return filters of (T, K, 3) points at rest [m]; standard deviations per axis: sigma [m], speed [m/s]."""
+        covariance = np.broadcast_to(sigma ** 2 * _IDENTITY, (*position.shape, 3))
+        return cls.moving(position, np.zeros(position.shape), covariance, speed)
 
-    def keep(self, tracks: np.ndarray) -> None:
-        """Forget all tracks but those of a mask or list of rows."""
-        self._set(value[tracks] for value in self._state())
+    def select(self, tracks: np.ndarray) -> 'JointFilter':
+        """Return the filters of some tracks, by a mask or by indices."""
+        return JointFilter(*(value[tracks] for value in self))
 
-    def append(self, position: np.ndarray, sigma: float, speed: float) -> None:
-        """Begin (N, K, 3) points at rest [m], known up to sigma [m] and speed [m/s]."""
-        shape = position.shape[:2]
-        new = (position, np.zeros_like(position), np.broadcast_to(sigma ** 2 * _IDENTITY, (*shape, 3, 3)),
-               np.zeros((*shape, 3, 3)), np.broadcast_to(speed ** 2 * _IDENTITY, (*shape, 3, 3)))
-        self._set(np.concatenate(both) for both in zip(self._state(), new))
+    def joined(self, others: 'JointFilter') -> 'JointFilter':
+        """Return these filters and then others."""
+        return JointFilter(*(np.concatenate(both) for both in zip(self, others)))
 
-    def predict(self, elapsed: float, acceleration: np.ndarray) -> None:
-        """Move on by a time [s], driven by accelerations, (K,) [m/s^2] (standard deviation per axis)."""
-        twin = compiled.load()[0]
-        if twin is not None:
-            self._set(twin.predict(self._state(), elapsed, acceleration))
-            return
+    def where(self, chosen: np.ndarray, others: 'JointFilter') -> 'JointFilter':
+        """Return the others where (T, K) points are chosen, and these elsewhere."""
+        return JointFilter(*(np.where(chosen.reshape(*chosen.shape, *(1,) * (value.ndim - 2)), other, value)
+                             for value, other in zip(self, others)))
+
+    def predicted(self, elapsed: float, acceleration: np.ndarray) -> 'JointFilter':
+        """Return the filters after a time [s], driven by accelerations, (K,) [m/s^2], standard deviation per axis."""
         noise = (acceleration ** 2)[:, None, None] * _IDENTITY
         cross, speed = self.cross_covariance, self.velocity_covariance
-        self.position = self.position + elapsed * self.velocity
-        self.position_covariance = (self.position_covariance + elapsed * (cross + np.swapaxes(cross, -1, -2))
-                                    + elapsed ** 2 * speed + elapsed ** 4 / 4 * noise)
-        self.cross_covariance = cross + elapsed * speed + elapsed ** 3 / 2 * noise
-        self.velocity_covariance = speed + elapsed ** 2 * noise
+        return JointFilter(
+            self.position + elapsed * self.velocity, self.velocity,
+            self.position_covariance + elapsed * (cross + np.swapaxes(cross, -1, -2)) + elapsed ** 2 * speed
+            + elapsed ** 4 / 4 * noise,
+            cross + elapsed * speed + elapsed ** 3 / 2 * noise, speed + elapsed ** 2 * noise)
 
-    def correct(self, rows: np.ndarray, measured: np.ndarray, covariance: np.ndarray, mask: np.ndarray) -> None:
-        """Take measurements in.
-
-        Args:
-            rows: (N,) tracks.
-            measured: (N, K, 3) [m]; anything where the mask is false.
-            covariance: (N, K, 3, 3) of the measurements [m^2].
-            mask: (N, K) which points were measured.
-        """
-        twin = compiled.load()[0]
-        if twin is not None:
-            self._set(twin.correct(self._state(), rows, measured, covariance, mask,
-                                   trusted_deviations=_TRUSTED_DEVIATIONS))
-            return
-        where, points = np.nonzero(mask)
-        if not len(where):
-            return
-        tracks = rows[where]
-        prior, cross = self.position_covariance[tracks, points], self.cross_covariance[tracks, points]
-        noise = covariance[where, points]
-        innovation = (measured[where, points] - self.position[tracks, points])[..., None]
-        inverse = np.linalg.inv(prior + noise)
-        off = (np.swapaxes(innovation, 1, 2) @ inverse @ innovation)[:, 0, 0]
-        wild = off > _TRUSTED_DEVIATIONS ** 2
-        if wild.any():
-            scale = np.where(wild, off / _TRUSTED_DEVIATIONS ** 2, 1.0)[:, None, None]
-            inverse = np.linalg.inv(prior + scale * noise)
-        gain, speed_gain = prior @ inverse, np.swapaxes(cross, 1, 2) @ inverse
-        self.position[tracks, points] += (gain @ innovation)[..., 0]
-        self.velocity[tracks, points] += (speed_gain @ innovation)[..., 0]
-        self.velocity_covariance[tracks, points] = _symmetric(self.velocity_covariance[tracks, points]
-                                                              - speed_gain @ cross)
-        self.position_covariance[tracks, points] = _symmetric(prior - gain @ prior)
-        self.cross_covariance[tracks, points] = cross - gain @ cross
-
-    def place(self, tracks: np.ndarray, points: np.ndarray, position: np.ndarray, velocity: np.ndarray,
-              covariance: np.ndarray, speed: float) -> None:
-        """Set points anew.
+    def corrected(self, measured: np.ndarray, covariance: np.ndarray, mask: np.ndarray,
+                  constants: JointFilterConstants) -> 'JointFilter':
+        """Return the filters with measurements taken in.
 
         Args:
-            tracks, points: (N,) which.
-            position, velocity: (N, 3) [m], [m/s].
-            covariance: (N, 3, 3) of the position [m^2].
-            speed: standard deviation of the velocity [m/s].
+            measured: (T, K, 3) [m]; anything where the mask is false.
+            covariance: (T, K, 3, 3) of the measurements [m^2].
+            mask: (T, K) bool, which points were measured.
         """
-        self.position[tracks, points], self.velocity[tracks, points] = position, velocity
-        self.position_covariance[tracks, points] = covariance
-        self.cross_covariance[tracks, points] = 0.0
-        self.velocity_covariance[tracks, points] = speed ** 2 * _IDENTITY
+        return JointFilter(*compiled.correct(tuple(self), np.arange(len(measured)), measured, covariance, mask,
+                                             trusted_deviations=constants.trusted_deviations))
 
-    def transform(self, rotation: np.ndarray, translation: np.ndarray) -> None:
-        """Express all in another frame: x' = R x + t."""
-        self.position = self.position @ rotation.T + translation
-        self.velocity = self.velocity @ rotation.T
-        for name in ('position_covariance', 'cross_covariance', 'velocity_covariance'):
-            setattr(self, name, rotation @ getattr(self, name) @ rotation.T)
+    def transformed(self, rotation: np.ndarray, translation: np.ndarray) -> 'JointFilter':
+        """Return the filters in another frame: x' = R x + t."""
+        return JointFilter(self.position @ rotation.T + translation, self.velocity @ rotation.T,
+                           *(rotation @ covariance @ rotation.T for covariance in self[2:]))
 
     def sigmas(self) -> np.ndarray:
         """Return the root mean square error of each position, (T, K) [m]."""
         return np.sqrt(np.maximum(np.trace(self.position_covariance, axis1=2, axis2=3), 0.0))
 
 
-def _symmetric(matrices: np.ndarray) -> np.ndarray:
-    """Return symmetric matrices: without, what rounding leaves would grow from frame to frame."""
-    return (matrices + np.swapaxes(matrices, -1, -2)) / 2
-
-
 def along_rays(rays: np.ndarray, across: np.ndarray, along: np.ndarray) -> np.ndarray:
-    """Return covariances of points that are known better across their ray than along it, (..., 3, 3) [m^2].
+    """Return covariances of points whose error along their ray differs from that across it, (..., 3, 3) [m^2].
 
     Args:
         rays: (..., 3) of any length.

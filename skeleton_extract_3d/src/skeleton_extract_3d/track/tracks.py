@@ -1,92 +1,120 @@
-"""Everything that is remembered of the people who are followed, as one array per property."""
-from typing import Tuple
+"""What is remembered of the people who are followed: one value per frame, one array per property."""
+from dataclasses import dataclass, fields, replace
+from typing import Any, Tuple
 
 import numpy as np
 
-from skeleton_extract_3d.body.body import BONES, JOINTS, LIVELINESS, TRUNK
+from skeleton_extract_3d.body.body import JOINTS, LIVELINESS, TRUNK
+from skeleton_extract_3d.body.measures import Sizes
+from skeleton_extract_3d.points.transform import Transform
+from skeleton_extract_3d.settings import SmoothingParams
+from skeleton_extract_3d.track.appearance import Clothes
+from skeleton_extract_3d.track.constants import BirthConstants
 from skeleton_extract_3d.track.joint_filter import JointFilter
 
-# What a new track knows: errors of its joints [m], of its trunk [m], and speeds of both [m/s].
-_JOINT_SIGMA, _ROOT_SIGMA, _SPEED = 0.3, 0.1, 1.0
-# Upper and lower part of the clothes.
-CLOTHES = 2
 
-
+@dataclass(frozen=True, eq=False)
 class Tracks:
-    """T people.
+    """T people; every change makes a new value.
 
     Attributes:
-        joints: filters of the 18 joints of COCO_18; root: of the middle of the trunk.
-        ids: (T,) never used again.
-        born, last_seen: (T,) stamps [s]; sightings: (T,) frames in which they were detected.
-        has: (T, 18) joints that were ever placed; seen: (T, 18) stamp of when they were last detected [s].
+        joints: filters of the 18 joints of COCO_18.
+        root: filter of the middle of the trunk, one point per track.
+        ids: (T,) int64, never used again.
+        born, last_seen: (T,) stamps [s] of the first and the last detection.
+        sightings: (T,) int64 frames in which they were detected.
+        has: (T, 18) bool, joints that were ever placed.
+        seen: (T, 18) stamp of when each joint was last detected [s].
         left, down: (T, 3) unit vectors of the trunk.
-        stature: (T,) [m]; stature_weight: (T,) frames it was measured in.
-        bones, bone_weights: (T, 8) measured lengths [m] and in how many frames, in the order of `body.BONES`.
-        clothes, clothes_weight: (T, 2, 3) mean colours (CIELAB) and (T, 2) frames.
+        sizes: stature and bones.
+        clothes: mean colours.
     """
 
-    _FIELDS = ('ids', 'born', 'last_seen', 'sightings', 'has', 'seen', 'left', 'down', 'stature', 'stature_weight',
-               'bones', 'bone_weights', 'clothes', 'clothes_weight')
+    joints: JointFilter
+    root: JointFilter
+    ids: np.ndarray
+    born: np.ndarray
+    last_seen: np.ndarray
+    sightings: np.ndarray
+    has: np.ndarray
+    seen: np.ndarray
+    left: np.ndarray
+    down: np.ndarray
+    sizes: Sizes
+    clothes: Clothes
 
-    def __init__(self) -> None:
-        joints = len(JOINTS)
-        self.joints, self.root = JointFilter(joints), JointFilter(1)
-        self.ids = np.zeros(0, np.int64)
-        self.born, self.last_seen, self.sightings = np.zeros(0), np.zeros(0), np.zeros(0, np.int64)
-        self.has, self.seen = np.zeros((0, joints), bool), np.zeros((0, joints))
-        self.left, self.down = np.zeros((0, 3)), np.zeros((0, 3))
-        self.stature, self.stature_weight = np.zeros(0), np.zeros(0)
-        self.bones, self.bone_weights = np.zeros((0, len(BONES))), np.zeros((0, len(BONES)))
-        self.clothes, self.clothes_weight = np.zeros((0, CLOTHES, 3)), np.zeros((0, CLOTHES))
+    @classmethod
+    def none(cls) -> 'Tracks':
+        """Return the tracks of nobody."""
+        joints = np.zeros((0, len(JOINTS), 3))
+        return cls.begun(np.zeros(0, np.int64), 0.0, joints, np.zeros((0, 3)), np.zeros(0), BirthConstants())
 
-    def __len__(self) -> int:
-        return len(self.ids)
-
-    def keep(self, tracks: np.ndarray) -> None:
-        """Forget all tracks but those of a mask."""
-        if tracks.all():
-            return
-        self.joints.keep(tracks)
-        self.root.keep(tracks)
-        for name in self._FIELDS:
-            setattr(self, name, getattr(self, name)[tracks])
-
-    def append(self, ids: np.ndarray, stamp: float, xyz: np.ndarray, known: np.ndarray, left: np.ndarray,
-               stature: np.ndarray) -> None:
-        """Begin N tracks.
+    @classmethod
+    def begun(cls, ids: np.ndarray, stamp: float, xyz: np.ndarray, left: np.ndarray, stature: np.ndarray,
+              constants: BirthConstants) -> 'Tracks':
+        """Return N new tracks; none of their joints counts as placed yet.
 
         Args:
             ids: (N,).
             stamp: [s].
-            xyz: (N, 18, 3) [m]; known: (N, 18) which of them are; at least one of each person.
-            left: (N, 3); stature: (N,) [m].
+            xyz: (N, 18, 3) [m], NaN where a joint has no keypoint; at least one of each person has one.
+            left: (N, 3) unit vectors.
+            stature: (N,) [m].
         """
-        count = len(ids)
-        self.joints.append(np.where(known[..., None], xyz, 0.0), _JOINT_SIGMA, _SPEED)
-        self.root.append(middle_of_trunk(xyz, known)[:, None], _ROOT_SIGMA, _SPEED)
+        count, known = len(ids), np.isfinite(xyz).all(axis=2)
         stamps = np.full(count, stamp)
-        new = {
-            'ids': ids, 'born': stamps, 'last_seen': stamps, 'sightings': np.zeros(count, np.int64),
-            'has': np.zeros(known.shape, bool), 'seen': np.full(known.shape, stamp), 'left': left,
-            'down': np.broadcast_to([0.0, 1.0, 0.0], (count, 3)), 'stature': stature,
-            'stature_weight': np.zeros(count), 'bones': np.zeros((count, len(BONES))),
-            'bone_weights': np.zeros((count, len(BONES))), 'clothes': np.zeros((count, CLOTHES, 3)),
-            'clothes_weight': np.zeros((count, CLOTHES))}
-        for name in self._FIELDS:
-            setattr(self, name, np.concatenate([getattr(self, name), new[name]]))
+        return cls(
+            JointFilter.at_rest(np.where(known[..., None], xyz, 0.0), constants.joint_sigma, constants.speed),
+            JointFilter.at_rest(middle_of_trunk(xyz, known)[:, None], constants.root_sigma, constants.speed),
+            ids, born=stamps, last_seen=stamps, sightings=np.zeros(count, np.int64), has=np.zeros(known.shape, bool),
+            seen=np.full(known.shape, stamp), left=left, down=np.broadcast_to([0.0, 1.0, 0.0], (count, 3)),
+            sizes=Sizes.assumed(stature), clothes=Clothes.unknown(count))
 
-    def predict(self, elapsed: float, acceleration: float, walking_acceleration: float) -> None:
-        """Move everybody on by a time [s]; accelerations of the trunk's joints and of people as a whole [m/s^2]."""
-        if len(self) and elapsed > 0:
-            self.joints.predict(elapsed, acceleration * LIVELINESS)
-            self.root.predict(elapsed, np.array([walking_acceleration]))
+    def __len__(self) -> int:
+        return len(self.ids)
 
-    def transform(self, rotation: np.ndarray, translation: np.ndarray) -> None:
-        """Express all in another frame: x' = R x + t."""
-        self.joints.transform(rotation, translation)
-        self.root.transform(rotation, translation)
-        self.left, self.down = self.left @ rotation.T, self.down @ rotation.T
+    def select(self, tracks: np.ndarray) -> 'Tracks':
+        """Return some of the tracks, by a mask (T,) or by indices (N,), in the order of these."""
+        return Tracks(*(_selected(getattr(self, field.name), tracks) for field in fields(self)))
+
+    def kept(self, tracks: np.ndarray) -> 'Tracks':
+        """Return the tracks without those outside of a mask (T,)."""
+        return self if tracks.all() else self.select(tracks)
+
+    def joined(self, others: 'Tracks') -> 'Tracks':
+        """Return these tracks and then others."""
+        if not len(others) or not len(self):
+            return self if len(self) else others
+        return Tracks(*(_joined(getattr(self, field.name), getattr(others, field.name)) for field in fields(self)))
+
+    def in_order(self) -> 'Tracks':
+        """Return the tracks by their ids."""
+        return self if (np.diff(self.ids) > 0).all() else self.select(np.argsort(self.ids))
+
+    def predicted(self, elapsed: float, params: SmoothingParams) -> 'Tracks':
+        """Return the tracks after a time [s], everybody moving on with constant velocity."""
+        if not len(self) or elapsed <= 0:
+            return self
+        return replace(self, joints=self.joints.predicted(elapsed, params.acceleration * LIVELINESS),
+                       root=self.root.predicted(elapsed, np.array([params.walking_acceleration])))
+
+    def transformed(self, rotation: np.ndarray, translation: np.ndarray) -> 'Tracks':
+        """Return the tracks in another frame: x' = R x + t."""
+        return replace(self, joints=self.joints.transformed(rotation, translation),
+                       root=self.root.transformed(rotation, translation), left=self.left @ rotation.T,
+                       down=self.down @ rotation.T)
+
+
+def _selected(value: Any, tracks: np.ndarray) -> Any:
+    """Return rows of an array, or of each array of a tuple."""
+    return value[tracks] if isinstance(value, np.ndarray) else type(value)(*(part[tracks] for part in value))
+
+
+def _joined(first: Any, second: Any) -> Any:
+    """Return the rows of two arrays, or of each two arrays of two tuples."""
+    if isinstance(first, np.ndarray):
+        return np.concatenate([first, second])
+    return type(first)(*map(_joined, first, second))
 
 
 def middle_of_trunk(xyz: np.ndarray, known: np.ndarray) -> np.ndarray:
@@ -99,9 +127,8 @@ def middle_of_trunk(xyz: np.ndarray, known: np.ndarray) -> np.ndarray:
     return np.where(chosen[..., None], xyz, 0.0).sum(axis=1) / count
 
 
-def frame_change(before: Tuple[np.ndarray, np.ndarray], now: Tuple[np.ndarray, np.ndarray]
-                 ) -> Tuple[np.ndarray, np.ndarray]:
-    """Return rotation and translation from where a camera was to where it is.
+def frame_change(before: Transform, now: Transform) -> Tuple[np.ndarray, np.ndarray]:
+    """Return rotation (3, 3) and translation (3,) [m] from where a camera was to where it is.
 
     Args:
         before, now: rotation (3, 3) and translation (3,) from the camera to a frame that stands still.

@@ -10,8 +10,8 @@ from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.output.keypoint_scale import KeypointScaleParams
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.stream.pairing import PairingParams
-from skeleton_extract_3d.estimator import EstimatorSettings
 from skeleton_extract_3d.node_params import ExtractorParams
+from skeleton_extract_3d.settings import EstimatorSettings
 from skeleton_extract_3d.show.markers import MarkerParams
 
 # Incremented when the same parameters give other results, so that outputs of older versions are made again.

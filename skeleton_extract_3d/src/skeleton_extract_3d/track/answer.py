@@ -1,0 +1,42 @@
+"""The people of a frame as they are reported."""
+import numpy as np
+
+from openpose_ros_pkg.skeletons import COCO_18
+from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
+from skeleton_extract_3d.settings import EstimatorSettings
+from skeleton_extract_3d.track.completion import Completion
+from skeleton_extract_3d.track.constants import CorrectionConstants
+from skeleton_extract_3d.track.sightings import Sightings
+from skeleton_extract_3d.track.tracks import Tracks
+
+
+def report(people: Sightings, completion: Completion, hidden: Tracks, stamp: float, settings: EstimatorSettings,
+           constants: CorrectionConstants) -> People3D:
+    """Return who is there and where, with the joints of COCO_18, in the frame of the points.
+
+    Args:
+        people: of the frame.
+        completion: the same people after it; they come first.
+        hidden: people without a detection who are there.
+        stamp: of the frame [s].
+    """
+    tracks, lifted, trusted = completion.tracks, people.lifted, completion.trusted
+    read = lifted.measured & trusted
+    position = tracks.joints.position
+    if settings.smoothing.smoothing and settings.occlusion.occlusion:
+        # where the filter does not follow the surface, its answer is not read from there
+        read &= ((position - lifted.xyz) ** 2).sum(axis=2) < constants.measured_reach ** 2
+    if not settings.smoothing.smoothing:
+        position = np.where(trusted[..., None], lifted.xyz, position)
+    recent = stamp - hidden.seen <= settings.occlusion.inference_timeout
+    status = np.concatenate([np.where(completion.placed, np.where(read, MEASURED, INFERRED), MISSING),
+                             np.where(hidden.has & recent, INFERRED, MISSING)])
+    known = status != MISSING
+    velocity = np.concatenate([tracks.joints.velocity, hidden.joints.velocity])
+    scores = people.observed.scores
+    return People3D(
+        COCO_18, np.where(known[..., None], np.concatenate([position, hidden.joints.position]), np.nan),
+        np.concatenate([scores, np.zeros((len(hidden), scores.shape[1]))]), status,
+        np.where(known, np.concatenate([completion.sigma, hidden.joints.sigmas()]), np.nan),
+        np.concatenate([tracks.ids, hidden.ids]),
+        np.where(known[..., None] & settings.identity.tracking, velocity, np.nan))

@@ -1,0 +1,82 @@
+"""Take what a frame shows of people into their tracks."""
+from dataclasses import replace
+
+import numpy as np
+
+from skeleton_extract_3d.body import measures
+from skeleton_extract_3d.body.body import HIPS, SHOULDERS
+from skeleton_extract_3d.settings import OcclusionParams
+from skeleton_extract_3d.track.bone_constraints import satisfy_lengths
+from skeleton_extract_3d.track.completion import Completion
+from skeleton_extract_3d.track.constants import CorrectionConstants, TrackConstants
+from skeleton_extract_3d.track.joint_filter import JointFilter, along_rays, isotropic
+from skeleton_extract_3d.track.sightings import Sightings
+from skeleton_extract_3d.track.tracks import Tracks, middle_of_trunk
+
+# Corners of the trunk.
+_CORNERS = np.concatenate([SHOULDERS, HIPS])
+
+
+def _trusted(people: Sightings, params: OcclusionParams, constants: CorrectionConstants) -> np.ndarray:
+    """Return which joints the frame places, (N, 18) bool."""
+    scores, lifted = people.observed.scores, people.lifted
+    trusted = lifted.measured
+    if params.occlusion:
+        trusted = trusted | ((scores >= params.hidden_min_score)
+                             & (lifted.plausible | (scores > constants.sure_score)))
+    return trusted & people.observed.known & (scores >= params.measured_min_score)
+
+
+def correct(tracks: Tracks, people: Sightings, stamp: float, params: OcclusionParams, constants: TrackConstants
+            ) -> Completion:
+    """Return the tracks of people with what the frame shows of them.
+
+    Args:
+        tracks: of the N people, predicted to this frame.
+        people: the frame.
+        stamp: [s].
+    """
+    own, lifted = constants.correction, people.lifted
+    trusted = _trusted(people, params, own)
+    joints, has = _joints(tracks, people, trusted, params.occlusion, constants), tracks.has | trusted
+    sure = lifted.measured[:, _CORNERS].sum(axis=1) >= own.corners
+    error = np.where(sure, own.root_measured, own.root_guessed)
+    middle = middle_of_trunk(joints.position, has)
+    root = tracks.root.corrected(middle[:, None], isotropic(error * np.sqrt(3))[:, None],
+                                 np.ones((len(tracks), 1), bool), constants.joint_filter)
+    tracks = replace(
+        tracks, joints=joints, root=root, has=has, seen=np.where(trusted, stamp, tracks.seen),
+        last_seen=np.full(len(tracks), stamp), sightings=tracks.sightings + 1, left=lifted.left,
+        down=_down(tracks.down, joints.position, trusted[:, _CORNERS].all(axis=1), own),
+        sizes=measures.learn(tracks.sizes, lifted.xyz, lifted.measured, people.observed.scores),
+        clothes=tracks.clothes.learnt(people.clothes, sure, constants.appearance))
+    sigma = np.maximum(np.sqrt(joints.sigmas() ** 2 + own.body_sigma ** 2), people.size_error())
+    return Completion(tracks, trusted, trusted, sigma)
+
+
+def _joints(tracks: Tracks, people: Sightings, trusted: np.ndarray, bones: bool, constants: TrackConstants
+            ) -> JointFilter:
+    """Return the filters of the joints with trusted ones taken in, after the lengths of bones if these count."""
+    own, lifted, seen = constants.correction, people.lifted, people.observed
+    across = (own.across + own.across_by_score * (1 - np.minimum(seen.scores, 1.0)) ** 2
+              + np.where(lifted.measured, 0.0, own.across_hidden))
+    along = np.where(lifted.measured, own.along_measured, np.maximum(lifted.sigma, own.along_inferred))
+    covariance = along_rays(seen.rays, across, np.maximum(along, people.size_error()))
+    xyz = lifted.xyz
+    if bones:
+        xyz = satisfy_lengths(xyz, covariance, measures.expected_lengths(tracks.sizes),
+                              measures.length_spreads(tracks.sizes), trusted, constants.bone_constraints)
+    joints = tracks.joints.corrected(xyz, covariance, trusted & tracks.has, constants.joint_filter)
+    first = trusted & ~tracks.has
+    if not first.any():
+        return joints
+    return joints.where(first, JointFilter.moving(xyz, np.zeros_like(xyz), covariance, own.unknown_speed))
+
+
+def _down(before: np.ndarray, position: np.ndarray, known: np.ndarray, constants: CorrectionConstants) -> np.ndarray:
+    """Return the directions of trunks downwards, (N, 3), with this frame's where the corners are known, (N,) bool."""
+    along = (position[:, HIPS] - position[:, SHOULDERS]).sum(axis=1)
+    length = np.linalg.norm(along, axis=1, keepdims=True)
+    mixed = before + constants.down_share * (along / np.maximum(length, 1e-6) - before)
+    mixed /= np.maximum(np.linalg.norm(mixed, axis=1, keepdims=True), 1e-6)
+    return np.where(known[:, None] & (length > constants.least_trunk), mixed, before)

@@ -1,0 +1,33 @@
+"""What the tracks tell the lifting of a frame's people."""
+import numpy as np
+
+from skeleton_extract_3d.body import measures
+from skeleton_extract_3d.lift.records import Expectation
+from skeleton_extract_3d.track.constants import TrackConstants
+from skeleton_extract_3d.track.identity import stature_spread
+from skeleton_extract_3d.track.tracks import Tracks
+
+
+def expect(tracks: Tracks, row: np.ndarray, elapsed: float, constants: TrackConstants) -> Expectation:
+    """Return what is known of the people of a frame.
+
+    Args:
+        tracks: predicted to this frame.
+        row: (P,) of each person in the tracks; -1: a stranger.
+        elapsed: since the frame before [s].
+    """
+    own = constants.expectation
+    strangers, old = Expectation.of_strangers(len(row)), row >= 0
+    if not old.any():
+        return strangers
+    tracks = tracks.select(np.maximum(row, 0))
+    joints, sizes = tracks.joints, tracks.sizes
+    weight = min(own.turning_time / max(elapsed, own.least_elapsed), own.most_turning_weight)
+    variance = joints.position_covariance[..., 2, 2]
+    known = Expectation(
+        root=tracks.root.position[:, 0, 2], depth=np.where(tracks.has, joints.position[..., 2], np.nan),
+        depth_sigma=own.depth_factor * np.sqrt(variance + own.depth_sigma ** 2),
+        left=tracks.left * weight, stature=sizes.stature, stature_spread=stature_spread(sizes, constants.identity),
+        lengths=measures.expected_lengths(sizes), length_spread=measures.length_spreads(sizes))
+    return Expectation(*(np.where(old if value.ndim == 1 else old[:, None], value, default)
+                         for value, default in zip(known, strangers)))

@@ -1,0 +1,75 @@
+"""The people of one frame as the tracks take them in: observed, identified and lifted, in one record."""
+from typing import Iterator, NamedTuple, Tuple
+
+import numpy as np
+
+from skeleton_extract_3d.body.body import STATURE_SPREAD
+from skeleton_extract_3d.lift.observation import ObservedPeople
+from skeleton_extract_3d.lift.records import Lifted
+from skeleton_extract_3d.settings import IdentityParams
+from skeleton_extract_3d.track.appearance import Clothes
+from skeleton_extract_3d.track.constants import TrackConstants
+from skeleton_extract_3d.track.identity import repeated
+from skeleton_extract_3d.track.tracks import Tracks
+
+
+class Sightings(NamedTuple):
+    """P people of one frame.
+
+    Attributes:
+        row: (P,) int64, row of each person's track; -1 where there is none.
+        observed: keypoints and surfaces.
+        clothes: colours of the clothes.
+        lifted: joints in space.
+    """
+
+    row: np.ndarray
+    observed: ObservedPeople
+    clothes: Clothes
+    lifted: Lifted
+
+    def select(self, people: np.ndarray) -> 'Sightings':
+        """Return some of the people, by indices, in the order of these."""
+        return Sightings(self.row[people], *(part.select(people) for part in self[1:]))
+
+    def others(self, count: int) -> np.ndarray:
+        """Return which of the first tracks are none of these people's, (count,) bool."""
+        others = np.ones(max(count, self.row.max(initial=-1) + 1), bool)
+        others[self.row] = False
+        return others[:count]
+
+    def size_error(self) -> np.ndarray:
+        """Return the error of people without a single surface, whose depth their size alone tells, (P, 1) [m]; else 0.
+        """
+        lifted = self.lifted
+        return np.where(lifted.measured.any(axis=1), 0.0, STATURE_SPREAD * lifted.root)[:, None]
+
+
+def begin_tracks(tracks: Tracks, people: Sightings, stamp: float, ids: Iterator[int], params: IdentityParams,
+                 constants: TrackConstants) -> Tuple[Tracks, Sightings]:
+    """Return the tracks with one for each newcomer, and the people who have a track.
+
+    Args:
+        tracks: predicted to this frame.
+        people: of the frame, newcomers with row -1.
+        stamp: [s].
+        ids: where ids come from.
+    """
+    seen, lifted = people.observed, people.lifted
+    followed = people.row >= 0
+    # what can not be measured does not speak against a newcomer
+    measurable = (seen.known & np.isfinite(seen.samples).any(axis=2)).sum(axis=1)
+    new = ~followed & (lifted.measured.sum(axis=1) >= np.minimum(params.birth_joints, measurable))
+    new &= ~repeated(lifted.xyz, seen.known, followed, constants.identity)
+    begun = np.flatnonzero(new)
+    if len(begun):
+        given = seen.people_2d.ids
+        keep_ids = not params.tracking and (given >= 0).all()
+        row = people.row.copy()
+        row[begun] = np.arange(len(tracks), len(tracks) + len(begun))
+        people = people._replace(row=row)
+        tracks = tracks.joined(Tracks.begun(
+            given[begun] if keep_ids else np.array([next(ids) for _ in begun]), stamp,
+            np.where(seen.known[begun, :, None], lifted.xyz[begun], np.nan), lifted.left[begun],
+            lifted.stature[begun], constants.birth))
+    return tracks, people.select(np.flatnonzero(people.row >= 0))
