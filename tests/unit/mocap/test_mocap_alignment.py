@@ -6,7 +6,8 @@ import cv2
 import numpy as np
 import pytest
 
-from openpose_ros_mocap.alignment import AlignmentParams, align, rigid_transform
+from openpose_ros_mocap.alignment import AlignmentParams, align
+from openpose_ros_mocap.candidates import rigid_transform
 from openpose_ros_mocap.clock import JointPaths, bridged_gap, moving_speed
 from openpose_ros_mocap.joints import JointRecording
 from openpose_ros_pkg.errors import BadInputError
