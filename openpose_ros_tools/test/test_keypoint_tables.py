@@ -21,9 +21,8 @@ from std_msgs.msg import Header, String
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.skeletons import BODY_25, COCO_18, MESSAGE_JOINTS
 from openpose_ros_tools.ros import csv_to_bag, keypoints_to_csv
-from openpose_ros_tools.ros.keypoint_bag import read_keypoint_bag
-from openpose_ros_tools.ros.keypoint_rows import PersonCsvWriter
-from openpose_ros_tools.tables.keypoint_csv import columns, read_keypoint_csv
+from openpose_ros_tools.ros.keypoint_bag import read_keypoint_bag, write_people
+from openpose_ros_tools.tables.keypoint_csv import KeypointCsvWriter, columns, read_keypoint_csv
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
 from skeleton_extract_3d.ros.convert import people_from_array
 
@@ -214,7 +213,7 @@ def test_the_writer_takes_messages_that_were_never_sent():
     message = PersonDetection_3d(header=Header(0, when(FIRST), 'camera'), num_people_detected=1, person_ID=3)
     message.nose = BodypartDetection_3d(0.1, 0.2, 0.3, 0.5, np.uint8(1), np.float64(0.1))
     handle = io.StringIO()
-    assert PersonCsvWriter(handle, 'extended', 3).write(message) == 1
+    assert write_people(KeypointCsvWriter(handle, 'extended', 3), message) == 1
     assert handle.getvalue().splitlines()[1].startswith(
         f'{FIRST},0,{FIRST},camera,1,3,0.10000000149011612,0.20000000298023224,0.30000001192092896,0.5,1,'
         '0.10000000149011612,')
@@ -438,12 +437,12 @@ def test_the_joint_set_is_one_that_has_all_joints(tmp_path):
         setattr(message, joint, BodypartDetection_3d(NAN, NAN, NAN, 0, MISSING, NAN))
     message.left_heel = BodypartDetection_3d(1, 2, 3, 0.5, MEASURED, 0.01)
     handle = io.StringIO()
-    writer = PersonCsvWriter(handle, 'extended', 3)
-    writer.write(message)
+    writer = KeypointCsvWriter(handle, 'extended', 3)
+    write_people(writer, message)
     arrays = [m for _, m, _ in messages_of(back(tmp_path, handle.getvalue())) if hasattr(m, 'persons')]
     assert arrays[0].pose_model == BODY_25.name
     message.chest = message.left_heel
-    writer.write(message)
+    write_people(writer, message)
     (tmp_path / 'both.csv').write_text(handle.getvalue())
     assert csv_to_bag.main([str(tmp_path / 'both.csv'), '-o', str(tmp_path / 'both.bag')]) == 2
     assert csv_to_bag.main([str(tmp_path / 'both.csv'), '-o', str(tmp_path / 'x.bag'), '--pose-model', 'MPI_15']) == 2

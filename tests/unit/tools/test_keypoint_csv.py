@@ -9,16 +9,8 @@ from hypothesis import strategies as st
 
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.skeletons import COCO_18, MESSAGE_JOINTS
-from openpose_ros_tools.tables.keypoint_csv import (
-    FIELDS,
-    MISSING_PART,
-    FrameSplitter,
-    KeypointCsv,
-    KeypointCsvWriter,
-    PersonRow,
-    columns,
-    read_keypoint_csv,
-)
+from openpose_ros_tools.tables.keypoint_csv import KeypointCsv, KeypointCsvWriter, columns, read_keypoint_csv
+from openpose_ros_tools.tables.keypoint_table import FIELDS, MISSING_PART, FrameSplitter, PersonRow
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING
 
 NOSE, CHEST, TOE = (MESSAGE_JOINTS.index(joint) for joint in ('nose', 'chest', 'left_big_toe'))

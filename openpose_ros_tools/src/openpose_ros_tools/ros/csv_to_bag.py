@@ -29,9 +29,11 @@ from tqdm import tqdm
 from openpose_ros_pkg.command_line import DONE, run_command
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.skeletons import BODY_25, COCO_18, MESSAGE_JOINTS, MPI_15, SKELETONS
+from openpose_ros_tools.command_options import add_output, command_parser
 from openpose_ros_tools.outputs import output_file
-from openpose_ros_tools.ros.keypoint_rows import array_message, person_message
-from openpose_ros_tools.tables.keypoint_csv import FrameSplitter, KeypointCsv, PersonRow
+from openpose_ros_tools.ros.keypoint_bag import array_message, person_message
+from openpose_ros_tools.tables.keypoint_csv import KeypointCsv
+from openpose_ros_tools.tables.keypoint_table import FrameSplitter, PersonRow
 from skeleton_extract_3d.people import MISSING
 
 _NAME = 'csv_to_bag'
@@ -55,7 +57,7 @@ def frames_of(rows: Iterable[PersonRow]) -> Iterator[List[PersonRow]]:
 
 
 def known_joints(path: Path) -> Set[str]:
-    """Return the joints that somebody has in a file.
+    """Return the joints that any person in a file has.
 
     Raises:
         BadInputError: the file can not be read.
@@ -140,10 +142,9 @@ def _time(nanoseconds: int) -> genpy.Time:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog=_NAME, description=__doc__,
-                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = command_parser(_NAME, __doc__)
     parser.add_argument('csv', type=Path, metavar='CSV', help='file with keypoints')
-    parser.add_argument('-o', '--output', type=Path, metavar='BAG', required=True, help='bag to write')
+    add_output(parser, 'bag')
     parser.add_argument('--topic-prefix', metavar='PREFIX',
                         help='what the topics are under (default: openpose_ros/skeleton_3d in space, openpose_ros in '
                              'the image)')
@@ -151,5 +152,4 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument('--pose-model', choices=sorted(SKELETONS),
                         help='joint set that the array messages name (default: the first of COCO_18, BODY_25 and '
                              'MPI_15 with all joints that the file has)')
-    parser.add_argument('--overwrite', action='store_true', help='write the bag again if it is there')
     return parser

@@ -1,17 +1,37 @@
-"""Keypoints out of bags: which topic has them, its rows, and all of them as a table."""
+"""Keypoints in messages and bags: which topic has them, their rows for tables, and messages of rows."""
+from operator import attrgetter
 from pathlib import Path
-from typing import Any, Dict, Iterable, Iterator, List, Mapping, NamedTuple, Optional, Tuple
+from typing import Any, Dict, Iterable, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
+import genpy
+import numpy as np
 import rosbag
+from openpose_ros_msgs.msg import (
+    BodypartDetection,
+    BodypartDetection_3d,
+    PersonDetection,
+    PersonDetection_3d,
+    PersonDetection_3dArray,
+    PersonDetectionArray,
+)
+from std_msgs.msg import Header
 
 from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
 from openpose_ros_tools.ros.bag_files import open_bag, topic_types, undamaged
-from openpose_ros_tools.ros.keypoint_rows import rows_of
-from openpose_ros_tools.tables.keypoint_csv import blocks_of, table_of
-from openpose_ros_tools.tables.keypoint_table import KeypointTable
+from openpose_ros_tools.tables.keypoint_csv import KeypointCsvWriter
+from openpose_ros_tools.tables.keypoint_table import (
+    FIELDS,
+    MISSING_PART,
+    KeypointTable,
+    PersonRow,
+    blocks_of,
+    complete_status,
+    table_of,
+)
 
-# Types of messages with people, those first that are preferred: space before image, and single people before arrays,
-# as both hold the same people.
+# Dimensions of the types of messages with people, in the order of preference: space before image, and single people
+# before arrays, as both contain the same people.
 DIMENSIONS: Dict[str, int] = {
     'openpose_ros_msgs/PersonDetection_3d': 3,
     'openpose_ros_msgs/PersonDetection_3dArray': 3,
@@ -100,13 +120,59 @@ def read_keypoint_bag(path: Path, topic: Optional[str] = None) -> KeypointTable:
         return table_of(blocks_of(rows), chosen.dimensions)
 
 
+def write_people(writer: KeypointCsvWriter, message: Any, time: Optional[int] = None) -> int:
+    """Write the people of a message, of one person or of an array, as CSV; return their number.
+
+    Args:
+        time: for the column %time [ns]; None: the stamp of the header, as `rostopic echo -p` has it on a live topic.
+            With a bag it has the time of recording.
+    """
+    rows = list(rows_of(message, writer.dimensions, time))
+    for row in rows:
+        writer.write(row)
+    return len(rows)
+
+
+def rows_of(message: Any, dimensions: int, time: Optional[int] = None) -> Iterator[PersonRow]:
+    """Yield the people of a message of one person, or of an array message.
+
+    Fields are found by name: what an older or newer definition of the message lacks is missing, further fields are
+    ignored.
+
+    Args:
+        dimensions: 3 for messages in space, 2 in the image.
+        time: [ns]; None: the stamp of the header.
+    """
+    header = getattr(message, 'header', None) or Header()
+    stamp = header.stamp.to_nsec()
+    for person in getattr(message, 'persons', [message]):
+        yield PersonRow(stamp if time is None else time, header.seq, stamp, header.frame_id,
+                        person.num_people_detected, person.person_ID, _parts(person, dimensions))
+
+
+def person_message(row: PersonRow, header: Header) -> genpy.Message:
+    """Return the PersonDetection or PersonDetection_3d of a row."""
+    if len(row.parts[0]) == len(FIELDS[2]):
+        flat = {joint: BodypartDetection(*part) for joint, part in zip(MESSAGE_JOINTS, row.parts)}
+        return PersonDetection(header=header, num_people_detected=row.number, person_ID=row.person, **flat)
+    parts = {joint: BodypartDetection_3d(x, y, z, confidence, int(status), sigma)
+             for joint, (x, y, z, confidence, status, sigma) in zip(MESSAGE_JOINTS, row.parts)}
+    return PersonDetection_3d(header=header, num_people_detected=row.number, person_ID=row.person, **parts)
+
+
+def array_message(persons: Sequence[genpy.Message], header: Header, pose_model: str) -> genpy.Message:
+    """Return the array message of the people of a frame, at least one; velocities are not known."""
+    kind = PersonDetectionArray if isinstance(persons[0], PersonDetection) else PersonDetection_3dArray
+    return kind(header=header, pose_model=pose_model, persons=list(persons))
+
+
 def _absolute(name: str) -> str:
     """Return the name of a topic with its leading slash, which bags made by programs may lack."""
     return '/' + name.strip('/')
 
 
 def _list(with_people: Mapping[str, str], types: Mapping[str, str]) -> str:
-    """Say which topics there are."""
+    """Return which topics there are."""
     if with_people:
         return 'keypoints are in ' + ', '.join(f'{name} ({kind})' for name, kind in with_people.items())
     if not types:
@@ -114,3 +180,18 @@ def _list(with_people: Mapping[str, str], types: Mapping[str, str]) -> str:
     shown: List[str] = [f'{name} ({kind})' for name, kind in sorted(types.items())]
     more = f' and {len(shown) - 8} more' if len(shown) > 8 else ''
     return f'its topics are {", ".join(shown[:8])}{more}; types with keypoints are {", ".join(DIMENSIONS)}'
+
+
+def _parts(message: Any, dimensions: int) -> List[List[float]]:
+    """Return the values of the joints, (K, F), each rounded to float32 as in a message that was sent."""
+    fields, missing = FIELDS[dimensions], MISSING_PART[dimensions]
+    parts = [getattr(message, joint, None) for joint in MESSAGE_JOINTS]
+    known: Tuple[str, ...] = tuple(field for field in fields if hasattr(message.nose, field))
+    read = attrgetter(*known)
+    values = np.tile(np.array(missing, np.float32), (len(parts), 1))
+    there = [part is not None for part in parts]
+    places = [fields.index(field) for field in known]
+    values[np.ix_(there, places)] = [read(part) for part in parts if part is not None]
+    if dimensions == 3 and 'status' not in known:
+        complete_status(values[np.newaxis], np.zeros((1, len(parts)), bool))
+    return values.tolist()

@@ -31,6 +31,7 @@ from tqdm import tqdm
 
 from openpose_ros_pkg.command_line import DONE, run_command
 from openpose_ros_pkg.errors import BadInputError, ParameterError
+from openpose_ros_tools.command_options import command_parser
 from openpose_ros_tools.outputs import output_file
 from openpose_ros_tools.ros.bag_files import open_bag
 from openpose_ros_tools.ros.keypoint_bag import (
@@ -40,17 +41,18 @@ from openpose_ros_tools.ros.keypoint_bag import (
     choose_topic,
     count_messages,
     merged_types,
+    write_people,
 )
-from openpose_ros_tools.ros.keypoint_rows import PersonCsvWriter
+from openpose_ros_tools.tables.keypoint_csv import KeypointCsvWriter
 
 _log = logging.getLogger(__name__)
 
 _NAME = 'keypoints_to_csv'
-# How often a topic is looked for that is not there yet, and the longest pause between two looks at a quiet one [s].
+# Period in which a topic is looked for that is not there yet, and longest wait for a message of a quiet one [s].
 _PAUSE = 0.2
 
 
-def bags_to_csv(paths: Sequence[Path], topic: KeypointTopic, writer: PersonCsvWriter, stamps: bool, bar: tqdm) -> int:
+def bags_to_csv(paths: Sequence[Path], topic: KeypointTopic, writer: KeypointCsvWriter, stamps: bool, bar: tqdm) -> int:
     """Write the people of bags one after the other; return how many rows that are.
 
     Args:
@@ -67,12 +69,12 @@ def bags_to_csv(paths: Sequence[Path], topic: KeypointTopic, writer: PersonCsvWr
             if not count:
                 _log.warning('%s has no messages on %s', path, topic.name)
             for message, recorded in bag_messages(bag, topic.name):
-                rows += writer.write(message, None if stamps else recorded)
+                rows += write_people(writer, message, None if stamps else recorded)
                 bar.update()
     return rows
 
 
-def follow_topic(topic: KeypointTopic, writer: PersonCsvWriter, handle: TextIO, bar: tqdm) -> int:
+def follow_topic(topic: KeypointTopic, writer: KeypointCsvWriter, handle: TextIO, bar: tqdm) -> int:
     """Write the people of a running topic until Ctrl-C; return how many rows that are."""
     messages: queue.Queue[Any] = queue.Queue()
     subscriber = rospy.Subscriber(topic.name, roslib.message.get_message_class(topic.kind), messages.put)
@@ -80,9 +82,9 @@ def follow_topic(topic: KeypointTopic, writer: PersonCsvWriter, handle: TextIO, 
     try:
         while not rospy.is_shutdown():
             if messages.empty():
-                handle.flush()  # who reads along sees all rows
+                handle.flush()  # somebody may read along
             try:
-                count = writer.write(messages.get(timeout=_PAUSE))
+                count = write_people(writer, messages.get(timeout=_PAUSE))
             except queue.Empty:
                 continue
             rows += count
@@ -92,7 +94,7 @@ def follow_topic(topic: KeypointTopic, writer: PersonCsvWriter, handle: TextIO, 
     finally:
         subscriber.unregister()
     while not messages.empty():
-        rows += writer.write(messages.get())
+        rows += write_people(writer, messages.get())
     return rows
 
 
@@ -119,7 +121,7 @@ def _run(options: argparse.Namespace) -> int:
     try:
         with _output(options) as handle:
             topic = _topic(options)
-            writer = PersonCsvWriter(handle, options.layout, topic.dimensions, options.missing_joints)
+            writer = KeypointCsvWriter(handle, options.layout, topic.dimensions, options.missing_joints)
             with _bar('message' if options.bags else 'row', handle) as bar:
                 rows = (bags_to_csv(options.bags, topic, writer, options.time == 'stamp', bar) if options.bags else
                         follow_topic(topic, writer, handle, bar))
@@ -178,8 +180,7 @@ def _bar(unit: str, handle: TextIO) -> tqdm:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog=_NAME, description=__doc__,
-                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = command_parser(_NAME, __doc__)
     parser.add_argument('bags', nargs='*', type=Path, metavar='BAG', help='bags, in the order of the recording')
     parser.add_argument('-o', '--output', type=Path, metavar='FILE', help='CSV file to write (default: to stdout)')
     layout = parser.add_mutually_exclusive_group()

@@ -1,86 +1,48 @@
 """Keypoints as CSV: columns, writer and reader. One row per person and frame, or per joint in the long form.
 
-Columns are named as `rostopic echo -p` names the fields of the per-person messages. docs/csv_columns.md says what each
-of them means.
+Columns are named as `rostopic echo -p` names the fields of the per-person messages; see docs/csv_columns.md.
 """
 import csv
 import logging
 import re
 from array import array
-from dataclasses import dataclass
 from operator import itemgetter
 from pathlib import Path
-from typing import Dict, Iterable, Iterator, List, NamedTuple, Optional, Sequence, Set, TextIO, Tuple
+from typing import Iterator, List, Optional, Sequence, TextIO, Tuple
 
 import numpy as np
 
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
-from openpose_ros_tools.tables.keypoint_table import KeypointTable
+from openpose_ros_tools.tables.keypoint_table import (
+    BLOCK_ROWS,
+    FIELDS,
+    MISSING_PART,
+    FrameSplitter,
+    KeypointTable,
+    PersonRow,
+    RowBlock,
+    RowHead,
+    complete_status,
+    table_of,
+)
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING
 
 _log = logging.getLogger(__name__)
 
 LAYOUTS = ('original', 'extended', 'tidy')
-# Fields of a joint in the order of openpose_ros_msgs/BodypartDetection and BodypartDetection_3d, by dimensions.
-FIELDS: Dict[int, Tuple[str, ...]] = {2: ('x', 'y', 'confidence'),
-                                      3: ('x', 'y', 'z', 'confidence', 'status', 'sigma')}
-# What the messages of the original C++ project hold: these fields of the 18 parts of COCO, and the chest.
+# The messages of the original C++ project have these fields of the 18 parts of COCO, and the chest.
 _ORIGINAL_FIELDS = ('x', 'y', 'z', 'confidence')
 _ORIGINAL_JOINTS = MESSAGE_JOINTS[:MESSAGE_JOINTS.index('chest') + 1]
-# A joint that is not known, as the messages have it.
-MISSING_PART: Dict[int, Tuple[float, ...]] = {2: (0.0, 0.0, 0.0), 3: (np.nan, np.nan, np.nan, 0.0, MISSING, np.nan)}
-STATUS_WORDS = {MISSING: 'missing', MEASURED: 'measured', INFERRED: 'inferred'}
+_STATUS_WORDS = {MISSING: 'missing', MEASURED: 'measured', INFERRED: 'inferred'}
 
 _TIME, _NUMBER, _PERSON = '%time', 'field.num_people_detected', 'field.person_ID'
 _SEQUENCE, _STAMP, _FRAME_ID = 'field.header.seq', 'field.header.stamp', 'field.header.frame_id'
 _PART_COLUMN = re.compile(rf'field\.({"|".join(MESSAGE_JOINTS)})\.({"|".join(FIELDS[3])})')
 # Limits of uint32 and of a time [ns], as in messages.
 _MOST, _LATEST = 2 ** 32 - 1, 2 ** 32 * 10 ** 9 - 1
-# Without a stamp, rows belong to one frame if they came within this time [ns]: a node sends the people of a frame one
-# right after the other, and frames are at least 16 ms apart at 60 Hz.
-_ONE_FRAME = 10 * 10 ** 6
-_BLOCK_ROWS = 1024
-# What programs write for a number that is not there: pandas, R, spreadsheets.
+# What pandas, R and spreadsheets write for a missing number.
 _NOT_THERE = ('', 'NA', 'N/A', 'null')
-
-
-class PersonRow(NamedTuple):
-    """A person in a frame.
-
-    Attributes:
-        time: column %time [ns].
-        sequence, stamp [ns], frame_id: of the header; stamp 0: not known.
-        number: people in the frame.
-        person: track id.
-        parts: (K, F) values of `FIELDS` for the K joints `MESSAGE_JOINTS`, missing ones as messages have them.
-    """
-
-    time: int
-    sequence: int
-    stamp: int
-    frame_id: str
-    number: int
-    person: int
-    parts: Sequence[Sequence[float]]
-
-
-@dataclass(frozen=True)
-class RowBlock:
-    """Some rows one after the other: the attributes of `PersonRow`, each as a list; parts: (R, K, F) float32."""
-
-    times: List[int]
-    sequence: List[int]
-    stamps: List[int]
-    frame_ids: List[str]
-    numbers: List[int]
-    ids: List[int]
-    parts: np.ndarray
-
-    def rows(self) -> Iterator[PersonRow]:
-        """Yield the rows."""
-        return map(PersonRow, self.times, self.sequence, self.stamps, self.frame_ids, self.numbers, self.ids,
-                   self.parts.tolist())
 
 
 def columns(layout: str, dimensions: int) -> List[str]:
@@ -110,18 +72,18 @@ class KeypointCsvWriter:
         handle: gets the names of the columns at once.
         layout: one of `LAYOUTS`.
         dimensions: 3 in space, 2 in the image.
-        missing_joints: whether the long form (tidy) has rows for joints that are not known.
+        missing_joints: whether the long form (tidy) has rows for missing joints.
     """
 
     def __init__(self, handle: TextIO, layout: str, dimensions: int, missing_joints: bool = False) -> None:
-        names = columns(layout, dimensions)
+        self.dimensions = dimensions
         self._handle = handle
         self._missing_joints = missing_joints
         self._fields = FIELDS[dimensions]
         self._text = {'original': self._original, 'extended': self._extended, 'tidy': self._tidy}[layout]
         self._frames = FrameSplitter()
         self._frame = -1
-        handle.write(','.join(names) + '\n')
+        handle.write(','.join(columns(layout, dimensions)) + '\n')
 
     def write(self, row: PersonRow) -> None:
         """Add a person."""
@@ -149,51 +111,26 @@ class KeypointCsvWriter:
                 values = [x, y, confidence, status] if confidence > 0 else [np.nan, np.nan, 0.0, status]
             else:
                 x, y, z, confidence, number, sigma = part
-                status = STATUS_WORDS.get(int(number), str(int(number)))
+                status = _STATUS_WORDS.get(int(number), str(int(number)))
                 values = [x, y, z, confidence, status, sigma]
             if status != 'missing' or self._missing_joints:
                 lines.append(f'{head},{joint},{",".join(map(str, values))}\n')
         return ''.join(lines)
 
 
-class FrameSplitter:
-    """Tells where frames begin, from rows in the order of the recording.
-
-    The people of a frame have one stamp and each an id of their own. Where the stamp is not known, as with the columns
-    of the original, they have the same number of people and came within 10 ms.
-    """
-
-    def __init__(self) -> None:
-        self._time = self._stamp = self._number = -1
-        self._ids: Set[int] = set()
-
-    def begins(self, time: int, stamp: int, number: int, person: int) -> bool:
-        """Say whether this row, which follows the one of the last call, is the first of a frame.
-
-        Args:
-            stamp: [ns]; 0: not known.
-        """
-        same = stamp == self._stamp and person not in self._ids
-        if not stamp:
-            same = same and number == self._number and abs(time - self._time) <= _ONE_FRAME
-        if not same:
-            self._time, self._stamp, self._number = time, stamp, number
-            self._ids = set()
-        self._ids.add(person)
-        return not same
-
-
 class KeypointCsv:
     """A CSV file of keypoints that is read row by row: columns of the original, extended, or of `rostopic echo -p`.
 
-    Columns are found by their names, so that their order does not matter. Others than those of `columns` are not read,
-    and joints may be left out. A line that repeats the names is skipped. A last line without its end, as a recording
-    that was cut off has it, is dropped with a warning if it can not be read. Use it as a context manager.
+    Columns are found by their names, in any order. Other columns are ignored, and joints may be missing. Lines that
+    repeat the names are skipped. A last line without its end, as in a recording that was cut off, is dropped with a
+    warning if it can not be read. Use it as a context manager.
+
+    pandas would read it in fewer lines, but takes a line that was cut off for one with empty cells.
 
     Attributes:
         dimensions: 3 in space, 2 in the image.
-        has_stamps, has_frame_ids: whether there are columns of the header.
-        characters: read so far, for a progress bar.
+        has_stamps: whether there is a column of stamps.
+        characters: number of characters that are read, for a progress bar.
 
     Raises:
         BadInputError: the file can not be opened, or columns are missing.
@@ -210,10 +147,12 @@ class KeypointCsv:
         try:
             self._reader = csv.reader(self._counted())
             self._names = self._read_names()
+            self._place = {name: i for i, name in enumerate(self._names)}
             self._find_columns()
         except BaseException:
             self._handle.close()
             raise
+        self.has_stamps = _STAMP in self._place
 
     def __enter__(self) -> 'KeypointCsv':
         return self
@@ -221,39 +160,31 @@ class KeypointCsv:
     def __exit__(self, *_: object) -> None:
         self._handle.close()
 
-    @property
-    def has_stamps(self) -> bool:
-        return _STAMP in self._place
-
-    @property
-    def has_frame_ids(self) -> bool:
-        return _FRAME_ID in self._place
-
     def rows(self) -> Iterator[PersonRow]:
         """Yield the people, in the order of the file; errors as `blocks`."""
         for block in self.blocks():
             yield from block.rows()
 
     def blocks(self) -> Iterator[RowBlock]:
-        """Yield the people some rows at a time.
+        """Yield the people in blocks.
 
         A joint has the status of the file. Without such a column it is MEASURED where its position is known.
 
         Raises:
             BadInputError: a value can not be read; the text names line and column.
         """
-        heads: List[Tuple[int, int, int, str, int, int]] = []
+        heads: List[RowHead] = []
         values: List[array[float]] = []
         lines: List[int] = []
         for head, numbers in self._parsed():
             heads.append(head)
             values.append(numbers)
             lines.append(self._reader.line_num)
-            if len(heads) == _BLOCK_ROWS:
-                yield RowBlock(*map(list, zip(*heads)), self._parts(values, lines))
+            if len(heads) == BLOCK_ROWS:
+                yield RowBlock(heads, self._parts(values, lines))
                 heads, values, lines = [], [], []
         if heads:
-            yield RowBlock(*map(list, zip(*heads)), self._parts(values, lines))
+            yield RowBlock(heads, self._parts(values, lines))
 
     def _counted(self) -> Iterator[str]:
         for line in self._handle:
@@ -267,7 +198,7 @@ class KeypointCsv:
             raise BadInputError(f'{self.path} is empty, expected a line with the names of columns') from None
         except csv.Error as error:
             raise BadInputError(f'{self.path}, line 1: {error}; expected the names of columns') from error
-        if names == columns('tidy', 2) or names == columns('tidy', 3):
+        if names in (columns('tidy', 2), columns('tidy', 3)):
             raise BadInputError(f'{self.path} is in the long form (--tidy), expected one row per person: '
                                 'keypoints_to_csv writes it without --tidy')
         if any(name.startswith('field.persons') for name in names):
@@ -276,16 +207,16 @@ class KeypointCsv:
         return names
 
     def _find_columns(self) -> None:
-        """Find out which column holds what.
+        """Find the columns of the joints.
 
         Raises:
             BadInputError: a column is missing, or there twice.
         """
-        self._place = {name: i for i, name in enumerate(self._names)}
         found = [match for match in map(_PART_COLUMN.fullmatch, self._names) if match]
         self.dimensions = 3 if any(match[2] == 'z' for match in found) else 2
         fields = FIELDS[self.dimensions]
-        joints = [joint for joint in MESSAGE_JOINTS if any(match[1] == joint for match in found)]
+        present = {match[1] for match in found}
+        joints = [joint for joint in MESSAGE_JOINTS if joint in present]
         needed = [_TIME, _NUMBER, _PERSON, *(f'field.{joint}.{field}' for joint in joints or ('nose',)
                                              for field in fields if field in _ORIGINAL_FIELDS)]
         missing = [name for name in needed if name not in self._place]
@@ -300,10 +231,10 @@ class KeypointCsv:
                  for name in [f'field.{joint}.{field}'] if name in self._place]
         self._joint_of, self._field_of, self._value_places = (list(column) for column in zip(*cells))
         self._values_of = itemgetter(*self._value_places)
-        self._tells_status = np.array([f'field.{joint}.status' in self._place for joint in MESSAGE_JOINTS])
+        self._has_status = np.array([f'field.{joint}.status' in self._place for joint in MESSAGE_JOINTS])
 
-    def _parsed(self) -> Iterator[Tuple[Tuple[int, int, int, str, int, int], 'array[float]']]:
-        """Yield header and values of each row."""
+    def _parsed(self) -> Iterator[Tuple[RowHead, 'array[float]']]:
+        """Yield head and values of each row."""
         damaged: Optional[BadInputError] = None
         try:
             for row in self._reader:
@@ -318,19 +249,19 @@ class KeypointCsv:
                     continue
                 yield parsed
         except csv.Error as error:
-            raise BadInputError(f'{self.path}, line {self._reader.line_num}: {error}') from error
+            raise self._error(str(error)) from error
         if damaged and not self._cut_off:
             raise damaged
         if damaged:
             _log.warning('the last line is dropped, as it was cut off: %s', damaged)
 
-    def _parse(self, row: List[str]) -> Tuple[Tuple[int, int, int, str, int, int], 'array[float]']:
+    def _parse(self, row: List[str]) -> Tuple[RowHead, 'array[float]']:
         if len(row) != len(self._names):
-            raise BadInputError(f'{self.path}, line {self._reader.line_num}: {len(row)} values, expected '
-                                f'{len(self._names)} as line 1 has names')
-        head = (self._whole(row, _TIME, _LATEST), self._whole(row, _SEQUENCE, _MOST),
-                self._whole(row, _STAMP, _LATEST), row[self._place[_FRAME_ID]] if self.has_frame_ids else '',
-                self._whole(row, _NUMBER, _MOST), self._whole(row, _PERSON, _MOST))
+            raise self._error(f'{len(row)} values, expected {len(self._names)} as line 1 has names')
+        frame_id = row[self._place[_FRAME_ID]] if _FRAME_ID in self._place else ''
+        head = RowHead(self._whole(row, _TIME, _LATEST), self._whole(row, _SEQUENCE, _MOST),
+                       self._whole(row, _STAMP, _LATEST), frame_id, self._whole(row, _NUMBER, _MOST),
+                       self._whole(row, _PERSON, _MOST))
         try:
             return head, array('f', map(float, self._values_of(row)))
         except ValueError:
@@ -346,8 +277,7 @@ class KeypointCsv:
         except ValueError:
             value = -1
         if not 0 <= value <= most:
-            raise BadInputError(f"{self.path}, line {self._reader.line_num}, column '{name}': expected a whole number "
-                                f"from 0 to {most}, got '{text[:40]}'")
+            raise self._error(f"expected a whole number from 0 to {most}, got '{text[:40]}'", name)
         return value
 
     def _real(self, row: List[str], place: int) -> float:
@@ -355,107 +285,37 @@ class KeypointCsv:
         try:
             return np.nan if text in _NOT_THERE else float(text)
         except ValueError:
-            raise BadInputError(f"{self.path}, line {self._reader.line_num}, column '{self._names[place]}': expected "
-                                f"a number, got '{text[:40]}'") from None
+            raise self._error(f"expected a number, got '{text[:40]}'", self._names[place]) from None
 
-    def _parts(self, values: "List[array[float]]", lines: List[int]) -> np.ndarray:
+    def _parts(self, values: 'Sequence[array[float]]', lines: Sequence[int]) -> np.ndarray:
         """Return the values of the joints of the rows in these lines, (R, K, F) float32."""
-        shape = (len(values), len(MESSAGE_JOINTS), 1)
-        parts = np.tile(np.array(MISSING_PART[self.dimensions], np.float32), shape)
+        parts = np.tile(np.array(MISSING_PART[self.dimensions], np.float32), (len(values), len(MESSAGE_JOINTS), 1))
         parts[:, self._joint_of, self._field_of] = np.frombuffer(b''.join(values), np.float32).reshape(len(values), -1)
         if self.dimensions == 2:
             parts[np.isnan(parts).any(axis=2)] = MISSING_PART[2]
-        else:
-            status = np.where(self._tells_status, parts[..., 4], np.nan)
-            wrong = np.argwhere(~np.isnan(status) & ~np.isin(status, np.arange(256)))
-            if len(wrong):
-                row, joint = wrong[0].tolist()
-                raise BadInputError(f"{self.path}, line {lines[row]}, column 'field.{MESSAGE_JOINTS[joint]}.status': "
-                                    f'expected a whole number from 0 to 255, got {status[row, joint]:g}')
-            complete_status(parts, ~np.isnan(status))
+            return parts
+        status = np.where(self._has_status, parts[..., 4], np.nan)
+        wrong = np.argwhere(~np.isnan(status) & ~np.isin(status, np.arange(256)))
+        if len(wrong):
+            row, joint = wrong[0].tolist()
+            raise self._error(f'expected a whole number from 0 to 255, got {status[row, joint]:g}',
+                              f'field.{MESSAGE_JOINTS[joint]}.status', lines[row])
+        complete_status(parts, ~np.isnan(status))
         return parts
 
-
-def complete_status(parts: np.ndarray, told: np.ndarray) -> None:
-    """Fill in the status of joints in space where a recording does not tell it.
-
-    A joint is MEASURED where its position is known. It is not where the position is not finite, or where all is 0.
-
-    Args:
-        parts: (R, K, 6) float32, changed in place.
-        told: (R, K) bool, joints that have a status.
-    """
-    position, confidence = parts[..., :3], parts[..., 3]
-    known = np.isfinite(position).all(axis=2) & ((confidence != 0) | (position != 0).any(axis=2))
-    parts[..., 4] = np.where(told, parts[..., 4], np.where(known, MEASURED, MISSING))
-    parts[~known & ~told, :3] = np.nan
+    def _error(self, text: str, column: str = '', line: int = 0) -> BadInputError:
+        place = f", column '{column}'" if column else ''
+        return BadInputError(f'{self.path}, line {line or self._reader.line_num}{place}: {text}')
 
 
 def read_keypoint_csv(path: Path) -> KeypointTable:
     """Read a CSV file of keypoints: columns of the original, extended, or of `rostopic echo -p`, in 2D or 3D.
 
     Raises:
-        BadInputError: the file is not there or does not hold that; the text names line and column.
+        BadInputError: the file is not there or contains something else; the text names line and column.
     """
     with KeypointCsv(path) as file:
         return table_of(file.blocks(), file.dimensions)
-
-
-def blocks_of(rows: Iterable[PersonRow]) -> Iterator[RowBlock]:
-    """Yield rows some at a time."""
-    held: List[PersonRow] = []
-    for row in rows:
-        held.append(row)
-        if len(held) == _BLOCK_ROWS:
-            yield _block(held)
-            held = []
-    if held:
-        yield _block(held)
-
-
-def table_of(blocks: Iterable[RowBlock], dimensions: int) -> KeypointTable:
-    """Return the table of all rows.
-
-    Rows without a stamp get the %time of the first row of their frame.
-
-    Args:
-        dimensions: 3 in space, 2 in the image.
-    """
-    held = list(blocks)
-    times, sequence, stamps, frame_ids, numbers, ids = (
-        [value for block in held for value in getattr(block, name)]
-        for name in ('times', 'sequence', 'stamps', 'frame_ids', 'numbers', 'ids'))
-    parts = np.concatenate([np.zeros((0, len(MESSAGE_JOINTS), len(FIELDS[dimensions])), np.float32),
-                            *(block.parts for block in held)])
-    positions = parts[..., :dimensions].copy()
-    confidence = np.where(np.isnan(parts[..., dimensions]), 0, parts[..., dimensions])
-    known = np.isfinite(positions).all(axis=2)
-    if dimensions == 2:
-        known &= confidence > 0
-        status = np.where(known, MEASURED, MISSING)
-        sigma = np.full(known.shape, np.nan)
-    else:
-        known &= parts[..., 4] != MISSING
-        status = np.where(known, parts[..., 4], MISSING)
-        sigma = np.where(known, parts[..., 5], np.nan)
-    positions[~known] = np.nan
-    return KeypointTable(np.array(_known_stamps(times, stamps, numbers, ids), np.int64), sequence,
-                         np.array(frame_ids, np.str_), numbers, ids, positions, confidence, status, sigma)
-
-
-def _known_stamps(times: List[int], stamps: List[int], numbers: List[int], ids: List[int]) -> List[int]:
-    """Return the stamp of each row; where it is 0, the time of the first row of that frame."""
-    frames, known, began = FrameSplitter(), [], 0
-    for time, stamp, number, person in zip(times, stamps, numbers, ids):
-        if frames.begins(time, stamp, number, person):
-            began = time
-        known.append(stamp or began)
-    return known
-
-
-def _block(rows: List[PersonRow]) -> RowBlock:
-    *heads, parts = zip(*rows)
-    return RowBlock(*map(list, heads), np.array(parts, np.float32))
 
 
 def _quoted(text: str) -> str:

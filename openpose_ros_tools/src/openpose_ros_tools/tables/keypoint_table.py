@@ -1,10 +1,91 @@
-"""Keypoints of a whole recording: the one type that passes between tables, comparison and pictures."""
+"""Keypoints of a recording: as rows in its order, one per person and frame, and as one table of arrays."""
 from dataclasses import dataclass, fields
-from typing import Tuple
+from itertools import islice
+from typing import Dict, Iterable, Iterator, List, NamedTuple, Sequence, Set, Tuple
 
 import numpy as np
 
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
+from skeleton_extract_3d.people import MEASURED, MISSING
+
+# Fields of a joint in the order of openpose_ros_msgs/BodypartDetection and BodypartDetection_3d, by dimensions.
+FIELDS: Dict[int, Tuple[str, ...]] = {2: ('x', 'y', 'confidence'),
+                                      3: ('x', 'y', 'z', 'confidence', 'status', 'sigma')}
+# A missing joint, as the messages have it.
+MISSING_PART: Dict[int, Tuple[float, ...]] = {2: (0.0, 0.0, 0.0), 3: (np.nan, np.nan, np.nan, 0.0, MISSING, np.nan)}
+# Rows without a stamp belong to one frame if they came within this time [ns]: a node sends the people of a frame in
+# quick succession, and frames are at least 16 ms apart at 60 Hz.
+_ONE_FRAME = 10 * 10 ** 6
+BLOCK_ROWS = 1024
+"""Number of rows that are converted at a time."""
+
+
+class RowHead(NamedTuple):
+    """A person in a frame, without joints.
+
+    Attributes:
+        time: column %time [ns].
+        sequence, stamp [ns], frame_id: of the header; stamp 0: not known.
+        number: people in the frame.
+        person: track id.
+    """
+
+    time: int
+    sequence: int
+    stamp: int
+    frame_id: str
+    number: int
+    person: int
+
+
+class PersonRow(NamedTuple):
+    """A person in a frame: attributes of `RowHead`; parts: (K, F) values of `FIELDS` for the K `MESSAGE_JOINTS`."""
+
+    time: int
+    sequence: int
+    stamp: int
+    frame_id: str
+    number: int
+    person: int
+    parts: Sequence[Sequence[float]]
+
+
+class RowBlock(NamedTuple):
+    """R successive rows; parts: (R, K, F) float32."""
+
+    heads: List[RowHead]
+    parts: np.ndarray
+
+    def rows(self) -> Iterator[PersonRow]:
+        """Yield the rows."""
+        return (PersonRow(*head, parts) for head, parts in zip(self.heads, self.parts.tolist()))
+
+
+class FrameSplitter:
+    """Tells where frames begin, from rows in the order of the recording.
+
+    The people of a frame have one stamp and different ids. Where the stamp is not known, as with the columns of the
+    original, they have the same number of people and came within 10 ms.
+    """
+
+    def __init__(self) -> None:
+        self._time = self._stamp = self._number = -1
+        self._ids: Set[int] = set()
+
+    def begins(self, time: int, stamp: int, number: int, person: int) -> bool:
+        """Return whether this row, which follows the one of the last call, is the first of a frame.
+
+        Args:
+            stamp: [ns]; 0: not known.
+        """
+        same = stamp == self._stamp and person not in self._ids
+        if not stamp:
+            same = same and number == self._number and abs(time - self._time) <= _ONE_FRAME
+        if not same:
+            self._time, self._stamp, self._number = time, stamp, number
+            self._ids = set()
+        self._ids.add(person)
+        return not same
 
 
 @dataclass(frozen=True)
@@ -21,9 +102,9 @@ class KeypointTable:
         ids: (R,) int64, track ids.
         positions: (R, K, D) float32; NaN where missing.
         confidence: (R, K) float32 [0..1] of the 2D detection.
-        status: (R, K) uint8: MISSING, MEASURED or INFERRED of `skeleton_extract_3d.people`. Where the recording does
-            not tell, as in 2D and with the original's columns, a joint with a position is MEASURED.
-        sigma: (R, K) float32 [m], NaN where MISSING or not told.
+        status: (R, K) uint8: MISSING, MEASURED or INFERRED of `skeleton_extract_3d.people`. Where the recording has no
+            status, as in 2D and with the original's columns, a joint with a position is MEASURED.
+        sigma: (R, K) float32 [m], NaN where MISSING or not known.
 
     Raises:
         ValueError: an array has the wrong shape.
@@ -61,17 +142,72 @@ class KeypointTable:
 
     @property
     def dimensions(self) -> int:
-        """Return 3 in space, 2 in the image."""
+        """3 in space, 2 in the image."""
         return self.positions.shape[-1]
 
     def select(self, rows: np.ndarray) -> 'KeypointTable':
-        """Return the table of some rows.
-
-        Args:
-            rows: (R,) bool, or indices.
-        """
+        """Return the table of some rows, (R,) bool, or indices."""
         return KeypointTable(**{field.name: getattr(self, field.name)[rows] for field in fields(self)})
 
     def of_person(self, person: int) -> 'KeypointTable':
         """Return the rows of one track id."""
         return self.select(self.ids == person)
+
+
+def blocks_of(rows: Iterable[PersonRow]) -> Iterator[RowBlock]:
+    """Yield the blocks of rows."""
+    rows = iter(rows)
+    for block in iter(lambda: list(islice(rows, BLOCK_ROWS)), []):
+        yield RowBlock([RowHead(*row[:-1]) for row in block], np.array([row.parts for row in block], np.float32))
+
+
+def table_of(blocks: Iterable[RowBlock], dimensions: int) -> KeypointTable:
+    """Return the table of all rows.
+
+    Rows without a stamp get the %time of the first row of their frame.
+
+    Args:
+        dimensions: 3 in space, 2 in the image.
+    """
+    heads: List[RowHead] = []
+    pieces = [np.zeros((0, len(MESSAGE_JOINTS), len(FIELDS[dimensions])), np.float32)]
+    for block in blocks:
+        heads += block.heads
+        pieces.append(block.parts)
+    parts = np.concatenate(pieces)
+    positions = parts[..., :dimensions].copy()
+    confidence = np.where(np.isnan(parts[..., dimensions]), 0, parts[..., dimensions])
+    known = np.isfinite(positions).all(axis=2)
+    known &= confidence > 0 if dimensions == 2 else parts[..., 4] != MISSING
+    status = np.where(known, MEASURED if dimensions == 2 else parts[..., 4], MISSING)
+    sigma = np.where(known, np.nan if dimensions == 2 else parts[..., 5], np.nan)
+    positions[~known] = np.nan
+    sequence, frame_ids, numbers, ids = (np.array([getattr(head, name) for head in heads], kind) for name, kind in (
+        ('sequence', np.int64), ('frame_id', np.str_), ('number', np.int64), ('person', np.int64)))
+    return KeypointTable(np.array(_known_stamps(heads), np.int64), sequence, frame_ids, numbers, ids, positions,
+                         confidence, status, sigma)
+
+
+def complete_status(parts: np.ndarray, has_status: np.ndarray) -> None:
+    """Fill in the status of joints in space where a recording does not have it.
+
+    A joint is MEASURED where its position is known: finite, and not all zeros with confidence 0.
+
+    Args:
+        parts: (R, K, 6) float32, changed in place.
+        has_status: (R, K) bool.
+    """
+    position, confidence = parts[..., :3], parts[..., 3]
+    known = np.isfinite(position).all(axis=2) & ((confidence != 0) | (position != 0).any(axis=2))
+    parts[..., 4] = np.where(has_status, parts[..., 4], np.where(known, MEASURED, MISSING))
+    parts[~known & ~has_status, :3] = np.nan
+
+
+def _known_stamps(heads: Iterable[RowHead]) -> List[int]:
+    """Return the stamp of each row; where it is 0, the time of the first row of that frame."""
+    frames, known, began = FrameSplitter(), [], 0
+    for head in heads:
+        if frames.begins(head.time, head.stamp, head.number, head.person):
+            began = head.time
+        known.append(head.stamp or began)
+    return known

@@ -69,7 +69,7 @@ class BagJob:
         only_2d: whether points are ignored.
         copied: topics that are copied, or 'all'.
         markers: whether markers are written.
-        csv_layout: see `PersonCsvWriter`. The table has people in space where there are any, else those in the image.
+        csv_layout: see `KeypointCsvWriter`. The table has people in space where there are any, else those in the image.
         compression: of the bag, one of COMPRESSIONS.
         jobs: number of detector processes; 1: none beside this one.
         threads: of each detector where the parameters leave it open; 0: one per core.

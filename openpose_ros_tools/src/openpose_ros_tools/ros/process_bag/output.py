@@ -17,9 +17,10 @@ from openpose_ros_pkg.output.openpose_json import JSON_SUFFIX, people_to_json
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.ros import convert as convert_2d
 from openpose_ros_tools.ros.bag_files import StampedMessage, open_bag, undamaged
-from openpose_ros_tools.ros.keypoint_rows import PersonCsvWriter
+from openpose_ros_tools.ros.keypoint_bag import write_people
 from openpose_ros_tools.ros.process_bag.input import Frame
 from openpose_ros_tools.ros.process_bag.job import BagJob, BagSettings
+from openpose_ros_tools.tables.keypoint_csv import KeypointCsvWriter
 from skeleton_extract_3d.estimator import Estimate
 from skeleton_extract_3d.people import MISSING, People3D
 from skeleton_extract_3d.ros import convert
@@ -62,7 +63,7 @@ class Results:
         self._csv: Optional[TextIO] = None
         if paths.csv is not None:
             self._csv = paths.csv.open('w', newline='')
-            self._table = PersonCsvWriter(self._csv, job.csv_layout, 3 if in_space else 2)
+            self._table = KeypointCsvWriter(self._csv, job.csv_layout, 3 if in_space else 2)
 
     def __enter__(self) -> 'Results':
         return self
@@ -104,7 +105,7 @@ class Results:
         for person in array.persons:
             self._write('detected_poses_keypoints_3d', person, frame)
         if self._csv is not None:
-            self._table.write(array)
+            write_people(self._table, array)
         if self._publish_tf and len(people):
             self._bag.write('/tf', TFMessage(convert.people_to_transforms(people, header)), frame.time)
         if self._markers is not None:
@@ -123,7 +124,7 @@ class Results:
         for message in messages:
             self._write('detected_poses_keypoints', message, frame)
         if self._csv is not None and not self._in_space:
-            self._table.write(array)
+            write_people(self._table, array)
 
     def _write_markers(self, array: genpy.Message, frame: Frame) -> None:
         header = array.header
