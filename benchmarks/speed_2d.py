@@ -12,7 +12,7 @@ shipped sequence many times.
 import argparse
 import sys
 import time
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Callable, Dict, List, Tuple
 
@@ -21,7 +21,6 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'openpose_ros_pkg' / 'src'))
 
-from openpose_ros_pkg.decode import DecodeParams
 from openpose_ros_pkg.detect.detector import Detector, DetectorSettings, create_detector
 from openpose_ros_pkg.errors import OpenposeRosError
 from openpose_ros_pkg.params.parameters import build
@@ -132,23 +131,11 @@ def decode_table(options: argparse.Namespace) -> List[List[str]]:
     """Time the decoder on what the network says of 1, 5 and 20 people; return the rows of the table."""
     detector = detector_for(options.backends[0], options.sizes[-1], 0, options.model)
     frames = [detector.compute(detector.prepare(picture_of(people))) for people in PEOPLE]
-    rows = []
-    for decoder in ('numpy', 'compiled'):
-        try:
-            decode_params = DecodeParams(decoder=decoder)
-        except OpenposeRosError as error:
-            sys.stderr.write(f'the {decoder} decoder is left out: {error}\n')
-            continue
-        cases = {}
-        for people, frame in zip(PEOPLE, frames):
-            settings = replace(frame.setup.settings, decode=decode_params)
-            frame = replace(frame, setup=replace(frame.setup, settings=settings))
-            cases[people] = Case(lambda f=frame: detector.finish(f))
-        found = [len(case.call()) for case in cases.values()]
-        time_rounds(cases, 10 * options.rounds)
-        rows.append([decoder, *(f'{case.median:.2f}' for case in cases.values()),
-                     f'{ratio(cases[PEOPLE[-1]], cases[PEOPLE[0]]):.2f}', '/'.join(str(number) for number in found)])
-    return rows
+    cases = {people: Case(lambda f=frame: detector.finish(f)) for people, frame in zip(PEOPLE, frames)}
+    found = [len(case.call()) for case in cases.values()]
+    time_rounds(cases, 10 * options.rounds)
+    return [[*(f'{case.median:.2f}' for case in cases.values()),
+             f'{ratio(cases[PEOPLE[-1]], cases[PEOPLE[0]]):.2f}', '/'.join(str(number) for number in found)]]
 
 
 def show(title: str, head: List[str], rows: List[List[str]]) -> None:
@@ -174,7 +161,7 @@ def main() -> None:
           'opencv_dnn / this'], whole_table(options))
     if options.model == 'mobilenet_thin':
         show(f'decoding at {options.sizes[-1]}, ms',
-             ['decoder', *(f'{people} people' for people in PEOPLE), f'{PEOPLE[-1]} / {PEOPLE[0]}', 'found'],
+             [*(f'{people} people' for people in PEOPLE), f'{PEOPLE[-1]} / {PEOPLE[0]}', 'found'],
              decode_table(options))
 
 

@@ -4,8 +4,8 @@ The picture is a chart: blue grows with x, green with y. So a stand-in knows whe
 however the detector has scaled, cut, mirrored and padded the picture, and what it answers is as true as the input.
 """
 import numpy as np
-from test_decode import FRONT, render_fields
 
+from known_fields import FRONT, render_fields
 from openpose_ros_pkg.networks.backends import BackendParams
 from openpose_ros_pkg.skeletons import COCO_17, COCO_18
 

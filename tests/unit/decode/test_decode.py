@@ -1,73 +1,17 @@
 """The decoder on synthetic confidence maps and affinity fields with known people."""
 import dataclasses
+import threading
 import time
 
 import numpy as np
+import openpose_ros_decode
 import pytest
 
-from openpose_ros_pkg.decode import DecodeParams, decode
-from openpose_ros_pkg.decode.assembly import assemble
-from openpose_ros_pkg.decode.limbs import LimbCandidates, score_limbs
-from openpose_ros_pkg.decode.peaks import Peaks, find_peaks
+from known_fields import NET, STRIDE, render_fields, standing_person
+from openpose_ros_pkg.decode.paf import DecodeParams, assemble, decode_fields, find_peaks, score_limbs
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.networks.models import MOBILENET_THIN
-from openpose_ros_pkg.skeletons import COCO_18
-
-STRIDE = MOBILENET_THIN.stride
-NET = (368, 656)  # height, width
-# A person who faces the camera: x, y of the 18 joints in units of the body's height from nose to ankle. The person's
-# right is at the picture's left.
-FRONT = np.array([
-    (0.000, 0.00), (0.000, 0.14), (-0.11, 0.15), (-0.16, 0.32), (-0.19, 0.47), (0.11, 0.15), (0.16, 0.32),
-    (0.19, 0.47), (-0.07, 0.50), (-0.08, 0.76), (-0.09, 1.00), (0.07, 0.50), (0.08, 0.76), (0.09, 1.00),
-    (-0.03, -0.03), (0.03, -0.03), (-0.07, -0.01), (0.07, -0.01)])
-
-
-def standing_person(x: float, y: float, height: float) -> np.ndarray:
-    """Return (18, 2) float64 network pixels of a person whose nose is at x, y."""
-    return FRONT * height + (x, y)
-
-
-def render_fields(people, net=NET, missing=(), sharpness=1.0, skeleton=COCO_18):
-    """Draw the fields that a perfect network would give, (57, h, w) float32 for COCO_18.
-
-    Joints are Gaussians of 8 network pixels as in training; a limb's field is a unit vector within one cell of the
-    limb's line, averaged where limbs of several people cross.
-
-    Args:
-        people: (K, 2) network pixels each.
-        net: (height, width) of the network's input.
-        missing: joints that are not drawn, nor limbs that end there.
-        sharpness: height of the Gaussians.
-        skeleton: joint set; the confidence map of the background and the fields follow its joints.
-    """
-    height, width = net[0] // STRIDE, net[1] // STRIDE
-    v, u = np.mgrid[:height, :width].astype(float)
-    heat = np.zeros((len(skeleton.joints) + 1, height, width))
-    paf = np.zeros((2 * len(skeleton.limbs), height, width))
-    index = skeleton.index
-    count = np.zeros((len(skeleton.limbs), height, width))
-    for person in people:
-        cells = (np.asarray(person) + 0.5) / STRIDE - 0.5
-        for joint, name in enumerate(skeleton.joints):
-            if name not in missing:
-                squared = (u - cells[joint, 0]) ** 2 + (v - cells[joint, 1]) ** 2
-                heat[joint] = np.maximum(heat[joint], sharpness * np.exp(-squared / 2))
-        for i, limb in enumerate(skeleton.limbs):
-            if limb.start in missing or limb.end in missing:
-                continue
-            start, vector = cells[index[limb.start]], cells[index[limb.end]] - cells[index[limb.start]]
-            length = max(np.hypot(*vector), 1e-9)
-            unit = vector / length
-            along = (u - start[0]) * unit[0] + (v - start[1]) * unit[1]
-            across = (u - start[0]) * unit[1] - (v - start[1]) * unit[0]
-            inside = (along >= -1) & (along <= length + 1) & (np.abs(across) <= 1)
-            paf[list(limb.paf)] += inside * unit[:, None, None]
-            count[i] += inside
-    for i, limb in enumerate(skeleton.limbs):
-        paf[list(limb.paf)] /= np.maximum(count[i], 1)
-    heat[-1] = 1 - heat[:-1].max(axis=0)
-    return np.concatenate([heat, paf]).astype(np.float32)
+from openpose_ros_pkg.skeletons import COCO_18, SKELETONS, Limb, SkeletonModel
 
 
 def in_order(keypoints):
@@ -76,7 +20,7 @@ def in_order(keypoints):
 
 
 def decoded(fields, **params):
-    return decode(fields, MOBILENET_THIN, DecodeParams(**params))
+    return decode_fields(fields, MOBILENET_THIN, DecodeParams(**params))
 
 
 def assert_found(fields, people, atol=0.5, **params):
@@ -114,9 +58,21 @@ def test_the_fields_are_not_modified():
     np.testing.assert_array_equal(fields, before)
 
 
+FIVE = [standing_person(x, 50 + 3 * i, 200 + 12 * i) for i, x in enumerate((70, 190, 320, 450, 580))]
+
+
 def test_five_people():
-    people = [standing_person(x, 50 + 3 * i, 200 + 12 * i) for i, x in enumerate((70, 190, 320, 450, 580))]
-    assert_found(render_fields(people), people)
+    assert_found(render_fields(FIVE), FIVE)
+
+
+def test_a_crowd():
+    """Twenty people in rows of ten, who overlap their neighbours."""
+    people = [standing_person(40 + 60 * (i % 10) + 0.3 * i, 20 + 175 * (i // 10), 140 + i % 5) for i in range(20)]
+    keypoints, _ = decoded(render_fields(people))
+    assert len(keypoints) == 20
+    for person in people:
+        nearest = keypoints[np.abs(keypoints[:, 1, :2] - person[1]).sum(axis=1).argmin()]
+        np.testing.assert_allclose(nearest[:, :2], person, atol=2)
 
 
 def test_two_people_whose_arms_cross():
@@ -151,15 +107,14 @@ def test_weak_fields_are_nobody():
     assert len(decoded(fields, person_min_score=0.1)[0]) == 1
 
 
-@pytest.mark.parametrize('decoder', ['auto', 'numpy'])
 @pytest.mark.parametrize('networks, users, found', [
     (0.0, 0.05, 1), (0.6, 0.05, 0), (0.3, 0.05, 1), (0.3, 0.6, 0)],
     ids=['none of its own', 'too high', 'low enough', "the user's is higher"])
-def test_networks_have_a_threshold_of_their_own_and_the_higher_one_counts(networks, users, found, decoder):
+def test_networks_have_a_threshold_of_their_own_and_the_higher_one_counts(networks, users, found):
     """Peaks of 0.5; MPI's networks see joints everywhere below 0.6."""
     fields = render_fields([standing_person(300, 60, 250)], sharpness=0.5)
     model = dataclasses.replace(MOBILENET_THIN, peak_threshold=networks)
-    assert len(decode(fields, model, DecodeParams(decoder=decoder, peak_threshold=users))[0]) == found
+    assert len(decode_fields(fields, model, DecodeParams(peak_threshold=users))[0]) == found
 
 
 # --- borders --------------------------------------------------------------------------------------------------------
@@ -177,7 +132,7 @@ def test_joint_in_the_outermost_cell_is_off_by_half_a_cell_at_most(x):
     v, u = np.mgrid[:46, :82]
     heat = np.exp(-((u - ((x + 0.5) / STRIDE - 0.5)) ** 2 + (v - 20) ** 2) / 2)[None].astype(np.float32)
     peaks = peaks_of(heat)
-    np.testing.assert_allclose(peaks.xy, [[x, (20 + 0.5) * STRIDE - 0.5]], atol=STRIDE / 2)
+    np.testing.assert_allclose(places(peaks), [[x, (20 + 0.5) * STRIDE - 0.5]], atol=STRIDE / 2)
 
 
 @pytest.mark.parametrize('x, inside', [(0.0, 'left'), (655.0, 'right')])
@@ -207,7 +162,7 @@ def test_person_cut_by_the_lower_border():
 def test_joints_in_the_padding_are_no_detections():
     person = standing_person(580, 50, 290)
     valid = (int(person[COCO_18.index['left_elbow'], 0]), NET[0])
-    keypoints, _ = decode(render_fields([person]), MOBILENET_THIN, DecodeParams(), valid)
+    keypoints, _ = decode_fields(render_fields([person]), MOBILENET_THIN, DecodeParams(), valid)
     beyond = person[:, 0] > valid[0] - 0.5
     assert beyond.sum() == 2  # left elbow and wrist
     np.testing.assert_array_equal(np.isnan(keypoints[0, :, 0]), beyond)
@@ -241,8 +196,12 @@ def test_mirrored_fields_give_mirrored_people_with_left_and_right_swapped():
 
 # --- peaks ----------------------------------------------------------------------------------------------------------
 
-def peaks_of(heatmaps, upsample=2, threshold=0.05, per_joint=64, total=576, **kwargs):
-    return find_peaks(heatmaps, STRIDE, upsample, threshold, per_joint, total, **kwargs)
+def peaks_of(heatmaps, upsample=2, **params):
+    return find_peaks(heatmaps, MOBILENET_THIN, DecodeParams(heatmap_upsample=upsample, **params))
+
+
+def places(peaks):
+    return np.stack([peaks['x'], peaks['y']], axis=1)
 
 
 @pytest.mark.parametrize('upsample, tolerance', [(1, 0.5), (2, 0.2), (4, 0.2)])
@@ -254,7 +213,7 @@ def test_sub_pixel_position(upsample, tolerance):
         heat = np.exp(-((u - centre[0]) ** 2 + (v - centre[1]) ** 2) / 2)[None].astype(np.float32)
         peaks = peaks_of(heat, upsample)
         assert len(peaks) == 1
-        np.testing.assert_allclose(peaks.xy[0], (centre + 0.5) * STRIDE - 0.5, atol=tolerance)
+        np.testing.assert_allclose(places(peaks)[0], (centre + 0.5) * STRIDE - 0.5, atol=tolerance)
 
 
 @pytest.mark.parametrize('cell', [(0, 0), (0, 81), (45, 0), (45, 81), (20, 40)])
@@ -262,8 +221,8 @@ def test_peak_in_a_corner_cell(cell):
     heat = np.zeros((1, 46, 82), np.float32)
     heat[0][cell] = 1
     peaks = peaks_of(heat, upsample=1)
-    np.testing.assert_allclose(peaks.xy, [[(cell[1] + 0.5) * STRIDE - 0.5, (cell[0] + 0.5) * STRIDE - 0.5]])
-    assert peaks.score.tolist() == [1]
+    np.testing.assert_allclose(places(peaks), [[(cell[1] + 0.5) * STRIDE - 0.5, (cell[0] + 0.5) * STRIDE - 0.5]])
+    assert peaks['score'].tolist() == [1]
 
 
 def test_two_equal_neighbours_are_one_peak():
@@ -271,26 +230,26 @@ def test_two_equal_neighbours_are_one_peak():
     heat[0, 5, 4:6] = 0.5
     peaks = peaks_of(heat, upsample=1)
     assert len(peaks) == 1
-    assert peaks.xy[0, 0] == pytest.approx(5 * STRIDE - 0.5)  # between the two
+    assert peaks['x'][0] == pytest.approx(5 * STRIDE - 0.5)  # between the two
 
 
 def test_threshold_is_exclusive_and_scores_end_at_one():
     heat = np.zeros((2, 10, 10), np.float32)
     heat[0, 5, 5], heat[1, 5, 5] = 0.05, 1.08
     peaks = peaks_of(heat, upsample=1)
-    assert peaks.joint.tolist() == [1] and peaks.score.tolist() == [1]
+    assert peaks['joint'].tolist() == [1] and peaks['score'].tolist() == [1]
 
 
 def test_caps_keep_the_strongest():
     heat = np.zeros((2, 21, 21), np.float32)
     heat[:, 1::2, 1::2] = np.random.default_rng(4).uniform(0.1, 0.9, (2, 10, 10))
     heights = np.sort(heat[:, 1::2, 1::2].reshape(2, -1), axis=1)[:, ::-1]
-    per_joint = peaks_of(heat, 1, per_joint=5)
-    assert per_joint.joint.tolist() == [0] * 5 + [1] * 5
-    np.testing.assert_array_equal(per_joint.score.reshape(2, 5), heights[:, :5])
-    total = peaks_of(heat, 1, per_joint=100, total=7)
-    np.testing.assert_array_equal(np.sort(total.score)[::-1], np.sort(heights.ravel())[::-1][:7])
-    assert (np.diff(total.joint) >= 0).all()
+    per_joint = peaks_of(heat, 1, max_peaks_per_joint=5)
+    assert per_joint['joint'].tolist() == [0] * 5 + [1] * 5
+    np.testing.assert_array_equal(per_joint['score'].reshape(2, 5), heights[:, :5])
+    total = peaks_of(heat, 1, max_peaks_per_joint=100, max_peaks=7)
+    np.testing.assert_array_equal(np.sort(total['score'])[::-1], np.sort(heights.ravel())[::-1][:7])
+    assert (np.diff(total['joint']) >= 0).all()
 
 
 @pytest.mark.parametrize('amplitude', [0.2, 1.0])
@@ -307,13 +266,18 @@ def test_noise_takes_bounded_time_and_gives_bounded_people(amplitude):
 
 # --- limbs ----------------------------------------------------------------------------------------------------------
 
+def peak_records(joints, xy, scores):
+    return np.array([(joint, *place, score) for joint, place, score in zip(joints, xy, scores)],
+                    openpose_ros_decode.PEAK)
+
+
 def elbow_and_wrist(elbow, wrist):
-    joints = np.array([COCO_18.index['right_elbow'], COCO_18.index['right_wrist']])
-    return Peaks(joints, np.array([elbow, wrist], np.float32), np.array([0.9, 0.8], np.float32))
+    joints = [COCO_18.index['right_elbow'], COCO_18.index['right_wrist']]
+    return peak_records(joints, [elbow, wrist], [0.9, 0.8])
 
 
 def limb_scores(pafs, elbow, wrist):
-    return score_limbs(pafs, elbow_and_wrist(elbow, wrist), COCO_18, STRIDE, 10, 0.05, 0.8)
+    return score_limbs(pafs, elbow_and_wrist(elbow, wrist), MOBILENET_THIN, DecodeParams())
 
 
 def forearm_field(x, y):
@@ -325,9 +289,9 @@ def forearm_field(x, y):
 
 def test_limb_along_the_field_scores_its_strength():
     limbs = limb_scores(forearm_field(0.7, 0), (100, 100), (180, 100))
-    assert (limbs.start.tolist(), limbs.end.tolist()) == ([0], [1])
-    assert COCO_18.limbs[limbs.limb[0]].end == 'right_wrist'
-    assert limbs.score[0] == pytest.approx(0.7)
+    assert (limbs['start'].tolist(), limbs['end'].tolist()) == ([0], [1])
+    assert COCO_18.limbs[limbs['limb'][0]].end == 'right_wrist'
+    assert limbs['score'][0] == pytest.approx(0.7)
 
 
 @pytest.mark.parametrize('field', [(0, 0), (-0.7, 0), (0, 0.7)], ids=['none', 'opposite', 'across'])
@@ -344,38 +308,36 @@ def test_enough_samples_must_support_a_limb():
 
 
 def test_limb_longer_than_half_the_height_pays():
-    score = limb_scores(forearm_field(0.7, 0), (20, 100), (20 + 2 * 184, 100)).score[0]
+    score = limb_scores(forearm_field(0.7, 0), (20, 100), (20 + 2 * 184, 100))['score'][0]
     assert score == pytest.approx(0.7 + 0.5 - 1)
 
 
 def test_foreshortened_limb_joins_without_a_field_but_proves_nothing():
     limbs = limb_scores(forearm_field(0, 0), (100, 100), (102, 101))
-    assert limbs.score.tolist() == [0]
+    assert limbs['score'].tolist() == [0]
     assert len(limb_scores(forearm_field(0, 0), (100, 100), (104, 100))) == 0
 
 
 def test_coincident_peaks_are_no_division_by_zero():
-    with np.errstate(all='raise'):
-        assert np.isfinite(limb_scores(forearm_field(0.7, 0), (100, 100), (100, 100)).score).all()
+    assert np.isfinite(limb_scores(forearm_field(0.7, 0), (100, 100), (100, 100))['score']).all()
 
 
 def test_without_peaks_no_limbs():
-    nothing = Peaks(np.zeros(0, np.int64), np.zeros((0, 2), np.float32), np.zeros(0, np.float32))
-    assert len(score_limbs(np.zeros((38, 4, 4), np.float32), nothing, COCO_18, STRIDE, 10, 0.05, 0.8)) == 0
+    nothing = np.zeros(0, openpose_ros_decode.PEAK)
+    assert len(score_limbs(np.zeros((38, 4, 4), np.float32), nothing, MOBILENET_THIN, DecodeParams())) == 0
 
 
 # --- assembly -------------------------------------------------------------------------------------------------------
 
 def people_from(joints, limbs, heights=None, min_joints=2):
     """Assemble peaks, given by joint name, and limbs, given as (start, end, score) in peak numbers."""
-    peaks = Peaks(np.array([COCO_18.index[joint] for joint in joints]),
-                  np.stack([np.arange(len(joints))] * 2, axis=1).astype(np.float32),
-                  np.array(heights or [0.5] * len(joints), np.float32))
+    peaks = peak_records([COCO_18.index[joint] for joint in joints], [(i, i) for i in range(len(joints))],
+                         heights or [0.5] * len(joints))
     names = [(limb.start, limb.end) for limb in COCO_18.limbs]
-    kinds = [names.index((joints[start], joints[end])) for start, end, _ in limbs]
-    start, end, score = (np.array(column) for column in zip(*limbs))
-    keypoints, scores = assemble(peaks, LimbCandidates(np.array(kinds), start, end, score.astype(np.float32)),
-                                 COCO_18, min_joints, 0.0)
+    candidates = np.array([(names.index((joints[start], joints[end])), start, end, score)
+                           for start, end, score in limbs], openpose_ros_decode.LIMB_CANDIDATE)
+    keypoints, scores = assemble(candidates, peaks, COCO_18,
+                                 DecodeParams(person_min_joints=min_joints, person_min_score=0.0))
     return [{joint: int(person[COCO_18.index[joint], 0]) for joint in COCO_18.joints
              if person[COCO_18.index[joint], 2] > 0} for person in keypoints], scores
 
@@ -437,3 +399,92 @@ def test_person_needs_enough_joints():
 def test_bad_parameter_is_refused(key, value):
     with pytest.raises(ParameterError, match=key):
         DecodeParams(**{key: value})
+
+
+def test_the_old_choice_of_a_decoder_is_read_and_without_effect():
+    fields = render_fields([standing_person(300, 60, 250)])
+    for choice in ('auto', 'compiled', 'numpy'):
+        assert len(decoded(fields, decoder=choice)[0]) == 1
+    with pytest.raises(ParameterError, match=r"'decoder' = 'cuda'.*'auto', 'compiled', 'numpy'"):
+        DecodeParams(decoder='cuda')
+
+
+# --- other networks, layouts and threads ----------------------------------------------------------------------------
+
+# Limbs that run against the order of the joints, joints without a limb, and one limb that starts nobody.
+ODD_SKELETON = SkeletonModel(
+    name='ODD', joints=('tail', 'body', 'head', 'nothing', 'paw'), drawn_limbs=(), colours=((0, 0, 0),) * 5,
+    limbs=(Limb('head', 'body', (5, 2)), Limb('body', 'tail', (0, 1)),
+           Limb('paw', 'tail', (4, 3), starts_person=False)))
+PAF_SKELETONS = [ODD_SKELETON, *(skeleton for skeleton in SKELETONS.values() if skeleton.limbs)]
+
+
+@pytest.mark.parametrize('skeleton', PAF_SKELETONS, ids=lambda skeleton: skeleton.name)
+def test_people_of_all_skeletons(skeleton):
+    """Every joint that a limb reaches is where it was drawn."""
+    model = dataclasses.replace(MOBILENET_THIN, skeleton=skeleton, heatmaps=len(skeleton.joints) + 1)
+    random = np.random.default_rng(1)
+    people = [np.array([x, 180]) + random.uniform(-80, 80, (len(skeleton.joints), 2)) for x in (120, 330, 540)]
+    keypoints, _ = decode_fields(render_fields(people, skeleton=skeleton), model, DecodeParams(person_min_joints=2))
+    assert len(keypoints) == 3
+    reached = [skeleton.index[name] for name in {end for limb in skeleton.limbs for end in (limb.start, limb.end)}]
+    for person in people:
+        found = min(keypoints, key=lambda found: np.abs(found[reached, :2] - person[reached]).max())
+        np.testing.assert_allclose(found[reached, :2], person[reached], atol=1)
+
+
+def test_fields_of_any_layout_are_read_and_left_alone():
+    fields = np.asfortranarray(render_fields(FIVE))
+    fields.flags.writeable = False
+    before = fields.copy()
+    assert_found(fields, FIVE)
+    np.testing.assert_array_equal(fields, before)
+
+
+@pytest.mark.parametrize('channels', [57 - 1, 19])
+def test_too_few_channels_are_refused(channels):
+    with pytest.raises(ValueError, match=f'channels that are not there: {channels - 19}'):
+        decoded(np.zeros((channels, 4, 4), np.float32))
+
+
+def test_maps_have_three_axes():
+    with pytest.raises(ValueError, match='dimensions'):
+        score_limbs(np.zeros((38, 4), np.float32), peak_records([], [], []), MOBILENET_THIN, DecodeParams())
+
+
+def test_threads_decode_at_once():
+    scenes = [render_fields(FIVE[:count]) for count in (1, 2, 3, 4)]
+    found = [[] for _ in scenes]
+
+    def decode_often(scene, results):
+        for _ in range(20):
+            results.append(len(decoded(scene)[0]))
+
+    threads = [threading.Thread(target=decode_often, args=pair) for pair in zip(scenes, found)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert found == [[count] * 20 for count in (1, 2, 3, 4)]
+
+
+def test_other_threads_run_while_it_computes():
+    """A million pairs: over 100 turns where the machine is idle, 1 if Python's lock were held."""
+    heatmaps = np.random.default_rng(0).uniform(0, 1, (18, 400, 400)).astype(np.float32)
+    params = DecodeParams(heatmap_upsample=1, max_peaks_per_joint=1000, max_peaks=18000, limb_samples=50,
+                          limb_sample_threshold=0.0, limb_min_support=0.0)
+    peaks = find_peaks(heatmaps, MOBILENET_THIN, params)
+    pafs = np.ones((38, 400, 400), np.float32)
+    done = []
+
+    def score_for_long():
+        done.append(len(score_limbs(pafs, peaks[peaks['joint'] < 3], MOBILENET_THIN, params)))
+
+    thread = threading.Thread(target=score_for_long)
+    thread.start()
+    turns = 0
+    while not done:
+        time.sleep(0.001)
+        turns += 1
+    thread.join()
+    assert done[0] > 100_000 and turns > 5

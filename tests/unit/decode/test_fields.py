@@ -1,10 +1,10 @@
 """The mean of fields over sizes and the mirror image shows the people who are there."""
 import numpy as np
 import pytest
-from test_decode import render_fields
 
-from openpose_ros_pkg.decode import DecodeParams, decode
+from known_fields import render_fields
 from openpose_ros_pkg.decode.fields import average_fields
+from openpose_ros_pkg.decode.paf import DecodeParams, decode_fields
 from openpose_ros_pkg.networks.models import MODELS
 from openpose_ros_pkg.networks.preprocess import fit_image
 
@@ -57,7 +57,7 @@ def mean_of(people, size, model, *looks):
 
 def assert_people(plan, fields, people, model, atol):
     """All of them and nobody else, whole, each joint under its name and within `atol` pixels of the network."""
-    keypoints, _ = decode(fields, model, DecodeParams(), plan.scaled_size)
+    keypoints, _ = decode_fields(fields, model, DecodeParams(), plan.scaled_size)
     assert len(keypoints) == len(people)
     order = np.argsort(keypoints[:, model.skeleton.index['neck'], 0])
     for found, person in zip(keypoints[order], people):

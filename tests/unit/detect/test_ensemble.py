@@ -3,8 +3,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from test_decode import FRONT
 
+from known_fields import FRONT
 from openpose_ros_pkg.detect.ensemble import group, most_alike, person_score, vote, without_duplicates
 from openpose_ros_pkg.detect.oks import sigmas
 from openpose_ros_pkg.people import People2D

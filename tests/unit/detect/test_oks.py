@@ -1,8 +1,8 @@
 """The object keypoint similarity: values computed by hand, and how it behaves."""
 import numpy as np
 import pytest
-from test_decode import FRONT
 
+from known_fields import FRONT
 from openpose_ros_pkg.detect.oks import area, extent, sigmas, similarity
 from openpose_ros_pkg.skeletons import COCO_17, COCO_18, SKELETONS
 

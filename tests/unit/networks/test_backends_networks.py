@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 
 import tiny_networks
-from openpose_ros_pkg.decode import DecodeParams, decode
 from openpose_ros_pkg.decode.direct import DirectDecodeParams, decode_direct
+from openpose_ros_pkg.decode.paf import DecodeParams, decode_fields
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks.backends import BackendParams, create_backend
 from openpose_ros_pkg.networks.backends.arrays import one_by_one
@@ -270,7 +270,7 @@ def test_a_person_painted_in_colours_is_found_by_a_network_that_reads_them(runti
     image = cv2.resize(cells, None, fx=8, fy=8, interpolation=cv2.INTER_NEAREST)
     backend = load(model, onnx_file(tmp_path, tiny_networks.onnx_fields([weights])), runtime)
     fields = backend.infer(image[np.newaxis])[0][0]
-    keypoints, scores = decode(fields, model, DecodeParams(person_min_joints=2), (160, 96))
+    keypoints, scores = decode_fields(fields, model, DecodeParams(person_min_joints=2), (160, 96))
     assert len(scores) == 1
     np.testing.assert_allclose(keypoints[0, neck], [13.5 * 8 - 0.5, 6.5 * 8 - 0.5, 1], atol=0.5)
     np.testing.assert_allclose(keypoints[0, shoulder], [5.5 * 8 - 0.5, 6.5 * 8 - 0.5, 1], atol=0.5)

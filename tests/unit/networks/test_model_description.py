@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import yaml
 
-from openpose_ros_pkg.decode import DecodeParams, decode
+from openpose_ros_pkg.decode.paf import DecodeParams, decode_fields
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks.model_description import read_description
 from openpose_ros_pkg.networks.models import InputRecipe, WeightsFile, find_model, weights_path
@@ -83,7 +83,7 @@ def test_its_people_are_decoded(tmp_path):
         vector = np.subtract(cells[limb['end']], cells[limb['start']])
         for channel, component in zip(limb['paf'], vector / np.hypot(*vector)):
             fields[model.heatmaps + channel] = component
-    keypoints, _ = decode(fields, model, DecodeParams())
+    keypoints, _ = decode_fields(fields, model, DecodeParams())
     assert len(keypoints) == 1
     expected = (np.array([cells[joint] for joint in ARMS['joints']]) + 0.5) * model.stride - 0.5
     np.testing.assert_allclose(keypoints[0, :, :2], expected, atol=1)

@@ -3,8 +3,8 @@ import time
 
 import numpy as np
 import pytest
-from test_decode import standing_person
 
+from known_fields import standing_person
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.output.draw import DrawParams, draw_people, person_colour
 from openpose_ros_pkg.people import People2D

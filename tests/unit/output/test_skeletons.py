@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 
-from openpose_ros_pkg.decode import DecodeParams, decode
+from openpose_ros_pkg.decode.paf import DecodeParams, decode_fields
 from openpose_ros_pkg.networks.models import MOBILENET_THIN, MODELS
 from openpose_ros_pkg.skeletons import (
     BODY_25,
@@ -122,7 +122,7 @@ def find(skeleton, people):
     fields = render(skeleton.name, people)
     model = dataclasses.replace(MOBILENET_THIN, skeleton=skeleton, heatmaps=len(skeleton.joints) + 1)
     assert len(fields) == model.channels
-    keypoints, scores = decode(fields, model, DecodeParams())
+    keypoints, scores = decode_fields(fields, model, DecodeParams())
     assert (scores > 0.8).all()
     return keypoints[np.argsort(keypoints[:, skeleton.index['neck'], 0])]
 

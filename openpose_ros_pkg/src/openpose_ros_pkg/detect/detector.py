@@ -5,8 +5,8 @@ from typing import Dict, List, Optional, Tuple
 
 import numpy as np
 
-from openpose_ros_pkg.decode import DecodeParams
 from openpose_ros_pkg.decode.direct import DirectDecodeParams
+from openpose_ros_pkg.decode.paf import DecodeParams
 from openpose_ros_pkg.detect.ensemble import EnsembleParams, Opinions, group, person_score, vote, without_duplicates
 from openpose_ros_pkg.detect.looks import People, View, look_closer, people_of_look, views_of
 from openpose_ros_pkg.detect.oks import sigmas
@@ -113,6 +113,8 @@ class Detector:
     """
 
     def __init__(self, settings: DetectorSettings, networks: Networks) -> None:
+        if settings.decode.decoder != 'auto':
+            _log.warning("parameter 'decoder' = %r has no effect: there is one decoder", settings.decode.decoder)
         self._networks = networks
         self.lock = FairLock()
         self._setup = _Setup(*self._load(settings.detector), settings)

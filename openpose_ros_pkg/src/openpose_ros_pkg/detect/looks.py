@@ -4,9 +4,9 @@ from typing import List, Optional, Sequence, Tuple
 
 import numpy as np
 
-from openpose_ros_pkg.decode import DecodeParams, decode
 from openpose_ros_pkg.decode.direct import DirectDecodeParams, decode_direct
 from openpose_ros_pkg.decode.fields import average_fields
+from openpose_ros_pkg.decode.paf import DecodeParams, decode_fields
 from openpose_ros_pkg.detect.ensemble import most_alike
 from openpose_ros_pkg.detect.oks import extent
 from openpose_ros_pkg.detect.recipes import CLOSE_MODEL, CloserLook, Look
@@ -80,7 +80,7 @@ def people_of_look(look: Look, views: Sequence[View], decode_params: DecodeParam
         fields = [view.outputs[0] if len(view.outputs) == 1 else np.concatenate(view.outputs) for view in views]
         plan = views[0].plan
         mean = average_fields(fields, [view.plan for view in views], [view.mirror for view in views], model)
-        keypoints, scores = decode(mean, model, decode_params, plan.scaled_size)
+        keypoints, scores = decode_fields(mean, model, decode_params, plan.scaled_size)
         keypoints[..., :2] = plan.to_image(keypoints[..., :2])
         return [(keypoints, scores)]
     return [_direct(look.model.skeleton, view, decode_direct(view.outputs, model, direct_params, view.plan.net_size,

