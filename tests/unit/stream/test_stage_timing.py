@@ -3,7 +3,7 @@ import math
 
 import pytest
 
-from openpose_ros_pkg.stream.stage_timing import StageTiming
+from openpose_ros_pkg.stream.stage_timing import StageTiming, Stopwatch
 
 
 def test_nothing_yet():
@@ -52,3 +52,13 @@ def test_memory_is_bounded():
 def test_unknown_stage():
     with pytest.raises(KeyError):
         StageTiming(('network',), 1.0).add('netwrok', 1.0, 1.0)
+
+
+def test_a_stopwatch_measures_stages_and_leaves_out_what_is_between(monkeypatch):
+    times = iter([1.0, 1.5, 3.0, 3.25])
+    monkeypatch.setattr('time.perf_counter', lambda: next(times))
+    watch = Stopwatch()
+    watch.lap('first')
+    watch.restart()
+    watch.lap('second')
+    assert watch.laps == {'first': 0.5, 'second': 0.25}

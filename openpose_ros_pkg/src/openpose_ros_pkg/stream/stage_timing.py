@@ -1,5 +1,6 @@
 """Where the time of a frame goes: durations of its stages over a sliding window."""
 import threading
+import time
 from collections import deque
 from dataclasses import dataclass
 from typing import Deque, Dict, List, Sequence, Tuple
@@ -24,6 +25,28 @@ class StageSummary:
     rate: float
     p50: float
     p95: float
+
+
+class Stopwatch:
+    """Measures successive stages.
+
+    Attributes:
+        laps: duration of each stage [s].
+    """
+
+    def __init__(self) -> None:
+        self.laps: Dict[str, float] = {}
+        self.restart()
+
+    def restart(self) -> None:
+        """Begin a stage now; the time since the last stage belongs to none."""
+        self._begin = time.perf_counter()
+
+    def lap(self, stage: str) -> None:
+        """End a stage, and begin the next one."""
+        end = time.perf_counter()
+        self.laps[stage] = end - self._begin
+        self._begin = end
 
 
 class StageTiming:

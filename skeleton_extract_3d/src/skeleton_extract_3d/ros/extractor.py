@@ -1,7 +1,7 @@
-"""The extractor node: pairs image and cloud, has people found in the image, and follows them in space."""
+"""The extractor node: pairs images and points, calls the detection service, and tracks people in 3D."""
 import threading
 import time
-from typing import Any, Optional, Tuple
+from typing import NamedTuple, Optional
 
 import numpy as np
 import rospy
@@ -25,6 +25,7 @@ from openpose_ros_pkg.ros.service_client import DetectionClient, ServiceCallErro
 from openpose_ros_pkg.ros.timing_report import TimingReport
 from openpose_ros_pkg.stream.newest_wins import NewestWinsWorker
 from openpose_ros_pkg.stream.pairing import PairingParams
+from openpose_ros_pkg.stream.stage_timing import Stopwatch
 from skeleton_extract_3d.estimator import STAGES, Estimate
 from skeleton_extract_3d.node_params import LIVE_PARAMETERS, ExtractorSettings
 from skeleton_extract_3d.people import INFERRED, People3D
@@ -35,20 +36,32 @@ from skeleton_extract_3d.ros.lifter import Lifter, PointsMessage
 from skeleton_extract_3d.ros.synchronizer import StampSynchronizer
 from skeleton_extract_3d.show.report import frame_report
 
-# How often the node looks whether its inputs come and pair [s].
+# Period at which the node checks that its inputs arrive and pair [s].
 WATCH_PERIOD = 5.0
 _NAMESPACE = 'openpose_ros/skeleton_3d'
-# Stages of the timing report. estimate: all of the estimator's stages, which come before it; total: from the callback
-# that found the pair to the published result; age: from the stamp of the cloud to there.
+# Stages of the timing report. estimate: the sum of the estimator's stages, which precede it; total: from the callback
+# that found the pair to the published result; age: latency, from the stamp of the points to the published result.
 _STAGES = ('detection', *STAGES, 'estimate', 'publish', 'total', 'age', DRAW_STAGE)
-# Greater ages are those of a recording that is played without its clock, and no stage of the work [s].
-_GREATEST_AGE = 10.0
+# A greater latency [s] is that of a recording played without its clock, and not reported.
+_GREATEST_LATENCY = 10.0
+
+
+class _Pair(NamedTuple):
+    """Image and points of one moment.
+
+    Attributes:
+        received: when the second of them arrived [s], time.monotonic().
+    """
+
+    received: float
+    image: AnyImage
+    points: PointsMessage
 
 
 class Extractor:
     """Publishes the joints of everybody in view, per person and per frame.
 
-    People are followed per camera, told apart by the frame_id of the points. Ids are given out once for all cameras.
+    People are tracked per camera; the frame_id of the points names the camera. Ids are unique over all cameras.
     """
 
     def __init__(self) -> None:
@@ -87,7 +100,7 @@ class Extractor:
             self._tf_listener = tf2_ros.TransformListener(self._tf_buffer)
         # there before the first message can come
         self._synchronizer = StampSynchronizer(
-            pairing, self._health, lambda image, points: self._worker.submit((time.monotonic(), image, points)))
+            pairing, self._health, lambda image, points: self._worker.submit(_Pair(time.monotonic(), image, points)))
         images = image_subscriber('~image', transport, self._synchronizer.add_first)
         if self._params.points_source == 'point_cloud':
             points = rospy.Subscriber('~point_cloud', PointCloud2, self._synchronizer.add_second, queue_size=1)
@@ -100,28 +113,27 @@ class Extractor:
     def _store_camera_info(self, message: CameraInfo) -> None:
         self._camera_info = message
 
-    def _process(self, pair: Tuple[float, AnyImage, PointsMessage]) -> None:
-        """Work on image and points; the first item is when both were there [s], time.monotonic()."""
-        received, image, message = pair[0], raw_image(pair[1]), pair[2]
-        points, bgr = self._points(message), convert_2d.image_to_bgr(image)
-        self._republish(image, message)
-        begin = time.monotonic()
+    def _process(self, pair: _Pair) -> None:
+        """Detect, estimate and publish the people of a pair, and report the duration of each stage."""
+        image, header = raw_image(pair.image), pair.points.header
+        points, bgr = self._points(pair.points), convert_2d.image_to_bgr(image)
+        self._republish(image, pair.points)
+        stopwatch = Stopwatch()
         detections = self._client.detect(image)
-        detected = time.monotonic()
-        tracking_from_points = self._lifter.tracking_from_points(message.header)
-        estimating = time.monotonic()
-        estimate = self._lifter.estimate(detections, points, message.header, bgr, tracking_from_points)
-        estimated = time.monotonic()
+        stopwatch.lap('detection')
+        tracking_from_points = self._lifter.tracking_from_points(header)
+        stopwatch.restart()
+        estimate = self._lifter.estimate(detections, points, header, bgr, tracking_from_points)
+        stopwatch.lap('estimate')
         self._report(estimate, points)
-        publishing = time.monotonic()
+        stopwatch.restart()
         self._publish_2d(estimate, image.header, bgr)
-        self._publish(estimate.people, message.header)
-        end = time.monotonic()
-        stages = {'detection': detected - begin, **estimate.timing, 'estimate': estimated - estimating,
-                  'publish': end - publishing, 'total': end - received}
-        age = (rospy.get_rostime() - message.header.stamp).to_sec()
-        if 0 <= age <= _GREATEST_AGE:
-            stages['age'] = age
+        self._publish(estimate.people, header)
+        stopwatch.lap('publish')
+        latency = (rospy.get_rostime() - header.stamp).to_sec()
+        stages = {**stopwatch.laps, **estimate.timing, 'total': time.monotonic() - pair.received}
+        if 0 <= latency <= _GREATEST_LATENCY:
+            stages['age'] = latency
         for stage, seconds in stages.items():
             self._timing.add(stage, seconds)
 
@@ -161,7 +173,7 @@ class Extractor:
         if self._publisher_2d is not None:
             self._publisher_2d.reconfigure(settings.draw)
 
-    def _report(self, estimate: Estimate, points: Any) -> None:
+    def _report(self, estimate: Estimate, points: PointGrid) -> None:
         now = time.monotonic()
         if self._params.verbose and now - self._last_report >= self._params.verbose_period:
             self._last_report = now
