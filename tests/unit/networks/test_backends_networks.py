@@ -340,7 +340,7 @@ def test_damaged_compiled_network_is_compiled_again(pooled, tmp_path, caplog, da
     assert 'is damaged: it is compiled again' in caplog.text
     caplog.clear()
     load(model, path, 'openvino', compiled_cache=str(cache))  # what was kept again is whole
-    assert blobs(cache) == [blob] and 'is damaged' not in caplog.text
+    assert blob.exists() and 'is damaged' not in caplog.text
 
 
 @pytest.mark.parametrize('place', ['file/cache', '/proc/cache'])
