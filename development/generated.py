@@ -64,15 +64,25 @@ def _parameter_table(kind: Any) -> List[str]:
 
 
 def _constant_table(kind: Any) -> List[str]:
-    return _rows(('name', 'value', 'unit', 'what it does', 'source'), (
-        (f'`{field.name}`', _value(field), field.metadata['unit'], field.metadata['doc'], field.metadata['source'])
-        for field in dataclasses.fields(kind)))
+    from openpose_ros_pkg.params.constants import DEFAULT_SOURCE
+    rows = []
+    for field in dataclasses.fields(kind):
+        meta = field.metadata
+        value = field.default if field.default is not dataclasses.MISSING else field.default_factory()
+        source = '' if meta['source'] in (DEFAULT_SOURCE, 'chosen') else f" Source: {meta['source']}."
+        rows.append((f'`{field.name}`', _shown(value) + (f" [{meta['unit']}]" if meta['unit'] else ''),
+                     meta['doc'] + source))
+    return _rows(('constant', 'value', 'what it does'), rows)
 
 
-def _value(field: Any) -> str:
-    """Show a constant; of an array, whose numbers are no reading, the shape."""
-    value = field.default if field.default is not dataclasses.MISSING else field.default_factory()
-    return ' x '.join(map(str, value.shape)) + ' array' if hasattr(value, 'shape') else str(value)
+def _shown(value: Any) -> str:
+    """Return numbers as readers want them: no brackets, a semicolon between the rows of a matrix."""
+    value = value.tolist() if hasattr(value, 'tolist') else value
+    if not isinstance(value, (list, tuple)):
+        return str(value)
+    if any(isinstance(row, (list, tuple)) for row in value):
+        return '; '.join(' '.join(map(str, row)) for row in value)
+    return ', '.join(map(str, value))
 
 
 def _rows(titles: Sequence[str], rows: Iterable[Sequence[str]]) -> List[str]:

@@ -16,8 +16,11 @@ from typing import Any
 
 import numpy as np
 
+# What a constant without a source comes from.
+DEFAULT_SOURCE = 'chosen on rendered sequences'
 
-def constant(value: Any, doc: str, *, unit: str = '', source: str = 'chosen on rendered sequences') -> Any:
+
+def constant(value: Any, doc: str, *, unit: str = '', source: str = DEFAULT_SOURCE) -> Any:
     """Declare one constant of a frozen dataclass.
 
     Args:
