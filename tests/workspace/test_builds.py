@@ -1,51 +1,22 @@
-"""The packages build in every way that catkin knows, and work from the devel and the install space.
+"""The packages build together with catkin_make and catkin build, and work from the devel and the install space.
 
-Each build works on a copy of the checkout, with a python3 first on PATH that can do nothing, in place of a pyenv or
-conda without ROS. Needs what `./run test` sets up: ROS, and .venv in the checkout.
+In catkin_make_isolated: test_packages_alone.py.
+Each build works on a copy of the checkout. Needs what `./run test` sets up: ROS, and .venv in the checkout.
 """
 import os
 import re
 import shutil
-import subprocess
 from pathlib import Path
 
 import pytest
+from workspaces import ROOT, SETTINGS, copy_checkout, plain_environment, shell
 
-ROOT = Path(__file__).parents[2]
-NOETIC = Path('/opt/ros/noetic/setup.bash')
 PYTHON_PACKAGES = ('openpose_ros_pkg', 'skeleton_extract_3d', 'openpose_ros_tools', 'openpose_ros_mocap')
-SETTINGS = f'-DPYTHON_EXECUTABLE=/usr/bin/python3 -Dopenpose_ros_pkg_VENV={ROOT}/.venv'
-TIMEOUT = 300.0  # [s] several times what the slowest build takes
-NOT_SOURCE = shutil.ignore_patterns('.git', '.venv', 'build', 'devel', 'install', 'logs', '.catkin_*', 'demo_output',
-                                    '__pycache__', '.pytest_cache', '.ruff_cache', '.hypothesis')
-
-
-def shell(script, folder, environment):
-    """Run a bash script and return its output; it has to succeed."""
-    if NOETIC.is_file():
-        script = f'source {NOETIC}\n{script}'
-    done = subprocess.run(['bash', '-e', '-o', 'pipefail', '-c', script], cwd=str(folder), env=environment,
-                          stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
-                          timeout=TIMEOUT, check=False)
-    assert done.returncode == 0, done.stdout[-4000:]
-    return done.stdout
 
 
 @pytest.fixture(scope='module')
 def environment(tmp_path_factory):
-    """A plain environment with a useless python3 first on PATH."""
-    useless = tmp_path_factory.mktemp('pyenv')
-    for name in ('python', 'python3'):
-        (useless / name).write_text('#!/bin/sh\necho "this python3 has no ROS" >&2\nexit 1\n')
-        (useless / name).chmod(0o755)
-    kept = {name: os.environ[name] for name in ('HOME', 'LANG', 'OPENPOSE_ROS_TEST') if name in os.environ}
-    return {**kept, 'PATH': f'{useless}:/usr/sbin:/usr/bin:/sbin:/bin', 'PYTHONNOUSERSITE': '1',
-            'ROS_HOME': str(tmp_path_factory.mktemp('ros_home')), 'ROS_HOSTNAME': 'localhost'}
-
-
-def copy_checkout(target):
-    shutil.copytree(str(ROOT), str(target), symlinks=True, ignore=NOT_SOURCE)
-    return target
+    return plain_environment(tmp_path_factory)
 
 
 def check_space(space, environment):
@@ -140,10 +111,3 @@ def test_catkin_build_in_a_workspace(tmp_path, environment):
     copy_checkout(tmp_path / 'src/openpose_ros')
     shell(f'catkin init; catkin config --cmake-args {SETTINGS}; catkin build --no-status', tmp_path, environment)
     check_space(tmp_path / 'devel', environment)
-
-
-def test_catkin_make_isolated_in_a_workspace(tmp_path, environment):
-    copy_checkout(tmp_path / 'src/openpose_ros')
-    shell(f'catkin_make_isolated --install {SETTINGS}', tmp_path, environment)
-    check_space(tmp_path / 'install_isolated', environment)
-    check_installed_files(tmp_path / 'install_isolated', environment)

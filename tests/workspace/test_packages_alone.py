@@ -1,0 +1,72 @@
+"""Each package builds and installs alone, in a workspace that has only what its package.xml names.
+
+What it needs of this repository comes from install spaces that were built in the same way before. Its modules are
+imported and its programs asked for --help there, without a master.
+"""
+import shutil
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+import pytest
+from workspaces import NOT_SOURCE, ROOT, SETTINGS, plain_environment, shell
+
+CHECK = """
+import importlib, importlib.util, pkgutil, sys
+for name in sys.argv[2].split():
+    assert importlib.util.find_spec(name) is None, f'{name} is there, although nothing names it'
+package = importlib.import_module(sys.argv[1])
+for module in pkgutil.walk_packages(package.__path__, f'{package.__name__}.'):
+    importlib.import_module(module.name)
+"""
+
+
+def needed_by(package):
+    """Packages of this repository that a package names for its build or for running, and those that these name."""
+    kinds = ('depend', 'build_depend', 'exec_depend', 'build_export_depend')
+    root = ElementTree.parse(str(ROOT / package / 'package.xml')).getroot()
+    named = [element.text for kind in kinds for element in root.iter(kind) if (ROOT / element.text).is_dir()]
+    return sorted({*named, *(further for name in named for further in needed_by(name))})
+
+
+PACKAGES = sorted((path.parent.name for path in ROOT.glob('*/package.xml')),
+                  key=lambda package: len(needed_by(package)))
+
+
+@pytest.fixture(scope='module')
+def spaces(tmp_path_factory):
+    return tmp_path_factory.mktemp('spaces')
+
+
+@pytest.fixture(scope='module')
+def environment(tmp_path_factory):
+    return plain_environment(tmp_path_factory)
+
+
+def test_packages_come_after_those_that_they_need():
+    assert needed_by('openpose_ros_msgs') == []
+    for number, package in enumerate(PACKAGES):
+        assert set(needed_by(package)) <= set(PACKAGES[:number])
+
+
+@pytest.mark.parametrize('package', PACKAGES)
+def test_package_alone(package, spaces, environment, tmp_path):
+    """It builds, installs, imports all its modules and answers --help with nothing but what it names."""
+    needed = needed_by(package)
+    assert all((spaces / name).is_dir() for name in needed), 'what it needs could not be installed'
+    shutil.copytree(str(ROOT / package), str(tmp_path / 'src' / package), symlinks=True, ignore=NOT_SOURCE)
+    sources = '\n'.join(f'source {spaces / name}/setup.bash --extend' for name in needed)
+    shell(f'{sources}\ncatkin_make_isolated --install --install-space {spaces / package} {SETTINGS}', tmp_path, environment)
+    for folder in ('src', 'build_isolated', 'devel_isolated'):
+        shutil.rmtree(str(tmp_path / folder))
+
+    (tmp_path / 'check.py').write_text(CHECK)
+    strangers = ' '.join(set(PACKAGES) - {package, *needed})
+    shell(f"""
+        {sources}
+        source {spaces / package}/setup.bash --extend
+        export ROS_MASTER_URI=http://localhost:1
+        /usr/bin/python3 check.py {package} '{strangers}'
+        for program in $(find {spaces / package}/lib/{package} -type f 2>/dev/null); do
+          $program --help >help.txt || {{ echo "$program --help failed"; exit 1; }}
+          test -s help.txt
+        done""", tmp_path, environment)
