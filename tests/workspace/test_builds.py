@@ -9,6 +9,7 @@ import shutil
 from pathlib import Path
 
 import pytest
+
 from workspaces import ROOT, SETTINGS, copy_checkout, plain_environment, shell
 
 PYTHON_PACKAGES = ('openpose_ros_pkg', 'skeleton_extract_3d', 'openpose_ros_tools', 'openpose_ros_mocap')

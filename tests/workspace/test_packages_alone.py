@@ -5,9 +5,9 @@ imported and its programs asked for --help there, without a master.
 """
 import shutil
 import xml.etree.ElementTree as ElementTree
-from pathlib import Path
 
 import pytest
+
 from workspaces import NOT_SOURCE, ROOT, SETTINGS, plain_environment, shell
 
 CHECK = """
@@ -55,7 +55,8 @@ def test_package_alone(package, spaces, environment, tmp_path):
     assert all((spaces / name).is_dir() for name in needed), 'what it needs could not be installed'
     shutil.copytree(str(ROOT / package), str(tmp_path / 'src' / package), symlinks=True, ignore=NOT_SOURCE)
     sources = '\n'.join(f'source {spaces / name}/setup.bash --extend' for name in needed)
-    shell(f'{sources}\ncatkin_make_isolated --install --install-space {spaces / package} {SETTINGS}', tmp_path, environment)
+    build = f'catkin_make_isolated --install --install-space {spaces / package} {SETTINGS}'
+    shell(f'{sources}\n{build}', tmp_path, environment)
     for folder in ('src', 'build_isolated', 'devel_isolated'):
         shutil.rmtree(str(tmp_path / folder))
 
