@@ -4,6 +4,7 @@ import pytest
 
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.body import body
+from skeleton_extract_3d.body.body import BODY
 
 JOINTS = body.JOINTS
 MIRRORED = np.array(COCO_18.swap)
@@ -32,7 +33,7 @@ def test_chains_run_outwards_on_alternating_sides():
                                                                         ['hip', 'knee', 'ankle'])
 
 
-@pytest.mark.parametrize('values', [body.SURFACE_OFFSETS, body.THICKNESSES, body.LIVELINESS])
+@pytest.mark.parametrize('values', [BODY.surface_offsets, BODY.thicknesses, BODY.accelerations])
 def test_left_and_right_joints_are_alike(values):
     assert values.shape == (len(JOINTS),)
     np.testing.assert_array_equal(values, values[MIRRORED])
@@ -43,51 +44,59 @@ def test_left_and_right_joints_are_alike(values):
     ('nose', 0.0, 0.02), ('left_eye', 0.0, 0.02), ('left_shoulder', 0.04, 0.09), ('right_hip', 0.08, 0.13),
     ('left_knee', 0.06, 0.10), ('right_wrist', 0.02, 0.06)])
 def test_joints_lie_as_deep_as_was_measured(joint, least, most):
-    assert least <= body.SURFACE_OFFSETS[COCO_18.index[joint]] <= most
+    assert least <= BODY.surface_offsets[COCO_18.index[joint]] <= most
 
 
 def test_a_surface_that_hides_a_joint_is_further_in_front_than_the_own_skin():
-    assert (body.THICKNESSES > body.SURFACE_OFFSETS + 0.03).all()
+    assert (BODY.thicknesses > BODY.surface_offsets + 0.03).all()
 
 
 def test_bones_come_in_the_order_of_their_names():
-    length = dict(zip(body.BONES, body.BONE_LENGTHS))
-    assert length['shoulders'] == body.SHOULDER_WIDTH and length['trunk'] == body.TRUNK_LENGTH
-    for kind, limb in (('upper_arm', slice(0, 2)), ('thigh', slice(2, 4))):
-        assert (body.UPPER_LENGTHS[limb] == length[kind]).all()
-    for kind, limb in (('forearm', slice(0, 2)), ('shin', slice(2, 4))):
-        assert (body.LOWER_LENGTHS[limb] == length[kind]).all()
+    length = dict(zip(body.BONES, BODY.bone_lengths))
+    assert length['shoulders'] == BODY.shoulder_width and length['trunk'] == BODY.trunk_length
+    for kinds, names in ((body.UPPER_KINDS, ('upper_arm', 'upper_arm', 'thigh', 'thigh')),
+                         (body.LOWER_KINDS, ('forearm', 'forearm', 'shin', 'shin'))):
+        assert [body.BONES[kind] for kind in kinds] == list(names)
+
+
+def test_bones_that_are_measured_and_satisfied_are_of_their_kind():
+    kinds = {('hip', 'hip'): 'hips', ('shoulder', 'shoulder'): 'shoulders', ('shoulder', 'elbow'): 'upper_arm',
+             ('elbow', 'wrist'): 'forearm', ('hip', 'knee'): 'thigh', ('knee', 'ankle'): 'shin'}
+    measured = np.column_stack([body.MEASURED_BONES, body.MEASURED_KINDS[:-1]])
+    for start, end, kind in [*measured.tolist(), *body.SATISFIED_BONES.tolist()]:
+        assert kinds[tuple(name.split('_')[1] for name in named((start, end)))] == body.BONES[kind]
+    assert body.BONES[body.MEASURED_KINDS[-1]] == 'trunk'
 
 
 # Winter, Biomechanics and Motor Control of Human Movement, fig. 4.1, as shares of the stature
 @pytest.mark.parametrize('bone, share', [('forearm', 0.146), ('thigh', 0.245), ('shin', 0.246)])
 def test_limbs_are_as_long_as_in_the_literature(bone, share):
-    length = body.BONE_LENGTHS[body.BONES.index(bone)]
-    assert length == pytest.approx(share * body.ADULT_STATURE, rel=0.06)
+    length = BODY.bone_lengths[body.BONES.index(bone)]
+    assert length == pytest.approx(share * BODY.adult_stature, rel=0.06)
 
 
 def test_the_parts_add_up_to_the_stature():
-    length = dict(zip(body.BONES, body.BONE_LENGTHS))
+    length = dict(zip(body.BONES, BODY.bone_lengths))
     ankle_to_ear = length['shin'] + length['thigh'] + length['trunk'] + length['head']
     # ankles are at 0.039 of the stature, the middle of the ears, level with the eyes, at 0.936 (the same figure)
-    assert ankle_to_ear == pytest.approx((0.936 - 0.039) * body.ADULT_STATURE, rel=0.03)
+    assert ankle_to_ear == pytest.approx((0.936 - 0.039) * BODY.adult_stature, rel=0.03)
 
 
 def test_pairs_that_measure_the_size_are_as_long_as_the_bones():
-    length = dict(zip(body.BONES, body.BONE_LENGTHS))
+    length = dict(zip(body.BONES, BODY.bone_lengths))
     expected = {frozenset(('shoulder',)): length['shoulders'], frozenset(('hip', 'knee')): length['thigh'],
                 frozenset(('knee', 'ankle')): length['shin'], frozenset(('shoulder', 'elbow')): length['upper_arm'],
                 # the middle of a shoulder is beside the line from hip to neck, so both pairs are longer than the trunk
                 frozenset(('neck', 'hip')): length['trunk'], frozenset(('shoulder', 'hip')): length['trunk']}
-    for pair, measured in zip(body.SIZED_PAIRS, body.SIZED_LENGTHS):
+    for pair, measured in zip(BODY.sized_pairs, BODY.sized_lengths):
         kinds = frozenset(name.split('_')[-1] for name in named(pair))
         assert measured == pytest.approx(expected[kinds], abs=0.011)
-    pairs = {frozenset(pair) for pair in body.SIZED_PAIRS.tolist()}
+    pairs = {frozenset(pair) for pair in BODY.sized_pairs.tolist()}
     assert {frozenset(MIRRORED[list(pair)].tolist()) for pair in pairs} == pairs
 
 
 def test_a_head_is_the_same_on_both_sides_and_the_nose_is_in_front():
-    points = dict(zip(named(body.HEAD), body.HEAD_POINTS))
+    points = dict(zip(named(body.HEAD), BODY.head_points))
     for part in ('eye', 'ear'):
         np.testing.assert_array_equal(points[f'left_{part}'], points[f'right_{part}'] * [-1, 1, 1])
         assert points[f'left_{part}'][0] > 0
@@ -96,18 +105,18 @@ def test_a_head_is_the_same_on_both_sides_and_the_nose_is_in_front():
 
 
 def test_limbs_point_alike_on_both_sides():
-    for means, spreads in (body.UPPER_DIRECTIONS, body.LOWER_DIRECTIONS):
-        for values in (means, spreads):
-            assert values.shape == (4, 2)
-            np.testing.assert_array_equal(values[0::2], values[1::2])
-    forwards = body.LOWER_DIRECTIONS[0][:, 1]
+    for values in (BODY.upper_directions, BODY.upper_direction_spreads, BODY.lower_directions,
+                   BODY.lower_direction_spreads):
+        assert values.shape == (4, 2)
+        np.testing.assert_array_equal(values[0::2], values[1::2])
+    forwards = BODY.lower_directions[:, 1]
     assert (forwards[:2] > 0).all() and (forwards[2:] < 0).all(), 'forearms bend forwards, shins backwards'
 
 
 def parts_over(joint):
     """Return the parts of the same body that may cover a joint, as sets of joint names."""
-    covering = body.COVERING_PARTS[COCO_18.index[joint]]
-    return {frozenset(named(part)) for part in body.PARTS[covering].tolist()}
+    covering = BODY.covering_parts[COCO_18.index[joint]]
+    return {frozenset(named(part)) for part in BODY.part_joints[covering].tolist()}
 
 
 @pytest.mark.parametrize('joint, limb', [

@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 from openpose_ros_pkg.skeletons import COCO_18
-from skeleton_extract_3d.body.body import ADULT_STATURE, BONE_LENGTHS, BONES, JOINTS, PROPORTION_SPREAD
+from skeleton_extract_3d.body.body import BODY, BONES, JOINTS
 from skeleton_extract_3d.body.measures import Sizes, expected_lengths, learn, length_spreads
 from synthetic_scene import Person, joints_of, standing
 
@@ -20,7 +20,7 @@ def person(scale=1.0):
     return np.array([[joints[name] for name in JOINTS]])
 
 
-def somebody(stature=ADULT_STATURE):
+def somebody(stature=BODY.adult_stature):
     return Sizes.assumed(np.array([stature]))
 
 
@@ -42,11 +42,11 @@ def test_nobody():
     assert expected_lengths(nobody).shape == length_spreads(nobody).shape == (0, 8)
 
 
-@pytest.mark.parametrize('stature', [1.0, ADULT_STATURE])
+@pytest.mark.parametrize('stature', [1.0, BODY.adult_stature])
 def test_strangers_have_the_proportions_of_adults(stature):
     one = somebody(stature)
-    np.testing.assert_allclose(expected_lengths(one)[0], BONE_LENGTHS * stature / ADULT_STATURE)
-    np.testing.assert_allclose(length_spreads(one), PROPORTION_SPREAD)
+    np.testing.assert_allclose(expected_lengths(one)[0], BODY.bone_lengths * stature / BODY.adult_stature)
+    np.testing.assert_allclose(length_spreads(one), BODY.proportion_spread)
 
 
 @pytest.mark.parametrize('scale', [0.6, 1.0, 1.1])
@@ -70,12 +70,12 @@ def test_lengths_are_known_better_by_and_by():
     thigh, head = BONES.index('thigh'), BONES.index('head')
     assert (np.diff([spread[thigh] for spread in spreads]) < 0).all()
     assert 0.03 < spreads[-1][thigh] < 0.045
-    assert spreads[-1][head] == PROPORTION_SPREAD, 'nobody measures it'
+    assert spreads[-1][head] == BODY.proportion_spread, 'nobody measures it'
 
 
 def test_of_the_first_frame_an_adults_stature_is_the_other_half():
     settled = watched(person(0.7)).stature[0]
-    assert watched(person(0.7), 1).stature[0] == pytest.approx((settled + ADULT_STATURE) / 2, rel=0.01)
+    assert watched(person(0.7), 1).stature[0] == pytest.approx((settled + BODY.adult_stature) / 2, rel=0.01)
 
 
 @pytest.mark.parametrize('why', ['hidden', 'low score'])
@@ -92,7 +92,7 @@ def test_only_joints_that_were_measured_surely_count(why):
 def test_two_bones_do_not_make_a_stature():
     seen = np.isin(JOINTS, ('left_hip', 'left_knee', 'left_ankle'))[None]
     one = watched(person(0.6), measured=seen)
-    assert one.stature[0] == ADULT_STATURE and one.stature_weight[0] == 0
+    assert one.stature[0] == BODY.adult_stature and one.stature_weight[0] == 0
 
 
 def test_a_keypoint_elsewhere_does_not_change_the_bone():
@@ -122,7 +122,7 @@ def test_statures_stay_those_of_people(scale, limit):
 
 
 def test_everybody_learns_for_themselves():
-    two, xyz = Sizes.assumed(np.full(2, ADULT_STATURE)), np.concatenate([person(0.8), person(1.0)])
+    two, xyz = Sizes.assumed(np.full(2, BODY.adult_stature)), np.concatenate([person(0.8), person(1.0)])
     for _ in range(40):
         two = learn(two, xyz, np.ones((2, 18), bool), np.ones((2, 18)))
     for row, scale in ((0, 0.8), (1, 1.0)):

@@ -2,19 +2,15 @@
 import numpy as np
 import pytest
 
-from skeleton_extract_3d.body.body import BONE_LENGTHS, BONES, ENDS, JOINTS, MIDDLES, PROPORTION_SPREAD, ROOTS
-from skeleton_extract_3d.lift.depth_inference import (
-    END_ROWS,
-    MIDDLE_ROWS,
-    ROOT_ROWS,
-    bones_of,
-    infer_depths,
-    read_depths,
-)
-from skeleton_extract_3d.lift.surfaces import DELTAS, HALF, STEP, STEPS
+from skeleton_extract_3d.body.body import BODY, BONES, ENDS, JOINTS, MIDDLES, ROOTS
+from skeleton_extract_3d.constants import METHOD
+from skeleton_extract_3d.lift.depth_inference import bones_of, infer_depths, read_depths
+from skeleton_extract_3d.lift.surfaces import DELTAS
 from synthetic_scene import Person, Pose, joints_of, pointing, standing, walking
 
-# The joints in the order of the arrays.
+STEPS, HALF, STEP = METHOD.costs.steps, METHOD.costs.half, METHOD.costs.step
+ROOT_ROWS, MIDDLE_ROWS, END_ROWS = slice(0, 4), slice(4, 8), slice(8, 12)
+# The joints in the order of the arrays; after them comes the middle of the ears.
 NAMES = [JOINTS[joint] for joint in (*ROOTS, *MIDDLES, *ENDS)]
 ROOT = 2.6
 
@@ -46,15 +42,20 @@ def inferred(xyz, head, hidden=(), left=(np.nan,) * 3, unknown=()):
     missing = np.isin(NAMES, unknown)[None]
     costs[:12][missing[0]] = 0
     bones = bones_of(lengths_of(xyz, head), np.full((1, 8), 0.03), missing)
-    return infer_depths(costs[None, :12], costs[None, 12], (xyz / xyz[:, 2:])[None], (head / head[2])[None],
-                        np.array([ROOT]), bones, np.array([1.75]), np.array([left], float))
+    return infer_depths(costs[None], rays_of(xyz, head), np.array([ROOT]), bones, np.array([1.75]),
+                        np.array([left], float))
+
+
+def rays_of(xyz, head):
+    places = np.append(xyz, head[None], axis=0)
+    return (places / places[:, 2:])[None]
 
 
 def test_nobody():
     bones = bones_of(np.zeros((0, 8)), np.zeros((0, 8)), np.zeros((0, 12), bool))
-    beliefs = infer_depths(np.zeros((0, 12, STEPS), np.float32), np.zeros((0, STEPS), np.float32),
-                           np.zeros((0, 12, 3)), np.zeros((0, 3)), np.zeros(0), bones, np.zeros(0), np.zeros((0, 3)))
-    assert beliefs.joints.shape == (0, 12, STEPS) and beliefs.head.shape == (0, STEPS) and beliefs.left.shape == (0, 3)
+    beliefs = infer_depths(np.zeros((0, 13, STEPS), np.float32), np.zeros((0, 13, 3)), np.zeros(0), bones, np.zeros(0),
+                           np.zeros((0, 3)))
+    assert beliefs.costs.shape == (0, 13, STEPS) and beliefs.left.shape == (0, 3)
 
 
 # --- reading --------------------------------------------------------------------------------------------------------
@@ -90,16 +91,15 @@ def test_bones_are_handed_to_the_limbs_by_their_kind():
     by_name = dict(zip(BONES, lengths[0]))
     np.testing.assert_allclose(bones.upper[0], [by_name[name] for name in ('upper_arm', 'upper_arm', 'thigh', 'thigh')])
     np.testing.assert_allclose(bones.lower[0], [by_name[name] for name in ('forearm', 'forearm', 'shin', 'shin')])
-    np.testing.assert_allclose(bones.pairs[0], [by_name['shoulders'], by_name['hips']])
-    assert bones.trunk[0] == np.float32(by_name['trunk']) and bones.head[0] == np.float32(by_name['head'])
+    np.testing.assert_allclose(bones.lengths[0, 8:], [by_name[name] for name in ('shoulders', 'hips', 'trunk', 'head')])
     # a tenth of the length, and 2 cm by the errors of both keypoints
-    np.testing.assert_allclose(bones.upper_sigma[0], np.hypot(0.1 * bones.upper[0], 0.02), rtol=1e-6)
+    np.testing.assert_allclose(bones.sigmas[0, :4], np.hypot(0.1 * bones.upper[0], 0.02), rtol=1e-6)
 
 
 def test_a_bone_to_a_joint_without_a_keypoint_says_little():
     unknown = (np.array(NAMES) == 'left_elbow')[None]
-    bones = bones_of(BONE_LENGTHS[None], np.full((1, 8), PROPORTION_SPREAD), unknown)
-    for sigma in (bones.upper_sigma[0], bones.lower_sigma[0]):
+    bones = bones_of(BODY.bone_lengths[None], np.full((1, 8), BODY.proportion_spread), unknown)
+    for sigma in (bones.sigmas[0, :4], bones.sigmas[0, 4:8]):
         assert sigma[0] > 0.25 and (sigma[1:] < 0.05).all()
 
 
@@ -112,17 +112,17 @@ POSES = [(standing(), 0.0), (standing(40), 0.6), (walking(1.2), -0.8), (walking(
 def test_joints_that_are_seen_stay_where_they_are_seen(pose, yaw):
     xyz, head = truth(pose, yaw)
     beliefs = inferred(xyz, head)
-    depth, sigma = read_depths(beliefs.joints[0])
+    depth, sigma = read_depths(beliefs.costs[0, :12])
     np.testing.assert_allclose(ROOT + depth, xyz[:, 2], atol=0.02)
     assert (sigma < 0.04).all()
-    assert ROOT + read_depths(beliefs.head[0])[0] == pytest.approx(head[2], abs=0.02)
+    assert ROOT + read_depths(beliefs.costs[0, 12])[0] == pytest.approx(head[2], abs=0.02)
 
 
 @pytest.mark.parametrize('pose, yaw', POSES)
 def test_all_joints_agree_on_the_cost_of_the_best_pose(pose, yaw):
     # a min-marginal is the cost of the best of all poses through a candidate, so the least one is the same everywhere
     beliefs = inferred(*truth(pose, yaw), hidden=('left_elbow', 'right_ankle', 'right_hip'))
-    least = np.append(beliefs.joints[0].min(axis=1), beliefs.head[0].min())
+    least = beliefs.costs[0].min(axis=1)
     np.testing.assert_allclose(least, least[0], atol=1e-3)
     assert (least > -1e-3).all()
 
@@ -132,7 +132,7 @@ def test_all_joints_agree_on_the_cost_of_the_best_pose(pose, yaw):
                                     'right_hip'])
 def test_a_hidden_joint_is_where_its_bones_are_as_long_as_they_are(pose, yaw, hidden):
     xyz, head = truth(pose, yaw)
-    depth, sigma = read_depths(inferred(xyz, head, [hidden]).joints[0])
+    depth, sigma = read_depths(inferred(xyz, head, [hidden]).costs[0, :12])
     row = NAMES.index(hidden)
     # a bone across the view hardly tells depth: 2 cm of length are 12 cm of depth for 0.4 m
     assert abs(ROOT + depth[row] - xyz[row, 2]) < max(0.12, 2 * sigma[row])
@@ -152,7 +152,7 @@ def reaching(forwards):
 def test_of_two_solutions_for_a_wrist_the_one_in_front_is_taken(yaw):
     xyz, head = truth(reaching(60), yaw)
     row, elbow = NAMES.index('left_wrist'), NAMES.index('left_elbow')
-    depth, _ = read_depths(inferred(xyz, head, ['left_wrist']).joints[0])
+    depth, _ = read_depths(inferred(xyz, head, ['left_wrist']).costs[0, :12])
     assert xyz[elbow, 2] - xyz[row, 2] > 0.15
     assert ROOT + depth[row] == pytest.approx(xyz[row, 2], abs=0.06)
 
@@ -160,7 +160,7 @@ def test_of_two_solutions_for_a_wrist_the_one_in_front_is_taken(yaw):
 def test_of_somebody_who_is_seen_from_behind_the_wrist_in_front_is_further_away():
     xyz, head = truth(reaching(60), np.pi)
     row, elbow = NAMES.index('left_wrist'), NAMES.index('left_elbow')
-    depth, _ = read_depths(inferred(xyz, head, ['left_wrist']).joints[0])
+    depth, _ = read_depths(inferred(xyz, head, ['left_wrist']).costs[0, :12])
     assert xyz[row, 2] - xyz[elbow, 2] > 0.15
     assert ROOT + depth[row] == pytest.approx(xyz[row, 2], abs=0.06)
 
@@ -168,8 +168,8 @@ def test_of_somebody_who_is_seen_from_behind_the_wrist_in_front_is_further_away(
 def test_a_joint_without_a_keypoint_is_known_less_than_one_that_is_hidden():
     xyz, head = truth(walking(1.2), 0.4)
     row = NAMES.index('left_ankle')
-    _, hidden = read_depths(inferred(xyz, head, ['left_ankle']).joints[0, row])
-    _, unknown = read_depths(inferred(xyz, head, unknown=['left_ankle']).joints[0, row])
+    _, hidden = read_depths(inferred(xyz, head, ['left_ankle']).costs[0, row])
+    _, unknown = read_depths(inferred(xyz, head, unknown=['left_ankle']).costs[0, row])
     assert unknown > hidden
 
 
@@ -202,10 +202,10 @@ def test_a_keypoint_elsewhere_does_not_pull_the_others_along():
     bones = lengths_of(xyz, head)
     costs = np.minimum(((DELTAS - (moved[:, 2:] - ROOT)) / 0.03) ** 2, 60).astype(np.float32)
     head_cost = (((DELTAS - (head[2] - ROOT)) / 0.03) ** 2).astype(np.float32)
-    beliefs = infer_depths(costs[None], head_cost[None], (xyz / xyz[:, 2:])[None], (head / head[2])[None],
-                           np.array([ROOT]), bones_of(bones, np.full((1, 8), 0.03), np.zeros((1, 12), bool)),
-                           np.array([1.75]), np.full((1, 3), np.nan))
-    depth, _ = read_depths(beliefs.joints[0])
+    beliefs = infer_depths(np.append(costs, head_cost[None], axis=0)[None], rays_of(xyz, head), np.array([ROOT]),
+                           bones_of(bones, np.full((1, 8), 0.03), np.zeros((1, 12), bool)), np.array([1.75]),
+                           np.full((1, 3), np.nan))
+    depth, _ = read_depths(beliefs.costs[0, :12])
     others = np.arange(12) != row
     np.testing.assert_allclose(ROOT + depth[others], xyz[others, 2], atol=0.025)
 
@@ -218,11 +218,10 @@ def test_people_do_not_influence_each_other():
     costs[:, NAMES.index('left_elbow')] = 0
     bones = bones_of(np.concatenate([lengths_of(xyz, head), lengths_of(other, other_head)]), np.full((2, 8), 0.03),
                      np.zeros((2, 12), bool))
-    rays = np.stack([xyz / xyz[:, 2:], other / other[:, 2:]])
-    both = infer_depths(costs[:, :12], costs[:, 12], rays, np.stack([head / head[2], other_head / other_head[2]]),
-                        np.full(2, ROOT), bones, np.full(2, 1.75), np.full((2, 3), np.nan))
+    rays = np.concatenate([rays_of(xyz, head), rays_of(other, other_head)])
+    both = infer_depths(costs, rays, np.full(2, ROOT), bones, np.full(2, 1.75), np.full((2, 3), np.nan))
     for row, alone in enumerate((one, two)):
-        np.testing.assert_allclose(both.joints[row], alone.joints[0], atol=1e-3)
+        np.testing.assert_allclose(both.costs[row], alone.costs[0], atol=1e-3)
         np.testing.assert_allclose(both.left[row], alone.left[0], atol=1e-5)
 
 

@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 from openpose_ros_pkg.skeletons import COCO_18
-from skeleton_extract_3d.body.body import HEAD, HEAD_AXES, HEAD_POINTS
+from skeleton_extract_3d.body.body import BODY, HEAD
 from skeleton_extract_3d.lift.head_pose import estimate_head_pose
 
 DEPTH = 2.5
@@ -12,13 +12,13 @@ NOSE, RIGHT_EYE, LEFT_EYE, RIGHT_EAR, LEFT_EAR = range(5)
 
 def depths_of(yaw, scale=1.0):
     """Return by how much the joints of a head lie behind the middle of the ears, (5,) [m]."""
-    left, _, ahead = HEAD_POINTS.T * scale
+    left, _, ahead = BODY.head_points.T * scale
     return left * np.sin(yaw) - ahead * np.cos(yaw)
 
 
 def rays_of(yaw, scale=1.0, middle=(0.2, -0.3)):
     """Return the rays of a head that is turned to the right of the picture by an angle, (1, 18, 3)."""
-    left, down, ahead = HEAD_POINTS.T * scale
+    left, down, ahead = BODY.head_points.T * scale
     rays = np.full((1, 18, 3), np.nan)
     # from afar: all of it counts as at one depth
     rays[0, HEAD, 0] = middle[0] + (left * np.cos(yaw) + ahead * np.sin(yaw)) / DEPTH
@@ -68,8 +68,8 @@ def test_of_a_nose_alone_the_shoulders_tell_the_direction(cosine):
     assert head.known.all()
     assert np.sign(head.depths[0, NOSE]) == -cosine
     # the nose itself is where it was seen
-    np.testing.assert_allclose(head.ray[0, :2] * DEPTH + [0, HEAD_POINTS[NOSE, 1]], rays[0, HEAD[NOSE], :2] * DEPTH,
-                               atol=0.02)
+    np.testing.assert_allclose(head.ray[0, :2] * DEPTH + [0, BODY.head_points[NOSE, 1]],
+                               rays[0, HEAD[NOSE], :2] * DEPTH, atol=0.02)
 
 
 def test_joints_of_low_score_count_less():
@@ -112,9 +112,9 @@ def test_the_surface_is_the_front_of_the_head():
     # of somebody who looks to the right of the picture, the right ear is seen, the left one behind the whole head
     under = side.depths[0] - side.surface[0]
     assert -0.01 < under[RIGHT_EAR] < 0.04
-    assert under[LEFT_EAR] == pytest.approx(2 * HEAD_AXES[0], abs=0.03)
+    assert under[LEFT_EAR] == pytest.approx(2 * BODY.head_axes[0], abs=0.03)
     # from behind, the nose is
     under = back.depths[0] - back.surface[0]
-    assert under[NOSE] == pytest.approx(2 * HEAD_AXES[2], abs=0.05)
+    assert under[NOSE] == pytest.approx(2 * BODY.head_axes[2], abs=0.05)
     for head in (front, side, back):
         assert (head.surface <= head.depths).all()

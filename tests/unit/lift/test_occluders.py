@@ -1,4 +1,5 @@
 """Who or what is in front of a keypoint: other people, the own body, furniture."""
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -52,7 +53,7 @@ def likely(frame, root=2.6):
     seen = observed(frame)
     root = np.full(len(frame.ids), root)
     covered = occluders.covered_by_self(seen.uv, root, seen.focal)
-    return occluders.likely_own(DepthImage(frame.depth, frame.camera), seen.uv, seen.samples, root, covered, seen.focal)
+    return occluders.likely_own(DepthImage(frame.depth, frame.camera), seen, root, covered)
 
 
 def test_nobody():
@@ -60,7 +61,10 @@ def test_nobody():
     assert occluders.others_depths(none, np.zeros((0, 18)), FOCAL).shape == (0, 18, 0)
     covered = occluders.covered_by_self(none, np.zeros(0), FOCAL)
     assert covered.shape == (0, 18)
-    assert occluders.likely_own(points, none, np.zeros((0, 18, 25)), np.zeros(0), covered, FOCAL).shape == (0, 18)
+    nobody = observed(scene()).select(np.zeros(0, int))
+    assert occluders.likely_own(points, nobody, np.zeros(0), covered).shape == (0, 18)
+    owned = occluders.ownership(points, nobody, np.zeros(0), np.zeros((0, 3)), None)
+    assert owned.own.shape == owned.covered.shape == (0, 18) and owned.foreign is None
     assert occluders.foreign_samples(np.zeros((0, 18, 25)), np.zeros((0, 18, 0)), np.zeros((0, 18))) is None
 
 
@@ -161,6 +165,18 @@ def test_missing_joints_neither_cover_nor_are_covered():
     assert not occluders.covered_by_self(np.full((1, 18, 2), np.nan), np.array([2.6]), FOCAL).any()
 
 
+@pytest.mark.parametrize('side, other', [('left', 'right'), ('right', 'left')])
+def test_a_limb_of_the_side_that_is_turned_away_is_hardly_seen_on_the_body(side, other):
+    # the trunk of a folded arm, from each side; far joints on another part of the body are likely that part
+    seen, points = observed(scene('folded')), DepthImage(scene('folded').depth, CAMERA)
+    away = np.array([[0.2, 0.0, 0.9 if side == 'left' else -0.9]])
+    facing, turned = (occluders.ownership(points, seen, np.array([2.6]), left, None).own[0]
+                      for left in (np.zeros((1, 3)), away))
+    wrist = INDEX['left_wrist']
+    assert turned[wrist] == pytest.approx(0.15 * facing[wrist] if side == 'left' else facing[wrist])
+    np.testing.assert_array_equal(turned[rows(f'{other}_elbow', 'neck')], facing[rows(f'{other}_elbow', 'neck')])
+
+
 # --- furniture ------------------------------------------------------------------------------------------------------
 
 def test_the_surfaces_of_somebody_who_is_free_are_the_own_ones():
@@ -197,7 +213,8 @@ def test_a_flat_chest_where_a_wrist_should_be_is_hardly_the_wrist():
     depth[0, INDEX['left_wrist']] = frame.depth[v, u] / 1000
     covered = occluders.covered_by_self(uv, root, FOCAL)
     assert covered[0, INDEX['left_wrist']]
-    assert occluders.likely_own(points, uv, depth, root, covered, FOCAL)[0, INDEX['left_wrist']] < 0.5
+    beside = replace(seen, uv=uv, samples=depth)
+    assert occluders.likely_own(points, beside, root, covered)[0, INDEX['left_wrist']] < 0.5
     # a folded arm stands out from the trunk
     assert likely(scene('folded'))[0, INDEX['left_wrist']] > 0.5
 
@@ -205,6 +222,6 @@ def test_a_flat_chest_where_a_wrist_should_be_is_hardly_the_wrist():
 def test_without_depth_nothing_is_said_against_anybody():
     seen = observed(scene())
     points = DepthImage(np.zeros_like(scene().depth), CAMERA)
-    own = occluders.likely_own(points, seen.uv, np.full_like(seen.samples, np.nan), np.array([2.6]),
-                               np.ones((1, 18), bool), FOCAL)
+    own = occluders.likely_own(points, replace(seen, samples=np.full_like(seen.samples, np.nan)), np.array([2.6]),
+                               np.ones((1, 18), bool))
     np.testing.assert_array_equal(own, np.ones((1, 18)))

@@ -1,10 +1,14 @@
 """What the points say: samples around keypoints, the depth of the trunk, and the costs of a joint's depths."""
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from openpose_ros_pkg.skeletons import COCO_18
-from skeleton_extract_3d.body.body import SIZED_LENGTHS, SIZED_PAIRS, THICKNESSES
+from skeleton_extract_3d.body.body import BODY
+from skeleton_extract_3d.constants import METHOD
 from skeleton_extract_3d.lift import surfaces
+from skeleton_extract_3d.lift.records import Expectation, Ownership
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.depth import DepthImage
 
@@ -28,11 +32,18 @@ def samples(people=1, depth=2.5):
     return np.full((people, 18, 25), float(depth))
 
 
+def seen(depth, scores=None, known=None):
+    """Return what steps read of observed people, with these samples (P, 18, 25)."""
+    everywhere = np.ones(depth.shape[:2], bool)
+    return SimpleNamespace(samples=depth, scores=everywhere * 1.0 if scores is None else scores,
+                           known=everywhere if known is None else known)
+
+
 def costs(depth, offset=0.05, gap=0.08, root=2.5, score=1.0, own=1.0, covered=False, foreign=None):
     """Return the costs of (1, 18, 25) samples with the same of the rest for all joints, (18, 45)."""
     full = np.full((1, 18), 1.0)
-    return surfaces.depth_costs(depth, offset * full, gap * full, np.array([root]), score * full, own * full,
-                                np.full((1, 18), covered), foreign)[0]
+    return surfaces.depth_costs(seen(depth, score * full), np.array([root]), offset * full, gap * full,
+                                Ownership(own * full, np.full((1, 18), covered), foreign))[0]
 
 
 def depth_of(cost, root=2.5):
@@ -46,8 +57,8 @@ def test_nobody():
     assert surfaces.size_depth(np.zeros((0, 18, 3)), np.zeros((0, 18))).shape == (0,)
     assert surfaces.root_evidence(np.zeros((0, 18, 25)), np.zeros((0, 18))).shape == (0, len(surfaces.ROOT_DEPTHS))
     none = np.zeros((0, 18))
-    assert surfaces.depth_costs(np.zeros((0, 18, 25)), none, none, np.zeros(0), none, none, none > 0
-                                ).shape == (0, 18, surfaces.STEPS)
+    assert surfaces.depth_costs(seen(np.zeros((0, 18, 25))), np.zeros(0), none, none, Ownership(none, none > 0, None)
+                                ).shape == (0, 18, METHOD.costs.steps)
 
 
 def test_depths_are_those_of_the_pixels_that_positions_lie_in():
@@ -138,7 +149,7 @@ def test_an_unknown_size_says_the_same_of_all_depths(size):
 def test_the_size_speaks_for_its_depth_and_less_against_nearer_ones():
     evidence = surfaces.size_evidence(np.array([3.0]), np.array([0.12]))[0]
     best = surfaces.ROOT_DEPTHS[evidence.argmax()]
-    assert best == pytest.approx(3.0, rel=surfaces.ROOT_STEP)
+    assert best == pytest.approx(3.0, rel=METHOD.trunk.step)
     nearer, further = (np.interp(depth, surfaces.ROOT_DEPTHS, evidence) for depth in (3.0 / 1.2, 3.0 * 1.2))
     # people may be turned away or bent, which makes them look smaller and never larger
     assert 0 > nearer > 0.5 * further
@@ -154,7 +165,7 @@ def test_a_person_is_where_the_surfaces_are(depth):
     evidence = surfaces.root_evidence(samples(2, depth), np.ones((2, 18)))
     best = surfaces.ROOT_DEPTHS[np.flatnonzero(evidence[0] > evidence[0].max() - 0.1)]
     # the surface is at most 40 cm in front of the trunk and 30 cm behind, but for the steps
-    assert depth - 0.4 < best.min() < depth < best.max() < depth + 0.5 + surfaces.ROOT_STEP * depth
+    assert depth - 0.4 < best.min() < depth < best.max() < depth + 0.5 + METHOD.trunk.step * depth
     np.testing.assert_allclose(evidence[1], evidence[0])
 
 
@@ -192,7 +203,7 @@ def test_without_samples_or_keypoints_no_depth_is_likelier():
 @pytest.mark.parametrize('offset', [0.0, 0.05, 0.115])
 def test_a_joint_is_cheapest_so_deep_under_its_surface(offset):
     cost = costs(samples(), offset)
-    assert cost.dtype == np.float32 and cost.shape == (18, surfaces.STEPS)
+    assert cost.dtype == np.float32 and cost.shape == (18, METHOD.costs.steps)
     assert (cost.min(axis=1) == 0).all()
     # half a step
     assert depth_of(cost[WRIST]) == pytest.approx(2.5 + offset, abs=0.021)
@@ -236,20 +247,55 @@ def test_without_samples_or_a_keypoint_all_depths_cost_nothing(depth, score):
     assert not costs(samples(1, depth), score=score).any()
 
 
-def test_samples_support_a_joint_at_their_depth_below_the_skin():
-    depth, offsets = samples(), np.full((1, 18), 0.05)
-    depth[0, 0, :5], depth[0, 0, 5:10] = np.nan, 2.9
-    z = np.full((1, 18), 2.55)
-    support = surfaces.supporting_samples(depth, offsets, z, None)
-    assert support[0, 1:].all() and not support[0, 0, :10].any() and support[0, 0, 10:].all()
-    assert not surfaces.supporting_samples(depth, offsets, z + 0.1, None).any()
-    foreign = np.zeros(depth.shape, bool)
-    foreign[0, 3] = True
-    assert not surfaces.supporting_samples(depth, offsets, z, foreign)[0, 3].any()
+# --- the time before ------------------------------------------------------------------------------------------------
+
+def expected(depth, sigma):
+    return Expectation.of_strangers(1)._replace(depth=np.full((1, 18), depth), depth_sigma=np.full((1, 18), sigma))
+
+
+def test_being_elsewhere_than_before_costs_by_the_distance_up_to_a_limit():
+    nothing = np.zeros((1, 18, METHOD.costs.steps), np.float32)
+    cost = surfaces.with_memory(nothing, np.array([2.5]), expected(2.6, 0.1))[0, WRIST]
+    assert cost.dtype == np.float32
+    np.testing.assert_allclose(cost, np.minimum(((2.5 + surfaces.DELTAS - 2.6) / 0.1) ** 2, 9), atol=1e-6)
+
+
+def test_of_strangers_nothing_is_remembered():
+    before = costs(samples())[None]
+    np.testing.assert_array_equal(surfaces.with_memory(before, np.array([2.5]), Expectation.of_strangers(1)), before)
+    partly = expected(2.6, 0.1)
+    partly.depth[0, WRIST] = np.nan
+    after = surfaces.with_memory(before, np.array([2.5]), partly)
+    np.testing.assert_array_equal(after[0, WRIST], before[0, WRIST])
+    assert (after[0, INDEX['neck']] != before[0, INDEX['neck']]).any()
+
+
+# --- means and medians ----------------------------------------------------------------------------------------------
+
+def test_the_mean_is_over_samples_near_a_depth_of_known_joints_and_nobody_elses():
+    depth, joints = samples(2), np.array([WRIST, INDEX['neck']])
+    depth[0, WRIST, :12], depth[0, WRIST, 12:] = 2.4, 5.0
+    depth[0, INDEX['neck']] = np.nan
+    known, foreign = np.ones((2, 18), bool), np.zeros((2, 18, 25), bool)
+    known[1, INDEX['neck']] = False
+    foreign[1, WRIST, 0] = True
+    mean, weight = surfaces.mean_within(seen(depth, known=known), foreign, joints, np.array([0.1, 0.0]),
+                                        np.array([2.45, 2.7]), 0.3)
+    np.testing.assert_allclose(mean, [2.5, 2.6])
+    np.testing.assert_allclose(weight, [surfaces.WEIGHTS[:12].sum(), 1 - surfaces.WEIGHTS[0]])
+    _, nothing = surfaces.mean_within(seen(depth), None, joints, np.zeros(2), np.array([9.0, 9.0]), 0.3)
+    assert not nothing.any()
+
+
+@pytest.mark.parametrize('values, median', [
+    ([], np.nan), ([np.nan, np.inf], np.nan), ([3.0], 3.0), ([4.0, np.nan, 1.0], 1.0), ([5.0, 1.0, np.inf, 2.0], 2.0)])
+def test_of_an_even_number_the_lower_one_is_the_median(values, median):
+    values = np.array([values + [np.nan] * (4 - len(values))])
+    np.testing.assert_array_equal(surfaces.lower_median(values), [median])
 
 
 def test_the_constants_fit_together():
-    np.testing.assert_allclose(np.diff(np.log(surfaces.ROOT_DEPTHS)), surfaces.ROOT_STEP)
-    assert surfaces.DELTAS[surfaces.HALF] == 0 and surfaces.DELTAS[0] == -surfaces.DELTAS[-1]
+    np.testing.assert_allclose(np.diff(np.log(surfaces.ROOT_DEPTHS)), METHOD.trunk.step)
+    assert surfaces.DELTAS[METHOD.costs.half] == 0 and surfaces.DELTAS[0] == -surfaces.DELTAS[-1]
     assert surfaces.WEIGHTS.sum() == pytest.approx(1)
-    assert len(SIZED_PAIRS) == len(SIZED_LENGTHS) and len(THICKNESSES) == 18
+    assert len(BODY.sized_pairs) == len(BODY.sized_lengths) and len(BODY.thicknesses) == 18

@@ -5,7 +5,6 @@ import pytest
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.body.body import BONES, JOINTS
 from skeleton_extract_3d.track.bone_constraints import satisfy_lengths
-from skeleton_extract_3d.track.constants import DEFAULTS
 from skeleton_extract_3d.track.joint_filter import along_rays, isotropic
 from synthetic_scene import Person, joints_of, standing
 
@@ -27,7 +26,7 @@ def satisfied(xyz, covariance=None, usable=None, spread=0.03):
         covariance = isotropic(np.full(xyz.shape[:2], 0.05))
     people = len(xyz)
     return satisfy_lengths(xyz, covariance, np.tile(TRUE, (people, 1)), np.full((people, 8), spread),
-                           np.ones(xyz.shape[:2], bool) if usable is None else usable, DEFAULTS.bone_constraints)
+                           np.ones(xyz.shape[:2], bool) if usable is None else usable)
 
 
 def excess(xyz):

@@ -2,7 +2,6 @@
 import numpy as np
 import pytest
 
-from skeleton_extract_3d.track.constants import DEFAULTS
 from skeleton_extract_3d.track.joint_filter import JointFilter, along_rays, isotropic
 
 DT = 1 / 15
@@ -17,7 +16,7 @@ def corrected(joints, measured, covariance, mask=None):
     """Measure all points, or those of a mask, at (3,) or (T, K, 3) with one (3, 3) covariance."""
     shape = joints.position.shape
     return joints.corrected(np.broadcast_to(measured, shape), np.broadcast_to(covariance, (*shape, 3)),
-                            np.ones(shape[:2], bool) if mask is None else mask, DEFAULTS.joint_filter)
+                            np.ones(shape[:2], bool) if mask is None else mask)
 
 
 def step(joints, measured, covariance, acceleration=4.0, elapsed=DT):
@@ -141,7 +140,7 @@ def test_covariances_stay_symmetric_positive_and_bounded_over_thousands_of_frame
         measured = rays * 3 + (root @ rng.normal(size=(2, 2, 3, 1)))[..., 0]
         # the first point is often not seen; once in a while the camera turns
         mask = np.array([[i % 7 < 4, True]] * 2)
-        joints = joints.corrected(measured, covariance, mask, DEFAULTS.joint_filter)
+        joints = joints.corrected(measured, covariance, mask)
         if i % 200 == 0:
             for _ in range(4):  # four quarters are a whole turn
                 joints = joints.transformed(np.array([[0, 0, 1.0], [0, 1, 0], [-1, 0, 0]]), np.zeros(3))

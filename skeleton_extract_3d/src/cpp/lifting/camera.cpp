@@ -1,15 +1,12 @@
-/** Twins of camera.py. */
+/** Fits a pinhole camera to points. */
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <cstdint>
 #include <numeric>
-#include <optional>
 #include <vector>
 
-#include "arrays.h"
-#include "bindings.h"
+#include "steps.h"
 
 namespace skeleton_extract_3d
 {
@@ -34,48 +31,39 @@ Line fitLine(const std::vector<double>& x, const std::vector<double>& y, double 
   }
   const double slope = both / std::max(square, least_square);
   std::vector<double> errors(x.size());
-  for (std::size_t i = 0; i < x.size(); ++i)
-  {
-    errors[i] = std::abs(slope * (x[i] - x_mean) - (y[i] - y_mean));
-  }
+  std::transform(x.begin(), x.end(), y.begin(), errors.begin(),
+                 [=](double a, double b) { return std::abs(slope * (a - x_mean) - (b - y_mean)); });
   const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size()) / 2;
   std::nth_element(errors.begin(), middle, errors.end());
   return { slope, y_mean - slope * x_mean, *middle };
 }
+}  // namespace
 
-std::optional<std::array<double, 5>> fitPinhole(const Doubles& points, const Integers& pixels, std::size_t least_points,
-                                                double least_square)
+std::optional<std::array<double, 5>> fitPinhole(const Constants& method, const Doubles& points, const Integers& pixels)
 {
-  const py::ssize_t count = sizeOf(points, "points", 2, 1);
+  const py::ssize_t count = points.ndim() == 2 ? points.shape(1) : 0;
   const double *x = checked(points, "points", { 3, count }), *y = x + count, *z = y + count;
-  const std::int64_t *u = checked(pixels, "pixels", { 2, count }), *v = u + count;
-  std::array<std::vector<double>, 2> slopes, at;
+  const Index *u = checked(pixels, "pixels", { 2, count }), *v = u + count;
+  std::vector<double> x_slopes, y_slopes, columns, rows;
   for (py::ssize_t i = 0; i < count; ++i)
   {
     if (std::isfinite(x[i]) && std::isfinite(y[i]) && std::isfinite(z[i]) && z[i] > 0.0)
     {
-      slopes[0].push_back(x[i] / z[i]);
-      slopes[1].push_back(y[i] / z[i]);
-      at[0].push_back(static_cast<double>(u[i]));
-      at[1].push_back(static_cast<double>(v[i]));
+      x_slopes.push_back(x[i] / z[i]);
+      y_slopes.push_back(y[i] / z[i]);
+      columns.push_back(static_cast<double>(u[i]));
+      rows.push_back(static_cast<double>(v[i]));
     }
   }
   const auto all_alike = [](const std::vector<double>& values) {
     return std::all_of(values.begin(), values.end(), [&values](double value) { return value == values.front(); });
   };
-  if (slopes[0].size() < least_points || all_alike(at[0]) || all_alike(at[1]))
+  const Constants::CameraFit& fit = method.camera_fit;
+  if (x_slopes.size() < fit.least_points || all_alike(columns) || all_alike(rows))
   {
     return std::nullopt;
   }
-  const Line horizontal = fitLine(slopes[0], at[0], least_square), vertical = fitLine(slopes[1], at[1], least_square);
-  return { { horizontal.slope, vertical.slope, horizontal.offset, vertical.offset,
-             std::max(horizontal.error, vertical.error) } };
-}
-}  // namespace
-
-void bindCamera(py::module& module)
-{
-  module.def("fit_pinhole", &fitPinhole, "Twin of camera.fit_pinhole.", py::arg("points"), py::arg("pixels"),
-             py::arg("least_points"), py::arg("least_square"));
+  const Line across = fitLine(x_slopes, columns, fit.least_square), down = fitLine(y_slopes, rows, fit.least_square);
+  return { { across.slope, down.slope, across.offset, down.offset, std::max(across.error, down.error) } };
 }
 }  // namespace skeleton_extract_3d

@@ -29,44 +29,28 @@ inline float lesser(float a, float b)
   return a < b ? a : b;
 }
 
+/** One number per candidate; what rows are filled up with is 0 and has no effect. */
+using Message = std::vector<float>;
+
 /** Costs of the pairs of candidates of two places, row by row; rows are filled up with infinity. */
-class Table
+struct Table
 {
-public:
-  Table(int rows, int columns)
-    : rows_(rows), columns_(columns), stride_(filledUp(columns)), values_(rows * stride_, INFINITE)
+  Table(int row_count, int column_count)
+    : rows(row_count), columns(column_count), stride(filledUp(columns)), values(rows * stride, INFINITE)
   {
-  }
-  int rows() const
-  {
-    return rows_;
-  }
-  int columns() const
-  {
-    return columns_;
-  }
-  int stride() const
-  {
-    return stride_;
   }
   float* row(int index)
   {
-    return values_.data() + index * stride_;
+    return values.data() + index * stride;
   }
   const float* row(int index) const
   {
-    return values_.data() + index * stride_;
+    return values.data() + index * stride;
   }
 
-private:
-  int rows_;
-  int columns_;
-  int stride_;
-  std::vector<float> values_;
+  int rows, columns, stride;
+  std::vector<float> values;
 };
-
-/** One number per candidate; what rows are filled up with is 0 and has no effect. */
-using Message = std::vector<float>;
 
 /** Least sum of a row of a table and a message. */
 inline float leastSum(const float* row, const float* message, int stride)
@@ -83,84 +67,93 @@ inline float leastSum(const float* row, const float* message, int stride)
   return *std::min_element(lanes, lanes + LANES);
 }
 
+/** Lower each result to the sum of a row and a value. */
+inline void lower(const float* row, float value, int columns, float* result)
+{
+  for (int i = 0; i < columns; ++i)
+  {
+    result[i] = lesser(row[i] + value, result[i]);
+  }
+}
+
 /** For each row, the least sum with a message to the columns. */
 inline void passToRows(const Table& table, const Message& message, float* result)
 {
-  for (int i = 0; i < table.rows(); ++i)
+  for (int i = 0; i < table.rows; ++i)
   {
-    result[i] = leastSum(table.row(i), message.data(), table.stride());
+    result[i] = leastSum(table.row(i), message.data(), table.stride);
   }
 }
 
 /** For each column, the least sum with a message to the rows. */
-inline void passToColumns(const Table& table, const float* message, float* result)
+inline void passToColumns(const Table& table, const Message& message, float* result)
 {
-  const int columns = table.columns();
-  std::fill_n(result, columns, INFINITE);
-  for (int i = 0; i < table.rows(); ++i)
+  std::fill_n(result, table.columns, INFINITE);
+  for (int i = 0; i < table.rows; ++i)
   {
-    const float* row = table.row(i);
-    const float value = message[i];
-    for (int j = 0; j < columns; ++j)
-    {
-      result[j] = lesser(row[j] + value, result[j]);
-    }
+    lower(table.row(i), message[i], table.columns, result);
   }
 }
 
-/** Fill a table with the costs of a bone between candidates of its ends. */
-inline void lengthCosts(const float* z_start, const Ray& start, const float* z_end, const Ray& end, float length,
-                        float sigma, float limit, Table& table)
+/** The candidates of a place: depths [m] along a ray. */
+struct Candidates
 {
-  const int columns = table.columns();
-  const float start_start = dot(start, start), end_end = dot(end, end), twice_both = 2 * dot(start, end);
-  Message end_square(columns);
-  for (int j = 0; j < columns; ++j)
+  const Message& z;
+  Ray ray;
+};
+
+struct Length
+{
+  float mean, sigma;  ///< [m]
+};
+
+/** Fill a table with the costs of a bone between candidates of its ends. */
+inline void lengthCosts(const Candidates& start, const Candidates& end, const Length& length, float limit, Table& table)
+{
+  const int columns = table.columns;
+  const float start_start = dot(start.ray, start.ray), end_end = dot(end.ray, end.ray);
+  const float twice_both = 2 * dot(start.ray, end.ray), mean = length.mean, sigma = length.sigma;
+  const float* z_end = end.z.data();
+  for (int i = 0; i < table.rows; ++i)
   {
-    end_square[j] = end_end * z_end[j] * z_end[j];
-  }
-  const float* of_end = end_square.data();
-  for (int i = 0; i < table.rows(); ++i)
-  {
-    const float start_square = start_start * z_start[i] * z_start[i];
-    const float both = twice_both * z_start[i];
+    const float start_square = start_start * start.z[i] * start.z[i], both = twice_both * start.z[i];
     float* row = table.row(i);
     for (int j = 0; j < columns; ++j)
     {
-      const float square = start_square + of_end[j] - both * z_end[j];
-      const float off = (std::sqrt(square > 0.0f ? square : 0.0f) - length) / sigma;
+      const float square = start_square + end_end * z_end[j] * z_end[j] - both * z_end[j];
+      const float off = (std::sqrt(square > 0.0f ? square : 0.0f) - mean) / sigma;
       row[j] = lesser(off * off, limit);
     }
   }
 }
 
+/** An axis of a body, and how far along it a limb leads, in standard deviations. */
+struct Lead
+{
+  Direction axis;
+  float mean;
+  double sigma;  ///< [m]
+};
+
 /** Add the costs of where a limb points. */
-inline void addDirectionCosts(const float* z, const Ray& start, const Ray& end, const Direction& outwards,
-                              const Direction& forward, const double* mean, const double* sigma, double scale,
+inline void addDirectionCosts(const Candidates& start, const Candidates& end, const Lead& outwards, const Lead& forward,
                               float limit, Table& table)
 {
-  const int columns = table.columns();
-  const double sigmas[2] = { sigma[0] * scale, sigma[1] * scale };
-  const float start_out = static_cast<float>(dot(start, outwards) / sigmas[0]);
-  const float start_forward = static_cast<float>(dot(start, forward) / sigmas[1]);
-  const float end_out = static_cast<float>(dot(end, outwards) / sigmas[0]);
-  const float end_forward = static_cast<float>(dot(end, forward) / sigmas[1]);
-  const float mean_out = static_cast<float>(mean[0] * scale / sigmas[0]);
-  const float mean_forward = static_cast<float>(mean[1] * scale / sigmas[1]);
-  Message out_row(columns), forward_row(columns);
-  for (int j = 0; j < columns; ++j)
+  const int columns = table.columns;
+  const auto along = [](const Ray& ray, const Lead& lead) {
+    return static_cast<float>(dot(ray, lead.axis) / lead.sigma);
+  };
+  const float start_out = along(start.ray, outwards), start_forward = along(start.ray, forward);
+  const float end_out = along(end.ray, outwards), end_forward = along(end.ray, forward);
+  const float mean_out = outwards.mean, mean_forward = forward.mean;
+  const float* z = end.z.data();
+  for (int i = 0; i < table.rows; ++i)
   {
-    out_row[j] = end_out * z[j] - mean_out;
-    forward_row[j] = end_forward * z[j] - mean_forward;
-  }
-  const float *to_out = out_row.data(), *to_forward = forward_row.data();
-  for (int i = 0; i < table.rows(); ++i)
-  {
-    const float from_out = start_out * z[i], from_forward = start_forward * z[i];
+    const float from_out = start_out * start.z[i], from_forward = start_forward * start.z[i];
     float* row = table.row(i);
     for (int j = 0; j < columns; ++j)
     {
-      const float out = to_out[j] - from_out, ahead = to_forward[j] - from_forward;
+      const float out = end_out * z[j] - mean_out - from_out, ahead = end_forward * z[j] - mean_forward - from_forward;
       row[j] += lesser(out * out + ahead * ahead, limit);
     }
   }

@@ -22,31 +22,49 @@ auto dot(const Vector<A>& a, const Vector<B>& b)
   return a.x * b.x + a.y * b.y + a.z * b.z;
 }
 
-inline Direction scaled(const Direction& v, double factor)
+inline Direction operator*(const Direction& v, double factor)
 {
   return { v.x * factor, v.y * factor, v.z * factor };
 }
 
-inline Direction sum(const Direction& a, const Direction& b)
+inline Direction operator+(const Direction& a, const Direction& b)
 {
   return { a.x + b.x, a.y + b.y, a.z + b.z };
 }
 
-inline Direction difference(const Direction& a, const Direction& b)
+inline Direction operator-(const Direction& a, const Direction& b)
 {
   return { a.x - b.x, a.y - b.y, a.z - b.z };
 }
 
+inline Direction cross(const Direction& a, const Direction& b)
+{
+  return { a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x };
+}
+
+/** Return a vector of length 1, or a shorter one if it had less than the least length. */
 inline Direction unit(const Direction& v, double least_length)
 {
   const double length = std::max(std::sqrt(dot(v, v)), least_length);
   return { v.x / length, v.y / length, v.z / length };
 }
 
-inline double distanceBetween(const double* a, const double* b)
+inline Direction at(const double* values)
 {
-  const double x = a[0] - b[0], y = a[1] - b[1], z = a[2] - b[2];
-  return std::sqrt(x * x + y * y + z * z);
+  return { values[0], values[1], values[2] };
+}
+
+inline void store(const Direction& v, double* values)
+{
+  values[0] = v.x;
+  values[1] = v.y;
+  values[2] = v.z;
+}
+
+inline double distanceBetween(const Direction& a, const Direction& b)
+{
+  const Direction along = a - b;
+  return std::sqrt(dot(along, along));
 }
 
 /** A matrix of 3 x 3, row by row. */
@@ -64,55 +82,38 @@ inline Matrix transposed(const Matrix& m)
   return { m[0], m[3], m[6], m[1], m[4], m[7], m[2], m[5], m[8] };
 }
 
-inline Matrix product(const Matrix& a, const Matrix& b)
-{
-  Matrix result;
-  for (int i = 0; i < 3; ++i)
-  {
-    for (int j = 0; j < 3; ++j)
-    {
-      result[3 * i + j] = a[3 * i] * b[j] + a[3 * i + 1] * b[3 + j] + a[3 * i + 2] * b[6 + j];
-    }
-  }
-  return result;
-}
-
-inline Direction product(const Matrix& a, const Direction& v)
+inline Direction operator*(const Matrix& a, const Direction& v)
 {
   return { a[0] * v.x + a[1] * v.y + a[2] * v.z, a[3] * v.x + a[4] * v.y + a[5] * v.z,
            a[6] * v.x + a[7] * v.y + a[8] * v.z };
+}
+
+inline Matrix operator*(const Matrix& a, const Matrix& b)
+{
+  Matrix result;
+  for (int i = 0; i < 9; ++i)
+  {
+    const double* row = a.data() + i / 3 * 3;
+    result[i] = row[0] * b[i % 3] + row[1] * b[3 + i % 3] + row[2] * b[6 + i % 3];
+  }
+  return result;
 }
 
 /** Return a + factor * b. */
 inline Matrix sum(const Matrix& a, double factor, const Matrix& b)
 {
   Matrix result;
-  for (std::size_t i = 0; i < result.size(); ++i)
-  {
-    result[i] = a[i] + factor * b[i];
-  }
-  return result;
-}
-
-inline Matrix symmetric(const Matrix& m)
-{
-  const Matrix other = transposed(m);
-  Matrix result;
-  for (std::size_t i = 0; i < result.size(); ++i)
-  {
-    result[i] = (m[i] + other[i]) / 2;
-  }
+  std::transform(a.begin(), a.end(), b.begin(), result.begin(), [=](double x, double y) { return x + factor * y; });
   return result;
 }
 
 inline Matrix inverse(const Matrix& m)
 {
-  const Matrix adjugate = { m[4] * m[8] - m[5] * m[7], m[2] * m[7] - m[1] * m[8], m[1] * m[5] - m[2] * m[4],
-                            m[5] * m[6] - m[3] * m[8], m[0] * m[8] - m[2] * m[6], m[2] * m[3] - m[0] * m[5],
-                            m[3] * m[7] - m[4] * m[6], m[1] * m[6] - m[0] * m[7], m[0] * m[4] - m[1] * m[3] };
-  const double determinant = m[0] * adjugate[0] + m[1] * adjugate[3] + m[2] * adjugate[6];
-  Matrix result;
-  std::transform(adjugate.begin(), adjugate.end(), result.begin(), [=](double value) { return value / determinant; });
+  Matrix result = { m[4] * m[8] - m[5] * m[7], m[2] * m[7] - m[1] * m[8], m[1] * m[5] - m[2] * m[4],
+                    m[5] * m[6] - m[3] * m[8], m[0] * m[8] - m[2] * m[6], m[2] * m[3] - m[0] * m[5],
+                    m[3] * m[7] - m[4] * m[6], m[1] * m[6] - m[0] * m[7], m[0] * m[4] - m[1] * m[3] };
+  const double determinant = m[0] * result[0] + m[1] * result[3] + m[2] * result[6];
+  std::for_each(result.begin(), result.end(), [=](double& value) { value /= determinant; });
   return result;
 }
 }  // namespace skeleton_extract_3d

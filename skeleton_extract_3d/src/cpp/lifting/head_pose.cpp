@@ -1,126 +1,106 @@
-/** Twins of head_pose.py. */
+/** Fits rigid heads to their keypoints. */
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdint>
+#include <vector>
 
-#include "arrays.h"
-#include "bindings.h"
 #include "geometry.h"
+#include "steps.h"
 
 namespace skeleton_extract_3d
 {
 namespace
 {
-struct HeadSettings
+double square(double value)
 {
-  const std::int64_t* joints;
-  const double* points;  ///< left, down, forwards of each joint [m]
-  const double* offsets;
-  int count;
-  std::array<double, 3> axes;
-  double ahead, error, cosine_spread, sine_spread;
-};
+  return value * value;
+}
 
-/** Return the depth of the front of a turned ellipsoid, see head_pose._surface. */
-double headSurface(double across, double down, double cosine, double sine, const HeadSettings& s)
+/** Return the depth of the front of an ellipsoid that is turned by a yaw, from the middle of the ears [m]. */
+double frontOf(const Constants::Body& body, double across, double down, double cosine, double sine)
 {
-  const auto [side, height, length] = s.axes;
-  const auto square = [](double value) { return value * value; };
-  across -= s.ahead * sine;
+  const double side = body.head_axes[0], height = body.head_axes[1], length = body.head_axes[2];
+  across -= body.head_ahead * sine;
+  // a quadratic in z: c z^2 + 2 b x z + a x^2 = level, the cross section at this height
   const double a = square(cosine / side) + square(sine / length);
   const double b = cosine * sine * (1 / square(side) - 1 / square(length));
   const double c = square(sine / side) + square(cosine / length);
   const double level = std::max(1 - square(down / height), 0.1);
   const double root = std::sqrt(std::max(square(b * across) - c * (a * square(across) - level), 0.0));
-  return -s.ahead * cosine - (b * across + root) / c;
+  return -body.head_ahead * cosine - (b * across + root) / c;
 }
 
-/** Fit one person's head; return whether any of its joints was found. */
-bool headPose(const double* rays, const double* scores, double root, double scale, double shoulder_cosine,
-              const HeadSettings& s, double* ray, double* depths, double* surface)
+struct Pose
 {
+  double x, y;          ///< the middle of the ears [m]
+  double cosine, sine;  ///< of the yaw
+  bool known;           ///< whether any joint of the head was found
+};
+
+/** Fit x = x0 + left cos(yaw) + ahead sin(yaw) by least squares, with what the shoulders say. */
+Pose fitPose(const Constants& method, const double* rays, const double* scores, double root, double scale,
+             double shoulder_cosine)
+{
+  const Constants::Head& s = method.head;
   Matrix matrix{};
   Direction right_side{ 0.0, 0.0, 0.0 };
   double total = 0.0, y = 0.0;
-  for (int i = 0; i < s.count; ++i)
+  for (int i = 0; i < HEAD_JOINTS; ++i)
   {
-    const double* to = rays + 3 * s.joints[i];
-    const double place_x = to[0] * root, place_y = to[1] * root;
-    const double weight = std::isfinite(place_x) ? scores[s.joints[i]] : 0.0;
+    const Index joint = method.body.head[i];
+    const double x = rays[3 * joint] * root, weight = std::isfinite(x) ? scores[joint] : 0.0;
     if (!(weight > 0.0))
     {
       continue;
     }
-    const double terms[3] = { 1.0, s.points[3 * i] * scale, s.points[3 * i + 2] * scale };
-    const double precision = weight / (s.error * s.error);
-    for (int j = 0; j < 3; ++j)
+    const Direction point = at(method.body.head_points.data() + 3 * i) * scale;
+    const double terms[3] = { 1.0, point.x, point.z }, precision = weight / square(s.error);
+    for (int k = 0; k < 9; ++k)
     {
-      for (int k = 0; k < 3; ++k)
-      {
-        matrix[3 * j + k] += precision * terms[j] * terms[k];
-      }
+      matrix[k] += precision * terms[k / 3] * terms[k % 3];
     }
-    right_side = sum(right_side, scaled({ terms[0], terms[1], terms[2] }, precision * place_x));
+    right_side = right_side + at(terms) * (precision * x);
     total += weight;
-    y += weight * (place_y - s.points[3 * i + 1] * scale);
+    y += weight * (rays[3 * joint + 1] * root - point.y);
   }
-  const double of_cosine = 1 / (s.cosine_spread * s.cosine_spread), of_sine = 1 / (s.sine_spread * s.sine_spread);
   matrix[0] += 1e-6;
-  matrix[4] += of_cosine;
-  matrix[8] += of_sine;
-  right_side.y += of_cosine * shoulder_cosine;
-  const Direction solution = product(inverse(matrix), right_side);
+  matrix[4] += 1 / square(s.cosine_spread);
+  matrix[8] += 1 / square(s.sine_spread);
+  right_side.y += 1 / square(s.cosine_spread) * shoulder_cosine;
+  const Direction solution = inverse(matrix) * right_side;
   const double norm = std::max(std::hypot(solution.y, solution.z), 1e-6);
-  const double cosine = solution.y / norm, sine = solution.z / norm;
-  ray[0] = solution.x / root;
-  ray[1] = y / std::max(total, 1e-9) / root;
-  ray[2] = 1.0;
-  for (int i = 0; i < s.count; ++i)
-  {
-    const double left = s.points[3 * i] * scale, down = s.points[3 * i + 1] * scale;
-    const double ahead = s.points[3 * i + 2] * scale;
-    depths[i] = left * sine - ahead * cosine;
-    const double front =
-        headSurface((left * cosine + ahead * sine) / scale, down / scale, cosine, sine, s) * scale;
-    // off the outline of the ellipsoid the joint itself is the surface
-    surface[i] = std::min(front, depths[i] - s.offsets[i]);
-  }
-  return total > 0.0;
-}
-
-py::tuple estimateHeadPose(const Doubles& rays, const Doubles& scores, const Doubles& root, const Doubles& scale,
-                           const Doubles& shoulder_cosine, const Integers& head, const Doubles& points,
-                           const Doubles& offsets, const std::array<double, 3>& axes, double ahead, double error,
-                           double cosine_spread, double sine_spread)
-{
-  const py::ssize_t people = sizeOf(rays, "rays", 3, 0), joints = rays.shape(1), count = sizeOf(head, "joints", 1, 0);
-  checkWithin(head.data(), count, joints, "joints");
-  const HeadSettings settings{ head.data(), checked(points, "points", { count, 3 }),
-                               checked(offsets, "offsets", { count }), static_cast<int>(count), axes, ahead, error,
-                               cosine_spread, sine_spread };
-  const double* ray = checked(rays, "rays", { people, joints, 3 });
-  const double* score = checked(scores, "scores", { people, joints });
-  const double* trunk = checked(root, "root", { people });
-  const double* size = checked(scale, "scale", { people });
-  const double* cosine = checked(shoulder_cosine, "shoulder_cosine", { people });
-  py::array_t<double> to_head({ people, py::ssize_t{ 3 } }), depths({ people, count }), surface({ people, count });
-  py::array_t<bool> known(people);
-  for (py::ssize_t p = 0; p < people; ++p)
-  {
-    known.mutable_data()[p] = headPose(
-        ray + p * joints * 3, score + p * joints, trunk[p], size[p], cosine[p], settings,
-        to_head.mutable_data() + 3 * p, depths.mutable_data() + p * count, surface.mutable_data() + p * count);
-  }
-  return py::make_tuple(to_head, depths, surface, known);
+  return { solution.x, y / std::max(total, 1e-9), solution.y / norm, solution.z / norm, total > 0.0 };
 }
 }  // namespace
 
-void bindHeadPose(py::module& module)
+py::tuple estimateHeadPose(const Constants& method, const Doubles& rays, const Doubles& scores, const Doubles& root,
+                           const Doubles& scale, const Doubles& shoulder_cosine)
 {
-  module.def("estimate_head_pose", &estimateHeadPose, "Twin of head_pose.estimate_head_pose.", py::arg("rays"),
-             py::arg("scores"), py::arg("root"), py::arg("scale"), py::arg("shoulder_cosine"), py::arg("joints"),
-             py::arg("points"), py::arg("offsets"), py::arg("axes"), py::arg("ahead"), py::arg("error"),
-             py::arg("cosine_spread"), py::arg("sine_spread"));
+  const py::ssize_t people = countOf(rays);
+  const double* ray = checked(rays, "rays", { people, JOINTS, 3 });
+  const double* score = checked(scores, "scores", { people, JOINTS });
+  const double* trunk = checked(root, "root", { people });
+  const double* size = checked(scale, "scale", { people });
+  const double* cosine = checked(shoulder_cosine, "shoulder_cosine", { people });
+  py::array_t<double> to_head(Shape{ people, 3 }), depths(Shape{ people, HEAD_JOINTS });
+  py::array_t<double> surface(Shape{ people, HEAD_JOINTS });
+  py::array_t<bool> known(people);
+  for (py::ssize_t p = 0; p < people; ++p)
+  {
+    const Pose pose =
+        fitPose(method, ray + p * JOINTS * 3, score + p * JOINTS, trunk[p], size[p], cosine[p]);
+    store({ pose.x / trunk[p], pose.y / trunk[p], 1.0 }, to_head.mutable_data(p));
+    known.mutable_data()[p] = pose.known;
+    for (int i = 0; i < HEAD_JOINTS; ++i)
+    {
+      const Direction point = at(method.body.head_points.data() + 3 * i);
+      const double depth = (point.x * pose.sine - point.z * pose.cosine) * size[p];
+      const double front =
+          frontOf(method.body, point.x * pose.cosine + point.z * pose.sine, point.y, pose.cosine, pose.sine) * size[p];
+      *depths.mutable_data(p, i) = depth;
+      // off the outline of the ellipsoid the joint itself is the surface
+      *surface.mutable_data(p, i) = std::min(front, depth - method.body.surface_offsets[method.body.head[i]]);
+    }
+  }
+  return py::make_tuple(to_head, depths, surface, known);
 }
 }  // namespace skeleton_extract_3d

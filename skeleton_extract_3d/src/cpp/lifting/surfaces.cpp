@@ -1,32 +1,85 @@
-/** Twins of surfaces.py. */
-#include "surfaces.h"
-
+/** What the samples around keypoints say of the depth of the trunk, and of that of each joint. */
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <iterator>
-#include <limits>
-#include <optional>
-#include <stdexcept>
+#include <numeric>
 #include <vector>
 
-#include "arrays.h"
-#include "bindings.h"
-#include "geometry.h"
+#include "steps.h"
 
 namespace skeleton_extract_3d
 {
 namespace
 {
+/** The weights of the valid samples of a window, with sum 1, in histograms. */
+class Window
+{
+public:
+  Window(const std::vector<double>& weights, int bins) : weights_(weights), all_(bins), own_(bins)
+  {
+  }
+
+  /** Read a window; return whether it has any valid sample. */
+  bool read(const double* depth)
+  {
+    depth_ = depth;
+    double total = 0.0;
+    for (int i = 0; i < SAMPLES; ++i)
+    {
+      weight_[i] = std::isfinite(depth[i]) ? weights_[i] : 0.0;
+      total += weight_[i];
+    }
+    for (double& weight : weight_)
+    {
+      weight /= total > 0.0 ? total : 1.0;
+    }
+    return total > 0.0;
+  }
+
+  /**
+   * Fill the histograms of all samples, and of those that are not foreign; both are the same where `foreign` is null.
+   *
+   * position: function from depth to number of the bin; first: number of the first bin; it and the last one are open.
+   */
+  template <typename Position>
+  void fill(const bool* foreign, int first, const Position& position)
+  {
+    const double last = first + static_cast<double>(all_.size() - 1);
+    std::fill(all_.begin(), all_.end(), 0.0);
+    std::fill(own_.begin(), own_.end(), 0.0);
+    for (int i = 0; i < SAMPLES; ++i)
+    {
+      if (weight_[i] > 0.0)
+      {
+        const double at = position(depth_[i]);
+        const long bin = at > first ? std::lrint(std::min(at, last)) - first : 0;
+        all_[bin] += weight_[i];
+        own_[bin] += foreign != nullptr && foreign[i] ? 0.0 : weight_[i];
+      }
+    }
+  }
+
+  const std::vector<double>& all() const
+  {
+    return all_;
+  }
+  const std::vector<double>& own() const
+  {
+    return own_;
+  }
+
+private:
+  const std::vector<double>& weights_;
+  const double* depth_ = nullptr;
+  std::array<double, SAMPLES> weight_;
+  std::vector<double> all_, own_;
+};
+
 /** Fill `below` with the weight below each edge of the bins. */
 void cumulate(const std::vector<double>& histogram, std::vector<double>& below)
 {
   below[0] = 0.0;
-  for (std::size_t i = 0; i < histogram.size(); ++i)
-  {
-    below[i + 1] = below[i] + histogram[i];
-  }
+  std::partial_sum(histogram.begin(), histogram.end(), below.begin() + 1);
 }
 
 /** Logarithms of numbers that often repeat. */
@@ -48,319 +101,112 @@ private:
   double log_ = 0.0;
 };
 
-struct RootSettings
+/** What is known of one joint, see surfaces.depth_costs. */
+struct Joint
 {
-  const double* joint_weights;
-  double full_score;
-  double nearest;         ///< first depth [m]
-  double step;            ///< of the logarithm of the depth
-  const std::int64_t *low, *high;  ///< first bin of a body at each depth, and first one behind it
-  int depths;
-  double front, behind, floor;  ///< likelihoods
+  double score, root, offset, gap, own;
+  bool covered;
 };
 
-void rootEvidence(const double* depth, const double* scores, const bool* foreign, int people, int joints, int samples,
-                  const double* weights, const RootSettings& s, double* result)
+/** Return the costs of the candidates of one joint, of which the least is 0. */
+void jointCosts(const Constants::Costs& s, const Joint& joint, const Window& window, std::vector<double>& below,
+                std::vector<double>& costs, float* result)
 {
-  Window window(weights, samples);
-  std::vector<double> all(s.depths), own(s.depths), all_below(s.depths + 1), own_below(s.depths + 1);
-  const double log_nearest = std::log(s.nearest);
-  std::fill_n(result, people * s.depths, 0.0);
-  for (int row = 0; row < people * joints; ++row)
+  const std::vector<double>& surface = window.own();
+  cumulate(window.all(), below);
+  const int hiding = static_cast<int>(std::min(std::max(1.0, std::nearbyint(joint.gap / s.step)), s.steps + 1.0));
+  const double by_score =
+      std::min(std::max(std::exp(s.hidden_slope * (s.hidden_score - joint.score)), 1.0), s.hidden_most);
+  const double hidden = (joint.covered ? s.hidden_covered : 1.0) * s.hidden * by_score * s.step / s.hidden_depth;
+  RepeatingLog log;
+  for (int i = 0; i < s.steps; ++i)
   {
-    const double weight = s.joint_weights[row % joints] * std::min(1.0, scores[row] / s.full_score);
-    if (weight == 0.0 || !window.look(depth + row * samples))
+    double seen = 0.0;
+    for (std::size_t k = 0; k < s.kernel_shifts.size(); ++k)
+    {
+      const Index from = i - s.kernel_shifts[k];
+      seen += from >= 0 && from < s.steps ? s.kernel_shares[k] * surface[from + 1] : 0.0;
+    }
+    const double front = below[std::max(i + 1 - hiding, 0)];
+    const double under = std::max(below[i + 1] - front, 0.0);
+    costs[i] = -2.0 * log(joint.own * (seen + s.under * under) + hidden * front + s.anything);
+  }
+  const double least = *std::min_element(costs.begin(), costs.end());
+  std::transform(costs.begin(), costs.end(), result, [=](double cost) { return static_cast<float>(cost - least); });
+}
+}  // namespace
+
+py::array_t<double> rootEvidence(const Constants& method, const Doubles& samples, const Doubles& scores,
+                                 const std::optional<Flags>& foreign)
+{
+  const Constants::Trunk& s = method.trunk;
+  const py::ssize_t people = countOf(samples);
+  const int depths = static_cast<int>(s.low.size());
+  const double* depth = checked(samples, "samples", { people, JOINTS, SAMPLES });
+  const double* score = checked(scores, "scores", { people, JOINTS });
+  const bool* others = checked(foreign, "foreign", { people, JOINTS, SAMPLES });
+  py::array_t<double> result(Shape{ people, depths });
+  double* out = result.mutable_data();
+  py::gil_scoped_release release;
+  std::fill_n(out, people * depths, 0.0);
+  Window window(method.windows.weights, depths);
+  std::vector<double> all_below(depths + 1), own_below(depths + 1);
+  const double log_nearest = std::log(s.nearest);
+  for (py::ssize_t row = 0; row < people * JOINTS; ++row)
+  {
+    const double weight = s.joint_weights[row % JOINTS] * std::min(1.0, score[row] / s.full_score);
+    if (weight == 0.0 || !window.read(depth + row * SAMPLES))
     {
       continue;
     }
-    window.fill(foreign == nullptr ? nullptr : foreign + row * samples,
-                [&](double z) { return (std::log(z) - log_nearest) / s.step; }, 0, all, own);
-    cumulate(all, all_below);
-    cumulate(own, own_below);
-    double* of_person = result + row / joints * s.depths;
+    window.fill(others == nullptr ? nullptr : others + row * SAMPLES, 0,
+                [&](double z) { return (std::log(z) - log_nearest) / s.step; });
+    cumulate(window.all(), all_below);
+    cumulate(window.own(), own_below);
+    double* of_person = out + row / JOINTS * depths;
     RepeatingLog log;
-    for (int i = 0; i < s.depths; ++i)
+    for (int i = 0; i < depths; ++i)
     {
-      const double front = all_below[s.low[i]], behind = all_below[s.depths] - all_below[s.high[i]];
+      const double front = all_below[s.low[i]], behind = all_below[depths] - all_below[s.high[i]];
       const double near = std::max(own_below[s.high[i]] - own_below[s.low[i]], 0.0);
       of_person[i] += weight * log(near + s.front * front + s.behind * behind + s.floor);
     }
   }
+  return result;
 }
 
-struct CostSettings
+py::array_t<float> depthCosts(const Constants& method, const Doubles& samples, const Doubles& scores,
+                              const Doubles& root, const Doubles& offsets, const Doubles& gaps, const Doubles& own,
+                              const Flags& covered, const std::optional<Flags>& foreign)
 {
-  int steps, half;
-  double step;  ///< [m]
-  const std::int64_t* shifts;  ///< of the kernel [steps]
-  const double* shares;        ///< of the kernel
-  int kernel;
-  double hidden, hidden_depth, under, anything, hidden_score, hidden_slope, hidden_most, hidden_covered;
-};
-
-void depthCosts(const double* depth, const double* offsets, const double* gaps, const double* root,
-                const double* scores, const double* own, const bool* covered, const bool* foreign, int people,
-                int joints, int samples, const double* weights, const CostSettings& s, float* result)
-{
-  Window window(weights, samples);
-  // the first bin (-1) holds all that is nearer than the candidates, the last bin all that is further
-  std::vector<double> all(s.steps + 2), surface(s.steps + 2), below(s.steps + 3), costs(s.steps);
-  std::fill_n(result, people * joints * s.steps, 0.0f);
-  for (int row = 0; row < people * joints; ++row)
+  const Constants::Costs& s = method.costs;
+  const py::ssize_t people = countOf(samples);
+  const double* depth = checked(samples, "samples", { people, JOINTS, SAMPLES });
+  const double* score = checked(scores, "scores", { people, JOINTS });
+  const double* trunk = checked(root, "root", { people });
+  const double* offset = checked(offsets, "offsets", { people, JOINTS });
+  const double* gap = checked(gaps, "gaps", { people, JOINTS });
+  const double* likely_own = checked(own, "own", { people, JOINTS });
+  const bool* covered_by_self = checked(covered, "covered", { people, JOINTS });
+  const bool* others = checked(foreign, "foreign", { people, JOINTS, SAMPLES });
+  py::array_t<float> result(Shape{ people, JOINTS, s.steps });
+  float* out = result.mutable_data();
+  py::gil_scoped_release release;
+  std::fill_n(out, people * JOINTS * s.steps, 0.0f);
+  Window window(method.windows.weights, s.steps + 2);
+  std::vector<double> below(s.steps + 3), costs(s.steps);
+  for (py::ssize_t row = 0; row < people * JOINTS; ++row)
   {
-    if (!(scores[row] > 0.0) || !window.look(depth + row * samples))
+    if (!(score[row] > 0.0) || !window.read(depth + row * SAMPLES))
     {
       continue;
     }
-    const double from_root = root[row / joints], offset = offsets[row];
-    window.fill(foreign == nullptr ? nullptr : foreign + row * samples,
-                [&](double z) { return (z + offset - from_root) / s.step + s.half; }, -1, all, surface);
-    cumulate(all, below);
-    const double shift = std::max(1.0, std::nearbyint(gaps[row] / s.step));
-    const int hiding = static_cast<int>(std::min(shift, s.steps + 1.0));
-    const double by_score =
-        std::min(std::max(std::exp(s.hidden_slope * (s.hidden_score - scores[row])), 1.0), s.hidden_most);
-    const double hidden = (covered[row] ? s.hidden_covered : 1.0) * s.hidden * by_score * s.step / s.hidden_depth;
-    double least = std::numeric_limits<double>::infinity();
-    RepeatingLog log;
-    for (int i = 0; i < s.steps; ++i)
-    {
-      double seen = 0.0;
-      for (int k = 0; k < s.kernel; ++k)
-      {
-        const std::int64_t from = i - s.shifts[k];
-        seen += from >= 0 && from < s.steps ? s.shares[k] * surface[from + 1] : 0.0;
-      }
-      const double front = below[std::max(i + 1 - hiding, 0)];
-      const double under = std::max(below[i + 1] - front, 0.0);
-      costs[i] = -2.0 * log(own[row] * (seen + s.under * under) + hidden * front + s.anything);
-      least = std::min(least, costs[i]);
-    }
-    float* of_joint = result + row * s.steps;
-    for (int i = 0; i < s.steps; ++i)
-    {
-      of_joint[i] = static_cast<float>(costs[i] - least);
-    }
-  }
-}
-
-struct SizedPairs
-{
-  const std::int64_t* pairs;
-  const double* lengths;
-  int count;
-  double least_score, bias;
-};
-
-void sizeDepth(const double* rays, const double* scores, int people, int joints, const SizedPairs& s, double* result)
-{
-  for (int person = 0; person < people; ++person)
-  {
-    const double *ray = rays + person * joints * 3, *score = scores + person * joints;
-    double first = std::numeric_limits<double>::infinity(), second = first;
-    int usable = 0;
-    for (int i = 0; i < s.count; ++i)
-    {
-      const std::int64_t start = s.pairs[2 * i], end = s.pairs[2 * i + 1];
-      const double length = distanceBetween(ray + 3 * start, ray + 3 * end);
-      if (score[start] > s.least_score && score[end] > s.least_score && length > 1e-4)
-      {
-        const double depth = s.lengths[i] / length;
-        second = std::min(second, std::max(first, depth));
-        first = std::min(first, depth);
-        ++usable;
-      }
-    }
-    result[person] = usable >= 3 ? second * s.bias : first;
-  }
-}
-
-void meanWithin(const double* depth, const double* offsets, const double* middle, double reach, const bool* known,
-                const bool* foreign, const std::int64_t* chosen, int chosen_count, int people, int joints, int samples,
-                const double* weights, double* mean, double* weight)
-{
-  for (int person = 0; person < people; ++person)
-  {
-    double total = 0.0, moment = 0.0;
-    for (int i = 0; i < chosen_count; ++i)
-    {
-      const int row = person * joints + static_cast<int>(chosen[i]);
-      for (int k = row * samples; known[row] && k < (row + 1) * samples; ++k)
-      {
-        const double z = depth[k] + offsets[person * chosen_count + i];
-        if (std::abs(z - middle[person]) < reach && (foreign == nullptr || !foreign[k]))
-        {
-          total += weights[k - row * samples];
-          moment += weights[k - row * samples] * z;
-        }
-      }
-    }
-    mean[person] = moment / std::max(total, 1e-9);
-    weight[person] = total;
-  }
-}
-
-py::array_t<double> rootEvidenceOf(const Doubles& depth, const Doubles& scores, const std::optional<Flags>& foreign,
-                                   const Doubles& weights, const Doubles& joint_weights, double full_score,
-                                   double nearest, double step, const Integers& low, const Integers& high, double front,
-                                   double behind, double floor)
-{
-  const py::ssize_t people = sizeOf(depth, "depth", 3, 0), joints = depth.shape(1), samples = depth.shape(2);
-  const py::ssize_t depths = sizeOf(low, "low", 1, 0);
-  const RootSettings settings{ checked(joint_weights, "joint_weights", { joints }), full_score, nearest, step,
-                               low.data(), checked(high, "high", { depths }), static_cast<int>(depths), front, behind,
-                               floor };
-  checkWithin(settings.low, depths, depths + 1, "low");
-  checkWithin(settings.high, depths, depths + 1, "high");
-  const double* score = checked(scores, "scores", { people, joints });
-  const bool* others = checked(foreign, "foreign", { people, joints, samples });
-  const double* weight = checked(weights, "weights", { samples });
-  py::array_t<double> result({ people, depths });
-  double* out = result.mutable_data();
-  py::gil_scoped_release release;
-  rootEvidence(depth.data(), score, others, people, joints, samples, weight, settings, out);
-  return result;
-}
-
-py::array_t<float> depthCostsOf(const Doubles& depth, const Doubles& offsets, const Doubles& gaps, const Doubles& root,
-                                const Doubles& scores, const Doubles& own, const Flags& covered,
-                                const std::optional<Flags>& foreign, const Doubles& weights, int steps, int half,
-                                double step, const Integers& kernel_shifts, const Doubles& kernel_shares, double hidden,
-                                double hidden_depth, double under, double anything, double hidden_score,
-                                double hidden_slope, double hidden_most, double hidden_covered)
-{
-  const py::ssize_t people = sizeOf(depth, "depth", 3, 0), joints = depth.shape(1), samples = depth.shape(2);
-  const py::ssize_t kernel = sizeOf(kernel_shifts, "kernel_shifts", 1, 0);
-  const CostSettings settings{ steps, half, step, kernel_shifts.data(),
-                               checked(kernel_shares, "kernel_shares", { kernel }), static_cast<int>(kernel), hidden,
-                               hidden_depth, under, anything, hidden_score, hidden_slope, hidden_most, hidden_covered };
-  const double* offset = checked(offsets, "offsets", { people, joints });
-  const double* gap = checked(gaps, "gaps", { people, joints });
-  const double* score = checked(scores, "scores", { people, joints });
-  const double* likely_own = checked(own, "own", { people, joints });
-  const bool* behind_self = checked(covered, "covered", { people, joints });
-  const bool* others = checked(foreign, "foreign", { people, joints, samples });
-  const double* weight = checked(weights, "weights", { samples });
-  const double* trunk = checked(root, "root", { people });
-  py::array_t<float> result({ people, joints, py::ssize_t{ steps } });
-  float* out = result.mutable_data();
-  py::gil_scoped_release release;
-  depthCosts(depth.data(), offset, gap, trunk, score, likely_own, behind_self, others, people, joints, samples, weight,
-             settings, out);
-  return result;
-}
-
-py::array_t<double> sizeEvidenceOf(const Doubles& size, const Doubles& spread, const Doubles& depths,
-                                   double foreshortening, double weight, double limit)
-{
-  const SizeSettings settings = sizeSettings(depths, foreshortening, weight, limit);
-  std::vector<py::ssize_t> shape(size.shape(), size.shape() + size.ndim());
-  if (!std::equal(shape.begin(), shape.end(), spread.shape(), spread.shape() + spread.ndim()))
-  {
-    throw std::invalid_argument("size and spread must have the same shape");
-  }
-  shape.push_back(depths.size());
-  py::array_t<double> result(shape);
-  double* out = result.mutable_data();
-  for (py::ssize_t i = 0; i < size.size(); ++i)
-  {
-    const double log_size = std::log(size.data()[i]);
-    for (std::size_t k = 0; k < settings.log_depths.size(); ++k)
-    {
-      *out++ = settings.evidence(k, log_size, spread.data()[i]);
-    }
+    const Joint joint{ score[row], trunk[row / JOINTS], offset[row], gap[row], likely_own[row], covered_by_self[row] };
+    // the first bin holds all that is nearer than the candidates, the last bin all that is further
+    window.fill(others == nullptr ? nullptr : others + row * SAMPLES, -1,
+                [&](double z) { return (z + joint.offset - joint.root) / s.step + s.half; });
+    jointCosts(s, joint, window, below, costs, out + row * s.steps);
   }
   return result;
-}
-
-py::array_t<double> sizeDepthOf(const Doubles& rays, const Doubles& scores, const Integers& pairs,
-                                const Doubles& lengths, double least_score, double bias)
-{
-  const py::ssize_t people = sizeOf(rays, "rays", 3, 0), joints = rays.shape(1), count = partCount(pairs, joints);
-  const double* ray = checked(rays, "rays", { people, joints, 3 });
-  const double* score = checked(scores, "scores", { people, joints });
-  const SizedPairs settings{ pairs.data(), checked(lengths, "lengths", { count }), static_cast<int>(count), least_score,
-                             bias };
-  py::array_t<double> result(people);
-  sizeDepth(ray, score, people, joints, settings, result.mutable_data());
-  return result;
-}
-
-py::tuple meanWithinOf(const Doubles& depth, const Doubles& offsets, const Doubles& middle, double reach,
-                       const Flags& known, const std::optional<Flags>& foreign, const Integers& chosen,
-                       const Doubles& weights)
-{
-  const py::ssize_t people = sizeOf(depth, "depth", 3, 0), joints = depth.shape(1), samples = depth.shape(2);
-  const py::ssize_t count = sizeOf(chosen, "joints", 1, 0);
-  checkWithin(chosen.data(), count, joints, "joints");
-  const double* offset = checked(offsets, "offsets", { people, count });
-  const double* at = checked(middle, "middle", { people });
-  const bool* found = checked(known, "known", { people, joints });
-  const bool* others = checked(foreign, "foreign", { people, joints, samples });
-  const double* weight = checked(weights, "weights", { samples });
-  py::array_t<double> mean(people), total(people);
-  meanWithin(depth.data(), offset, at, reach, found, others, chosen.data(), count, people, joints, samples, weight,
-             mean.mutable_data(), total.mutable_data());
-  return py::make_tuple(mean, total);
-}
-
-py::array_t<double> lowerMedianOf(const Doubles& values)
-{
-  if (values.ndim() < 1)
-  {
-    throw std::invalid_argument("values must have at least 1 dimension");
-  }
-  const py::ssize_t count = values.shape(values.ndim() - 1);
-  py::array_t<double> result(std::vector<py::ssize_t>(values.shape(), values.shape() + values.ndim() - 1));
-  std::vector<double> valid;
-  for (py::ssize_t i = 0; i < result.size(); ++i)
-  {
-    result.mutable_data()[i] = lowerMedian(values.data() + i * count, static_cast<int>(count), valid);
-  }
-  return result;
-}
-}  // namespace
-
-SizeSettings sizeSettings(const Doubles& depths, double foreshortening, double weight, double limit)
-{
-  SizeSettings result{ std::vector<double>(sizeOf(depths, "depths", 1, 0)), foreshortening, weight, limit };
-  std::transform(depths.data(), depths.data() + depths.size(), result.log_depths.begin(),
-                 [](double depth) { return std::log(depth); });
-  return result;
-}
-
-double lowerMedian(const double* samples, int count, std::vector<double>& valid)
-{
-  valid.clear();
-  std::copy_if(samples, samples + count, std::back_inserter(valid), [](double z) { return std::isfinite(z); });
-  if (valid.empty())
-  {
-    return std::numeric_limits<double>::quiet_NaN();
-  }
-  const auto middle = valid.begin() + static_cast<std::ptrdiff_t>(valid.size() - 1) / 2;
-  std::nth_element(valid.begin(), middle, valid.end());
-  return *middle;
-}
-
-void bindSurfaces(py::module& module)
-{
-  module.def("root_evidence", &rootEvidenceOf, "Twin of surfaces.root_evidence.", py::arg("depth"), py::arg("scores"),
-             py::arg("foreign"), py::arg("weights"), py::arg("joint_weights"), py::arg("full_score"),
-             py::arg("nearest"), py::arg("step"), py::arg("low"), py::arg("high"), py::arg("front"), py::arg("behind"),
-             py::arg("floor"));
-  module.def("depth_costs", &depthCostsOf, "Twin of surfaces.depth_costs.", py::arg("depth"), py::arg("offsets"),
-             py::arg("gaps"), py::arg("root"), py::arg("scores"), py::arg("own"), py::arg("covered"),
-             py::arg("foreign"), py::arg("weights"), py::arg("steps"), py::arg("half"), py::arg("step"),
-             py::arg("kernel_shifts"), py::arg("kernel_shares"), py::arg("hidden"), py::arg("hidden_depth"),
-             py::arg("under"), py::arg("anything"), py::arg("hidden_score"), py::arg("hidden_slope"),
-             py::arg("hidden_most"), py::arg("hidden_covered"));
-  module.def("size_evidence", &sizeEvidenceOf, "Twin of surfaces.size_evidence.", py::arg("size"), py::arg("spread"),
-             py::arg("depths"), py::arg("foreshortening"), py::arg("weight"), py::arg("limit"));
-  module.def("size_depth", &sizeDepthOf, "Twin of surfaces.size_depth.", py::arg("rays"), py::arg("scores"),
-             py::arg("pairs"), py::arg("lengths"), py::arg("least_score"), py::arg("bias"));
-  module.def("mean_within", &meanWithinOf, "Twin of surfaces.mean_within.", py::arg("depth"), py::arg("offsets"),
-             py::arg("middle"), py::arg("reach"), py::arg("known"), py::arg("foreign"), py::arg("joints"),
-             py::arg("weights"));
-  module.def("lower_median", &lowerMedianOf, "Twin of surfaces.lower_median.", py::arg("values"));
 }
 }  // namespace skeleton_extract_3d

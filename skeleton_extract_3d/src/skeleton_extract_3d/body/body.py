@@ -1,28 +1,16 @@
 """What is known about bodies before anybody is seen: lengths of bones, how deep joints lie under the skin, which ways
 limbs bend, the shape of the head.
 
-All of it is for an adult of `ADULT_STATURE` and scales with the stature. Joints are those of COCO_18; a network's other
-joints are in `extra_joints`.
-
-Sources. Lengths and depths under the skin: means and medians over rendered, dressed bodies with known COCO joints
-(five people, 1.66 to 1.86 m), rounded. The lengths agree with Winter, Biomechanics and Motor Control of Human Movement
-(2009, fig. 4.1, after Drillis and Contini 1966), but that shoulders and hips are nearer to each other, since COCO marks
-joints and not the outside of the body. Freedoms of limbs: everyday poses (standing, walking, waving, sitting), set by
-hand; they are broad, and a limb that was clearly measured elsewhere is believed.
+All of it is for an adult of `BodyConstants.adult_stature` and scales with the stature. Joints are those of COCO_18; a
+network's other joints are in `extra_joints`.
 """
-from typing import Dict, Tuple
+from dataclasses import dataclass
+from typing import Tuple
 
 import numpy as np
 
+from openpose_ros_pkg.params.constants import constant
 from openpose_ros_pkg.skeletons import COCO_18
-
-# Mean of adults, women and men together, and standard deviation as a share of it.
-ADULT_STATURE = 1.70
-STATURE_SPREAD = 0.12
-# Standard deviation of a bone's length, given the stature, as a share.
-PROPORTION_SPREAD = 0.08
-# What a stature may be measured as [m]: from a small child on.
-STATURE_LIMITS = (0.8, 2.1)
 
 JOINTS = COCO_18.joints
 _INDEX = COCO_18.index
@@ -45,81 +33,184 @@ ENDS = joint_indices('left_wrist', 'right_wrist', 'left_ankle', 'right_ankle')
 # +1 on the left, -1 on the right side of the body.
 SIDES = np.array([1, -1, 1, -1])
 
-# Lengths [m].
-SHOULDER_WIDTH, HIP_WIDTH, TRUNK_LENGTH = 0.331, 0.187, 0.500
-NECK_TO_HEAD = 0.201  # to the middle of the ears
-UPPER_LENGTHS = np.array([0.269, 0.269, 0.394, 0.394])  # from ROOTS to MIDDLES
-LOWER_LENGTHS = np.array([0.241, 0.241, 0.400, 0.400])  # from MIDDLES to ENDS
-
-# The same by kind of bone, left and right alike: the order of `Tracks.bones`.
+# Kinds of bones, left and right alike: the order of `Tracks.bones` and `BodyConstants.bone_lengths`.
 BONES = ('shoulders', 'hips', 'trunk', 'head', 'upper_arm', 'forearm', 'thigh', 'shin')
-BONE_LENGTHS = np.array([SHOULDER_WIDTH, HIP_WIDTH, TRUNK_LENGTH, NECK_TO_HEAD, UPPER_LENGTHS[0], LOWER_LENGTHS[0],
-                         UPPER_LENGTHS[2], LOWER_LENGTHS[2]])
-
-# Pairs of joints by which the size of a person in the image is judged, and their distances [m].
-_SIZED: Tuple[Tuple[str, str, float], ...] = (
-    ('neck', 'right_hip', 0.510), ('neck', 'left_hip', 0.510), ('right_shoulder', 'right_hip', 0.506),
-    ('left_shoulder', 'left_hip', 0.506), ('right_hip', 'right_knee', 0.394), ('left_hip', 'left_knee', 0.394),
-    ('right_knee', 'right_ankle', 0.400), ('left_knee', 'left_ankle', 0.400),
-    ('right_shoulder', 'left_shoulder', SHOULDER_WIDTH), ('right_shoulder', 'right_elbow', 0.269),
-    ('left_shoulder', 'left_elbow', 0.269))
-SIZED_PAIRS = np.array([(_INDEX[start], _INDEX[end]) for start, end, _ in _SIZED])
-SIZED_LENGTHS = np.array([length for *_, length in _SIZED])
 
 
-def _by_joint(values: Dict[str, float]) -> np.ndarray:
+def bone_kinds(*names: str) -> np.ndarray:
+    """Return the places of kinds of bones in `BONES`."""
+    return np.array([BONES.index(name) for name in names])
+
+
+# Kinds of the upper and the lower bones of the four limbs, and of the two pairs.
+UPPER_KINDS = bone_kinds('upper_arm', 'upper_arm', 'thigh', 'thigh')
+LOWER_KINDS = bone_kinds('forearm', 'forearm', 'shin', 'shin')
+PAIR_KINDS = bone_kinds('shoulders', 'hips')
+# Bones that are measured between two joints, (10, 2), and their kinds; the last kind is that of neck to hips, (11,).
+MEASURED_BONES = np.concatenate([[SHOULDERS, HIPS], np.stack([ROOTS, MIDDLES], axis=1),
+                                 np.stack([MIDDLES, ENDS], axis=1)])
+MEASURED_KINDS = np.concatenate([PAIR_KINDS, UPPER_KINDS, LOWER_KINDS, bone_kinds('trunk')])
+# Bones in the order in which their lengths are satisfied: start, end, kind, (14, 3). Upper bones come twice.
+_UPPER_BONES = np.stack([ROOTS, MIDDLES, UPPER_KINDS], axis=1)
+SATISFIED_BONES = np.concatenate([np.stack([[SHOULDERS[0], HIPS[0]], [SHOULDERS[1], HIPS[1]], PAIR_KINDS], axis=1),
+                                  _UPPER_BONES, np.stack([MIDDLES, ENDS, LOWER_KINDS], axis=1), _UPPER_BONES])
+
+ByJoint = Tuple[Tuple[str, float], ...]
+BetweenJoints = Tuple[Tuple[str, str, float], ...]
+
+_RENDERED = 'rendered, dressed bodies with known joints (five people, 1.66 to 1.86 m), rounded'
+_LENGTHS = (_RENDERED + '; agrees with Winter, Biomechanics and Motor Control of Human Movement, 2009, fig. 4.1 (COCO '
+            'marks joints, so shoulders and hips are closer together)')
+_POSES = 'everyday poses (standing, walking, waving, sitting), broad; set by hand'
+
+
+@dataclass(frozen=True, eq=False)
+class BodyConstants:
+    """An adult's body."""
+
+    adult_stature: float = constant(1.70, 'Mean stature of adults, women and men together.', unit='m',
+                                    source='Winter 2009')
+    stature_spread: float = constant(0.12, 'Standard deviation of the stature of somebody never seen before.',
+                                     unit='share')
+    proportion_spread: float = constant(0.08, "Standard deviation of a bone's length, given the stature.",
+                                        unit='share')
+    stature_limits: Tuple[float, float] = constant(
+        (0.8, 2.1), 'A measured stature is clipped to this range, from a small child on.', unit='m', source='chosen')
+    shoulder_width: float = constant(0.331, 'Left to right shoulder.', unit='m', source=_LENGTHS)
+    hip_width: float = constant(0.187, 'Left to right hip.', unit='m', source=_LENGTHS)
+    trunk_length: float = constant(0.500, 'Neck to the middle of the hips.', unit='m', source=_LENGTHS)
+    neck_to_head: float = constant(0.201, 'Neck to the middle of the ears.', unit='m', source=_LENGTHS)
+    upper_arm: float = constant(0.269, 'Shoulder to elbow.', unit='m', source=_LENGTHS)
+    forearm: float = constant(0.241, 'Elbow to wrist.', unit='m', source=_LENGTHS)
+    thigh: float = constant(0.394, 'Hip to knee.', unit='m', source=_LENGTHS)
+    shin: float = constant(0.400, 'Knee to ankle.', unit='m', source=_LENGTHS)
+    sized_bones: BetweenJoints = constant(
+        (('neck', 'right_hip', 0.510), ('neck', 'left_hip', 0.510), ('right_shoulder', 'right_hip', 0.506),
+         ('left_shoulder', 'left_hip', 0.506), ('right_hip', 'right_knee', 0.394), ('left_hip', 'left_knee', 0.394),
+         ('right_knee', 'right_ankle', 0.400), ('left_knee', 'left_ankle', 0.400),
+         ('right_shoulder', 'left_shoulder', 0.331), ('right_shoulder', 'right_elbow', 0.269),
+         ('left_shoulder', 'left_elbow', 0.269)),
+        'Pairs of joints that tell the size of a person in the image, and their distances.', unit='m', source=_LENGTHS)
+    under_skin: ByJoint = constant(
+        (('nose', 0.003), ('eye', 0.010), ('ear', 0.015), ('neck', 0.085), ('shoulder', 0.067), ('elbow', 0.045),
+         ('wrist', 0.028), ('hip', 0.115), ('knee', 0.078), ('ankle', 0.060)),
+        'Depth of a joint under the surface at its pixel, along the ray.', unit='m', source=_RENDERED)
+    thickness: ByJoint = constant(
+        (('nose', 0.13), ('eye', 0.13), ('ear', 0.13), ('neck', 0.17), ('shoulder', 0.17), ('elbow', 0.13),
+         ('wrist', 0.11), ('hip', 0.22), ('knee', 0.13), ('ankle', 0.11)),
+        'A surface further than this in front of a joint occludes it.', unit='m', source=_RENDERED)
+    relative_acceleration: ByJoint = constant(
+        (('nose', 1.0), ('eye', 1.0), ('ear', 1.0), ('neck', 1.0), ('shoulder', 1.0), ('elbow', 1.5), ('wrist', 2.5),
+         ('hip', 1.0), ('knee', 1.5), ('ankle', 2.0)),
+        "Acceleration of a joint, relative to that of the trunk's joints.", source='rendered sequences of walking')
+    upper_directions: np.ndarray = constant(
+        np.array([[0.04, 0.02], [0.04, 0.02], [0.01, 0.06], [0.01, 0.06]]),
+        'Elbows from shoulders, knees from hips: mean outwards and forwards, by limb.', unit='m', source=_POSES)
+    upper_direction_spreads: np.ndarray = constant(
+        np.array([[0.13, 0.22], [0.13, 0.22], [0.09, 0.18], [0.09, 0.18]]),
+        'Standard deviations of these.', unit='m', source=_POSES)
+    lower_directions: np.ndarray = constant(
+        np.array([[-0.02, 0.08], [-0.02, 0.08], [0.0, -0.06], [0.0, -0.06]]),
+        'Wrists from elbows, ankles from knees: mean outwards and forwards, by limb.', unit='m', source=_POSES)
+    lower_direction_spreads: np.ndarray = constant(
+        np.array([[0.17, 0.16], [0.17, 0.16], [0.09, 0.13], [0.09, 0.13]]),
+        'Standard deviations of these.', unit='m', source=_POSES)
+    head_points: np.ndarray = constant(
+        np.array([[0.0, 0.03, 0.105], [-0.03, -0.02, 0.085], [0.03, -0.02, 0.085], [-0.074, 0.0, 0.0],
+                  [0.074, 0.0, 0.0]]),
+        'Nose, right and left eye, right and left ear from the middle of the ears: left, down, forwards.', unit='m',
+        source=_RENDERED)
+    head_axes: Tuple[float, float, float] = constant(
+        (0.078, 0.140, 0.095), 'Half axes of the ellipsoid of the head: left, down, forwards.', unit='m',
+        source=_RENDERED)
+    head_ahead: float = constant(0.015, 'The middle of this ellipsoid is this far ahead of the ears.', unit='m',
+                                 source=_RENDERED)
+    parts: BetweenJoints = constant(
+        (('left_shoulder', 'right_shoulder', 0.10), ('left_shoulder', 'left_hip', 0.12),
+         ('right_shoulder', 'right_hip', 0.12), ('left_shoulder', 'right_hip', 0.12),
+         ('right_shoulder', 'left_hip', 0.12), ('left_hip', 'right_hip', 0.12), ('neck', 'nose', 0.12),
+         ('right_ear', 'left_ear', 0.12), ('left_shoulder', 'left_elbow', 0.09),
+         ('right_shoulder', 'right_elbow', 0.09), ('left_elbow', 'left_wrist', 0.08),
+         ('right_elbow', 'right_wrist', 0.08), ('left_hip', 'left_knee', 0.11), ('right_hip', 'right_knee', 0.11),
+         ('left_knee', 'left_ankle', 0.10), ('right_knee', 'right_ankle', 0.10)),
+        'Parts of a body that may cover a joint in the image: both ends, and half the breadth.', unit='m',
+        source='rendered, dressed bodies; generous')
+
+    @property
+    def bone_lengths(self) -> np.ndarray:
+        """(8,) lengths [m], in the order of `BONES`."""
+        return np.array([self.shoulder_width, self.hip_width, self.trunk_length, self.neck_to_head, self.upper_arm,
+                         self.forearm, self.thigh, self.shin])
+
+    @property
+    def surface_offsets(self) -> np.ndarray:
+        """(18,) `under_skin` of all joints [m]."""
+        return _by_joint(self.under_skin)
+
+    @property
+    def thicknesses(self) -> np.ndarray:
+        """(18,) `thickness` of all joints [m]."""
+        return _by_joint(self.thickness)
+
+    @property
+    def accelerations(self) -> np.ndarray:
+        """(18,) `relative_acceleration` of all joints."""
+        return _by_joint(self.relative_acceleration)
+
+    @property
+    def sized_pairs(self) -> np.ndarray:
+        """(11, 2) joints of `sized_bones`."""
+        return _joints_of(self.sized_bones)
+
+    @property
+    def sized_lengths(self) -> np.ndarray:
+        """(11,) lengths of `sized_bones` [m]."""
+        return np.array([length for *_, length in self.sized_bones])
+
+    @property
+    def part_joints(self) -> np.ndarray:
+        """(16, 2) ends of `parts`."""
+        return _joints_of(self.parts)
+
+    @property
+    def part_radii(self) -> np.ndarray:
+        """(16,) half breadths of `parts` [m]."""
+        return np.array([radius for *_, radius in self.parts])
+
+    @property
+    def covering_parts(self) -> np.ndarray:
+        """(18, 16) bool, which parts may cover which joint of the same body: none of its own limb."""
+        return _covering(self.parts)
+
+
+def _by_joint(values: ByJoint) -> np.ndarray:
     """Return values that are given without the side for all joints, (18,)."""
-    return np.array([values[name.replace('left_', '').replace('right_', '')] for name in JOINTS])
+    by_name = dict(values)
+    return np.array([by_name[name.replace('left_', '').replace('right_', '')] for name in JOINTS])
 
 
-# Depth of the joints under the surface that is seen at their pixel, along the ray [m].
-SURFACE_OFFSETS = _by_joint({
-    'nose': 0.003, 'eye': 0.010, 'ear': 0.015, 'neck': 0.085, 'shoulder': 0.067, 'elbow': 0.045, 'wrist': 0.028,
-    'hip': 0.115, 'knee': 0.078, 'ankle': 0.060})
-# A surface that is further than this in front of a joint hides it [m].
-THICKNESSES = _by_joint({
-    'nose': 0.13, 'eye': 0.13, 'ear': 0.13, 'neck': 0.17, 'shoulder': 0.17, 'elbow': 0.13, 'wrist': 0.11, 'hip': 0.22,
-    'knee': 0.13, 'ankle': 0.11})
-
-# How much quicker joints change their velocity than those of the trunk.
-LIVELINESS = _by_joint({'nose': 1, 'eye': 1, 'ear': 1, 'neck': 1, 'shoulder': 1, 'hip': 1, 'elbow': 1.5, 'knee': 1.5,
-                        'wrist': 2.5, 'ankle': 2.0})
-
-# Where joints lie from their parent, outwards and forwards [m]: mean and standard deviation, (4, 2) each.
-UPPER_DIRECTIONS = (np.array([[0.04, 0.02], [0.04, 0.02], [0.01, 0.06], [0.01, 0.06]]),
-                    np.array([[0.13, 0.22], [0.13, 0.22], [0.09, 0.18], [0.09, 0.18]]))
-LOWER_DIRECTIONS = (np.array([[-0.02, 0.08], [-0.02, 0.08], [0.0, -0.06], [0.0, -0.06]]),
-                    np.array([[0.17, 0.16], [0.17, 0.16], [0.09, 0.13], [0.09, 0.13]]))
-
-# The joints of the head from the middle of the ears: to the left, down, forwards [m]; in the order of `HEAD`.
-HEAD_POINTS = np.array([[0.0, 0.03, 0.105], [-0.03, -0.02, 0.085], [0.03, -0.02, 0.085],
-                        [-0.074, 0.0, 0.0], [0.074, 0.0, 0.0]])
-# The head is an ellipsoid with these half axes, to the left, down, forwards [m], so far ahead of the ears [m].
-HEAD_AXES, HEAD_AHEAD = (0.078, 0.140, 0.095), 0.015
-
-# Parts of a body that may cover a joint in the image: pairs of joints and half the breadth [m].
-_PARTS: Tuple[Tuple[str, str, float], ...] = (
-    ('left_shoulder', 'right_shoulder', 0.10), ('left_shoulder', 'left_hip', 0.12),
-    ('right_shoulder', 'right_hip', 0.12), ('left_shoulder', 'right_hip', 0.12), ('right_shoulder', 'left_hip', 0.12),
-    ('left_hip', 'right_hip', 0.12), ('neck', 'nose', 0.12), ('right_ear', 'left_ear', 0.12),
-    ('left_shoulder', 'left_elbow', 0.09), ('right_shoulder', 'right_elbow', 0.09),
-    ('left_elbow', 'left_wrist', 0.08), ('right_elbow', 'right_wrist', 0.08), ('left_hip', 'left_knee', 0.11),
-    ('right_hip', 'right_knee', 0.11), ('left_knee', 'left_ankle', 0.10), ('right_knee', 'right_ankle', 0.10))
-PARTS = np.array([(_INDEX[start], _INDEX[end]) for start, end, _ in _PARTS])
-PART_RADII = np.array([radius for *_, radius in _PARTS])
+def _joints_of(segments: BetweenJoints) -> np.ndarray:
+    """Return both ends of segments, (N, 2)."""
+    return np.array([joint_indices(start, end) for start, end, _ in segments])
 
 
-def _covering_parts() -> np.ndarray:
-    """Return which parts may cover which joint of the same body, (18, parts): none of its own limb."""
-    covers = np.ones((len(JOINTS), len(_PARTS)), bool)
+def _covering(parts: BetweenJoints) -> np.ndarray:
+    """Return which parts may cover which joint of the same body, (18, parts)."""
+    covers = np.ones((len(JOINTS), len(parts)), bool)
     limbs = {side + end: chain for side in ('left_', 'right_') for chain, end in
              (((side + 'shoulder', side + 'elbow'), 'wrist'), ((side + 'elbow', side + 'wrist'), 'shoulder'),
               ((side + 'hip', side + 'knee'), 'ankle'), ((side + 'knee', side + 'ankle'), 'hip'))}
     for joint, name in enumerate(JOINTS):
-        for part, (start, end, _) in enumerate(_PARTS):
+        for part, (start, end, _) in enumerate(parts):
             if name in (start, end) or limbs.get(name) == (start, end):
                 covers[joint, part] = False
     return covers
 
 
-COVERING_PARTS = _covering_parts()
+BODY = BodyConstants()
+# The same by the names that track/ still uses.
+ADULT_STATURE, STATURE_SPREAD = BODY.adult_stature, BODY.stature_spread
+SHOULDER_WIDTH, HIP_WIDTH, TRUNK_LENGTH, NECK_TO_HEAD = (BODY.shoulder_width, BODY.hip_width, BODY.trunk_length,
+                                                         BODY.neck_to_head)
+UPPER_LENGTHS, LOWER_LENGTHS = BODY.bone_lengths[UPPER_KINDS], BODY.bone_lengths[LOWER_KINDS]
+LIVELINESS, HEAD_POINTS = BODY.accelerations, BODY.head_points

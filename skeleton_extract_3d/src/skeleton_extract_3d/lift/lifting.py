@@ -5,13 +5,14 @@ from typing import Protocol
 import numpy as np
 
 from openpose_ros_pkg.params.parameters import Parameters, parameter
-from skeleton_extract_3d.body.body import ADULT_STATURE, SURFACE_OFFSETS
+from skeleton_extract_3d.constants import METHOD
 from skeleton_extract_3d.lift import surfaces
-from skeleton_extract_3d.lift.observation import ObservedPeople
-from skeleton_extract_3d.lift.pose_lifting import RobustLifting
-from skeleton_extract_3d.lift.records import Expectation, Lifted
+from skeleton_extract_3d.lift.records import Expectation, Lifted, ObservedPeople
+from skeleton_extract_3d.lift.robust import RobustLifting
 from skeleton_extract_3d.lift.window_mean import in_coco, lift_by_window
 from skeleton_extract_3d.points.point_grid import PointGrid
+
+_SURFACE_OFFSETS = METHOD.body.surface_offsets
 
 
 @dataclass(frozen=True)
@@ -99,7 +100,7 @@ class NearestSurface:
         lifted = self._inner.lift(seen, points, expected)
         depth = surfaces.foreground(seen.samples)
         if not self._on_skin:
-            depth = depth + SURFACE_OFFSETS * (lifted.stature / ADULT_STATURE)[:, None]
+            depth = depth + _SURFACE_OFFSETS * (lifted.stature / METHOD.body.adult_stature)[:, None]
         measured = np.isfinite(depth) & seen.known
         xyz = np.where(measured[..., None], seen.rays * depth[..., None], lifted.xyz)
         return lifted._replace(xyz=xyz, measured=measured)

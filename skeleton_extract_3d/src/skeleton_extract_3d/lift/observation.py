@@ -1,6 +1,4 @@
 """What one frame shows of people: keypoints on the grid of the points, their rays, and the surfaces around them."""
-import dataclasses
-from dataclasses import dataclass
 from typing import Tuple
 
 import numpy as np
@@ -8,58 +6,11 @@ import numpy as np
 from openpose_ros_pkg.people import People2D, keypoints_in
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.body.body import ENDS, HIPS, MIDDLES, NECK, ROOTS, SHOULDERS
+from skeleton_extract_3d.constants import METHOD
 from skeleton_extract_3d.lift import surfaces
+from skeleton_extract_3d.lift.records import ObservedPeople
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.point_grid import PointGrid
-
-# Windows of a person of unknown size are those of somebody at this depth [m].
-_USUAL_DEPTH = 3.0
-
-
-@dataclass(frozen=True)
-class ObservedPeople:
-    """The P people of one frame, with the joints of COCO_18.
-
-    Attributes:
-        people_2d: as they were detected, with the joints of their network.
-        image_size: width and height of the image [px].
-        uv: (P, 18, 2) float64 keypoints [px of the points' grid], NaN where there is none.
-        scores: (P, 18) float64 [0..1], 0 where there is no keypoint.
-        known: (P, 18) bool, joints with a keypoint.
-        rays: (P, 18, 3) float64 with z = 1; of joints without a keypoint, a guess near the rest of the person.
-        samples: (P, 18, 25) float64 depths of the surfaces around the keypoints [m], NaN where missing.
-        adult_depth: (P,) float64 depth at which an adult would look as large as the person [m]; infinite where unknown.
-        trunk_evidence: (P, depths) float64 log likelihood of the depths of the trunk by the samples alone, of
-            `surfaces.root_evidence`.
-        focal: focal length [px], mean of both axes.
-    """
-
-    people_2d: People2D
-    image_size: Tuple[int, int]
-    uv: np.ndarray
-    scores: np.ndarray
-    known: np.ndarray
-    rays: np.ndarray
-    samples: np.ndarray
-    adult_depth: np.ndarray
-    trunk_evidence: np.ndarray
-    focal: float
-
-    def __len__(self) -> int:
-        return len(self.uv)
-
-    @property
-    def known_rays(self) -> np.ndarray:
-        """(P, 18, 3) rays, NaN where there is no keypoint."""
-        return np.where(self.known[..., None], self.rays, np.nan)
-
-    def select(self, indices: np.ndarray) -> 'ObservedPeople':
-        """Return some of the people, in the order of their indices (N,)."""
-        people = self.people_2d
-        arrays = {name: value[indices] for name, value in vars(self).items() if isinstance(value, np.ndarray)}
-        return dataclasses.replace(
-            self, people_2d=dataclasses.replace(people, keypoints=people.keypoints[indices],
-                                                scores=people.scores[indices], ids=people.ids[indices]), **arrays)
 
 
 def observe(people: People2D, image_size: Tuple[int, int], points: PointGrid, camera: CameraModel
@@ -84,8 +35,9 @@ def observe(people: People2D, image_size: Tuple[int, int], points: PointGrid, ca
     rays = np.where(np.isfinite(rays), rays, [0.0, 0.0, 1.0])
     focal = float(camera.matrix[0, 0] + camera.matrix[1, 1]) / 2
     adult_depth = surfaces.size_depth(np.where(known[..., None], rays, np.nan), scores)
-    radius = surfaces.WINDOW * focal / np.where(np.isfinite(adult_depth), adult_depth, _USUAL_DEPTH)
-    radius = np.minimum(np.maximum(radius, surfaces.WINDOW_LIMITS[0]), surfaces.WINDOW_LIMITS[1])
+    windows = METHOD.windows
+    radius = windows.half_side * focal / np.where(np.isfinite(adult_depth), adult_depth, windows.usual_depth)
+    radius = np.minimum(np.maximum(radius, windows.limits[0]), windows.limits[1])
     samples = surfaces.window_depths(points, uv, radius)
     evidence = surfaces.root_evidence(samples, scores)
     return ObservedPeople(people, image_size, uv, scores, known, rays, samples, adult_depth, evidence, focal)

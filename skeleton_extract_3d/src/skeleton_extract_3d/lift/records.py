@@ -1,15 +1,58 @@
-"""What goes into a way of lifting, beside the frame, and what comes out of it."""
-from typing import NamedTuple
+"""The values that pass through lifting: the people of a frame, what is expected of them, and what becomes of them."""
+import dataclasses
+from dataclasses import dataclass
+from typing import NamedTuple, Optional, Tuple
 
 import numpy as np
 
-from skeleton_extract_3d.body.body import (
-    ADULT_STATURE,
-    BONE_LENGTHS,
-    PROPORTION_SPREAD,
-    STATURE_SPREAD,
-    SURFACE_OFFSETS,
-)
+from openpose_ros_pkg.people import People2D
+from skeleton_extract_3d.body.body import BODY, BONES, JOINTS
+
+
+@dataclass(frozen=True)
+class ObservedPeople:
+    """The P people of one frame, with the joints of COCO_18.
+
+    Attributes:
+        people_2d: as they were detected, with the joints of their network.
+        image_size: width and height of the image [px].
+        uv: (P, 18, 2) float64 keypoints [px of the points' grid], NaN where there is none.
+        scores: (P, 18) float64 [0..1], 0 where there is no keypoint.
+        known: (P, 18) bool, joints with a keypoint.
+        rays: (P, 18, 3) float64 with z = 1; of joints without a keypoint, a guess near the rest of the person.
+        samples: (P, 18, 25) float64 depths of the surfaces around the keypoints [m], NaN where missing.
+        adult_depth: (P,) float64 depth at which an adult would look as large as the person [m]; infinite where unknown.
+        trunk_evidence: (P, depths) float64 log likelihood of the depths of the trunk by the samples alone, of
+            `surfaces.root_evidence`.
+        focal: focal length [px], mean of both axes.
+    """
+
+    people_2d: People2D
+    image_size: Tuple[int, int]
+    uv: np.ndarray
+    scores: np.ndarray
+    known: np.ndarray
+    rays: np.ndarray
+    samples: np.ndarray
+    adult_depth: np.ndarray
+    trunk_evidence: np.ndarray
+    focal: float
+
+    def __len__(self) -> int:
+        return len(self.uv)
+
+    @property
+    def known_rays(self) -> np.ndarray:
+        """(P, 18, 3) rays, NaN where there is no keypoint."""
+        return np.where(self.known[..., None], self.rays, np.nan)
+
+    def select(self, indices: np.ndarray) -> 'ObservedPeople':
+        """Return some of the people, in the order of their indices (N,)."""
+        people = self.people_2d
+        arrays = {name: value[indices] for name, value in vars(self).items() if isinstance(value, np.ndarray)}
+        return dataclasses.replace(
+            self, people_2d=dataclasses.replace(people, keypoints=people.keypoints[indices],
+                                                scores=people.scores[indices], ids=people.ids[indices]), **arrays)
 
 
 class Expectation(NamedTuple):
@@ -35,11 +78,25 @@ class Expectation(NamedTuple):
     @classmethod
     def of_strangers(cls, people: int) -> 'Expectation':
         """Return what is known of P people who were never seen: that they are likely adults."""
-        joints = len(SURFACE_OFFSETS)
+        joints = len(JOINTS)
         return cls(np.full(people, np.nan), np.full((people, joints), np.nan), np.ones((people, joints)),
-                   np.full((people, 3), np.nan), np.full(people, ADULT_STATURE), np.full(people, STATURE_SPREAD),
-                   np.repeat(BONE_LENGTHS[None], people, axis=0),
-                   np.full((people, len(BONE_LENGTHS)), PROPORTION_SPREAD))
+                   np.full((people, 3), np.nan), np.full(people, BODY.adult_stature),
+                   np.full(people, BODY.stature_spread), np.repeat(BODY.bone_lengths[None], people, axis=0),
+                   np.full((people, len(BONES)), BODY.proportion_spread))
+
+
+class Ownership(NamedTuple):
+    """Whose surfaces the samples of P people are.
+
+    Attributes:
+        own: (P, 18) likelihood that the surface at the keypoint is the person's.
+        covered: (P, 18) bool, joints that another part of the same body may cover.
+        foreign: (P, 18, 25) bool, samples on other people; None: none are.
+    """
+
+    own: np.ndarray
+    covered: np.ndarray
+    foreign: Optional[np.ndarray]
 
 
 class Lifted(NamedTuple):

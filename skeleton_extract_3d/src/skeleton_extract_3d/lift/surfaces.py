@@ -10,64 +10,19 @@ from typing import Optional, Tuple
 
 import numpy as np
 
-from skeleton_extract_3d import compiled
-from skeleton_extract_3d.body.body import SIZED_LENGTHS, SIZED_PAIRS
+from skeleton_extract_3d.constants import COMPILED, METHOD
+from skeleton_extract_3d.lift.records import Expectation, ObservedPeople, Ownership
 from skeleton_extract_3d.points.point_grid import PointGrid
 
-# Half the side of the window around a keypoint [m], about the error of a keypoint; and its limits [px].
-WINDOW = 0.045
-WINDOW_LIMITS = (1.5, 40.0)
-# Points are read on a grid of 5 x 5 that is stretched over the window, so that near people cost no more than far ones.
-_OFFSETS = np.array([(dx, dy) for dy in (-1.0, -0.5, 0.0, 0.5, 1.0) for dx in (-1.0, -0.5, 0.0, 0.5, 1.0)])
-# They count by a Gaussian of 0.6 half sides.
-WEIGHTS = np.exp(-(_OFFSETS ** 2).sum(axis=1) / (2 * 0.6 ** 2))
-WEIGHTS /= WEIGHTS.sum()
-
-# Depths [m] that the trunk is looked for at: steps of 4 %.
-ROOT_STEP = 0.04
-ROOT_DEPTHS = np.exp(np.arange(np.log(0.35), np.log(12.0), ROOT_STEP))
-# The body's surfaces are so far in front of and behind the trunk's middle [m]: arms and hips.
-_BODY_REACH = (0.40, 0.30)
-_BODY_LOW = np.searchsorted(ROOT_DEPTHS, ROOT_DEPTHS - _BODY_REACH[0])
-_BODY_HIGH = np.searchsorted(ROOT_DEPTHS, ROOT_DEPTHS + _BODY_REACH[1])
-# Likelihood of a surface in front of the body (hidden), behind it (keypoint beside the body), and of anything.
-_ROOT_FRONT, _ROOT_BEHIND, _ROOT_FLOOR = 0.12, 0.03, 0.005
-# What a joint says of the depth of the trunk, in the order of COCO_18: wrists and the parts of the head say less.
-_ROOT_WEIGHTS = np.array([0.7, 1, 1, 0.6, 0.4, 1, 0.6, 0.4, 1, 0.7, 0.6, 1, 0.7, 0.6, 0.3, 0.3, 0.3, 0.3])
-# A score from which a keypoint counts fully.
-_FULL_SCORE = 0.5
-# Weight of the size in the image against the surfaces, and the most that it says: an odd pose is not another depth.
-_SIZE_WEIGHT, _SIZE_LIMIT = 4.0, -12.0
-# Even the second longest bone may be turned away from the image by so much (share of the depth).
-_FORESHORTENING = 0.15
-# All this by name.
-SIZE_CONSTANTS = {'depths': ROOT_DEPTHS, 'foreshortening': _FORESHORTENING, 'weight': _SIZE_WEIGHT,
-                  'limit': _SIZE_LIMIT}
-# Keypoints below this score do not measure a size.
-_SIZED_SCORE = 0.3
-# The longest bone looks a little longer than it is, by the errors of its ends.
-_SIZE_BIAS = 0.97
-
-# Depths that a joint may have, from the trunk's depth [m].
-STEP = 0.04
-STEPS = 45
-HALF = STEPS // 2
-DELTAS = (np.arange(STEPS) - HALF) * STEP
-# Likelihoods of a joint's depth: hidden behind the surface (spread over 0.6 m), under a thick part of the own body, and
-# anything (a keypoint that is elsewhere, a hole).
-_HIDDEN, _HIDDEN_DEPTH, _UNDER, _ANYTHING = 0.30, 0.6, 0.02, 0.002
-# Hidden joints have lower scores: below this, being hidden grows more likely, up to five times.
-_HIDDEN_SCORE, _HIDDEN_SLOPE, _HIDDEN_MOST = 0.8, 4.0, 5.0
-# Where another part of the same body is in the picture, being hidden behind it is as likely as not.
-_HIDDEN_COVERED = 3.3
-# A surface is one step thick in either direction, by noise and by what clothes add.
-_KERNEL_SHIFTS, _KERNEL_SHARES = (0, 1, -1, 2, -2), (0.40, 0.25, 0.25, 0.05, 0.05)
-# A sample supports a joint's depth if it is so near to it [m].
-AGREEMENT = 0.09
-
-
-# The foreground begins at the nearest of so many parts of a window's samples, and is so deep [m].
-_FOREGROUND_SHARE, _FOREGROUND_DEPTH = 4, 0.05
+_WINDOWS, _TRUNK, _COSTS = METHOD.windows, METHOD.trunk, METHOD.costs
+# Places of the samples of a window [half sides], (25, 2), and their weights, (25,), with sum 1.
+_OFFSETS, WEIGHTS = _WINDOWS.offsets, _WINDOWS.weights
+# Depths at which the trunk is looked for, and depths of a joint's candidates from that of the trunk [m].
+ROOT_DEPTHS, DELTAS = _TRUNK.depths, _COSTS.deltas
+_LOG_ROOT_DEPTHS = np.log(ROOT_DEPTHS)
+_SIZED_PAIRS, _SIZED_LENGTHS = METHOD.body.sized_pairs, METHOD.body.sized_lengths
+# Bones that look shorter than this on the plane z = 1 have no size.
+_LEAST_LENGTH = 1e-4
 
 
 def window_depths(points: PointGrid, uv: np.ndarray, radius: np.ndarray) -> np.ndarray:
@@ -97,21 +52,20 @@ def depths_at(points: PointGrid, uv: np.ndarray) -> np.ndarray:
 
 def lower_median(values: np.ndarray) -> np.ndarray:
     """Return the lower median of the finite ones of (..., N) values, (...); NaN where there is none."""
-    twin = compiled.load()[0]
-    if twin is not None:
-        return twin.lower_median(values)
-    ordered = np.sort(np.where(np.isfinite(values), values, np.nan), axis=-1)  # missing ones come last
-    count = np.isfinite(values).sum(axis=-1)
-    return np.take_along_axis(ordered, np.maximum(count - 1, 0)[..., None] // 2, axis=-1)[..., 0]
+    ordered = np.sort(values, axis=-1)  # infinite and missing ones come last
+    count = np.isfinite(ordered).sum(axis=-1)
+    middle = np.take_along_axis(ordered, (np.maximum(count - 1, 0) // 2)[..., None], axis=-1)[..., 0]
+    return np.where(count > 0, middle, np.nan)
 
 
-def relative_weights(depth: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
+def relative_weights(samples: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
     """Return the weights of the valid ones of (P, K, 25) samples, with sum 1 per joint, and which joints have any."""
-    weights = np.where(np.isfinite(depth), WEIGHTS, 0.0)
+    weights = np.where(np.isfinite(samples), WEIGHTS, 0.0)
     total = weights.sum(axis=2, keepdims=True)
     return weights / np.maximum(total, 1e-9), total[..., 0] > 0
 
 
+@np.errstate(invalid='ignore')
 def size_depth(rays: np.ndarray, scores: np.ndarray) -> np.ndarray:
     """Return at which depth an adult would look as large as each person does, (P,) [m]; infinite where unknown.
 
@@ -122,14 +76,11 @@ def size_depth(rays: np.ndarray, scores: np.ndarray) -> np.ndarray:
         rays: (P, 18, 3) with z = 1, NaN where unknown.
         scores: (P, 18) of the keypoints.
     """
-    twin = compiled.load()[0]
-    if twin is not None:
-        return twin.size_depth(rays, scores, pairs=SIZED_PAIRS, lengths=SIZED_LENGTHS, least_score=_SIZED_SCORE,
-                               bias=_SIZE_BIAS)
-    lengths = np.linalg.norm(rays[:, SIZED_PAIRS[:, 0]] - rays[:, SIZED_PAIRS[:, 1]], axis=2)
-    usable = (scores[:, SIZED_PAIRS] > _SIZED_SCORE).all(axis=2) & (lengths > 1e-4)
-    depths = np.sort(np.where(usable, SIZED_LENGTHS / np.where(usable, lengths, 1.0), np.inf), axis=1)
-    return np.where(usable.sum(axis=1) >= 3, depths[:, 1] * _SIZE_BIAS, depths[:, 0])
+    along = rays[:, _SIZED_PAIRS[:, 0], :2] - rays[:, _SIZED_PAIRS[:, 1], :2]
+    lengths = np.sqrt((along * along).sum(axis=2))
+    usable = (scores > _TRUNK.sized_score)[:, _SIZED_PAIRS].all(axis=2) & (lengths > _LEAST_LENGTH)
+    depths = np.sort(np.where(usable, _SIZED_LENGTHS / np.where(usable, lengths, 1.0), np.inf), axis=1)
+    return np.where(usable.sum(axis=1) >= _TRUNK.sized_bones, depths[:, 1] * _TRUNK.size_bias, depths[:, 0])
 
 
 def size_evidence(size: np.ndarray, spread: np.ndarray) -> np.ndarray:
@@ -142,160 +93,96 @@ def size_evidence(size: np.ndarray, spread: np.ndarray) -> np.ndarray:
     Returns:
         (..., depths).
     """
-    twin = compiled.load()[0]
-    if twin is not None:
-        return twin.size_evidence(size, spread, **SIZE_CONSTANTS)
-    with np.errstate(divide='ignore', invalid='ignore'):
-        t = np.log(ROOT_DEPTHS / size[..., None])
-    t = np.where(np.isfinite(t), t, 0.0)
-    spread = spread[..., None]
-    t = np.where(t > 0, t / spread, t / (_FORESHORTENING + spread))
-    return np.maximum(-0.5 * _SIZE_WEIGHT * t * t, _SIZE_LIMIT)
+    known = np.isfinite(size)
+    off = _LOG_ROOT_DEPTHS - np.log(np.where(known, size, 1.0))[..., None]
+    # nearer than it looks, a person may be turned or bent; further, the size itself is another one
+    weight = np.sqrt(0.5 * _TRUNK.size_weight) * known
+    further, nearer = weight / spread, weight / (_TRUNK.foreshortening + spread)
+    off *= np.where(off > 0, further[..., None], nearer[..., None])
+    return np.maximum(-off * off, _TRUNK.size_limit)
 
 
-def root_evidence(depth: np.ndarray, scores: np.ndarray, foreign: Optional[np.ndarray] = None) -> np.ndarray:
+def root_evidence(samples: np.ndarray, scores: np.ndarray, foreign: Optional[np.ndarray] = None) -> np.ndarray:
     """Return the log likelihood of the depths in `ROOT_DEPTHS` of each person's trunk, by the surfaces alone.
 
+    Compiled (surfaces.cpp). For each joint and depth: log(near + front + behind + floor) of the weights of the samples
+    on a body at that depth, in front of it and behind it, summed over the joints.
+
     Args:
-        depth: (P, 18, 25) samples [m].
+        samples: (P, 18, 25) [m].
         scores: (P, 18) of the keypoints.
         foreign: (P, 18, 25) samples that are somebody else's; None: none are.
 
     Returns:
         (P, depths).
     """
-    twin = compiled.load()[0]
-    if twin is not None:
-        return twin.root_evidence(
-            depth, scores, foreign, weights=WEIGHTS, joint_weights=_ROOT_WEIGHTS, full_score=_FULL_SCORE,
-            nearest=ROOT_DEPTHS[0], step=ROOT_STEP, low=_BODY_LOW, high=_BODY_HIGH, front=_ROOT_FRONT,
-            behind=_ROOT_BEHIND, floor=_ROOT_FLOOR)
-    weights, have = relative_weights(depth)
-    position = (np.log(np.where(np.isfinite(depth), depth, 1.0)) - np.log(ROOT_DEPTHS[0])) / ROOT_STEP
-    bins = np.clip(np.rint(position), 0, len(ROOT_DEPTHS) - 1).astype(np.int64)
-    total = _cumulated(_histogram(bins, weights, len(ROOT_DEPTHS)))
-    own = total if foreign is None else _cumulated(
-        _histogram(bins, np.where(foreign, 0.0, weights), len(ROOT_DEPTHS)))
-    front, behind = total[..., _BODY_LOW], total[..., -1:] - total[..., _BODY_HIGH]
-    near = np.maximum(own[..., _BODY_HIGH] - own[..., _BODY_LOW], 0.0)
-    each = np.log(near + _ROOT_FRONT * front + _ROOT_BEHIND * behind + _ROOT_FLOOR)
-    joint_weights = have * _ROOT_WEIGHTS * np.minimum(1.0, scores / _FULL_SCORE)
-    return (each * joint_weights[..., None]).sum(axis=1)
+    return COMPILED.root_evidence(samples, scores, foreign)
 
 
-def depth_costs(depth: np.ndarray, offsets: np.ndarray, gaps: np.ndarray, root: np.ndarray, scores: np.ndarray,
-                own: np.ndarray, covered: np.ndarray, foreign: Optional[np.ndarray] = None) -> np.ndarray:
+def depth_costs(seen: ObservedPeople, root: np.ndarray, offsets: np.ndarray, gaps: np.ndarray, ownership: Ownership
+                ) -> np.ndarray:
     """Return what it costs each joint to be at each depth: -2 log likelihood, the least of each joint being 0.
 
+    Compiled (surfaces.cpp). Joints without a keypoint or without samples cost nothing anywhere.
+
     Args:
-        depth: (P, K, 25) samples [m].
-        offsets: (P, K) depth of the joint under the surface [m].
-        gaps: (P, K) how much further in front than that a surface must be to hide it [m].
         root: (P,) depth of the trunk [m]; candidates are `root + DELTAS`.
-        scores: (P, K) of the keypoints, 0 where there is none: such a joint costs nothing anywhere.
-        own: (P, K) likelihood that the surface belongs to the person at all.
-        covered: (P, K) where another part of the body may hide the joint.
-        foreign: (P, K, 25) samples that are somebody else's.
+        offsets: (P, 18) depth of the joint under the surface [m].
+        gaps: (P, 18) how much further in front than that a surface must be to hide it [m].
 
     Returns:
-        (P, K, 45) float32.
+        (P, 18, 45) float32.
     """
-    twin = compiled.load()[0]
-    if twin is not None:
-        return twin.depth_costs(
-            depth, offsets, gaps, root, scores, own, covered, foreign, weights=WEIGHTS, steps=STEPS, half=HALF,
-            step=STEP, kernel_shifts=_KERNEL_SHIFTS, kernel_shares=_KERNEL_SHARES, hidden=_HIDDEN,
-            hidden_depth=_HIDDEN_DEPTH, under=_UNDER, anything=_ANYTHING, hidden_score=_HIDDEN_SCORE,
-            hidden_slope=_HIDDEN_SLOPE, hidden_most=_HIDDEN_MOST, hidden_covered=_HIDDEN_COVERED)
-    weights, have = relative_weights(depth)
-    position = (np.where(np.isfinite(depth), depth, 0.0) + offsets[..., None] - root[:, None, None]) / STEP + HALF
-    # bin 0 holds all that is nearer than the candidates, the last bin all that is further
-    bins = np.clip(np.rint(position), -1, STEPS).astype(np.int64) + 1
-    histogram = _histogram(bins, weights, STEPS + 2)
-    cumulated = _cumulated(histogram)
-    surface = histogram if foreign is None else _histogram(bins, np.where(foreign, 0.0, weights), STEPS + 2)
-    seen = sum(weight * _shifted(surface, shift) for shift, weight in zip(_KERNEL_SHIFTS, _KERNEL_SHARES))
-    shift = np.maximum(1, np.rint(gaps / STEP)).astype(np.int64)
-    until = np.arange(STEPS) + 1 - shift[..., None]
-    front = np.where(until > 0, np.take_along_axis(cumulated, np.maximum(until, 0), axis=2), 0.0)
-    under = np.maximum(cumulated[..., 1:STEPS + 1] - front, 0.0)
-    hidden = _HIDDEN * np.clip(np.exp(_HIDDEN_SLOPE * (_HIDDEN_SCORE - scores)), 1.0, _HIDDEN_MOST)
-    hidden = np.where(covered, _HIDDEN_COVERED, 1.0) * hidden * STEP / _HIDDEN_DEPTH
-    likelihood = own[..., None] * (seen + _UNDER * under) + hidden[..., None] * front + _ANYTHING
-    costs = -2 * np.log(likelihood)
-    costs -= costs.min(axis=2, keepdims=True)
-    return np.where((have & (scores > 0))[..., None], costs, 0.0).astype(np.float32)
+    return COMPILED.depth_costs(seen.samples, seen.scores, root, offsets, gaps, *ownership)
 
 
-def foreground(depth: np.ndarray) -> np.ndarray:
+def with_memory(costs: np.ndarray, root: np.ndarray, expected: Expectation) -> np.ndarray:
+    """Return costs with those of being elsewhere than before.
+
+    Args:
+        costs: (P, 18, 45) float32, of `depth_costs`.
+        root: (P,) depth of the trunk [m].
+    """
+    known = np.isfinite(expected.depth)
+    if not known.any():
+        return costs
+    off = np.where(known, root[:, None] - expected.depth, 0.0)[..., None] + DELTAS
+    off *= (known / expected.depth_sigma)[..., None]
+    return costs + np.minimum(off * off, _COSTS.memory_limit).astype(np.float32)
+
+
+@np.errstate(invalid='ignore')
+def foreground(samples: np.ndarray) -> np.ndarray:
     """Return the nearest surface in each window that more than a few stray samples show, (P, K) [m]; NaN without any.
 
     Args:
-        depth: (P, K, 25) samples [m].
+        samples: (P, K, 25) [m].
     """
-    ordered = np.sort(depth, axis=2)  # missing ones come last
-    count = np.isfinite(depth).sum(axis=2)
-    first = np.take_along_axis(ordered, (count // _FOREGROUND_SHARE)[..., None], axis=2)
-    with np.errstate(invalid='ignore'):
-        near = np.abs(depth - first) < _FOREGROUND_DEPTH
+    ordered = np.sort(samples, axis=2)  # missing ones come last
+    count = np.isfinite(samples).sum(axis=2)
+    first = np.take_along_axis(ordered, (count // _WINDOWS.foreground_share)[..., None], axis=2)
+    near = np.abs(samples - first) < _WINDOWS.foreground_depth
     total = near.sum(axis=2)
-    return np.where(total > 0, np.where(near, depth, 0.0).sum(axis=2) / np.maximum(total, 1), np.nan)
+    return np.where(total > 0, np.where(near, samples, 0.0).sum(axis=2) / np.maximum(total, 1), np.nan)
 
 
-def supporting_samples(depth: np.ndarray, offsets: np.ndarray, z: np.ndarray, foreign: Optional[np.ndarray]
-                       ) -> np.ndarray:
-    """Return which (P, K, 25) samples say that joints are at depths z, (P, K) [m]."""
-    with np.errstate(invalid='ignore'):
-        support = np.abs(depth + offsets[..., None] - z[..., None]) < AGREEMENT
-    return support if foreign is None else support & ~foreign
-
-
-def mean_within(depth: np.ndarray, offsets: np.ndarray, middle: np.ndarray, reach: float, known: np.ndarray,
-                foreign: Optional[np.ndarray], joints: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
+@np.errstate(invalid='ignore')
+def mean_within(seen: ObservedPeople, foreign: Optional[np.ndarray], joints: np.ndarray, offsets: np.ndarray,
+                middle: np.ndarray, reach: float) -> Tuple[np.ndarray, np.ndarray]:
     """Return the mean of all the samples that say that people are near a depth, (P,) [m], and their weight, (P,).
 
     Args:
-        depth: (P, 18, 25) samples [m].
-        offsets: (P, J) what to add to those of the chosen joints [m].
+        foreign: (P, 18, 25) samples that are somebody else's; None: none are.
+        joints: (J,) whose samples.
+        offsets: (P, J) or (J,) what to add to these [m].
         middle: (P,) the depth [m].
         reach: how far from it samples count [m].
-        known: (P, 18) joints with a keypoint.
-        foreign: (P, 18, 25) samples that are somebody else's; None: none are.
-        joints: (J,) chosen ones.
     """
-    twin = compiled.load()[0]
-    if twin is not None:
-        return twin.mean_within(depth, offsets, middle, reach, known, foreign, joints, weights=WEIGHTS)
-    chosen = depth[:, joints] + offsets[..., None]
-    with np.errstate(invalid='ignore'):
-        fits = (np.abs(chosen - middle[:, None, None]) < reach) & known[:, joints, None]
+    off = seen.samples[:, joints] + (offsets - middle[:, None])[..., None]
+    fits = (np.abs(off) < reach) & seen.known[:, joints, None]
     if foreign is not None:
         fits &= ~foreign[:, joints]
     weights = np.where(fits, WEIGHTS, 0.0)
     total = weights.sum(axis=(1, 2))
-    return (weights * np.where(fits, chosen, 0.0)).sum(axis=(1, 2)) / np.maximum(total, 1e-9), total
-
-
-def _histogram(bins: np.ndarray, weights: np.ndarray, count: int) -> np.ndarray:
-    """Return the weight in each bin per person and joint, (P, K, count)."""
-    people, joints = bins.shape[:2]
-    row = np.arange(people * joints).reshape(people, joints, 1) * count
-    return np.bincount((row + bins).ravel(), weights.ravel(), people * joints * count).reshape(people, joints, count)
-
-
-def _cumulated(histogram: np.ndarray) -> np.ndarray:
-    """Return the weight below each edge of the bins, (P, K, count + 1)."""
-    result = np.zeros((*histogram.shape[:2], histogram.shape[2] + 1))
-    np.cumsum(histogram, axis=2, out=result[..., 1:])
-    return result
-
-
-def _shifted(histogram: np.ndarray, shift: int) -> np.ndarray:
-    """Return the bins of the candidates, moved by a number of bins; what lies beyond them stays away."""
-    result = np.zeros((*histogram.shape[:2], STEPS))
-    inner = histogram[..., 1:-1]
-    if shift >= 0:
-        result[..., shift:] = inner[..., :STEPS - shift]
-    else:
-        result[..., :shift] = inner[..., -shift:]
-    return result
+    off = (weights * np.where(fits, off, 0.0)).sum(axis=(1, 2)) / np.maximum(total, 1e-9)
+    return middle + off, total

@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 
 from openpose_ros_pkg.errors import BadInputError
-from skeleton_extract_3d import compiled
+from skeleton_extract_3d.constants import COMPILED, METHOD
 
 # Widths and heights count as one aspect ratio up to this relative difference: rounded sizes pass, cropped ones do not.
 ASPECT_TOLERANCE = 0.01
@@ -22,14 +22,7 @@ _UNDISTORT_UNTIL = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 40, 1e-7)
 # A ray that does not project back to its pixel by this much [px] lies where the distortion can not be inverted.
 _ROUND_TRIP_TOLERANCE = 0.5
 
-# A pinhole camera is fitted to points on a grid of so many columns and rows, ...
-_FIT_GRID = (32, 18)
-# ... at least so many of them valid, ...
-_LEAST_FIT_POINTS = 12
-# ... and explains the points up to this median distance [px].
-_FIT_TOLERANCE = 3.0
-# Points whose slopes x / z differ less than this (sum of squares) fit no camera.
-_LEAST_SQUARE = 1e-12
+_FIT = METHOD.camera_fit
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,14 +163,14 @@ def fitted_camera(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> Optional[Camer
     fit = fit_pinhole(points, pixels)
     if fit is None:
         behind = int((np.nan_to_num(points[2]) < 0).sum())
-        if behind >= _LEAST_FIT_POINTS:
-            raise _no_camera(f'{behind} of {points.shape[1]} points that were looked at have a negative z')
+        if behind >= _FIT.least_points:
+            raise _no_camera(f'{behind} of {points.shape[1]} points that were read have a negative z')
         return None
     fx, fy, cx, cy, error = fit
     if not (fx > 0 and fy > 0):
         raise _no_camera(f'the focal lengths that fit best are {fx:.0f} and {fy:.0f} px, expected more than 0')
-    if error > _FIT_TOLERANCE:
-        raise _no_camera(f'they miss their pixels by {error:.1f} px, expected up to {_FIT_TOLERANCE:g}')
+    if error > _FIT.tolerance:
+        raise _no_camera(f'they miss their pixels by {error:.1f} px, expected up to {_FIT.tolerance:g}')
     return CameraModel(width, height, np.array([fx, 0, cx, 0, fy, cy, 0, 0, 1]))
 
 
@@ -190,12 +183,12 @@ def _no_camera(reason: str) -> BadInputError:
 def _fit_pixels(width: int, height: int) -> np.ndarray:
     """Return the columns and rows of the points that a camera is fitted to, (2, N) int64."""
     columns, rows = (np.unique(np.linspace(0, size - 1, count).astype(np.int64))
-                     for size, count in zip((width, height), _FIT_GRID))
+                     for size, count in zip((width, height), _FIT.grid))
     return np.stack([grid.ravel() for grid in np.meshgrid(columns, rows)])
 
 
 def fit_pinhole(points: np.ndarray, pixels: np.ndarray) -> Optional[Tuple[float, float, float, float, float]]:
-    """Fit u = fx x / z + cx and v = fy y / z + cy by least squares.
+    """Fit u = fx x / z + cx and v = fy y / z + cy by least squares. Compiled (camera.cpp).
 
     Args:
         points: (3, N) float64 [m]; not finite, or z = 0, where missing.
@@ -205,21 +198,4 @@ def fit_pinhole(points: np.ndarray, pixels: np.ndarray) -> Optional[Tuple[float,
         fx, fy, cx, cy, and the greater one of the median errors of u and v [px]; None with too few points, or
         all in one row or column.
     """
-    twin = compiled.load()[0]
-    if twin is not None:
-        return twin.fit_pinhole(points, pixels, least_points=_LEAST_FIT_POINTS, least_square=_LEAST_SQUARE)
-    there = np.isfinite(points).all(axis=0)
-    there &= np.where(there, points[2], 0.0) > 0
-    if there.sum() < _LEAST_FIT_POINTS:
-        return None
-    slopes, pixels = points[:2, there] / points[2, there], pixels[:, there]
-    if (pixels.min(axis=1) == pixels.max(axis=1)).any():
-        return None
-    slope_mean, pixel_mean = slopes.mean(axis=1, keepdims=True), pixels.mean(axis=1, keepdims=True)
-    slope_off, pixel_off = slopes - slope_mean, pixels - pixel_mean
-    square = np.maximum((slope_off * slope_off).sum(axis=1, keepdims=True), _LEAST_SQUARE)
-    focal = (slope_off * pixel_off).sum(axis=1, keepdims=True) / square
-    centre = pixel_mean - focal * slope_mean
-    error = np.abs(focal * slope_off - pixel_off)
-    middle = error.shape[1] // 2
-    return (*focal[:, 0], *centre[:, 0], np.partition(error, middle)[:, middle].max())
+    return COMPILED.fit_pinhole(points, pixels)

@@ -38,12 +38,12 @@ def correct(tracks: Tracks, people: Sightings, stamp: float, params: OcclusionPa
     """
     own, lifted = constants.correction, people.lifted
     trusted = _trusted(people, params, own)
-    joints, has = _joints(tracks, people, trusted, params.occlusion, constants), tracks.has | trusted
+    joints, has = _joints(tracks, people, trusted, params.occlusion, own), tracks.has | trusted
     sure = lifted.measured[:, _CORNERS].sum(axis=1) >= own.corners
     error = np.where(sure, own.root_measured, own.root_guessed)
     middle = middle_of_trunk(joints.position, has)
     root = tracks.root.corrected(middle[:, None], isotropic(error * np.sqrt(3))[:, None],
-                                 np.ones((len(tracks), 1), bool), constants.joint_filter)
+                                 np.ones((len(tracks), 1), bool))
     tracks = replace(
         tracks, joints=joints, root=root, has=has, seen=np.where(trusted, stamp, tracks.seen),
         last_seen=np.full(len(tracks), stamp), sightings=tracks.sightings + 1, left=lifted.left,
@@ -54,23 +54,23 @@ def correct(tracks: Tracks, people: Sightings, stamp: float, params: OcclusionPa
     return Completion(tracks, trusted, trusted, sigma)
 
 
-def _joints(tracks: Tracks, people: Sightings, trusted: np.ndarray, bones: bool, constants: TrackConstants
-            ) -> JointFilter:
+def _joints(tracks: Tracks, people: Sightings, trusted: np.ndarray, bones: bool,
+            constants: CorrectionConstants) -> JointFilter:
     """Return the filters of the joints with trusted ones taken in, after the lengths of bones if these count."""
-    own, lifted, seen = constants.correction, people.lifted, people.observed
-    across = (own.across + own.across_by_score * (1 - np.minimum(seen.scores, 1.0)) ** 2
-              + np.where(lifted.measured, 0.0, own.across_hidden))
-    along = np.where(lifted.measured, own.along_measured, np.maximum(lifted.sigma, own.along_inferred))
+    lifted, seen = people.lifted, people.observed
+    across = (constants.across + constants.across_by_score * (1 - np.minimum(seen.scores, 1.0)) ** 2
+              + np.where(lifted.measured, 0.0, constants.across_hidden))
+    along = np.where(lifted.measured, constants.along_measured, np.maximum(lifted.sigma, constants.along_inferred))
     covariance = along_rays(seen.rays, across, np.maximum(along, people.size_error()))
     xyz = lifted.xyz
     if bones:
         xyz = satisfy_lengths(xyz, covariance, measures.expected_lengths(tracks.sizes),
-                              measures.length_spreads(tracks.sizes), trusted, constants.bone_constraints)
-    joints = tracks.joints.corrected(xyz, covariance, trusted & tracks.has, constants.joint_filter)
+                              measures.length_spreads(tracks.sizes), trusted)
+    joints = tracks.joints.corrected(xyz, covariance, trusted & tracks.has)
     first = trusted & ~tracks.has
     if not first.any():
         return joints
-    return joints.where(first, JointFilter.moving(xyz, np.zeros_like(xyz), covariance, own.unknown_speed))
+    return joints.where(first, JointFilter.moving(xyz, np.zeros_like(xyz), covariance, constants.unknown_speed))
 
 
 def _down(before: np.ndarray, position: np.ndarray, known: np.ndarray, constants: CorrectionConstants) -> np.ndarray:

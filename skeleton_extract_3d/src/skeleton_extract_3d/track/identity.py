@@ -5,7 +5,7 @@ from scipy.optimize import linear_sum_assignment
 from skeleton_extract_3d.body.body import ADULT_STATURE, STATURE_SPREAD
 from skeleton_extract_3d.body.measures import Sizes
 from skeleton_extract_3d.lift import surfaces
-from skeleton_extract_3d.lift.observation import ObservedPeople
+from skeleton_extract_3d.lift.records import ObservedPeople
 from skeleton_extract_3d.settings import IdentityParams
 from skeleton_extract_3d.track.appearance import Clothes, colour_distances
 from skeleton_extract_3d.track.constants import IdentityConstants

@@ -8,9 +8,8 @@ steady motion.
 from typing import NamedTuple
 
 import numpy as np
-import skeleton_extract_3d_lifting as compiled
 
-from skeleton_extract_3d.track.constants import JointFilterConstants
+from skeleton_extract_3d.constants import COMPILED
 
 _IDENTITY = np.eye(3)
 
@@ -74,17 +73,15 @@ class JointFilter(NamedTuple):
             + elapsed ** 4 / 4 * noise,
             cross + elapsed * speed + elapsed ** 3 / 2 * noise, speed + elapsed ** 2 * noise)
 
-    def corrected(self, measured: np.ndarray, covariance: np.ndarray, mask: np.ndarray,
-                  constants: JointFilterConstants) -> 'JointFilter':
-        """Return the filters with measurements taken in.
+    def corrected(self, measured: np.ndarray, covariance: np.ndarray, mask: np.ndarray) -> 'JointFilter':
+        """Return the filters with measurements taken in; compiled (joint_filter.cpp).
 
         Args:
             measured: (T, K, 3) [m]; anything where the mask is false.
             covariance: (T, K, 3, 3) of the measurements [m^2].
             mask: (T, K) bool, which points were measured.
         """
-        return JointFilter(*compiled.correct(tuple(self), np.arange(len(measured)), measured, covariance, mask,
-                                             trusted_deviations=constants.trusted_deviations))
+        return JointFilter(*COMPILED.correct(tuple(self), measured, covariance, mask))
 
     def transformed(self, rotation: np.ndarray, translation: np.ndarray) -> 'JointFilter':
         """Return the filters in another frame: x' = R x + t."""

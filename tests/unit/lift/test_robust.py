@@ -6,10 +6,10 @@ import pytest
 
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
-from skeleton_extract_3d.body.body import ADULT_STATURE, BONE_LENGTHS, STATURE_SPREAD
+from skeleton_extract_3d.body.body import BODY
 from skeleton_extract_3d.lift.observation import observe
-from skeleton_extract_3d.lift.pose_lifting import RobustLifting
 from skeleton_extract_3d.lift.records import Expectation
+from skeleton_extract_3d.lift.robust import RobustLifting
 from skeleton_extract_3d.points.depth import DepthImage
 from synthetic_scene import (
     HIDDEN_BY_FURNITURE,
@@ -63,8 +63,8 @@ def test_nobody():
 def test_of_strangers_only_is_known_what_adults_are():
     expected = Expectation.of_strangers(2)
     assert np.isnan(expected.root).all() and np.isnan(expected.depth).all() and np.isnan(expected.left).all()
-    np.testing.assert_array_equal(expected.stature, [ADULT_STATURE] * 2)
-    np.testing.assert_array_equal(expected.lengths, [BONE_LENGTHS] * 2)
+    np.testing.assert_array_equal(expected.stature, [BODY.adult_stature] * 2)
+    np.testing.assert_array_equal(expected.lengths, [BODY.bone_lengths] * 2)
 
 
 @pytest.mark.parametrize('pose', POSES)
@@ -147,7 +147,7 @@ def test_without_depth_people_are_where_their_size_says_and_nothing_is_measured(
     frame = one()
     people = lifted(frame, depth=np.zeros_like(frame.depth))
     assert not people.measured.any() and np.isnan(people.surface).all()
-    assert people.root[0] == pytest.approx(2.6, rel=STATURE_SPREAD)
+    assert people.root[0] == pytest.approx(2.6, rel=BODY.stature_spread)
     # all of it is on the rays
     uv = frame.camera.project(people.xyz[0])
     np.testing.assert_allclose(uv, frame.people.xy[0], atol=1e-3)

@@ -1,0 +1,38 @@
+"""Constants of what is learnt about bodies, and of joints that COCO_18 does not have."""
+from dataclasses import dataclass
+from typing import Tuple
+
+from openpose_ros_pkg.params.constants import constant
+
+
+@dataclass(frozen=True)
+class SizeConstants:
+    """How the stature and the bones of somebody are learnt."""
+
+    least_score: float = constant(0.5, 'Keypoints with a lower score do not measure.')
+    least_bones: int = constant(3, 'A stature is measured by at least this many bones at once.', source='chosen')
+    most_frames: float = constant(30.0, 'A frame counts at least one in this many, so sizes may still change.',
+                                  unit='frames')
+    prior_frames: float = constant(8.0, "An adult's proportions count like this many frames.", unit='frames')
+    most_change: float = constant(
+        0.25, 'A bone that differs more from what is expected has a keypoint elsewhere and is not learnt.',
+        unit='share')
+    known_spread: float = constant(0.03, 'Standard deviation of a length that was measured often.', unit='share')
+
+
+@dataclass(frozen=True)
+class ExtraJointConstants:
+    """Joints at the end of a body that COCO_18 does not have: the top of the head, toes and heels."""
+
+    head_reach: float = constant(0.35, "The top of the head is within this distance of the neck's depth.", unit='m',
+                                 source='chosen')
+    head_offset: float = constant(0.03, 'Depth of the top of the head under the surface.', unit='m', source='chosen')
+    foot_reach: float = constant(0.25, "Toes and heels are within this distance of the ankle's depth.", unit='m',
+                                 source='chosen')
+    foot_offset: float = constant(0.02, 'Depth of toes and heels under the surface.', unit='m', source='chosen')
+    window: float = constant(0.03, 'Half the side of the window around the keypoint; feet are narrow.', unit='m',
+                             source='chosen')
+    window_limits: Tuple[float, float] = constant((1.5, 20.0), 'Limits of this window.', unit='px', source='chosen')
+    measured_sigma: float = constant(0.04, 'Error of a joint that is measured.', unit='m', source='chosen')
+    inferred_sigma: float = constant(0.12, 'Error of a joint with the depth of the joint that it hangs on.', unit='m',
+                                     source='chosen')

@@ -1,0 +1,44 @@
+"""All constants of the 3D method as one object, and the compiled steps that were built with it."""
+from dataclasses import dataclass, field
+
+from skeleton_extract_3d.body.body import BODY, BodyConstants
+from skeleton_extract_3d.body.constants import ExtraJointConstants, SizeConstants
+from skeleton_extract_3d.lift.constants import (
+    CostConstants,
+    HeadConstants,
+    InferenceConstants,
+    MeasuringConstants,
+    OccluderConstants,
+    TrunkConstants,
+    WindowConstants,
+)
+from skeleton_extract_3d.points.constants import CameraFitConstants
+from skeleton_extract_3d.track.constants import DEFAULTS, TrackConstants
+
+try:
+    import skeleton_extract_3d_lifting
+except ImportError as error:
+    raise ImportError(f'the compiled steps of skeleton_extract_3d are missing ({error}); build the workspace: ./run '
+                      'setup, or catkin_make') from error
+
+
+@dataclass(frozen=True)
+class MethodConstants:
+    """The constants of each step."""
+
+    body: BodyConstants = BODY
+    camera_fit: CameraFitConstants = field(default_factory=CameraFitConstants)
+    windows: WindowConstants = field(default_factory=WindowConstants)
+    trunk: TrunkConstants = field(default_factory=TrunkConstants)
+    costs: CostConstants = field(default_factory=CostConstants)
+    occluders: OccluderConstants = field(default_factory=OccluderConstants)
+    head: HeadConstants = field(default_factory=HeadConstants)
+    inference: InferenceConstants = field(default_factory=InferenceConstants)
+    measuring: MeasuringConstants = field(default_factory=MeasuringConstants)
+    sizes: SizeConstants = field(default_factory=SizeConstants)
+    extra_joints: ExtraJointConstants = field(default_factory=ExtraJointConstants)
+    track: TrackConstants = DEFAULTS
+
+
+METHOD = MethodConstants()
+COMPILED = skeleton_extract_3d_lifting.Method(METHOD)

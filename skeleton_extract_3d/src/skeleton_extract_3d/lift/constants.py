@@ -1,0 +1,210 @@
+"""Constants of the way from keypoints and points to joints in space, step by step."""
+from dataclasses import dataclass
+from typing import Tuple
+
+import numpy as np
+
+from openpose_ros_pkg.params.constants import constant
+
+
+@dataclass(frozen=True)
+class WindowConstants:
+    """The window of points around a keypoint."""
+
+    half_side: float = constant(0.045, 'Half the side of the window, about the error of a keypoint.', unit='m')
+    limits: Tuple[float, float] = constant((1.5, 40.0), 'Limits of half the side in the image.', unit='px',
+                                           source='chosen')
+    usual_depth: float = constant(3.0, 'Windows of a person of unknown size are those of somebody at this depth.',
+                                  unit='m', source='chosen')
+    spread: float = constant(0.6, 'Standard deviation of the Gaussian weights of the samples.', unit='half sides')
+    foreground_share: int = constant(
+        4, 'The nearest surface begins where one in this many samples is nearer: a few stray ones do not make it.',
+        source='chosen')
+    foreground_depth: float = constant(0.05, 'Samples within this distance of its beginning make the nearest surface.',
+                                       unit='m', source='chosen')
+
+    @property
+    def offsets(self) -> np.ndarray:
+        """(25, 2) places of the samples in the window [half sides]: 5 x 5, so that near people cost no more."""
+        steps = np.linspace(-1.0, 1.0, 5)
+        return np.array([(x, y) for y in steps for x in steps])
+
+    @property
+    def weights(self) -> np.ndarray:
+        """(25,) weights of the samples, with sum 1."""
+        weights = np.exp(-(self.offsets ** 2).sum(axis=1) / (2 * self.spread ** 2))
+        return weights / weights.sum()
+
+
+@dataclass(frozen=True, eq=False)
+class TrunkConstants:
+    """Depth of the trunk, by the samples of all joints, the size in the image, and the time before."""
+
+    nearest: float = constant(0.35, 'Least depth that is considered.', unit='m', source='chosen')
+    furthest: float = constant(12.0, 'Greatest depth that is considered.', unit='m', source='chosen')
+    step: float = constant(0.04, 'Step from depth to depth, of the logarithm.', unit='share', source='chosen')
+    reach_front: float = constant(0.40, "Surfaces of a body are up to this far in front of the trunk's middle: arms.",
+                                  unit='m')
+    reach_behind: float = constant(0.30, "Surfaces of a body are up to this far behind the trunk's middle: hips.",
+                                   unit='m')
+    front: float = constant(0.12, 'Likelihood of a surface in front of the body: the joint is occluded.')
+    behind: float = constant(0.03, 'Likelihood of a surface behind the body: the keypoint lies beside it.')
+    floor: float = constant(0.005, 'Likelihood of anything else.')
+    joint_weights: np.ndarray = constant(
+        np.array([0.7, 1, 1, 0.6, 0.4, 1, 0.6, 0.4, 1, 0.7, 0.6, 1, 0.7, 0.6, 0.3, 0.3, 0.3, 0.3]),
+        'What a joint counts, in the order of COCO_18: wrists and the parts of the head less than the trunk.')
+    full_score: float = constant(0.5, 'A keypoint counts fully from this score on.')
+    size_weight: float = constant(4.0, 'Weight of the size in the image against the surfaces.')
+    size_limit: float = constant(-12.0, 'Least log likelihood of a size: an odd pose is not another depth.')
+    foreshortening: float = constant(
+        0.15, 'Even the second longest bone may be turned out of the image plane by this much.', unit='share')
+    sized_score: float = constant(0.3, 'Keypoints below this score do not measure a size.')
+    sized_bones: int = constant(3, 'From this many bones on, the second least depth counts, else the least.',
+                                source='chosen')
+    size_bias: float = constant(0.97, 'The longest bone looks longer than it is by the errors of its ends; less this.',
+                                unit='share')
+    before_spread: float = constant(0.10, 'Standard deviation of the depth against that of the frame before.',
+                                    unit='share')
+    before_weight: float = constant(4.0, 'Weight of the depth of the frame before.')
+    before_limit: float = constant(9.0, 'Most that it says, in squared standard deviations.')
+    support_reach: float = constant(0.50, 'Samples of the trunk within this distance of its depth refine it.',
+                                    unit='m')
+    least_support: float = constant(2.5, 'Refined only if at least this many windows agree.', unit='windows')
+    stature_spread: float = constant(
+        0.06, 'Standard deviation of the stature by the size in the image, where the depth of the trunk is sure.',
+        unit='share')
+
+    @property
+    def depths(self) -> np.ndarray:
+        """(depths,) that the trunk is looked for at [m]."""
+        return np.exp(np.arange(np.log(self.nearest), np.log(self.furthest), self.step))
+
+    @property
+    def low(self) -> np.ndarray:
+        """(depths,) number of the first of `depths` that is on a body at each depth."""
+        return np.searchsorted(self.depths, self.depths - self.reach_front)
+
+    @property
+    def high(self) -> np.ndarray:
+        """(depths,) number of the first of `depths` that is behind a body at each depth."""
+        return np.searchsorted(self.depths, self.depths + self.reach_behind)
+
+
+@dataclass(frozen=True)
+class CostConstants:
+    """What it costs a joint to be at each candidate depth: -2 log likelihood."""
+
+    steps: int = constant(45, 'Candidates of a joint, odd: the middle one is the depth of the trunk.', source='chosen')
+    step: float = constant(0.04, 'Distance between two candidates.', unit='m', source='chosen')
+    kernel_shifts: Tuple[int, ...] = constant((0, 1, -1, 2, -2), 'A surface is spread over candidates this far off.',
+                                              unit='steps')
+    kernel_shares: Tuple[float, ...] = constant(
+        (0.40, 0.25, 0.25, 0.05, 0.05), 'Their shares: noise, and what clothes add, make a surface a step thick.')
+    hidden: float = constant(0.30, 'Likelihood that a joint is hidden behind a surface.')
+    hidden_depth: float = constant(0.6, 'A hidden joint is anywhere within this depth behind the surface.', unit='m')
+    hidden_score: float = constant(0.8, 'Below this score, being hidden grows more likely.')
+    hidden_slope: float = constant(4.0, 'It does so by exp(slope * difference of the score).')
+    hidden_most: float = constant(5.0, 'Greatest factor by which a low score makes being hidden more likely.')
+    hidden_covered: float = constant(
+        3.3, 'Factor where another part of the same body is in the image: as likely hidden as not.')
+    under: float = constant(0.02, 'Likelihood of a surface in front of the joint that is too near to hide it.')
+    anything: float = constant(0.002, 'Likelihood of anything else: a keypoint that is elsewhere, a hole.')
+    memory_limit: float = constant(9.0, 'Most that the depth of the frame before costs against the surfaces.')
+
+    @property
+    def half(self) -> int:
+        """Number of the candidate at the depth of the trunk."""
+        return self.steps // 2
+
+    @property
+    def deltas(self) -> np.ndarray:
+        """(steps,) depths of the candidates from that of the trunk [m]."""
+        return (np.arange(self.steps) - self.half) * self.step
+
+
+@dataclass(frozen=True)
+class OccluderConstants:
+    """Whose surface it is that is seen at a keypoint."""
+
+    others_reach: float = constant(0.22, "A sample is another person's if it is this near to that body, ...", unit='m')
+    others_lead: float = constant(0.10, '... and nearer to it than to its own by this.', unit='m')
+    skin: float = constant(0.06, 'The surface is this far in front of the bones: half the thickness of a limb.',
+                           unit='m')
+    covering_share: float = constant(0.8, 'Inner share of the breadth of a part of the own body that covers joints.',
+                                     unit='share')
+    just_beside: float = constant(0.10, 'Distance to the side of a limb at which an arm stands out from the trunk.',
+                                  unit='m')
+    beyond: Tuple[float, float] = constant(
+        (0.28, 0.364), 'Distances to the side of a limb at which furniture goes on.', unit='m')
+    in_front: float = constant(0.30, 'Surfaces this far in front of the trunk are doubted.', unit='m')
+    continues: float = constant(0.12, 'A doubted surface that goes on within this depth on both sides is no limb.',
+                                unit='m')
+    furniture: float = constant(0.03, "Likelihood that such a surface is the person's.")
+    stands_out: float = constant(0.035, 'An arm before the trunk stands out from it by this, at least on one side.',
+                                 unit='m')
+    flat: float = constant(0.15, "Likelihood that a surface on the trunk is an arm's if it does not stand out.")
+    shortest_limb: float = constant(3.0, 'A limb that is shorter in the image points at the camera.', unit='px',
+                                    source='chosen')
+    least_square: float = constant(1e-6, 'Parts of a body that are shorter in the image are points.', unit='px^2',
+                                   source='chosen')
+    turned_away: float = constant(
+        0.4, 'The side of a body whose direction points away by more is the far one.', unit='cosine')
+    far_side: float = constant(
+        0.15, 'Likelihood that the surface at a joint of the far side, on another part of the body, is its own.')
+
+
+@dataclass(frozen=True)
+class HeadConstants:
+    """The head: its turn, and the depth of its middle."""
+
+    weight: float = constant(0.6, 'Weight of each of the five keypoints: together one opinion more than two.')
+    least_joints: int = constant(3, 'Keypoints that a head must have to tell where its person faces.', source='chosen')
+    most_pixel: float = constant(0.012, 'Greatest size of a pixel on a head that tells where its person faces.',
+                                 unit='m')
+    error: float = constant(0.015, 'Error of the keypoints of a head.', unit='m')
+    cosine_spread: float = constant(0.5, 'Standard deviation of the cosine of the yaw, given the shoulders.')
+    sine_spread: float = constant(0.7, 'Standard deviation of the sine of the yaw.')
+    agreement: float = constant(0.08, 'Samples within this distance of where the surface should be refine the depth.',
+                                unit='m')
+    least_support: float = constant(0.1, 'Refined only if their weight is at least this.', unit='windows')
+
+
+@dataclass(frozen=True, eq=False)
+class InferenceConstants:
+    """Depths of all joints of a person together."""
+
+    keypoint_error: float = constant(0.02, 'Error of the length of a bone by those of its ends.', unit='m')
+    guess_error: float = constant(0.25, 'The same for an end without a keypoint, whose ray is a guess.', unit='m')
+    nodding: float = constant(0.02, 'Error of the distance from neck to head by nodding.', unit='m')
+    length_limit: float = constant(30.0, 'Greatest cost of a length: a keypoint may be elsewhere.')
+    direction_limit: float = constant(9.0, 'Greatest cost of where a limb points.')
+    turn_limit: float = constant(9.0, 'Greatest cost of shoulders or hips that are turned against the person.')
+    turn_spread: np.ndarray = constant(
+        np.array([0.10, 0.07]), 'Standard deviation of the depth between shoulders, and hips, given the facing.',
+        unit='m')
+    pair_error: float = constant(0.03, 'Error of the line between two shoulders or hips beyond that of their depths.',
+                                 unit='m')
+    level: float = constant(0.5, 'Share of the slope of shoulders and hips that counts as a turn.', unit='share')
+    nearest: float = constant(0.15, 'No candidate is nearer.', unit='m', source='chosen')
+    least_length: float = constant(1e-3, 'Shorter vectors have no direction.', unit='m', source='chosen')
+    mode: int = constant(3, 'A depth is the mean of this many candidates on both sides of the best one.',
+                         unit='steps', source='chosen')
+
+
+@dataclass(frozen=True)
+class MeasuringConstants:
+    """Which joints count as measured."""
+
+    agreement: float = constant(0.09, 'Samples within this distance of where the surface should be support a joint.',
+                                unit='m')
+    least_support: float = constant(0.12, 'A measured joint is supported by more than this weight of its window.')
+    against_front: float = constant(0.8, '... and by at least this share of the weight that lies in front of it.',
+                                    unit='share')
+    least_own: float = constant(0.05, "... and its surface is the person's with more than this likelihood.")
+    shortest: float = constant(0.62, 'A bone below this share of its length has a keypoint that is elsewhere.',
+                               unit='share')
+    longest: float = constant(1.45, 'So has a bone above this share of its length ...', unit='share')
+    bone_error: float = constant(0.03, '... and this.', unit='m')
+    sure_end: float = constant(0.6, 'An end of a limb with a greater score is believed whatever its limb says.')
+    unsure_end: float = constant(0.5, 'An end with a lower score is not believed if the whole limb is folded.')
+    folded: float = constant(0.45, 'A limb below this share of its length is folded.', unit='share')

@@ -1,0 +1,129 @@
+"""Lift whole people: where each joint is along its ray, and whether it was seen."""
+from typing import Optional, Tuple
+
+import numpy as np
+
+from skeleton_extract_3d.body.body import HEAD, NECK, SHOULDERS, TRUNK
+from skeleton_extract_3d.constants import METHOD
+from skeleton_extract_3d.lift import occluders, surfaces
+from skeleton_extract_3d.lift.depth_inference import CHAINS, bones_of, infer_depths, read_depths
+from skeleton_extract_3d.lift.head_pose import HeadPose, estimate_head_pose
+from skeleton_extract_3d.lift.measuring import measure
+from skeleton_extract_3d.lift.records import Expectation, Lifted, ObservedPeople
+from skeleton_extract_3d.points.point_grid import PointGrid
+
+_BODY, _TRUNK, _HEAD = METHOD.body, METHOD.trunk, METHOD.head
+_SURFACE_OFFSETS, _THICKNESSES = _BODY.surface_offsets, _BODY.thicknesses
+# From the middle of the ears forwards to the nose, and from the right to the left ear [m].
+_NOSE_AHEAD, _EARS_APART = _BODY.head_points[0, 2], _BODY.head_points[4, 0] - _BODY.head_points[3, 0]
+
+
+class RobustLifting:
+    """All joints of a person together: by the surfaces, the lengths of bones and what was known before."""
+
+    def lift(self, seen: ObservedPeople, points: PointGrid, expected: Expectation) -> Lifted:
+        """Return where the joints are; see `lifting.LiftingMethod`."""
+        root, sure, foreign = _trunk(seen, expected)
+        expected = _sized_strangers(seen, expected, root, sure)
+        scale = expected.stature / _BODY.adult_stature
+        head = _head(seen, root, scale)
+        left = np.where(np.isfinite(expected.left), expected.left, 0.0) + _left_of_heads(seen, head, root, scale)
+        ownership = occluders.ownership(points, seen, root, left, foreign)
+
+        offsets = _SURFACE_OFFSETS * scale[:, None]
+        gaps = _THICKNESSES - offsets
+        # the candidates of the head's joints are those of its middle
+        offsets[:, HEAD], gaps[:, HEAD] = -head.surface, _THICKNESSES[HEAD]
+        costs = surfaces.depth_costs(seen, root, offsets, gaps, ownership)
+        head_costs = _HEAD.weight * costs[:, HEAD].sum(axis=1)
+        costs = surfaces.with_memory(costs, root, expected)[:, CHAINS]
+
+        bones = bones_of(expected.lengths, expected.length_spread, ~seen.known[:, CHAINS])
+        beliefs = infer_depths(np.concatenate([costs, head_costs[:, None]], axis=1),
+                               np.concatenate([seen.rays[:, CHAINS], head.ray[:, None]], axis=1), root, bones,
+                               expected.stature, left)
+        depth, deviation = read_depths(beliefs.costs)
+        depth += root[:, None]
+        z, sigma = np.empty(seen.known.shape), np.empty(seen.known.shape)
+        z[:, CHAINS], sigma[:, CHAINS] = depth[:, :-1], deviation[:, :-1]
+        z[:, NECK], sigma[:, NECK] = z[:, SHOULDERS].sum(axis=1) / 2, sigma[:, SHOULDERS].sum(axis=1) / 2
+        middle = _refined_head(seen, head, depth[:, -1], foreign)
+        z[:, HEAD], sigma[:, HEAD] = middle[:, None] + head.depths, deviation[:, -1:]
+        offsets[:, HEAD] = head.depths - head.surface
+        return Lifted(*measure(seen, z, offsets, ownership, bones), sigma, beliefs.left, root, expected.stature)
+
+
+def _trunk(seen: ObservedPeople, expected: Expectation) -> Tuple[np.ndarray, np.ndarray, Optional[np.ndarray]]:
+    """Return the depth of the trunk, (P,) [m], who shows enough of it, (P,) bool, and the samples on other people."""
+    size = seen.adult_depth * expected.stature / _BODY.adult_stature
+    sized = surfaces.size_evidence(size, expected.stature_spread)
+    evidence = seen.trunk_evidence + sized
+    foreign = _foreign(seen, expected, size, evidence)
+    if foreign is not None:
+        evidence = surfaces.root_evidence(seen.samples, seen.scores, foreign) + sized
+    root = surfaces.ROOT_DEPTHS[(evidence + _before(expected.root)).argmax(axis=1)]
+    # the mean of the surfaces of the trunk
+    middle, total = surfaces.mean_within(seen, foreign, TRUNK, _SURFACE_OFFSETS[TRUNK], root, _TRUNK.support_reach)
+    sure = total > _TRUNK.least_support
+    return np.where(sure, middle, root), sure, foreign
+
+
+def _foreign(seen: ObservedPeople, expected: Expectation, size: np.ndarray, evidence: np.ndarray
+             ) -> Optional[np.ndarray]:
+    """Return which samples lie on other people, (P, 18, 25), or None."""
+    if len(size) < 2:
+        return None
+    known = np.where(np.isfinite(expected.depth), expected.depth, expected.root[:, None])
+    first = surfaces.ROOT_DEPTHS[evidence.argmax(axis=1)][:, None]
+    others = occluders.others_depths(seen.uv, np.where(np.isfinite(known), known, first), seen.focal)
+    # of a stranger, the size tells whether the surface may be the person's
+    stranger = np.where(np.isfinite(size), size, first[:, 0])[:, None]
+    return occluders.foreign_samples(seen.samples, others, np.where(np.isfinite(known), known, stranger))
+
+
+def _before(root: np.ndarray) -> np.ndarray:
+    """Return the log likelihood of the trunk's depth by where it was, (P, depths)."""
+    known = np.isfinite(root)[:, None]
+    off = np.log(surfaces.ROOT_DEPTHS / np.where(known, root[:, None], 1.0)) / _TRUNK.before_spread
+    return known * (-0.5 * _TRUNK.before_weight) * np.minimum(off * off, _TRUNK.before_limit)
+
+
+def _sized_strangers(seen: ObservedPeople, expected: Expectation, root: np.ndarray, sure: np.ndarray) -> Expectation:
+    """Return the expectation with strangers as large as they look at the depth of their trunk, where that is sure."""
+    known = sure & (expected.stature_spread >= _BODY.stature_spread) & np.isfinite(seen.adult_depth)
+    if not known.any():
+        return expected
+    ratio = np.log(np.where(known, root / seen.adult_depth, 1.0))
+    # the mean of what adults are and what is seen, by their spreads
+    prior, seen_precision = expected.stature_spread ** -2, _TRUNK.stature_spread ** -2
+    stature = _BODY.adult_stature * np.exp(ratio * seen_precision / (prior + seen_precision))
+    scale = np.where(known, np.clip(stature, *_BODY.stature_limits) / expected.stature, 1.0)
+    return expected._replace(stature=expected.stature * scale, lengths=expected.lengths * scale[:, None])
+
+
+def _head(seen: ObservedPeople, root: np.ndarray, scale: np.ndarray) -> HeadPose:
+    """Return the heads; without a face, where the neck is."""
+    left, right = SHOULDERS
+    apart = (seen.rays[:, left, 0] - seen.rays[:, right, 0]) * root / (_BODY.shoulder_width * scale)
+    both = seen.known[:, left] & seen.known[:, right]
+    cosine = np.where(both, np.maximum(np.minimum(apart, 1.0), -1.0), 1.0)
+    head = estimate_head_pose(seen.known_rays, seen.scores, root, scale, cosine)
+    return head._replace(ray=np.where(head.known[:, None], head.ray, seen.rays[:, NECK]))
+
+
+def _left_of_heads(seen: ObservedPeople, head: HeadPose, root: np.ndarray, scale: np.ndarray) -> np.ndarray:
+    """Return unit vectors to the left of heads, (P, 3); zero of those that are hardly seen.
+
+    People look where they face, more or less: a head counts as much as the trunk.
+    """
+    nose, _, _, right_ear, left_ear = head.depths.T / scale
+    left = np.stack([-nose / _NOSE_AHEAD, np.zeros_like(nose), (left_ear - right_ear) / _EARS_APART], axis=1)
+    seen_well = (seen.known[:, HEAD].sum(axis=1) >= _HEAD.least_joints) & (root / seen.focal < _HEAD.most_pixel)
+    return np.where(seen_well[:, None], left, 0.0)
+
+
+def _refined_head(seen: ObservedPeople, head: HeadPose, middle: np.ndarray, foreign: Optional[np.ndarray]
+                  ) -> np.ndarray:
+    """Return the depth of the middle of the ears by all the samples that fit, (P,) [m]."""
+    mean, total = surfaces.mean_within(seen, foreign, HEAD, -head.surface, middle, _HEAD.agreement)
+    return np.where(total > _HEAD.least_support, mean, middle)
