@@ -6,7 +6,8 @@ import numpy as np
 
 from skeleton_extract_3d.body.body import HIPS, MIDDLES, SHOULDERS
 from skeleton_extract_3d.lift import surfaces
-from skeleton_extract_3d.lift.observation import ObservedPeople, grid_positions
+from skeleton_extract_3d.lift.observation import grid_positions
+from skeleton_extract_3d.lift.records import ObservedPeople
 from skeleton_extract_3d.points.point_grid import PointGrid
 from skeleton_extract_3d.track.constants import AppearanceConstants
 
