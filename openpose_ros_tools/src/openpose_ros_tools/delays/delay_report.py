@@ -10,7 +10,7 @@ _SPREAD_COLUMNS = ('median', 'mean', '95 %', 'max', 'min')
 
 
 def summary(chain: Chain) -> Dict[str, object]:
-    """Return all figures of a chain as numbers, texts, lists and mappings; durations in ms, None where not known."""
+    """Return all figures of a chain as JSON has them; durations in ms, None where not known."""
     delays = chain.delays
     return {
         'namespace': chain.namespace, 'live': chain.is_live, 'counted_from': chain.counted_from,
@@ -25,7 +25,7 @@ def summary(chain: Chain) -> Dict[str, object]:
 
 
 def markdown(chain: Chain) -> str:
-    """Return the report of a chain: notes and tables, to be read as text or as Markdown."""
+    """Return the report of a chain: notes and tables."""
     since = {'stamp': 'from the stamp of the camera', 'arrival': 'from the first camera message of the frame'}
     what = f'Delays [ms] {since[chain.counted_from]} to the recorder' if chain.is_live else 'Stages, without delays'
     parts = [f'## {chain.namespace}', *[f'Note: {note}' for note in chain.notes],
@@ -59,8 +59,7 @@ def csv_rows(chain: Chain) -> Iterator[Tuple[str, ...]]:
 
 
 def _cells(spread: Spread) -> Tuple[str, ...]:
-    return tuple(_number(1000 * value) for value in (spread.median, spread.mean, spread.p95, spread.greatest,
-                                                     spread.least))
+    return tuple(_number(1000 * value) for value in spread[1:])
 
 
 def _number(value: float) -> str:
@@ -68,8 +67,8 @@ def _number(value: float) -> str:
 
 
 def _milliseconds(spread: Spread) -> Dict[str, Optional[float]]:
-    return {'count': spread.count, **{name: _or_none(1000 * getattr(spread, field)) for name, field in (
-        ('median', 'median'), ('mean', 'mean'), ('p95', 'p95'), ('max', 'greatest'), ('min', 'least'))}}
+    return {'count': spread.count, **{name: _or_none(1000 * value) for name, value in zip(
+        ('median', 'mean', 'p95', 'max', 'min'), spread[1:])}}
 
 
 def _or_none(value: float) -> Optional[float]:
@@ -77,7 +76,11 @@ def _or_none(value: float) -> Optional[float]:
 
 
 def _table(head: Sequence[str], rows: Sequence[Sequence[str]], texts: int) -> str:
-    """Return a table in Markdown with aligned columns; the first `texts` of them are texts, the others numbers."""
+    """Return a table in Markdown with aligned columns.
+
+    Args:
+        texts: number of columns with texts, which come first; the others have numbers.
+    """
     widths = [max(len(row[column]) for row in [head, *rows]) for column in range(len(head))]
 
     def line(cells: Sequence[str]) -> str:

@@ -1,14 +1,14 @@
-"""How long the frames of a recording took to each stage of the chain: camera, 2D, 3D, markers.
+"""Delays of the frames of a recording at each stage of the chain: camera, 2D, 3D, markers.
 
-A stage is a topic; a message of it belongs to the frame whose stamp it carries, and was there when the recorder got it
-(the time of the message in the bag). All times are int64 nanoseconds, all durations float64 seconds.
+A stage is a topic; a message belongs to the frame with its stamp, and arrives when the recorder gets it (its time in
+the bag). All times are int64 nanoseconds, all durations float64 seconds.
 """
 from dataclasses import dataclass
-from typing import Dict, List, Mapping, Sequence, Tuple
+from typing import Dict, List, Mapping, NamedTuple, Sequence, Tuple
 
 import numpy as np
 
-# What a topic holds, in the order of the chain; those before TAKEN are the camera's, those after it are results.
+# Roles of topics in the order of the chain; those before TAKEN are of the camera, those after it are results.
 IMAGE, DEPTH, CLOUD, TAKEN = 'image', 'depth', 'cloud', 'taken'
 PEOPLE_2D, PEOPLE_3D, MARKERS, DRAWN = 'people_2d', 'people_3d', 'markers', 'drawn'
 ROLES: Dict[str, str] = {IMAGE: 'colour image', DEPTH: 'depth image', CLOUD: 'point cloud', TAKEN: 'input taken',
@@ -16,25 +16,25 @@ ROLES: Dict[str, str] = {IMAGE: 'colour image', DEPTH: 'depth image', CLOUD: 'po
                          DRAWN: 'annotated image'}
 CAMERA_ROLES = (IMAGE, DEPTH, CLOUD)
 RESULT_ROLES = (PEOPLE_2D, PEOPLE_3D, MARKERS, DRAWN)
-# The stage that the step to a stage begins at: the first of these that the recording has. CAMERA: all of the frame's
-# camera topics are there.
+# The step to a stage begins at the first of these stages that the recording has. CAMERA: all camera messages of the
+# frame have arrived.
 CAMERA = 'camera'
 _BEFORE = {TAKEN: (CAMERA,), PEOPLE_2D: (TAKEN, CAMERA), PEOPLE_3D: (PEOPLE_2D, TAKEN, CAMERA),
            MARKERS: (PEOPLE_3D, PEOPLE_2D), DRAWN: (PEOPLE_3D, PEOPLE_2D)}
 
-# Stamps that are as far from the recorder's clock as this are of another time: a recording that is played, or a clock
-# that nobody set. The chain drops frames rather than fall behind by seconds.
+# Stamps that differ from the recorder's clock by this time [s] are of another clock, as of a recording that is played:
+# the chain drops frames rather than fall behind by seconds.
 _ANOTHER_TIME = 10.0
-# A recorder never gets a message in the nanosecond of its stamp, or two in the same one; a program that writes bags
-# gives all of a frame one time. A share, as a few messages may be of another origin.
+# Share of messages with the time of their stamp or of another message, from which on a program has written the bag: a
+# recorder never gets a message in the nanosecond of its stamp, or two in the same one.
 _WRITTEN_SHARE = 0.9
 _WRITTEN_NOTE = (
     "No live recording: the results have exactly the time of their stamp, of the camera's message or of each other, as "
-    'process_bag and csv_to_bag write them. How long a live chain took can not be told from it; for that, record the '
-    'topics with `rosbag record` while the nodes are running.')
+    'process_bag and csv_to_bag write them. It does not contain the delays of a live chain; for these, record the topics '
+    'with `rosbag record` while the nodes are running.')
 _NO_CAMERA_NOTE = (
     'No camera topic with the stamps of these results was recorded: shares are of the frames that had any result.')
-# With a simulated clock, which moves in steps, many messages are recorded at one time.
+# Share of messages with the time of another message, from which on the clock was simulated: it moves in steps.
 _SIMULATED_SHARE = 0.2
 
 
@@ -94,14 +94,8 @@ class Stage:
         return (len(self.arrivals) - 1) / span if span > 0 else float('nan')
 
 
-@dataclass(frozen=True)
-class Spread:
-    """Statistics of durations [s]; NaN of none.
-
-    Attributes:
-        count: of the durations.
-        p95: 95 % are at most this, linearly interpolated.
-    """
+class Spread(NamedTuple):
+    """Statistics of durations [s]; NaN of none. p95: 95 % are at most this, linearly interpolated."""
 
     count: int
     median: float
@@ -116,8 +110,8 @@ class Spread:
         known = seconds[np.isfinite(seconds)]
         if not len(known):
             return cls(0, *[float('nan')] * 5)
-        return cls(len(known), float(np.median(known)), float(known.mean()), float(np.percentile(known, 95)),
-                   float(known.max()), float(known.min()))
+        return cls(len(known), *(float(value) for value in (
+            np.median(known), known.mean(), np.percentile(known, 95), known.max(), known.min())))
 
 
 @dataclass(frozen=True)
@@ -133,7 +127,7 @@ class Chain:
         arrivals: (N, S) int64 [ns] of each frame at each stage, 0 where it did not reach it.
         counted_from: what delays begin at: 'stamp', or 'arrival' of the frame's first camera message.
         is_live: False where a program wrote the results into the bag, so that their times are no delays.
-        notes: what is to be known when reading the numbers.
+        notes: what a reader of the numbers has to know.
     """
 
     namespace: str
@@ -195,7 +189,7 @@ class Step:
 
     @property
     def before_name(self) -> str:
-        """Say where it begins."""
+        """Name of the stage at which it begins."""
         return ROLES.get(self.before, 'camera topics')
 
 
@@ -231,7 +225,7 @@ def steps(chain: Chain) -> Tuple[Step, ...]:
     arrivals = {chain.stages[number].role: chain.arrivals[:, number] for number in chain.main_stages}
     camera = _of_camera(chain.stages)
     if camera.any():
-        # 0 where one of them is missing: then it is not known when the frame was complete
+        # 0 where one of them is missing: the frame was never complete
         own = chain.arrivals[:, camera]
         arrivals[CAMERA] = np.where((own > 0).all(axis=1), own.max(axis=1), 0)
     found = []
@@ -331,8 +325,8 @@ def _by_frame(stage: Stage, frames: np.ndarray) -> Tuple[np.ndarray, np.ndarray]
 
 
 def _is_written(stamps: np.ndarray, arrivals: np.ndarray, camera: np.ndarray, simulated: bool) -> bool:
-    """Say whether a program wrote the results: with the time of the stamp or of the camera's message, or all results of
-    a frame with one time, which is no sign where the clock was simulated."""
+    """Return whether a program wrote the results: with the time of the stamp or of the camera's message, or all
+    results of a frame with one time, which a simulated clock gives as well."""
     results, reached = arrivals[:, ~camera], stamps[:, ~camera] > 0
     same = (results == stamps[:, ~camera]) | (results[:, :, None] == arrivals[:, None, camera]).any(axis=2)
     if not simulated:
@@ -342,18 +336,18 @@ def _is_written(stamps: np.ndarray, arrivals: np.ndarray, camera: np.ndarray, si
 
 
 def _in_steps(stages: Sequence[Stage]) -> bool:
-    """Say whether many frames of different stages were recorded at one time, as with a simulated clock."""
+    """Return whether many frames of different stages were recorded at one time, as with a simulated clock."""
     times = np.concatenate([stage.arrivals for stage in stages])
     return len(times) > 1 and 1 - len(np.unique(times)) / len(times) > _SIMULATED_SHARE
 
 
 def _clocks_differ(delays: np.ndarray) -> bool:
-    """Say whether delays [s] of the camera's topics can not be delays."""
+    """Return whether delays [s] of the camera's topics can not be delays."""
     return len(delays) > 0 and not 0 <= np.median(delays) <= _ANOTHER_TIME
 
 
 def _simulated_note(stages: Sequence[Stage]) -> str:
-    """Say what simulated time means for the numbers."""
+    """Return what simulated time means for the numbers."""
     gaps = np.diff(np.unique(np.concatenate([stage.arrivals for stage in stages])))
     step = f'steps of {1e-6 * gaps.min():.3g} ms' if len(gaps) else 'steps'
     return (f'Recorded in simulated time (use_sim_time), which goes in {step}: delays are no finer, may be negative by '
@@ -361,7 +355,7 @@ def _simulated_note(stages: Sequence[Stage]) -> str:
 
 
 def _clock_notes(stages: Sequence[Stage], delays: np.ndarray, counted_from: str) -> List[str]:
-    """Say where stamps and the recorder's clock disagree.
+    """Return notes on stamps that disagree with the recorder's clock.
 
     Args:
         delays: [s] by which the clocks are compared.

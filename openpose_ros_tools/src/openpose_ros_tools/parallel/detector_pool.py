@@ -1,4 +1,4 @@
-"""People in many pictures at once: by one detector with all threads, or in several processes that may die."""
+"""People in several images at a time: by one detector with all threads, or by processes, which may die."""
 import functools
 import logging
 import multiprocessing
@@ -22,33 +22,33 @@ from openpose_ros_tools.parallel.no_interrupts import no_interrupts
 
 _log = logging.getLogger(__name__)
 
-# Pictures on their way beyond those that are computed: one is prepared, one is read out.
+# Number of images in progress beside those in the networks: one is prepared, one is finished.
 _BESIDES = 2
-# A picture is sent so often; one that ends process after process will end the next one as well.
+# Number of processes that may end on the same image before it is given up.
 _MOST_TRIES = 3
 
 
 class ProcessLostError(OpenposeRosError):
-    """The processes that look at a picture end again and again."""
+    """Several processes ended on the same image."""
 
 
 class DetectorPool:
-    """Finds people in pictures, several at a time; for `with`.
+    """Finds people in several images at a time; use it as a context manager.
 
     Args:
-        jobs: 1: one detector in this process, whose preparing and finishing overlap the networks. More: so many
-            processes with a detector each.
+        jobs: 1: one detector in this process, whose preparing and finishing overlap the networks. More: the number of
+            processes, each with a detector.
         settings: of the detectors. Where they leave the number of threads open, processes share the cores.
-        create: makes a detector of these; for processes a function that can be pickled.
+        create: makes a detector of the settings; for processes a function that can be pickled.
 
     Raises:
-        OpenposeRosError: no detector can be made of these (of processes, `submit`'s results tell).
+        OpenposeRosError: no detector can be made (with processes, `submit`'s results raise it).
     """
 
     def __init__(self, jobs: int, settings: DetectorSettings, create: Callable[[DetectorSettings], Detector]) -> None:
         self.skeleton = recipe_of(settings.detector).skeleton
         self.capacity = jobs + _BESIDES
-        """Pictures that should be on their way, so that no network waits."""
+        """Number of images that have to be in progress, so that no network waits."""
         self._closed = False
         self._processes: List[_DetectorProcess] = []
         self._idle: queue.SimpleQueue = queue.SimpleQueue()
@@ -64,14 +64,14 @@ class DetectorPool:
         self._threads = ThreadPoolExecutor(self.capacity if jobs == 1 else jobs, 'detect')
 
     def submit(self, bgr: np.ndarray) -> 'Future[People2D]':
-        """Have the people found in a picture, (H, W, 3) uint8 BGR; see `Detector.detect`.
+        """Start to find the people in an image, (H, W, 3) uint8 BGR; see `Detector.detect`.
 
         The result raises what the detector raises, and ProcessLostError.
         """
         return self._threads.submit(self._unless_closed, bgr)
 
     def pids(self) -> List[int]:
-        """Return the ids of the processes that are there at present."""
+        """Return the ids of the present processes."""
         return [process.pid for process in self._processes]
 
     def __enter__(self) -> 'DetectorPool':
@@ -130,7 +130,7 @@ class _DetectorProcess:
         raise ProcessLostError(f'{_MOST_TRIES} detector processes ended while they processed the same image')
 
     def close(self) -> None:
-        """End the process at once: nobody waits for its image."""
+        """End the process at once; the result of its image is not needed."""
         self._closed = True
         with suppress(BrokenProcessPool, ProcessLookupError):
             os.kill(self.pid, signal.SIGKILL)

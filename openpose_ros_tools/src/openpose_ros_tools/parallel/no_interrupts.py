@@ -1,4 +1,4 @@
-"""Ctrl-C for a program with processes: the terminal sends it to all of them, but one alone has to end them."""
+"""Ctrl-C for a program with processes: the terminal sends it to all of them, but only one has to end them."""
 import signal
 from contextlib import contextmanager
 from multiprocessing import resource_tracker
@@ -7,9 +7,9 @@ from typing import Iterator
 
 @contextmanager
 def no_interrupts() -> Iterator[None]:
-    """Have the threads and processes that are started in this block never see a Ctrl-C; this thread sees it after it.
+    """Block Ctrl-C for good in threads and processes that are started in this block; this thread gets it afterwards.
 
-    What is blocked is inherited, so that it holds from the first moment on, before a new process can ask for anything.
+    They inherit the blocked signal, so that it holds from their first moment on.
     """
     resource_tracker.ensure_running()  # else the first process starts it, which unblocks the signal
     before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])

@@ -1,4 +1,4 @@
-"""What the pictures of this package share: figures, colours, axes and files. No window, no global state."""
+"""Shared parts of plots: figures, colours, axes and files. No window, no global state."""
 import io
 from pathlib import Path
 from typing import Any, Dict, Optional, Sequence, Tuple
@@ -16,16 +16,16 @@ FORMATS = ('png', 'pdf', 'svg')
 # Resolution of PNG, and of the rasterized parts of PDF and SVG [dots per inch].
 DOTS_PER_INCH = 120
 
-# Okabe and Ito, "Color Universal Design" (2008): to be told apart with any colour vision. In place of their yellow,
+# Okabe and Ito, "Color Universal Design" (2008): distinguishable with any colour vision. In place of their yellow,
 # which is hard to see on white, the wine of Tol's "muted" scheme (Colour Schemes, SRON technical note, 2021).
 PALETTE = ('#0072B2', '#D55E00', '#009E73', '#CC79A7', '#56B4E9', '#E69F00', '#000000', '#882255')
 STATUS_COLOURS: Dict[int, str] = {MEASURED: '#0072B2', INFERRED: '#E69F00', MISSING: '#D9D9D9'}
 STATUS_NAMES: Dict[int, str] = {MEASURED: 'measured', INFERRED: 'inferred', MISSING: 'missing'}
-# Rates are counted in windows of this length [s]; of long recordings in so many windows.
+# Rates are counted in windows of at least this length [s], in at most this number of windows.
 _WINDOW, _MOST_WINDOWS = 1.0, 200
-# Lines and text that are there to help, not to tell.
+# Colour of auxiliary lines and text.
 HELP_COLOUR = '#8C8C8C'
-# Times without data.
+# Colour of times without data.
 GAP_COLOUR = '#F2F2F2'
 
 
@@ -37,7 +37,7 @@ def new_figure(width: float, height: float) -> Figure:
 
 
 def save_figure(figure: Figure, path: Path) -> Path:
-    """Write a figure whole or not at all, in the format of the path's suffix; the same figure gives the same bytes.
+    """Write a figure atomically, in the format of the path's suffix; the same figure gives the same bytes.
 
     Returns:
         The path.

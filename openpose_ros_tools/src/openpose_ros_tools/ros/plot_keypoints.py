@@ -1,20 +1,20 @@
-"""Draw what a recording says of people: where they went, what was seen of them, and when.
+"""Plot the people in a recording: where they went, which joints were seen, and when.
 
 FILE is a CSV of keypoints (of keypoints_to_csv, process_bag or `rostopic echo -p`) or a bag with the results of the
-nodes, in space or in the image. No master is needed. The pictures in FOLDER:
+nodes, in space or in the image. No master is needed. The plots in FOLDER:
 
-    detections             marks of frames and people over time, how many per second, how many people in view
-    top_view               ways of the people from above (of keypoints in the image: image_paths)
+    detections             marks of frames and people over time, rates, number of people in view
+    top_view               paths of the people from above (of keypoints in the image: image_paths)
     trajectory_JOINT       coordinates of a joint over time
     visibility_person_ID   when each joint was measured, inferred or missing
     confidence_person_ID   with --confidence: confidence of each joint over time
 
     rosrun openpose_ros_tools plot_keypoints poses.csv --list
-    rosrun openpose_ros_tools plot_keypoints poses.csv -o pictures/
-    rosrun openpose_ros_tools plot_keypoints recording.bag -o pictures/ --joints right_wrist,left_wrist --persons 0,2
-    rosrun openpose_ros_tools plot_keypoints recording.bag -o pictures/ --start 12 --end 20 --format pdf
+    rosrun openpose_ros_tools plot_keypoints poses.csv -o plots/
+    rosrun openpose_ros_tools plot_keypoints recording.bag -o plots/ --joints right_wrist,left_wrist --persons 0,2
+    rosrun openpose_ros_tools plot_keypoints recording.bag -o plots/ --start 12 --end 20 --format pdf
 
-Exit status: 0 done; 2 nothing was done, as the command line or the file is wrong; 130 interrupted, the pictures so far
+Exit status: 0 done; 2 nothing was done, as the command line or the file is wrong; 130 interrupted, the finished plots
 are complete.
 """
 import argparse
@@ -31,6 +31,7 @@ from openpose_ros_pkg.command_line import DONE, run_command
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.output.files import writable_folder
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
+from openpose_ros_tools.command_options import add_time_span, check_time_span, command_parser
 from openpose_ros_tools.plots.keypoint_plots import (
     confidence,
     detections,
@@ -48,7 +49,7 @@ from openpose_ros_tools.tables.keypoint_table import KeypointTable
 
 _log = logging.getLogger(__name__)
 
-# Joints that get a picture of their trajectory, unless others are asked for.
+# Joints whose trajectories are plotted by default.
 _TRAJECTORIES = ('nose', 'neck', 'right_wrist', 'left_wrist', 'right_ankle', 'left_ankle')
 _ARRAYS = {2: 'openpose_ros_msgs/PersonDetectionArray', 3: 'openpose_ros_msgs/PersonDetection_3dArray'}
 
@@ -79,12 +80,12 @@ def read_keypoints(path: Path, topic: Optional[str] = None) -> Tuple[KeypointTab
     return read_keypoint_bag(path, chosen.name), None if stamps is None else np.array(stamps, np.int64)
 
 
-def pictures(selection: Selection, trajectories: Sequence[str],
-             with_confidence: bool) -> List[Tuple[str, Callable[[], Figure]]]:
-    """Return names of pictures, and what draws each of them."""
-    ways = ('top_view', top_view) if selection.table.dimensions == 3 else ('image_paths', image_paths)
+def plots(selection: Selection, trajectories: Sequence[str],
+          with_confidence: bool) -> List[Tuple[str, Callable[[], Figure]]]:
+    """Return the names of the plots, and what draws each of them."""
+    name, draw = ('top_view', top_view) if selection.table.dimensions == 3 else ('image_paths', image_paths)
     found: List[Tuple[str, Callable[[], Figure]]] = [
-        ('detections', lambda: detections(selection)), (ways[0], lambda: ways[1](selection))]
+        ('detections', lambda: detections(selection)), (name, lambda: draw(selection))]
     found += [(f'trajectory_{joint}', lambda joint=joint: trajectory(selection, joint)) for joint in trajectories]
     for person in selection.persons:
         found.append((f'visibility_person_{person}', lambda person=person: visibility(selection, person)))
@@ -98,9 +99,8 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     parser = _parser()
     options = parser.parse_args(arguments)
     if options.output is None and not options.list:
-        parser.error('give -o FOLDER for the pictures, or --list')
-    if None not in (options.start, options.end) and options.start >= options.end:
-        parser.error('--start must be less than --end')
+        parser.error('give -o FOLDER for the plots, or --list')
+    check_time_span(parser, options)
     return run_command('plot_keypoints', lambda: _run(options))
 
 
@@ -117,13 +117,13 @@ def _run(options: argparse.Namespace) -> int:
         return DONE
     folder = writable_folder('output', options.output)
     if len(set(selection.all_people.frame_ids.tolist())) > 1:
-        _log.warning('the people are in several frames of reference (%s), which are drawn as if they were one',
+        _log.warning('the people are in several frames of reference (%s), which are drawn as one',
                      selection.frame_id)
     if selection.left_out:
-        _log.warning('%d people with few rows are left out; --persons shows them, --list tells who is there',
+        _log.warning('%d people with few rows are left out; --persons shows them, --list names all',
                      selection.left_out)
     chosen = selection.joints if options.joints else [joint for joint in _TRAJECTORIES if joint in selection.joints]
-    bar = tqdm(pictures(selection, chosen, options.confidence), unit=' pictures', leave=False, disable=None)
+    bar = tqdm(plots(selection, chosen, options.confidence), unit=' plots', leave=False, disable=None)
     for name, draw in bar:
         try:
             path = save_figure(draw(), folder / f'{name}.{options.format}')
@@ -149,17 +149,15 @@ def _ids(text: str) -> List[int]:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog='plot_keypoints', description=__doc__,
-                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = command_parser('plot_keypoints', __doc__)
     parser.add_argument('file', type=Path, metavar='FILE', help='CSV of keypoints, or bag')
-    parser.add_argument('-o', '--output', type=Path, metavar='FOLDER', help='where the pictures go')
+    parser.add_argument('-o', '--output', type=Path, metavar='FOLDER', help='where the plots go')
     parser.add_argument('--list', action='store_true', help='print what is in the file: time, people, joints')
     parser.add_argument('--topic', help='of the bag (default: its only one with people, in space before in the image)')
     parser.add_argument('--joints', type=_names, metavar='A,B', help='only these joints, and a trajectory of each; or '
                         f"all (default: all joints, trajectories of {', '.join(_TRAJECTORIES)})")
     parser.add_argument('--persons', type=_ids, metavar='I,J', help='only these ids (default: the 8 with most rows)')
-    parser.add_argument('--start', type=float, metavar='S', help='leave out what is before this time')
-    parser.add_argument('--end', type=float, metavar='S', help='and after this one; both [s] since the first frame')
+    add_time_span(parser, 'the first frame')
     parser.add_argument('--confidence', action='store_true', help='draw the confidence of the joints as well')
-    parser.add_argument('--format', choices=FORMATS, default='png', help='of the pictures (default: %(default)s)')
+    parser.add_argument('--format', choices=FORMATS, default='png', help='of the plots (default: %(default)s)')
     return parser

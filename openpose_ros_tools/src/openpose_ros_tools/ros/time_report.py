@@ -1,4 +1,4 @@
-"""Tell from a recording with all topics how long each frame took to each stage: camera, 2D, 3D, markers.
+"""Report from a recording with all topics the delay of each frame at each stage: camera, 2D, 3D, markers.
 
 A stage's delay is the time from header.stamp, which the camera driver sets, to the moment at which rosbag recorded the
 message. Topics are grouped by the namespace of the results; camera topics are found by their stamps. No master is
@@ -7,15 +7,15 @@ needed.
     rosbag record -O live.bag -e '/kinect2/qhd/(image_color|image_depth_rect)' \\
         '/openpose_ros/(.*/)?(detected|visualization)_.*'
 
-To record clouds, and input_rgb and input_pointcloud of the extractor, is much work for machine and disk, and slows down
-what is to be measured.
+Recording clouds, and input_rgb and input_pointcloud of the extractor, loads machine and disk, and slows down what is
+measured.
 
     rosrun openpose_ros_tools time_report live.bag
     rosrun openpose_ros_tools time_report live.bag -o report/
     rosrun openpose_ros_tools time_report live.bag -o report/ --start 10 --end 70 --format pdf
 
 The tables are printed. FOLDER of -o gets them as time_report.md, all delays as delays.csv, the figures as summary.json,
-and pictures of the delays over time and of their distribution, per namespace.
+and plots of the delays over time and of their distribution, per namespace.
 
 Exit status: 0 done; 2 nothing was done, as the command line or the bag is wrong; 130 interrupted.
 """
@@ -36,6 +36,7 @@ from tqdm import tqdm
 from openpose_ros_pkg.command_line import DONE, run_command
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.output.files import writable_folder, write_whole
+from openpose_ros_tools.command_options import add_time_span, check_time_span, command_parser
 from openpose_ros_tools.delays.delay_plots import delay_distribution, delays_over_time
 from openpose_ros_tools.delays.delay_report import CSV_COLUMNS, csv_rows, markdown, summary
 from openpose_ros_tools.delays.stage_delays import (
@@ -99,7 +100,7 @@ class Recording:
 
 def read_recording(path: Path, start: Optional[float] = None, end: Optional[float] = None,
                    cameras: Sequence[str] = (), quiet: bool = False) -> Recording:
-    """Read the stamps of a bag; only headers are looked at, one message after the other.
+    """Read the stamps in the headers of a bag.
 
     Args:
         start, end: part of the bag to be read [s] since its beginning; None: all.
@@ -178,7 +179,7 @@ def _namespace(topic: str) -> str:
 
 
 def _is_depth(message: StampedMessage) -> bool:
-    """Say whether the images of a topic are depth, by its first message."""
+    """Return whether the images of a topic are depth, by its first message."""
     if message.raw[0] == IMAGE_TYPE:
         return is_depth(message.topic, deserialized(message).encoding)
     return is_packed_depth(message.topic)
@@ -194,7 +195,7 @@ def _no_results(path: Path, info: Dict[str, Any], without_header: Sequence[str])
 
 
 def write_report(folder: Path, text: str, chains: Sequence[Chain], kind: str) -> List[Path]:
-    """Write tables, delays, figures and pictures into a folder; return the files.
+    """Write tables, delays, figures and plots into a folder; return the files.
 
     Args:
         text: the report in Markdown.
@@ -206,25 +207,24 @@ def write_report(folder: Path, text: str, chains: Sequence[Chain], kind: str) ->
     for chain in chains:
         writer.writerows(csv_rows(chain))
     values = json.dumps({'chains': [summary(chain) for chain in chains]}, indent=2) + '\n'
-    files, pictures = [], []
+    files, plots = [], []
     for chain in chains:
         suffix = '' if len(chains) == 1 else '_' + (chain.namespace.strip('/').replace('/', '_') or 'root')
         if chain.is_live:
             for name, draw in (('delays_over_time', delays_over_time), ('delay_distribution', delay_distribution)):
-                pictures.append(save_figure(draw(chain), folder / f'{name}{suffix}.{kind}'))
-    links = ''.join(f'\n![{path.stem}]({path.name})\n' for path in pictures)
+                plots.append(save_figure(draw(chain), folder / f'{name}{suffix}.{kind}'))
+    links = ''.join(f'\n![{path.stem}]({path.name})\n' for path in plots)
     for name, content in (('time_report.md', text + links), ('delays.csv', rows.getvalue()), ('summary.json', values)):
         write_whole(folder / name, content.encode())
         files.append(folder / name)
-    return files + pictures
+    return files + plots
 
 
 def main(arguments: Optional[Sequence[str]] = None) -> int:
     """Run the command; return the exit status."""
     parser = _parser()
     options = parser.parse_args(arguments)
-    if None not in (options.start, options.end) and options.start >= options.end:
-        parser.error('--start must be less than --end')
+    check_time_span(parser, options)
     return run_command('time_report', lambda: _run(options))
 
 
@@ -252,17 +252,14 @@ def report_text(name: str, recording: Recording, chains: Sequence[Chain]) -> str
 
 
 def _parser() -> argparse.ArgumentParser:
-    description, _, rest = (__doc__ or '').partition('\n\n')
-    parser = argparse.ArgumentParser(prog='time_report', description=description + '\n\n' + rest,
-                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = command_parser('time_report', __doc__)
     parser.add_argument('bag', type=Path, help='bag with the topics of camera and nodes, recorded live')
-    parser.add_argument('-o', '--output', type=Path, metavar='FOLDER', help='write tables, delays and pictures here')
-    parser.add_argument('--start', type=float, metavar='S', help='leave out what was recorded before this time [s]')
-    parser.add_argument('--end', type=float, metavar='S', help='and after this one; both since the beginning')
+    parser.add_argument('-o', '--output', type=Path, metavar='FOLDER', help='write tables, delays and plots here')
+    add_time_span(parser, 'the beginning of the bag')
     parser.add_argument('--camera', action='append', default=[], metavar='TOPIC',
                         help='a camera topic that counts; may be repeated (default: all with the stamps of results)')
     parser.add_argument('--from', choices=('auto', 'stamp', 'arrival'), default='auto', dest='counted_from',
                         help="where delays begin: at the stamp, or when the frame's first camera message was recorded; "
                              'auto: at the stamp, unless the clocks differ')
-    parser.add_argument('--format', choices=FORMATS, default='png', help='of the pictures (default: %(default)s)')
+    parser.add_argument('--format', choices=FORMATS, default='png', help='of the plots (default: %(default)s)')
     return parser
