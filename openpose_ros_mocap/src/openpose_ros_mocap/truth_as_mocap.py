@@ -17,10 +17,11 @@ import argparse
 import json
 import sys
 from pathlib import Path
-from typing import List, Optional, Sequence, Tuple
+from typing import Optional, Sequence
 
 import numpy as np
 from scipy.interpolate import CubicSpline
+from scipy.spatial.transform import Rotation
 
 from openpose_ros_mocap.files import SUFFIXES, MarkerRecording, write_mocap
 from openpose_ros_mocap.joints import JointRecording
@@ -79,10 +80,11 @@ def resample(joints: JointRecording, rate: float, clock_offset: float = 0.0) -> 
     positions = np.full((len(joints.subjects), len(samples), len(MESSAGE_JOINTS), 3), np.nan)
     for subject, of_subject in enumerate(joints.positions):
         for joint in range(len(MESSAGE_JOINTS)):
-            for start, end in _stretches(np.isfinite(of_subject[:, joint, 0])):
-                inside = (samples >= times[start] - _ROUNDING) & (samples <= times[end - 1] + _ROUNDING)
-                curve = CubicSpline(times[start:end], of_subject[start:end, joint])
-                positions[subject, inside, joint] = curve(samples[inside])
+            for part in np.ma.clump_unmasked(np.ma.masked_invalid(of_subject[:, joint, 0])):
+                inside = (samples >= times[part][0] - _ROUNDING) & (samples <= times[part][-1] + _ROUNDING)
+                if part.stop - part.start > 1:
+                    curve = CubicSpline(times[part], of_subject[part, joint])
+                    positions[subject, inside, joint] = curve(samples[inside])
     return JointRecording(joints.subjects, samples, positions)
 
 
@@ -94,35 +96,24 @@ def as_markers(joints: JointRecording, transform: np.ndarray, noise: float = 0.0
         noise: standard deviation per axis and sample [m].
         seed: of the noise.
     """
-    names: List[str] = []
-    columns: List[np.ndarray] = []
-    for subject, of_subject in zip(joints.subjects, joints.positions):
-        for joint, points in zip(MESSAGE_JOINTS, of_subject.transpose(1, 0, 2)):
-            if np.isfinite(points).any():
-                names.append(f'{subject}:{joint}')
-                columns.append(points @ transform[:3, :3].T + transform[:3, 3])
-    positions = np.stack(columns, axis=1) if columns else np.zeros((len(joints.times), 0, 3))
+    markers = {f'{subject}:{joint}': points for subject, of_subject in zip(joints.subjects, joints.positions)
+               for joint, points in zip(MESSAGE_JOINTS, of_subject.transpose(1, 0, 2)) if np.isfinite(points).any()}
+    positions = np.array(list(markers.values())).reshape(len(markers), len(joints.times), 3).transpose(1, 0, 2)
+    positions = positions @ transform[:3, :3].T + transform[:3, 3]
     noisy = positions + noise * np.random.default_rng(seed).standard_normal(positions.shape)
-    return MarkerRecording(tuple(names), joints.times, noisy)
+    return MarkerRecording(tuple(markers), joints.times, noisy)
 
 
 def rigid_transform(degrees: Sequence[float], move: Sequence[float]) -> np.ndarray:
     """Return the (4, 4) transform that turns about x, then y, then z of the new frame [deg], then moves [m]."""
-    x, y, z = np.radians(degrees)
-    about_x = np.array([[1, 0, 0], [0, np.cos(x), -np.sin(x)], [0, np.sin(x), np.cos(x)]])
-    about_y = np.array([[np.cos(y), 0, np.sin(y)], [0, 1, 0], [-np.sin(y), 0, np.cos(y)]])
-    about_z = np.array([[np.cos(z), -np.sin(z), 0], [np.sin(z), np.cos(z), 0], [0, 0, 1]])
     transform = np.eye(4)
-    transform[:3, :3], transform[:3, 3] = about_z @ about_y @ about_x, move
+    transform[:3, :3] = Rotation.from_euler('xyz', degrees, degrees=True).apply(np.eye(3)).T
+    transform[:3, 3] = move
     return transform
 
 
 def main(arguments: Optional[Sequence[str]] = None) -> int:
-    """Run the command; return the exit status.
-
-    Args:
-        arguments: of the command line; None: those of this process.
-    """
+    """Run the command; return the exit status."""
     options = _parser().parse_args(arguments)
     return run_command('truth_as_mocap', lambda: _run(options))
 
@@ -157,12 +148,6 @@ def _summary(out: Path, recording: MarkerRecording, options: argparse.Namespace,
             f"{', '.join(people)}\n"
             f'clock of the markers = time in gt.json {options.clock_offset:+g} s\n'
             f'position of the markers = transform * position in the camera [m], transform =\n{rows}\n')
-
-
-def _stretches(present: np.ndarray) -> List[Tuple[int, int]]:
-    """Return first and end of the runs of two or more that are present."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], present, [False]]).astype(np.int8)))
-    return [(int(start), int(end)) for start, end in zip(edges[0::2], edges[1::2]) if end - start > 1]
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -1,4 +1,4 @@
-"""Compare the people of a camera with motion capture: errors per joint, tables and pictures; without a ROS master.
+"""Compare the people of a camera with motion capture: errors per joint, tables and plots; without a ROS master.
 
 POSES is a table as keypoints_to_csv or `rostopic echo -p` write it, or a bag with people in space. MOCAP is a table
 that OptiTrack Motive exported (.csv), C3D (.c3d) or TRC (.trc). Nothing needs to be known of how clocks and frames of
@@ -14,7 +14,7 @@ given.
 
 The table goes to stdout: of each joint the share that is answered, mean (MPJPE), median and 90th percentile of the
 error [mm], the share within 50, 100 and 150 mm of all joints that the reference has (PCK), and how many joints were
-measured and inferred, with their median errors. With -o, a folder gets report.html and report.md, the pictures, all
+measured and inferred, with their median errors. With -o, a folder gets report.html and report.md, the plots, all
 figures as summary.json, joints.csv and bones.csv, and each single error in errors.csv.
 
 The transform that is found minimises the distances of the measured joints, so what all joints err by alike is in the
@@ -25,8 +25,9 @@ Exit status: 0 done; 2 nothing was done, as an input is wrong or clock and place
 import argparse
 import json
 import sys
+from functools import partial
 from pathlib import Path
-from typing import Any, Dict, Iterable, List, Optional, Sequence
+from typing import Dict, Optional, Sequence
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -40,6 +41,7 @@ from openpose_ros_mocap.marker_map import MarkerMap, read_marker_map
 from openpose_ros_mocap.report import facts, summary, table, write_report
 from openpose_ros_pkg.command_line import DONE, run_command
 from openpose_ros_pkg.errors import BadInputError, ParameterError
+from openpose_ros_tools.command_options import add_time_span, check_time_span, command_parser, positive_number
 from openpose_ros_tools.tables.keypoint_csv import read_keypoint_csv
 from openpose_ros_tools.tables.keypoint_table import KeypointTable
 
@@ -51,12 +53,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     """Run the command; return the exit status."""
     parser = _parser()
     options = parser.parse_args(arguments)
-    for name in ('max_gap', 'gate', 'max_clock_offset'):
-        value = getattr(options, name)
-        if value is not None and not value > 0:
-            parser.error(f"--{name.replace('_', '-')}: expected a number above 0, got {value:g}")
-    if None not in (options.start, options.end) and options.start >= options.end:
-        parser.error('--start must be less than --end')
+    check_time_span(parser, options)
     return run_command('evaluate_mocap', lambda: _run(options))
 
 
@@ -69,26 +66,24 @@ def transform_of(values: Sequence[str]) -> np.ndarray:
     Raises:
         ParameterError: it is something else.
     """
-    text = ' '.join(values)
-    if len(values) == 1 and Path(values[0]).is_file():
-        try:
-            text = Path(values[0]).read_text(encoding='utf-8')
-        except (OSError, UnicodeDecodeError) as error:
-            raise ParameterError(f'--transform: {values[0]} can not be read: {error}') from error
     try:
+        text = Path(values[0]).read_text(encoding='utf-8') if values and Path(values[0]).is_file() else ' '.join(values)
         numbers = np.array([float(word) for word in text.replace(',', ' ').split()])
+    except OSError as error:
+        raise ParameterError(f'--transform: {values[0]} can not be read: {error}') from error
     except ValueError:
         numbers = np.array([])
-    matrix = np.eye(4)
-    if len(numbers) == 7 and np.isfinite(numbers).all() and abs(np.linalg.norm(numbers[3:]) - 1) < _ROTATION_TOLERANCE:
+    matrix = np.full((4, 4), np.nan)
+    if len(numbers) == 7 and abs(np.linalg.norm(numbers[3:]) - 1) < _ROTATION_TOLERANCE:
+        matrix = np.eye(4)
         matrix[:3, :3], matrix[:3, 3] = Rotation.from_quat(numbers[3:]).apply(np.eye(3)).T, numbers[:3]
-        return matrix
-    if len(numbers) == 16 and np.isfinite(numbers).all():
+    elif len(numbers) == 16:
         matrix = numbers.reshape(4, 4)
-        if _is_rigid(matrix):
-            return matrix
-    raise ParameterError(f"--transform '{' '.join(values)[:80]}': expected x y z qx qy qz qw (7 numbers, quaternion of "
-                         'length 1), or a file that holds these or the 4 x 4 numbers of a rotation and translation')
+    if not _is_rigid(matrix):
+        raise ParameterError(f"--transform '{' '.join(values)[:80]}': expected x y z qx qy qz qw (7 numbers, quaternion"
+                             ' of length 1), or a file that holds these or the 4 x 4 numbers of a rotation and '
+                             'translation')
+    return matrix
 
 
 def transform_from(path: Path) -> np.ndarray:
@@ -131,42 +126,30 @@ def read_poses(path: Path, topic: Optional[str] = None) -> KeypointTable:
 
 
 def _run(options: argparse.Namespace) -> int:
-    transform = None
-    if options.transform is not None:
-        transform = transform_of(options.transform)
-    elif options.transform_from is not None:
+    transform = None if options.transform is None else transform_of(options.transform)
+    if options.transform_from is not None:
         transform = transform_from(options.transform_from)
     poses = read_poses(options.poses, options.topic)
     recording = read_mocap(options.mocap)
     marker_map = chosen_map(recording, read_marker_map(options.markers))
     reference = joints_of(recording, marker_map)
-    params = AlignmentParams(options.clock_offset, transform, options.max_clock_offset, options.max_gap,
-                             options.use_sigma)
-    alignment = align(poses, reference, params, _bar('aligning'))
+    alignment = align(poses, reference, AlignmentParams(
+        options.clock_offset, transform, options.max_clock_offset, options.max_gap, options.use_sigma),
+        partial(tqdm, desc='aligning', disable=None, leave=False))
+    names = (options.joints or '').split(',')
     comparison = compare(poses, reference, alignment, EvaluationParams(
-        options.gate, options.max_gap, _names(options.joints), options.start, options.end), _bar('comparing'))
+        options.gate, options.max_gap, tuple(name.strip().replace(' ', '_') for name in names if name.strip()),
+        options.start, options.end), partial(tqdm, desc='comparing', disable=None, leave=False))
     values = summary(comparison, alignment, _inputs(options, poses, marker_map))
     for warning in alignment.warnings:
         sys.stderr.write(f'evaluate_mocap: warning: {warning}\n')
     width = max(len(name) for name, _ in facts(values))
-    sys.stdout.write('\n'.join([*(f'{name.ljust(width)}  {text}' for name, text in facts(values)), '', table(values)]))
-    sys.stdout.write('\n')
+    lines = [*(f'{name.ljust(width)}  {text}' for name, text in facts(values)), '', table(values), '']
+    sys.stdout.write('\n'.join(lines))
     if options.output is not None:
         write_report(options.output, comparison, alignment, values)
         sys.stdout.write(f"\nreport: {options.output / 'report.html'}\n")
     return DONE
-
-
-def _bar(what: str) -> Any:
-    """Return what shows a progress bar over items, on a terminal."""
-    def show(items: Iterable) -> Iterable:
-        return tqdm(items, desc=what, disable=None, leave=False)
-
-    return show
-
-
-def _names(text: Optional[str]) -> tuple:
-    return tuple(name.strip().replace(' ', '_') for name in text.split(',') if name.strip()) if text else ()
 
 
 def _inputs(options: argparse.Namespace, poses: KeypointTable, marker_map: MarkerMap) -> Dict[str, str]:
@@ -175,12 +158,10 @@ def _inputs(options: argparse.Namespace, poses: KeypointTable, marker_map: Marke
               'marker map': Path(marker_map.name).name + ', chosen by the names of the markers' * marker_map.is_choice}
     if poses.frame_ids[0]:
         inputs['frame of the camera'] = str(poses.frame_ids[0])
-    told: List[str] = [f"{name.replace('_', '-')} {getattr(options, name):g} {unit}"
-                       for name, unit in (('start', 's'), ('end', 's'), ('max_gap', 's'), ('gate', 'm'))
-                       if getattr(options, name) is not None]
-    if options.use_sigma:
-        told.append('joints weighted by sigma')
-    inputs['options'] = ', '.join(told)
+    told = [f"{name.replace('_', '-')} {getattr(options, name):g} {unit}"
+            for name, unit in (('start', 's'), ('end', 's'), ('max_gap', 's'), ('gate', 'm'))
+            if getattr(options, name) is not None]
+    inputs['options'] = ', '.join(told + ['joints weighted by sigma'] * options.use_sigma)
     return inputs
 
 
@@ -191,18 +172,18 @@ def _is_rigid(matrix: np.ndarray) -> bool:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog='evaluate_mocap', description=__doc__,
-                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = command_parser('evaluate_mocap', __doc__)
     parser.add_argument('poses', type=Path, metavar='POSES', help='people in space: .csv, or .bag')
     parser.add_argument('mocap', type=Path, metavar='MOCAP', help='motion capture: .csv of Motive, .c3d or .trc')
-    parser.add_argument('-o', '--output', type=Path, metavar='FOLDER', help='write report, figures and pictures here')
+    parser.add_argument('-o', '--output', type=Path, metavar='FOLDER', help='write report, figures and plots here')
     parser.add_argument('--topic', help='of the people, where a bag has several')
     parser.add_argument('--markers', metavar='MAP', help='which markers make up which joint: a YAML file, or the name '
                         'of a shipped map (default: chosen by the names of the markers)')
+    above_0 = positive_number(float)
     clock = parser.add_argument_group('clock and place')
     clock.add_argument('--clock-offset', type=float, metavar='S',
                        help='time of the reference minus time of the poses at the same instant [s] (default: found)')
-    clock.add_argument('--max-clock-offset', type=float, metavar='S',
+    clock.add_argument('--max-clock-offset', type=above_0, metavar='S',
                        help='search offsets up to this, either way (default: wherever the recordings overlap)')
     place = clock.add_mutually_exclusive_group()
     place.add_argument('--transform', nargs='+', metavar='VALUE',
@@ -212,10 +193,9 @@ def _parser() -> argparse.ArgumentParser:
     clock.add_argument('--use-sigma', action='store_true', help='weigh joints by 1 / sigma^2 when aligning')
     what = parser.add_argument_group('what is compared')
     what.add_argument('--joints', metavar='NAMES', help='only these, separated by commas (default: all that both have)')
-    what.add_argument('--start', type=float, metavar='S', help='from this time on, since the first pose [s]')
-    what.add_argument('--end', type=float, metavar='S', help='up to this time [s]')
-    what.add_argument('--max-gap', type=float, default=AlignmentParams.max_gap, metavar='S',
+    add_time_span(what, 'the first pose')
+    what.add_argument('--max-gap', type=above_0, default=AlignmentParams.max_gap, metavar='S',
                       help='bridge gaps of the reference up to this [s] (default: %(default)s)')
-    what.add_argument('--gate', type=float, default=EvaluationParams.gate, metavar='M',
+    what.add_argument('--gate', type=above_0, default=EvaluationParams.gate, metavar='M',
                       help='who is farther from a subject is somebody else [m] (default: %(default)s)')
     return parser
