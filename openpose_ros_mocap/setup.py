@@ -5,5 +5,5 @@ from setuptools import find_packages, setup
 setup(**generate_distutils_setup(
     packages=find_packages('src'),
     package_dir={'': 'src'},
-    package_data={'openpose_ros_mocap': ['data/mocap_report.*', 'data/marker_maps/*.yaml']},
+    package_data={'openpose_ros_mocap': ['data/mocap_*', 'data/marker_maps/*.yaml']},
 ))

@@ -2,7 +2,7 @@
 import base64
 import json
 from pathlib import Path
-from typing import Any, Dict, List, Optional, Sequence, Tuple
+from typing import Dict, List, Optional, Sequence, Tuple
 
 import cv2
 import jinja2
@@ -19,7 +19,7 @@ from openpose_ros_tools.outputs import PartFiles
 from openpose_ros_tools.plots.plotting import STATUS_NAMES, joint_title, save_figure
 
 _TEMPLATES = Path(__file__).resolve().parent / 'data'
-_HTML, _MARKDOWN = 'mocap_report.html', 'mocap_report.md'
+_HTML, _MARKDOWN, _FACTS = 'mocap_report.html', 'mocap_report.md', 'mocap_facts.txt'
 # Version of the layout of summary.json, for those who read it.
 _LAYOUT = 1
 # Which way offset and transform go.
@@ -27,7 +27,7 @@ _CLOCK_MEANING = 'time of the reference minus time of the estimate'
 _TRANSFORM_MEANING = 'x_reference = R x_estimate + t'
 
 
-def summary(comparison: Comparison, alignment: Alignment, inputs: Dict[str, Any]) -> Figures:
+def summary(comparison: Comparison, alignment: Alignment, inputs: Dict[str, str]) -> Figures:
     """Return everything that is told of a comparison, ready for JSON.
 
     Args:
@@ -44,8 +44,8 @@ def summary(comparison: Comparison, alignment: Alignment, inputs: Dict[str, Any]
             'peak_correlation': None if alignment.curve is None else number_or_none(alignment.curve.peak)},
         'transform': {
             'meaning': _TRANSFORM_MEANING, 'given': alignment.transform_given,
-            'translation_m': _list(alignment.translation),
-            'quaternion_xyzw': _list(quaternion), 'matrix': [_list(row) for row in matrix],
+            'translation_m': np.round(alignment.translation, 9).tolist(),
+            'quaternion_xyzw': np.round(quaternion, 9).tolist(), 'matrix': np.round(matrix, 9).tolist(),
             'rotation_std_deg': number_or_none(alignment.rotation_std),
             'translation_std_mm': number_or_none(1e3 * alignment.translation_std)},
         'alignment': {
@@ -56,13 +56,17 @@ def summary(comparison: Comparison, alignment: Alignment, inputs: Dict[str, Any]
 
 def table(values: Figures) -> str:
     """Return the errors as a table in plain text, for a terminal."""
-    header = ('joint', 'answered', 'mean', 'median', 'p90', *(f'PCK {name[4:]}' for name in PCK_KEYS),
-              'measured', 'median', 'inferred', 'median')
-    lines = [header, *(_row(joint_title(joint), figures) for joint, figures in values['joints'].items()),
-             _row('all joints', values['overall'])]
-    widths = [max(len(line[column]) for line in lines) for column in range(len(header))]
-    text = ['  '.join(cell.ljust(width) if column == 0 else cell.rjust(width)
-                      for column, (cell, width) in enumerate(zip(line, widths))) for line in lines]
+    lines = [('joint', 'answered', 'mean', 'median', 'p90', *(f'PCK {key[4:]}' for key in PCK_KEYS), 'measured',
+              'median', 'inferred', 'median')]
+    for name, one in [*values['joints'].items(), ('all joints', values['overall'])]:
+        cells = [joint_title(name), _percent(one['share_answered']), _text(one['mean_mm']), _text(one['median_mm']),
+                 _text(one['p90_mm']), *(_percent(one[key]) for key in PCK_KEYS)]
+        for kind in ('measured', 'inferred'):
+            cells += [_percent(one[kind]['share_of_reference']), _text(one[kind]['median_mm'])]
+        lines.append(tuple(cells))
+    widths = [max(map(len, column)) for column in zip(*lines)]
+    text = ['  '.join([line[0].ljust(widths[0]), *(cell.rjust(width) for cell, width in zip(line[1:], widths[1:]))])
+            for line in lines]
     note = 'errors in mm (their mean is the MPJPE); PCK: share of the joints of the reference within 50, 100, 150 mm'
     rule = '-' * len(text[0])
     return '\n'.join([note, text[0], rule, *text[1:-1], rule, text[-1]])
@@ -70,35 +74,8 @@ def table(values: Figures) -> str:
 
 def facts(values: Figures) -> List[Tuple[str, str]]:
     """Return what was aligned and compared, as pairs of name and text."""
-    clock, transform, fit, compared = (values[key] for key in ('clock', 'transform', 'alignment', 'compared'))
-    offset = f"{clock['offset_s']:.4f} s ({_CLOCK_MEANING}), " + (
-        'given' if clock['given'] else f"found, ± {_text(clock['std_ms'], '.1f')} ms, correlation "
-        f"{_text(clock['peak_correlation'], '.2f')}")
-    place = (f"x y z {_numbers(transform['translation_m'], 4)} m, qx qy qz qw "
-             f"{_numbers(transform['quaternion_xyzw'], 5)}, ") + (
-        'given' if transform['given'] else f"found, ± {_text(transform['translation_std_mm'], '.1f')} mm at the "
-        f"people, ± {_text(transform['rotation_std_deg'], '.2f')}°") + f' ({_TRANSFORM_MEANING})'
-    people = (f"{compared['people_found']} of {compared['people_found'] + compared['people_missed']} in "
-              f"{compared['frames']} frames found ({_percent(compared['share_found'])}), "
-              f"{compared['people_without_reference']} without a reference, {compared['id_switches']} changes of id")
-    lines = [('clock offset', offset), ('camera in the reference', place),
-             ('fit', f"median distance {_text(fit['median_residual_mm'], '.1f')} mm over {fit['joint_samples']} "
-                     f"measured joints, scale {_text(fit['scale'], '.4f')} (not applied)"),
-             ('people', people)]
-    if compared['frames_outside_reference']:
-        lines.append(('left out', f"{compared['frames_outside_reference']} frame(s) before or after the reference"))
-    if compared['frames_without_people_or_dropped']:
-        lines.append(('not counted', f"about {compared['frames_without_people_or_dropped']} frames without people, or "
-                                     'dropped: the poses do not tell which'))
-    for key, name in (('joints_only_in_reference', 'joints only in the reference'),
-                      ('joints_only_in_estimate', 'joints only in the estimate')):
-        if compared[key]:
-            lines.append((name, ', '.join(joint_title(joint) for joint in compared[key])))
-    for kind, figures in values['sigma'].items():
-        shares = ', '.join(f"{_percent(figures[f'within_{times}_sigma'])} within {times} sigma" for times in (1, 2))
-        lines.append((f'sigma, {kind}', f"{shares}; root mean square {figures['rms_sigma_mm']:.0f} mm claimed, "
-                                        f"{figures['rms_error_mm']:.0f} mm true"))
-    return lines
+    lines = [line.partition('\t') for line in _template(_FACTS).render(values=values).splitlines() if line]
+    return [(name, text) for name, _, text in lines]
 
 
 def write_report(folder: Path, comparison: Comparison, alignment: Alignment, values: Figures) -> List[Path]:
@@ -138,22 +115,16 @@ def render(template: str, values: Figures, pictures: Sequence[Dict[str, str]]) -
         template: in the data folder of this package.
         pictures: file, caption and base64 data of each.
     """
+    return _template(template).render(values=values, facts=facts(values), pictures=pictures, pck=PCK_KEYS)
+
+
+def _template(name: str) -> jinja2.Template:
     environment = jinja2.Environment(loader=jinja2.FileSystemLoader(str(_TEMPLATES)), undefined=jinja2.StrictUndefined,
-                                     autoescape=template.endswith('.html'), trim_blocks=True, lstrip_blocks=True,
+                                     autoescape=name.endswith('.html'), trim_blocks=True, lstrip_blocks=True,
                                      keep_trailing_newline=True)
-    environment.filters.update(percent=_percent, mm=lambda value: _text(value, '.0f'),
-                               mm1=lambda value: _text(value, '.1f'), joint=joint_title)
-    return environment.get_template(template).render(values=values, facts=facts(values), pictures=pictures,
-                                                     pck=PCK_KEYS)
-
-
-def _row(name: str, figures: Figures) -> Tuple[str, ...]:
-    measured, inferred = figures['measured'], figures['inferred']
-    return (name, _percent(figures['share_answered']), *(_text(figures[key], '.0f') for key in
-                                                         ('mean_mm', 'median_mm', 'p90_mm')),
-            *(_percent(figures[key]) for key in PCK_KEYS), _percent(measured['share_of_reference']),
-            _text(measured['median_mm'], '.0f'), _percent(inferred['share_of_reference']),
-            _text(inferred['median_mm'], '.0f'))
+    environment.filters.update(percent=_percent, number=_text, joint=joint_title, mm=_text,
+                               mm1=lambda value: _text(value, '.1f'))
+    return environment.get_template(name)
 
 
 def _joint_table(values: Figures) -> pd.DataFrame:
@@ -181,13 +152,5 @@ def _percent(share: Optional[float]) -> str:
     return '-' if share is None else f'{100 * share:.1f} %'
 
 
-def _text(value: Optional[float], form: str) -> str:
+def _text(value: Optional[float], form: str = '.0f') -> str:
     return '-' if value is None else format(value, form)
-
-
-def _numbers(values: Sequence[float], digits: int) -> str:
-    return ' '.join(f'{value:.{digits}f}' for value in values)
-
-
-def _list(values: np.ndarray) -> List[float]:
-    return [round(float(value), 9) for value in values]
