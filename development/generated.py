@@ -68,7 +68,7 @@ def _constant_table(kind: Any) -> List[str]:
     rows = []
     for field in dataclasses.fields(kind):
         meta = field.metadata
-        value = field.default if field.default is not dataclasses.MISSING else field.default_factory()
+        value = getattr(kind(), field.name)
         source = '' if meta['source'] in (DEFAULT_SOURCE, 'chosen') else f" Source: {meta['source']}."
         rows.append((f'`{field.name}`', _shown(value) + (f" [{meta['unit']}]" if meta['unit'] else ''),
                      meta['doc'] + source))

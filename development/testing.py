@@ -1,4 +1,5 @@
 """The groups of tests, and what they leave behind."""
+import functools
 import os
 import shutil
 import signal
@@ -57,7 +58,7 @@ def lint(results: Path) -> int:
         'shellcheck': ['shellcheck', 'run', '.ci/run'],
         'catkin_lint': ['catkin_lint', '--offline', '-W2', '--strict', '.'],
     }
-    return sum(not _one_test(results, title.split()[0], title, lambda command=command: _succeeds(command))
+    return sum(not _one_test(results, title.split()[0], title, functools.partial(_succeeds, command))
                for title, command in checks.items())
 
 
