@@ -66,10 +66,12 @@ def _parameter_table(kind: Any) -> List[str]:
 def _constant_table(kind: Any) -> List[str]:
     from openpose_ros_pkg.params.constants import DEFAULT_SOURCE
     rows = []
+    sources = {DEFAULT_SOURCE: '', 'chosen': ''}
     for field in dataclasses.fields(kind):
         meta = field.metadata
         value = getattr(kind(), field.name)
-        source = '' if meta['source'] in (DEFAULT_SOURCE, 'chosen') else f" Source: {meta['source']}."
+        source = sources.get(meta['source'], f" Source: {meta['source']}.")
+        sources.setdefault(meta['source'], f' Source: as `{field.name}`.')
         rows.append((f'`{field.name}`', _shown(value) + (f" [{meta['unit']}]" if meta['unit'] else ''),
                      meta['doc'] + source))
     return _rows(('constant', 'value', 'what it does'), rows)
