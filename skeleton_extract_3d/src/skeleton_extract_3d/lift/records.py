@@ -111,6 +111,8 @@ class Lifted(NamedTuple):
         left: (P, 3) unit vectors.
         root: (P,) depth of the trunk [m].
         stature: (P,) that the bones were taken to have [m].
+        candidates: (P, 13, 45) float32 costs of the depths `root + surfaces.DELTAS` of the thirteen places of
+            `depth_inference`, of -2 log likelihood, after all joints were heard.
     """
 
     xyz: np.ndarray
@@ -121,6 +123,7 @@ class Lifted(NamedTuple):
     left: np.ndarray
     root: np.ndarray
     stature: np.ndarray
+    candidates: np.ndarray
 
     def select(self, indices: np.ndarray) -> 'Lifted':
         """Return some of the people, in the order of their indices (N,)."""

@@ -50,7 +50,8 @@ class RobustLifting:
         middle = _refined_head(seen, head, depth[:, -1], foreign)
         z[:, HEAD], sigma[:, HEAD] = middle[:, None] + head.depths, deviation[:, -1:]
         offsets[:, HEAD] = head.depths - head.surface
-        return Lifted(*measure(seen, z, offsets, ownership, bones), sigma, beliefs.left, root, expected.stature)
+        return Lifted(*measure(seen, z, offsets, ownership, bones), sigma, beliefs.left, root, expected.stature,
+                      beliefs.costs)
 
 
 def _trunk(seen: ObservedPeople, expected: Expectation) -> Tuple[np.ndarray, np.ndarray, Optional[np.ndarray]]:
