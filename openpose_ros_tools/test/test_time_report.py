@@ -92,7 +92,7 @@ def test_report_of_a_chain(tmp_path, capsys):
 
 
 def test_part_of_a_bag(tmp_path):
-    recording = read_recording(write_bag(tmp_path / 'live.bag'), 0.25, 0.65, quiet=True)
+    recording = read_recording(write_bag(tmp_path / 'live.bag'), 0.25, 0.65)
     camera = recording.cameras[0]
     # recorded 4 ms after their stamps, of which the first is 4 ms before the beginning of the bag
     assert ((camera.stamps - BEGIN) // MS).tolist() == [300, 400, 500, 600]
@@ -104,7 +104,7 @@ def test_compressed_images_and_2d(tmp_path):
              ('/usb_cam/camera_info', CameraInfo, {}, 1),
              ('/openpose_ros/detected_poses', PersonDetectionArray, {}, 60),
              ('/openpose_ros/detected_poses_image/compressed', CompressedImage, {'format': 'jpeg'}, 80))
-    recording = read_recording(write_bag(tmp_path / 'live.bag', 3, chain), quiet=True)
+    recording = read_recording(write_bag(tmp_path / 'live.bag', 3, chain))
     assert {stage.topic: stage.role for stage in recording.cameras} == {
         '/usb_cam/image_raw/compressed': 'image', '/depth/image/compressedDepth': 'depth'}
     assert {stage.topic: stage.role for stage in recording.results['/openpose_ros']} == {
@@ -114,7 +114,7 @@ def test_compressed_images_and_2d(tmp_path):
 @pytest.mark.parametrize('people, namespace', [('/lab/people', '/lab'), ('/people', '/')])
 def test_remapped_results_are_found_by_their_type(tmp_path, people, namespace):
     chain = (('/image', Image, {'encoding': 'rgb8'}, 4), (people, PersonDetection_3dArray, {}, 100))
-    recording = read_recording(write_bag(tmp_path / 'live.bag', 3, chain), quiet=True)
+    recording = read_recording(write_bag(tmp_path / 'live.bag', 3, chain))
     assert list(recording.results) == [namespace] and recording.cameras[0].topic == '/image'
 
 
@@ -132,7 +132,7 @@ def test_two_robots(tmp_path):
 
 def test_camera_topic_can_be_chosen(tmp_path, capsys):
     path = write_bag(tmp_path / 'live.bag')
-    recording = read_recording(path, cameras=['/camera/color/image_raw'], quiet=True)
+    recording = read_recording(path, cameras=['/camera/color/image_raw'])
     assert [stage.topic for stage in recording.cameras] == ['/camera/color/image_raw']
     assert main([str(path), '--camera', '/none']) == 2
     assert 'no camera topic /none; it has: /camera/color/image_raw, ' in capsys.readouterr().err
@@ -152,7 +152,7 @@ def test_simulated_clock(tmp_path):
     path = write_bag(tmp_path / 'live.bag')
     with rosbag.Bag(str(path), 'a') as bag:
         bag.write('/clock', Clock(time(BEGIN)), time(BEGIN))
-    assert read_recording(path, quiet=True).simulated
+    assert read_recording(path).simulated
 
 
 def test_topic_of_another_type(tmp_path, capsys):

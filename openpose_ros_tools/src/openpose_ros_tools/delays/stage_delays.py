@@ -30,8 +30,8 @@ _ANOTHER_TIME = 10.0
 _WRITTEN_SHARE = 0.9
 _WRITTEN_NOTE = (
     "No live recording: the results have exactly the time of their stamp, of the camera's message or of each other, as "
-    'process_bag and csv_to_bag write them. It does not contain the delays of a live chain; for these, record the topics '
-    'with `rosbag record` while the nodes are running.')
+    'process_bag and csv_to_bag write them. They tell no delays of a live chain; for these, record the topics with '
+    '`rosbag record` while the nodes are running.')
 _NO_CAMERA_NOTE = (
     'No camera topic with the stamps of these results was recorded: shares are of the frames that had any result.')
 # Share of messages with the time of another message, from which on the clock was simulated: it moves in steps.
@@ -40,25 +40,16 @@ _SIMULATED_SHARE = 0.2
 
 @dataclass(frozen=True)
 class Stage:
-    """The frames of a topic.
+    """The frames of a topic."""
 
-    Attributes:
-        topic: its name.
-        role: key of ROLES.
-        stamps: (F,) int64 [ns], of the camera; ascending, each once.
-        arrivals: (F,) int64 [ns], when the last message of that stamp was recorded: then the frame is complete.
-        messages: their number; several per frame where there is one per person.
-        frame_id: of the first message.
-        unstamped: messages that have no stamp (zero); they belong to no frame.
-    """
-
-    topic: str
-    role: str
-    stamps: np.ndarray
+    topic: str  # its name
+    role: str  # key of ROLES
+    stamps: np.ndarray  # (F,) int64 [ns], of the camera; ascending, each once
+    # (F,) int64 [ns], when the last message of that stamp was recorded: then the frame is complete
     arrivals: np.ndarray
-    messages: int
-    frame_id: str = ''
-    unstamped: int = 0
+    messages: int  # their number; several per frame where there is one per person
+    frame_id: str = ''  # of the first message
+    unstamped: int = 0  # messages that have no stamp (zero); they belong to no frame
 
     @classmethod
     def of_messages(cls, topic: str, role: str, stamps: Sequence[int], arrivals: Sequence[int],
@@ -116,28 +107,18 @@ class Spread(NamedTuple):
 
 @dataclass(frozen=True)
 class Chain:
-    """The stages of one camera's frames.
+    """The stages of one camera's frames."""
 
-    Attributes:
-        namespace: of the results, as /openpose_ros/skeleton_3d.
-        stages: (S) in the order of ROLES.
-        frames: (N,) int64 [ns] stamps of all frames, ascending.
-        stamps: (N, S) int64 [ns] that each frame has at each stage: image and cloud of a frame may differ; 0 where the
-            frame did not reach the stage.
-        arrivals: (N, S) int64 [ns] of each frame at each stage, 0 where it did not reach it.
-        counted_from: what delays begin at: 'stamp', or 'arrival' of the frame's first camera message.
-        is_live: False where a program wrote the results into the bag, so that their times are no delays.
-        notes: what a reader of the numbers has to know.
-    """
-
-    namespace: str
-    stages: Tuple[Stage, ...]
-    frames: np.ndarray
+    namespace: str  # of the results, as /openpose_ros/skeleton_3d
+    stages: Tuple[Stage, ...]  # (S) in the order of ROLES
+    frames: np.ndarray  # (N,) int64 [ns] stamps of all frames, ascending
+    # (N, S) int64 [ns] that each frame has at each stage: image and cloud of a frame may differ; 0 where the frame did
+    # not reach the stage
     stamps: np.ndarray
-    arrivals: np.ndarray
-    counted_from: str
-    is_live: bool
-    notes: Tuple[str, ...]
+    arrivals: np.ndarray  # (N, S) int64 [ns] of each frame at each stage, 0 where it did not reach it
+    counted_from: str  # what delays begin at: 'stamp', or 'arrival' of the frame's first camera message
+    is_live: bool  # False where a program wrote the results into the bag, so that their times are no delays
+    notes: Tuple[str, ...]  # what a reader of the numbers has to know
 
     @property
     def reached(self) -> np.ndarray:
@@ -175,17 +156,11 @@ class Chain:
 
 @dataclass(frozen=True)
 class Step:
-    """What a frame took from one stage to the next.
+    """What a frame took from one stage to the next."""
 
-    Attributes:
-        before: role at which it begins, or CAMERA.
-        after: role at which it ends.
-        seconds: (N,) float64 of each frame; NaN where it did not reach both.
-    """
-
-    before: str
-    after: str
-    seconds: np.ndarray
+    before: str  # role at which it begins, or CAMERA
+    after: str  # role at which it ends
+    seconds: np.ndarray  # (N,) float64 of each frame; NaN where it did not reach both
 
     @property
     def before_name(self) -> str:

@@ -22,30 +22,21 @@ _MODELS = {0: 'plumb_bob', 4: 'plumb_bob', 5: 'plumb_bob', 8: 'rational_polynomi
 class Calibration:
     """The content of a sensor_msgs/CameraInfo, unchanged: also R and P, and a D of zeros.
 
-    Attributes:
-        width, height: image size at calibration [px].
-        distortion_model, distortion: of the lens, D.
-        matrix: K, 9 numbers [px], row by row; all 0: not calibrated.
-        rectification: R, 9 numbers.
-        projection: P, 12 numbers.
-        name: of the camera.
-        binning: across, down; 0 means 1.
-        region: x_offset, y_offset, height, width, do_rectify; all 0: the whole image.
-
     Raises:
         BadInputError: a wrong number of values.
         ValueError, TypeError: a value is no number.
     """
 
-    width: int
+    width: int  # image size at calibration [px]
     height: int
-    distortion_model: str
+    distortion_model: str  # of the lens, D
     distortion: Tuple[float, ...]
-    matrix: Tuple[float, ...]
-    rectification: Tuple[float, ...]
-    projection: Tuple[float, ...]
-    name: str = ''
-    binning: Tuple[int, int] = _NO_BINNING
+    matrix: Tuple[float, ...]  # K, 9 numbers [px], row by row; all 0: not calibrated
+    rectification: Tuple[float, ...]  # R, 9 numbers
+    projection: Tuple[float, ...]  # P, 12 numbers
+    name: str = ''  # of the camera
+    binning: Tuple[int, int] = _NO_BINNING  # across, down; 0 means 1
+    # x_offset, y_offset, height, width, do_rectify; all 0: the whole image
     region: Tuple[int, int, int, int, bool] = _NO_REGION
 
     def __post_init__(self) -> None:

@@ -26,16 +26,11 @@ _NAMED = 5
 
 
 class StampedFile(NamedTuple):
-    """An image file.
+    """An image file."""
 
-    Attributes:
-        stamp: [ns].
-        key: equal for the images of one frame; None: the stamps tell.
-    """
-
-    stamp: int
+    stamp: int  # [ns]
     path: Path
-    key: Any = None
+    key: Any = None  # equal for the images of one frame; None: the stamps tell
 
 
 Streams = Dict[str, List[StampedFile]]
@@ -51,17 +46,11 @@ class Stamped(NamedTuple):
 
 
 class _Frames(NamedTuple):
-    """What identifies the frames in the names of the files.
+    """What identifies the frames in the names of the files."""
 
-    Attributes:
-        keys: by stream the frame of each file: its number, or its name without suffix.
-        order: all frames, in their order.
-        are_numbers: whether the keys are numbers.
-    """
-
-    keys: Dict[str, List[Any]]
-    order: List[Any]
-    are_numbers: bool
+    keys: Dict[str, List[Any]]  # by stream the frame of each file: its number, or its name without suffix
+    order: List[Any]  # all frames, in their order
+    are_numbers: bool  # whether the keys are numbers
 
 
 def stamps_of_lists(paths: Paths, listed: Dict[str, List[int]]) -> Stamped:

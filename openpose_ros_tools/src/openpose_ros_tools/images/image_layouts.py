@@ -49,52 +49,32 @@ _LISTED = 10
 
 @dataclass(frozen=True)
 class LayoutOptions:
-    """What is known of a recording beside its folder; None: as the folder says.
+    """What is known of a recording beside its folder; None: as the folder says."""
 
-    Attributes:
-        layout: one of LAYOUTS.
-        sources: by stream a folder, or a pattern such as 'scene/*.color.png', in place of the layout's.
-        stamps: table of stamps, see `read_stamp_table`.
-        stamp_unit: key of UNITS: file names are times in this unit.
-        rate: of numbered images [Hz].
-        start: stamp that the first image gets [ns]; the others keep their distances.
-        max_difference: of the stamps of a pair, where names do not tell pairs [ns].
-    """
-
-    layout: Optional[str] = None
+    layout: Optional[str] = None  # one of LAYOUTS
+    # by stream a folder, or a pattern such as 'scene/*.color.png', in place of the layout's
     sources: Dict[str, str] = field(default_factory=dict)
-    stamps: Optional[Path] = None
-    stamp_unit: Optional[str] = None
-    rate: Optional[Fraction] = None
-    start: Optional[int] = None
-    max_difference: int = TUM_MAX_DIFFERENCE
+    stamps: Optional[Path] = None  # table of stamps, see `read_stamp_table`
+    stamp_unit: Optional[str] = None  # key of UNITS: file names are times in this unit
+    rate: Optional[Fraction] = None  # of numbered images [Hz]
+    start: Optional[int] = None  # stamp that the first image gets [ns]; the others keep their distances
+    max_difference: int = TUM_MAX_DIFFERENCE  # of the stamps of a pair, where names do not tell pairs [ns]
 
 
 @dataclass(frozen=True)
 class Recording:
-    """The files of a recording, and what its folder says of the camera.
+    """The files of a recording, and what its folder says of the camera."""
 
-    Attributes:
-        layout: one of LAYOUTS.
-        streams: by stream its files, in the order of their stamps, which differ.
-        pairs: by stream ('depth', 'mask') the files that belong to each colour image, as indices: (colour, other).
-        calibration: of the camera, or None.
-        frame_id: of the camera, empty if it is not known.
-        T_world_camera: (4, 4) from the optical frame to an upright world frame [m], or None.
-        depth_scale: units of integer depth per metre, or None.
-        timing: origin of the stamps, for the report.
-        remarks: what is missing or surprising, for the report.
-    """
-
-    layout: str
-    streams: Streams
+    layout: str  # one of LAYOUTS
+    streams: Streams  # by stream its files, in the order of their stamps, which differ
+    # by stream ('depth', 'mask') the files that belong to each colour image, as indices: (colour, other)
     pairs: Dict[str, List[Tuple[int, int]]]
-    calibration: Optional[Calibration]
-    frame_id: str
-    T_world_camera: Optional[np.ndarray]
-    depth_scale: Optional[float]
-    timing: str
-    remarks: List[str]
+    calibration: Optional[Calibration]  # of the camera, or None
+    frame_id: str  # of the camera, empty if it is not known
+    T_world_camera: Optional[np.ndarray]  # (4, 4) from the optical frame to an upright world frame [m], or None
+    depth_scale: Optional[float]  # units of integer depth per metre, or None
+    timing: str  # origin of the stamps, for the report
+    remarks: List[str]  # what is missing or surprising, for the report
 
     def only_pairs(self) -> 'Recording':
         """Return the recording without the colour and depth images that have no partner, and masks without colour."""

@@ -22,14 +22,10 @@ _COLUMNS = {'colour': 'colour', 'color': 'colour', 'rgb': 'colour', 'depth': 'de
 
 
 class StampTable(NamedTuple):
-    """A table of stamps.
+    """A table of stamps."""
 
-    Attributes:
-        names: of the frames; None where the table has only stamps, in the order of the frames.
-        stamps: one mapping per frame from stream ('colour', 'depth', 'mask') to stamp [ns]; the key '' is for all.
-    """
-
-    names: Optional[List[str]]
+    names: Optional[List[str]]  # of the frames; None where the table has only stamps, in the order of the frames
+    # one mapping per frame from stream ('colour', 'depth', 'mask') to stamp [ns]; the key '' is for all
     stamps: List[Dict[str, int]]
 
 

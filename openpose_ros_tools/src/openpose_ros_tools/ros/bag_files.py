@@ -25,23 +25,15 @@ _HEADER = struct.Struct('<4I')
 
 
 class StampedMessage(NamedTuple):
-    """A message that is not deserialized.
+    """A message that is not deserialized."""
 
-    Attributes:
-        topic: as in the bag.
-        raw: as `rosbag.Bag.write` takes it: type, serialized message, checksum of the definition, place, class.
-        stamp: header.stamp [ns]; None where the message does not begin with a header.
-        frame_id: of the header.
-        time: of the recording [ns].
-        connection: header of the connection.
-    """
-
-    topic: str
+    topic: str  # as in the bag
+    # as `rosbag.Bag.write` takes it: type, serialized message, checksum of the definition, place, class
     raw: Tuple[Any, ...]
-    stamp: Optional[int]
-    frame_id: str
-    time: int
-    connection: Dict[str, Any]
+    stamp: Optional[int]  # header.stamp [ns]; None where the message does not begin with a header
+    frame_id: str  # of the header
+    time: int  # of the recording [ns]
+    connection: Dict[str, Any]  # header of the connection
 
 
 @contextmanager

@@ -71,35 +71,23 @@ _OWN = (*(names[0] for names in FOLDERS.values()), *(names[0] for names in TUM_L
 
 @dataclass(frozen=True)
 class CameraTopics:
-    """The topics of a camera in a bag.
+    """The topics of a camera in a bag."""
 
-    Attributes:
-        streams: by stream ('colour', 'depth', 'mask') its topic, of images or, for depth, clouds.
-        camera_info: of the calibration; None: there is none.
-        of_clouds: depth is that of clouds.
-    """
-
-    streams: Dict[str, str]
-    camera_info: Optional[str]
-    of_clouds: bool
+    streams: Dict[str, str]  # by stream ('colour', 'depth', 'mask') its topic, of images or, for depth, clouds
+    camera_info: Optional[str]  # of the calibration; None: there is none
+    of_clouds: bool  # depth is that of clouds
 
 
 @dataclass
 class Scan:
-    """What was read of a bag before the images.
+    """What was read of a bag before the images."""
 
-    Attributes:
-        stamps: by stream those of its messages [ns], in the order of the bag.
-        frame_ids: by stream that of its first message.
-        calibration: the first CameraInfo, or None.
-        changed: number of CameraInfo that differ from it.
-        parents: by child frame the parent, and (4, 4) from child to parent, of all static transforms.
-    """
-
+    # by stream those of its messages [ns], in the order of the bag
     stamps: Dict[str, List[int]] = field(default_factory=dict)
-    frame_ids: Dict[str, str] = field(default_factory=dict)
-    calibration: Optional[Calibration] = None
-    changed: int = 0
+    frame_ids: Dict[str, str] = field(default_factory=dict)  # by stream that of its first message
+    calibration: Optional[Calibration] = None  # the first CameraInfo, or None
+    changed: int = 0  # number of CameraInfo that differ from it
+    # by child frame the parent, and (4, 4) from child to parent, of all static transforms
     parents: Dict[str, Tuple[str, np.ndarray]] = field(default_factory=dict)
 
     @property
@@ -250,11 +238,7 @@ def _write_image(folder: Path, depth_scale: Optional[float], item: Tuple[Written
 # ------------------------------------------------------------------------------------------------------ command line
 
 def main(arguments: Optional[Sequence[str]] = None) -> int:
-    """Run the command; return the exit status.
-
-    Args:
-        arguments: of the command line; None: those of this process.
-    """
+    """Run the command with the arguments of the command line (None: of this process); return the exit status."""
     options = _parser().parse_args(arguments)
     return run_command(_NAME, lambda: _run(options))
 

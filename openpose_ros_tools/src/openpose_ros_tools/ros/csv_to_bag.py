@@ -108,11 +108,7 @@ def write_bag(file: KeypointCsv, path: Path, prefix: str, frame_id: str, pose_mo
 
 
 def main(arguments: Optional[Sequence[str]] = None) -> int:
-    """Run the command; return the exit status.
-
-    Args:
-        arguments: of the command line; None: those of this process.
-    """
+    """Run the command with the arguments of the command line (None: of this process); return the exit status."""
     options = _parser().parse_args(arguments)
     return run_command(_NAME, lambda: _run(options))
 

@@ -36,59 +36,34 @@ _SUFFIXES = {'jpeg': '.jpg', 'png': '.png'}
 
 @dataclass(frozen=True)
 class BagOptions:
-    """The messages that are written of a recording.
+    """The messages that are written of a recording."""
 
-    Attributes:
-        topics: by key of TOPICS, in full.
-        frame_id: of all headers.
-        calibration: of the camera, or None.
-        T_world_camera: (4, 4) from the optical frame to world_frame [m], or None.
-        world_frame: name of the frame in which the camera stands.
-        compressed: CompressedImage in place of Image for the colour images.
-        jpeg_quality: of images that are no JPEG yet, with `compressed`; None: they are PNG.
-        depth_scale: units of integer depth per metre.
-        depth_encoding: one of DEPTH_ENCODINGS; None: 16UC1 for depth in mm, 32FC1 for other depth.
-        cloud: write clouds.
-    """
-
-    topics: Dict[str, str]
-    frame_id: str = DEFAULT_FRAME
-    calibration: Optional[Calibration] = None
-    T_world_camera: Optional[np.ndarray] = None
-    world_frame: str = WORLD_FRAME
-    compressed: bool = False
-    jpeg_quality: Optional[int] = None
-    depth_scale: float = MILLIMETRES
-    depth_encoding: Optional[str] = None
-    cloud: bool = False
+    topics: Dict[str, str]  # by key of TOPICS, in full
+    frame_id: str = DEFAULT_FRAME  # of all headers
+    calibration: Optional[Calibration] = None  # of the camera, or None
+    T_world_camera: Optional[np.ndarray] = None  # (4, 4) from the optical frame to world_frame [m], or None
+    world_frame: str = WORLD_FRAME  # name of the frame in which the camera stands
+    compressed: bool = False  # CompressedImage in place of Image for the colour images
+    jpeg_quality: Optional[int] = None  # of images that are no JPEG yet, with `compressed`; None: they are PNG
+    depth_scale: float = MILLIMETRES  # units of integer depth per metre
+    depth_encoding: Optional[str] = None  # one of DEPTH_ENCODINGS; None: 16UC1 for depth in mm, 32FC1 for other depth
+    cloud: bool = False  # write clouds
 
 
 class Moment(NamedTuple):
-    """The images of one stamp.
+    """The images of one stamp."""
 
-    Attributes:
-        stamp: [ns].
-        files: by stream the number of the image in it and its path.
-        colour_of_cloud: the colour image that belongs to the depth image here; its stamp may differ.
-    """
-
-    stamp: int
-    files: Dict[str, Tuple[int, Path]]
-    colour_of_cloud: Optional[Path]
+    stamp: int  # [ns]
+    files: Dict[str, Tuple[int, Path]]  # by stream the number of the image in it and its path
+    colour_of_cloud: Optional[Path]  # the colour image that belongs to the depth image here; its stamp may differ
 
 
 class MomentMessages(NamedTuple):
-    """The messages of a moment.
+    """The messages of a moment."""
 
-    Attributes:
-        messages: topic and message, in the order of writing.
-        failed: reasons of files that can not be decoded.
-        rounded: greatest rounding error of depth [m].
-    """
-
-    messages: List[Tuple[str, genpy.Message]]
-    failed: List[str]
-    rounded: float
+    messages: List[Tuple[str, genpy.Message]]  # topic and message, in the order of writing
+    failed: List[str]  # reasons of files that can not be decoded
+    rounded: float  # greatest rounding error of depth [m]
 
 
 def moments(recording: Recording) -> Iterator[Moment]:

@@ -99,11 +99,7 @@ def follow_topic(topic: KeypointTopic, writer: KeypointCsvWriter, handle: TextIO
 
 
 def main(arguments: Optional[Sequence[str]] = None) -> int:
-    """Run the command; return the exit status.
-
-    Args:
-        arguments: of the command line; None: those of this process.
-    """
+    """Run the command with the arguments of the command line (None: of this process); return the exit status."""
     parser = _parser()
     options = parser.parse_args(rospy.myargv()[1:] if arguments is None else arguments)
     if options.live and options.bags:

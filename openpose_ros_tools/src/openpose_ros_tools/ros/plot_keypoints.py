@@ -95,7 +95,7 @@ def plots(selection: Selection, trajectories: Sequence[str],
 
 
 def main(arguments: Optional[Sequence[str]] = None) -> int:
-    """Run the command; return the exit status."""
+    """Run the command with the arguments of the command line (None: of this process); return the exit status."""
     parser = _parser()
     options = parser.parse_args(arguments)
     if options.output is None and not options.list:

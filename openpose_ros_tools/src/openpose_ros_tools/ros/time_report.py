@@ -37,32 +37,21 @@ from openpose_ros_pkg.command_line import DONE, run_command
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.output.files import writable_folder, write_whole
 from openpose_ros_tools.command_options import add_time_span, check_time_span, command_parser
+from openpose_ros_tools.delays import stage_delays as roles
 from openpose_ros_tools.delays.delay_plots import delay_distribution, delays_over_time
 from openpose_ros_tools.delays.delay_report import CSV_COLUMNS, csv_rows, markdown, summary
-from openpose_ros_tools.delays.stage_delays import (
-    CLOUD,
-    DEPTH,
-    DRAWN,
-    IMAGE,
-    MARKERS,
-    PEOPLE_2D,
-    PEOPLE_3D,
-    TAKEN,
-    Chain,
-    Stage,
-    build_chains,
-    cameras_of_none,
-)
+from openpose_ros_tools.delays.stage_delays import Chain, Stage, build_chains, cameras_of_none
 from openpose_ros_tools.plots.plotting import FORMATS, save_figure
 from openpose_ros_tools.ros.bag_files import StampedMessage, deserialized, open_bag, stamped_messages
 from openpose_ros_tools.ros.camera_topics import IMAGE as IMAGE_TYPE
 from openpose_ros_tools.ros.camera_topics import is_depth, is_packed_depth
 
-_PEOPLE = {'openpose_ros_msgs/PersonDetectionArray': PEOPLE_2D, 'openpose_ros_msgs/PersonDetection': PEOPLE_2D,
-           'openpose_ros_msgs/PersonDetection_3dArray': PEOPLE_3D, 'openpose_ros_msgs/PersonDetection_3d': PEOPLE_3D}
+_PEOPLE = {f'openpose_ros_msgs/{kind}{array}': role for kind, role in (
+    ('PersonDetection', roles.PEOPLE_2D), ('PersonDetection_3d', roles.PEOPLE_3D)) for array in ('', 'Array')}
 # Topics of the nodes beside those of people, by the last part of their name.
-_OTHERS = {'input_image': TAKEN, 'input_rgb': TAKEN, 'input_pointcloud': TAKEN, 'visualization_markers': MARKERS,
-           'visualization_skeleton': MARKERS, 'detected_poses_image': DRAWN}
+_OTHERS = {'input_image': roles.TAKEN, 'input_rgb': roles.TAKEN, 'input_pointcloud': roles.TAKEN,
+           'visualization_markers': roles.MARKERS, 'visualization_skeleton': roles.MARKERS,
+           'detected_poses_image': roles.DRAWN}
 _IMAGES = ('sensor_msgs/Image', 'sensor_msgs/CompressedImage', 'theora_image_transport/Packet')
 _CLOUD = 'sensor_msgs/PointCloud2'
 _CLOCK = 'rosgraph_msgs/Clock'
@@ -83,39 +72,31 @@ class _Topic:
 
 @dataclass(frozen=True)
 class Recording:
-    """The stages of a bag.
+    """The stages of a bag."""
 
-    Attributes:
-        results: stages of the nodes, by namespace.
-        cameras: stages of the cameras.
-        simulated: it holds a simulated clock.
-        without_header: topics of people whose messages have no header, as those of the original project.
-    """
-
-    results: Dict[str, Tuple[Stage, ...]]
-    cameras: Tuple[Stage, ...]
-    simulated: bool
-    without_header: Tuple[str, ...]
+    results: Dict[str, Tuple[Stage, ...]]  # stages of the nodes, by namespace
+    cameras: Tuple[Stage, ...]  # stages of the cameras
+    simulated: bool  # it holds a simulated clock
+    without_header: Tuple[str, ...]  # topics of people whose messages have no header, as those of the original project
 
 
 def read_recording(path: Path, start: Optional[float] = None, end: Optional[float] = None,
-                   cameras: Sequence[str] = (), quiet: bool = False) -> Recording:
+                   cameras: Sequence[str] = ()) -> Recording:
     """Read the stamps in the headers of a bag.
 
     Args:
         start, end: part of the bag to be read [s] since its beginning; None: all.
         cameras: camera topics that count; none: all that are there.
-        quiet: show no progress.
 
     Raises:
         BadInputError: it can not be read, or has no results of the nodes.
     """
     with open_bag(path) as bag:
-        return _read(bag, path, start, end, cameras, quiet)
+        return _read(bag, path, start, end, cameras)
 
 
-def _read(bag: rosbag.Bag, path: Path, start: Optional[float], end: Optional[float], cameras: Sequence[str],
-          quiet: bool) -> Recording:
+def _read(bag: rosbag.Bag, path: Path, start: Optional[float], end: Optional[float], cameras: Sequence[str]
+          ) -> Recording:
     info = bag.get_type_and_topic_info().topics
     topics = _find_topics({name: topic.msg_type for name, topic in info.items()}, cameras, path)
     limits = [None if offset is None else genpy.Time.from_sec(bag.get_start_time() + offset)
@@ -123,15 +104,15 @@ def _read(bag: rosbag.Bag, path: Path, start: Optional[float], end: Optional[flo
     total = sum(info[name].message_count for name in topics) if start is None and end is None else None
     without_header = set()
     for message in tqdm(stamped_messages(bag, list(topics), *limits), total=total, unit=' messages', leave=False,
-                        disable=True if quiet else None):
+                        disable=None):
         topic = topics[message.topic]
         if message.stamp is None:
             without_header.add(message.topic)
             continue
         if not topic.stamps:
             topic.frame_id = message.frame_id
-            if topic.role == IMAGE and _is_depth(message):
-                topic.role = DEPTH
+            if topic.role == roles.IMAGE and _is_depth(message):
+                topic.role = roles.DEPTH
         topic.stamps.append(message.stamp)
         topic.arrivals.append(message.time)
     stages: Dict[Optional[str], List[Stage]] = {}
@@ -166,7 +147,7 @@ def _find_topics(types: Dict[str, str], cameras: Sequence[str], path: Path) -> D
         elif last in _OTHERS and space in spaces:
             results[name] = _Topic(_OTHERS[last], space)
         elif (kind in _IMAGES or kind == _CLOUD) and space not in own:
-            images[name] = _Topic(CLOUD if kind == _CLOUD else IMAGE, None)
+            images[name] = _Topic(roles.CLOUD if kind == _CLOUD else roles.IMAGE, None)
     for name in cameras:
         if name not in images:
             raise BadInputError(f'{path} has no camera topic {name}; it has: {", ".join(images) or "none"}')
@@ -221,7 +202,7 @@ def write_report(folder: Path, text: str, chains: Sequence[Chain], kind: str) ->
 
 
 def main(arguments: Optional[Sequence[str]] = None) -> int:
-    """Run the command; return the exit status."""
+    """Run the command with the arguments of the command line (None: of this process); return the exit status."""
     parser = _parser()
     options = parser.parse_args(arguments)
     check_time_span(parser, options)

@@ -22,7 +22,6 @@ from openpose_ros_tools.tables.keypoint_table import (
     KeypointTable,
     PersonRow,
     RowBlock,
-    RowHead,
     complete_status,
     table_of,
 )
@@ -173,7 +172,7 @@ class KeypointCsv:
         Raises:
             BadInputError: a value can not be read; the text names line and column.
         """
-        heads: List[RowHead] = []
+        heads: List[PersonRow] = []
         values: List[array[float]] = []
         lines: List[int] = []
         for head, numbers in self._parsed():
@@ -233,7 +232,7 @@ class KeypointCsv:
         self._values_of = itemgetter(*self._value_places)
         self._has_status = np.array([f'field.{joint}.status' in self._place for joint in MESSAGE_JOINTS])
 
-    def _parsed(self) -> Iterator[Tuple[RowHead, 'array[float]']]:
+    def _parsed(self) -> Iterator[Tuple[PersonRow, 'array[float]']]:
         """Yield head and values of each row."""
         damaged: Optional[BadInputError] = None
         try:
@@ -255,11 +254,11 @@ class KeypointCsv:
         if damaged:
             _log.warning('the last line is dropped, as it was cut off: %s', damaged)
 
-    def _parse(self, row: List[str]) -> Tuple[RowHead, 'array[float]']:
+    def _parse(self, row: List[str]) -> Tuple[PersonRow, 'array[float]']:
         if len(row) != len(self._names):
             raise self._error(f'{len(row)} values, expected {len(self._names)} as line 1 has names')
         frame_id = row[self._place[_FRAME_ID]] if _FRAME_ID in self._place else ''
-        head = RowHead(self._whole(row, _TIME, _LATEST), self._whole(row, _SEQUENCE, _MOST),
+        head = PersonRow(self._whole(row, _TIME, _LATEST), self._whole(row, _SEQUENCE, _MOST),
                        self._whole(row, _STAMP, _LATEST), frame_id, self._whole(row, _NUMBER, _MOST),
                        self._whole(row, _PERSON, _MOST))
         try:

@@ -22,27 +22,16 @@ _UPRIGHT = 0.6
 
 @dataclass(frozen=True)
 class Selection:
-    """What is to be shown of a recording. Times are [s] since the first frame of the whole recording.
+    """What is to be shown of a recording. Times are [s] since the first frame of the whole recording."""
 
-    Attributes:
-        table: rows of the chosen people, in the chosen time.
-        all_people: rows of all people in that time.
-        frames: (N,) int64 [ns] stamps of the frames in that time, ascending.
-        knows_empty_frames: frames in which nobody was found are among them.
-        begin: [ns] stamp of the first frame of the recording.
-        joints: the chosen ones that anything is known of, in the order of the table.
-        persons: ids of the chosen people, ascending.
-        left_out: people that were not chosen as there are too many.
-    """
-
-    table: KeypointTable
-    all_people: KeypointTable
-    frames: np.ndarray
-    knows_empty_frames: bool
-    begin: int
-    joints: Tuple[str, ...]
-    persons: Tuple[int, ...]
-    left_out: int
+    table: KeypointTable  # rows of the chosen people, in the chosen time
+    all_people: KeypointTable  # rows of all people in that time
+    frames: np.ndarray  # (N,) int64 [ns] stamps of the frames in that time, ascending
+    knows_empty_frames: bool  # frames in which nobody was found are among them
+    begin: int  # [ns] stamp of the first frame of the recording
+    joints: Tuple[str, ...]  # the chosen ones that anything is known of, in the order of the table
+    persons: Tuple[int, ...]  # ids of the chosen people, ascending
+    left_out: int  # people that were not chosen as there are too many
 
     def rows_of(self, person: int) -> KeypointTable:
         """Return the rows of a person in the order of time."""

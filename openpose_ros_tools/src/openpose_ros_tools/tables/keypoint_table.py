@@ -20,45 +20,27 @@ BLOCK_ROWS = 1024
 """Number of rows that are converted at a time."""
 
 
-class RowHead(NamedTuple):
-    """A person in a frame, without joints.
-
-    Attributes:
-        time: column %time [ns].
-        sequence, stamp [ns], frame_id: of the header; stamp 0: not known.
-        number: people in the frame.
-        person: track id.
-    """
-
-    time: int
-    sequence: int
-    stamp: int
-    frame_id: str
-    number: int
-    person: int
-
-
 class PersonRow(NamedTuple):
-    """A person in a frame: attributes of `RowHead`; parts: (K, F) values of `FIELDS` for the K `MESSAGE_JOINTS`."""
+    """A person in a frame."""
 
-    time: int
-    sequence: int
-    stamp: int
-    frame_id: str
-    number: int
-    person: int
-    parts: Sequence[Sequence[float]]
+    time: int  # column %time [ns]
+    sequence: int  # of the header
+    stamp: int  # of the header [ns]; 0: not known
+    frame_id: str  # of the header
+    number: int  # people in the frame
+    person: int  # track id
+    parts: Sequence[Sequence[float]] = ()  # (K, F) values of `FIELDS` for the K `MESSAGE_JOINTS`
 
 
 class RowBlock(NamedTuple):
-    """R successive rows; parts: (R, K, F) float32."""
+    """R successive rows; heads have no parts, which are in one array, (R, K, F) float32."""
 
-    heads: List[RowHead]
+    heads: List[PersonRow]
     parts: np.ndarray
 
     def rows(self) -> Iterator[PersonRow]:
         """Yield the rows."""
-        return (PersonRow(*head, parts) for head, parts in zip(self.heads, self.parts.tolist()))
+        return (head._replace(parts=parts) for head, parts in zip(self.heads, self.parts.tolist()))
 
 
 class FrameSplitter:
@@ -94,31 +76,21 @@ class KeypointTable:
 
     The K joints are `MESSAGE_JOINTS`, whatever the network's joint set. In space D is 3 [m], in the image 2 [px].
 
-    Attributes:
-        stamps: (R,) int64 [ns], of the image or cloud; rows of one frame have one stamp.
-        sequence: (R,) int64, header.seq.
-        frame_ids: (R,) str, frame of reference.
-        numbers: (R,) int64, people in the frame of that row.
-        ids: (R,) int64, track ids.
-        positions: (R, K, D) float32; NaN where missing.
-        confidence: (R, K) float32 [0..1] of the 2D detection.
-        status: (R, K) uint8: MISSING, MEASURED or INFERRED of `skeleton_extract_3d.people`. Where the recording has no
-            status, as in 2D and with the original's columns, a joint with a position is MEASURED.
-        sigma: (R, K) float32 [m], NaN where MISSING or not known.
-
     Raises:
         ValueError: an array has the wrong shape.
     """
 
-    stamps: np.ndarray
-    sequence: np.ndarray
-    frame_ids: np.ndarray
-    numbers: np.ndarray
-    ids: np.ndarray
-    positions: np.ndarray
-    confidence: np.ndarray
+    stamps: np.ndarray  # (R,) int64 [ns], of the image or cloud; rows of one frame have one stamp
+    sequence: np.ndarray  # (R,) int64, header.seq
+    frame_ids: np.ndarray  # (R,) str, frame of reference
+    numbers: np.ndarray  # (R,) int64, people in the frame of that row
+    ids: np.ndarray  # (R,) int64, track ids
+    positions: np.ndarray  # (R, K, D) float32; NaN where missing
+    confidence: np.ndarray  # (R, K) float32 [0..1] of the 2D detection
+    # (R, K) uint8: MISSING, MEASURED or INFERRED of `skeleton_extract_3d.people`. Where the recording has no status, as
+    # in 2D and with the original's columns, a joint with a position is MEASURED.
     status: np.ndarray
-    sigma: np.ndarray
+    sigma: np.ndarray  # (R, K) float32 [m], NaN where MISSING or not known
 
     def __post_init__(self) -> None:
         rows, joints = len(self.stamps), len(MESSAGE_JOINTS)
@@ -158,7 +130,7 @@ def blocks_of(rows: Iterable[PersonRow]) -> Iterator[RowBlock]:
     """Yield the blocks of rows."""
     rows = iter(rows)
     for block in iter(lambda: list(islice(rows, BLOCK_ROWS)), []):
-        yield RowBlock([RowHead(*row[:-1]) for row in block], np.array([row.parts for row in block], np.float32))
+        yield RowBlock([row._replace(parts=()) for row in block], np.array([row.parts for row in block], np.float32))
 
 
 def table_of(blocks: Iterable[RowBlock], dimensions: int) -> KeypointTable:
@@ -169,7 +141,7 @@ def table_of(blocks: Iterable[RowBlock], dimensions: int) -> KeypointTable:
     Args:
         dimensions: 3 in space, 2 in the image.
     """
-    heads: List[RowHead] = []
+    heads: List[PersonRow] = []
     pieces = [np.zeros((0, len(MESSAGE_JOINTS), len(FIELDS[dimensions])), np.float32)]
     for block in blocks:
         heads += block.heads
@@ -203,7 +175,7 @@ def complete_status(parts: np.ndarray, has_status: np.ndarray) -> None:
     parts[~known & ~has_status, :3] = np.nan
 
 
-def _known_stamps(heads: Iterable[RowHead]) -> List[int]:
+def _known_stamps(heads: Iterable[PersonRow]) -> List[int]:
     """Return the stamp of each row; where it is 0, the time of the first row of that frame."""
     frames, known, began = FrameSplitter(), [], 0
     for head in heads:

@@ -38,22 +38,14 @@ _CLASSES = {kind._type: kind for kind in (Image, CompressedImage, PointCloud2, C
 
 @dataclass
 class Frame:
-    """An image, and the points of the same view where the recording has some.
+    """An image, and the points of the same view where the recording has some."""
 
-    Attributes:
-        time: of recording, of the later of both.
-        header: of the image.
-        bgr: (H, W, 3) uint8; None with an error.
-        points, points_header: None in 2D.
-        error: why it can not be used.
-    """
-
-    time: genpy.Time
-    header: Header
-    bgr: Optional[np.ndarray] = None
-    points: Optional[PointGrid] = None
+    time: genpy.Time  # of recording, of the later of both
+    header: Header  # of the image
+    bgr: Optional[np.ndarray] = None  # (H, W, 3) uint8; None with an error
+    points: Optional[PointGrid] = None  # points, points_header: None in 2D
     points_header: Optional[Header] = None
-    error: Optional[BadInputError] = None
+    error: Optional[BadInputError] = None  # why it can not be used
 
 
 @dataclass(frozen=True)

@@ -35,19 +35,12 @@ class BagSettings:
 
 @dataclass(frozen=True)
 class Topics:
-    """The topics of a camera; empty: to be found, or none.
+    """The topics of a camera; empty: to be found, or none."""
 
-    Attributes:
-        image: raw or compressed.
-        points: of clouds.
-        depth: of depth images aligned to the image, raw or compressed, in place of clouds.
-        camera_info: of the depth images.
-    """
-
-    image: str = ''
-    points: str = ''
-    depth: str = ''
-    camera_info: str = ''
+    image: str = ''  # raw or compressed
+    points: str = ''  # of clouds
+    depth: str = ''  # of depth images aligned to the image, raw or compressed, in place of clouds
+    camera_info: str = ''  # of the depth images
 
     @property
     def in_space(self) -> bool:
@@ -57,39 +50,24 @@ class Topics:
 
 @dataclass(frozen=True)
 class BagJob:
-    """What is to be made of a bag. It can be pickled.
+    """What is to be made of a bag. It can be pickled."""
 
-    Attributes:
-        source: the bag.
-        output: bag to make.
-        csv: table to make, None: none.
-        json: folder for a file of each frame, None: none.
-        values: parameters that differ from their defaults, of `BagSettings`.
-        topics: of the camera, where they are named.
-        only_2d: whether points are ignored.
-        copied: topics that are copied, or 'all'.
-        markers: whether markers are written.
-        csv_layout: see `KeypointCsvWriter`. The table has people in space where there are any, else those in the image.
-        compression: of the bag, one of COMPRESSIONS.
-        jobs: number of detector processes; 1: none beside this one.
-        threads: of each detector where the parameters leave it open; 0: one per core.
-        create: makes a detector of the parameters.
-    """
-
-    source: Path
-    output: Path
-    csv: Optional[Path] = None
-    json: Optional[Path] = None
+    source: Path  # the bag
+    output: Path  # bag to make
+    csv: Optional[Path] = None  # table to make, None: none
+    json: Optional[Path] = None  # folder for a file of each frame, None: none
+    # parameters that differ from their defaults, of `BagSettings`
     values: Mapping[str, Any] = field(default_factory=dict)
-    topics: Topics = field(default_factory=Topics)
-    only_2d: bool = False
-    copied: Tuple[str, ...] = ()
-    markers: bool = False
+    topics: Topics = field(default_factory=Topics)  # of the camera, where they are named
+    only_2d: bool = False  # whether points are ignored
+    copied: Tuple[str, ...] = ()  # topics that are copied, or 'all'
+    markers: bool = False  # whether markers are written
+    # see `KeypointCsvWriter`. The table has people in space where there are any, else those in the image.
     csv_layout: str = 'original'
-    compression: str = 'none'
-    jobs: int = 1
-    threads: int = 0
-    create: Callable[[DetectorSettings], Detector] = create_detector
+    compression: str = 'none'  # of the bag, one of COMPRESSIONS
+    jobs: int = 1  # number of detector processes; 1: none beside this one
+    threads: int = 0  # of each detector where the parameters leave it open; 0: one per core
+    create: Callable[[DetectorSettings], Detector] = create_detector  # makes a detector of the parameters
 
     @property
     def outputs(self) -> List[Path]:
@@ -115,38 +93,23 @@ class BagJob:
 
 @dataclass
 class Counts:
-    """What a recording has that became no frame.
+    """What a recording has that became no frame."""
 
-    Attributes:
-        images: all images that were read.
-        alone: images, and points, without a partner.
-        unusable: messages without a stamp, or not newer than the one before.
-        resets: times that the stamps jumped back.
-    """
-
-    images: int = 0
-    alone: List[int] = field(default_factory=lambda: [0, 0])
-    unusable: int = 0
-    resets: int = 0
+    images: int = 0  # all images that were read
+    alone: List[int] = field(default_factory=lambda: [0, 0])  # images, and points, without a partner
+    unusable: int = 0  # messages without a stamp, or not newer than the one before
+    resets: int = 0  # times that the stamps jumped back
 
 
 @dataclass
 class BagReport:
-    """What became of a bag.
+    """What became of a bag."""
 
-    Attributes:
-        frames: written.
-        people: in them, in sum.
-        dropped: frames without a result, by the reason.
-        counts: of what became no frame.
-        topics: that the frames are from.
-    """
-
-    frames: int = 0
-    people: int = 0
-    dropped: Dict[str, int] = field(default_factory=Counter)
-    counts: Counts = field(default_factory=Counts)
-    topics: Topics = field(default_factory=Topics)
+    frames: int = 0  # written
+    people: int = 0  # in them, in sum
+    dropped: Dict[str, int] = field(default_factory=Counter)  # frames without a result, by the reason
+    counts: Counts = field(default_factory=Counts)  # of what became no frame
+    topics: Topics = field(default_factory=Topics)  # that the frames are from
 
     def text(self) -> str:
         """Return the report in a line."""
