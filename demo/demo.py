@@ -21,7 +21,7 @@ import rospy
 import yaml
 from annotated_video import write_annotated_video
 from openpose_ros_msgs.msg import PersonDetection_3dArray, PersonDetectionArray
-from screen import RVIZ_SIZE, HeadlessScreen, publish_slow_clock, take_picture
+from screen import RVIZ_SIZE, HeadlessScreen, publish_slow_clock, take_screenshot
 
 from openpose_ros_pkg.errors import OpenposeRosError
 from openpose_ros_pkg.ros.session import ResultWatch, Session, SessionError, wait_for
@@ -37,9 +37,9 @@ START_TIMEOUT = 90.0
 SLOW_MOTION = 0.1
 # Frames per second of a sequence, before that [Hz].
 SEQUENCE_RATE = 15.0
-# Time that RViz gets to open and draw before its first picture is taken [s].
+# Time that RViz gets to open and draw before its first screenshot [s].
 RVIZ_SECONDS = 12.0
-# Time from the people of a frame to the picture in which RViz shows them [s].
+# Time from the people of a frame to the screenshot in which RViz shows them [s].
 DRAW_SECONDS = 0.4
 
 
@@ -58,11 +58,11 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument('--camera-info', metavar='T', default='/kinect2/qhd/camera_info', help='camera info of --depth')
     parser.add_argument('--compressed', action='store_true', help='the bag holds T/compressed instead of T')
     parser.add_argument('--rviz', action='store_true', help='open the RViz window')
-    parser.add_argument('--no-rviz', action='store_true', help='make no picture of RViz')
+    parser.add_argument('--no-rviz', action='store_true', help='make no screenshot of RViz')
     parser.add_argument('--view', choices=('side', 'above'), default='side',
-                        help='from where RViz looks in its picture (default %(default)s)')
-    parser.add_argument('--pictures', type=int, default=1, metavar='N',
-                        help='pictures of RViz, of every second frame; more than one: rviz_00.png, rviz_01.png, ...')
+                        help='viewpoint of RViz in its screenshot (default %(default)s)')
+    parser.add_argument('--screenshots', type=int, default=1, metavar='N',
+                        help='screenshots of RViz, of every second frame; more than one: rviz_00.png, rviz_01.png, ...')
     parser.add_argument('--seconds', type=float, default=20.0, help='how long to record (default %(default)s)')
     parser.add_argument('--output', type=Path, default=Path(__file__).resolve().parents[1] / 'demo_output',
                         help='output folder (default: demo_output in the checkout)')
@@ -146,10 +146,10 @@ def rviz_configuration(view: str, folder: Path) -> Path:
     return config
 
 
-def take_pictures_of_rviz(session: Session, arguments: argparse.Namespace, command: List[str], folder: Path,
+def take_screenshots(session: Session, arguments: argparse.Namespace, command: List[str], folder: Path,
                           screen: HeadlessScreen) -> None:
-    """Run the chain once more, in slow motion, with RViz on a screen in memory, and take pictures of the screen."""
-    print('[demo] picture of RViz, on a screen in memory ...', flush=True)
+    """Run the chain once more, in slow motion, with RViz on a screen in memory, and take screenshots."""
+    print('[demo] screenshot of RViz, on a screen in memory ...', flush=True)
     os.environ.update(screen.environment())
     rosparam.set_param('/use_sim_time', 'true')
     if not arguments.bag:
@@ -163,12 +163,12 @@ def take_pictures_of_rviz(session: Session, arguments: argparse.Namespace, comma
     results = ResultWatch(*RESULTS['3d'])
     wait_for(lambda: len(results.arrivals) > 0, START_TIMEOUT, 'first result', nodes)
     time.sleep(RVIZ_SECONDS)
-    for number in range(arguments.pictures):
+    for number in range(arguments.screenshots):
         seen = len(results.arrivals)
         with suppress(SessionError):  # a bag may be over
             wait_for(lambda seen=seen: len(results.arrivals) >= seen + 2, RVIZ_SECONDS, 'next but one frame', nodes)
         time.sleep(DRAW_SECONDS)
-        take_picture(folder / ('rviz.png' if arguments.pictures == 1 else f'rviz_{number:02d}.png'))
+        take_screenshot(folder / ('rviz.png' if arguments.screenshots == 1 else f'rviz_{number:02d}.png'))
 
 
 def run(arguments: argparse.Namespace, output: Path) -> ResultWatch:
@@ -196,7 +196,7 @@ def run(arguments: argparse.Namespace, output: Path) -> ResultWatch:
             session.stop(process)
         if screen is not None:
             session.stop(nodes)
-            take_pictures_of_rviz(session, arguments, command, output, screen)
+            take_screenshots(session, arguments, command, output, screen)
         if arguments.rviz:
             with suppress(EOFError):  # no terminal: end at once
                 input('[demo] RViz stays open; press Enter to end ')

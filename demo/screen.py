@@ -1,4 +1,4 @@
-"""A screen in memory for RViz, pictures of it, and slow motion for what it shows."""
+"""A screen in memory for RViz, screenshots, and slow motion for what it shows."""
 import os
 import subprocess
 import tempfile
@@ -44,7 +44,7 @@ class HeadlessScreen:
                 'XDG_RUNTIME_DIR': self._runtime.name}
 
 
-def take_picture(path: Path) -> None:
+def take_screenshot(path: Path) -> None:
     """Write what $DISPLAY shows as a PNG file."""
     subprocess.run(['scrot', '--overwrite', str(path)], check=True)
 

@@ -1,17 +1,17 @@
 #!/bin/bash
 # Writes demo.gif beside this file: what RViz shows of the shipped sequence, forth and back. Needs ImageMagick.
-#   ./run demo --pictures 39 --output FOLDER && docs/images/make_demo_gif.sh FOLDER
+#   ./run demo --screenshots 39 --output FOLDER && docs/images/make_demo_gif.sh FOLDER
 set -euo pipefail
 
-pictures=$(realpath "$1")
+screenshots=$(realpath "$1")
 cd "$(dirname "$0")"
 composed=$(mktemp -d)
 trap 'rm -r "$composed"' EXIT
 # where RViz shows the scene and the camera's image on its screen of 1440x900
 scene=1059x808+365+62 camera=339x189+3+84
-for picture in "$pictures"/rviz_*.png; do
-  convert \( "$picture" -crop $scene +repage -resize 560x \) \( "$picture" -crop $camera +repage -resize 200x \) \
-    -gravity southeast -composite "$composed/$(basename "$picture")"
+for screenshot in "$screenshots"/rviz_*.png; do
+  convert \( "$screenshot" -crop $scene +repage -resize 560x \) \( "$screenshot" -crop $camera +repage -resize 200x \) \
+    -gravity southeast -composite "$composed/$(basename "$screenshot")"
 done
 # every second frame of 15 Hz; small changes of colour, the noise of the cloud, are left out
 convert -delay 13 -loop 0 "$composed"/*.png +dither -colors 80 -fuzz 4% -layers OptimizeTransparency demo.gif

@@ -46,7 +46,7 @@ def wait_for(condition: Callable[[], Any], what: str, timeout: float = PATIENCE)
 
 
 def image(number: int, stamp: rospy.Time, width: int = WIDTH, height: int = HEIGHT) -> Image:
-    """Return a grey picture whose pixel (0, 0) holds the frame's number."""
+    """Return a grey image whose pixel (0, 0) holds the frame's number."""
     bgr = np.full((height, width, 3), 90, np.uint8)
     bgr[0, 0] = number % 256, number // 256, 0
     return bgr_to_image(bgr, Header(stamp=stamp, frame_id=FRAME_ID))
@@ -120,7 +120,7 @@ class ShippedSequence:
     """The sequence that comes with the package: two people cross, and one hides the other for a while.
 
     Attributes:
-        frames: pictures, depth and camera.
+        frames: images, depth and camera.
         people: of each frame, the truth about the two.
     """
 
@@ -161,7 +161,7 @@ class FakeDetector:
 
 
 class Camera:
-    """Publishes images and clouds with stamps that grow; ready when so many nodes listen to each."""
+    """Publishes images and clouds with stamps that grow; ready when a number of nodes listens to each."""
 
     def __init__(self, image_topic: str = 'image', points_topic: str = 'points', image_type: Any = Image,
                  points_type: Any = PointCloud2, listeners: Tuple[int, int] = (1, 1)) -> None:

@@ -1,12 +1,12 @@
 """From the people in an image and the points of the same view to people in space: the order of all steps."""
 import itertools
-import time
 from dataclasses import dataclass, field, replace
 from typing import Dict, Iterator, Optional, Protocol, Tuple
 
 import numpy as np
 
 from openpose_ros_pkg.people import People2D
+from openpose_ros_pkg.stream.stage_timing import Stopwatch
 from skeleton_extract_3d.body.extra_joints import in_skeleton
 from skeleton_extract_3d.frame import CameraFrame, View
 from skeleton_extract_3d.lift.lifting import LiftingParams, make_lifting
@@ -119,7 +119,7 @@ class _Following:
 
     def update(self, memory: Memory, people_2d: People2D, frame: CameraFrame) -> Tuple[Memory, Estimate]:
         """See `_Method`."""
-        settings, constants, clock = self._settings, self._constants, _Clock()
+        settings, constants, clock = self._settings, self._constants, Stopwatch()
         camera = frame.points.camera_model() or memory.camera
         if camera is None:
             return memory, Estimate(People3D.empty(people_2d.skeleton), People2D.empty(people_2d.skeleton))
@@ -161,17 +161,3 @@ class _Following:
         if len(tracks):
             tracks = walk_on(tracks, view, constants)
         return seen, tracks, tracks.kept(hidden_and_there(tracks, view, constants.out_of_sight))
-
-
-class _Clock:
-    """Measures stages."""
-
-    def __init__(self) -> None:
-        self.laps: Dict[str, float] = {}
-        self._last = time.perf_counter()
-
-    def lap(self, stage: str) -> None:
-        """End a stage."""
-        now = time.perf_counter()
-        self.laps[stage] = now - self._last
-        self._last = now

@@ -57,7 +57,7 @@ def camera_from_message(message: CameraInfo, rectified: bool = False) -> CameraM
     """Return the camera of a CameraInfo.
 
     Args:
-        rectified: the pictures are rectified: take the focal lengths and centre of P, and no distortion.
+        rectified: the images are rectified: take the focal lengths and centre of P, and no distortion.
 
     Raises:
         BadInputError: not calibrated, or an unknown distortion model.

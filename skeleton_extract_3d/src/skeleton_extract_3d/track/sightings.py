@@ -4,8 +4,7 @@ from typing import Iterator, NamedTuple, Tuple
 import numpy as np
 
 from skeleton_extract_3d.body.body import STATURE_SPREAD
-from skeleton_extract_3d.lift.records import ObservedPeople
-from skeleton_extract_3d.lift.records import Lifted
+from skeleton_extract_3d.lift.records import Lifted, ObservedPeople
 from skeleton_extract_3d.settings import IdentityParams
 from skeleton_extract_3d.track.appearance import Clothes
 from skeleton_extract_3d.track.constants import TrackConstants
