@@ -8,7 +8,6 @@ is wrong. pycocotools is needed: `pip install pycocotools`.
     benchmarks/accuracy_2d.py --images FOLDER --annotations person_keypoints.json
     benchmarks/accuracy_2d.py --images FOLDER --annotations FILE --set net_input_height=256 --set backend=opencv_dnn
 """
-import argparse
 import contextlib
 import io
 import json
@@ -19,12 +18,9 @@ from typing import Any, Dict, List, Optional, Tuple
 
 import cv2
 import numpy as np
-import yaml
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'openpose_ros_pkg' / 'src'))
-
+from common import Parser, errors_end_the_program
 from openpose_ros_pkg.detect.detector import Detector, DetectorSettings, create_detector
-from openpose_ros_pkg.errors import OpenposeRosError
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import People2D, keypoints_in
 from openpose_ros_pkg.skeletons import COCO_17
@@ -101,25 +97,19 @@ def precision_and_recall(run: Any) -> Dict[str, float]:
 
 def main() -> None:
     """Parse the command line, measure, print."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = Parser(__doc__)
     parser.add_argument('--images', type=Path, required=True, help='folder of the pictures')
     parser.add_argument('--annotations', type=Path, required=True, help='COCO person_keypoints JSON')
-    parser.add_argument('--set', metavar='KEY=VALUE', action='append', default=[],
-                        help='a parameter of the detector, its backend or its decoder; may be repeated')
-    parser.add_argument('--time-against', metavar='KEY=VALUE', action='append', default=[],
-                        help='a parameter of another setting, which is timed on each picture in turn; may be repeated')
-    parser.add_argument('--limit', type=int, help='only the first so many pictures (for a quick look at the speed)')
+    parser.add_settings('of the detector, its backend or its decoder')
+    parser.add_settings('of another setting, which is timed on each image in turn', '--time-against')
+    parser.add_argument('--limit', type=int, help='number of images (default: all; fewer are timed, but not scored)')
     args = parser.parse_args()
-    values, reference_values = (
-        {key: yaml.safe_load(value) for key, _, value in (text.partition('=') for text in texts)}
-        for texts in (args.set, args.time_against))
+    values, reference_values = parser.settings(args.set), parser.settings(args.time_against)
     images = json.loads(args.annotations.read_text())['images'][:args.limit]
-    try:
+    with errors_end_the_program():
         detector = create_detector(build(DetectorSettings, values))
         reference = create_detector(build(DetectorSettings, reference_values)) if reference_values else None
         results, times = detect_all(detector, images, args.images, reference)
-    except OpenposeRosError as error:
-        raise SystemExit(str(error)) from error
     report = [f'{len(images)} pictures, {len(results)} people found, {detector.description}',
               f'computed: {detector.recipe.description}',
               f'ms per picture: median {np.median(times[:, 0]):.1f}, 90 % below {np.percentile(times[:, 0], 90):.1f}']

@@ -14,7 +14,6 @@ The method of the original:
 
     benchmarks/accuracy_3d.py SEQUENCE --evaluate evaluate.py --set lifting=mean3x3 --set tracking=false
 """
-import argparse
 import csv
 import json
 import subprocess
@@ -23,17 +22,13 @@ import tempfile
 import time
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Callable, Dict, List, Tuple
+from typing import Callable, Dict, List, Tuple
 
 import numpy as np
-import yaml
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'openpose_ros_pkg' / 'src'))
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'skeleton_extract_3d' / 'src'))
-
+from common import Parser, errors_end_the_program
 from openpose_ros_pkg.detect.detector import DetectorSettings, create_detector
 from openpose_ros_pkg.detect.tracking import KeypointTracker, TrackingParams
-from openpose_ros_pkg.errors import OpenposeRosError
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
@@ -175,24 +170,18 @@ def write_csv(path: Path, frames: List[Tuple[float, People3D]]) -> None:
                 writer.writerow([stamp, stamp, len(people), person, *row])
 
 
-def parameter_values(settings: List[str]) -> Dict[str, Any]:
-    """Return the mapping of KEY=VALUE settings, values as in YAML."""
-    pairs = [setting.partition('=') for setting in settings]
-    return {key: yaml.safe_load(value) for key, _, value in pairs}
-
-
 def main() -> None:
     """Run the benchmark from the command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = Parser(__doc__)
     parser.add_argument('sequences', nargs='+', type=Path, help='sequence folders')
     parser.add_argument('--exact-2d', action='store_true', help='take the true pixels instead of the detector')
-    parser.add_argument('--set', action='append', default=[], metavar='KEY=VALUE', help='a parameter of the chain')
+    parser.add_settings('of the chain')
     parser.add_argument('--lag', action='store_true', help='tell the delay of the smoothed joints')
     parser.add_argument('--out', type=Path, help='folder for the CSV files (default: a temporary one)')
     parser.add_argument('--evaluate', type=Path, help='script that scores pairs of sequence folder and CSV')
     arguments = parser.parse_args()
-    try:
-        settings = build(ChainSettings, parameter_values(arguments.set))
+    with errors_end_the_program():
+        settings = build(ChainSettings, parser.settings(arguments.set))
         raw = replace(settings.estimator, smoothing=replace(settings.estimator.smoothing, smoothing=False))
         detector = None if arguments.exact_2d else create_detector(settings.detector)
         with tempfile.TemporaryDirectory() as temporary:
@@ -217,9 +206,7 @@ def main() -> None:
                 sys.stdout.write(f'lag in frames: smoothed {lag(paths):.2f}, single frames {lag(raw_paths):.2f}\n')
             sys.stdout.flush()
             if arguments.evaluate:
-                subprocess.run([sys.executable, str(arguments.evaluate), *items], check=True)
-    except (OpenposeRosError, OSError, subprocess.CalledProcessError) as error:
-        raise SystemExit(f'error: {error}') from error
+                raise SystemExit(subprocess.call([sys.executable, str(arguments.evaluate), *items]))
 
 
 if __name__ == '__main__':

@@ -10,18 +10,17 @@ Memory and processor of each node are noted in each round: --frames 10000 is the
 that call the service at --client-rate each; then their answers are measured instead.
 """
 import argparse
-import json
 import os
 import signal
 import subprocess
 import sys
-import tempfile
 import time
 from pathlib import Path
 from typing import Any, Dict, List, Optional, Sequence
 
 import cv2
 import numpy as np
+import pandas as pd
 import psutil
 import rospy
 import yaml
@@ -30,16 +29,14 @@ from openpose_ros_msgs.srv import GetPersons
 from sensor_msgs.msg import Image
 from std_msgs.msg import Header
 
+from common import DEMO, ROOT, Figures, Parser, Usage, run_live
 from openpose_ros_pkg.detect.detector import create_detector
-from openpose_ros_pkg.errors import OpenposeRosError
 from openpose_ros_pkg.params.nodes import ServiceSettings
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.ros.convert import bgr_to_image
 from openpose_ros_pkg.ros.session import ResultWatch, Session, wait_for
 from openpose_ros_pkg.ros.timing_report import WINDOW
 
-ROOT = Path(__file__).resolve().parents[1]
-PICTURES = ROOT / 'skeleton_extract_3d' / 'demo' / 'cross' / 'rgb'
 NODE = 'openpose_ros_service_node'
 TOPIC = '/camera/image_raw'
 RESULTS = '/openpose_ros/detected_poses'
@@ -50,7 +47,7 @@ MEMORY_SAMPLES = 8
 
 def parse_arguments() -> argparse.Namespace:
     """Read the command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = Parser(__doc__)
     parser.add_argument('--rounds', type=int, default=4, help='of service and bare network (default %(default)s)')
     parser.add_argument('--seconds', type=float, default=10.0, help='of each in a round (default %(default)s)')
     parser.add_argument('--frames', type=int, default=0,
@@ -76,7 +73,7 @@ def parse_arguments() -> argparse.Namespace:
 def pictures(size: str) -> List[np.ndarray]:
     """Return the pictures that the camera shows, (H, W, 3) uint8 BGR."""
     width, height = (int(side) for side in size.split('x'))
-    return [cv2.resize(cv2.imread(str(path)), (width, height)) for path in sorted(PICTURES.glob('*.jpg'))[:20]]
+    return [cv2.resize(cv2.imread(str(path)), (width, height)) for path in sorted((DEMO / 'rgb').glob('*.jpg'))[:20]]
 
 
 def run_camera(arguments: argparse.Namespace) -> None:
@@ -129,29 +126,6 @@ def given_parameters(arguments: argparse.Namespace) -> Dict[str, Any]:
 
 # ------------------------------------------------------------------------------------------------ measurement
 
-class Watch:
-    """Processor and memory of child processes."""
-
-    def __init__(self, processes: Dict[str, psutil.Process]) -> None:
-        self._processes = processes
-        self._begin = time.monotonic()
-        self._before = self._times()
-
-    def _times(self) -> Dict[str, float]:
-        return {name: sum(process.cpu_times()[:2]) for name, process in self._processes.items()}
-
-    def processor(self) -> Dict[str, float]:
-        """Return what each took since the last call [% of a core]."""
-        now, times = time.monotonic(), self._times()
-        shares = {name: 100 * (times[name] - self._before[name]) / (now - self._begin) for name in times}
-        self._begin, self._before = now, times
-        return shares
-
-    def memory(self) -> Dict[str, float]:
-        """Return the resident memory of each [MB]."""
-        return {name: process.memory_info().rss / 1e6 for name, process in self._processes.items()}
-
-
 class Bench:
     """The nodes of one run."""
 
@@ -172,10 +146,10 @@ class Bench:
                 in (self._folder / f'{name}.txt').read_text().splitlines(True) if line.endswith('\n')]
         return np.array([row for row in rows if begin <= row[0] <= end])
 
-    def run(self) -> Dict[str, Any]:
+    def run(self) -> Figures:
         """Run everything and return the figures."""
         arguments = self._arguments
-        figures: Dict[str, Any] = {'arguments': {key: str(value) for key, value in vars(arguments).items()}}
+        figures: Figures = {'arguments': {key: str(value) for key, value in vars(arguments).items()}}
         rospy.init_node('live_2d', disable_signals=True)
         processes = {}
         if not arguments.no_stream:
@@ -201,7 +175,8 @@ class Bench:
             figures['clients'] = self._measure_clients(clients)
         else:
             figures['rounds'] = self._measure_rounds(service, results)
-        watch = Watch(watched)
+            figures['medians'] = pd.DataFrame(figures['rounds']).median().to_dict()
+        watch = Usage(watched)
         # what the timing report still holds of before has to leave its window
         time.sleep(max(arguments.seconds, WINDOW + 3 * SETTLING))
         figures['processor_percent_of_a_core'] = watch.processor()
@@ -240,7 +215,7 @@ class Bench:
             rounds.append({'results_hz': rate(arrivals), 'bare_network_hz': rate(computed),
                            'ratio': rate(arrivals) / rate(computed), 'age_median_ms': 1000 * float(np.median(ages))})
             print('service {results_hz:5.2f} Hz   bare network {bare_network_hz:5.2f} Hz   ratio {ratio:.3f}   '
-                  'age {age_median_ms:.0f} ms'.format(**rounds[-1]), flush=True)
+                  'latency {age_median_ms:.0f} ms'.format(**rounds[-1]), flush=True)
         self._session.stop(bare)
         os.kill(service.pid, signal.SIGCONT)
         return rounds
@@ -272,7 +247,7 @@ class Bench:
         time.sleep(self._arguments.seconds)
         return begin, time.monotonic()
 
-    def _soak(self, results: ResultWatch, watch: Watch, service: subprocess.Popen) -> List[Dict[str, Any]]:
+    def _soak(self, results: ResultWatch, watch: Usage, service: subprocess.Popen) -> List[Dict[str, Any]]:
         """Let the stream go on for the given number of results; note memory and processor as it goes."""
         first, samples = len(results.arrivals), []
         for share in range(MEMORY_SAMPLES + 1):
@@ -289,28 +264,6 @@ def rate(times: np.ndarray) -> float:
     return (len(times) - 1) / (times[-1] - times[0]) if len(times) > 1 else float('nan')
 
 
-def table(figures: Dict[str, Any]) -> str:
-    """Return the figures as text."""
-    lines = [f"start of the service node to the first answer: {figures['first_answer_s']:.1f} s"]
-    if figures.get('rounds'):
-        medians = {key: float(np.median([entry[key] for entry in figures['rounds']])) for key in figures['rounds'][0]}
-        lines += ['medians: results {results_hz:.2f} Hz, bare network {bare_network_hz:.2f} Hz, ratio {ratio:.3f} '
-                  '(target >= 0.9), age of the result {age_median_ms:.0f} ms'.format(**medians)]
-    lines += [f"{stage:20s} p50 {value['p50']:8.2f} ms   p95 {value['p95']:8.2f} ms   ({value['count']} times)"
-              for stage, value in figures['stages_ms'].items()]
-    if 'added' in figures['stages_ms']:
-        lines += [f"added latency outside the network: median {figures['stages_ms']['added']['p50']:.1f} ms "
-                  '(target <= 8 ms)']
-    lines += [f"{name:30s} {share:5.0f} % of a core {figures['memory_mb'][name]:6.0f} MB"
-              for name, share in figures['processor_percent_of_a_core'].items()]
-    if 'soak' in figures:
-        memory = [sample['memory_mb'][NODE] for sample in figures['soak']]
-        half = len(memory) // 2
-        lines += [f'memory of {NODE} over {figures["soak"][-1]["frames"]} results: {memory[0]:.0f} MB at first, '
-                  f'{memory[half]:.0f} MB halfway, {memory[-1]:.0f} MB at the end']
-    return '\n'.join(lines)
-
-
 def main() -> int:
     """Run the benchmark or one of its child processes; return the exit status."""
     arguments = parse_arguments()
@@ -321,18 +274,7 @@ def main() -> int:
         except (rospy.ROSException, rospy.ServiceException) as error:
             print(error, file=sys.stderr)
         return 0
-    with tempfile.TemporaryDirectory(prefix='openpose_ros_bench_') as folder:
-        try:
-            with Session(Path(folder)) as session:
-                figures = Bench(session, Path(folder), arguments).run()
-        except OpenposeRosError as error:
-            print(error, *(path.read_text(errors='replace') for path in Path(folder).glob('*.log')), sep='\n',
-                  file=sys.stderr)
-            return 1
-    print(table(figures))
-    if arguments.json:
-        arguments.json.write_text(json.dumps(figures, indent=1))
-    return 0
+    return run_live(lambda session, folder: Bench(session, folder, arguments).run(), arguments.json)
 
 
 if __name__ == '__main__':

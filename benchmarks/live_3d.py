@@ -1,18 +1,16 @@
 #!/usr/bin/python3
-"""Measure the whole 3D chain live: rate, age of the results, processor and memory of each node.
+"""Measure the whole 3D chain live: rate, latency of the results, processor and memory of each node.
 
 Starts rgbd_player (in place of a camera), the detection service, the extractor and the visualization by roslaunch on a
-ROS master of its own, and counts the results for a while. Age: from the camera's stamp to the arrival of the 3D message
-in a subscriber.
+ROS master of its own, and counts the results for a while. Latency: from the camera's stamp to the arrival of the 3D
+message in a subscriber.
 """
 import argparse
-import json
 import sys
-import tempfile
 import time
 import xmlrpc.client
 from pathlib import Path
-from typing import Any, Dict
+from typing import Dict
 
 import numpy as np
 import psutil
@@ -20,7 +18,7 @@ import rosnode
 import rospy
 from openpose_ros_msgs.msg import PersonDetection_3dArray
 
-from openpose_ros_pkg.errors import OpenposeRosError
+from common import Figures, Parser, Usage, run_live
 from openpose_ros_pkg.ros.session import ResultWatch, Session, wait_for
 
 TOPIC = '/openpose_ros/skeleton_3d/detected_poses_3d'
@@ -29,7 +27,7 @@ START_TIMEOUT = 90.0
 
 def parse_arguments() -> argparse.Namespace:
     """Read the command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = Parser(__doc__)
     parser.add_argument('--seconds', type=float, default=60.0, help='how long to measure (default %(default)s)')
     parser.add_argument('--rate', type=float, default=15.0, help='frames per second (default %(default)s)')
     parser.add_argument('--folder', type=Path, help='sequence folder to play (default: the shipped one)')
@@ -49,7 +47,7 @@ def node_processes() -> Dict[str, psutil.Process]:
     return processes
 
 
-def measure(session: Session, arguments: argparse.Namespace) -> Dict[str, Any]:
+def measure(session: Session, folder: Path, arguments: argparse.Namespace) -> Figures:
     """Run the chain and return the figures."""
     command = ['roslaunch', 'skeleton_extract_3d', 'demo.launch', f'rate:={arguments.rate}',
                *arguments.launch_arguments]
@@ -61,15 +59,13 @@ def measure(session: Session, arguments: argparse.Namespace) -> Dict[str, Any]:
     wait_for(lambda: len(results.arrivals) > 0, START_TIMEOUT, 'first result', nodes)
     time.sleep(arguments.warm_up)
     first = len(results.arrivals)
-    processes = node_processes()
-    before = {name: sum(process.cpu_times()[:2]) for name, process in processes.items()}
-    begin = time.monotonic()
+    usage = Usage(node_processes())
     time.sleep(arguments.seconds)
-    elapsed = time.monotonic() - begin
-    cpu = {name: 100 * (sum(process.cpu_times()[:2]) - before[name]) / elapsed for name, process in processes.items()}
-    memory = {name: process.memory_info().rss / 1e6 for name, process in processes.items()}
+    cpu, memory = usage.processor(), usage.memory()
     ages, arrivals = np.array(results.ages[first:]), np.array(results.arrivals[first:])
-    return {'frames': len(ages), 'rate_hz': (len(ages) - 1) / (arrivals[-1] - arrivals[0]),
+    log = (folder / 'nodes.log').read_text(errors='replace').splitlines()
+    return {'log': [line for line in log if 'the networks may take' in line or 'WARN' in line],
+            'frames': len(ages), 'rate_hz': (len(ages) - 1) / (arrivals[-1] - arrivals[0]),
             'age_ms': {name: 1000 * float(np.percentile(ages, share)) for name, share in
                        (('median', 50), ('p95', 95), ('max', 100))},
             'age_median_by_fifth_ms': [1000 * float(np.median(part)) for part in np.array_split(ages, 5)],
@@ -79,35 +75,10 @@ def measure(session: Session, arguments: argparse.Namespace) -> Dict[str, Any]:
             'cpu_percent_of_a_core': cpu, 'memory_mb': memory}
 
 
-def table(figures: Dict[str, Any]) -> str:
-    """Return the figures as text."""
-    age, cpu, memory = figures['age_ms'], figures['cpu_percent_of_a_core'], figures['memory_mb']
-    lines = [f"{figures['frames']} frames, {figures['rate_hz']:.1f} Hz, longest gap {figures['longest_gap_ms']:.0f} ms",
-             f"age of the result: median {age['median']:.0f} ms, p95 {age['p95']:.0f} ms, max {age['max']:.0f} ms",
-             'median age in each fifth of the run [ms]: '
-             + ' '.join(f'{value:.0f}' for value in figures['age_median_by_fifth_ms']),
-             'people per frame: ' + ', '.join(f'{people}: {number} frames' for people, number
-                                              in figures['people_per_frame'].items())]
-    lines += [f'{name:45s} {cpu[name]:5.0f} % of a core {memory[name]:6.0f} MB' for name in sorted(cpu)]
-    return '\n'.join(lines)
-
-
 def main() -> int:
     """Run the benchmark; return the exit status."""
     arguments = parse_arguments()
-    with tempfile.TemporaryDirectory(prefix='openpose_ros_bench_') as folder:
-        try:
-            with Session(Path(folder)) as session:
-                figures = measure(session, arguments)
-            log = (Path(folder) / 'nodes.log').read_text(errors='replace')
-        except OpenposeRosError as error:
-            print(error, (Path(folder) / 'nodes.log').read_text(errors='replace'), sep='\n', file=sys.stderr)
-            return 1
-    print(*(line for line in log.splitlines() if 'the networks may take' in line or 'WARN' in line), sep='\n')
-    print(table(figures))
-    if arguments.json:
-        arguments.json.write_text(json.dumps(figures, indent=1))
-    return 0
+    return run_live(lambda session, folder: measure(session, folder, arguments), arguments.json)
 
 
 if __name__ == '__main__':

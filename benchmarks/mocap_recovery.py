@@ -20,16 +20,10 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'openpose_ros_pkg' / 'src'))
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'skeleton_extract_3d' / 'src'))
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'openpose_ros_tools' / 'src'))
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'tests' / 'support'))
-
 from tqdm import tqdm
 
+from common import Parser, errors_end_the_program
 from openpose_ros_mocap.alignment import AlignmentParams, align
-from openpose_ros_pkg.errors import OpenposeRosError
 from openpose_ros_tools.tables.keypoint_csv import read_keypoint_csv
 from simulated_mocap import CAMERA_START, Simulated, errors, sequence_truth, simulate
 
@@ -48,7 +42,7 @@ def scene_of(folder: Path, seed: int, options: argparse.Namespace) -> Simulated:
 
 def main() -> int:
     """Run the benchmark from the command line; return 1 if a limit is passed."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = Parser(__doc__)
     parser.add_argument('sequences', nargs='+', type=Path, help='sequence folders with gt.json')
     parser.add_argument('--seeds', type=int, default=10, help='recordings of each (default: %(default)s)')
     parser.add_argument('--noise', type=float, default=15.0, metavar='MM',
@@ -60,7 +54,7 @@ def main() -> int:
     sys.stdout.write('median (worst) of the errors; ± what the alignment expects (median)\n'
                      f"{'sequence':<12}{'offset [ms]':>22}{'[frames]':>16}{'rotation [deg]':>24}{'at people [mm]':>24}"
                      f"{'at camera [mm]':>18}  within limits\n")
-    try:
+    with errors_end_the_program():
         for folder in options.sequences:
             rows, expected = [], []
             for seed in tqdm(range(options.seeds), desc=folder.name, disable=None, leave=False):
@@ -79,8 +73,6 @@ def main() -> int:
                 f'{_spread(camera, 1):>18}  {" ".join(f"{count}/{options.seeds}" for count in within)} '
                 f'(camera {(camera <= LIMITS[2]).sum()}/{options.seeds})\n')
             sys.stdout.flush()
-    except (OpenposeRosError, OSError) as error:
-        raise SystemExit(f'error: {error}') from error
     sys.stdout.write('PASS\n' if passed else 'FAIL\n')
     return 0 if passed else 1
 

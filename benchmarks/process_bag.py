@@ -28,7 +28,7 @@ import genpy
 import rosbag
 from std_msgs.msg import Header
 
-from openpose_ros_pkg.command_line import add_settings, setting_values
+from common import DEMO, ROOT, Parser
 from openpose_ros_pkg.detect.detector import DetectorSettings, create_detector
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.ros.convert import bgr_to_image
@@ -39,8 +39,6 @@ from skeleton_extract_3d.points.depth import cloud_from_depth
 from skeleton_extract_3d.points.rgbd_sequence import RgbdSequence
 from skeleton_extract_3d.ros import convert
 
-ROOT = Path(__file__).resolve().parents[1]
-SEQUENCE = ROOT / 'skeleton_extract_3d' / 'demo' / 'cross'
 COMMAND = ROOT / 'openpose_ros_tools' / 'scripts' / 'process_bag'
 MEASUREMENTS = ('throughput', 'memory', 'workers')
 RATE = 15.0
@@ -145,7 +143,7 @@ def workers(folder: Path, sequence: RgbdSequence, options: argparse.Namespace) -
 
 def settings(options: argparse.Namespace) -> List[str]:
     """Return the parameters as arguments."""
-    return [f'--set={setting}' for setting in options.settings]
+    return [f'--set={setting}' for setting in options.set]
 
 
 def run_command(arguments: Sequence[str], expected: int = 0) -> Tuple[float, int]:
@@ -161,17 +159,17 @@ def run_command(arguments: Sequence[str], expected: int = 0) -> Tuple[float, int
 
 def main() -> None:
     """Measure what is asked for."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = Parser(__doc__)
     parser.add_argument('--measure', nargs='+', choices=MEASUREMENTS, default=MEASUREMENTS)
-    parser.add_argument('--sequence', type=Path, default=SEQUENCE, help='sequence folder')
+    parser.add_argument('--sequence', type=Path, default=DEMO, help='sequence folder')
     parser.add_argument('--points', choices=('cloud', 'depth'), default='depth')
     parser.add_argument('--frames', type=int, default=20, help='of a recording (default: %(default)s)')
     parser.add_argument('--rounds', type=int, default=5, help='(default: %(default)s)')
     parser.add_argument('--jobs', type=int, nargs='*', default=[2], help='numbers of processes (default: 2)')
     parser.add_argument('--bags', type=int, default=4, help='for the workers (default: %(default)s)')
-    add_settings(parser, 'of process_bag')
+    parser.add_settings('of process_bag')
     options = parser.parse_args()
-    values = setting_values(parser, options.settings)
+    values = parser.settings(options.set)
     sequence = RgbdSequence.read(options.sequence)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)

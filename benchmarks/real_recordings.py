@@ -17,14 +17,16 @@ import sys
 import tempfile
 import time
 from pathlib import Path
-from typing import Any, Dict, List
+from typing import Dict, List
 
 import cv2
 import numpy as np
+import pandas as pd
 import rospy
 from openpose_ros_msgs.msg import PersonDetection_3dArray
 from sensor_msgs.msg import Image
 
+from common import Figures, Parser, tell
 from openpose_ros_pkg.errors import BadInputError, OpenposeRosError
 from openpose_ros_pkg.ros.convert import image_to_bgr
 from openpose_ros_pkg.ros.session import Session, wait_for
@@ -47,7 +49,7 @@ LIMBS = (('right_shoulder', 'left_shoulder'), ('right_shoulder', 'right_elbow'),
 
 def parse_arguments() -> argparse.Namespace:
     """Read the command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = Parser(__doc__)
     parser.add_argument('--colour', required=True, metavar='GLOB', help='colour images')
     parser.add_argument('--depth', required=True, metavar='GLOB', help='aligned 16-bit depth images [mm], as many')
     parser.add_argument('--camera', required=True, nargs=4, type=float, metavar=('FX', 'FY', 'CX', 'CY'),
@@ -107,30 +109,27 @@ class Recorder:
         cv2.imwrite(str(self._folder / f'{message.header.stamp.to_nsec()}.jpg'), image_to_bgr(message))
 
 
-def limb_lengths(frames: List[People3D]) -> List[Dict[str, Any]]:
-    """Return the lengths of limbs with both ends MEASURED, per person, in metres."""
-    rows = []
-    for person in sorted({int(track) for frame in frames for track in frame.ids}):
+def limb_lengths(frames: List[People3D]) -> pd.DataFrame:
+    """Return the lengths of limbs with both ends MEASURED, per person: person, limb, number, mean [m], variation."""
+    lengths = []
+    for frame in frames:
         for limb in LIMBS:
-            lengths = []
-            for frame in frames:
-                ends = [frame.skeleton.index[joint] for joint in limb]
-                for row in np.flatnonzero(frame.ids == person):
-                    if (frame.status[row, ends] == MEASURED).all():
-                        lengths.append(float(np.linalg.norm(np.diff(frame.xyz[row, ends].astype(float), axis=0))))
-            if len(lengths) >= LEAST_LENGTHS:
-                rows.append({'person': person, 'limb': ' - '.join(limb), 'number': len(lengths),
-                             'mean': float(np.mean(lengths)), 'variation': float(np.std(lengths) / np.mean(lengths))})
-    return rows
+            ends = [frame.skeleton.index[joint] for joint in limb]
+            for row in np.flatnonzero((frame.status[:, ends] == MEASURED).all(axis=1)):
+                length = float(np.linalg.norm(np.diff(frame.xyz[row, ends].astype(float), axis=0)))
+                lengths.append((int(frame.ids[row]), ' - '.join(limb), length))
+    limbs = pd.DataFrame(lengths, columns=['person', 'limb', 'length']).groupby(['person', 'limb'], sort=False).length
+    rows = pd.DataFrame({'number': limbs.count(), 'mean': limbs.mean(), 'variation': limbs.std(ddof=0) / limbs.mean()})
+    return rows[rows.number >= LEAST_LENGTHS].reset_index()
 
 
-def sides(rows: List[Dict[str, Any]]) -> List[Dict[str, Any]]:
-    """Return by how much left and right limbs differ, as a share of their mean."""
-    means = {(row['person'], row['limb']): row['mean'] for row in rows}
-    return [{'person': person, 'limb': limb.replace('left_', ''),
-             'difference': abs(mean - other) / ((mean + other) / 2)}
-            for (person, limb), mean in means.items() if limb.count('left_') == 2
-            for other in [means.get((person, limb.replace('left_', 'right_')))] if other is not None]
+def sides(limbs: pd.DataFrame) -> pd.DataFrame:
+    """Return by how much left and right limbs differ, as a share of their mean: person, limb, difference."""
+    left, right = (limbs[limbs.limb.str.count(side) == 2].replace({'limb': {side: ''}}, regex=True)
+                   for side in ('left_', 'right_'))
+    both = left.merge(right, on=['person', 'limb'], suffixes=('', '_right'))
+    difference = 2 * (both['mean'] - both.mean_right).abs() / (both['mean'] + both.mean_right)
+    return both[['person', 'limb']].assign(difference=difference)
 
 
 def in_front_of_surfaces(recorder: Recorder, focal: np.ndarray, centre: np.ndarray) -> float:
@@ -150,7 +149,7 @@ def in_front_of_surfaces(recorder: Recorder, focal: np.ndarray, centre: np.ndarr
     return in_front / max(joints, 1)
 
 
-def figures(recorder: Recorder, played: int, camera: List[float]) -> Dict[str, Any]:
+def figures(recorder: Recorder, played: int, camera: List[float]) -> Figures:
     """Return what came out; lengths in metres."""
     people = [len(frame) for frame in recorder.people]
     detected = sum(int((frame.confidence > 0).sum()) for frame in recorder.people)
@@ -163,26 +162,10 @@ def figures(recorder: Recorder, played: int, camera: List[float]) -> Dict[str, A
             'joints_detected': detected, 'joints_measured': int((status == MEASURED).sum()),
             'joints_inferred': int((status == INFERRED).sum()),
             'in_front_of_surfaces': in_front_of_surfaces(recorder, np.array(camera[:2]), np.array(camera[2:])),
-            'limbs': limbs, 'sides': sides(limbs)}
+            'limbs': limbs.to_dict('records'), 'sides': sides(limbs).to_dict('records')}
 
 
-def table(values: Dict[str, Any]) -> str:
-    """Return the figures as text."""
-    lines = [f"{values['frames_answered']} of {values['frames_played']} frames answered, {values['rate_hz']:.1f} Hz",
-             'people per frame: ' + ', '.join(f'{people}: {number} frames' for people, number
-                                              in values['people_per_frame'].items()) + f"; ids {values['ids']}",
-             f"{values['joints_detected']} joints detected; {values['joints_measured']} measured, "
-             f"{values['joints_inferred']} inferred",
-             f"{100 * values['in_front_of_surfaces']:.1f} % of the joints nearer than every surface around their pixel",
-             f"{'person':6s} {'limb, both ends measured [m]':32s} {'number':>6s} {'mean':>6s} {'std/mean':>8s}"]
-    lines += [f"{row['person']:6d} {row['limb']:32s} {row['number']:6d} {row['mean']:6.3f} "
-              f"{100 * row['variation']:6.1f} %" for row in values['limbs']]
-    lines += ['left against right: ' + ', '.join(f"{row['person']} {row['limb']} {100 * row['difference']:.1f} %"
-                                                for row in values['sides'])]
-    return '\n'.join(lines)
-
-
-def run(arguments: argparse.Namespace, sequence: Path) -> Dict[str, Any]:
+def run(arguments: argparse.Namespace, sequence: Path) -> Figures:
     """Play the recording once through the chain and return the figures."""
     played = make_sequence(arguments, sequence)
     with Session(arguments.output / 'log') as session:
@@ -212,8 +195,7 @@ def main() -> int:
         except (OpenposeRosError, rospy.ROSException) as error:
             print(error, file=sys.stderr)
             return 1
-    print(table(values))
-    (arguments.output / 'figures.json').write_text(json.dumps(values, indent=1))
+    tell(values, arguments.output / 'figures.json')
     return 0
 
 

@@ -13,14 +13,12 @@ import argparse
 import sys
 import time
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Callable, Dict, List, Tuple
 
 import cv2
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'openpose_ros_pkg' / 'src'))
-
+from common import DEMO, Parser, markdown
 from openpose_ros_pkg.detect.detector import Detector, DetectorSettings, create_detector
 from openpose_ros_pkg.errors import OpenposeRosError
 from openpose_ros_pkg.params.parameters import build
@@ -29,7 +27,6 @@ SIZES = ('368x208', '432x240', '496x280', '656x368')
 BACKENDS = ('openvino', 'onnxruntime', 'opencv_dnn')
 PEOPLE = (1, 5, 20)
 PICTURE = (540, 960)
-DEMO = Path(__file__).resolve().parents[1] / 'skeleton_extract_3d' / 'demo' / 'cross' / 'rgb'
 # One person in the first picture of the shipped sequence: left, top, right, bottom [px].
 CUT = (590, 80, 805, 525)
 
@@ -49,9 +46,9 @@ class Case:
 
 def picture_of(people: int) -> np.ndarray:
     """Return (540, 960, 3) uint8 BGR with a person `people` times."""
-    source = cv2.imread(str(sorted(DEMO.iterdir())[0]))
+    source = cv2.imread(str(min((DEMO / 'rgb').iterdir())))
     if source is None:
-        raise SystemExit(f'no picture in {DEMO}')
+        raise SystemExit(f'no image in {DEMO}')
     left, top, right, bottom = CUT
     person = source[top:bottom, left:right]
     rows = 1 if people <= 6 else 2
@@ -138,17 +135,9 @@ def decode_table(options: argparse.Namespace) -> List[List[str]]:
              f'{ratio(cases[PEOPLE[-1]], cases[PEOPLE[0]]):.2f}', '/'.join(str(number) for number in found)]]
 
 
-def show(title: str, head: List[str], rows: List[List[str]]) -> None:
-    """Print a table in Markdown."""
-    lines = [f'\n{title}\n', '| ' + ' | '.join(head) + ' |', '|' + ' --- |' * len(head)]
-    lines += ['| ' + ' | '.join(row) + ' |' for row in rows]
-    sys.stdout.write('\n'.join(lines) + '\n')
-    sys.stdout.flush()
-
-
 def main() -> None:
     """Parse the command line, measure, print."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = Parser(__doc__)
     parser.add_argument('--model', default='mobilenet_thin', help='network (default: %(default)s)')
     parser.add_argument('--sizes', nargs='+', default=SIZES, help='inputs of the network (default: all)')
     parser.add_argument('--threads', nargs='+', type=int, default=(1, 2), help='threads (default: 1 2)')
@@ -156,13 +145,13 @@ def main() -> None:
     parser.add_argument('--people', type=int, default=5, help='people in the picture (default: %(default)s)')
     parser.add_argument('--rounds', type=int, default=10, help='rounds (default: %(default)s)')
     options = parser.parse_args()
-    show(f'{options.model}, {options.people} people, ms: medians of {options.rounds} rounds',
-         ['input', 'threads', 'runtime', 'network', 'preprocess', 'decode', 'detect()', 'detect() / network',
-          'opencv_dnn / this'], whole_table(options))
+    print(f'\n{options.model}, {options.people} people, ms: medians of {options.rounds} rounds\n')
+    print(markdown([['input', 'threads', 'runtime', 'network', 'preprocess', 'decode', 'detect()',
+                     'detect() / network', 'opencv_dnn / this'], *whole_table(options)]), flush=True)
     if options.model == 'mobilenet_thin':
-        show(f'decoding at {options.sizes[-1]}, ms',
-             [*(f'{people} people' for people in PEOPLE), f'{PEOPLE[-1]} / {PEOPLE[0]}', 'found'],
-             decode_table(options))
+        print(f'decoding at {options.sizes[-1]}, ms\n')
+        print(markdown([[*(f'{people} people' for people in PEOPLE), f'{PEOPLE[-1]} / {PEOPLE[0]}', 'found'],
+                        *decode_table(options)]))
 
 
 if __name__ == '__main__':

@@ -9,22 +9,15 @@ cost of one person more as the slope of the straight line through the medians.
     benchmarks/speed_3d.py
     benchmarks/speed_3d.py --people 1 5 --rounds 400 --set lifting=mean3x3
 """
-import argparse
 import os
-import sys
 import time
-from pathlib import Path
-from typing import Dict, Iterator, List, NamedTuple, Tuple
+from typing import Iterator, List, NamedTuple
 
 import cv2
 import numpy as np
-import yaml
+import pandas as pd
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'openpose_ros_pkg' / 'src'))
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'skeleton_extract_3d' / 'src'))
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'tests' / 'support'))
-
-from openpose_ros_pkg.errors import OpenposeRosError
+from common import Parser, errors_end_the_program
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import People2D
 from skeleton_extract_3d.estimator import PeopleEstimator
@@ -48,20 +41,6 @@ class Input(NamedTuple):
     people: People2D
     points: OrganizedCloud
     bgr: np.ndarray
-
-
-class Timings:
-    """Milliseconds of the frames of one number of people: all of it, and stage by stage."""
-
-    def __init__(self) -> None:
-        self.whole: List[float] = []
-        self.stages: Dict[str, List[float]] = {}
-
-    def add(self, seconds: float, stages: Dict[str, float]) -> None:
-        """Add a frame."""
-        self.whole.append(1e3 * seconds)
-        for name, part in stages.items():
-            self.stages.setdefault(name, []).append(1e3 * part)
 
 
 def walkers(count: int, seconds: float) -> List[Person]:
@@ -99,63 +78,53 @@ def to_and_fro(inputs: List[Input]) -> Iterator[Input]:
         yield from inputs[-2:0:-1]
 
 
-def measure(numbers: List[int], rounds: int, warm_up: int, frames: int, settings: EstimatorSettings
-            ) -> Tuple[Dict[int, Timings], Dict[int, float]]:
-    """Return the timings of each number of people, and how many people were in the picture on average."""
+def measure(numbers: List[int], rounds: int, warm_up: int, frames: int, settings: EstimatorSettings) -> pd.DataFrame:
+    """Return a row per frame: number of people, how many are in view on average, milliseconds in all and of stages."""
     scenes = {count: inputs_of(count, frames) for count in numbers}
     shown = {count: float(np.mean([len(each.people) for each in scene])) for count, scene in scenes.items()}
     runs = {count: (PeopleEstimator(settings), to_and_fro(scene)) for count, scene in scenes.items()}
-    timings = {count: Timings() for count in numbers}
+    rows = []
     for number in range(warm_up + rounds):
         for count, (estimator, stream) in runs.items():
             given = next(stream)
             began = time.perf_counter()
             estimate = estimator.update(given.people, CameraFrame(SIZE, given.points, number / RATE, given.bgr))
-            seconds = time.perf_counter() - began
-            if number >= warm_up:
-                timings[count].add(seconds, getattr(estimate, 'timing', None) or {})
-    return timings, shown
+            milliseconds = 1e3 * (time.perf_counter() - began)
+            stages = {name: 1e3 * seconds for name, seconds in estimate.timing.items()}
+            rows.append({'people': count, 'in view': shown[count], 'whole': milliseconds, **stages})
+    return pd.DataFrame(rows[warm_up * len(runs):])
 
 
-def table(timings: Dict[int, Timings], shown: Dict[int, float]) -> str:
-    """Return what was measured as text."""
-    stages = list(dict.fromkeys(name for each in timings.values() for name in each.stages))
-    rows = [['people', 'in view', 'median', 'p95', *stages]]
-    rows += [[str(count), f'{shown[count]:.1f}', f'{np.median(each.whole):.2f}', f'{np.percentile(each.whole, 95):.2f}',
-              *(f'{np.median(each.stages[name]):.2f}' if name in each.stages else '-' for name in stages)]
-             for count, each in timings.items()]
-    if len(timings) > 1:
-        counts = list(shown.values())
-        slopes = [np.polyfit(counts, [np.median(values) for values in columns], 1)[0]
-                  for columns in ([each.whole for each in timings.values()],
-                                  *([each.stages.get(name, [0.0]) for each in timings.values()] for name in stages))]
-        rows.append(['per person', '', f'{slopes[0]:.3f}', '', *(f'{slope:.3f}' for slope in slopes[1:])])
-    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
-    return '\n'.join('  '.join(cell.rjust(width) for cell, width in zip(row, widths)) for row in rows)
+def table(frames: pd.DataFrame) -> str:
+    """Return medians, the 95th percentile, and the cost of one person more, as text."""
+    by_number = frames.groupby('people')
+    medians = by_number.median()
+    rows = medians.rename(columns={'whole': 'median'})
+    rows.insert(2, 'p95', by_number.whole.quantile(0.95))
+    if len(rows) > 1:
+        slopes = medians.fillna(0).apply(lambda column: np.polyfit(medians['in view'], column, 1)[0])
+        rows.loc['per person'] = slopes.rename({'whole': 'median'}).drop('in view')
+    return rows.to_string(float_format='%.3f', na_rep='')
 
 
 def main() -> None:
     """Parse the command line, measure, print."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = Parser(__doc__)
     parser.add_argument('--people', nargs='+', type=int, default=[1, 2, 5, 10, 20],
                         help='numbers of people (default: 1 2 5 10 20)')
     parser.add_argument('--rounds', type=int, default=200, help='frames of each number (default: %(default)s)')
     parser.add_argument('--warm-up', type=int, default=15, help='frames before those (default: %(default)s)')
     parser.add_argument('--frames', type=int, default=8,
                         help='different frames, shown to and fro; 17 MB each and number (default: %(default)s)')
-    parser.add_argument('--set', action='append', default=[], metavar='KEY=VALUE', help='a parameter of the estimator')
+    parser.add_settings('of the estimator')
     arguments = parser.parse_args()
     # whatever the libraries do with threads, all of them share one core
     os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
     cv2.setNumThreads(1)
-    pairs = [setting.partition('=') for setting in arguments.set]
-    try:
-        settings = build(EstimatorSettings, {key: yaml.safe_load(value) for key, _, value in pairs})
-        timings, shown = measure(arguments.people, arguments.rounds, arguments.warm_up, arguments.frames, settings)
-    except OpenposeRosError as error:
-        raise SystemExit(f'error: {error}') from error
-    sys.stdout.write(f'ms of PeopleEstimator.update at {SIZE[0]} x {SIZE[1]}, one core; stages are medians\n\n'
-                     f'{table(timings, shown)}\n')
+    with errors_end_the_program():
+        settings = build(EstimatorSettings, parser.settings(arguments.set))
+        frames = measure(arguments.people, arguments.rounds, arguments.warm_up, arguments.frames, settings)
+    print(f'ms of PeopleEstimator.update at {SIZE[0]} x {SIZE[1]}, one core; stages are medians\n\n{table(frames)}')
 
 
 if __name__ == '__main__':

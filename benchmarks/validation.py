@@ -8,7 +8,6 @@ the errors. Reports and pictures stay in --out.
     ./run bench validation SEQUENCE [SEQUENCE ...] --out FOLDER
     ./run bench validation SEQUENCE --out FOLDER --set mode=fast
 """
-import argparse
 import contextlib
 import io
 import json
@@ -17,6 +16,7 @@ from typing import Any, Callable, Dict, List, Sequence
 
 import numpy as np
 
+from common import Parser, markdown
 from openpose_ros_mocap import truth_as_mocap
 from openpose_ros_mocap.ros import evaluate_mocap
 from openpose_ros_tools.ros import images_to_bag
@@ -71,16 +71,16 @@ def row(name: str, summary: Dict[str, Any]) -> List[str]:
 
 def main() -> None:
     """Run the benchmark from the command line; print a Markdown table."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = Parser(__doc__)
     parser.add_argument('sequences', nargs='+', type=Path, help='sequence folders with gt.json')
     parser.add_argument('--out', type=Path, required=True, help='folder for tables, bags of people and reports')
-    parser.add_argument('--set', action='append', default=[], metavar='KEY=VALUE', help='a parameter of process_bag')
+    parser.add_settings('of process_bag')
     options = parser.parse_args()
-    for cells in (COLUMNS, ['---', *['---:'] * (len(COLUMNS) - 1)]):
-        print('|', ' | '.join(cells), '|', flush=True)
+    rows: List[Sequence[str]] = [COLUMNS]
     for sequence in options.sequences:
-        summary = validate(sequence, options.out / sequence.resolve().name, options.set)
-        print('|', ' | '.join(row(sequence.resolve().name, summary)), '|', flush=True)
+        name = sequence.resolve().name
+        rows.append(row(name, validate(sequence, options.out / name, options.set)))
+    print(markdown(rows))
 
 
 if __name__ == '__main__':

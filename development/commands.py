@@ -127,7 +127,7 @@ def model(arguments: Sequence[str]) -> NoReturn:
 
 
 def bench(arguments: Sequence[str]) -> NoReturn:
-    names = sorted(path.stem for path in (ROOT / 'benchmarks').glob('*.py'))
+    names = sorted(path.stem for path in (ROOT / 'benchmarks').glob('*.py') if path.stem != 'common')
     if not arguments or arguments[0] not in names:
         die(f'usage: ./run bench NAME ARGS, NAME one of: {" ".join(names)}')
     enter_workspace([PYTHON, str(ROOT / f'benchmarks/{arguments[0]}.py'), *arguments[1:]])

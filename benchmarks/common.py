@@ -1,0 +1,116 @@
+"""What the benchmarks share: the packages of this repository, settings, tables, processes, runs on a ROS master."""
+import argparse
+import contextlib
+import json
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Callable, Dict, Iterator, Optional, Sequence
+
+import psutil
+import yaml
+
+sys.path.extend(str(Path(__file__).resolve().parents[1] / folder) for folder in (
+    'openpose_ros_pkg/src', 'skeleton_extract_3d/src', 'openpose_ros_tools/src', 'openpose_ros_mocap/src',
+    'tests/support', 'devel/lib/python3/dist-packages'))
+
+from openpose_ros_pkg.command_line import setting_values
+from openpose_ros_pkg.errors import OpenposeRosError
+
+if TYPE_CHECKING:
+    from openpose_ros_pkg.ros.session import Session
+
+ROOT = Path(__file__).resolve().parents[1]
+# The sequence that is part of this repository.
+DEMO = ROOT / 'skeleton_extract_3d' / 'demo' / 'cross'
+
+Figures = Dict[str, Any]
+
+
+class Parser(argparse.ArgumentParser):
+    """A command line whose help is the docstring of the benchmark, as it is."""
+
+    def __init__(self, doc: str) -> None:
+        super().__init__(description=doc, formatter_class=argparse.RawDescriptionHelpFormatter)
+
+    def add_settings(self, whose: str, option: str = '--set') -> None:
+        """Add an option for parameters, which `settings` reads."""
+        self.add_argument(option, metavar='KEY=VALUE', action='append', default=[],
+                          help=f'a parameter {whose}; may be repeated')
+
+    def settings(self, texts: Sequence[str]) -> Dict[str, Any]:
+        """Return the parameters of KEY=VALUE texts, values read as YAML."""
+        return setting_values(self, texts)
+
+
+@contextlib.contextmanager
+def errors_end_the_program() -> Iterator[None]:
+    """Tell errors of this project, and of files, in one line."""
+    try:
+        yield
+    except (OpenposeRosError, OSError) as error:
+        raise SystemExit(f'error: {error}') from error
+
+
+def markdown(rows: Sequence[Sequence[object]]) -> str:
+    """Return rows, the first with the names of the columns, as a table in Markdown."""
+    lines = [f"| {' | '.join(map(str, row))} |" for row in rows]
+    lines.insert(1, '| --- |' + ' ---: |' * (len(rows[0]) - 1))
+    return '\n'.join(lines) + '\n'
+
+
+class Usage:
+    """Processor and memory of processes."""
+
+    def __init__(self, processes: Dict[str, psutil.Process]) -> None:
+        self._processes = processes
+        self._begin, self._before = time.monotonic(), self._seconds()
+
+    def _seconds(self) -> Dict[str, float]:
+        return {name: sum(process.cpu_times()[:2]) for name, process in self._processes.items()}
+
+    def processor(self) -> Dict[str, float]:
+        """Return what each took since the last call [% of a core]."""
+        now, seconds = time.monotonic(), self._seconds()
+        shares = {name: 100 * (seconds[name] - self._before[name]) / (now - self._begin) for name in seconds}
+        self._begin, self._before = now, seconds
+        return shares
+
+    def memory(self) -> Dict[str, float]:
+        """Return the resident memory of each [MB]."""
+        return {name: process.memory_info().rss / 1e6 for name, process in self._processes.items()}
+
+
+def tell(figures: Figures, path: Optional[Path]) -> None:
+    """Print figures as YAML, and write them as JSON if a path is given."""
+    def short(value: Any) -> Any:
+        if isinstance(value, dict):
+            return {str(key): short(part) for key, part in value.items()}
+        if isinstance(value, (list, tuple)):
+            return [short(part) for part in value]
+        return float(f'{value:.4g}') if isinstance(value, float) else value
+
+    print(yaml.safe_dump(short(figures), sort_keys=False, default_flow_style=None, width=120))
+    if path:
+        path.write_text(json.dumps(figures, indent=1))
+
+
+def run_live(measure: Callable[['Session', Path], Figures], path: Optional[Path] = None) -> int:
+    """Measure nodes on a ROS master of their own and tell the figures; return the exit status.
+
+    Args:
+        measure: is given the session and its folder, and returns the figures.
+        path: of the figures as JSON; None: not written.
+    """
+    from openpose_ros_pkg.ros.session import Session  # most benchmarks need no ROS
+    with tempfile.TemporaryDirectory(prefix='openpose_ros_bench_') as folder:
+        try:
+            with Session(Path(folder)) as session:
+                figures = measure(session, Path(folder))
+        except OpenposeRosError as error:
+            print(error, *(log.read_text(errors='replace') for log in Path(folder).glob('*.log')), sep='\n',
+                  file=sys.stderr)
+            return 1
+    tell(figures, path)
+    return 0
