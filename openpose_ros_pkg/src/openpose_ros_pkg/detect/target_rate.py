@@ -94,8 +94,8 @@ def _smaller(recipe: Recipe, scale: float) -> Recipe:
     """Return a recipe of one network with its input made smaller by a factor on the sides."""
     look = recipe.looks[0]
     multiple = look.model.input.multiple_of
-    box = tuple(side if side < 0 else max(int(side * scale) // multiple, 1) * multiple for side in look.box)
-    return replace(recipe, looks=(replace(look, box=box),))
+    width, height = (side if side < 0 else max(int(side * scale) // multiple, 1) * multiple for side in look.box)
+    return replace(recipe, looks=(replace(look, box=(width, height)),))
 
 
 def _pixels(look: Look) -> int:

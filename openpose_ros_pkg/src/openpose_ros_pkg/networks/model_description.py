@@ -3,7 +3,7 @@ import difflib
 import math
 import re
 from pathlib import Path
-from typing import Any, Callable, List, Mapping, Optional, Sequence, Tuple
+from typing import Any, Callable, List, Mapping, Sequence, Tuple
 
 import yaml
 
@@ -114,7 +114,7 @@ class _Section:
                             f'a number in {minimum:g} .. {maximum:g}')
         return float(value)
 
-    def pair(self, key: str, minimum: int, maximum: int, default: Any = _REQUIRED) -> Optional[Tuple[int, int]]:
+    def pair(self, key: str, minimum: int, maximum: int, default: Any = _REQUIRED) -> Any:
         value = self._given(key, default, lambda value: isinstance(value, list) and len(value) == 2 and all(
             _is_integer(item) and minimum <= item <= maximum for item in value),
             f'two whole numbers in {minimum} .. {maximum}')

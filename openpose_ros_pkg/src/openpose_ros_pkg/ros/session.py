@@ -112,9 +112,9 @@ def is_heard(topic: str) -> bool:
     heard = []
     for publisher in dict(master.getSystemState()[0]).get(topic, []):
         with suppress(OSError, rosgraph.MasterException):
-            connections = ServerProxy(master.lookupNode(publisher)).getBusInfo(name)[2]
+            answer: Any = ServerProxy(master.lookupNode(publisher)).getBusInfo(name)
             # rows of the ROS Slave API: id, who is at the other end, direction, transport, topic, ...
-            heard.append(any(row[1:3] == [name, 'o'] and row[4] == topic for row in connections))
+            heard.append(any(row[1:3] == [name, 'o'] and row[4] == topic for row in answer[2]))
     return bool(heard) and all(heard)
 
 

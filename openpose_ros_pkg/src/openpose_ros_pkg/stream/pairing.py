@@ -124,7 +124,8 @@ class StampMatcher:
     @property
     def _shorter_period(self) -> Optional[float]:
         """Shorter period of the two [ns], None while one is unknown."""
-        return None if None in self._periods else min(self._periods)
+        first, second = self._periods
+        return None if first is None or second is None else min(first, second)
 
     @property
     def _sure_slop(self) -> float:
@@ -145,7 +146,7 @@ class StampMatcher:
 
     def _learn(self, stream: int) -> None:
         if len(self._stamps[stream]) > _MIN_PERIODS:
-            differences = np.sort(np.diff(self._stamps[stream]))
+            differences = np.sort(np.diff(np.array(self._stamps[stream])))
             self._periods[stream] = float(differences[int(_PERIOD_RANK * len(differences))])
         period = self._shorter_period
         if period is None or not all(self._stamps):

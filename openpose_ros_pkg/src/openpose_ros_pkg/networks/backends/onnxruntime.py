@@ -71,9 +71,11 @@ def _providers(device: str, gpu: int, precision: str) -> List[Any]:
     # TF32 keeps 11 bits of each number.
     cuda: Dict[str, Any] = {'device_id': gpu, 'use_tf32': int(precision == 'auto')}
     tensorrt: Dict[str, Any] = {'device_id': gpu, 'trt_fp16_enable': precision == 'auto'}
-    return {'cpu': [_PROVIDERS['cpu']],
-            'cuda': [(_PROVIDERS['cuda'], cuda), _PROVIDERS['cpu']],
-            'tensorrt': [(_PROVIDERS['tensorrt'], tensorrt), (_PROVIDERS['cuda'], cuda), _PROVIDERS['cpu']]}[device]
+    chains: Dict[str, List[Any]] = {
+        'cpu': [_PROVIDERS['cpu']],
+        'cuda': [(_PROVIDERS['cuda'], cuda), _PROVIDERS['cpu']],
+        'tensorrt': [(_PROVIDERS['tensorrt'], tensorrt), (_PROVIDERS['cuda'], cuda), _PROVIDERS['cpu']]}
+    return chains[device]
 
 
 def _output_names(session: ort.InferenceSession, weights: Path, model: Model) -> List[str]:

@@ -7,7 +7,7 @@ import io
 import logging
 from collections import OrderedDict
 from pathlib import Path
-from typing import Any, List, Tuple
+from typing import Any, Dict, List, Tuple
 
 import numpy as np
 import openvino as ov
@@ -54,7 +54,7 @@ class OpenvinoBackend:
         self._model, self._weights = model, weights
         self._core = _core()
         self._parallel = hint == 'throughput'
-        self._config = {'PERFORMANCE_HINT': hint.upper()}
+        self._config: Dict[str, Any] = {'PERFORMANCE_HINT': hint.upper()}
         if precision == 'f32':
             self._config['INFERENCE_PRECISION_HINT'] = 'f32'
         if threads > 0:

@@ -56,7 +56,8 @@ def check_backend(backend: 'Backend', model: Model, exact: bool) -> None:
         _compare(backend, model, outputs, expected, exact)
     else:
         image = _any_picture(model)
-        _check_structure(backend, model, _computed(backend, model, image), image.shape[:2])
+        _check_structure(backend, model, _computed(backend, model, image),
+                         (image.shape[0], image.shape[1]))
 
 
 def _computed(backend: 'Backend', model: Model, image: np.ndarray) -> Tuple[np.ndarray, ...]:
