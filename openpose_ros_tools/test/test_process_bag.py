@@ -422,7 +422,7 @@ def test_broken_images_are_counted_and_the_rest_is_done(run, tmp_path, out, caps
     assert run(source) == 0
     output = capsys.readouterr()
     assert '1 frames dropped: they can not be used' in output.out
-    assert 'frame 2 is dropped (1 so far): image data are truncated' in output.err
+    assert 'frame 2 is dropped (1 in all): image data are truncated' in output.err
     assert len(arrays(out)) == FRAMES - 1
 
 

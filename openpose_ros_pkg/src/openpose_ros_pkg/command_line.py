@@ -44,7 +44,7 @@ def run_command(name: str, work: Callable[[], int]) -> int:
             log.removeHandler(handler)
 
 
-def add_settings(parser: argparse.ArgumentParser, whose: str) -> None:
+def add_settings(parser: argparse._ActionsContainer, whose: str) -> None:
     """Add the option --set KEY=VALUE; `setting_values` reads it.
 
     Args:

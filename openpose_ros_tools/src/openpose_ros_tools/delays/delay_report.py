@@ -1,4 +1,5 @@
 """The time report as text: tables in Markdown, rows of CSV, a summary for JSON. Durations in it are milliseconds."""
+from dataclasses import astuple
 from typing import Dict, Iterator, Optional, Sequence, Tuple
 
 import numpy as np
@@ -59,7 +60,7 @@ def csv_rows(chain: Chain) -> Iterator[Tuple[str, ...]]:
 
 
 def _cells(spread: Spread) -> Tuple[str, ...]:
-    return tuple(_number(1000 * value) for value in spread[1:])
+    return tuple(_number(1000 * value) for value in astuple(spread)[1:])
 
 
 def _number(value: float) -> str:
@@ -68,7 +69,7 @@ def _number(value: float) -> str:
 
 def _milliseconds(spread: Spread) -> Dict[str, Optional[float]]:
     return {'count': spread.count, **{name: _or_none(1000 * value) for name, value in zip(
-        ('median', 'mean', 'p95', 'max', 'min'), spread[1:])}}
+        ('median', 'mean', 'p95', 'max', 'min'), astuple(spread)[1:])}}
 
 
 def _or_none(value: float) -> Optional[float]:

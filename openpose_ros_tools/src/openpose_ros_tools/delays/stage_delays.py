@@ -4,7 +4,7 @@ A stage is a topic; a message belongs to the frame with its stamp, and arrives w
 the bag). All times are int64 nanoseconds, all durations float64 seconds.
 """
 from dataclasses import dataclass
-from typing import Dict, List, Mapping, NamedTuple, Sequence, Tuple
+from typing import Dict, List, Mapping, Sequence, Tuple
 
 import numpy as np
 
@@ -59,11 +59,10 @@ class Stage:
         Args:
             stamps, arrivals: (M,) [ns] of each message, in any order.
         """
-        stamps, arrivals = np.asarray(stamps, np.int64), np.asarray(arrivals, np.int64)
-        stamped = stamps > 0
-        frames, number = np.unique(stamps[stamped], return_inverse=True)
+        stamped = np.asarray(stamps, np.int64) > 0
+        frames, number = np.unique(np.asarray(stamps, np.int64)[stamped], return_inverse=True)
         last = np.full(len(frames), np.iinfo(np.int64).min)
-        np.maximum.at(last, number, arrivals[stamped])
+        np.maximum.at(last, number, np.asarray(arrivals, np.int64)[stamped])
         return cls(topic, role, frames, last, len(stamps), frame_id, int((~stamped).sum()))
 
     @property
@@ -85,7 +84,8 @@ class Stage:
         return (len(self.arrivals) - 1) / span if span > 0 else float('nan')
 
 
-class Spread(NamedTuple):
+@dataclass(frozen=True)
+class Spread:
     """Statistics of durations [s]; NaN of none. p95: 95 % are at most this, linearly interpolated."""
 
     count: int

@@ -165,12 +165,12 @@ def _by_stem(path: Path, table: StampTable) -> Dict[Any, Dict[str, int]]:
 
 def _frames(paths: Paths, by_order: bool) -> _Frames:
     """Return the frames of the files; `by_order`: do not look for numbers in the names."""
-    keys = {} if by_order else {stream: frame_numbers(of_stream) for stream, of_stream in paths.items()}
-    are_numbers = bool(keys) and all(of_stream is not None for of_stream in keys.values())
+    keys: Dict[str, Any] = {stream: None if by_order else frame_numbers(images) for stream, images in paths.items()}
+    are_numbers = None not in keys.values()
     if not are_numbers:
-        keys = {stream: [path.stem for path in of_stream] for stream, of_stream in paths.items()}
-        for stream, of_stream in keys.items():
-            twice = [stem for stem, count in Counter(of_stream).items() if count > 1]
+        keys = {stream: [path.stem for path in images] for stream, images in paths.items()}
+        for stream, stems in keys.items():
+            twice = [stem for stem, count in Counter(stems).items() if count > 1]
             if twice:
                 raise BadInputError(f'{stream} images with one name twice: {some(twice)}')
     different = {key for of_stream in keys.values() for key in of_stream}

@@ -117,7 +117,7 @@ def find_recording(folder: Optional[Path], options: LayoutOptions) -> Recording:
         stamped = stamps_of_files(paths, table, options.stamp_unit, options.rate, values['fps'])
     streams = _shifted({name: _in_order(items) for name, items in stamped.streams.items()}, options.start)
     pairs = {name: _pairs(streams['colour'], streams[name], options.max_difference)
-             for name in ('depth', 'mask') if name in streams and 'colour' in streams}
+             for name in STREAMS[1:] if name in streams and 'colour' in streams}
     remarks = stamped.remarks + [remark for name in pairs for remark in _partner_remarks(name, streams, pairs[name])]
     scale = values['depth_scale'] or (TUM_UNITS_PER_METRE if layout == 'tum' else None)
     return Recording(layout, streams, pairs, calibration, values['frame_id'], values['T_world_camera'], scale,

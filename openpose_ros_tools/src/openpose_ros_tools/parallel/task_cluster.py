@@ -6,7 +6,7 @@ import tempfile
 import uuid
 from collections import deque
 from contextlib import ExitStack, contextmanager
-from typing import Any, Callable, Dict, Iterator, Mapping, Tuple, Union
+from typing import Any, Callable, Dict, Generator, Iterator, Mapping, Tuple, Union
 
 from openpose_ros_pkg.errors import OpenposeRosError, ParameterError
 from openpose_ros_tools.parallel.no_interrupts import no_interrupts
@@ -24,7 +24,7 @@ class ClusterError(OpenposeRosError):
 
 
 def run_tasks(work: Work, tasks: Mapping[str, Any], *, workers: int, scheduler: str, retries: int,
-              on_progress: Callable[[str, float], None]) -> Iterator[Tuple[str, Union[Any, Exception]]]:
+              on_progress: Callable[[str, float], None]) -> Generator[Tuple[str, Union[Any, Exception]], None, None]:
     """Have the workers of a cluster do tasks; yield the name of each task with its result or error, as they end.
 
     A worker that dies is replaced, and another one does its task from the beginning, until the scheduler blames the

@@ -4,7 +4,7 @@ import os
 from collections import deque
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import closing
-from typing import Any, Callable, Deque, Iterable, Iterator, Optional, TypeVar
+from typing import Any, Callable, Deque, Generator, Iterable, Optional, TypeVar
 
 Item = TypeVar('Item')
 Result = TypeVar('Result')
@@ -14,7 +14,7 @@ _END: Any = object()
 
 
 def ordered_map(function: Callable[[Item], Result], items: Iterable[Item], threads: Optional[int] = None,
-                ahead: Optional[int] = None) -> Iterator[Result]:
+                ahead: Optional[int] = None) -> Generator[Result, None, None]:
     """Yield function(item) of each item, in their order; an exception is raised when its item's turn comes.
 
     Close the generator to end the threads.
@@ -40,7 +40,7 @@ def ordered_map(function: Callable[[Item], Result], items: Iterable[Item], threa
                 future.cancel()
 
 
-def prefetched(items: Iterable[Item], ahead: int) -> Iterator[Item]:
+def prefetched(items: Iterable[Item], ahead: int) -> Generator[Item, None, None]:
     """Yield the items, which another thread reads; an exception that it meets is raised here.
 
     Close the generator to end the thread: it ends after the item that it is reading.

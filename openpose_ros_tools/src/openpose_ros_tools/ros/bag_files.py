@@ -49,7 +49,7 @@ def open_bag(path: Path) -> Iterator[rosbag.Bag]:
         raise BadInputError(f'{path} has no index, as recordings have that were cut off; mend it with: rosbag reindex '
                             f'{path}') from None
     except _DAMAGE as error:
-        if getattr(error, 'filename', None):  # it can not even be opened
+        if isinstance(error, OSError) and error.filename:  # it can not even be opened
             raise BadInputError(f'{path}: {error.strerror}') from error
         raise BadInputError(f'{path} is not a bag, or is damaged ({error}); `rosbag reindex` and `rosbag fix` may mend '
                             'a damaged one') from error

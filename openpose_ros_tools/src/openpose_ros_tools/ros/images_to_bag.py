@@ -97,7 +97,7 @@ def write_bag(path: Path, recording: Recording, options: BagOptions, compression
             tqdm(total=len(planned), unit='frame', disable=None) as bar, \
             closing(ordered_map(maker.messages, planned)) as results:
         if options.T_world_camera is not None:
-            _write_pose(bag, options, planned[0].stamp)
+            _write_pose(bag, options, options.T_world_camera, planned[0].stamp)
             report.messages[TF_TOPIC] += 1
         for made, moment in zip(results, planned):
             for topic, message in made.messages:
@@ -212,9 +212,9 @@ def _pose_matrix(values: Sequence[float]) -> np.ndarray:
     return matrix
 
 
-def _write_pose(bag: rosbag.Bag, options: BagOptions, stamp: int) -> None:
+def _write_pose(bag: rosbag.Bag, options: BagOptions, pose: np.ndarray, stamp: int) -> None:
     header = Header(stamp=genpy.Time(0, stamp), frame_id=options.world_frame)
-    transform = transform_from_matrix(options.T_world_camera, header, options.frame_id)
+    transform = transform_from_matrix(pose, header, options.frame_id)
     rotation = transform.transform.rotation
     for key in rotation.__slots__:
         # 12 digits, and no -0: then the way to a matrix and back gives the same bits

@@ -20,6 +20,7 @@ are complete.
 import argparse
 import logging
 import sys
+from functools import partial
 from pathlib import Path
 from typing import Callable, List, Optional, Sequence, Tuple
 
@@ -84,13 +85,13 @@ def plots(selection: Selection, trajectories: Sequence[str],
           with_confidence: bool) -> List[Tuple[str, Callable[[], Figure]]]:
     """Return the names of the plots, and what draws each of them."""
     name, draw = ('top_view', top_view) if selection.table.dimensions == 3 else ('image_paths', image_paths)
-    found: List[Tuple[str, Callable[[], Figure]]] = [
-        ('detections', lambda: detections(selection)), (name, lambda: draw(selection))]
-    found += [(f'trajectory_{joint}', lambda joint=joint: trajectory(selection, joint)) for joint in trajectories]
+    found: List[Tuple[str, Callable[[], Figure]]] = [('detections', partial(detections, selection)),
+                                                     (name, partial(draw, selection))]
+    found += [(f'trajectory_{joint}', partial(trajectory, selection, joint)) for joint in trajectories]
     for person in selection.persons:
-        found.append((f'visibility_person_{person}', lambda person=person: visibility(selection, person)))
+        found.append((f'visibility_person_{person}', partial(visibility, selection, person)))
         if with_confidence:
-            found.append((f'confidence_person_{person}', lambda person=person: confidence(selection, person)))
+            found.append((f'confidence_person_{person}', partial(confidence, selection, person)))
     return found
 
 

@@ -61,10 +61,10 @@ _TRANSPORT = re.compile('/(compressed|compressedDepth|theora)$')
 
 @dataclass
 class _Topic:
-    """What was read of a topic; those of cameras have no namespace."""
+    """Stamps and arrivals of a topic; the namespace of camera topics is empty."""
 
     role: str
-    namespace: Optional[str]
+    namespace: str
     frame_id: str = ''
     stamps: List[int] = field(default_factory=list)
     arrivals: List[int] = field(default_factory=list)
@@ -115,14 +115,14 @@ def _read(bag: rosbag.Bag, path: Path, start: Optional[float], end: Optional[flo
                 topic.role = roles.DEPTH
         topic.stamps.append(message.stamp)
         topic.arrivals.append(message.time)
-    stages: Dict[Optional[str], List[Stage]] = {}
+    stages: Dict[str, List[Stage]] = {}
     for name, topic in topics.items():
         if topic.stamps:
             stages.setdefault(topic.namespace, []).append(
                 Stage.of_messages(name, topic.role, topic.stamps, topic.arrivals, topic.frame_id))
-    camera_stages = tuple(stages.pop(None, []))
+    camera_stages = tuple(stages.pop('', []))
     if not stages:
-        raise BadInputError(_no_results(path, info, without_header))
+        raise BadInputError(_no_results(path, info, sorted(without_header)))
     simulated = any(topic.msg_type == _CLOCK for topic in info.values())
     return Recording({name: tuple(found) for name, found in stages.items()}, camera_stages, simulated,
                      tuple(sorted(without_header)))
@@ -147,7 +147,7 @@ def _find_topics(types: Dict[str, str], cameras: Sequence[str], path: Path) -> D
         elif last in _OTHERS and space in spaces:
             results[name] = _Topic(_OTHERS[last], space)
         elif (kind in _IMAGES or kind == _CLOUD) and space not in own:
-            images[name] = _Topic(roles.CLOUD if kind == _CLOUD else roles.IMAGE, None)
+            images[name] = _Topic(roles.CLOUD if kind == _CLOUD else roles.IMAGE, '')
     for name in cameras:
         if name not in images:
             raise BadInputError(f'{path} has no camera topic {name}; it has: {", ".join(images) or "none"}')

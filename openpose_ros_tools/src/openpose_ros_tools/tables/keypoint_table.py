@@ -97,7 +97,7 @@ class KeypointTable:
         kinds = {'stamps': np.int64, 'sequence': np.int64, 'frame_ids': np.str_, 'numbers': np.int64, 'ids': np.int64,
                  'positions': np.float32, 'confidence': np.float32, 'status': np.uint8, 'sigma': np.float32}
         for name, kind in kinds.items():
-            value = np.asarray(getattr(self, name), kind)
+            value: np.ndarray = np.asarray(getattr(self, name), kind)
             expected = {'positions': (rows, joints, value.shape[-1]), 'confidence': (rows, joints),
                         'status': (rows, joints), 'sigma': (rows, joints)}.get(name, (rows,))
             if value.shape != expected or (name == 'positions' and value.shape[-1] not in (2, 3)):

@@ -36,16 +36,15 @@ _TF_AHEAD, _TF_KEPT = 3.0, 30.0
 _CLASSES = {kind._type: kind for kind in (Image, CompressedImage, PointCloud2, CameraInfo)}
 
 
-@dataclass
+@dataclass(frozen=True)
 class Frame:
     """An image, and the points of the same view where the recording has some."""
 
     time: genpy.Time  # of recording, of the later of both
     header: Header  # of the image
-    bgr: Optional[np.ndarray] = None  # (H, W, 3) uint8; None with an error
-    points: Optional[PointGrid] = None  # points, points_header: None in 2D
-    points_header: Optional[Header] = None
-    error: Optional[BadInputError] = None  # why it can not be used
+    bgr: np.ndarray  # (H, W, 3) uint8
+    points: Optional[PointGrid]  # None in 2D
+    points_header: Optional[Header]
 
 
 @dataclass(frozen=True)
@@ -138,8 +137,8 @@ class Recording:
             self._info = deserialized(self._first(topics.camera_info), CameraInfo)
             self._check_frames()
 
-    def __iter__(self) -> Iterator[Union[Frame, StampedMessage]]:
-        """Yield the frames, and the messages that are to be copied.
+    def __iter__(self) -> Iterator[Union[Frame, BadInputError, StampedMessage]]:
+        """Yield the frames, the errors of frames that can not be used, and the messages that are to be copied.
 
         Raises:
             BadInputError: the bag is damaged.
@@ -155,8 +154,8 @@ class Recording:
                 yield self._frame(*pair)
             self.counts.alone = self._matcher.unpaired
 
-    def _frames_of(self, stored: StampedMessage) -> Iterator[Frame]:
-        """Yield the frame that a message completes, if any."""
+    def _frames_of(self, stored: StampedMessage) -> Iterator[Union[Frame, BadInputError]]:
+        """Yield the frame, or error, that a message completes, if any."""
         message = deserialized(stored, _CLASSES[stored.raw[0]])
         if stored.topic == self._topics.camera_info:
             self._info = message
@@ -177,19 +176,20 @@ class Recording:
             if pair is not None:
                 yield self._frame(*pair)
 
-    def _frame(self, image: _Part, points: Optional[_Part] = None) -> Frame:
-        frame = Frame(genpy.Time(0, image.time if points is None else max(image.time, points.time)),
-                      image.message.header)
+    def _frame(self, image: _Part, points: Optional[_Part] = None) -> Union[Frame, BadInputError]:
+        """Return a frame, or why its messages can not be used."""
+        grid, points_header = None, None
         try:
             if points is not None and self._lifter is not None:
                 message = points.message
                 if message._type == CompressedImage._type:
                     message = compressed_depth_to_image(message)
-                frame.points, frame.points_header = self._lifter.points(message, points.info), message.header
-            frame.bgr = any_image_to_bgr(image.message)
+                grid, points_header = self._lifter.points(message, points.info), message.header
+            time = image.time if points is None else max(image.time, points.time)
+            return Frame(genpy.Time(0, time), image.message.header, any_image_to_bgr(image.message), grid,
+                         points_header)
         except BadInputError as error:
-            frame.error = error
-        return frame
+            return error
 
     def _prepared(self, params: PairingParams) -> StampMatcher:
         """Return a matcher that knows the usual difference between the stamps, from the first ones of each stream."""
@@ -201,7 +201,7 @@ class Recording:
         if first[0].stamp == first[1].stamp:
             return matcher  # one driver stamps both
         both = genpy.Time(0, max(message.time for message in first))
-        stamps = [(message.stamp, stream) for stream, topic in enumerate(topics)
+        stamps = [(message.stamp or 0, stream) for stream, topic in enumerate(topics)
                   for message in itertools.islice(stamped_messages(self._bag, [topic], both), _LEARNT)]
         for stamp, stream in sorted(item for item in stamps if item[0]):
             matcher.add(stream, stamp, None)

@@ -85,8 +85,7 @@ class Results:
     def write_2d(self, frame: Frame, number: int, people: People2D) -> None:
         """Write the people in the image of a frame that has no points."""
         self._write_image_people(frame, number, people, self._scale)
-        if self._json_folder is not None:
-            self._write_json(number, people_to_json(people))
+        self._write_json(number, people)
 
     def write_estimate(self, frame: Frame, number: int, estimate: Estimate) -> None:
         """Write the people in the image of a frame that has points: always in pixels, with the ids in space."""
@@ -109,9 +108,8 @@ class Results:
         if self._publish_tf and len(people):
             self._bag.write('/tf', TFMessage(convert.people_to_transforms(people, header)), frame.time)
         if self._markers is not None:
-            self._write_markers(array, frame)
-        if self._json_folder is not None:
-            self._write_json(number, people_to_json(_with_hidden(estimate.people_2d, people), _in_space(people)))
+            self._write_markers(self._markers, array, frame)
+        self._write_json(number, _with_hidden(estimate.people_2d, people), _in_space(people))
 
     def _write_image_people(self, frame: Frame, number: int, people: People2D, scale: KeypointScaleParams) -> None:
         header = Header(seq=number, stamp=frame.header.stamp, frame_id=frame.header.frame_id)
@@ -126,15 +124,17 @@ class Results:
         if self._csv is not None and not self._in_space:
             write_people(self._table, array)
 
-    def _write_markers(self, array: genpy.Message, frame: Frame) -> None:
+    def _write_markers(self, markers: MarkerTracker, array: genpy.Message, frame: Frame) -> None:
         header = array.header
         people = convert.people_from_array(array)
-        for marker in self._markers.update(people, header.stamp.to_sec(), header.frame_id):
+        for marker in markers.update(people, header.stamp.to_sec(), header.frame_id):
             topic = 'visualization_skeleton' if marker.ns in LIMB_NAMESPACES else 'visualization_markers'
             self._write(topic, convert.marker_to_message(marker, header), frame)
 
-    def _write_json(self, number: int, text: str) -> None:
-        (self._json_folder / (frame_name(self._name, number) + JSON_SUFFIX)).write_text(text)
+    def _write_json(self, number: int, people: People2D, in_space: Optional[np.ndarray] = None) -> None:
+        if self._json_folder is not None:
+            path = self._json_folder / (frame_name(self._name, number) + JSON_SUFFIX)
+            path.write_text(people_to_json(people, in_space))
 
     def _write(self, topic: str, message: genpy.Message, frame: Frame) -> None:
         self._bag.write(f'{self._namespace}/{topic}', message, frame.time)

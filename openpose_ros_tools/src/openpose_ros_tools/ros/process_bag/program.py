@@ -254,10 +254,8 @@ def _jobs_of(options: argparse.Namespace, values: Dict[str, Any], create: Callab
     topics = Topics(options.image, options.points, options.depth, options.camera_info)
     result = []
     for bag in bags:
-        output, csv, json = (None if path is None else path.expanduser().absolute()
-                             for path in (options.output, options.csv, options.json))
-        if several:
-            output, csv, json = (output / bag.name, csv and csv / f'{bag.stem}.csv', json and json / bag.stem)
+        output, csv, json = (path and path.expanduser().absolute() / (name if several else '') for path, name in (
+            (options.output, bag.name), (options.csv, f'{bag.stem}.csv'), (options.json, bag.stem)))
         result.append(BagJob(bag, output, csv, json, values, topics, options.only_2d, tuple(options.copy),
                              options.markers, options.csv_layout, options.compression, jobs,
                              1 if options.scheduler else threads, create))
@@ -291,7 +289,7 @@ def _check_outputs(job: BagJob, overwrite: bool) -> None:
     for path in files:
         if path.is_dir():
             raise ParameterError(f'{path} is a folder; name a file')
-    folders = [path.parent for path in files] + [job.json] * (job.json is not None)
+    folders = [path.parent for path in files] + [path for path in (job.json,) if path is not None]
     for folder in folders:
         in_the_way = next((path for path in (folder, *folder.parents) if path.exists() and not path.is_dir()), None)
         if in_the_way is not None:

@@ -6,7 +6,7 @@ from concurrent.futures import Future
 from contextlib import ExitStack, closing
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Callable, Deque, Iterator, Optional, Tuple, Union
+from typing import Any, Callable, Deque, Iterable, Iterator, NamedTuple, Optional, Tuple, Union
 
 import genpy
 import tf2_py
@@ -24,8 +24,8 @@ from openpose_ros_tools.ros.bag_files import StampedMessage, open_bag
 from openpose_ros_tools.ros.process_bag.input import Frame, Recording, Transforms, copied_topics, find_topics
 from openpose_ros_tools.ros.process_bag.job import BagJob, BagReport, BagSettings, Topics, build_settings
 from openpose_ros_tools.ros.process_bag.output import OutputPaths, Results, is_json_of
-from skeleton_extract_3d.people import People3D
 from skeleton_extract_3d.points.camera_estimators import CameraEstimators
+from skeleton_extract_3d.points.point_grid import PointGrid
 from skeleton_extract_3d.ros.lifter import Lifter
 
 _log = logging.getLogger(__name__)
@@ -93,8 +93,15 @@ def _no_lookup(target: str, source: str, _stamp: genpy.Time) -> Any:
     raise tf2_py.LookupException(f'no transforms from {source} to {target}')
 
 
+class _Pending(NamedTuple):
+    """A frame whose people are being found; None where it can not be used, as the future tells."""
+
+    frame: Optional[Frame]
+    people: 'Future[People2D]'
+
+
 class _Chain:
-    """What a frame passes once its people are to be found; see `process`."""
+    """Finds the people of frames and writes them; see `process`."""
 
     def __init__(self, trackers: CameraTrackers, lifter: Optional[Lifter], transforms: Optional[Transforms],
                  results: Results, report: BagReport) -> None:
@@ -102,63 +109,72 @@ class _Chain:
         self._numbers = itertools.count()
         self.report = report
 
-    def run(self, events: Iterator[Union[Frame, StampedMessage]], pool: DetectorPool) -> Iterator[int]:
-        """Do all frames; yield the number of images that are done, after each frame."""
-        waiting: Deque[Tuple[Union[Frame, StampedMessage], Optional[Future]]] = deque()
+    def run(self, events: Iterable[Union[Frame, BadInputError, StampedMessage]], pool: DetectorPool) -> Iterator[int]:
+        """Process all frames; yield the number of images that are done, after each frame."""
+        waiting: Deque[Union[_Pending, StampedMessage]] = deque()
         frames = copied = 0
         for event in itertools.chain(events, (None,)):
-            if isinstance(event, Frame):
-                waiting.append((event, pool.submit(event.bgr) if event.error is None else None))
-                frames += 1
-            elif event is not None:
-                waiting.append((event, None))
+            if isinstance(event, StampedMessage):
+                waiting.append(event)
                 copied += len(event.raw[1])
-            while waiting and (waiting[0][1] is None or waiting[0][1].done() or event is None
-                               or frames > pool.capacity or copied > _MOST_COPIED):
-                first, found = waiting.popleft()
+            elif event is not None:
+                waiting.append(_submitted(event, pool))
+                frames += 1
+            while waiting and (event is None or frames > pool.capacity or copied > _MOST_COPIED
+                               or isinstance(waiting[0], StampedMessage) or waiting[0].people.done()):
+                first = waiting.popleft()
                 if isinstance(first, StampedMessage):
                     self._results.copy(first)
                     copied -= len(first.raw[1])
                     continue
                 number = next(self._numbers)
-                self._finish(first, number, found)
+                self._finish(first, number)
                 frames -= 1
                 yield number + 1 + self.report.counts.alone[0]
 
-    def _finish(self, frame: Frame, number: int, found: Optional[Future]) -> None:
+    def _finish(self, pending: _Pending, number: int) -> None:
         """Write the results of a frame, or count why there are none."""
-        report = self.report
         try:
-            if frame.error is not None:
-                raise frame.error
-            people = self._trackers.update(found.result(), frame.header.frame_id, frame.header.stamp.to_sec())
-            if self._lifter is None:
-                self._results.write_2d(frame, number, people)
+            found, frame = pending.people.result(), pending.frame
+            if frame is None:
+                return
+            people = self._trackers.update(found, frame.header.frame_id, frame.header.stamp.to_sec())
+            if self._lifter is not None and frame.points is not None:
+                count = self._lift(self._lifter, frame, frame.points, number, people)
             else:
-                people = self._lift(frame, number, people)
+                self._results.write_2d(frame, number, people)
+                count = len(people)
         except BadInputError as error:
             self._drop('they can not be used', error, number)
         except tf2_py.TransformException as error:
             self._drop('no transform', error, number)
         else:
-            report.frames += 1
-            report.people += len(people)
+            self.report.frames += 1
+            self.report.people += count
 
-    def _lift(self, frame: Frame, number: int, people_2d: People2D) -> People3D:
-        """Write the people of a frame in the image and in space; return the latter. The steps of the extractor."""
+    def _lift(self, lifter: Lifter, frame: Frame, points: PointGrid, number: int, people_2d: People2D) -> int:
+        """Write the people of a frame in the image and in space; return their number. The steps of the extractor."""
         if self._transforms is not None:
             self._transforms.read_until(frame.time)
-        # by way of messages, as the service answers
+        # through messages, as the service answers
         detections = convert.people_to_messages(people_2d, frame.header)
-        tracking_from_points = self._lifter.tracking_from_points(frame.points_header)
-        estimate = self._lifter.estimate(detections, frame.points, frame.points_header, frame.bgr,
-                                         tracking_from_points)
+        estimate = lifter.estimate(detections, points, frame.points_header, frame.bgr,
+                                   lifter.tracking_from_points(frame.points_header))
         self._results.write_estimate(frame, number, estimate)
-        people, header = self._lifter.in_target_frame(estimate.people, frame.points_header)
+        people, header = lifter.in_target_frame(estimate.people, frame.points_header)
         self._results.write_3d(frame, number, estimate, people, header)
-        return people
+        return len(people)
 
     def _drop(self, reason: str, error: Exception, number: int) -> None:
         self.report.dropped[reason] += 1
         if is_power_of_two(self.report.dropped[reason]):
-            _log.warning('frame %d is dropped (%d so far): %s', number, self.report.dropped[reason], error)
+            _log.warning('frame %d is dropped (%d in all): %s', number, self.report.dropped[reason], error)
+
+
+def _submitted(event: Union[Frame, BadInputError], pool: DetectorPool) -> _Pending:
+    """Have the people of a frame found; an error is passed on."""
+    if isinstance(event, Frame):
+        return _Pending(event, pool.submit(event.bgr))
+    failed: Future[People2D] = Future()
+    failed.set_exception(event)
+    return _Pending(None, failed)
