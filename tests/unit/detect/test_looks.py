@@ -1,9 +1,8 @@
 """How networks look at a picture: sizes, the mirror image, and one person cut out of it."""
 import numpy as np
 import pytest
-from test_fields import NETWORKS, two_people
 
-from known_fields import render_fields
+from known_fields import NETWORKS, render_fields, two_people
 from openpose_ros_pkg.decode.direct import DirectDecodeParams
 from openpose_ros_pkg.decode.paf import DecodeParams
 from openpose_ros_pkg.detect.looks import look_closer, people_of_look, views_of
