@@ -101,7 +101,7 @@ def test_same_people_from_both_topics(tmp_path):
 @pytest.mark.parametrize('options, text', [
     (['--persons', '7'], 'person 7 is not in it; there are: 0, 4'),
     (['--joints', 'nose'], "joint 'nose' is not in it; there are: neck"),
-    (['--start', '9'], 'nobody is in it from 9'), (['--topic', '/a'], '--topic is for bags')])
+    (['--start', '9'], 'no people are in it from 9'), (['--topic', '/a'], '--topic is for bags')])
 def test_what_is_not_in_the_file(poses, capsys, options, text):
     assert main([str(poses), '--list', *options]) == 2
     error = capsys.readouterr().err

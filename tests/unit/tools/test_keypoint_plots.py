@@ -98,7 +98,7 @@ def test_most_seen_people_are_chosen():
 @pytest.mark.parametrize('options, text', [
     ({'joints': ['chest']}, "joint 'chest' is not in it; there are: nose, neck"),
     ({'persons': [9]}, 'person 9 is not in it; there are: 0, 1'),
-    ({'start': 5.0}, 'nobody is in it from 5 to inf s; the recording has 0.9 s')])
+    ({'start': 5.0}, 'no people are in it from 5 to inf s; the recording has 0.9 s')])
 def test_what_is_not_there(options, text):
     with pytest.raises(BadInputError) as error:
         select(a_table(range(10), (0, 1)), **options)

@@ -49,7 +49,7 @@ _LISTED = 10
 
 @dataclass(frozen=True)
 class LayoutOptions:
-    """What is known of a recording beside its folder; None: as the folder says."""
+    """What is known of a recording beside its folder; None: as in the folder."""
 
     layout: Optional[str] = None  # one of LAYOUTS
     # by stream a folder, or a pattern such as 'scene/*.color.png', in place of the layout's
@@ -63,7 +63,7 @@ class LayoutOptions:
 
 @dataclass(frozen=True)
 class Recording:
-    """The files of a recording, and what its folder says of the camera."""
+    """The files of a recording, and the description of the camera in its folder."""
 
     layout: str  # one of LAYOUTS
     streams: Streams  # by stream its files, in the order of their stamps, which differ

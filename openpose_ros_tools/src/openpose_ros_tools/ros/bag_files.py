@@ -1,4 +1,4 @@
-"""Opening and reading bags, with errors that say what to do."""
+"""Opening and reading bags, with helpful errors."""
 import struct
 from contextlib import contextmanager
 from pathlib import Path

@@ -223,7 +223,7 @@ def write_images(folder: Path, bag: rosbag.Bag, topics: CameraTopics, stems: Dic
 
 
 def _write_image(folder: Path, depth_scale: Optional[float], item: Tuple[WrittenFile, StampedMessage]) -> WrittenFile:
-    """Write an image; one that can not be decoded is told in the result."""
+    """Write an image; the result has the reason if it can not be decoded."""
     file, message = item
     source = f'{file.stream} image of {seconds_text(file.stamp)} s'
     try:

@@ -9,9 +9,9 @@ docs/csv_columns.md says what they mean. The topics are those of the nodes: dete
 detected_poses_3d under openpose_ros/skeleton_3d with joints in space, detected_poses_keypoints and detected_poses under
 openpose_ros otherwise. %time becomes the time in the bag.
 
-What a file does not say is not known in the bag. The columns of the original have no status, so each joint with a
+The bag has no more information than the file. The columns of the original have no status, so each joint with a
 position is MEASURED; sigma is NaN, frame_id is empty or that of --frame-id, and the stamp of a frame is the %time of
-its first row. Velocities are in no file, nor frames in which nobody was: they have no row.
+its first row. Files have no velocities, and no rows for frames without people.
 
 Exit status: 0 done; 2 nothing was written, as the command line or the file is wrong; 130 interrupted, there is no bag.
 """

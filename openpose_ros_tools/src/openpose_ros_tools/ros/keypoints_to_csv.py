@@ -125,7 +125,7 @@ def _run(options: argparse.Namespace) -> int:
     except OSError as error:  # of stdout
         # without this, Python complains when it closes it
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        if isinstance(error, BrokenPipeError):  # who reads has seen enough
+        if isinstance(error, BrokenPipeError):  # the reader has closed the pipe
             return DONE
         raise ParameterError(f'stdout can not be written: {error.strerror}') from error
     if options.output:

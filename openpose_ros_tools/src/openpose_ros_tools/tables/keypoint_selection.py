@@ -1,4 +1,4 @@
-"""The part of a recording that is to be shown: people, joints, time; and what can be said of it in words."""
+"""The part of a recording that is plotted: people, joints, time; and its description."""
 from dataclasses import dataclass
 from datetime import datetime, timezone
 from typing import List, Optional, Sequence, Tuple
@@ -9,25 +9,25 @@ from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_tools.tables.keypoint_table import KeypointTable
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING
 
-# People that are shown unless others are asked for: those with most rows.
+# Number of people that are shown by default: those with most rows.
 MOST_PERSONS = 8
-# Frames that are further apart than this many periods have a gap between them: a lost frame or two is none.
+# Frames have a gap between them if they are further apart than this number of periods: two lost frames are no gap.
 _GAP_PERIODS = 3.5
-# A stamp before this time [s] (1980) is none of a clock: simulated time, or time since some start.
+# A stamp before this time [s] (1980) is simulated time, or time since some start.
 _FIRST_DATE = 315532800
 _HIPS, _NECK, _NOSE, _ANKLES = ('right_hip', 'left_hip'), 'neck', 'nose', ('right_ankle', 'left_ankle')
-# "Up" is along an axis of coordinates if that much of the trunk's direction is.
+# An axis of coordinates is vertical if its share of the trunk's unit vector is at least this.
 _UPRIGHT = 0.6
 
 
 @dataclass(frozen=True)
 class Selection:
-    """What is to be shown of a recording. Times are [s] since the first frame of the whole recording."""
+    """The part of a recording that is plotted. Times are [s] since the first frame of the whole recording."""
 
     table: KeypointTable  # rows of the chosen people, in the chosen time
     all_people: KeypointTable  # rows of all people in that time
     frames: np.ndarray  # (N,) int64 [ns] stamps of the frames in that time, ascending
-    knows_empty_frames: bool  # frames in which nobody was found are among them
+    knows_empty_frames: bool  # frames without people are among them
     begin: int  # [ns] stamp of the first frame of the recording
     joints: Tuple[str, ...]  # the chosen ones that anything is known of, in the order of the table
     persons: Tuple[int, ...]  # ids of the chosen people, ascending
@@ -83,25 +83,25 @@ class Selection:
 def select(table: KeypointTable, frames: Optional[np.ndarray] = None, joints: Optional[Sequence[str]] = None,
            persons: Optional[Sequence[int]] = None, start: Optional[float] = None,
            end: Optional[float] = None) -> Selection:
-    """Choose what is to be shown.
+    """Choose the part that is plotted.
 
     Args:
-        frames: (N,) int64 [ns] stamps of all frames, if it is known which had nobody in them.
+        frames: (N,) int64 [ns] stamps of all frames, if those without people are known.
         joints: names; None: all that are known in any row.
         persons: ids; None: the `MOST_PERSONS` with most rows.
         start, end: time that is shown [s] since the first frame; None: all.
 
     Raises:
-        BadInputError: nobody is in the recording or in that time, or a joint or person is not.
+        BadInputError: no people are in the recording or in that time, or a joint or person is not.
     """
     if not len(table):
-        raise BadInputError('nobody is in it: no rows')
+        raise BadInputError('no people are in it: no rows')
     stamps = np.unique(table.stamps if frames is None else np.concatenate([table.stamps, frames]))
     begin = int(stamps[0])
     low, high = -np.inf if start is None else start, np.inf if end is None else end
     shown = table.select(_within(table.stamps, begin, low, high))
     if not len(shown):
-        raise BadInputError(f'nobody is in it from {low:g} to {high:g} s; the recording has '
+        raise BadInputError(f'no people are in it from {low:g} to {high:g} s; the recording has '
                             f'{(stamps[-1] - begin) * 1e-9:.1f} s')
     ids, rows = np.unique(shown.ids, return_counts=True)
     chosen = _persons(table, ids, rows, persons)
@@ -115,8 +115,10 @@ def select(table: KeypointTable, frames: Optional[np.ndarray] = None, joints: Op
 
 
 def ground_places(table: KeypointTable) -> Tuple[np.ndarray, str]:
-    """Return where a person is, (R, D) float32, and what of them that is: mid_hip, or the neck where that is known more
-    often. The middle of the hips stands for a mid_hip that the joint set lacks."""
+    """Return the position of a person, (R, D) float32, and its joint: mid_hip, or the neck if that is known more often.
+
+    The middle of the hips replaces a mid_hip that the joint set lacks.
+    """
     hip, index = _joint(table, 'mid_hip'), table.joints.index
     middle = table.positions[:, [index(joint) for joint in _HIPS]].mean(axis=1)
     hip = np.where(np.isfinite(hip), hip, middle)
@@ -129,8 +131,7 @@ def ground_places(table: KeypointTable) -> Tuple[np.ndarray, str]:
 def vertical_axis(table: KeypointTable) -> Tuple[int, int]:
     """Return the number of the axis that is vertical, and 1 where it points up, -1 where it points down.
 
-    People tell: their necks are above their hips, noses above ankles. Where they are not known, it is down along y, as
-    in a camera's frame.
+    Necks are above hips, noses above ankles. Where these are not known, down is along y, as in a camera's frame.
     """
     index = table.joints.index
     for upper, lower in ((_NECK, _HIPS), (_NOSE, _ANKLES)):
@@ -145,7 +146,7 @@ def vertical_axis(table: KeypointTable) -> Tuple[int, int]:
 
 
 def description(name: str, selection: Selection) -> str:
-    """Say in lines of text what is in a recording: time, people, joints."""
+    """Return lines of text on a recording: time, people, joints."""
     table, (begin, end) = selection.all_people, selection.span
     kind = 'in space [m]' if table.dimensions == 3 else 'in the image [px]'
     ids, counts = np.unique(table.ids, return_counts=True)

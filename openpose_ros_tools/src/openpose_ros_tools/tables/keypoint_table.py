@@ -44,7 +44,7 @@ class RowBlock(NamedTuple):
 
 
 class FrameSplitter:
-    """Tells where frames begin, from rows in the order of the recording.
+    """Finds where frames begin, from rows in the order of the recording.
 
     The people of a frame have one stamp and different ids. Where the stamp is not known, as with the columns of the
     original, they have the same number of people and came within 10 ms.

@@ -24,8 +24,8 @@ from skeleton_extract_3d.ros.lifter import Lifter
 
 _log = logging.getLogger(__name__)
 
-# Number of stamps of each stream, from when both streams are there, that tell the usual difference between them before
-# the first pair is made.
+# Number of stamps of each stream, from the time when both are there, from which the usual difference between them is
+# learnt before the first pair is made.
 _LEARNT = 9
 # Number of images and clouds that may wait for their partner where `queue_size` leaves it open: enough for any
 # recording, whose reader can wait.
@@ -119,7 +119,7 @@ class Recording:
         lifter: makes points of messages; None in 2D.
 
     Attributes:
-        counts: of what was read so far.
+        counts: of what has been read.
     """
 
     def __init__(self, bag: rosbag.Bag, topics: Topics, copied: Sequence[str], pairing: PairingParams,
@@ -209,7 +209,7 @@ class Recording:
         return matcher
 
     def _check_frames(self) -> None:
-        """Warn where depth images seem not to be aligned to the images; nothing in a message tells it for sure."""
+        """Warn where depth images seem not to be aligned to the images; messages do not contain it."""
         image, depth = (self._first(topic).frame_id for topic in (self._topics.image, self._topics.depth))
         if image.lstrip('/') != depth.lstrip('/'):
             _log.warning("%s is of frame '%s', but %s of '%s': joints are right in space only where the depth images "
