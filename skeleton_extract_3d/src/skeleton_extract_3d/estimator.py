@@ -86,7 +86,9 @@ class PeopleEstimator:
             BadInputError: image and points differ in aspect ratio, or the points are in no optical frame.
         """
         check_same_aspect('image', frame.image_size, 'cloud', (frame.points.width, frame.points.height))
-        people_2d = people_2d.select(np.flatnonzero(people_2d.present.any(axis=1)))
+        present = people_2d.present.any(axis=1)
+        if not present.all():
+            people_2d = people_2d.select(np.flatnonzero(present))
         self._memory, estimate = self._method.update(self._memory, people_2d, frame)
         return estimate
 
@@ -154,10 +156,10 @@ class _Following:
             unseen: (T,) bool, which of them were not seen.
         """
         if not self._settings.occlusion.occlusion:
-            return seen, expected.select(unseen), Tracks.none()
+            return seen, expected.kept(unseen), Tracks.none()
         constants = self._constants
         seen = complete(seen, view, self._settings.occlusion.inference_timeout, constants.completion)
-        tracks = before.select(unseen)
-        if len(tracks):
-            tracks = walk_on(tracks, view, constants)
+        if not unseen.any():
+            return seen, Tracks.none(), Tracks.none()
+        tracks = walk_on(before.kept(unseen), view, constants)
         return seen, tracks, tracks.kept(hidden_and_there(tracks, view, constants.out_of_sight))

@@ -18,15 +18,24 @@ def picture(bgr=(0, 0, 255), size=(20, 30)):
     return np.tile(np.array(bgr, np.uint8), (*size, 1))
 
 
+def colours(image, pixels, usable):
+    """Return colours (L, a, b) and what is known of the upper part, for (P, N, 2) pixels on it; N up to 12."""
+    people, count = len(pixels), np.shape(pixels)[1]
+    places, use = np.full((people, 18, 2), np.nan), np.zeros((people, 18), bool)
+    places[:, :count], use[:, :count] = pixels, usable
+    clothes = appearance.mean_colours(image, places, use)
+    assert not clothes.weights[:, 1].any(), 'nothing is known of the trousers'
+    return clothes.colours[:, 0], clothes.weights[:, 0]
+
+
 def known(*parts):
     return np.array(parts, bool)
 
 
 def test_nobody():
-    chest, thighs = appearance.clothes_pixels(np.zeros((0, 18, 2)))
-    assert chest.shape == (0, 12, 2) and thighs.shape == (0, 6, 2)
-    colours, count = appearance.mean_colours(picture(), np.zeros((0, 12, 2)), np.zeros((0, 12), bool))
-    assert colours.shape == (0, 3) and count.shape == (0,)
+    assert appearance.clothes_pixels(np.zeros((0, 18, 2))).shape == (0, 18, 2)
+    clothes = appearance.mean_colours(picture(), np.zeros((0, 18, 2)), np.zeros((0, 18), bool))
+    assert clothes.colours.shape == (0, 2, 3) and clothes.weights.shape == (0, 2)
     assert appearance.colour_distances(Clothes.unknown(2), Clothes.unknown(0)).shape == (2, 0)
 
 
@@ -34,7 +43,8 @@ def test_the_pixels_show_shirt_and_trousers():
     frame = render(pinhole(480, 270), [Person(1, 0.1, 2.6, standing(), shirt=(200, 20, 20), trousers=(20, 200, 20)),
                                        Person(2, -1.0, 2.6, standing(), shirt=(20, 20, 200), trousers=(90, 90, 90))],
                    Room(wall=4.0))
-    for part, expected in zip(appearance.clothes_pixels(frame.people.xy),
+    pixels = appearance.clothes_pixels(frame.people.xy)
+    for part, expected in zip((pixels[:, :12], pixels[:, 12:]),
                               (((200, 20, 20), (20, 20, 200)), ((20, 200, 20), (90, 90, 90)))):
         u, v = np.rint(part).astype(int).transpose(2, 0, 1)
         for person, colour in enumerate(expected):
@@ -47,19 +57,18 @@ def test_the_pixels_show_shirt_and_trousers():
 def test_pixels_of_missing_joints_are_missing():
     uv = np.random.default_rng(0).uniform(0, 20, (1, 18, 2))
     uv[0, INDEX['left_shoulder']] = np.nan
-    chest, thighs = appearance.clothes_pixels(uv)
-    assert np.isnan(chest).all() and np.isfinite(thighs).all()
+    pixels = appearance.clothes_pixels(uv)
+    assert np.isnan(pixels[:, :12]).all() and np.isfinite(pixels[:, 12:]).all()
     uv = np.random.default_rng(0).uniform(0, 20, (1, 18, 2))
     uv[0, INDEX['left_knee']] = np.nan
-    chest, thighs = appearance.clothes_pixels(uv)
-    assert np.isfinite(chest).all() and np.isfinite(thighs).all(axis=2).sum() == 3, 'one thigh is left'
+    assert np.isfinite(appearance.clothes_pixels(uv)).all(axis=2).sum() == 12 + 3, 'one thigh is left'
 
 
 @pytest.mark.parametrize('bgr', LAB, ids=str)
 def test_colours_are_cielab(bgr):
-    colours, count = appearance.mean_colours(picture(bgr), np.array([[[3.0, 4.0], [5.4, 8.6]]]), known([True, True]))
-    np.testing.assert_allclose(colours[0], LAB[bgr], atol=0.1)
-    assert count.tolist() == [2]
+    lab, weight = colours(picture(bgr), [[[3.0, 4.0], [5.4, 8.6]]], known([True, True]))
+    np.testing.assert_allclose(lab[0], LAB[bgr], atol=0.1)
+    assert weight.tolist() == [1]
 
 
 def test_the_mean_is_that_of_the_usable_pixels():
@@ -67,23 +76,20 @@ def test_the_mean_is_that_of_the_usable_pixels():
     image[:, 15:] = 255
     pixels = np.array([[[3.0, 3.0], [20, 3], [25, 3], [4, 4]], [[3, 3], [20, 3], [25, 3], [4, 4]]])
     usable = known([True, True, False, False], [False, True, True, False])
-    colours, count = appearance.mean_colours(image, pixels, usable)
-    np.testing.assert_allclose(colours[:, 0], [50, 100], atol=0.1)
-    assert count.tolist() == [2, 2]
+    np.testing.assert_allclose(colours(image, pixels, usable)[0][:, 0], [50, 100], atol=0.1)
 
 
 @pytest.mark.parametrize('pixel', [(-1, 3), (30, 3), (3, -1), (3, 20), (np.nan, np.nan)])
 def test_pixels_outside_the_picture_are_not_usable(pixel):
-    colours, count = appearance.mean_colours(picture(), np.array([[pixel, (3.0, 3.0)]]), known([True, True]))
-    assert count.tolist() == [1]
-    np.testing.assert_allclose(colours[0], LAB[0, 0, 255], atol=0.1)
+    image = picture((0, 0, 0))
+    image[3, 3] = 0, 0, 255
+    lab, _ = colours(image, [[pixel, (3.0, 3.0)]], known([True, True]))
+    np.testing.assert_allclose(lab[0], LAB[0, 0, 255], atol=0.1)
 
 
 def test_without_usable_pixels_no_colour_is_known():
-    _, count = appearance.mean_colours(picture(), np.array([[(3.0, 3.0)]]), known([False]))
-    assert count.tolist() == [0]
-    _, count = appearance.mean_colours(picture(), np.array([[(3.0, 3.0)], [(3.0, 3.0)]]), known([False], [True]))
-    assert count.tolist() == [0, 1]
+    assert colours(picture(), [[(3.0, 3.0)]], known([False]))[1].tolist() == [0]
+    assert colours(picture(), [[(3.0, 3.0)], [(3.0, 3.0)]], known([False], [True]))[1].tolist() == [0, 1]
 
 
 def test_the_difference_is_the_mean_of_the_parts_that_are_known_of_both():
@@ -101,9 +107,7 @@ def test_what_is_not_known_of_both_does_not_differ():
 
 
 def test_everybody_is_compared_with_everybody():
-    colours = np.zeros((2, 2, 3))
-    colours[1] = (30, 0, 0)
-    both = Clothes(colours, np.ones((2, 2)))
+    both = Clothes(np.array([[(0.0, 0, 0)] * 2, [(30, 0, 0)] * 2]), np.ones((2, 2)))
     np.testing.assert_allclose(appearance.colour_distances(both, both), [[0, 30], [30, 0]])
 
 

@@ -22,6 +22,10 @@ class Sizes(NamedTuple):
     bones: np.ndarray
     bone_weights: np.ndarray
 
+    def select(self, people: np.ndarray) -> 'Sizes':
+        """Return the sizes of some of the people, by indices (N,)."""
+        return Sizes(*(value[people] for value in self))
+
     @classmethod
     def assumed(cls, stature: np.ndarray) -> 'Sizes':
         """Return the sizes of people who were not measured yet, by an assumed stature, (N,) [m]."""

@@ -15,8 +15,6 @@ from skeleton_extract_3d.track.constants import AppearanceConstants
 _CHEST = np.concatenate([SHOULDERS, HIPS])
 # Hip and knee of both sides, (2 sides, 2 ends).
 _THIGHS = np.stack([HIPS, MIDDLES[2:]], axis=1)
-# Upper and lower part.
-PARTS = 2
 
 
 def _between(shares: Sequence[float]) -> np.ndarray:
@@ -27,6 +25,8 @@ def _between(shares: Sequence[float]) -> np.ndarray:
 # Weights of the joints at pixels on the chest, in four rows of three, (12, 4), and of those on a thigh, (3, 2).
 _ON_CHEST = np.kron(_between([0.2, 0.4, 0.6, 0.8]), _between([0.15, 0.5, 0.85]))
 _ON_THIGH = _between([0.15, 0.4, 0.65])
+# Where the pixels of the upper and of the lower part begin.
+_PARTS = (0, len(_ON_CHEST))
 
 
 class Clothes(NamedTuple):
@@ -43,7 +43,7 @@ class Clothes(NamedTuple):
     @classmethod
     def unknown(cls, people: int) -> 'Clothes':
         """Return what is known of people whose clothes were not seen."""
-        return cls(np.zeros((people, PARTS, 3)), np.zeros((people, PARTS)))
+        return cls(np.zeros((people, len(_PARTS), 3)), np.zeros((people, len(_PARTS))))
 
     def select(self, people: np.ndarray) -> 'Clothes':
         """Return the clothes of some of the people, by a mask or by indices."""
@@ -67,45 +67,41 @@ def observe_clothes(seen: ObservedPeople, points: PointGrid, bgr: Optional[np.nd
     if bgr is None or not len(seen):
         return Clothes.unknown(len(seen))
     trunk = surfaces.lower_median(seen.samples[:, _CHEST].reshape(len(seen), -1))
-    upper, lower = clothes_pixels(seen.uv)
-    pixels, count = np.concatenate([upper, lower], axis=1), upper.shape[1]
+    pixels = clothes_pixels(seen.uv)
     with np.errstate(invalid='ignore'):
         usable = np.abs(surfaces.depths_at(points, np.where(np.isfinite(pixels), pixels, -1e6))
                         - trunk[:, None]) < constants.depth_range
-    pixels = grid_positions(pixels, (points.width, points.height), seen.image_size)
-    parts = [mean_colours(bgr, pixels[:, part], usable[:, part]) for part in (slice(None, count), slice(count, None))]
-    return Clothes(np.stack([colours for colours, _ in parts], axis=1),
-                   np.stack([number > 0 for _, number in parts], axis=1).astype(np.float64))
+    return mean_colours(bgr, grid_positions(pixels, (points.width, points.height), seen.image_size), usable)
 
 
-def clothes_pixels(uv: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
-    """Return pixels on the chest and on the thighs, (P, 12, 2) and (P, 6, 2), NaN where joints are missing.
+def clothes_pixels(uv: np.ndarray) -> np.ndarray:
+    """Return pixels on the chest and then on the thighs, (P, 18, 2), NaN where joints are missing.
 
     Args:
         uv: (P, 18, 2) [px].
     """
     thighs = _ON_THIGH @ uv[:, _THIGHS]
-    return _ON_CHEST @ uv[:, _CHEST], thighs.reshape(len(uv), 2 * len(_ON_THIGH), 2)
+    return np.concatenate([_ON_CHEST @ uv[:, _CHEST], thighs.reshape(len(uv), 2 * len(_ON_THIGH), 2)], axis=1)
 
 
-def mean_colours(bgr: np.ndarray, pixels: np.ndarray, usable: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
-    """Return the mean colour at pixels of each person (CIELAB, L 0..100), (P, 3), and how many were usable, (P,).
+def mean_colours(bgr: np.ndarray, pixels: np.ndarray, usable: np.ndarray) -> Clothes:
+    """Return the mean colours at pixels of each person.
 
     Args:
         bgr: (H, W, 3) uint8.
-        pixels: (P, N, 2) [px of this image].
-        usable: (P, N) which of them show the person.
+        pixels: (P, 18, 2) of `clothes_pixels` [px of this image].
+        usable: (P, 18) bool, which of them show the person.
     """
     height, width = bgr.shape[:2]
     at = np.rint(np.where(usable[..., None] & np.isfinite(pixels), pixels, -1.0)).astype(np.int64)
     u, v = at[..., 0], at[..., 1]
     usable = (u >= 0) & (v >= 0) & (u < width) & (v < height)
     if not usable.any():
-        return np.zeros((len(pixels), 3)), np.zeros(len(pixels), np.int64)
+        return Clothes.unknown(len(pixels))
     colours = bgr[np.where(usable, v, 0), np.where(usable, u, 0)]
-    lab = cv2.cvtColor(colours.astype(np.float32) / 255, cv2.COLOR_BGR2LAB)
-    count = usable.sum(axis=1)
-    return (lab * usable[..., None]).sum(axis=1) / np.maximum(count, 1)[:, None], count
+    lab = cv2.cvtColor(colours.astype(np.float32) / 255, cv2.COLOR_BGR2LAB) * usable[..., None]
+    count = np.add.reduceat(usable, _PARTS, axis=1, dtype=np.float64)
+    return Clothes(np.add.reduceat(lab, _PARTS, axis=1) / np.maximum(count, 1)[..., None], np.minimum(count, 1))
 
 
 def colour_distances(first: Clothes, second: Clothes) -> np.ndarray:

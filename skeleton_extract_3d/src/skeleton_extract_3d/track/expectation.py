@@ -17,17 +17,20 @@ def expect(tracks: Tracks, row: np.ndarray, elapsed: float, constants: TrackCons
         elapsed: since the frame before [s].
     """
     own = constants.expectation
-    strangers, old = Expectation.of_strangers(len(row)), row >= 0
+    old = row >= 0
     if not old.any():
-        return strangers
-    tracks = tracks.select(np.maximum(row, 0))
-    joints, sizes = tracks.joints, tracks.sizes
+        return Expectation.of_strangers(len(row))
+    row = np.maximum(row, 0)
+    sizes = tracks.sizes.select(row)
     weight = min(own.turning_time / max(elapsed, own.least_elapsed), own.most_turning_weight)
-    variance = joints.position_covariance[..., 2, 2]
+    variance = tracks.joints.position_covariance[row, :, 2, 2]
     known = Expectation(
-        root=tracks.root.position[:, 0, 2], depth=np.where(tracks.has, joints.position[..., 2], np.nan),
+        root=tracks.root.position[row, 0, 2],
+        depth=np.where(tracks.has[row], tracks.joints.position[row, :, 2], np.nan),
         depth_sigma=own.depth_factor * np.sqrt(variance + own.depth_sigma ** 2),
-        left=tracks.left * weight, stature=sizes.stature, stature_spread=stature_spread(sizes, constants.identity),
+        left=tracks.left[row] * weight, stature=sizes.stature, stature_spread=stature_spread(sizes, constants.identity),
         lengths=measures.expected_lengths(sizes), length_spread=measures.length_spreads(sizes))
+    if old.all():
+        return known
     return Expectation(*(np.where(old if value.ndim == 1 else old[:, None], value, default)
-                         for value, default in zip(known, strangers)))
+                         for value, default in zip(known, Expectation.of_strangers(len(row)))))

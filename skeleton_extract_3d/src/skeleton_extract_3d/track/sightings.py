@@ -71,4 +71,5 @@ def begin_tracks(tracks: Tracks, people: Sightings, stamp: float, ids: Iterator[
             given[begun] if keep_ids else np.array([next(ids) for _ in begun]), stamp,
             np.where(seen.known[begun, :, None], lifted.xyz[begun], np.nan), lifted.left[begun],
             lifted.stature[begun], constants.birth))
-    return tracks, people.select(np.flatnonzero(people.row >= 0))
+    has_track = people.row >= 0
+    return tracks, people if has_track.all() else people.select(np.flatnonzero(has_track))

@@ -1,5 +1,6 @@
 """What is remembered of the people who are followed: one value per frame, one array per property."""
 from dataclasses import dataclass, fields, replace
+from functools import lru_cache
 from typing import Any, Tuple
 
 import numpy as np
@@ -11,6 +12,8 @@ from skeleton_extract_3d.settings import SmoothingParams
 from skeleton_extract_3d.track.appearance import Clothes
 from skeleton_extract_3d.track.constants import BirthConstants
 from skeleton_extract_3d.track.joint_filter import JointFilter
+
+_IN_TRUNK = np.isin(np.arange(len(JOINTS)), TRUNK)
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,6 +47,7 @@ class Tracks:
     clothes: Clothes
 
     @classmethod
+    @lru_cache(maxsize=1)
     def none(cls) -> 'Tracks':
         """Return the tracks of nobody."""
         joints = np.zeros((0, len(JOINTS), 3))
@@ -74,12 +78,16 @@ class Tracks:
         return len(self.ids)
 
     def select(self, tracks: np.ndarray) -> 'Tracks':
-        """Return some of the tracks, by a mask (T,) or by indices (N,), in the order of these."""
+        """Return some of the tracks, by indices (N,), in the order of these."""
+        if np.array_equal(tracks, np.arange(len(self))):
+            return self
         return Tracks(*(_selected(getattr(self, field.name), tracks) for field in fields(self)))
 
     def kept(self, tracks: np.ndarray) -> 'Tracks':
-        """Return the tracks without those outside of a mask (T,)."""
-        return self if tracks.all() else self.select(tracks)
+        """Return the tracks of a mask (T,)."""
+        if tracks.all():
+            return self
+        return self.select(np.flatnonzero(tracks)) if tracks.any() else Tracks.none()
 
     def joined(self, others: 'Tracks') -> 'Tracks':
         """Return these tracks and then others."""
@@ -119,10 +127,8 @@ def _joined(first: Any, second: Any) -> Any:
 
 def middle_of_trunk(xyz: np.ndarray, known: np.ndarray) -> np.ndarray:
     """Return the mean of the known joints of the trunk, or of all where there are none, (N, 3) [m]."""
-    trunk = known[:, TRUNK]
-    chosen = known.copy()
-    chosen[trunk.any(axis=1)] = False
-    chosen[:, TRUNK] |= trunk
+    of_trunk = known & _IN_TRUNK
+    chosen = np.where(of_trunk.any(axis=1)[:, None], of_trunk, known)
     count = np.maximum(chosen.sum(axis=1), 1)[:, None]
     return np.where(chosen[..., None], xyz, 0.0).sum(axis=1) / count
 
