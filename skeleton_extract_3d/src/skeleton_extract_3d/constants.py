@@ -13,7 +13,7 @@ from skeleton_extract_3d.lift.constants import (
     WindowConstants,
 )
 from skeleton_extract_3d.points.constants import CameraFitConstants
-from skeleton_extract_3d.track.constants import DEFAULTS, TrackConstants
+from skeleton_extract_3d.track.constants import TrackConstants
 
 try:
     import skeleton_extract_3d_lifting
@@ -37,7 +37,7 @@ class MethodConstants:
     measuring: MeasuringConstants = field(default_factory=MeasuringConstants)
     sizes: SizeConstants = field(default_factory=SizeConstants)
     extra_joints: ExtraJointConstants = field(default_factory=ExtraJointConstants)
-    track: TrackConstants = DEFAULTS
+    track: TrackConstants = field(default_factory=TrackConstants)
 
 
 METHOD = MethodConstants()

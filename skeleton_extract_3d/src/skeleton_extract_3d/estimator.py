@@ -18,7 +18,6 @@ from skeleton_extract_3d.settings import EstimatorSettings
 from skeleton_extract_3d.track.answer import report
 from skeleton_extract_3d.track.appearance import observe_clothes
 from skeleton_extract_3d.track.completion import Completion, complete
-from skeleton_extract_3d.track.constants import DEFAULTS, TrackConstants
 from skeleton_extract_3d.track.correction import correct
 from skeleton_extract_3d.track.expectation import expect
 from skeleton_extract_3d.track.identity import assign
@@ -53,12 +52,9 @@ class PeopleEstimator:
     Args:
         settings: what the user has set.
         ids: where new people's ids come from: estimators that share it never give the same one. None: 0, 1, 2, ...
-        constants: of the method.
     """
 
-    def __init__(self, settings: EstimatorSettings, ids: Optional[Iterator[int]] = None,
-                 constants: TrackConstants = DEFAULTS) -> None:
-        self._constants = constants
+    def __init__(self, settings: EstimatorSettings, ids: Optional[Iterator[int]] = None) -> None:
         self._ids = itertools.count() if ids is None else ids
         self._memory = Memory()
         self._take(settings)
@@ -73,8 +69,7 @@ class PeopleEstimator:
     def _take(self, settings: EstimatorSettings) -> None:
         self._settings = settings
         single = settings.lifting.lifting == 'mean3x3' and not settings.identity.tracking
-        self._method: _Method = _WindowMeans(settings.lifting) if single else _Following(
-            settings, self._ids, self._constants)
+        self._method: _Method = _WindowMeans(settings.lifting) if single else _Following(settings, self._ids)
 
     def update(self, people_2d: People2D, frame: CameraFrame) -> Estimate:
         """Return the people of a frame.
@@ -115,32 +110,31 @@ class _WindowMeans:
 class _Following:
     """The method of this package: people are lifted as a whole and followed from frame to frame."""
 
-    def __init__(self, settings: EstimatorSettings, ids: Iterator[int], constants: TrackConstants) -> None:
-        self._settings, self._ids, self._constants = settings, ids, constants
+    def __init__(self, settings: EstimatorSettings, ids: Iterator[int]) -> None:
+        self._settings, self._ids = settings, ids
         self._lifting = make_lifting(settings.lifting, settings.occlusion.occlusion)
 
     def update(self, memory: Memory, people_2d: People2D, frame: CameraFrame) -> Tuple[Memory, Estimate]:
         """See `_Method`."""
-        settings, constants, clock = self._settings, self._constants, Stopwatch()
+        settings, clock = self._settings, Stopwatch()
         camera = frame.points.camera_model() or memory.camera
         if camera is None:
             return memory, Estimate(People3D.empty(people_2d.skeleton), People2D.empty(people_2d.skeleton))
-        memory, view = memory.at(frame, camera, settings.identity, constants.memory)
+        memory, view = memory.at(frame, camera, settings.identity)
         expected = memory.tracks.predicted(view.elapsed, settings.smoothing)
         observed = observe(people_2d, frame.image_size, view.points, camera)
         clock.lap('observe')
-        clothes = observe_clothes(observed, view.points, frame.bgr if settings.identity.use_clothes else None,
-                                  constants.appearance)
-        row = assign(expected, observed, clothes, view.stamp, settings.identity, constants.identity)
+        clothes = observe_clothes(observed, view.points, frame.bgr if settings.identity.use_clothes else None)
+        row = assign(expected, observed, clothes, view.stamp, settings.identity)
         clock.lap('identity')
-        lifted = self._lifting.lift(observed, view.points, expect(expected, row, view.elapsed, constants))
+        lifted = self._lifting.lift(observed, view.points, expect(expected, row, view.elapsed))
         clock.lap('lift')
         tracks, people = begin_tracks(expected, Sightings(row, observed, clothes, lifted), view.stamp, self._ids,
-                                      settings.identity, constants)
-        seen = correct(tracks.select(people.row), people, view.stamp, settings.occlusion, constants)
+                                      settings.identity)
+        seen = correct(tracks.select(people.row), people, view.stamp, settings.occlusion)
         clock.lap('filter')
         seen, unseen, hidden = self._infer(seen, memory.tracks, expected, people.others(len(expected)), view)
-        answer = report(people, seen, hidden, view.stamp, settings, constants.correction)
+        answer = report(people, seen, hidden, view.stamp, settings)
         people_2d = replace(people.observed.people_2d, ids=seen.tracks.ids)
         answer = in_skeleton(answer, people_2d, frame.image_size, view.points, camera)
         clock.lap('complete')
@@ -157,9 +151,8 @@ class _Following:
         """
         if not self._settings.occlusion.occlusion:
             return seen, expected.kept(unseen), Tracks.none()
-        constants = self._constants
-        seen = complete(seen, view, self._settings.occlusion.inference_timeout, constants.completion)
+        seen = complete(seen, view, self._settings.occlusion.inference_timeout)
         if not unseen.any():
             return seen, Tracks.none(), Tracks.none()
-        tracks = walk_on(before.kept(unseen), view, constants)
-        return seen, tracks, tracks.kept(hidden_and_there(tracks, view, constants.out_of_sight))
+        tracks = walk_on(before.kept(unseen), view)
+        return seen, tracks, tracks.kept(hidden_and_there(tracks, view))

@@ -8,7 +8,7 @@ import pytest
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
-from skeleton_extract_3d.body.body import STATURE_SPREAD
+from skeleton_extract_3d.constants import METHOD
 from skeleton_extract_3d.estimator import STAGES, PeopleEstimator
 from skeleton_extract_3d.frame import CameraFrame
 from skeleton_extract_3d.lift.window_mean import in_coco, lift_by_window
@@ -216,7 +216,7 @@ def test_without_depth_people_are_inferred_at_the_depth_of_their_size():
     estimate = shown(frame, depth=nothing)
     people = estimate.people
     assert len(people) == 1 and (people.status == INFERRED).all()
-    error = STATURE_SPREAD * 2.6
+    error = METHOD.body.stature_spread * 2.6
     np.testing.assert_allclose(people.xyz[0, :, 2], frame.xyz[0, :, 2], atol=error)
     # nobody knows better how tall the person is, and no filter makes it known
     assert (people.sigma > 0.9 * error).all()

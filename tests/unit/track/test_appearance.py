@@ -5,7 +5,6 @@ import pytest
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.track import appearance
 from skeleton_extract_3d.track.appearance import Clothes
-from skeleton_extract_3d.track.constants import AppearanceConstants
 from synthetic_scene import Person, Room, pinhole, render, standing
 
 INDEX = COCO_18.index
@@ -112,12 +111,14 @@ def test_everybody_is_compared_with_everybody():
 
 
 def test_the_colour_of_somebody_who_is_watched_is_the_mean_and_follows_the_light():
-    constants, clothes = AppearanceConstants(memory=3), Clothes.unknown(1)
+    clothes = Clothes.unknown(1)
     for lightness in (10, 20, 30):
-        clothes = clothes.learnt(Clothes(np.full((1, 2, 3), float(lightness)), known([True, False])), known(True),
-                                 constants)
+        clothes = clothes.learnt(Clothes(np.full((1, 2, 3), float(lightness)), known([True, False])), known(True))
     np.testing.assert_allclose(clothes.colours[0], [[20] * 3, [0] * 3])
     assert clothes.weights.tolist() == [[3, 0]]
-    other = Clothes(np.full((1, 2, 3), 80.0), known([True, True]))
-    np.testing.assert_allclose(clothes.learnt(other, known(True), constants).colours[0, 0], 40, err_msg='a third')
-    np.testing.assert_array_equal(clothes.learnt(other, known(False), constants).colours, clothes.colours)
+    brighter = Clothes(np.full((1, 2, 3), 80.0), known([True, True]))
+    np.testing.assert_array_equal(clothes.learnt(brighter, known(False)).colours, clothes.colours)
+    for _ in range(60):
+        clothes = clothes.learnt(brighter, known(True))
+    # a thirtieth of the rest in each frame after the 30th
+    assert clothes.weights.tolist() == [[30, 30]] and 75 < clothes.colours[0, 0, 0] < 80

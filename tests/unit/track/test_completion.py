@@ -11,7 +11,6 @@ from skeleton_extract_3d.frame import View
 from skeleton_extract_3d.points.depth import DepthImage
 from skeleton_extract_3d.settings import OcclusionParams, SmoothingParams
 from skeleton_extract_3d.track.completion import Completion, complete
-from skeleton_extract_3d.track.constants import DEFAULTS
 from skeleton_extract_3d.track.out_of_sight import hidden_and_there, walk_on
 from skeleton_extract_3d.track.tracks import Tracks
 from synthetic_scene import Person, Room, joints_of, pinhole, render, standing
@@ -33,7 +32,7 @@ def tracks(*xyz, has=True, stamp=0.0, velocity=(0, 0, 0), stature=1.75):
     if not xyz:
         return Tracks.none()
     result = Tracks.begun(np.arange(len(xyz)), stamp, np.stack(xyz), np.tile([1.0, 0, 0], (len(xyz), 1)),
-                          np.full(len(xyz), stature), DEFAULTS.birth)
+                          np.full(len(xyz), stature))
     return moving(replace(result, has=np.full((len(xyz), 18), has), sightings=np.full(len(xyz), 10)), velocity)
 
 
@@ -53,7 +52,7 @@ def completed(one, trusted, stamp=DT, elapsed=DT, timeout=5.0):
     """Return the track with all joints, which joints are placed, and the errors of all, (18,) each."""
     seen = Completion(one, trusted, trusted, np.where(one.has | trusted, 0.03, np.nan))
     with np.errstate(invalid='ignore'):
-        after = complete(seen, View(room(), CAMERA, stamp, elapsed), timeout, DEFAULTS.completion)
+        after = complete(seen, View(room(), CAMERA, stamp, elapsed), timeout)
     return after.tracks, after.placed[0], after.sigma[0]
 
 
@@ -66,8 +65,7 @@ def off(one, xyz):
 
 def test_nobody():
     none = np.zeros((0, 18), bool)
-    after = complete(Completion(tracks(), none, none, np.zeros((0, 18))), View(room(), CAMERA, 1.0, DT), 5.0,
-                     DEFAULTS.completion)
+    after = complete(Completion(tracks(), none, none, np.zeros((0, 18))), View(room(), CAMERA, 1.0, DT), 5.0)
     assert after.placed.shape == (0, 18) and len(after.tracks) == 0
 
 
@@ -208,14 +206,14 @@ def unseen(those, points, frames=1):
     """Return tracks of people who are not detected for a number of frames, after each of them."""
     result = []
     for i in range(1, frames + 1):
-        those = walk_on(those, View(points, CAMERA, i * DT, DT), DEFAULTS)
+        those = walk_on(those, View(points, CAMERA, i * DT, DT))
         result.append(those)
     return result
 
 
 def there(those, points):
     """Return who is there without having been detected."""
-    return hidden_and_there(those, View(points, CAMERA, 1.0, DT), DEFAULTS.out_of_sight).tolist()
+    return hidden_and_there(those, View(points, CAMERA, 1.0, DT)).tolist()
 
 
 def test_nobody_is_out_of_sight():

@@ -8,12 +8,11 @@ import pytest
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
-from skeleton_extract_3d.body.body import STATURE_SPREAD
+from skeleton_extract_3d.constants import METHOD
 from skeleton_extract_3d.lift.observation import observe
 from skeleton_extract_3d.points.depth import DepthImage
 from skeleton_extract_3d.settings import IdentityParams
 from skeleton_extract_3d.track.appearance import Clothes
-from skeleton_extract_3d.track.constants import DEFAULTS
 from skeleton_extract_3d.track.identity import assign, repeated, stature_spread
 from skeleton_extract_3d.track.tracks import Tracks, middle_of_trunk
 from synthetic_scene import Person, Room, pinhole, render, standing
@@ -35,7 +34,7 @@ def tracks_at(*places, last_seen=STAMP - 0.1):
         return Tracks.none()
     xyz = scene(*places).xyz
     tracks = Tracks.begun(np.arange(len(xyz)), last_seen, xyz, np.tile([1.0, 0, 0], (len(xyz), 1)),
-                          np.full(len(xyz), 1.75), DEFAULTS.birth)
+                          np.full(len(xyz), 1.75))
     return replace(tracks, has=np.ones(xyz.shape[:2], bool))
 
 
@@ -56,7 +55,7 @@ def rows(tracks, frame, of_people=None, people=None, stamp=STAMP, **params):
     people = frame.people if people is None else people
     seen = observe(people, frame.size, DepthImage(frame.depth, frame.camera), frame.camera)
     of_people = of_people or Clothes.unknown(len(people))
-    return assign(tracks, seen, of_people, stamp, IdentityParams(**params), DEFAULTS.identity).tolist()
+    return assign(tracks, seen, of_people, stamp, IdentityParams(**params)).tolist()
 
 
 def permuted(frame, order):
@@ -182,27 +181,27 @@ def standing_at(*xs):
 
 
 def test_nobody_is_repeated():
-    assert repeated(*standing_at(), np.zeros(0, bool), DEFAULTS.identity).shape == (0,)
-    assert not repeated(*standing_at(0.0), np.array([False]), DEFAULTS.identity).any()
+    assert repeated(*standing_at(), np.zeros(0, bool)).shape == (0,)
+    assert not repeated(*standing_at(0.0), np.array([False])).any()
 
 
 @pytest.mark.parametrize('apart, again', [(0.0, True), (0.15, True), (0.3, False), (1.0, False)])
 def test_who_stands_where_a_followed_person_stands_is_that_one(apart, again):
-    assert repeated(*standing_at(0.0, apart), np.array([True, False]), DEFAULTS.identity).tolist() == [False, again]
+    assert repeated(*standing_at(0.0, apart), np.array([True, False])).tolist() == [False, again]
 
 
 def test_those_who_are_followed_are_themselves_however_near():
-    assert repeated(*standing_at(0.0, 0.05), np.array([True, True]), DEFAULTS.identity).tolist() == [False, False]
-    assert repeated(*standing_at(0.0, 0.05), np.array([False, False]), DEFAULTS.identity).tolist() == [False, False]
+    assert repeated(*standing_at(0.0, 0.05), np.array([True, True])).tolist() == [False, False]
+    assert repeated(*standing_at(0.0, 0.05), np.array([False, False])).tolist() == [False, False]
 
 
 def test_half_a_person_is_repeated_by_the_joints_that_both_have():
     xyz, known = standing_at(0.0, 0.05)
     known[1, 5:] = False
-    assert repeated(xyz, known, np.array([True, False]), DEFAULTS.identity).tolist() == [False, True]
+    assert repeated(xyz, known, np.array([True, False])).tolist() == [False, True]
     # a single shared joint may be by chance: two hands that shake
     known[1, 1:] = False
-    assert repeated(xyz, known, np.array([True, False]), DEFAULTS.identity).tolist() == [False, False]
+    assert repeated(xyz, known, np.array([True, False])).tolist() == [False, False]
 
 
 # --- the rest -------------------------------------------------------------------------------------------------------
@@ -210,8 +209,8 @@ def test_half_a_person_is_repeated_by_the_joints_that_both_have():
 def test_statures_are_known_better_when_they_were_measured():
     tracks = tracks_at(LEFT, RIGHT)
     sizes = tracks.sizes._replace(stature_weight=np.array([0, 10]))
-    spread = stature_spread(sizes, DEFAULTS.identity)
-    assert spread[0] == STATURE_SPREAD and spread[1] < 0.6 * STATURE_SPREAD
+    spread = stature_spread(sizes)
+    assert spread[0] == METHOD.body.stature_spread and spread[1] < 0.6 * METHOD.body.stature_spread
 
 
 def test_a_track_stands_where_the_truth_does():

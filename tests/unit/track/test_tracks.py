@@ -6,7 +6,6 @@ import pytest
 
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.settings import SmoothingParams
-from skeleton_extract_3d.track.constants import DEFAULTS
 from skeleton_extract_3d.track.tracks import Tracks, frame_change, middle_of_trunk
 
 K = len(COCO_18.joints)
@@ -20,8 +19,7 @@ def tracks(*ids, stamp=10.0, velocity=(0, 0, 0)):
         return Tracks.none()
     xyz = np.random.default_rng(0).uniform(-0.5, 0.5, (len(ids), K, 3))
     xyz += np.array(ids, float)[:, None, None] * [1, 0, 0] + [0, 0, 3]
-    result = Tracks.begun(np.array(ids), stamp, xyz, np.tile([1.0, 0, 0], (len(ids), 1)), np.full(len(ids), 1.7),
-                          DEFAULTS.birth)
+    result = Tracks.begun(np.array(ids), stamp, xyz, np.tile([1.0, 0, 0], (len(ids), 1)), np.full(len(ids), 1.7))
     joints, root = (each._replace(velocity=each.velocity + velocity) for each in (result.joints, result.root))
     return replace(result, joints=joints, root=root)
 
@@ -50,7 +48,7 @@ def test_newcomers_have_joints_where_they_were_seen_but_nothing_was_learnt():
 def test_joints_without_a_keypoint_do_not_tell_where_the_trunk_is():
     xyz = np.random.default_rng(0).uniform(-0.5, 0.5, (1, K, 3))
     xyz[0, TRUNK[1:]] = np.nan
-    one = Tracks.begun(np.array([1]), 0.0, xyz, np.array([[1.0, 0, 0]]), np.array([1.7]), DEFAULTS.birth)
+    one = Tracks.begun(np.array([1]), 0.0, xyz, np.array([[1.0, 0, 0]]), np.array([1.7]))
     np.testing.assert_array_equal(one.root.position[0, 0], xyz[0, TRUNK[0]])
     assert np.isfinite(one.joints.position).all()
 

@@ -208,9 +208,3 @@ def _covering(parts: BetweenJoints) -> np.ndarray:
 
 
 BODY = BodyConstants()
-# The same by the names that track/ still uses.
-ADULT_STATURE, STATURE_SPREAD = BODY.adult_stature, BODY.stature_spread
-SHOULDER_WIDTH, HIP_WIDTH, TRUNK_LENGTH, NECK_TO_HEAD = (BODY.shoulder_width, BODY.hip_width, BODY.trunk_length,
-                                                         BODY.neck_to_head)
-UPPER_LENGTHS, LOWER_LENGTHS = BODY.bone_lengths[UPPER_KINDS], BODY.bone_lengths[LOWER_KINDS]
-LIVELINESS, HEAD_POINTS = BODY.accelerations, BODY.head_points

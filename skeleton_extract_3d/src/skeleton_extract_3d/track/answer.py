@@ -2,16 +2,17 @@
 import numpy as np
 
 from openpose_ros_pkg.skeletons import COCO_18
+from skeleton_extract_3d.constants import METHOD
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
 from skeleton_extract_3d.settings import EstimatorSettings
 from skeleton_extract_3d.track.completion import Completion
-from skeleton_extract_3d.track.constants import CorrectionConstants
 from skeleton_extract_3d.track.sightings import Sightings
 from skeleton_extract_3d.track.tracks import Tracks
 
+_CORRECTION = METHOD.track.correction
 
-def report(people: Sightings, completion: Completion, hidden: Tracks, stamp: float, settings: EstimatorSettings,
-           constants: CorrectionConstants) -> People3D:
+def report(people: Sightings, completion: Completion, hidden: Tracks, stamp: float, settings: EstimatorSettings
+           ) -> People3D:
     """Return who is there and where, with the joints of COCO_18, in the frame of the points.
 
     Args:
@@ -25,7 +26,7 @@ def report(people: Sightings, completion: Completion, hidden: Tracks, stamp: flo
     position = tracks.joints.position
     if settings.smoothing.smoothing and settings.occlusion.occlusion:
         # where the filter does not follow the surface, its answer is not read from there
-        read &= ((position - lifted.xyz) ** 2).sum(axis=2) < constants.measured_reach ** 2
+        read &= ((position - lifted.xyz) ** 2).sum(axis=2) < _CORRECTION.measured_reach ** 2
     if not settings.smoothing.smoothing:
         position = np.where(trusted[..., None], lifted.xyz, position)
     recent = stamp - hidden.seen <= settings.occlusion.inference_timeout

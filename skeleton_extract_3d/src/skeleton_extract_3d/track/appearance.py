@@ -1,16 +1,17 @@
 """What people wear: mean colours of the upper and the lower part of the clothes."""
-from typing import NamedTuple, Optional, Sequence, Tuple
+from typing import NamedTuple, Optional, Sequence
 
 import cv2
 import numpy as np
 
 from skeleton_extract_3d.body.body import HIPS, MIDDLES, SHOULDERS
+from skeleton_extract_3d.constants import METHOD
 from skeleton_extract_3d.lift import surfaces
 from skeleton_extract_3d.lift.observation import grid_positions
 from skeleton_extract_3d.lift.records import ObservedPeople
 from skeleton_extract_3d.points.point_grid import PointGrid
-from skeleton_extract_3d.track.constants import AppearanceConstants
 
+_APPEARANCE = METHOD.track.appearance
 # Corners of the trunk.
 _CHEST = np.concatenate([SHOULDERS, HIPS])
 # Hip and knee of both sides, (2 sides, 2 ends).
@@ -49,16 +50,15 @@ class Clothes(NamedTuple):
         """Return the clothes of some of the people, by a mask or by indices."""
         return Clothes(self.colours[people], self.weights[people])
 
-    def learnt(self, frame: 'Clothes', usable: np.ndarray, constants: AppearanceConstants) -> 'Clothes':
+    def learnt(self, frame: 'Clothes', usable: np.ndarray) -> 'Clothes':
         """Return the mean with one more frame of usable people, (P,) bool."""
         known = (frame.weights > 0) & usable[:, None]
-        weights = np.minimum(self.weights + known, constants.memory)
+        weights = np.minimum(self.weights + known, _APPEARANCE.memory)
         share = np.where(known, 1 / np.maximum(weights, 1), 0.0)
         return Clothes(self.colours + share[..., None] * (frame.colours - self.colours), weights)
 
 
-def observe_clothes(seen: ObservedPeople, points: PointGrid, bgr: Optional[np.ndarray], constants: AppearanceConstants
-                    ) -> Clothes:
+def observe_clothes(seen: ObservedPeople, points: PointGrid, bgr: Optional[np.ndarray]) -> Clothes:
     """Return the colours of the clothes in one frame, where the surface is near the trunk's.
 
     Args:
@@ -70,7 +70,7 @@ def observe_clothes(seen: ObservedPeople, points: PointGrid, bgr: Optional[np.nd
     pixels = clothes_pixels(seen.uv)
     with np.errstate(invalid='ignore'):
         usable = np.abs(surfaces.depths_at(points, np.where(np.isfinite(pixels), pixels, -1e6))
-                        - trunk[:, None]) < constants.depth_range
+                        - trunk[:, None]) < _APPEARANCE.depth_range
     return mean_colours(bgr, grid_positions(pixels, (points.width, points.height), seen.image_size), usable)
 
 

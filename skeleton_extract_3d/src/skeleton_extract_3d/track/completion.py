@@ -7,13 +7,24 @@ from typing import Any, NamedTuple, Optional, Tuple
 
 import numpy as np
 
-from skeleton_extract_3d.body import body
-from skeleton_extract_3d.body.body import ENDS, HEAD, HIPS, MIDDLES, NECK, ROOTS, SHOULDERS
+from skeleton_extract_3d.body.body import (
+    ENDS,
+    HEAD,
+    HIPS,
+    LOWER_KINDS,
+    MIDDLES,
+    NECK,
+    ROOTS,
+    SHOULDERS,
+    SIDES,
+    UPPER_KINDS,
+)
+from skeleton_extract_3d.constants import METHOD
 from skeleton_extract_3d.frame import View
-from skeleton_extract_3d.track.constants import CompletionConstants
 from skeleton_extract_3d.track.joint_filter import JointFilter, isotropic
 from skeleton_extract_3d.track.tracks import Tracks
 
+_BODY, _COMPLETION = METHOD.body, METHOD.track.completion
 _OF_NECK = np.array([NECK])
 # Left and right, (2, 1).
 _BOTH_SIDES = np.array([1.0, -1.0])[:, None]
@@ -35,7 +46,7 @@ class Completion(NamedTuple):
     sigma: np.ndarray
 
 
-def complete(seen: Completion, view: View, timeout: float, constants: CompletionConstants) -> Completion:
+def complete(seen: Completion, view: View, timeout: float) -> Completion:
     """Return people with the joints that have no usable keypoint placed, from the trunk outwards.
 
     Args:
@@ -46,25 +57,25 @@ def complete(seen: Completion, view: View, timeout: float, constants: Completion
     tracks, trusted = seen.tracks, seen.trusted
     if trusted.all():
         return seen
-    scale = tracks.sizes.stature / body.ADULT_STATURE
+    scale = tracks.sizes.stature / _BODY.adult_stature
     left, down = tracks.left, tracks.down
     pose = _Pose.of(seen, view, timeout)
     neck, known = _neck(pose, left, down, scale)
-    pose = pose.filled(np.array([NECK]), neck[:, None], known, None, constants)
-    half = left * (scale * body.SHOULDER_WIDTH / 2)[:, None]
+    pose = pose.filled(np.array([NECK]), neck[:, None], known, None)
+    half = left * (scale * _BODY.shoulder_width / 2)[:, None]
     shoulders = pose.position[:, NECK, None] + _BOTH_SIDES * half[:, None]
-    pose = pose.filled(SHOULDERS, shoulders, pose.placed[:, NECK], _OF_NECK, constants)
-    pose = pose.filled(HIPS, _hips(pose, trusted, left, down, scale), pose.placed[:, NECK], _OF_NECK, constants)
-    for starts, ends, lengths, hanging in ((ROOTS, MIDDLES, body.UPPER_LENGTHS, constants.upper_hanging),
-                                           (MIDDLES, ENDS, body.LOWER_LENGTHS, constants.lower_hanging)):
-        length = (lengths * scale[:, None])[..., None]
+    pose = pose.filled(SHOULDERS, shoulders, pose.placed[:, NECK], _OF_NECK)
+    pose = pose.filled(HIPS, _hips(pose, trusted, left, down, scale), pose.placed[:, NECK], _OF_NECK)
+    for starts, ends, kinds, hanging in ((ROOTS, MIDDLES, UPPER_KINDS, _COMPLETION.upper_hanging),
+                                         (MIDDLES, ENDS, LOWER_KINDS, _COMPLETION.lower_hanging)):
+        length = (_BODY.bone_lengths[kinds] * scale[:, None])[..., None]
         rest = pose.position[:, starts] + length * (hanging[:, :1] * down[:, None]
-                                                    + hanging[:, 1:] * body.SIDES[:, None] * left[:, None])
-        pose = pose.filled(ends, rest, pose.placed[:, starts], starts, constants)
+                                                    + hanging[:, 1:] * SIDES[:, None] * left[:, None])
+        pose = pose.filled(ends, rest, pose.placed[:, starts], starts)
     # without another joint of the head, it is where it was above the neck
-    pose = pose.filled(HEAD, None, pose.placed[:, NECK], _OF_NECK, constants)
+    pose = pose.filled(HEAD, None, pose.placed[:, NECK], _OF_NECK)
     filled = pose.placed & ~trusted
-    joints = JointFilter.moving(pose.position, pose.velocity, isotropic(pose.sigma), constants.speed)
+    joints = JointFilter.moving(pose.position, pose.velocity, isotropic(pose.sigma), _COMPLETION.speed)
     tracks = replace(tracks, joints=tracks.joints.where(filled, joints), has=tracks.has | filled,
                      seen=np.where(filled & ~tracks.has, tracks.born[:, None], tracks.seen))
     return Completion(tracks, trusted, pose.placed, pose.sigma)
@@ -101,7 +112,7 @@ class _Pose(NamedTuple):
                    view.elapsed, timeout)
 
     def filled(self, joints: np.ndarray, rest: Optional[np.ndarray], possible: np.ndarray,
-               parents: Optional[np.ndarray], constants: CompletionConstants) -> '_Pose':
+               parents: Optional[np.ndarray]) -> '_Pose':
         """Return the pose with joints placed that are not yet.
 
         Args:
@@ -116,17 +127,17 @@ class _Pose(NamedTuple):
         fill = ~self.placed[:, joints] & able & (unseen <= self.timeout)
         if not fill.any():
             return self
-        position, velocity, parent_sigma = self.position[:, joints], self.velocity[:, joints], constants.neck_sigma
+        position, velocity, parent_sigma = self.position[:, joints], self.velocity[:, joints], _COMPLETION.neck_sigma
         if parents is not None:
             of_parent, parent_sigma = self.velocity[:, parents], self.sigma[:, parents]
             position = position + (of_parent - velocity) * self.elapsed
             velocity = of_parent
         if rest is not None:
-            share = 1 - np.exp(-self.elapsed / constants.rest_time)
+            share = 1 - np.exp(-self.elapsed / _COMPLETION.rest_time)
             towards = np.where(possible[..., None], position + (rest - position) * share, position)
             position = np.where(had[..., None], towards, rest)
-        most = constants.rest_sigmas[joints]
-        growing = np.minimum(constants.sigma_at_once + constants.sigma_growth * unseen, most)
+        most = _COMPLETION.rest_sigmas[joints]
+        growing = np.minimum(_COMPLETION.sigma_at_once + _COMPLETION.sigma_growth * unseen, most)
         sigma = np.sqrt(np.where(had, growing, most) ** 2 + parent_sigma ** 2)
         return self._replace(
             position=_with(self.position, joints, fill[..., None], position),
@@ -144,12 +155,12 @@ def _with(values: np.ndarray, joints: np.ndarray, fill: np.ndarray, new: Any) ->
 def _neck(pose: _Pose, left: np.ndarray, down: np.ndarray, scale: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
     """Return where the neck is by shoulders, hips or head, (N, 3) [m], and whose is known, (N,)."""
     position, trusted = pose.position, pose.placed
-    half = left * (scale * body.SHOULDER_WIDTH / 2)[:, None]
+    half = left * (scale * _BODY.shoulder_width / 2)[:, None]
     both, any_shoulder = trusted[:, SHOULDERS].all(axis=1), trusted[:, SHOULDERS].any(axis=1)
     by_one = np.where(trusted[:, SHOULDERS[:1]], position[:, SHOULDERS[0]] - half, position[:, SHOULDERS[1]] + half)
     middle = np.where(both[:, None], position[:, SHOULDERS].mean(axis=1), by_one)
     both_hips = trusted[:, HIPS].all(axis=1)
-    of_hips = position[:, HIPS].mean(axis=1) - down * (scale * body.TRUNK_LENGTH)[:, None]
+    of_hips = position[:, HIPS].mean(axis=1) - down * (scale * _BODY.trunk_length)[:, None]
     of_head, head_known = _neck_by_head(pose, left, down, scale)
     neck = np.where(any_shoulder[:, None], middle, np.where(both_hips[:, None], of_hips, of_head))
     return neck, any_shoulder | both_hips | head_known
@@ -160,16 +171,16 @@ def _neck_by_head(pose: _Pose, left: np.ndarray, down: np.ndarray, scale: np.nda
     forward = np.cross(left, -down)
     axes = np.stack([left, down, forward], axis=1)
     known = pose.placed[:, HEAD]
-    offsets = body.HEAD_POINTS @ axes * scale[:, None, None]
+    offsets = _BODY.head_points @ axes * scale[:, None, None]
     middle = np.where(known[..., None], pose.position[:, HEAD] - offsets, 0.0).sum(axis=1)
     middle = middle / np.maximum(known.sum(axis=1), 1)[:, None]
-    return middle + down * (scale * body.NECK_TO_HEAD)[:, None], known.any(axis=1)
+    return middle + down * (scale * _BODY.neck_to_head)[:, None], known.any(axis=1)
 
 
 def _hips(pose: _Pose, trusted: np.ndarray, left: np.ndarray, down: np.ndarray, scale: np.ndarray) -> np.ndarray:
     """Return where the hips are, by one of them or under the neck, (N, 2, 3) [m]."""
-    position, half = pose.position, left * (scale * body.HIP_WIDTH / 2)[:, None]
+    position, half = pose.position, left * (scale * _BODY.hip_width / 2)[:, None]
     by_one = np.where(trusted[:, HIPS[:1]], position[:, HIPS[0]] - half, position[:, HIPS[1]] + half)
-    under_neck = position[:, NECK] + down * (scale * body.TRUNK_LENGTH)[:, None]
+    under_neck = position[:, NECK] + down * (scale * _BODY.trunk_length)[:, None]
     middle = np.where(trusted[:, HIPS].any(axis=1)[:, None], by_one, under_neck)
     return middle[:, None] + _BOTH_SIDES * half[:, None]

@@ -181,6 +181,3 @@ class TrackConstants:
     bone_constraints: BoneConstraintConstants = BoneConstraintConstants()
     completion: CompletionConstants = CompletionConstants()
     out_of_sight: OutOfSightConstants = OutOfSightConstants()
-
-
-DEFAULTS = TrackConstants()

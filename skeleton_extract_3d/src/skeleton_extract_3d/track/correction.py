@@ -5,30 +5,30 @@ import numpy as np
 
 from skeleton_extract_3d.body import measures
 from skeleton_extract_3d.body.body import HIPS, SHOULDERS
+from skeleton_extract_3d.constants import METHOD
 from skeleton_extract_3d.settings import OcclusionParams
 from skeleton_extract_3d.track.bone_constraints import satisfy_lengths
 from skeleton_extract_3d.track.completion import Completion
-from skeleton_extract_3d.track.constants import CorrectionConstants, TrackConstants
 from skeleton_extract_3d.track.joint_filter import JointFilter, along_rays, isotropic
 from skeleton_extract_3d.track.sightings import Sightings
 from skeleton_extract_3d.track.tracks import Tracks, middle_of_trunk
 
+_CORRECTION = METHOD.track.correction
 # Corners of the trunk.
 _CORNERS = np.concatenate([SHOULDERS, HIPS])
 
 
-def _trusted(people: Sightings, params: OcclusionParams, constants: CorrectionConstants) -> np.ndarray:
+def _trusted(people: Sightings, params: OcclusionParams) -> np.ndarray:
     """Return which joints the frame places, (N, 18) bool."""
     scores, lifted = people.observed.scores, people.lifted
     trusted = lifted.measured
     if params.occlusion:
         trusted = trusted | ((scores >= params.hidden_min_score)
-                             & (lifted.plausible | (scores > constants.sure_score)))
+                             & (lifted.plausible | (scores > _CORRECTION.sure_score)))
     return trusted & people.observed.known & (scores >= params.measured_min_score)
 
 
-def correct(tracks: Tracks, people: Sightings, stamp: float, params: OcclusionParams, constants: TrackConstants
-            ) -> Completion:
+def correct(tracks: Tracks, people: Sightings, stamp: float, params: OcclusionParams) -> Completion:
     """Return the tracks of people with what the frame shows of them.
 
     Args:
@@ -36,31 +36,30 @@ def correct(tracks: Tracks, people: Sightings, stamp: float, params: OcclusionPa
         people: the frame.
         stamp: [s].
     """
-    own, lifted = constants.correction, people.lifted
-    trusted = _trusted(people, params, own)
-    joints, has = _joints(tracks, people, trusted, params.occlusion, own), tracks.has | trusted
-    sure = lifted.measured[:, _CORNERS].sum(axis=1) >= own.corners
-    error = np.where(sure, own.root_measured, own.root_guessed)
+    lifted = people.lifted
+    trusted = _trusted(people, params)
+    joints, has = _joints(tracks, people, trusted, params.occlusion), tracks.has | trusted
+    sure = lifted.measured[:, _CORNERS].sum(axis=1) >= _CORRECTION.corners
+    error = np.where(sure, _CORRECTION.root_measured, _CORRECTION.root_guessed)
     middle = middle_of_trunk(joints.position, has)
     root = tracks.root.corrected(middle[:, None], isotropic(error * np.sqrt(3))[:, None],
                                  np.ones((len(tracks), 1), bool))
     tracks = replace(
         tracks, joints=joints, root=root, has=has, seen=np.where(trusted, stamp, tracks.seen),
         last_seen=np.full(len(tracks), stamp), sightings=tracks.sightings + 1, left=lifted.left,
-        down=_down(tracks.down, joints.position, trusted[:, _CORNERS].all(axis=1), own),
+        down=_down(tracks.down, joints.position, trusted[:, _CORNERS].all(axis=1)),
         sizes=measures.learn(tracks.sizes, lifted.xyz, lifted.measured, people.observed.scores),
-        clothes=tracks.clothes.learnt(people.clothes, sure, constants.appearance))
-    sigma = np.maximum(np.sqrt(joints.sigmas() ** 2 + own.body_sigma ** 2), people.size_error())
+        clothes=tracks.clothes.learnt(people.clothes, sure))
+    sigma = np.maximum(np.sqrt(joints.sigmas() ** 2 + _CORRECTION.body_sigma ** 2), people.size_error())
     return Completion(tracks, trusted, trusted, sigma)
 
 
-def _joints(tracks: Tracks, people: Sightings, trusted: np.ndarray, bones: bool,
-            constants: CorrectionConstants) -> JointFilter:
+def _joints(tracks: Tracks, people: Sightings, trusted: np.ndarray, bones: bool) -> JointFilter:
     """Return the filters of the joints with trusted ones taken in, after the lengths of bones if these count."""
     lifted, seen = people.lifted, people.observed
-    across = (constants.across + constants.across_by_score * (1 - np.minimum(seen.scores, 1.0)) ** 2
-              + np.where(lifted.measured, 0.0, constants.across_hidden))
-    along = np.where(lifted.measured, constants.along_measured, np.maximum(lifted.sigma, constants.along_inferred))
+    across = (_CORRECTION.across + _CORRECTION.across_by_score * (1 - np.minimum(seen.scores, 1.0)) ** 2
+              + np.where(lifted.measured, 0.0, _CORRECTION.across_hidden))
+    along = np.where(lifted.measured, _CORRECTION.along_measured, np.maximum(lifted.sigma, _CORRECTION.along_inferred))
     covariance = along_rays(seen.rays, across, np.maximum(along, people.size_error()))
     xyz = lifted.xyz
     if bones:
@@ -70,13 +69,13 @@ def _joints(tracks: Tracks, people: Sightings, trusted: np.ndarray, bones: bool,
     first = trusted & ~tracks.has
     if not first.any():
         return joints
-    return joints.where(first, JointFilter.moving(xyz, np.zeros_like(xyz), covariance, constants.unknown_speed))
+    return joints.where(first, JointFilter.moving(xyz, np.zeros_like(xyz), covariance, _CORRECTION.unknown_speed))
 
 
-def _down(before: np.ndarray, position: np.ndarray, known: np.ndarray, constants: CorrectionConstants) -> np.ndarray:
+def _down(before: np.ndarray, position: np.ndarray, known: np.ndarray) -> np.ndarray:
     """Return the directions of trunks downwards, (N, 3), with this frame's where the corners are known, (N,) bool."""
     along = (position[:, HIPS] - position[:, SHOULDERS]).sum(axis=1)
     length = np.linalg.norm(along, axis=1, keepdims=True)
-    mixed = before + constants.down_share * (along / np.maximum(length, 1e-6) - before)
+    mixed = before + _CORRECTION.down_share * (along / np.maximum(length, 1e-6) - before)
     mixed /= np.maximum(np.linalg.norm(mixed, axis=1, keepdims=True), 1e-6)
-    return np.where(known[:, None] & (length > constants.least_trunk), mixed, before)
+    return np.where(known[:, None] & (length > _CORRECTION.least_trunk), mixed, before)

@@ -2,20 +2,20 @@
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from skeleton_extract_3d.body.body import ADULT_STATURE, STATURE_SPREAD
 from skeleton_extract_3d.body.measures import Sizes
+from skeleton_extract_3d.constants import METHOD
 from skeleton_extract_3d.lift import surfaces
 from skeleton_extract_3d.lift.records import ObservedPeople
 from skeleton_extract_3d.settings import IdentityParams
 from skeleton_extract_3d.track.appearance import Clothes, colour_distances
-from skeleton_extract_3d.track.constants import IdentityConstants
 from skeleton_extract_3d.track.tracks import Tracks
 
+_BODY, _IDENTITY = METHOD.body, METHOD.track.identity
 _FORBIDDEN = 1e3
 
 
-def assign(tracks: Tracks, seen: ObservedPeople, clothes: Clothes, stamp: float, params: IdentityParams,
-           constants: IdentityConstants) -> np.ndarray:
+def assign(tracks: Tracks, seen: ObservedPeople, clothes: Clothes, stamp: float, params: IdentityParams
+           ) -> np.ndarray:
     """Return the row of each person's track, -1 where there is none, (P,) int64.
 
     Args:
@@ -28,22 +28,22 @@ def assign(tracks: Tracks, seen: ObservedPeople, clothes: Clothes, stamp: float,
     if not len(tracks) or not len(rows):
         return rows
     across = distances_across(tracks.joints.position, tracks.has, seen.rays, seen.known)
-    against = evidence_against(seen, tracks, constants)
+    against = evidence_against(seen, tracks)
     away = (stamp - tracks.last_seen)[:, None]
     allowed = across <= params.track_gate + params.walking_speed * away
-    allowed &= (against <= constants.most_evidence) | (across < constants.same_place)
-    cost = across / constants.distance_unit + against / constants.evidence_unit
+    allowed &= (against <= _IDENTITY.most_evidence) | (across < _IDENTITY.same_place)
+    cost = across / _IDENTITY.distance_unit + against / _IDENTITY.evidence_unit
     if params.use_clothes:
-        colour = colour_distances(tracks.clothes, clothes) / constants.colour_unit
-        cost += (np.where(away > constants.away, 1.0, constants.present_share)
-                 * np.minimum(colour, constants.most_colour))
+        colour = colour_distances(tracks.clothes, clothes) / _IDENTITY.colour_unit
+        cost += (np.where(away > _IDENTITY.away, 1.0, _IDENTITY.present_share)
+                 * np.minimum(colour, _IDENTITY.most_colour))
     track, person = linear_sum_assignment(np.where(allowed, cost, _FORBIDDEN))
     agreed = allowed[track, person]
     rows[person[agreed]] = track[agreed]
     return rows
 
 
-def repeated(xyz: np.ndarray, known: np.ndarray, followed: np.ndarray, constants: IdentityConstants) -> np.ndarray:
+def repeated(xyz: np.ndarray, known: np.ndarray, followed: np.ndarray) -> np.ndarray:
     """Return which newcomers stand where somebody stands who is followed already, (P,) bool.
 
     Args:
@@ -56,8 +56,8 @@ def repeated(xyz: np.ndarray, known: np.ndarray, followed: np.ndarray, constants
     both = known[:, None] & known[None]
     distance = np.where(both, np.linalg.norm(xyz[:, None] - xyz[None], axis=3), np.inf)
     with np.errstate(invalid='ignore'):
-        same = ((both.sum(axis=2) >= constants.repeated_joints)
-                & (surfaces.lower_median(distance) < constants.repeated_distance))
+        same = ((both.sum(axis=2) >= _IDENTITY.repeated_joints)
+                & (surfaces.lower_median(distance) < _IDENTITY.repeated_distance))
     return ~followed & (same & followed[None]).any(axis=1)
 
 
@@ -78,17 +78,17 @@ def distances_across(position: np.ndarray, has: np.ndarray, rays: np.ndarray, kn
     return np.where(np.isfinite(distance), distance, np.inf)
 
 
-def evidence_against(seen: ObservedPeople, tracks: Tracks, constants: IdentityConstants) -> np.ndarray:
+def evidence_against(seen: ObservedPeople, tracks: Tracks) -> np.ndarray:
     """Return by how much another depth of the trunk is likelier than the track's, (T, P) log likelihood."""
-    size = seen.adult_depth[None] * (tracks.sizes.stature / ADULT_STATURE)[:, None]
-    spread = np.broadcast_to(stature_spread(tracks.sizes, constants)[:, None], size.shape)
+    size = seen.adult_depth[None] * (tracks.sizes.stature / _BODY.adult_stature)[:, None]
+    spread = np.broadcast_to(stature_spread(tracks.sizes)[:, None], size.shape)
     total = seen.trunk_evidence[None] + surfaces.size_evidence(size, spread)
     depth = np.maximum(tracks.root.position[:, 0, 2], 0.1)
-    near = np.abs(np.log(surfaces.ROOT_DEPTHS / depth[:, None])) < constants.same_depth
+    near = np.abs(np.log(surfaces.ROOT_DEPTHS / depth[:, None])) < _IDENTITY.same_depth
     there = np.where(near[:, None], total, -np.inf).max(axis=2)
     return np.minimum(total.max(axis=2) - there, _FORBIDDEN)
 
 
-def stature_spread(sizes: Sizes, constants: IdentityConstants) -> np.ndarray:
+def stature_spread(sizes: Sizes) -> np.ndarray:
     """Return the standard deviation of each track's stature, as a share, (T,)."""
-    return np.where(sizes.stature_weight > constants.measured_frames, constants.measured_spread, STATURE_SPREAD)
+    return np.where(sizes.stature_weight > _IDENTITY.measured_frames, _IDENTITY.measured_spread, _BODY.stature_spread)

@@ -2,12 +2,14 @@
 from dataclasses import dataclass, field
 from typing import Optional, Tuple
 
+from skeleton_extract_3d.constants import METHOD
 from skeleton_extract_3d.frame import CameraFrame, View
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.transform import Transform
 from skeleton_extract_3d.settings import IdentityParams
-from skeleton_extract_3d.track.constants import MemoryConstants
 from skeleton_extract_3d.track.tracks import Tracks, frame_change
+
+_MEMORY = METHOD.track.memory
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,8 +28,7 @@ class Memory:
     camera: Optional[CameraModel] = None
     tracking_from_points: Optional[Transform] = None
 
-    def at(self, frame: CameraFrame, camera: CameraModel, params: IdentityParams, constants: MemoryConstants
-           ) -> Tuple['Memory', View]:
+    def at(self, frame: CameraFrame, camera: CameraModel, params: IdentityParams) -> Tuple['Memory', View]:
         """Return what is remembered at the time and the place of a frame, and these.
 
         Nobody has moved yet; people who were not detected for too long are forgotten.
@@ -37,7 +38,7 @@ class Memory:
         """
         stamp, pose = frame.stamp, frame.tracking_from_points
         before = self.stamp
-        if not params.tracking or (before is not None and stamp < before - constants.greatest_backstep):
+        if not params.tracking or (before is not None and stamp < before - _MEMORY.greatest_backstep):
             before = None
         tracks = Tracks.none()
         if before is not None:

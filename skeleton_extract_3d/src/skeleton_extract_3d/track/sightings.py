@@ -3,11 +3,10 @@ from typing import Iterator, NamedTuple, Tuple
 
 import numpy as np
 
-from skeleton_extract_3d.body.body import STATURE_SPREAD
+from skeleton_extract_3d.constants import METHOD
 from skeleton_extract_3d.lift.records import Lifted, ObservedPeople
 from skeleton_extract_3d.settings import IdentityParams
 from skeleton_extract_3d.track.appearance import Clothes
-from skeleton_extract_3d.track.constants import TrackConstants
 from skeleton_extract_3d.track.identity import repeated
 from skeleton_extract_3d.track.tracks import Tracks
 
@@ -41,11 +40,11 @@ class Sightings(NamedTuple):
         """Return the error of people without a single surface, whose depth their size alone tells, (P, 1) [m]; else 0.
         """
         lifted = self.lifted
-        return np.where(lifted.measured.any(axis=1), 0.0, STATURE_SPREAD * lifted.root)[:, None]
+        return np.where(lifted.measured.any(axis=1), 0.0, METHOD.body.stature_spread * lifted.root)[:, None]
 
 
-def begin_tracks(tracks: Tracks, people: Sightings, stamp: float, ids: Iterator[int], params: IdentityParams,
-                 constants: TrackConstants) -> Tuple[Tracks, Sightings]:
+def begin_tracks(tracks: Tracks, people: Sightings, stamp: float, ids: Iterator[int], params: IdentityParams
+                 ) -> Tuple[Tracks, Sightings]:
     """Return the tracks with one for each newcomer, and the people who have a track.
 
     Args:
@@ -59,7 +58,7 @@ def begin_tracks(tracks: Tracks, people: Sightings, stamp: float, ids: Iterator[
     # what can not be measured does not speak against a newcomer
     measurable = (seen.known & np.isfinite(seen.samples).any(axis=2)).sum(axis=1)
     new = ~followed & (lifted.measured.sum(axis=1) >= np.minimum(params.birth_joints, measurable))
-    new &= ~repeated(lifted.xyz, seen.known, followed, constants.identity)
+    new &= ~repeated(lifted.xyz, seen.known, followed)
     begun = np.flatnonzero(new)
     if len(begun):
         given = seen.people_2d.ids
@@ -70,6 +69,6 @@ def begin_tracks(tracks: Tracks, people: Sightings, stamp: float, ids: Iterator[
         tracks = tracks.joined(Tracks.begun(
             given[begun] if keep_ids else np.array([next(ids) for _ in begun]), stamp,
             np.where(seen.known[begun, :, None], lifted.xyz[begun], np.nan), lifted.left[begun],
-            lifted.stature[begun], constants.birth))
+            lifted.stature[begun]))
     has_track = people.row >= 0
     return tracks, people if has_track.all() else people.select(np.flatnonzero(has_track))

@@ -5,14 +5,15 @@ from typing import Any, Tuple
 
 import numpy as np
 
-from skeleton_extract_3d.body.body import JOINTS, LIVELINESS, TRUNK
+from skeleton_extract_3d.body.body import JOINTS, TRUNK
 from skeleton_extract_3d.body.measures import Sizes
+from skeleton_extract_3d.constants import METHOD
 from skeleton_extract_3d.points.transform import Transform
 from skeleton_extract_3d.settings import SmoothingParams
 from skeleton_extract_3d.track.appearance import Clothes
-from skeleton_extract_3d.track.constants import BirthConstants
 from skeleton_extract_3d.track.joint_filter import JointFilter
 
+_BIRTH = METHOD.track.birth
 _IN_TRUNK = np.isin(np.arange(len(JOINTS)), TRUNK)
 
 
@@ -51,11 +52,11 @@ class Tracks:
     def none(cls) -> 'Tracks':
         """Return the tracks of nobody."""
         joints = np.zeros((0, len(JOINTS), 3))
-        return cls.begun(np.zeros(0, np.int64), 0.0, joints, np.zeros((0, 3)), np.zeros(0), BirthConstants())
+        return cls.begun(np.zeros(0, np.int64), 0.0, joints, np.zeros((0, 3)), np.zeros(0))
 
     @classmethod
-    def begun(cls, ids: np.ndarray, stamp: float, xyz: np.ndarray, left: np.ndarray, stature: np.ndarray,
-              constants: BirthConstants) -> 'Tracks':
+    def begun(cls, ids: np.ndarray, stamp: float, xyz: np.ndarray, left: np.ndarray, stature: np.ndarray
+              ) -> 'Tracks':
         """Return N new tracks; none of their joints counts as placed yet.
 
         Args:
@@ -68,8 +69,8 @@ class Tracks:
         count, known = len(ids), np.isfinite(xyz).all(axis=2)
         stamps = np.full(count, stamp)
         return cls(
-            JointFilter.at_rest(np.where(known[..., None], xyz, 0.0), constants.joint_sigma, constants.speed),
-            JointFilter.at_rest(middle_of_trunk(xyz, known)[:, None], constants.root_sigma, constants.speed),
+            JointFilter.at_rest(np.where(known[..., None], xyz, 0.0), _BIRTH.joint_sigma, _BIRTH.speed),
+            JointFilter.at_rest(middle_of_trunk(xyz, known)[:, None], _BIRTH.root_sigma, _BIRTH.speed),
             ids, born=stamps, last_seen=stamps, sightings=np.zeros(count, np.int64), has=np.zeros(known.shape, bool),
             seen=np.full(known.shape, stamp), left=left, down=np.broadcast_to([0.0, 1.0, 0.0], (count, 3)),
             sizes=Sizes.assumed(stature), clothes=Clothes.unknown(count))
@@ -103,7 +104,7 @@ class Tracks:
         """Return the tracks after a time [s], everybody moving on with constant velocity."""
         if not len(self) or elapsed <= 0:
             return self
-        return replace(self, joints=self.joints.predicted(elapsed, params.acceleration * LIVELINESS),
+        return replace(self, joints=self.joints.predicted(elapsed, params.acceleration * METHOD.body.accelerations),
                        root=self.root.predicted(elapsed, np.array([params.walking_acceleration])))
 
     def transformed(self, rotation: np.ndarray, translation: np.ndarray) -> 'Tracks':
