@@ -1,30 +1,28 @@
 """The commands of ./run; its usage text says what they do."""
 import argparse
 import contextlib
-import fcntl
 import os
 import re
 import shutil
 import subprocess
 import sys
 import time
-from typing import Callable, Dict, NoReturn, Optional, Sequence, TextIO
+from typing import Callable, Dict, NoReturn, Sequence, TextIO
 
 from development import LOGS, PYTHON, ROOT
 from development.generated import write_config, write_docs
 from development.python_packages import set_up_python_packages
 from development.system_packages import set_up_system_packages
-from development.terminal import die, end_on_interrupts, say, step
+from development.terminal import die, handle_signals, say, step
 from development.testing import GROUPS, run_groups
 from development.workspace import enter_workspace, set_up_build
 
 BAD_IN_PATHS = r'[\s\'"\\;$:]'
-LOCK_TIMEOUT = 1800.0  # [s]
 DEFAULT_MODELS = ('mobilenet_thin', 'movenet_multipose')
 
 
 def main(arguments: Sequence[str]) -> None:
-    end_on_interrupts()
+    handle_signals()
     command = COMMANDS.get(arguments[0])
     if command is None:
         die(f"unknown command '{arguments[0]}'; ./run help lists them")
@@ -68,18 +66,16 @@ def check_place() -> None:
 def take_lock() -> TextIO:
     """Return a file that holds the lock of the set-up until it is closed: two at once would undo each other's work."""
     lock = (LOGS / 'setup.lock').open('a')
-    deadline: Optional[float] = None
-    while True:
-        try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            return lock
-        except BlockingIOError:
-            if deadline is None:
-                say('Another set-up of this checkout is at work; waiting for it.')
-                deadline = time.monotonic() + LOCK_TIMEOUT
-            if time.monotonic() > deadline:
-                die(f'it has not ended in half an hour; end it, or delete {lock.name}')
-            time.sleep(0.5)
+    if not locked(lock, '--nonblock'):
+        say('Another set-up of this checkout is at work; waiting for it.')
+        if not locked(lock, '--timeout', '1800'):
+            die(f'it has not ended in half an hour; end it, or delete {lock.name}')
+    return lock
+
+
+def locked(lock: TextIO, *options: str) -> bool:
+    command = ['flock', *options, str(lock.fileno())]
+    return subprocess.run(command, pass_fds=[lock.fileno()], check=False).returncode == 0
 
 
 def set_up_weights() -> None:

@@ -107,8 +107,9 @@ def _progress(log: Path, seconds: float) -> str:
     return f'{seconds:.0f} s  {"".join(letter for letter in last if letter.isprintable())}'
 
 
-def end_on_interrupts() -> None:
+def handle_signals() -> None:
     """From now on an interrupt ends the group that is at work, then this program."""
+    signal.signal(signal.SIGPIPE, signal.SIG_DFL)  # Python ignores it, and so would the commands that it becomes
     for number in INTERRUPTS:
         signal.signal(number, _interrupted)
 

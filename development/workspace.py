@@ -2,7 +2,6 @@
 import hashlib
 import os
 import shutil
-import signal
 import subprocess
 from pathlib import Path
 from typing import Dict, NoReturn, Optional, Sequence
@@ -67,7 +66,6 @@ def _environment_of(setup: Optional[Path]) -> Dict[str, str]:
 def enter_workspace(command: Sequence[str], **variables: Optional[str]) -> NoReturn:
     """Become a command in the built workspace, with these variables set, or unset where they are None."""
     environment: Dict[str, Optional[str]] = {**workspace_environment(), **variables}
-    signal.signal(signal.SIGPIPE, signal.SIG_DFL)  # Python ignores it, and so would the command
     try:
         os.execvpe(command[0], list(command), {name: value for name, value in environment.items() if value is not None})
     except OSError as error:

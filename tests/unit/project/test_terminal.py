@@ -61,7 +61,7 @@ def test_an_interrupt_ends_a_group_with_its_children(number, tmp_path):
 import subprocess, sys
 sys.path.insert(0, {str(ROOT)!r})
 from development import terminal
-terminal.end_on_interrupts()
+terminal.handle_signals()
 terminal.run_in_group('sleeping', subprocess.run, ['sh', '-c', 'sleep 600 & echo $! > {tmp_path}/child; wait'])
 """
     process = subprocess.Popen([sys.executable, '-c', program], stderr=subprocess.PIPE, text=True)

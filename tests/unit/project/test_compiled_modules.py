@@ -1,0 +1,43 @@
+"""The compiled modules are no option: CMake says what to install where something is missing, ROS or no ROS."""
+import re
+import subprocess
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[3]
+SOURCES = pytest.mark.parametrize('sources', ['openpose_ros_pkg/src/cpp', 'skeleton_extract_3d/src/cpp'])
+TIMEOUT = 60.0  # [s]
+
+
+def configure(sources, folder, *settings):
+    """Return what CMake complains about, in one line."""
+    command = ['cmake', '-S', str(ROOT / sources), '-B', str(folder), *settings]
+    done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=TIMEOUT,
+                          check=False)
+    assert done.returncode != 0
+    return re.sub(r'\s+', ' ', done.stdout)
+
+
+@SOURCES
+def test_missing_pybind11(sources, tmp_path):
+    nowhere = ('-DCMAKE_FIND_ROOT_PATH=/nowhere', '-DCMAKE_FIND_ROOT_PATH_MODE_INCLUDE=ONLY')
+    assert 'needs pybind11: apt-get install pybind11-dev' in configure(sources, tmp_path, *nowhere)
+
+
+@SOURCES
+def test_missing_headers_of_python(sources, tmp_path):
+    python = tmp_path / 'python3'
+    python.write_text(f'#!/bin/sh\necho "{tmp_path};.so"\n')
+    python.chmod(0o755)
+    (tmp_path / 'pybind11').mkdir()
+    (tmp_path / 'pybind11/pybind11.h').touch()
+    settings = (f'-DPYTHON_EXECUTABLE={python}', f'-DPYBIND11_INCLUDE_DIR={tmp_path}')
+    complaint = configure(sources, tmp_path / 'build', *settings)
+    assert f'needs {tmp_path}/Python.h: apt-get install python3-dev' in complaint
+
+
+@SOURCES
+def test_wrong_python(sources, tmp_path):
+    assert 'PYTHON_EXECUTABLE = /bin/false does not work' in configure(sources, tmp_path,
+                                                                      '-DPYTHON_EXECUTABLE=/bin/false')
