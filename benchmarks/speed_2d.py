@@ -12,15 +12,16 @@ shipped sequence many times.
 import argparse
 import sys
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Callable, Dict, List, Tuple
 
 import cv2
 import numpy as np
 
 from common import DEMO, Parser, markdown
-from openpose_ros_pkg.detect.detector import Detector, DetectorSettings, create_detector
+from openpose_ros_pkg.detect.detector import Detector, DetectorSettings, PreparedFrame, create_detector
 from openpose_ros_pkg.errors import OpenposeRosError
+from openpose_ros_pkg.networks.backends import Backend
 from openpose_ros_pkg.params.parameters import build
 
 SIZES = ('368x208', '432x240', '496x280', '656x368')
@@ -33,9 +34,9 @@ CUT = (590, 80, 805, 525)
 
 @dataclass
 class Case:
-    """One thing to time: what to call, and the milliseconds of each round."""
+    """One thing to time: what returns the milliseconds of a run, and those of each round."""
 
-    call: Callable[[], object]
+    measure: Callable[[], float]
     milliseconds: List[float] = field(default_factory=list)
 
     @property
@@ -64,13 +65,40 @@ def picture_of(people: int) -> np.ndarray:
 
 
 def time_rounds(cases: Dict[str, Case], rounds: int) -> None:
-    """Call every case once per round, after two rounds that do not count."""
+    """Measure every case once per round, after two rounds that do not count."""
     for number in range(rounds + 2):
         for case in cases.values():
-            began = time.perf_counter()
-            case.call()
+            milliseconds = case.measure()
             if number >= 2:
-                case.milliseconds.append(1e3 * (time.perf_counter() - began))
+                case.milliseconds.append(milliseconds)
+
+
+def elapsed(call: Callable[[], object]) -> float:
+    """Return the milliseconds that a call takes."""
+    began = time.perf_counter()
+    call()
+    return 1e3 * (time.perf_counter() - began)
+
+
+def decoding(detector: Detector, frame: PreparedFrame) -> float:
+    """Return the milliseconds from the outputs of the networks to people."""
+    began = time.perf_counter()
+    computed = detector.compute(frame)
+    detector.finish(computed)
+    return 1e3 * (time.perf_counter() - began - computed.network_seconds)
+
+
+class Replay:
+    """A network that answers at once, with what another one has computed for an image."""
+
+    name = description = 'replay'
+
+    def __init__(self, network: Backend, images: np.ndarray) -> None:
+        self._outputs = network.infer(images)
+
+    def infer(self, images: np.ndarray) -> Tuple[np.ndarray, ...]:
+        """Return the outputs."""
+        return self._outputs
 
 
 def ratio(one: Case, other: Case) -> float:
@@ -86,11 +114,11 @@ def detector_for(backend: str, size: str, threads: int, model: str) -> Detector:
         'threads': threads}))
 
 
-def with_threads(threads: int, call: Callable[[], object]) -> Callable[[], object]:
-    """Return a call that lets OpenCV use so many threads; its number is one for the whole process."""
-    def run() -> object:
+def with_threads(threads: int, measure: Callable[[], float]) -> Callable[[], float]:
+    """Return a measurement with a number of threads for OpenCV, which is one number for the whole process."""
+    def run() -> float:
         cv2.setNumThreads(threads)
-        return call()
+        return measure()
     return run
 
 
@@ -107,19 +135,20 @@ def whole_table(options: argparse.Namespace) -> List[List[str]]:
                 except OpenposeRosError as error:
                     sys.stderr.write(f'{backend} is left out: {error}\n')
                     continue
-                frame = detector.compute(detector.prepare(picture))
-                for name, call in (('prepare', lambda d=detector: d.prepare(picture)),
-                                   ('network', lambda d=detector, f=frame: d.compute(f)),
-                                   ('finish', lambda d=detector, f=frame: d.finish(f)),
-                                   ('detect', lambda d=detector: d.detect(picture))):
-                    cases[backend, name] = Case(with_threads(threads, call))
+                frame = detector.prepare(picture)
+                for name, measure in (
+                        ('prepare', lambda d=detector: elapsed(lambda: d.prepare(picture))),
+                        ('network', lambda d=detector, f=frame: 1e3 * d.compute(f).network_seconds),
+                        ('decode', lambda d=detector, f=frame: decoding(d, f)),
+                        ('detect', lambda d=detector: elapsed(lambda: d.detect(picture)))):
+                    cases[backend, name] = Case(with_threads(threads, measure))
             time_rounds(cases, options.rounds)
             reference = cases.get(('opencv_dnn', 'network'))
             for backend in [name for name in options.backends if (name, 'network') in cases]:
-                prepare, network, finish, detect = (cases[backend, name]
-                                                    for name in ('prepare', 'network', 'finish', 'detect'))
+                prepare, network, decode, detect = (cases[backend, name]
+                                                    for name in ('prepare', 'network', 'decode', 'detect'))
                 rows.append([size, str(threads), backend, *(f'{case.median:.1f}' for case in (
-                    network, prepare, finish, detect)), f'{ratio(detect, network):.2f}',
+                    network, prepare, decode, detect)), f'{ratio(detect, network):.2f}',
                     f'{ratio(reference, network):.2f}' if reference else '-'])
     return rows
 
@@ -127,9 +156,14 @@ def whole_table(options: argparse.Namespace) -> List[List[str]]:
 def decode_table(options: argparse.Namespace) -> List[List[str]]:
     """Time the decoder on what the network says of 1, 5 and 20 people; return the rows of the table."""
     detector = detector_for(options.backends[0], options.sizes[-1], 0, options.model)
-    frames = [detector.compute(detector.prepare(picture_of(people))) for people in PEOPLE]
-    cases = {people: Case(lambda f=frame: detector.finish(f)) for people, frame in zip(PEOPLE, frames)}
-    found = [len(case.call()) for case in cases.values()]
+    cases, found = {}, []
+    for people in PEOPLE:
+        frame = detector.prepare(picture_of(people))
+        networks = {name: Replay(network, frame.views[0][0].input[np.newaxis])
+                    for name, network in frame.setup.networks.items()}
+        frame = replace(frame, setup=replace(frame.setup, networks=networks))
+        cases[people] = Case(lambda f=frame: decoding(detector, f))
+        found.append(len(detector.finish(detector.compute(frame))))
     time_rounds(cases, 10 * options.rounds)
     return [[*(f'{case.median:.2f}' for case in cases.values()),
              f'{ratio(cases[PEOPLE[-1]], cases[PEOPLE[0]]):.2f}', '/'.join(str(number) for number in found)]]

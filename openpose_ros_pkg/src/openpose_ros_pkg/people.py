@@ -1,5 +1,6 @@
 """People in an image: the one type that passes between detector, tracker, painter and converters."""
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -32,6 +33,18 @@ def keypoints_in(keypoints: np.ndarray, source: SkeletonModel, target: SkeletonM
             result[:, i, :2] = pair[..., :2].mean(axis=1)
             result[:, i, 2] = pair[..., 2].min(axis=1)
     return result
+
+
+class Poses(NamedTuple):
+    """People as a decoder gives them.
+
+    Attributes:
+        keypoints: (P, K, 3) float32: x, y [px], score; NaN, NaN, 0 where missing.
+        scores: (P,) float32 [0..1].
+    """
+
+    keypoints: np.ndarray
+    scores: np.ndarray
 
 
 @dataclass(frozen=True)

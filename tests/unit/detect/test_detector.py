@@ -136,7 +136,7 @@ def test_a_network_that_finds_people_itself():
     np.testing.assert_allclose(found.scores, 0.9, atol=1e-6)
 
 
-# --- several networks and closer looks ------------------------------------------------------------------------------
+# --- several networks and crop refinement ----------------------------------------------------------------------------
 
 @ALL_MODES
 def test_nobody_in_any_mode(mode):
@@ -171,14 +171,14 @@ def test_what_only_one_network_sees_is_kept_but_is_less_sure():
     found = together([both, paf], [both, movenet]).detect(chart(*SIZE))
     np.testing.assert_allclose(in_order(found), [both, paf, movenet], atol=1.5)
     assert found.xy[0, 0, 0] == pytest.approx(120, abs=1)  # the surest first
-    thin, whole = (look.weight for look in MODES['balanced'].looks)
-    for place, share in ((320, thin), (520, whole + 1)):  # MoveNet's is seen again from close by
+    thin, whole = (one.weight for one in MODES['balanced'].passes)
+    for place, share in ((320, thin), (520, whole + 1)):  # MoveNet's is refined on a crop
         score = found.scores[np.abs(found.xy[:, 0, 0] - place).argmin()]
         assert score == pytest.approx(np.sqrt(0.9 * share / (thin + whole + 1)), abs=0.03)
 
 
 def test_the_wrong_joint_of_one_network_is_outvoted():
-    """MoveNet sees the wrist in the same place from far and from close by; mobilenet_thin alone sees it elsewhere."""
+    """MoveNet sees the wrist in one place, on image and crop; mobilenet_thin alone sees it elsewhere."""
     person, wrong = person_at(320, 100, 300), person_at(320, 100, 300)
     wrist = COCO_18.index['left_wrist']
     wrong[wrist] += (60, 20)
@@ -224,7 +224,7 @@ def test_mirrored_image_gives_mirrored_people(mode):
     np.testing.assert_allclose([mirrored(person, width) for person in in_order(mirror)[::-1]], in_order(plain), atol=1)
 
 
-def test_the_wanted_number_of_people_is_looked_at_again():
+def test_the_wanted_number_of_people_is_refined():
     people = [person_at(60 + 90 * i, 110, 250) for i in range(6)]
     for wanted in (0, 2, 6, 20):
         unit = together(people, look_closer=wanted)
@@ -370,8 +370,8 @@ def test_description_names_networks_and_runtimes():
 
 # --- target rate ----------------------------------------------------------------------------------------------------
 
-def test_who_is_not_looked_at_again_is_not_thought_less_of():
-    """Else the second of two equal people would have a third of the opinions against them."""
+def test_who_is_not_refined_does_not_lose_score():
+    """Else a third of the opinions would be missing of the second of two equal people."""
     people = together([person_at(160, 80, 360), person_at(480, 80, 360)], look_closer=1).detect(chart(*SIZE))
     assert len(people) == 2 and people.scores.min() > 0.9 * people.scores.max()
 
@@ -379,7 +379,7 @@ def test_who_is_not_looked_at_again_is_not_thought_less_of():
 def test_target_rate_makes_the_detector_compute_less():
     people = [person_at(320, 80, 360)]
     unit = together(people, target_rate=1000.0)
-    assert unit.recipe.looks == FASTER[-1].looks
+    assert unit.recipe.passes == FASTER[-1].passes
     assert unit.description == 'movenet_multipose on stand-in'
     assert len(unit.detect(chart(*SIZE))) == 1
     assert together(people, target_rate=0.001).recipe == MODES['balanced']
@@ -393,7 +393,7 @@ def test_mode_accurate_computes_all_whatever_the_rate(values):
 
 
 def test_networks_are_not_timed_while_they_compute_a_frame():
-    """They take one picture at a time, also while the mode changes."""
+    """They take one image at a time, also while the mode changes."""
     unit = together([person_at(320, 80, 360)])
     network = unit._networks.networks['movenet_multipose']
     inside, entered, go_on, infer = [], threading.Event(), threading.Event(), network.infer
@@ -497,7 +497,7 @@ def test_target_rate_with_one_network_missing(machine):
     machine.there.remove('movenet_multipose')
     unit = created(target_rate=1000.0)
     assert unit.recipe.models == (MOBILENET_THIN,)
-    assert unit.recipe.looks[0].box < recipe_of(DetectorParams()).looks[0].box
+    assert unit.recipe.passes[0].box < recipe_of(DetectorParams()).passes[0].box
 
 
 def test_unknown_model_is_refused():
@@ -531,7 +531,7 @@ def real(networks):
 
 
 def mannequin(x):
-    """Return a 480 x 360 picture with the self-check's drawn person, 240 x 336, at x."""
+    """Return a 480 x 360 image with the self-check's drawn person, 240 x 336, at x."""
     with np.load(str(reference_path(MOBILENET_THIN))) as reference:
         person = cv2.resize(reference['image'], (240, 336), interpolation=cv2.INTER_CUBIC)
     image = np.full((360, 480, 3), (150, 165, 160), np.uint8)
@@ -540,7 +540,7 @@ def mannequin(x):
 
 
 @ALL_MODES
-def test_real_networks_find_nobody_in_an_empty_picture(real, mode):
+def test_real_networks_find_nobody_in_an_empty_image(real, mode):
     assert len(real[mode].detect(np.full((360, 480, 3), 128, np.uint8))) == 0
 
 

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from known_fields import FRONT
 from openpose_ros_pkg.detect.ensemble import group, most_alike, person_score, vote, without_duplicates
 from openpose_ros_pkg.detect.oks import sigmas
-from openpose_ros_pkg.people import People2D
+from openpose_ros_pkg.people import People2D, Poses
 from openpose_ros_pkg.skeletons import COCO_18
 
 SIGMAS = sigmas(COCO_18)
@@ -175,13 +175,13 @@ def test_score_of_a_person():
 
 
 def test_duplicates_of_nobody():
-    people, scores = without_duplicates(NOBODY, np.zeros(0, np.float32), SIGMAS)
+    people, scores = without_duplicates(Poses(NOBODY, np.zeros(0, np.float32)), SIGMAS)
     assert people.shape == (0, 18, 3) and scores.shape == (0,)
 
 
 def test_of_people_who_are_almost_the_same_the_surest_stays():
     people = np.stack([pose(100), pose(400), pose(102), pose(401), pose(140)])
-    kept, scores = without_duplicates(people, np.array([0.5, 0.9, 0.7, 0.3, 0.6], np.float32), SIGMAS)
+    kept, scores = without_duplicates(Poses(people, np.array([0.5, 0.9, 0.7, 0.3, 0.6], np.float32)), SIGMAS)
     assert kept[:, NOSE, 0].tolist() == [400, 102, 140]
     assert scores.tolist() == pytest.approx([0.9, 0.7, 0.6])
 
@@ -189,7 +189,7 @@ def test_of_people_who_are_almost_the_same_the_surest_stays():
 def test_halves_of_a_body_are_no_duplicates():
     halves = np.stack([without(pose(100), *COCO_18.joints[8:14]),
                        without(pose(100), *COCO_18.joints[:8], *COCO_18.joints[14:])])
-    assert len(without_duplicates(halves, np.array([0.5, 0.6]), SIGMAS)[0]) == 2
+    assert len(without_duplicates(Poses(halves, np.array([0.5, 0.6])), SIGMAS).keypoints) == 2
 
 
 def test_most_alike():

@@ -1,15 +1,23 @@
 """What the detector computes: the modes, and parameters that change them."""
 import pytest
 
-from openpose_ros_pkg.detect.recipes import FASTER, MODES, CloserLook, DetectorParams, Look, Recipe, recipe_of
+from openpose_ros_pkg.detect.recipes import (
+    FASTER,
+    MODES,
+    CropRefinement,
+    DetectorParams,
+    NetworkPass,
+    Recipe,
+    recipe_of,
+)
 from openpose_ros_pkg.errors import ModelError, ParameterError
 from openpose_ros_pkg.networks.models import MOBILENET_THIN, MODELS, MOVENET_MULTIPOSE
 
 ALL_MODES = pytest.mark.parametrize('mode', MODES)
 
 
-def first_look(**params):
-    return recipe_of(DetectorParams(**params)).looks[0]
+def first_pass(**params):
+    return recipe_of(DetectorParams(**params)).passes[0]
 
 
 # --- modes ----------------------------------------------------------------------------------------------------------
@@ -29,52 +37,52 @@ def test_networks_of_a_recipe_fit_together(recipe):
     """One joint set, inputs of whole cells, and only networks that set-up fetches."""
     assert set(recipe.models) <= {MOBILENET_THIN, MOVENET_MULTIPOSE}
     assert len({model.skeleton for model in recipe.models}) == 1
-    assert recipe.models[0] is recipe.looks[0].model
-    for look in recipe.looks:
-        assert look.zooms[0] == 1 and all(0 < zoom <= 1 for zoom in look.zooms)
-        assert all(side % look.model.input.multiple_of == 0 for side in look.box)
-        assert not look.mirror or look.model.decoder == 'paf'
+    assert recipe.models[0] is recipe.passes[0].model
+    for one in recipe.passes:
+        assert one.zooms[0] == 1 and all(0 < zoom <= 1 for zoom in one.zooms)
+        assert all(side % one.model.input.multiple_of == 0 for side in one.box)
+        assert not one.mirror or one.model.decoder == 'paf'
 
 
 def test_opinions_and_their_weights():
-    """Averaged fields are one opinion; MoveNet gives one for each scale, and every closer look one more."""
-    thin = Look(MOBILENET_THIN, (656, 368), (1.0, 0.5), mirror=True, weight=3.0)
-    movenet = Look(MOVENET_MULTIPOSE, (512, 512), (1.0, 0.5))
+    """Averaged fields are one opinion; MoveNet gives one for each scale, and every refinement one more."""
+    thin = NetworkPass(MOBILENET_THIN, (656, 368), (1.0, 0.5), mirror=True, weight=3.0)
+    movenet = NetworkPass(MOVENET_MULTIPOSE, (512, 512), (1.0, 0.5))
     assert (thin.opinions, movenet.opinions) == (1, 2)
-    recipe = Recipe((thin, movenet), (CloserLook(1.6), CloserLook(1.6, mirror=True)))
-    assert recipe.whole_opinions == 3
+    recipe = Recipe((thin, movenet), (CropRefinement(1.6), CropRefinement(1.6, mirror=True)))
+    assert recipe.pass_opinions == 3
     assert recipe.weights == (3.0, 1.0, 1.0, 1.0, 1.0)
     assert recipe.models == (MOBILENET_THIN, MOVENET_MULTIPOSE)
     assert recipe.is_ensemble
     assert not Recipe((thin,)).is_ensemble
-    assert Recipe((movenet,)).is_ensemble and Recipe((thin,), (CloserLook(1.6),)).is_ensemble
+    assert Recipe((movenet,)).is_ensemble and Recipe((thin,), (CropRefinement(1.6),)).is_ensemble
 
 
 def test_what_is_left_without_the_second_network():
-    """Closer looks need MoveNet as well."""
-    assert MODES['balanced'].without(MOVENET_MULTIPOSE) == Recipe(MODES['balanced'].looks[:1])
+    """Crop refinement needs MoveNet as well."""
+    assert MODES['balanced'].without(MOVENET_MULTIPOSE) == Recipe(MODES['balanced'].passes[:1])
     assert MODES['accurate'].without(MOVENET_MULTIPOSE).models == (MOBILENET_THIN,)
     assert not MODES['balanced'].without(MOVENET_MULTIPOSE).is_ensemble
 
 
 def test_description_tells_what_is_computed():
-    recipe = Recipe((Look(MOBILENET_THIN, (656, -1), (1.0, 0.5), mirror=True), Look(MOVENET_MULTIPOSE, (512, 512))),
-                    (CloserLook(1.6),))
+    thin = NetworkPass(MOBILENET_THIN, (656, -1), (1.0, 0.5), mirror=True)
+    recipe = Recipe((thin, NetworkPass(MOVENET_MULTIPOSE, (512, 512))), (CropRefinement(1.6),))
     assert recipe.description == ('mobilenet_thin 656x-1 at 2 scales mirrored too + movenet_multipose 512x512'
-                                  ' + 1 closer at 256 for 6 people')
+                                  ' + 1 crop refinement at 256 px for up to 6 people')
 
 
 # --- parameters that change a mode ----------------------------------------------------------------------------------
 
 @pytest.mark.parametrize('width, height, box', [
-    (0, 0, MODES['balanced'].looks[0].box), (400, 300, (400, 300)), (400, 0, (400, -1)), (0, 300, (-1, 300)),
-    (-1, 300, (-1, 300)), (400, -1, (400, -1)), (-1, 0, (-1, MODES['balanced'].looks[0].box[1])),
-    (0, -1, (MODES['balanced'].looks[0].box[0], -1))])
+    (0, 0, MODES['balanced'].passes[0].box), (400, 300, (400, 300)), (400, 0, (400, -1)), (0, 300, (-1, 300)),
+    (-1, 300, (-1, 300)), (400, -1, (400, -1)), (-1, 0, (-1, MODES['balanced'].passes[0].box[1])),
+    (0, -1, (MODES['balanced'].passes[0].box[0], -1))])
 def test_box(width, height, box):
     """-1 is as the other side makes it; 0 is the mode's, or -1 where the other side is given."""
     recipe = recipe_of(DetectorParams(net_input_width=width, net_input_height=height))
-    assert recipe.looks[0].box == box
-    assert recipe.looks[1:] == MODES['balanced'].looks[1:] and recipe.closer == MODES['balanced'].closer
+    assert recipe.passes[0].box == box
+    assert recipe.passes[1:] == MODES['balanced'].passes[1:] and recipe.refinements == MODES['balanced'].refinements
 
 
 @pytest.mark.parametrize('mode, num_scales, scale_gap, zooms', [
@@ -84,8 +92,8 @@ def test_box(width, height, box):
     ('accurate', 0, 0.2, (1.0, 0.8, 0.6))])
 def test_scales(mode, num_scales, scale_gap, zooms):
     recipe = recipe_of(DetectorParams(mode=mode, num_scales=num_scales, scale_gap=scale_gap))
-    assert recipe.looks[0].zooms == pytest.approx(zooms)
-    assert recipe.looks[1:] == MODES[mode].looks[1:]
+    assert recipe.passes[0].zooms == pytest.approx(zooms)
+    assert recipe.passes[1:] == MODES[mode].passes[1:]
 
 
 @pytest.mark.parametrize('mode, mirror, expected', [
@@ -93,17 +101,17 @@ def test_scales(mode, num_scales, scale_gap, zooms):
     ('accurate', 'never', False),
     ('fast', 'always', False)])  # its first network gives people at once: nothing to average
 def test_mirror(mode, mirror, expected):
-    assert first_look(mode=mode, mirror=mirror).mirror is expected
+    assert first_pass(mode=mode, mirror=mirror).mirror is expected
 
 
 @ALL_MODES
-def test_closer_looks(mode):
+def test_crop_refinement(mode):
     assert recipe_of(DetectorParams(mode=mode, look_closer=-1)) == MODES[mode]
     nobody = recipe_of(DetectorParams(mode=mode, look_closer=0))
-    assert (nobody.closer, nobody.looks) == ((), MODES[mode].looks)
+    assert (nobody.refinements, nobody.passes) == ((), MODES[mode].passes)
     for people in (1, 3, 50):
         bounded = recipe_of(DetectorParams(mode=mode, look_closer=people))
-        assert (bounded.most_people, bounded.closer) == (people, MODES[mode].closer)
+        assert (bounded.max_refined, bounded.refinements) == (people, MODES[mode].refinements)
 
 
 # --- one network alone ----------------------------------------------------------------------------------------------
@@ -114,29 +122,29 @@ def test_closer_looks(mode):
 def test_one_network_alone(mode, name, model):
     recipe = recipe_of(DetectorParams(mode=mode, pose_model=name))
     assert recipe.models == (MODELS[model],)
-    assert recipe.closer == () and len(recipe.looks) == 1
-    assert not recipe.looks[0].mirror or MODELS[model].decoder == 'paf'
+    assert recipe.refinements == () and len(recipe.passes) == 1
+    assert not recipe.passes[0].mirror or MODELS[model].decoder == 'paf'
 
 
 def test_one_network_alone_gets_openposes_input_a_larger_one_or_a_smaller_one():
-    boxes = {mode: first_look(mode=mode, pose_model='BODY_25').box for mode in MODES}
+    boxes = {mode: first_pass(mode=mode, pose_model='BODY_25').box for mode in MODES}
     assert boxes == {'fast': (328, 184), 'balanced': (656, 368), 'accurate': (984, 552)}
-    assert first_look(mode='accurate', pose_model='BODY_25').mirror
-    assert len(first_look(mode='accurate', pose_model='BODY_25').zooms) == 3
+    assert first_pass(mode='accurate', pose_model='BODY_25').mirror
+    assert len(first_pass(mode='accurate', pose_model='BODY_25').zooms) == 3
 
 
 def test_one_network_alone_with_openposes_parameters():
-    look = first_look(pose_model='MPI', net_input_width=-1, net_input_height=320, num_scales=2, scale_gap=0.4,
-                      mirror='always')
-    assert look == Look(MODELS['mpi'], (-1, 320), (1.0, 0.6), mirror=True, weight=look.weight)
+    network_pass = first_pass(pose_model='MPI', net_input_width=-1, net_input_height=320, num_scales=2, scale_gap=0.4,
+                            mirror='always')
+    assert network_pass == NetworkPass(MODELS['mpi'], (-1, 320), (1.0, 0.6), mirror=True, weight=network_pass.weight)
 
 
 def test_network_of_ones_own(tmp_path):
     (tmp_path / 'mine.yaml').write_text('{skeleton: COCO_18, files: [a.onnx], outputs: [fields], decoder: paf}')
-    assert first_look(pose_model=str(tmp_path / 'mine.yaml')).model.name == 'mine'
+    assert first_pass(pose_model=str(tmp_path / 'mine.yaml')).model.name == 'mine'
     (tmp_path / 'bad.yaml').write_text('{skeleton: COCO_19, files: [a.onnx], outputs: [fields], decoder: paf}')
     with pytest.raises(ModelError, match=r'bad\.yaml'):
-        first_look(pose_model=str(tmp_path / 'bad.yaml'))
+        first_pass(pose_model=str(tmp_path / 'bad.yaml'))
 
 
 # --- what is refused ------------------------------------------------------------------------------------------------

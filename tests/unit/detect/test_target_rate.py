@@ -4,11 +4,11 @@ import dataclasses
 import pytest
 
 from openpose_ros_pkg.detect import target_rate
-from openpose_ros_pkg.detect.recipes import FASTER, MODES, DetectorParams, Look, Recipe, recipe_of
+from openpose_ros_pkg.detect.recipes import FASTER, MODES, DetectorParams, NetworkPass, Recipe, recipe_of
 from openpose_ros_pkg.detect.target_rate import fitted_to_rate, foreseen_seconds
 from openpose_ros_pkg.networks.models import MOBILENET_THIN, MODELS, MOVENET_MULTIPOSE
 
-THIN = 656 * 368  # pixels of the input that a 960 x 540 picture gives
+THIN = 656 * 368  # pixels of the input that a 960 x 540 image gives
 MOVENET, CLOSER = 512 * 288, 256 * 256
 # Seconds per pixel: about those of two cores of a laptop.
 PACE = {'mobilenet_thin': 1.5e-7, 'movenet_multipose': 2e-7}
@@ -58,8 +58,8 @@ def rate_for(seconds):
 
 
 def for_two(recipe):
-    """The recipe where there is just time for a closer look at two people."""
-    return dataclasses.replace(recipe, most_people=2)
+    """The recipe where there is just time to refine two people."""
+    return dataclasses.replace(recipe, max_refined=2)
 
 
 def alone(name='mobilenet_thin', **params):
@@ -69,14 +69,14 @@ def alone(name='mobilenet_thin', **params):
 # --- how long it takes ----------------------------------------------------------------------------------------------
 
 def test_time_goes_with_the_pixels_of_all_inputs():
-    """Two people are looked at again."""
+    """Two people are refined."""
     recipe = MODES['balanced']
-    assert [look.box for look in recipe.looks] == [(656, 368), (512, 512)] and len(recipe.closer) == 1
+    assert [one.box for one in recipe.passes] == [(656, 368), (512, 512)] and len(recipe.refinements) == 1
     assert foreseen_seconds(recipe, {'mobilenet_thin': 1.0, 'movenet_multipose': 0.0}) == THIN
     assert foreseen_seconds(recipe, {'mobilenet_thin': 0.0, 'movenet_multipose': 1.0}) == MOVENET + 2 * CLOSER
 
 
-def test_fewer_closer_looks_take_less():
+def test_fewer_refinements_take_less():
     pace = {'mobilenet_thin': 0.0, 'movenet_multipose': 1.0}
     assert foreseen_seconds(recipe_of(DetectorParams(look_closer=1)), pace) == MOVENET + CLOSER
     assert foreseen_seconds(recipe_of(DetectorParams(look_closer=0)), pace) == MOVENET
@@ -100,7 +100,7 @@ def test_the_mode_that_just_fits_stays(monkeypatch):
     recipe = MODES['balanced']
     seconds = foreseen_seconds(recipe, PACE)
     assert fitted(recipe, rate_for(seconds), monkeypatch) == for_two(recipe)
-    assert fitted(recipe, rate_for(0.99 * seconds), monkeypatch).looks != recipe.looks
+    assert fitted(recipe, rate_for(0.99 * seconds), monkeypatch).passes != recipe.passes
 
 
 @pytest.mark.parametrize('step', range(len(FASTER)))
@@ -124,26 +124,26 @@ def test_a_network_that_is_not_wanted_is_not_put_in(monkeypatch):
         assert fitted(MODES['fast'], rate, monkeypatch).models == (MOVENET_MULTIPOSE,)
 
 
-@pytest.mark.parametrize('people, looked_at', [(2.0, 2), (3.5, 3), (6.5, 6), (50.0, 6)])
-def test_no_more_people_are_looked_at_again_than_there_is_time_for(people, looked_at, monkeypatch):
+@pytest.mark.parametrize('people, refined', [(2.0, 2), (3.5, 3), (6.5, 6), (50.0, 6)])
+def test_no_more_people_are_refined_than_there_is_time_for(people, refined, monkeypatch):
     """And no more than the mode has."""
     recipe = MODES['fast']
     seconds = PACE['movenet_multipose'] * (384 * 224 + people * CLOSER)
-    assert fitted(recipe, rate_for(seconds), monkeypatch) == dataclasses.replace(recipe, most_people=looked_at)
+    assert fitted(recipe, rate_for(seconds), monkeypatch) == dataclasses.replace(recipe, max_refined=refined)
 
 
-def test_no_more_people_are_looked_at_again_than_was_wanted(monkeypatch):
+def test_no_more_people_are_refined_than_was_wanted(monkeypatch):
     for rate in (0.01, 1000.0):
-        assert fitted(recipe_of(DetectorParams(look_closer=1)), rate, monkeypatch).most_people == 1
+        assert fitted(recipe_of(DetectorParams(look_closer=1)), rate, monkeypatch).max_refined == 1
 
 
 @pytest.mark.parametrize('mode', ['balanced', 'fast'])
-def test_who_wants_no_closer_looks_gets_none(mode, monkeypatch):
+def test_who_wants_no_refinement_gets_none(mode, monkeypatch):
     recipe = recipe_of(DetectorParams(mode=mode, look_closer=0))
     seconds = foreseen_seconds(recipe, PACE)
     for rate in (rate_for(0.9 * seconds), 1000.0):
         less = fitted(recipe, rate, monkeypatch)
-        assert less.closer == () and foreseen_seconds(less, PACE) < seconds
+        assert less.refinements == () and foreseen_seconds(less, PACE) < seconds
 
 
 def test_of_two_networks_both_stay_as_long_as_they_fit(monkeypatch):
@@ -172,18 +172,18 @@ def test_never_more_than_what_was_wanted(monkeypatch):
 def test_the_input_shrinks_as_far_as_the_target_rate_needs(seconds, box, monkeypatch):
     recipe = alone()
     less = fitted(recipe, 10.0, monkeypatch, pace={'mobilenet_thin': seconds / THIN})
-    assert less == dataclasses.replace(recipe, looks=(dataclasses.replace(recipe.looks[0], box=box),))
+    assert less == dataclasses.replace(recipe, passes=(dataclasses.replace(recipe.passes[0], box=box),))
 
 
 def test_a_free_side_stays_free(monkeypatch):
     less = fitted(alone(net_input_height=368), 1000.0, monkeypatch)
-    assert less.looks[0].box == (-1, 184)
+    assert less.passes[0].box == (-1, 184)
 
 
 def test_sides_are_multiples_of_what_the_network_takes(monkeypatch):
     less = fitted(alone('BODY_25', net_input_width=640, net_input_height=352), 10.0, monkeypatch,
                   pace={'body_25': 0.0979 / (626 * 352)})
-    assert less.looks[0].box == (448, 240)  # 0.714 of 640 and 352 is 457 and 251
+    assert less.passes[0].box == (448, 240)  # 0.714 of 640 and 352 is 457 and 251
 
 
 def test_a_network_of_one_size_stays(monkeypatch):
@@ -196,14 +196,14 @@ def test_a_network_of_one_size_stays(monkeypatch):
 
 def test_scales_and_the_mirror_stay(monkeypatch):
     less = fitted(alone(num_scales=2, mirror='always'), 10.0, monkeypatch, pace={'mobilenet_thin': 1e-6})
-    assert less.looks[0].mirror and less.looks[0].zooms == (1.0, 0.7)
+    assert less.passes[0].mirror and less.passes[0].zooms == (1.0, 0.7)
 
 
 # --- measuring ------------------------------------------------------------------------------------------------------
 
 def test_the_first_run_does_not_count(monkeypatch):
     """It compiles the network."""
-    recipe = Recipe((Look(MOBILENET_THIN, (656, 368)),))
+    recipe = Recipe((NetworkPass(MOBILENET_THIN, (656, 368)),))
     assert fitted(recipe, 10.0, monkeypatch, pace={'mobilenet_thin': 0.049 / THIN}) is recipe
 
 
@@ -216,10 +216,10 @@ def test_other_programs_do_not_make_the_network_look_slow(threads, monkeypatch):
 
 
 def test_networks_are_timed_once_each(monkeypatch):
-    """MoveNet may see the picture in several sizes."""
+    """MoveNet may see the image in several sizes."""
     clock = Clock()
     monkeypatch.setattr(target_rate, 'time', clock)
     network = TimedNetwork(clock, 1e-9)
-    fitted_to_rate(Recipe((Look(MODELS['movenet_multipose'], (512, 512), (1.0, 0.5)),)),
+    fitted_to_rate(Recipe((NetworkPass(MODELS['movenet_multipose'], (512, 512), (1.0, 0.5)),)),
                    {'movenet_multipose': network}, 10.0, 1)
     assert network.runs == 4

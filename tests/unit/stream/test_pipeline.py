@@ -42,6 +42,7 @@ class Story:
             assert self.gates[stage].wait(TIMEOUT)
             if item == f'fails in {stage}':
                 raise ValueError(item)
+            return item
         return work
 
     def submit(self, item):

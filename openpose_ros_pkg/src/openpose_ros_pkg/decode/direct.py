@@ -10,16 +10,10 @@ import numpy as np
 
 from openpose_ros_pkg.detect.oks import sigmas, similarity
 from openpose_ros_pkg.networks.models import Model
+from openpose_ros_pkg.params.constants import constant
 from openpose_ros_pkg.params.parameters import Parameters, parameter
-from openpose_ros_pkg.people import keypoints_in
+from openpose_ros_pkg.people import Poses, keypoints_in
 from openpose_ros_pkg.skeletons import COCO_17
-
-# rtmlib, rtmlib/tools/pose_estimation/rtmo.py: score_thr, nms_thr.
-_RTMO_PERSON_SCORE = 0.7
-_RTMO_OVERLAP = 0.45
-# On 160 photographs with 166 annotated people, of those that MoveNet reported above 0.15 77 % were real, above 0.2 86 %
-# and above 0.3 all: 55, 53 and 44 % of the annotated ones. AP falls with the threshold, from 0.15 to 0.2 by 0.02.
-_MOVENET_PERSON_SCORE = 0.15
 
 
 @dataclass(frozen=True)
@@ -38,20 +32,36 @@ class DirectDecodeParams(Parameters):
         minimum=0.0, maximum=1.0)
 
 
+@dataclass(frozen=True)
+class DirectConstants:
+    """Scores of networks that find people themselves."""
+
+    rtmo_person: float = constant(0.7, 'Score that a person of RTMO needs.', source='rtmlib, rtmo.py, score_thr')
+    rtmo_overlap: float = constant(
+        0.45, 'Of two boxes of RTMO that share more of their union the less sure one goes.',
+        source='rtmlib, rtmo.py, nms_thr')
+    movenet_person: float = constant(
+        0.15, 'Score that a person of MoveNet needs.',
+        source='on 160 photographs with 166 annotated people, 77 % of the people above 0.15 were real, 86 % above 0.2 '
+               'and all above 0.3, 55, 53 and 44 % of the annotated ones; AP falls by 0.02 from 0.15 to 0.2')
+
+
+DIRECT = DirectConstants()
+
+
 def decode_direct(outputs: Sequence[np.ndarray], model: Model, params: DirectDecodeParams, net_size: Tuple[int, int],
-                  valid_size: Optional[Tuple[int, int]] = None) -> Tuple[np.ndarray, np.ndarray]:
-    """Turn the outputs for one picture into people.
+                  valid_size: Optional[Tuple[int, int]] = None) -> Poses:
+    """Turn the outputs for one image into people.
 
     Args:
-        outputs: float32, as `Backend.infer` gives them, without the first axis (the picture).
+        outputs: float32, as `Backend.infer` gives them, without the first axis (the image).
         model: tells the decoder and the joints that are wanted.
         net_size: (width, height) of the network's input [px].
-        valid_size: (width, height) of the picture within it [px]; what lies beyond is padding, and joints there are
+        valid_size: (width, height) of the image within it [px]; what lies beyond is padding, and joints there are
             missing. None: all of it.
 
     Returns:
-        keypoints: (P, K, 3) float32: x, y [px of the network's input], score [0..1]; NaN, NaN, 0 where missing.
-        scores: (P,) float32 [0..1], people sorted by it, the surest first. Everybody has a joint.
+        People in pixels of the network's input, the surest first. Everybody has a joint.
     """
     joints, scores = _DECODERS[model.decoder](outputs, params, net_size)
     width, height = valid_size or net_size
@@ -65,7 +75,7 @@ def decode_direct(outputs: Sequence[np.ndarray], model: Model, params: DirectDec
     people, scores = people[known], scores[known]
     weights = sigmas(model.skeleton)
     kept = _surest(scores, lambda i, j: similarity(people[i], people[j], weights) > params.direct_same_person)
-    return people[kept].astype(np.float32), scores[kept].astype(np.float32)
+    return Poses(people[kept].astype(np.float32), scores[kept].astype(np.float32))
 
 
 def _movenet(outputs: Sequence[np.ndarray], params: DirectDecodeParams,
@@ -75,7 +85,7 @@ def _movenet(outputs: Sequence[np.ndarray], params: DirectDecodeParams,
     Its model card: 17 times y, x, score, then ymin, xmin, ymax, xmax, score; positions as shares of the input.
     """
     rows = np.asarray(outputs[0], np.float64)
-    rows = rows[rows[:, 55] >= (params.direct_person_score or _MOVENET_PERSON_SCORE)]
+    rows = rows[rows[:, 55] >= (params.direct_person_score or DIRECT.movenet_person)]
     joints = rows[:, :51].reshape(-1, 17, 3)[..., [1, 0, 2]]
     joints[..., :2] = joints[..., :2] * net_size - 0.5
     return joints, rows[:, 55]
@@ -88,9 +98,9 @@ def _rtmo(outputs: Sequence[np.ndarray], params: DirectDecodeParams,
     It gives boxes (N, 5): x1, y1, x2, y2 [px of its input], score; and keypoints (N, 17, 3): x, y [px], score.
     """
     boxes, joints = (np.asarray(output, np.float64) for output in outputs)
-    sure = boxes[:, 4] >= (params.direct_person_score or _RTMO_PERSON_SCORE)
+    sure = boxes[:, 4] >= (params.direct_person_score or DIRECT.rtmo_person)
     boxes, joints = boxes[sure], joints[sure]
-    kept = _surest(boxes[:, 4], lambda i, j: _overlap(boxes[i], boxes[j]) > _RTMO_OVERLAP)
+    kept = _surest(boxes[:, 4], lambda i, j: _overlap(boxes[i], boxes[j]) > DIRECT.rtmo_overlap)
     return joints[kept], boxes[kept, 4]
 
 

@@ -23,6 +23,7 @@ import openpose_ros_decode
 from openpose_ros_pkg.networks.models import Model
 from openpose_ros_pkg.params.constants import constant
 from openpose_ros_pkg.params.parameters import Parameters, parameter
+from openpose_ros_pkg.people import Poses
 from openpose_ros_pkg.skeletons import SkeletonModel
 
 
@@ -82,7 +83,7 @@ class DecodeConstants:
 
 
 def decode_fields(fields: np.ndarray, model: Model, params: DecodeParams,
-                  valid_size: Optional[Tuple[int, int]] = None) -> Tuple[np.ndarray, np.ndarray]:
+                  valid_size: Optional[Tuple[int, int]] = None) -> Poses:
     """Find the people in a network's output.
 
     Args:
@@ -92,8 +93,7 @@ def decode_fields(fields: np.ndarray, model: Model, params: DecodeParams,
             nobody is.
 
     Returns:
-        keypoints: (P, K, 3) float32: x, y [px of the network's input], score [0..1]; NaN, NaN, 0 where missing.
-        scores: (P,) float32 [0..1], people sorted by it, the surest first.
+        People in pixels of the network's input, the surest first.
 
     Raises:
         ValueError: the fields have not as many channels as the model says.
@@ -142,8 +142,7 @@ def score_limbs(pafs: np.ndarray, peaks: np.ndarray, model: Model, params: Decod
     return openpose_ros_decode.score_limbs(pafs, peaks, len(skeleton.joints), limbs, model.stride, _settings(params))
 
 
-def assemble(candidates: np.ndarray, peaks: np.ndarray, skeleton: SkeletonModel,
-             params: DecodeParams) -> Tuple[np.ndarray, np.ndarray]:
+def assemble(candidates: np.ndarray, peaks: np.ndarray, skeleton: SkeletonModel, params: DecodeParams) -> Poses:
     """Match limbs and merge them into people; see `decode_fields` for what is returned.
 
     Args:
@@ -155,7 +154,7 @@ def assemble(candidates: np.ndarray, peaks: np.ndarray, skeleton: SkeletonModel,
     joints = np.full((len(peaks) + 1, 3), (np.nan, np.nan, 0), np.float32)  # the last for -1, which is missing
     for column, name in enumerate(('x', 'y', 'score')):
         joints[:-1, column] = peaks[name]
-    return joints[chosen], scores.astype(np.float32)
+    return Poses(joints[chosen], scores.astype(np.float32))
 
 
 @functools.lru_cache(maxsize=16)

@@ -1,30 +1,41 @@
 """From an image to the people in it: views, networks, decoders, and one opinion out of several."""
 import logging
 from dataclasses import dataclass, replace
-from typing import Dict, List, Optional, Tuple
+from typing import Dict, List, Sequence, Tuple
 
 import numpy as np
 
 from openpose_ros_pkg.decode.direct import DirectDecodeParams
 from openpose_ros_pkg.decode.paf import DecodeParams
-from openpose_ros_pkg.detect.ensemble import EnsembleParams, Opinions, group, person_score, vote, without_duplicates
-from openpose_ros_pkg.detect.looks import People, View, look_closer, people_of_look, views_of
+from openpose_ros_pkg.detect.ensemble import (
+    ENSEMBLE,
+    EnsembleParams,
+    Opinions,
+    group,
+    most_alike,
+    person_score,
+    vote,
+    without_duplicates,
+)
 from openpose_ros_pkg.detect.oks import sigmas
-from openpose_ros_pkg.detect.recipes import CLOSE_MODEL, DetectorParams, Recipe, recipe_of
+from openpose_ros_pkg.detect.recipes import CROP_MODEL, DetectorParams, Recipe, recipe_of
 from openpose_ros_pkg.detect.target_rate import fitted_to_rate
+from openpose_ros_pkg.detect.views import (
+    ComputedView,
+    PreparedView,
+    decode_crop,
+    decode_views,
+    prepare_crop,
+    prepare_views,
+)
 from openpose_ros_pkg.errors import BadInputError, ModelError, ParameterError
 from openpose_ros_pkg.networks.backends import Backend, BackendParams, create_backend
 from openpose_ros_pkg.networks.models import Model, weights_path
-from openpose_ros_pkg.people import People2D
+from openpose_ros_pkg.people import People2D, Poses
 from openpose_ros_pkg.skeletons import SkeletonModel
 from openpose_ros_pkg.stream.fair_lock import FairLock
 
 _log = logging.getLogger(__name__)
-
-# Scores of candidates where several opinions follow: what one network doubts, others may confirm.
-_CANDIDATE_SHARE, _CANDIDATE_MOST = 0.8, 0.2
-_CANDIDATE_PERSON_SCORE = 0.05
-_CANDIDATE_JOINT_SCORE = 0.0
 
 
 @dataclass(frozen=True)
@@ -40,21 +51,41 @@ class DetectorSettings:
 
 @dataclass(frozen=True)
 class _Setup:
-    """What holds for a frame, whatever is reconfigured meanwhile."""
+    """What a frame is computed with, whatever is reconfigured in the meantime."""
 
     recipe: Recipe
     networks: Dict[str, Backend]
     settings: DetectorSettings
 
 
-@dataclass
-class Frame:
-    """An image on its way through the detector; what it is made of is the detector's own affair."""
+@dataclass(frozen=True)
+class PreparedFrame:
+    """An image and what the networks will see of it.
+
+    Attributes:
+        bgr: (H, W, 3) uint8, the image.
+        views: of each pass of the recipe.
+    """
 
     bgr: np.ndarray
+    views: Sequence[Sequence[PreparedView]]
     setup: _Setup
-    views: List[List[View]]
-    people: Optional[People] = None
+
+
+@dataclass(frozen=True)
+class ComputedFrame:
+    """What was found in an image.
+
+    Attributes:
+        image_size: (width, height) [px].
+        poses: in pixels of the image; of several opinions also people and joints below the thresholds.
+        network_seconds: that the networks took [s].
+    """
+
+    image_size: Tuple[int, int]
+    poses: Poses
+    network_seconds: float
+    setup: _Setup
 
 
 class Networks:
@@ -71,13 +102,13 @@ class Networks:
         self._loaded: Dict[str, Backend] = {}
 
     def load(self, recipe: Recipe) -> Tuple[Recipe, Dict[str, Backend]]:
-        """Load the networks of a recipe, and leave out of it what a missing additional one would have done.
+        """Load the networks of a recipe; without a network that is missing, unless it is the first, it computes less.
 
         Raises:
             ParameterError: a runtime that is not installed.
             ModelError: weights of its first network are missing or damaged, or it computes wrong results.
         """
-        first, networks = recipe.looks[0].model, {}
+        first, networks = recipe.passes[0].model, {}
         for model in recipe.models:
             try:
                 networks[model.name] = self._network(model)
@@ -97,15 +128,15 @@ class Networks:
 class Detector:
     """Find people in images. Any thread may call it; the networks compute one image at a time.
 
-    `detect` does it all. Who wants to prepare the next image and finish the last one while the networks are at work
-    calls `prepare`, `compute` and `finish` himself.
+    `detect` does it all. To prepare the next image and finish the last one while the networks are busy, call `prepare`,
+    `compute` and `finish` separately.
 
     Args:
         settings: what is computed, and from which thresholds on.
         networks: load the networks that this takes.
 
     Attributes:
-        lock: to be held round `compute`; several who want it take turns in the order in which they came.
+        lock: to be held during `compute`; threads get it in the order in which they ask for it.
 
     Raises:
         ParameterError: no such network, or a runtime that is not installed.
@@ -131,7 +162,7 @@ class Detector:
 
     @property
     def description(self) -> str:
-        """What computes which networks, for people."""
+        """What computes which networks, for the log."""
         return '; '.join(f'{name} on {network.description}' for name, network in self._setup.networks.items())
 
     def reconfigure(self, settings: DetectorSettings) -> None:
@@ -157,54 +188,57 @@ class Detector:
         Raises:
             BadInputError: not such an image, or an empty one.
         """
-        frame = self.prepare(bgr)
+        prepared = self.prepare(bgr)
         with self.lock:
-            frame = self.compute(frame)
-        return self.finish(frame)
+            computed = self.compute(prepared)
+        return self.finish(computed)
 
-    def prepare(self, bgr: np.ndarray) -> Frame:
+    def prepare(self, bgr: np.ndarray) -> PreparedFrame:
         """Check an image and bring it to the sizes that the networks want; see `detect`."""
         _check_image(bgr)
         setup = self._setup
-        return Frame(bgr, setup, [views_of(bgr, look) for look in setup.recipe.looks])
+        return PreparedFrame(bgr, [prepare_views(bgr, one) for one in setup.recipe.passes], setup)
 
-    def compute(self, frame: Frame) -> Frame:
-        """Compute the networks for a prepared image, with `lock` held."""
-        setup = frame.setup
-        for look, views in zip(setup.recipe.looks, frame.views):
-            for view in views:
-                view.compute(setup.networks[look.model.name])
-        if setup.recipe.closer:
-            frame.people = _look_closer(frame)
-        return frame
+    def compute(self, frame: PreparedFrame) -> ComputedFrame:
+        """Compute the networks for a prepared image, and find the people, with `lock` held.
 
-    def finish(self, frame: Frame) -> People2D:
-        """Return the people of a computed image; see `detect`."""
+        Crop refinement needs the people of the full image, so decoding lies between the networks.
+        """
         setup = frame.setup
-        skeleton = setup.recipe.skeleton
-        if not setup.recipe.is_ensemble:
-            keypoints, scores = people_of_look(setup.recipe.looks[0], frame.views[0], setup.settings.decode,
-                                               setup.settings.direct)[0]
+        views = [[view.compute(setup.networks[one.model.name]) for view in of_pass]
+                 for one, of_pass in zip(setup.recipe.passes, frame.views)]
+        seconds = sum(view.seconds for of_pass in views for view in of_pass)
+        if setup.recipe.is_ensemble:
+            poses, crop_seconds = _ensemble(frame, views)
+            seconds += crop_seconds
         else:
-            keypoints, scores = frame.people if frame.people is not None else _as_people(
-                setup.recipe, _voted(setup.recipe, _opinions(frame)))
-            keypoints, scores = _accepted(*without_duplicates(keypoints, scores, sigmas(skeleton)), setup)
-        # Half a pixel beyond the centre of the outermost pixel is still that pixel.
-        keypoints[..., :2] = np.clip(keypoints[..., :2], 0, np.subtract(frame.bgr.shape[1::-1], 1))
-        return People2D(skeleton, keypoints, scores, np.full(len(scores), -1))
+            settings = setup.settings
+            poses, = decode_views(setup.recipe.passes[0], views[0], settings.decode, settings.direct)
+        return ComputedFrame((frame.bgr.shape[1], frame.bgr.shape[0]), poses, seconds, setup)
+
+    def finish(self, frame: ComputedFrame) -> People2D:
+        """Return the people of a computed image; see `detect`."""
+        skeleton = frame.setup.recipe.skeleton
+        poses = frame.poses
+        if frame.setup.recipe.is_ensemble:
+            poses = _accepted(without_duplicates(poses, sigmas(skeleton)), frame.setup)
+        # half a pixel beyond the centre of the outermost pixel is still that pixel
+        keypoints = poses.keypoints.copy()
+        keypoints[..., :2] = np.clip(keypoints[..., :2], 0, np.subtract(frame.image_size, 1))
+        return People2D(skeleton, keypoints, poses.scores, np.full(len(poses.scores), -1))
 
     def _load(self, params: DetectorParams) -> Tuple[Recipe, Dict[str, Backend]]:
-        """Return what the parameters ask for, or as much of it as the processor computes at `target_rate`."""
+        """Return the recipe that the parameters ask for, or a faster one for `target_rate`, and its networks."""
         recipe, loaded = self._networks.load(recipe_of(params))
         if params.target_rate > 0 and params.mode != 'accurate':
-            with self.lock:  # frames may be on their way through the same networks
+            with self.lock:  # the same networks may be computing frames
                 recipe = fitted_to_rate(recipe, loaded, params.target_rate, self._networks.params.threads)
         names = [model.name for model in recipe.models]
         return recipe, {name: loaded[name] for name in names}
 
 
 def create_detector(settings: DetectorSettings) -> Detector:
-    """Load the networks that the parameters ask for, and fit what is computed to the processor for `target_rate`.
+    """Load the networks that the parameters ask for, and reduce what is computed for `target_rate`.
 
     Raises:
         ParameterError: no such network, or a runtime that is not installed.
@@ -213,58 +247,67 @@ def create_detector(settings: DetectorSettings) -> Detector:
     return Detector(settings, Networks(settings.backend, settings.detector.model_folder))
 
 
-def _opinions(frame: Frame) -> List[Opinions]:
-    """Return what each whole look says of each person."""
-    setup = frame.setup
-    decode_params = replace(setup.settings.decode, person_min_score=min(
-        _CANDIDATE_SHARE * setup.settings.decode.person_min_score, _CANDIDATE_MOST))
-    direct_params = _candidates(setup.settings.direct)
-    sources = [keypoints for look, views in zip(setup.recipe.looks, frame.views)
-               for keypoints, _ in people_of_look(look, views, decode_params, direct_params)]
-    return group(sources, sigmas(setup.recipe.skeleton))
-
-
-def _candidates(params: DirectDecodeParams) -> DirectDecodeParams:
-    return replace(params, direct_person_score=_CANDIDATE_PERSON_SCORE, direct_joint_score=_CANDIDATE_JOINT_SCORE)
-
-
-def _voted(recipe: Recipe, people: List[Opinions]) -> List[np.ndarray]:
-    """Return one pose, (K, 3) float32, of what the whole looks say of each person."""
+def _ensemble(frame: PreparedFrame, views: Sequence[Sequence[ComputedView]]) -> Tuple[Poses, float]:
+    """Vote on the people that the passes find, and refine the surest on crops; return them and the networks' time."""
+    recipe = frame.setup.recipe
     joint_sigmas = sigmas(recipe.skeleton)
-    return [vote(person, recipe.weights[:recipe.whole_opinions], joint_sigmas) for person in people]
-
-
-def _as_people(recipe: Recipe, poses: List[np.ndarray]) -> People:
+    people = group(_candidates(frame.setup, views), joint_sigmas)
+    keypoints = [vote(person, recipe.weights[:recipe.pass_opinions], joint_sigmas) for person in people]
+    seconds = 0.0
+    for i in _worth_refining(keypoints, frame.setup):
+        of_crops, crop_seconds = _refine(frame, keypoints[i], joint_sigmas)
+        keypoints[i] = vote({**people[i], **of_crops}, recipe.weights, joint_sigmas)
+        seconds += crop_seconds
     joints = len(recipe.skeleton.joints)
-    return (np.array(poses, np.float32).reshape(-1, joints, 3),
-            np.array([person_score(pose) for pose in poses], np.float32))
+    return Poses(np.array(keypoints, np.float32).reshape(-1, joints, 3),
+                 np.array([person_score(pose) for pose in keypoints], np.float32)), seconds
 
 
-def _look_closer(frame: Frame) -> People:
-    """Look again at those who seem to be there, and vote anew; doubtful ones seldom become people by it."""
-    setup = frame.setup
-    recipe, network = setup.recipe, setup.networks[CLOSE_MODEL.name]
-    joint_sigmas, params = sigmas(recipe.skeleton), _candidates(setup.settings.direct)
-    people = _opinions(frame)
-    poses = _voted(recipe, people)
-    scores = np.array([person_score(pose) for pose in poses])
-    surest = np.argsort(-scores, kind='stable')[:recipe.most_people]
-    for i in surest[scores[surest] >= recipe.acceptance * setup.settings.decode.person_min_score]:
-        for number, look in enumerate(recipe.closer, start=recipe.whole_opinions):
-            pose = look_closer(frame.bgr, poses[i], look, recipe.close_side, network, params, joint_sigmas)
-            if pose is not None:
-                people[i][number] = pose
-        poses[i] = vote(people[i], recipe.weights, joint_sigmas)
-    return _as_people(recipe, poses)
+def _candidates(setup: _Setup, views: Sequence[Sequence[ComputedView]]) -> List[np.ndarray]:
+    """Return the poses, (P, K, 3), of each opinion that the passes give."""
+    decode = setup.settings.decode
+    decode = replace(decode, person_min_score=min(ENSEMBLE.candidate_share * decode.person_min_score,
+                                                  ENSEMBLE.candidate_most))
+    return [poses.keypoints for one, of_pass in zip(setup.recipe.passes, views)
+            for poses in decode_views(one, of_pass, decode, _candidate_params(setup))]
 
 
-def _accepted(keypoints: np.ndarray, scores: np.ndarray, setup: _Setup) -> People:
+def _candidate_params(setup: _Setup) -> DirectDecodeParams:
+    return replace(setup.settings.direct, direct_person_score=ENSEMBLE.candidate_person,
+                   direct_joint_score=ENSEMBLE.candidate_joint)
+
+
+def _worth_refining(keypoints: Sequence[np.ndarray], setup: _Setup) -> np.ndarray:
+    """Return the numbers of the people to refine, the surest first; doubtful ones seldom become people by it."""
+    recipe = setup.recipe
+    if not recipe.refinements:
+        return np.zeros(0, int)
+    scores = np.array([person_score(pose) for pose in keypoints])
+    surest = np.argsort(-scores, kind='stable')[:recipe.max_refined]
+    return surest[scores[surest] >= recipe.acceptance * setup.settings.decode.person_min_score]
+
+
+def _refine(frame: PreparedFrame, person: np.ndarray, joint_sigmas: np.ndarray) -> Tuple[Opinions, float]:
+    """Let the network see a person, (K, 3), on crops; return its opinions, and the time that it took [s]."""
+    recipe, opinions, seconds = frame.setup.recipe, {}, 0.0
+    for number, refinement in enumerate(recipe.refinements, start=recipe.pass_opinions):
+        crop = prepare_crop(frame.bgr, person, refinement, recipe.crop_side).compute(
+            frame.setup.networks[CROP_MODEL.name])
+        seconds += crop.seconds
+        pose = most_alike(decode_crop(crop, _candidate_params(frame.setup)).keypoints, person, joint_sigmas)
+        if pose is not None:
+            opinions[number] = pose
+    return opinions, seconds
+
+
+def _accepted(poses: Poses, setup: _Setup) -> Poses:
     """Leave out joints and people below their thresholds."""
-    acceptance, decode_params = setup.recipe.acceptance, setup.settings.decode
+    acceptance, decode = setup.recipe.acceptance, setup.settings.decode
+    keypoints = poses.keypoints.copy()
     keypoints[keypoints[..., 2] < acceptance * setup.settings.ensemble.joint_min_score] = (np.nan, np.nan, 0)
     joints = (keypoints[..., 2] > 0).sum(axis=1)
-    kept = (scores >= acceptance * decode_params.person_min_score) & (joints >= decode_params.person_min_joints)
-    return keypoints[kept], scores[kept]
+    kept = (poses.scores >= acceptance * decode.person_min_score) & (joints >= decode.person_min_joints)
+    return Poses(keypoints[kept], poses.scores[kept])
 
 
 def _check_image(bgr: np.ndarray) -> None:

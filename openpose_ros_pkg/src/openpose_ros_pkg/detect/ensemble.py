@@ -1,22 +1,18 @@
 """Several opinions on the same people become one: which poses are the same person, and where its joints are.
 
-Every network, input size and closer look gives poses. A joint is placed where the opinions, weighted by their scores,
-promise the greatest object keypoint similarity (`oks`), and its score is the share of the opinions that agree: what
-all see is sure, what one sees alone is not.
+Every network, input size and crop gives poses, its opinion. A joint is placed where the opinions, weighted by their
+scores, promise the greatest object keypoint similarity (`oks`). Its score is the share of the opinions that agree:
+high where all networks see the joint, low where one sees it alone.
 """
 from dataclasses import dataclass
-from typing import Dict, List, Optional, Sequence, Tuple
+from typing import Dict, List, Optional, Sequence
 
 import numpy as np
 
 from openpose_ros_pkg.detect.oks import area, similarity
+from openpose_ros_pkg.params.constants import constant
 from openpose_ros_pkg.params.parameters import Parameters, parameter
-
-# Poses less alike than this are different people.
-_SAME_PERSON = 0.3
-# Of two people who are more alike than this one is left out.
-_DUPLICATE = 0.6
-_MEAN_SHIFT_STEPS = 3
+from openpose_ros_pkg.people import Poses
 
 
 @dataclass(frozen=True)
@@ -28,8 +24,24 @@ class EnsembleParams(Parameters):
              'Raise it (0.5) where only joints count that are surely right.', minimum=0.0, maximum=1.0)
 
 
+@dataclass(frozen=True)
+class EnsembleConstants:
+    """How opinions become people, and from which scores on they count: what one network doubts, others may confirm."""
+
+    candidate_share: float = constant(
+        0.8, 'Share of `person_min_score` that a candidate of a network with part affinity fields needs.')
+    candidate_most: float = constant(0.2, 'That score is at most this.')
+    candidate_person: float = constant(0.05, 'Person score that a candidate of MoveNet or RTMO needs.')
+    candidate_joint: float = constant(0.0, 'Joint score that a candidate of MoveNet or RTMO needs.')
+    same_person: float = constant(0.3, 'Poses with a lower similarity are different people.')
+    duplicate: float = constant(0.6, 'Of two people with a greater similarity one is left out.')
+    mean_shift_steps: int = constant(3, 'Steps from the opinion with the most support to the place of a joint.')
+
+
+ENSEMBLE = EnsembleConstants()
+
 Opinions = Dict[int, np.ndarray]
-"""What the sources say of one person: (K, 3) float32 each, by the source's number."""
+"""Poses of one person, (K, 3) float32 each, by the number of the source."""
 
 
 def group(sources: Sequence[np.ndarray], joint_sigmas: np.ndarray) -> List[Opinions]:
@@ -49,7 +61,7 @@ def group(sources: Sequence[np.ndarray], joint_sigmas: np.ndarray) -> List[Opini
                        key=lambda item: -item[0])
         taken, given = set(), set()
         for value, i, j in alike:
-            if value < _SAME_PERSON:
+            if value < ENSEMBLE.same_person:
                 break
             if i not in taken and j not in given:
                 taken.add(i)
@@ -63,11 +75,11 @@ def vote(opinions: Opinions, weights: Sequence[float], joint_sigmas: np.ndarray)
     """Place each joint of a person where the opinions promise the greatest similarity.
 
     The start is the opinion with the most support; a mean shift with the joint's own kernel follows. The score is the
-    root of the mean support over all sources, silent ones included: measured on annotated pictures, joints with a
-    score of 0.5 have a similarity of 0.7 to 0.8, those with 0.7 one of 0.9.
+    root of the mean support over all sources, including those that do not see the person: measured on annotated
+    images, joints with a score of 0.5 have a similarity of 0.7 to 0.8, those with 0.7 one of 0.9.
 
     Args:
-        opinions: of the sources that saw the person.
+        opinions: of the sources that see the person.
         weights: of all sources, (S,).
         joint_sigmas: (K,) float, of `oks.sigmas`.
 
@@ -83,7 +95,7 @@ def vote(opinions: Opinions, weights: Sequence[float], joint_sigmas: np.ndarray)
     apart = ((xy[:, None] - xy[None]) ** 2).sum(axis=3)
     support = (np.exp(-apart / spread) * belief[None]).sum(axis=1)
     place = xy[np.where(there, support, -1.0).argmax(axis=0), np.arange(xy.shape[1])]
-    for _ in range(_MEAN_SHIFT_STEPS):
+    for _ in range(ENSEMBLE.mean_shift_steps):
         pull = belief * np.exp(-((xy - place) ** 2).sum(axis=2) / spread)
         place = (pull[..., None] * xy).sum(axis=0) / np.maximum(pull.sum(axis=0), 1e-12)[:, None]
     agreed = (belief * np.exp(-((xy - place) ** 2).sum(axis=2) / spread)).sum(axis=0)
@@ -95,21 +107,20 @@ def vote(opinions: Opinions, weights: Sequence[float], joint_sigmas: np.ndarray)
 
 
 def person_score(keypoints: np.ndarray) -> float:
-    """Return how sure a person, (K, 3) float, is: the root mean square of its joints' scores, missing ones being 0."""
+    """Return the score of a person, (K, 3) float: the root mean square of its joints' scores, missing ones being 0."""
     return float(np.sqrt((keypoints[:, 2] ** 2).mean()))
 
 
-def without_duplicates(keypoints: np.ndarray, scores: np.ndarray,
-                       joint_sigmas: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
-    """Return the people, (P, K, 3) and (P,), the surest first, without those who are almost a surer one."""
+def without_duplicates(poses: Poses, joint_sigmas: np.ndarray) -> Poses:
+    """Return the people, the surest first, without those who are almost the same as a surer one."""
     kept: List[int] = []
-    for i in np.argsort(-scores, kind='stable'):
-        if all(similarity(keypoints[i], keypoints[j], joint_sigmas) < _DUPLICATE for j in kept):
+    for i in np.argsort(-poses.scores, kind='stable'):
+        if all(similarity(poses.keypoints[i], poses.keypoints[j], joint_sigmas) < ENSEMBLE.duplicate for j in kept):
             kept.append(int(i))
-    return keypoints[kept], scores[kept]
+    return Poses(poses.keypoints[kept], poses.scores[kept])
 
 
-def most_alike(poses: np.ndarray, person: np.ndarray, joint_sigmas: np.ndarray) -> Optional[np.ndarray]:
+def most_alike(keypoints: np.ndarray, person: np.ndarray, joint_sigmas: np.ndarray) -> Optional[np.ndarray]:
     """Return the pose, of (P, K, 3), that is the same person as (K, 3); None where nobody is."""
-    alike = [similarity(person, pose, joint_sigmas) for pose in poses]
-    return poses[int(np.argmax(alike))] if alike and max(alike) >= _SAME_PERSON else None
+    alike = [similarity(person, pose, joint_sigmas) for pose in keypoints]
+    return keypoints[int(np.argmax(alike))] if alike and max(alike) >= ENSEMBLE.same_person else None

@@ -1,4 +1,4 @@
-"""What the detector computes for a picture: which networks see it, how large, and how close it looks at each person."""
+"""What the detector computes for an image: which networks, at which sizes, and how people are refined on crops."""
 from dataclasses import dataclass, replace
 from typing import Dict, Tuple
 
@@ -10,15 +10,15 @@ from openpose_ros_pkg.skeletons import SkeletonModel
 
 @dataclass(frozen=True)
 class DetectorParams(Parameters):
-    """Which networks look at a picture, how large, and how often. Names of sizes and scales are OpenPose's.
+    """Which networks see an image, at which sizes, and how often. Names of sizes and scales are OpenPose's.
 
     Raises:
         ParameterError: the scales reach zero, or the box has no side.
     """
 
     mode: str = parameter(
-        'balanced', 'How much is computed for a picture: fast, for weak machines, finds six people at most; balanced; '
-                    'accurate, for pictures and recordings, takes about ten times as long as balanced.',
+        'balanced', 'How much is computed for an image: fast, for weak machines, finds six people at most; balanced; '
+                    'accurate, for image files and recordings, takes about ten times as long as balanced.',
         choices=('fast', 'balanced', 'accurate'))
     pose_model: str = parameter(
         AUTO, 'Network: auto, the networks that the mode puts together (COCO, the joint set that OpenPose calls so, '
@@ -43,11 +43,11 @@ class DetectorParams(Parameters):
         'auto', 'Average also over the mirror image, which doubles the time and makes joints more accurate; auto: as '
                 'the mode has it.', choices=('auto', 'always', 'never'))
     look_closer: int = parameter(
-        -1, "Number of people at most that are cut out of the picture and looked at again, the surest first; -1: the "
-            "mode's; 0: nobody. Not with a single network.", minimum=-1, maximum=100)
+        -1, 'Crop refinement: how many people at most a network sees a second time, each on a crop of the image, the '
+            "surest first; -1: the mode's number; 0: nobody. Not with a single network.", minimum=-1, maximum=100)
     target_rate: float = parameter(
         0.0, 'Compute less than the mode would, as far as this processor needs to reach this rate; the log says what '
-             'came out. 0: never, so that results do not depend on the machine. Not with the mode accurate.',
+             'is computed. 0: never, so that results do not depend on the machine. Not with the mode accurate.',
         unit='Hz', minimum=0.0, maximum=1000.0)
 
     def __post_init__(self) -> None:
@@ -55,19 +55,19 @@ class DetectorParams(Parameters):
         if self.net_input_width < 0 and self.net_input_height < 0:
             raise ParameterError("parameters 'net_input_width', 'net_input_height' = -1, -1 are not allowed: -1 for "
                                  'one of them')
-        zooms = _wanted_zooms(self, MODES[self.mode].looks[0].zooms)
+        zooms = _wanted_zooms(self, MODES[self.mode].passes[0].zooms)
         if zooms[-1] <= 0:
             raise ParameterError(f"parameters 'num_scales', 'scale_gap' = {self.num_scales}, {self.scale_gap} are not "
                                  f'allowed: the last of {len(zooms)} scales would be {zooms[-1]:g}, expected above 0')
 
 
 @dataclass(frozen=True)
-class Look:
-    """One network that sees the whole picture.
+class NetworkPass:
+    """One network on the full image, at one or more sizes.
 
     Attributes:
         model: the network.
-        box: (width, height) that the picture is fitted into [px]; -1 for one of them: as the other makes it.
+        box: (width, height) that the image is fitted into [px]; -1 for one of them: as the other makes it.
         zooms: factors on the box. The fields of a network with part affinity fields are averaged over them; any other
             network gives an opinion for each.
         mirror: also average over the mirror image; only of networks with part affinity fields.
@@ -87,18 +87,18 @@ class Look:
 
     @property
     def description(self) -> str:
-        """What is computed, for people."""
+        """What is computed, for the log."""
         scales = f' at {len(self.zooms)} scales' if len(self.zooms) > 1 else ''
         return f"{self.model.name} {self.box[0]}x{self.box[1]}{scales}{' mirrored too' if self.mirror else ''}"
 
 
 @dataclass(frozen=True)
-class CloserLook:
-    """A network that sees each person once more, cut out of the picture.
+class CropRefinement:
+    """A network that sees each person a second time, on a crop of the image.
 
     Attributes:
-        margin: side of the square cut-out, in units of the longer side of the box round the person's joints.
-        mirror: look at the mirror image.
+        margin: side of the square crop, in units of the longer side of the bounding box of the person's joints.
+        mirror: the network sees the mirror image of the crop.
     """
 
     margin: float
@@ -107,50 +107,50 @@ class CloserLook:
 
 # OpenPose's default, flags.hpp.
 _SCALE_GAP = 0.3
-# The network of closer looks.
-CLOSE_MODEL = MOVENET_MULTIPOSE
+# The network of crop refinement.
+CROP_MODEL = MOVENET_MULTIPOSE
 
 
 @dataclass(frozen=True)
 class Recipe:
-    """All that is computed for a picture.
+    """All that is computed for an image.
 
     Attributes:
-        looks: the networks that see the whole of it.
-        closer: how each person found is looked at again.
-        most_people: no more than so many people are looked at again, the surest first; bounds the time.
-        close_side: side of the network's input for a closer look [px]; of 192, 256 and 320, 256 was the most accurate.
-        acceptance: factor on the scores that joints and people need; the more opinions there are, the more of them are
-            silent on one who is there.
+        passes: the networks that see the full image.
+        refinements: how each person is refined on crops.
+        max_refined: greatest number of people who are refined, the surest first; bounds the time.
+        crop_side: side of the network's input for a crop [px]; of 192, 256 and 320, 256 was the most accurate.
+        acceptance: factor on the scores that joints and people need; the more opinions there are, the more of them
+            miss a person who is there.
     """
 
-    looks: Tuple[Look, ...]
-    closer: Tuple[CloserLook, ...] = ()
-    most_people: int = 6
-    close_side: int = 256
+    passes: Tuple[NetworkPass, ...]
+    refinements: Tuple[CropRefinement, ...] = ()
+    max_refined: int = 6
+    crop_side: int = 256
     acceptance: float = 1.0
 
     @property
     def models(self) -> Tuple[Model, ...]:
         """The networks that it takes, each once."""
-        close = (CLOSE_MODEL,) if self.closer else ()
-        return tuple({model.name: model for model in (*(look.model for look in self.looks), *close)}.values())
+        models = [network_pass.model for network_pass in self.passes] + [CROP_MODEL] * bool(self.refinements)
+        return tuple({model.name: model for model in models}.values())
 
     @property
     def skeleton(self) -> SkeletonModel:
-        """Joint set of the people, that of the first look."""
-        return self.looks[0].model.skeleton
+        """Joint set of the people, that of the first network."""
+        return self.passes[0].model.skeleton
 
     @property
     def weights(self) -> Tuple[float, ...]:
-        """Weights of the opinions on a person: those of the whole looks in their order, then the closer ones."""
-        whole = tuple(look.weight for look in self.looks for _ in range(look.opinions))
-        return whole + (1.0,) * len(self.closer)
+        """Weights of the opinions on a person: those of the passes in their order, then one of each refinement."""
+        of_passes = tuple(network_pass.weight for network_pass in self.passes for _ in range(network_pass.opinions))
+        return of_passes + (1.0,) * len(self.refinements)
 
     @property
-    def whole_opinions(self) -> int:
-        """Number of opinions that the whole looks give."""
-        return sum(look.opinions for look in self.looks)
+    def pass_opinions(self) -> int:
+        """Number of opinions that the passes over the full image give."""
+        return sum(network_pass.opinions for network_pass in self.passes)
 
     @property
     def is_ensemble(self) -> bool:
@@ -159,23 +159,25 @@ class Recipe:
 
     @property
     def description(self) -> str:
-        """What is computed, for people."""
-        looks = ' + '.join(look.description for look in self.looks)
-        return looks + (
-            f' + {len(self.closer)} closer at {self.close_side} for {self.most_people} people' if self.closer else '')
+        """What is computed, for the log."""
+        parts = [network_pass.description for network_pass in self.passes]
+        if self.refinements:
+            parts.append(f'{len(self.refinements)} crop refinement{"s" * (len(self.refinements) > 1)} at '
+                         f'{self.crop_side} px for up to {self.max_refined} people')
+        return ' + '.join(parts)
 
     def without(self, model: Model) -> 'Recipe':
         """Return what is left of it without a network that is not the first."""
-        looks = tuple(look for look in self.looks if look.model is not model)
-        return replace(self, looks=looks, closer=() if model is CLOSE_MODEL else self.closer)
+        passes = tuple(network_pass for network_pass in self.passes if network_pass.model is not model)
+        return replace(self, passes=passes, refinements=() if model is CROP_MODEL else self.refinements)
 
 
-def _thin(scale: float, weight: float = 1.5) -> Look:
-    return Look(MOBILENET_THIN, _box(656 * scale, 368 * scale), weight=weight)
+def _thin(scale: float, weight: float = 1.5) -> NetworkPass:
+    return NetworkPass(MOBILENET_THIN, _box(656 * scale, 368 * scale), weight=weight)
 
 
-def _movenet(*sides: int) -> Look:
-    return Look(MOVENET_MULTIPOSE, (sides[0], sides[0]), tuple(side / sides[0] for side in sides))
+def _movenet(*sides: int) -> NetworkPass:
+    return NetworkPass(MOVENET_MULTIPOSE, (sides[0], sides[0]), tuple(side / sides[0] for side in sides))
 
 
 def _box(width: float, height: float) -> Tuple[int, int]:
@@ -183,33 +185,33 @@ def _box(width: float, height: float) -> Tuple[int, int]:
     return int(width) // 8 * 8, int(height) // 8 * 8
 
 
-_ONE_CLOSER = (CloserLook(1.6),)
+_ONE_CROP = (CropRefinement(1.6),)
 
-# MoveNet finds large people well, up to six, mobilenet_thin small ones and crowds; each finds people that the other
-# misses, and where both see a joint its place is surer. A closer look brings most for its time. The mirror image and
-# other sizes come next. Average precision and time of each: docs/accuracy_and_speed.md.
+# MoveNet finds large people well, six at most; mobilenet_thin finds small people and crowds. Each finds people that the
+# other misses, and where both see a joint its place is surer. Crop refinement improves accuracy most for its time; the
+# mirror image and other sizes come next. Average precision and time of each: docs/accuracy_and_speed.md.
 MODES: Dict[str, Recipe] = {
-    'fast': Recipe((_movenet(384),), _ONE_CLOSER),
-    'balanced': Recipe((_thin(1.0), _movenet(512)), _ONE_CLOSER),
+    'fast': Recipe((_movenet(384),), _ONE_CROP),
+    'balanced': Recipe((_thin(1.0), _movenet(512)), _ONE_CROP),
     'accurate': Recipe(
-        (Look(MOBILENET_THIN, _box(984, 552), (1.0, 2 / 3, 1 / 3), mirror=True, weight=3.0), _movenet(512, 256)),
-        tuple(CloserLook(margin, mirror) for margin in (1.6, 2.0) for mirror in (False, True)), most_people=20,
+        (NetworkPass(MOBILENET_THIN, _box(984, 552), (1.0, 2 / 3, 1 / 3), mirror=True, weight=3.0), _movenet(512, 256)),
+        tuple(CropRefinement(margin, mirror) for margin in (1.6, 2.0) for mirror in (False, True)), max_refined=20,
         acceptance=0.8),
 }
 
-# From the mode balanced down: what is less accurate and faster, for processors that do not reach the wanted rate.
+# From the mode balanced down: less accurate and faster recipes, for processors that do not reach the wanted rate.
 FASTER: Tuple[Recipe, ...] = (
     MODES['balanced'],
-    Recipe((_thin(0.75), _movenet(384)), _ONE_CLOSER),
-    Recipe((_thin(0.5, weight=1.0), _movenet(384)), _ONE_CLOSER),
+    Recipe((_thin(0.75), _movenet(384)), _ONE_CROP),
+    Recipe((_thin(0.5, weight=1.0), _movenet(384)), _ONE_CROP),
     MODES['fast'],
-    Recipe((_movenet(256),), _ONE_CLOSER),
-    Recipe((_movenet(256),), _ONE_CLOSER, close_side=192),
+    Recipe((_movenet(256),), _ONE_CROP),
+    Recipe((_movenet(256),), _ONE_CROP, crop_side=192),
 )
 
 
 def recipe_of(params: DetectorParams) -> Recipe:
-    """Return what the parameters ask for.
+    """Return the recipe that the parameters ask for.
 
     Raises:
         ParameterError: no such network.
@@ -218,19 +220,18 @@ def recipe_of(params: DetectorParams) -> Recipe:
     recipe = MODES[params.mode]
     if params.pose_model not in (AUTO, 'COCO'):
         recipe = _alone(find_model(params.pose_model, params.model_folder), recipe)
-    look = recipe.looks[0]
-    mirror = look.mirror if params.mirror == 'auto' else params.mirror == 'always' and look.model.decoder == 'paf'
-    look = replace(look, box=_wanted_box(params, look.box), zooms=_wanted_zooms(params, look.zooms),
-                   mirror=mirror)
-    recipe = replace(recipe, looks=(look, *recipe.looks[1:]))
+    first = recipe.passes[0]
+    mirror = first.mirror if params.mirror == 'auto' else params.mirror == 'always' and first.model.decoder == 'paf'
+    first = replace(first, box=_wanted_box(params, first.box), zooms=_wanted_zooms(params, first.zooms), mirror=mirror)
+    recipe = replace(recipe, passes=(first, *recipe.passes[1:]))
     if params.look_closer == 0:
-        return replace(recipe, closer=())
-    return recipe if params.look_closer < 0 else replace(recipe, most_people=params.look_closer)
+        return replace(recipe, refinements=())
+    return recipe if params.look_closer < 0 else replace(recipe, max_refined=params.look_closer)
 
 
 def _alone(model: Model, recipe: Recipe) -> Recipe:
-    """Return what a network computes without others in a mode: OpenPose's input, larger, or smaller."""
-    first = next((look for look in recipe.looks if look.model.decoder == 'paf'), _thin(0.5))
+    """Return the recipe of one network alone in a mode: at the size of OpenPose's input, larger, or smaller."""
+    first = next((one for one in recipe.passes if one.model.decoder == 'paf'), _thin(0.5))
     return Recipe((replace(first, model=model, mirror=first.mirror and model.decoder == 'paf'),))
 
 

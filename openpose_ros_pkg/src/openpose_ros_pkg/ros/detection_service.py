@@ -2,7 +2,7 @@
 import itertools
 import time
 from dataclasses import dataclass, field
-from typing import Any, Dict, List, Optional
+from typing import Dict, List, Optional
 
 import numpy as np
 import rospy
@@ -11,7 +11,7 @@ from openpose_ros_msgs.srv import GetPersons, GetPersonsRequest, GetPersonsRespo
 from sensor_msgs.msg import Image
 from std_msgs.msg import Header
 
-from openpose_ros_pkg.detect.detector import create_detector
+from openpose_ros_pkg.detect.detector import ComputedFrame, PreparedFrame, create_detector
 from openpose_ros_pkg.detect.tracking import CameraTrackers
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.output.frame_writer import FrameWriter
@@ -29,42 +29,63 @@ from openpose_ros_pkg.ros.people_publisher import DRAW_STAGE, PeoplePublisher
 from openpose_ros_pkg.ros.timing_report import TimingReport
 from openpose_ros_pkg.stream.pipeline import Pipeline
 
-# Stages of the timing report. total: from the callback to the published result; added: total without waiting and
-# network.
+# Stages of the timing report. network: the networks alone; decode: from their outputs to people; total: from the
+# callback to the published result; added: total without wait_for_network and network.
 _STAGES = ('decode_message', 'preprocess', 'wait_for_network', 'network', 'decode', 'publish', 'total', 'added',
            DRAW_STAGE)
 
 
-@dataclass
-class _Frame:
-    """An image on its way through the node.
+@dataclass(frozen=True)
+class _Received:
+    """An image as it came; at: when the callback had it [s], time.monotonic()."""
+
+    message: AnyImage
+    at: float = field(default_factory=time.monotonic)
+
+
+@dataclass(frozen=True)
+class _Prepared:
+    """An image that is ready for the networks.
 
     Attributes:
-        message: the image as it came; None once it is decoded.
         header: of the image.
         bgr: (H, W, 3) uint8; for bgr8 a view of the message's data.
-        work: what the detector hands from stage to stage.
-        received: when the callback had it [s], time.monotonic().
-        ready: when it was ready for the network [s].
-        waited, computed: how long it waited for the network, and was in it [s].
+        frame: what the networks will see.
+        received, ready: when the callback had it, and when it was ready [s].
+        held_back: how long it waited before it was prepared, as the networks were busy [s].
     """
 
-    message: Optional[AnyImage]
     header: Header
-    bgr: Optional[np.ndarray] = None
-    work: Any = None
-    received: float = field(default_factory=time.monotonic)
-    ready: float = 0.0
-    waited: float = 0.0
-    computed: float = 0.0
+    bgr: np.ndarray
+    frame: PreparedFrame
+    received: float
+    ready: float
+    held_back: float
+
+
+@dataclass(frozen=True)
+class _Computed:
+    """An image whose people are found.
+
+    Attributes:
+        prepared: the image.
+        frame: what was found.
+        waited: how long it waited for the networks in all [s].
+        decoding: how long decoding took between the networks [s].
+    """
+
+    prepared: _Prepared
+    frame: ComputedFrame
+    waited: float
+    decoding: float
 
 
 class DetectionService:
     """Serves openpose_ros_msgs/GetPersons and, with `image_topic`, finds the people of a camera by itself.
 
-    Requests of several clients are prepared and finished in their own threads; the network takes one picture at a
-    time, in the order in which they asked for it. The camera is one more of those who ask. People keep their ids per
-    camera, told apart by frame_id.
+    Requests of several clients are prepared and finished in their own threads. The networks take one image at a time,
+    of clients and camera alike, in the order of their requests. People keep their ids per camera, told apart by
+    frame_id.
 
     Args:
         service: name of the service.
@@ -101,62 +122,62 @@ class DetectionService:
         self._input_publisher = rospy.Publisher(f'{namespace}/input_image', Image, queue_size=1)
         self._pipeline = Pipeline(self._prepare_streamed, self._compute, self._finish, self._frame_failed,
                                   self._detector.lock)
-        # a thread within the network would end the program with an abort
+        # a thread within a network would end the program with an abort
         rospy.on_shutdown(self._pipeline.stop)
         self._health.show(lambda: {'images skipped': str(self._pipeline.replaced)})
         self._subscriber = image_subscriber(topic, self._settings.transport,
-                                            lambda message: self._pipeline.submit(_Frame(message, message.header)))
+                                            lambda message: self._pipeline.submit(_Received(message)))
         rospy.loginfo('waiting for images on %s', self._subscriber.resolved_name)
 
     def _serve(self, request: GetPersonsRequest) -> GetPersonsResponse:
-        frame = _Frame(request.image, request.image.header)
         try:
-            self._prepare(frame)
+            prepared = self._prepare(_Received(request.image))
             with self._detector.lock:
-                self._compute(frame)
-            return GetPersonsResponse(detections=self._finish(frame))
+                computed = self._compute(prepared)
+            return GetPersonsResponse(detections=self._finish(computed))
         except BadInputError as error:
             self._health.warn('bad image', str(error))
             raise rospy.ServiceException(str(error)) from error
 
-    def _prepare_streamed(self, frame: _Frame) -> None:
-        # until now, the pipeline held it back because the network was busy
-        frame.waited = time.monotonic() - frame.received
+    def _prepare_streamed(self, received: _Received) -> _Prepared:
+        held_back = time.monotonic() - received.at  # by the pipeline, as the networks were busy
         if self._input_publisher.get_num_connections() > 0:
-            self._input_publisher.publish(raw_image(frame.message))
-        self._prepare(frame)
+            self._input_publisher.publish(raw_image(received.message))
+        return self._prepare(received, held_back)
 
-    def _prepare(self, frame: _Frame) -> None:
+    def _prepare(self, received: _Received, held_back: float = 0.0) -> _Prepared:
         begin = time.monotonic()
-        frame.bgr = convert.any_image_to_bgr(frame.message)
-        frame.message = None
+        bgr = convert.any_image_to_bgr(received.message)
         decoded = time.monotonic()
-        frame.work = self._detector.prepare(frame.bgr)
-        frame.ready = time.monotonic()
+        frame = self._detector.prepare(bgr)
+        ready = time.monotonic()
         self._timing.add('decode_message', decoded - begin)
-        self._timing.add('preprocess', frame.ready - decoded)
+        self._timing.add('preprocess', ready - decoded)
+        return _Prepared(received.message.header, bgr, frame, received.at, ready, held_back)
 
-    def _compute(self, frame: _Frame) -> None:
+    def _compute(self, prepared: _Prepared) -> _Computed:
         begin = time.monotonic()
-        frame.work = self._detector.compute(frame.work)
-        frame.waited += begin - frame.ready
-        frame.computed = time.monotonic() - begin
+        frame = self._detector.compute(prepared.frame)
+        return _Computed(prepared, frame, prepared.held_back + begin - prepared.ready,
+                         time.monotonic() - begin - frame.network_seconds)
 
-    def _finish(self, frame: _Frame) -> List[PersonDetection]:
+    def _finish(self, computed: _Computed) -> List[PersonDetection]:
         begin = time.monotonic()
-        people = self._detector.finish(frame.work)
+        prepared, header = computed.prepared, computed.prepared.header
+        people = self._detector.finish(computed.frame)
         decoded = time.monotonic()
-        people = self._trackers.update(people, frame.header.frame_id, frame.header.stamp.to_sec())
-        messages = convert.people_to_messages(people, frame.header)
+        people = self._trackers.update(people, header.frame_id, header.stamp.to_sec())
+        messages = convert.people_to_messages(people, header)
         if self._publisher is not None:
-            self._publisher.publish(people, messages, frame.header, frame.bgr, self._scaled(people, frame))
+            self._publisher.publish(people, messages, header, prepared.bgr, self._scaled(people, prepared))
         if self._recorder is not None:
-            self._recorder.submit(next(self._numbers), frame.bgr, people)
-        self._health.frame_done(frame.header.stamp)
+            self._recorder.submit(next(self._numbers), prepared.bgr, people)
+        self._health.frame_done(header.stamp)
         end = time.monotonic()
-        for stage, seconds in (('wait_for_network', frame.waited), ('network', frame.computed),
-                               ('decode', decoded - begin), ('publish', end - decoded), ('total', end - frame.received),
-                               ('added', end - frame.received - frame.waited - frame.computed)):
+        network, total = computed.frame.network_seconds, end - prepared.received
+        for stage, seconds in (('wait_for_network', computed.waited), ('network', network),
+                               ('decode', computed.decoding + decoded - begin), ('publish', end - decoded),
+                               ('total', total), ('added', total - computed.waited - network)):
             self._timing.add(stage, seconds)
         return messages
 
@@ -166,13 +187,13 @@ class DetectionService:
         elif not rospy.is_shutdown():  # then topics close while a result is on its way
             self._health.warn('frame failed', repr(error))
 
-    def _scaled(self, people: People2D, frame: _Frame) -> Optional[List[PersonDetection]]:
+    def _scaled(self, people: People2D, prepared: _Prepared) -> Optional[List[PersonDetection]]:
         """Return the messages with coordinates as `keypoint_scale` wants them; None: in pixels."""
         scale = self._settings.keypoint_scale
         if scale.keypoint_scale == 0:
             return None
-        size = (frame.bgr.shape[1], frame.bgr.shape[0])
-        return convert.people_to_messages(people, frame.header, scale_keypoints(people.keypoints, size, scale))
+        size = (prepared.bgr.shape[1], prepared.bgr.shape[0])
+        return convert.people_to_messages(people, prepared.header, scale_keypoints(people.keypoints, size, scale))
 
     def _recorder_counters(self) -> Dict[str, str]:
         counters = self._recorder.counters if self._recorder is not None else {}

@@ -2,19 +2,33 @@
 import threading
 import time
 from collections import deque
-from typing import Any, Callable, Deque, Optional
+from dataclasses import dataclass
+from typing import Callable, Deque, Generic, Optional, TypeVar
 
+from openpose_ros_pkg.params.constants import constant
 from openpose_ros_pkg.stream.fair_lock import FairLock
 
-# Finished computations that may wait for the last stage; with more, computing waits, so that memory is bounded.
-_MOST_COMPUTED = 2
-# Durations of the stages that are remembered to foresee when the next item has to be ready.
-_REMEMBERED = 8
-# Preparation begins this long before it has to, beyond its usual duration [s]: threads do not wake to the microsecond.
-_MARGIN = 0.003
+Item = TypeVar('Item')
+Prepared = TypeVar('Prepared')
+Computed = TypeVar('Computed')
 
 
-class Pipeline:
+@dataclass(frozen=True)
+class PipelineConstants:
+    """When the next item is prepared."""
+
+    most_computed: int = constant(
+        2, 'Computed items that may wait for the last stage; with more, computing waits, so that memory is bounded.')
+    remembered: int = constant(8, 'Durations of each stage that are kept to foresee when the next item must be ready.')
+    margin: float = constant(
+        0.003, 'Preparation begins earlier by this than its usual duration needs, as threads do not wake at once.',
+        unit='s')
+
+
+PIPELINE = PipelineConstants()
+
+
+class Pipeline(Generic[Item, Prepared, Computed]):
     """Prepares the newest item and finishes the last one while the one between is computed.
 
     The newest item wins: of those that wait for a stage, the older is dropped. Preparing begins only when computing is
@@ -22,35 +36,34 @@ class Pipeline:
     would be replaced before their turn, which would slow the computation down. Results come in the order of the items.
 
     Args:
-        prepare: first stage, called with each item it gets to. It notes its result in the item, as the others do.
-        compute: the long stage, called with `lock` held.
-        finish: last stage.
+        prepare: first stage, called with each item it gets to.
+        compute: the long stage, called with what `prepare` returned, with `lock` held.
+        finish: last stage, called with what `compute` returned.
         on_error: called with any exception of a stage; its item is dropped and the next one follows.
         lock: for the computation, to be shared with others who compute.
     """
 
-    def __init__(self, prepare: Callable[[Any], None], compute: Callable[[Any], None], finish: Callable[[Any], None],
-                 on_error: Callable[[Exception], None], lock: FairLock) -> None:
-        self._stages = (prepare, compute, finish)
-        self._on_error = on_error
+    def __init__(self, prepare: Callable[[Item], Prepared], compute: Callable[[Prepared], Computed],
+                 finish: Callable[[Computed], object], on_error: Callable[[Exception], None], lock: FairLock) -> None:
+        self._prepare, self._compute, self._finish, self._on_error = prepare, compute, finish, on_error
         self._lock = lock
         self.replaced = 0
         """Items that a newer one replaced before they were computed."""
         self._stopped = False
-        self._submitted: Optional[Any] = None
-        self._prepared: Optional[Any] = None
-        self._computed: Deque[Any] = deque()
+        self._submitted: Optional[Item] = None
+        self._prepared: Optional[Prepared] = None
+        self._computed: Deque[Computed] = deque()
         self._prepare_from = -float('inf')
-        self._prepare_seconds: Deque[float] = deque(maxlen=_REMEMBERED)
-        self._compute_seconds: Deque[float] = deque(maxlen=_REMEMBERED)
+        self._prepare_seconds: Deque[float] = deque(maxlen=PIPELINE.remembered)
+        self._compute_seconds: Deque[float] = deque(maxlen=PIPELINE.remembered)
         mutex = threading.Lock()
         self._to_prepare, self._to_compute, self._to_finish = (threading.Condition(mutex) for _ in range(3))
-        self._threads = [threading.Thread(target=run, name=name, daemon=True) for name, run in (
-            ('prepare', self._run_prepare), ('compute', self._run_compute), ('finish', self._run_finish))]
+        self._threads = [threading.Thread(target=self._until_stopped, args=(run,), name=run.__name__, daemon=True)
+                         for run in (self._prepare_next, self._compute_next, self._finish_next)]
         for thread in self._threads:
             thread.start()
 
-    def submit(self, item: Any) -> None:
+    def submit(self, item: Item) -> None:
         """Give the pipeline a new item; return at once."""
         with self._to_prepare:
             self.replaced += self._submitted is not None
@@ -66,54 +79,59 @@ class Pipeline:
         for thread in self._threads:
             thread.join()
 
-    def _run_prepare(self) -> None:
-        while True:
-            with self._to_prepare:
-                while not self._stopped and not (self._submitted is not None and self._too_early() <= 0):
-                    self._to_prepare.wait(None if self._submitted is None else self._too_early())
-                if self._stopped:
-                    return
-                item, self._submitted = self._submitted, None
-            begin = time.monotonic()
-            if not self._run(0, item):
-                continue
-            with self._to_compute:
-                self._prepare_seconds.append(time.monotonic() - begin)
-                self.replaced += self._prepared is not None
-                self._prepared = item
-                self._to_compute.notify()
+    def _until_stopped(self, run: Callable[[], None]) -> None:
+        while not self._stopped:
+            try:
+                run()
+            except Exception as error:  # the threads must outlive whatever one item does to them
+                self._on_error(error)
 
-    def _run_compute(self) -> None:
-        while True:
-            with self._to_compute:
-                self._to_compute.wait_for(lambda: self._stopped or (self._prepared is not None
-                                                                    and len(self._computed) < _MOST_COMPUTED))
+    def _prepare_next(self) -> None:
+        with self._to_prepare:
+            while not self._stopped and not (self._submitted is not None and self._too_early() <= 0):
+                self._to_prepare.wait(None if self._submitted is None else self._too_early())
             if self._stopped:
                 return
-            with self._lock:
-                # taken only now: while the lock was held elsewhere, a newer item may have come
-                begin = time.monotonic()
-                with self._to_prepare:
-                    item, self._prepared = self._prepared, None
-                    self._prepare_from = begin + self._expected_seconds() - max(self._prepare_seconds) - _MARGIN
-                succeeded = self._run(1, item)
-            with self._to_finish:
-                self._compute_seconds.append(time.monotonic() - begin)
-                self._prepare_from = begin
-                self._to_prepare.notify()
-                if succeeded:
-                    self._computed.append(item)
-                    self._to_finish.notify()
+            item, self._submitted = self._submitted, None
+        begin = time.monotonic()
+        prepared = self._prepare(item)
+        with self._to_compute:
+            self._prepare_seconds.append(time.monotonic() - begin)
+            self.replaced += self._prepared is not None
+            self._prepared = prepared
+            self._to_compute.notify()
 
-    def _run_finish(self) -> None:
-        while True:
-            with self._to_finish:
-                self._to_finish.wait_for(lambda: self._stopped or self._computed)
-                if self._stopped:
-                    return
-                item = self._computed.popleft()
-                self._to_compute.notify()
-            self._run(2, item)
+    def _compute_next(self) -> None:
+        with self._to_compute:
+            self._to_compute.wait_for(lambda: self._stopped or (self._prepared is not None
+                                                                and len(self._computed) < PIPELINE.most_computed))
+        if self._stopped:
+            return
+        with self._lock:
+            # taken only now: while the lock was held elsewhere, a newer item may have come
+            begin = time.monotonic()
+            with self._to_prepare:
+                prepared, self._prepared = self._prepared, None
+                self._prepare_from = begin + self._expected_seconds() - max(self._prepare_seconds) - PIPELINE.margin
+            try:
+                computed = self._compute(prepared)
+            finally:
+                with self._to_prepare:
+                    self._compute_seconds.append(time.monotonic() - begin)
+                    self._prepare_from = begin
+                    self._to_prepare.notify()
+        with self._to_finish:
+            self._computed.append(computed)
+            self._to_finish.notify()
+
+    def _finish_next(self) -> None:
+        with self._to_finish:
+            self._to_finish.wait_for(lambda: self._stopped or self._computed)
+            if self._stopped:
+                return
+            computed = self._computed.popleft()
+            self._to_compute.notify()
+        self._finish(computed)
 
     def _expected_seconds(self) -> float:
         """Return what computing takes if it is quick, by the lower quartile: to be early is cheap, late is not [s]."""
@@ -122,12 +140,3 @@ class Pipeline:
     def _too_early(self) -> float:
         """Return how long preparing still has to wait [s]."""
         return self._prepare_from - time.monotonic()
-
-    def _run(self, stage: int, item: Any) -> bool:
-        """Return whether the stage succeeded."""
-        try:
-            self._stages[stage](item)
-        except Exception as error:  # the threads must outlive whatever one item does to them
-            self._on_error(error)
-            return False
-        return True

@@ -1,0 +1,154 @@
+"""What a network sees: the full image at some sizes, its mirror image, or a crop; and the people it finds there."""
+import time
+from dataclasses import dataclass
+from typing import List, Optional, Sequence, Tuple
+
+import numpy as np
+
+from openpose_ros_pkg.decode.direct import DirectDecodeParams, decode_direct
+from openpose_ros_pkg.decode.fields import average_fields
+from openpose_ros_pkg.decode.paf import DecodeParams, decode_fields
+from openpose_ros_pkg.detect.oks import extent
+from openpose_ros_pkg.detect.recipes import CROP_MODEL, CropRefinement, NetworkPass
+from openpose_ros_pkg.networks.backends import Backend
+from openpose_ros_pkg.networks.preprocess import ImageToNet, fit_image
+from openpose_ros_pkg.params.constants import constant
+from openpose_ros_pkg.people import Poses
+from openpose_ros_pkg.skeletons import SkeletonModel
+
+
+@dataclass(frozen=True)
+class CropConstants:
+    """How a person is cut out of the image."""
+
+    least_side: int = constant(16, 'Least side of a crop; below, there is nothing to see.', unit='px')
+    sure_joint: float = constant(
+        0.25, 'Joints with a lower score do not widen the crop: they are guesses, often of what is out of sight.')
+
+
+CROP = CropConstants()
+
+
+@dataclass(frozen=True)
+class View:
+    """A part of an image, brought to the size of a network's input.
+
+    Attributes:
+        plan: how the part becomes the input; its `image_size` is the size of the part.
+        mirror: whether the network sees the mirror image of the part.
+        origin: left and top of the part in the image [px].
+    """
+
+    plan: ImageToNet
+    mirror: bool = False
+    origin: Tuple[int, int] = (0, 0)
+
+    def prepare(self, bgr: np.ndarray, padding: Optional[int]) -> 'PreparedView':
+        """Cut the part out of an image, (H, W, 3) uint8 BGR, and scale and pad it; see `ImageToNet.apply`."""
+        (left, top), (width, height) = self.origin, self.plan.image_size
+        part = bgr[top:top + height, left:left + width]
+        if self.mirror:
+            # the padding stays at the right, where the plan has it
+            part = np.ascontiguousarray(part[:, ::-1])
+        return PreparedView(self, self.plan.apply(part, padding))
+
+    def in_image(self, poses: Poses, skeleton: SkeletonModel) -> Poses:
+        """Turn people in pixels of the network's input into people in pixels of the image."""
+        keypoints = poses.keypoints.copy()
+        keypoints[..., :2] = self.plan.to_image(keypoints[..., :2])
+        if self.mirror:
+            keypoints[..., 0] = self.plan.image_size[0] - 1 - keypoints[..., 0]
+            keypoints = keypoints[:, list(skeleton.swap)]
+        keypoints[..., :2] += self.origin
+        return Poses(keypoints, poses.scores)
+
+
+@dataclass(frozen=True)
+class PreparedView:
+    """A view before the network has computed it; input: (H, W, 3) uint8 BGR."""
+
+    view: View
+    input: np.ndarray
+
+    def compute(self, network: Backend) -> 'ComputedView':
+        """Let the network compute it, and measure the time."""
+        begin = time.perf_counter()
+        outputs = tuple(output[0] for output in network.infer(self.input[np.newaxis]))
+        return ComputedView(self.view, outputs, time.perf_counter() - begin)
+
+
+@dataclass(frozen=True)
+class ComputedView:
+    """A view after the network; outputs: of the network, without the axis of the images; seconds: that it took [s]."""
+
+    view: View
+    outputs: Tuple[np.ndarray, ...]
+    seconds: float
+
+
+def full_image_plans(size: Tuple[int, int], network_pass: NetworkPass) -> List[ImageToNet]:
+    """Return how an image of (width, height) [px] is brought to each size of a pass.
+
+    Raises:
+        BadInputError: it is too long and thin.
+    """
+    recipe = network_pass.model.input
+    width, height = recipe.fixed_size or network_pass.box
+    return [fit_image(size, width, height, recipe.multiple_of, zoom, whole_box=recipe.fixed_size is not None)
+            for zoom in network_pass.zooms]
+
+
+def prepare_views(bgr: np.ndarray, network_pass: NetworkPass) -> List[PreparedView]:
+    """Bring an image, (H, W, 3) uint8 BGR, to the sizes of a pass, each with its mirror image where that is wanted.
+
+    Raises:
+        BadInputError: it is too long and thin.
+    """
+    plans = full_image_plans((bgr.shape[1], bgr.shape[0]), network_pass)
+    views = [View(plan, mirror) for plan in plans for mirror in ((False, True) if network_pass.mirror else (False,))]
+    return [view.prepare(bgr, network_pass.model.input.padding) for view in views]
+
+
+def decode_views(network_pass: NetworkPass, views: Sequence[ComputedView], decode_params: DecodeParams,
+                 direct_params: DirectDecodeParams) -> List[Poses]:
+    """Find the people, in pixels of the image: one opinion from averaged fields, or one from each view."""
+    model = network_pass.model
+    if model.decoder == 'paf':
+        fields = [view.outputs[0] if len(view.outputs) == 1 else np.concatenate(view.outputs) for view in views]
+        plan = views[0].view.plan
+        mean = average_fields(fields, [view.view.plan for view in views], [view.view.mirror for view in views], model)
+        return [views[0].view.in_image(decode_fields(mean, model, decode_params, plan.scaled_size), model.skeleton)]
+    return [view.view.in_image(decode_direct(view.outputs, model, direct_params, view.view.plan.net_size,
+                                             view.view.plan.scaled_size), model.skeleton) for view in views]
+
+
+def prepare_crop(bgr: np.ndarray, person: np.ndarray, refinement: CropRefinement, side: int) -> PreparedView:
+    """Cut a person out of an image.
+
+    Args:
+        bgr: (H, W, 3) uint8 BGR.
+        person: (K, 3) float: x, y [px of the image], score.
+        side: of the network's input [px].
+    """
+    left, top, right, bottom = _crop_box(person, refinement.margin, bgr.shape)
+    recipe = CROP_MODEL.input
+    plan = fit_image((right - left, bottom - top), side, side, recipe.multiple_of, whole_box=True)
+    return View(plan, refinement.mirror, (left, top)).prepare(bgr, recipe.padding)
+
+
+def decode_crop(crop: ComputedView, params: DirectDecodeParams) -> Poses:
+    """Find the people in a crop, in pixels of the image."""
+    plan = crop.view.plan
+    poses = decode_direct(crop.outputs, CROP_MODEL, params, plan.net_size, plan.scaled_size)
+    return crop.view.in_image(poses, CROP_MODEL.skeleton)
+
+
+def _crop_box(person: np.ndarray, margin: float, shape: Tuple[int, ...]) -> Tuple[int, int, int, int]:
+    """Return left, top, right, bottom [px] of the square around a person, clipped to the image."""
+    sure = person[person[:, 2] >= CROP.sure_joint]
+    low, high = extent(sure if len(sure) > 1 else person)
+    half = max(margin * (high - low).max(), CROP.least_side) / 2
+    centre = (low + high) / 2
+    left, top = np.maximum(np.floor(centre - half), 0).astype(int)
+    right, bottom = np.minimum(np.ceil(centre + half) + 1, shape[1::-1]).astype(int)
+    return left, top, right, bottom
