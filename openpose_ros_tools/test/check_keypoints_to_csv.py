@@ -119,7 +119,7 @@ class KeypointsToCsvTest(unittest.TestCase):
         self.assertEqual(list(self.folder.iterdir()), [])
 
     def test_without_a_master_it_says_so(self):
-        child = subprocess.run(['env', 'ROS_MASTER_URI=http://localhost:1', 'rosrun', 'openpose_ros_pkg',
+        child = subprocess.run(['env', 'ROS_MASTER_URI=http://localhost:1', 'rosrun', 'openpose_ros_tools',
                                 'keypoints_to_csv', '--live'], stderr=subprocess.PIPE, check=False, timeout=PATIENCE)
         self.assertEqual(child.returncode, 2)
         self.assertIn(b'no ROS master at http://localhost:1', child.stderr)
