@@ -127,18 +127,20 @@ def align(estimate: KeypointTable, reference: JointRecording, params: Optional[A
     paths = JointPaths(reference.times - reference.times[0], reference.positions[:, :, joints],
                        bridged_gap(reference.times, params.max_gap))
     base = reference.times[0] - estimate.stamps.min() * 1e-9  # clock offset of lag 0
-    clock_given, transform_given = params.clock_offset is not None, params.transform is not None
-    free = np.r_[np.full(6, not transform_given), not clock_given]
-    correlations, tracks = None, observed.longest_tracks()
-    lags = [params.clock_offset - base] if clock_given else []
-    if not clock_given:
+    free = np.r_[np.full(6, params.transform is None), params.clock_offset is None]
+    tracks = observed.longest_tracks()
+    if params.clock_offset is None:
         correlations = _correlations(observed, tracks, paths)
         lags = likely_lags(correlations, base, params.max_clock_offset)
-    candidates = find_candidates(observed, paths, lags, params.transform, progress) if free.any() else [
-        Solution(lags[0], params.transform[:3, :3], params.transform[:3, 3])]
+    else:
+        correlations, lags = None, [params.clock_offset - base]
+    if params.clock_offset is None or params.transform is None:
+        candidates = find_candidates(observed, paths, lags, params.transform, progress)
+    else:
+        candidates = [Solution(lags[0], params.transform[:3, :3], params.transform[:3, 3])]
     if not candidates:
         raise BadInputError('no joints of estimate and reference are seen at the same time'
-                            + ' with the clock offset that was given' * clock_given)
+                            + ' with the clock offset that was given' * (correlations is None))
     some = observed.some(_REFINING_ROWS)
     solutions = [refine(some, paths, one, free, _REFINING_STEPS) for one in progress(candidates)]
     best = max(solutions, key=lambda solution: solution.merit)
@@ -150,8 +152,8 @@ def align(estimate: KeypointTable, reference: JointRecording, params: Optional[A
                             f'least {least_points(free)}; are they of the same scene?')
     curve = None if correlations is None else _curve(correlations, best, observed.ids, tracks, base)
     return Alignment(
-        params.clock_offset if clock_given else base + best.lag, best.rotation, best.translation, clock_given,
-        transform_given, *best.std, best.residual, best.scale, best.samples, rival, curve,
+        base + best.lag if params.clock_offset is None else params.clock_offset, best.rotation, best.translation,
+        not free[6], not free[0], *best.std, best.residual, best.scale, best.samples, rival, curve,
         tuple(_doubts(best, rival, curve, observed.frame_time)))
 
 
@@ -228,7 +230,7 @@ def _doubts(best: Refined, rival: float, curve: Optional[ClockCurve], frame_time
         doubts.append(f'the clock offset is uncertain by {1e3 * best.std[0]:.0f} ms, as people move little (a frame '
                       f'takes {1e3 * frame_time:.0f} ms)')
     if rival > _RIVAL:
-        doubts.append(f'another offset or transform fits {100 * rival:.0f} % as well; check the pictures, or give '
+        doubts.append(f'another offset or transform fits {100 * rival:.0f} % as well; check the plots, or give '
                       '--clock-offset or --transform')
     if best.residual > _LARGE_RESIDUAL:
         doubts.append(f'half of the joints are more than {1e3 * best.residual:.0f} mm off after the alignment; is it '

@@ -12,19 +12,19 @@ from scipy.fftpack import next_fast_len
 
 from openpose_ros_pkg.errors import BadInputError
 
-# Speeds are mean speeds over so long [s]: 15 mm of noise are then 0.1 m/s, and swinging arms are still resolved.
+# Speeds are means over this time [s]: 15 mm of noise are then 0.1 m/s, and swinging arms are still resolved.
 _SPEED_WINDOW = 0.2
 # Speeds above are jumps of a detector, not people [m/s].
 _FASTEST = 4.0
 # Variation of a speed that tells nothing, as a resting joint has by sway and noise [m/s].
 _SPEED_FLOOR = 0.05
-# Samples that are not further apart than so many times the usual follow each other.
+# Two samples follow each other if they are at most this many times the usual step apart.
 _ONE_STEP = 1.5
-# A track or subject is bridged over so long without a position [s].
+# Longest gap in a track that is bridged [s].
 _BRIDGED = 0.25
 # Grid steps per frame of the camera, and the finest grid [s].
 _STEPS_PER_FRAME, _FINEST_STEP = 2, 1 / 60
-# Two speeds need so long in common, over all their joints [s].
+# Shortest time that two speeds have in common, over all their joints [s].
 _LEAST_COMMON = 1.0
 # Times that differ by less are the same [s]: floats of clocks that count from 1970 have steps of 0.2 us.
 SAME_TIME = 2e-6
@@ -178,7 +178,7 @@ def moving_speed(paths: JointPaths, step: float = 0.05, stretch: float = 2.0, sh
 
     Args:
         step: between two speeds [s].
-        stretch: that is looked at by itself [s]: people may stand still in most of a long recording.
+        stretch: time that is judged by itself [s]: people may stand still in most of a long recording.
         share: of the joints and times of a stretch that reach it.
     """
     speeds = _speeds(paths, np.arange(paths.times[0], paths.times[-1], step))

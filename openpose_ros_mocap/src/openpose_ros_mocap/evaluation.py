@@ -157,9 +157,9 @@ def _matches(frames: Iterable[int], frame_of: np.ndarray, positions: np.ndarray,
     for frame in frames:
         rows = rows_of[frame]
         subjects = np.flatnonzero(np.isfinite(truth[:, frame]).all(axis=2).any(axis=1))
-        found = {subject: rows[person] for person, subject
+        found = {subject: int(rows[person]) for person, subject
                  in pair_people(positions[rows], truth[subjects, frame], gate)}
-        matches += sorted((frame, found.get(number, -1), subject) for number, subject in enumerate(subjects))
+        matches += sorted((frame, found.get(number, -1), subject) for number, subject in enumerate(subjects.tolist()))
     return np.array(matches, int).reshape(-1, 3).T
 
 

@@ -11,7 +11,7 @@ from typing import Callable, Dict, List, Mapping, Optional, Sequence, Tuple
 
 import numpy as np
 
-from openpose_ros_mocap.files.recording import MarkerRecording, check_positions, check_times
+from openpose_ros_mocap.files.recording import MarkerRecording, checked
 from openpose_ros_mocap.marker_map import AUTOMATIC, MarkerMap, read_marker_map, shipped_maps
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
@@ -47,22 +47,10 @@ class JointRecording:
     positions: np.ndarray
 
     def __post_init__(self) -> None:
-        subjects, times = tuple(self.subjects), np.asarray(self.times, np.float64)
-        positions = np.asarray(self.positions, np.float64)
-        if len(set(subjects)) != len(subjects):
-            raise ValueError(f"subjects: expected each once, got {', '.join(subjects)}")
-        check_times(times)
-        expected = (len(subjects), len(times), len(MESSAGE_JOINTS), 3)
-        if positions.shape != expected:
-            raise ValueError(f'positions: expected {expected}, got {positions.shape}')
-        check_positions(positions)
-        for name, value in (('subjects', subjects), ('times', times), ('positions', positions)):
+        values = checked(self.subjects, self.times, self.positions,
+                         (len(self.subjects), len(self.times), len(MESSAGE_JOINTS)))
+        for name, value in zip(('subjects', 'times', 'positions'), values):
             object.__setattr__(self, name, value)
-
-    @property
-    def joints(self) -> Tuple[str, ...]:
-        """Names of the K joints."""
-        return MESSAGE_JOINTS
 
 
 def chosen_map(recording: MarkerRecording, marker_map: MarkerMap) -> MarkerMap:

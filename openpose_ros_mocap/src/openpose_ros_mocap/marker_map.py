@@ -100,7 +100,8 @@ class HipCentre:
         """Return the joint, (T, 3) [m], or None if the recording does not have its markers."""
         if not set(self.markers) <= set(markers):
             return None
-        return hip_centres(*(markers[name] for name in self.asis), _mean(markers, self.psis))[self.side]
+        left, right = (markers[name] for name in self.asis)
+        return hip_centres(left, right, _mean(markers, self.psis))[self.side]
 
 
 @dataclass(frozen=True)
@@ -264,7 +265,7 @@ def _mean_rule(where: str, value: Mapping[str, Any], above: Names) -> Mean:
     if 'shift' not in value:
         return mean
     shift = _mapping(f'{where}, shift', value['shift'], ('metres', 'from', 'to'))
-    metres = shift.get('metres')
+    metres: Any = shift.get('metres')
     if not _is_number(metres) or not abs(metres) <= 1:
         raise BadInputError(f'{where}: shift by metres = {metres!r}, expected a number within -1 .. 1 [m]')
     return replace(mean, shift=float(metres), shift_to=_names(where, 'shift to', shift.get('to')),

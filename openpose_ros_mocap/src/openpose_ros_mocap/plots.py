@@ -1,4 +1,4 @@
-"""Pictures of a comparison with motion capture."""
+"""Plots of a comparison with motion capture."""
 from typing import Any, Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
@@ -22,7 +22,7 @@ from openpose_ros_tools.plots.plotting import (
 from skeleton_extract_3d.people import INFERRED, MEASURED
 
 TRAJECTORIES = 'trajectories_'
-"""What the names of pictures of one person's joints begin with."""
+"""What the names of plots of one person's joints begin with."""
 
 REFERENCE_COLOUR, _FLOOR_COLOUR = '#000000', '#DDDDDD'
 # Lines of stick figures: reference, estimate.
@@ -31,9 +31,9 @@ _THIN, _THICK = 1.3, 2.0
 TRAJECTORY_JOINTS = ('right_wrist', 'left_wrist', 'right_ankle')
 # Moments of which stick figures are drawn, and times between which the clock's curve is drawn [s].
 _MOMENTS, _CURVE_SPAN = 6, 5.0
-# Stick figures are seen from so far to the side and from above [degrees].
+# Direction from which stick figures are seen: angle to the side, angle above [degrees].
 _VIEW = (20.0, 14.0)
-# Lines break where a person was not found for so many frames.
+# Lines break where a person was not found for more frames than this.
 _BREAK_FRAMES = 2.5
 # A world is upright by one of its axes if people stand within this of it [degrees].
 _UPRIGHT = 30.0
@@ -195,7 +195,7 @@ def clock_curve(alignment: Alignment) -> Optional[Figure]:
 
 
 def all_figures(comparison: Comparison, alignment: Alignment) -> Dict[str, Tuple[str, Figure]]:
-    """Return caption and picture by file name, in the order of the report."""
+    """Return caption and plot by file name, in the order of the report."""
     figures = {
         'error_per_joint': ('Error per joint', error_per_joint(comparison)),
         'error_over_time': ('Error over time', error_over_time(comparison))}
@@ -226,7 +226,7 @@ def _with_breaks(times: np.ndarray, values: np.ndarray) -> Tuple[np.ndarray, np.
 
 
 def _at_least(axes: Any, span: float) -> None:
-    """Let the y axis span so much [m] at least: noise of a resting joint is not to look like a movement."""
+    """Let the y axis span at least `span` [m]: noise of a resting joint is not to look like a movement."""
     low, high = axes.get_ylim()
     if high - low < span:
         middle = (low + high) / 2

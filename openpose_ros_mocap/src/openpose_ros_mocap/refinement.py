@@ -1,6 +1,6 @@
 """Lag and transform refined together: robust least squares on the measured joints of everybody."""
-from dataclasses import dataclass
-from typing import Optional, Tuple
+from dataclasses import dataclass, field
+from typing import Tuple
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -27,7 +27,7 @@ class Refined(Solution):
         samples: joints that were used.
     """
 
-    subjects: Optional[np.ndarray] = None
+    subjects: np.ndarray = field(default_factory=lambda: np.zeros(0, int))
     std: Tuple[float, float, float] = (np.nan, np.nan, np.nan)
     residual: float = np.nan
     scale: float = np.nan

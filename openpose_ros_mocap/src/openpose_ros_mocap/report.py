@@ -1,4 +1,4 @@
-"""The report of a comparison with motion capture: tables, pictures, and all figures as JSON and CSV."""
+"""The report of a comparison with motion capture: tables, plots, and all figures as JSON and CSV."""
 import base64
 import json
 from pathlib import Path
@@ -79,10 +79,10 @@ def facts(values: Figures) -> List[Tuple[str, str]]:
 
 
 def write_report(folder: Path, comparison: Comparison, alignment: Alignment, values: Figures) -> List[Path]:
-    """Write report.html, report.md, summary.json, joints.csv, bones.csv, errors.csv and the pictures into a folder.
+    """Write report.html, report.md, summary.json, joints.csv, bones.csv, errors.csv and the plots into a folder.
 
     All is made in a hidden folder beside and moved at the end, so that an interrupt leaves an older report as it was.
-    Pictures of people whom an older one had go then.
+    Plots of people whom an older one had go then.
 
     Returns:
         The files, in the order of names.
@@ -93,13 +93,13 @@ def write_report(folder: Path, comparison: Comparison, alignment: Alignment, val
     folder = writable_folder('output', folder).resolve()
     with PartFiles() as parts:
         part = parts.folder(folder, is_old=lambda name: name.startswith(TRAJECTORIES) and name.endswith('.png'))
-        pictures = []
+        plots = []
         for name, (caption, figure) in all_figures(comparison, alignment).items():
             path = save_figure(figure, part / f'{name}.png')
-            pictures.append({'file': path.name, 'caption': caption,
-                             'data': base64.b64encode(path.read_bytes()).decode()})
+            plots.append({'file': path.name, 'caption': caption,
+                          'data': base64.b64encode(path.read_bytes()).decode()})
         for name in (_HTML, _MARKDOWN):
-            (part / name.replace('mocap_', '')).write_text(render(name, values, pictures), encoding='utf-8')
+            (part / name.replace('mocap_', '')).write_text(render(name, values, plots), encoding='utf-8')
         for name, rows in (('joints', _joint_table(values)), ('bones', _bone_table(values)),
                            ('errors', _error_table(comparison))):
             rows.to_csv(part / f'{name}.csv', index=False, float_format='%.5f' if name == 'errors' else None)
@@ -108,14 +108,14 @@ def write_report(folder: Path, comparison: Comparison, alignment: Alignment, val
     return [folder / name for name in names]
 
 
-def render(template: str, values: Figures, pictures: Sequence[Dict[str, str]]) -> str:
+def render(template: str, values: Figures, plots: Sequence[Dict[str, str]]) -> str:
     """Return a report as text.
 
     Args:
         template: in the data folder of this package.
-        pictures: file, caption and base64 data of each.
+        plots: file, caption and base64 data of each.
     """
-    return _template(template).render(values=values, facts=facts(values), pictures=pictures, pck=PCK_KEYS)
+    return _template(template).render(values=values, facts=facts(values), plots=plots, pck=PCK_KEYS)
 
 
 def _template(name: str) -> jinja2.Template:

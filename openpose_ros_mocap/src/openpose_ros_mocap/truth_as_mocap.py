@@ -1,9 +1,9 @@
 """Write the true joints of a sequence folder as a motion capture system would have recorded them; without a ROS master.
 
-The sequence's gt.json holds the joints in the frame of the camera, picture by picture. Out of them comes a file of
+The sequence's gt.json holds the joints in the frame of the camera, image by image. Out of them comes a file of
 another rate, clock and frame of reference, with noise if asked for: what evaluate_mocap gets from a laboratory. Each
-joint is one marker, called person1:left_knee and so on; between two pictures it is interpolated (cubic), and nothing
-is written while its person is out of the picture. The suffix says which format: .csv as OptiTrack Motive exports it,
+joint is one marker, called person1:left_knee and so on; between two images it is interpolated (cubic), and nothing
+is written while its person is out of the image. The suffix says which format: .csv as OptiTrack Motive exports it,
 .trc, or .c3d.
 
     DEMO=$(rospack find skeleton_extract_3d)/demo/cross
@@ -48,7 +48,7 @@ def read_truth(folder: Path) -> JointRecording:
         joints, frames = list(values['joints']), list(values['frames'])
         columns = [MESSAGE_JOINTS.index(joint) for joint in joints]
         people = sorted({int(person['id']) for frame in frames for person in frame['people']})
-        times = [frame['t'] for frame in frames]
+        times = np.array([frame['t'] for frame in frames], np.float64)
         positions = np.full((len(people), len(frames), len(MESSAGE_JOINTS), 3), np.nan)
         for number, frame in enumerate(frames):
             for person in frame['people']:
@@ -62,8 +62,8 @@ def read_truth(folder: Path) -> JointRecording:
 def resample(joints: JointRecording, rate: float, clock_offset: float = 0.0) -> JointRecording:
     """Return joints at another rate, by a clock that is ahead by an offset; samples are whole multiples of 1 / rate.
 
-    Each stretch of pictures that show a joint is interpolated for itself, by cubic splines; a joint that only one
-    picture shows is missing.
+    Each run of images that show a joint is interpolated for itself, by cubic splines; a joint that only one
+    image shows is missing.
 
     Args:
         rate: samples per second [Hz].
@@ -80,9 +80,10 @@ def resample(joints: JointRecording, rate: float, clock_offset: float = 0.0) -> 
     positions = np.full((len(joints.subjects), len(samples), len(MESSAGE_JOINTS), 3), np.nan)
     for subject, of_subject in enumerate(joints.positions):
         for joint in range(len(MESSAGE_JOINTS)):
-            for part in np.ma.clump_unmasked(np.ma.masked_invalid(of_subject[:, joint, 0])):
-                inside = (samples >= times[part][0] - _ROUNDING) & (samples <= times[part][-1] + _ROUNDING)
-                if part.stop - part.start > 1:
+            shown = np.flatnonzero(np.isfinite(of_subject[:, joint, 0]))
+            for part in np.split(shown, np.flatnonzero(np.diff(shown) > 1) + 1):
+                if len(part) > 1:
+                    inside = (samples >= times[part[0]] - _ROUNDING) & (samples <= times[part[-1]] + _ROUNDING)
                     curve = CubicSpline(times[part], of_subject[part, joint])
                     positions[subject, inside, joint] = curve(samples[inside])
     return JointRecording(joints.subjects, samples, positions)
@@ -135,7 +136,7 @@ def _run(options: argparse.Namespace) -> int:
     recording = as_markers(resample(truth, options.rate, options.clock_offset), transform, options.noise / 1000,
                            options.seed)
     if not recording.names:
-        raise BadInputError(f'{options.sequence}: gt.json shows nobody in two pictures running')
+        raise BadInputError(f'{options.sequence}: gt.json shows nobody in two images in a row')
     write_mocap(out, recording)
     sys.stdout.write(_summary(out, recording, options, transform))
     return DONE

@@ -17,7 +17,7 @@ def add_output(parser: argparse.ArgumentParser, kind: str) -> None:
                         + ' and contains nothing else' * (kind == 'folder'))
 
 
-def add_time_span(parser: argparse.ArgumentParser, since: str) -> None:
+def add_time_span(parser: argparse._ActionsContainer, since: str) -> None:
     """Add --start and --end; `check_time_span` checks them. `since`: what begins at 0, such as 'the first frame'."""
     parser.add_argument('--start', type=float, metavar='S', help=f'leave out what is before: [s] since {since}')
     parser.add_argument('--end', type=float, metavar='S', help='leave out what is after')

@@ -45,7 +45,7 @@ def joint(joints, name, subject=0):
 
 @pytest.mark.parametrize('subjects, times, positions, told', [
     ((), [0.0], np.zeros((0, 1, 18, 3)), r'expected \(0, 1, 27, 3\), got \(0, 1, 18, 3\)'),
-    (('A', 'A'), [0.0], np.zeros((2, 1, 27, 3)), 'each once, got A, A'),
+    (('A', 'A'), [0.0], np.zeros((2, 1, 27, 3)), 'each name once, got more of A'),
     (('A',), [1.0, 0.0], np.zeros((1, 2, 27, 3)), '1 s is followed by 0 s'),
 ])
 def test_joint_recordings_are_checked(subjects, times, positions, told):
@@ -54,7 +54,7 @@ def test_joint_recordings_are_checked(subjects, times, positions, told):
 
 
 def test_an_empty_joint_recording():
-    assert JointRecording((), [], np.zeros((0, 0, 27, 3))).joints == MESSAGE_JOINTS
+    assert JointRecording((), [], np.zeros((0, 0, 27, 3))).positions.shape == (0, 0, len(MESSAGE_JOINTS), 3)
 
 
 @pytest.mark.parametrize('rule, expected', [

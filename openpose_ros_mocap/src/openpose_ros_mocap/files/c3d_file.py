@@ -21,7 +21,7 @@ _KEY = 0x50
 # What the library raises for damaged files: it checks little itself.
 _LIBRARY_ERRORS = (AssertionError, AttributeError, IndexError, KeyError, OSError, OverflowError, TypeError, ValueError,
                    ZeroDivisionError, struct.error)
-# A sample may be so far from its place by the rate, as a share of the time between two.
+# Largest distance of a sample from its time by the rate, as a share of the time between two samples.
 _UNEVEN = 0.02
 # Dimensions of parameters are bytes.
 _MOST_LABELS = 255

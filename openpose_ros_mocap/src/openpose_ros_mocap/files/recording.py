@@ -1,4 +1,5 @@
 """What a motion capture system recorded: the type that all its file formats are read into."""
+from collections import Counter
 from dataclasses import dataclass
 from itertools import chain, count
 from typing import Dict, Iterable, List, Tuple
@@ -24,16 +25,8 @@ class MarkerRecording:
     positions: np.ndarray
 
     def __post_init__(self) -> None:
-        names, times = tuple(self.names), np.asarray(self.times, np.float64)
-        positions = np.asarray(self.positions, np.float64)
-        repeated = sorted(name for name in set(names) if names.count(name) > 1)
-        if repeated:
-            raise ValueError(f"names: expected each once, got more of {', '.join(repeated)}")
-        check_times(times)
-        if positions.shape != (len(times), len(names), 3):
-            raise ValueError(f'positions: expected {(len(times), len(names), 3)}, got {positions.shape}')
-        check_positions(positions)
-        for name, value in (('names', names), ('times', times), ('positions', positions)):
+        values = checked(self.names, self.times, self.positions, (len(self.times), len(self.names)))
+        for name, value in zip(('names', 'times', 'positions'), values):
             object.__setattr__(self, name, value)
 
     def __len__(self) -> int:
@@ -45,23 +38,34 @@ class MarkerRecording:
         return (len(self) - 1) / float(self.times[-1] - self.times[0]) if len(self) > 1 else np.nan
 
 
-def check_times(times: np.ndarray) -> None:
-    """Raise ValueError unless times are one axis of finite, increasing numbers."""
+def checked(names: Iterable[str], times: np.ndarray, positions: np.ndarray, shape: Tuple[int, ...]
+            ) -> Tuple[Tuple[str, ...], np.ndarray, np.ndarray]:
+    """Return names, times and positions in their types.
+
+    Args:
+        shape: of the positions, without their axis of x, y, z.
+
+    Raises:
+        ValueError: a name is there twice, times do not increase, a shape is wrong, or a position is half missing.
+    """
+    names, times, positions = tuple(names), np.asarray(times, np.float64), np.asarray(positions, np.float64)
+    repeated = sorted(name for name, number in Counter(names).items() if number > 1)
+    if repeated:
+        raise ValueError(f"expected each name once, got more of {', '.join(repeated)}")
     if times.ndim != 1:
         raise ValueError(f'times: expected one axis, got shape {times.shape}')
     if not np.isfinite(times).all():
         raise ValueError(f'times: sample {int(np.argmin(np.isfinite(times)))} has none')
-    late = np.diff(times) <= 0
-    if late.any():
-        row = int(np.argmax(late))
-        raise ValueError(f'times: expected increasing ones, but {times[row]:g} s is followed by {times[row + 1]:g} s')
-
-
-def check_positions(positions: np.ndarray) -> None:
-    """Raise ValueError if a position has some of x, y, z but not all."""
+    late = np.flatnonzero(np.diff(times) <= 0)
+    if len(late):
+        raise ValueError(f'times: expected increasing ones, but {times[late[0]]:g} s is followed by '
+                         f'{times[late[0] + 1]:g} s')
+    if positions.shape != (*shape, 3):
+        raise ValueError(f'positions: expected {(*shape, 3)}, got {positions.shape}')
     finite = np.isfinite(positions)
     if (finite.any(axis=-1) != finite.all(axis=-1)).any():
         raise ValueError('positions: x, y and z must be all finite or all NaN')
+    return names, times, positions
 
 
 def unique_names(names: Iterable[str]) -> List[str]:
