@@ -34,13 +34,13 @@ OUTPUTS = ('keypoints_2d.csv', 'keypoints_3d.csv', 'output.bag', 'annotated.mp4'
 # Time for the network to load and the first result to come [s].
 START_TIMEOUT = 90.0
 # Speed of time while RViz is drawn: without a graphics card it draws one to four times a second.
-SLOW_MOTION = 0.1
+SLOW_MOTION = 0.05
 # Frames per second of a sequence, before that [Hz].
 SEQUENCE_RATE = 15.0
 # Time that RViz gets to open and draw before its first screenshot [s].
 RVIZ_SECONDS = 12.0
 # Time from the people of a frame to the screenshot in which RViz shows them [s].
-DRAW_SECONDS = 0.4
+DRAW_SECONDS = 0.9
 
 
 def parse_arguments() -> argparse.Namespace:
@@ -159,7 +159,7 @@ def take_screenshots(session: Session, arguments: argparse.Namespace, command: L
     session.start('rviz', ['rosrun', 'rviz', 'rviz', '-d', str(rviz_configuration(arguments.view, folder)),
                            '-f', 'world'])
     if arguments.bag:
-        play_bag(session, arguments.bag, SLOW_MOTION / 2)
+        play_bag(session, arguments.bag, SLOW_MOTION)
     results = ResultWatch(*RESULTS['3d'])
     wait_for(lambda: len(results.arrivals) > 0, START_TIMEOUT, 'first result', nodes)
     time.sleep(RVIZ_SECONDS)
