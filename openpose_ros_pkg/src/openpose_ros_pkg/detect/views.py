@@ -11,6 +11,7 @@ from openpose_ros_pkg.decode.paf import DecodeParams, decode_fields
 from openpose_ros_pkg.detect.oks import extent
 from openpose_ros_pkg.detect.recipes import CROP_MODEL, CropRefinement, NetworkPass
 from openpose_ros_pkg.networks.backends import Backend
+from openpose_ros_pkg.networks.models import Model
 from openpose_ros_pkg.networks.preprocess import ImageToNet, fit_image
 from openpose_ros_pkg.params.constants import constant
 from openpose_ros_pkg.people import Poses
@@ -114,12 +115,17 @@ def decode_views(network_pass: NetworkPass, views: Sequence[ComputedView], decod
     """Find the people, in pixels of the image: one opinion from averaged fields, or one from each view."""
     model = network_pass.model
     if model.decoder == 'paf':
-        fields = [view.outputs[0] if len(view.outputs) == 1 else np.concatenate(view.outputs) for view in views]
-        plan = views[0].view.plan
-        mean = average_fields(fields, [view.view.plan for view in views], [view.view.mirror for view in views], model)
-        return [views[0].view.in_image(decode_fields(mean, model, decode_params, plan.scaled_size), model.skeleton)]
+        first = views[0].view
+        poses = decode_fields(averaged_fields(views, model), model, decode_params, first.plan.scaled_size)
+        return [first.in_image(poses, model.skeleton)]
     return [view.view.in_image(decode_direct(view.outputs, model, direct_params, view.view.plan.net_size,
                                              view.view.plan.scaled_size), model.skeleton) for view in views]
+
+
+def averaged_fields(views: Sequence[ComputedView], model: Model) -> np.ndarray:
+    """Return the mean of what a network with part affinity fields gives, (C, h, w) float32 on the first view's grid."""
+    fields = [view.outputs[0] if len(view.outputs) == 1 else np.concatenate(view.outputs) for view in views]
+    return average_fields(fields, [view.view.plan for view in views], [view.view.mirror for view in views], model)
 
 
 def prepare_crop(bgr: np.ndarray, person: np.ndarray, refinement: CropRefinement, side: int) -> PreparedView:

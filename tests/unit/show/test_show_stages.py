@@ -1,0 +1,134 @@
+"""Drawings of stages: fields lie over what they are about; the programs write what they say."""
+import os
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from openpose_ros_pkg import show_stages
+from openpose_ros_pkg.errors import ModelError
+from openpose_ros_pkg.networks.models import MOBILENET_THIN, MOVENET_MULTIPOSE, weights_path
+from openpose_ros_pkg.networks.preprocess import fit_image
+from openpose_ros_pkg.people import People2D
+from openpose_ros_pkg.skeletons import COCO_18
+from skeleton_extract_3d import show_stages as show_stages_3d
+from skeleton_extract_3d.points.camera import CameraModel
+
+SHIPPED = Path(__file__).resolve().parents[3] / 'skeleton_extract_3d' / 'demo' / 'cross'
+BLACK = np.zeros((120, 200, 3), np.uint8)
+# The image is 200 x 120, the input 160 x 96, a cell 8 x 8 of its pixels: 10 of the image.
+PLAN = fit_image((200, 120), 160, 96, 8)
+
+
+def fields(*cells):
+    """Fields of mobilenet_thin on the grid of PLAN: value by (channel, row, column)."""
+    values = np.zeros((MOBILENET_THIN.channels, 12, 20), np.float32)
+    for channel, row, column, value in cells:
+        values[channel, row, column] = value
+    return values
+
+
+def test_a_heat_map_lies_over_its_joint_in_the_joint_s_colour():
+    nose = COCO_18.index['nose']
+    colours = show_stages._heat_maps(fields((nose, 5, 7, 1.0)), MOBILENET_THIN)
+    image = show_stages._over(BLACK, colours, PLAN, 8)
+    centre = image[54:56, 74:76].mean(axis=(0, 1))  # the middle of the cell
+    np.testing.assert_allclose(centre, COCO_18.colours[nose][::-1], atol=32)  # interpolated between cells
+    assert image[54, 74].sum() == image.sum(axis=2).max()
+    assert not image[:, :60].any() and not image[70:].any()
+
+
+def test_the_hue_of_a_limb_field_is_its_direction():
+    limb = COCO_18.limbs[0]
+    x, y = (MOBILENET_THIN.heatmaps + channel for channel in limb.paf)
+    colours = show_stages._limb_fields(fields((x, 2, 3, 1.0), (y, 4, 5, 0.5)), MOBILENET_THIN)
+    assert colours[2, 3].tolist() == [0, 0, 255]  # to the right: red
+    down = cv2.cvtColor(colours[4:5, 5:6].astype(np.uint8), cv2.COLOR_BGR2HSV)[0, 0]
+    # downwards: a quarter turn, half as bright
+    assert abs(int(down[0]) - 45) <= 1 and abs(int(down[2]) - 127) <= 1
+    assert not colours[0, 0].any()
+
+
+@pytest.fixture()
+def standing():
+    """Somebody 3 m before a camera of f = 100 px, from whose depth image the left half is cut away."""
+    keypoints = np.full((1, 18, 3), (np.nan, np.nan, 0), np.float32)
+    for joint, x, y in (('neck', 100, 40), ('right_shoulder', 94, 40), ('left_shoulder', 106, 40),
+                        ('right_hip', 96, 58), ('left_hip', 104, 58), ('right_knee', 96, 72), ('left_knee', 104, 72)):
+        keypoints[0, COCO_18.index[joint]] = x, y, 0.9
+    depth = np.full((120, 200), 6000, np.uint16)
+    depth[30:90, 90:111] = 3000
+    depth[:, :99] = 0
+    return People2D(COCO_18, keypoints, [0.9], [-1]), depth, CameraModel(200, 120, [100, 0, 100, 0, 100, 60, 0, 0, 1])
+
+
+def test_stages_in_space(standing):
+    people, depth, camera = standing
+    titles, images = zip(*show_stages_3d.lift_and_draw(people, BLACK, depth, camera))
+    assert titles == ('keypoints on the depth image', 'visible joints', 'candidate depths of person 0')
+    assert {image.shape for image in images} == {BLACK.shape}
+    assert not images[0][10, 50].any() and images[0][10, 150].any()  # nothing was measured on the left
+
+
+def test_nobody_has_no_chart(standing):
+    _, depth, camera = standing
+    assert len(show_stages_3d.lift_and_draw(People2D.empty(COCO_18), BLACK, depth, camera)) == 2
+
+
+def test_a_sheet_has_all_images(tmp_path):
+    stages = [('first', np.full((60, 100, 3), 40, np.uint8)), ('so to say', np.full((60, 100, 3), 200, np.uint8))]
+    show_stages.write_stages(stages, tmp_path / 'new', 'sheet.jpg', 2)
+    assert sorted(path.name for path in (tmp_path / 'new').iterdir()) == ['1_first.jpg', '2_so_to_say.jpg', 'sheet.jpg']
+    sheet = cv2.imread(str(tmp_path / 'new' / 'sheet.jpg'))
+    assert sheet.shape[1] == 1260
+    assert abs(int(sheet[200, 300].mean()) - 40) < 5 and abs(int(sheet[200, 900].mean()) - 200) < 5
+
+
+class ReplacedError(Exception):
+    """The process became another program."""
+
+
+def test_with_depth_the_program_of_the_3d_package_takes_over(monkeypatch):
+    def execvp(*command):
+        raise ReplacedError(*command)
+
+    monkeypatch.setattr(os, 'execvp', execvp)
+    arguments = ['a.png', '--depth', 'd.png', '--camera', 'c.yaml', '-o', 'out']
+    with pytest.raises(ReplacedError) as call:
+        show_stages.main(arguments)
+    assert call.value.args == ('rosrun', ['rosrun', 'skeleton_extract_3d', 'show_stages', *arguments])
+
+
+def test_the_shipped_sequence(tmp_path):
+    for model in (MOBILENET_THIN, MOVENET_MULTIPOSE):
+        try:
+            weights_path(model)
+        except ModelError as error:
+            pytest.skip(str(error))
+    arguments = [str(SHIPPED / 'rgb' / '012.jpg'), '--depth', str(SHIPPED / 'depth' / '012.png'), '--camera',
+                 str(SHIPPED / 'camera.yaml'), '-o', str(tmp_path)]
+    assert show_stages_3d.main(arguments) == 0
+    assert sorted(path.name for path in tmp_path.rglob('*.jpg')) == [
+        '1_input.jpg', '1_keypoints_on_the_depth_image.jpg', '2_heat_maps.jpg', '2_visible_joints.jpg',
+        '3_candidate_depths_of_person_0.jpg', '3_limb_fields.jpg', '4_candidate_depths_of_person_1.jpg',
+        '4_candidates.jpg', '5_opinions.jpg', '6_people.jpg', 'stages_2d.jpg', 'stages_3d.jpg']
+    maps = cv2.imread(str(tmp_path / '2_heat_maps.jpg')).max(axis=2)
+    # joints shine, and the wall does not: somebody stands in the middle
+    assert maps[100:500, 430:600].max() > 200 and maps[50:300, 50:100].max() < 150
+
+
+@pytest.mark.parametrize('arguments, message', [
+    (['missing.png', '-o', 'out'], 'missing.png can not be read as an image'),
+    (['missing.png', '-o', 'out', '--set', 'mode=best'], "parameter 'mode' = 'best' is not allowed"),
+])
+def test_what_is_wrong_is_said_in_a_line(arguments, message, capsys):
+    assert show_stages.main(arguments) == 2
+    assert message in capsys.readouterr().err
+
+
+def test_without_a_camera_nothing_is_lifted(capsys):
+    with pytest.raises(SystemExit) as end:
+        show_stages_3d.main(['a.png', '-o', 'out', '--depth', 'd.png'])
+    assert end.value.code == 2
+    assert '--camera' in capsys.readouterr().err
