@@ -69,7 +69,7 @@ class BodyConstants:
     """An adult's body."""
 
     adult_stature: float = constant(1.70, 'Mean stature of adults, women and men together.', unit='m',
-                                    source='Winter 2009')
+                                    source='chosen')
     stature_spread: float = constant(0.12, 'Standard deviation of the stature of somebody never seen before.',
                                      unit='share')
     proportion_spread: float = constant(0.08, "Standard deviation of a bone's length, given the stature.",
@@ -98,11 +98,11 @@ class BodyConstants:
     thickness: ByJoint = constant(
         (('nose', 0.13), ('eye', 0.13), ('ear', 0.13), ('neck', 0.17), ('shoulder', 0.17), ('elbow', 0.13),
          ('wrist', 0.11), ('hip', 0.22), ('knee', 0.13), ('ankle', 0.11)),
-        'A surface further than this in front of a joint occludes it.', unit='m', source=_RENDERED)
+        'A surface further than this in front of a joint occludes it.', unit='m')
     relative_acceleration: ByJoint = constant(
         (('nose', 1.0), ('eye', 1.0), ('ear', 1.0), ('neck', 1.0), ('shoulder', 1.0), ('elbow', 1.5), ('wrist', 2.5),
          ('hip', 1.0), ('knee', 1.5), ('ankle', 2.0)),
-        "Acceleration of a joint, relative to that of the trunk's joints.", source='rendered sequences of walking')
+        "Acceleration of a joint, relative to that of the trunk's joints.")
     upper_directions: np.ndarray = constant(
         np.array([[0.04, 0.02], [0.04, 0.02], [0.01, 0.06], [0.01, 0.06]]),
         'Elbows from shoulders, knees from hips: mean outwards and forwards, by limb.', unit='m', source=_POSES)
@@ -118,13 +118,10 @@ class BodyConstants:
     head_points: np.ndarray = constant(
         np.array([[0.0, 0.03, 0.105], [-0.03, -0.02, 0.085], [0.03, -0.02, 0.085], [-0.074, 0.0, 0.0],
                   [0.074, 0.0, 0.0]]),
-        'Nose, right and left eye, right and left ear from the middle of the ears: left, down, forwards.', unit='m',
-        source=_RENDERED)
+        'Nose, right and left eye, right and left ear from the middle of the ears: left, down, forwards.', unit='m')
     head_axes: Tuple[float, float, float] = constant(
-        (0.078, 0.140, 0.095), 'Half axes of the ellipsoid of the head: left, down, forwards.', unit='m',
-        source=_RENDERED)
-    head_ahead: float = constant(0.015, 'The middle of this ellipsoid is this far ahead of the ears.', unit='m',
-                                 source=_RENDERED)
+        (0.078, 0.140, 0.095), 'Half axes of the ellipsoid of the head: left, down, forwards.', unit='m')
+    head_ahead: float = constant(0.015, 'The middle of this ellipsoid is this far ahead of the ears.', unit='m')
     parts: BetweenJoints = constant(
         (('left_shoulder', 'right_shoulder', 0.10), ('left_shoulder', 'left_hip', 0.12),
          ('right_shoulder', 'right_hip', 0.12), ('left_shoulder', 'right_hip', 0.12),
@@ -134,7 +131,7 @@ class BodyConstants:
          ('right_elbow', 'right_wrist', 0.08), ('left_hip', 'left_knee', 0.11), ('right_hip', 'right_knee', 0.11),
          ('left_knee', 'left_ankle', 0.10), ('right_knee', 'right_ankle', 0.10)),
         'Parts of a body that may cover a joint in the image: both ends, and half the breadth.', unit='m',
-        source='rendered, dressed bodies; generous')
+        source='chosen')
 
     @property
     def bone_lengths(self) -> np.ndarray:
