@@ -16,7 +16,7 @@ import sys
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Callable, Container, Dict, Iterator, List, Mapping, Optional, Sequence, Tuple
+from typing import Any, Callable, Dict, Iterator, List, Mapping, Optional, Sequence, Tuple
 
 import cv2
 import numpy as np
@@ -138,19 +138,14 @@ def check_names(inputs: Sequence[InputFile]) -> None:
 
 
 def detect_inputs(inputs: Sequence[InputFile], detector: Any, recorder: Recorder, tracking: TrackingParams,
-                  skip: Container[InputFile], progress: tqdm, report: Report) -> None:
+                  progress: tqdm, report: Report) -> None:
     """Find the people in all inputs and hand them to the recorder; what can not be read is logged and reported.
 
     Args:
         detector: has `detect`, as `Detector` does.
-        skip: inputs that need nothing.
         report: filled in as the work goes on, so that it is right after an interrupt as well.
     """
     for item in inputs:
-        if item in skip:
-            report.skipped += 1
-            progress.update(item.frames)
-            continue
         tracker = KeypointTracker(tracking) if item.is_video else None
         try:
             for number, bgr in enumerate(item.read()):
@@ -197,11 +192,12 @@ def _run(options: argparse.Namespace, values: Dict[str, Any],
     try:
         with ExitStack() as stack:
             may_skip = not options.overwrite and not save.write_video  # a video needs every frame
-            skip = {item for item in inputs if may_skip and _is_done(item, writer)}
-            detector = create(settings.detector) if len(skip) < len(inputs) else None
+            todo = [item for item in inputs if not (may_skip and _is_done(item, writer))]
+            report.skipped = len(inputs) - len(todo)
+            detector = create(settings.detector) if todo else None
             recorder = stack.enter_context(Recorder(writer, wait_when_full=True))
-            progress = stack.enter_context(tqdm(total=sum(item.frames for item in inputs), unit='frame', disable=None))
-            detect_inputs(inputs, detector, recorder, settings.tracking, skip, progress, report)
+            progress = stack.enter_context(tqdm(total=sum(item.frames for item in todo), unit='frame', disable=None))
+            detect_inputs(todo, detector, recorder, settings.tracking, progress, report)
     finally:
         counters = {'written': writer.written, 'failed': writer.failed}
         if report.frames or report.skipped or report.unreadable:

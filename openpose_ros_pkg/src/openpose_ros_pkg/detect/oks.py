@@ -3,10 +3,12 @@
 COCO's measure (cocodataset.org, keypoints evaluation): exp(-d^2 / (2 area (2 sigma)^2)) for two places of a joint that
 are d apart, with a sigma for each kind of joint.
 """
+from dataclasses import dataclass
 from typing import Dict, Tuple
 
 import numpy as np
 
+from openpose_ros_pkg.params.constants import constant
 from openpose_ros_pkg.skeletons import SkeletonModel
 
 # Standard deviations of annotators, in units of the root of a person's area: pycocotools, cocoeval.py,
@@ -16,11 +18,20 @@ _SIGMAS: Dict[str, float] = {
     'nose': .026, 'eye': .025, 'ear': .035, 'shoulder': .079, 'elbow': .072, 'wrist': .062, 'hip': .107, 'knee': .087,
     'ankle': .089, 'big_toe': .068, 'small_toe': .066, 'heel': .066, 'neck': .079, 'mid_hip': .107, 'chest': .107,
     'head_top': .035}
-# A person's area is about half of the box round the joints (COCO's segments against their boxes), and that box is
-# smaller than the body by the head's top, hands and feet.
-_AREA_SHARE = 0.53 * 1.3
-# Somebody seen from the side, or all arms along the body, has a narrow box; the area is that of a box at least so wide.
-_LEAST_ASPECT = 0.4
+
+
+@dataclass(frozen=True)
+class AreaConstants:
+    """From the bounding box of a person's joints to the area that the person covers."""
+
+    area_share: float = constant(
+        0.53 * 1.3, 'Area of the person per area of the box: about half of a bounding box (COCO), and the box of the '
+                    "joints is smaller by the head's top, hands and feet.")
+    least_aspect: float = constant(
+        0.4, 'Least width of the box as a share of its height: it is narrow where a person is seen from the side.')
+
+
+AREA = AreaConstants()
 
 
 def sigmas(skeleton: SkeletonModel) -> np.ndarray:
@@ -47,7 +58,7 @@ def area(keypoints: np.ndarray) -> float:
         return 0.0
     low, high = extent(keypoints)
     width, height = high - low
-    return _AREA_SHARE * max(width * height, (_LEAST_ASPECT * max(width, height)) ** 2, 1.0)
+    return AREA.area_share * max(width * height, (AREA.least_aspect * max(width, height)) ** 2, 1.0)
 
 
 def similarity(one: np.ndarray, other: np.ndarray, joint_sigmas: np.ndarray) -> float:

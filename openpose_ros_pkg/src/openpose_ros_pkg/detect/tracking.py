@@ -6,25 +6,34 @@ from typing import Dict, List, Optional, Tuple
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
+from openpose_ros_pkg.params.constants import constant
 from openpose_ros_pkg.params.parameters import Parameters, parameter
 from openpose_ros_pkg.people import People2D
 
-# Share of a new measurement in a person's velocity.
-_VELOCITY_GAIN = 0.5
-# A person who is not seen is expected to walk on for this long [s], then to stand.
-_EXTRAPOLATION = 0.5
-# Cost of a person who shows none of the joints of a track, in units of the gate: of a whole person and a fragment
-# beside it, the track takes the whole.
-_FRAGMENT_COST = 0.15
-# Stamps that go back by more [s] are a new beginning (bag loop), by less a late frame.
-_RESET_BACKSTEP = 0.5
-# Frames are taken to be at least this far apart [s], so that an uneven stamp does not make a person fly.
-_LEAST_ELAPSED = 0.01
-# A box around few joints (a face) says little about a person's size; remembered sizes shrink by this share per frame.
-_SIZE_DECAY = 0.05
-# Least size [px], so that a single joint is not infinitely far from everything.
-_LEAST_SIZE = 10.0
+# Cost of a pair beyond the gate, for the Hungarian method.
 _FORBIDDEN = 1e3
+
+
+@dataclass(frozen=True)
+class TrackingConstants:
+    """How people are expected to move in the image."""
+
+    velocity_gain: float = constant(0.5, "Share of a new measurement in a person's velocity.")
+    extrapolation: float = constant(0.5, 'A person out of sight is expected to walk on for this long, then to stand.',
+                                    unit='s')
+    fragment_cost: float = constant(
+        0.15, 'Cost of a person without any joint of a track, in units of person sizes: the track prefers a whole '
+              'person to a fragment beside it.')
+    reset_backstep: float = constant(
+        0.5, 'Stamps that go back by more start a new recording (bag loop), by less are a late frame.', unit='s')
+    least_elapsed: float = constant(
+        0.01, 'Least time between frames for a velocity: an uneven stamp shall not make a person fast.', unit='s')
+    size_decay: float = constant(
+        0.05, 'A remembered size shrinks by this share per frame: a bounding box of few joints (a face) says little.')
+    least_size: float = constant(10.0, 'Least size of a person, also of a single joint.', unit='px')
+
+
+TRACKING = TrackingConstants()
 
 
 @dataclass(frozen=True)
@@ -61,7 +70,7 @@ class _Track:
 
     def way(self, stamp: float) -> np.ndarray:
         """Return how far the person should have moved since the last sight, (2,) [px]."""
-        return self.velocity * np.clip(stamp - self.stamp, 0.0, _EXTRAPOLATION)
+        return self.velocity * np.clip(stamp - self.stamp, 0.0, TRACKING.extrapolation)
 
 
 class KeypointTracker:
@@ -90,7 +99,7 @@ class KeypointTracker:
         Args:
             stamp: of the frame [s].
         """
-        if self._newest is not None and stamp < self._newest - _RESET_BACKSTEP:
+        if self._newest is not None and stamp < self._newest - TRACKING.reset_backstep:
             self._tracks = []
             self._newest = None
         self._newest = stamp if self._newest is None else max(stamp, self._newest)
@@ -115,7 +124,7 @@ class KeypointTracker:
         scale = np.maximum(np.array([track.size for track in self._tracks])[:, None], sizes)
         distances = joint_distances(expected, people.xy) / scale
         allowed = distances <= self._params.track_gate
-        costs = distances + _FRAGMENT_COST * (1 - shared_joints(expected, people.xy))
+        costs = distances + TRACKING.fragment_cost * (1 - shared_joints(expected, people.xy))
         pairs = zip(*linear_sum_assignment(np.where(allowed, costs, _FORBIDDEN)))
         return [(t, p) for t, p in pairs if allowed[t, p]]
 
@@ -175,7 +184,7 @@ def person_sizes(xy: np.ndarray) -> np.ndarray:
     known = np.isfinite(xy)
     high = np.where(known, xy, -np.inf).max(axis=1, initial=-np.inf)
     low = np.where(known, xy, np.inf).min(axis=1, initial=np.inf)
-    return np.maximum(np.linalg.norm(np.maximum(high - low, 0.0).astype(np.float64), axis=1) / 2, _LEAST_SIZE)
+    return np.maximum(np.linalg.norm(np.maximum(high - low, 0.0).astype(np.float64), axis=1) / 2, TRACKING.least_size)
 
 
 def _middles(xy: np.ndarray) -> np.ndarray:
@@ -190,13 +199,13 @@ def _continued(track: _Track, xy: np.ndarray, size: float, stamp: float) -> _Tra
     """Return the track after a sight of the person at (K, 2) positions."""
     if stamp < track.stamp:
         return track
-    elapsed = max(stamp - track.stamp, _LEAST_ELAPSED)
+    elapsed = max(stamp - track.stamp, TRACKING.least_elapsed)
     shared = np.isfinite(xy - track.xy).all(axis=1)
     velocity, shift = track.velocity, track.way(stamp)
     if stamp > track.stamp and shared.any():
         # the median: a joint that was found elsewhere does not carry the person away
         shift = np.median((xy - track.xy)[shared], axis=0)
-        velocity = velocity + _VELOCITY_GAIN * (shift / elapsed - velocity)
+        velocity = velocity + TRACKING.velocity_gain * (shift / elapsed - velocity)
     known = np.isfinite(xy).all(axis=1)
     return _Track(track.id, np.where(known[:, None], xy, track.xy + shift), velocity,
-                  max(float(size), track.size * (1 - _SIZE_DECAY)), stamp)
+                  max(float(size), track.size * (1 - TRACKING.size_decay)), stamp)

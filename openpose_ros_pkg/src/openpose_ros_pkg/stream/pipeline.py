@@ -3,7 +3,7 @@ import threading
 import time
 from collections import deque
 from dataclasses import dataclass
-from typing import Callable, Deque, Generic, Optional, TypeVar
+from typing import Callable, Deque, Generic, TypeVar
 
 from openpose_ros_pkg.params.constants import constant
 from openpose_ros_pkg.stream.fair_lock import FairLock
@@ -50,8 +50,8 @@ class Pipeline(Generic[Item, Prepared, Computed]):
         self.replaced = 0
         """Items that a newer one replaced before they were computed."""
         self._stopped = False
-        self._submitted: Optional[Item] = None
-        self._prepared: Optional[Prepared] = None
+        self._submitted: Deque[Item] = deque(maxlen=1)
+        self._prepared: Deque[Prepared] = deque(maxlen=1)
         self._computed: Deque[Computed] = deque()
         self._prepare_from = -float('inf')
         self._prepare_seconds: Deque[float] = deque(maxlen=PIPELINE.remembered)
@@ -66,8 +66,8 @@ class Pipeline(Generic[Item, Prepared, Computed]):
     def submit(self, item: Item) -> None:
         """Give the pipeline a new item; return at once."""
         with self._to_prepare:
-            self.replaced += self._submitted is not None
-            self._submitted = item
+            self.replaced += len(self._submitted)
+            self._submitted.append(item)
             self._to_prepare.notify()
 
     def stop(self) -> None:
@@ -88,30 +88,30 @@ class Pipeline(Generic[Item, Prepared, Computed]):
 
     def _prepare_next(self) -> None:
         with self._to_prepare:
-            while not self._stopped and not (self._submitted is not None and self._too_early() <= 0):
-                self._to_prepare.wait(None if self._submitted is None else self._too_early())
+            while not self._stopped and not (self._submitted and self._too_early() <= 0):
+                self._to_prepare.wait(self._too_early() if self._submitted else None)
             if self._stopped:
                 return
-            item, self._submitted = self._submitted, None
+            item = self._submitted.popleft()
         begin = time.monotonic()
         prepared = self._prepare(item)
         with self._to_compute:
             self._prepare_seconds.append(time.monotonic() - begin)
-            self.replaced += self._prepared is not None
-            self._prepared = prepared
+            self.replaced += len(self._prepared)
+            self._prepared.append(prepared)
             self._to_compute.notify()
 
     def _compute_next(self) -> None:
         with self._to_compute:
-            self._to_compute.wait_for(lambda: self._stopped or (self._prepared is not None
-                                                                and len(self._computed) < PIPELINE.most_computed))
+            self._to_compute.wait_for(lambda: self._stopped or (
+                self._prepared and len(self._computed) < PIPELINE.most_computed))
         if self._stopped:
             return
         with self._lock:
             # taken only now: while the lock was held elsewhere, a newer item may have come
             begin = time.monotonic()
             with self._to_prepare:
-                prepared, self._prepared = self._prepared, None
+                prepared = self._prepared.popleft()
                 self._prepare_from = begin + self._expected_seconds() - max(self._prepare_seconds) - PIPELINE.margin
             try:
                 computed = self._compute(prepared)
