@@ -140,7 +140,7 @@ class MarkerLifetime:
         if self._last is not None and stamp > self._last:
             self._periods.append(stamp - self._last)
         self._last = stamp
-        typical = float(np.median(self._periods)) if self._periods else 0.0
+        typical = float(np.median(list(self._periods))) if self._periods else 0.0
         return max(minimum, _LIFETIME_PERIODS * typical)
 
 
@@ -256,7 +256,7 @@ def _dashed(limbs: np.ndarray, dash: float) -> np.ndarray:
         return limbs.reshape(-1, 3)
     pieces = [np.zeros((0, 3))]
     for start, end in limbs.astype(np.float64):
-        dashes = 1 + int(min(np.linalg.norm(end - start) / (2 * dash), _MAX_DASHES - 1))
+        dashes = 1 + int(min(float(np.linalg.norm(end - start)) / (2 * dash), _MAX_DASHES - 1))
         pieces.append(start + np.linspace(0, 1, 2 * dashes)[:, None] * (end - start))
     return np.concatenate(pieces).astype(np.float32)
 
