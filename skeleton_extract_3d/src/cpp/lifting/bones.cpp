@@ -24,11 +24,12 @@ void learnStature(const Constants& method, const double* xyz, const bool* good, 
 {
   const Constants::Body& body = method.body;
   std::vector<double> ratios;
-  for (const Segment& bone : body.sized)
+  for (std::size_t i = 0; i < body.sized_lengths.size(); ++i)
   {
-    if (good[bone.start] && good[bone.end])
+    const Index start = body.sized_pairs[2 * i], end = body.sized_pairs[2 * i + 1];
+    if (good[start] && good[end])
     {
-      ratios.push_back(distanceBetween(at(xyz + 3 * bone.start), at(xyz + 3 * bone.end)) / bone.size);
+      ratios.push_back(distanceBetween(at(xyz + 3 * start), at(xyz + 3 * end)) / body.sized_lengths[i]);
     }
   }
   const std::size_t count = ratios.size();
@@ -50,6 +51,7 @@ void learnStature(const Constants& method, const double* xyz, const bool* good, 
 void learnBones(const Constants& method, const double* xyz, const bool* good, PersonSizes& sizes)
 {
   const Constants::Body& body = method.body;
+  const Constants::Joints& joints = method.joints;
   std::array<double, BONE_KINDS> total{}, count{};
   const auto add = [&](Index kind, double length) {
     const double prior = body.bone_lengths[kind] * (sizes.stature / body.adult_stature);
@@ -61,18 +63,18 @@ void learnBones(const Constants& method, const double* xyz, const bool* good, Pe
       count[kind] += 1;
     }
   };
-  for (std::size_t i = 0; 2 * i < body.bones.size(); ++i)
+  for (std::size_t i = 0; i + 1 < joints.measured_kinds.size(); ++i)
   {
-    const Index start = body.bones[2 * i], end = body.bones[2 * i + 1];
+    const Index start = joints.measured_bones[2 * i], end = joints.measured_bones[2 * i + 1];
     if (good[start] && good[end])
     {
-      add(body.bone_kinds[i], distanceBetween(at(xyz + 3 * start), at(xyz + 3 * end)));
+      add(joints.measured_kinds[i], distanceBetween(at(xyz + 3 * start), at(xyz + 3 * end)));
     }
   }
-  if (good[body.neck] && good[body.hips[0]] && good[body.hips[1]])
+  if (good[joints.neck] && good[joints.hips[0]] && good[joints.hips[1]])
   {
-    const Direction hips = (at(xyz + 3 * body.hips[0]) + at(xyz + 3 * body.hips[1])) * 0.5;
-    add(body.bone_kinds.back(), distanceBetween(at(xyz + 3 * body.neck), hips));
+    const Direction hips = (at(xyz + 3 * joints.hips[0]) + at(xyz + 3 * joints.hips[1])) * 0.5;
+    add(joints.measured_kinds.back(), distanceBetween(at(xyz + 3 * joints.neck), hips));
   }
   for (int kind = 0; kind < BONE_KINDS; ++kind)
   {
@@ -84,7 +86,7 @@ void learnBones(const Constants& method, const double* xyz, const bool* good, Pe
 }
 
 /** Bring the joints of one person nearer to where a bone has its length, each as far as it is uncertain. */
-void satisfyBone(const Constants::Lengths& rules, double length, double spread, const double* start_covariance,
+void satisfyBone(const Constants::BoneConstraints& rules, double length, double spread, const double* start_covariance,
                  const double* end_covariance, double* start, double* end)
 {
   const Direction along = at(end) - at(start);
@@ -138,7 +140,7 @@ py::array_t<double> satisfyLengths(const Constants& method, const Doubles& xyz, 
   const double* spread = checked(spreads, "spreads", { people, BONE_KINDS });
   const bool* use = checked(usable, "usable", { people, JOINTS });
   py::array_t<double> result = copyOf(xyz, "xyz", { people, JOINTS, 3 });
-  const std::vector<Index>& order = method.lengths.order;
+  const std::vector<Index>& order = method.joints.satisfied_bones;
   for (py::ssize_t p = 0; p < people; ++p)
   {
     for (std::size_t i = 0; i + 2 < order.size(); i += 3)
@@ -147,7 +149,7 @@ py::array_t<double> satisfyLengths(const Constants& method, const Doubles& xyz, 
       const Index kind = p * BONE_KINDS + order[i + 2];
       if (use[start] && use[end])
       {
-        satisfyBone(method.lengths, length[kind], spread[kind], noise + 9 * start, noise + 9 * end,
+        satisfyBone(method.bone_constraints, length[kind], spread[kind], noise + 9 * start, noise + 9 * end,
                     result.mutable_data() + 3 * start, result.mutable_data() + 3 * end);
       }
     }

@@ -1,6 +1,6 @@
 /**
- * Constants of the compiled steps. They are read once from MethodConstants (skeleton_extract_3d/constants.py), whose
- * classes say what each one means and where it comes from; names are the same here.
+ * Constants of the compiled steps, read once from MethodConstants (skeleton_extract_3d/constants.py). Its classes say
+ * what each one means and where it comes from; names are the same here.
  */
 #pragma once
 
@@ -20,90 +20,165 @@ constexpr int BONE_KINDS = 8;
 
 using Index = std::int64_t;
 
-/** Two joints, and a length or half a breadth [m]. */
-struct Segment
+/** Reads the fields of one dataclass, or names of a module. */
+class Step
 {
-  Index start, end;
-  double size;
+public:
+  explicit Step(const py::object& step) : step_(step)
+  {
+  }
+
+protected:
+  template <typename T = double>
+  T get(const char* name) const
+  {
+    return step_.attr(name).cast<T>();
+  }
+
+  /** Read an array that must have a number of values. */
+  std::vector<double> numbers(const char* name, std::size_t count) const
+  {
+    const Doubles values = step_.attr(name).cast<Doubles>();
+    if (static_cast<std::size_t>(values.size()) != count)
+    {
+      throw std::invalid_argument(std::string(name) + " must have " + std::to_string(count) + " values, got " +
+                                  std::to_string(values.size()));
+    }
+    return std::vector<double>(values.data(), values.data() + values.size());
+  }
+
+  /** Read an array of indices below an end. */
+  std::vector<Index> indices(const char* name, Index end) const
+  {
+    const Integers values = step_.attr(name).cast<Integers>();
+    checkWithin(values.data(), values.size(), end, name);
+    return std::vector<Index>(values.data(), values.data() + values.size());
+  }
+
+private:
+  py::object step_;
 };
 
 struct Constants
 {
-  explicit Constants(const py::object& method);
-
-  struct Body
+  explicit Constants(const py::object& method)
+    : joints(py::module::import("skeleton_extract_3d.body.body"))
+    , body(method.attr("body"))
+    , windows(method.attr("windows"))
+    , trunk(method.attr("trunk"))
+    , costs(method.attr("costs"))
+    , occluders(method.attr("occluders"))
+    , inference(method.attr("inference"))
+    , head(method.attr("head"))
+    , sizes(method.attr("sizes"))
+    , camera_fit(method.attr("camera_fit"))
+    , bone_constraints(method.attr("track").attr("bone_constraints"))
+    , joint_filter(method.attr("track").attr("joint_filter"))
   {
-    double adult_stature;
-    std::array<double, 2> stature_limits;
-    std::vector<double> bone_lengths, surface_offsets, head_points, head_axes;
-    double head_ahead;
-    /** Mean and deviation of where the four limbs point, outwards and forwards. */
-    std::vector<double> upper_directions, upper_direction_spreads, lower_directions, lower_direction_spreads;
-    std::vector<Segment> sized, parts;
-    std::vector<Index> head, hips, sides;
-    Index neck;
-    std::vector<Index> bones, bone_kinds;  ///< pairs of joints; the last kind is the trunk's
+  }
+
+  struct Joints : Step
+  {
+    using Step::Step;
+    std::vector<Index> head = indices("HEAD", JOINTS), hips = indices("HIPS", JOINTS);
+    Index neck = get<Index>("NECK");
+    std::vector<double> sides = numbers("SIDES", LIMBS);
+    std::vector<Index> measured_bones = indices("MEASURED_BONES", JOINTS);
+    std::vector<Index> measured_kinds = indices("MEASURED_KINDS", BONE_KINDS);
+    std::vector<Index> satisfied_bones = indices("SATISFIED_BONES", JOINTS);
+  } joints;
+
+  struct Body : Step
+  {
+    using Step::Step;
+    double adult_stature = get("adult_stature"), head_ahead = get("head_ahead");
+    std::vector<double> stature_limits = numbers("stature_limits", 2);
+    std::vector<double> bone_lengths = numbers("bone_lengths", BONE_KINDS);
+    std::vector<double> surface_offsets = numbers("surface_offsets", JOINTS);
+    std::vector<double> head_points = numbers("head_points", 3 * HEAD_JOINTS), head_axes = numbers("head_axes", 3);
+    std::vector<double> upper_directions = numbers("upper_directions", 2 * LIMBS);
+    std::vector<double> upper_direction_spreads = numbers("upper_direction_spreads", 2 * LIMBS);
+    std::vector<double> lower_directions = numbers("lower_directions", 2 * LIMBS);
+    std::vector<double> lower_direction_spreads = numbers("lower_direction_spreads", 2 * LIMBS);
+    std::vector<Index> sized_pairs = indices("sized_pairs", JOINTS), part_joints = indices("part_joints", JOINTS);
+    std::vector<double> sized_lengths = numbers("sized_lengths", sized_pairs.size() / 2);
+    std::vector<double> part_radii = numbers("part_radii", part_joints.size() / 2);
   } body;
 
-  struct Windows
+  struct Windows : Step
   {
-    std::vector<double> weights;
+    using Step::Step;
+    std::vector<double> weights = numbers("weights", SAMPLES);
   } windows;
 
-  struct Trunk
+  struct Trunk : Step
   {
-    double nearest, step, front, behind, floor, full_score;
-    std::vector<Index> low, high;
-    std::vector<double> joint_weights;
+    using Step::Step;
+    double nearest = get("nearest"), step = get("step"), full_score = get("full_score");
+    double front = get("front"), behind = get("behind"), floor = get("floor");
+    std::vector<double> joint_weights = numbers("joint_weights", JOINTS);
+    int count = get<int>("count");
+    std::vector<Index> low = indices("low", count + 1), high = indices("high", count + 1);
   } trunk;
 
-  struct Costs
+  struct Costs : Step
   {
-    int steps, half;
-    double step, hidden, hidden_depth, under, anything, hidden_score, hidden_slope, hidden_most, hidden_covered;
-    std::vector<Index> kernel_shifts;
-    std::vector<double> kernel_shares;
+    using Step::Step;
+    int steps = get<int>("steps"), half = get<int>("half");
+    double step = get("step"), hidden = get("hidden"), hidden_depth = get("hidden_depth"), under = get("under");
+    double hidden_score = get("hidden_score"), hidden_slope = get("hidden_slope"), hidden_most = get("hidden_most");
+    double hidden_covered = get("hidden_covered"), anything = get("anything");
+    std::vector<int> kernel_shifts = get<std::vector<int>>("kernel_shifts");
+    std::vector<double> kernel_shares = numbers("kernel_shares", kernel_shifts.size());
   } costs;
 
-  struct Occluders
+  struct Occluders : Step
   {
-    double least_square;
+    using Step::Step;
+    double least_square = get("least_square");
   } occluders;
 
-  struct Inference
+  struct Inference : Step
   {
-    int mode;
-    double nearest, pair_error, level, least_length;
-    float length_limit, direction_limit, turn_limit;
-    std::vector<double> turn_spread;
+    using Step::Step;
+    int mode = get<int>("mode");
+    double nearest = get("nearest"), pair_error = get("pair_error"), level = get("level");
+    double least_length = get("least_length");
+    float length_limit = get<float>("length_limit"), direction_limit = get<float>("direction_limit");
+    float turn_limit = get<float>("turn_limit");
+    std::vector<double> turn_spread = numbers("turn_spread", PAIRS);
   } inference;
 
-  struct Head
+  struct Head : Step
   {
-    double error, cosine_spread, sine_spread;
+    using Step::Step;
+    double error = get("error"), cosine_spread = get("cosine_spread"), sine_spread = get("sine_spread");
   } head;
 
-  struct Sizes
+  struct Sizes : Step
   {
-    std::size_t least_bones;
-    double prior_frames, most_frames, most_change;
+    using Step::Step;
+    std::size_t least_bones = get<std::size_t>("least_bones");
+    double prior_frames = get("prior_frames"), most_frames = get("most_frames"), most_change = get("most_change");
   } sizes;
 
-  struct CameraFit
+  struct CameraFit : Step
   {
-    std::size_t least_points;
-    double least_square;
+    using Step::Step;
+    std::size_t least_points = get<std::size_t>("least_points");
+    double least_square = get("least_square");
   } camera_fit;
 
-  struct Lengths
+  struct BoneConstraints : Step
   {
-    double change, most_violation;
-    std::vector<Index> order;  ///< start, end and kind of each bone
-  } lengths;
+    using Step::Step;
+    double change = get("change"), most_violation = get("most_violation");
+  } bone_constraints;
 
-  struct Filter
+  struct JointFilter : Step
   {
-    double trusted_deviations;
-  } filter;
+    using Step::Step;
+    double trusted_deviations = get("trusted_deviations");
+  } joint_filter;
 };
 }  // namespace skeleton_extract_3d

@@ -242,7 +242,7 @@ private:
         const double sigma = spread[2 * limb + i] * person.scale;
         return Lead{ axis, static_cast<float>(mean[2 * limb + i] * person.scale / sigma), sigma };
       };
-      const Direction outwards = left * static_cast<double>(body.sides[limb]);
+      const Direction outwards = left * method_.joints.sides[limb];
       addDirectionCosts(from, to, lead(outwards, 0), lead(forward, 1), s_.direction_limit, table);
     };
     for (int limb = 0; limb < LIMBS; ++limb)

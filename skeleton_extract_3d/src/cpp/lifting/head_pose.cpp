@@ -46,7 +46,7 @@ Pose fitPose(const Constants& method, const double* rays, const double* scores, 
   double total = 0.0, y = 0.0;
   for (int i = 0; i < HEAD_JOINTS; ++i)
   {
-    const Index joint = method.body.head[i];
+    const Index joint = method.joints.head[i];
     const double x = rays[3 * joint] * root, weight = std::isfinite(x) ? scores[joint] : 0.0;
     if (!(weight > 0.0))
     {
@@ -98,7 +98,7 @@ py::tuple estimateHeadPose(const Constants& method, const Doubles& rays, const D
           frontOf(method.body, point.x * pose.cosine + point.z * pose.sine, point.y, pose.cosine, pose.sine) * size[p];
       *depths.mutable_data(p, i) = depth;
       // off the outline of the ellipsoid the joint itself is the surface
-      *surface.mutable_data(p, i) = std::min(front, depth - method.body.surface_offsets[method.body.head[i]]);
+      *surface.mutable_data(p, i) = std::min(front, depth - method.body.surface_offsets[method.joints.head[i]]);
     }
   }
   return py::make_tuple(to_head, depths, surface, known);

@@ -69,7 +69,7 @@ py::tuple correct(const Constants& method, const FilterArrays& state, const Doub
     if (use[i])
     {
       correctPoint({ to[0] + 3 * i, to[1] + 3 * i, to[2] + 9 * i, to[3] + 9 * i, to[4] + 9 * i }, place + 3 * i,
-                   noise + 9 * i, method.filter.trusted_deviations);
+                   noise + 9 * i, method.joint_filter.trusted_deviations);
     }
   }
   return py::make_tuple(result[0], result[1], result[2], result[3], result[4]);

@@ -47,16 +47,23 @@ private:
 class BodyParts
 {
 public:
-  BodyParts(const std::vector<Segment>& parts, double least_square)
-    : parts_(parts), least_square_(least_square), x_(parts.size()), y_(x_), along_x_(x_), along_y_(x_), square_(x_)
+  explicit BodyParts(const Constants& method)
+    : ends_(method.body.part_joints)
+    , radii_(method.body.part_radii)
+    , least_square_(method.occluders.least_square)
+    , x_(radii_.size())
+    , y_(x_)
+    , along_x_(x_)
+    , along_y_(x_)
+    , square_(x_)
   {
   }
 
   void place(const double* uv)
   {
-    for (std::size_t i = 0; i < parts_.size(); ++i)
+    for (std::size_t i = 0; i < radii_.size(); ++i)
     {
-      const double *start = uv + 2 * parts_[i].start, *end = uv + 2 * parts_[i].end;
+      const double *start = uv + 2 * ends_[2 * i], *end = uv + 2 * ends_[2 * i + 1];
       x_[i] = start[0];
       y_[i] = start[1];
       along_x_[i] = end[0] - start[0];
@@ -71,23 +78,24 @@ public:
   {
     const double u = uv[0], v = uv[1];
     double nearest = INFINITELY_FAR;
-    for (std::size_t i = 0; i < parts_.size(); ++i)
+    for (std::size_t i = 0; i < radii_.size(); ++i)
     {
       const double from_x = u - x_[i], from_y = v - y_[i];
       double share = (from_x * along_x_[i] + from_y * along_y_[i]) / square_[i];
       share = share < 0.0 ? 0.0 : share;
       share = share > 1.0 ? 1.0 : share;
       const double off_x = from_x - share * along_x_[i], off_y = from_y - share * along_y_[i];
-      const double start = depths[parts_[i].start], end = depths[parts_[i].end];
+      const double start = depths[ends_[2 * i]], end = depths[ends_[2 * i + 1]];
       const double depth = start + share * (end - start);
-      const bool covers = std::sqrt(off_x * off_x + off_y * off_y) < parts_[i].size * focal / depth;
+      const bool covers = std::sqrt(off_x * off_x + off_y * off_y) < radii_[i] * focal / depth;
       nearest = covers && depth < nearest ? depth : nearest;
     }
     return nearest;
   }
 
 private:
-  const std::vector<Segment>& parts_;
+  const std::vector<Index>& ends_;
+  const std::vector<double>& radii_;
   double least_square_;
   std::vector<double> x_, y_, along_x_, along_y_, square_;
 };
@@ -100,15 +108,10 @@ py::array_t<double> othersDepths(const Constants& method, const Doubles& uv, con
   const double* depth = checked(joint_depths, "joint_depths", { people, JOINTS });
   py::array_t<double> result(Shape{ people, JOINTS, people });
   double* out = result.mutable_data();
-  const std::vector<Segment>& parts = method.body.parts;
   py::gil_scoped_release release;
   std::fill_n(out, people * JOINTS * people, INFINITELY_FAR);
-  double thickest = 0.0;
-  for (const Segment& part : parts)
-  {
-    thickest = std::max(thickest, part.size);
-  }
-  BodyParts body(parts, method.occluders.least_square);
+  const double thickest = *std::max_element(method.body.part_radii.begin(), method.body.part_radii.end());
+  BodyParts body(method);
   for (py::ssize_t other = 0; other < people; ++other)
   {
     const double *of_other = pixels + other * JOINTS * 2, *depths = depth + other * JOINTS;

@@ -124,7 +124,7 @@ void jointCosts(const Constants::Costs& s, const Joint& joint, const Window& win
     double seen = 0.0;
     for (std::size_t k = 0; k < s.kernel_shifts.size(); ++k)
     {
-      const Index from = i - s.kernel_shifts[k];
+      const int from = i - s.kernel_shifts[k];
       seen += from >= 0 && from < s.steps ? s.kernel_shares[k] * surface[from + 1] : 0.0;
     }
     const double front = below[std::max(i + 1 - hiding, 0)];
@@ -141,7 +141,7 @@ py::array_t<double> rootEvidence(const Constants& method, const Doubles& samples
 {
   const Constants::Trunk& s = method.trunk;
   const py::ssize_t people = countOf(samples);
-  const int depths = static_cast<int>(s.low.size());
+  const int depths = s.count;
   const double* depth = checked(samples, "samples", { people, JOINTS, SAMPLES });
   const double* score = checked(scores, "scores", { people, JOINTS });
   const bool* others = checked(foreign, "foreign", { people, JOINTS, SAMPLES });

@@ -80,6 +80,11 @@ class TrunkConstants:
         return np.exp(np.arange(np.log(self.nearest), np.log(self.furthest), self.step))
 
     @property
+    def count(self) -> int:
+        """Number of `depths`."""
+        return len(self.depths)
+
+    @property
     def low(self) -> np.ndarray:
         """(depths,) number of the first of `depths` that is on a body at each depth."""
         return np.searchsorted(self.depths, self.depths - self.reach_front)
