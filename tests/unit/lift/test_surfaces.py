@@ -87,15 +87,12 @@ def test_windows_of_missing_joints_are_empty():
     np.testing.assert_array_equal(np.isnan(depth).all(axis=2)[0], np.arange(18) == WRIST)
 
 
-def test_weights_sum_to_one_over_what_is_there_and_are_greatest_in_the_middle():
-    depth = samples()
-    depth[0, 0, :12] = np.nan
-    depth[0, 1] = np.nan
-    weights, have = surfaces.relative_weights(depth)
-    np.testing.assert_allclose(weights[0].sum(axis=1), np.arange(18) != 1)
-    np.testing.assert_array_equal(have[0], np.arange(18) != 1)
-    assert not weights[0, 0, :12].any()
-    assert (weights[0, :, 12] >= weights[0].max(axis=1)).all()
+def test_weights_sum_to_one_and_are_greatest_in_the_middle():
+    assert surfaces.WEIGHTS.sum() == pytest.approx(1)
+    square = surfaces.WEIGHTS.reshape(5, 5)
+    assert square.argmax() == 12
+    for turned in (square.T, square[::-1], square[:, ::-1]):
+        np.testing.assert_allclose(turned, square)
 
 
 # --- size -----------------------------------------------------------------------------------------------------------
@@ -297,5 +294,4 @@ def test_of_an_even_number_the_lower_one_is_the_median(values, median):
 def test_the_constants_fit_together():
     np.testing.assert_allclose(np.diff(np.log(surfaces.ROOT_DEPTHS)), METHOD.trunk.step)
     assert surfaces.DELTAS[METHOD.costs.half] == 0 and surfaces.DELTAS[0] == -surfaces.DELTAS[-1]
-    assert surfaces.WEIGHTS.sum() == pytest.approx(1)
     assert len(BODY.sized_pairs) == len(BODY.sized_lengths) and len(BODY.thicknesses) == 18

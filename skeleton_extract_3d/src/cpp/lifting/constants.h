@@ -55,6 +55,12 @@ protected:
     return std::vector<Index>(values.data(), values.data() + values.size());
   }
 
+  std::vector<bool> flags(const char* name, std::size_t count) const
+  {
+    const std::vector<double> values = numbers(name, count);
+    return std::vector<bool>(values.begin(), values.end());
+  }
+
 private:
   py::object step_;
 };
@@ -68,6 +74,7 @@ struct Constants
     , trunk(method.attr("trunk"))
     , costs(method.attr("costs"))
     , occluders(method.attr("occluders"))
+    , measuring(method.attr("measuring"))
     , inference(method.attr("inference"))
     , head(method.attr("head"))
     , sizes(method.attr("sizes"))
@@ -81,6 +88,8 @@ struct Constants
   {
     using Step::Step;
     std::vector<Index> head = indices("HEAD", JOINTS), hips = indices("HIPS", JOINTS);
+    std::vector<Index> roots = indices("ROOTS", JOINTS), middles = indices("MIDDLES", JOINTS);
+    std::vector<Index> ends = indices("ENDS", JOINTS);
     Index neck = get<Index>("NECK");
     std::vector<double> sides = numbers("SIDES", LIMBS);
     std::vector<Index> measured_bones = indices("MEASURED_BONES", JOINTS);
@@ -95,6 +104,7 @@ struct Constants
     std::vector<double> stature_limits = numbers("stature_limits", 2);
     std::vector<double> bone_lengths = numbers("bone_lengths", BONE_KINDS);
     std::vector<double> surface_offsets = numbers("surface_offsets", JOINTS);
+    std::vector<double> thicknesses = numbers("thicknesses", JOINTS);
     std::vector<double> head_points = numbers("head_points", 3 * HEAD_JOINTS), head_axes = numbers("head_axes", 3);
     std::vector<double> upper_directions = numbers("upper_directions", 2 * LIMBS);
     std::vector<double> upper_direction_spreads = numbers("upper_direction_spreads", 2 * LIMBS);
@@ -103,6 +113,7 @@ struct Constants
     std::vector<Index> sized_pairs = indices("sized_pairs", JOINTS), part_joints = indices("part_joints", JOINTS);
     std::vector<double> sized_lengths = numbers("sized_lengths", sized_pairs.size() / 2);
     std::vector<double> part_radii = numbers("part_radii", part_joints.size() / 2);
+    std::vector<bool> covering_parts = flags("covering_parts", JOINTS * part_radii.size());
   } body;
 
   struct Windows : Step
@@ -135,8 +146,17 @@ struct Constants
   struct Occluders : Step
   {
     using Step::Step;
-    double least_square = get("least_square");
+    double least_square = get("least_square"), covering_share = get("covering_share");
   } occluders;
+
+  struct Measuring : Step
+  {
+    using Step::Step;
+    double agreement = get("agreement"), least_support = get("least_support"), against_front = get("against_front");
+    double least_own = get("least_own"), shortest = get("shortest"), longest = get("longest");
+    double bone_error = get("bone_error"), folded = get("folded"), sure_end = get("sure_end");
+    double unsure_end = get("unsure_end");
+  } measuring;
 
   struct Inference : Step
   {

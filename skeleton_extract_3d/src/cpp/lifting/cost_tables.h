@@ -112,7 +112,7 @@ inline void lengthCosts(const Candidates& start, const Candidates& end, const Le
 {
   const int columns = table.columns;
   const float start_start = dot(start.ray, start.ray), end_end = dot(end.ray, end.ray);
-  const float twice_both = 2 * dot(start.ray, end.ray), mean = length.mean, sigma = length.sigma;
+  const float twice_both = 2 * dot(start.ray, end.ray), mean = length.mean, certainty = 1 / length.sigma;
   const float* z_end = end.z.data();
   for (int i = 0; i < table.rows; ++i)
   {
@@ -121,7 +121,7 @@ inline void lengthCosts(const Candidates& start, const Candidates& end, const Le
     for (int j = 0; j < columns; ++j)
     {
       const float square = start_square + end_end * z_end[j] * z_end[j] - both * z_end[j];
-      const float off = (std::sqrt(square > 0.0f ? square : 0.0f) - mean) / sigma;
+      const float off = (std::sqrt(square > 0.0f ? square : 0.0f) - mean) * certainty;
       row[j] = lesser(off * off, limit);
     }
   }

@@ -215,7 +215,7 @@ private:
     for (int pair = 0; pair < PAIRS; ++pair)
     {
       const float turn = person.bones[PAIR + pair].mean * static_cast<float>(left.z), limit = s_.turn_limit;
-      const float spread = static_cast<float>(s_.turn_spread[pair]);
+      const float certainty = static_cast<float>(1 / s_.turn_spread[pair]);
       for (int i = 0; i < steps_; ++i)
       {
         float* row = pair_[pair].row(i);
@@ -223,7 +223,7 @@ private:
         const float z_start = z[i];
         for (int j = 0, columns = steps_; j < columns; ++j)
         {
-          const float turned = (z_start - z[j] - turn) / spread;
+          const float turned = (z_start - z[j] - turn) * certainty;
           row[j] += lesser(turned * turned, limit);
         }
       }

@@ -17,6 +17,9 @@ PYBIND11_MODULE(skeleton_extract_3d_lifting, module)
            arg("offsets"), arg("gaps"), arg("own"), arg("covered"), arg("foreign"))
       .def("others_depths", &othersDepths, "See occluders.others_depths.", arg("uv"), arg("joint_depths"),
            arg("focal"))
+      .def("covered_by_self", &coveredBySelf, "See occluders.covered_by_self.", arg("uv"), arg("root"), arg("focal"))
+      .def("measure", &measure, "See measuring.measure.", arg("seen"), arg("z"), arg("offsets"), arg("own"),
+           arg("foreign"), arg("lengths"))
       .def("estimate_head_pose", &estimateHeadPose, "See head_pose.estimate_head_pose.", arg("rays"), arg("scores"),
            arg("root"), arg("scale"), arg("shoulder_cosine"))
       .def("infer_depths", &inferDepths, "See depth_inference.infer_depths.", arg("costs"), arg("rays"), arg("root"),

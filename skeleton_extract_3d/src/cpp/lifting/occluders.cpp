@@ -1,4 +1,4 @@
-/** Where the bodies of other people cover keypoints. */
+/** Where bodies cover keypoints: those of other people, and the own one. */
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -56,6 +56,8 @@ public:
     , along_x_(x_)
     , along_y_(x_)
     , square_(x_)
+    , distance_(x_)
+    , share_(x_)
   {
   }
 
@@ -73,11 +75,10 @@ public:
     }
   }
 
-  /** Return the least depth of the parts that cover a pixel [m], infinite where none does. */
-  double nearestAt(const double* uv, const double* depths, double focal)
+  /** Find the distances of a pixel from the parts [px], and where along them the nearest places are, 0..1. */
+  void measure(const double* uv)
   {
     const double u = uv[0], v = uv[1];
-    double nearest = INFINITELY_FAR;
     for (std::size_t i = 0; i < radii_.size(); ++i)
     {
       const double from_x = u - x_[i], from_y = v - y_[i];
@@ -85,19 +86,40 @@ public:
       share = share < 0.0 ? 0.0 : share;
       share = share > 1.0 ? 1.0 : share;
       const double off_x = from_x - share * along_x_[i], off_y = from_y - share * along_y_[i];
+      distance_[i] = std::sqrt(off_x * off_x + off_y * off_y);
+      share_[i] = share;
+    }
+  }
+
+  /** Return the least depth of the parts that cover the measured pixel [m], infinite where none does. */
+  double nearest(const double* depths, double focal) const
+  {
+    double nearest = INFINITELY_FAR;
+    for (std::size_t i = 0; i < radii_.size(); ++i)
+    {
       const double start = depths[ends_[2 * i]], end = depths[ends_[2 * i + 1]];
-      const double depth = start + share * (end - start);
-      const bool covers = std::sqrt(off_x * off_x + off_y * off_y) < radii_[i] * focal / depth;
-      nearest = covers && depth < nearest ? depth : nearest;
+      const double depth = start + share_[i] * (end - start);
+      nearest = distance_[i] < radii_[i] * focal / depth && depth < nearest ? depth : nearest;
     }
     return nearest;
+  }
+
+  /** Return whether any of some parts, all at one depth, covers the measured pixel; reach: pixels per metre of breadth. */
+  bool anyCovers(std::vector<bool>::const_iterator may_cover, double reach) const
+  {
+    bool covers = false;
+    for (std::size_t i = 0; i < radii_.size(); ++i, ++may_cover)
+    {
+      covers |= *may_cover && distance_[i] < radii_[i] * reach;
+    }
+    return covers;
   }
 
 private:
   const std::vector<Index>& ends_;
   const std::vector<double>& radii_;
   double least_square_;
-  std::vector<double> x_, y_, along_x_, along_y_, square_;
+  std::vector<double> x_, y_, along_x_, along_y_, square_, distance_, share_;
 };
 }  // namespace
 
@@ -121,9 +143,32 @@ py::array_t<double> othersDepths(const Constants& method, const Doubles& uv, con
     {
       if (row / JOINTS != other && outline.holds(pixels + 2 * row))
       {
-        out[row * people + other] = body.nearestAt(pixels + 2 * row, depths, focal);
+        body.measure(pixels + 2 * row);
+        out[row * people + other] = body.nearest(depths, focal);
       }
     }
+  }
+  return result;
+}
+
+py::array_t<bool> coveredBySelf(const Constants& method, const Doubles& uv, const Doubles& root, double focal)
+{
+  const py::ssize_t people = countOf(uv);
+  const double* pixels = checked(uv, "uv", { people, JOINTS, 2 });
+  const double* depth = checked(root, "root", { people });
+  py::array_t<bool> result(Shape{ people, JOINTS });
+  const std::size_t parts = method.body.part_radii.size();
+  BodyParts body(method);
+  for (py::ssize_t row = 0; row < people * JOINTS; ++row)
+  {
+    const py::ssize_t person = row / JOINTS, joint = row % JOINTS;
+    if (joint == 0)
+    {
+      body.place(pixels + 2 * row);
+    }
+    body.measure(pixels + 2 * row);
+    result.mutable_data()[row] = body.anyCovers(method.body.covering_parts.begin() + joint * parts,
+                                                method.occluders.covering_share * focal / depth[person]);
   }
   return result;
 }

@@ -3,12 +3,15 @@
 
 #include <array>
 #include <optional>
+#include <tuple>
 
 #include "arrays.h"
 #include "constants.h"
 
 namespace skeleton_extract_3d
 {
+/** Rays, scores, known and samples of ObservedPeople. */
+using SeenArrays = std::tuple<Doubles, Doubles, Flags, Doubles>;
 using FilterArrays = std::array<Doubles, 5>;
 
 // surfaces.cpp
@@ -19,6 +22,10 @@ py::array_t<float> depthCosts(const Constants& method, const Doubles& samples, c
                               const Flags& covered, const std::optional<Flags>& foreign);
 // occluders.cpp
 py::array_t<double> othersDepths(const Constants& method, const Doubles& uv, const Doubles& joint_depths, double focal);
+py::array_t<bool> coveredBySelf(const Constants& method, const Doubles& uv, const Doubles& root, double focal);
+// measuring.cpp
+py::tuple measure(const Constants& method, const SeenArrays& seen, const Doubles& z, const Doubles& offsets,
+                  const Doubles& own, const std::optional<Flags>& foreign, const Floats& lengths);
 // head_pose.cpp
 py::tuple estimateHeadPose(const Constants& method, const Doubles& rays, const Doubles& scores, const Doubles& root,
                            const Doubles& scale, const Doubles& shoulder_cosine);

@@ -10,7 +10,6 @@ from skeleton_extract_3d.lift.surfaces import depths_at, lower_median
 from skeleton_extract_3d.points.point_grid import PointGrid
 
 _OCCLUDERS = METHOD.occluders
-_PARTS, _PART_RADII, _COVERING_PARTS = METHOD.body.part_joints, METHOD.body.part_radii, METHOD.body.covering_parts
 _BESIDE = np.array([_OCCLUDERS.just_beside, *_OCCLUDERS.beyond])
 _ARMS = np.isin(np.arange(len(JOINTS)), [*MIDDLES[:2], *ENDS[:2]])
 _OUTER, _OUTER_SIDES = np.concatenate([MIDDLES, ENDS]), np.concatenate([SIDES, SIDES])
@@ -72,26 +71,17 @@ def ownership(points: PointGrid, seen: ObservedPeople, root: np.ndarray, left: n
     return Ownership(own, covered, foreign)
 
 
-@np.errstate(invalid='ignore')
 def covered_by_self(uv: np.ndarray, root: np.ndarray, focal: float) -> np.ndarray:
     """Return which joints lie, in the image, on another part of the same body, (P, 18) bool.
+
+    Compiled (occluders.cpp).
 
     Args:
         uv: (P, 18, 2) [px of the grid], NaN where unknown.
         root: (P,) depth of the trunk [m].
         focal: focal length [px].
     """
-    ends = np.moveaxis(uv, 2, 0)[:, :, None, _PARTS]  # (2, P, 1, parts, 2 ends)
-    start_x, start_y = ends[..., 0]
-    along_x, along_y = ends[..., 1] - ends[..., 0]
-    from_x, from_y = uv[..., :1] - start_x, uv[..., 1:] - start_y
-    square = np.maximum(along_x * along_x + along_y * along_y, _OCCLUDERS.least_square)
-    # how far along the part the nearest place is, 0..1
-    share = np.minimum(np.maximum((from_x * along_x + from_y * along_y) / square, 0.0), 1.0)
-    from_x -= share * along_x
-    from_y -= share * along_y
-    reach = _OCCLUDERS.covering_share * _PART_RADII * (focal / root)[:, None, None]
-    return ((from_x * from_x + from_y * from_y < reach * reach) & _COVERING_PARTS).any(axis=2)
+    return COMPILED.covered_by_self(uv, root, focal)
 
 
 @np.errstate(invalid='ignore')
@@ -106,13 +96,15 @@ def likely_own(points: PointGrid, seen: ObservedPeople, root: np.ndarray, covere
         covered: (P, 18) where another part of the body may be, of `covered_by_self`.
     """
     likely = np.ones(seen.known.shape)
-    surface = lower_median(seen.samples)
-    in_front = (surface < root[:, None] - _OCCLUDERS.in_front) & np.isfinite(seen.uv[..., 0])
-    on_trunk = covered & _ARMS & np.isfinite(surface)
+    count = np.isfinite(seen.samples).sum(axis=2)
+    # the median is in front where half of the samples are
+    in_front = (seen.samples < (root - _OCCLUDERS.in_front)[:, None, None]).sum(axis=2)
+    in_front = (2 * in_front >= count) & (in_front > 0)
+    on_trunk = covered & _ARMS & (count > 0)
     person, joint = np.nonzero(in_front | on_trunk)
     if not len(person):
         return likely
-    surface = surface[person, joint]
+    surface = lower_median(seen.samples[person, joint])
     beside = depths_at(points, _beside(seen, person, joint, surface)) - surface
     goes_on = (np.abs(beside[:, 1:]) < _OCCLUDERS.continues).any(axis=1).all(axis=0)
     flat = (beside[:, 0] < _OCCLUDERS.stands_out).all(axis=0)

@@ -15,12 +15,12 @@ from skeleton_extract_3d.lift.records import Expectation, ObservedPeople, Owners
 from skeleton_extract_3d.points.point_grid import PointGrid
 
 _WINDOWS, _TRUNK, _COSTS = METHOD.windows, METHOD.trunk, METHOD.costs
-# Places of the samples of a window [half sides], (25, 2), and their weights, (25,), with sum 1.
+# Places of the rows and columns of samples in a window [half sides], and the weights of all, (25,), with sum 1.
 _OFFSETS, WEIGHTS = _WINDOWS.offsets, _WINDOWS.weights
 # Depths at which the trunk is looked for, and depths of a joint's candidates from that of the trunk [m].
 ROOT_DEPTHS, DELTAS = _TRUNK.depths, _COSTS.deltas
 _LOG_ROOT_DEPTHS = np.log(ROOT_DEPTHS)
-_SIZED_PAIRS, _SIZED_LENGTHS = METHOD.body.sized_pairs, METHOD.body.sized_lengths
+_SIZED_PAIRS, _SIZED_LENGTHS = METHOD.body.sized_pairs.T, METHOD.body.sized_lengths
 # Bones that look shorter than this on the plane z = 1 have no size.
 _LEAST_LENGTH = 1e-4
 
@@ -35,8 +35,17 @@ def window_depths(points: PointGrid, uv: np.ndarray, radius: np.ndarray) -> np.n
     Returns:
         (P, K, 25) float64 [m], NaN where missing.
     """
-    at = np.where(np.isfinite(uv), uv, -1e6)[:, :, None] + _OFFSETS * radius[:, None, None, None]
-    return depths_at(points, at)
+    known = np.where(np.isfinite(uv), uv, -1e6)
+    pixels = np.rint(known[..., None] + _OFFSETS * radius[:, None, None, None]).astype(np.int64)
+    u, v = pixels[:, :, 0], pixels[:, :, 1]
+    # columns and rows apart, so that the 25 samples are only read
+    columns, rows = (u >= 0) & (u < points.width), (v >= 0) & (v < points.height)
+    if columns.all() and rows.all():
+        depth = points.depths(u[..., None, :], v[..., None])
+    else:
+        depth = points.depths(np.where(columns, u, 0)[..., None, :], np.where(rows, v, 0)[..., None])
+        depth[~(columns[..., None, :] & rows[..., None])] = np.nan
+    return depth.reshape(*uv.shape[:2], len(WEIGHTS))
 
 
 def depths_at(points: PointGrid, uv: np.ndarray) -> np.ndarray:
@@ -52,17 +61,11 @@ def depths_at(points: PointGrid, uv: np.ndarray) -> np.ndarray:
 
 def lower_median(values: np.ndarray) -> np.ndarray:
     """Return the lower median of the finite ones of (..., N) values, (...); NaN where there is none."""
-    ordered = np.sort(values, axis=-1)  # infinite and missing ones come last
-    count = np.isfinite(ordered).sum(axis=-1)
-    middle = np.take_along_axis(ordered, (np.maximum(count - 1, 0) // 2)[..., None], axis=-1)[..., 0]
-    return np.where(count > 0, middle, np.nan)
-
-
-def relative_weights(samples: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
-    """Return the weights of the valid ones of (P, K, 25) samples, with sum 1 per joint, and which joints have any."""
-    weights = np.where(np.isfinite(samples), WEIGHTS, 0.0)
-    total = weights.sum(axis=2, keepdims=True)
-    return weights / np.maximum(total, 1e-9), total[..., 0] > 0
+    ordered = np.sort(values.reshape(-1, values.shape[-1]), axis=1)  # infinite and missing ones come last
+    count = np.isfinite(ordered).sum(axis=1)
+    median = ordered[np.arange(len(ordered)), np.maximum(count - 1, 0) // 2]
+    median[count == 0] = np.nan
+    return median.reshape(values.shape[:-1])
 
 
 @np.errstate(invalid='ignore')
@@ -76,9 +79,11 @@ def size_depth(rays: np.ndarray, scores: np.ndarray) -> np.ndarray:
         rays: (P, 18, 3) with z = 1, NaN where unknown.
         scores: (P, 18) of the keypoints.
     """
-    along = rays[:, _SIZED_PAIRS[:, 0], :2] - rays[:, _SIZED_PAIRS[:, 1], :2]
-    lengths = np.sqrt((along * along).sum(axis=2))
-    usable = (scores > _TRUNK.sized_score)[:, _SIZED_PAIRS].all(axis=2) & (lengths > _LEAST_LENGTH)
+    start, end = _SIZED_PAIRS
+    along = rays.take(start, axis=1) - rays.take(end, axis=1)
+    lengths = np.sqrt(np.einsum('pbi,pbi->pb', along, along))
+    sure = scores > _TRUNK.sized_score
+    usable = sure.take(start, axis=1) & sure.take(end, axis=1) & (lengths > _LEAST_LENGTH)
     depths = np.sort(np.where(usable, _SIZED_LENGTHS / np.where(usable, lengths, 1.0), np.inf), axis=1)
     return np.where(usable.sum(axis=1) >= _TRUNK.sized_bones, depths[:, 1] * _TRUNK.size_bias, depths[:, 0])
 
@@ -182,7 +187,6 @@ def mean_within(seen: ObservedPeople, foreign: Optional[np.ndarray], joints: np.
     fits = (np.abs(off) < reach) & seen.known[:, joints, None]
     if foreign is not None:
         fits &= ~foreign[:, joints]
-    weights = np.where(fits, WEIGHTS, 0.0)
-    total = weights.sum(axis=(1, 2))
-    off = (weights * np.where(fits, off, 0.0)).sum(axis=(1, 2)) / np.maximum(total, 1e-9)
-    return middle + off, total
+    total = (fits @ WEIGHTS).sum(axis=1)
+    moment = (np.where(fits, off, 0.0) @ WEIGHTS).sum(axis=1)
+    return middle + moment / np.maximum(total, 1e-9), total

@@ -88,9 +88,7 @@ class OrganizedCloud:
 
     def depths(self, u: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Return z at pixels inside the cloud, the shape of u and v, float64 [m]; NaN where the point is missing."""
-        z = self._axes[2][v, u].astype(np.float64)
-        z[~(np.isfinite(z) & (z > 0))] = np.nan
-        return z
+        return depth_in_metres(self._axes[2][v, u])
 
     def camera_model(self) -> Optional[CameraModel]:
         """Return the pinhole camera that x / z and y / z of the points belong to; None with too few points to tell.
@@ -132,6 +130,16 @@ def range_of(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
         return np.full((2, 3), np.nan)
     kept = [axis[valid] for axis in (x, y, z)]
     return np.array([[axis.min() for axis in kept], [axis.max() for axis in kept]], np.float64)
+
+
+def depth_in_metres(depth: np.ndarray, unit: float = 1.0) -> np.ndarray:
+    """Return depth as float64 [m], NaN where it is 0, negative or not finite.
+
+    Args:
+        depth: any shape, in units of `unit` [m].
+    """
+    z = depth.astype(np.float64) * unit
+    return np.where((z > 0) & (z < np.inf), z, np.nan)
 
 
 def _valid(points: np.ndarray) -> np.ndarray:

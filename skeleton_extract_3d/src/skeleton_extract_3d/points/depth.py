@@ -5,7 +5,7 @@ import numpy as np
 
 from openpose_ros_pkg.errors import BadInputError
 from skeleton_extract_3d.points.camera import CameraModel
-from skeleton_extract_3d.points.cloud import range_of, window_pixels
+from skeleton_extract_3d.points.cloud import depth_in_metres, range_of, window_pixels
 
 # Rows and columns from one to the next of those that `valid_range` looks at.
 _RANGE_STEP = 4
@@ -106,17 +106,6 @@ class DepthImage:
         rows, columns = (grid.ravel() for grid in np.mgrid[:self.height:_RANGE_STEP, :self.width:_RANGE_STEP])
         points = self.window(columns, rows, 1)[:, 0]
         return range_of(*points.T)
-
-
-def depth_in_metres(depth: np.ndarray, unit: float = 1.0) -> np.ndarray:
-    """Return depth as float64 [m], NaN where it is 0, negative or not finite.
-
-    Args:
-        depth: any shape, in units of `unit` [m].
-    """
-    z = depth.astype(np.float64) * unit
-    z[~(np.isfinite(z) & (z > 0))] = np.nan
-    return z
 
 
 def cloud_from_depth(depth: np.ndarray, camera: CameraModel, bgr: np.ndarray, rays: Optional[np.ndarray] = None
