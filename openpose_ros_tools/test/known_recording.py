@@ -94,7 +94,7 @@ class KnowingDetector:
         notes: file; None: no notes.
         dies_at: frame at which the process kills itself, as long as `died` does not exist.
         fails_at: frame at which an error is raised, as long as `failed` does not exist.
-        slow: seconds for a picture.
+        slow: seconds for a image.
     """
 
     def __init__(self, notes: Optional[Path] = None, dies_at: Optional[int] = None, died: Optional[Path] = None,

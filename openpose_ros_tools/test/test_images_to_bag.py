@@ -1,4 +1,4 @@
-"""Pictures to bags and back: nothing changes on the way, whatever the layout and the types; what is refused."""
+"""Images to bags and back: nothing changes on the way, whatever the layout and the types; what is refused."""
 import itertools
 import signal
 from pathlib import Path
@@ -39,7 +39,7 @@ POSE = np.array([[1, 0, 0, 0.1], [0, -np.sin(0.3), np.cos(0.3), 0.2], [0, -np.co
 SEQUENCE = {'fps': 15.0, 'frame_id': 'lens', 'T_world_camera': POSE.tolist()}
 
 
-def random_picture(random, kind, size=(H, W)):
+def random_image(random, kind, size=(H, W)):
     channels = {'mono': (), 'bgr': (3,), 'bgra': (4,)}[kind.rstrip('0123456789')]
     dtype = np.uint16 if kind.endswith('16') else np.uint8
     return random.integers(0, np.iinfo(dtype).max, (*size, *channels), dtype, endpoint=True)
@@ -53,23 +53,23 @@ def random_depth(random, size=(H, W)):
 
 def make_recording(folder, kind='bgr8', suffix='.png', depth='.png', masks=False, names=tuple('012'), depth_names=None,
                    size=(H, W)):
-    """A folder of random pictures without a description; the pictures by stream."""
+    """A folder of random images without a description; the images by stream."""
     random = np.random.default_rng(7)
-    pictures = {'rgb': [random_picture(random, kind, size) for _ in names]}
+    recorded = {'rgb': [random_image(random, kind, size) for _ in names]}
     if depth:
-        pictures['depth'] = [random_depth(random, size) for _ in depth_names or names]
+        recorded['depth'] = [random_depth(random, size) for _ in depth_names or names]
     if depth == '.tiff':
-        pictures['depth'] = [depth_to_metres(image, 1234.5) for image in pictures['depth']]
+        recorded['depth'] = [depth_to_metres(image, 1234.5) for image in recorded['depth']]
     if masks:
-        pictures['masks'] = [random_picture(random, 'mono8', size) for _ in names]
-    for stream, images in pictures.items():
+        recorded['masks'] = [random_image(random, 'mono8', size) for _ in names]
+    for stream, images in recorded.items():
         (folder / stream).mkdir(parents=True)
         ending = {'rgb': suffix, 'depth': depth, 'masks': '.png'}[stream]
         for name, image in zip((depth_names or names) if stream == 'depth' else names, images):
             assert cv2.imwrite(str(folder / stream / (name + ending)), image)
     if suffix == '.jpg':
-        pictures['rgb'] = [cv2.imread(str(folder / 'rgb' / (name + suffix)), cv2.IMREAD_ANYCOLOR) for name in names]
-    return pictures
+        recorded['rgb'] = [cv2.imread(str(folder / 'rgb' / (name + suffix)), cv2.IMREAD_ANYCOLOR) for name in names]
+    return recorded
 
 
 def describe(folder, lens=LENS, **sequence):
@@ -126,14 +126,14 @@ def test_bag_images_bag_is_the_same_bag(tmp_path, kind, suffix, depth, masks, la
 
 @pytest.mark.parametrize('kind, suffix, depth, masks', KINDS)
 def test_a_bag_has_the_pixels_stamps_and_intrinsics_of_the_folder(tmp_path, kind, suffix, depth, masks):
-    pictures = make_recording(tmp_path / 'in', kind, suffix, depth, masks)
+    recorded = make_recording(tmp_path / 'in', kind, suffix, depth, masks)
     describe(tmp_path / 'in')
     assert to_bag(tmp_path / 'in', tmp_path / 'out.bag') == DONE
     found = messages(tmp_path / 'out.bag')
     expected = {'rgb': f'{NS}/image_color', 'depth': f'{NS}/image_depth_rect', 'masks': f'{NS}/image_mask'}
-    assert set(found) == {f'{NS}/camera_info', '/tf_static', *(expected[stream] for stream in pictures)}
+    assert set(found) == {f'{NS}/camera_info', '/tf_static', *(expected[stream] for stream in recorded)}
     stamps = [1000000000000 + stamp for stamp in (0, 66666667, 133333333)]
-    for stream, images in pictures.items():
+    for stream, images in recorded.items():
         topic = found[expected[stream]]
         assert [message.header.stamp.to_nsec() for message in topic] == stamps
         assert {message.header.frame_id for message in topic} == {'lens'}
@@ -172,7 +172,7 @@ def test_random_stamps_sizes_and_losses_come_back(tmp_path):
         make_recording(folder / 'in', 'bgr8', names=stamps['rgb'], depth_names=stamps['depth'], size=size)
         (folder / 'in' / 'masks').mkdir()
         for name in stamps['masks']:
-            cv2.imwrite(str(folder / 'in' / 'masks' / f'{name}.png'), random_picture(random, 'mono8', size))
+            cv2.imwrite(str(folder / 'in' / 'masks' / f'{name}.png'), random_image(random, 'mono8', size))
         for layout in ('sequence', 'tum'):
             assert to_bag(folder / 'in', folder / '1.bag', '--frame-id', 'lens', '--overwrite') == DONE
             assert to_images(folder / '1.bag', folder / layout, '--layout', layout) == DONE
@@ -208,7 +208,7 @@ def test_two_runs_give_the_same_bytes(tmp_path, compression):
 
 
 def test_the_tum_layout_has_its_scale_and_its_stamps(tmp_path):
-    pictures = make_recording(tmp_path / 'in', names=list('abc'))
+    recorded = make_recording(tmp_path / 'in', names=list('abc'))
     tum(tmp_path / 'in', {'rgb': ['1.000000001', '1.1', '1.2'], 'depth': ['1.01', '1.15', '1.21']})
     lens = ['--intrinsics', '10', '11', '5.5', '3.5', '--distortion', '-0.1', '0.01', '0', '0']
     assert to_bag(tmp_path / 'in', tmp_path / 'out.bag', *lens, '--cloud') == DONE
@@ -223,22 +223,22 @@ def test_the_tum_layout_has_its_scale_and_its_stamps(tmp_path):
                                                       + nanoseconds[f'{NS}/image_depth_rect'])
     depth = found[f'{NS}/image_depth_rect'][1]
     assert depth.encoding == '32FC1'
-    np.testing.assert_allclose(image_to_pixels(depth)[0], np.where(pictures['depth'][1] == 0, np.nan,
-                                                                   pictures['depth'][1] / 5000), rtol=1e-7)
+    np.testing.assert_allclose(image_to_pixels(depth)[0], np.where(recorded['depth'][1] == 0, np.nan,
+                                                                   recorded['depth'][1] / 5000), rtol=1e-7)
     info = found[f'{NS}/camera_info'][0]
     assert (info.width, info.height, list(info.D)) == (W, H, [-0.1, 0.01, 0, 0])
-    # 16-bit PNG of the same scale are the same pictures again
+    # 16-bit PNG of the same scale are the same images again
     assert to_images(tmp_path / 'out.bag', tmp_path / 'back', '--layout', 'tum', '--depth-scale', '5000') == DONE
     np.testing.assert_array_equal(cv2.imread(str(tmp_path / 'back/depth/1.150000000.png'), cv2.IMREAD_UNCHANGED),
-                                  pictures['depth'][1])
+                                  recorded['depth'][1])
     assert to_bag(tmp_path / 'in', tmp_path / 'pairs.bag', '--only-pairs', '--depth-encoding', '16UC1') == DONE
     found = messages(tmp_path / 'pairs.bag')
     assert [len(found[f'{NS}/{name}']) for name in ('image_color', 'image_depth_rect')] == [2, 2]
-    assert np.abs(image_to_pixels(found[f'{NS}/image_depth_rect'][0])[0] - pictures['depth'][0] / 5).max() <= 0.5
+    assert np.abs(image_to_pixels(found[f'{NS}/image_depth_rect'][0])[0] - recorded['depth'][0] / 5).max() <= 0.5
 
 
 def test_the_extractor_can_use_the_messages(tmp_path):
-    pictures = make_recording(tmp_path / 'in')
+    recorded = make_recording(tmp_path / 'in')
     lens = {**LENS, 'distortion_coefficients': {'rows': 1, 'cols': 5, 'data': [0.0] * 5}}
     describe(tmp_path / 'in', lens)
     assert to_bag(tmp_path / 'in', tmp_path / 'out.bag', '--cloud') == DONE
@@ -249,16 +249,16 @@ def test_the_extractor_can_use_the_messages(tmp_path):
         assert len({message.header.stamp.to_nsec() for message in (depth, info, cloud, image)}) == 1
         v, u = np.mgrid[:H, :W]
         points = cloud_from_message(cloud)
-        z = np.where(pictures['depth'][i] == 0, np.nan, pictures['depth'][i] * 0.001)
+        z = np.where(recorded['depth'][i] == 0, np.nan, recorded['depth'][i] * 0.001)
         # float32 of the cloud
         np.testing.assert_allclose(points.depths(u, v), z, rtol=1e-6)
         np.testing.assert_allclose(depth_image_from_messages(depth, info).depths(u, v), z, rtol=1e-12)
         assert camera_from_message(info).matrix[0, 0] == 10.1
         seen = points.camera_model()
         np.testing.assert_allclose(seen.matrix, CameraModel(W, H, lens['camera_matrix']['data']).matrix, atol=1e-3)
-        np.testing.assert_array_equal(image_to_bgr(image), pictures['rgb'][i])
+        np.testing.assert_array_equal(image_to_bgr(image), recorded['rgb'][i])
         colours = np.frombuffer(cloud.data, np.uint8).reshape(H, W, 32)[..., 16:19]
-        np.testing.assert_array_equal(colours, pictures['rgb'][i])
+        np.testing.assert_array_equal(colours, recorded['rgb'][i])
 
 
 def test_compressed_images_are_the_files(tmp_path):
@@ -293,10 +293,10 @@ def test_topics_frames_and_pose_can_be_named(tmp_path):
         assert '1' in header
 
 
-def test_a_damaged_picture_is_left_out_and_told(tmp_path, caplog):
+def test_a_damaged_image_is_left_out_and_told(tmp_path, caplog):
     make_recording(tmp_path / 'in')
     describe(tmp_path / 'in')
-    (tmp_path / 'in/rgb/1.png').write_bytes(b'half a picture')
+    (tmp_path / 'in/rgb/1.png').write_bytes(b'half an image')
     assert to_bag(tmp_path / 'in', tmp_path / 'out.bag', '--cloud') == SOME_FAILED
     assert '1.png can not be decoded' in caplog.text
     found = messages(tmp_path / 'out.bag')
@@ -304,14 +304,14 @@ def test_a_damaged_picture_is_left_out_and_told(tmp_path, caplog):
     assert counts == {'image_color': 2, 'image_depth_rect': 3, 'points': 2, 'camera_info': 3}
 
 
-def picture(name, array):
+def image_of(name, array):
     return lambda folder: cv2.imwrite(str(folder / name), array)
 
 
 @pytest.mark.parametrize('damage, arguments, words', [
-    (picture('rgb/1.png', np.zeros((H, W + 1, 3), np.uint8)), (), ['1.png is 13 x 8', 'expected 12 x 8']),
-    (picture('rgb/1.png', np.zeros((H, W), np.uint8)), (), ['1 channels', 'expected 12 x 8 with 3 channels']),
-    (picture('depth/1.png', np.zeros((H, W), np.uint8)), ('--depth', 'rgb'), ['none of the 3 depth images', 'uint8']),
+    (image_of('rgb/1.png', np.zeros((H, W + 1, 3), np.uint8)), (), ['1.png is 13 x 8', 'expected 12 x 8']),
+    (image_of('rgb/1.png', np.zeros((H, W), np.uint8)), (), ['1 channels', 'expected 12 x 8 with 3 channels']),
+    (image_of('depth/1.png', np.zeros((H, W), np.uint8)), ('--depth', 'rgb'), ['none of the 3 depth images', 'uint8']),
     (lambda folder: describe(folder, {**LENS, 'image_width': 13}), (), ['12 x 8', "calibration's 13 x 8"]),
     (lambda folder: (folder / 'camera.yaml').unlink(), ('--cloud',), ['--cloud needs a calibration']),
     (None, ('--camera', 'nowhere.yaml'), ['nowhere.yaml can not be read']),
@@ -413,7 +413,7 @@ def test_topics_of_other_cameras_are_found(tmp_path):
     assert yaml.safe_load((tmp_path / 'out/camera.yaml').read_text())['image_width'] == W
 
 
-def test_a_bag_of_compressed_topics_gives_its_pictures(tmp_path):
+def test_a_bag_of_compressed_topics_gives_its_images(tmp_path):
     """As recorded with a RealSense camera: everything compressed, depth by two transports."""
     depth = GREY.astype(np.uint16) * 80
     png, jpeg = cv2.imencode('.png', depth)[1].tobytes(), cv2.imencode('.jpg', np.dstack([GREY] * 3))[1].tobytes()
@@ -431,7 +431,7 @@ def test_a_bag_of_compressed_topics_gives_its_pictures(tmp_path):
 
 
 def test_a_bag_with_clouds_alone_gives_their_depth(tmp_path, capsys):
-    pictures = make_recording(tmp_path / 'in')
+    recorded = make_recording(tmp_path / 'in')
     describe(tmp_path / 'in')
     assert to_bag(tmp_path / 'in', tmp_path / 'in.bag', '--cloud') == DONE
     with rosbag.Bag(str(tmp_path / 'in.bag')) as bag, rosbag.Bag(str(tmp_path / 'cloud.bag'), 'w') as out:
@@ -442,7 +442,7 @@ def test_a_bag_with_clouds_alone_gives_their_depth(tmp_path, capsys):
     # distortion can not be inverted everywhere in this lens, and there the cloud has no point
     depth = cv2.imread(str(tmp_path / 'out/depth/000002.png'), cv2.IMREAD_UNCHANGED)
     assert (depth > 0).sum() > 0.5 * W * H
-    np.testing.assert_array_equal(depth[depth > 0], pictures['depth'][2][depth > 0])
+    np.testing.assert_array_equal(depth[depth > 0], recorded['depth'][2][depth > 0])
 
 
 @pytest.mark.parametrize('encoding, padding, big', [
@@ -462,7 +462,7 @@ def test_images_of_any_encoding_become_what_they_show(tmp_path, encoding, paddin
         np.testing.assert_array_equal(shown, image_to_pixels(image)[0])
 
 
-def test_messages_without_a_picture_are_left_out_and_told(tmp_path, caplog):
+def test_messages_without_an_image_are_left_out_and_told(tmp_path, caplog):
     bag = write_bag(tmp_path / 'in.bag', [
         ('/cam/image/compressed', CompressedImage(format='jpeg', data=data), 10 ** 12 + i)
         for i, data in enumerate([cv2.imencode('.jpg', GREY)[1].tobytes(), b'', b'GIF89a'])])

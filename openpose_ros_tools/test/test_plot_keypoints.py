@@ -49,9 +49,9 @@ def test_nobody_in_the_bag(tmp_path, capsys):
     assert 'nobody' in error and error.count('\n') == 1
 
 
-def test_pictures_of_a_csv(tmp_path, poses, capsys):
-    assert main([str(poses), '-o', str(tmp_path / 'pictures'), '--confidence', '--format', 'svg']) == 0
-    names = sorted(path.name for path in (tmp_path / 'pictures').iterdir())
+def test_plots_of_a_csv(tmp_path, poses, capsys):
+    assert main([str(poses), '-o', str(tmp_path / 'plots'), '--confidence', '--format', 'svg']) == 0
+    names = sorted(path.name for path in (tmp_path / 'plots').iterdir())
     assert names == ['confidence_person_0.svg', 'confidence_person_4.svg', 'detections.svg', 'top_view.svg',
                      'trajectory_neck.svg', 'visibility_person_0.svg', 'visibility_person_4.svg']
     assert sorted(line.rpartition('/')[2] for line in capsys.readouterr().out.splitlines()) == names

@@ -1,4 +1,4 @@
-"""Pictures are answered in any number of processes alike, also when processes die."""
+"""Images are answered in any number of processes alike, also when processes die."""
 import functools
 import os
 import signal
@@ -22,7 +22,7 @@ DEADLY, REFUSED = 66, 67
 
 
 class LevelDetector:
-    """Sees one person, at x = the grey level of the picture; level 66 ends the process, the first time or always."""
+    """Sees one person, at x = the grey level of the image; level 66 ends the process, the first time or always."""
 
     def __init__(self, marker=None):
         self.marker = marker
@@ -63,26 +63,26 @@ def broken(_settings):
     raise ModelError('weights are missing')
 
 
-def picture(level):
+def image(level):
     return np.full((4, 6, 3), level, np.uint8)
 
 
 def levels(pool, wanted):
-    return [found.result(30).xy[0, 0, 0] for found in [pool.submit(picture(level)) for level in wanted]]
+    return [found.result(30).xy[0, 0, 0] for found in [pool.submit(image(level)) for level in wanted]]
 
 
 @pytest.mark.parametrize('jobs', [1, 2])
-def test_every_picture_gets_its_answer(jobs):
+def test_every_image_gets_its_answer(jobs):
     with DetectorPool(jobs, DEFAULTS, level_detector) as pool:
         assert levels(pool, []) == []
         assert levels(pool, range(20)) == list(range(20))
         assert pool.skeleton is COCO_18
         assert len(pool.pids()) == (0 if jobs == 1 else jobs)
         with pytest.raises(BadInputError, match='not this one'):
-            pool.submit(picture(REFUSED)).result(30)
+            pool.submit(image(REFUSED)).result(30)
 
 
-def test_a_process_that_dies_loses_no_picture(tmp_path):
+def test_a_process_that_dies_loses_no_image(tmp_path):
     with DetectorPool(2, DEFAULTS, functools.partial(dying_once, tmp_path / 'died')) as pool:
         before = set(pool.pids())
         assert levels(pool, [1, DEADLY, 3, 4, 5]) == [1, DEADLY, 3, 4, 5]
@@ -90,9 +90,9 @@ def test_a_process_that_dies_loses_no_picture(tmp_path):
         assert len(before & set(pool.pids())) == 1
 
 
-def test_a_picture_that_ends_every_process_is_given_up():
+def test_a_image_that_ends_every_process_is_given_up():
     with DetectorPool(2, DEFAULTS, always_dying) as pool:
-        found = pool.submit(picture(DEADLY))
+        found = pool.submit(image(DEADLY))
         assert levels(pool, [1]) == [1]
         with pytest.raises(ProcessLostError, match='3 detector processes'):
             found.result(60)
@@ -101,7 +101,7 @@ def test_a_picture_that_ends_every_process_is_given_up():
 @pytest.mark.parametrize('jobs', [1, 2])
 def test_a_detector_that_can_not_be_made_says_why(jobs):
     with pytest.raises(ModelError, match='weights are missing'), DetectorPool(jobs, DEFAULTS, broken) as pool:
-        pool.submit(picture(1)).result(30)
+        pool.submit(image(1)).result(30)
 
 
 def test_no_process_is_left():

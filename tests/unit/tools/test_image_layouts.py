@@ -1,6 +1,6 @@
 """Recordings as folders: each layout, where stamps come from, who has no partner, and what is refused.
 
-Files are empty: nothing here reads pictures.
+Files are empty: nothing here reads images.
 """
 import json
 from fractions import Fraction

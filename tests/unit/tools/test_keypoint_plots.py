@@ -38,20 +38,20 @@ def a_table(frames, persons=(0,), dimensions=3, up=(0.0, -1.0, 0.0)):
                          np.where(known, MEASURED, MISSING), np.where(known, 0.02, np.nan))
 
 
-def all_pictures(selection):
+def all_plots(selection):
     ways = keypoint_plots.top_view if selection.table.dimensions == 3 else keypoint_plots.image_paths
     return [keypoint_plots.detections(selection), ways(selection), keypoint_plots.trajectory(selection, 'neck'),
             keypoint_plots.visibility(selection, 0), keypoint_plots.confidence(selection, 0)]
 
 
 def test_empty_table_says_so():
-    with pytest.raises(BadInputError, match='nobody'):
+    with pytest.raises(BadInputError, match='no people'):
         select(a_table([]))
 
 
 @pytest.mark.parametrize('frames, dimensions', [([0], 3), ([0, 1, 2, 30, 31], 2)])
-def test_pictures_of_any_length(tmp_path, frames, dimensions):
-    for number, figure in enumerate(all_pictures(select(a_table(frames, (0, 5), dimensions)))):
+def test_plots_of_any_length(tmp_path, frames, dimensions):
+    for number, figure in enumerate(all_plots(select(a_table(frames, (0, 5), dimensions)))):
         assert save_figure(figure, tmp_path / f'{number}.png').stat().st_size > 5000
 
 
@@ -168,9 +168,9 @@ def test_timeline_shows_each_status_when_it_was():
     table.status[1, NUMBER['neck']], table.status[2, NUMBER['neck']] = INFERRED, MISSING
     axes = keypoint_plots.visibility(select(table), 0).axes[0]
     names = [text.get_text() for text in axes.get_yticklabels()]
-    picture = np.asarray(axes.get_images()[0].get_array())[names.index('neck')]
+    image = np.asarray(axes.get_images()[0].get_array())[names.index('neck')]
     # four frames of equal length; the middle of each
-    middles = picture[np.array([1, 3, 5, 7]) * len(picture) // 8]
+    middles = image[np.array([1, 3, 5, 7]) * len(image) // 8]
     expected = [to_rgb(STATUS_COLOURS[value]) for value in (MEASURED, INFERRED, MISSING, MEASURED)]
     assert middles == pytest.approx(np.array(expected))
     assert '50 / 25 / 25 %' in [text.get_text() for text in axes.texts]
@@ -179,16 +179,16 @@ def test_timeline_shows_each_status_when_it_was():
 def test_person_that_is_not_in_a_frame_is_white():
     table = a_table(range(8), (0, 1))
     table = table.select((table.ids == 0) | (table.stamps < BEGIN + 4 * STEP))
-    picture = keypoint_plots.visibility(select(table), 1).axes[0].get_images()[0].get_array()
-    assert (picture[:, -1] == 1.0).all() and (picture[:, 0] < 1.0).any()
+    image = keypoint_plots.visibility(select(table), 1).axes[0].get_images()[0].get_array()
+    assert (image[:, -1] == 1.0).all() and (image[:, 0] < 1.0).any()
 
 
 def test_columns_of_a_long_recording_are_means():
     table = a_table(range(4800))
     table.confidence[::2] = 0.0
-    picture = keypoint_plots.confidence(select(table), 0).axes[0].get_images()[0].get_array()
+    image = keypoint_plots.confidence(select(table), 0).axes[0].get_images()[0].get_array()
     # four frames in a column, half of them with 0.9; a frame more or less at the borders of columns
-    assert picture[0].mean() == pytest.approx(0.45, abs=0.01) and picture[0].max() < 0.65
+    assert image[0].mean() == pytest.approx(0.45, abs=0.01) and image[0].max() < 0.65
 
 
 def test_rates():

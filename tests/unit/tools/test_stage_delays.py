@@ -214,7 +214,7 @@ def test_texts_agree():
 
 
 @pytest.mark.parametrize('frames', [1, 2])
-def test_pictures_of_any_length(tmp_path, frames):
+def test_plots_of_any_length(tmp_path, frames):
     stamps = STAMPS[:frames]
     chain = chain_of([stage(PEOPLE_3D, 100, stamps)], [stage(IMAGE, 5, stamps)])
     for draw in (delays_over_time, delay_distribution):
@@ -222,7 +222,7 @@ def test_pictures_of_any_length(tmp_path, frames):
         assert first == again and first.startswith(b'\x89PNG')
 
 
-def test_lines_of_the_picture_are_the_delays():
+def test_lines_of_the_plot_are_the_delays():
     chain = chain_of([stage(PEOPLE_3D, np.linspace(100, 190, 10))], [stage(IMAGE, 5)])
     above = delays_over_time(chain).axes[0]
     lines = {line.get_label(): line.get_ydata() for line in above.get_lines()}
