@@ -22,11 +22,13 @@ import tempfile
 import time
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Callable, Dict, List, Tuple
+from typing import Callable, List, Tuple
 
 import numpy as np
+import pandas as pd
 
 from common import Parser, errors_end_the_program
+from openpose_ros_mocap.people import pair_people
 from openpose_ros_pkg.detect.detector import DetectorSettings, create_detector
 from openpose_ros_pkg.detect.tracking import KeypointTracker, TrackingParams
 from openpose_ros_pkg.params.parameters import build
@@ -42,11 +44,11 @@ from skeleton_extract_3d.settings import EstimatorSettings
 
 # Label of joints that are seen, in gt.json.
 VISIBLE = 2
-# Who is that near to somebody, by the median of the joints, is that person [m]; paths of so many frames tell a lag.
+# Who is nearer to somebody, by the median of the joints, is that person [m]; frames of a path that tells a lag.
 SAME_PERSON, LAG_FRAMES = 0.3, 20
 PART_FIELDS = ('x', 'y', 'z', 'confidence', 'status', 'sigma')
 
-# From the number of a frame and its picture to the people in it.
+# From the number of a frame and its image to the people in it.
 FindPeople = Callable[[int, np.ndarray], People2D]
 
 
@@ -113,30 +115,23 @@ def estimate(sequence: RgbdSequence, people: List[People2D], settings: Estimator
 
 
 def measured_paths(folder: Path, frames: List[Tuple[float, People3D]]) -> List[Tuple[np.ndarray, np.ndarray]]:
-    """Return, for each visible joint that moves, where it was measured and where it truly was, (F, 3) each [m]."""
+    """Return, for each visible joint, where it was measured and where it truly was in frames in a row, (F, 3) [m]."""
     truth = json.loads((folder / 'gt.json').read_text())
     order = [truth['joints'].index(joint) for joint in COCO_18.joints]
-    paths: Dict[Tuple[int, int], List[Tuple[int, np.ndarray, np.ndarray]]] = {}
+    rows: List[Tuple[float, ...]] = []
     for number, ((_, found), frame) in enumerate(zip(frames, truth['frames'])):
-        for person in frame['people']:
-            xyz, visible = np.array(person['xyz'])[order], np.array(person['vis'])[order] == VISIBLE
-            if not len(found) or not visible.any():
-                continue
-            distance = np.linalg.norm(found.xyz - xyz, axis=2)
-            near = np.array([np.median(row[np.isfinite(row)]) if np.isfinite(row).any() else np.inf
-                             for row in distance])
-            if near.min() < SAME_PERSON:
-                row = int(near.argmin())
-                for joint in np.flatnonzero(visible & (found.status[row] == MEASURED)):
-                    paths.setdefault((person['id'], joint), []).append((number, found.xyz[row, joint], xyz[joint]))
-    whole = []
-    for steps in paths.values():
-        # runs of frames without a gap
-        numbers = np.array([step[0] for step in steps])
-        for run in np.split(np.arange(len(steps)), np.flatnonzero(np.diff(numbers) > 1) + 1):
+        people = [(person['id'], np.array(person['xyz'])[order], np.array(person['vis'])[order] == VISIBLE)
+                  for person in frame['people']]
+        for row, other in pair_people(found.xyz, np.array([xyz for _, xyz, _ in people]), SAME_PERSON):
+            person, xyz, visible = people[other]
+            rows += [(person, joint, number, *found.xyz[row, joint], *xyz[joint])
+                     for joint in np.flatnonzero(visible & (found.status[row] == MEASURED))]
+    paths = []
+    for _, path in pd.DataFrame(rows).groupby([0, 1]):
+        for _, run in path.groupby((path[2].diff() > 1).cumsum()):
             if len(run) >= LAG_FRAMES:
-                whole.append((np.array([steps[i][1] for i in run], float), np.array([steps[i][2] for i in run])))
-    return whole
+                paths.append((run[[3, 4, 5]].to_numpy(), run[[6, 7, 8]].to_numpy()))
+    return paths
 
 
 def lag(paths: List[Tuple[np.ndarray, np.ndarray]]) -> float:
@@ -166,8 +161,8 @@ def write_csv(path: Path, frames: List[Tuple[float, People3D]]) -> None:
             stamp = round(seconds * 1e9)
             values = np.concatenate([people.xyz, people.confidence[..., None], people.status[..., None],
                                      people.sigma[..., None]], axis=2)
-            for person, row in zip(people.ids.tolist(), values.reshape(len(people), -1).tolist()):
-                writer.writerow([stamp, stamp, len(people), person, *row])
+            for person, row in zip(people.ids.tolist(), values):
+                writer.writerow([stamp, stamp, len(people), person, *row.ravel().tolist()])
 
 
 def main() -> None:

@@ -19,7 +19,7 @@ from openpose_ros_tools.outputs import PartFiles
 from openpose_ros_tools.plots.plotting import STATUS_NAMES, joint_title, save_figure
 
 _TEMPLATES = Path(__file__).resolve().parent / 'data'
-_HTML, _MARKDOWN, _FACTS = 'mocap_report.html', 'mocap_report.md', 'mocap_facts.txt'
+_HTML, _MARKDOWN, _FACTS, _TABLE = 'mocap_report.html', 'mocap_report.md', 'mocap_facts.txt', 'mocap_table.txt'
 # Version of the layout of summary.json, for those who read it.
 _LAYOUT = 1
 # Which way offset and transform go.
@@ -56,20 +56,7 @@ def summary(comparison: Comparison, alignment: Alignment, inputs: Dict[str, str]
 
 def table(values: Figures) -> str:
     """Return the errors as a table in plain text, for a terminal."""
-    lines = [('joint', 'answered', 'mean', 'median', 'p90', *(f'PCK {key[4:]}' for key in PCK_KEYS), 'measured',
-              'median', 'inferred', 'median')]
-    for name, one in [*values['joints'].items(), ('all joints', values['overall'])]:
-        cells = [joint_title(name), _percent(one['share_answered']), _text(one['mean_mm']), _text(one['median_mm']),
-                 _text(one['p90_mm']), *(_percent(one[key]) for key in PCK_KEYS)]
-        for kind in ('measured', 'inferred'):
-            cells += [_percent(one[kind]['share_of_reference']), _text(one[kind]['median_mm'])]
-        lines.append(tuple(cells))
-    widths = [max(map(len, column)) for column in zip(*lines)]
-    text = ['  '.join([line[0].ljust(widths[0]), *(cell.rjust(width) for cell, width in zip(line[1:], widths[1:]))])
-            for line in lines]
-    note = 'errors in mm (their mean is the MPJPE); PCK: share of the joints of the reference within 50, 100, 150 mm'
-    rule = '-' * len(text[0])
-    return '\n'.join([note, text[0], rule, *text[1:-1], rule, text[-1]])
+    return _template(_TABLE).render(values=values, pck=PCK_KEYS).rstrip()
 
 
 def facts(values: Figures) -> List[Tuple[str, str]]:
