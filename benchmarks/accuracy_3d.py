@@ -30,11 +30,11 @@ import pandas as pd
 from common import Parser, errors_end_the_program
 from openpose_ros_mocap.people import pair_people
 from openpose_ros_pkg.detect.detector import DetectorSettings, create_detector
-from openpose_ros_pkg.detect.tracking import KeypointTracker, TrackingParams
+from openpose_ros_pkg.detect.tracking import TrackingParams
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
-from skeleton_extract_3d.estimator import PeopleEstimator
+from skeleton_extract_3d.chain import PeopleChain
 from skeleton_extract_3d.frame import CameraFrame
 from skeleton_extract_3d.people import MEASURED, People3D
 from skeleton_extract_3d.points.camera import CameraModel
@@ -88,27 +88,26 @@ def exact_people(folder: Path) -> FindPeople:
     return find
 
 
-def find_people(sequence: RgbdSequence, find: FindPeople, tracking: TrackingParams
-                ) -> Tuple[List[People2D], List[float]]:
+def find_people(sequence: RgbdSequence, find: FindPeople, chain: PeopleChain) -> Tuple[List[People2D], List[float]]:
     """Return the people in each image, with ids, and the milliseconds that each took."""
-    tracker, people, times = KeypointTracker(tracking), [], []
+    people, times = [], []
     for i, frame in enumerate(sequence):
         began = time.perf_counter()
         found = find(i, frame.bgr)
         times.append(1e3 * (time.perf_counter() - began))
-        people.append(tracker.update(found, frame.time))
+        people.append(chain.in_image(found, '', frame.time))
     return people, times
 
 
-def estimate(sequence: RgbdSequence, people: List[People2D], settings: EstimatorSettings
+def estimate(sequence: RgbdSequence, people: List[People2D], chain: PeopleChain
              ) -> Tuple[List[Tuple[float, People3D]], List[float]]:
     """Return time [s] and people of each frame, and the milliseconds that each took."""
-    estimator, frames, times = PeopleEstimator(settings), [], []
+    frames, times = [], []
     size = (sequence.camera.width, sequence.camera.height)
     for frame, found in zip(sequence, people):
         points = DepthImage(frame.depth, sequence.camera)
         began = time.perf_counter()
-        answer = estimator.update(found, CameraFrame(size, points, frame.time, frame.bgr))
+        answer = chain.in_space(found, CameraFrame(size, points, frame.time, frame.bgr))
         times.append(1e3 * (time.perf_counter() - began))
         frames.append((frame.time, answer.people))
     return frames, times
@@ -186,16 +185,17 @@ def main() -> None:
             for folder in arguments.sequences:
                 find = exact_people(folder) if detector is None else lambda _, bgr: detector.detect(bgr)
                 sequence = open_sequence(folder)
-                people, milliseconds = find_people(sequence, find, settings.tracking)
+                chain = PeopleChain(COCO_18, settings.estimator, settings.tracking)
+                people, milliseconds = find_people(sequence, find, chain)
                 detecting += milliseconds
-                frames, milliseconds = estimate(sequence, people, settings.estimator)
+                frames, milliseconds = estimate(sequence, people, chain)
                 estimating += milliseconds
                 path = out / f'{folder.resolve().parent.name}_{folder.resolve().name}.csv'
                 write_csv(path, frames)
                 items += [str(folder), str(path)]
                 if arguments.lag:
                     paths += measured_paths(folder, frames)
-                    raw_paths += measured_paths(folder, estimate(sequence, people, raw)[0])
+                    raw_paths += measured_paths(folder, estimate(sequence, people, PeopleChain(COCO_18, raw))[0])
             sys.stdout.write(f'median ms per frame: 2D {np.median(detecting):.1f}, 3D {np.median(estimating):.2f}\n')
             if arguments.lag:
                 sys.stdout.write(f'lag in frames: smoothed {lag(paths):.2f}, single frames {lag(raw_paths):.2f}\n')

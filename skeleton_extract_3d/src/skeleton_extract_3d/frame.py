@@ -20,6 +20,7 @@ class CameraFrame:
         bgr: (H, W, 3) uint8, the image, for the colours of the clothes; None: people are told apart without.
         tracking_from_points: from the frame of the points to one in which the room stands still, in every frame; None:
             the camera does not move.
+        camera: frame_id of the points, which names the camera.
     """
 
     image_size: Tuple[int, int]
@@ -27,6 +28,7 @@ class CameraFrame:
     stamp: float
     bgr: Optional[np.ndarray] = None
     tracking_from_points: Optional[Transform] = None
+    camera: str = ''
 
 
 class View(NamedTuple):

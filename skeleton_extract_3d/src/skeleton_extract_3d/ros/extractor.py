@@ -26,10 +26,10 @@ from openpose_ros_pkg.ros.timing_report import TimingReport
 from openpose_ros_pkg.stream.newest_wins import NewestWinsWorker
 from openpose_ros_pkg.stream.pairing import PairingParams
 from openpose_ros_pkg.stream.stage_timing import Stopwatch
+from skeleton_extract_3d.chain import PeopleChain
 from skeleton_extract_3d.estimator import STAGES, Estimate
 from skeleton_extract_3d.node_params import LIVE_PARAMETERS, ExtractorSettings
 from skeleton_extract_3d.people import INFERRED, People3D
-from skeleton_extract_3d.points.camera_estimators import CameraEstimators
 from skeleton_extract_3d.points.point_grid import PointGrid
 from skeleton_extract_3d.ros import convert
 from skeleton_extract_3d.ros.lifter import Lifter, PointsMessage
@@ -73,8 +73,8 @@ class Extractor:
         self._client = DetectionClient('~skeleton_2d_detector', settings.service)
         self._camera_info: Optional[CameraInfo] = None
         self._last_report = -float('inf')
-        self._estimators = CameraEstimators(find_model(self._params.pose_model).skeleton, settings.estimator)
-        self._lifter = Lifter(self._params, self._estimators, self._lookup)
+        self._chain = PeopleChain(find_model(self._params.pose_model).skeleton, settings.estimator)
+        self._lifter = Lifter(self._params, self._chain, self._lookup)
         self._advertise()
         self._publisher_2d: Optional[PeoplePublisher] = None
         if self._params.publish_2d:
@@ -169,7 +169,7 @@ class Extractor:
 
     def _reconfigure(self, settings: ExtractorSettings) -> None:
         """Take new parameters; they hold from the next frame on."""
-        self._estimators.reconfigure(settings.estimator)
+        self._chain.reconfigure(settings.estimator)
         if self._publisher_2d is not None:
             self._publisher_2d.reconfigure(settings.draw)
 

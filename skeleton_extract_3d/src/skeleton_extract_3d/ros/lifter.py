@@ -9,16 +9,16 @@ from sensor_msgs.msg import CameraInfo, Image, PointCloud2
 from std_msgs.msg import Header
 
 from openpose_ros_pkg.ros import convert as convert_2d
+from skeleton_extract_3d.chain import PeopleChain
 from skeleton_extract_3d.estimator import Estimate
+from skeleton_extract_3d.frame import CameraFrame
 from skeleton_extract_3d.node_params import ExtractorParams
 from skeleton_extract_3d.people import People3D
-from skeleton_extract_3d.points.camera_estimators import CameraEstimators
 from skeleton_extract_3d.points.point_grid import PointGrid
-from skeleton_extract_3d.points.transform import transform_people
+from skeleton_extract_3d.points.transform import Transform, transform_people
 from skeleton_extract_3d.ros import convert
 
 PointsMessage = Union[PointCloud2, Image]
-Transform = Tuple[np.ndarray, np.ndarray]
 
 
 class Lifter:
@@ -26,15 +26,15 @@ class Lifter:
 
     Args:
         params: kind of the points, and the frames.
-        estimators: of all cameras.
+        chain: what people in the image go through.
         lookup: returns the transform that takes points of the second frame to the first at a time; raises
             tf2 TransformException where there is none. Called only for `target_frame` and `tracking_frame`.
     """
 
-    def __init__(self, params: ExtractorParams, estimators: CameraEstimators,
+    def __init__(self, params: ExtractorParams, chain: PeopleChain,
                  lookup: Callable[[str, str, Time], TransformStamped]) -> None:
         self._params = params
-        self._estimators = estimators
+        self._chain = chain
         self._lookup = lookup
 
     def points(self, message: PointsMessage, info: Optional[CameraInfo]) -> PointGrid:
@@ -71,9 +71,10 @@ class Lifter:
         Raises:
             BadInputError: image and points differ in aspect ratio, or the points are in no optical frame.
         """
-        people_2d = convert_2d.people_from_messages(detections, self._estimators.skeleton)
-        return self._estimators.update(people_2d, points, header.frame_id, header.stamp.to_sec(), bgr,
-                                       tracking_from_points)
+        people_2d = convert_2d.people_from_messages(detections, self._chain.skeleton)
+        height, width = bgr.shape[:2]
+        return self._chain.in_space(people_2d, CameraFrame((width, height), points, header.stamp.to_sec(), bgr,
+                                                           tracking_from_points, header.frame_id))
 
     def in_target_frame(self, people: People3D, header: Header) -> Tuple[People3D, Header]:
         """Return the people as they are published, and their header; `header` is that of the points.

@@ -11,12 +11,10 @@ from typing import Any, Callable, Deque, Iterable, Iterator, NamedTuple, Optiona
 import genpy
 import tf2_py
 
-from openpose_ros_pkg.detect.tracking import CameraTrackers
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.output.frame_writer import is_power_of_two
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.ros import convert
-from openpose_ros_pkg.skeletons import SkeletonModel
 from openpose_ros_tools.outputs import PartFiles
 from openpose_ros_tools.parallel.detector_pool import DetectorPool, with_threads
 from openpose_ros_tools.parallel.threads import prefetched
@@ -24,7 +22,7 @@ from openpose_ros_tools.ros.bag_files import StampedMessage, open_bag
 from openpose_ros_tools.ros.process_bag.input import Frame, Recording, Transforms, copied_topics, find_topics
 from openpose_ros_tools.ros.process_bag.job import BagJob, BagReport, BagSettings, Topics, build_settings
 from openpose_ros_tools.ros.process_bag.output import OutputPaths, Results, is_json_of
-from skeleton_extract_3d.points.camera_estimators import CameraEstimators
+from skeleton_extract_3d.chain import PeopleChain
 from skeleton_extract_3d.points.point_grid import PointGrid
 from skeleton_extract_3d.ros.lifter import Lifter
 
@@ -59,23 +57,23 @@ def process(job: BagJob, on_frame: Callable[[int, int], None] = lambda done, tot
         # the bag is the last one to be moved: where it is, all outputs are
         paths = OutputPaths(parts.file(job.output), csv, json)
         pool = stack.enter_context(DetectorPool(job.jobs, with_threads(settings.detector, job.threads), job.create))
-        lifter, transforms = _lifter(job.source, settings, topics, pool.skeleton, stack)
+        people = PeopleChain(pool.skeleton, settings.estimator, settings.tracking)
+        lifter, transforms = _lifter(job.source, settings, topics, people, stack)
         results = stack.enter_context(Results(paths, job, settings, topics.in_space))
         results.record(made, genpy.Time.from_sec(bag.get_start_time()))
         recording = Recording(bag, topics, copied, settings.pairing, lifter)
         images = bag.get_message_count(topics.image)
-        chain = _Chain(CameraTrackers(settings.tracking), lifter, transforms, results,
-                       BagReport(counts=recording.counts, topics=topics))
+        frames = _Frames(people, lifter, transforms, results, BagReport(counts=recording.counts, topics=topics))
         events = stack.enter_context(closing(prefetched(recording, _AHEAD)))
-        for done in chain.run(events, pool):
+        for done in frames.run(events, pool):
             on_frame(min(done, images), images)
         on_frame(images, images)
-        if chain.report.frames == 0:
-            raise BadInputError(f'{job.source} gave no frame with a result: {chain.report.text()}')
-    return chain.report
+        if frames.report.frames == 0:
+            raise BadInputError(f'{job.source} gave no frame with a result: {frames.report.text()}')
+    return frames.report
 
 
-def _lifter(source: Path, settings: BagSettings, topics: Topics, skeleton: SkeletonModel,
+def _lifter(source: Path, settings: BagSettings, topics: Topics, chain: PeopleChain,
             stack: ExitStack) -> Tuple[Optional[Lifter], Optional[Transforms]]:
     """Return what lifts, and the transforms where some are wanted; None in 2D."""
     if not topics.in_space:
@@ -84,9 +82,8 @@ def _lifter(source: Path, settings: BagSettings, topics: Topics, skeleton: Skele
     transforms = None
     if extractor.target_frame or extractor.tracking_frame:
         transforms = Transforms(stack.enter_context(open_bag(source)))
-    estimators = CameraEstimators(skeleton, settings.estimator)
     # without frames that are named, nothing is looked up
-    return Lifter(extractor, estimators, transforms.lookup if transforms else _no_lookup), transforms
+    return Lifter(extractor, chain, transforms.lookup if transforms else _no_lookup), transforms
 
 
 def _no_lookup(target: str, source: str, _stamp: genpy.Time) -> Any:
@@ -100,12 +97,12 @@ class _Pending(NamedTuple):
     people: 'Future[People2D]'
 
 
-class _Chain:
+class _Frames:
     """Finds the people of frames and writes them; see `process`."""
 
-    def __init__(self, trackers: CameraTrackers, lifter: Optional[Lifter], transforms: Optional[Transforms],
+    def __init__(self, chain: PeopleChain, lifter: Optional[Lifter], transforms: Optional[Transforms],
                  results: Results, report: BagReport) -> None:
-        self._trackers, self._lifter, self._transforms, self._results = trackers, lifter, transforms, results
+        self._chain, self._lifter, self._transforms, self._results = chain, lifter, transforms, results
         self._numbers = itertools.count()
         self.report = report
 
@@ -138,7 +135,7 @@ class _Chain:
             found, frame = pending.people.result(), pending.frame
             if frame is None:
                 return
-            people = self._trackers.update(found, frame.header.frame_id, frame.header.stamp.to_sec())
+            people = self._chain.in_image(found, frame.header.frame_id, frame.header.stamp.to_sec())
             if self._lifter is not None and frame.points is not None:
                 count = self._lift(self._lifter, frame, frame.points, number, people)
             else:

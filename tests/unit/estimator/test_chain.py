@@ -1,0 +1,64 @@
+"""Each camera is followed for itself, and no two people have one id."""
+import numpy as np
+import pytest
+
+from openpose_ros_pkg.params.parameters import build
+from openpose_ros_pkg.people import People2D
+from openpose_ros_pkg.skeletons import COCO_18
+from skeleton_extract_3d.chain import PeopleChain
+from skeleton_extract_3d.estimator import PeopleEstimator
+from skeleton_extract_3d.frame import CameraFrame
+from skeleton_extract_3d.points.depth import DepthImage
+from skeleton_extract_3d.settings import EstimatorSettings
+from synthetic_scene import Person, Room, pinhole, render, standing
+
+SETTINGS = build(EstimatorSettings, {})
+FRAME = render(pinhole(320, 180), [Person(0, 0.1, 2.6, standing())], Room(wall=4.0))
+POINTS = DepthImage(FRAME.depth, FRAME.camera)
+
+
+@pytest.fixture
+def chain():
+    return PeopleChain(COCO_18, SETTINGS)
+
+
+def in_space(chain, people, camera, stamp=0.0):
+    return chain.in_space(people, CameraFrame(FRAME.size, POINTS, stamp, FRAME.bgr, camera=camera))
+
+
+def test_nobody_is_seen(chain):
+    nobody = chain.in_image(People2D.empty(COCO_18), 'left', 0.0)
+    assert len(nobody) == len(in_space(chain, nobody, 'left').people) == 0
+
+
+def test_it_gives_what_an_estimator_gives(chain):
+    alone = PeopleEstimator(SETTINGS)
+    for stamp in (0.0, 0.1):
+        expected = alone.update(FRAME.people, CameraFrame(FRAME.size, POINTS, stamp, FRAME.bgr))
+        np.testing.assert_array_equal(in_space(chain, FRAME.people, 'left', stamp).people.xyz, expected.people.xyz)
+
+
+def test_ids_in_space_are_unique_over_all_cameras(chain):
+    ids = [in_space(chain, FRAME.people, camera).people.ids.tolist() for camera in ('left', 'right', 'left')]
+    assert ids == [[0], [1], [0]]
+
+
+def test_people_keep_their_ids_in_the_images_of_a_camera(chain):
+    first = chain.in_image(FRAME.people, 'left', 0.0)
+    assert chain.in_image(FRAME.people, 'left', 0.1).ids.tolist() == first.ids.tolist() and (first.ids >= 0).all()
+
+
+def test_without_tracking_in_space_the_ids_are_those_of_the_image():
+    chain = PeopleChain(COCO_18, build(EstimatorSettings, {'tracking': False}))
+    people = chain.in_image(FRAME.people, 'left', 0.0)
+    assert in_space(chain, people, 'left').people.ids.tolist() == people.ids.tolist()
+
+
+def test_new_settings_hold_for_all_cameras(chain):
+    in_space(chain, FRAME.people, 'left')
+    chain.reconfigure(build(EstimatorSettings, {'tracking': False, 'lifting': 'mean3x3'}))
+    for camera in ('left', 'new'):
+        people = in_space(chain, FRAME.people, camera, 0.1).people
+        # the ids are those of the detections
+        assert people.ids.tolist() == FRAME.people.ids.tolist()
+        assert np.isnan(people.velocity).all()
