@@ -1,6 +1,5 @@
 """People in space: the one type that passes between lifting, markers and converters."""
 from dataclasses import dataclass
-from typing import Optional
 
 import numpy as np
 
@@ -34,7 +33,7 @@ class People3D:
     status: np.ndarray
     sigma: np.ndarray
     ids: np.ndarray
-    velocity: Optional[np.ndarray] = None
+    velocity: np.ndarray = None  # type: ignore[assignment]  # NaN everywhere
 
     def __post_init__(self) -> None:
         people, joints = len(self.xyz), len(self.skeleton.joints)

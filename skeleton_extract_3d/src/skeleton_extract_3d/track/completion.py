@@ -127,9 +127,10 @@ class _Pose(NamedTuple):
         fill = ~self.placed[:, joints] & able & (unseen <= self.timeout)
         if not fill.any():
             return self
-        position, velocity, parent_sigma = self.position[:, joints], self.velocity[:, joints], _COMPLETION.neck_sigma
+        position, velocity = self.position[:, joints], self.velocity[:, joints]
+        parent_sigma = np.full(had.shape, _COMPLETION.neck_sigma) if parents is None else self.sigma[:, parents]
         if parents is not None:
-            of_parent, parent_sigma = self.velocity[:, parents], self.sigma[:, parents]
+            of_parent = self.velocity[:, parents]
             position = position + (of_parent - velocity) * self.elapsed
             velocity = of_parent
         if rest is not None:

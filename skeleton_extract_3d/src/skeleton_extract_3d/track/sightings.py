@@ -28,7 +28,8 @@ class Sightings(NamedTuple):
 
     def select(self, people: np.ndarray) -> 'Sightings':
         """Return some of the people, by indices, in the order of these."""
-        return Sightings(self.row[people], *(part.select(people) for part in self[1:]))
+        return Sightings(self.row[people], self.observed.select(people), self.clothes.select(people),
+                         self.lifted.select(people))
 
     def others(self, count: int) -> np.ndarray:
         """Return which of the first tracks are none of these people's, (count,) bool."""
