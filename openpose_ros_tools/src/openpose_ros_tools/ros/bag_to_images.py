@@ -40,15 +40,9 @@ from tqdm import tqdm
 from openpose_ros_pkg.command_line import DONE, SOME_FAILED, run_command
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_tools.command_options import add_output, command_parser, positive_number
+from openpose_ros_tools.images import folder_writer
 from openpose_ros_tools.images.calibration import Calibration
-from openpose_ros_tools.images.folder_writer import (
-    WrittenFile,
-    file_stems,
-    seconds_text,
-    write_description,
-    write_stamps,
-    write_tum_lists,
-)
+from openpose_ros_tools.images.folder_writer import WrittenFile
 from openpose_ros_tools.images.image_files import MILLIMETRES
 from openpose_ros_tools.images.image_layouts import FOLDERS, STAMPS_FILE, STREAMS, TUM_LISTS
 from openpose_ros_tools.images.stamps import SECOND
@@ -225,7 +219,7 @@ def write_images(folder: Path, bag: rosbag.Bag, topics: CameraTopics, stems: Dic
 def _write_image(folder: Path, depth_scale: Optional[float], item: Tuple[WrittenFile, StampedMessage]) -> WrittenFile:
     """Write an image; the result has the reason if it can not be decoded."""
     file, message = item
-    source = f'{file.stream} image of {seconds_text(file.stamp)} s'
+    source = f'{file.stream} image of {folder_writer.seconds_text(file.stamp)} s'
     try:
         suffix, content, rounded = file_of_message(file.stream, deserialized(message), depth_scale, source)
     except BadInputError as error:
@@ -251,7 +245,7 @@ def _run(options: argparse.Namespace) -> int:
     with open_bag(options.bag) as bag, output_folder(options.output, options.overwrite, _OWN) as part:
         topics = find_topics(bag, wanted)
         found = scan(bag, topics, options.bag_time)
-        stems, remarks = file_stems(found.stamps, options.layout, round(options.max_difference * SECOND),
+        stems, remarks = folder_writer.file_stems(found.stamps, options.layout, round(options.max_difference * SECOND),
                                     options.only_pairs)
         pose, top = pose_in(options.world_frame, found.frame_id, found.parents)
         for remark in remarks + _remarks(topics, found):
@@ -261,8 +255,8 @@ def _run(options: argparse.Namespace) -> int:
                          TF_TOPIC, found.frame_id, options.world_frame, top, top)
         files = write_images(part, bag, topics, stems, options)
         is_tum = options.layout == 'tum'
-        (write_tum_lists if is_tum else write_stamps)(part, files)
-        write_description(part, found.calibration, found.stamps.get('colour') or found.stamps['depth'],
+        (folder_writer.write_tum_lists if is_tum else folder_writer.write_stamps)(part, files)
+        folder_writer.write_description(part, found.calibration, found.stamps.get('colour') or found.stamps['depth'],
                           frame_id=found.frame_id, depth_scale=options.depth_scale or (MILLIMETRES if is_tum else None),
                           T_world_camera=None if pose is None else pose.tolist())
     failed = sum(file.path is None for file in files)

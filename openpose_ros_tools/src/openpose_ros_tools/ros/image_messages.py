@@ -10,18 +10,8 @@ from std_msgs.msg import Header
 
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.ros.convert import compressed_depth_to_image, image_to_bgr, image_to_pixels, pixels_to_image
+from openpose_ros_tools.images import image_files
 from openpose_ros_tools.images.calibration import Calibration
-from openpose_ros_tools.images.image_files import (
-    MILLIMETRES,
-    decode_depth,
-    decode_image,
-    depth_to_metres,
-    depth_to_units,
-    encode_image,
-    encoding_of,
-    image_kind,
-    to_bgr8,
-)
 from openpose_ros_tools.images.image_layouts import Recording
 from openpose_ros_tools.ros.camera_topics import CLOUD, COMPRESSED, TOPICS
 from openpose_ros_tools.ros.camera_topics import DEPTH_ENCODINGS as _ALL_DEPTH_ENCODINGS
@@ -45,7 +35,7 @@ class BagOptions:
     world_frame: str = WORLD_FRAME  # name of the frame in which the camera stands
     compressed: bool = False  # CompressedImage in place of Image for the colour images
     jpeg_quality: Optional[int] = None  # of images that are no JPEG yet, with `compressed`; None: they are PNG
-    depth_scale: float = MILLIMETRES  # units of integer depth per metre
+    depth_scale: float = image_files.MILLIMETRES  # units of integer depth per metre
     depth_encoding: Optional[str] = None  # one of DEPTH_ENCODINGS; None: 16UC1 for depth in mm, 32FC1 for other depth
     cloud: bool = False  # write clouds
 
@@ -123,7 +113,7 @@ class MessageMaker:
             elif stream == 'colour':
                 made['image'] = self._image_message(pixels, content, path, header)
             else:
-                made['mask'] = pixels_to_image(pixels, encoding_of(pixels, str(path)), header)
+                made['mask'] = pixels_to_image(pixels, image_files.encoding_of(pixels, str(path)), header)
         if options.calibration is not None and ('colour' in decoded or 'depth' in decoded):
             number = next(moment.files[stream][0] for stream in ('colour', 'depth') if stream in decoded)
             made['camera_info'] = calibration_to_message(options.calibration, self._header(moment.stamp, number))
@@ -138,14 +128,14 @@ class MessageMaker:
         return Header(seq=number, stamp=genpy.Time(0, stamp), frame_id=self._options.frame_id)
 
     def _image_message(self, pixels: np.ndarray, content: bytes, path: Path, header: Header) -> genpy.Message:
-        encoding = encoding_of(pixels, str(path))
+        encoding = image_files.encoding_of(pixels, str(path))
         if not self._options.compressed:
             return pixels_to_image(pixels, encoding, header)
-        kind, quality = image_kind(content), self._options.jpeg_quality
+        kind, quality = image_files.image_kind(content), self._options.jpeg_quality
         if quality is not None and kind != 'jpeg':
-            content, kind = encode_image(pixels, '.jpg', str(path), quality), 'jpeg'
+            content, kind = image_files.encode_image(pixels, '.jpg', str(path), quality), 'jpeg'
         elif kind is None:
-            content, kind = encode_image(pixels, '.png', str(path)), 'png'
+            content, kind = image_files.encode_image(pixels, '.png', str(path)), 'png'
         # as compressed_image_transport writes it: encoding of the image, codec, and the order of colours in the codec
         of_codec = encoding if encoding.startswith('bgr') else ''
         return CompressedImage(header=header, format=f'{encoding}; {kind} compressed {of_codec}', data=content)
@@ -153,13 +143,13 @@ class MessageMaker:
     def _depth_message(self, depth: np.ndarray, path: Path, header: Header) -> Tuple[genpy.Message, float]:
         """Return the message of a depth image and the greatest rounding error [m]."""
         is_float, scale = depth.dtype == np.float32, self._options.depth_scale
-        in_mm = not is_float and scale == MILLIMETRES
+        in_mm = not is_float and scale == image_files.MILLIMETRES
         encoding = self._options.depth_encoding or ('16UC1' if in_mm else '32FC1')
         rounded = 0.0
         if encoding == '32FC1' or not in_mm:
-            depth = depth if is_float else depth_to_metres(depth, scale)
+            depth = depth if is_float else image_files.depth_to_metres(depth, scale)
         if encoding == '16UC1' and not in_mm:
-            depth, rounded = depth_to_units(depth, MILLIMETRES, str(path))
+            depth, rounded = image_files.depth_to_units(depth, image_files.MILLIMETRES, str(path))
         return pixels_to_image(depth, encoding, header), rounded
 
     def _cloud_message(self, moment: Moment, colour: Path, decoded: Dict[str, np.ndarray]) -> genpy.Message:
@@ -170,7 +160,7 @@ class MessageMaker:
         depth = decoded['depth']
         # as the player makes it, so that both give the same cloud
         depth = depth if depth.dtype == np.float32 else depth * (1.0 / self._options.depth_scale)
-        return cloud_to_message(cloud_from_depth(depth, self._camera, to_bgr8(bgr), self._rays),
+        return cloud_to_message(cloud_from_depth(depth, self._camera, image_files.to_bgr8(bgr), self._rays),
                                 self._header(moment.stamp, moment.files['depth'][0]))
 
     def _check(self, stream: str, path: Path, pixels: np.ndarray) -> None:
@@ -236,16 +226,16 @@ def file_of_message(stream: str, message: genpy.Message, depth_scale: Optional[f
     """
     if stream == 'depth':
         depth, rounded = _depth_of(message), 0.0
-        if depth_scale is not None and not (depth.dtype == np.uint16 and depth_scale == MILLIMETRES):
-            metres = depth if depth.dtype == np.float32 else depth_to_metres(depth, MILLIMETRES)
+        if depth_scale is not None and not (depth.dtype == np.uint16 and depth_scale == image_files.MILLIMETRES):
+            metres = depth if depth.dtype == np.float32 else image_files.depth_to_metres(depth, image_files.MILLIMETRES)
             try:
-                depth, rounded = depth_to_units(metres, depth_scale, source)
+                depth, rounded = image_files.depth_to_units(metres, depth_scale, source)
             except BadInputError as error:
                 raise ParameterError(str(error)) from error
         suffix = '.tiff' if depth.dtype == np.float32 else '.png'
-        return suffix, encode_image(depth, suffix, source), rounded
+        return suffix, image_files.encode_image(depth, suffix, source), rounded
     if message._type == COMPRESSED:
-        kind = image_kind(message.data)
+        kind = image_files.image_kind(message.data)
         if kind is None:
             raise BadInputError(f"{len(message.data)} bytes of format '{message.format}' are neither JPEG nor PNG")
         return _SUFFIXES[kind], message.data, 0.0
@@ -254,7 +244,7 @@ def file_of_message(stream: str, message: genpy.Message, depth_scale: Optional[f
     except BadInputError:
         # Bayer and YUV images are converted; errors of any other kind are raised again
         pixels = image_to_bgr(message)
-    return '.png', encode_image(pixels, '.png', source), 0.0
+    return '.png', image_files.encode_image(pixels, '.png', source), 0.0
 
 
 def calibration_to_message(calibration: Calibration, header: Header) -> CameraInfo:
@@ -295,7 +285,7 @@ def _read_image(stream: str, path: Path) -> Tuple[bytes, np.ndarray]:
         content = path.read_bytes()
     except OSError as error:
         raise BadInputError(f'{path} can not be read: {error.strerror or error}') from error
-    return content, (decode_depth if stream == 'depth' else decode_image)(content, str(path))
+    return content, (image_files.decode_depth if stream == 'depth' else image_files.decode_image)(content, str(path))
 
 
 def _shape_text(image: np.ndarray) -> str:

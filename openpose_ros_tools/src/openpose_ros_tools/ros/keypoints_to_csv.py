@@ -33,16 +33,9 @@ from openpose_ros_pkg.command_line import DONE, run_command
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_tools.command_options import command_parser
 from openpose_ros_tools.outputs import output_file
+from openpose_ros_tools.ros import keypoint_bag
 from openpose_ros_tools.ros.bag_files import open_bag
-from openpose_ros_tools.ros.keypoint_bag import (
-    DIMENSIONS,
-    KeypointTopic,
-    bag_messages,
-    choose_topic,
-    count_messages,
-    merged_types,
-    write_people,
-)
+from openpose_ros_tools.ros.keypoint_bag import KeypointTopic
 from openpose_ros_tools.tables.keypoint_csv import KeypointCsvWriter
 
 _log = logging.getLogger(__name__)
@@ -64,12 +57,12 @@ def bags_to_csv(paths: Sequence[Path], topic: KeypointTopic, writer: KeypointCsv
     rows = 0
     for path in paths:
         with open_bag(path) as bag:
-            count = count_messages(bag, topic.name)
+            count = keypoint_bag.count_messages(bag, topic.name)
             bar.total = (bar.total or 0) + count
             if not count:
                 _log.warning('%s has no messages on %s', path, topic.name)
-            for message, recorded in bag_messages(bag, topic.name):
-                rows += write_people(writer, message, None if stamps else recorded)
+            for message, recorded in keypoint_bag.bag_messages(bag, topic.name):
+                rows += keypoint_bag.write_people(writer, message, None if stamps else recorded)
                 bar.update()
     return rows
 
@@ -84,7 +77,7 @@ def follow_topic(topic: KeypointTopic, writer: KeypointCsvWriter, handle: TextIO
             if messages.empty():
                 handle.flush()  # somebody may read along
             try:
-                count = write_people(writer, messages.get(timeout=_PAUSE))
+                count = keypoint_bag.write_people(writer, messages.get(timeout=_PAUSE))
             except queue.Empty:
                 continue
             rows += count
@@ -94,7 +87,7 @@ def follow_topic(topic: KeypointTopic, writer: KeypointCsvWriter, handle: TextIO
     finally:
         subscriber.unregister()
     while not messages.empty():
-        rows += write_people(writer, messages.get())
+        rows += keypoint_bag.write_people(writer, messages.get())
     return rows
 
 
@@ -147,7 +140,7 @@ def _topic(options: argparse.Namespace) -> KeypointTopic:
     """Return the topic to read; wait for one that is to run."""
     if options.bags:
         where = str(options.bags[0]) if len(options.bags) == 1 else f'these {len(options.bags)} bags'
-        return choose_topic(merged_types(options.bags), where, options.topic)
+        return keypoint_bag.choose_topic(keypoint_bag.merged_types(options.bags), where, options.topic)
     if not rosgraph.is_master_online():
         raise BadInputError(f'there is no ROS master at {rosgraph.get_master_uri()}; start one, or give a bag')
     rospy.init_node(_NAME, anonymous=True, disable_signals=True)
@@ -158,8 +151,8 @@ def _topic(options: argparse.Namespace) -> KeypointTopic:
             types = dict(rospy.get_published_topics())
         except OSError as error:
             raise BadInputError(f'the ROS master at {rosgraph.get_master_uri()} is gone') from error
-        if wanted in types or (not wanted and set(types.values()) & set(DIMENSIONS)):
-            topic = choose_topic(types, 'what is published', wanted)
+        if wanted in types or (not wanted and set(types.values()) & set(keypoint_bag.DIMENSIONS)):
+            topic = keypoint_bag.choose_topic(types, 'what is published', wanted)
             if topic == seen:  # twice, as a node that starts announces its topics one after the other
                 sys.stderr.write(f'listening to {topic.name}; Ctrl-C ends it\n')
                 return topic

@@ -33,14 +33,7 @@ from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.output.files import writable_folder
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
 from openpose_ros_tools.command_options import add_time_span, check_time_span, command_parser
-from openpose_ros_tools.plots.keypoint_plots import (
-    confidence,
-    detections,
-    image_paths,
-    top_view,
-    trajectory,
-    visibility,
-)
+from openpose_ros_tools.plots import keypoint_plots
 from openpose_ros_tools.plots.plotting import FORMATS, save_figure
 from openpose_ros_tools.ros.bag_files import open_bag, stamped_messages, topic_types
 from openpose_ros_tools.ros.keypoint_bag import choose_topic, read_keypoint_bag
@@ -84,14 +77,14 @@ def read_keypoints(path: Path, topic: Optional[str] = None) -> Tuple[KeypointTab
 def plots(selection: Selection, trajectories: Sequence[str],
           with_confidence: bool) -> List[Tuple[str, Callable[[], Figure]]]:
     """Return the names of the plots, and what draws each of them."""
-    name, draw = ('top_view', top_view) if selection.table.dimensions == 3 else ('image_paths', image_paths)
-    found: List[Tuple[str, Callable[[], Figure]]] = [('detections', partial(detections, selection)),
-                                                     (name, partial(draw, selection))]
-    found += [(f'trajectory_{joint}', partial(trajectory, selection, joint)) for joint in trajectories]
+    paths = keypoint_plots.top_view if selection.table.dimensions == 3 else keypoint_plots.image_paths
+    found: List[Tuple[str, Callable[[], Figure]]] = [('detections', partial(keypoint_plots.detections, selection)),
+                                                     (paths.__name__, partial(paths, selection))]
+    found += [(f'trajectory_{joint}', partial(keypoint_plots.trajectory, selection, joint)) for joint in trajectories]
     for person in selection.persons:
-        found.append((f'visibility_person_{person}', partial(visibility, selection, person)))
+        found.append((f'visibility_person_{person}', partial(keypoint_plots.visibility, selection, person)))
         if with_confidence:
-            found.append((f'confidence_person_{person}', partial(confidence, selection, person)))
+            found.append((f'confidence_person_{person}', partial(keypoint_plots.confidence, selection, person)))
     return found
 
 
