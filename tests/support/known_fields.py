@@ -85,30 +85,3 @@ def render_fields(people, net=NET, missing=(), sharpness=1.0, skeleton=COCO_18):
         paf[list(limb.paf)] /= np.maximum(count[i], 1)
     heat[-1] = 1 - heat[:-1].max(axis=0)
     return np.concatenate([heat, paf]).astype(np.float32)
-
-
-# One network of each table of part affinity fields.
-NETWORKS = pytest.mark.parametrize('model', [MODELS[name] for name in ('mobilenet_thin', 'body_25', 'mpi')],
-                                   ids=lambda model: model.skeleton.name)
-# Half of a body that faces the camera, x to the person's left and y down in units of the height from nose to ankle.
-MIDDLE = {'head_top': (0.0, -0.10), 'nose': (0.0, 0.0), 'neck': (0.0, 0.14), 'chest': (0.0, 0.28),
-          'mid_hip': (0.0, 0.5)}
-SIDE = {'eye': (0.03, -0.03), 'ear': (0.07, -0.01), 'shoulder': (0.11, 0.15), 'elbow': (0.16, 0.32),
-        'wrist': (0.19, 0.47), 'hip': (0.07, 0.50), 'knee': (0.08, 0.76), 'ankle': (0.09, 1.00), 'heel': (0.05, 1.05),
-        'big_toe': (0.12, 1.08), 'small_toe': (0.18, 1.06)}
-
-
-def person_of(skeleton, x, y, height):
-    """Return (K, 2) pixels of somebody who raises the right hand and bends the left knee: no mirror image of itself."""
-    place = {**MIDDLE, **{f'left_{joint}': at for joint, at in SIDE.items()},
-             **{f'right_{joint}': (-at[0], at[1]) for joint, at in SIDE.items()},
-             'right_elbow': (-0.26, 0.10), 'right_wrist': (-0.33, -0.12), 'left_knee': (0.21, 0.70)}
-    return np.array([place[joint] for joint in skeleton.joints]) * height + (x, y)
-
-
-def two_people(skeleton, size):
-    """Both are asymmetric, in an asymmetric place."""
-    width, height = size
-    scale = min(0.75 * height, 0.9 * width)
-    return [person_of(skeleton, 0.34 * width, 0.15 * height, scale), person_of(skeleton, 0.78 * width, 0.3 * height,
-                                                                               0.6 * scale)]

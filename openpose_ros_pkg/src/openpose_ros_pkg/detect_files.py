@@ -1,14 +1,14 @@
-"""Find people in pictures and videos and save them as OpenPose does; no ROS master is needed.
+"""Find people in images and videos and save them as OpenPose does; no ROS master is needed.
 
-A folder stands for all pictures and videos directly in it, in natural order (image2 before image10). Persons keep
-their ids through a video; pictures have nothing to do with each other, so their people have none. Inputs whose files
+A folder stands for all images and videos directly in it, in natural order (image2 before image10). Persons keep
+their ids through a video; people in single images have none. Inputs whose files
 are all there already are skipped, unless a video is written, which needs every frame.
 
-    rosrun openpose_ros_pkg detect_files pictures/ --write-json keypoints/ --write-images annotated/
+    rosrun openpose_ros_pkg detect_files images/ --write-json keypoints/ --write-images annotated/
     rosrun openpose_ros_pkg detect_files walk.mp4 --write-video annotated.mp4 --set mode=accurate
 
 Exit status: 0 all done; 1 an input could not be read or a file not be written, the others are done; 2 nothing was
-done, as the command line, a parameter or the network is wrong; 130 interrupted, the files so far are complete.
+done, as the command line, a parameter or the network is wrong; 130 interrupted, the written files are complete.
 """
 import argparse
 import logging
@@ -33,7 +33,7 @@ from openpose_ros_pkg.output.frame_writer import FrameWriter, SaveParams
 from openpose_ros_pkg.output.keypoint_scale import KeypointScaleParams
 from openpose_ros_pkg.output.recorder import Recorder
 from openpose_ros_pkg.params.parameters import build
-from openpose_ros_pkg.stream.video_source import PICTURE_SUFFIXES, VideoSource
+from openpose_ros_pkg.stream.video_source import IMAGE_SUFFIXES, VideoSource
 
 _log = logging.getLogger(__name__)
 
@@ -55,7 +55,7 @@ class FileSettings:
 
 @dataclass(frozen=True)
 class InputFile:
-    """A picture or a video.
+    """An image or a video.
 
     Attributes:
         frames: number of frames; of a video as far as it tells.
@@ -80,15 +80,15 @@ class InputFile:
         if self.is_video:
             yield from VideoSource(str(self.path.resolve())).frames()
             return
-        picture = cv2.imread(str(self.path), cv2.IMREAD_COLOR)
-        if picture is None:
-            raise BadInputError(f'{self.path} is not a picture that OpenCV can read')
-        yield picture
+        image = cv2.imread(str(self.path), cv2.IMREAD_COLOR)
+        if image is None:
+            raise BadInputError(f'{self.path} is not an image that OpenCV can read')
+        yield image
 
 
 @dataclass
 class Report:
-    """What became of the inputs."""
+    """Results of all inputs."""
 
     frames: int = 0
     people: int = 0
@@ -96,7 +96,7 @@ class Report:
     unreadable: List[Path] = field(default_factory=list)
 
     def text(self, counters: Mapping[str, int]) -> str:
-        """Say it in a line."""
+        """Return the report in one line."""
         parts = [f'{self.frames} frames with {self.people} people',
                  f'{counters["written"]} files and video frames written']
         if self.skipped:
@@ -109,7 +109,7 @@ class Report:
 
 
 def find_inputs(paths: Sequence[Path], outputs: Callable[[Path], bool]) -> Tuple[List[InputFile], List[Path]]:
-    """Return the pictures and videos of files and folders, and what holds none or is not there.
+    """Return the images and videos of files and folders, and what holds none or is not there.
 
     Args:
         outputs: tells which files of a folder are results of this program.
@@ -118,7 +118,7 @@ def find_inputs(paths: Sequence[Path], outputs: Callable[[Path], bool]) -> Tuple
     bad: List[Path] = []
     for path in paths:
         if path.is_dir():
-            held = sorted((p for p in path.iterdir() if p.suffix.lower() in PICTURE_SUFFIXES + VIDEO_SUFFIXES
+            held = sorted((p for p in path.iterdir() if p.suffix.lower() in IMAGE_SUFFIXES + VIDEO_SUFFIXES
                            and p.is_file() and not p.name.startswith('.') and not outputs(p)), key=natural_key)
             (files if held else bad).extend(held or [path])
         else:
@@ -183,7 +183,7 @@ def _run(options: argparse.Namespace, values: Dict[str, Any],
     inputs, bad = find_inputs(options.inputs, lambda path: _is_result(path, save))
     report = Report(unreadable=list(bad))
     for path in bad:
-        _log.warning('%s %s', path, 'holds no pictures or videos' if path.is_dir() else 'does not exist')
+        _log.warning('%s %s', path, 'holds no images or videos' if path.is_dir() else 'does not exist')
     check_names(inputs)
     _check_video(save, inputs, options.overwrite)
     rate = next((item.rate for item in inputs if item.rate), None)
@@ -208,9 +208,9 @@ def _run(options: argparse.Namespace, values: Dict[str, Any],
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog='detect_files', description=__doc__,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument('inputs', nargs='+', type=Path, metavar='INPUT', help='pictures, videos, folders of them')
+    parser.add_argument('inputs', nargs='+', type=Path, metavar='INPUT', help='images, videos, folders of them')
     parser.add_argument('--write-json', metavar='DIR', help="keypoints in OpenPose's JSON layout, one file per frame")
-    parser.add_argument('--write-images', metavar='DIR', help='annotated pictures, one file per frame')
+    parser.add_argument('--write-images', metavar='DIR', help='annotated images, one file per frame')
     parser.add_argument('--write-video', metavar='FILE', help='annotated video of all frames, .mp4 or .avi')
     parser.add_argument('--write-keypoint', metavar='DIR', help='keypoints as a matrix in files of OpenCV')
     add_settings(parser, 'of the detector, of drawing, tracking or saving')
@@ -228,7 +228,7 @@ def _values(parser: argparse.ArgumentParser, options: argparse.Namespace) -> Dic
 
 
 def _input_file(path: Path) -> InputFile:
-    if path.suffix.lower() in PICTURE_SUFFIXES:
+    if path.suffix.lower() in IMAGE_SUFFIXES:
         return InputFile(path, is_video=False)
     capture = cv2.VideoCapture(str(path.resolve()))
     frames, rate = capture.get(cv2.CAP_PROP_FRAME_COUNT), capture.get(cv2.CAP_PROP_FPS)
@@ -237,7 +237,7 @@ def _input_file(path: Path) -> InputFile:
 
 
 def _is_result(path: Path, save: SaveParams) -> bool:
-    """Say whether a file is an annotated picture or the video of this command."""
+    """Say whether a file is an annotated image or the video of this command."""
     if save.write_video and path.resolve() == Path(save.write_video).expanduser().resolve():
         return True
     return (bool(save.write_images) and path.stem.endswith('_rendered')

@@ -75,7 +75,7 @@ class SkeletonModel:
 
     @property
     def swap(self) -> Tuple[int, ...]:
-        """Channel of each joint's mirror partner: what a joint is called in the mirrored picture."""
+        """Channel of each joint's mirror partner: what a joint is called in the mirrored image."""
         index = self.index
         return tuple(index[mirrored_joint(joint)] for joint in self.joints)
 

@@ -105,7 +105,7 @@ def test_what_is_chance_in_movenet_does_not_count(spoil):
     lambda people: people * np.nan, changed(5, 3, np.nan)],
     ids=['zero', 'box moved', 'joints moved', 'score', 'NaN', 'NaN in an unsure one'])
 def test_wrong_movenet_is_caught(spoil):
-    with pytest.raises(ModelError, match='computes movenet_multipose wrongly: its output for a known picture is off'):
+    with pytest.raises(ModelError, match='computes movenet_multipose wrongly: its output for a known image is off'):
         check_backend(known_output(MOVENET_MULTIPOSE, spoil), MOVENET_MULTIPOSE, exact=True)
 
 
@@ -170,9 +170,9 @@ def test_picture_has_a_size_that_the_network_takes(model, size):
 
 
 @pytest.mark.parametrize('model, network, text', [
-    (BODY_25, fields(57), r'outputs net_output have the shapes \(1, 57, 14, 10\) for a picture of 80x112, expected '
+    (BODY_25, fields(57), r'outputs net_output have the shapes \(1, 57, 14, 10\) for an image of 80x112, expected '
                           r'\(1, C, 14, 10\) with 78 channels in all \(26 confidence maps and 52 of the'),
-    (BODY_25, fields(78, stride=4), r'\(1, 78, 28, 20\) for a picture of 80x112, expected \(1, C, 14, 10\)'),
+    (BODY_25, fields(78, stride=4), r'\(1, 78, 28, 20\) for an image of 80x112, expected \(1, C, 14, 10\)'),
     (BODY_25, fields(26, 52), 'it has 2 outputs, expected 1'),
     (LIGHTWEIGHT, fields(19, 19), r'\(1, 19, 14, 10\) and \(1, 19, 14, 10\) for .*57 channels in all'),
     (BODY_25, fields(78, value=np.nan), 'output net_output has values that are not finite'),

@@ -61,7 +61,7 @@ def names(folder):
 def test_an_empty_folder_is_reported(run, tmp_path, capsys):
     (tmp_path / 'in').mkdir()
     assert run(tmp_path / 'in', '--write-json', tmp_path / 'out') == 1
-    assert 'holds no pictures or videos' in capsys.readouterr().err
+    assert 'holds no images or videos' in capsys.readouterr().err
 
 
 def test_nothing_to_save_is_refused(run, tmp_path, capsys):
@@ -118,7 +118,7 @@ def test_what_can_not_be_read_is_reported_and_the_rest_is_done(run, tmp_path, ca
     assert run(tmp_path / 'in', tmp_path / 'gone.png', '--write-json', tmp_path / 'j') == 1
     output = capsys.readouterr()
     assert names(tmp_path / 'j') == ['a_keypoints.json', 'd_keypoints.json']
-    assert 'b.png is not a picture' in output.err
+    assert 'b.png is not an image' in output.err
     assert 'can not open video file' in output.err
     assert 'gone.png does not exist' in output.err
     assert '3 inputs could not be read' in output.out
@@ -240,7 +240,7 @@ def test_files_that_can_not_be_written_are_reported(run, detector, tmp_path, cap
     detector.detect = without_folder
     assert run(source, '--write-json', tmp_path / 'j', '--write-images', tmp_path / 'i') == 1
     output = capsys.readouterr()
-    assert 'file not written (1 so far)' in output.err
+    assert 'file not written (number 1)' in output.err
     assert '3 files could not be written' in output.out
     assert len(names(tmp_path / 'i')) == 3
 

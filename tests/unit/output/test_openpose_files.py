@@ -344,7 +344,7 @@ def test_a_vanished_folder_is_counted_and_logged_at_1_2_4_and_the_rest_is_writte
         writer.write(number, None, some_people())
     assert (writer.written, writer.failed) == (5, 5)
     assert len(list((tmp_path / 'k').iterdir())) == 5
-    assert [re.search(r'\((\d+) so far\)', record.message).group(1) for record in caplog.records] == ['1', '2', '4']
+    assert [re.search(r'\(number (\d+)\)', record.message).group(1) for record in caplog.records] == ['1', '2', '4']
 
 
 def test_the_way_of_drawing_can_change(tmp_path):

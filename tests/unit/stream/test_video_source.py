@@ -20,7 +20,7 @@ def folder(tmp_path):
 
 
 def test_an_empty_folder_is_refused(tmp_path):
-    with pytest.raises(BadInputError, match='no pictures'):
+    with pytest.raises(BadInputError, match='no images'):
         VideoSource(str(tmp_path))
 
 

@@ -1,4 +1,4 @@
-"""Average the fields of several looks of one network at one picture: other sizes, the mirror image."""
+"""Average the fields that one network gives for several views of one image: other sizes, the mirror image."""
 from typing import Sequence, Tuple
 
 import cv2
@@ -16,7 +16,7 @@ def average_fields(fields: Sequence[np.ndarray], plans: Sequence[ImageToNet], mi
     Args:
         fields: (C, h, w) float32 each.
         plans: how the image became the network's input, for each.
-        mirrored: whether the network saw the mirror image; the first look is not mirrored.
+        mirrored: whether the network saw the mirror image; the first view is not mirrored.
     """
     if len(fields) == 1:
         return fields[0]

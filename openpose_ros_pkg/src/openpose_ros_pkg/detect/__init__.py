@@ -1,1 +1,1 @@
-"""How networks look at an image and how their opinions become people; following people from frame to frame."""
+"""What networks see of an image, and how their opinions become people; tracking people from frame to frame."""

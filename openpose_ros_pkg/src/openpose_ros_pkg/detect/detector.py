@@ -169,7 +169,7 @@ class Detector:
         """Take other parameters for all frames that are prepared from now on; runtime and model folder stay.
 
         Raises:
-            ParameterError, ModelError: a network can not be had; all stays as it was.
+            ParameterError, ModelError: a network can not be loaded; nothing changes.
         """
         recipe, loaded = self._setup.recipe, self._setup.networks
         if settings.detector != self._setup.settings.detector:

@@ -129,7 +129,7 @@ def _is_integer(value: Any) -> bool:
 
 
 def _input(top: _Section, stride: int) -> InputRecipe:
-    """Return how the network wants the picture; what is not given is as `InputRecipe` has it."""
+    """Return how the network wants the image; what is not given is as `InputRecipe` has it."""
     standard = InputRecipe(multiple_of=stride)
     section = _Section(top.path, 'input', top.values.get('input', {}), tuple(vars(standard)))
     recipe = InputRecipe(

@@ -35,7 +35,7 @@ class UserFiles:
     """Weights that users bring, since their licence forbids to pass them on, or no package registry has them.
 
     Attributes:
-        where: what people read about where to get them.
+        where: text that says where to get them.
         folder: folder of the files within the origin's own folder of models, which may serve as `model_folder`.
     """
 
@@ -55,7 +55,7 @@ class WeightsFile:
 
 @dataclass(frozen=True)
 class InputRecipe:
-    """How a network wants the picture, which is scaled with its aspect kept and padded at the right and the bottom.
+    """How a network wants the image, which is scaled with its aspect kept and padded at the right and the bottom.
 
     Attributes:
         channels: order of the colours, 'BGR' or 'RGB'.

@@ -39,7 +39,7 @@ def get(model: Model, model_folder: str = '', licence_text: str = '', say: Calla
     Args:
         model_folder: the folder of all models; empty for `default_model_folder`.
         licence_text: text of Apache-2.0, which is kept beside weights under it whose archive holds no copy.
-        say: called with each step, for people.
+        say: called with a text for each step.
         fetch: downloads the archive into a folder and returns its path; `fetch_archive` when not given.
         brought: files and folders from which the weights are copied, instead of fetching them.
 
@@ -74,7 +74,7 @@ def get(model: Model, model_folder: str = '', licence_text: str = '', say: Calla
 
 
 def origin(model: Model) -> str:
-    """Say where a model's files come from, for people."""
+    """Return a text that says where the files of a model come from."""
     source = model.source
     if isinstance(source, PypiArchive):
         return f'{source.file} ({source.project} {source.version} on PyPI), by {source.author}'

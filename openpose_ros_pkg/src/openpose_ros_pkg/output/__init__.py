@@ -1,1 +1,1 @@
-"""Files that OpenPose users expect: JSON and keypoint files, annotated pictures and videos."""
+"""Files that OpenPose users expect: JSON and keypoint files, annotated images and videos."""

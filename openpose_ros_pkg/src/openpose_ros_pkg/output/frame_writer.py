@@ -22,7 +22,7 @@ from openpose_ros_pkg.skeletons import SKELETONS
 
 _log = logging.getLogger(__name__)
 
-# Frame rate of a video whose source names none, as of a folder of pictures [Hz].
+# Frame rate of a video whose source names none, as of a folder of images [Hz].
 DEFAULT_RATE = 10.0
 
 
@@ -32,11 +32,11 @@ class SaveParams(Parameters):
 
     write_json: str = parameter(
         '', "Folder for the keypoints in OpenPose's JSON layout, one file per frame; empty: none.")
-    write_images: str = parameter('', 'Folder for the annotated pictures, one file per frame; empty: none.')
-    write_images_format: str = parameter('png', 'Format of these pictures.', choices=('png', 'jpg'))
+    write_images: str = parameter('', 'Folder for the annotated images, one file per frame; empty: none.')
+    write_images_format: str = parameter('png', 'Format of these images.', choices=('png', 'jpg'))
     write_video: str = parameter('', 'File for the annotated video, .mp4 or .avi; empty: none.')
     write_video_fps: float = parameter(
-        -1.0, 'Frame rate of that video; -1: that of the source, or 10 where it has none (pictures, ROS topics).',
+        -1.0, 'Frame rate of that video; -1: that of the source, or 10 where it has none (images, ROS topics).',
         unit='Hz', minimum=-1.0, maximum=1000.0)
     write_keypoint: str = parameter(
         '', 'Folder for the keypoints as a matrix in a file of OpenCV (cv::FileStorage), one per frame; empty: none.')
@@ -64,12 +64,12 @@ class FrameWriter:
     whenever it is read; the video is complete after `close`.
 
     Args:
-        draw: how people are drawn into pictures and video.
+        draw: how people are drawn into images and video.
         scale: units of the keypoints in JSON and keypoint files.
         source_rate: of the frames [Hz], for the video; None: unknown.
 
     Attributes:
-        written: number of files and video frames written so far.
+        written: number of files and video frames that were written.
         failed: number of those that could not be written.
 
     Raises:
@@ -95,7 +95,7 @@ class FrameWriter:
 
     @property
     def needs_image(self) -> bool:
-        """Whether `write` needs the picture, and not the people alone."""
+        """Whether `write` needs the image, and not the people alone."""
         return self._images is not None or self._video is not None or self._scale.keypoint_scale != 0
 
     def reconfigure(self, draw: DrawParams) -> None:
@@ -118,11 +118,11 @@ class FrameWriter:
             people: in pixels of the image.
 
         Raises:
-            ValueError: the name is a path, or the picture is needed but None.
+            ValueError: the name is a path, or the image is needed but None.
         """
         name = _name(frame)
         if bgr is None and self.needs_image:
-            raise ValueError(f'frame {name}: what is to be saved needs the picture, got None')
+            raise ValueError(f'frame {name}: what is to be saved needs the image, got None')
         saved = self._as_saved(bgr, people)
         if self._json is not None:
             self._attempt(partial(write_json, self._json / (name + JSON_SUFFIX), saved))
@@ -157,11 +157,11 @@ class FrameWriter:
         except (OSError, cv2.error) as error:
             self.failed += 1
             if is_power_of_two(self.failed):
-                _log.error('file not written (%d so far): %s', self.failed, error)
+                _log.error('file not written (number %d): %s', self.failed, error)
 
 
 def is_power_of_two(count: int) -> bool:
-    """Say whether the n-th of many equal mishaps is worth a line in the log: 1, 2, 4, 8 ..."""
+    """Return whether the n-th of many equal faults is logged: 1, 2, 4, 8 ..."""
     return count & (count - 1) == 0
 
 

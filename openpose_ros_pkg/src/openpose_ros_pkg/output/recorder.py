@@ -24,7 +24,7 @@ class Recorder:
     Args:
         writer: belongs to the recorder from now on.
         wait_when_full: True: `submit` waits for a place; False: it drops the frame.
-        queue_size: frames that may wait; each holds its picture in memory.
+        queue_size: frames that may wait; each holds its image in memory.
     """
 
     def __init__(self, writer: FrameWriter, wait_when_full: bool, queue_size: int = 8) -> None:
@@ -47,7 +47,7 @@ class Recorder:
 
     @property
     def needs_image(self) -> bool:
-        """Whether `submit` needs the picture, and not the people alone."""
+        """Whether `submit` needs the image, and not the people alone."""
         return self._writer.needs_image
 
     @property
@@ -79,7 +79,7 @@ class Recorder:
             self._dropped += 1
             dropped, closed = self._dropped, self._closed
         if not closed and is_power_of_two(dropped):
-            _log.warning('frame not saved, as saving is slower than frames come (%d so far)', dropped)
+            _log.warning('frame not saved, as saving is slower than the frames (number %d)', dropped)
         return False
 
     def reconfigure(self, draw: DrawParams) -> None:

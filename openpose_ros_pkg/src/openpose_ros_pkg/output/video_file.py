@@ -72,7 +72,7 @@ class VideoFile:
 
 
 def _fitted(bgr: np.ndarray, size: Tuple[int, int]) -> np.ndarray:
-    """Return the picture in the middle of a canvas of (width, height)."""
+    """Return the image in the middle of a canvas of (width, height)."""
     height, width = bgr.shape[:2]
     if (width, height) == size:
         return bgr

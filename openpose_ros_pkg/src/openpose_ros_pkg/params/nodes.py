@@ -24,11 +24,11 @@ class ImageTransportParams(Parameters):
 
 @dataclass(frozen=True)
 class StreamParams(Parameters):
-    """Images that the service node takes from a camera by itself, besides those that clients send."""
+    """Images that the service node takes from a camera itself, besides those that clients send."""
 
     image_topic: str = parameter(
-        '', 'Image topic of a camera. Its newest image is worked on as soon as the network is free, without a client '
-            'node between; preparing and decoding overlap the network. Empty: only what clients send.')
+        '', 'Image topic of a camera. The newest image is processed as soon as the network is free, without a client '
+            'node; preparing and publishing overlap the network. Empty: only images that clients send.')
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class PublishingParams(Parameters):
     """What the service node does with its results besides answering and saving."""
 
     publish_results: bool = parameter(
-        True, 'Publish keypoints and annotated images; false: whoever calls the service publishes what it found.')
+        True, 'Publish keypoints and annotated images; false: only answer the service, whose clients publish.')
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class ServiceClientParams(Parameters):
     """How the node calls the detection service."""
 
     service_timeout: float = parameter(
-        5.0, 'Give a frame up when the detection service has not answered for this long.', unit='s',
+        5.0, 'Drop a frame when the detection service has not answered for this long.', unit='s',
         minimum=0.1, maximum=600.0)
 
 
@@ -61,7 +61,7 @@ class StreamingClientParams(Parameters):
 class CameraParams(Parameters):
     """What the camera node publishes."""
 
-    source: str = parameter('0', "Device number in quotes ('0'), video file, or folder of pictures.")
+    source: str = parameter('0', "Device number in quotes ('0'), video file, or folder of images.")
     rate: float = parameter(
         0.0, 'Frames per second; 0: that of the video file, 10 for a folder, as fast as it delivers for a webcam.',
         unit='Hz', minimum=0.0, maximum=1000.0)

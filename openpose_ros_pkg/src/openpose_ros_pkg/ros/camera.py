@@ -1,4 +1,4 @@
-"""The camera node: publishes a webcam, a video file or a folder of pictures as a camera driver would."""
+"""The camera node: publishes a webcam, a video file or a folder of images as a camera driver would."""
 import threading
 import time
 from pathlib import Path
@@ -66,7 +66,7 @@ class Camera:
                 wait = next_time - time.monotonic()
                 if self._source.live:
                     if self._params.rate and wait > 0:
-                        continue  # a webcam's frames have to be taken at its pace, or they grow old in its buffer
+                        continue  # a webcam's frames are read at its rate, or their latency grows in its buffer
                 else:
                     time.sleep(max(0.0, wait))
                 next_time = max(next_time + 1.0 / rate, time.monotonic())

@@ -17,7 +17,7 @@ from openpose_ros_pkg.skeletons import SkeletonModel
 _PLAIN_TYPES = {'8UC1': 'mono8', '8UC3': 'bgr8', '8UC4': 'bgra8', '16UC3': 'bgr16'}
 # YUYV is what most webcams deliver; cv_bridge of ROS noetic knows UYVY alone.
 _YUYV = ('yuv422_yuy2', 'yuyv')
-# OpenCV writes beyond the picture when the last pair of columns is not whole.
+# OpenCV writes beyond the image when the last pair of columns is not whole.
 _PAIRS_OF_COLUMNS = ('yuv422', 'uyvy', *_YUYV)
 
 # Encodings whose pixels pass from and to a message unchanged: the same in OpenCV's order of channels, type, channels.
@@ -36,7 +36,7 @@ _bridge = CvBridge()
 
 
 def image_to_bgr(message: Image) -> np.ndarray:
-    """Return the picture of an Image message of any colour encoding that cv_bridge knows.
+    """Return the image of an Image message of any colour encoding that cv_bridge knows.
 
     Returns:
         (H, W, 3) uint8 BGR; for bgr8 a read-only view of the message's data.
@@ -115,10 +115,10 @@ def pixels_to_image(pixels: np.ndarray, encoding: str, header: Header) -> Image:
 
 
 def compressed_image_to_bgr(message: CompressedImage) -> np.ndarray:
-    """Return the picture of a CompressedImage message (JPEG, PNG) as (H, W, 3) uint8 BGR.
+    """Return the image of a CompressedImage message (JPEG, PNG) as (H, W, 3) uint8 BGR.
 
     Raises:
-        BadInputError: the data are no picture.
+        BadInputError: the data are no image.
     """
     data = np.frombuffer(message.data, np.uint8)
     bgr = cv2.imdecode(data, cv2.IMREAD_COLOR) if data.size else None
@@ -151,7 +151,7 @@ def compressed_depth_to_image(message: CompressedImage) -> Image:
 
 
 def any_image_to_bgr(message: Union[Image, CompressedImage]) -> np.ndarray:
-    """Return the picture of a raw or compressed image, (H, W, 3) uint8 BGR; see the functions for each.
+    """Return the image of a raw or compressed image, (H, W, 3) uint8 BGR; see the functions for each.
 
     Raises:
         BadInputError: it has none.
@@ -160,7 +160,7 @@ def any_image_to_bgr(message: Union[Image, CompressedImage]) -> np.ndarray:
 
 
 def bgr_to_image(bgr: np.ndarray, header: Header) -> Image:
-    """Return an Image message (bgr8) of a (H, W, 3) uint8 picture."""
+    """Return an Image message (bgr8) of a (H, W, 3) uint8 image."""
     height, width = bgr.shape[:2]
     return Image(header=header, height=height, width=width, encoding='bgr8', is_bigendian=0, step=3 * width,
                  data=np.ascontiguousarray(bgr).tobytes())

@@ -15,13 +15,13 @@ RECENT = 5.0
 
 
 class Health:
-    """What a node did and what went wrong, counted; published on /diagnostics once a second."""
+    """Counts what a node does and its faults; published on /diagnostics once a second."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._counts: Counter = Counter()
         self._warned: Dict[str, float] = {}
-        self._ages: Deque = deque(maxlen=1000)
+        self._latencies: Deque = deque(maxlen=1000)
         self._values: List[Callable[[], Dict[str, str]]] = []
         self._last_warning = ('', -float('inf'))
         self._updater = diagnostic_updater.Updater()
@@ -35,15 +35,15 @@ class Health:
             self._counts[event] += number
 
     def show(self, values: Callable[[], Dict[str, str]]) -> None:
-        """Ask for further values with every report."""
+        """Add values to every report."""
         self._values.append(values)
 
     def frame_done(self, stamp: rospy.Time) -> None:
-        """Count a finished frame and note its age, from the camera's stamp to now."""
-        age = (rospy.get_rostime() - stamp).to_sec()
+        """Count a finished frame and its latency, from the stamp of the camera to now."""
+        latency = (rospy.get_rostime() - stamp).to_sec()
         with self._lock:
             self._counts['frames'] += 1
-            self._ages.append((time.monotonic(), age))
+            self._latencies.append((time.monotonic(), latency))
 
     def warn(self, event: str, text: str) -> None:
         """Count a fault and log it, at most once in WARNING_PERIOD for each kind of event."""
@@ -55,7 +55,7 @@ class Health:
             if now - self._warned.get(event, -float('inf')) < WARNING_PERIOD:
                 return
             self._warned[event] = now
-        rospy.logwarn('%s: %s (%d so far)', event, text, number)
+        rospy.logwarn('%s: %s (number %d of this kind)', event, text, number)
 
     def _keep_reporting(self) -> None:
         # wall time, so that diagnostics do not stop with the simulated clock
@@ -67,15 +67,15 @@ class Health:
         now = time.monotonic()
         with self._lock:
             counts = dict(self._counts)
-            ages = sorted(age for when, age in self._ages if now - when <= RECENT)
+            latencies = sorted(latency for when, latency in self._latencies if now - when <= RECENT)
             text, when = self._last_warning
         if now - when <= RECENT:
             status.summary(DiagnosticStatus.WARN, text)
         else:
-            status.summary(DiagnosticStatus.OK, f'{len(ages) / RECENT:.1f} Hz')
-        status.add('rate [Hz]', f'{len(ages) / RECENT:.1f}')
-        if ages:
-            status.add('age of the result, median [s]', f'{ages[len(ages) // 2]:.3f}')
+            status.summary(DiagnosticStatus.OK, f'{len(latencies) / RECENT:.1f} Hz')
+        status.add('rate [Hz]', f'{len(latencies) / RECENT:.1f}')
+        if latencies:
+            status.add('age of the result, median [s]', f'{latencies[len(latencies) // 2]:.3f}')
         for event, number in sorted(counts.items()):
             status.add(event, str(number))
         for values in self._values:

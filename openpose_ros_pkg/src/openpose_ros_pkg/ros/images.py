@@ -19,7 +19,7 @@ def image_subscriber(topic: str, params: ImageTransportParams, callback: Callabl
 
 
 def raw_image(message: AnyImage) -> Image:
-    """Return the message itself if it is raw, else the decoded picture as bgr8."""
+    """Return the message itself if it is raw, else the decoded image as bgr8."""
     if message._type == CompressedImage._type:
         return convert.bgr_to_image(convert.compressed_image_to_bgr(message), message.header)
     return message

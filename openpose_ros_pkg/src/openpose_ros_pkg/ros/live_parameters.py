@@ -18,7 +18,7 @@ class LiveParameters(Generic[Settings]):
     Args:
         current: the node's parameters, a parameter class or a record.
         names: those that may change.
-        apply: called with all of them after each change; raises OpenposeRosError for values that can not be had.
+        apply: called with all of them after each change; raises OpenposeRosError for values that can not be used.
     """
 
     def __init__(self, current: Settings, names: Iterable[str], apply: Callable[[Settings], None]) -> None:

@@ -34,7 +34,7 @@ def run_node(name: str, settings: Type[Any], make: Callable[[], Any]) -> None:
         return
     keep_large_blocks()
     rospy.init_node(name)
-    # what the core logs reaches /rosout like the node's own messages
+    # messages that the core logs go to /rosout like those of the node
     logging.getLogger('openpose_ros_pkg').setLevel(logging.INFO)
     core_log = _RosLogHandler()
     logging.getLogger('openpose_ros_pkg').addHandler(core_log)
@@ -49,7 +49,7 @@ def run_node(name: str, settings: Type[Any], make: Callable[[], Any]) -> None:
 
 
 def check_topic_name(key: str, topic: str) -> None:
-    """Refuse what is no name of a topic: rospy would only log an error, and wait for ever.
+    """Refuse what is no name of a topic: rospy would only log an error and wait without end.
 
     Raises:
         ParameterError: names the parameter.

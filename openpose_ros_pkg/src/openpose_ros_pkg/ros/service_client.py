@@ -1,4 +1,4 @@
-"""Call the detection service from a worker thread: gives up in time, goes on when the service comes or returns."""
+"""Call the detection service from a worker thread, with a timeout; the service may start or restart at any time."""
 import threading
 from typing import List, Optional
 
@@ -18,8 +18,8 @@ class ServiceCallError(Exception):
 class DetectionClient:
     """Client of openpose_ros_msgs/GetPersons.
 
-    Each call makes its own connection: measured to cost no more than a persistent one on one machine, and a service
-    that was restarted is found without further ado.
+    Each call makes its own connection. On one machine that costs no more than a persistent one (measured), and a
+    service that was restarted is found again.
     """
 
     def __init__(self, service: str, params: ServiceClientParams) -> None:
@@ -45,7 +45,7 @@ class DetectionClient:
             raise self._no_answer()
         if call.error is not None:
             if not self._is_registered():
-                raise ServiceCallError(f'waiting for service {self._name}: unavailable, frames are skipped meanwhile')
+                raise ServiceCallError(f'waiting for service {self._name}: unavailable, frames are skipped')
             raise ServiceCallError(f'{self._name}: {call.error}') from call.error
         return call.detections
 

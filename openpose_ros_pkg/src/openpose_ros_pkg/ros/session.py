@@ -119,13 +119,13 @@ def is_heard(topic: str) -> bool:
 
 
 class ResultWatch:
-    """Counts the results of a chain as they come, with their age.
+    """Counts the results of a chain as they arrive, with their latency.
 
     Args:
         topic, kind: of an array message with `header` and `persons`.
 
     Attributes:
-        people: people in each frame so far.
+        people: number of people in each frame.
         arrivals: time.monotonic() of each frame [s].
         ages: from the camera's stamp to here, of each frame [s].
     """

@@ -7,7 +7,7 @@ class NewestWinsWorker:
     """Hand items from callbacks to a thread of their own, keeping only the newest one that waits.
 
     Args:
-        work: called in the worker thread with each item it gets to.
+        work: called in the worker thread with the newest item.
         on_error: called in the worker thread with any exception of `work`; the worker goes on.
         name: of the thread.
     """
@@ -19,7 +19,7 @@ class NewestWinsWorker:
         self._item: Optional[Any] = None
         self._stopped = False
         self.replaced = 0
-        """Items that a newer one replaced before the worker got to them."""
+        """Items that a newer one replaced before the worker took them."""
         self._thread = threading.Thread(target=self._run, name=name, daemon=True)
         self._thread.start()
 
@@ -46,5 +46,5 @@ class NewestWinsWorker:
                 item, self._item = self._item, None
             try:
                 self._work(item)
-            except Exception as error:  # the thread must outlive whatever one frame does to it
+            except Exception as error:  # an error of one frame must not end the thread
                 self._on_error(error)

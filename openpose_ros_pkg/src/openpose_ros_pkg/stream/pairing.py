@@ -70,12 +70,12 @@ class StampMatcher:
 
     @property
     def offset(self) -> float:
-        """Usual stamp of stream 1 minus that of stream 0 in a pair, as learnt so far [s]."""
+        """Usual stamp of stream 1 minus that of stream 0 in a pair, as learnt [s]."""
         return (self._offset or 0.0) * 1e-9
 
     @property
     def periods(self) -> Tuple[Optional[float], Optional[float]]:
-        """Period of each stream as learnt so far [s], None while unknown."""
+        """Period of each stream as learnt [s], None while unknown."""
         first, second = (None if period is None else period * 1e-9 for period in self._periods)
         return first, second
 

@@ -36,7 +36,7 @@ class Pipeline(Generic[Item, Prepared, Computed]):
     would be replaced before their turn, which would slow the computation down. Results come in the order of the items.
 
     Args:
-        prepare: first stage, called with each item it gets to.
+        prepare: first stage, called with the newest item.
         compute: the long stage, called with what `prepare` returned, with `lock` held.
         finish: last stage, called with what `compute` returned.
         on_error: called with any exception of a stage; its item is dropped and the next one follows.
@@ -71,7 +71,7 @@ class Pipeline(Generic[Item, Prepared, Computed]):
             self._to_prepare.notify()
 
     def stop(self) -> None:
-        """Let the stages end what they are at, forget the rest and end the threads."""
+        """Let the stages finish their items, drop what waits and end the threads."""
         with self._to_prepare:
             self._stopped = True
             for condition in (self._to_prepare, self._to_compute, self._to_finish):
@@ -83,7 +83,7 @@ class Pipeline(Generic[Item, Prepared, Computed]):
         while not self._stopped:
             try:
                 run()
-            except Exception as error:  # the threads must outlive whatever one item does to them
+            except Exception as error:  # an error of one item must not end the threads
                 self._on_error(error)
 
     def _prepare_next(self) -> None:

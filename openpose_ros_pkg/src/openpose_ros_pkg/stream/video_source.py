@@ -1,4 +1,4 @@
-"""Pictures from a webcam, a video file or a folder, one after the other."""
+"""Images from a webcam, a video file or a folder, one after the other."""
 from pathlib import Path
 from typing import Iterator, Optional
 
@@ -7,11 +7,11 @@ import numpy as np
 
 from openpose_ros_pkg.errors import BadInputError
 
-PICTURE_SUFFIXES = ('.jpg', '.jpeg', '.png', '.bmp', '.tif', '.tiff', '.webp')
+IMAGE_SUFFIXES = ('.jpg', '.jpeg', '.png', '.bmp', '.tif', '.tiff', '.webp')
 
 
 class VideoSource:
-    """A webcam (device number), a video file or a folder of pictures in the order of their names.
+    """A webcam (device number), a video file or a folder of images in the order of their names.
 
     Attributes:
         live: True for a webcam: it paces itself, and ends only when unplugged.
@@ -31,11 +31,11 @@ class VideoSource:
         self.live = source.isdigit()
         self.rate: Optional[float] = None
         self._source = source
-        self._pictures = []
+        self._files = []
         if not self.live and Path(source).is_dir():
-            self._pictures = sorted(p for p in Path(source).iterdir() if p.suffix.lower() in PICTURE_SUFFIXES)
-            if not self._pictures:
-                raise BadInputError(f'no pictures in {source}; expected files ending in {", ".join(PICTURE_SUFFIXES)}')
+            self._files = sorted(p for p in Path(source).iterdir() if p.suffix.lower() in IMAGE_SUFFIXES)
+            if not self._files:
+                raise BadInputError(f'no images in {source}; expected files ending in {", ".join(IMAGE_SUFFIXES)}')
             return
         if not self.live and not Path(source).is_file():
             raise BadInputError(f'{source} is neither a device number nor an existing file or folder')
@@ -47,16 +47,16 @@ class VideoSource:
         self._capture = capture
 
     def frames(self, loop: bool = False) -> Iterator[np.ndarray]:
-        """Yield (H, W, 3) uint8 BGR pictures; from the beginning again at the end if `loop`.
+        """Yield (H, W, 3) uint8 BGR images; from the beginning again at the end if `loop`.
 
         Raises:
-            BadInputError: a picture of a folder can not be read, or a file has not a single frame.
+            BadInputError: an image of a folder can not be read, or a file has not a single frame.
         """
         while True:
-            yield from self._pictures_of_folder() if self._pictures else self._frames_of_capture()
+            yield from self._images_of_folder() if self._files else self._frames_of_capture()
             if not loop or self.live:
                 return
-            if not self._pictures:
+            if not self._files:
                 self._capture = self._open()
 
     def _open(self) -> cv2.VideoCapture:
@@ -67,21 +67,21 @@ class VideoSource:
             raise BadInputError(f'OpenCV can not open {kind}')
         return capture
 
-    def _pictures_of_folder(self) -> Iterator[np.ndarray]:
-        for path in self._pictures:
-            picture = cv2.imread(str(path), cv2.IMREAD_COLOR)
-            if picture is None:
-                raise BadInputError(f'{path} is not a picture that OpenCV can read')
-            yield picture
+    def _images_of_folder(self) -> Iterator[np.ndarray]:
+        for path in self._files:
+            image = cv2.imread(str(path), cv2.IMREAD_COLOR)
+            if image is None:
+                raise BadInputError(f'{path} is not an image that OpenCV can read')
+            yield image
 
     def _frames_of_capture(self) -> Iterator[np.ndarray]:
         count = 0
         while True:
-            there, picture = self._capture.read()
+            there, image = self._capture.read()
             if not there:
                 break
             count += 1
-            yield picture
+            yield image
         self._capture.release()
         if count == 0:
             raise BadInputError(f'not a single frame came from {self._source}')

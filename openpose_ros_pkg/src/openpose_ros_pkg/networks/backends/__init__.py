@@ -19,7 +19,7 @@ class Backend(Protocol):
 
     Attributes:
         name: value of the `backend` parameter that demands it.
-        description: runtime, version and precision, for people.
+        description: runtime, version and precision, for the log.
     """
 
     name: str
@@ -35,7 +35,7 @@ class Backend(Protocol):
 
         Returns:
             One float32 array for each of the model's `outputs`, in their order, the caller's own. With decoder 'paf':
-            (N, C, H / stride, W / stride). Others: as the network gives them, N first; where the pictures differ in
+            (N, C, H / stride, W / stride). Others: as the network gives them, N first; where the images differ in
             their number of candidates, the rest is zero.
         """
 
@@ -56,9 +56,9 @@ class BackendParams(Parameters):
         'f32', 'f32: reproducible. auto: OpenVINO may use bf16 where the processor has it, about twice as fast, and a '
                'GPU f16; results differ in the second digit.', choices=('f32', 'auto'))
     hint: str = parameter(
-        'latency', 'What OpenVINO arranges its threads for. latency: all on one picture, which is ready soonest. '
-                   'throughput: several pictures beside each other where they come together; up to a tenth more per '
-                   'second, each of them later.',
+        'latency', 'How OpenVINO uses its threads. latency: all for one image, with the shortest time per image. '
+                   'throughput: for several images at a time; up to a tenth more images per second, each with more '
+                   'latency.',
         choices=('latency', 'throughput'))
     device: str = parameter(
         'cpu', 'Where the network is computed: cpu; cuda, by onnxruntime-gpu or an OpenCV built with CUDA; tensorrt, '
@@ -70,7 +70,7 @@ class BackendParams(Parameters):
 
 
 def create_backend(model: Model, weights: Path, params: BackendParams) -> Backend:
-    """Load a network, check that it computes what it should, and log which runtime was taken and why.
+    """Load a network, check that it computes right results, and log which runtime was chosen and why.
 
     Args:
         weights: the first of the model's files.
@@ -130,14 +130,14 @@ def _load(name: str, model: Model, weights: Path, params: BackendParams) -> Back
         ModelError: it can not load the weights, or computes wrong results.
     """
     backend = _LOADERS[name](model, weights, params)
-    # GPUs use tensor cores with fewer bits wherever a library thinks it fit.
+    # GPUs use tensor cores with fewer bits where a library chooses so.
     check_backend(backend, model, exact=params.precision == 'f32' and params.device == 'cpu')
     return backend
 
 
 def _load_openvino(model: Model, weights: Path, params: BackendParams) -> Backend:
     if params.device != 'cpu':
-        raise ParameterError(f"parameter 'device' = {params.device!r} can not be had from openvino: it computes on cpu")
+        raise ParameterError(f"parameter 'device' = {params.device!r} is not available in openvino: it computes on cpu")
     from openpose_ros_pkg.networks.backends.openvino import OpenvinoBackend
     return OpenvinoBackend(model, weights, threads=params.threads, precision=params.precision, hint=params.hint,
                            compiled_cache=params.compiled_cache)

@@ -1,4 +1,4 @@
-"""From pictures to a network's input and from its outputs to ours, for runtimes that can not do it in the graph."""
+"""From images to a network's input, and from its outputs to ours, for runtimes that can not do it in the graph."""
 from typing import Callable, List, Tuple
 
 import cv2
@@ -8,7 +8,7 @@ from openpose_ros_pkg.networks.models import InputRecipe, Model
 
 
 def network_input(images: np.ndarray, recipe: InputRecipe) -> np.ndarray:
-    """Turn pictures into what a network takes.
+    """Turn images into what a network takes.
 
     Args:
         images: (N, H, W, 3) uint8 BGR.
@@ -45,12 +45,12 @@ def own_output(output: np.ndarray, model: Model, layout: str) -> np.ndarray:
 
 
 def takes_batches(model: Model) -> bool:
-    """Whether a network computes several pictures at once: those that find people themselves are made for one."""
+    """Whether a network computes several images at once: those that find people themselves are made for one."""
     return model.decoder == 'paf'
 
 
 def one_by_one(infer: Callable[[np.ndarray], Tuple[np.ndarray, ...]], images: np.ndarray) -> Tuple[np.ndarray, ...]:
-    """Compute pictures one after the other and put their outputs together.
+    """Compute images one after the other and put their outputs together.
 
     Their number of candidates may differ; what lacks is filled with zeros, which is nobody: the scores are zero.
     """

@@ -1,7 +1,7 @@
 """Networks that OpenVINO has compiled, kept on disk, so that the next start need not compile them again.
 
 OpenVINO's own cache (its option CACHE_DIR) loads a file with flipped bits without a word, and the network then
-computes wrong results; it also grows without limit, by one file for each size of picture. Here every file carries a
+computes wrong results; it also grows without limit, by one file for each size of image. Here every file carries a
 checksum, and those unused for the longest time go.
 """
 import hashlib
@@ -20,7 +20,7 @@ _DIGEST_BYTES = hashlib.sha256().digest_size
 
 
 class CompiledCache:
-    """Files by key. Nothing that happens to its folder raises: without a cache the network is just compiled again."""
+    """Files by key. Errors of the folder are logged, not raised: without a cache the network is compiled again."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
@@ -46,7 +46,7 @@ class CompiledCache:
     def store(self, key: str, data: bytes) -> None:
         """Keep a compiled network, and delete those unused for the longest time where all together become too many."""
         path = self._path(key)
-        # Under another name first: whoever reads at this moment, or finds what an interruption left, sees no half file.
+        # written under another name first, so that no reader ever sees half a file
         unfinished = path.with_suffix(f'.{os.getpid()}')
         try:
             self._folder.mkdir(parents=True, exist_ok=True)

@@ -21,7 +21,7 @@ _log = logging.getLogger(__name__)
 
 # A network is compiled per input size; this many stay in memory.
 _KEPT_SIZES = 8
-# Only the first sizes of a process go to the disk: a folder of pictures may have a new one each.
+# Only the first sizes of a process go to the disk: a folder of images may have a new one each.
 _CACHED_SIZES = 8
 
 
@@ -48,7 +48,7 @@ class OpenvinoBackend:
         Args:
             threads: 0 for as many as there are cores.
             precision: 'f32', or 'auto' for what the processor is fastest at.
-            hint: 'latency': all threads on one picture; 'throughput': the pictures of a batch beside each other.
+            hint: 'latency': all threads for one image; 'throughput': the images of a batch in parallel.
             compiled_cache: folder; '' the default one, 'off' none.
         """
         self._model, self._weights = model, weights
@@ -74,7 +74,7 @@ class OpenvinoBackend:
             ModelError: OpenVINO can not read the weights, or the graph has not what the model says.
         """
         images = np.ascontiguousarray(images)
-        # Never as one batch: it takes as long as one by one, and each number of pictures would have to be compiled.
+        # Never as one batch: it takes as long as one by one, and each number of images would have to be compiled.
         requests = self._requests((1, *images.shape[1:]), len(images) if self._parallel else 1)
         if len(requests) == 1:
             return one_by_one(lambda image: _computed(requests[0], image), images)
@@ -145,7 +145,7 @@ def _waited(request: Any) -> Tuple[np.ndarray, ...]:
 
 
 def _outputs(request: Any) -> Tuple[np.ndarray, ...]:
-    # Copies: the request's memory is written again by the next picture.
+    # Copies: the request's memory is written again by the next image.
     return tuple(tensor.data.copy() for tensor in request.output_tensors)
 
 

@@ -1,7 +1,7 @@
-"""Does a runtime compute a network rightly? One small picture tells, at every start.
+"""Check at every start, with one small image, that a runtime computes a network right.
 
 One version of OpenCV was seen to compute the default network wrongly on all channels without any error. Networks of
-the registry that may be passed on have a picture with a known output; of the others the structure is checked.
+the registry that may be passed on have an image with a known output; of the others the structure is checked.
 
 `python3 -m openpose_ros_pkg.networks.backends.self_check` makes the references again, from the weights in the model
 folder.
@@ -22,9 +22,9 @@ if TYPE_CHECKING:
 # float16 (2.5e-4). A wrong network was off by 1.2.
 _EXACT_TOLERANCE = 2e-3
 # bf16 keeps 8 bits of each number. MoveNet: noise of 2 grey levels moves its scores by 0.1, red and blue exchanged by
-# 0.28; positions, in parts of the picture, move less.
+# 0.28; positions, in parts of the image, move less.
 _REDUCED_TOLERANCE = {'paf': 0.1, 'movenet_multipose': 0.2}
-# Of the people of MoveNet, those below this score are chance, in every runtime another one.
+# People of MoveNet below this score are noise and differ between runtimes.
 _SURE = 0.3
 _HELP = 'set the parameter backend to another one, or install another version of this runtime'
 
@@ -55,7 +55,7 @@ def check_backend(backend: 'Backend', model: Model, exact: bool) -> None:
                                          f'{_listed([array.shape for array in expected])}')
         _compare(backend, model, outputs, expected, exact)
     else:
-        image = _any_picture(model)
+        image = _any_image(model)
         _check_structure(backend, model, _computed(backend, model, image),
                          (image.shape[0], image.shape[1]))
 
@@ -82,7 +82,7 @@ def _compare(backend: 'Backend', model: Model, outputs: Sequence[np.ndarray], ex
     tolerance = _EXACT_TOLERANCE if exact else _REDUCED_TOLERANCE[model.decoder]
     difference = _DIFFERENCES[model.decoder](outputs, expected)
     if not difference <= tolerance:  # not "greater": NaN is wrong as well
-        raise _wrong(backend, model, f'its output for a known picture is off by up to {difference:.3g}, expected at '
+        raise _wrong(backend, model, f'its output for a known image is off by up to {difference:.3g}, expected at '
                                      f'most {tolerance:g}')
 
 
@@ -115,15 +115,15 @@ def _check_structure(backend: 'Backend', model: Model, outputs: Sequence[np.ndar
     """Compare number, shapes and range of the outputs with what the model says.
 
     Args:
-        size: (height, width) of the picture [px].
+        size: (height, width) of the image [px].
     """
     shapes = [output.shape for output in outputs]
     if len(outputs) != len(model.outputs):
         raise _wrong(backend, model, f'it has {len(outputs)} outputs, expected {len(model.outputs)}')
     expected, right = _STRUCTURES[model.decoder](model, shapes, size)
     if not right:
-        raise _wrong(backend, model, f"its outputs {', '.join(model.outputs)} have the shapes {_listed(shapes)} for a "
-                                     f'picture of {size[1]}x{size[0]}, expected {expected}: does the description of '
+        raise _wrong(backend, model, f"its outputs {', '.join(model.outputs)} have the shapes {_listed(shapes)} for an "
+                                     f'image of {size[1]}x{size[0]}, expected {expected}: does the description of '
                                      'the model fit its file?')
     for name, output in zip(model.outputs, outputs):
         if not np.isfinite(output).all():
@@ -153,8 +153,8 @@ _STRUCTURES: Dict[str, Callable[[Model, List[Tuple[int, ...]], Tuple[int, int]],
     'paf': _fields_structure, 'movenet_multipose': _movenet_structure, 'rtmo': _rtmo_structure}
 
 
-def _any_picture(model: Model) -> np.ndarray:
-    """Return a picture of a person in a size that the network takes, (H, W, 3) uint8 BGR."""
+def _any_image(model: Model) -> np.ndarray:
+    """Return an image of a person in a size that the network takes, (H, W, 3) uint8 BGR."""
     person = _mannequin()
     least = model.input.multiple_of
     width, height = model.input.fixed_size or (-(-side // least) * least for side in (person.shape[1], person.shape[0]))
@@ -202,7 +202,7 @@ if __name__ == '__main__':
     from openpose_ros_pkg.networks.backends.opencv_dnn import OpencvBackend
     from openpose_ros_pkg.networks.backends.openvino import OpenvinoBackend
     make_reference(OpencvBackend(MOBILENET_THIN, weights_path(MOBILENET_THIN)), MOBILENET_THIN, _mannequin())
-    # MoveNet needs a more natural picture: on the drawn person a noise of half a grey level moves its scores by 0.2.
+    # MoveNet needs a more natural image: on the drawn person a noise of half a grey level moves its scores by 0.2.
     # The file holds frame 30 of skeleton_extract_3d/demo/cross at 256 x 160, in steps of 8 grey levels: it is small.
     with np.load(str(reference_path(MOVENET_MULTIPOSE))) as _kept:
         make_reference(OpenvinoBackend(MOVENET_MULTIPOSE, weights_path(MOVENET_MULTIPOSE)), MOVENET_MULTIPOSE,
