@@ -14,9 +14,9 @@
       head_top: {first_of: [HTOP, [LFHD, RFHD]]}         # the first whose markers the recording has
     subjects: {Ann: 'A_', Ben: 'B_'}                     # optional: how the names of whose markers start
 """
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple, Union
+from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple, Union
 
 import numpy as np
 import yaml
@@ -34,94 +34,17 @@ Names = Tuple[str, ...]
 Points = Mapping[str, np.ndarray]
 
 
-@dataclass(frozen=True)
-class Mean:
-    """The mean of markers or joints, moved by a distance if asked for.
+class Rule(NamedTuple):
+    """Where a joint lies.
 
     Attributes:
-        names: of the markers, or of joints that come before.
-        of_joints: whether `names` are joints.
-        weights: of the names; they add up to 1.
-        at_least: how many of them must be seen. Where some are missing, the weights of the others are scaled up.
-        shift: distance [m] and the markers between whose means it leads; it starts at the joint if `shift_from` is ().
+        markers: names of those that it may use.
+        place: returns the joint, (T, 3) [m], by the markers and by the joints above it; None if the recording does not
+            have what it is made of.
     """
 
-    names: Names
-    of_joints: bool
-    weights: Tuple[float, ...]
-    at_least: int
-    shift: float = 0.0
-    shift_from: Names = ()
-    shift_to: Names = ()
-
-    @property
-    def markers(self) -> Names:
-        """Names of the markers that it may use."""
-        return (() if self.of_joints else self.names) + self.shift_from + self.shift_to
-
-    def place(self, markers: Points, joints: Points) -> Optional[np.ndarray]:
-        """Return the joint, (T, 3) [m], or None if the recording does not have what it is made of."""
-        source = joints if self.of_joints else markers
-        there = [(source[name], weight) for name, weight in zip(self.names, self.weights) if name in source]
-        if len(there) < self.at_least or not {*self.shift_from, *self.shift_to} <= set(markers):
-            return None
-        points = np.stack([point for point, _ in there])
-        seen = np.isfinite(points[..., 0])
-        weights = np.array([weight for _, weight in there])[:, None] * seen
-        with np.errstate(invalid='ignore', divide='ignore'):
-            mean = np.einsum('nt,ntd->td', weights, np.nan_to_num(points)) / weights.sum(axis=0)[:, None]
-        mean[seen.sum(axis=0) < self.at_least] = np.nan
-        if self.shift_to:
-            start = _mean(markers, self.shift_from) if self.shift_from else mean
-            mean = mean + self.shift * _unit(_mean(markers, self.shift_to) - start)
-        return mean
-
-
-@dataclass(frozen=True)
-class HipCentre:
-    """The centre of a hip joint by regression from markers on the pelvis, see `hip_centres`.
-
-    Attributes:
-        side: 0 left, 1 right.
-        asis: left and right anterior superior iliac spine.
-        psis: left and right posterior superior iliac spine, or the sacrum alone.
-    """
-
-    side: int
-    asis: Names
-    psis: Names
-
-    @property
-    def markers(self) -> Names:
-        """Names of the markers that it uses."""
-        return self.asis + self.psis
-
-    def place(self, markers: Points, joints: Points) -> Optional[np.ndarray]:
-        """Return the joint, (T, 3) [m], or None if the recording does not have its markers."""
-        if not set(self.markers) <= set(markers):
-            return None
-        left, right = (markers[name] for name in self.asis)
-        return hip_centres(left, right, _mean(markers, self.psis))[self.side]
-
-
-@dataclass(frozen=True)
-class FirstOf:
-    """The first of several rules whose markers or joints a recording has."""
-
-    rules: Tuple['Rule', ...]
-
-    @property
-    def markers(self) -> Names:
-        """Names of the markers that it may use."""
-        return tuple(name for rule in self.rules for name in rule.markers)
-
-    def place(self, markers: Points, joints: Points) -> Optional[np.ndarray]:
-        """Return the joint, (T, 3) [m], or None if the recording has the markers of none."""
-        placed = (rule.place(markers, joints) for rule in self.rules)
-        return next((points for points in placed if points is not None), None)
-
-
-Rule = Union[Mean, HipCentre, FirstOf]
+    markers: Names
+    place: Callable[[Points, Points], Optional[np.ndarray]]
 
 
 @dataclass(frozen=True)
@@ -237,21 +160,45 @@ def _rule(where: str, value: Any, above: Names) -> Rule:
         value = _mapping(where, value, ('first_of',))
         if not isinstance(value['first_of'], list) or not value['first_of']:
             raise BadInputError(f"{where}: first_of = {value['first_of']!r}, expected a list")
-        return FirstOf(tuple(_rule(where, one, above) for one in value['first_of']))
+        return _first_of([_rule(where, one, above) for one in value['first_of']])
     if kinds == ['hip_centre']:
-        value = _mapping(where, value, ('hip_centre', 'asis', 'psis'))
-        asis, psis = (_names(where, key, value.get(key)) for key in ('asis', 'psis'))
-        if value['hip_centre'] not in _SIDES or len(asis) != 2 or len(psis) not in (1, 2):
-            raise BadInputError(f'{where}: expected hip_centre left or right, asis [LEFT, RIGHT] and psis [LEFT, RIGHT]'
-                                f' or [SACRUM], got {dict(value)!r}')
-        return HipCentre(_SIDES.index(value['hip_centre']), asis, psis)
+        return _hip_rule(where, _mapping(where, value, ('hip_centre', 'asis', 'psis')))
     return _mean_rule(where, _mapping(where, value, (*kinds, 'weights', 'at_least', 'shift')), above)
 
 
-def _mean_rule(where: str, value: Mapping[str, Any], above: Names) -> Mean:
-    of_joints = 'joints' in value
-    names = _names(where, 'joints' if of_joints else 'markers', value['joints' if of_joints else 'markers'])
-    unknown = [name for name in names if of_joints and name not in above]
+def _first_of(rules: Sequence[Rule]) -> Rule:
+    """Return the rule of the first of several whose markers or joints a recording has."""
+    def place(markers: Points, joints: Points) -> Optional[np.ndarray]:
+        placed = (rule.place(markers, joints) for rule in rules)
+        return next((points for points in placed if points is not None), None)
+
+    return Rule(tuple(name for rule in rules for name in rule.markers), place)
+
+
+def _hip_rule(where: str, value: Mapping[str, Any]) -> Rule:
+    """Return the rule of the centre of a hip joint by regression from markers on the pelvis, see `hip_centres`."""
+    asis, psis = (_names(where, key, value.get(key)) for key in ('asis', 'psis'))
+    if value['hip_centre'] not in _SIDES or len(asis) != 2 or len(psis) not in (1, 2):
+        raise BadInputError(f'{where}: expected hip_centre left or right, asis [LEFT, RIGHT] and psis [LEFT, RIGHT] or '
+                            f'[SACRUM], got {dict(value)!r}')
+    side = _SIDES.index(value['hip_centre'])
+
+    def place(markers: Points, joints: Points) -> Optional[np.ndarray]:
+        if not {*asis, *psis} <= set(markers):
+            return None
+        return hip_centres(markers[asis[0]], markers[asis[1]], _mean(markers, psis))[side]
+
+    return Rule(asis + psis, place)
+
+
+def _mean_rule(where: str, value: Mapping[str, Any], above: Names) -> Rule:
+    """Return the rule of the mean of markers, or of joints that come before, moved by a distance if asked for.
+
+    It needs `at_least` of them; where others are missing, the weights are scaled up.
+    """
+    kind = 'joints' if 'joints' in value else 'markers'
+    names = _names(where, kind, value[kind])
+    unknown = [name for name in names if kind == 'joints' and name not in above]
     if unknown:
         raise BadInputError(f"{where}: is made of {', '.join(unknown)}, which is not among the joints above it")
     weights = value.get('weights', [1] * len(names))
@@ -261,15 +208,34 @@ def _mean_rule(where: str, value: Mapping[str, Any], above: Names) -> Mean:
     at_least = value.get('at_least', len(names))
     if not isinstance(at_least, int) or not 1 <= at_least <= len(names):
         raise BadInputError(f'{where}: at_least = {at_least!r}, expected 1 .. {len(names)}')
-    mean = Mean(names, of_joints, tuple(weight / sum(weights) for weight in weights), at_least)
-    if 'shift' not in value:
+    metres, start, end = _shift(where, value['shift']) if 'shift' in value else (0.0, (), ())
+
+    def place(markers: Points, joints: Points) -> Optional[np.ndarray]:
+        source = joints if kind == 'joints' else markers
+        there = [number for number, name in enumerate(names) if name in source]
+        if len(there) < at_least or not {*start, *end} <= set(markers):
+            return None
+        points = np.stack([source[names[number]] for number in there])
+        seen = np.isfinite(points[..., 0])
+        share = np.array(weights)[there, None] * seen
+        with np.errstate(invalid='ignore', divide='ignore'):
+            mean = np.einsum('nt,ntd->td', share, np.nan_to_num(points)) / share.sum(axis=0)[:, None]
+        mean[seen.sum(axis=0) < at_least] = np.nan
+        if end:
+            mean = mean + metres * _unit(_mean(markers, end) - (_mean(markers, start) if start else mean))
         return mean
-    shift = _mapping(f'{where}, shift', value['shift'], ('metres', 'from', 'to'))
-    metres: Any = shift.get('metres')
+
+    return Rule((names if kind == 'markers' else ()) + start + end, place)
+
+
+def _shift(where: str, value: Any) -> Tuple[float, Names, Names]:
+    """Return a distance [m] and the markers between whose means it leads; none: it starts at the joint."""
+    value = _mapping(f'{where}, shift', value, ('metres', 'from', 'to'))
+    metres = value.get('metres')
     if not _is_number(metres) or not abs(metres) <= 1:
         raise BadInputError(f'{where}: shift by metres = {metres!r}, expected a number within -1 .. 1 [m]')
-    return replace(mean, shift=float(metres), shift_to=_names(where, 'shift to', shift.get('to')),
-                   shift_from=_names(where, 'shift from', shift['from']) if 'from' in shift else ())
+    start = _names(where, 'shift from', value['from']) if 'from' in value else ()
+    return float(metres), start, _names(where, 'shift to', value.get('to'))
 
 
 def _is_number(value: Any) -> bool:
@@ -283,7 +249,7 @@ def _names(where: str, key: str, value: Any) -> Names:
     return tuple(names)
 
 
-def _mapping(where: str, value: Any, known: Sequence[str]) -> Mapping[str, Any]:
+def _mapping(where: str, value: Any, known: Sequence[str]) -> Dict[str, Any]:
     """Return the value if it is a mapping with none but known keys."""
     if not isinstance(value, dict) or not value:
         raise BadInputError(f'{where}: expected keys with values, got {value!r}')
