@@ -55,6 +55,7 @@ def lint(results: Path) -> int:
     checks = {
         'ruff check': [str(VENV / 'bin/ruff'), 'check', '--no-cache', 'benchmarks', 'demo', 'development', *PACKAGES,
                        'tests'],
+        'mypy': [str(VENV / 'bin/mypy')],
         'shellcheck': ['shellcheck', 'run', '.ci/run'],
         'catkin_lint': ['catkin_lint', '--offline', '-W2', '--strict', '.'],
     }

@@ -145,7 +145,8 @@ def _topic(options: argparse.Namespace) -> KeypointTopic:
         raise BadInputError(f'there is no ROS master at {rosgraph.get_master_uri()}; start one, or give a bag')
     rospy.init_node(_NAME, anonymous=True, disable_signals=True)
     wanted = rospy.resolve_name(options.topic) if options.topic else None
-    seen, told = None, False
+    seen: Optional[KeypointTopic] = None
+    told = False
     while True:
         try:
             types = dict(rospy.get_published_topics())

@@ -1,6 +1,6 @@
 """Cameras: from pixels to rays and back."""
 import functools
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Dict, Optional, Tuple
 
 import cv2
@@ -43,7 +43,7 @@ class CameraModel:
     height: int
     matrix: np.ndarray
     distortion_model: str = ''
-    distortion: np.ndarray = ()
+    distortion: np.ndarray = field(default_factory=lambda: np.zeros(0))
 
     def __post_init__(self) -> None:
         if self.width < 1 or self.height < 1:

@@ -134,6 +134,6 @@ def cloud_from_depth(depth: np.ndarray, camera: CameraModel, bgr: np.ndarray, ra
     for i, axis in enumerate('xyz'):
         np.multiply(rays[..., i], z, out=cloud[axis], casting='same_kind')
     # 0x00RRGGBB, little-endian: the bytes are blue, green, red
-    offset = XYZRGB.fields['rgb'][1]
+    offset = XYZRGB.fields['rgb'][1]  # type: ignore[index]
     cloud.view(np.uint8).reshape(*expected, XYZRGB.itemsize)[..., offset:offset + 3] = bgr
     return cloud
