@@ -31,7 +31,7 @@ SIZE = (960, 540)
 RATE = 15.0
 STRIDE = 1.4
 SPEED = 0.8
-# People of a row, distance of the first row and from row to row [m]; a row is as wide as the picture there.
+# People of a row, distance of the first row and from row to row [m]; a row is as wide as the image there.
 ROW, NEAREST, ROW_DEPTH = 10, 3.2, 1.3
 
 
@@ -60,7 +60,7 @@ def walkers(count: int, seconds: float) -> List[Person]:
 
 
 def inputs_of(count: int, frames: int) -> List[Input]:
-    """Return some frames in a row of so many people."""
+    """Return consecutive frames with a number of people."""
     camera, rng = pinhole(*SIZE), np.random.default_rng(count)
     rays, room, result = camera.ray_grid(), Room(wall=7.0), []
     for i in range(frames):

@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from openpose_ros_pkg.errors import BadInputError
-from skeleton_extract_3d.points.cloud import OrganizedCloud
+from skeleton_extract_3d.points.cloud import CloudLayout, OrganizedCloud
 
 W, H = 7, 5
 FIELDS = {'x': (0, 'float32'), 'y': (4, 'float32'), 'z': (8, 'float32'), 'rgb': (16, 'float32')}
@@ -29,13 +29,17 @@ def packed(points, offsets=(0, 4, 8), datatype='f4', order='<', point_step=32, p
             'fields': {axis: (offset, name) for axis, offset in zip('xyz', offsets)}, 'is_bigendian': order == '>'}
 
 
+def from_buffer(data, **layout):
+    return OrganizedCloud.from_buffer(data, CloudLayout(**layout))
+
+
 def all_points(cloud):
     v, u = (grid.ravel() for grid in np.mgrid[:cloud.height, :cloud.width])
     return cloud.window(u, v, 1).reshape(cloud.height, cloud.width, 3)
 
 
 def test_no_pixels_give_no_points():
-    cloud = OrganizedCloud.from_buffer(**packed(truth()))
+    cloud = from_buffer(**packed(truth()))
     assert cloud.window(np.zeros(0, int), np.zeros(0, int), 3).shape == (0, 9, 3)
 
 
@@ -50,7 +54,7 @@ def test_no_pixels_give_no_points():
     {'point_step': 12},
 ], ids=['usual', 'padded rows', 'any offsets', 'unaligned', 'big-endian', 'float64', 'all at once', 'x y z only'])
 def test_every_layout_gives_the_same_points(layout):
-    cloud = OrganizedCloud.from_buffer(**packed(truth(), **layout))
+    cloud = from_buffer(**packed(truth(), **layout))
     assert (cloud.width, cloud.height) == (W, H)
     np.testing.assert_array_equal(all_points(cloud), truth())
 
@@ -59,20 +63,20 @@ def test_every_layout_gives_the_same_points(layout):
 @given(st.permutations([0, 1, 2, 3]), st.integers(0, 9), st.sampled_from('<>'), st.integers(0, 40))
 def test_any_order_of_fields(slots, shift, order, padding):
     offsets = [slot * 8 + shift for slot in slots[:3]]
-    cloud = OrganizedCloud.from_buffer(**packed(truth(), offsets, order=order, point_step=45, padding=padding))
+    cloud = from_buffer(**packed(truth(), offsets, order=order, point_step=45, padding=padding))
     np.testing.assert_array_equal(all_points(cloud), truth())
 
 
 def test_nothing_is_copied():
     layout = packed(truth())
     layout['data'] = bytearray(layout['data'])
-    cloud = OrganizedCloud.from_buffer(**layout)
+    cloud = from_buffer(**layout)
     layout['data'][8:12] = np.float32(42).tobytes()
     assert cloud.window(np.array([0]), np.array([0]), 1)[0, 0, 2] == 42
 
 
 def test_a_window_runs_row_by_row_around_its_pixel():
-    cloud = OrganizedCloud.from_buffer(**packed(truth()))
+    cloud = from_buffer(**packed(truth()))
     np.testing.assert_array_equal(cloud.window(np.array([3]), np.array([2]), 3)[0],
                                   truth()[1:4, 2:5].reshape(9, 3))
 
@@ -80,7 +84,7 @@ def test_a_window_runs_row_by_row_around_its_pixel():
 @pytest.mark.parametrize('u, v, inside', [(0, 0, 4), (W - 1, 0, 4), (W - 1, H - 1, 4), (3, 0, 6), (3, H - 1, 6),
                                           (0, 2, 6), (W - 1, 2, 6), (3, 2, 9), (-1, 0, 2), (-2, 0, 0), (99, 99, 0)])
 def test_a_window_is_clipped_at_the_borders(u, v, inside):
-    cloud = OrganizedCloud.from_buffer(**packed(truth()))
+    cloud = from_buffer(**packed(truth()))
     points = cloud.window(np.array([u]), np.array([v]), 3)[0]
     found = points[np.isfinite(points).all(axis=1)]
     assert len(found) == inside
@@ -93,7 +97,7 @@ def test_a_window_is_clipped_at_the_borders(u, v, inside):
 def test_a_point_that_is_not_finite_or_the_origin_is_missing(point):
     points = truth()
     points[2, 3] = point
-    found = all_points(OrganizedCloud.from_buffer(**packed(points)))
+    found = all_points(from_buffer(**packed(points)))
     assert np.isnan(found[2, 3]).all()
     found[2, 3] = truth()[2, 3]
     np.testing.assert_array_equal(found, truth())
@@ -102,19 +106,19 @@ def test_a_point_that_is_not_finite_or_the_origin_is_missing(point):
 def test_a_point_on_an_axis_is_valid():
     points = truth()
     points[2, 3] = (0, 0, 1.5)
-    np.testing.assert_array_equal(all_points(OrganizedCloud.from_buffer(**packed(points)))[2, 3], [0, 0, 1.5])
+    np.testing.assert_array_equal(all_points(from_buffer(**packed(points)))[2, 3], [0, 0, 1.5])
 
 
 def test_range_is_that_of_the_valid_points():
     points = truth()
     points[0, 0] = (0, 0, 0)
     points[4, 6] = (np.inf, 4, 100)
-    cloud = OrganizedCloud.from_buffer(**packed(points))
+    cloud = from_buffer(**packed(points))
     np.testing.assert_array_equal(cloud.valid_range(), [[0, 0, 2], [6, 4, 46]])
 
 
 def test_range_of_a_cloud_without_points_is_nan():
-    cloud = OrganizedCloud.from_buffer(**packed(np.full((H, W, 3), np.nan)))
+    cloud = from_buffer(**packed(np.full((H, W, 3), np.nan)))
     assert np.isnan(cloud.valid_range()).all()
     assert cloud.valid_range().shape == (2, 3)
 
@@ -135,7 +139,7 @@ def test_range_of_a_cloud_without_points_is_nan():
 ], ids=lambda value: value if isinstance(value, str) else ','.join(value))
 def test_bad_layouts_are_refused_with_actual_and_expected_value(change, text):
     with pytest.raises(BadInputError, match=text):
-        OrganizedCloud.from_buffer(**{**packed(truth()), **change})
+        from_buffer(**{**packed(truth()), **change})
 
 
 def test_coordinates_of_different_shape_are_refused():

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from openpose_ros_pkg.errors import BadInputError
 from skeleton_extract_3d.points.camera import CameraModel
-from skeleton_extract_3d.points.depth import XYZRGB, DepthImage, cloud_from_depth
+from skeleton_extract_3d.points.depth import XYZRGB, DepthImage, ImageLayout, cloud_from_depth
 
 MATRIX = [540.0, 0, 479.5, 0, 530.0, 269.5, 0, 0, 1]
 # A webcam's, a Kinect v2's (as iai_kinect2 publishes it: rational with few terms in use) and a wide fisheye's order of
@@ -151,12 +151,16 @@ def as_buffer(depth, padding=0, order='<'):
             'encoding': '16UC1' if depth.itemsize == 2 else '32FC1'}
 
 
+def from_buffer(data, **layout):
+    return DepthImage.from_buffer(data, ImageLayout(**layout), camera())
+
+
 @pytest.mark.parametrize('dtype, unit', [(np.uint16, 0.001), (np.float32, 1.0)], ids=['16UC1', '32FC1'])
 @pytest.mark.parametrize('padding', [0, 14])
 @pytest.mark.parametrize('order', ['<', '>'])
 def test_buffers_of_every_layout_are_read(dtype, unit, padding, order):
     depth = (1 + np.arange(9 * 16).reshape(9, 16)).astype(dtype)
-    image = DepthImage.from_buffer(**as_buffer(depth, padding, order), camera=camera())
+    image = from_buffer(**as_buffer(depth, padding, order))
     v, u = (grid.ravel() for grid in np.mgrid[:9, :16])
     np.testing.assert_allclose(image.window(u, v, 1)[:, 0, 2], depth.ravel() * unit)
 
@@ -170,7 +174,7 @@ def test_buffers_of_every_layout_are_read(dtype, unit, padding, order):
 ], ids=lambda value: value if isinstance(value, str) else ','.join(value))
 def test_bad_buffers_are_refused(change, text):
     with pytest.raises(BadInputError, match=text):
-        DepthImage.from_buffer(**{**as_buffer(np.ones((9, 16), np.uint16)), **change}, camera=camera())
+        from_buffer(**{**as_buffer(np.ones((9, 16), np.uint16)), **change})
 
 
 @pytest.mark.parametrize('depth', [np.ones((9, 16)), np.ones((9, 16), np.int32), np.ones((9, 16, 1), np.uint16),

@@ -76,7 +76,7 @@ class TrunkConstants:
 
     @property
     def depths(self) -> np.ndarray:
-        """(depths,) that the trunk is looked for at [m]."""
+        """(depths,) candidates of the trunk [m]."""
         return np.exp(np.arange(np.log(self.nearest), np.log(self.furthest), self.step))
 
     @property

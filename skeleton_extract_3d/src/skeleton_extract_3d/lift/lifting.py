@@ -24,7 +24,7 @@ class LiftingParams(Parameters):
                   "the frame before. 'mean3x3': each joint at the mean of the points around its pixel, as the original "
                   'does.', choices=('robust', 'mean3x3'))
     surface_offsets: str = parameter(
-        'anatomical', "With 'robust', where a measured joint is put: 'anatomical' inside the body, so deep under the "
+        'anatomical', "With 'robust', where a measured joint is put: 'anatomical' inside the body, as deep under the "
                       "surface as joints lie; 'none' on the surface.", choices=('anatomical', 'none'))
     window: int = parameter(
         3, "With 'mean3x3': side of the square of points around a keypoint that are summarised; larger bridges larger "

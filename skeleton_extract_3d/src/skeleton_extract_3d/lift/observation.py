@@ -29,12 +29,14 @@ def observe(people: People2D, image_size: Tuple[int, int], points: PointGrid, ca
     known = np.isfinite(uv).all(axis=2)
     scores = np.where(known, keypoints[..., 2].astype(np.float64), 0.0)
     rays = camera.rays(_with_guesses(uv, known).reshape(-1, 2)).reshape(*known.shape, 3)
-    # where the lens can not be inverted there is no ray
-    known &= np.isfinite(rays).all(axis=2)
-    scores[~known], uv[~known] = 0.0, np.nan
-    rays = np.where(np.isfinite(rays), rays, [0.0, 0.0, 1.0])
+    finite = np.isfinite(rays).all(axis=2)
+    if not finite.all():  # where the lens can not be inverted there is no ray
+        known &= finite
+        rays = np.where(finite[..., None], rays, [0.0, 0.0, 1.0])
+    if not known.all():
+        scores[~known], uv[~known] = 0.0, np.nan
     focal = float(camera.matrix[0, 0] + camera.matrix[1, 1]) / 2
-    adult_depth = surfaces.size_depth(np.where(known[..., None], rays, np.nan), scores)
+    adult_depth = surfaces.size_depth(rays, scores)
     windows = METHOD.windows
     radius = windows.half_side * focal / np.where(np.isfinite(adult_depth), adult_depth, windows.usual_depth)
     radius = np.minimum(np.maximum(radius, windows.limits[0]), windows.limits[1])

@@ -90,7 +90,7 @@ def _before(root: np.ndarray) -> np.ndarray:
 
 
 def _sized_strangers(seen: ObservedPeople, expected: Expectation, root: np.ndarray, sure: np.ndarray) -> Expectation:
-    """Return the expectation with strangers as large as they look at the depth of their trunk, where that is sure."""
+    """Return the expectation with the stature of strangers by their size in the image, where their depth is sure."""
     known = sure & (expected.stature_spread >= _BODY.stature_spread) & np.isfinite(seen.adult_depth)
     if not known.any():
         return expected

@@ -17,7 +17,7 @@ from skeleton_extract_3d.points.point_grid import PointGrid
 _WINDOWS, _TRUNK, _COSTS = METHOD.windows, METHOD.trunk, METHOD.costs
 # Places of the rows and columns of samples in a window [half sides], and the weights of all, (25,), with sum 1.
 _OFFSETS, WEIGHTS = _WINDOWS.offsets, _WINDOWS.weights
-# Depths at which the trunk is looked for, and depths of a joint's candidates from that of the trunk [m].
+# Candidate depths of the trunk, and depths of a joint's candidates from that of the trunk [m].
 ROOT_DEPTHS, DELTAS = _TRUNK.depths, _COSTS.deltas
 _LOG_ROOT_DEPTHS = np.log(ROOT_DEPTHS)
 _SIZED_PAIRS, _SIZED_LENGTHS = METHOD.body.sized_pairs.T, METHOD.body.sized_lengths
@@ -68,7 +68,6 @@ def lower_median(values: np.ndarray) -> np.ndarray:
     return median.reshape(values.shape[:-1])
 
 
-@np.errstate(invalid='ignore')
 def size_depth(rays: np.ndarray, scores: np.ndarray) -> np.ndarray:
     """Return at which depth an adult would look as large as each person does, (P,) [m]; infinite where unknown.
 
@@ -76,8 +75,8 @@ def size_depth(rays: np.ndarray, scores: np.ndarray) -> np.ndarray:
     for one keypoint may be elsewhere.
 
     Args:
-        rays: (P, 18, 3) with z = 1, NaN where unknown.
-        scores: (P, 18) of the keypoints.
+        rays: (P, 18, 3) with z = 1.
+        scores: (P, 18) of the keypoints, 0 where there is none: such a ray is not used.
     """
     start, end = _SIZED_PAIRS
     along = rays.take(start, axis=1) - rays.take(end, axis=1)
@@ -89,10 +88,10 @@ def size_depth(rays: np.ndarray, scores: np.ndarray) -> np.ndarray:
 
 
 def size_evidence(size: np.ndarray, spread: np.ndarray) -> np.ndarray:
-    """Return the log likelihood of the depths in `ROOT_DEPTHS` for people who look like being at depths.
+    """Return the log likelihood of the depths in `ROOT_DEPTHS` of people, by their size in the image.
 
     Args:
-        size: (...) [m]; not finite: nothing is known.
+        size: (...) depth at which they would look as large [m]; not finite: nothing is known.
         spread: (...) standard deviation of the person's size, as a share.
 
     Returns:

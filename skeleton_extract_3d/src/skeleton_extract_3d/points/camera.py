@@ -30,7 +30,7 @@ class CameraModel:
     """Pinhole camera with lens distortion, in the optical frame (x right, y down, z forward).
 
     Attributes:
-        width, height: size of the picture that K belongs to [px].
+        width, height: size of the image that K belongs to [px].
         matrix: K, (3, 3) float64 [px]; integer coordinates are pixel centres.
         distortion_model: 'plumb_bob', 'rational_polynomial', 'equidistant' ('fisheye'), or 'none' (or empty).
         distortion: D, (N,) float64; empty or all zero: no distortion.
@@ -68,18 +68,18 @@ class CameraModel:
         object.__setattr__(self, 'distortion', distortion if distortion.any() else np.zeros(0))
 
     def scaled(self, width: int, height: int) -> 'CameraModel':
-        """Return the same camera for a picture of another resolution.
+        """Return the same camera for a image of another resolution.
 
         Raises:
-            BadInputError: the other picture has another aspect ratio, so it does not show the same view.
+            BadInputError: the other image has another aspect ratio, so it does not show the same view.
         """
         if (width, height) == (self.width, self.height):
             return self
-        check_same_aspect('picture', (width, height), 'camera', (self.width, self.height))
+        check_same_aspect('image', (width, height), 'camera', (self.width, self.height))
         ratio = np.array([width / self.width, height / self.height])
         matrix = self.matrix.copy()
         matrix[[0, 1], [0, 1]] *= ratio
-        # the corner of the picture is at -0.5, since integers are centres
+        # the corner of the image is at -0.5, since integers are centres
         matrix[:2, 2] = (self.matrix[:2, 2] + 0.5) * ratio - 0.5
         return CameraModel(width, height, matrix, self.distortion_model, self.distortion)
 
@@ -114,7 +114,7 @@ class CameraModel:
             xyz: (N, 3) [m] in the optical frame.
 
         Returns:
-            (N, 2) float64 [px], also outside the picture; NaN for points that are not finite or not in front.
+            (N, 2) float64 [px], also outside the image; NaN for points that are not finite or not in front.
         """
         xyz = np.asarray(xyz, np.float64).reshape(-1, 3)
         uv = np.full((len(xyz), 2), np.nan)

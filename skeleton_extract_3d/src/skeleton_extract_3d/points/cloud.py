@@ -1,5 +1,5 @@
 """Organized point clouds, read in place."""
-from typing import Any, Mapping, Optional, Tuple
+from typing import Any, Mapping, NamedTuple, Optional, Tuple
 
 import numpy as np
 
@@ -7,6 +7,24 @@ from openpose_ros_pkg.errors import BadInputError
 from skeleton_extract_3d.points.camera import CameraModel, fitted_camera
 
 _FLOATS = {'float32': 'f4', 'float64': 'f8'}
+
+
+class CloudLayout(NamedTuple):
+    """How the bytes of an organized cloud lie.
+
+    Attributes:
+        width, height: points per row, rows.
+        point_step, row_step: bytes from point to point and from row to row.
+        fields: of each field its offset [bytes] and datatype ('float32', 'float64', 'uint8', ...).
+        is_bigendian: byte order of the coordinates.
+    """
+
+    width: int
+    height: int
+    point_step: int
+    row_step: int
+    fields: Mapping[str, Tuple[int, str]]
+    is_bigendian: bool = False
 
 
 class OrganizedCloud:
@@ -18,7 +36,7 @@ class OrganizedCloud:
         x, y, z: (H, W) float32 or float64 [m], any strides and byte order.
 
     Raises:
-        BadInputError: the three differ in shape or are not a picture of points.
+        BadInputError: the three differ in shape or are no image of points.
     """
 
     def __init__(self, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> None:
@@ -32,20 +50,16 @@ class OrganizedCloud:
         self._axes = (x, y, z)
 
     @classmethod
-    def from_buffer(cls, data: Any, width: int, height: int, point_step: int, row_step: int,
-                    fields: Mapping[str, Tuple[int, str]], is_bigendian: bool = False) -> 'OrganizedCloud':
+    def from_buffer(cls, data: Any, layout: CloudLayout) -> 'OrganizedCloud':
         """View the data of a sensor_msgs/PointCloud2.
 
         Args:
             data: bytes-like, row after row.
-            width, height: points per row, rows.
-            point_step, row_step: bytes from point to point and from row to row.
-            fields: of each field its offset [bytes] and datatype ('float32', 'float64', 'uint8', ...).
-            is_bigendian: byte order of the coordinates.
 
         Raises:
             BadInputError: the cloud is empty or unorganized, has no coordinates, or its layout contradicts itself.
         """
+        width, height, point_step, row_step, fields, _ = layout
         if width == 0 or height == 0:
             raise BadInputError(f'empty cloud: {width} x {height} points')
         missing = [axis for axis in 'xyz' if axis not in fields]
@@ -58,8 +72,7 @@ class OrganizedCloud:
         if len(data) < row_step * height:
             raise BadInputError(f'cloud data are truncated: {len(data)} bytes, expected {row_step * height} for '
                                 f'{height} rows of {row_step} bytes')
-        return cls(*(_axis_view(data, (height, width), (row_step, point_step), axis, fields[axis], is_bigendian)
-                     for axis in 'xyz'))
+        return cls(*(_axis_view(data, layout, axis) for axis in 'xyz'))
 
     @property
     def width(self) -> int:
@@ -108,7 +121,7 @@ class OrganizedCloud:
 
 def window_pixels(u: np.ndarray, v: np.ndarray, size: int, width: int, height: int
                   ) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return columns and rows of the size x size windows around pixels, clamped to the picture, and which lie inside.
+    """Return columns and rows of the size x size windows around pixels, clamped to the image, and which lie inside.
 
     Args:
         u, v: (M,) int.
@@ -147,13 +160,12 @@ def _valid(points: np.ndarray) -> np.ndarray:
     return np.isfinite(points).all(axis=-1) & (points != 0).any(axis=-1)
 
 
-def _axis_view(data: Any, shape: Tuple[int, int], strides: Tuple[int, int], name: str, field: Tuple[int, str],
-               is_bigendian: bool) -> np.ndarray:
-    offset, datatype = field
+def _axis_view(data: Any, layout: CloudLayout, name: str) -> np.ndarray:
+    offset, datatype = layout.fields[name]
     if datatype not in _FLOATS:
         raise BadInputError(f"field '{name}' of the cloud is {datatype}, expected {' or '.join(_FLOATS)}")
-    dtype = np.dtype(('>' if is_bigendian else '<') + _FLOATS[datatype])
-    if offset < 0 or offset + dtype.itemsize > strides[1]:
+    dtype = np.dtype(('>' if layout.is_bigendian else '<') + _FLOATS[datatype])
+    if offset < 0 or offset + dtype.itemsize > layout.point_step:
         raise BadInputError(f"field '{name}' of the cloud takes bytes {offset} .. {offset + dtype.itemsize} of a "
-                            f'point, but point_step is {strides[1]}')
-    return np.ndarray(shape, dtype, data, offset, strides)
+                            f'point, but point_step is {layout.point_step}')
+    return np.ndarray((layout.height, layout.width), dtype, data, offset, (layout.row_step, layout.point_step))

@@ -1,5 +1,5 @@
 """Depth images that are aligned to a camera: points at the pixels that are asked for."""
-from typing import Any, Optional
+from typing import Any, NamedTuple, Optional
 
 import numpy as np
 
@@ -7,7 +7,7 @@ from openpose_ros_pkg.errors import BadInputError
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.cloud import depth_in_metres, range_of, window_pixels
 
-# Rows and columns from one to the next of those that `valid_range` looks at.
+# `valid_range` reads every fourth row and column.
 _RANGE_STEP = 4
 
 # Type of the pixels by encoding, as REP 118 has them; mono16 is what some drivers call 16UC1.
@@ -18,6 +18,23 @@ XYZRGB = np.dtype({'names': ['x', 'y', 'z', 'rgb'], 'formats': ['<f4', '<f4', '<
                    'offsets': [0, 4, 8, 16], 'itemsize': 32})
 
 
+class ImageLayout(NamedTuple):
+    """How the bytes of a depth image lie.
+
+    Attributes:
+        width, height: columns, rows.
+        step: bytes from row to row.
+        encoding: '16UC1' (or 'mono16') or '32FC1'.
+        is_bigendian: byte order of the pixels.
+    """
+
+    width: int
+    height: int
+    step: int
+    encoding: str
+    is_bigendian: bool
+
+
 class DepthImage:
     """A depth image aligned to the colour image, with the same access as `OrganizedCloud`.
 
@@ -25,7 +42,7 @@ class DepthImage:
 
     Args:
         depth: (H, W) uint16 [mm] with 0 = missing, or float32 [m] with 0, negative or not finite = missing.
-        camera: of the picture it is aligned to; another resolution of the same view is scaled.
+        camera: of the image it is aligned to; another resolution of the same view is scaled.
 
     Raises:
         BadInputError: other shape, type or aspect ratio.
@@ -39,18 +56,17 @@ class DepthImage:
         self.camera = camera.scaled(depth.shape[1], depth.shape[0])
 
     @classmethod
-    def from_buffer(cls, data: Any, width: int, height: int, step: int, encoding: str, is_bigendian: bool,
-                    camera: CameraModel) -> 'DepthImage':
+    def from_buffer(cls, data: Any, layout: ImageLayout, camera: CameraModel) -> 'DepthImage':
         """View the data of a sensor_msgs/Image.
 
         Args:
             data: bytes-like.
-            step: bytes from row to row.
-            encoding: '16UC1' (or 'mono16') or '32FC1'.
+            camera: of the image it is aligned to.
 
         Raises:
             BadInputError: empty, truncated, wrong step, another encoding or another aspect ratio than the camera's.
         """
+        width, height, step, encoding, is_bigendian = layout
         if encoding not in _ENCODINGS:
             raise BadInputError(f"depth image has encoding '{encoding}', expected one of {', '.join(_ENCODINGS)}")
         if width == 0 or height == 0:
@@ -114,7 +130,7 @@ def cloud_from_depth(depth: np.ndarray, camera: CameraModel, bgr: np.ndarray, ra
 
     Args:
         depth: (H, W) float [m]; 0, negative or not finite where missing.
-        camera: of the picture, (W, H).
+        camera: of the image, (W, H).
         bgr: (H, W, 3) uint8.
         rays: `camera.ray_grid()`, to compute it once for many frames.
 

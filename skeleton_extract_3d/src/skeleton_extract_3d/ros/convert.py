@@ -15,8 +15,8 @@ from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.skeletons import SKELETONS, SkeletonModel
 from skeleton_extract_3d.people import MISSING, People3D
 from skeleton_extract_3d.points.camera import CameraModel
-from skeleton_extract_3d.points.cloud import OrganizedCloud
-from skeleton_extract_3d.points.depth import XYZRGB, DepthImage
+from skeleton_extract_3d.points.cloud import CloudLayout, OrganizedCloud
+from skeleton_extract_3d.points.depth import XYZRGB, DepthImage, ImageLayout
 from skeleton_extract_3d.show.markers import MarkerSpec
 
 _DATATYPES = {PointField.INT8: 'int8', PointField.UINT8: 'uint8', PointField.INT16: 'int16',
@@ -39,8 +39,9 @@ def cloud_from_message(message: PointCloud2) -> OrganizedCloud:
     """
     fields = {field.name: (field.offset, _DATATYPES.get(field.datatype, f'unknown type {field.datatype}'))
               for field in message.fields}
-    return OrganizedCloud.from_buffer(message.data, message.width, message.height, message.point_step,
-                                      message.row_step, fields, bool(message.is_bigendian))
+    layout = CloudLayout(message.width, message.height, message.point_step, message.row_step, fields,
+                         bool(message.is_bigendian))
+    return OrganizedCloud.from_buffer(message.data, layout)
 
 
 def cloud_to_message(cloud: np.ndarray, header: Header) -> PointCloud2:
@@ -84,8 +85,8 @@ def depth_image_from_messages(image: Image, info: CameraInfo, rectified: bool = 
     Raises:
         BadInputError: wrong encoding, step, data or size, or a camera that is not calibrated.
     """
-    return DepthImage.from_buffer(image.data, image.width, image.height, image.step, image.encoding,
-                                  bool(image.is_bigendian), camera_from_message(info, rectified))
+    layout = ImageLayout(image.width, image.height, image.step, image.encoding, bool(image.is_bigendian))
+    return DepthImage.from_buffer(image.data, layout, camera_from_message(info, rectified))
 
 
 def depth_to_message(depth: np.ndarray, header: Header) -> Image:
