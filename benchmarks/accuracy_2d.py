@@ -12,14 +12,13 @@ import contextlib
 import io
 import json
 import sys
-import time
 from pathlib import Path
 from typing import Any, Dict, List, Optional, Tuple
 
 import cv2
 import numpy as np
 
-from common import Parser, errors_end_the_program
+from common import Parser, elapsed, errors_end_the_program
 from openpose_ros_pkg.detect.detector import Detector, DetectorSettings, create_detector
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import People2D, keypoints_in
@@ -47,9 +46,8 @@ def detect_all(detector: Detector, images: List[Dict[str, Any]], folder: Path,
         row = []
         for timed in detectors:
             timed.detect(picture)  # compiles the networks for pictures of this shape
-            began = time.perf_counter()
-            people = timed.detect(picture)
-            row.append(1e3 * (time.perf_counter() - began))
+            milliseconds, people = elapsed(lambda timed=timed, picture=picture: timed.detect(picture))
+            row.append(milliseconds)
             if timed is detector:
                 results.extend(coco_results(people, entry['id']))
         times.append(row)

@@ -6,7 +6,7 @@ import sys
 import tempfile
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Callable, Dict, Iterator, Optional, Sequence
+from typing import TYPE_CHECKING, Any, Callable, Dict, Iterator, Optional, Sequence, Tuple
 
 import psutil
 import yaml
@@ -51,6 +51,13 @@ def errors_end_the_program() -> Iterator[None]:
         yield
     except (OpenposeRosError, OSError) as error:
         raise SystemExit(f'error: {error}') from error
+
+
+def elapsed(call: Callable[[], Any]) -> Tuple[float, Any]:
+    """Return the milliseconds that a call takes, and its result."""
+    began = time.perf_counter()
+    result = call()
+    return 1e3 * (time.perf_counter() - began), result
 
 
 def markdown(rows: Sequence[Sequence[object]]) -> str:

@@ -22,7 +22,7 @@ from pathlib import Path
 import numpy as np
 from tqdm import tqdm
 
-from common import Parser, errors_end_the_program
+from common import Parser, errors_end_the_program, markdown
 from openpose_ros_mocap.alignment import AlignmentParams, align
 from openpose_ros_tools.tables.keypoint_csv import read_keypoint_csv
 from simulated_mocap import CAMERA_START, Simulated, errors, sequence_truth, simulate
@@ -51,9 +51,8 @@ def main() -> int:
     parser.add_argument('--use-sigma', action='store_true', help='weigh joints by 1 / sigma^2')
     options = parser.parse_args()
     passed = True
-    sys.stdout.write('median (worst) of the errors; ± what the alignment expects (median)\n'
-                     f"{'sequence':<12}{'offset [ms]':>22}{'[frames]':>16}{'rotation [deg]':>24}{'at people [mm]':>24}"
-                     f"{'at camera [mm]':>18}  within limits\n")
+    table = [('sequence', 'offset [ms]', '[frames]', 'rotation [deg]', 'at people [mm]', 'at camera [mm]',
+              'recordings within limits')]
     with errors_end_the_program():
         for folder in options.sequences:
             rows, expected = [], []
@@ -67,13 +66,12 @@ def main() -> int:
             std = np.median(expected, axis=0)
             within = [(error <= limit).sum() for error, limit in zip((offset / frame, angle, people), LIMITS)]
             passed &= min(within) == options.seeds
-            sys.stdout.write(
-                f'{folder.name:<12}{_spread(offset, 1) + f" ± {std[0]:.1f}":>22}{_spread(offset / frame, 2):>16}'
-                f'{_spread(angle, 2) + f" ± {std[1]:.2f}":>24}{_spread(people, 1) + f" ± {std[2]:.1f}":>24}'
-                f'{_spread(camera, 1):>18}  {" ".join(f"{count}/{options.seeds}" for count in within)} '
-                f'(camera {(camera <= LIMITS[2]).sum()}/{options.seeds})\n')
-            sys.stdout.flush()
-    sys.stdout.write('PASS\n' if passed else 'FAIL\n')
+            table.append((folder.name, f'{_spread(offset, 1)} ± {std[0]:.1f}', _spread(offset / frame, 2),
+                          f'{_spread(angle, 2)} ± {std[1]:.2f}', f'{_spread(people, 1)} ± {std[2]:.1f}',
+                          _spread(camera, 1), f'{" ".join(map(str, within))} of {options.seeds}'))
+    print('median (worst) of the errors; ± what the alignment expects (median)\n')
+    print(markdown(table))
+    print('PASS' if passed else 'FAIL')
     return 0 if passed else 1
 
 

@@ -11,14 +11,13 @@ shipped sequence many times.
 """
 import argparse
 import sys
-import time
 from dataclasses import dataclass, field, replace
 from typing import Callable, Dict, List, Tuple
 
 import cv2
 import numpy as np
 
-from common import DEMO, Parser, markdown
+from common import DEMO, Parser, elapsed, markdown
 from openpose_ros_pkg.detect.detector import Detector, DetectorSettings, PreparedFrame, create_detector
 from openpose_ros_pkg.errors import OpenposeRosError
 from openpose_ros_pkg.networks.backends import Backend
@@ -73,19 +72,10 @@ def time_rounds(cases: Dict[str, Case], rounds: int) -> None:
                 case.milliseconds.append(milliseconds)
 
 
-def elapsed(call: Callable[[], object]) -> float:
-    """Return the milliseconds that a call takes."""
-    began = time.perf_counter()
-    call()
-    return 1e3 * (time.perf_counter() - began)
-
-
 def decoding(detector: Detector, frame: PreparedFrame) -> float:
     """Return the milliseconds from the outputs of the networks to people."""
-    began = time.perf_counter()
-    computed = detector.compute(frame)
-    detector.finish(computed)
-    return 1e3 * (time.perf_counter() - began - computed.network_seconds)
+    computing, computed = elapsed(lambda: detector.compute(frame))
+    return computing + elapsed(lambda: detector.finish(computed))[0] - 1e3 * computed.network_seconds
 
 
 class Replay:
@@ -137,10 +127,10 @@ def whole_table(options: argparse.Namespace) -> List[List[str]]:
                     continue
                 frame = detector.prepare(picture)
                 for name, measure in (
-                        ('prepare', lambda d=detector: elapsed(lambda: d.prepare(picture))),
+                        ('prepare', lambda d=detector: elapsed(lambda: d.prepare(picture))[0]),
                         ('network', lambda d=detector, f=frame: 1e3 * d.compute(f).network_seconds),
                         ('decode', lambda d=detector, f=frame: decoding(d, f)),
-                        ('detect', lambda d=detector: elapsed(lambda: d.detect(picture)))):
+                        ('detect', lambda d=detector: elapsed(lambda: d.detect(picture))[0])):
                     cases[backend, name] = Case(with_threads(threads, measure))
             time_rounds(cases, options.rounds)
             reference = cases.get(('opencv_dnn', 'network'))
