@@ -18,7 +18,6 @@ from openpose_ros_pkg.decode.direct import DirectDecodeParams, decode_direct
 from openpose_ros_pkg.decode.paf import DecodeParams, decode_fields
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks.backends import BackendParams, create_backend
-from openpose_ros_pkg.networks.backends.arrays import one_by_one
 from openpose_ros_pkg.networks.models import MOBILENET_THIN, MODELS, MOVENET_MULTIPOSE, InputRecipe, WeightsFile
 
 BODY_25, LIGHTWEIGHT, RTMO = MODELS['body_25'], MODELS['lightweight_openpose'], MODELS['rtmo_s']
@@ -55,6 +54,12 @@ def load(model, path, runtime, **params):
     return create_backend(model, path, BackendParams(backend=runtime, **{'compiled_cache': 'off', **params}))
 
 
+def infer_all(backend, images):
+    """Return the outputs for several images, one after the other."""
+    return tuple(np.concatenate(outputs) for outputs in zip(*(
+        backend.infer(images[i:i + 1]) for i in range(len(images)))))
+
+
 def onnx_file(folder, content):
     (folder / 'tiny.onnx').write_bytes(content)
     return folder / 'tiny.onnx'
@@ -82,7 +87,7 @@ def test_onnx_gets_the_picture_as_its_recipe_says(runtime, recipe, tmp_path):
     path = onnx_file(tmp_path, tiny_networks.onnx_fields([weights], layout=recipe.layout, kind=kind))
     model = own(MOBILENET_THIN, input=recipe, outputs=('fields',), output_layout=recipe.layout)
     before = IMAGES.copy()
-    fields, = load(model, path, runtime).infer(IMAGES)
+    fields, = infer_all(load(model, path, runtime), IMAGES)
     assert_fields(fields, expected_fields(IMAGES, recipe, weights))
     np.testing.assert_array_equal(IMAGES, before)
 
@@ -94,7 +99,7 @@ def test_part_of_a_larger_picture_is_taken_as_it_is(runtime, tmp_path):
     model = own(MOBILENET_THIN, input=InputRecipe(), outputs=('fields',), output_layout='NCHW')
     part = IMAGES[:, 8:40, 16:48]
     part.flags.writeable = False
-    assert_fields(load(model, path, runtime).infer(part)[0], expected_fields(part, model.input, weights))
+    assert_fields(infer_all(load(model, path, runtime), part)[0], expected_fields(part, model.input, weights))
 
 
 @pytest.mark.parametrize('runtime_name', ['openvino', 'opencv_dnn'])
@@ -106,7 +111,7 @@ def test_tensorflow_network(runtime_name, tmp_path):
     path = tmp_path / 'tiny.pb'
     path.write_bytes(tiny_networks.tensorflow_fields(weights, 'concat'))
     model = own(MOBILENET_THIN, files=(WeightsFile(path.name),), outputs=('concat',))
-    fields, = load(model, path, runtime_name).infer(IMAGES)
+    fields, = infer_all(load(model, path, runtime_name), IMAGES)
     assert_fields(fields, expected_fields(IMAGES, model.input, weights))
 
 
@@ -122,7 +127,7 @@ def test_openpose_caffe_networks(name, tmp_path):
     backend = create_backend(model, paths[0], BackendParams(compiled_cache='off'))
     assert backend.name == 'opencv_dnn'
     expected = expected_fields(IMAGES, InputRecipe(mean=128.0, scale=1 / 256), weights)
-    assert_fields(backend.infer(IMAGES)[0], expected)
+    assert_fields(infer_all(backend, IMAGES)[0], expected)
 
 
 # --- outputs --------------------------------------------------------------------------------------------------------
@@ -133,7 +138,7 @@ def test_outputs_come_in_the_order_of_the_model_not_of_the_file(runtime, tmp_pat
     path = onnx_file(tmp_path, tiny_networks.onnx_fields(
         [limbs * 2, joints * 2, limbs, joints], outputs=('stage_0_output_0_pafs', 'stage_0_output_1_heatmaps',
                                                          'stage_1_output_0_pafs', 'stage_1_output_1_heatmaps')))
-    outputs = load(own(LIGHTWEIGHT), path, runtime).infer(IMAGES)
+    outputs = infer_all(load(own(LIGHTWEIGHT), path, runtime), IMAGES)
     assert len(outputs) == 2
     assert_fields(outputs[0], expected_fields(IMAGES, LIGHTWEIGHT.input, joints))
     assert_fields(outputs[1], expected_fields(IMAGES, LIGHTWEIGHT.input, limbs))
@@ -170,13 +175,13 @@ def test_more_sizes_than_are_kept_and_results_that_stay(runtime, tmp_path):
     path = onnx_file(tmp_path, tiny_networks.onnx_fields([weights]))
     model = own(MOBILENET_THIN, input=InputRecipe(), outputs=('fields',), output_layout='NCHW')
     backend = load(model, path, runtime, threads=1)
-    kept = backend.infer(IMAGES)[0]
+    kept = backend.infer(IMAGES[:1])[0]
     before = kept.copy()
     for size in range(8, 104, 8):
         images = np.random.default_rng(size).integers(0, 256, (1, size, 56, 3), dtype=np.uint8)
         assert_fields(backend.infer(images)[0], expected_fields(images, model.input, weights))
     np.testing.assert_array_equal(kept, before)
-    np.testing.assert_array_equal(backend.infer(IMAGES)[0], before)
+    np.testing.assert_array_equal(backend.infer(IMAGES[:1])[0], before)
 
 
 # --- networks that find people themselves ---------------------------------------------------------------------------
@@ -238,22 +243,6 @@ def test_rtmo_from_picture_to_named_joints(runtime, rtmo):
                                rtol=1e-5)
 
 
-@pytest.mark.parametrize('hint', ['latency', 'throughput'])
-def test_batch_of_a_network_that_takes_single_pictures(runtime, movenet, hint):
-    without_opencv(runtime)
-    model, path = movenet
-    people, = load(model, path, runtime, hint=hint).infer(grey(64, 96, 1, 2, 3))
-    np.testing.assert_allclose(people[:, 0, 55], [0.9, 1.8, 2.7], rtol=1e-5)
-
-
-def test_pictures_with_different_numbers_of_candidates_are_filled_with_nobody():
-    boxes = [np.ones((1, count, 5), np.float32) for count in (2, 0, 3)]
-    images = np.arange(3, dtype=np.uint8).reshape(3, 1, 1, 1)
-    joined, = one_by_one(lambda image: (boxes[image[0, 0, 0, 0]],), images)
-    assert joined.shape == (3, 3, 5)
-    np.testing.assert_array_equal(joined[..., 4], [[1, 1, 0], [0, 0, 0], [1, 1, 1]])
-
-
 # --- the whole way --------------------------------------------------------------------------------------------------
 
 def test_a_person_painted_in_colours_is_found_by_a_network_that_reads_them(runtime, tmp_path):
@@ -277,7 +266,7 @@ def test_a_person_painted_in_colours_is_found_by_a_network_that_reads_them(runti
     assert (keypoints[0, :, 2] > 0).sum() == 2
 
 
-# --- OpenVINO: several at once, compiled networks on disk -----------------------------------------------------------
+# --- OpenVINO: hints, compiled networks on disk ---------------------------------------------------------------------
 
 @pytest.fixture
 def pooled(tmp_path):
@@ -291,8 +280,7 @@ def pooled(tmp_path):
 def test_throughput_gives_what_latency_gives(pooled):
     model, path, expected = pooled
     backend = load(model, path, 'openvino', hint='throughput')
-    assert_fields(backend.infer(IMAGES)[0], expected)
-    assert_fields(backend.infer(np.concatenate([IMAGES[::-1], IMAGES]))[0], np.concatenate([expected[::-1], expected]))
+    assert_fields(infer_all(backend, IMAGES)[0], expected)
 
 
 def blobs(folder):
@@ -302,12 +290,12 @@ def blobs(folder):
 def test_compiled_network_is_kept_and_the_file_not_read_again(pooled, tmp_path, monkeypatch):
     model, path, expected = pooled
     cache = tmp_path / 'cache' / 'deep'
-    assert_fields(load(model, path, 'openvino', compiled_cache=str(cache)).infer(IMAGES)[0], expected)
+    assert_fields(infer_all(load(model, path, 'openvino', compiled_cache=str(cache)), IMAGES)[0], expected)
     assert len(blobs(cache)) == 2  # of the self-check's size and of this one
 
     from openpose_ros_pkg.networks.backends.openvino import OpenvinoBackend
     monkeypatch.delattr(OpenvinoBackend, '_prepared')
-    assert_fields(load(model, path, 'openvino', compiled_cache=str(cache)).infer(IMAGES)[0], expected)
+    assert_fields(infer_all(load(model, path, 'openvino', compiled_cache=str(cache)), IMAGES)[0], expected)
 
 
 @pytest.mark.parametrize('change', ['mean', 'threads', 'file'])
@@ -323,7 +311,7 @@ def test_compiled_network_of_something_else_is_not_taken(pooled, tmp_path, chang
         expected = expected * 2
     backend = load(model, path, 'openvino', compiled_cache=cache, threads=int(change == 'threads'))
     assert len(blobs(Path(cache))) == 2
-    assert_fields(backend.infer(IMAGES)[0], expected)
+    assert_fields(infer_all(backend, IMAGES)[0], expected)
 
 
 @pytest.mark.parametrize('damage', [
@@ -336,7 +324,7 @@ def test_damaged_compiled_network_is_compiled_again(pooled, tmp_path, caplog, da
     load(model, path, 'openvino', compiled_cache=str(cache))
     blob, = blobs(cache)
     blob.write_bytes(damage(blob.read_bytes()))
-    assert_fields(load(model, path, 'openvino', compiled_cache=str(cache)).infer(IMAGES)[0], expected)
+    assert_fields(infer_all(load(model, path, 'openvino', compiled_cache=str(cache)), IMAGES)[0], expected)
     assert 'is damaged: it is compiled again' in caplog.text
     caplog.clear()
     load(model, path, 'openvino', compiled_cache=str(cache))  # what was kept again is whole
@@ -348,7 +336,7 @@ def test_cache_that_can_not_be_written_does_not_stop_the_start(pooled, tmp_path,
     model, path, expected = pooled
     (tmp_path / 'file').touch()
     backend = load(model, path, 'openvino', compiled_cache=str(tmp_path / place))
-    assert_fields(backend.infer(IMAGES)[0], expected)
+    assert_fields(infer_all(backend, IMAGES)[0], expected)
     assert caplog.text.count('the cache of compiled networks can not be used') == 1
 
 
@@ -382,7 +370,7 @@ from test_backends_networks import IMAGES, MOBILENET_THIN, InputRecipe, load, ow
 model = own(MOBILENET_THIN, input=InputRecipe(), outputs=('fields',), output_layout='NCHW')
 networks = [load(model, Path(sys.argv[1]), 'openvino') for _ in range(2)]
 for network in networks:
-    network.infer(IMAGES)
+    network.infer(IMAGES[:1])
 del network
 while networks:
     del networks[0]

@@ -78,7 +78,7 @@ def decode_direct(outputs: Sequence[np.ndarray], model: Model, params: DirectDec
     return Poses(people[kept].astype(np.float32), scores[kept].astype(np.float32))
 
 
-def _movenet(outputs: Sequence[np.ndarray], params: DirectDecodeParams,
+def _decode_movenet(outputs: Sequence[np.ndarray], params: DirectDecodeParams,
              net_size: Tuple[int, int]) -> Tuple[np.ndarray, np.ndarray]:
     """Return joints (P, 17, 3) in pixels and scores (P,) of MoveNet MultiPose.
 
@@ -91,7 +91,7 @@ def _movenet(outputs: Sequence[np.ndarray], params: DirectDecodeParams,
     return joints, rows[:, 55]
 
 
-def _rtmo(outputs: Sequence[np.ndarray], params: DirectDecodeParams,
+def _decode_rtmo(outputs: Sequence[np.ndarray], params: DirectDecodeParams,
           net_size: Tuple[int, int]) -> Tuple[np.ndarray, np.ndarray]:
     """Return joints (P, 17, 3) in pixels and scores (P,) of RTMO, of boxes that overlap only the surest.
 
@@ -104,7 +104,8 @@ def _rtmo(outputs: Sequence[np.ndarray], params: DirectDecodeParams,
     return joints[kept], boxes[kept, 4]
 
 
-_DECODERS: Dict[str, Callable[..., Tuple[np.ndarray, np.ndarray]]] = {'movenet_multipose': _movenet, 'rtmo': _rtmo}
+_DECODERS: Dict[str, Callable[..., Tuple[np.ndarray, np.ndarray]]] = {
+    'movenet_multipose': _decode_movenet, 'rtmo': _decode_rtmo}
 
 
 def _surest(scores: np.ndarray, same: Callable[[int, int], bool]) -> List[int]:

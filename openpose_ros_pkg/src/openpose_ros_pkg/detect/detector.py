@@ -251,7 +251,7 @@ def _ensemble(frame: PreparedFrame, views: Sequence[Sequence[ComputedView]]) -> 
     """Vote on the people that the passes find, and refine the surest on crops; return them and the networks' time."""
     recipe = frame.setup.recipe
     joint_sigmas = sigmas(recipe.skeleton)
-    people = group(_candidates(frame.setup, views), joint_sigmas)
+    people = group(_pass_opinions(frame.setup, views), joint_sigmas)
     keypoints = [vote(person, recipe.weights[:recipe.pass_opinions], joint_sigmas) for person in people]
     seconds = 0.0
     for i in _worth_refining(keypoints, frame.setup):
@@ -263,7 +263,7 @@ def _ensemble(frame: PreparedFrame, views: Sequence[Sequence[ComputedView]]) -> 
                  np.array([person_score(pose) for pose in keypoints], np.float32)), seconds
 
 
-def _candidates(setup: _Setup, views: Sequence[Sequence[ComputedView]]) -> List[np.ndarray]:
+def _pass_opinions(setup: _Setup, views: Sequence[Sequence[ComputedView]]) -> List[np.ndarray]:
     """Return the poses, (P, K, 3), of each opinion that the passes give."""
     decode = setup.settings.decode
     decode = replace(decode, person_min_score=min(ENSEMBLE.candidate_share * decode.person_min_score,

@@ -183,10 +183,10 @@ def _fetch(model: Model, target: Path, say: Callable[[str], None], fetch: Callab
     with tempfile.TemporaryDirectory(prefix='openpose_ros_') as folder:
         try:
             archive = fetch(source, Path(folder))
-            _compare(archive, WeightsFile(source.file, sha256=source.sha256), source.file)
+            _check_file(archive, WeightsFile(source.file, sha256=source.sha256), source.file)
             weights = Path(folder) / file.name
             weights.write_bytes(_member(archive, source.member))
-            _compare(weights, file, source.member)
+            _check_file(weights, file, source.member)
             legal = {member.rsplit('!', 1)[-1].rsplit('/', 1)[-1]: _member(archive, member)
                      for member in source.legal}
             content = weights.read_bytes()
@@ -196,7 +196,7 @@ def _fetch(model: Model, target: Path, say: Callable[[str], None], fetch: Callab
     return legal
 
 
-def _compare(path: Path, expected: WeightsFile, what: str) -> None:
+def _check_file(path: Path, expected: WeightsFile, what: str) -> None:
     """Raise ModelError when a file is not the expected one."""
     fault = file_fault(path, expected)
     if fault:

@@ -31,12 +31,12 @@ class Backend(Protocol):
         The backend follows the model's `InputRecipe` in all but the size: colours, layout, type, mean and scale.
 
         Args:
-            images: (N, H, W, 3) uint8 BGR, H and W multiples of the recipe's `multiple_of`, or its `fixed_size`.
+            images: (1, H, W, 3) uint8 BGR, H and W multiples of the recipe's `multiple_of`, or its `fixed_size`.
+                Networks compute one image at a time: batches gain nothing (docs/decisions.md).
 
         Returns:
             One float32 array for each of the model's `outputs`, in their order, the caller's own. With decoder 'paf':
-            (N, C, H / stride, W / stride). Others: as the network gives them, N first; where the images differ in
-            their number of candidates, the rest is zero.
+            (1, C, H / stride, W / stride). Others: as the network gives them.
         """
 
 
@@ -56,9 +56,8 @@ class BackendParams(Parameters):
         'f32', 'f32: reproducible. auto: OpenVINO may use bf16 where the processor has it, about twice as fast, and a '
                'GPU f16; results differ in the second digit.', choices=('f32', 'auto'))
     hint: str = parameter(
-        'latency', 'How OpenVINO uses its threads. latency: all for one image, with the shortest time per image. '
-                   'throughput: for several images at a time; up to a tenth more images per second, each with more '
-                   'latency.',
+        'latency', 'How OpenVINO uses its threads. latency: all for one image. throughput: in streams for several '
+                   'images, for machines that run several detectors.',
         choices=('latency', 'throughput'))
     device: str = parameter(
         'cpu', 'Where the network is computed: cpu; cuda, by onnxruntime-gpu or an OpenCV built with CUDA; tensorrt, '

@@ -1,6 +1,4 @@
-"""From images to a network's input, and from its outputs to ours, for runtimes that can not do it in the graph."""
-from typing import Callable, List, Tuple
-
+"""From an image to a network's input, and from its outputs to ours, for runtimes that can not do it in the graph."""
 import cv2
 import numpy as np
 
@@ -8,13 +6,13 @@ from openpose_ros_pkg.networks.models import InputRecipe, Model
 
 
 def network_input(images: np.ndarray, recipe: InputRecipe) -> np.ndarray:
-    """Turn images into what a network takes.
+    """Turn an image into what a network takes.
 
     Args:
-        images: (N, H, W, 3) uint8 BGR.
+        images: (1, H, W, 3) uint8 BGR.
 
     Returns:
-        (N, 3, H, W) or (N, H, W, 3), float32 or uint8, as the recipe says.
+        (1, 3, H, W) or (1, H, W, 3), float32 or uint8, as the recipe says.
     """
     if recipe.dtype == 'float32' and recipe.layout == 'NCHW':
         # One pass over the pixels: colours, mean, scale and layout at once.
@@ -42,27 +40,3 @@ def own_output(output: np.ndarray, model: Model, layout: str) -> np.ndarray:
     if model.decoder == 'paf' and layout == 'NHWC' and output.ndim == 4:
         output = output.transpose(0, 3, 1, 2)
     return np.array(output, np.float32, order='C')
-
-
-def takes_batches(model: Model) -> bool:
-    """Whether a network computes several images at once: those that find people themselves are made for one."""
-    return model.decoder == 'paf'
-
-
-def one_by_one(infer: Callable[[np.ndarray], Tuple[np.ndarray, ...]], images: np.ndarray) -> Tuple[np.ndarray, ...]:
-    """Compute images one after the other and put their outputs together.
-
-    Their number of candidates may differ; what lacks is filled with zeros, which is nobody: the scores are zero.
-    """
-    results = [infer(images[i:i + 1]) for i in range(len(images))]
-    if len(results) == 1:
-        return results[0]
-    return tuple(_joined(list(outputs)) for outputs in zip(*results))
-
-
-def _joined(outputs: List[np.ndarray]) -> np.ndarray:
-    most = max(output.shape[1] for output in outputs)
-    joined = np.zeros((len(outputs), most, *outputs[0].shape[2:]), np.float32)
-    for row, output in zip(joined, outputs):
-        row[:output.shape[1]] = output[0]
-    return joined

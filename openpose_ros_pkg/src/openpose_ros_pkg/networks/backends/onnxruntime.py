@@ -6,7 +6,7 @@ import numpy as np
 import onnxruntime as ort
 
 from openpose_ros_pkg.errors import ModelError, ParameterError
-from openpose_ros_pkg.networks.backends.arrays import network_input, one_by_one, own_output, takes_batches
+from openpose_ros_pkg.networks.backends.arrays import network_input, own_output
 from openpose_ros_pkg.networks.models import Model
 
 _PROVIDERS = {'cpu': 'CPUExecutionProvider', 'cuda': 'CUDAExecutionProvider', 'tensorrt': 'TensorrtExecutionProvider'}
@@ -55,8 +55,6 @@ class OnnxruntimeBackend:
 
     def infer(self, images: np.ndarray) -> Tuple[np.ndarray, ...]:
         """Compute the network; see `Backend.infer`."""
-        if len(images) > 1 and not takes_batches(self._model):
-            return one_by_one(self.infer, images)
         outputs = self._session.run(self._outputs, {self._input: network_input(images, self._model.input)})
         return tuple(own_output(output, self._model, self._model.output_layout) for output in outputs)
 

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 
 from openpose_ros_pkg.errors import ModelError, ParameterError
-from openpose_ros_pkg.networks.backends.arrays import network_input, one_by_one, own_output, takes_batches
+from openpose_ros_pkg.networks.backends.arrays import network_input, own_output
 from openpose_ros_pkg.networks.models import InputRecipe, Model
 
 
@@ -59,8 +59,6 @@ class OpencvBackend:
 
     def infer(self, images: np.ndarray) -> Tuple[np.ndarray, ...]:
         """Compute the network; see `Backend.infer`."""
-        if len(images) > 1 and not takes_batches(self._model):
-            return one_by_one(self.infer, images)
         self._net.setInput(network_input(images, self._recipe))
         # Copies: OpenCV writes into the memory of its results again.
         return tuple(own_output(output, self._model, self._layout) for output in self._net.forward(self._outputs))

@@ -7,13 +7,12 @@ import io
 import logging
 from collections import OrderedDict
 from pathlib import Path
-from typing import Any, Dict, List, Tuple
+from typing import Any, Dict, Tuple
 
 import numpy as np
 import openvino as ov
 
 from openpose_ros_pkg.errors import ModelError
-from openpose_ros_pkg.networks.backends.arrays import one_by_one
 from openpose_ros_pkg.networks.backends.compiled_cache import open_cache
 from openpose_ros_pkg.networks.models import InputRecipe, Model
 
@@ -48,12 +47,11 @@ class OpenvinoBackend:
         Args:
             threads: 0 for as many as there are cores.
             precision: 'f32', or 'auto' for what the processor is fastest at.
-            hint: 'latency': all threads for one image; 'throughput': the images of a batch in parallel.
+            hint: 'latency': all threads for one image; 'throughput': in streams for several images.
             compiled_cache: folder; '' the default one, 'off' none.
         """
         self._model, self._weights = model, weights
         self._core = _core()
-        self._parallel = hint == 'throughput'
         self._config: Dict[str, Any] = {'PERFORMANCE_HINT': hint.upper()}
         if precision == 'f32':
             self._config['INFERENCE_PRECISION_HINT'] = 'f32'
@@ -63,7 +61,7 @@ class OpenvinoBackend:
             self._config['ENABLE_CPU_PINNING'] = False
         self._cache = open_cache(compiled_cache)
         self._graph = None
-        self._compiled: OrderedDict[Tuple[int, ...], Any] = OrderedDict()
+        self._requests: OrderedDict[Tuple[int, ...], Any] = OrderedDict()
         self._sizes = 0
         self.description = f'OpenVINO {ov.__version__.split("-")[0]} (precision {precision}, {hint})'
 
@@ -73,27 +71,19 @@ class OpenvinoBackend:
         Raises:
             ModelError: OpenVINO can not read the weights, or the graph has not what the model says.
         """
-        images = np.ascontiguousarray(images)
-        # Never as one batch: it takes as long as one by one, and each number of images would have to be compiled.
-        requests = self._requests((1, *images.shape[1:]), len(images) if self._parallel else 1)
-        if len(requests) == 1:
-            return one_by_one(lambda image: _computed(requests[0], image), images)
-        for i, request in enumerate(requests):
-            request.start_async({0: images[i:i + 1]}, share_inputs=True)
-        finished = iter(requests)
-        return one_by_one(lambda image: _waited(next(finished)), images)
+        request = self._request(images.shape)
+        request.infer({0: np.ascontiguousarray(images)}, share_inputs=True)
+        # copies: the memory of the request is written again by the next image
+        return tuple(tensor.data.copy() for tensor in request.output_tensors)
 
-    def _requests(self, shape: Tuple[int, ...], count: int) -> List[Any]:
-        """Return requests for an input size, compiling the network for sizes that are new or long unused."""
-        if shape not in self._compiled:
-            self._compiled[shape] = (self._compile(shape), [])
-            if len(self._compiled) > _KEPT_SIZES:
-                self._compiled.popitem(last=False)
-        self._compiled.move_to_end(shape)
-        network, requests = self._compiled[shape]
-        while len(requests) < count:
-            requests.append(network.create_infer_request())
-        return requests[:count]
+    def _request(self, shape: Tuple[int, ...]) -> Any:
+        """Return the request for an input size, compiling the network for sizes that are new or long unused."""
+        if shape not in self._requests:
+            self._requests[shape] = self._compile(shape).create_infer_request()
+            if len(self._requests) > _KEPT_SIZES:
+                self._requests.popitem(last=False)
+        self._requests.move_to_end(shape)
+        return self._requests[shape]
 
     def _compile(self, shape: Tuple[int, ...]) -> Any:
         self._sizes += 1
@@ -132,21 +122,6 @@ class OpenvinoBackend:
             except (RuntimeError, ValueError) as error:
                 raise ModelError(f'OpenVINO can not load {self._weights} as {self._model.name}: {error}') from error
         return self._graph
-
-
-def _computed(request: Any, image: np.ndarray) -> Tuple[np.ndarray, ...]:
-    request.infer({0: image}, share_inputs=True)
-    return _outputs(request)
-
-
-def _waited(request: Any) -> Tuple[np.ndarray, ...]:
-    request.wait()
-    return _outputs(request)
-
-
-def _outputs(request: Any) -> Tuple[np.ndarray, ...]:
-    # Copies: the request's memory is written again by the next image.
-    return tuple(tensor.data.copy() for tensor in request.output_tensors)
 
 
 def _with_outputs(graph: ov.Model, model: Model) -> ov.Model:
