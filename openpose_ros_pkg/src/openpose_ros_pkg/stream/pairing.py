@@ -1,7 +1,7 @@
 """Pair the messages of two streams by their stamps.
 
 Every message pairs with the nearest of the other stream or stays alone; a message whose partner was lost must not take
-its neighbour. The streams tell what "near" is: their period, and the usual difference between the stamps of a pair.
+the next one. What is near follows from the period of the streams and the usual difference between the stamps of a pair.
 """
 from collections import deque
 from dataclasses import dataclass
@@ -9,27 +9,37 @@ from typing import Any, Deque, List, Optional, Tuple
 
 import numpy as np
 
+from openpose_ros_pkg.params.constants import constant
 from openpose_ros_pkg.params.parameters import Parameters, parameter
 
-# Share of the shorter period that a pair may deviate from the usual difference: below a half, so that no message lies
-# within reach of two of the other stream; far enough below it that jitter of a tenth of the period does no harm.
-_SLOP_SHARE = 0.4
-# Slop until period and usual difference are known, and the least ever [s].
-_FIRST_SLOP = 0.005
-_LEAST_SLOP = 0.0005
-# Stamps of each stream to learn from, and how many differences are needed before what they say is believed.
-_HISTORY = 64
-_MIN_PERIODS = 4
-_MIN_OFFSETS = 7
-# Differences between stamps beyond this share of the period belong to a lost partner: not to be learnt from.
-_OFFSET_SHARE = 0.6
-# Lost messages lengthen differences but never shorten them, so the shortest quarter's end is the period.
-_PERIOD_RANK = 0.25
-# Stamps that go back by more are a new beginning (bag loop, restarted clock), by less a late message [ns].
-_RESET_BACKSTEP = 500_000_000
-# Derived bounds of the queues: seconds worth of messages, least and greatest number. Images may wait a second for a
-# late cloud. A cloud of 960 x 540 points takes 16 MB, so at most 15 (250 MB) wait for late images.
-_QUEUE_BOUNDS = ((1.0, 2, 30), (0.5, 2, 15))
+
+@dataclass(frozen=True)
+class PairingConstants:
+    """How period and usual difference of two streams are learnt, and which stamps pair."""
+
+    slop_share: float = constant(
+        0.4, 'Largest deviation of a pair from the usual difference, as a share of the shorter period: below a half, '
+             'so that no message pairs with two; jitter of a tenth of the period does no harm.')
+    first_slop: float = constant(0.005, 'Largest deviation until period and difference are known.', unit='s')
+    least_slop: float = constant(0.0005, 'Least value of the largest deviation.', unit='s')
+    history: int = constant(64, 'Stamps of each stream to learn from.')
+    min_periods: int = constant(4, 'Differences between stamps that a period needs.')
+    min_offsets: int = constant(7, 'Pairs that the usual difference needs.')
+    offset_share: float = constant(
+        0.6, 'Pairs with a greater difference, as a share of the period, are of lost partners: not learnt from.')
+    period_rank: float = constant(
+        0.25, 'The period is this quantile of the differences: lost messages lengthen differences, never shorten them.')
+    reset_backstep: int = constant(
+        500_000_000, 'Stamps that go back by more start a new recording (bag loop, restarted clock), by less they are '
+                     'late messages.', unit='ns')
+    queue_seconds: Tuple[float, float] = constant(
+        (1.0, 0.5), 'Time that messages of each stream may wait: images wait a second for a late cloud.', unit='s')
+    queue_least: int = constant(2, 'Least bound of each queue.')
+    queue_greatest: Tuple[int, int] = constant(
+        (30, 15), 'Greatest bound of each queue: 15 clouds of 960 x 540 points take 250 MB.')
+
+
+PAIRING = PairingConstants()
 
 
 @dataclass(frozen=True)
@@ -48,15 +58,15 @@ class StampMatcher:
     """Pairs the messages of stream 0 and stream 1; not thread-safe.
 
     Attributes:
-        unpaired: messages of each stream that were given up without a partner.
+        unpaired: messages of each stream that were dropped without a partner.
         out_of_order: messages older than, or as old as, the one before them in their stream; they are not used.
-        resets: times that stamps jumped back and everything waiting was forgotten.
+        resets: number of times that stamps jumped back and all waiting messages were dropped.
     """
 
     def __init__(self, params: PairingParams) -> None:
         self._params = params
         self._queues: Tuple[Deque[Tuple[int, Any]], ...] = (deque(), deque())
-        self._stamps: Tuple[Deque[int], ...] = (deque(maxlen=_HISTORY), deque(maxlen=_HISTORY))
+        self._stamps: Tuple[Deque[int], ...] = (deque(maxlen=PAIRING.history), deque(maxlen=PAIRING.history))
         self._periods: List[Optional[float]] = [None, None]
         self._offset: Optional[float] = None
         self.unpaired = [0, 0]
@@ -82,15 +92,15 @@ class StampMatcher:
     def add(self, stream: int, stamp: int, item: Any) -> Optional[Tuple[Any, Any]]:
         """Take a message and return a pair (item of stream 0, item of stream 1) if there is one now.
 
-        A pair is returned at once when no message to come can be nearer to either of the two. Messages older than
-        those of a returned pair are given up; no message is returned twice.
+        A pair is returned at once when no later message can be nearer to either of the two. Messages older than those
+        of a returned pair are dropped; no message is returned twice.
 
         Args:
             stream: 0 or 1.
             stamp: [ns].
         """
         last = self._stamps[stream][-1] if self._stamps[stream] else None
-        if last is not None and stamp < last - _RESET_BACKSTEP:
+        if last is not None and stamp < last - PAIRING.reset_backstep:
             self._reset()
         elif last is not None and stamp <= last:
             self.out_of_order += 1
@@ -99,7 +109,7 @@ class StampMatcher:
         self._learn(stream)
         self._queues[stream].append((stamp, item))
         pair = self._take_pair()
-        self._give_up_hopeless()
+        self._drop_unpairable()
         return pair
 
     def restart(self) -> None:
@@ -109,7 +119,7 @@ class StampMatcher:
         self.out_of_order = self.resets = 0
 
     def finish(self) -> List[Tuple[Any, Any]]:
-        """Return the pairs among what waits, now that nothing is to come; the rest is given up."""
+        """Return the pairs among the waiting messages at the end of the streams; the rest is dropped."""
         pairs = []
         while True:
             pair = self._take_pair(ended=True)
@@ -129,12 +139,12 @@ class StampMatcher:
 
     @property
     def _sure_slop(self) -> float:
-        """Slop within which no message has two candidates [s]."""
+        """Largest deviation at which no message has two candidates [s]."""
         period = self._shorter_period
         if period is None:
-            return _FIRST_SLOP
-        derived = max(_SLOP_SHARE * period * 1e-9, _LEAST_SLOP)
-        return min(derived, _FIRST_SLOP) if self._offset is None else derived
+            return PAIRING.first_slop
+        derived = max(PAIRING.slop_share * period * 1e-9, PAIRING.least_slop)
+        return min(derived, PAIRING.first_slop) if self._offset is None else derived
 
     def _reset(self) -> None:
         """Forget all messages; period and offset stay, as the devices are the same."""
@@ -145,9 +155,9 @@ class StampMatcher:
             self._stamps[stream].clear()
 
     def _learn(self, stream: int) -> None:
-        if len(self._stamps[stream]) > _MIN_PERIODS:
+        if len(self._stamps[stream]) > PAIRING.min_periods:
             differences = np.sort(np.diff(np.array(self._stamps[stream])))
-            self._periods[stream] = float(differences[int(_PERIOD_RANK * len(differences))])
+            self._periods[stream] = float(differences[int(PAIRING.period_rank * len(differences))])
         period = self._shorter_period
         if period is None or not all(self._stamps):
             return
@@ -155,12 +165,12 @@ class StampMatcher:
         first, second = (np.array([stamp - origin for stamp in stamps], np.float64) for stamps in self._stamps)
         of_first, of_second = mutual_nearest(second[None, :] - first[:, None])
         offsets = second[of_second] - first[of_first]
-        offsets = offsets[np.abs(offsets) < _OFFSET_SHARE * period]
-        if len(offsets) >= _MIN_OFFSETS:
+        offsets = offsets[np.abs(offsets) < PAIRING.offset_share * period]
+        if len(offsets) >= PAIRING.min_offsets:
             self._offset = float(np.median(offsets))
 
     def _deviations(self) -> np.ndarray:
-        """Return stamp difference minus offset of all that waits, (N0, N1) float64 [s]."""
+        """Return stamp difference minus offset of all waiting messages, (N0, N1) float64 [s]."""
         origin = self._queues[0][0][0]
         first, second = (np.array([stamp - origin for stamp, _ in queue], np.float64) for queue in self._queues)
         return (second[None, :] - first[:, None]) * 1e-9 - self.offset
@@ -182,16 +192,16 @@ class StampMatcher:
                 return pair
         return None
 
-    def _give_up_hopeless(self) -> None:
-        """Drop what nothing to come can pair with, and what exceeds the queues."""
+    def _drop_unpairable(self) -> None:
+        """Drop messages that no later one can pair with, and those beyond the bounds of the queues."""
         for stream in (0, 1):
             queue = self._queues[stream]
-            while queue and (len(queue) > self._bound(stream) or self._is_hopeless(stream, queue[0][0])):
+            while queue and (len(queue) > self._bound(stream) or self._is_unpairable(stream, queue[0][0])):
                 queue.popleft()
                 self.unpaired[stream] += 1
 
-    def _is_hopeless(self, stream: int, stamp: int) -> bool:
-        """Tell whether the other stream has passed the partner's stamp and nothing near it waits."""
+    def _is_unpairable(self, stream: int, stamp: int) -> bool:
+        """Return whether the other stream has passed the stamp of the partner and no message near it waits."""
         if not self._stamps[1 - stream]:
             return False
         partner = self.offset if stream == 0 else -self.offset
@@ -200,11 +210,12 @@ class StampMatcher:
         return passed and all(abs(distance) >= self.slop for distance in distances)
 
     def _bound(self, stream: int) -> int:
-        seconds, least, greatest = _QUEUE_BOUNDS[stream]
         if self._params.queue_size:
             return self._params.queue_size
-        period = self._periods[stream]
-        return greatest if not period else int(min(max(seconds * 1e9 / period, least), greatest))
+        period, greatest = self._periods[stream], PAIRING.queue_greatest[stream]
+        if not period:
+            return greatest
+        return int(min(max(PAIRING.queue_seconds[stream] * 1e9 / period, PAIRING.queue_least), greatest))
 
 
 def mutual_nearest(differences: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
