@@ -3,5 +3,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 PYTHON = '/usr/bin/python3'  # ROS is installed for the system's Python, whichever comes first on PATH
+VENV = ROOT / '.venv'
+VENV_PYTHON = str(VENV / 'bin/python3')
 LOGS = ROOT / 'logs'
 PACKAGES = tuple(sorted(path.parent.name for path in ROOT.glob('*/package.xml')))

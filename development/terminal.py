@@ -8,13 +8,12 @@ import sys
 import time
 import traceback
 from pathlib import Path
-from typing import Any, Callable, NoReturn, Optional
+from typing import Any, Callable, Dict, NoReturn, Optional
 
 from development import LOGS
 
 INTERRUPTS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 GRACE = 10.0  # [s] in which an interrupted group may end by itself
-PROGRESS_PERIOD = 20.0  # [s] between two lines of progress where the output is no terminal
 
 _group: Optional[int] = None  # the process group at work: its leader's process id
 _activity = ''  # what it does
@@ -26,6 +25,22 @@ def say(text: str) -> None:
 
 def die(message: str) -> NoReturn:
     sys.exit(f'run: {message}')
+
+
+def succeeds(*command: str, quiet: bool = False, **options: Any) -> bool:
+    """Run a command and return whether it was there and succeeded."""
+    output: Dict[str, Any] = {'stdout': subprocess.DEVNULL, 'stderr': subprocess.DEVNULL} if quiet else {}
+    try:
+        return subprocess.run(command, check=False, **output, **options).returncode == 0
+    except FileNotFoundError as error:
+        if not quiet:
+            print(error, file=sys.stderr)
+        return False
+
+
+def output_of(*command: str) -> str:
+    """Return what a command prints, whatever its exit status."""
+    return subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, check=False).stdout
 
 
 def step(title: str, log_name: str, advice: str, function: Callable[..., Any], *args: Any) -> None:
@@ -67,10 +82,9 @@ def _lead_group(function: Callable[..., Any], args: Any, log: Optional[Path]) ->
             signal.signal(number, signal.SIG_DFL)
         os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
         if log:
-            output = os.open(str(log), os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o666)
-            os.dup2(output, 1)
-            os.dup2(output, 2)
-        status = function(*args) or 0
+            os.dup2(os.open(str(log), os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o666), 1)
+            os.dup2(1, 2)
+        status = int(function(*args) or 0)
     except subprocess.CalledProcessError as error:
         print(error, file=sys.stderr)
     except BaseException:  # SystemExit too: what the parent would clean up is not this process's
@@ -82,29 +96,22 @@ def _lead_group(function: Callable[..., Any], args: Any, log: Optional[Path]) ->
 
 
 def _wait_with_progress(child: int, log: Path) -> int:
-    """Wait, on a terminal with a line that is written over again, elsewhere with a line now and then."""
+    """Wait, on a terminal with a line that is written over again, elsewhere with a line every 20 s."""
     started = shown = time.monotonic()
+    period, begin, end = (0.2, '\r\033[K', '') if sys.stdout.isatty() else (20.0, '', '\n')
+    width = shutil.get_terminal_size((120, 24)).columns - 2
     while True:
         ended, status = os.waitpid(child, os.WNOHANG)
         if ended:
-            break
+            print(begin, end='', flush=True)
+            return status
         time.sleep(0.2)
         now = time.monotonic()
-        if sys.stdout.isatty():
-            print(f'\r\033[K      {_progress(log, now - started)[:shutil.get_terminal_size().columns - 8]}', end='',
-                  flush=True)
-        elif now - shown >= PROGRESS_PERIOD:
+        if now - shown >= period:
             shown = now
-            say(f'      {_progress(log, now - started)[:110]}')
-    if sys.stdout.isatty():
-        print('\r\033[K', end='', flush=True)
-    return status
-
-
-def _progress(log: Path, seconds: float) -> str:
-    lines = log.read_text(errors='replace').splitlines() if log.exists() else []
-    last = lines[-1] if lines else ''
-    return f'{seconds:.0f} s  {"".join(letter for letter in last if letter.isprintable())}'
+            last = log.read_text(errors='replace').rstrip().rpartition('\n')[2] if log.exists() else ''
+            line = f'      {now - started:.0f} s  {"".join(filter(str.isprintable, last))}'
+            print(f'{begin}{line[:width]}', end=end, flush=True)
 
 
 def handle_signals() -> None:
@@ -119,27 +126,24 @@ def _interrupted(number: int, _frame: object) -> NoReturn:
         signal.signal(interrupt, signal.SIG_IGN)
     if _group is not None:
         print(f'\nInterrupted: {_activity}. Ending it; the same command goes on from there.', file=sys.stderr)
-        _signal_group(_group, signal.SIGTERM)
         deadline = time.monotonic() + GRACE
-        while _is_alive(_group) and time.monotonic() < deadline:
+        _signal_group(_group, signal.SIGTERM)
+        while _signal_group(_group, 0) and time.monotonic() < deadline:
             time.sleep(0.1)
         _signal_group(_group, signal.SIGKILL)
     sys.exit(128 + number)
 
 
-def _is_alive(group: int) -> bool:
+def _signal_group(group: int, number: int) -> bool:
+    """Signal a group, what sudo runs in it as well, and return whether there was something."""
     with contextlib.suppress(ChildProcessError):
         os.waitpid(group, os.WNOHANG)
-    with contextlib.suppress(PermissionError):  # sudo's
-        try:
-            os.killpg(group, 0)
-        except ProcessLookupError:
-            return False
-    return True
-
-
-def _signal_group(group: int, number: int) -> None:
-    with contextlib.suppress(ProcessLookupError, PermissionError):
+    try:
         os.killpg(group, number)
-    if os.getuid() != 0 and _is_alive(group):
-        subprocess.run(['sudo', '-n', 'kill', f'-{number}', '--', f'-{group}'], stderr=subprocess.DEVNULL, check=False)
+    except ProcessLookupError:
+        return False
+    except PermissionError:
+        pass
+    if number and os.getuid() != 0:
+        succeeds('sudo', '-n', 'kill', f'-{number}', '--', f'-{group}', quiet=True)
+    return True

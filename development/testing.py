@@ -4,15 +4,13 @@ import os
 import shutil
 import signal
 import socket
-import subprocess
 import tempfile
 import time
 from pathlib import Path
 from typing import Callable, Dict, List, Mapping, Optional, Sequence
 
-from development import LOGS, PACKAGES, PYTHON, ROOT
-from development.python_packages import VENV, VENV_PYTHON
-from development.terminal import run_in_group, say
+from development import LOGS, PACKAGES, PYTHON, ROOT, VENV, VENV_PYTHON
+from development.terminal import run_in_group, say, succeeds
 from development.workspace import workspace_environment
 
 MARK = 'OPENPOSE_ROS_TEST'  # by this variable the processes of a test run are known
@@ -33,8 +31,7 @@ def run_groups(names: Sequence[str]) -> int:
         failed |= not _one_test(results, 'processes', 'nothing is left running',
                                 lambda: end_processes(folder, signal.SIGTERM, ENDING_TIME))
         say('')
-        summary = [PYTHON, '-B', 'tests/junit_summary.py', str(results), str(int(failed))]
-        return subprocess.run(summary, check=False).returncode
+        return not succeeds(PYTHON, '-B', 'tests/junit_summary.py', str(results), str(int(failed)))
     finally:
         end_processes(folder, signal.SIGKILL, 0.0)
         shutil.rmtree(str(folder), ignore_errors=True)
@@ -59,7 +56,7 @@ def lint(results: Path) -> int:
         'shellcheck': ['shellcheck', 'run', '.ci/run'],
         'catkin_lint': ['catkin_lint', '--offline', '-W2', '--strict', '.'],
     }
-    return sum(not _one_test(results, title.split()[0], title, functools.partial(_succeeds, command))
+    return sum(not _one_test(results, title.split()[0], title, functools.partial(succeeds, *command))
                for title, command in checks.items())
 
 
@@ -76,9 +73,9 @@ def ros(results: Path) -> int:
     say('== rostests')
     rostests = ROOT / 'build/test_results'
     shutil.rmtree(str(rostests), ignore_errors=True)
-    failed += not _succeeds(['make', '-C', 'build', '-j1', '--no-print-directory', 'run_tests'], environment)
+    failed += not succeeds('make', '-C', 'build', '-j1', '--no-print-directory', 'run_tests', env=environment)
     if rostests.is_dir():  # run_tests succeeds although tests fail
-        failed += not _succeeds(['catkin_test_results', str(rostests)], environment)
+        failed += not succeeds('catkin_test_results', str(rostests), env=environment)
         shutil.copytree(str(rostests), str(results / 'ros'))
     return failed
 
@@ -92,12 +89,8 @@ GROUPS: Dict[str, Callable[[Path], int]] = {'lint': lint, 'unit': unit, 'ros': r
 
 
 def _pytest(results: Path, name: str, paths: List[str], environment: Optional[Mapping[str, str]] = None) -> int:
-    return not _succeeds([VENV_PYTHON, '-m', 'pytest', '-p', 'no:cacheprovider', '--junitxml',
-                          str(results / f'{name}.xml'), *paths], environment)
-
-
-def _succeeds(command: Sequence[str], environment: Optional[Mapping[str, str]] = None) -> bool:
-    return subprocess.run(command, env=environment, check=False).returncode == 0
+    return not succeeds(VENV_PYTHON, '-m', 'pytest', '-p', 'no:cacheprovider', '--junitxml',
+                        str(results / f'{name}.xml'), *paths, env=environment)
 
 
 def _one_test(results: Path, name: str, title: str, function: Callable[[], bool]) -> bool:

