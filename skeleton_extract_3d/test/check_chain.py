@@ -165,9 +165,11 @@ class ChainTest(unittest.TestCase):
         seen: Counter = Counter()
         hidden = []
         for match in matches:
+            # whoever turns back has been seen before; where the sequence begins again, people vanish
+            since = match.round if OF_2D_SERVICE else 0
             if match.truth.shown >= 9 and match.found is not None:
-                seen[match.round, match.truth.id] += 1
-            if match.truth.shown <= 1 and seen[match.round, match.truth.id] >= SIGHTINGS:
+                seen[since, match.truth.id] += 1
+            if match.truth.shown <= 1 and seen[since, match.truth.id] >= SIGHTINGS:
                 hidden.append(match)
         missed = [(match.round, match.frame) for match in hidden if match.found is None]
         found = [match for match in hidden if match.found is not None]
