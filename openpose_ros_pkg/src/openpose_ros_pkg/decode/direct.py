@@ -21,14 +21,14 @@ class DirectDecodeParams(Parameters):
     """Thresholds for networks that find people themselves: MoveNet and RTMO."""
 
     direct_joint_score: float = parameter(
-        0.05, 'Confidence that a joint needs. MoveNet places joints that are out of sight as well, at 0.1 and below. '
-              'Raise it (0.3) where only joints count that are surely seen.', minimum=0.0, maximum=1.0)
+        0.05, 'Confidence that a joint needs. MoveNet also places occluded joints, with 0.1 and below. Raise it (0.3) '
+              'to keep only joints that are clearly visible.', minimum=0.0, maximum=1.0)
     direct_person_score: float = parameter(
         0.0, 'Score that a person needs; 0: the one for the network, 0.15 for MoveNet and 0.7 for RTMO.',
         minimum=0.0, maximum=1.0)
     direct_same_person: float = parameter(
-        0.6, 'Similarity (OKS, of the joints that both have) above which two findings are the same person, and the '
-             'less sure one goes. People who cross have their joints elsewhere, even where their boxes are one.',
+        0.6, 'Similarity (OKS, of the joints that both have) above which two detections are the same person, and the '
+             'one with the lower score is dropped. Unlike the overlap of boxes it separates people who cross.',
         minimum=0.0, maximum=1.0)
 
 

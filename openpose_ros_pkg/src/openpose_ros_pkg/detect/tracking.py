@@ -1,4 +1,4 @@
-"""Who is who from frame to frame: ids for people, from where their keypoints are in the image."""
+"""Track people from frame to frame: ids from the positions of their keypoints in the image."""
 import threading
 from dataclasses import dataclass, replace
 from typing import Dict, List, Optional, Tuple
@@ -38,28 +38,28 @@ TRACKING = TrackingConstants()
 
 @dataclass(frozen=True)
 class TrackingParams(Parameters):
-    """How long and how far a person is followed in the image."""
+    """How long and how far a person is tracked in the image."""
 
     track_timeout: float = parameter(
-        2.0, 'Somebody who is not seen for this long comes back with a new person_ID. Longer bridges longer '
-             'occlusions, but a newcomer may inherit the id of who left just there.',
+        2.0, 'A person who is not seen for longer gets a new person_ID on return. A longer time bridges longer '
+             'occlusions, but a newcomer may inherit the id of a person who left at the same place.',
         unit='s', minimum=0.0, maximum=60.0)
     track_gate: float = parameter(
-        0.7, 'Greatest mean distance of the joints from where they are expected, as a share of the size of the person '
-             '(half the diagonal of the box around the joints), at which it is still the same person.',
+        0.7, 'Largest mean distance between measured and predicted joints of the same person, as a share of the size '
+             'of the person (half the diagonal of the bounding box of the joints).',
         minimum=0.01, maximum=10.0)
 
 
 @dataclass(frozen=True)
 class _Track:
-    """One followed person.
+    """One tracked person.
 
     Attributes:
         id: never used again.
-        xy: (K, 2) float64 [px], where each joint was or, if hidden since, would have moved to; NaN: never seen.
+        xy: (K, 2) float64 [px], where each joint was, or would have moved to if it is occluded since; NaN: never seen.
         velocity: (2,) [px/s] of the person as a whole.
         size: [px].
-        stamp: of the last sight [s].
+        stamp: of the last detection [s].
     """
 
     id: int
@@ -69,15 +69,15 @@ class _Track:
     stamp: float
 
     def way(self, stamp: float) -> np.ndarray:
-        """Return how far the person should have moved since the last sight, (2,) [px]."""
+        """Return the predicted motion of the person since the last detection, (2,) [px]."""
         return self.velocity * np.clip(stamp - self.stamp, 0.0, TRACKING.extrapolation)
 
 
 class KeypointTracker:
-    """Gives people ids that stay while they stay: one tracker per camera; not thread-safe.
+    """Gives people ids that stay the same while they are in view: one tracker per camera; not thread-safe.
 
     People are matched to tracks as a whole (Hungarian method) by the mean distance of their joints from a prediction
-    with constant velocity, relative to their size. Somebody who matches no track begins a new one at once.
+    with constant velocity, relative to their size. A person who matches no track starts a new one at once.
     """
 
     def __init__(self, params: TrackingParams) -> None:
@@ -87,14 +87,14 @@ class KeypointTracker:
         self._newest: Optional[float] = None
 
     def reconfigure(self, params: TrackingParams) -> None:
-        """Follow by other limits from the next frame on; ids stay."""
+        """Use other limits from the next frame on; ids stay."""
         self._params = params
 
     def update(self, people: People2D, stamp: float) -> People2D:
         """Return the people of a frame with their ids.
 
-        A frame that is delivered twice, or a little late, gets the ids of those it shows. Stamps that jump back end
-        all tracks.
+        A frame that is delivered twice, or a little late, gets the ids of the people that it shows. Stamps that jump
+        back end all tracks.
 
         Args:
             stamp: of the frame [s].
@@ -138,7 +138,7 @@ class CameraTrackers:
         self._lock = threading.Lock()
 
     def reconfigure(self, params: TrackingParams) -> None:
-        """Follow by other limits from the next frame on; ids stay."""
+        """Use other limits from the next frame on; ids stay."""
         with self._lock:
             self._params = params
             for tracker in self._trackers.values():
@@ -196,7 +196,7 @@ def _middles(xy: np.ndarray) -> np.ndarray:
 
 
 def _continued(track: _Track, xy: np.ndarray, size: float, stamp: float) -> _Track:
-    """Return the track after a sight of the person at (K, 2) positions."""
+    """Return the track after a detection of the person at (K, 2) positions."""
     if stamp < track.stamp:
         return track
     elapsed = max(stamp - track.stamp, TRACKING.least_elapsed)

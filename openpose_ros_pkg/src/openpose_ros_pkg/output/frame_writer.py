@@ -1,4 +1,4 @@
-"""All files of a frame: what the parameters ask for, under OpenPose's names."""
+"""Write all files of a frame that the parameters ask for, under OpenPose's names."""
 import logging
 from dataclasses import dataclass, replace
 from functools import partial
@@ -99,7 +99,7 @@ class FrameWriter:
         return self._images is not None or self._video is not None or self._scale.keypoint_scale != 0
 
     def reconfigure(self, draw: DrawParams) -> None:
-        """Draw in this way from the next frame on."""
+        """Use other drawing parameters from the next frame on."""
         self._draw = draw
 
     def files(self, frame: Union[str, int]) -> List[Path]:

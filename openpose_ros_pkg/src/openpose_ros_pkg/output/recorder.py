@@ -1,4 +1,4 @@
-"""Save frames without holding up who finds the people in them."""
+"""Save frames in a thread of its own, so that detection does not wait for the disk."""
 import logging
 import threading
 from collections import deque
@@ -52,14 +52,13 @@ class Recorder:
 
     @property
     def counters(self) -> Dict[str, int]:
-        """Number of files and video frames written and failed, of frames dropped because the queue was full, and of
-        frames that wait."""
+        """Numbers: files and video frames that were written, that failed, that a full queue dropped, that wait."""
         with self._condition:
             return {'written': self._writer.written, 'failed': self._writer.failed + self._broken,
                     'dropped': self._dropped, 'waiting': len(self._queue)}
 
     def submit(self, frame: Union[str, int], bgr: Optional[np.ndarray], people: People2D) -> bool:
-        """Have a frame saved.
+        """Queue a frame to be saved.
 
         Args:
             frame: name of the files, as `frame_name` makes it; or a number.
@@ -83,7 +82,7 @@ class Recorder:
         return False
 
     def reconfigure(self, draw: DrawParams) -> None:
-        """Draw in this way from the next frame on."""
+        """Use other drawing parameters from the next frame on."""
         self._writer.reconfigure(draw)
 
     def close(self) -> None:
