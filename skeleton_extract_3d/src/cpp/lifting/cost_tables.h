@@ -15,6 +15,13 @@
 
 namespace skeleton_extract_3d
 {
+// For processors with vectors of eight floats the compiler makes a second version, chosen when the module is loaded.
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
+#define VECTORISED __attribute__((target_clones("avx2", "default"))) static
+#else
+#define VECTORISED static
+#endif
+
 constexpr float INFINITE = std::numeric_limits<float>::infinity();
 
 constexpr int LANES = 8;  ///< numbers that are compared side by side; rows of tables are filled up to a multiple of it
@@ -77,7 +84,7 @@ inline void lower(const float* row, float value, int columns, float* result)
 }
 
 /** For each row, the least sum with a message to the columns. */
-inline void passToRows(const Table& table, const Message& message, float* result)
+VECTORISED void passToRows(const Table& table, const Message& message, float* result)
 {
   for (int i = 0; i < table.rows; ++i)
   {
@@ -86,7 +93,7 @@ inline void passToRows(const Table& table, const Message& message, float* result
 }
 
 /** For each column, the least sum with a message to the rows. */
-inline void passToColumns(const Table& table, const Message& message, float* result)
+VECTORISED void passToColumns(const Table& table, const Message& message, float* result)
 {
   std::fill_n(result, table.columns, INFINITE);
   for (int i = 0; i < table.rows; ++i)
@@ -108,7 +115,7 @@ struct Length
 };
 
 /** Fill a table with the costs of a bone between candidates of its ends. */
-inline void lengthCosts(const Candidates& start, const Candidates& end, const Length& length, float limit, Table& table)
+VECTORISED void lengthCosts(const Candidates& start, const Candidates& end, const Length& length, float limit, Table& table)
 {
   const int columns = table.columns;
   const float start_start = dot(start.ray, start.ray), end_end = dot(end.ray, end.ray);
@@ -136,7 +143,7 @@ struct Lead
 };
 
 /** Add the costs of where a limb points. */
-inline void addDirectionCosts(const Candidates& start, const Candidates& end, const Lead& outwards, const Lead& forward,
+VECTORISED void addDirectionCosts(const Candidates& start, const Candidates& end, const Lead& outwards, const Lead& forward,
                               float limit, Table& table)
 {
   const int columns = table.columns;

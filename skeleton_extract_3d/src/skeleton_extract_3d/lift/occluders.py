@@ -6,11 +6,12 @@ import numpy as np
 from skeleton_extract_3d.body.body import ENDS, JOINTS, MIDDLES, SIDES
 from skeleton_extract_3d.constants import COMPILED, METHOD
 from skeleton_extract_3d.lift.records import ObservedPeople, Ownership
-from skeleton_extract_3d.lift.surfaces import depths_at, lower_median
+from skeleton_extract_3d.lift.surfaces import WEIGHTS, depths_at, lower_median
 from skeleton_extract_3d.points.point_grid import PointGrid
 
 _OCCLUDERS = METHOD.occluders
 _BESIDE = np.array([_OCCLUDERS.just_beside, *_OCCLUDERS.beyond])
+_ONES = np.ones(len(WEIGHTS))
 _ARMS = np.isin(np.arange(len(JOINTS)), [*MIDDLES[:2], *ENDS[:2]])
 _OUTER, _OUTER_SIDES = np.concatenate([MIDDLES, ENDS]), np.concatenate([SIDES, SIDES])
 # The joint towards which a limb runs from each joint, in the order of COCO_18.
@@ -33,7 +34,6 @@ def others_depths(uv: np.ndarray, joint_depths: np.ndarray, focal: float) -> np.
     return COMPILED.others_depths(uv, joint_depths, focal)
 
 
-@np.errstate(invalid='ignore')
 def foreign_samples(samples: np.ndarray, others: np.ndarray, expected: np.ndarray) -> Optional[np.ndarray]:
     """Return which samples lie on other people, (P, 18, 25); None if no sample does.
 
@@ -84,7 +84,6 @@ def covered_by_self(uv: np.ndarray, root: np.ndarray, focal: float) -> np.ndarra
     return COMPILED.covered_by_self(uv, root, focal)
 
 
-@np.errstate(invalid='ignore')
 def likely_own(points: PointGrid, seen: ObservedPeople, root: np.ndarray, covered: np.ndarray) -> np.ndarray:
     """Return how likely the surfaces at the keypoints belong to the joints' limbs, (P, 18) of 0..1.
 
@@ -96,9 +95,9 @@ def likely_own(points: PointGrid, seen: ObservedPeople, root: np.ndarray, covere
         covered: (P, 18) where another part of the body may be, of `covered_by_self`.
     """
     likely = np.ones(seen.known.shape)
-    count = np.isfinite(seen.samples).sum(axis=2)
+    count = np.isfinite(seen.samples) @ _ONES
     # the median is in front where half of the samples are
-    in_front = (seen.samples < (root - _OCCLUDERS.in_front)[:, None, None]).sum(axis=2)
+    in_front = (seen.samples < (root - _OCCLUDERS.in_front)[:, None, None]) @ _ONES
     in_front = (2 * in_front >= count) & (in_front > 0)
     on_trunk = covered & _ARMS & (count > 0)
     person, joint = np.nonzero(in_front | on_trunk)

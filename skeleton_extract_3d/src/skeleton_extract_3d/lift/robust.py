@@ -21,6 +21,7 @@ _NOSE_AHEAD, _EARS_APART = _BODY.head_points[0, 2], _BODY.head_points[4, 0] - _B
 class RobustLifting:
     """All joints of a person together: by the surfaces, the lengths of bones and what was known before."""
 
+    @np.errstate(invalid='ignore')  # samples, and depths before, are NaN where missing
     def lift(self, seen: ObservedPeople, points: PointGrid, expected: Expectation) -> Lifted:
         """Return where the joints are; see `lifting.LiftingMethod`."""
         root, sure, foreign = _trunk(seen, expected)

@@ -170,7 +170,6 @@ def foreground(samples: np.ndarray) -> np.ndarray:
     return np.where(total > 0, np.where(near, samples, 0.0).sum(axis=2) / np.maximum(total, 1), np.nan)
 
 
-@np.errstate(invalid='ignore')
 def mean_within(seen: ObservedPeople, foreign: Optional[np.ndarray], joints: np.ndarray, offsets: np.ndarray,
                 middle: np.ndarray, reach: float) -> Tuple[np.ndarray, np.ndarray]:
     """Return the mean of all the samples that say that people are near a depth, (P,) [m], and their weight, (P,).
