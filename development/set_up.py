@@ -65,7 +65,7 @@ def _check_place() -> None:
         die('this is for Debian bookworm and Ubuntu focal, with apt')
     if re.search(BAD_IN_PATHS, str(ROOT)):
         die(f'ROS can not work in a folder with such a name; move the checkout: {ROOT}')
-    if not os.access(str(LOGS if LOGS.is_dir() else ROOT), os.W_OK):
+    if not all(os.access(str(folder), os.W_OK) for folder in (ROOT, LOGS) if folder.exists()):
         die(f'{os.environ.get("USER", "this user")} may not write in {ROOT}')
     LOGS.mkdir(exist_ok=True)
 
