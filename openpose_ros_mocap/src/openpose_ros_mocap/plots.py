@@ -43,14 +43,15 @@ def error_per_joint(comparison: Comparison) -> Figure:
     """Draw median (bar) and 90th percentile (line) of the errors of each joint, measured and inferred apart."""
     figure = new_figure(9, 0.34 * len(comparison.joints) + 1.6)
     axes = figure.add_subplot(1, 1, 1)
-    table, places = comparison.table(), np.arange(len(comparison.joints))[::-1]
+    table, places = comparison.table().dropna(subset=['error']), np.arange(len(comparison.joints))[::-1]
     handles, labels = [], []
     for status, shift in ((MEASURED, 0.19), (INFERRED, -0.19)):
-        errors = 1e3 * table[table.status == status].groupby('joint').error.quantile([0.5, 0.9]).unstack()
-        errors = errors.reindex(list(comparison.joints))
-        if not errors.notna().any().any():
+        errors = 1e3 * table.error[table.status == status]
+        if not len(errors):
             continue
-        median, high, at = errors[0.5], errors[0.9], places + shift
+        by_joint, at = errors.groupby(table.joint.astype(str)), places + shift
+        # one by one, as versions of pandas differ in the order of several at a time
+        median, high = (by_joint.quantile(share).reindex(list(comparison.joints)) for share in (0.5, 0.9))
         handles.append(axes.barh(at, median.fillna(0), 0.34, color=STATUS_COLOURS[status]))
         axes.hlines(at, median, high, color=STATUS_COLOURS[status], linewidth=1.6)
         axes.plot(high, at, '|', color=STATUS_COLOURS[status], markersize=7, markeredgewidth=1.6)
@@ -71,12 +72,12 @@ def error_over_time(comparison: Comparison) -> Figure:
     people = _people(comparison)
     figure = new_figure(9, 3.6)
     axes, colours = figure.add_subplot(1, 1, 1), person_colours(people)
-    table, handles = comparison.table(), []
-    table = table[table.found]
+    table, handles = comparison.table().dropna(subset=['error']), []
     for person in people:
         of_person = table[table.subject == comparison.subjects[person]]
-        errors = 1e3 * of_person.groupby('time').error.quantile([0.1, 0.5, 0.9]).unstack()
-        times, (low, middle, high) = _with_breaks(errors.index.to_numpy(), errors.to_numpy().T)
+        by_time = 1e3 * of_person.set_index('time').error
+        low, middle, high = (by_time.groupby(level=0).quantile(share) for share in (0.1, 0.5, 0.9))
+        times, (low, middle, high) = _with_breaks(low.index.to_numpy(), np.stack([low, middle, high]))
         axes.fill_between(times, low, high, color=colours[person], alpha=0.15, linewidth=0)
         handles += axes.plot(times, middle, color=colours[person], linewidth=1.6)
     tidy_axes(axes, ylabel='error [mm]')
