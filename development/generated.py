@@ -89,7 +89,7 @@ def _shown(value: Any) -> str:
 
 def _rows(titles: Sequence[str], rows: Iterable[Sequence[str]]) -> List[str]:
     lines = [titles, ['---'] * len(titles), *rows]
-    return [f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in line)} |" for line in lines]
+    return [f"| {' | '.join(re.sub(r'([|<])', r'\\\1', cell) for cell in line)} |" for line in lines]
 
 
 def _config_files() -> List[Tuple[str, str, Any]]:
