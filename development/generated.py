@@ -89,7 +89,8 @@ def _shown(value: Any) -> str:
 
 def _rows(titles: Sequence[str], rows: Iterable[Sequence[str]]) -> List[str]:
     lines = [titles, ['---'] * len(titles), *rows]
-    return [f"| {' | '.join(re.sub(r'([|<])', r'\\\1', cell) for cell in line)} |" for line in lines]
+    escaped = [[re.sub(r'([|<])', r'\\\1', cell) for cell in line] for line in lines]
+    return [f"| {' | '.join(line)} |" for line in escaped]
 
 
 def _config_files() -> List[Tuple[str, str, Any]]:
