@@ -5,8 +5,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from known_fields import FRONT
-from openpose_ros_pkg.detect.ensemble import group, most_alike, person_score, vote, without_duplicates
-from openpose_ros_pkg.detect.oks import sigmas
+from openpose_ros_pkg.detect.ensemble import group, most_alike, person_scores, vote, without_duplicates
+from openpose_ros_pkg.oks import sigmas
 from openpose_ros_pkg.people import People2D, Poses
 from openpose_ros_pkg.skeletons import COCO_18
 
@@ -166,12 +166,12 @@ def test_any_opinions_give_a_pose_among_them(seed, count, noise, share, silent):
 def test_score_of_a_person():
     """The root mean square: (9 * 0.6^2 + 9 * 0.8^2) / 18 = 0.5, and (9 * 0.6^2) / 18 = 0.18 where half is missing."""
     person = pose(100, 0.6)
-    assert person_score(person) == pytest.approx(0.6)
+    assert person_scores(person[None])[0] == pytest.approx(0.6)
     person[9:, 2] = 0.8
-    assert person_score(person) == pytest.approx(np.sqrt(0.5))
+    assert person_scores(person[None])[0] == pytest.approx(np.sqrt(0.5))
     person[9:] = (np.nan, np.nan, 0)
-    assert person_score(person) == pytest.approx(np.sqrt(0.18))
-    assert person_score(without(person, *COCO_18.joints)) == 0
+    assert person_scores(person[None])[0] == pytest.approx(np.sqrt(0.18))
+    assert person_scores(without(person, *COCO_18.joints)[None])[0] == 0
 
 
 def test_duplicates_of_nobody():

@@ -6,11 +6,12 @@ from known_fields import NETWORKS, render_fields, two_people
 from openpose_ros_pkg.decode.direct import DirectDecodeParams
 from openpose_ros_pkg.decode.paf import DecodeParams
 from openpose_ros_pkg.detect.ensemble import most_alike
-from openpose_ros_pkg.detect.oks import sigmas
 from openpose_ros_pkg.detect.recipes import CropRefinement, NetworkPass
-from openpose_ros_pkg.detect.views import ComputedView, decode_crop, decode_views, prepare_crop, prepare_views
+from openpose_ros_pkg.detect.refinement import decode_crop, prepare_crop
+from openpose_ros_pkg.detect.views import ComputedView, decode_views, prepare_views
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.networks.models import MOBILENET_THIN, MODELS, MOVENET_MULTIPOSE
+from openpose_ros_pkg.oks import sigmas
 from openpose_ros_pkg.skeletons import COCO_18
 from stand_in_networks import MovenetNetwork, PafNetwork, chart, mirrored, person_at
 

@@ -1,33 +1,17 @@
 """From an image to the people in it: views, networks, decoders, and one opinion out of several."""
 import logging
-from dataclasses import dataclass, replace
-from typing import Dict, List, Sequence, Tuple
+from dataclasses import dataclass
+from typing import Dict, Sequence, Tuple
 
 import numpy as np
 
 from openpose_ros_pkg.decode.direct import DirectDecodeParams
 from openpose_ros_pkg.decode.paf import DecodeParams
-from openpose_ros_pkg.detect.ensemble import (
-    ENSEMBLE,
-    EnsembleParams,
-    Opinions,
-    group,
-    most_alike,
-    person_score,
-    vote,
-    without_duplicates,
-)
-from openpose_ros_pkg.detect.oks import sigmas
+from openpose_ros_pkg.detect.ensemble import EnsembleParams, accepted, candidate_thresholds, vote_on_people
 from openpose_ros_pkg.detect.recipes import CROP_MODEL, DetectorParams, Recipe, recipe_of
+from openpose_ros_pkg.detect.refinement import refine
 from openpose_ros_pkg.detect.target_rate import fitted_to_rate
-from openpose_ros_pkg.detect.views import (
-    ComputedView,
-    PreparedView,
-    decode_crop,
-    decode_views,
-    prepare_crop,
-    prepare_views,
-)
+from openpose_ros_pkg.detect.views import PreparedView, decode_views, prepare_views
 from openpose_ros_pkg.errors import BadInputError, ModelError, ParameterError
 from openpose_ros_pkg.networks.backends import Backend, BackendParams, create_backend
 from openpose_ros_pkg.networks.models import Model, weights_path
@@ -51,11 +35,17 @@ class DetectorSettings:
 
 @dataclass(frozen=True)
 class _Setup:
-    """What a frame is computed with, whatever is reconfigured in the meantime."""
+    """What a frame is computed with, whatever is reconfigured in the meantime.
+
+    Attributes:
+        decode, direct: thresholds of the decoders; where several opinions follow, those of candidates.
+    """
 
     recipe: Recipe
     networks: Dict[str, Backend]
     settings: DetectorSettings
+    decode: DecodeParams
+    direct: DirectDecodeParams
 
 
 @dataclass(frozen=True)
@@ -148,7 +138,7 @@ class Detector:
             _log.warning("parameter 'decoder' = %r has no effect: there is one decoder", settings.decode.decoder)
         self._networks = networks
         self.lock = FairLock()
-        self._setup = _Setup(*self._load(settings.detector), settings)
+        self._setup = _setup(*self._load(settings.detector), settings)
 
     @property
     def recipe(self) -> Recipe:
@@ -174,7 +164,7 @@ class Detector:
         recipe, loaded = self._setup.recipe, self._setup.networks
         if settings.detector != self._setup.settings.detector:
             recipe, loaded = self._load(settings.detector)
-        self._setup = _Setup(recipe, loaded, settings)
+        self._setup = _setup(recipe, loaded, settings)
 
     def detect(self, bgr: np.ndarray) -> People2D:
         """Find the people in an image, the surest first.
@@ -204,28 +194,31 @@ class Detector:
 
         Crop refinement needs the people of the full image, so decoding lies between the networks.
         """
-        setup = frame.setup
+        setup, recipe = frame.setup, frame.setup.recipe
         views = [[view.compute(setup.networks[one.model.name]) for view in of_pass]
-                 for one, of_pass in zip(setup.recipe.passes, frame.views)]
+                 for one, of_pass in zip(recipe.passes, frame.views)]
         seconds = sum(view.seconds for of_pass in views for view in of_pass)
-        if setup.recipe.is_ensemble:
-            poses, crop_seconds = _ensemble(frame, views)
-            seconds += crop_seconds
-        else:
-            settings = setup.settings
-            poses, = decode_views(setup.recipe.passes[0], views[0], settings.decode, settings.direct)
+        opinions = [poses for one, of_pass in zip(recipe.passes, views)
+                    for poses in decode_views(one, of_pass, setup.decode, setup.direct)]
+        poses = opinions[0]
+        if recipe.is_ensemble:
+            people = vote_on_people(opinions, recipe)
+            if recipe.refinements:
+                people, crop_seconds = refine(people, frame.bgr, recipe, setup.networks[CROP_MODEL.name], setup.direct,
+                                              setup.settings.decode.person_min_score)
+                seconds += crop_seconds
+            poses = people.poses
         return ComputedFrame((frame.bgr.shape[1], frame.bgr.shape[0]), poses, seconds, setup)
 
     def finish(self, frame: ComputedFrame) -> People2D:
         """Return the people of a computed image; see `detect`."""
-        skeleton = frame.setup.recipe.skeleton
-        poses = frame.poses
-        if frame.setup.recipe.is_ensemble:
-            poses = _accepted(without_duplicates(poses, sigmas(skeleton)), frame.setup)
+        setup, poses = frame.setup, frame.poses
+        if setup.recipe.is_ensemble:
+            poses = accepted(poses, setup.recipe, setup.settings.decode, setup.settings.ensemble)
         # half a pixel beyond the centre of the outermost pixel is still that pixel
         keypoints = poses.keypoints.copy()
         keypoints[..., :2] = np.clip(keypoints[..., :2], 0, np.subtract(frame.image_size, 1))
-        return People2D(skeleton, keypoints, poses.scores, np.full(len(poses.scores), -1))
+        return People2D(setup.recipe.skeleton, keypoints, poses.scores, np.full(len(poses.scores), -1))
 
     def _load(self, params: DetectorParams) -> Tuple[Recipe, Dict[str, Backend]]:
         """Return the recipe that the parameters ask for, or a faster one for `target_rate`, and its networks."""
@@ -247,67 +240,11 @@ def create_detector(settings: DetectorSettings) -> Detector:
     return Detector(settings, Networks(settings.backend, settings.detector.model_folder))
 
 
-def _ensemble(frame: PreparedFrame, views: Sequence[Sequence[ComputedView]]) -> Tuple[Poses, float]:
-    """Vote on the people that the passes find, and refine the surest on crops; return them and the networks' time."""
-    recipe = frame.setup.recipe
-    joint_sigmas = sigmas(recipe.skeleton)
-    people = group(_pass_opinions(frame.setup, views), joint_sigmas)
-    keypoints = [vote(person, recipe.weights[:recipe.pass_opinions], joint_sigmas) for person in people]
-    seconds = 0.0
-    for i in _worth_refining(keypoints, frame.setup):
-        of_crops, crop_seconds = _refine(frame, keypoints[i], joint_sigmas)
-        keypoints[i] = vote({**people[i], **of_crops}, recipe.weights, joint_sigmas)
-        seconds += crop_seconds
-    joints = len(recipe.skeleton.joints)
-    return Poses(np.array(keypoints, np.float32).reshape(-1, joints, 3),
-                 np.array([person_score(pose) for pose in keypoints], np.float32)), seconds
-
-
-def _pass_opinions(setup: _Setup, views: Sequence[Sequence[ComputedView]]) -> List[np.ndarray]:
-    """Return the poses, (P, K, 3), of each opinion that the passes give."""
-    decode = setup.settings.decode
-    decode = replace(decode, person_min_score=min(ENSEMBLE.candidate_share * decode.person_min_score,
-                                                  ENSEMBLE.candidate_most))
-    return [poses.keypoints for one, of_pass in zip(setup.recipe.passes, views)
-            for poses in decode_views(one, of_pass, decode, _candidate_params(setup))]
-
-
-def _candidate_params(setup: _Setup) -> DirectDecodeParams:
-    return replace(setup.settings.direct, direct_person_score=ENSEMBLE.candidate_person,
-                   direct_joint_score=ENSEMBLE.candidate_joint)
-
-
-def _worth_refining(keypoints: Sequence[np.ndarray], setup: _Setup) -> np.ndarray:
-    """Return the numbers of the people to refine, the surest first; doubtful ones seldom become people by it."""
-    recipe = setup.recipe
-    if not recipe.refinements:
-        return np.zeros(0, int)
-    scores = np.array([person_score(pose) for pose in keypoints])
-    surest = np.argsort(-scores, kind='stable')[:recipe.max_refined]
-    return surest[scores[surest] >= recipe.acceptance * setup.settings.decode.person_min_score]
-
-
-def _refine(frame: PreparedFrame, person: np.ndarray, joint_sigmas: np.ndarray) -> Tuple[Opinions, float]:
-    """Let the network see a person, (K, 3), on crops; return its opinions, and the time that it took [s]."""
-    recipe, opinions, seconds = frame.setup.recipe, {}, 0.0
-    for number, refinement in enumerate(recipe.refinements, start=recipe.pass_opinions):
-        crop = prepare_crop(frame.bgr, person, refinement, recipe.crop_side).compute(
-            frame.setup.networks[CROP_MODEL.name])
-        seconds += crop.seconds
-        pose = most_alike(decode_crop(crop, _candidate_params(frame.setup)).keypoints, person, joint_sigmas)
-        if pose is not None:
-            opinions[number] = pose
-    return opinions, seconds
-
-
-def _accepted(poses: Poses, setup: _Setup) -> Poses:
-    """Leave out joints and people below their thresholds."""
-    acceptance, decode = setup.recipe.acceptance, setup.settings.decode
-    keypoints = poses.keypoints.copy()
-    keypoints[keypoints[..., 2] < acceptance * setup.settings.ensemble.joint_min_score] = (np.nan, np.nan, 0)
-    joints = (keypoints[..., 2] > 0).sum(axis=1)
-    kept = (poses.scores >= acceptance * decode.person_min_score) & (joints >= decode.person_min_joints)
-    return Poses(keypoints[kept], poses.scores[kept])
+def _setup(recipe: Recipe, networks: Dict[str, Backend], settings: DetectorSettings) -> _Setup:
+    decode, direct = settings.decode, settings.direct
+    if recipe.is_ensemble:
+        decode, direct = candidate_thresholds(decode, direct)
+    return _Setup(recipe, networks, settings, decode, direct)
 
 
 def _check_image(bgr: np.ndarray) -> None:

@@ -4,12 +4,15 @@ Every network, input size and crop gives poses, its opinion. A joint is placed w
 scores, promise the greatest object keypoint similarity (`oks`). Its score is the share of the opinions that agree:
 high where all networks see the joint, low where one sees it alone.
 """
-from dataclasses import dataclass
-from typing import Dict, List, Optional, Sequence
+from dataclasses import dataclass, replace
+from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
-from openpose_ros_pkg.detect.oks import area, similarity
+from openpose_ros_pkg.decode.direct import DirectDecodeParams
+from openpose_ros_pkg.decode.paf import DecodeParams
+from openpose_ros_pkg.detect.recipes import Recipe
+from openpose_ros_pkg.oks import area, sigmas, similarity
 from openpose_ros_pkg.params.constants import constant
 from openpose_ros_pkg.params.parameters import Parameters, parameter
 from openpose_ros_pkg.people import Poses
@@ -42,6 +45,39 @@ ENSEMBLE = EnsembleConstants()
 
 Opinions = Dict[int, np.ndarray]
 """Poses of one person, (K, 3) float32 each, by the number of the source."""
+
+
+class Candidates(NamedTuple):
+    """People on whom opinions were put together, those below the thresholds too.
+
+    Attributes:
+        opinions: of each person.
+        keypoints: (P, K, 3) float32: x, y [px of the image], score; where the opinions place the joints.
+    """
+
+    opinions: List[Opinions]
+    keypoints: np.ndarray
+
+    @property
+    def poses(self) -> Poses:
+        """The people without the opinions on them."""
+        return Poses(self.keypoints, person_scores(self.keypoints))
+
+
+def candidate_thresholds(decode: DecodeParams, direct: DirectDecodeParams) -> Tuple[DecodeParams, DirectDecodeParams]:
+    """Return thresholds of the decoders for people on whom several opinions follow."""
+    score = min(ENSEMBLE.candidate_share * decode.person_min_score, ENSEMBLE.candidate_most)
+    return replace(decode, person_min_score=score), replace(
+        direct, direct_person_score=ENSEMBLE.candidate_person, direct_joint_score=ENSEMBLE.candidate_joint)
+
+
+def vote_on_people(opinions: Sequence[Poses], recipe: Recipe) -> Candidates:
+    """Find out who is the same person in the opinions of the passes, and vote on each person."""
+    joint_sigmas = sigmas(recipe.skeleton)
+    people = group([poses.keypoints for poses in opinions], joint_sigmas)
+    weights = recipe.weights[:recipe.pass_opinions]
+    keypoints = [vote(person, weights, joint_sigmas) for person in people]
+    return Candidates(people, np.array(keypoints, np.float32).reshape(-1, len(joint_sigmas), 3))
 
 
 def group(sources: Sequence[np.ndarray], joint_sigmas: np.ndarray) -> List[Opinions]:
@@ -106,9 +142,19 @@ def vote(opinions: Opinions, weights: Sequence[float], joint_sigmas: np.ndarray)
     return result
 
 
-def person_score(keypoints: np.ndarray) -> float:
-    """Return the score of a person, (K, 3) float: the root mean square of its joints' scores, missing ones being 0."""
-    return float(np.sqrt((keypoints[:, 2] ** 2).mean()))
+def person_scores(keypoints: np.ndarray) -> np.ndarray:
+    """Return the scores of people, (P, K, 3): the root mean square of their joints' scores, missing ones being 0."""
+    return np.sqrt((keypoints[..., 2] ** 2).mean(axis=1))
+
+
+def accepted(poses: Poses, recipe: Recipe, decode: DecodeParams, params: EnsembleParams) -> Poses:
+    """Leave out who is found twice, then joints and people below their thresholds."""
+    poses = without_duplicates(poses, sigmas(recipe.skeleton))
+    keypoints = poses.keypoints.copy()
+    keypoints[keypoints[..., 2] < recipe.acceptance * params.joint_min_score] = (np.nan, np.nan, 0)
+    joints = (keypoints[..., 2] > 0).sum(axis=1)
+    kept = (poses.scores >= recipe.acceptance * decode.person_min_score) & (joints >= decode.person_min_joints)
+    return Poses(keypoints[kept], poses.scores[kept])
 
 
 def without_duplicates(poses: Poses, joint_sigmas: np.ndarray) -> Poses:

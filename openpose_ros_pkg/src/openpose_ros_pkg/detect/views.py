@@ -1,4 +1,4 @@
-"""What a network sees: the full image at some sizes, its mirror image, or a crop; and the people it finds there."""
+"""What a network sees of an image: all of it at some sizes, or its mirror image; and the people it finds there."""
 import time
 from dataclasses import dataclass
 from typing import List, Optional, Sequence, Tuple
@@ -8,26 +8,12 @@ import numpy as np
 from openpose_ros_pkg.decode.direct import DirectDecodeParams, decode_direct
 from openpose_ros_pkg.decode.fields import average_fields
 from openpose_ros_pkg.decode.paf import DecodeParams, decode_fields
-from openpose_ros_pkg.detect.oks import extent
-from openpose_ros_pkg.detect.recipes import CROP_MODEL, CropRefinement, NetworkPass
+from openpose_ros_pkg.detect.recipes import NetworkPass
 from openpose_ros_pkg.networks.backends import Backend
 from openpose_ros_pkg.networks.models import Model
 from openpose_ros_pkg.networks.preprocess import ImageToNet, fit_image
-from openpose_ros_pkg.params.constants import constant
 from openpose_ros_pkg.people import Poses
 from openpose_ros_pkg.skeletons import SkeletonModel
-
-
-@dataclass(frozen=True)
-class CropConstants:
-    """How a person is cut out of the image."""
-
-    least_side: int = constant(16, 'Least side of a crop; below, there is nothing to see.', unit='px')
-    sure_joint: float = constant(
-        0.25, 'Joints with a lower score do not widen the crop: they are guesses, often of what is out of sight.')
-
-
-CROP = CropConstants()
 
 
 @dataclass(frozen=True)
@@ -126,35 +112,3 @@ def averaged_fields(views: Sequence[ComputedView], model: Model) -> np.ndarray:
     """Return the mean of what a network with part affinity fields gives, (C, h, w) float32 on the first view's grid."""
     fields = [view.outputs[0] if len(view.outputs) == 1 else np.concatenate(view.outputs) for view in views]
     return average_fields(fields, [view.view.plan for view in views], [view.view.mirror for view in views], model)
-
-
-def prepare_crop(bgr: np.ndarray, person: np.ndarray, refinement: CropRefinement, side: int) -> PreparedView:
-    """Cut a person out of an image.
-
-    Args:
-        bgr: (H, W, 3) uint8 BGR.
-        person: (K, 3) float: x, y [px of the image], score.
-        side: of the network's input [px].
-    """
-    left, top, right, bottom = _crop_box(person, refinement.margin, bgr.shape)
-    recipe = CROP_MODEL.input
-    plan = fit_image((right - left, bottom - top), side, side, recipe.multiple_of, whole_box=True)
-    return View(plan, refinement.mirror, (left, top)).prepare(bgr, recipe.padding)
-
-
-def decode_crop(crop: ComputedView, params: DirectDecodeParams) -> Poses:
-    """Find the people in a crop, in pixels of the image."""
-    plan = crop.view.plan
-    poses = decode_direct(crop.outputs, CROP_MODEL, params, plan.net_size, plan.scaled_size)
-    return crop.view.in_image(poses, CROP_MODEL.skeleton)
-
-
-def _crop_box(person: np.ndarray, margin: float, shape: Tuple[int, ...]) -> Tuple[int, int, int, int]:
-    """Return left, top, right, bottom [px] of the square around a person, clipped to the image."""
-    sure = person[person[:, 2] >= CROP.sure_joint]
-    low, high = extent(sure if len(sure) > 1 else person)
-    half = max(margin * (high - low).max(), CROP.least_side) / 2
-    centre = (low + high) / 2
-    left, top = np.maximum(np.floor(centre - half), 0).astype(int)
-    right, bottom = np.minimum(np.ceil(centre + half) + 1, shape[1::-1]).astype(int)
-    return left, top, right, bottom
