@@ -40,7 +40,6 @@ def rotation(seed):
 def test_no_tracks():
     joints = filters(tracks=0, points=18).predicted(DT, np.full(18, 4.0))
     joints = corrected(joints, np.zeros((0, 18, 3)), np.eye(3)).transformed(np.eye(3), np.zeros(3))
-    joints = joints.select(np.zeros(0, bool))
     assert joints.position.shape == (0, 18, 3) and joints.sigmas().shape == (0, 18)
 
 
@@ -197,13 +196,6 @@ def test_points_are_set_anew():
     for place in ((0, 0), (0, 1), (1, 1)):
         np.testing.assert_array_equal(joints.position[place], before.position[place])
         np.testing.assert_array_equal(covariances(joints)[place], covariances(before)[place])
-
-
-def test_tracks_are_kept_by_a_mask_or_by_rows():
-    joints = filters(tracks=3)._replace(position=np.arange(9.0).reshape(3, 1, 3) // 3)
-    joints = joints.select(np.array([True, False, True]))
-    assert joints.position[:, 0, 0].tolist() == [0, 2] and joints.cross_covariance.shape == (2, 1, 3, 3)
-    assert joints.select(np.array([1, 0])).position[:, 0, 0].tolist() == [2, 0]
 
 
 def test_in_another_frame_the_same_happens():

@@ -21,8 +21,7 @@ def _rest_sigmas() -> np.ndarray:
 class MemoryConstants:
     """When everything is forgotten."""
 
-    greatest_backstep: float = constant(
-        0.5, 'Stamps that go back by more are a new beginning (bag loop), by less a late frame.', unit='s')
+    greatest_backstep: float = constant(0.5, 'Stamps that go back by more are a new beginning (bag loop).', unit='s')
 
 
 @dataclass(frozen=True)
@@ -30,9 +29,8 @@ class JointFilterConstants:
     """How measurements correct a filter."""
 
     trusted_deviations: float = constant(
-        4.0, 'A measurement beyond this many standard deviations has its covariance scaled up so that it lies there: '
-             'jumps are followed within frames, but one wild measurement does not throw the joint.',
-        unit='standard deviations')
+        4.0, 'A measurement further off gets a covariance that puts it there: jumps are followed within frames, but '
+             'one wild measurement does not throw the joint.', unit='standard deviations')
 
 
 @dataclass(frozen=True)
@@ -40,31 +38,26 @@ class BirthConstants:
     """What is known of a person in the first frame."""
 
     joint_sigma: float = constant(0.3, 'Standard deviation per axis of the joints of a new track.', unit='m')
-    root_sigma: float = constant(0.1, 'Standard deviation per axis of the middle of the trunk of a new track.',
-                                 unit='m')
-    speed: float = constant(1.0, 'Standard deviation per axis of the velocities of a new track.', unit='m/s')
+    root_sigma: float = constant(0.1, "The same of the trunk's middle.", unit='m')
+    speed: float = constant(1.0, 'The same of both velocities.', unit='m/s')
 
 
 @dataclass(frozen=True)
 class IdentityConstants:
     """What it costs to take a person of the frame for somebody who is followed."""
 
-    same_depth: float = constant(
-        0.08, "Depths within this share of the track's depth count as the track's.", unit='share')
+    same_depth: float = constant(0.08, "Depths nearer to the track's depth count as the track's.", unit='share')
     distance_unit: float = constant(0.3, 'Distance across the view that costs 1.', unit='m')
     evidence_unit: float = constant(6.7, 'Log likelihood of another depth of the trunk that costs 1.')
     colour_unit: float = constant(25.0, 'Difference of the clothes that costs 1.', unit='Delta E (CIE 1976)')
-    most_colour: float = constant(
-        2.0, 'Greatest cost of other colours: they may be those of what covers the person.')
+    most_colour: float = constant(2.0, 'Greatest cost of other colours: they may be of what covers the person.')
     away: float = constant(0.3, 'Colours count in full for people who were not detected for longer.', unit='s')
     present_share: float = constant(0.3, 'Weight of the colours of people who were detected since.', unit='share')
-    most_evidence: float = constant(
-        20.0, "Greatest log likelihood of another depth at which it may still be the track's person.")
+    most_evidence: float = constant(20.0, 'Greatest log likelihood of another depth of the same person.')
     same_place: float = constant(
-        0.25, 'Keypoints nearer to where the track expects them are not refused for their depth: most surfaces of a '
-              'person who is almost hidden are those of another one.', unit='m')
-    repeated_distance: float = constant(
-        0.22, 'Somebody whose joints are nearer to those of a followed person (median) is that person.', unit='m')
+        0.25, 'Keypoints nearer to where they are expected are not refused for their depth: most surfaces of '
+              'somebody who is almost hidden are those of another person.', unit='m')
+    repeated_distance: float = constant(0.22, 'Newcomers nearer to a track (median of joints) are it.', unit='m')
     repeated_joints: int = constant(2, 'Joints that both must have for that.', unit='joints')
     measured_frames: int = constant(3, 'A stature measured in more frames is known.', unit='frames')
     measured_spread: float = constant(0.06, 'Standard deviation of a known stature.', unit='share')
@@ -74,10 +67,8 @@ class IdentityConstants:
 class AppearanceConstants:
     """How the colours of clothes are measured and compared."""
 
-    depth_range: float = constant(
-        0.35, "Samples within this distance of the trunk's depth show the person's clothes.", unit='m')
-    memory: float = constant(30.0, 'A remembered colour weighs at most this much, so that light may change.',
-                             unit='frames')
+    depth_range: float = constant(0.35, "Samples nearer to the trunk's depth show the person's clothes.", unit='m')
+    memory: float = constant(30.0, 'Greatest weight of a remembered colour: light may change.', unit='frames')
 
 
 @dataclass(frozen=True)
@@ -86,11 +77,9 @@ class ExpectationConstants:
 
     depth_sigma: float = constant(0.06, 'Error of an expected depth beyond that of the filter.', unit='m')
     depth_factor: float = constant(1.5, 'Factor of the error of an expected depth.')
-    turning_time: float = constant(
-        0.1, 'The direction that people face is averaged over about this time.', unit='s')
+    turning_time: float = constant(0.1, 'The direction that people face is averaged over this time.', unit='s')
     least_elapsed: float = constant(0.01, 'Frames count as at least this far apart.', unit='s')
-    most_turning_weight: float = constant(
-        4.0, 'Greatest weight of the direction before, in units of the present frame.')
+    most_turning_weight: float = constant(4.0, 'Greatest weight of the direction before.', unit='frames')
 
 
 @dataclass(frozen=True)
@@ -98,23 +87,18 @@ class CorrectionConstants:
     """How exactly a frame places joints."""
 
     across: float = constant(0.013, 'Error of a keypoint across the view, at full score.', unit='m')
-    across_by_score: float = constant(
-        0.11, 'Growth of this error with the square of what the score lacks to 1.', unit='m')
+    across_by_score: float = constant(0.11, 'Growth of this error, times (1 - score) squared.', unit='m')
     across_hidden: float = constant(0.02, 'What a hidden joint adds to this error.', unit='m')
     along_measured: float = constant(0.024, 'Error along the ray of a measured surface and its offset.', unit='m')
     along_inferred: float = constant(0.05, 'Least error along the ray of an inferred depth.', unit='m')
-    body_sigma: float = constant(
-        0.01, 'Error of the body model, the same in every frame: no filter takes it away.', unit='m')
-    sure_score: float = constant(
-        0.75, 'A keypoint that bones contradict is used from this score on; others from hidden_min_score.')
-    unknown_speed: float = constant(
-        1.0, 'Standard deviation per axis of the velocity of a joint that is placed for the first time.', unit='m/s')
-    root_measured: float = constant(
-        0.03, "Error per axis of the trunk's middle by at least three measured corners.", unit='m')
-    root_guessed: float = constant(0.15, 'The same by fewer.', unit='m')
+    body_sigma: float = constant(0.01, 'Error of the body model: no filter takes it away.', unit='m')
+    sure_score: float = constant(0.75, 'Keypoints that bones contradict are used from this score on.')
+    unknown_speed: float = constant(1.0, 'Error per axis of the velocity of a joint in its first frame.', unit='m/s')
     corners: int = constant(3, 'Measured corners of a trunk that is known.', unit='joints')
+    root_measured: float = constant(0.03, 'Error per axis of the middle of such a trunk.', unit='m')
+    root_guessed: float = constant(0.15, 'The same of another trunk.', unit='m')
     measured_reach: float = constant(
-        0.12, 'A smoothed joint counts as measured up to this distance from where the frame has it.', unit='m')
+        0.12, 'A smoothed joint further from where the frame has it counts as inferred.', unit='m')
     down_share: float = constant(0.2, "Weight of a frame in the trunk's direction downwards.", unit='share')
     least_trunk: float = constant(0.1, 'A shorter trunk has no direction: sum of both sides.', unit='m')
 
@@ -123,19 +107,15 @@ class CorrectionConstants:
 class BoneConstraintConstants:
     """How lengths of bones pull joints."""
 
-    change: float = constant(
-        0.03, "How far the length of a person's bone changes, by clothes and by where annotators see joints.",
-        unit='share')
-    most_violation: float = constant(
-        0.4, 'A bone that is violated by more has a keypoint elsewhere, which a length does not mend.', unit='share')
+    change: float = constant(0.03, "Change of a bone's length, by clothes and annotators' views.", unit='share')
+    most_violation: float = constant(0.4, 'A bone violated by more has a keypoint elsewhere.', unit='share')
 
 
 @dataclass(frozen=True)
 class CompletionConstants:
     """Where joints without a keypoint are, and how sure that is."""
 
-    sigma_at_once: float = constant(
-        0.04, 'Error of a joint that has just lost its keypoint, beyond the error of its parent.', unit='m')
+    sigma_at_once: float = constant(0.04, "Error of a joint that loses its keypoint, beyond its parent's.", unit='m')
     sigma_growth: float = constant(0.35, 'Growth of this error.', unit='m/s')
     rest_sigmas: np.ndarray = constant(
         _rest_sigmas(), 'Greatest error, that of a joint which was never seen, in the order of COCO_18.', unit='m')
@@ -158,13 +138,10 @@ class OutOfSightConstants:
     sigma_growth: float = constant(0.45, 'Growth of this error.', unit='m/s')
     walking_time: float = constant(1.0, 'They slow down with this time constant.', unit='s')
     greatest_speed: float = constant(2.0, 'They walk at most this fast.', unit='m/s')
-    behind: float = constant(
-        0.35, 'The view of a joint is free if the surface at its pixel is further behind it than this.', unit='m')
-    free_share: float = constant(
-        0.35, 'Somebody would be seen if the view of more than this share of the joints is free.', unit='share')
+    behind: float = constant(0.35, 'The view of a joint is free if the surface is further behind it.', unit='m')
+    free_share: float = constant(0.35, 'Who has more joints in free view would be seen.', unit='share')
     least_sightings: int = constant(3, 'Somebody detected in fewer frames is not reported.', unit='frames')
-    least_inside: float = constant(
-        0.5, 'Somebody of whom a smaller share of the joints would be in the image is not reported.', unit='share')
+    least_inside: float = constant(0.5, 'Somebody with fewer joints within the image is not reported.', unit='share')
 
 
 @dataclass(frozen=True)

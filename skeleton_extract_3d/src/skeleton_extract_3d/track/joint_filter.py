@@ -50,14 +50,6 @@ class JointFilter(NamedTuple):
         covariance = np.broadcast_to(sigma ** 2 * _IDENTITY, (*position.shape, 3))
         return cls.moving(position, np.zeros(position.shape), covariance, speed)
 
-    def select(self, tracks: np.ndarray) -> 'JointFilter':
-        """Return the filters of some tracks, by a mask or by indices."""
-        return JointFilter(*(value[tracks] for value in self))
-
-    def joined(self, others: 'JointFilter') -> 'JointFilter':
-        """Return these filters and then others."""
-        return JointFilter(*(np.concatenate(both) for both in zip(self, others)))
-
     def where(self, chosen: np.ndarray, others: 'JointFilter') -> 'JointFilter':
         """Return the others where (T, K) points are chosen, and these elsewhere."""
         return JointFilter(*(np.where(chosen.reshape(*chosen.shape, *(1,) * (value.ndim - 2)), other, value)
