@@ -28,7 +28,8 @@ def observe(people: People2D, image_size: Tuple[int, int], points: PointGrid, ca
     uv = grid_positions(keypoints[..., :2], image_size, (points.width, points.height))
     known = np.isfinite(uv).all(axis=2)
     scores = np.where(known, keypoints[..., 2].astype(np.float64), 0.0)
-    rays = camera.rays(_with_guesses(uv, known).reshape(-1, 2)).reshape(*known.shape, 3)
+    places = _with_guesses(uv, known)
+    rays = camera.rays(places.reshape(-1, 2)).reshape(*known.shape, 3)
     finite = np.isfinite(rays).all(axis=2)
     if not finite.all():  # where the lens can not be inverted there is no ray
         known &= finite

@@ -7,6 +7,7 @@ import numpy as np
 
 from openpose_ros_pkg.people import People2D
 from skeleton_extract_3d.body.body import BODY, BONES, JOINTS
+from skeleton_extract_3d.constants import METHOD
 
 
 @dataclass(frozen=True)
@@ -48,11 +49,8 @@ class ObservedPeople:
 
     def select(self, indices: np.ndarray) -> 'ObservedPeople':
         """Return some of the people, in the order of their indices (N,)."""
-        people = self.people_2d
         arrays = {name: value[indices] for name, value in vars(self).items() if isinstance(value, np.ndarray)}
-        return dataclasses.replace(
-            self, people_2d=dataclasses.replace(people, keypoints=people.keypoints[indices],
-                                                scores=people.scores[indices], ids=people.ids[indices]), **arrays)
+        return dataclasses.replace(self, people_2d=self.people_2d.select(indices), **arrays)
 
 
 class Expectation(NamedTuple):
@@ -83,6 +81,23 @@ class Expectation(NamedTuple):
                    np.full((people, 3), np.nan), np.full(people, BODY.adult_stature),
                    np.full(people, BODY.stature_spread), np.repeat(BODY.bone_lengths[None], people, axis=0),
                    np.full((people, len(BONES)), BODY.proportion_spread))
+
+    def with_sizes(self, seen: ObservedPeople, root: np.ndarray, sure: np.ndarray) -> 'Expectation':
+        """Return the expectation with the stature of strangers by their size in the image, where their depth is sure.
+
+        Args:
+            root: (P,) depth of the trunk [m].
+            sure: (P,) bool.
+        """
+        known = sure & (self.stature_spread >= BODY.stature_spread) & np.isfinite(seen.adult_depth)
+        if not known.any():
+            return self
+        ratio = np.log(np.where(known, root / seen.adult_depth, 1.0))
+        # the mean of what adults are and what is seen, by their spreads
+        prior, seen_precision = self.stature_spread ** -2, METHOD.trunk.stature_spread ** -2
+        stature = BODY.adult_stature * np.exp(ratio * seen_precision / (prior + seen_precision))
+        scale = np.where(known, np.clip(stature, *BODY.stature_limits) / self.stature, 1.0)
+        return self._replace(stature=self.stature * scale, lengths=self.lengths * scale[:, None])
 
 
 class Ownership(NamedTuple):

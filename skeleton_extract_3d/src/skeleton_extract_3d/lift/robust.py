@@ -7,15 +7,13 @@ from skeleton_extract_3d.body.body import HEAD, NECK, SHOULDERS, TRUNK
 from skeleton_extract_3d.constants import METHOD
 from skeleton_extract_3d.lift import occluders, surfaces
 from skeleton_extract_3d.lift.depth_inference import CHAINS, bones_of, infer_depths, read_depths
-from skeleton_extract_3d.lift.head_pose import HeadPose, estimate_head_pose
+from skeleton_extract_3d.lift.head_pose import HeadPose, heads_of, left_of_heads
 from skeleton_extract_3d.lift.measuring import measure
 from skeleton_extract_3d.lift.records import Expectation, Lifted, ObservedPeople
 from skeleton_extract_3d.points.point_grid import PointGrid
 
 _BODY, _TRUNK, _HEAD = METHOD.body, METHOD.trunk, METHOD.head
 _SURFACE_OFFSETS, _THICKNESSES = _BODY.surface_offsets, _BODY.thicknesses
-# From the middle of the ears forwards to the nose, and from the right to the left ear [m].
-_NOSE_AHEAD, _EARS_APART = _BODY.head_points[0, 2], _BODY.head_points[4, 0] - _BODY.head_points[3, 0]
 
 
 class RobustLifting:
@@ -25,10 +23,10 @@ class RobustLifting:
     def lift(self, seen: ObservedPeople, points: PointGrid, expected: Expectation) -> Lifted:
         """Return where the joints are; see `lifting.LiftingMethod`."""
         root, sure, foreign = _trunk(seen, expected)
-        expected = _sized_strangers(seen, expected, root, sure)
+        expected = expected.with_sizes(seen, root, sure)
         scale = expected.stature / _BODY.adult_stature
-        head = _head(seen, root, scale)
-        left = np.where(np.isfinite(expected.left), expected.left, 0.0) + _left_of_heads(seen, head, root, scale)
+        head = heads_of(seen, root, scale)
+        left = np.where(np.isfinite(expected.left), expected.left, 0.0) + left_of_heads(seen, head, root, scale)
         ownership = occluders.ownership(points, seen, root, left, foreign)
 
         offsets = _SURFACE_OFFSETS * scale[:, None]
@@ -88,40 +86,6 @@ def _before(root: np.ndarray) -> np.ndarray:
     known = np.isfinite(root)[:, None]
     off = np.log(surfaces.ROOT_DEPTHS / np.where(known, root[:, None], 1.0)) / _TRUNK.before_spread
     return known * (-0.5 * _TRUNK.before_weight) * np.minimum(off * off, _TRUNK.before_limit)
-
-
-def _sized_strangers(seen: ObservedPeople, expected: Expectation, root: np.ndarray, sure: np.ndarray) -> Expectation:
-    """Return the expectation with the stature of strangers by their size in the image, where their depth is sure."""
-    known = sure & (expected.stature_spread >= _BODY.stature_spread) & np.isfinite(seen.adult_depth)
-    if not known.any():
-        return expected
-    ratio = np.log(np.where(known, root / seen.adult_depth, 1.0))
-    # the mean of what adults are and what is seen, by their spreads
-    prior, seen_precision = expected.stature_spread ** -2, _TRUNK.stature_spread ** -2
-    stature = _BODY.adult_stature * np.exp(ratio * seen_precision / (prior + seen_precision))
-    scale = np.where(known, np.clip(stature, *_BODY.stature_limits) / expected.stature, 1.0)
-    return expected._replace(stature=expected.stature * scale, lengths=expected.lengths * scale[:, None])
-
-
-def _head(seen: ObservedPeople, root: np.ndarray, scale: np.ndarray) -> HeadPose:
-    """Return the heads; without a face, where the neck is."""
-    left, right = SHOULDERS
-    apart = (seen.rays[:, left, 0] - seen.rays[:, right, 0]) * root / (_BODY.shoulder_width * scale)
-    both = seen.known[:, left] & seen.known[:, right]
-    cosine = np.where(both, np.maximum(np.minimum(apart, 1.0), -1.0), 1.0)
-    head = estimate_head_pose(seen.known_rays, seen.scores, root, scale, cosine)
-    return head._replace(ray=np.where(head.known[:, None], head.ray, seen.rays[:, NECK]))
-
-
-def _left_of_heads(seen: ObservedPeople, head: HeadPose, root: np.ndarray, scale: np.ndarray) -> np.ndarray:
-    """Return unit vectors to the left of heads, (P, 3); zero of those that are hardly seen.
-
-    People look where they face, more or less: a head counts as much as the trunk.
-    """
-    nose, _, _, right_ear, left_ear = head.depths.T / scale
-    left = np.stack([-nose / _NOSE_AHEAD, np.zeros_like(nose), (left_ear - right_ear) / _EARS_APART], axis=1)
-    seen_well = (seen.known[:, HEAD].sum(axis=1) >= _HEAD.least_joints) & (root / seen.focal < _HEAD.most_pixel)
-    return np.where(seen_well[:, None], left, 0.0)
 
 
 def _refined_head(seen: ObservedPeople, head: HeadPose, middle: np.ndarray, foreign: Optional[np.ndarray]

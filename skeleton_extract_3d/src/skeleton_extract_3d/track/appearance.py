@@ -66,11 +66,11 @@ def observe_clothes(seen: ObservedPeople, points: PointGrid, bgr: Optional[np.nd
     """
     if bgr is None or not len(seen):
         return Clothes.unknown(len(seen))
-    trunk = surfaces.lower_median(seen.samples[:, _CHEST].reshape(len(seen), -1))
     pixels = clothes_pixels(seen.uv)
+    depths = surfaces.depths_at(points, np.where(np.isfinite(pixels), pixels, -1e6))
+    trunk = surfaces.lower_median(seen.samples[:, _CHEST].reshape(len(seen), -1))
     with np.errstate(invalid='ignore'):
-        usable = np.abs(surfaces.depths_at(points, np.where(np.isfinite(pixels), pixels, -1e6))
-                        - trunk[:, None]) < _APPEARANCE.depth_range
+        usable = np.abs(depths - trunk[:, None]) < _APPEARANCE.depth_range
     return mean_colours(bgr, grid_positions(pixels, (points.width, points.height), seen.image_size), usable)
 
 

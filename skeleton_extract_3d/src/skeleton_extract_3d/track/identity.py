@@ -27,8 +27,8 @@ def assign(tracks: Tracks, seen: ObservedPeople, clothes: Clothes, stamp: float,
     rows = np.full(len(seen), -1, np.int64)
     if not len(tracks) or not len(rows):
         return rows
-    across = distances_across(tracks.joints.position, tracks.has, seen.rays, seen.known)
     against = evidence_against(seen, tracks)
+    across = distances_across(tracks.joints.position, tracks.has, seen.rays, seen.known)
     away = (stamp - tracks.last_seen)[:, None]
     allowed = across <= params.track_gate + params.walking_speed * away
     allowed &= (against <= _IDENTITY.most_evidence) | (across < _IDENTITY.same_place)
@@ -41,24 +41,6 @@ def assign(tracks: Tracks, seen: ObservedPeople, clothes: Clothes, stamp: float,
     agreed = allowed[track, person]
     rows[person[agreed]] = track[agreed]
     return rows
-
-
-def repeated(xyz: np.ndarray, known: np.ndarray, followed: np.ndarray) -> np.ndarray:
-    """Return which newcomers stand where somebody stands who is followed already, (P,) bool.
-
-    Args:
-        xyz: (P, 18, 3) [m].
-        known: (P, 18) bool, joints with a keypoint.
-        followed: (P,) bool, who is followed already.
-    """
-    if followed.all():
-        return ~followed
-    both = known[:, None] & known[None]
-    distance = np.where(both, np.linalg.norm(xyz[:, None] - xyz[None], axis=3), np.inf)
-    with np.errstate(invalid='ignore'):
-        same = ((both.sum(axis=2) >= _IDENTITY.repeated_joints)
-                & (surfaces.lower_median(distance) < _IDENTITY.repeated_distance))
-    return ~followed & (same & followed[None]).any(axis=1)
 
 
 def distances_across(position: np.ndarray, has: np.ndarray, rays: np.ndarray, known: np.ndarray) -> np.ndarray:

@@ -5,10 +5,12 @@ import numpy as np
 
 from skeleton_extract_3d.constants import METHOD
 from skeleton_extract_3d.lift.records import Lifted, ObservedPeople
+from skeleton_extract_3d.lift.surfaces import lower_median
 from skeleton_extract_3d.settings import IdentityParams
 from skeleton_extract_3d.track.appearance import Clothes
-from skeleton_extract_3d.track.identity import repeated
 from skeleton_extract_3d.track.tracks import Tracks
+
+_IDENTITY = METHOD.track.identity
 
 
 class Sightings(NamedTuple):
@@ -73,3 +75,21 @@ def begin_tracks(tracks: Tracks, people: Sightings, stamp: float, ids: Iterator[
             lifted.stature[begun]))
     has_track = people.row >= 0
     return tracks, people if has_track.all() else people.select(np.flatnonzero(has_track))
+
+
+def repeated(xyz: np.ndarray, known: np.ndarray, followed: np.ndarray) -> np.ndarray:
+    """Return which newcomers stand where somebody stands who is followed already, (P,) bool.
+
+    Args:
+        xyz: (P, 18, 3) [m].
+        known: (P, 18) bool, joints with a keypoint.
+        followed: (P,) bool, who is followed already.
+    """
+    if followed.all():
+        return ~followed
+    both = known[:, None] & known[None]
+    distance = np.where(both, np.linalg.norm(xyz[:, None] - xyz[None], axis=3), np.inf)
+    with np.errstate(invalid='ignore'):
+        same = ((both.sum(axis=2) >= _IDENTITY.repeated_joints)
+                & (lower_median(distance) < _IDENTITY.repeated_distance))
+    return ~followed & (same & followed[None]).any(axis=1)

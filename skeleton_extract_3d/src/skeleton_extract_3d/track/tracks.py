@@ -67,10 +67,10 @@ class Tracks:
             stature: (N,) [m].
         """
         count, known = len(ids), np.isfinite(xyz).all(axis=2)
-        stamps = np.full(count, stamp)
+        stamps, root = np.full(count, stamp), middle_of_trunk(xyz, known)
         return cls(
             JointFilter.at_rest(np.where(known[..., None], xyz, 0.0), _BIRTH.joint_sigma, _BIRTH.speed),
-            JointFilter.at_rest(middle_of_trunk(xyz, known)[:, None], _BIRTH.root_sigma, _BIRTH.speed),
+            JointFilter.at_rest(root[:, None], _BIRTH.root_sigma, _BIRTH.speed),
             ids, born=stamps, last_seen=stamps, sightings=np.zeros(count, np.int64), has=np.zeros(known.shape, bool),
             seen=np.full(known.shape, stamp), left=left, down=np.broadcast_to([0.0, 1.0, 0.0], (count, 3)),
             sizes=Sizes.assumed(stature), clothes=Clothes.unknown(count))
