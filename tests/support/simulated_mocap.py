@@ -129,8 +129,8 @@ def _estimate(truth: Truth, random: np.random.RandomState, noise: float, outlier
     positions[missing] = np.nan
     status = np.where(missing, MISSING, np.where(visible, MEASURED, INFERRED))
     return KeypointTable(
-        stamps=np.rint((CAMERA_START + truth.joints.times[frame]) * 1e9).astype(np.int64), sequence=frame,
-        frame_ids=np.full(len(rows), 'camera'), numbers=np.full(len(rows), people),
+        stamps=np.rint((CAMERA_START + truth.joints.times[frame]) * 1e9).astype(np.int64),
+        frame_ids=np.full(len(rows), 'camera'),
         ids=7 + person + np.where((person == 0) & (frame > frames / 2), 100, 0), positions=positions,
         confidence=np.where(status == MEASURED, 0.9, 0.0), status=status,
         sigma=np.where(missing, np.nan, np.where(visible, noise, 0.06) * np.sqrt(3)))

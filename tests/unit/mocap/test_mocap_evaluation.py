@@ -40,8 +40,8 @@ def estimate(rows, **changes):
     positions = places[:, None, None] * (1.0, 0, 0) + body()
     known = np.isfinite(positions).all(axis=2)
     table = KeypointTable(
-        stamps=np.rint(frames * 1e9 / RATE).astype(np.int64), sequence=frames, frame_ids=['camera'] * len(rows),
-        numbers=np.ones(len(rows)), ids=ids, positions=positions, confidence=known.astype(float),
+        stamps=np.rint(frames * 1e9 / RATE).astype(np.int64), frame_ids=['camera'] * len(rows),
+        ids=ids, positions=positions, confidence=known.astype(float),
         status=np.where(known, MEASURED, MISSING), sigma=np.where(known, 0.02, np.nan))
     return dataclasses.replace(table, **changes)
 

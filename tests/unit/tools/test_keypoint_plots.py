@@ -33,9 +33,8 @@ def a_table(frames, persons=(0,), dimensions=3, up=(0.0, -1.0, 0.0)):
             positions[row, NUMBER[joint]] = place if dimensions == 3 else 100 * place[:2] / place[2]
     known = np.isfinite(positions[..., 0])
     numbers = np.array(rows, np.int64).reshape(-1, 2)
-    return KeypointTable(BEGIN + numbers[:, 0] * STEP, numbers[:, 0], np.full(len(rows), 'camera'),
-                         np.full(len(rows), len(persons)), numbers[:, 1], positions, np.where(known, 0.9, 0.0),
-                         np.where(known, MEASURED, MISSING), np.where(known, 0.02, np.nan))
+    return KeypointTable(BEGIN + numbers[:, 0] * STEP, np.full(len(rows), 'camera'), numbers[:, 1], positions,
+                         np.where(known, 0.9, 0.0), np.where(known, MEASURED, MISSING), np.where(known, 0.02, np.nan))
 
 
 def all_plots(selection):

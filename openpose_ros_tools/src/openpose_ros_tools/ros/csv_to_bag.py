@@ -18,7 +18,7 @@ Exit status: 0 done; 2 nothing was written, as the command line or the file is w
 import argparse
 import sys
 from pathlib import Path
-from typing import Iterable, Iterator, List, Optional, Sequence, Set
+from typing import Optional, Sequence, Set
 
 import genpy
 import numpy as np
@@ -32,8 +32,8 @@ from openpose_ros_pkg.skeletons import BODY_25, COCO_18, MESSAGE_JOINTS, MPI_15,
 from openpose_ros_tools.command_options import add_output, command_parser
 from openpose_ros_tools.outputs import output_file
 from openpose_ros_tools.ros.keypoint_bag import array_message, person_message
-from openpose_ros_tools.tables.keypoint_csv import KeypointCsv
-from openpose_ros_tools.tables.keypoint_table import FrameSplitter, PersonRow
+from openpose_ros_tools.tables.keypoint_csv import KeypointCsv, read_csv
+from openpose_ros_tools.tables.keypoint_table import frames_of
 from skeleton_extract_3d.people import MISSING
 
 _NAME = 'csv_to_bag'
@@ -43,31 +43,11 @@ _TOPICS = {2: ('detected_poses_keypoints', 'detected_poses'),
            3: ('detected_poses_keypoints_3d', 'detected_poses_3d')}
 
 
-def frames_of(rows: Iterable[PersonRow]) -> Iterator[List[PersonRow]]:
-    """Yield the people of each frame."""
-    frames = FrameSplitter()
-    frame: List[PersonRow] = []
-    for row in rows:
-        if frames.begins(row.time, row.stamp, row.number, row.person) and frame:
-            yield frame
-            frame = []
-        frame.append(row)
-    if frame:
-        yield frame
-
-
-def known_joints(path: Path) -> Set[str]:
-    """Return the joints that any person in a file has.
-
-    Raises:
-        BadInputError: the file can not be read.
-    """
+def known_joints(file: KeypointCsv) -> Set[str]:
+    """Return the joints that any person in a file has."""
     known = np.zeros(len(MESSAGE_JOINTS), bool)
-    with KeypointCsv(path) as file, _bar('checking', path) as bar:
-        for block in file.blocks():
-            there = block.parts[..., 2] > 0 if file.dimensions == 2 else block.parts[..., 4] != MISSING
-            known |= there.any(axis=0)
-            bar.update(file.characters - bar.n)
+    for row in file.rows:
+        known |= row.parts[:, 2] > 0 if file.dimensions == 2 else row.parts[:, 4] != MISSING
     return {joint for joint, there in zip(MESSAGE_JOINTS, known) if there}
 
 
@@ -85,7 +65,7 @@ def pose_model_of(joints: Set[str]) -> str:
 
 
 def write_bag(file: KeypointCsv, path: Path, prefix: str, frame_id: str, pose_model: str) -> int:
-    """Write the people of a file into a bag; return how many frames they are in.
+    """Write the people of a file into a bag; return the number of frames.
 
     Args:
         prefix: of the topics.
@@ -93,8 +73,8 @@ def write_bag(file: KeypointCsv, path: Path, prefix: str, frame_id: str, pose_mo
     """
     of_person, of_frame = (f'/{prefix.strip("/")}/{name}'.replace('//', '/') for name in _TOPICS[file.dimensions])
     count = 0
-    with rosbag.Bag(str(path), 'w') as bag, _bar('writing', file.path) as bar:
-        for count, frame in enumerate(frames_of(file.rows()), 1):
+    with rosbag.Bag(str(path), 'w') as bag, tqdm(total=len(file.rows), unit='row', disable=None) as bar:
+        for count, frame in enumerate(frames_of(file.rows), 1):
             began = _time(frame[0].time)
             headers = [Header(row.sequence, _time(row.stamp), row.frame_id) for row in frame]
             if not file.has_stamps:
@@ -103,7 +83,7 @@ def write_bag(file: KeypointCsv, path: Path, prefix: str, frame_id: str, pose_mo
             for row, person in zip(frame, persons):
                 bag.write(of_person, person, _time(row.time))
             bag.write(of_frame, array_message(persons, headers[0], pose_model), began)
-            bar.update(file.characters - bar.n)
+            bar.update(len(frame))
     return count
 
 
@@ -115,22 +95,17 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
 
 def _run(options: argparse.Namespace) -> int:
     with output_file(options.output, options.overwrite) as part:
-        joints = known_joints(options.csv)
+        file = read_csv(options.csv)
+        joints = known_joints(file)
         model = options.pose_model or pose_model_of(joints)
         beyond = joints - set(SKELETONS[model].joints)
         if beyond:
             raise ParameterError(f'{options.csv} has {", ".join(sorted(beyond))}, which {model} does not have; choose '
                                  'another --pose-model')
-        with KeypointCsv(options.csv) as file:
-            prefix = _PREFIXES[file.dimensions] if options.topic_prefix is None else options.topic_prefix
-            frames = write_bag(file, part, prefix, options.frame_id, model)
+        prefix = _PREFIXES[file.dimensions] if options.topic_prefix is None else options.topic_prefix
+        frames = write_bag(file, part, prefix, options.frame_id, model)
     sys.stdout.write(f'{frames} frames in {options.output}\n')
     return DONE
-
-
-def _bar(what: str, path: Path) -> tqdm:
-    """Return a progress bar over the bytes of a file."""
-    return tqdm(desc=what, total=path.stat().st_size, unit='B', unit_scale=True, disable=None)
 
 
 def _time(nanoseconds: int) -> genpy.Time:

@@ -25,8 +25,8 @@ from openpose_ros_tools.tables.keypoint_table import (
     MISSING_PART,
     KeypointTable,
     PersonRow,
-    blocks_of,
     complete_status,
+    part_values,
     table_of,
 )
 
@@ -117,7 +117,7 @@ def read_keypoint_bag(path: Path, topic: Optional[str] = None) -> KeypointTable:
         chosen = choose_topic(topic_types(bag), str(path), topic)
         rows = (row for message, time in bag_messages(bag, chosen.name)
                 for row in rows_of(message, chosen.dimensions, time))
-        return table_of(blocks_of(rows), chosen.dimensions)
+        return table_of(rows, chosen.dimensions)
 
 
 def write_people(writer: KeypointCsvWriter, message: Any, time: Optional[int] = None) -> int:
@@ -152,12 +152,10 @@ def rows_of(message: Any, dimensions: int, time: Optional[int] = None) -> Iterat
 
 def person_message(row: PersonRow, header: Header) -> genpy.Message:
     """Return the PersonDetection or PersonDetection_3d of a row."""
-    if len(row.parts[0]) == len(FIELDS[2]):
-        flat = {joint: BodypartDetection(*part) for joint, part in zip(MESSAGE_JOINTS, row.parts)}
-        return PersonDetection(header=header, num_people_detected=row.number, person_ID=row.person, **flat)
-    parts = {joint: BodypartDetection_3d(x, y, z, confidence, int(status), sigma)
-             for joint, (x, y, z, confidence, status, sigma) in zip(MESSAGE_JOINTS, row.parts)}
-    return PersonDetection_3d(header=header, num_people_detected=row.number, person_ID=row.person, **parts)
+    in_space = row.parts.shape[1] == len(FIELDS[3])
+    kind, of_part = (PersonDetection_3d, BodypartDetection_3d) if in_space else (PersonDetection, BodypartDetection)
+    parts = {joint: of_part(*part) for joint, part in zip(MESSAGE_JOINTS, part_values(row))}
+    return kind(header=header, num_people_detected=row.number, person_ID=row.person, **parts)
 
 
 def array_message(persons: Sequence[genpy.Message], header: Header, pose_model: str) -> genpy.Message:
@@ -182,8 +180,8 @@ def _list(with_people: Mapping[str, str], types: Mapping[str, str]) -> str:
     return f'its topics are {", ".join(shown[:8])}{more}; types with keypoints are {", ".join(DIMENSIONS)}'
 
 
-def _parts(message: Any, dimensions: int) -> List[List[float]]:
-    """Return the values of the joints, (K, F), each rounded to float32 as in a message that was sent."""
+def _parts(message: Any, dimensions: int) -> np.ndarray:
+    """Return the values of the joints, (K, F) float32 as in a message that was sent."""
     fields, missing = FIELDS[dimensions], MISSING_PART[dimensions]
     parts = [getattr(message, joint, None) for joint in MESSAGE_JOINTS]
     known: Tuple[str, ...] = tuple(field for field in fields if hasattr(message.nose, field))
@@ -194,4 +192,4 @@ def _parts(message: Any, dimensions: int) -> List[List[float]]:
     values[np.ix_(there, places)] = [read(part) for part in parts if part is not None]
     if dimensions == 3 and 'status' not in known:
         complete_status(values[np.newaxis], np.zeros((1, len(parts)), bool))
-    return values.tolist()
+    return values

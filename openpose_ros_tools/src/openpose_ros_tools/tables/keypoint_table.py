@@ -1,7 +1,6 @@
 """Keypoints of a recording: as rows in its order, one per person and frame, and as one table of arrays."""
 from dataclasses import dataclass, fields
-from itertools import islice
-from typing import Dict, Iterable, Iterator, List, NamedTuple, Sequence, Set, Tuple
+from typing import Dict, Iterable, Iterator, List, NamedTuple, Set, Tuple
 
 import numpy as np
 
@@ -16,8 +15,6 @@ MISSING_PART: Dict[int, Tuple[float, ...]] = {2: (0.0, 0.0, 0.0), 3: (np.nan, np
 # Rows without a stamp belong to one frame if they came within this time [ns]: a node sends the people of a frame in
 # quick succession, and frames are at least 16 ms apart at 60 Hz.
 _ONE_FRAME = 10 * 10 ** 6
-BLOCK_ROWS = 1024
-"""Number of rows that are converted at a time."""
 
 
 class PersonRow(NamedTuple):
@@ -29,18 +26,16 @@ class PersonRow(NamedTuple):
     frame_id: str  # of the header
     number: int  # people in the frame
     person: int  # track id
-    parts: Sequence[Sequence[float]] = ()  # (K, F) values of `FIELDS` for the K `MESSAGE_JOINTS`
+    parts: np.ndarray  # (K, F) float32, values of `FIELDS` for the K `MESSAGE_JOINTS`
 
 
-class RowBlock(NamedTuple):
-    """R successive rows; heads have no parts, which are in one array, (R, K, F) float32."""
-
-    heads: List[PersonRow]
-    parts: np.ndarray
-
-    def rows(self) -> Iterator[PersonRow]:
-        """Yield the rows."""
-        return (head._replace(parts=parts) for head, parts in zip(self.heads, self.parts.tolist()))
+def part_values(row: PersonRow) -> List[List[float]]:
+    """Return the (K, F) values of the joints as numbers of Python; the status is a whole number."""
+    parts: List[List[float]] = np.asarray(row.parts, np.float32).tolist()
+    for part in parts:
+        if len(part) == len(FIELDS[3]):
+            part[4] = int(part[4])
+    return parts
 
 
 class FrameSplitter:
@@ -54,20 +49,29 @@ class FrameSplitter:
         self._time = self._stamp = self._number = -1
         self._ids: Set[int] = set()
 
-    def begins(self, time: int, stamp: int, number: int, person: int) -> bool:
-        """Return whether this row, which follows the one of the last call, is the first of a frame.
-
-        Args:
-            stamp: [ns]; 0: not known.
-        """
-        same = stamp == self._stamp and person not in self._ids
-        if not stamp:
-            same = same and number == self._number and abs(time - self._time) <= _ONE_FRAME
+    def begins(self, row: PersonRow) -> bool:
+        """Return whether this row, which follows the one of the last call, is the first of a frame."""
+        same = row.stamp == self._stamp and row.person not in self._ids
+        if not row.stamp:
+            same = same and row.number == self._number and abs(row.time - self._time) <= _ONE_FRAME
         if not same:
-            self._time, self._stamp, self._number = time, stamp, number
+            self._time, self._stamp, self._number = row.time, row.stamp, row.number
             self._ids = set()
-        self._ids.add(person)
+        self._ids.add(row.person)
         return not same
+
+
+def frames_of(rows: Iterable[PersonRow]) -> Iterator[List[PersonRow]]:
+    """Yield the people of each frame."""
+    frames = FrameSplitter()
+    frame: List[PersonRow] = []
+    for row in rows:
+        if frames.begins(row) and frame:
+            yield frame
+            frame = []
+        frame.append(row)
+    if frame:
+        yield frame
 
 
 @dataclass(frozen=True)
@@ -81,9 +85,7 @@ class KeypointTable:
     """
 
     stamps: np.ndarray  # (R,) int64 [ns], of the image or cloud; rows of one frame have one stamp
-    sequence: np.ndarray  # (R,) int64, header.seq
     frame_ids: np.ndarray  # (R,) str, frame of reference
-    numbers: np.ndarray  # (R,) int64, people in the frame of that row
     ids: np.ndarray  # (R,) int64, track ids
     positions: np.ndarray  # (R, K, D) float32; NaN where missing
     confidence: np.ndarray  # (R, K) float32 [0..1] of the 2D detection
@@ -94,8 +96,8 @@ class KeypointTable:
 
     def __post_init__(self) -> None:
         rows, joints = len(self.stamps), len(MESSAGE_JOINTS)
-        kinds = {'stamps': np.int64, 'sequence': np.int64, 'frame_ids': np.str_, 'numbers': np.int64, 'ids': np.int64,
-                 'positions': np.float32, 'confidence': np.float32, 'status': np.uint8, 'sigma': np.float32}
+        kinds = {'stamps': np.int64, 'frame_ids': np.str_, 'ids': np.int64, 'positions': np.float32,
+                 'confidence': np.float32, 'status': np.uint8, 'sigma': np.float32}
         for name, kind in kinds.items():
             value: np.ndarray = np.asarray(getattr(self, name), kind)
             expected = {'positions': (rows, joints, value.shape[-1]), 'confidence': (rows, joints),
@@ -126,14 +128,7 @@ class KeypointTable:
         return self.select(self.ids == person)
 
 
-def blocks_of(rows: Iterable[PersonRow]) -> Iterator[RowBlock]:
-    """Yield the blocks of rows."""
-    rows = iter(rows)
-    for block in iter(lambda: list(islice(rows, BLOCK_ROWS)), []):
-        yield RowBlock([row._replace(parts=()) for row in block], np.array([row.parts for row in block], np.float32))
-
-
-def table_of(blocks: Iterable[RowBlock], dimensions: int) -> KeypointTable:
+def table_of(rows: Iterable[PersonRow], dimensions: int) -> KeypointTable:
     """Return the table of all rows.
 
     Rows without a stamp get the %time of the first row of their frame.
@@ -141,12 +136,9 @@ def table_of(blocks: Iterable[RowBlock], dimensions: int) -> KeypointTable:
     Args:
         dimensions: 3 in space, 2 in the image.
     """
-    heads: List[PersonRow] = []
-    pieces = [np.zeros((0, len(MESSAGE_JOINTS), len(FIELDS[dimensions])), np.float32)]
-    for block in blocks:
-        heads += block.heads
-        pieces.append(block.parts)
-    parts = np.concatenate(pieces)
+    rows = list(rows)
+    parts = np.array([row.parts for row in rows], np.float32).reshape(
+        len(rows), len(MESSAGE_JOINTS), len(FIELDS[dimensions]))
     positions = parts[..., :dimensions].copy()
     confidence = np.where(np.isnan(parts[..., dimensions]), 0, parts[..., dimensions])
     known = np.isfinite(positions).all(axis=2)
@@ -154,10 +146,9 @@ def table_of(blocks: Iterable[RowBlock], dimensions: int) -> KeypointTable:
     status = np.where(known, MEASURED if dimensions == 2 else parts[..., 4], MISSING)
     sigma = np.where(known, np.nan if dimensions == 2 else parts[..., 5], np.nan)
     positions[~known] = np.nan
-    sequence, frame_ids, numbers, ids = (np.array([getattr(head, name) for head in heads], kind) for name, kind in (
-        ('sequence', np.int64), ('frame_id', np.str_), ('number', np.int64), ('person', np.int64)))
-    return KeypointTable(np.array(_known_stamps(heads), np.int64), sequence, frame_ids, numbers, ids, positions,
-                         confidence, status, sigma)
+    stamps = np.array([row.stamp or frame[0].time for frame in frames_of(rows) for row in frame], np.int64)
+    return KeypointTable(stamps, np.array([row.frame_id for row in rows], np.str_),
+                         np.array([row.person for row in rows], np.int64), positions, confidence, status, sigma)
 
 
 def complete_status(parts: np.ndarray, has_status: np.ndarray) -> None:
@@ -173,13 +164,3 @@ def complete_status(parts: np.ndarray, has_status: np.ndarray) -> None:
     known = np.isfinite(position).all(axis=2) & ((confidence != 0) | (position != 0).any(axis=2))
     parts[..., 4] = np.where(has_status, parts[..., 4], np.where(known, MEASURED, MISSING))
     parts[~known & ~has_status, :3] = np.nan
-
-
-def _known_stamps(heads: Iterable[PersonRow]) -> List[int]:
-    """Return the stamp of each row; where it is 0, the time of the first row of that frame."""
-    frames, known, began = FrameSplitter(), [], 0
-    for head in heads:
-        if frames.begins(head.time, head.stamp, head.number, head.person):
-            began = head.time
-        known.append(head.stamp or began)
-    return known
