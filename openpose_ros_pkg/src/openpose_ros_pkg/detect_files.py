@@ -259,4 +259,4 @@ def _check_video(save: SaveParams, inputs: Sequence[InputFile], overwrite: bool)
 def _is_done(item: InputFile, writer: FrameWriter) -> bool:
     """Say whether all files of an input are there."""
     return item.frames > 0 and all(path.exists() for number in range(item.frames) for path in
-                                   writer.files(item.name(number)))
+                                   writer.files(item.name(number)).values())

@@ -80,8 +80,7 @@ def with_loaders(monkeypatch, **loaders):
     def absent():
         raise ImportError('no such library')
     loaders = {name: loaders.get(name, absent) for name in ('openvino', 'onnxruntime', 'opencv_dnn')}
-    monkeypatch.setattr(backends, '_LOADERS', {
-        name: (lambda model, weights, params, load=load: load()) for name, load in loaders.items()})
+    monkeypatch.setattr(backends, '_backend_class', lambda name: lambda model, weights, params: loaders[name]())
 
 
 def test_auto_takes_the_first_that_works_and_says_so(monkeypatch, caplog, tmp_path):
@@ -99,7 +98,7 @@ def test_auto_tries_openvino_then_onnxruntime_then_opencv(monkeypatch, tmp_path)
     def fails(name):
         tried.append(name)
         raise ImportError
-    with_loaders(monkeypatch, **{name: lambda name=name: fails(name) for name in backends._LOADERS})
+    with_loaders(monkeypatch, **{name: lambda name=name: fails(name) for name in backends._RUNTIMES})
     with pytest.raises(ModelError):
         create_backend(MOBILENET_THIN, tmp_path / 'graph.onnx', BackendParams())
     assert tried == ['openvino', 'onnxruntime', 'opencv_dnn']

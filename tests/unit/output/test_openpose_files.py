@@ -267,8 +267,7 @@ def test_video_of_an_unknown_kind_is_refused(tmp_path):
 def test_nothing_is_saved_by_default():
     assert not SaveParams().active
     writer = FrameWriter(SaveParams())
-    assert not writer.needs_image
-    writer.write('a', None, some_people())
+    writer.write('a', GREY, some_people())
     writer.close()
     assert (writer.written, writer.failed) == (0, 0)
 
@@ -284,7 +283,7 @@ def test_all_files_of_a_frame_have_the_names_of_openpose(tmp_path):
     files = {str(path.relative_to(tmp_path)) for path in tmp_path.rglob('*') if path.is_file()}
     assert files == {'j/street_keypoints.json', 'j/000000000012_keypoints.json', 'i/deep/street_rendered.png',
                      'i/deep/000000000012_rendered.png', 'k/street_pose.yml', 'k/000000000012_pose.yml', 'v.avi'}
-    assert set(writer.files('street')) == {tmp_path / name for name in files if 'street' in name}
+    assert set(writer.files('street').values()) == {tmp_path / name for name in files if 'street' in name}
     assert (writer.written, writer.failed) == (8, 0)
     assert_same(read_json(tmp_path / 'j/street_keypoints.json'), people)
     assert len(read_json(tmp_path / 'j/000000000012_keypoints.json', COCO_18)) == 0
@@ -334,14 +333,14 @@ def test_wrong_parameters_are_refused(wrong):
 @pytest.mark.parametrize('name', ['', '../a', '/etc/a', 'a/b'])
 def test_a_frame_is_not_named_by_a_path(tmp_path, name):
     with pytest.raises(ValueError, match='without folders'):
-        FrameWriter(SaveParams(write_json=str(tmp_path))).write(name, None, some_people())
+        FrameWriter(SaveParams(write_json=str(tmp_path))).write(name, GREY, some_people())
 
 
 def test_a_vanished_folder_is_counted_and_logged_at_1_2_4_and_the_rest_is_written(tmp_path, caplog):
     writer = FrameWriter(SaveParams(write_json=str(tmp_path / 'j'), write_keypoint=str(tmp_path / 'k')))
     (tmp_path / 'j').rmdir()
     for number in range(5):
-        writer.write(number, None, some_people())
+        writer.write(number, GREY, some_people())
     assert (writer.written, writer.failed) == (5, 5)
     assert len(list((tmp_path / 'k').iterdir())) == 5
     assert [re.search(r'\(number (\d+)\)', record.message).group(1) for record in caplog.records] == ['1', '2', '4']
@@ -361,7 +360,6 @@ def test_the_way_of_drawing_can_change(tmp_path):
 class HeldWriter:
     """Writes nothing until it is let go."""
 
-    needs_image = False
     failed = 0
 
     def __init__(self):
@@ -398,9 +396,9 @@ def test_a_recorder_without_frames_closes():
 def test_a_full_queue_drops_new_frames_and_counts_them(caplog):
     writer = HeldWriter()
     recorder = Recorder(writer, wait_when_full=False, queue_size=2)
-    assert recorder.submit(0, None, NOBODY)
+    assert recorder.submit(0, GREY, NOBODY)
     assert writer.busy.wait(10)  # frame 0 is being written, the queue is empty
-    assert [recorder.submit(number, None, NOBODY) for number in range(1, 6)] == [True, True, False, False, False]
+    assert [recorder.submit(number, GREY, NOBODY) for number in range(1, 6)] == [True, True, False, False, False]
     assert recorder.counters == {'written': 0, 'failed': 0, 'dropped': 3, 'waiting': 2}
     writer.go.set()
     recorder.close()
@@ -411,7 +409,7 @@ def test_a_full_queue_drops_new_frames_and_counts_them(caplog):
 def test_a_waiting_recorder_loses_nothing_and_keeps_the_order():
     writer = HeldWriter()
     recorder = Recorder(writer, wait_when_full=True, queue_size=2)
-    caller = threading.Thread(target=lambda: [recorder.submit(number, None, NOBODY) for number in range(30)])
+    caller = threading.Thread(target=lambda: [recorder.submit(number, GREY, NOBODY) for number in range(30)])
     caller.start()
     assert writer.busy.wait(10)
     caller.join(0.05)
@@ -428,7 +426,7 @@ def test_a_frame_that_fails_does_not_end_the_recorder():
     writer.go.set()
     with Recorder(writer, wait_when_full=True) as recorder:
         for frame in ('a', 'bad', 'b'):
-            recorder.submit(frame, None, NOBODY)
+            recorder.submit(frame, GREY, NOBODY)
     assert writer.frames == ['a', 'b']
     assert recorder.counters['failed'] == 1
 
@@ -436,13 +434,12 @@ def test_a_frame_that_fails_does_not_end_the_recorder():
 def test_a_closed_recorder_takes_no_frames():
     recorder = Recorder(HeldWriter(), wait_when_full=True)
     recorder.close()
-    assert not recorder.submit('late', None, NOBODY)
+    assert not recorder.submit('late', GREY, NOBODY)
 
 
 def test_close_writes_all_that_waits(tmp_path):
     params = SaveParams(write_json=str(tmp_path), write_video=str(tmp_path / 'v.avi'))
     with Recorder(FrameWriter(params), wait_when_full=True, queue_size=50) as recorder:
-        assert recorder.needs_image
         for number in range(20):
             recorder.submit(number, GREY, some_people())
     assert recorder.counters == {'written': 40, 'failed': 0, 'dropped': 0, 'waiting': 0}

@@ -23,11 +23,6 @@ _FLAGS = {'yml': cv2.FILE_STORAGE_FORMAT_YAML, 'yaml': cv2.FILE_STORAGE_FORMAT_Y
 _SIZES = re.compile(r'(sizes"?: \[ \d+, \d+, \d+), 1( \])|(<sizes>\s*\d+ \d+ \d+) 1(</sizes>)')
 
 
-def keypoint_suffix(file_format: str) -> str:
-    """Return what follows the name of a frame."""
-    return f'_pose.{file_format}'
-
-
 def people_to_storage(people: People2D, file_format: str) -> str:
     """Return the text of a keypoint file: a P x K x 3 matrix of float32, missing joints 0, 0, 0; an empty matrix
     when nobody is there.

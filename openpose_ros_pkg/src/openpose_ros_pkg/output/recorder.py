@@ -2,7 +2,7 @@
 import logging
 import threading
 from collections import deque
-from typing import Deque, Dict, Optional, Tuple, Union
+from typing import Deque, Dict, Tuple, Union
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from openpose_ros_pkg.people import People2D
 
 _log = logging.getLogger(__name__)
 
-_Item = Tuple[Union[str, int], Optional[np.ndarray], People2D]
+_Item = Tuple[Union[str, int], np.ndarray, People2D]
 
 
 class Recorder:
@@ -46,23 +46,18 @@ class Recorder:
         self.close()
 
     @property
-    def needs_image(self) -> bool:
-        """Whether `submit` needs the image, and not the people alone."""
-        return self._writer.needs_image
-
-    @property
     def counters(self) -> Dict[str, int]:
         """Numbers: files and video frames that were written, that failed, that a full queue dropped, that wait."""
         with self._condition:
             return {'written': self._writer.written, 'failed': self._writer.failed + self._broken,
                     'dropped': self._dropped, 'waiting': len(self._queue)}
 
-    def submit(self, frame: Union[str, int], bgr: Optional[np.ndarray], people: People2D) -> bool:
+    def submit(self, frame: Union[str, int], bgr: np.ndarray, people: People2D) -> bool:
         """Queue a frame to be saved.
 
         Args:
             frame: name of the files, as `frame_name` makes it; or a number.
-            bgr: (H, W, 3) uint8 BGR, which nobody may modify any more; None where `needs_image` is False.
+            bgr: (H, W, 3) uint8 BGR, which nobody may modify any more.
             people: in pixels of the image.
 
         Returns:

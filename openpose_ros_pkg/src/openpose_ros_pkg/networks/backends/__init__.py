@@ -2,7 +2,7 @@
 import logging
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Callable, Dict, List, Protocol, Tuple
+from typing import Callable, List, NamedTuple, Protocol, Tuple
 
 import numpy as np
 
@@ -84,14 +84,14 @@ def create_backend(model: Model, weights: Path, params: BackendParams) -> Backen
         _log.info('%s computes %s, as the parameter backend demands', backend.description, model.name)
         return backend
     reasons: List[str] = []
-    for name in _LOADERS:
-        if weights.suffix not in _READS[name]:
+    for name, runtime in _RUNTIMES.items():
+        if weights.suffix not in runtime.reads:
             reasons.append(f'{name} does not read {weights.name}')
             continue
         try:
             backend = _load(name, model, weights, params)
         except ImportError as error:
-            reasons.append(f'{name} is not importable: {error} ({_INSTALL[name]})')
+            reasons.append(f'{name} is not importable: {error} ({runtime.install})')
             continue
         except ParameterError as error:
             reasons.append(f'{name} is not able to: {error}')
@@ -108,16 +108,16 @@ def create_backend(model: Model, weights: Path, params: BackendParams) -> Backen
 
 def _demanded(model: Model, weights: Path, params: BackendParams) -> Backend:
     """Load the backend that the parameter names; for its errors see `create_backend`."""
-    name = params.backend
-    others = ', '.join(other for other in _LOADERS if weights.suffix in _READS[other])
-    if weights.suffix not in _READS[name]:
+    name, runtime = params.backend, _RUNTIMES[params.backend]
+    others = ', '.join(other for other in _RUNTIMES if weights.suffix in _RUNTIMES[other].reads)
+    if weights.suffix not in runtime.reads:
         raise ParameterError(f"parameter 'backend' = {name!r} can not compute {model.name}: it reads "
-                             f"{', '.join(_READS[name])}, not {weights.name}; set backend to auto or one of {others}")
+                             f"{', '.join(runtime.reads)}, not {weights.name}; set backend to auto or one of {others}")
     try:
         return _load(name, model, weights, params)
     except ImportError as error:
         raise ParameterError(f"parameter 'backend' = {name!r} is not available: {error}; install it "
-                             f'({_INSTALL[name]}) or set backend to auto or one of {others}') from error
+                             f'({runtime.install}) or set backend to auto or one of {others}') from error
 
 
 def _load(name: str, model: Model, weights: Path, params: BackendParams) -> Backend:
@@ -128,39 +128,40 @@ def _load(name: str, model: Model, weights: Path, params: BackendParams) -> Back
         ParameterError: it does not compute on the device.
         ModelError: it can not load the weights, or computes wrong results.
     """
-    backend = _LOADERS[name](model, weights, params)
+    if name == 'openvino' and params.device != 'cpu':
+        raise ParameterError(f"parameter 'device' = {params.device!r} is not available in openvino: it computes on cpu")
+    backend = _backend_class(name)(model, weights, params)
     # GPUs use tensor cores with fewer bits where a library chooses so.
     check_backend(backend, model, exact=params.precision == 'f32' and params.device == 'cpu')
     return backend
 
 
-def _load_openvino(model: Model, weights: Path, params: BackendParams) -> Backend:
-    if params.device != 'cpu':
-        raise ParameterError(f"parameter 'device' = {params.device!r} is not available in openvino: it computes on cpu")
-    from openpose_ros_pkg.networks.backends.openvino import OpenvinoBackend
-    return OpenvinoBackend(model, weights, threads=params.threads, precision=params.precision, hint=params.hint,
-                           compiled_cache=params.compiled_cache)
+class _Runtime(NamedTuple):
+    """What is known of a runtime before it is imported: suffixes of a model's first file, and how to install it."""
+
+    reads: Tuple[str, ...]
+    install: str
 
 
-def _load_onnxruntime(model: Model, weights: Path, params: BackendParams) -> Backend:
-    from openpose_ros_pkg.networks.backends.onnxruntime import OnnxruntimeBackend
-    return OnnxruntimeBackend(model, weights, threads=params.threads, precision=params.precision, device=params.device,
-                              gpu=params.num_gpu_start)
+# In the order in which `auto` tries them: the fastest first, as measured on the default network. OpenCV 4.8 and later
+# read TFLite, but not the operations of MoveNet.
+_RUNTIMES = {
+    'openvino': _Runtime(('.pb', '.onnx', '.tflite', '.xml'), './run setup, or pip install openvino'),
+    'onnxruntime': _Runtime(('.onnx',), 'pip install onnxruntime, or onnxruntime-gpu'),
+    'opencv_dnn': _Runtime(('.pb', '.onnx', '.prototxt', '.caffemodel'), 'apt install python3-opencv')}
 
 
-def _load_opencv(model: Model, weights: Path, params: BackendParams) -> Backend:
+def _backend_class(name: str) -> Callable[[Model, Path, BackendParams], Backend]:
+    """Return the class of a runtime.
+
+    Raises:
+        ImportError: the runtime is not installed.
+    """
+    if name == 'openvino':
+        from openpose_ros_pkg.networks.backends.openvino import OpenvinoBackend
+        return OpenvinoBackend
+    if name == 'onnxruntime':
+        from openpose_ros_pkg.networks.backends.onnxruntime import OnnxruntimeBackend
+        return OnnxruntimeBackend
     from openpose_ros_pkg.networks.backends.opencv_dnn import OpencvBackend
-    return OpencvBackend(model, weights, threads=params.threads, precision=params.precision, device=params.device,
-                         gpu=params.num_gpu_start)
-
-
-# In the order in which `auto` tries them: the fastest first, as measured on the default network.
-_LOADERS: Dict[str, Callable[[Model, Path, BackendParams], Backend]] = {
-    'openvino': _load_openvino, 'onnxruntime': _load_onnxruntime, 'opencv_dnn': _load_opencv}
-# Suffixes of a model's first file. OpenCV 4.8 and later read TFLite, but not the operations of MoveNet.
-_READS: Dict[str, Tuple[str, ...]] = {
-    'openvino': ('.pb', '.onnx', '.tflite', '.xml'), 'onnxruntime': ('.onnx',),
-    'opencv_dnn': ('.pb', '.onnx', '.prototxt', '.caffemodel')}
-_INSTALL = {'openvino': './run setup, or pip install openvino',
-            'onnxruntime': 'pip install onnxruntime, or onnxruntime-gpu',
-            'opencv_dnn': 'apt install python3-opencv'}
+    return OpencvBackend

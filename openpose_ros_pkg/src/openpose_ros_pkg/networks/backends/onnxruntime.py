@@ -6,6 +6,7 @@ import numpy as np
 import onnxruntime as ort
 
 from openpose_ros_pkg.errors import ModelError, ParameterError
+from openpose_ros_pkg.networks.backends import BackendParams
 from openpose_ros_pkg.networks.backends.arrays import network_input, own_output
 from openpose_ros_pkg.networks.models import Model
 
@@ -22,27 +23,19 @@ class OnnxruntimeBackend:
 
     name = 'onnxruntime'
 
-    def __init__(self, model: Model, weights: Path, *, threads: int = 0, precision: str = 'f32', device: str = 'cpu',
-                 gpu: int = 0) -> None:
-        """Read the weights.
-
-        Args:
-            threads: of the processor; 0 for as many as there are cores.
-            precision: 'f32', or 'auto', which lets a GPU compute in lower precision.
-            device: 'cpu', 'cuda' or 'tensorrt'.
-            gpu: number of the GPU.
-        """
+    def __init__(self, model: Model, weights: Path, params: BackendParams) -> None:
         self._model = model
+        device, precision = params.device, params.precision
         wanted = _PROVIDERS[device]
         if wanted not in ort.get_available_providers():
             raise _no_device(device, f'it has {", ".join(ort.get_available_providers())}')
         options = ort.SessionOptions()
-        options.intra_op_num_threads = threads
+        options.intra_op_num_threads = params.threads
         options.log_severity_level = 3  # errors; its warnings are about single nodes of the graph
         # A fixed count of threads that sleep while there is nothing to compute: other nodes need the processor as well.
         options.add_session_config_entry('session.intra_op.allow_spinning', '0')
         try:
-            self._session = ort.InferenceSession(str(weights), options, providers=_providers(device, gpu, precision))
+            self._session = ort.InferenceSession(str(weights), options, providers=_providers(params))
         except Exception as error:  # its errors have no common class of their own
             raise ModelError(f'onnxruntime can not load {weights} as {model.name}: {error}') from error
         # It falls back to the processor without an error.
@@ -64,16 +57,16 @@ def _no_device(device: str, reason: str) -> ParameterError:
                           'install onnxruntime-gpu in place of onnxruntime, or set device to cpu')
 
 
-def _providers(device: str, gpu: int, precision: str) -> List[Any]:
+def _providers(params: BackendParams) -> List[Any]:
     """Return the execution providers of a device with their options; each takes what the one before it can not."""
     # TF32 keeps 11 bits of each number.
-    cuda: Dict[str, Any] = {'device_id': gpu, 'use_tf32': int(precision == 'auto')}
-    tensorrt: Dict[str, Any] = {'device_id': gpu, 'trt_fp16_enable': precision == 'auto'}
+    cuda: Dict[str, Any] = {'device_id': params.num_gpu_start, 'use_tf32': int(params.precision == 'auto')}
+    tensorrt: Dict[str, Any] = {'device_id': params.num_gpu_start, 'trt_fp16_enable': params.precision == 'auto'}
     chains: Dict[str, List[Any]] = {
         'cpu': [_PROVIDERS['cpu']],
         'cuda': [(_PROVIDERS['cuda'], cuda), _PROVIDERS['cpu']],
         'tensorrt': [(_PROVIDERS['tensorrt'], tensorrt), (_PROVIDERS['cuda'], cuda), _PROVIDERS['cpu']]}
-    return chains[device]
+    return chains[params.device]
 
 
 def _output_names(session: ort.InferenceSession, weights: Path, model: Model) -> List[str]:

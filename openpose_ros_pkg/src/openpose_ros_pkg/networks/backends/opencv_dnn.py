@@ -6,6 +6,7 @@ import cv2
 import numpy as np
 
 from openpose_ros_pkg.errors import ModelError, ParameterError
+from openpose_ros_pkg.networks.backends import BackendParams
 from openpose_ros_pkg.networks.backends.arrays import network_input, own_output
 from openpose_ros_pkg.networks.models import InputRecipe, Model
 
@@ -20,18 +21,9 @@ class OpencvBackend:
 
     name = 'opencv_dnn'
 
-    def __init__(self, model: Model, weights: Path, *, threads: int = 0, precision: str = 'f32', device: str = 'cpu',
-                 gpu: int = 0) -> None:
-        """Read the weights.
-
-        Args:
-            threads: for all of OpenCV in this process; 0 leaves them as they are.
-            precision: 'f32', or 'auto', which lets a GPU compute in f16.
-            device: 'cpu' or 'cuda'.
-            gpu: number of the GPU.
-        """
+    def __init__(self, model: Model, weights: Path, params: BackendParams) -> None:
         self._model = model
-        target = _target(device, precision)
+        target = _target(params.device, params.precision)
         try:
             self._net = _read(model, weights)
         except cv2.error as error:
@@ -42,10 +34,10 @@ class OpencvBackend:
         if missing:
             raise ModelError(f"OpenCV can not load {weights} as {model.name}: it has no layer {', '.join(missing)}; "
                              f"its outputs are {', '.join(self._net.getUnconnectedOutLayersNames())}")
-        if threads > 0:
-            cv2.setNumThreads(threads)
-        if device == 'cuda':
-            cv2.cuda.setDevice(gpu)
+        if params.threads > 0:
+            cv2.setNumThreads(params.threads)
+        if params.device == 'cuda':
+            cv2.cuda.setDevice(params.num_gpu_start)
             self._net.setPreferableBackend(cv2.dnn.DNN_BACKEND_CUDA)
         else:
             self._net.setPreferableBackend(cv2.dnn.DNN_BACKEND_OPENCV)
@@ -55,7 +47,7 @@ class OpencvBackend:
         self._recipe = InputRecipe(model.input.channels, model.input.layout if onnx else 'NCHW', 'float32',
                                    model.input.mean, model.input.scale)
         self._layout = model.output_layout if onnx else 'NCHW'
-        self.description = f'OpenCV dnn {cv2.__version__} (device {device}, precision {precision})'
+        self.description = f'OpenCV dnn {cv2.__version__} (device {params.device}, precision {params.precision})'
 
     def infer(self, images: np.ndarray) -> Tuple[np.ndarray, ...]:
         """Compute the network; see `Backend.infer`."""

@@ -13,6 +13,7 @@ import numpy as np
 import openvino as ov
 
 from openpose_ros_pkg.errors import ModelError
+from openpose_ros_pkg.networks.backends import BackendParams
 from openpose_ros_pkg.networks.backends.compiled_cache import open_cache
 from openpose_ros_pkg.networks.models import InputRecipe, Model
 
@@ -40,30 +41,22 @@ class OpenvinoBackend:
 
     name = 'openvino'
 
-    def __init__(self, model: Model, weights: Path, *, threads: int = 0, precision: str = 'f32', hint: str = 'latency',
-                 compiled_cache: str = 'off') -> None:
-        """Prepare; the weights are read by the first `infer`, unless the compiled network is in the cache.
-
-        Args:
-            threads: 0 for as many as there are cores.
-            precision: 'f32', or 'auto' for what the processor is fastest at.
-            hint: 'latency': all threads for one image; 'throughput': in streams for several images.
-            compiled_cache: folder; '' the default one, 'off' none.
-        """
+    def __init__(self, model: Model, weights: Path, params: BackendParams) -> None:
+        """Prepare; the weights are read by the first `infer`, unless the compiled network is in the cache."""
         self._model, self._weights = model, weights
         self._core = _core()
-        self._config: Dict[str, Any] = {'PERFORMANCE_HINT': hint.upper()}
-        if precision == 'f32':
+        self._config: Dict[str, Any] = {'PERFORMANCE_HINT': params.hint.upper()}
+        if params.precision == 'f32':
             self._config['INFERENCE_PRECISION_HINT'] = 'f32'
-        if threads > 0:
-            self._config['INFERENCE_NUM_THREADS'] = threads
+        if params.threads > 0:
+            self._config['INFERENCE_NUM_THREADS'] = params.threads
             # Else the threads of every process are bound to the first cores, all to the same ones.
             self._config['ENABLE_CPU_PINNING'] = False
-        self._cache = open_cache(compiled_cache)
+        self._cache = open_cache(params.compiled_cache)
         self._graph = None
         self._requests: OrderedDict[Tuple[int, ...], Any] = OrderedDict()
         self._sizes = 0
-        self.description = f'OpenVINO {ov.__version__.split("-")[0]} (precision {precision}, {hint})'
+        self.description = f'OpenVINO {ov.__version__.split("-")[0]} (precision {params.precision}, {params.hint})'
 
     def infer(self, images: np.ndarray) -> Tuple[np.ndarray, ...]:
         """Compute the network; see `Backend.infer`.

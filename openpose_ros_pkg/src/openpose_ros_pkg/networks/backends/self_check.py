@@ -199,11 +199,13 @@ def _mannequin() -> np.ndarray:
 
 if __name__ == '__main__':
     # OpenCV 4 was found to agree with TensorFlow on the default network; OpenVINO is the one that reads TFLite.
+    from openpose_ros_pkg.networks.backends import BackendParams
     from openpose_ros_pkg.networks.backends.opencv_dnn import OpencvBackend
     from openpose_ros_pkg.networks.backends.openvino import OpenvinoBackend
-    make_reference(OpencvBackend(MOBILENET_THIN, weights_path(MOBILENET_THIN)), MOBILENET_THIN, _mannequin())
+    _params = BackendParams(compiled_cache='off')
+    make_reference(OpencvBackend(MOBILENET_THIN, weights_path(MOBILENET_THIN), _params), MOBILENET_THIN, _mannequin())
     # MoveNet needs a more natural image: on the drawn person a noise of half a grey level moves its scores by 0.2.
     # The file holds frame 30 of skeleton_extract_3d/demo/cross at 256 x 160, in steps of 8 grey levels: it is small.
     with np.load(str(reference_path(MOVENET_MULTIPOSE))) as _kept:
-        make_reference(OpenvinoBackend(MOVENET_MULTIPOSE, weights_path(MOVENET_MULTIPOSE)), MOVENET_MULTIPOSE,
+        make_reference(OpenvinoBackend(MOVENET_MULTIPOSE, weights_path(MOVENET_MULTIPOSE), _params), MOVENET_MULTIPOSE,
                        _kept['image'])
