@@ -67,8 +67,8 @@ class Recording:
 
     layout: str  # one of LAYOUTS
     streams: Streams  # by stream its files, in the order of their stamps, which differ
-    # by stream ('depth', 'mask') the files that belong to each colour image, as indices: (colour, other)
-    pairs: Dict[str, List[Tuple[int, int]]]
+    # by stream ('depth', 'mask') the stamp of the colour image that belongs to each of its stamps [ns]
+    pairs: Dict[str, Dict[int, int]]
     calibration: Optional[Calibration]  # of the camera, or None
     frame_id: str  # of the camera, empty if it is not known
     T_world_camera: Optional[np.ndarray]  # (4, 4) from the optical frame to an upright world frame [m], or None
@@ -80,15 +80,12 @@ class Recording:
         """Return the recording without the colour and depth images that have no partner, and masks without colour."""
         if 'depth' not in self.pairs:
             return self
-        colour = {i for i, _ in self.pairs['depth']}
-        kept = {'colour': sorted(colour), 'depth': sorted(j for _, j in self.pairs['depth'])}
-        if 'mask' in self.pairs:
-            kept['mask'] = sorted(j for i, j in self.pairs['mask'] if i in colour)
-        streams = {name: [self.streams[name][i] for i in indices] for name, indices in kept.items() if indices}
-        number = {name: {old: new for new, old in enumerate(indices)} for name, indices in kept.items()}
-        pairs = {name: [(number['colour'][i], number[name][j]) for i, j in of_stream if i in colour]
-                 for name, of_stream in self.pairs.items() if name in streams}
-        return replace(self, streams=streams, pairs=pairs)
+        kept = set(self.pairs['depth'].values())
+        pairs = {name: {stamp: colour for stamp, colour in of_stream.items() if colour in kept}
+                 for name, of_stream in self.pairs.items()}
+        streams = {name: [item for item in items if item.stamp in (kept if name == 'colour' else pairs[name])]
+                   for name, items in self.streams.items()}
+        return replace(self, pairs=pairs, streams={name: items for name, items in streams.items() if items})
 
 
 def find_recording(folder: Optional[Path], options: LayoutOptions) -> Recording:
@@ -128,17 +125,12 @@ def find_recording(folder: Optional[Path], options: LayoutOptions) -> Recording:
 
 def _find_files(folder: Optional[Path], options: LayoutOptions) -> Tuple[str, Paths, Dict[str, List[int]]]:
     """Return the layout, and by stream the paths and, of the layout tum, the listed stamps [ns]."""
-    unknown = set(options.sources) - set(STREAMS)
-    if unknown:
-        raise ParameterError(f"unknown streams {', '.join(sorted(unknown))}, expected {', '.join(STREAMS)}")
     if folder is None and not options.sources:
         raise ParameterError('nothing to read: name a folder, or --colour')
     if folder is not None and not folder.is_dir():
         raise BadInputError(f'folder {folder} does not exist')
     named = {stream: _images_of(source, stream) for stream, source in options.sources.items()}
     layout = options.layout or (_detect(folder) if folder is not None and 'colour' not in named else 'images')
-    if layout not in LAYOUTS:
-        raise ParameterError(f"layout '{layout}' is unknown, expected one of {', '.join(LAYOUTS)}")
     if layout == 'tum':
         paths, stamps = _tum_files(folder)
         return layout, {**paths, **named}, {stream: stamps[stream] for stream in stamps if stream not in named}
@@ -258,14 +250,15 @@ def _shifted(streams: Streams, start: Optional[int]) -> Streams:
 
 # ------------------------------------------------------------------------------------------------------------- pairs
 
-def _pairs(colour: List[StampedFile], other: List[StampedFile], max_difference: int) -> List[Tuple[int, int]]:
+def _pairs(colour: List[StampedFile], other: List[StampedFile], max_difference: int) -> Dict[int, int]:
     if all(item.key is not None for item in (*colour, *other)):
-        place = {item.key: j for j, item in enumerate(other)}
-        return [(i, place[item.key]) for i, item in enumerate(colour) if item.key in place]
-    return associate([item.stamp for item in colour], [item.stamp for item in other], max_difference)
+        stamps = {item.key: item.stamp for item in colour}
+        return {item.stamp: stamps[item.key] for item in other if item.key in stamps}
+    pairs = associate([item.stamp for item in colour], [item.stamp for item in other], max_difference)
+    return {other[j].stamp: colour[i].stamp for i, j in pairs}
 
 
-def _partner_remarks(name: str, streams: Streams, pairs: List[Tuple[int, int]]) -> List[str]:
+def _partner_remarks(name: str, streams: Streams, pairs: Dict[int, int]) -> List[str]:
     """Return remarks on images without a partner.
 
     Raises:
@@ -277,10 +270,9 @@ def _partner_remarks(name: str, streams: Streams, pairs: List[Tuple[int, int]]) 
                             f'{colour[0].stamp / SECOND:.6f} s and {other[0].path.name} at '
                             f'{other[0].stamp / SECOND:.6f} s; see --max-difference, --stamps')
     remarks = []
-    for items, side, text in ((colour, 0, f'colour images have no {name} image'),
-                              (other, 1, f'{name} images have no colour image')):
-        paired = {pair[side] for pair in pairs}
-        alone = [item.path.name for i, item in enumerate(items) if i not in paired]
+    for items, paired, text in ((colour, {*pairs.values()}, f'colour images have no {name} image'),
+                                (other, {*pairs}, f'{name} images have no colour image')):
+        alone = [item.path.name for item in items if item.stamp not in paired]
         if alone:
             remarks.append(f'{len(alone)} of {len(items)} {text}: {some(alone)}')
     return remarks

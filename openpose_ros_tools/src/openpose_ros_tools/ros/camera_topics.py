@@ -1,6 +1,6 @@
 """The topics of a camera in a bag, found by their types, encodings and names."""
 import re
-from typing import Any, Dict, List, Optional, Sequence
+from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 import rosbag
 
@@ -21,17 +21,23 @@ TOPICS = {'camera_info': 'camera_info', 'image': 'image_color', 'depth': 'image_
 _RESULTS = re.compile(r'(^|/)openpose_ros/')
 _DEPTH_NAME, _MASK_NAME, _OTHER_NAME = (re.compile(pattern, re.IGNORECASE) for pattern in (
     'depth|disparity', 'mask', r'(^|[/_])(ir|infra\d?|confidence)($|[/_])'))
-# Of several topics the one with such a name is preferred: depth images that a driver has aligned to the colour image.
-_LIKELY = {stream: re.compile(pattern, re.IGNORECASE) for stream, pattern in (
-    ('colour', 'colou?r|rgb'), ('depth', 'aligned|registered|depth_to_(rgb|colou?r)'), ('mask', '$^'),
-    ('points', 'colou?r|rgb|registered'))}
-# Of each stream: what errors call it, the option that names its topic, and the types of its messages.
-_NAMES = {'colour': 'colour images', 'depth': 'depth images', 'mask': 'masks', 'points': 'clouds',
-          'camera_info': 'camera infos'}
-_OPTIONS = {'colour': '--image', 'depth': '--depth', 'mask': '--mask', 'points': '--points',
-            'camera_info': '--camera-info'}
-_KINDS = {'colour': (IMAGE, COMPRESSED), 'depth': (IMAGE, COMPRESSED), 'mask': (IMAGE, COMPRESSED), 'points': (CLOUD,),
-          'camera_info': (INFO,)}
+
+
+class _Stream(NamedTuple):
+    title: str  # in errors
+    option: str  # that names its topic
+    kinds: Tuple[str, ...]  # types of its messages
+    # of several topics the one with such a name is preferred
+    likely: str
+
+
+_STREAMS = {
+    'colour': _Stream('colour images', '--image', (IMAGE, COMPRESSED), 'colou?r|rgb'),
+    # that a driver has aligned to the colour image
+    'depth': _Stream('depth images', '--depth', (IMAGE, COMPRESSED), 'aligned|registered|depth_to_(rgb|colou?r)'),
+    'mask': _Stream('masks', '--mask', (IMAGE, COMPRESSED), '$^'),
+    'points': _Stream('clouds', '--points', (CLOUD,), 'colou?r|rgb|registered'),
+    'camera_info': _Stream('camera infos', '--camera-info', (INFO,), 'colou?r|rgb')}
 
 
 def is_result(topic: str) -> bool:
@@ -70,7 +76,7 @@ class TopicFinder:
     def __init__(self, bag: rosbag.Bag) -> None:
         self._bag = bag
         self.types = topic_types(bag)
-        self.candidates: Dict[str, List[str]] = {stream: [] for stream in _NAMES}
+        self.candidates: Dict[str, List[str]] = {stream: [] for stream in _STREAMS}
         for topic, kind in sorted(self.types.items()):
             stream = None if is_result(topic) else self._stream_of(topic, kind)
             if stream is not None:
@@ -81,21 +87,17 @@ class TopicFinder:
         return [topic for topic in self.candidates['points'] if self._first(topic).height != 1]
 
     def named(self, stream: str, topic: str, *other_kinds: str) -> str:
-        """Return a topic that the user has named.
-
-        Args:
-            other_kinds: types that are allowed beside those of the stream.
+        """Return a topic that the user has named; its type is one of the stream's, or of `other_kinds`.
 
         Raises:
             BadInputError: it is not there, or has another type.
         """
-        kinds = (*_KINDS[stream], *other_kinds)
+        _, option, kinds, _ = _STREAMS[stream]
         if topic not in self.types:
-            raise BadInputError(f'{_OPTIONS[stream]} {topic}: {self._bag.filename} has no such topic; it has '
-                                f'{self.listed()}')
-        if self.types[topic] not in kinds:
-            raise BadInputError(f"{_OPTIONS[stream]} {topic} is of type {self.types[topic]}, expected "
-                                f"{' or '.join(kinds)}")
+            raise BadInputError(f'{option} {topic}: {self._bag.filename} has no such topic; it has {self.listed()}')
+        if self.types[topic] not in (*kinds, *other_kinds):
+            raise BadInputError(f'{option} {topic} is of type {self.types[topic]}, expected '
+                                + ' or '.join((*kinds, *other_kinds)))
         return topic
 
     def choose(self, stream: str, candidates: Sequence[str]) -> Optional[str]:
@@ -104,21 +106,27 @@ class TopicFinder:
         Raises:
             BadInputError: several come into question.
         """
-        best = self._preferred(candidates, 'colour' if stream == 'camera_info' else stream)
+        title, option, _, likely = _STREAMS[stream]
+        usual = [f'{CAMERA_NAMESPACE}/{name}' for name in TOPICS.values()]
+        best = list(candidates)
+        for test in (lambda topic: raw_topic(topic) in usual, re.compile(likely, re.IGNORECASE).search):
+            if len(best) > 1:
+                best = [topic for topic in candidates if test(topic)] or list(candidates)
         if len(best) > 1:
-            raise BadInputError(f'{self._bag.filename} has {len(candidates)} topics of {_NAMES[stream]}, choose one '
-                                f"with {_OPTIONS[stream]}: {', '.join(sorted(candidates))}")
+            raise BadInputError(f'{self._bag.filename} has {len(candidates)} topics of {title}, choose one with '
+                                f"{option}: {', '.join(sorted(candidates))}")
         return best[0] if best else None
 
-    def required(self, stream: str, candidates: Sequence[str]) -> str:
-        """Return what `choose` does.
+    def required(self, stream: str, wanted: str, candidates: Sequence[str]) -> str:
+        """Return the topic that the user wants, or where that is empty what `choose` does.
 
         Raises:
-            BadInputError: there is no candidate, or several come into question.
+            BadInputError: it is not there, there is no candidate, or several come into question.
         """
-        topic = self.choose(stream, candidates)
+        topic = self.named(stream, wanted) if wanted else self.choose(stream, candidates)
         if topic is None:
-            raise BadInputError(f'{self._bag.filename} has no topic of {_NAMES[stream]}; it has {self.listed()}')
+            raise BadInputError(f'{self._bag.filename} has no topic of {_STREAMS[stream].title}; it has '
+                                f'{self.listed()}')
         return topic
 
     def camera_info_of(self, *images: str) -> Optional[str]:
@@ -146,13 +154,3 @@ class TopicFinder:
 
     def _first(self, topic: str) -> Any:
         return next(undamaged(self._bag, self._bag.read_messages(topics=[topic]))).message
-
-    @staticmethod
-    def _preferred(topics: Sequence[str], stream: str) -> List[str]:
-        """Return the most likely of several topics: that of this project's launch files, or by name."""
-        usual = [f'{CAMERA_NAMESPACE}/{name}' for name in TOPICS.values()]
-        best = list(topics)
-        for test in (lambda topic: raw_topic(topic) in usual, _LIKELY[stream].search):
-            if len(best) > 1:
-                best = [topic for topic in topics if test(topic)] or list(topics)
-        return best

@@ -12,6 +12,7 @@ from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.ros.convert import compressed_depth_to_image, image_to_bgr, image_to_pixels, pixels_to_image
 from openpose_ros_tools.images import image_files
 from openpose_ros_tools.images.calibration import Calibration
+from openpose_ros_tools.images.image_files import MILLIMETRES
 from openpose_ros_tools.images.image_layouts import Recording
 from openpose_ros_tools.ros.camera_topics import CLOUD, COMPRESSED, TOPICS
 from openpose_ros_tools.ros.camera_topics import DEPTH_ENCODINGS as _ALL_DEPTH_ENCODINGS
@@ -35,7 +36,7 @@ class BagOptions:
     world_frame: str = WORLD_FRAME  # name of the frame in which the camera stands
     compressed: bool = False  # CompressedImage in place of Image for the colour images
     jpeg_quality: Optional[int] = None  # of images that are no JPEG yet, with `compressed`; None: they are PNG
-    depth_scale: float = image_files.MILLIMETRES  # units of integer depth per metre
+    depth_scale: float = MILLIMETRES  # units of integer depth per metre
     depth_encoding: Optional[str] = None  # one of DEPTH_ENCODINGS; None: 16UC1 for depth in mm, 32FC1 for other depth
     cloud: bool = False  # write clouds
 
@@ -58,15 +59,13 @@ class MomentMessages(NamedTuple):
 
 def moments(recording: Recording) -> Iterator[Moment]:
     """Yield the images of a recording by stamp, ascending."""
-    by_stamp: Dict[int, Dict[str, int]] = {}
+    by_stamp: Dict[int, Dict[str, Tuple[int, Path]]] = {}
     for stream, items in recording.streams.items():
         for i, item in enumerate(items):
-            by_stamp.setdefault(item.stamp, {})[stream] = i
-    colour_of = {j: i for i, j in recording.pairs.get('depth', ())}
-    for stamp, numbers in sorted(by_stamp.items()):
-        partner = colour_of.get(numbers.get('depth', -1))
-        yield Moment(stamp, {stream: (i, recording.streams[stream][i].path) for stream, i in numbers.items()},
-                     None if partner is None else recording.streams['colour'][partner].path)
+            by_stamp.setdefault(item.stamp, {})[stream] = i, item.path
+    colour_of = recording.pairs.get('depth', {})
+    for stamp, files in sorted(by_stamp.items()):
+        yield Moment(stamp, files, by_stamp[colour_of[stamp]]['colour'][1] if stamp in colour_of else None)
 
 
 class MessageMaker:
@@ -142,14 +141,11 @@ class MessageMaker:
 
     def _depth_message(self, depth: np.ndarray, path: Path, header: Header) -> Tuple[genpy.Message, float]:
         """Return the message of a depth image and the greatest rounding error [m]."""
-        is_float, scale = depth.dtype == np.float32, self._options.depth_scale
-        in_mm = not is_float and scale == image_files.MILLIMETRES
+        scale = self._options.depth_scale
+        in_mm = depth.dtype != np.float32 and scale == MILLIMETRES
         encoding = self._options.depth_encoding or ('16UC1' if in_mm else '32FC1')
-        rounded = 0.0
-        if encoding == '32FC1' or not in_mm:
-            depth = depth if is_float else image_files.depth_to_metres(depth, scale)
-        if encoding == '16UC1' and not in_mm:
-            depth, rounded = image_files.depth_to_units(depth, image_files.MILLIMETRES, str(path))
+        depth, rounded = image_files.convert_depth(depth, scale, MILLIMETRES if encoding == '16UC1' else None,
+                                                   str(path))
         return pixels_to_image(depth, encoding, header), rounded
 
     def _cloud_message(self, moment: Moment, colour: Path, decoded: Dict[str, np.ndarray]) -> genpy.Message:
@@ -226,10 +222,9 @@ def file_of_message(stream: str, message: genpy.Message, depth_scale: Optional[f
     """
     if stream == 'depth':
         depth, rounded = _depth_of(message), 0.0
-        if depth_scale is not None and not (depth.dtype == np.uint16 and depth_scale == image_files.MILLIMETRES):
-            metres = depth if depth.dtype == np.float32 else image_files.depth_to_metres(depth, image_files.MILLIMETRES)
+        if depth_scale is not None:
             try:
-                depth, rounded = image_files.depth_to_units(metres, depth_scale, source)
+                depth, rounded = image_files.convert_depth(depth, MILLIMETRES, depth_scale, source)
             except BadInputError as error:
                 raise ParameterError(str(error)) from error
         suffix = '.tiff' if depth.dtype == np.float32 else '.png'

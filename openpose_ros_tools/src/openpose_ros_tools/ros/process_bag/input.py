@@ -68,22 +68,18 @@ def find_topics(bag: rosbag.Bag, wanted: Topics, only_2d: bool = False, prefer_d
         BadInputError: a topic is not there or has another type, or it is not clear which one to take.
     """
     finder = TopicFinder(bag)
-    image = wanted.image or finder.required('colour', finder.candidates['colour'])
-    finder.named('colour', image)
+    image = finder.required('colour', wanted.image, finder.candidates['colour'])
     if only_2d:
         return Topics(image)
-    if wanted.points:
-        return Topics(image, points=finder.named('points', wanted.points))
-    organized = finder.organized_clouds()
-    if organized and not wanted.depth and not prefer_depth:
-        return Topics(image, points=finder.required('points', organized))
+    organized = [] if wanted.points or wanted.depth or prefer_depth else finder.organized_clouds()
+    if wanted.points or organized:
+        return Topics(image, points=finder.required('points', wanted.points, organized))
     depths = [topic for topic in finder.candidates['depth'] if topic != image]
     if depths or wanted.depth or prefer_depth:
-        depth = wanted.depth or finder.required('depth', depths)
-        finder.named('depth', depth)
-        info = (wanted.camera_info or finder.camera_info_of(depth, image)
-                or finder.required('camera_info', finder.candidates['camera_info']))
-        return Topics(image, depth=depth, camera_info=finder.named('camera_info', info))
+        depth = finder.required('depth', wanted.depth, depths)
+        beside = wanted.camera_info or finder.camera_info_of(depth, image) or ''
+        return Topics(image, depth=depth,
+                      camera_info=finder.required('camera_info', beside, finder.candidates['camera_info']))
     if finder.candidates['points']:
         _log.warning('people are found in the images alone: the clouds on %s have not the rows of an image; drivers '
                      'give such ones when asked for ordered or registered clouds',

@@ -2,7 +2,7 @@
 import json
 import re
 from pathlib import Path
-from typing import Any, Dict, NamedTuple, Optional, TextIO
+from typing import Any, Dict, Optional, TextIO
 
 import genpy
 import numpy as np
@@ -30,22 +30,13 @@ from skeleton_extract_3d.show.markers import LIMB_NAMESPACES, MarkerTracker
 _RECORD = '/openpose_ros/process_bag'
 
 
-class OutputPaths(NamedTuple):
-    """Files to write, and a folder for a file of each frame; None: none."""
-
-    bag: Path
-    csv: Optional[Path] = None
-    json: Optional[Path] = None
-
-
 class Results:
     """Writes the people of frames, in their order, as the nodes would publish them; use it as a context manager.
 
     header.seq of what is written is the number of the frame, from 0.
 
     Args:
-        paths: to write to.
-        job: what to write. JSON files are named after its bag.
+        job: what to write, and where. JSON files are named after its bag.
         settings: of markers, of the units of detected_poses_keypoints in 2D, and whether joints are written as frames.
         in_space: whether there are people in space.
 
@@ -54,15 +45,15 @@ class Results:
         OSError: a file can not be written.
     """
 
-    def __init__(self, paths: OutputPaths, job: BagJob, settings: BagSettings, in_space: bool) -> None:
+    def __init__(self, job: BagJob, settings: BagSettings, in_space: bool) -> None:
         self._namespace = '/openpose_ros/skeleton_3d' if in_space else '/openpose_ros'
-        self._json_folder, self._name, self._in_space = paths.json, job.source.stem, in_space
+        self._json_folder, self._name, self._in_space = job.json, job.source.stem, in_space
         self._publish_tf, self._scale = settings.extractor.publish_tf, settings.keypoint_scale
         self._markers = MarkerTracker(settings.markers) if job.markers else None
-        self._bag = _opened(paths.bag, job.compression)
+        self._bag = _opened(job.output, job.compression)
         self._csv: Optional[TextIO] = None
-        if paths.csv is not None:
-            self._csv = paths.csv.open('w', newline='')
+        if job.csv is not None:
+            self._csv = job.csv.open('w', newline='')
             self._table = KeypointCsvWriter(self._csv, job.csv_layout, 3 if in_space else 2)
 
     def __enter__(self) -> 'Results':

@@ -21,7 +21,7 @@ from openpose_ros_tools.parallel.threads import prefetched
 from openpose_ros_tools.ros.bag_files import StampedMessage, open_bag
 from openpose_ros_tools.ros.process_bag.input import Frame, Recording, Transforms, copied_topics, find_topics
 from openpose_ros_tools.ros.process_bag.job import BagJob, BagReport, BagSettings, Topics, build_settings
-from openpose_ros_tools.ros.process_bag.output import OutputPaths, Results, is_json_of
+from openpose_ros_tools.ros.process_bag.output import Results, is_json_of
 from skeleton_extract_3d.chain import PeopleChain
 from skeleton_extract_3d.points.point_grid import PointGrid
 from skeleton_extract_3d.ros.lifter import Lifter
@@ -55,11 +55,11 @@ def process(job: BagJob, on_frame: Callable[[int, int], None] = lambda done, tot
         json = None if job.json is None else parts.folder(job.json, lambda name: is_json_of(job.source.stem, name))
         csv = None if job.csv is None else parts.file(job.csv)
         # the bag is the last one to be moved: where it is, all outputs are
-        paths = OutputPaths(parts.file(job.output), csv, json)
+        unfinished = replace(job, output=parts.file(job.output), csv=csv, json=json)
         pool = stack.enter_context(DetectorPool(job.jobs, with_threads(settings.detector, job.threads), job.create))
         people = PeopleChain(pool.skeleton, settings.estimator, settings.tracking)
         lifter, transforms = _lifter(job.source, settings, topics, people, stack)
-        results = stack.enter_context(Results(paths, job, settings, topics.in_space))
+        results = stack.enter_context(Results(unfinished, settings, topics.in_space))
         results.record(made, genpy.Time.from_sec(bag.get_start_time()))
         recording = Recording(bag, topics, copied, settings.pairing, lifter)
         images = bag.get_message_count(topics.image)
