@@ -3,7 +3,7 @@
 No other module holds joint indices; a decoder, a painter or a test asks the `SkeletonModel`.
 """
 from dataclasses import dataclass
-from typing import Dict, Tuple
+from typing import Dict, Sequence, Tuple
 
 Colour = Tuple[int, int, int]
 
@@ -80,6 +80,11 @@ class SkeletonModel:
         return tuple(index[mirrored_joint(joint)] for joint in self.joints)
 
 
+def starting_limbs(limbs: Sequence[Limb]) -> Tuple[Tuple[str, str], ...]:
+    """Return the ends of the limbs that start a person, which are those that OpenPose draws."""
+    return tuple((limb.start, limb.end) for limb in limbs if limb.starts_person)
+
+
 def mirrored_joint(joint: str) -> str:
     """Return what a joint is called in the mirror image."""
     if joint.startswith('left_'):
@@ -91,38 +96,34 @@ def mirrored_joint(joint: str) -> str:
 
 # OpenPose, src/openpose/pose/poseParameters.cpp: POSE_COCO_BODY_PARTS, POSE_COCO_MAP_IDX, POSE_COCO_PAIRS_RENDER,
 # POSE_COCO_COLORS_RENDER. The order of the limbs is that of POSE_COCO_PAIRS.
+_COCO_18_LIMBS = (
+    Limb('neck', 'right_shoulder', (12, 13)),
+    Limb('neck', 'left_shoulder', (20, 21)),
+    Limb('right_shoulder', 'right_elbow', (14, 15)),
+    Limb('right_elbow', 'right_wrist', (16, 17)),
+    Limb('left_shoulder', 'left_elbow', (22, 23)),
+    Limb('left_elbow', 'left_wrist', (24, 25)),
+    Limb('neck', 'right_hip', (0, 1)),
+    Limb('right_hip', 'right_knee', (2, 3)),
+    Limb('right_knee', 'right_ankle', (4, 5)),
+    Limb('neck', 'left_hip', (6, 7)),
+    Limb('left_hip', 'left_knee', (8, 9)),
+    Limb('left_knee', 'left_ankle', (10, 11)),
+    Limb('neck', 'nose', (28, 29)),
+    Limb('nose', 'right_eye', (30, 31)),
+    Limb('right_eye', 'right_ear', (34, 35)),
+    Limb('nose', 'left_eye', (32, 33)),
+    Limb('left_eye', 'left_ear', (36, 37)),
+    Limb('right_shoulder', 'right_ear', (18, 19), starts_person=False),
+    Limb('left_shoulder', 'left_ear', (26, 27), starts_person=False),
+)
 COCO_18 = SkeletonModel(
     name='COCO_18',
     joints=('nose', 'neck', 'right_shoulder', 'right_elbow', 'right_wrist', 'left_shoulder', 'left_elbow',
             'left_wrist', 'right_hip', 'right_knee', 'right_ankle', 'left_hip', 'left_knee', 'left_ankle',
             'right_eye', 'left_eye', 'right_ear', 'left_ear'),
-    limbs=(
-        Limb('neck', 'right_shoulder', (12, 13)),
-        Limb('neck', 'left_shoulder', (20, 21)),
-        Limb('right_shoulder', 'right_elbow', (14, 15)),
-        Limb('right_elbow', 'right_wrist', (16, 17)),
-        Limb('left_shoulder', 'left_elbow', (22, 23)),
-        Limb('left_elbow', 'left_wrist', (24, 25)),
-        Limb('neck', 'right_hip', (0, 1)),
-        Limb('right_hip', 'right_knee', (2, 3)),
-        Limb('right_knee', 'right_ankle', (4, 5)),
-        Limb('neck', 'left_hip', (6, 7)),
-        Limb('left_hip', 'left_knee', (8, 9)),
-        Limb('left_knee', 'left_ankle', (10, 11)),
-        Limb('neck', 'nose', (28, 29)),
-        Limb('nose', 'right_eye', (30, 31)),
-        Limb('right_eye', 'right_ear', (34, 35)),
-        Limb('nose', 'left_eye', (32, 33)),
-        Limb('left_eye', 'left_ear', (36, 37)),
-        Limb('right_shoulder', 'right_ear', (18, 19), starts_person=False),
-        Limb('left_shoulder', 'left_ear', (26, 27), starts_person=False),
-    ),
-    drawn_limbs=(
-        ('neck', 'right_shoulder'), ('neck', 'left_shoulder'), ('right_shoulder', 'right_elbow'),
-        ('right_elbow', 'right_wrist'), ('left_shoulder', 'left_elbow'), ('left_elbow', 'left_wrist'),
-        ('neck', 'right_hip'), ('right_hip', 'right_knee'), ('right_knee', 'right_ankle'), ('neck', 'left_hip'),
-        ('left_hip', 'left_knee'), ('left_knee', 'left_ankle'), ('neck', 'nose'), ('nose', 'right_eye'),
-        ('right_eye', 'right_ear'), ('nose', 'left_eye'), ('left_eye', 'left_ear')),
+    limbs=_COCO_18_LIMBS,
+    drawn_limbs=starting_limbs(_COCO_18_LIMBS),
     colours=((255, 0, 85), (255, 0, 0), (255, 85, 0), (255, 170, 0), (255, 255, 0), (170, 255, 0), (85, 255, 0),
              (0, 255, 0), (0, 255, 85), (0, 255, 170), (0, 255, 255), (0, 170, 255), (0, 85, 255), (0, 0, 255),
              (255, 0, 170), (170, 0, 255), (255, 0, 255), (85, 0, 255)),
@@ -131,48 +132,42 @@ COCO_18 = SkeletonModel(
 # The same file, POSE_BODY_25_BODY_PARTS, and the rows BODY_25 of POSE_BODY_PART_PAIRS and POSE_MAP_INDEX; colours and
 # drawn limbs: include/openpose/pose/poseParametersRender.hpp, POSE_BODY_25_*_RENDER_GPU. Pairs 18 and 19 only join:
 # src/openpose/pose/bodyPartConnectorBase.cpp, connectBodyPartsCpu.
+_BODY_25_LIMBS = (
+    Limb('neck', 'mid_hip', (0, 1)),
+    Limb('neck', 'right_shoulder', (14, 15)),
+    Limb('neck', 'left_shoulder', (22, 23)),
+    Limb('right_shoulder', 'right_elbow', (16, 17)),
+    Limb('right_elbow', 'right_wrist', (18, 19)),
+    Limb('left_shoulder', 'left_elbow', (24, 25)),
+    Limb('left_elbow', 'left_wrist', (26, 27)),
+    Limb('mid_hip', 'right_hip', (6, 7)),
+    Limb('right_hip', 'right_knee', (2, 3)),
+    Limb('right_knee', 'right_ankle', (4, 5)),
+    Limb('mid_hip', 'left_hip', (8, 9)),
+    Limb('left_hip', 'left_knee', (10, 11)),
+    Limb('left_knee', 'left_ankle', (12, 13)),
+    Limb('neck', 'nose', (30, 31)),
+    Limb('nose', 'right_eye', (32, 33)),
+    Limb('right_eye', 'right_ear', (36, 37)),
+    Limb('nose', 'left_eye', (34, 35)),
+    Limb('left_eye', 'left_ear', (38, 39)),
+    Limb('right_shoulder', 'right_ear', (20, 21), starts_person=False),
+    Limb('left_shoulder', 'left_ear', (28, 29), starts_person=False),
+    Limb('left_ankle', 'left_big_toe', (40, 41)),
+    Limb('left_big_toe', 'left_small_toe', (42, 43)),
+    Limb('left_ankle', 'left_heel', (44, 45)),
+    Limb('right_ankle', 'right_big_toe', (46, 47)),
+    Limb('right_big_toe', 'right_small_toe', (48, 49)),
+    Limb('right_ankle', 'right_heel', (50, 51)),
+)
 BODY_25 = SkeletonModel(
     name='BODY_25',
     joints=('nose', 'neck', 'right_shoulder', 'right_elbow', 'right_wrist', 'left_shoulder', 'left_elbow',
             'left_wrist', 'mid_hip', 'right_hip', 'right_knee', 'right_ankle', 'left_hip', 'left_knee', 'left_ankle',
             'right_eye', 'left_eye', 'right_ear', 'left_ear', 'left_big_toe', 'left_small_toe', 'left_heel',
             'right_big_toe', 'right_small_toe', 'right_heel'),
-    limbs=(
-        Limb('neck', 'mid_hip', (0, 1)),
-        Limb('neck', 'right_shoulder', (14, 15)),
-        Limb('neck', 'left_shoulder', (22, 23)),
-        Limb('right_shoulder', 'right_elbow', (16, 17)),
-        Limb('right_elbow', 'right_wrist', (18, 19)),
-        Limb('left_shoulder', 'left_elbow', (24, 25)),
-        Limb('left_elbow', 'left_wrist', (26, 27)),
-        Limb('mid_hip', 'right_hip', (6, 7)),
-        Limb('right_hip', 'right_knee', (2, 3)),
-        Limb('right_knee', 'right_ankle', (4, 5)),
-        Limb('mid_hip', 'left_hip', (8, 9)),
-        Limb('left_hip', 'left_knee', (10, 11)),
-        Limb('left_knee', 'left_ankle', (12, 13)),
-        Limb('neck', 'nose', (30, 31)),
-        Limb('nose', 'right_eye', (32, 33)),
-        Limb('right_eye', 'right_ear', (36, 37)),
-        Limb('nose', 'left_eye', (34, 35)),
-        Limb('left_eye', 'left_ear', (38, 39)),
-        Limb('right_shoulder', 'right_ear', (20, 21), starts_person=False),
-        Limb('left_shoulder', 'left_ear', (28, 29), starts_person=False),
-        Limb('left_ankle', 'left_big_toe', (40, 41)),
-        Limb('left_big_toe', 'left_small_toe', (42, 43)),
-        Limb('left_ankle', 'left_heel', (44, 45)),
-        Limb('right_ankle', 'right_big_toe', (46, 47)),
-        Limb('right_big_toe', 'right_small_toe', (48, 49)),
-        Limb('right_ankle', 'right_heel', (50, 51)),
-    ),
-    drawn_limbs=(
-        ('neck', 'mid_hip'), ('neck', 'right_shoulder'), ('neck', 'left_shoulder'), ('right_shoulder', 'right_elbow'),
-        ('right_elbow', 'right_wrist'), ('left_shoulder', 'left_elbow'), ('left_elbow', 'left_wrist'),
-        ('mid_hip', 'right_hip'), ('right_hip', 'right_knee'), ('right_knee', 'right_ankle'), ('mid_hip', 'left_hip'),
-        ('left_hip', 'left_knee'), ('left_knee', 'left_ankle'), ('neck', 'nose'), ('nose', 'right_eye'),
-        ('right_eye', 'right_ear'), ('nose', 'left_eye'), ('left_eye', 'left_ear'), ('left_ankle', 'left_big_toe'),
-        ('left_big_toe', 'left_small_toe'), ('left_ankle', 'left_heel'), ('right_ankle', 'right_big_toe'),
-        ('right_big_toe', 'right_small_toe'), ('right_ankle', 'right_heel')),
+    limbs=_BODY_25_LIMBS,
+    drawn_limbs=starting_limbs(_BODY_25_LIMBS),
     colours=((255, 0, 85), (255, 0, 0), (255, 85, 0), (255, 170, 0), (255, 255, 0), (170, 255, 0), (85, 255, 0),
              (0, 255, 0), (255, 0, 0), (0, 255, 85), (0, 255, 170), (0, 255, 255), (0, 170, 255), (0, 85, 255),
              (0, 0, 255), (255, 0, 170), (170, 0, 255), (255, 0, 255), (85, 0, 255), (0, 0, 255), (0, 0, 255),
@@ -181,31 +176,28 @@ BODY_25 = SkeletonModel(
 
 # The same files: POSE_MPI_BODY_PARTS, POSE_MPI_PAIRS_RENDER_GPU (which are the limbs as well),
 # POSE_MPI_COLORS_RENDER_GPU and the row MPI_15 of POSE_MAP_INDEX. No face.
+_MPI_15_LIMBS = (
+    Limb('head_top', 'neck', (0, 1)),
+    Limb('neck', 'right_shoulder', (2, 3)),
+    Limb('right_shoulder', 'right_elbow', (4, 5)),
+    Limb('right_elbow', 'right_wrist', (6, 7)),
+    Limb('neck', 'left_shoulder', (8, 9)),
+    Limb('left_shoulder', 'left_elbow', (10, 11)),
+    Limb('left_elbow', 'left_wrist', (12, 13)),
+    Limb('neck', 'chest', (14, 15)),
+    Limb('chest', 'right_hip', (16, 17)),
+    Limb('right_hip', 'right_knee', (18, 19)),
+    Limb('right_knee', 'right_ankle', (20, 21)),
+    Limb('chest', 'left_hip', (22, 23)),
+    Limb('left_hip', 'left_knee', (24, 25)),
+    Limb('left_knee', 'left_ankle', (26, 27)),
+)
 MPI_15 = SkeletonModel(
     name='MPI_15',
     joints=('head_top', 'neck', 'right_shoulder', 'right_elbow', 'right_wrist', 'left_shoulder', 'left_elbow',
             'left_wrist', 'right_hip', 'right_knee', 'right_ankle', 'left_hip', 'left_knee', 'left_ankle', 'chest'),
-    limbs=(
-        Limb('head_top', 'neck', (0, 1)),
-        Limb('neck', 'right_shoulder', (2, 3)),
-        Limb('right_shoulder', 'right_elbow', (4, 5)),
-        Limb('right_elbow', 'right_wrist', (6, 7)),
-        Limb('neck', 'left_shoulder', (8, 9)),
-        Limb('left_shoulder', 'left_elbow', (10, 11)),
-        Limb('left_elbow', 'left_wrist', (12, 13)),
-        Limb('neck', 'chest', (14, 15)),
-        Limb('chest', 'right_hip', (16, 17)),
-        Limb('right_hip', 'right_knee', (18, 19)),
-        Limb('right_knee', 'right_ankle', (20, 21)),
-        Limb('chest', 'left_hip', (22, 23)),
-        Limb('left_hip', 'left_knee', (24, 25)),
-        Limb('left_knee', 'left_ankle', (26, 27)),
-    ),
-    drawn_limbs=(
-        ('head_top', 'neck'), ('neck', 'right_shoulder'), ('right_shoulder', 'right_elbow'),
-        ('right_elbow', 'right_wrist'), ('neck', 'left_shoulder'), ('left_shoulder', 'left_elbow'),
-        ('left_elbow', 'left_wrist'), ('neck', 'chest'), ('chest', 'right_hip'), ('right_hip', 'right_knee'),
-        ('right_knee', 'right_ankle'), ('chest', 'left_hip'), ('left_hip', 'left_knee'), ('left_knee', 'left_ankle')),
+    limbs=_MPI_15_LIMBS,
+    drawn_limbs=starting_limbs(_MPI_15_LIMBS),
     colours=((255, 0, 85), (255, 0, 0), (255, 85, 0), (255, 170, 0), (255, 255, 0), (170, 255, 0), (85, 255, 0),
              (43, 255, 0), (0, 255, 0), (0, 255, 85), (0, 255, 170), (0, 255, 255), (0, 170, 255), (0, 85, 255),
              (0, 0, 255)),

@@ -10,7 +10,7 @@ import yaml
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks.model_registry import ALIASES, MODELS
 from openpose_ros_pkg.networks.model_types import DECODERS, InputRecipe, Model, UserFiles, WeightsFile
-from openpose_ros_pkg.skeletons import COCO_18, COLOURS, MESSAGE_JOINTS, SKELETONS, Limb, SkeletonModel
+from openpose_ros_pkg.skeletons import COCO_18, COLOURS, MESSAGE_JOINTS, SKELETONS, Limb, SkeletonModel, starting_limbs
 
 # Number of outputs that each decoder takes.
 _OUTPUTS = {'paf': (1, 2), 'movenet_multipose': (1,), 'rtmo': (2,)}
@@ -192,7 +192,7 @@ def _own_skeleton(section: _Section, name: str) -> SkeletonModel:
     if channels != list(range(2 * len(limbs))):
         raise ModelError(f"{section.path}: 'paf' of 'skeleton.limbs' = {channels} in all is not allowed: each channel "
                          f'of 0 .. {2 * len(limbs) - 1} once')
-    drawn = tuple((limb.start, limb.end) for limb in limbs if limb.starts_person)
+    drawn = starting_limbs(limbs)
     if 'drawn_limbs' in section.values:
         drawn = tuple(_drawn_limb(section, i, item, joints) for i, item in enumerate(section.items('drawn_limbs')))
     try:

@@ -1,8 +1,8 @@
 """The pose networks that this project knows: one entry each."""
-from typing import Dict
+from typing import Dict, Tuple
 
 from openpose_ros_pkg.networks.model_types import InputRecipe, Model, PypiArchive, UserFiles, WeightsFile
-from openpose_ros_pkg.skeletons import BODY_25, COCO_18, MPI_15
+from openpose_ros_pkg.skeletons import BODY_25, COCO_18, MPI_15, SkeletonModel
 
 # The weights are bit-identical to those of ildoonet/tf-pose-estimation.
 MOBILENET_THIN = Model(
@@ -35,59 +35,6 @@ MOVENET_MULTIPOSE = Model(
     input=InputRecipe(channels='RGB', layout='NHWC', dtype='uint8', multiple_of=32),
     outputs=('StatefulPartitionedCall:0',), decoder='movenet_multipose', stride=32)
 
-# OpenPose's own networks. Files and checksums: its src/openpose/pose/poseParameters.cpp (POSE_PROTOTXT,
-# POSE_TRAINED_MODEL) and CMakeLists.txt. Input: x / 256 - 0.5 (src/openpose/utilities/openCv.cpp) on black padding.
-# Outputs: the last layer of each prototxt, which computes the blob `net_output`: confidence maps, background, PAF.
-_OPENPOSE_LICENCE = "OpenPose's own (non-commercial, no redistribution)"
-_OPENPOSE_INPUT = InputRecipe(channels='BGR', layout='NCHW', mean=128.0, scale=1 / 256, multiple_of=16, padding=0)
-
-
-def _openpose_files(folder: str) -> UserFiles:
-    return UserFiles(f'models/{folder} of an OpenPose checkout (github.com/CMU-Perceptual-Computing-Lab/openpose), '
-                     'into which its models/getModels.sh loads the caffemodel', folder)
-
-
-OPENPOSE_BODY_25 = Model(
-    name='body_25',
-    skeleton=BODY_25,
-    files=(WeightsFile('pose_deploy.prototxt'),
-           WeightsFile('pose_iter_584000.caffemodel', md5='78287b57cf85fa89c03f1393d368e5b7')),
-    licence=_OPENPOSE_LICENCE,
-    source=_openpose_files('pose/body_25'),
-    input=_OPENPOSE_INPUT,
-    outputs=('net_output',), heatmaps=26)
-
-OPENPOSE_COCO = Model(
-    name='openpose_coco',
-    skeleton=COCO_18,
-    files=(WeightsFile('pose_deploy_linevec.prototxt'),
-           WeightsFile('pose_iter_440000.caffemodel', md5='5156d31f670511fce9b4e28b403f2939')),
-    licence=_OPENPOSE_LICENCE,
-    source=_openpose_files('pose/coco'),
-    input=_OPENPOSE_INPUT,
-    outputs=('concat_stage7',), heatmaps=19)
-
-# Thresholds of peaks: poseParameters.cpp, POSE_DEFAULT_NMS_THRESHOLD.
-OPENPOSE_MPI = Model(
-    name='mpi',
-    skeleton=MPI_15,
-    files=(WeightsFile('pose_deploy_linevec.prototxt'),
-           WeightsFile('pose_iter_160000.caffemodel', md5='2ca0990c7562bd7ae03f3f54afa96e00')),
-    licence=_OPENPOSE_LICENCE,
-    source=_openpose_files('pose/mpi'),
-    input=_OPENPOSE_INPUT,
-    outputs=('concat_stage7',), heatmaps=16, peak_threshold=0.6)
-
-OPENPOSE_MPI_4_LAYERS = Model(
-    name='mpi_4_layers',
-    skeleton=MPI_15,
-    files=(WeightsFile('pose_deploy_linevec_faster_4_stages.prototxt'),
-           WeightsFile('pose_iter_160000.caffemodel', md5='2ca0990c7562bd7ae03f3f54afa96e00')),
-    licence=_OPENPOSE_LICENCE,
-    source=_openpose_files('pose/mpi'),
-    input=_OPENPOSE_INPUT,
-    outputs=('concat_stage7',), heatmaps=16, peak_threshold=0.3)
-
 # Names of the outputs: that project's scripts/convert_to_onnx.py; input: its demo.py, which pads after normalizing,
 # so that padding is 128 before.
 LIGHTWEIGHT_OPENPOSE = Model(
@@ -116,6 +63,20 @@ HUMAN_POSE_ESTIMATION_0001 = Model(
     outputs=('Mconv7_stage2_L2', 'Mconv7_stage2_L1'), heatmaps=19)
 
 
+# OpenPose's own networks. Files and checksums: its src/openpose/pose/poseParameters.cpp (POSE_PROTOTXT,
+# POSE_TRAINED_MODEL) and CMakeLists.txt; thresholds of peaks: POSE_DEFAULT_NMS_THRESHOLD there. Input: x / 256 - 0.5
+# (src/openpose/utilities/openCv.cpp) on black padding. Outputs: the last layer of each prototxt, which computes the
+# blob `net_output`: confidence maps, background, PAF.
+def _openpose(name: str, skeleton: SkeletonModel, folder: str, files: Tuple[WeightsFile, ...],
+              output: str = 'concat_stage7', peak_threshold: float = 0.0) -> Model:
+    return Model(
+        name=name, skeleton=skeleton, files=files, licence="OpenPose's own (non-commercial, no redistribution)",
+        source=UserFiles(f'models/{folder} of an OpenPose checkout (github.com/CMU-Perceptual-Computing-Lab/openpose), '
+                         'into which its models/getModels.sh loads the caffemodel', folder),
+        input=InputRecipe(channels='BGR', layout='NCHW', mean=128.0, scale=1 / 256, multiple_of=16, padding=0),
+        outputs=(output,), heatmaps=len(skeleton.joints) + 1, peak_threshold=peak_threshold)
+
+
 def _rtmo(size: str, archive: str) -> Model:
     """Return an RTMO network; input: Tau-J/rtmlib, rtmlib/tools/pose_estimation/rtmo.py."""
     return Model(
@@ -128,13 +89,26 @@ def _rtmo(size: str, archive: str) -> Model:
         outputs=('dets', 'keypoints'), decoder='rtmo', stride=32)
 
 
-RTMO_S = _rtmo('s', 'rtmo-s_8xb32-600e_body7-640x640-dac2bf74_20231211.zip')
-RTMO_M = _rtmo('m', 'rtmo-m_16xb16-600e_body7-640x640-39e78cc4_20231211.zip')
-RTMO_L = _rtmo('l', 'rtmo-l_16xb16-600e_body7-640x640-b37118ce_20231211.zip')
+_MPI_WEIGHTS = WeightsFile('pose_iter_160000.caffemodel', md5='2ca0990c7562bd7ae03f3f54afa96e00')
 
 MODELS: Dict[str, Model] = {model.name: model for model in (
-    MOBILENET_THIN, MOVENET_MULTIPOSE, OPENPOSE_BODY_25, OPENPOSE_COCO, OPENPOSE_MPI, OPENPOSE_MPI_4_LAYERS,
-    LIGHTWEIGHT_OPENPOSE, HUMAN_POSE_ESTIMATION_0001, RTMO_S, RTMO_M, RTMO_L)}
+    MOBILENET_THIN,
+    MOVENET_MULTIPOSE,
+    _openpose('body_25', BODY_25, 'pose/body_25', (
+        WeightsFile('pose_deploy.prototxt'),
+        WeightsFile('pose_iter_584000.caffemodel', md5='78287b57cf85fa89c03f1393d368e5b7')), 'net_output'),
+    _openpose('openpose_coco', COCO_18, 'pose/coco', (
+        WeightsFile('pose_deploy_linevec.prototxt'),
+        WeightsFile('pose_iter_440000.caffemodel', md5='5156d31f670511fce9b4e28b403f2939'))),
+    _openpose('mpi', MPI_15, 'pose/mpi', (WeightsFile('pose_deploy_linevec.prototxt'), _MPI_WEIGHTS),
+              peak_threshold=0.6),
+    _openpose('mpi_4_layers', MPI_15, 'pose/mpi', (
+        WeightsFile('pose_deploy_linevec_faster_4_stages.prototxt'), _MPI_WEIGHTS), peak_threshold=0.3),
+    LIGHTWEIGHT_OPENPOSE,
+    HUMAN_POSE_ESTIMATION_0001,
+    _rtmo('s', 'rtmo-s_8xb32-600e_body7-640x640-dac2bf74_20231211.zip'),
+    _rtmo('m', 'rtmo-m_16xb16-600e_body7-640x640-39e78cc4_20231211.zip'),
+    _rtmo('l', 'rtmo-l_16xb16-600e_body7-640x640-b37118ce_20231211.zip'))}
 
 # Value of the parameter `pose_model` for the networks that the detector puts together; they share the joint set of the
 # default network.
@@ -143,8 +117,8 @@ AUTO = 'auto'
 # OpenPose and the original name joint sets. COCO is served by the default network, which has that joint set and may be
 # passed on.
 ALIASES: Dict[str, str] = {
-    AUTO: MOBILENET_THIN.name, 'COCO': MOBILENET_THIN.name, 'BODY_25': OPENPOSE_BODY_25.name, 'MPI': OPENPOSE_MPI.name,
-    'MPI_4_layers': OPENPOSE_MPI_4_LAYERS.name}
+    AUTO: MOBILENET_THIN.name, 'COCO': MOBILENET_THIN.name, 'BODY_25': 'body_25', 'MPI': 'mpi',
+    'MPI_4_layers': 'mpi_4_layers'}
 
 # What set-up fetches.
 FETCHED = (MOBILENET_THIN, MOVENET_MULTIPOSE)
