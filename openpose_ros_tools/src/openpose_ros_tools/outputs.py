@@ -17,44 +17,29 @@ class PartFiles:
     On leaving without an error they are moved to their places, in the order in which they were named; on an error or
     an interrupt they are deleted. Temporary names contain the name of the output, so that the next run can delete what
     a killed process has left, and are unique even within a process: a cluster's worker may still write an output that
-    another thread begins anew; it then finds nothing to move.
+    another thread begins anew; it then finds nothing to move. Methods raise OSError where nothing can be written.
     """
 
     def __init__(self) -> None:
-        self._moves: List[Tuple[Path, Callable[[], object]]] = []
+        self._moves: List[Tuple[Path, Callable[[Path], object]]] = []
 
     def file(self, path: Path) -> Path:
-        """Return the temporary path to write a file to; its folder is made.
-
-        Raises:
-            OSError: the folder can not be made.
-        """
-        part = _part(path)
-        self._moves.append((part, lambda: part.replace(path)))
-        return part
+        """Return the temporary path to write a file to; its folder is made."""
+        return self._part(path, lambda part: part.replace(path))
 
     def folder(self, path: Path, is_old: Callable[[str], bool] = lambda name: False) -> Path:
         """Return a new folder, whose files will be moved into the folder `path`, beside the files that it has already.
 
         Args:
             is_old: tells by its name whether a file there is of an earlier run, and is deleted.
-
-        Raises:
-            OSError: it can not be made.
         """
-        part = _part(path)
-        self._moves.append((part, lambda: _merge(part, path, is_old)))
+        part = self._part(path, lambda part: _merge(part, path, is_old))
         part.mkdir()
         return part
 
     def new_folder(self, path: Path) -> Path:
-        """Return a new folder that will take the place of the folder `path`.
-
-        Raises:
-            OSError: it can not be made.
-        """
-        part = _part(path)
-        self._moves.append((part, lambda: _exchange(part, path)))
+        """Return a new folder that will take the place of the folder `path`."""
+        part = self._part(path, lambda part: _exchange(part, path))
         part.mkdir()
         return part
 
@@ -64,11 +49,19 @@ class PartFiles:
     def __exit__(self, kind: object, *_: object) -> None:
         try:
             if kind is None:
-                for _part_path, move in self._moves:
-                    move()
+                for part, move in self._moves:
+                    move(part)
         finally:
             for part, _move in self._moves:
                 _delete(part)
+
+    def _part(self, path: Path, move: Callable[[Path], object]) -> Path:
+        """Return the temporary path of an output, after unfinished ones of earlier runs are deleted."""
+        path.parent.mkdir(parents=True, exist_ok=True)
+        delete_parts(path)
+        part = path.with_name(f'.{path.name}.{socket.gethostname()}-{os.getpid()}-{uuid.uuid4().hex[:8]}.part')
+        self._moves.append((part, move))
+        return part
 
 
 @contextmanager
@@ -126,21 +119,14 @@ def _told(path: Path) -> Iterator[None]:
         raise ParameterError(f'{path} can not be written: {error.strerror or error}') from error
 
 
-def _part(path: Path) -> Path:
-    """Return the temporary path of an output, after unfinished ones of earlier runs are deleted."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    delete_parts(path)
-    return path.with_name(f'.{path.name}.{socket.gethostname()}-{os.getpid()}-{uuid.uuid4().hex[:8]}.part')
-
-
 def _merge(part: Path, path: Path, is_old: Callable[[str], bool]) -> None:
-    new = sorted(part.iterdir())
+    new = {file.name for file in part.iterdir()}
     path.mkdir(parents=True, exist_ok=True)
-    for file in new:
-        file.replace(path / file.name)
-    for name in {file.name for file in path.iterdir()} - {file.name for file in new}:
-        if is_old(name):
-            (path / name).unlink()
+    for name in new:
+        (part / name).replace(path / name)
+    for file in path.iterdir():
+        if file.name not in new and is_old(file.name):
+            file.unlink()
 
 
 def _exchange(part: Path, path: Path) -> None:

@@ -13,6 +13,13 @@ from skeleton_extract_3d.points.camera import CameraModel
 _IDENTITY = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 _NO_DISTORTION = (0.0,) * 5
 _NO_BINNING, _NO_REGION = (0, 0), (0, 0, 0, 0, False)
+# Keys of a file of camera_calibration, in its order; matrices are mappings of rows, cols and data. The format itself
+# has no binning and region; other readers skip them.
+_FILE_KEYS = {'width': 'image_width', 'height': 'image_height', 'name': 'camera_name', 'matrix': 'camera_matrix',
+              'distortion_model': 'distortion_model', 'distortion': 'distortion_coefficients',
+              'rectification': 'rectification_matrix', 'projection': 'projection_matrix', 'binning': 'binning',
+              'region': 'roi'}
+_ROWS = {'matrix': 3, 'distortion': 1, 'rectification': 3, 'projection': 3}
 # OpenCV's distortion models by the number of coefficients, for calibrations that name no model.
 _MODELS = {0: 'plumb_bob', 4: 'plumb_bob', 5: 'plumb_bob', 8: 'rational_polynomial', 12: 'rational_polynomial',
            14: 'rational_polynomial'}
@@ -45,8 +52,8 @@ class Calibration:
             if count is not None and len(values) != count:
                 raise BadInputError(f'calibration: {key} has {len(values)} numbers, expected {count}')
             object.__setattr__(self, key, values)
-        for key in ('width', 'height'):
-            object.__setattr__(self, key, int(getattr(self, key)))
+        for key, convert in (('width', int), ('height', int), ('name', str), ('binning', tuple), ('region', tuple)):
+            object.__setattr__(self, key, convert(getattr(self, key)))
 
     @property
     def is_calibrated(self) -> bool:
@@ -126,30 +133,19 @@ def calibration_from_values(values: Any, source: str) -> Calibration:
 
 def calibration_text(calibration: Calibration) -> str:
     """Return the file as camera_calibration writes it; reading it gives an equal calibration."""
-    def matrix(rows: int, values: Sequence[float]) -> Dict[str, Any]:
-        return {'rows': rows, 'cols': len(values) // rows, 'data': list(values)}
-
-    values = {'image_width': calibration.width, 'image_height': calibration.height, 'camera_name': calibration.name,
-              'camera_matrix': matrix(3, calibration.matrix), 'distortion_model': calibration.distortion_model,
-              'distortion_coefficients': matrix(1, calibration.distortion),
-              'rectification_matrix': matrix(3, calibration.rectification),
-              'projection_matrix': matrix(3, calibration.projection)}
-    # the format has no keys for these; other readers skip them
-    if calibration.binning != _NO_BINNING:
-        values['binning'] = list(calibration.binning)
-    if calibration.region != _NO_REGION:
-        values['roi'] = list(calibration.region)
+    values: Dict[str, Any] = {}
+    for field, key in _FILE_KEYS.items():
+        value = getattr(calibration, field)
+        if field in _ROWS:
+            values[key] = {'rows': _ROWS[field], 'cols': len(value) // _ROWS[field], 'data': list(value)}
+        elif value not in (_NO_BINNING, _NO_REGION):
+            values[key] = list(value) if isinstance(value, tuple) else value
     return yaml.safe_dump(values, default_flow_style=None, sort_keys=False)
 
 
 def _of_camera_calibration(values: Dict[str, Any]) -> Dict[str, Any]:
-    optional = {key: values.get(file_key, {}).get('data') for key, file_key in (
-        ('distortion', 'distortion_coefficients'), ('rectification', 'rectification_matrix'),
-        ('projection', 'projection_matrix'))}
-    return {**optional, 'width': values['image_width'], 'height': values['image_height'],
-            'matrix': values['camera_matrix']['data'],
-            'distortion_model': values.get('distortion_model'), 'name': str(values.get('camera_name', '')),
-            'binning': tuple(values.get('binning', _NO_BINNING)), 'region': tuple(values.get('roi', _NO_REGION))}
+    found = {field: values[key] for field, key in _FILE_KEYS.items() if key in values or field in ('width', 'height')}
+    return {field: value.get('data') if field in _ROWS else value for field, value in found.items()}
 
 
 def _of_camera_info(values: Dict[str, Any]) -> Dict[str, Any]:

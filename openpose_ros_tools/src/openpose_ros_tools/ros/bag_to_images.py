@@ -63,15 +63,6 @@ _OWN = (*(names[0] for names in FOLDERS.values()), *(names[0] for names in TUM_L
         'camera.yaml', 'sequence.yaml')
 
 
-@dataclass(frozen=True)
-class CameraTopics:
-    """The topics of a camera in a bag."""
-
-    streams: Dict[str, str]  # by stream ('colour', 'depth', 'mask') its topic, of images or, for depth, clouds
-    camera_info: Optional[str]  # of the calibration; None: there is none
-    of_clouds: bool  # depth is that of clouds
-
-
 @dataclass
 class Scan:
     """What was read of a bag before the images."""
@@ -79,6 +70,7 @@ class Scan:
     # by stream those of its messages [ns], in the order of the bag
     stamps: Dict[str, List[int]] = field(default_factory=dict)
     frame_ids: Dict[str, str] = field(default_factory=dict)  # by stream that of its first message
+    of_clouds: bool = False  # depth is that of clouds
     calibration: Optional[Calibration] = None  # the first CameraInfo, or None
     changed: int = 0  # number of CameraInfo that differ from it
     # by child frame the parent, and (4, 4) from child to parent, of all static transforms
@@ -92,41 +84,37 @@ class Scan:
 
 # ----------------------------------------------------------------------------------------------------------- reading
 
-def find_topics(bag: rosbag.Bag, wanted: Dict[str, Optional[str]]) -> CameraTopics:
-    """Return the topics of the camera in a bag.
+def find_topics(bag: rosbag.Bag, wanted: Dict[str, Optional[str]]) -> Dict[str, str]:
+    """Return by stream the topics of the camera in a bag: 'colour', 'depth', 'mask' and 'camera_info', as far as there.
 
     Args:
-        wanted: by stream, and for 'camera_info', the topic; None: to be found; empty: none.
+        wanted: by stream the topic; None: to be found; 'none': none.
 
     Raises:
         BadInputError: a topic is not there or has another type, or it is not clear which one to take.
     """
     finder = TopicFinder(bag)
-    streams = {}
+    topics = {stream: finder.named(stream, topic, *[CLOUD] * (stream == 'depth'))
+              for stream, topic in wanted.items() if topic not in (None, '', 'none')}
     for stream in STREAMS:
-        topic = wanted.get(stream)
-        if topic is None:
+        if wanted[stream] is None:
             found = finder.candidates[stream] or (finder.organized_clouds() if stream == 'depth' else [])
-            topic = finder.choose(stream, found)
-        elif topic:
-            finder.named(stream, topic, *((CLOUD,) if stream == 'depth' else ()))
-        if topic:
-            streams[stream] = topic
-    if not set(streams) & {'colour', 'depth'}:
+            topics[stream] = finder.choose(stream, found)
+    topics = {stream: topics[stream] for stream in wanted if topics.get(stream)}
+    if not topics.keys() & {'colour', 'depth'}:
         raise BadInputError(f'{bag.filename} has no images of a camera; it has {finder.listed()}')
-    info = wanted.get('camera_info')
-    if info:
-        finder.named('camera_info', info)
-    elif info is None:
-        image, infos = streams.get('colour') or streams['depth'], finder.candidates['camera_info']
+    if wanted['camera_info'] is None:
+        image, infos = topics.get('colour') or topics['depth'], finder.candidates['camera_info']
         info = finder.camera_info_of(image) or (infos[0] if len(infos) == 1 else None)
-        if infos and info is None:
+        if info is not None:
+            topics['camera_info'] = info
+        elif infos:
             _log.warning('none of the topics with CameraInfo is beside %s: %s; choose one with --camera-info', image,
                          ', '.join(infos))
-    return CameraTopics(streams, info or None, finder.types.get(streams.get('depth', '')) == CLOUD)
+    return topics
 
 
-def scan(bag: rosbag.Bag, topics: CameraTopics, bag_time: bool) -> Scan:
+def scan(bag: rosbag.Bag, topics: Dict[str, str], bag_time: bool) -> Scan:
     """Read the stamps, the calibration and the static transforms; no image is decoded.
 
     Args:
@@ -135,27 +123,28 @@ def scan(bag: rosbag.Bag, topics: CameraTopics, bag_time: bool) -> Scan:
     Raises:
         BadInputError: a stamp is missing, or there twice, or the bag is damaged.
     """
-    found = Scan(stamps={stream: [] for stream in topics.streams})
-    stream_of = {topic: stream for stream, topic in topics.streams.items()}
-    names = [*stream_of, *filter(None, [topics.camera_info]), TF_TOPIC]
+    found = Scan(stamps={stream: [] for stream in STREAMS if stream in topics})
+    stream_of = {topic: stream for stream, topic in topics.items()}
+    names = [*stream_of, TF_TOPIC]
     for message in tqdm(stamped_messages(bag, names), total=bag.get_message_count(names), desc='stamps',
                         unit='message', disable=None):
-        if message.topic in stream_of:
-            stream = stream_of[message.topic]
-            found.stamps[stream].append(_stamp_of(message, bag_time))
-            found.frame_ids.setdefault(stream, message.frame_id)
-        elif message.topic == topics.camera_info:
+        stream = stream_of.get(message.topic)
+        if stream == 'camera_info':
             calibration = calibration_from_message(deserialized(message))
             found.calibration = found.calibration or calibration
             found.changed += calibration != found.calibration
-        elif message.topic == TF_TOPIC:
+        elif stream is not None:
+            found.stamps[stream].append(_stamp_of(message, bag_time))
+            found.frame_ids.setdefault(stream, message.frame_id)
+            found.of_clouds |= message.raw[0] == CLOUD
+        else:
             for transform in deserialized(message).transforms:
                 matrix = np.eye(4)
                 matrix[:3, :3], matrix[:3, 3] = rotation_and_translation(transform)
                 parent = transform.header.frame_id.lstrip('/')
                 found.parents[transform.child_frame_id.lstrip('/')] = (parent, matrix)
     for stream, stamps in found.stamps.items():
-        _check_stamps(topics.streams[stream], stamps)
+        _check_stamps(topics[stream], stamps)
     return found
 
 
@@ -188,7 +177,7 @@ def _check_stamps(topic: str, stamps: List[int]) -> None:
 
 # ----------------------------------------------------------------------------------------------------------- writing
 
-def write_images(folder: Path, bag: rosbag.Bag, topics: CameraTopics, stems: Dict[str, Dict[int, str]],
+def write_images(folder: Path, bag: rosbag.Bag, topics: Dict[str, str], stems: Dict[str, Dict[int, str]],
                  options: argparse.Namespace) -> List[WrittenFile]:
     """Write the images of a bag into an empty folder.
 
@@ -198,7 +187,7 @@ def write_images(folder: Path, bag: rosbag.Bag, topics: CameraTopics, stems: Dic
     """
     for stream in stems:
         (folder / FOLDERS[stream][0]).mkdir()
-    stream_of = {topic: stream for stream, topic in topics.streams.items() if stream in stems}
+    stream_of = {topic: stream for stream, topic in topics.items() if stream in stems}
 
     def items() -> Iterator[Tuple[WrittenFile, StampedMessage]]:
         for message in stamped_messages(bag, list(stream_of)):
@@ -239,9 +228,8 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
 
 def _run(options: argparse.Namespace) -> int:
     began = time.monotonic()
-    wanted = {stream: '' if topic == 'none' else topic for stream, topic in (
-        ('colour', options.image), ('depth', options.depth), ('mask', options.mask),
-        ('camera_info', options.camera_info))}
+    wanted = {'colour': options.image, 'depth': options.depth, 'mask': options.mask,
+              'camera_info': options.camera_info}
     with open_bag(options.bag) as bag, output_folder(options.output, options.overwrite, _OWN) as part:
         topics = find_topics(bag, wanted)
         found = scan(bag, topics, options.bag_time)
@@ -259,18 +247,17 @@ def _run(options: argparse.Namespace) -> int:
         folder_writer.write_description(part, found.calibration, found.stamps.get('colour') or found.stamps['depth'],
                           frame_id=found.frame_id, depth_scale=options.depth_scale or (MILLIMETRES if is_tum else None),
                           T_world_camera=None if pose is None else pose.tolist())
-    failed = sum(file.path is None for file in files)
-    sys.stdout.write(_summary(options, topics, files, failed, time.monotonic() - began))
-    return SOME_FAILED if failed else DONE
+    sys.stdout.write(_summary(options, topics, found, files, time.monotonic() - began))
+    return SOME_FAILED if any(file.path is None for file in files) else DONE
 
 
-def _remarks(topics: CameraTopics, found: Scan) -> List[str]:
+def _remarks(topics: Dict[str, str], found: Scan) -> List[str]:
     remarks = []
     if found.calibration is None:
         remarks.append('no calibration: there will be no camera.yaml')
     if found.changed:
-        remarks.append(f'{found.changed} messages on {topics.camera_info} differ from the first one, which camera.yaml '
-                       'is made of')
+        remarks.append(f"{found.changed} messages on {topics['camera_info']} differ from the first one, which "
+                       'camera.yaml is made of')
     if set(found.frame_ids.values()) - {found.frame_id}:
         frames = ', '.join(f'{stream} {name}' for stream, name in found.frame_ids.items())
         remarks.append(f'the streams have several frames: {frames}; sequence.yaml names that of the '
@@ -278,14 +265,15 @@ def _remarks(topics: CameraTopics, found: Scan) -> List[str]:
     return remarks
 
 
-def _summary(options: argparse.Namespace, topics: CameraTopics, files: Sequence[WrittenFile], failed: int,
+def _summary(options: argparse.Namespace, topics: Dict[str, str], found: Scan, files: Sequence[WrittenFile],
              seconds: float) -> str:
+    failed = sum(file.path is None for file in files)
     lines = [f'{options.output}: {len(files) - failed} images, layout {options.layout}; {seconds:.1f} s, '
              f'{len(files) / seconds:.1f} images/s']
-    for stream, topic in topics.streams.items():
+    for stream in found.stamps:
         count = sum(file.stream == stream and file.path is not None for file in files)
-        origin = ', from the z of the clouds' if stream == 'depth' and topics.of_clouds else ''
-        lines.append(f'  {count:6d}  {FOLDERS[stream][0]}/ of {topic}{origin}')
+        origin = ', from the z of the clouds' if stream == 'depth' and found.of_clouds else ''
+        lines.append(f'  {count:6d}  {FOLDERS[stream][0]}/ of {topics[stream]}{origin}')
     rounded = max((file.rounded for file in files), default=0.0)
     if rounded:
         lines.append(f'  depth was rounded by up to {1e3 * rounded:.3f} mm, as --depth-scale asks for')

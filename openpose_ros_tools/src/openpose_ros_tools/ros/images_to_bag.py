@@ -148,9 +148,9 @@ def _summary(path: Path, recording: Recording, report: Report, seconds: float) -
 
 
 def _layout_options(options: argparse.Namespace) -> LayoutOptions:
-    sources = {stream: source for stream, source in (('colour', options.colour), ('depth', options.depth),
-                                                     ('mask', options.masks)) if source}
-    return LayoutOptions(options.layout, sources, options.stamps, options.stamp_unit, options.rate, options.start,
+    sources = {'colour': options.colour, 'depth': options.depth, 'mask': options.masks}
+    return LayoutOptions(options.layout, {stream: source for stream, source in sources.items() if source},
+                         options.stamps, options.stamp_unit, options.rate, options.start,
                          round(options.max_difference * SECOND))
 
 
@@ -164,10 +164,9 @@ def _bag_options(options: argparse.Namespace, recording: Recording) -> BagOption
     else:
         calibration.camera()  # checks it
     pose = recording.T_world_camera if options.camera_pose is None else _pose_matrix(options.camera_pose)
-    names = {'image': options.image_topic, 'depth': options.depth_topic, 'mask': options.mask_topic,
-             'points': options.points_topic, 'camera_info': options.info_topic}
     namespace = '/' + options.camera_namespace.strip('/')
-    topics = {key: names[key] or f'{namespace.rstrip("/")}/{name}' for key, name in TOPICS.items()}
+    topics = {key: getattr(options, f'{key}_topic') or f'{namespace.rstrip("/")}/{name}'
+              for key, name in TOPICS.items()}
     compressed = options.compressed or options.jpeg_quality is not None
     if compressed and not topics['image'].endswith('/compressed'):
         topics['image'] += '/compressed'
@@ -240,7 +239,7 @@ def _parser() -> argparse.ArgumentParser:
                        help='of the topics (default: %(default)s)')
     for key, option in (('image', '--image-topic'), ('depth', '--depth-topic'), ('mask', '--mask-topic'),
                         ('points', '--points-topic'), ('camera_info', '--info-topic')):
-        group.add_argument(option, metavar='TOPIC', help=f'default: NS/{TOPICS[key]}')
+        group.add_argument(option, dest=f'{key}_topic', metavar='TOPIC', help=f'default: NS/{TOPICS[key]}')
     group.add_argument('--compressed', action='store_true',
                        help='colour as CompressedImage: JPEG and PNG files pass through untouched, others become PNG')
     group.add_argument('--jpeg-quality', type=int, choices=range(1, 101), metavar='1..100',

@@ -28,11 +28,12 @@ class Lifter:
         params: kind of the points, and the frames.
         chain: what people in the image go through.
         lookup: returns the transform that takes points of the second frame to the first at a time; raises
-            tf2 TransformException where there is none. Called only for `target_frame` and `tracking_frame`.
+            tf2 TransformException where there is none. Called only for `target_frame` and `tracking_frame`;
+            may be None without these.
     """
 
     def __init__(self, params: ExtractorParams, chain: PeopleChain,
-                 lookup: Callable[[str, str, Time], TransformStamped]) -> None:
+                 lookup: Optional[Callable[[str, str, Time], TransformStamped]]) -> None:
         self._params = params
         self._chain = chain
         self._lookup = lookup

@@ -6,7 +6,7 @@ from concurrent.futures import Future
 from contextlib import ExitStack, closing
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Callable, Deque, Iterable, Iterator, NamedTuple, Optional, Tuple, Union
+from typing import Callable, Deque, Iterable, Iterator, Optional, Tuple, Union
 
 import genpy
 import tf2_py
@@ -31,6 +31,7 @@ _log = logging.getLogger(__name__)
 # Number of frames that are read before they are needed, and bytes of copied messages that wait for earlier frames.
 _AHEAD = 3
 _MOST_COPIED = 256 << 20
+_Event = Union[Frame, BadInputError, StampedMessage]
 
 
 def process(job: BagJob, on_frame: Callable[[int, int], None] = lambda done, total: None) -> BagReport:
@@ -79,22 +80,10 @@ def _lifter(source: Path, settings: BagSettings, topics: Topics, chain: PeopleCh
     if not topics.in_space:
         return None, None
     extractor = replace(settings.extractor, points_source='depth_image' if topics.depth else 'point_cloud')
-    transforms = None
-    if extractor.target_frame or extractor.tracking_frame:
-        transforms = Transforms(stack.enter_context(open_bag(source)))
-    # without frames that are named, nothing is looked up
-    return Lifter(extractor, chain, transforms.lookup if transforms else _no_lookup), transforms
-
-
-def _no_lookup(target: str, source: str, _stamp: genpy.Time) -> Any:
-    raise tf2_py.LookupException(f'no transforms from {source} to {target}')
-
-
-class _Pending(NamedTuple):
-    """A frame whose people are being found; None where it can not be used, as the future tells."""
-
-    frame: Optional[Frame]
-    people: 'Future[People2D]'
+    if not (extractor.target_frame or extractor.tracking_frame):
+        return Lifter(extractor, chain, None), None  # nothing is looked up
+    transforms = Transforms(stack.enter_context(open_bag(source)))
+    return Lifter(extractor, chain, transforms.lookup), transforms
 
 
 class _Frames:
@@ -106,36 +95,34 @@ class _Frames:
         self._numbers = itertools.count()
         self.report = report
 
-    def run(self, events: Iterable[Union[Frame, BadInputError, StampedMessage]], pool: DetectorPool) -> Iterator[int]:
+    def run(self, events: Iterable[_Event], pool: DetectorPool) -> Iterator[int]:
         """Process all frames; yield the number of images that are done, after each frame."""
-        waiting: Deque[Union[_Pending, StampedMessage]] = deque()
+        # with the people of frames, which are being found
+        waiting: Deque[Tuple[_Event, Optional[Future[People2D]]]] = deque()
         frames = copied = 0
         for event in itertools.chain(events, (None,)):
-            if isinstance(event, StampedMessage):
-                waiting.append(event)
-                copied += len(event.raw[1])
-            elif event is not None:
-                waiting.append(_submitted(event, pool))
-                frames += 1
+            if event is not None:
+                waiting.append((event, pool.submit(event.bgr) if isinstance(event, Frame) else None))
+                frames += isinstance(event, Frame)
+                copied += len(event.raw[1]) if isinstance(event, StampedMessage) else 0
             while waiting and (event is None or frames > pool.capacity or copied > _MOST_COPIED
-                               or isinstance(waiting[0], StampedMessage) or waiting[0].people.done()):
-                first = waiting.popleft()
+                               or waiting[0][1] is None or waiting[0][1].done()):
+                first, people = waiting.popleft()
                 if isinstance(first, StampedMessage):
                     self._results.copy(first)
                     copied -= len(first.raw[1])
                     continue
                 number = next(self._numbers)
-                self._finish(first, number)
-                frames -= 1
+                self._finish(first, people, number)
+                frames -= isinstance(first, Frame)
                 yield number + 1 + self.report.counts.alone[0]
 
-    def _finish(self, pending: _Pending, number: int) -> None:
+    def _finish(self, frame: Union[Frame, BadInputError], found: Optional['Future[People2D]'], number: int) -> None:
         """Write the results of a frame, or count why there are none."""
         try:
-            found, frame = pending.people.result(), pending.frame
-            if frame is None:
-                return
-            people = self._chain.in_image(found, frame.header.frame_id, frame.header.stamp.to_sec())
+            if isinstance(frame, BadInputError):
+                raise frame
+            people = self._chain.in_image(found.result(), frame.header.frame_id, frame.header.stamp.to_sec())
             if self._lifter is not None and frame.points is not None:
                 count = self._lift(self._lifter, frame, frame.points, number, people)
             else:
@@ -166,12 +153,3 @@ class _Frames:
         self.report.dropped[reason] += 1
         if is_power_of_two(self.report.dropped[reason]):
             _log.warning('frame %d is dropped (%d in all): %s', number, self.report.dropped[reason], error)
-
-
-def _submitted(event: Union[Frame, BadInputError], pool: DetectorPool) -> _Pending:
-    """Have the people of a frame found; an error is passed on."""
-    if isinstance(event, Frame):
-        return _Pending(event, pool.submit(event.bgr))
-    failed: Future[People2D] = Future()
-    failed.set_exception(event)
-    return _Pending(None, failed)
