@@ -12,6 +12,7 @@ from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.ros.convert import compressed_depth_to_image, image_to_bgr, image_to_pixels, pixels_to_image
 from openpose_ros_tools.images import image_files
 from openpose_ros_tools.images.calibration import Calibration
+from openpose_ros_tools.images.frame_stamps import StampedFile
 from openpose_ros_tools.images.image_files import MILLIMETRES
 from openpose_ros_tools.images.image_layouts import Recording
 from openpose_ros_tools.ros.camera_topics import CLOUD, COMPRESSED, TOPICS
@@ -82,8 +83,7 @@ class MessageMaker:
 
     def __init__(self, options: BagOptions, recording: Recording) -> None:
         self._options = options
-        self._first = {stream: first_image(stream, [item.path for item in items])
-                       for stream, items in recording.streams.items()}
+        self._first = {stream: first_image(stream, items) for stream, items in recording.streams.items()}
         self._check_sizes()
         if options.cloud and options.calibration is not None:
             self._camera = options.calibration.camera()
@@ -149,8 +149,8 @@ class MessageMaker:
         return pixels_to_image(depth, encoding, header), rounded
 
     def _cloud_message(self, moment: Moment, colour: Path, decoded: Dict[str, np.ndarray]) -> genpy.Message:
-        bgr = decoded.get('colour') if moment.files.get('colour', (0, None))[1] == colour else None
-        if bgr is None:
+        bgr = decoded.get('colour')  # of the same stamp, which the partner of the depth image need not have
+        if bgr is None or moment.files['colour'][1] != colour:
             _, bgr = _read_image('colour', colour)
             self._check('colour', colour, bgr)
         depth = decoded['depth']
@@ -186,23 +186,23 @@ class MessageMaker:
                                  + ', '.join(f'{stream} {_times(size)}' for stream, size in sizes.items()))
 
 
-def first_image(stream: str, paths: Sequence[Path]) -> Tuple[np.ndarray, Path]:
+def first_image(stream: str, files: Sequence[StampedFile]) -> Tuple[np.ndarray, Path]:
     """Return the first image of a stream that can be decoded, and its path.
 
     Raises:
         BadInputError: none can be decoded, or it is a mask of several channels.
     """
     reason: Optional[BadInputError] = None
-    for path in paths:
+    for _, path, _ in files:
         try:
-            _, pixels = _read_image(stream, path)
+            pixels = _read_image(stream, path)[1]
         except BadInputError as error:
             reason = reason or error
             continue
         if stream == 'mask' and pixels.ndim != 2:
             raise BadInputError(f'{path} is {_shape_text(pixels)}, expected a mask of one channel')
         return pixels, path
-    raise BadInputError(f'none of the {len(paths)} {stream} images can be decoded: {reason}')
+    raise BadInputError(f'none of the {len(files)} {stream} images can be decoded: {reason}')
 
 
 def file_of_message(stream: str, message: genpy.Message, depth_scale: Optional[float], source: str
@@ -244,20 +244,18 @@ def file_of_message(stream: str, message: genpy.Message, depth_scale: Optional[f
 
 def calibration_to_message(calibration: Calibration, header: Header) -> CameraInfo:
     """Return the CameraInfo of a calibration."""
-    x_offset, y_offset, height, width, do_rectify = calibration.region
     return CameraInfo(header=header, width=calibration.width, height=calibration.height,
                       distortion_model=calibration.distortion_model, D=list(calibration.distortion),
                       K=list(calibration.matrix), R=list(calibration.rectification), P=list(calibration.projection),
                       binning_x=calibration.binning[0], binning_y=calibration.binning[1],
-                      roi=RegionOfInterest(x_offset, y_offset, height, width, do_rectify))
+                      roi=RegionOfInterest(*calibration.region))
 
 
 def calibration_from_message(message: CameraInfo) -> Calibration:
     """Return the calibration of a CameraInfo."""
-    region = message.roi
-    return Calibration(message.width, message.height, message.distortion_model, tuple(message.D), tuple(message.K),
-                       tuple(message.R), tuple(message.P), '', (message.binning_x, message.binning_y),
-                       (region.x_offset, region.y_offset, region.height, region.width, bool(region.do_rectify)))
+    return Calibration(message.width, message.height, message.distortion_model, message.D, message.K, message.R,
+                       message.P, '', (message.binning_x, message.binning_y),
+                       tuple(getattr(message.roi, key) for key in message.roi.__slots__))
 
 
 def _depth_of(message: genpy.Message) -> np.ndarray:

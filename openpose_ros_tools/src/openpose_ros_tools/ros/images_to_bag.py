@@ -194,7 +194,7 @@ def _calibration(options: argparse.Namespace, recording: Recording) -> Optional[
     fx, fy, cx, cy, *size = options.intrinsics
     if not size:
         stream = 'colour' if 'colour' in recording.streams else 'depth'
-        image, _ = first_image(stream, [item.path for item in recording.streams[stream]])
+        image, _ = first_image(stream, recording.streams[stream])
         size = image.shape[1::-1]
     return pinhole_calibration(int(size[0]), int(size[1]), (fx, fy), (cx, cy), options.distortion or (),
                                options.distortion_model)

@@ -2,7 +2,7 @@
 import itertools
 import logging
 from dataclasses import dataclass
-from typing import Any, Iterator, List, Optional, Sequence, Union
+from typing import Any, Iterator, List, NamedTuple, Optional, Sequence, Union
 
 import genpy
 import numpy as np
@@ -47,8 +47,7 @@ class Frame:
     points_header: Optional[Header]
 
 
-@dataclass(frozen=True)
-class _Part:
+class _Part(NamedTuple):
     """A message of a frame, the time of its recording [ns], and the calibration at that time."""
 
     message: Any
@@ -124,10 +123,8 @@ class Recording:
         self._copied = frozenset(copied)
         self._points_topic = topics.points or topics.depth
         self.counts = Counts()
+        self._matcher = self._prepared(pairing) if topics.in_space else None
         self._info: Optional[CameraInfo] = None
-        self._matcher: Optional[StampMatcher] = None
-        if topics.in_space:
-            self._matcher = self._prepared(pairing)
         if topics.depth:
             # holds for the depth images before it as well
             self._info = deserialized(self._first(topics.camera_info), CameraInfo)
@@ -176,12 +173,12 @@ class Recording:
         """Return a frame, or why its messages can not be used."""
         grid, points_header = None, None
         try:
-            if points is not None and self._lifter is not None:
+            if points is not None:
                 message = points.message
                 if message._type == CompressedImage._type:
                     message = compressed_depth_to_image(message)
                 grid, points_header = self._lifter.points(message, points.info), message.header
-            time = image.time if points is None else max(image.time, points.time)
+            time = max(part.time for part in (image, points) if part is not None)
             return Frame(genpy.Time(0, time), image.message.header, any_image_to_bgr(image.message), grid,
                          points_header)
         except BadInputError as error:

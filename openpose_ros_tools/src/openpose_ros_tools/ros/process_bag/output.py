@@ -50,7 +50,10 @@ class Results:
         self._json_folder, self._name, self._in_space = job.json, job.source.stem, in_space
         self._publish_tf, self._scale = settings.extractor.publish_tf, settings.keypoint_scale
         self._markers = MarkerTracker(settings.markers) if job.markers else None
-        self._bag = _opened(job.output, job.compression)
+        try:
+            self._bag = rosbag.Bag(str(job.output), 'w', compression=job.compression)
+        except (ValueError, rosbag.ROSBagException) as error:
+            raise ParameterError(f'--compression {job.compression} is not available: {error}') from error
         self._csv: Optional[TextIO] = None
         if job.csv is not None:
             self._csv = job.csv.open('w', newline='')
@@ -99,7 +102,10 @@ class Results:
         if self._publish_tf and len(people):
             self._bag.write('/tf', TFMessage(convert.people_to_transforms(people, header)), frame.time)
         if self._markers is not None:
-            self._write_markers(self._markers, array, frame)
+            for marker in self._markers.update(convert.people_from_array(array), header.stamp.to_sec(),
+                                               header.frame_id):
+                topic = 'visualization_skeleton' if marker.ns in LIMB_NAMESPACES else 'visualization_markers'
+                self._write(topic, convert.marker_to_message(marker, header), frame)
         self._write_json(number, _with_hidden(estimate.people_2d, people), _in_space(people))
 
     def _write_image_people(self, frame: Frame, number: int, people: People2D, scale: KeypointScaleParams) -> None:
@@ -114,13 +120,6 @@ class Results:
             self._write('detected_poses_keypoints', message, frame)
         if self._csv is not None and not self._in_space:
             write_people(self._table, array)
-
-    def _write_markers(self, markers: MarkerTracker, array: genpy.Message, frame: Frame) -> None:
-        header = array.header
-        people = convert.people_from_array(array)
-        for marker in markers.update(people, header.stamp.to_sec(), header.frame_id):
-            topic = 'visualization_skeleton' if marker.ns in LIMB_NAMESPACES else 'visualization_markers'
-            self._write(topic, convert.marker_to_message(marker, header), frame)
 
     def _write_json(self, number: int, people: People2D, in_space: Optional[np.ndarray] = None) -> None:
         if self._json_folder is not None:
@@ -150,13 +149,6 @@ def is_done(job: BagJob) -> bool:
     """Return whether all outputs are there, made from the same."""
     return (job.output.is_file() and (job.csv is None or job.csv.is_file())
             and (job.json is None or job.json.is_dir()) and made_from(job.output) == job.made_from())
-
-
-def _opened(path: Path, compression: str) -> rosbag.Bag:
-    try:
-        return rosbag.Bag(str(path), 'w', compression=compression)
-    except (ValueError, rosbag.ROSBagException) as error:
-        raise ParameterError(f"--compression {compression} is not available: {error}") from error
 
 
 def _with_hidden(people_2d: People2D, people: People3D) -> People2D:

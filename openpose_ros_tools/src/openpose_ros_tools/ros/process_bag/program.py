@@ -183,8 +183,8 @@ def process_in_worker(job: BagJob, report: Callable[[float], None]) -> BagReport
 def _told(job: BagJob, result: Any) -> str:
     if isinstance(result, BagReport):
         return f'{job.output}: {result.text()}'
-    reason = str(result) if isinstance(result, OpenposeRosError) else f'{type(result).__name__}: {result}'
-    return f'FAILED {job.source}: {reason}'
+    kind = '' if isinstance(result, OpenposeRosError) else f'{type(result).__name__}: '
+    return f'FAILED {job.source}: {kind}{result}'
 
 
 def _parser() -> argparse.ArgumentParser:
