@@ -28,6 +28,7 @@ from openpose_ros_mocap.joints import JointRecording
 from openpose_ros_pkg.command_line import DONE, run_command
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
+from openpose_ros_tools.command_options import command_parser
 
 # Samples that are this close to the ends of a person's stay belong to it [s].
 _ROUNDING = 1e-6
@@ -152,8 +153,7 @@ def _summary(out: Path, recording: MarkerRecording, options: argparse.Namespace,
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog='truth_as_mocap', description=__doc__,
-                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = command_parser('truth_as_mocap', __doc__)
     parser.add_argument('sequence', type=Path, metavar='SEQUENCE', help='folder with a gt.json')
     parser.add_argument('output', type=Path, metavar='OUTPUT', help=f"file to write: {', '.join(SUFFIXES)}")
     parser.add_argument('--rate', type=float, default=120.0, metavar='HZ', help='samples per second (default: 120)')

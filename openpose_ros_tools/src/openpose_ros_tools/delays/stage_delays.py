@@ -248,7 +248,8 @@ def _chain(namespace: str, cameras: Sequence[Stage], results: Sequence[Stage], s
     if not cameras:
         counted_from = 'stamp'
     elif counted_from == 'auto':
-        counted_from = 'arrival' if _clocks_differ(delays) else 'stamp'
+        clocks_differ = len(delays) > 0 and not 0 <= np.median(delays) <= _ANOTHER_TIME
+        counted_from = 'arrival' if clocks_differ else 'stamp'
     lost = int((arrivals[:, camera] == 0).all(axis=1).sum())
     notes = [
         *([] if live else [_WRITTEN_NOTE]),
@@ -316,11 +317,6 @@ def _in_steps(stages: Sequence[Stage]) -> bool:
     return len(times) > 1 and 1 - len(np.unique(times)) / len(times) > _SIMULATED_SHARE
 
 
-def _clocks_differ(delays: np.ndarray) -> bool:
-    """Return whether delays [s] of the camera's topics can not be delays."""
-    return len(delays) > 0 and not 0 <= np.median(delays) <= _ANOTHER_TIME
-
-
 def _simulated_note(stages: Sequence[Stage]) -> str:
     """Return what simulated time means for the numbers."""
     gaps = np.diff(np.unique(np.concatenate([stage.arrivals for stage in stages])))
@@ -335,24 +331,24 @@ def _clock_notes(stages: Sequence[Stage], delays: np.ndarray, counted_from: str)
     Args:
         delays: [s] by which the clocks are compared.
     """
+    from_arrival = "Delays are counted from the arrival of the frame's first camera message instead."
     median = float(np.median(delays)) if len(delays) else 0.0
     if abs(median) > _ANOTHER_TIME:
         side = 'before' if median > 0 else 'after'
-        counting = {'arrival': "Delays are counted from the arrival of the frame's first camera message instead.",
+        counting = {'arrival': from_arrival,
                     'stamp': 'Delays from the stamp tell nothing; the steps between the stages do.'}[counted_from]
         return [f'The stamps are {_long_time(abs(median))} {side} the time at which they were recorded: the camera '
                 'topics came from a recording that was played without its clock, or the clocks of the computers '
                 f'differ. {counting}']
-    least = {stage.topic: float(stage.delays.min()) for stage in stages if len(stage.stamps)}
-    topic = min(least, key=lambda name: least[name], default='')
-    if not topic or least[topic] >= 0:
+    negative = np.concatenate([stage.delays for stage in stages]) < 0
+    if not negative.any():
         return []
-    share = np.mean(np.concatenate([stage.delays for stage in stages]) < 0)
-    counting = {'arrival': "Delays are counted from the arrival of the frame's first camera message instead.",
+    ahead = min((stage for stage in stages if len(stage.stamps)), key=lambda stage: float(stage.delays.min()))
+    counting = {'arrival': from_arrival,
                 'stamp': 'Delays from the stamp are too small by at least this.'}[counted_from]
-    return [f'{100 * share:.2g} % of the messages were recorded before their stamp, by up to '
-            f"{-1000 * least[topic]:.3g} ms ({topic}): the clock that stamps is ahead of the recorder's, or the driver "
-            f'stamps into the future. {counting}']
+    return [f'{100 * np.mean(negative):.2g} % of the messages were recorded before their stamp, by up to '
+            f"{-1000 * ahead.delays.min():.3g} ms ({ahead.topic}): the clock that stamps is ahead of the recorder's, "
+            f'or the driver stamps into the future. {counting}']
 
 
 def _lost_note(lost: int, frames: int) -> str:

@@ -6,7 +6,9 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Polygon
+from matplotlib.ticker import MaxNLocator
 
+from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
 from openpose_ros_tools.plots import plotting
 from openpose_ros_tools.tables.keypoint_selection import Selection, ground_places, vertical_axis
 from openpose_ros_tools.tables.keypoint_table import KeypointTable
@@ -25,6 +27,9 @@ _MANY_FRAMES = 600
 # Size of the camera in the view from above [m].
 _CAMERA_SIZE = 0.25
 _AXES = 'xyz'
+# Times without data.
+_GAP_STYLE: Dict[str, Any] = {'facecolor': '#F2F2F2', 'edgecolor': plotting.HELP_COLOUR, 'hatch': '////',
+                              'linewidth': 0}
 
 
 def top_view(selection: Selection) -> Figure:
@@ -66,7 +71,7 @@ def image_paths(selection: Selection) -> Figure:
 
 def trajectory(selection: Selection, joint: str) -> Figure:
     """Draw the coordinates of a joint over time, a colour for each person."""
-    dimensions, number = selection.table.dimensions, selection.table.joints.index(joint)
+    dimensions, number = selection.table.dimensions, MESSAGE_JOINTS.index(joint)
     figure = plotting.new_figure(11.0, 1.4 + 2.2 * dimensions)
     panels = figure.subplots(dimensions, 1, sharex=True)
     colours, small = plotting.person_colours(selection.persons), len(selection.frames) > _MANY_FRAMES
@@ -93,7 +98,7 @@ def trajectory(selection: Selection, joint: str) -> Figure:
             axes.invert_yaxis()
     plotting.time_axis(panels[-1], selection.span)
     plotting.set_title(figure, plotting.joint_title(joint).capitalize())
-    plotting.legend_above(panels[0], _legend_of_people(selection, colours))
+    _legend_with_gaps(panels[0], selection, _legend_of_people(selection, colours))
     return figure
 
 
@@ -154,7 +159,7 @@ def detections(selection: Selection) -> Figure:
     counts.step(*_broken(frames, in_view, selection.gap, selection.period), where='post',
                 color=plotting.STATUS_COLOURS[MEASURED])
     counts.set_ylim(0, max(in_view.max(initial=0.0), 1.0) + 0.5)
-    plotting.integer_ticks(counts.yaxis)
+    counts.yaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
     for axes, label in ((rates, 'per second'), (counts, 'people in view')):
         plotting.tidy_axes(axes, ylabel=label)
     for axes in (marks, rates, counts):
@@ -203,24 +208,20 @@ def _legend_of_people(selection: Selection, colours: Dict[int, str]) -> List[Any
                     for marker, fill, label in (('.', grey, 'measured'), ('o', 'white', 'inferred'))]
         if np.isfinite(selection.table.sigma).any():
             handles.append(Patch(color=grey, alpha=0.3, label='1 sigma'))
-    return handles + [_gap_patch(selection)] * bool(selection.gaps)
+    return handles
 
 
 def _legend_with_gaps(axes: Any, selection: Selection, handles: List[Any]) -> None:
-    handles = handles + [_gap_patch(selection)] * bool(selection.gaps)
+    if selection.gaps:
+        handles = [*handles, Patch(**_GAP_STYLE, label=(
+            'no frames' if selection.knows_empty_frames else 'no people found, or no frames'))]
     if handles:
         plotting.legend_above(axes, handles)
 
 
-def _gap_patch(selection: Selection) -> Patch:
-    return Patch(facecolor=plotting.GAP_COLOUR, edgecolor=plotting.HELP_COLOUR, hatch='////', linewidth=0, label=(
-        'no frames' if selection.knows_empty_frames else 'no people found, or no frames'))
-
-
 def _shade_gaps(axes: Any, selection: Selection, zorder: int = 0) -> None:
     for gap in selection.gaps:
-        axes.axvspan(*gap, facecolor=plotting.GAP_COLOUR, edgecolor=plotting.HELP_COLOUR, hatch='////', linewidth=0,
-                     zorder=zorder)
+        axes.axvspan(*gap, **_GAP_STYLE, zorder=zorder)
 
 
 def _coordinate_labels(selection: Selection) -> Tuple[List[str], Sequence[int]]:
@@ -246,7 +247,7 @@ def _label_rows(axes: Any, names: Sequence[str]) -> None:
 def _timeline_rows(selection: Selection, person: int) -> Tuple[KeypointTable, List[str], List[int]]:
     """Return the rows of a person, and the names and numbers of the joints from head to feet."""
     joints = [joint for joint in BODY_ORDER if joint in selection.joints]
-    return selection.rows_of(person), joints, [selection.table.joints.index(joint) for joint in joints]
+    return selection.rows_of(person), joints, [MESSAGE_JOINTS.index(joint) for joint in joints]
 
 
 def _draw_timeline(selection: Selection, joints: Sequence[str], values: np.ndarray) -> Tuple[Figure, Any, Any]:

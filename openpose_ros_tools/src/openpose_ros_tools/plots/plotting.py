@@ -7,7 +7,6 @@ import matplotlib
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 
 from openpose_ros_pkg.output.files import write_whole
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING
@@ -25,8 +24,6 @@ STATUS_NAMES: Dict[int, str] = {MEASURED: 'measured', INFERRED: 'inferred', MISS
 _WINDOW, _MOST_WINDOWS = 1.0, 200
 # Colour of auxiliary lines and text.
 HELP_COLOUR = '#8C8C8C'
-# Colour of times without data.
-GAP_COLOUR = '#F2F2F2'
 
 
 def new_figure(width: float, height: float) -> Figure:
@@ -88,11 +85,6 @@ def tidy_axes(axes: Any, xlabel: str = '', ylabel: str = '', grid: str = 'both')
         axes.grid(True, axis=grid, color='#E5E5E5', linewidth=0.7)
 
 
-def integer_ticks(axis: Any) -> None:
-    """Put the ticks of an axis at whole numbers."""
-    axis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
-
-
 def time_axis(axes: Any, span: Tuple[float, float], label: str = 'time since the first frame [s]') -> None:
     """Make the x axis one of time, from begin to end [s], also where both are the same."""
     begin, end = span
@@ -101,15 +93,13 @@ def time_axis(axes: Any, span: Tuple[float, float], label: str = 'time since the
     axes.set_xlabel(label)
 
 
-def legend_above(axes: Any, handles: Sequence[Any], labels: Optional[Sequence[str]] = None, columns: int = 8) -> None:
-    """Put a legend above the axes, at the right, where it hides nothing.
+def legend_above(axes: Any, handles: Sequence[Any], labels: Optional[Sequence[str]] = None) -> None:
+    """Put a legend above the axes, at the right, where it hides nothing; `labels`: None: those that the handles have.
 
-    Args:
-        labels: None: those that the handles have.
-        columns: more handles than this take further lines.
+    More than 8 handles take further lines.
     """
     labels = [handle.get_label() for handle in handles] if labels is None else labels
-    axes.legend(handles, labels, loc='lower right', bbox_to_anchor=(1.0, 1.0), ncol=min(max(len(labels), 1), columns),
+    axes.legend(handles, labels, loc='lower right', bbox_to_anchor=(1.0, 1.0), ncol=min(max(len(labels), 1), 8),
                 frameon=False, fontsize='small', borderaxespad=0.2, handlelength=1.4, columnspacing=1.2)
 
 

@@ -58,7 +58,7 @@ def is_packed_depth(topic: str) -> bool:
 def raw_topic(topic: str) -> str:
     """Return the topic of the raw images that a topic has compressed; the topic of raw images as it is."""
     head, _, last = topic.rpartition('/')
-    return head if last in ('compressed', 'compressedDepth') else topic
+    return head if last in ('compressed', 'compressedDepth', 'theora') else topic
 
 
 class TopicFinder:

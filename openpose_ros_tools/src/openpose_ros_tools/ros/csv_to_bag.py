@@ -23,6 +23,7 @@ from typing import Optional, Sequence, Set
 import genpy
 import numpy as np
 import rosbag
+from openpose_ros_msgs.msg import PersonDetection_3dArray, PersonDetectionArray
 from std_msgs.msg import Header
 from tqdm import tqdm
 
@@ -31,7 +32,7 @@ from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.skeletons import BODY_25, COCO_18, MESSAGE_JOINTS, MPI_15, SKELETONS
 from openpose_ros_tools.command_options import add_output, command_parser
 from openpose_ros_tools.outputs import output_file
-from openpose_ros_tools.ros.keypoint_bag import array_message, person_message
+from openpose_ros_tools.ros.keypoint_bag import person_message
 from openpose_ros_tools.tables.keypoint_csv import KeypointCsv, read_csv
 from openpose_ros_tools.tables.keypoint_table import frames_of
 from skeleton_extract_3d.people import MISSING
@@ -72,6 +73,7 @@ def write_bag(file: KeypointCsv, path: Path, prefix: str, frame_id: str, pose_mo
         frame_id: where the file names none.
     """
     of_person, of_frame = (f'/{prefix.strip("/")}/{name}'.replace('//', '/') for name in _TOPICS[file.dimensions])
+    kind = PersonDetection_3dArray if file.dimensions == 3 else PersonDetectionArray
     count = 0
     with rosbag.Bag(str(path), 'w') as bag, tqdm(total=len(file.rows), unit='row', disable=None) as bar:
         for count, frame in enumerate(frames_of(file.rows), 1):
@@ -82,7 +84,7 @@ def write_bag(file: KeypointCsv, path: Path, prefix: str, frame_id: str, pose_mo
             persons = [person_message(row, header) for row, header in zip(frame, headers)]
             for row, person in zip(frame, persons):
                 bag.write(of_person, person, _time(row.time))
-            bag.write(of_frame, array_message(persons, headers[0], pose_model), began)
+            bag.write(of_frame, kind(header=headers[0], pose_model=pose_model, persons=persons), began)
             bar.update(len(frame))
     return count
 

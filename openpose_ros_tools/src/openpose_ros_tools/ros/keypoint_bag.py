@@ -1,7 +1,7 @@
 """Keypoints in messages and bags: which topic has them, their rows for tables, and messages of rows."""
 from operator import attrgetter
 from pathlib import Path
-from typing import Any, Dict, Iterable, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Dict, Iterable, Iterator, List, Mapping, NamedTuple, Optional, Tuple
 
 import genpy
 import numpy as np
@@ -11,8 +11,6 @@ from openpose_ros_msgs.msg import (
     BodypartDetection_3d,
     PersonDetection,
     PersonDetection_3d,
-    PersonDetection_3dArray,
-    PersonDetectionArray,
 )
 from std_msgs.msg import Header
 
@@ -156,12 +154,6 @@ def person_message(row: PersonRow, header: Header) -> genpy.Message:
     kind, of_part = (PersonDetection_3d, BodypartDetection_3d) if in_space else (PersonDetection, BodypartDetection)
     parts = {joint: of_part(*part) for joint, part in zip(MESSAGE_JOINTS, part_values(row))}
     return kind(header=header, num_people_detected=row.number, person_ID=row.person, **parts)
-
-
-def array_message(persons: Sequence[genpy.Message], header: Header, pose_model: str) -> genpy.Message:
-    """Return the array message of the people of a frame, at least one; velocities are not known."""
-    kind = PersonDetectionArray if isinstance(persons[0], PersonDetection) else PersonDetection_3dArray
-    return kind(header=header, pose_model=pose_model, persons=list(persons))
 
 
 def _absolute(name: str) -> str:

@@ -111,7 +111,8 @@ def _run(options: argparse.Namespace) -> int:
         with _output(options) as handle:
             topic = _topic(options)
             writer = KeypointCsvWriter(handle, options.layout, topic.dimensions, options.missing_joints)
-            with _bar('message' if options.bags else 'row', handle) as bar:
+            # no progress bar where it would run into rows that are shown
+            with tqdm(unit='message' if options.bags else 'row', disable=True if handle.isatty() else None) as bar:
                 rows = (bags_to_csv(options.bags, topic, writer, options.time == 'stamp', bar) if options.bags else
                         follow_topic(topic, writer, handle, bar))
             handle.flush()
@@ -162,11 +163,6 @@ def _topic(options: argparse.Namespace) -> KeypointTopic:
             sys.stderr.write(f'waiting for {wanted or "a topic with keypoints"}\n')
             told = True
         time.sleep(_PAUSE)
-
-
-def _bar(unit: str, handle: TextIO) -> tqdm:
-    """Return a progress bar; none where it would run into rows that are shown."""
-    return tqdm(unit=unit, disable=True if handle.isatty() else None)
 
 
 def _parser() -> argparse.ArgumentParser:

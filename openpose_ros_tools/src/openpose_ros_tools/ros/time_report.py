@@ -30,7 +30,6 @@ from pathlib import Path
 from typing import Any, Dict, List, Optional, Sequence, Tuple
 
 import genpy
-import rosbag
 from tqdm import tqdm
 
 from openpose_ros_pkg.command_line import DONE, run_command
@@ -43,8 +42,7 @@ from openpose_ros_tools.delays.delay_report import CSV_COLUMNS, csv_rows, markdo
 from openpose_ros_tools.delays.stage_delays import Chain, Stage, build_chains, cameras_of_none
 from openpose_ros_tools.plots.plotting import FORMATS, save_figure
 from openpose_ros_tools.ros.bag_files import StampedMessage, deserialized, open_bag, stamped_messages
-from openpose_ros_tools.ros.camera_topics import IMAGE as IMAGE_TYPE
-from openpose_ros_tools.ros.camera_topics import is_depth, is_packed_depth
+from openpose_ros_tools.ros.camera_topics import CLOUD, COMPRESSED, IMAGE, is_depth, is_packed_depth, raw_topic
 
 _PEOPLE = {f'openpose_ros_msgs/{kind}{array}': role for kind, role in (
     ('PersonDetection', roles.PEOPLE_2D), ('PersonDetection_3d', roles.PEOPLE_3D)) for array in ('', 'Array')}
@@ -52,11 +50,9 @@ _PEOPLE = {f'openpose_ros_msgs/{kind}{array}': role for kind, role in (
 _OTHERS = {'input_image': roles.TAKEN, 'input_rgb': roles.TAKEN, 'input_pointcloud': roles.TAKEN,
            'visualization_markers': roles.MARKERS, 'visualization_skeleton': roles.MARKERS,
            'detected_poses_image': roles.DRAWN}
-_IMAGES = ('sensor_msgs/Image', 'sensor_msgs/CompressedImage', 'theora_image_transport/Packet')
-_CLOUD = 'sensor_msgs/PointCloud2'
+_CAMERA = {IMAGE: roles.IMAGE, COMPRESSED: roles.IMAGE, 'theora_image_transport/Packet': roles.IMAGE,
+           CLOUD: roles.CLOUD}
 _CLOCK = 'rosgraph_msgs/Clock'
-# What image_transport appends to the name of a topic.
-_TRANSPORT = re.compile('/(compressed|compressedDepth|theora)$')
 
 
 @dataclass
@@ -92,29 +88,24 @@ def read_recording(path: Path, start: Optional[float] = None, end: Optional[floa
         BadInputError: it can not be read, or has no results of the nodes.
     """
     with open_bag(path) as bag:
-        return _read(bag, path, start, end, cameras)
-
-
-def _read(bag: rosbag.Bag, path: Path, start: Optional[float], end: Optional[float], cameras: Sequence[str]
-          ) -> Recording:
-    info = bag.get_type_and_topic_info().topics
-    topics = _find_topics({name: topic.msg_type for name, topic in info.items()}, cameras, path)
-    limits = [None if offset is None else genpy.Time.from_sec(bag.get_start_time() + offset)
-              for offset in (start, end)] if info else [None, None]
-    total = sum(info[name].message_count for name in topics) if start is None and end is None else None
-    without_header = set()
-    for message in tqdm(stamped_messages(bag, list(topics), *limits), total=total, unit=' messages', leave=False,
-                        disable=None):
-        topic = topics[message.topic]
-        if message.stamp is None:
-            without_header.add(message.topic)
-            continue
-        if not topic.stamps:
-            topic.frame_id = message.frame_id
-            if topic.role == roles.IMAGE and _is_depth(message):
-                topic.role = roles.DEPTH
-        topic.stamps.append(message.stamp)
-        topic.arrivals.append(message.time)
+        info = bag.get_type_and_topic_info().topics
+        topics = _find_topics({name: topic.msg_type for name, topic in info.items()}, cameras, path)
+        limits = [None if offset is None else genpy.Time.from_sec(bag.get_start_time() + offset)
+                  for offset in (start, end)] if info else [None, None]
+        total = sum(info[name].message_count for name in topics) if start is None and end is None else None
+        without_header = set()
+        for message in tqdm(stamped_messages(bag, list(topics), *limits), total=total, unit=' messages', leave=False,
+                            disable=None):
+            topic = topics[message.topic]
+            if message.stamp is None:
+                without_header.add(message.topic)
+                continue
+            if not topic.stamps:
+                topic.frame_id = message.frame_id
+                if topic.role == roles.IMAGE and _is_depth(message):
+                    topic.role = roles.DEPTH
+            topic.stamps.append(message.stamp)
+            topic.arrivals.append(message.time)
     stages: Dict[str, List[Stage]] = {}
     for name, topic in topics.items():
         if topic.stamps:
@@ -141,13 +132,13 @@ def _find_topics(types: Dict[str, str], cameras: Sequence[str], path: Path) -> D
     spaces = own | {_namespace(name) for name, kind in types.items() if kind in _PEOPLE}
     results, images = {}, {}
     for name, kind in sorted(types.items(), key=lambda item: (not item[1].endswith('Array'), item[0])):
-        space, last = _namespace(name), _TRANSPORT.sub('', name).rpartition('/')[2]
+        space, last = _namespace(name), raw_topic(name).rpartition('/')[2]
         if kind in _PEOPLE:
             results[name] = _Topic(_PEOPLE[kind], space)
         elif last in _OTHERS and space in spaces:
             results[name] = _Topic(_OTHERS[last], space)
-        elif (kind in _IMAGES or kind == _CLOUD) and space not in own:
-            images[name] = _Topic(roles.CLOUD if kind == _CLOUD else roles.IMAGE, '')
+        elif kind in _CAMERA and space not in own:
+            images[name] = _Topic(_CAMERA[kind], '')
     for name in cameras:
         if name not in images:
             raise BadInputError(f'{path} has no camera topic {name}; it has: {", ".join(images) or "none"}')
@@ -156,12 +147,12 @@ def _find_topics(types: Dict[str, str], cameras: Sequence[str], path: Path) -> D
 
 def _namespace(topic: str) -> str:
     """Return what is before the last part of a topic's name, '/' of one in the root namespace."""
-    return _TRANSPORT.sub('', topic).rpartition('/')[0] or '/'
+    return raw_topic(topic).rpartition('/')[0] or '/'
 
 
 def _is_depth(message: StampedMessage) -> bool:
     """Return whether the images of a topic are depth, by its first message."""
-    if message.raw[0] == IMAGE_TYPE:
+    if message.raw[0] == IMAGE:
         return is_depth(message.topic, deserialized(message).encoding)
     return is_packed_depth(message.topic)
 
@@ -183,10 +174,7 @@ def write_report(folder: Path, text: str, chains: Sequence[Chain], kind: str) ->
         kind: one of FORMATS.
     """
     rows = io.StringIO()
-    writer = csv.writer(rows, lineterminator='\n')
-    writer.writerow(CSV_COLUMNS)
-    for chain in chains:
-        writer.writerows(csv_rows(chain))
+    csv.writer(rows, lineterminator='\n').writerows([CSV_COLUMNS, *(row for one in chains for row in csv_rows(one))])
     values = json.dumps({'chains': [summary(chain) for chain in chains]}, indent=2) + '\n'
     files, plots = [], []
     for chain in chains:

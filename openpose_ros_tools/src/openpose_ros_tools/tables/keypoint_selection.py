@@ -6,6 +6,7 @@ from typing import List, Optional, Sequence, Tuple
 import numpy as np
 
 from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
 from openpose_ros_tools.tables.keypoint_table import KeypointTable
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING
 
@@ -35,7 +36,7 @@ class Selection:
 
     def rows_of(self, person: int) -> KeypointTable:
         """Return the rows of a person in the order of time."""
-        rows = self.table.of_person(person)
+        rows = self.table.select(self.table.ids == person)
         return rows.select(np.argsort(rows.stamps, kind='stable'))
 
     def seconds(self, stamps: np.ndarray) -> np.ndarray:
@@ -105,7 +106,7 @@ def select(table: KeypointTable, frames: Optional[np.ndarray] = None, joints: Op
                             f'{(stamps[-1] - begin) * 1e-9:.1f} s')
     ids, rows = np.unique(shown.ids, return_counts=True)
     chosen = _persons(table, ids, rows, persons)
-    known = [joint for number, joint in enumerate(shown.joints) if (shown.status[:, number] != MISSING).any()]
+    known = [joint for number, joint in enumerate(MESSAGE_JOINTS) if (shown.status[:, number] != MISSING).any()]
     for joint in joints or ():
         if joint not in known:
             raise BadInputError(f"joint '{joint}' is not in it; there are: {', '.join(known)}")
@@ -119,10 +120,8 @@ def ground_places(table: KeypointTable) -> Tuple[np.ndarray, str]:
 
     The middle of the hips replaces a mid_hip that the joint set lacks.
     """
-    hip, index = _joint(table, 'mid_hip'), table.joints.index
-    middle = table.positions[:, [index(joint) for joint in _HIPS]].mean(axis=1)
-    hip = np.where(np.isfinite(hip), hip, middle)
-    neck = _joint(table, _NECK)
+    hip, neck = _middle(table, 'mid_hip'), _middle(table, _NECK)
+    hip = np.where(np.isfinite(hip), hip, _middle(table, *_HIPS))
     if np.isfinite(neck[:, 0]).sum() > np.isfinite(hip[:, 0]).sum():
         return neck, _NECK
     return hip, 'mid_hip'
@@ -133,9 +132,8 @@ def vertical_axis(table: KeypointTable) -> Tuple[int, int]:
 
     Necks are above hips, noses above ankles. Where these are not known, down is along y, as in a camera's frame.
     """
-    index = table.joints.index
     for upper, lower in ((_NECK, _HIPS), (_NOSE, _ANKLES)):
-        body = _joint(table, upper) - table.positions[:, [index(joint) for joint in lower]].mean(axis=1)
+        body = _middle(table, upper) - _middle(table, *lower)
         body = body[np.isfinite(body).all(axis=1)]
         if len(body):
             up = np.median(body / np.maximum(np.linalg.norm(body, axis=1, keepdims=True), 1e-6), axis=0)
@@ -161,7 +159,7 @@ def description(name: str, selection: Selection) -> str:
         lines.append(f'gaps without frames: {len(gaps)}, together {sum(b - a for a, b in gaps):.1f} s; the longest: '
                      f'{first:.2f} to {last:.2f} s')
     lines += ['', 'person    rows   from [s]     to [s]   measured   inferred    missing']
-    joints = [table.joints.index(joint) for joint in selection.joints]
+    joints = [MESSAGE_JOINTS.index(joint) for joint in selection.joints]
     for person, count in zip(ids.tolist(), counts.tolist()):
         own = table.ids == person
         lines.append(f'{person:6d}  {count:6d} {seconds[own].min():10.2f} {seconds[own].max():10.2f} '
@@ -190,8 +188,9 @@ def _persons(table: KeypointTable, ids: np.ndarray, rows: np.ndarray,
     return tuple(sorted(set(persons)))
 
 
-def _joint(table: KeypointTable, joint: str) -> np.ndarray:
-    return table.positions[:, table.joints.index(joint)]
+def _middle(table: KeypointTable, *joints: str) -> np.ndarray:
+    """Return the mean position of joints, (R, D) float32; NaN where one of them is missing."""
+    return table.positions[:, [MESSAGE_JOINTS.index(joint) for joint in joints]].mean(axis=1)
 
 
 def _shares(status: np.ndarray) -> str:

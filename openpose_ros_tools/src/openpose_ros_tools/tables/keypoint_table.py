@@ -110,11 +110,6 @@ class KeypointTable:
         return len(self.stamps)
 
     @property
-    def joints(self) -> Tuple[str, ...]:
-        """Names of the K joints."""
-        return MESSAGE_JOINTS
-
-    @property
     def dimensions(self) -> int:
         """3 in space, 2 in the image."""
         return self.positions.shape[-1]
@@ -122,10 +117,6 @@ class KeypointTable:
     def select(self, rows: np.ndarray) -> 'KeypointTable':
         """Return the table of some rows, (R,) bool, or indices."""
         return KeypointTable(**{field.name: getattr(self, field.name)[rows] for field in fields(self)})
-
-    def of_person(self, person: int) -> 'KeypointTable':
-        """Return the rows of one track id."""
-        return self.select(self.ids == person)
 
 
 def table_of(rows: Iterable[PersonRow], dimensions: int) -> KeypointTable:
