@@ -168,7 +168,7 @@ def test_buffers_of_every_layout_are_read(dtype, unit, padding, order):
 @pytest.mark.parametrize('change, text', [
     ({'encoding': 'rgb8'}, "encoding 'rgb8', expected one of 16UC1, mono16, 32FC1"),
     ({'width': 0}, '0 x 9'),
-    ({'step': 31}, 'step is 31 bytes, expected at least 32'),
+    ({'step': 31}, 'row_step of the depth image is 31 bytes, expected at least 32'),
     ({'data': b'12'}, 'truncated: 2 bytes, expected 288'),
     ({'height': 8, 'width': 10}, '10 x 8'),
 ], ids=lambda value: value if isinstance(value, str) else ','.join(value))

@@ -5,10 +5,7 @@ import numpy as np
 
 from openpose_ros_pkg.errors import BadInputError
 from skeleton_extract_3d.points.camera import CameraModel
-from skeleton_extract_3d.points.cloud import depth_in_metres, range_of, window_pixels
-
-# `valid_range` reads every fourth row and column.
-_RANGE_STEP = 4
+from skeleton_extract_3d.points.point_grid import PointGrid, check_buffer, depth_in_metres
 
 # Type of the pixels by encoding, as REP 118 has them; mono16 is what some drivers call 16UC1.
 _ENCODINGS = {'16UC1': 'u2', 'mono16': 'u2', '32FC1': 'f4'}
@@ -35,8 +32,8 @@ class ImageLayout(NamedTuple):
     is_bigendian: bool
 
 
-class DepthImage:
-    """A depth image aligned to the colour image, with the same access as `OrganizedCloud`.
+class DepthImage(PointGrid):
+    """A depth image aligned to the colour image.
 
     A value is the z of the surface along the optical axis, at that pixel.
 
@@ -48,12 +45,13 @@ class DepthImage:
         BadInputError: other shape, type or aspect ratio.
     """
 
+    _range_step = 4  # undistortion takes a microsecond per pixel
+
     def __init__(self, depth: np.ndarray, camera: CameraModel) -> None:
         if depth.ndim != 2 or depth.size == 0 or depth.dtype.kind + str(depth.dtype.itemsize) not in ('u2', 'f4'):
             raise BadInputError(f'depth image: expected (H, W) uint16 or float32, got {depth.shape} {depth.dtype}')
-        self._depth = depth
-        self._metres = 0.001 if depth.dtype.kind == 'u' else 1.0
-        self.camera = camera.scaled(depth.shape[1], depth.shape[0])
+        super().__init__(depth, 0.001 if depth.dtype.kind == 'u' else 1.0)
+        self.camera = camera.scaled(self.width, self.height)
 
     @classmethod
     def from_buffer(cls, data: Any, layout: ImageLayout, camera: CameraModel) -> 'DepthImage':
@@ -66,62 +64,21 @@ class DepthImage:
         Raises:
             BadInputError: empty, truncated, wrong step, another encoding or another aspect ratio than the camera's.
         """
-        width, height, step, encoding, is_bigendian = layout
-        if encoding not in _ENCODINGS:
-            raise BadInputError(f"depth image has encoding '{encoding}', expected one of {', '.join(_ENCODINGS)}")
-        if width == 0 or height == 0:
-            raise BadInputError(f'empty depth image: {width} x {height}')
-        dtype = np.dtype(('>' if is_bigendian else '<') + _ENCODINGS[encoding])
-        if step < width * dtype.itemsize:
-            raise BadInputError(f'depth image step is {step} bytes, expected at least {width * dtype.itemsize} for '
-                                f'{width} columns of {encoding}')
-        if len(data) < step * height:
-            raise BadInputError(f'depth image data are truncated: {len(data)} bytes, expected {step * height} for '
-                                f'{height} rows of {step} bytes')
-        return cls(np.ndarray((height, width), dtype, data, 0, (step, dtype.itemsize)), camera)
-
-    @property
-    def width(self) -> int:
-        """Pixels per row."""
-        return self._depth.shape[1]
-
-    @property
-    def height(self) -> int:
-        """Rows."""
-        return self._depth.shape[0]
-
-    def window(self, u: np.ndarray, v: np.ndarray, size: int) -> np.ndarray:
-        """Return the points at the size x size pixels around pixels; see `OrganizedCloud.window`.
-
-        Args:
-            u, v: (M,) int, column and row of the middle of each window; may lie outside.
-            size: odd.
-
-        Returns:
-            (M, size * size, 3) float64 [m]; NaN where the depth is missing or the pixel outside.
-        """
-        columns, rows, inside = window_pixels(u, v, size, self.width, self.height)
-        z = depth_in_metres(self._depth[rows, columns], self._metres)
-        z[~inside] = np.nan
-        rays = self.camera.rays(np.stack([columns.ravel(), rows.ravel()], axis=-1))
-        return rays.reshape(*z.shape, 3) * z[..., None]
-
-    def depths(self, u: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Return z at pixels inside the image, the shape of u and v, float64 [m]; NaN where it is missing."""
-        return depth_in_metres(self._depth[v, u], self._metres)
+        if layout.encoding not in _ENCODINGS:
+            raise BadInputError(f"depth image has encoding '{layout.encoding}', expected one of "
+                                f"{', '.join(_ENCODINGS)}")
+        dtype = np.dtype(('>' if layout.is_bigendian else '<') + _ENCODINGS[layout.encoding])
+        check_buffer('depth image', data, (layout.width, layout.height), dtype.itemsize, layout.step)
+        return cls(np.ndarray((layout.height, layout.width), dtype, data, 0, (layout.step, dtype.itemsize)), camera)
 
     def camera_model(self) -> CameraModel:
         """Return the camera of the image."""
         return self.camera
 
-    def valid_range(self) -> np.ndarray:
-        """Return the least and the greatest x, y, z, (2, 3) [m]; NaN if there is no depth.
-
-        Looks at every fourth row and column, since undistortion takes a microsecond per pixel: for reports.
-        """
-        rows, columns = (grid.ravel() for grid in np.mgrid[:self.height:_RANGE_STEP, :self.width:_RANGE_STEP])
-        points = self.window(columns, rows, 1)[:, 0]
-        return range_of(*points.T)
+    def _points(self, columns: np.ndarray, rows: np.ndarray) -> np.ndarray:
+        z = self.depths(columns, rows)
+        rays = self.camera.rays(np.stack([columns.ravel(), rows.ravel()], axis=-1))
+        return rays.reshape(*z.shape, 3) * z[..., None]
 
 
 def cloud_from_depth(depth: np.ndarray, camera: CameraModel, bgr: np.ndarray, rays: Optional[np.ndarray] = None
