@@ -1,7 +1,7 @@
 """From the people in an image and the points of the same view to people in space: the order of all steps."""
 import itertools
 from dataclasses import dataclass, field, replace
-from typing import Dict, Iterator, Optional, Protocol, Tuple
+from typing import Dict, Iterator, Optional, Tuple
 
 import numpy as np
 
@@ -9,7 +9,7 @@ from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.stream.stage_timing import Stopwatch
 from skeleton_extract_3d.body.extra_joints import in_skeleton
 from skeleton_extract_3d.frame import CameraFrame, View
-from skeleton_extract_3d.lift.lifting import LiftingParams, make_lifting
+from skeleton_extract_3d.lift.lifting import make_lifting
 from skeleton_extract_3d.lift.observation import observe
 from skeleton_extract_3d.lift.window_mean import lift_by_window
 from skeleton_extract_3d.people import People3D
@@ -68,8 +68,7 @@ class PeopleEstimator:
 
     def _take(self, settings: EstimatorSettings) -> None:
         self._settings = settings
-        single = settings.lifting.lifting == 'mean3x3' and not settings.identity.tracking
-        self._method: _Method = _WindowMeans(settings.lifting) if single else _Following(settings, self._ids)
+        self._lifting = make_lifting(settings.lifting, settings.occlusion.occlusion)
 
     def update(self, people_2d: People2D, frame: CameraFrame) -> Estimate:
         """Return the people of a frame.
@@ -84,38 +83,16 @@ class PeopleEstimator:
         present = people_2d.present.any(axis=1)
         if not present.all():
             people_2d = people_2d.select(np.flatnonzero(present))
-        self._memory, estimate = self._method.update(self._memory, people_2d, frame)
+        lifting = self._settings.lifting
+        if lifting.lifting == 'mean3x3' and not self._settings.identity.tracking:
+            # the method of the original: every frame and every joint for itself
+            return Estimate(lift_by_window(people_2d, frame.image_size, frame.points, lifting.window,
+                                           lifting.statistic), people_2d)
+        self._memory, estimate = self._followed(self._memory, people_2d, frame)
         return estimate
 
-
-class _Method(Protocol):
-    """What makes people in space of people in an image."""
-
-    def update(self, memory: Memory, people_2d: People2D, frame: CameraFrame) -> Tuple[Memory, Estimate]:
-        """Return what is remembered of a frame, and its people."""
-
-
-class _WindowMeans:
-    """The method of the original: every frame for itself, every joint at the mean of the points around its pixel."""
-
-    def __init__(self, params: LiftingParams) -> None:
-        self._params = params
-
-    def update(self, memory: Memory, people_2d: People2D, frame: CameraFrame) -> Tuple[Memory, Estimate]:
-        """See `_Method`."""
-        people = lift_by_window(people_2d, frame.image_size, frame.points, self._params.window, self._params.statistic)
-        return memory, Estimate(people, people_2d)
-
-
-class _Following:
-    """The method of this package: people are lifted as a whole and followed from frame to frame."""
-
-    def __init__(self, settings: EstimatorSettings, ids: Iterator[int]) -> None:
-        self._settings, self._ids = settings, ids
-        self._lifting = make_lifting(settings.lifting, settings.occlusion.occlusion)
-
-    def update(self, memory: Memory, people_2d: People2D, frame: CameraFrame) -> Tuple[Memory, Estimate]:
-        """See `_Method`."""
+    def _followed(self, memory: Memory, people_2d: People2D, frame: CameraFrame) -> Tuple[Memory, Estimate]:
+        """Return what is remembered of a frame, and its people, lifted as a whole and followed from frame to frame."""
         settings, clock = self._settings, Stopwatch()
         camera = frame.points.camera_model() or memory.camera
         if camera is None:

@@ -26,20 +26,13 @@ class _Hanging(NamedTuple):
     offset: float
 
 
+# Positions, status, sigma and velocity of one joint of the first people: arrays of `People3D` without the joints' axis.
+_Joint = Tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
+
 _AT_THE_END: Dict[str, _Hanging] = {
     'head_top': _Hanging('neck', _EXTRA.head_reach, _EXTRA.head_offset),
     **{f'{side}_{part}': _Hanging(f'{side}_ankle', _EXTRA.foot_reach, _EXTRA.foot_offset)
        for side in ('left', 'right') for part in ('big_toe', 'small_toe', 'heel')}}
-
-
-class _Joint(NamedTuple):
-    """One joint of P people: the arrays of `People3D` without the axis of the joints."""
-
-    xyz: np.ndarray
-    confidence: np.ndarray
-    status: np.ndarray
-    sigma: np.ndarray
-    velocity: np.ndarray
 
 
 def in_skeleton(people: People3D, people_2d: People2D, image_size: Tuple[int, int], points: PointGrid,
@@ -54,33 +47,23 @@ def in_skeleton(people: People3D, people_2d: People2D, image_size: Tuple[int, in
     skeleton = people_2d.skeleton
     if skeleton.joints == COCO_18.joints:
         return people
-    uv = grid_positions(people_2d.xy, image_size, (points.width, points.height))
-    joints = []
-    for number, name in enumerate(skeleton.joints):
-        if name in COCO_18.index:
-            joints.append(_joint_of(people, name))
-        elif name in _BETWEEN:
-            joints.append(_between(people, _BETWEEN[name]))
-        elif name in _AT_THE_END:
-            joints.append(_at_the_end(people, uv[:, number], points, camera, _AT_THE_END[name]))
-        else:
-            joints.append(_missing(len(people)))
-    xyz, confidence, status, sigma, velocity = (np.stack(values, axis=1) for values in zip(*joints))
+    rows = np.array([COCO_18.index.get(name, -1) for name in skeleton.joints])
+    alike = rows >= 0
+    xyz, velocity = (np.where(alike[:, None], values[:, rows], np.nan) for values in (people.xyz, people.velocity))
+    status, sigma = np.where(alike, people.status[:, rows], MISSING), np.where(alike, people.sigma[:, rows], np.nan)
+    confidence = np.where(alike, people.confidence[:, rows], 0.0)
     confidence[:len(people_2d)] = people_2d.confidence
+    uv = grid_positions(people_2d.xy, image_size, (points.width, points.height))
+    for number, name in enumerate(skeleton.joints):
+        if name in _BETWEEN:
+            joint = _between(people, _BETWEEN[name])
+        elif name in _AT_THE_END:
+            joint = _at_the_end(people, uv[:, number], points, camera, _AT_THE_END[name])
+        else:
+            continue
+        for values, of_joint in zip((xyz, status, sigma, velocity), joint):
+            values[:len(of_joint), number] = of_joint
     return People3D(skeleton, xyz, confidence, status, sigma, people.ids, velocity)
-
-
-def _missing(people: int) -> _Joint:
-    """Return a joint of which nothing is known."""
-    nowhere = np.full((people, 3), np.nan)
-    return _Joint(nowhere, np.zeros(people), np.full(people, MISSING), nowhere[:, 0], nowhere)
-
-
-def _joint_of(people: People3D, name: str) -> _Joint:
-    """Return a joint of COCO_18."""
-    row = COCO_18.index[name]
-    return _Joint(people.xyz[:, row], people.confidence[:, row], people.status[:, row], people.sigma[:, row],
-                  people.velocity[:, row])
 
 
 def _between(people: People3D, names: Tuple[str, ...]) -> _Joint:
@@ -89,9 +72,8 @@ def _between(people: People3D, names: Tuple[str, ...]) -> _Joint:
     status = people.status[:, rows]
     known = (status != MISSING).all(axis=1)
     seen = np.where((status == MEASURED).all(axis=1), MEASURED, INFERRED)
-    return _missing(len(people))._replace(
-        xyz=people.xyz[:, rows].mean(axis=1), velocity=people.velocity[:, rows].mean(axis=1),
-        status=np.where(known, seen, MISSING), sigma=np.where(known, people.sigma[:, rows].max(axis=1), np.nan))
+    return (people.xyz[:, rows].mean(axis=1), np.where(known, seen, MISSING),
+            np.where(known, people.sigma[:, rows].max(axis=1), np.nan), people.velocity[:, rows].mean(axis=1))
 
 
 @np.errstate(invalid='ignore')
@@ -101,12 +83,9 @@ def _at_the_end(people: People3D, uv: np.ndarray, points: PointGrid, camera: Cam
     Args:
         uv: (N, 2) its keypoints of the first N people [px of the grid], NaN where there is none.
     """
-    result, count = _missing(len(people)), len(uv)
-    parent = _joint_of(people, hanging.parent)
-    near = parent.xyz[:count].astype(np.float64)
+    parent = COCO_18.index[hanging.parent]
+    near = people.xyz[:len(uv), parent].astype(np.float64)
     known = np.isfinite(uv).all(axis=1) & np.isfinite(near).all(axis=1)
-    if not known.any():
-        return result
     focal = float(camera.matrix[0, 0] + camera.matrix[1, 1]) / 2
     radius = np.clip(_EXTRA.window * focal / np.where(known, near[:, 2], 1.0), *_EXTRA.window_limits)
     depth = window_depths(points, uv[:, None], radius)[:, 0] + hanging.offset
@@ -119,7 +98,5 @@ def _at_the_end(people: People3D, uv: np.ndarray, points: PointGrid, camera: Cam
     known &= np.linalg.norm(xyz - near, axis=1) < 2 * hanging.reach
     seen = np.where(measured, MEASURED, INFERRED)
     sigma = np.where(measured, _EXTRA.measured_sigma, _EXTRA.inferred_sigma)
-    shown = _Joint(np.where(known[:, None], xyz, np.nan), result.confidence[:count], np.where(known, seen, MISSING),
-                   np.where(known, sigma, np.nan), np.where(known[:, None], parent.velocity[:count], np.nan))
-    # those after the first N have no keypoint
-    return _Joint(*(np.concatenate([first, rest[count:]]) for first, rest in zip(shown, result)))
+    return (np.where(known[:, None], xyz, np.nan), np.where(known, seen, MISSING), np.where(known, sigma, np.nan),
+            np.where(known[:, None], people.velocity[:len(uv), parent], np.nan))
