@@ -9,7 +9,7 @@ from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.stream.stage_timing import Stopwatch
 from skeleton_extract_3d.body.extra_joints import in_skeleton
 from skeleton_extract_3d.frame import CameraFrame, View
-from skeleton_extract_3d.lift.lifting import make_lifting
+from skeleton_extract_3d.lift.lifting import lift
 from skeleton_extract_3d.lift.observation import observe
 from skeleton_extract_3d.lift.window_mean import lift_by_window
 from skeleton_extract_3d.people import People3D
@@ -57,18 +57,14 @@ class PeopleEstimator:
     def __init__(self, settings: EstimatorSettings, ids: Optional[Iterator[int]] = None) -> None:
         self._ids = itertools.count() if ids is None else ids
         self._memory = Memory()
-        self._take(settings)
+        self._settings = settings
 
     def reconfigure(self, settings: EstimatorSettings) -> None:
         """Take other settings from the next frame on; people keep their ids, unless tracking begins or ends."""
         if settings.identity.tracking != self._settings.identity.tracking:
             # ids of the detection service are not those that are given out here
             self._memory = Memory()
-        self._take(settings)
-
-    def _take(self, settings: EstimatorSettings) -> None:
         self._settings = settings
-        self._lifting = make_lifting(settings.lifting, settings.occlusion.occlusion)
 
     def update(self, people_2d: People2D, frame: CameraFrame) -> Estimate:
         """Return the people of a frame.
@@ -104,7 +100,8 @@ class PeopleEstimator:
         clothes = observe_clothes(observed, view.points, frame.bgr if settings.identity.use_clothes else None)
         row = assign(expected, observed, clothes, view.stamp, settings.identity)
         clock.lap('identity')
-        lifted = self._lifting.lift(observed, view.points, expect(expected, row, view.elapsed))
+        lifted = lift(observed, view.points, expect(expected, row, view.elapsed), settings.lifting,
+                      settings.occlusion.occlusion)
         clock.lap('lift')
         tracks, people = begin_tracks(expected, Sightings(row, observed, clothes, lifted), view.stamp, self._ids,
                                       settings.identity)

@@ -36,53 +36,33 @@ protected:
   }
 
   /** Read an array that must have a number of values. */
-  std::vector<double> numbers(const char* name, std::size_t count) const
+  template <typename T = double>
+  std::vector<T> numbers(const char* name, std::size_t count) const
   {
-    const Doubles values = step_.attr(name).cast<Doubles>();
+    const auto values = get<Array<T>>(name);
     if (static_cast<std::size_t>(values.size()) != count)
     {
       throw std::invalid_argument(std::string(name) + " must have " + std::to_string(count) + " values, got " +
                                   std::to_string(values.size()));
     }
-    return std::vector<double>(values.data(), values.data() + values.size());
+    return std::vector<T>(values.data(), values.data() + values.size());
   }
 
   /** Read an array of indices below an end. */
   std::vector<Index> indices(const char* name, Index end) const
   {
-    const Integers values = step_.attr(name).cast<Integers>();
+    const auto values = get<Integers>(name);
     checkWithin(values.data(), values.size(), end, name);
     return std::vector<Index>(values.data(), values.data() + values.size());
-  }
-
-  std::vector<bool> flags(const char* name, std::size_t count) const
-  {
-    const std::vector<double> values = numbers(name, count);
-    return std::vector<bool>(values.begin(), values.end());
   }
 
 private:
   py::object step_;
 };
 
-struct Constants
+struct Constants : Step
 {
-  explicit Constants(const py::object& method)
-    : joints(py::module::import("skeleton_extract_3d.body.body"))
-    , body(method.attr("body"))
-    , windows(method.attr("windows"))
-    , trunk(method.attr("trunk"))
-    , costs(method.attr("costs"))
-    , occluders(method.attr("occluders"))
-    , measuring(method.attr("measuring"))
-    , inference(method.attr("inference"))
-    , head(method.attr("head"))
-    , sizes(method.attr("sizes"))
-    , camera_fit(method.attr("camera_fit"))
-    , bone_constraints(method.attr("track").attr("bone_constraints"))
-    , joint_filter(method.attr("track").attr("joint_filter"))
-  {
-  }
+  using Step::Step;
 
   struct Joints : Step
   {
@@ -95,7 +75,7 @@ struct Constants
     std::vector<Index> measured_bones = indices("MEASURED_BONES", JOINTS);
     std::vector<Index> measured_kinds = indices("MEASURED_KINDS", BONE_KINDS);
     std::vector<Index> satisfied_bones = indices("SATISFIED_BONES", JOINTS);
-  } joints;
+  } joints{ py::module::import("skeleton_extract_3d.body.body") };
 
   struct Body : Step
   {
@@ -113,14 +93,14 @@ struct Constants
     std::vector<Index> sized_pairs = indices("sized_pairs", JOINTS), part_joints = indices("part_joints", JOINTS);
     std::vector<double> sized_lengths = numbers("sized_lengths", sized_pairs.size() / 2);
     std::vector<double> part_radii = numbers("part_radii", part_joints.size() / 2);
-    std::vector<bool> covering_parts = flags("covering_parts", JOINTS * part_radii.size());
-  } body;
+    std::vector<bool> covering_parts = numbers<bool>("covering_parts", JOINTS * part_radii.size());
+  } body{ get<py::object>("body") };
 
   struct Windows : Step
   {
     using Step::Step;
     std::vector<double> weights = numbers("weights", SAMPLES);
-  } windows;
+  } windows{ get<py::object>("windows") };
 
   struct Trunk : Step
   {
@@ -130,7 +110,7 @@ struct Constants
     std::vector<double> joint_weights = numbers("joint_weights", JOINTS);
     int count = get<int>("count");
     std::vector<Index> low = indices("low", count + 1), high = indices("high", count + 1);
-  } trunk;
+  } trunk{ get<py::object>("trunk") };
 
   struct Costs : Step
   {
@@ -141,13 +121,13 @@ struct Constants
     double hidden_covered = get("hidden_covered"), anything = get("anything");
     std::vector<int> kernel_shifts = get<std::vector<int>>("kernel_shifts");
     std::vector<double> kernel_shares = numbers("kernel_shares", kernel_shifts.size());
-  } costs;
+  } costs{ get<py::object>("costs") };
 
   struct Occluders : Step
   {
     using Step::Step;
     double least_square = get("least_square"), covering_share = get("covering_share");
-  } occluders;
+  } occluders{ get<py::object>("occluders") };
 
   struct Measuring : Step
   {
@@ -156,7 +136,7 @@ struct Constants
     double least_own = get("least_own"), shortest = get("shortest"), longest = get("longest");
     double bone_error = get("bone_error"), folded = get("folded"), sure_end = get("sure_end");
     double unsure_end = get("unsure_end");
-  } measuring;
+  } measuring{ get<py::object>("measuring") };
 
   struct Inference : Step
   {
@@ -167,38 +147,38 @@ struct Constants
     float length_limit = get<float>("length_limit"), direction_limit = get<float>("direction_limit");
     float turn_limit = get<float>("turn_limit");
     std::vector<double> turn_spread = numbers("turn_spread", PAIRS);
-  } inference;
+  } inference{ get<py::object>("inference") };
 
   struct Head : Step
   {
     using Step::Step;
     double error = get("error"), cosine_spread = get("cosine_spread"), sine_spread = get("sine_spread");
-  } head;
+  } head{ get<py::object>("head") };
 
   struct Sizes : Step
   {
     using Step::Step;
     std::size_t least_bones = get<std::size_t>("least_bones");
     double prior_frames = get("prior_frames"), most_frames = get("most_frames"), most_change = get("most_change");
-  } sizes;
+  } sizes{ get<py::object>("sizes") };
 
   struct CameraFit : Step
   {
     using Step::Step;
     std::size_t least_points = get<std::size_t>("least_points");
     double least_square = get("least_square");
-  } camera_fit;
+  } camera_fit{ get<py::object>("camera_fit") };
 
   struct BoneConstraints : Step
   {
     using Step::Step;
     double change = get("change"), most_violation = get("most_violation");
-  } bone_constraints;
+  } bone_constraints{ get<py::object>("track").attr("bone_constraints") };
 
   struct JointFilter : Step
   {
     using Step::Step;
     double trusted_deviations = get("trusted_deviations");
-  } joint_filter;
+  } joint_filter{ get<py::object>("track").attr("joint_filter") };
 };
 }  // namespace skeleton_extract_3d
