@@ -172,7 +172,7 @@ class Bench:
         for name in clients:
             watched[name] = psutil.Process(self.child('client', name).pid)
         if clients:
-            figures['clients'] = self._measure_clients(clients)
+            figures['clients'] = self._measure_clients(clients, service)
         else:
             figures['rounds'] = self._measure_rounds(service, results)
             figures['medians'] = pd.DataFrame(figures['rounds']).median().to_dict()
@@ -220,9 +220,11 @@ class Bench:
         os.kill(service.pid, signal.SIGCONT)
         return rounds
 
-    def _measure_clients(self, names: Sequence[str]) -> Dict[str, Dict[str, float]]:
+    def _measure_clients(self, names: Sequence[str], service: subprocess.Popen) -> Dict[str, Dict[str, float]]:
         """Measure the clients for a round each."""
-        begin, end = self._wait(START_TIMEOUT)
+        wait_for(lambda: all((self._folder / f'{name}.txt').stat().st_size for name in names), START_TIMEOUT,
+                 'answers to all clients', service)
+        begin, end = self._wait()
         clients = {}
         for name in names:
             rows = self.printed(name, begin, end)
@@ -233,15 +235,8 @@ class Bench:
                   'p95 {duration_p95_ms:.0f} ms'.format(name=name, **clients[name]), flush=True)
         return clients
 
-    def _wait(self, first: float = SETTLING) -> Sequence[float]:
+    def _wait(self) -> Sequence[float]:
         """Return begin and end of the time to measure in, which starts when the processes have settled."""
-        if first == START_TIMEOUT:
-            deadline = time.monotonic() + first
-            names = [f'client_{number}' for number in range(self._arguments.clients)]
-            while not all((self._folder / f'{name}.txt').stat().st_size for name in names):
-                if time.monotonic() > deadline:
-                    raise SystemExit('a client got no answer')
-                time.sleep(0.1)
         time.sleep(SETTLING)
         begin = time.monotonic()
         time.sleep(self._arguments.seconds)

@@ -11,11 +11,12 @@ shipped sequence many times.
 """
 import argparse
 import sys
-from dataclasses import dataclass, field, replace
-from typing import Callable, Dict, List, Tuple
+from dataclasses import replace
+from typing import Any, Callable, Dict, List, Tuple
 
 import cv2
 import numpy as np
+import pandas as pd
 
 from common import DEMO, Parser, elapsed, markdown
 from openpose_ros_pkg.detect.detector import Detector, DetectorSettings, PreparedFrame, create_detector
@@ -29,19 +30,6 @@ PEOPLE = (1, 5, 20)
 PICTURE = (540, 960)
 # One person in the first picture of the shipped sequence: left, top, right, bottom [px].
 CUT = (590, 80, 805, 525)
-
-
-@dataclass
-class Case:
-    """One thing to time: what returns the milliseconds of a run, and those of each round."""
-
-    measure: Callable[[], float]
-    milliseconds: List[float] = field(default_factory=list)
-
-    @property
-    def median(self) -> float:
-        """Median over the rounds [ms]."""
-        return float(np.median(self.milliseconds))
 
 
 def picture_of(people: int) -> np.ndarray:
@@ -63,13 +51,10 @@ def picture_of(people: int) -> np.ndarray:
     return canvas
 
 
-def time_rounds(cases: Dict[str, Case], rounds: int) -> None:
-    """Measure every case once per round, after two rounds that do not count."""
-    for number in range(rounds + 2):
-        for case in cases.values():
-            milliseconds = case.measure()
-            if number >= 2:
-                case.milliseconds.append(milliseconds)
+def time_rounds(cases: Dict[Any, Callable[[], float]], rounds: int) -> pd.DataFrame:
+    """Return the milliseconds of every case in each round, after two rounds that do not count."""
+    times = [{name: measure() for name, measure in cases.items()} for _ in range(rounds + 2)]
+    return pd.DataFrame(times[2:])
 
 
 def decoding(detector: Detector, frame: PreparedFrame) -> float:
@@ -89,11 +74,6 @@ class Replay:
     def infer(self, images: np.ndarray) -> Tuple[np.ndarray, ...]:
         """Return the outputs."""
         return self._outputs
-
-
-def ratio(one: Case, other: Case) -> float:
-    """Return the median of the rounds' ratios."""
-    return float(np.median(np.divide(one.milliseconds, other.milliseconds)))
 
 
 def detector_for(backend: str, size: str, threads: int, model: str) -> Detector:
@@ -118,7 +98,7 @@ def whole_table(options: argparse.Namespace) -> List[List[str]]:
     picture = picture_of(options.people)
     for size in options.sizes:
         for threads in options.threads:
-            cases: Dict[Tuple[str, str], Case] = {}
+            cases = {}
             for backend in options.backends:
                 try:
                     detector = detector_for(backend, size, threads, options.model)
@@ -131,15 +111,14 @@ def whole_table(options: argparse.Namespace) -> List[List[str]]:
                         ('network', lambda d=detector, f=frame: 1e3 * d.compute(f).network_seconds),
                         ('decode', lambda d=detector, f=frame: decoding(d, f)),
                         ('detect', lambda d=detector: elapsed(lambda: d.detect(picture))[0])):
-                    cases[backend, name] = Case(with_threads(threads, measure))
-            time_rounds(cases, options.rounds)
-            reference = cases.get(('opencv_dnn', 'network'))
-            for backend in [name for name in options.backends if (name, 'network') in cases]:
-                prepare, network, decode, detect = (cases[backend, name]
-                                                    for name in ('prepare', 'network', 'decode', 'detect'))
-                rows.append([size, str(threads), backend, *(f'{case.median:.1f}' for case in (
-                    network, prepare, decode, detect)), f'{ratio(detect, network):.2f}',
-                    f'{ratio(reference, network):.2f}' if reference else '-'])
+                    cases[f'{name} {backend}'] = with_threads(threads, measure)
+            times = time_rounds(cases, options.rounds)
+            for backend in [name for name in options.backends if f'network {name}' in times]:
+                columns = [times[f'{name} {backend}'] for name in ('network', 'prepare', 'decode', 'detect')]
+                against = times.get('network opencv_dnn')
+                rows.append([size, str(threads), backend, *(f'{column.median():.1f}' for column in columns),
+                             f'{(columns[3] / columns[0]).median():.2f}',
+                             '-' if against is None else f'{(against / columns[0]).median():.2f}'])
     return rows
 
 
@@ -152,11 +131,11 @@ def decode_table(options: argparse.Namespace) -> List[List[str]]:
         networks = {name: Replay(network, frame.views[0][0].input[np.newaxis])
                     for name, network in frame.setup.networks.items()}
         frame = replace(frame, setup=replace(frame.setup, networks=networks))
-        cases[people] = Case(lambda f=frame: decoding(detector, f))
+        cases[people] = lambda f=frame: decoding(detector, f)
         found.append(len(detector.finish(detector.compute(frame))))
-    time_rounds(cases, 10 * options.rounds)
-    return [[*(f'{case.median:.2f}' for case in cases.values()),
-             f'{ratio(cases[PEOPLE[-1]], cases[PEOPLE[0]]):.2f}', '/'.join(str(number) for number in found)]]
+    times = time_rounds(cases, 10 * options.rounds)
+    return [[*(f'{median:.2f}' for median in times.median()), f'{(times[PEOPLE[-1]] / times[PEOPLE[0]]).median():.2f}',
+             '/'.join(str(number) for number in found)]]
 
 
 def main() -> None:
