@@ -4,8 +4,9 @@ import json
 import numpy as np
 import pytest
 
+from openpose_ros_pkg.calibration import Calibration, calibration_text, pinhole_calibration, read_calibration
 from openpose_ros_pkg.errors import BadInputError
-from openpose_ros_tools.images.calibration import Calibration, calibration_text, pinhole_calibration, read_calibration
+from skeleton_extract_3d.points.camera import calibrated_camera
 
 PLAIN = pinhole_calibration(640, 480, (500.5, 501.25), (319.5, 239.5))
 # Numbers that YAML would take for a text, or that have 17 digits.
@@ -62,7 +63,7 @@ def test_json_is_read(tmp_path, values):
 
 
 def test_the_camera_is_that_of_the_values():
-    camera = pinhole_calibration(64, 48, (50, 51), (31, 23), (0.1, 0, 0, 0, 0)).camera()
+    camera = calibrated_camera(pinhole_calibration(64, 48, (50, 51), (31, 23), (0.1, 0, 0, 0, 0)))
     assert (camera.width, camera.height, camera.distortion_model) == (64, 48, 'plumb_bob')
     np.testing.assert_array_equal(camera.matrix, [[50, 0, 31], [0, 51, 23], [0, 0, 1]])
     assert camera.distortion[0] == 0.1

@@ -2,16 +2,16 @@
 import threading
 import time
 from pathlib import Path
-from typing import Any, Dict, Optional
+from typing import Any, Optional
 
 import rospy
-import yaml
 from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import Header
 
+from openpose_ros_pkg.calibration import read_calibration
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.params.nodes import CameraParams
-from openpose_ros_pkg.ros.convert import bgr_to_image
+from openpose_ros_pkg.ros.convert import bgr_to_image, calibration_to_message
 from openpose_ros_pkg.ros.node import run_node
 from openpose_ros_pkg.ros.parameters import read_private
 from openpose_ros_pkg.stream.video_source import VideoSource
@@ -24,16 +24,10 @@ def camera_info_from_file(path: str) -> CameraInfo:
         ParameterError: the file is missing or not such a file.
     """
     try:
-        with Path(path).expanduser().open() as handle:
-            values: Dict[str, Any] = yaml.safe_load(handle)
-        return CameraInfo(
-            width=int(values['image_width']), height=int(values['image_height']),
-            distortion_model=values['distortion_model'], D=values['distortion_coefficients']['data'],
-            K=values['camera_matrix']['data'], R=values['rectification_matrix']['data'],
-            P=values['projection_matrix']['data'])
-    except (OSError, yaml.YAMLError, KeyError, TypeError, ValueError) as error:
+        return calibration_to_message(read_calibration(Path(path).expanduser()), Header())
+    except BadInputError as error:
         raise ParameterError(f"parameter 'camera_info_file' = {path!r} is not a calibration as camera_calibration "
-                             f'writes it: {error!r}') from error
+                             f'writes it: {error}') from error
 
 
 class Camera:

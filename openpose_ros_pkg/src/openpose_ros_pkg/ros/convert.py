@@ -6,9 +6,10 @@ import cv2
 import numpy as np
 from cv_bridge import CvBridge, CvBridgeError, getCvType
 from openpose_ros_msgs.msg import BodypartDetection, PersonDetection, PersonDetectionArray
-from sensor_msgs.msg import CompressedImage, Image
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image, RegionOfInterest
 from std_msgs.msg import Header
 
+from openpose_ros_pkg.calibration import Calibration
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import SkeletonModel
@@ -209,3 +210,12 @@ def _bytes_per_pixel(encoding: str) -> int:
                             'rgba8, bgra8, mono8, mono16, bayer_*, yuv422, yuv422_yuy2') from None
     depth, channels = cv_type & 7, (cv_type >> 3) + 1
     return channels * (1, 1, 2, 2, 4, 4, 8, 2)[depth]
+
+
+def calibration_to_message(calibration: Calibration, header: Header) -> CameraInfo:
+    """Return the CameraInfo of a calibration."""
+    return CameraInfo(header=header, width=calibration.width, height=calibration.height,
+                      distortion_model=calibration.distortion_model, D=list(calibration.distortion),
+                      K=list(calibration.matrix), R=list(calibration.rectification), P=list(calibration.projection),
+                      binning_x=calibration.binning[0], binning_y=calibration.binning[1],
+                      roi=RegionOfInterest(*calibration.region))

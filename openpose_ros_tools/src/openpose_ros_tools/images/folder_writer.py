@@ -6,8 +6,8 @@ from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple
 import numpy as np
 import yaml
 
+from openpose_ros_pkg.calibration import Calibration, calibration_text
 from openpose_ros_pkg.errors import ParameterError
-from openpose_ros_tools.images.calibration import Calibration, calibration_text
 from openpose_ros_tools.images.image_layouts import STAMPS_FILE, STREAMS, TUM_LISTS
 from openpose_ros_tools.images.stamps import SECOND, associate
 

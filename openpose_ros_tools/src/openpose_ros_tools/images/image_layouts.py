@@ -17,9 +17,9 @@ from typing import Any, Dict, List, Optional, Tuple
 
 import numpy as np
 
+from openpose_ros_pkg.calibration import Calibration, calibration_from_values, read_calibration
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.natural_order import natural_key
-from openpose_ros_tools.images.calibration import Calibration, calibration_from_values, read_calibration
 from openpose_ros_tools.images.frame_stamps import (
     Paths,
     StampedFile,

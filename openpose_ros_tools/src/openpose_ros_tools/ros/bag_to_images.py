@@ -37,11 +37,11 @@ import numpy as np
 import rosbag
 from tqdm import tqdm
 
+from openpose_ros_pkg.calibration import Calibration
 from openpose_ros_pkg.command_line import DONE, SOME_FAILED, run_command
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_tools.command_options import add_output, command_parser, positive_number
 from openpose_ros_tools.images import folder_writer
-from openpose_ros_tools.images.calibration import Calibration
 from openpose_ros_tools.images.folder_writer import WrittenFile
 from openpose_ros_tools.images.image_files import MILLIMETRES
 from openpose_ros_tools.images.image_layouts import FOLDERS, STAMPS_FILE, STREAMS, TUM_LISTS

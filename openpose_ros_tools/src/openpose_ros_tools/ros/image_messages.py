@@ -5,19 +5,25 @@ from typing import Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple
 
 import genpy
 import numpy as np
-from sensor_msgs.msg import CameraInfo, CompressedImage, RegionOfInterest
+from sensor_msgs.msg import CameraInfo, CompressedImage
 from std_msgs.msg import Header
 
+from openpose_ros_pkg.calibration import Calibration
 from openpose_ros_pkg.errors import BadInputError, ParameterError
-from openpose_ros_pkg.ros.convert import compressed_depth_to_image, image_to_bgr, image_to_pixels, pixels_to_image
+from openpose_ros_pkg.ros.convert import (
+    calibration_to_message,
+    compressed_depth_to_image,
+    image_to_bgr,
+    image_to_pixels,
+    pixels_to_image,
+)
 from openpose_ros_tools.images import image_files
-from openpose_ros_tools.images.calibration import Calibration
 from openpose_ros_tools.images.frame_stamps import StampedFile
 from openpose_ros_tools.images.image_files import MILLIMETRES
 from openpose_ros_tools.images.image_layouts import Recording
 from openpose_ros_tools.ros.camera_topics import CLOUD, COMPRESSED, TOPICS
 from openpose_ros_tools.ros.camera_topics import DEPTH_ENCODINGS as _ALL_DEPTH_ENCODINGS
-from skeleton_extract_3d.points.camera import check_same_aspect
+from skeleton_extract_3d.points.camera import calibrated_camera, check_same_aspect
 from skeleton_extract_3d.points.depth import cloud_from_depth
 from skeleton_extract_3d.points.rgbd_sequence import DEFAULT_FRAME, WORLD_FRAME
 from skeleton_extract_3d.ros.convert import cloud_from_message, cloud_to_message
@@ -86,7 +92,7 @@ class MessageMaker:
         self._first = {stream: first_image(stream, items) for stream, items in recording.streams.items()}
         self._check_sizes()
         if options.cloud and options.calibration is not None:
-            self._camera = options.calibration.camera()
+            self._camera = calibrated_camera(options.calibration)
             self._rays = self._camera.ray_grid()
 
     def messages(self, moment: Moment) -> MomentMessages:
@@ -240,15 +246,6 @@ def file_of_message(stream: str, message: genpy.Message, depth_scale: Optional[f
         # Bayer and YUV images are converted; errors of any other kind are raised again
         pixels = image_to_bgr(message)
     return '.png', image_files.encode_image(pixels, '.png', source), 0.0
-
-
-def calibration_to_message(calibration: Calibration, header: Header) -> CameraInfo:
-    """Return the CameraInfo of a calibration."""
-    return CameraInfo(header=header, width=calibration.width, height=calibration.height,
-                      distortion_model=calibration.distortion_model, D=list(calibration.distortion),
-                      K=list(calibration.matrix), R=list(calibration.rectification), P=list(calibration.projection),
-                      binning_x=calibration.binning[0], binning_y=calibration.binning[1],
-                      roi=RegionOfInterest(*calibration.region))
 
 
 def calibration_from_message(message: CameraInfo) -> Calibration:

@@ -52,10 +52,10 @@ from std_msgs.msg import Header
 from tf2_msgs.msg import TFMessage
 from tqdm import tqdm
 
+from openpose_ros_pkg.calibration import Calibration, pinhole_calibration, read_calibration
 from openpose_ros_pkg.command_line import DONE, SOME_FAILED, run_command
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_tools.command_options import add_output, command_parser, positive_number
-from openpose_ros_tools.images.calibration import Calibration, pinhole_calibration, read_calibration
 from openpose_ros_tools.images.image_files import MILLIMETRES
 from openpose_ros_tools.images.image_layouts import LAYOUTS, LayoutOptions, Recording, find_recording
 from openpose_ros_tools.images.stamps import SECOND, UNITS, parse_stamp
@@ -64,6 +64,7 @@ from openpose_ros_tools.parallel.threads import ordered_map
 from openpose_ros_tools.ros.bag_files import COMPRESSIONS, TF_TOPIC
 from openpose_ros_tools.ros.camera_topics import CAMERA_NAMESPACE, TOPICS
 from openpose_ros_tools.ros.image_messages import DEPTH_ENCODINGS, BagOptions, MessageMaker, first_image, moments
+from skeleton_extract_3d.points.camera import calibrated_camera
 from skeleton_extract_3d.points.rgbd_sequence import DEFAULT_FRAME, WORLD_FRAME
 from skeleton_extract_3d.ros.convert import transform_from_matrix
 
@@ -162,7 +163,7 @@ def _bag_options(options: argparse.Namespace, recording: Recording) -> BagOption
     elif not calibration.is_calibrated:
         _log.warning('the camera is not calibrated: K is 0; camera_info will say the same')
     else:
-        calibration.camera()  # checks it
+        calibrated_camera(calibration)  # checks it
     pose = recording.T_world_camera if options.camera_pose is None else _pose_matrix(options.camera_pose)
     namespace = '/' + options.camera_namespace.strip('/')
     topics = {key: getattr(options, f'{key}_topic') or f'{namespace.rstrip("/")}/{name}'

@@ -6,6 +6,7 @@ from typing import Dict, Optional, Tuple
 import cv2
 import numpy as np
 
+from openpose_ros_pkg.calibration import Calibration
 from openpose_ros_pkg.errors import BadInputError
 from skeleton_extract_3d.constants import COMPILED, METHOD
 
@@ -131,6 +132,16 @@ class CameraModel:
         """Return the rays of all pixels, (height, width, 3) float64."""
         v, u = np.mgrid[:self.height, :self.width]
         return self.rays(np.stack([u.ravel(), v.ravel()], axis=-1)).reshape(self.height, self.width, 3)
+
+
+def calibrated_camera(calibration: Calibration) -> CameraModel:
+    """Return the checked camera of the whole sensor, without binning and region of interest.
+
+    Raises:
+        BadInputError: not calibrated, or an unknown distortion model.
+    """
+    return CameraModel(calibration.width, calibration.height, np.array(calibration.matrix),
+                       calibration.distortion_model, np.array(calibration.distortion))
 
 
 def check_same_aspect(name: str, size: Tuple[int, int], other_name: str, other_size: Tuple[int, int]) -> None:

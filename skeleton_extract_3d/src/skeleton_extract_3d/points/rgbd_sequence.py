@@ -16,8 +16,9 @@ import cv2
 import numpy as np
 import yaml
 
+from openpose_ros_pkg.calibration import read_calibration
 from openpose_ros_pkg.errors import BadInputError
-from skeleton_extract_3d.points.camera import CameraModel, check_same_aspect
+from skeleton_extract_3d.points.camera import CameraModel, calibrated_camera, check_same_aspect
 
 # Frames of a sequence that names none: of the camera, and of the world that T_world_camera leads to.
 DEFAULT_FRAME, WORLD_FRAME = 'camera_optical_frame', 'world'
@@ -136,16 +137,9 @@ def read_camera(path: Path) -> CameraModel:
     """Read a calibration as camera_calibration writes it.
 
     Raises:
-        BadInputError: the file is missing or lacks a key.
+        BadInputError: the file is missing, lacks a key or has a wrong value.
     """
-    values = _read_yaml(path)
-    try:
-        return CameraModel(
-            int(values['image_width']), int(values['image_height']), values['camera_matrix']['data'],
-            values.get('distortion_model', ''), values.get('distortion_coefficients', {}).get('data', ()))
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
-        raise BadInputError(f'{path} is not a calibration as camera_calibration writes it (image_width, image_height, '
-                            f'camera_matrix, distortion_model, distortion_coefficients): {error!r}') from error
+    return calibrated_camera(read_calibration(path))
 
 
 def read_sequence_values(folder: Path) -> Dict[str, Any]:

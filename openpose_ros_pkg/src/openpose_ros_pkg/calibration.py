@@ -8,7 +8,6 @@ import numpy as np
 import yaml
 
 from openpose_ros_pkg.errors import BadInputError
-from skeleton_extract_3d.points.camera import CameraModel
 
 _IDENTITY = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 _NO_DISTORTION = (0.0,) * 5
@@ -59,15 +58,6 @@ class Calibration:
     def is_calibrated(self) -> bool:
         """Whether the camera matrix is known."""
         return any(self.matrix)
-
-    def camera(self) -> CameraModel:
-        """Return the checked camera of the whole sensor, without binning and region of interest.
-
-        Raises:
-            BadInputError: not calibrated, or an unknown distortion model.
-        """
-        return CameraModel(self.width, self.height, np.array(self.matrix), self.distortion_model,
-                           np.array(self.distortion))
 
     @property
     def image_size(self) -> Tuple[int, int]:
