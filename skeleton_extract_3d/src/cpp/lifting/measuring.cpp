@@ -1,4 +1,9 @@
-/** Which joints were seen on the person's own surface, and where; see measuring.py. */
+/**
+ * Which joints were seen, and where: those whose own surface is where it should be, and whose bones agree.
+ *
+ * Of people: z, depths of the joints [m]; offsets, depth of the joint under the surface [m]; own, likelihood that the
+ * surface is the person's; foreign, samples on other people; lengths of the bones of the limbs [m].
+ */
 #include <algorithm>
 #include <cmath>
 #include <limits>

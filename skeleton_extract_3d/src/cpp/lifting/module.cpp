@@ -18,7 +18,7 @@ PYBIND11_MODULE(skeleton_extract_3d_lifting, module)
       .def("others_depths", &othersDepths, "See occluders.others_depths.", arg("uv"), arg("joint_depths"),
            arg("focal"))
       .def("covered_by_self", &coveredBySelf, "See occluders.covered_by_self.", arg("uv"), arg("root"), arg("focal"))
-      .def("measure", &measure, "See measuring.measure.", arg("seen"), arg("z"), arg("offsets"), arg("own"),
+      .def("measure", &measure, "See robust.lift_together.", arg("seen"), arg("z"), arg("offsets"), arg("own"),
            arg("foreign"), arg("lengths"))
       .def("estimate_head_pose", &estimateHeadPose, "See head_pose.estimate_head_pose.", arg("rays"), arg("scores"),
            arg("root"), arg("scale"), arg("shoulder_cosine"))
@@ -28,7 +28,7 @@ PYBIND11_MODULE(skeleton_extract_3d_lifting, module)
       .def("with_frame", &withFrame, "See measures.with_frame.", arg("sizes"), arg("xyz"), arg("good"))
       .def("satisfy_lengths", &satisfyLengths, "See bone_constraints.satisfy_lengths.", arg("xyz"), arg("covariance"),
            arg("lengths"), arg("spreads"), arg("usable"))
-      .def("fit_pinhole", &fitPinhole, "See camera.fit_pinhole.", arg("points"), arg("pixels"))
+      .def("fit_pinhole", &fitPinhole, "See camera.fitted_camera.", arg("points"), arg("pixels"))
       .def("correct", &correct, "See joint_filter.JointFilter.correct.", arg("state"), arg("measured"),
            arg("covariance"), arg("mask"));
 }

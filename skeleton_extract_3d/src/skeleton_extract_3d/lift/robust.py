@@ -4,11 +4,10 @@ from typing import Optional, Tuple
 import numpy as np
 
 from skeleton_extract_3d.body.body import HEAD, NECK, SHOULDERS, TRUNK
-from skeleton_extract_3d.constants import METHOD
+from skeleton_extract_3d.constants import COMPILED, METHOD
 from skeleton_extract_3d.lift import occluders, surfaces
 from skeleton_extract_3d.lift.depth_inference import CHAINS, bones_of, infer_depths, read_depths
 from skeleton_extract_3d.lift.head_pose import HeadPose, heads_of, left_of_heads
-from skeleton_extract_3d.lift.measuring import measure
 from skeleton_extract_3d.lift.records import Expectation, Lifted, ObservedPeople
 from skeleton_extract_3d.points.point_grid import PointGrid
 
@@ -49,8 +48,10 @@ def lift_together(seen: ObservedPeople, points: PointGrid, expected: Expectation
     middle = _refined_head(seen, head, depth[:, -1], foreign)
     z[:, HEAD], sigma[:, HEAD] = middle[:, None] + head.depths, deviation[:, -1:]
     offsets[:, HEAD] = head.depths - head.surface
-    return Lifted(*measure(seen, z, offsets, ownership, bones), sigma, beliefs.left, root, expected.stature,
-                  beliefs.costs)
+    # which joints were seen, and those where their surface is; compiled (measuring.cpp)
+    measured = COMPILED.measure((seen.rays, seen.scores, seen.known, seen.samples), z, offsets, ownership.own,
+                                ownership.foreign, bones.lengths[:, :8])
+    return Lifted(*measured, sigma, beliefs.left, root, expected.stature, beliefs.costs)
 
 
 def _trunk(seen: ObservedPeople, expected: Expectation) -> Tuple[np.ndarray, np.ndarray, Optional[np.ndarray]]:

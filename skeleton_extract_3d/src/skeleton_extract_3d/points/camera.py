@@ -171,7 +171,8 @@ def fitted_camera(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> Optional[Camer
     height, width = z.shape
     pixels = _fit_pixels(width, height)
     points = np.array([axis[pixels[1], pixels[0]] for axis in (x, y, z)], np.float64)
-    fit = fit_pinhole(points, pixels)
+    # least squares of u = fx x / z + cx and v = fy y / z + cy; error: greater one of the median errors; compiled
+    fit = COMPILED.fit_pinhole(points, pixels)
     if fit is None:
         behind = int((np.nan_to_num(points[2]) < 0).sum())
         if behind >= _FIT.least_points:
@@ -196,17 +197,3 @@ def _fit_pixels(width: int, height: int) -> np.ndarray:
     columns, rows = (np.unique(np.linspace(0, size - 1, count).astype(np.int64))
                      for size, count in zip((width, height), _FIT.grid))
     return np.stack([grid.ravel() for grid in np.meshgrid(columns, rows)])
-
-
-def fit_pinhole(points: np.ndarray, pixels: np.ndarray) -> Optional[Tuple[float, float, float, float, float]]:
-    """Fit u = fx x / z + cx and v = fy y / z + cy by least squares. Compiled (camera.cpp).
-
-    Args:
-        points: (3, N) float64 [m]; not finite, or z = 0, where missing.
-        pixels: (2, N) int64.
-
-    Returns:
-        fx, fy, cx, cy, and the greater one of the median errors of u and v [px]; None with too few points, or
-        all in one row or column.
-    """
-    return COMPILED.fit_pinhole(points, pixels)

@@ -4,7 +4,7 @@ That one pairs wrongly when frames drop, since it takes the first pair within it
 its lock, so that an exception in the callback stops it for good.
 """
 import threading
-from typing import Any, Callable
+from typing import Any, Callable, Tuple
 
 from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.stream.pairing import PairingParams, StampMatcher
@@ -27,8 +27,6 @@ class StampSynchronizer:
         self._lock = threading.Lock()
         self._health = health
         self._callback = callback
-        self._resets = self._out_of_order = 0
-        self._unpaired = [0, 0]
         self.received = (0, 0)
         """Messages with a stamp that came on each input."""
         self.pairs = 0
@@ -47,6 +45,9 @@ class StampSynchronizer:
         """Take points."""
         self._add(message, 1)
 
+    def _counts(self) -> Tuple[int, ...]:
+        return (self._matcher.resets, self._matcher.out_of_order, *self._matcher.unpaired)
+
     def _add(self, message: Any, stream: int) -> None:
         stamp = message.header.stamp
         if stamp.is_zero():
@@ -54,13 +55,11 @@ class StampSynchronizer:
                                          'fill header.stamp')
             return
         with self._lock:
+            before = self._counts()
             pair = self._matcher.add(stream, stamp.to_nsec(), message)
+            jumped, stale, *alone = (now - then for now, then in zip(self._counts(), before))
             self.received = (self.received[0] + (stream == 0), self.received[1] + (stream == 1))
             self.pairs += pair is not None
-            jumped, self._resets = self._matcher.resets > self._resets, self._matcher.resets
-            stale, self._out_of_order = self._matcher.out_of_order > self._out_of_order, self._matcher.out_of_order
-            alone = [now - then for now, then in zip(self._matcher.unpaired, self._unpaired)]
-            self._unpaired = list(self._matcher.unpaired)
         for event, number in zip(_ALONE, alone):
             if number:
                 self._health.count(event, number)
