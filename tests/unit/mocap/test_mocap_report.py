@@ -16,6 +16,7 @@ from openpose_ros_mocap.evaluation import compare
 from openpose_ros_mocap.report import facts, summary, table, write_report
 from openpose_ros_mocap.ros.evaluate_mocap import main, transform_from, transform_of
 from openpose_ros_pkg.errors import ParameterError
+from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
 from simulated_mocap import sequence_truth, simulate
 
 SHIPPED = Path(__file__).resolve().parents[3] / 'skeleton_extract_3d' / 'demo' / 'cross'
@@ -166,7 +167,7 @@ def files(scene, tmp_path_factory):
     estimate = scene.estimate
     with (folder / 'poses.csv').open('w') as handle:
         parts = ('x', 'y', 'z', 'confidence', 'status', 'sigma')
-        joints = estimate.joints[:18]
+        joints = MESSAGE_JOINTS[:18]
         writer = csv.writer(handle)
         writer.writerow(['%time', 'field.header.seq', 'field.header.stamp', 'field.header.frame_id',
                          'field.num_people_detected', 'field.person_ID',

@@ -182,9 +182,9 @@ def _persons(table: KeypointTable, ids: np.ndarray, rows: np.ndarray,
         return tuple(sorted(ids[most].tolist()))
     for person in persons:
         if person not in ids:
-            there = 'it, but not in that time' if person in table.ids else 'it'
-            raise BadInputError(f'person {person} is not in {there}; there are: {", ".join(map(str, ids.tolist()))}'
-                                if there == 'it' else f'person {person} is in {there}')
+            raise BadInputError(f'person {person} is ' + (
+                'in it, but not in that time' if person in table.ids else
+                f'not in it; there are: {", ".join(map(str, ids.tolist()))}'))
     return tuple(sorted(set(persons)))
 
 
