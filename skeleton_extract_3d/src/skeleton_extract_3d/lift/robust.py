@@ -49,9 +49,10 @@ def lift_together(seen: ObservedPeople, points: PointGrid, expected: Expectation
     z[:, HEAD], sigma[:, HEAD] = middle[:, None] + head.depths, deviation[:, -1:]
     offsets[:, HEAD] = head.depths - head.surface
     # which joints were seen, and those where their surface is; compiled (measuring.cpp)
-    measured = COMPILED.measure((seen.rays, seen.scores, seen.known, seen.samples), z, offsets, ownership.own,
-                                ownership.foreign, bones.lengths[:, :8])
-    return Lifted(*measured, sigma, beliefs.left, root, expected.stature, beliefs.costs)
+    xyz, surface, measured, plausible = COMPILED.measure(
+        (seen.rays, seen.scores, seen.known, seen.samples), z, offsets, ownership.own, ownership.foreign,
+        bones.lengths[:, :8])
+    return Lifted(xyz, surface, measured, plausible, sigma, beliefs.left, root, expected.stature, beliefs.costs)
 
 
 def _trunk(seen: ObservedPeople, expected: Expectation) -> Tuple[np.ndarray, np.ndarray, Optional[np.ndarray]]:
