@@ -53,18 +53,17 @@ class _Frames(NamedTuple):
     are_numbers: bool  # whether the keys are numbers
 
 
-def stamps_of_lists(paths: Paths, listed: Dict[str, List[int]]) -> Stamped:
-    """Return the files with listed stamps [ns].
+def stamps_of_lists(paths: Paths, lists: Streams) -> Stamped:
+    """Return the files of lists with stamps.
 
     Raises:
         ParameterError: a stream has no list.
     """
-    without = sorted(set(paths) - set(listed))
+    without = sorted(set(paths) - set(lists))
     if without:
         raise ParameterError(f"layout tum has its stamps in lists; {', '.join(without)} images beside them have none: "
                              'give --layout images and --stamps or --stamp-unit')
-    return Stamped({stream: list(map(StampedFile, listed[stream], paths[stream])) for stream in paths},
-                    'the lists of the layout tum', [])
+    return Stamped(lists, 'the lists of the layout tum', [])
 
 
 def stamps_of_files(paths: Paths, table: Optional[Path], unit: Optional[str], rate: Optional[Fraction],

@@ -98,7 +98,7 @@ def find_recording(folder: Optional[Path], options: LayoutOptions) -> Recording:
         BadInputError: no images, no stamps, two images with one stamp, or no colour image has a depth image.
         ParameterError: options contradict each other.
     """
-    layout, paths, listed = _find_files(folder, options)
+    layout, paths, lists = _find_files(folder, options)
     if not paths.get('colour') and not paths.get('depth'):
         raise BadInputError(f'{folder} holds neither colour nor depth images')
     values, calibration = _description(folder, layout)
@@ -109,7 +109,7 @@ def find_recording(folder: Optional[Path], options: LayoutOptions) -> Recording:
     if not told and folder is not None and (folder / STAMPS_FILE).is_file():
         table = folder / STAMPS_FILE
     if layout == 'tum' and not told:
-        stamped = stamps_of_lists(paths, listed)
+        stamped = stamps_of_lists(paths, lists)
     else:
         stamped = stamps_of_files(paths, table, options.stamp_unit, options.rate, values['fps'])
     streams = _shifted({name: _in_order(items) for name, items in stamped.streams.items()}, options.start)
@@ -123,8 +123,8 @@ def find_recording(folder: Optional[Path], options: LayoutOptions) -> Recording:
 
 # ------------------------------------------------------------------------------------------------------------- files
 
-def _find_files(folder: Optional[Path], options: LayoutOptions) -> Tuple[str, Paths, Dict[str, List[int]]]:
-    """Return the layout, and by stream the paths and, of the layout tum, the listed stamps [ns]."""
+def _find_files(folder: Optional[Path], options: LayoutOptions) -> Tuple[str, Paths, Streams]:
+    """Return the layout, and by stream the paths and, of the layout tum, the listed files."""
     if folder is None and not options.sources:
         raise ParameterError('nothing to read: name a folder, or --colour')
     if folder is not None and not folder.is_dir():
@@ -132,8 +132,9 @@ def _find_files(folder: Optional[Path], options: LayoutOptions) -> Tuple[str, Pa
     named = {stream: _images_of(source, stream) for stream, source in options.sources.items()}
     layout = options.layout or (_detect(folder) if folder is not None and 'colour' not in named else 'images')
     if layout == 'tum':
-        paths, stamps = _tum_files(folder)
-        return layout, {**paths, **named}, {stream: stamps[stream] for stream in stamps if stream not in named}
+        lists = _tum_lists(folder)
+        paths = {**{stream: [item.path for item in items] for stream, items in lists.items()}, **named}
+        return layout, paths, {stream: items for stream, items in lists.items() if stream not in named}
     if 'colour' in named or folder is None:
         return layout, named, {}
     found = {stream: _images_in(place, stream) for stream, names in FOLDERS.items()
@@ -180,7 +181,7 @@ def _content(folder: Path) -> str:
     return some(sorted(path.name + '/' * path.is_dir() for path in folder.iterdir()), _LISTED) or 'nothing'
 
 
-def _tum_files(folder: Optional[Path]) -> Tuple[Paths, Dict[str, List[int]]]:
+def _tum_lists(folder: Optional[Path]) -> Streams:
     if folder is None:
         raise ParameterError('layout tum needs a folder with rgb.txt')
     lists = {stream: next((folder / name for name in names if (folder / name).is_file()), None)
@@ -188,12 +189,10 @@ def _tum_files(folder: Optional[Path]) -> Tuple[Paths, Dict[str, List[int]]]:
     if lists['colour'] is None:
         raise BadInputError(f'{folder} has no rgb.txt, which is what the layout tum begins with; it holds: '
                             f'{_content(folder)}')
-    items = {stream: _read_tum_list(path) for stream, path in lists.items() if path is not None}
-    return ({stream: [path for _, path in of_stream] for stream, of_stream in items.items()},
-            {stream: [stamp for stamp, _ in of_stream] for stream, of_stream in items.items()})
+    return {stream: _read_tum_list(path) for stream, path in lists.items() if path is not None}
 
 
-def _read_tum_list(path: Path) -> List[Tuple[int, Path]]:
+def _read_tum_list(path: Path) -> List[StampedFile]:
     try:
         lines = path.read_text().splitlines()
     except (OSError, UnicodeDecodeError) as error:
@@ -204,7 +203,7 @@ def _read_tum_list(path: Path) -> List[Tuple[int, Path]]:
         if not cells or cells[0].startswith('#'):
             continue
         try:
-            items.append((parse_stamp(cells[0], 's'), path.parent / cells[1].strip()))
+            items.append(StampedFile(parse_stamp(cells[0], 's'), path.parent / cells[1].strip()))
         except (ValueError, IndexError):
             raise BadInputError(f"{path}, line {number}: expected a time [s] and a file, got '{line}'") from None
     return items

@@ -10,7 +10,7 @@ from concurrent.futures import CancelledError, Future, ProcessPoolExecutor, Thre
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import suppress
 from dataclasses import replace
-from typing import Callable, List, Optional, Tuple
+from typing import Callable, List, Tuple
 
 import numpy as np
 
@@ -145,15 +145,14 @@ class _DetectorProcess:
             self.close()
 
 
-# In a detector process: what makes its detector, and the detector once it is made.
-_create: Callable[[], Detector]
-_detector: Optional[Detector] = None
+# In a detector process: returns its detector, which the first call makes.
+_own_detector: Callable[[], Detector]
 
 
 def _keep(create: Callable[[DetectorSettings], Detector], settings: DetectorSettings) -> None:
     """Keep what makes the detector: the first image makes it, as its result can carry the error."""
-    global _create
-    _create = functools.partial(create, settings)
+    global _own_detector
+    _own_detector = functools.lru_cache(maxsize=None)(functools.partial(create, settings))
     threading.Thread(target=_end_with_parent, daemon=True).start()
 
 
@@ -166,10 +165,8 @@ def _end_with_parent() -> None:
 
 
 def _detect(bgr: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
-    global _detector
     try:
-        _detector = _detector or _create()
-        people = _detector.detect(bgr)
+        people = _own_detector().detect(bgr)
     except OpenposeRosError:
         raise
     except Exception as error:  # not every error can be sent
