@@ -33,7 +33,7 @@ from openpose_ros_pkg.output.frame_writer import FrameWriter, SaveParams
 from openpose_ros_pkg.output.keypoint_scale import KeypointScaleParams
 from openpose_ros_pkg.output.recorder import Recorder
 from openpose_ros_pkg.params.parameters import build
-from openpose_ros_pkg.stream.video_source import IMAGE_SUFFIXES, VideoSource
+from openpose_ros_pkg.stream.video_source import IMAGE_SUFFIXES, VideoSource, read_image
 
 _log = logging.getLogger(__name__)
 
@@ -79,11 +79,8 @@ class InputFile:
         """
         if self.is_video:
             yield from VideoSource(str(self.path.resolve())).frames()
-            return
-        image = cv2.imread(str(self.path), cv2.IMREAD_COLOR)
-        if image is None:
-            raise BadInputError(f'{self.path} is not an image that OpenCV can read')
-        yield image
+        else:
+            yield read_image(self.path)
 
 
 @dataclass

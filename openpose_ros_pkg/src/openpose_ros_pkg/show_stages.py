@@ -27,6 +27,7 @@ from openpose_ros_pkg.output.draw import DrawParams, draw_people, person_colour
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import SkeletonModel
+from openpose_ros_pkg.stream.video_source import read_image
 
 Stages = List[Tuple[str, np.ndarray]]  # titles and images, (H, W, 3) uint8 BGR
 
@@ -46,18 +47,6 @@ def argument_parser(depth_required: bool) -> argparse.ArgumentParser:
     parser.add_argument('--camera', type=Path, metavar='FILE', required=depth_required, help='its camera.yaml')
     add_settings(parser, 'of the detector')
     return parser
-
-
-def read_image(path: Path, flags: int = cv2.IMREAD_COLOR) -> np.ndarray:
-    """Read an image file.
-
-    Raises:
-        BadInputError: it can not be decoded.
-    """
-    image = cv2.imread(str(path), flags)
-    if image is None:
-        raise BadInputError(f'{path} can not be read as an image')
-    return image
 
 
 def detect_and_draw(settings: DetectorSettings, bgr: np.ndarray) -> Tuple[People2D, Stages]:

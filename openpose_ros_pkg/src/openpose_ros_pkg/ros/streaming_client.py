@@ -11,7 +11,6 @@ from openpose_ros_pkg.ros import convert
 from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.ros.images import AnyImage, image_subscriber, raw_image
 from openpose_ros_pkg.ros.node import check_topic_name, run_node
-from openpose_ros_pkg.ros.parameters import read_private
 from openpose_ros_pkg.ros.service_client import DetectionClient, ServiceCallError
 from openpose_ros_pkg.stream.newest_wins import NewestWinsWorker
 
@@ -19,8 +18,8 @@ from openpose_ros_pkg.stream.newest_wins import NewestWinsWorker
 class StreamingClient:
     """Subscribes a camera, calls `detect_poses` with its newest image and republishes that image."""
 
-    def __init__(self) -> None:
-        self._settings = read_private(ClientSettings)
+    def __init__(self, settings: ClientSettings) -> None:
+        self._settings = settings
         topic = self._settings.client.camera_topic
         check_topic_name('camera_topic', topic)
         self._skeleton = find_model(self._settings.client.pose_model).skeleton

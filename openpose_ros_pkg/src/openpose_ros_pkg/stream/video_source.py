@@ -10,6 +10,18 @@ from openpose_ros_pkg.errors import BadInputError
 IMAGE_SUFFIXES = ('.jpg', '.jpeg', '.png', '.bmp', '.tif', '.tiff', '.webp')
 
 
+def read_image(path: Path, flags: int = cv2.IMREAD_COLOR) -> np.ndarray:
+    """Read an image file, by default as (H, W, 3) uint8 BGR.
+
+    Raises:
+        BadInputError: it can not be decoded.
+    """
+    image = cv2.imread(str(path), flags)
+    if image is None:
+        raise BadInputError(f'{path} is not an image that OpenCV can read')
+    return image
+
+
 class VideoSource:
     """A webcam (device number), a video file or a folder of images in the order of their names.
 
@@ -53,7 +65,7 @@ class VideoSource:
             BadInputError: an image of a folder can not be read, or a file has not a single frame.
         """
         while True:
-            yield from self._images_of_folder() if self._files else self._frames_of_capture()
+            yield from map(read_image, self._files) if self._files else self._frames_of_capture()
             if not loop or self.live:
                 return
             if not self._files:
@@ -66,13 +78,6 @@ class VideoSource:
                 else f'video file {self._source}'
             raise BadInputError(f'OpenCV can not open {kind}')
         return capture
-
-    def _images_of_folder(self) -> Iterator[np.ndarray]:
-        for path in self._files:
-            image = cv2.imread(str(path), cv2.IMREAD_COLOR)
-            if image is None:
-                raise BadInputError(f'{path} is not an image that OpenCV can read')
-            yield image
 
     def _frames_of_capture(self) -> Iterator[np.ndarray]:
         count = 0

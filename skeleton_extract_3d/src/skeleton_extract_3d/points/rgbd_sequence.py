@@ -18,6 +18,7 @@ import yaml
 
 from openpose_ros_pkg.calibration import read_calibration
 from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_pkg.stream.video_source import read_image
 from skeleton_extract_3d.points.camera import CameraModel, calibrated_camera, check_same_aspect
 
 # Frames of a sequence that names none: of the camera, and of the world that T_world_camera leads to.
@@ -105,8 +106,8 @@ class RgbdSequence:
         Raises:
             BadInputError: a file can not be decoded, or has not the camera's size.
         """
-        bgr = _read_image(self._colour[index], cv2.IMREAD_COLOR)
-        depth = _read_image(self._depth[index], cv2.IMREAD_UNCHANGED)
+        bgr = read_image(self._colour[index], cv2.IMREAD_COLOR)
+        depth = read_image(self._depth[index], cv2.IMREAD_UNCHANGED)
         size = (bgr.shape[1], bgr.shape[0])
         if size != (self.camera.width, self.camera.height):
             raise BadInputError(f'{self._colour[index]} is {size[0]} x {size[1]}, expected the size in the '
@@ -212,10 +213,3 @@ def _read_yaml(path: Path) -> Dict[str, Any]:
     if not isinstance(values, dict):
         raise BadInputError(f'{path}: expected keys with values, got {type(values).__name__}')
     return values
-
-
-def _read_image(path: Path, flags: int) -> np.ndarray:
-    image = cv2.imread(str(path), flags)
-    if image is None:
-        raise BadInputError(f'{path} can not be decoded as an image')
-    return image

@@ -19,7 +19,6 @@ from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.ros.images import AnyImage, image_subscriber, raw_image
 from openpose_ros_pkg.ros.live_parameters import LiveParameters
 from openpose_ros_pkg.ros.node import run_node
-from openpose_ros_pkg.ros.parameters import read_private
 from openpose_ros_pkg.ros.people_publisher import DRAW_STAGE, PERSONS_QUEUE, PeoplePublisher
 from openpose_ros_pkg.ros.service_client import DetectionClient, ServiceCallError
 from openpose_ros_pkg.ros.timing_report import TimingReport
@@ -64,8 +63,7 @@ class Extractor:
     People are tracked per camera; the frame_id of the points names the camera. Ids are unique over all cameras.
     """
 
-    def __init__(self) -> None:
-        settings = read_private(ExtractorSettings)
+    def __init__(self, settings: ExtractorSettings) -> None:
         self._params = settings.extractor
         self._health = Health()
         self._timing = TimingReport(_STAGES, result='total')

@@ -12,7 +12,6 @@ from std_msgs.msg import Header
 
 from openpose_ros_pkg.ros.convert import bgr_to_image
 from openpose_ros_pkg.ros.node import run_node
-from openpose_ros_pkg.ros.parameters import read_private
 from skeleton_extract_3d.node_params import PlayerParams
 from skeleton_extract_3d.points.depth import cloud_from_depth
 from skeleton_extract_3d.points.rgbd_sequence import DEFAULT_FRAME, WORLD_FRAME, RgbdSequence, play_order
@@ -24,8 +23,8 @@ _DEFAULT_RATE = 15.0
 class RgbdPlayer:
     """Publishes image_color, points, image_depth_rect and camera_info, all with one stamp, and the camera's pose."""
 
-    def __init__(self) -> None:
-        self._params = read_private(PlayerParams)
+    def __init__(self, params: PlayerParams) -> None:
+        self._params = params
         folder = self._params.folder or str(Path(rospkg.RosPack().get_path('skeleton_extract_3d')) / 'demo' / 'cross')
         self._sequence = RgbdSequence.read(Path(folder))
         self._frame_id = self._params.frame_id or self._sequence.frame_id or DEFAULT_FRAME

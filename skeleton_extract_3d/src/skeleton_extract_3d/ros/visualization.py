@@ -8,7 +8,6 @@ from openpose_ros_pkg.params.parameters import parameter_fields
 from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.ros.live_parameters import LiveParameters
 from openpose_ros_pkg.ros.node import run_node
-from openpose_ros_pkg.ros.parameters import read_private
 from openpose_ros_pkg.stream.newest_wins import NewestWinsWorker
 from skeleton_extract_3d.ros import convert
 from skeleton_extract_3d.show.markers import LIMB_NAMESPACES, MarkerParams, MarkerTracker
@@ -21,8 +20,7 @@ _MARKERS_QUEUE = 100
 class Visualization:
     """Turns the array of people of each frame into markers: a few per person, each with a namespace of its own."""
 
-    def __init__(self) -> None:
-        params = read_private(MarkerParams)
+    def __init__(self, params: MarkerParams) -> None:
         self._markers = MarkerTracker(params)
         self._health = Health()
         self._live = LiveParameters(params, [field.name for field in parameter_fields(MarkerParams)],
