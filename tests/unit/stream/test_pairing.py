@@ -124,7 +124,6 @@ def test_slop_is_the_users_or_follows_the_rate():
     assert play(params=PairingParams(slop=0.02)).matcher.slop == 0.02
     assert play(jitter=0.0).matcher.slop == pytest.approx(0.4 / 30, rel=1e-6)
     assert play(jitter=0.0).matcher.offset == pytest.approx(0.010, abs=1e-6)
-    assert play(jitter=0.0).matcher.periods == pytest.approx((1 / 30, 1 / 30), rel=1e-6)
 
 
 def test_queue_size_of_the_user_bounds_both_streams():

@@ -162,9 +162,7 @@ def any_image_to_bgr(message: Union[Image, CompressedImage]) -> np.ndarray:
 
 def bgr_to_image(bgr: np.ndarray, header: Header) -> Image:
     """Return an Image message (bgr8) of a (H, W, 3) uint8 image."""
-    height, width = bgr.shape[:2]
-    return Image(header=header, height=height, width=width, encoding='bgr8', is_bigendian=0, step=3 * width,
-                 data=np.ascontiguousarray(bgr).tobytes())
+    return pixels_to_image(bgr, 'bgr8', header)
 
 
 def people_to_messages(people: People2D, header: Header, keypoints: Optional[np.ndarray] = None

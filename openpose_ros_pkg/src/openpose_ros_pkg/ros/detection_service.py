@@ -1,8 +1,8 @@
 """The service node: finds the people in the images it is sent, publishes keypoints and the annotated image."""
 import itertools
 import time
-from dataclasses import dataclass, field
-from typing import Dict, List, Optional
+from dataclasses import dataclass
+from typing import Dict, List, Optional, Tuple
 
 import numpy as np
 import rospy
@@ -32,14 +32,6 @@ from openpose_ros_pkg.stream.pipeline import Pipeline
 # callback to the published result; added: total without wait_for_network and network.
 _STAGES = ('decode_message', 'preprocess', 'wait_for_network', 'network', 'decode', 'publish', 'total', 'added',
            DRAW_STAGE)
-
-
-@dataclass(frozen=True)
-class _Received:
-    """An image as it came; at: when the callback had it [s], time.monotonic()."""
-
-    message: AnyImage
-    at: float = field(default_factory=time.monotonic)
 
 
 @dataclass(frozen=True)
@@ -125,12 +117,12 @@ class DetectionService:
         rospy.on_shutdown(self._pipeline.stop)
         self._health.show(lambda: {'images skipped': str(self._pipeline.replaced)})
         self._subscriber = image_subscriber(topic, self._settings.transport,
-                                            lambda message: self._pipeline.submit(_Received(message)))
+                                            lambda message: self._pipeline.submit((message, time.monotonic())))
         rospy.loginfo('waiting for images on %s', self._subscriber.resolved_name)
 
     def _serve(self, request: GetPersonsRequest) -> GetPersonsResponse:
         try:
-            prepared = self._prepare(_Received(request.image))
+            prepared = self._prepare(request.image, time.monotonic())
             with self._detector.lock:
                 computed = self._compute(prepared)
             return GetPersonsResponse(detections=self._finish(computed))
@@ -138,21 +130,22 @@ class DetectionService:
             self._health.warn('bad image', str(error))
             raise rospy.ServiceException(str(error)) from error
 
-    def _prepare_streamed(self, received: _Received) -> _Prepared:
-        held_back = time.monotonic() - received.at  # by the pipeline, as the networks were busy
+    def _prepare_streamed(self, item: Tuple[AnyImage, float]) -> _Prepared:
+        message, received = item
+        held_back = time.monotonic() - received  # by the pipeline, as the networks were busy
         if self._input_publisher.get_num_connections() > 0:
-            self._input_publisher.publish(raw_image(received.message))
-        return self._prepare(received, held_back)
+            self._input_publisher.publish(raw_image(message))
+        return self._prepare(message, received, held_back)
 
-    def _prepare(self, received: _Received, held_back: float = 0.0) -> _Prepared:
+    def _prepare(self, message: AnyImage, received: float, held_back: float = 0.0) -> _Prepared:
         begin = time.monotonic()
-        bgr = convert.any_image_to_bgr(received.message)
+        bgr = convert.any_image_to_bgr(message)
         decoded = time.monotonic()
         frame = self._detector.prepare(bgr)
         ready = time.monotonic()
         self._timing.add('decode_message', decoded - begin)
         self._timing.add('preprocess', ready - decoded)
-        return _Prepared(received.message.header, bgr, frame, received.at, ready, held_back)
+        return _Prepared(message.header, bgr, frame, received, ready, held_back)
 
     def _compute(self, prepared: _Prepared) -> _Computed:
         begin = time.monotonic()

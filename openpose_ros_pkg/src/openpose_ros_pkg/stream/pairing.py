@@ -83,12 +83,6 @@ class StampMatcher:
         """Usual stamp of stream 1 minus that of stream 0 in a pair, as learnt [s]."""
         return (self._offset or 0.0) * 1e-9
 
-    @property
-    def periods(self) -> Tuple[Optional[float], Optional[float]]:
-        """Period of each stream as learnt [s], None while unknown."""
-        first, second = (None if period is None else period * 1e-9 for period in self._periods)
-        return first, second
-
     def add(self, stream: int, stamp: int, item: Any) -> Optional[Tuple[Any, Any]]:
         """Take a message and return a pair (item of stream 0, item of stream 1) if there is one now.
 

@@ -53,7 +53,6 @@ class OpenvinoBackend:
             # Else the threads of every process are bound to the first cores, all to the same ones.
             self._config['ENABLE_CPU_PINNING'] = False
         self._cache = open_cache(params.compiled_cache)
-        self._graph = None
         self._requests: OrderedDict[Tuple[int, ...], Any] = OrderedDict()
         self._sizes = 0
         self.description = f'OpenVINO {ov.__version__.split("-")[0]} (precision {params.precision}, {params.hint})'
@@ -89,7 +88,7 @@ class OpenvinoBackend:
             except RuntimeError as error:
                 _log.warning('OpenVINO does not take a compiled network from the cache, it compiles it again: %s',
                              error)
-        graph = self._prepared().clone()
+        graph = self._prepared.clone()
         graph.reshape(list(shape))
         network = self._core.compile_model(graph, 'CPU', self._config)
         if cache:
@@ -106,15 +105,14 @@ class OpenvinoBackend:
         processor = [self._core.get_property('CPU', name) for name in ('FULL_DEVICE_NAME', 'OPTIMIZATION_CAPABILITIES')]
         return repr((files, model, shape, sorted(self._config.items()), ov.__version__, processor))
 
+    @functools.cached_property
     def _prepared(self) -> ov.Model:
-        """Read the graph and let it take uint8 (N, H, W, 3) BGR and give what `Backend.infer` says."""
-        if self._graph is None:
-            try:
-                graph = self._core.read_model(str(self._weights))
-                self._graph = _with_recipe(_with_outputs(graph, self._model), self._model)
-            except (RuntimeError, ValueError) as error:
-                raise ModelError(f'OpenVINO can not load {self._weights} as {self._model.name}: {error}') from error
-        return self._graph
+        """The graph, which takes uint8 (N, H, W, 3) BGR and gives what `Backend.infer` says."""
+        try:
+            graph = self._core.read_model(str(self._weights))
+            return _with_recipe(_with_outputs(graph, self._model), self._model)
+        except (RuntimeError, ValueError) as error:
+            raise ModelError(f'OpenVINO can not load {self._weights} as {self._model.name}: {error}') from error
 
 
 def _with_outputs(graph: ov.Model, model: Model) -> ov.Model:
