@@ -218,10 +218,8 @@ def _parser() -> argparse.ArgumentParser:
 def _values(parser: argparse.ArgumentParser, options: argparse.Namespace) -> Dict[str, Any]:
     """Return the parameters that the command line sets."""
     values = setting_values(parser, options.settings)
-    for key in ('write_json', 'write_images', 'write_video', 'write_keypoint'):
-        if getattr(options, key) is not None:
-            values[key] = getattr(options, key)
-    return values
+    written = {key: value for key, value in vars(options).items() if key.startswith('write_') and value is not None}
+    return {**values, **written}
 
 
 def _input_file(path: Path) -> InputFile:

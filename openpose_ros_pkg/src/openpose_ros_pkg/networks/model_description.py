@@ -80,7 +80,11 @@ class _Section:
         """Return the error for a key that is missing or has a value that is not allowed."""
         if key not in self.values:
             return ModelError(f"{self.path}: the key '{self._full(key)}' is missing: {allowed}")
-        return ModelError(f"{self.path}: '{self._full(key)}' = {self.values[key]!r} is not allowed: {allowed}")
+        return self.refused(key, self.values[key], allowed)
+
+    def refused(self, key: str, value: Any, allowed: str) -> ModelError:
+        """Return the error for a value that is not allowed, of a key or of a part of it."""
+        return ModelError(f"{self.path}: '{self._full(key)}' = {value!r} is not allowed: {allowed}")
 
     def _given(self, key: str, default: Any, right: Callable[[Any], Any], allowed: str) -> Any:
         """Return the value of a key, or its default; `right` tells whether a value is allowed."""
@@ -184,8 +188,8 @@ def _own_skeleton(section: _Section, name: str) -> SkeletonModel:
     joints = section.texts('joints')
     for i, joint in enumerate(joints):
         if joint not in MESSAGE_JOINTS or joint in joints[:i]:
-            raise ModelError(f"{section.path}: 'skeleton.joints[{i}]' = {joint!r} is not allowed: each once, of those "
-                             f'that messages hold: {", ".join(MESSAGE_JOINTS)}')
+            raise section.refused(f'joints[{i}]', joint,
+                                  f'each once, of those that messages hold: {", ".join(MESSAGE_JOINTS)}')
     items = section.items('limbs')
     limbs = tuple(_limb(section.path, i, item, joints, len(items)) for i, item in enumerate(items))
     channels = sorted(channel for limb in limbs for channel in limb.paf)
@@ -194,7 +198,11 @@ def _own_skeleton(section: _Section, name: str) -> SkeletonModel:
                          f'of 0 .. {2 * len(limbs) - 1} once')
     drawn = starting_limbs(limbs)
     if 'drawn_limbs' in section.values:
-        drawn = tuple(_drawn_limb(section, i, item, joints) for i, item in enumerate(section.items('drawn_limbs')))
+        drawn = tuple(section.items('drawn_limbs'))
+        for i, ends in enumerate(drawn):
+            if not isinstance(ends, list) or len(ends) != 2 or any(joint not in joints for joint in ends):
+                raise section.refused(f'drawn_limbs[{i}]', ends, f'two of {", ".join(joints)}')
+        drawn = tuple((start, end) for start, end in drawn)
     try:
         return SkeletonModel(name, joints, limbs, drawn, tuple(COLOURS[joint] for joint in joints))
     except ValueError as error:
@@ -205,10 +213,3 @@ def _limb(path: Path, number: int, value: Mapping[str, Any], joints: Sequence[st
     section = _Section(path, f'skeleton.limbs[{number}]', value, ('start', 'end', 'paf', 'starts_person'))
     return Limb(section.choice('start', joints), section.choice('end', joints), section.pair('paf', 0, 2 * limbs - 1),
                 section.flag('starts_person', True))
-
-
-def _drawn_limb(section: _Section, number: int, value: Any, joints: Sequence[str]) -> Tuple[str, str]:
-    if not isinstance(value, list) or len(value) != 2 or any(joint not in joints for joint in value):
-        raise ModelError(f"{section.path}: 'skeleton.drawn_limbs[{number}]' = {value!r} is not allowed: two of "
-                         f'{", ".join(joints)}')
-    return value[0], value[1]

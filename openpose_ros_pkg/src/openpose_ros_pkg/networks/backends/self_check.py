@@ -48,16 +48,12 @@ def check_backend(backend: 'Backend', model: Model, exact: bool) -> None:
         with np.load(str(path)) as reference:
             image = reference['image']
             expected = [reference[f'output_{i}'].astype(np.float32) for i in range(len(model.outputs))]
-        outputs = _computed(backend, model, image)
-        shapes = [output.shape for output in outputs]
-        if shapes != [array.shape for array in expected]:
-            raise _wrong(backend, model, f'its outputs have the shapes {_listed(shapes)}, expected '
-                                         f'{_listed([array.shape for array in expected])}')
-        _compare(backend, model, outputs, expected, exact)
+        fault = _difference_fault(_computed(backend, model, image), expected, model, exact)
     else:
         image = _any_image(model)
-        _check_structure(backend, model, _computed(backend, model, image),
-                         (image.shape[0], image.shape[1]))
+        fault = _structure_fault(_computed(backend, model, image), model, (image.shape[0], image.shape[1]))
+    if fault:
+        raise ModelError(f'{backend.description} computes {model.name} wrongly: {fault}; {_HELP}')
 
 
 def _computed(backend: 'Backend', model: Model, image: np.ndarray) -> Tuple[np.ndarray, ...]:
@@ -69,21 +65,21 @@ def _computed(backend: 'Backend', model: Model, image: np.ndarray) -> Tuple[np.n
         raise ModelError(f'{backend.description} can not compute {model.name}: {error}; {_HELP}') from error
 
 
-def _wrong(backend: 'Backend', model: Model, what: str) -> ModelError:
-    return ModelError(f'{backend.description} computes {model.name} wrongly: {what}; {_HELP}')
-
-
 def _listed(shapes: Sequence[Tuple[int, ...]]) -> str:
     return ' and '.join(str(shape) for shape in shapes)
 
 
-def _compare(backend: 'Backend', model: Model, outputs: Sequence[np.ndarray], expected: Sequence[np.ndarray],
-             exact: bool) -> None:
+def _difference_fault(outputs: Sequence[np.ndarray], expected: Sequence[np.ndarray], model: Model, exact: bool) -> str:
+    """Return how outputs differ from the known ones; empty where they are right."""
+    shapes, known = [output.shape for output in outputs], [array.shape for array in expected]
+    if shapes != known:
+        return f'its outputs have the shapes {_listed(shapes)}, expected {_listed(known)}'
     tolerance = _EXACT_TOLERANCE if exact else _REDUCED_TOLERANCE[model.decoder]
     difference = _DIFFERENCES[model.decoder](outputs, expected)
-    if not difference <= tolerance:  # not "greater": NaN is wrong as well
-        raise _wrong(backend, model, f'its output for a known image is off by up to {difference:.3g}, expected at '
-                                     f'most {tolerance:g}')
+    if difference <= tolerance:
+        return ''
+    # NaN as well
+    return f'its output for a known image is off by up to {difference:.3g}, expected at most {tolerance:g}'
 
 
 def _greatest_difference(outputs: Sequence[np.ndarray], expected: Sequence[np.ndarray]) -> float:
@@ -111,23 +107,23 @@ _DIFFERENCES: Dict[str, Callable[[Sequence[np.ndarray], Sequence[np.ndarray]], f
     'paf': _greatest_difference, 'movenet_multipose': _greatest_difference_of_people}
 
 
-def _check_structure(backend: 'Backend', model: Model, outputs: Sequence[np.ndarray], size: Tuple[int, int]) -> None:
-    """Compare number, shapes and range of the outputs with what the model says.
+def _structure_fault(outputs: Sequence[np.ndarray], model: Model, size: Tuple[int, int]) -> str:
+    """Return how number, shapes and range of outputs differ from what the model says; empty where they do not.
 
     Args:
         size: (height, width) of the image [px].
     """
     shapes = [output.shape for output in outputs]
     if len(outputs) != len(model.outputs):
-        raise _wrong(backend, model, f'it has {len(outputs)} outputs, expected {len(model.outputs)}')
+        return f'it has {len(outputs)} outputs, expected {len(model.outputs)}'
     expected, right = _STRUCTURES[model.decoder](model, shapes, size)
     if not right:
-        raise _wrong(backend, model, f"its outputs {', '.join(model.outputs)} have the shapes {_listed(shapes)} for an "
-                                     f'image of {size[1]}x{size[0]}, expected {expected}: does the description of '
-                                     'the model fit its file?')
+        return (f"its outputs {', '.join(model.outputs)} have the shapes {_listed(shapes)} for an image of "
+                f'{size[1]}x{size[0]}, expected {expected}: does the description of the model fit its file?')
     for name, output in zip(model.outputs, outputs):
         if not np.isfinite(output).all():
-            raise _wrong(backend, model, f'its output {name} has values that are not finite')
+            return f'its output {name} has values that are not finite'
+    return ''
 
 
 def _fields_structure(model: Model, shapes: List[Tuple[int, ...]], size: Tuple[int, int]) -> Tuple[str, bool]:
