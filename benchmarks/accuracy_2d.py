@@ -1,8 +1,8 @@
 #!/usr/bin/python3
-"""Measure the 2D detector on pictures with COCO keypoint annotations.
+"""Measure the 2D detector on images with COCO keypoint annotations.
 
 Prints average precision (AP, AP50, AR: object keypoint similarity, as pycocotools defines them), precision and recall
-of people at a similarity of 0.5, and milliseconds per picture. Pictures without people count: whoever is found there
+of people at a similarity of 0.5, and milliseconds per image. Images without people count: whoever is found there
 is wrong. pycocotools is needed: `pip install pycocotools`.
 
     benchmarks/accuracy_2d.py --images FOLDER --annotations person_keypoints.json
@@ -29,24 +29,24 @@ PERSON = 1
 
 def detect_all(detector: Detector, images: List[Dict[str, Any]], folder: Path,
                reference: Optional[Detector] = None) -> Tuple[List[dict], np.ndarray]:
-    """Run the detector over pictures.
+    """Run the detector over images.
 
     Args:
-        reference: another one, timed on each picture in turn.
+        reference: another one, timed on each image in turn.
 
     Returns:
-        COCO results; milliseconds, (pictures, 1 or 2), of the detector and the reference.
+        COCO results; milliseconds, (images, 1 or 2), of the detector and the reference.
     """
     detectors = [detector] if reference is None else [detector, reference]
     results, times = [], []
     for entry in images:
-        picture = cv2.imread(str(folder / entry['file_name']), cv2.IMREAD_COLOR)
-        if picture is None:
-            raise SystemExit(f"{folder / entry['file_name']} is missing or not a picture")
+        image = cv2.imread(str(folder / entry['file_name']), cv2.IMREAD_COLOR)
+        if image is None:
+            raise SystemExit(f"{folder / entry['file_name']} is missing or not an image")
         row = []
         for timed in detectors:
-            timed.detect(picture)  # compiles the networks for pictures of this shape
-            milliseconds, people = elapsed(lambda timed=timed, picture=picture: timed.detect(picture))
+            timed.detect(image)  # compiles the networks for images of this shape
+            milliseconds, people = elapsed(lambda timed=timed, image=image: timed.detect(image))
             row.append(milliseconds)
             if timed is detector:
                 results.extend(coco_results(people, entry['id']))
@@ -96,7 +96,7 @@ def precision_and_recall(run: Any) -> Dict[str, float]:
 def main() -> None:
     """Parse the command line, measure, print."""
     parser = Parser(__doc__)
-    parser.add_argument('--images', type=Path, required=True, help='folder of the pictures')
+    parser.add_argument('--images', type=Path, required=True, help='folder of the images')
     parser.add_argument('--annotations', type=Path, required=True, help='COCO person_keypoints JSON')
     parser.add_settings('of the detector, its backend or its decoder')
     parser.add_settings('of another setting, which is timed on each image in turn', '--time-against')
@@ -108,9 +108,9 @@ def main() -> None:
         detector = create_detector(build(DetectorSettings, values))
         reference = create_detector(build(DetectorSettings, reference_values)) if reference_values else None
         results, times = detect_all(detector, images, args.images, reference)
-    report = [f'{len(images)} pictures, {len(results)} people found, {detector.description}',
+    report = [f'{len(images)} images, {len(results)} people found, {detector.description}',
               f'computed: {detector.recipe.description}',
-              f'ms per picture: median {np.median(times[:, 0]):.1f}, 90 % below {np.percentile(times[:, 0], 90):.1f}']
+              f'ms per image: median {np.median(times[:, 0]):.1f}, 90 % below {np.percentile(times[:, 0], 90):.1f}']
     if reference is not None:
         report.append(f'time against {reference.recipe.description}: median of the ratios '
                       f'{np.median(times[:, 0] / times[:, 1]):.2f}')

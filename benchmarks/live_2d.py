@@ -1,8 +1,8 @@
 #!/usr/bin/python3
 """Measure the running 2D system: rate of results against the rate of the bare network, and where the time goes.
 
-Starts the service node in stream mode and a camera stand-in that publishes pictures from memory, on a ROS master of its
-own. The bare network is the same model in a process of its own that computes one prepared picture over and over while
+Starts the service node in stream mode and a camera stand-in that publishes images from memory, on a ROS master of its
+own. The bare network is the same model in a process of its own that computes one prepared image over and over while
 the service node is stopped (SIGSTOP) and the camera goes on, its images received by that process as by the service
 node. Both are measured in turn, A-B-A-B, so that a machine that is faster or slower for a while does so for both.
 
@@ -51,7 +51,7 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument('--rounds', type=int, default=4, help='of service and bare network (default %(default)s)')
     parser.add_argument('--seconds', type=float, default=10.0, help='of each in a round (default %(default)s)')
     parser.add_argument('--frames', type=int, default=0,
-                        help='soak: then go on in stream mode until so many results came (default: not)')
+                        help='soak: then go on in stream mode until this many results came (default: not)')
     parser.add_argument('--rate', type=float, default=30.0, help='of the camera [Hz] (default %(default)s)')
     parser.add_argument('--size', default='960x540', help='of its images (default %(default)s)')
     parser.add_argument('--clients', type=int, default=0, help='processes that call the service (default %(default)s)')
@@ -70,17 +70,17 @@ def parse_arguments() -> argparse.Namespace:
 
 # -------------------------------------------------------------------------------------------- child processes
 
-def pictures(size: str) -> List[np.ndarray]:
-    """Return the pictures that the camera shows, (H, W, 3) uint8 BGR."""
+def images(size: str) -> List[np.ndarray]:
+    """Return the images that the camera shows, (H, W, 3) uint8 BGR."""
     width, height = (int(side) for side in size.split('x'))
     return [cv2.resize(cv2.imread(str(path)), (width, height)) for path in sorted((DEMO / 'rgb').glob('*.jpg'))[:20]]
 
 
 def run_camera(arguments: argparse.Namespace) -> None:
-    """Publish pictures from memory, as a camera driver does."""
+    """Publish images from memory, as a camera driver does."""
     rospy.init_node('camera')
     publisher = rospy.Publisher(TOPIC, Image, queue_size=1)
-    messages = [bgr_to_image(bgr, Header(frame_id='camera')) for bgr in pictures(arguments.size)]
+    messages = [bgr_to_image(bgr, Header(frame_id='camera')) for bgr in images(arguments.size)]
     begin, number = time.monotonic(), 0
     while not rospy.is_shutdown():
         message = messages[number % len(messages)]
@@ -91,11 +91,11 @@ def run_camera(arguments: argparse.Namespace) -> None:
 
 
 def run_bare(arguments: argparse.Namespace) -> None:
-    """Compute one prepared picture over and over; print when each computation ended [s], time.monotonic()."""
+    """Compute one prepared image over and over; print when each computation ended [s], time.monotonic()."""
     rospy.init_node('bare_network')
     detector = create_detector(build(ServiceSettings, given_parameters(arguments)).detector)
     subscriber = rospy.Subscriber(TOPIC, rospy.AnyMsg, queue_size=1)
-    prepared = detector.prepare(pictures(arguments.size)[0])
+    prepared = detector.prepare(images(arguments.size)[0])
     while not rospy.is_shutdown():
         detector.compute(prepared)
         print(time.monotonic(), flush=True)
@@ -106,7 +106,7 @@ def run_client(arguments: argparse.Namespace) -> None:
     """Call the service at a rate, or as fast as it answers; print the end and the duration of each call [s]."""
     rospy.init_node(arguments.name)
     detect = rospy.ServiceProxy('detect_poses', GetPersons)
-    messages = [bgr_to_image(bgr, Header(frame_id=arguments.name)) for bgr in pictures(arguments.size)]
+    messages = [bgr_to_image(bgr, Header(frame_id=arguments.name)) for bgr in images(arguments.size)]
     next_call = time.monotonic()
     while not rospy.is_shutdown():
         message = messages[0]
@@ -160,7 +160,7 @@ class Bench:
         processes[NODE] = service
         if arguments.no_stream:
             rospy.wait_for_service('detect_poses', START_TIMEOUT)
-            rospy.ServiceProxy('detect_poses', GetPersons)(bgr_to_image(pictures(arguments.size)[0], Header()))
+            rospy.ServiceProxy('detect_poses', GetPersons)(bgr_to_image(images(arguments.size)[0], Header()))
         else:
             wait_for(lambda: results.arrivals, START_TIMEOUT, 'first result', service)
         figures['first_answer_s'] = time.monotonic() - begin
@@ -207,13 +207,13 @@ class Bench:
             os.kill(service.pid, signal.SIGCONT)
             begin, end = self._wait()
             arrivals = np.array([t for t in results.arrivals if begin <= t <= end])
-            ages = [age for t, age in zip(results.arrivals, results.ages) if begin <= t <= end]
+            latencies = [latency for t, latency in zip(results.arrivals, results.latencies) if begin <= t <= end]
             os.kill(service.pid, signal.SIGSTOP)
             os.kill(bare.pid, signal.SIGCONT)
             begin, end = self._wait()
             computed = self.printed('bare', begin, end)[:, 0]
             rounds.append({'results_hz': rate(arrivals), 'bare_network_hz': rate(computed),
-                           'ratio': rate(arrivals) / rate(computed), 'age_median_ms': 1000 * float(np.median(ages))})
+                           'ratio': rate(arrivals) / rate(computed), 'age_median_ms': 1000 * float(np.median(latencies))})
             print('service {results_hz:5.2f} Hz   bare network {bare_network_hz:5.2f} Hz   ratio {ratio:.3f}   '
                   'latency {age_median_ms:.0f} ms'.format(**rounds[-1]), flush=True)
         self._session.stop(bare)

@@ -62,13 +62,13 @@ def measure(session: Session, folder: Path, arguments: argparse.Namespace) -> Fi
     usage = Usage(node_processes())
     time.sleep(arguments.seconds)
     cpu, memory = usage.processor(), usage.memory()
-    ages, arrivals = np.array(results.ages[first:]), np.array(results.arrivals[first:])
+    latencies, arrivals = np.array(results.latencies[first:]), np.array(results.arrivals[first:])
     log = (folder / 'nodes.log').read_text(errors='replace').splitlines()
     return {'log': [line for line in log if 'the networks may take' in line or 'WARN' in line],
-            'frames': len(ages), 'rate_hz': (len(ages) - 1) / (arrivals[-1] - arrivals[0]),
-            'age_ms': {name: 1000 * float(np.percentile(ages, share)) for name, share in
+            'frames': len(latencies), 'rate_hz': (len(latencies) - 1) / (arrivals[-1] - arrivals[0]),
+            'age_ms': {name: 1000 * float(np.percentile(latencies, share)) for name, share in
                        (('median', 50), ('p95', 95), ('max', 100))},
-            'age_median_by_fifth_ms': [1000 * float(np.median(part)) for part in np.array_split(ages, 5)],
+            'age_median_by_fifth_ms': [1000 * float(np.median(part)) for part in np.array_split(latencies, 5)],
             'longest_gap_ms': 1000 * float(np.diff(arrivals).max()),
             'people_per_frame': {str(number): results.people[first:].count(number)
                                  for number in sorted(set(results.people[first:]))},

@@ -3,7 +3,7 @@
 
 The recording is a sequence folder (the shipped one), repeated as often as it takes, with stamps that go on.
 
-- Throughput: blocks of the bare network (`Detector.compute` on prepared pictures, all in memory) and of the whole
+- Throughput: blocks of the bare network (`Detector.compute` on prepared images, all in memory) and of the whole
   command on the same frames take turns in one process, with the same loaded detector, so that a busy moment hits both
   alike. The command's time is that of everything but loading the network: opening the bag, reading, decoding, lifting,
   writing, closing. With --jobs, the steady rate of that many processes follows, from a recording of the same frames.
@@ -48,7 +48,7 @@ WARM_UP = 0.25
 
 
 def write_recording(path: Path, sequence: RgbdSequence, frames: int, points: str) -> Path:
-    """Write a bag of so many frames, with clouds or depth images."""
+    """Write a bag with the given number of frames, with clouds or depth images."""
     rays = sequence.camera.ray_grid()
     with rosbag.Bag(str(path), 'w') as bag:
         for number in range(frames):
@@ -70,15 +70,15 @@ def throughput(folder: Path, sequence: RgbdSequence, options: argparse.Namespace
     source = write_recording(folder / 'throughput.bag', sequence, options.frames, options.points)
     keep_large_blocks()  # as the command does
     detector = create_detector(build(DetectorSettings, values))
-    pictures = [sequence.frame(number % len(sequence)).bgr for number in range(options.frames)]
-    detector.detect(pictures[0])  # compiles the networks
+    images = [sequence.frame(number % len(sequence)).bgr for number in range(options.frames)]
+    detector.detect(images[0])  # compiles the networks
     network, command = [], []
     for _ in range(options.rounds):
-        prepared = [detector.prepare(bgr) for bgr in pictures]
+        prepared = [detector.prepare(bgr) for bgr in images]
         began = time.perf_counter()
         for frame in prepared:
             detector.compute(frame)
-        network.append(len(pictures) / (time.perf_counter() - began))
+        network.append(len(images) / (time.perf_counter() - began))
         began = time.perf_counter()
         report = process(BagJob(source, folder / 'throughput_out.bag', folder / 'throughput.csv', values=values,
                                 create=lambda _: detector))

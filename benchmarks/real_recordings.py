@@ -39,7 +39,7 @@ START_TIMEOUT = 60.0
 LAST_RESULT = 3.0
 # Limbs that were measured in fewer frames tell nothing of their constancy.
 LEAST_LENGTHS = 5
-# A joint is in front of the surfaces so far around its pixel if it is by more than the camera's noise [m].
+# A joint is in front of the surfaces around its pixel if it is by more than the camera's noise [m].
 SURFACE_REACH, SURFACE_NOISE = 0.045, 0.02
 DEPTH_TOPIC = '/kinect2/qhd/image_depth_rect'
 LIMBS = (('right_shoulder', 'left_shoulder'), ('right_shoulder', 'right_elbow'), ('left_shoulder', 'left_elbow'),
@@ -55,7 +55,7 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument('--camera', required=True, nargs=4, type=float, metavar=('FX', 'FY', 'CX', 'CY'),
                         help='intrinsics [px]')
     parser.add_argument('--rate', type=float, default=4.0, help='frames per second (default %(default)s)')
-    parser.add_argument('--repeat', type=int, default=1, help='play the images so many times (default %(default)s)')
+    parser.add_argument('--repeat', type=int, default=1, help='number of times to play the images (default %(default)s)')
     parser.add_argument('--output', type=Path, required=True, help='folder for annotated images and figures.json')
     parser.add_argument('launch_arguments', nargs='*', metavar='NAME:=VALUE',
                         help='passed on to openpose_skeleton_extract.launch')

@@ -3,7 +3,7 @@
 
 For each size of the network's input, number of threads and runtime: milliseconds of the bare network, of preprocessing,
 and of a whole `detect()`; for the largest size, those of decoding the fields of 1, 5 and 20 people. All are medians of
-rounds in which everything takes its turn, so that a busy moment hits all alike. The pictures show one person of the
+rounds in which everything takes its turn, so that a busy moment hits all alike. The images show one person of the
 shipped sequence many times.
 
     benchmarks/speed_2d.py
@@ -27,12 +27,12 @@ from openpose_ros_pkg.params.parameters import build
 SIZES = ('368x208', '432x240', '496x280', '656x368')
 BACKENDS = ('openvino', 'onnxruntime', 'opencv_dnn')
 PEOPLE = (1, 5, 20)
-PICTURE = (540, 960)
-# One person in the first picture of the shipped sequence: left, top, right, bottom [px].
+IMAGE_SIZE = (540, 960)
+# One person in the first image of the shipped sequence: left, top, right, bottom [px].
 CUT = (590, 80, 805, 525)
 
 
-def picture_of(people: int) -> np.ndarray:
+def image_of(people: int) -> np.ndarray:
     """Return (540, 960, 3) uint8 BGR with a person `people` times."""
     source = cv2.imread(str(min((DEMO / 'rgb').iterdir())))
     if source is None:
@@ -41,10 +41,10 @@ def picture_of(people: int) -> np.ndarray:
     person = source[top:bottom, left:right]
     rows = 1 if people <= 6 else 2
     columns = -(-people // rows)
-    height, width = PICTURE[0] // rows, PICTURE[1] // max(columns, 3)
+    height, width = IMAGE_SIZE[0] // rows, IMAGE_SIZE[1] // max(columns, 3)
     scale = min(height / person.shape[0], width / person.shape[1])
     person = cv2.resize(person, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
-    canvas = np.full((*PICTURE, 3), source[5, 5], np.uint8)
+    canvas = np.full((*IMAGE_SIZE, 3), source[5, 5], np.uint8)
     for i in range(people):
         y, x = i // columns * height, i % columns * width
         canvas[y:y + person.shape[0], x:x + person.shape[1]] = person
@@ -95,7 +95,7 @@ def with_threads(threads: int, measure: Callable[[], float]) -> Callable[[], flo
 def whole_table(options: argparse.Namespace) -> List[List[str]]:
     """Time runtimes, sizes and threads; return the rows of the table."""
     rows = []
-    picture = picture_of(options.people)
+    image = image_of(options.people)
     for size in options.sizes:
         for threads in options.threads:
             cases = {}
@@ -105,12 +105,12 @@ def whole_table(options: argparse.Namespace) -> List[List[str]]:
                 except OpenposeRosError as error:
                     sys.stderr.write(f'{backend} is left out: {error}\n')
                     continue
-                frame = detector.prepare(picture)
+                frame = detector.prepare(image)
                 for name, measure in (
-                        ('prepare', lambda d=detector: elapsed(lambda: d.prepare(picture))[0]),
+                        ('prepare', lambda d=detector: elapsed(lambda: d.prepare(image))[0]),
                         ('network', lambda d=detector, f=frame: 1e3 * d.compute(f).network_seconds),
                         ('decode', lambda d=detector, f=frame: decoding(d, f)),
-                        ('detect', lambda d=detector: elapsed(lambda: d.detect(picture))[0])):
+                        ('detect', lambda d=detector: elapsed(lambda: d.detect(image))[0])):
                     cases[f'{name} {backend}'] = with_threads(threads, measure)
             times = time_rounds(cases, options.rounds)
             for backend in [name for name in options.backends if f'network {name}' in times]:
@@ -127,7 +127,7 @@ def decode_table(options: argparse.Namespace) -> List[List[str]]:
     detector = detector_for(options.backends[0], options.sizes[-1], 0, options.model)
     cases, found = {}, []
     for people in PEOPLE:
-        frame = detector.prepare(picture_of(people))
+        frame = detector.prepare(image_of(people))
         networks = {name: Replay(network, frame.views[0][0].input[np.newaxis])
                     for name, network in frame.setup.networks.items()}
         frame = replace(frame, setup=replace(frame.setup, networks=networks))
@@ -145,7 +145,7 @@ def main() -> None:
     parser.add_argument('--sizes', nargs='+', default=SIZES, help='inputs of the network (default: all)')
     parser.add_argument('--threads', nargs='+', type=int, default=(1, 2), help='threads (default: 1 2)')
     parser.add_argument('--backends', nargs='+', default=BACKENDS, help='runtimes (default: all)')
-    parser.add_argument('--people', type=int, default=5, help='people in the picture (default: %(default)s)')
+    parser.add_argument('--people', type=int, default=5, help='people in the image (default: %(default)s)')
     parser.add_argument('--rounds', type=int, default=10, help='rounds (default: %(default)s)')
     options = parser.parse_args()
     print(f'\n{options.model}, {options.people} people, ms: medians of {options.rounds} rounds\n')

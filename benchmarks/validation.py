@@ -1,9 +1,9 @@
 #!/usr/bin/python3
 """Validate the chain on RGB-D sequences with known joints, with the commands of docs/validate_on_a_database.md.
 
-Pictures become a bag, the bag keypoints, the true joints a motion capture file at 120 Hz with 1 mm of noise, a clock
+Images become a bag, the bag keypoints, the true joints a motion capture file at 120 Hz with 1 mm of noise, a clock
 and a place of its own; both are compared. Told is what `evaluate_mocap` finds of clock and place against the truth, and
-the errors. Reports and pictures stay in --out.
+the errors. Reports and images stay in --out.
 
     ./run bench validation SEQUENCE [SEQUENCE ...] --out FOLDER
     ./run bench validation SEQUENCE --out FOLDER --set mode=fast
@@ -24,7 +24,7 @@ from openpose_ros_tools.ros.process_bag import program as process_bag
 
 # What the reference differs by: its clock [s], its frame [degrees, m].
 CLOCK_OFFSET, DEGREES, PLACE = 3.7, (90.0, 0.0, 30.0), (1.0, 2.0, 1.5)
-# The first stamp of numbered pictures in a bag [s], as images_to_bag sets it.
+# The first stamp of numbered images in a bag [s], as images_to_bag sets it.
 FIRST_STAMP = 1000.0
 COLUMNS = ('sequence', 'clock [ms]', 'place [mm]', 'turned [deg]', 'people found', 'median [mm]', 'mean [mm]',
            'PCK 100', 'answered', 'measured', 'median [mm]', 'PCK 100 of answered', 'inferred', 'median [mm]')

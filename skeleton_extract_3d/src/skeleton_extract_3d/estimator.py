@@ -1,7 +1,7 @@
 """From the people in an image and the points of the same view to people in space: the order of all steps."""
 import itertools
 from dataclasses import dataclass, field, replace
-from typing import Dict, Iterator, Optional, Tuple
+from typing import Dict, Iterator, Optional, Protocol, Tuple
 
 import numpy as np
 
@@ -9,7 +9,7 @@ from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.stream.stage_timing import Stopwatch
 from skeleton_extract_3d.body.extra_joints import in_skeleton
 from skeleton_extract_3d.frame import CameraFrame, View
-from skeleton_extract_3d.lift.lifting import lift
+from skeleton_extract_3d.lift.lifting import LiftingParams, make_lifting
 from skeleton_extract_3d.lift.observation import observe
 from skeleton_extract_3d.lift.window_mean import lift_by_window
 from skeleton_extract_3d.people import People3D
@@ -57,14 +57,19 @@ class PeopleEstimator:
     def __init__(self, settings: EstimatorSettings, ids: Optional[Iterator[int]] = None) -> None:
         self._ids = itertools.count() if ids is None else ids
         self._memory = Memory()
-        self._settings = settings
+        self._take(settings)
 
     def reconfigure(self, settings: EstimatorSettings) -> None:
         """Take other settings from the next frame on; people keep their ids, unless tracking begins or ends."""
         if settings.identity.tracking != self._settings.identity.tracking:
             # ids of the detection service are not those that are given out here
             self._memory = Memory()
+        self._take(settings)
+
+    def _take(self, settings: EstimatorSettings) -> None:
         self._settings = settings
+        single = settings.lifting.lifting == 'mean3x3' and not settings.identity.tracking
+        self._method: _Method = _WindowMeans(settings.lifting) if single else _Following(settings, self._ids)
 
     def update(self, people_2d: People2D, frame: CameraFrame) -> Estimate:
         """Return the people of a frame.
@@ -79,16 +84,38 @@ class PeopleEstimator:
         present = people_2d.present.any(axis=1)
         if not present.all():
             people_2d = people_2d.select(np.flatnonzero(present))
-        lifting = self._settings.lifting
-        if lifting.lifting == 'mean3x3' and not self._settings.identity.tracking:
-            # the method of the original: every frame and every joint for itself
-            return Estimate(lift_by_window(people_2d, frame.image_size, frame.points, lifting.window,
-                                           lifting.statistic), people_2d)
-        self._memory, estimate = self._followed(self._memory, people_2d, frame)
+        self._memory, estimate = self._method.update(self._memory, people_2d, frame)
         return estimate
 
-    def _followed(self, memory: Memory, people_2d: People2D, frame: CameraFrame) -> Tuple[Memory, Estimate]:
-        """Return what is remembered of a frame, and its people, lifted as a whole and followed from frame to frame."""
+
+class _Method(Protocol):
+    """What makes people in space of people in an image."""
+
+    def update(self, memory: Memory, people_2d: People2D, frame: CameraFrame) -> Tuple[Memory, Estimate]:
+        """Return what is remembered of a frame, and its people."""
+
+
+class _WindowMeans:
+    """The method of the original: every frame for itself, every joint at the mean of the points around its pixel."""
+
+    def __init__(self, params: LiftingParams) -> None:
+        self._params = params
+
+    def update(self, memory: Memory, people_2d: People2D, frame: CameraFrame) -> Tuple[Memory, Estimate]:
+        """See `_Method`."""
+        people = lift_by_window(people_2d, frame.image_size, frame.points, self._params.window, self._params.statistic)
+        return memory, Estimate(people, people_2d)
+
+
+class _Following:
+    """The method of this package: people are lifted as a whole and followed from frame to frame."""
+
+    def __init__(self, settings: EstimatorSettings, ids: Iterator[int]) -> None:
+        self._settings, self._ids = settings, ids
+        self._lifting = make_lifting(settings.lifting, settings.occlusion.occlusion)
+
+    def update(self, memory: Memory, people_2d: People2D, frame: CameraFrame) -> Tuple[Memory, Estimate]:
+        """See `_Method`."""
         settings, clock = self._settings, Stopwatch()
         camera = frame.points.camera_model() or memory.camera
         if camera is None:
@@ -100,8 +127,7 @@ class PeopleEstimator:
         clothes = observe_clothes(observed, view.points, frame.bgr if settings.identity.use_clothes else None)
         row = assign(expected, observed, clothes, view.stamp, settings.identity)
         clock.lap('identity')
-        lifted = lift(observed, view.points, expect(expected, row, view.elapsed), settings.lifting,
-                      settings.occlusion.occlusion)
+        lifted = self._lifting.lift(observed, view.points, expect(expected, row, view.elapsed))
         clock.lap('lift')
         tracks, people = begin_tracks(expected, Sightings(row, observed, clothes, lifted), view.stamp, self._ids,
                                       settings.identity)

@@ -1,5 +1,6 @@
-"""Ways of lifting: which one is chosen, and what each makes of joints that were lifted."""
+"""Ways of lifting: which one is chosen, and what each makes of the joints of another one."""
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -7,10 +8,10 @@ import pytest
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.constants import METHOD
-from skeleton_extract_3d.lift.lifting import LiftingParams, at_window_means, lift, on_nearest_surfaces, on_surfaces
+from skeleton_extract_3d.lift.lifting import LiftingParams, NearestSurface, OnSkin, WindowMean, make_lifting
 from skeleton_extract_3d.lift.observation import observe
 from skeleton_extract_3d.lift.records import Expectation, Lifted
-from skeleton_extract_3d.lift.robust import lift_together
+from skeleton_extract_3d.lift.robust import RobustLifting
 from skeleton_extract_3d.points.depth import DepthImage
 from synthetic_scene import Person, Room, pinhole, render, standing
 
@@ -24,32 +25,36 @@ def seen(people=FRAME.people):
     return observe(people, FRAME.size, POINTS, FRAME.camera)
 
 
-def others(hidden=(), stature=METHOD.body.adult_stature):
-    """Return people with all joints at 9 m, but the hidden ones measured."""
-    measured, rays = ~np.isin(np.arange(18), hidden)[None], seen().rays
-    return Lifted(rays * 9.0, np.where(measured[..., None], rays * 8.9, np.nan), measured, measured | True,
-                  np.full((1, 18), 0.1), np.array([[1.0, 0, 0]]), np.array([9.0]), np.array([stature]),
-                  np.zeros((1, 13, 45), np.float32))
+def other_method(hidden=(), stature=METHOD.body.adult_stature):
+    """Return a way of lifting that has all joints at 9 m, but the hidden ones measured."""
+    measured = ~np.isin(np.arange(18), hidden)[None]
+
+    def lift(people, points, expected):
+        xyz = people.rays * 9.0
+        return Lifted(xyz, np.where(measured[..., None], people.rays * 8.9, np.nan), measured, measured | True,
+                      np.full((1, 18), 0.1), np.array([[1.0, 0, 0]]), np.array([9.0]), np.array([stature]),
+                      np.zeros((1, 13, 45), np.float32))
+
+    return SimpleNamespace(lift=lift)
 
 
-@pytest.mark.parametrize('params, occlusion, way', [
-    ({}, True, lambda lifted: lifted), ({'surface_offsets': 'none'}, True, on_surfaces),
-    ({}, False, lambda lifted: on_nearest_surfaces(lifted, seen(), False)),
-    ({'surface_offsets': 'none'}, False, lambda lifted: on_nearest_surfaces(lifted, seen(), True)),
-    ({'lifting': 'mean3x3'}, True, lambda lifted: at_window_means(lifted, seen(), POINTS, LiftingParams(), True)),
-    ({'lifting': 'mean3x3', 'surface_offsets': 'none'}, False,
-     lambda lifted: at_window_means(lifted, seen(), POINTS, LiftingParams(), False))])
-def test_parameters_choose_the_way(params, occlusion, way):
-    stranger, params = Expectation.of_strangers(1), LiftingParams(**params)
-    result, expected = lift(seen(), POINTS, stranger, params, occlusion), way(lift_together(seen(), POINTS, stranger))
-    np.testing.assert_array_equal(result.xyz, expected.xyz)
-    np.testing.assert_array_equal(result.measured, expected.measured)
-    nobody = lift(seen(People2D.empty(COCO_18)), POINTS, Expectation.of_strangers(0), params, occlusion)
+def lifted(method, people=FRAME.people):
+    return method.lift(seen(people), POINTS, Expectation.of_strangers(1))
+
+
+@pytest.mark.parametrize('params, occlusion, kind', [
+    ({}, True, RobustLifting), ({'surface_offsets': 'none'}, True, OnSkin), ({}, False, NearestSurface),
+    ({'surface_offsets': 'none'}, False, NearestSurface), ({'lifting': 'mean3x3'}, True, WindowMean),
+    ({'lifting': 'mean3x3', 'surface_offsets': 'none'}, False, WindowMean)])
+def test_parameters_choose_the_way(params, occlusion, kind):
+    method = make_lifting(LiftingParams(**params), occlusion)
+    assert type(method) is kind
+    nobody = method.lift(seen(People2D.empty(COCO_18)), POINTS, Expectation.of_strangers(0))
     assert nobody.xyz.shape == (0, 18, 3) and nobody.measured.shape == (0, 18)
 
 
 def test_the_mean_of_the_window_is_where_both_see_the_joint():
-    result = at_window_means(others(hidden=[WRIST]), seen(), POINTS, LiftingParams(window=1), occlusion=True)
+    result = lifted(WindowMean(other_method(hidden=[WRIST]), 1, 'mean', occlusion=True))
     np.testing.assert_array_equal(result.measured[0], np.arange(18) != WRIST)
     u, v = np.rint(FRAME.people.xy[0, KNEE]).astype(int)
     assert result.xyz[0, KNEE, 2] == pytest.approx(FRAME.depth[v, u] / 1000)
@@ -57,13 +62,14 @@ def test_the_mean_of_the_window_is_where_both_see_the_joint():
 
 
 def test_without_occlusion_every_window_with_a_point_is_measured():
-    assert at_window_means(others(hidden=[WRIST]), seen(), POINTS, LiftingParams(), occlusion=False).measured.all()
+    assert lifted(WindowMean(other_method(hidden=[WRIST]), 3, 'mean', occlusion=False)).measured.all()
 
 
 @pytest.mark.parametrize('on_skin', [True, False])
 def test_the_nearest_surface_is_the_skin_or_as_much_in_front_as_the_joint_lies_deep(on_skin):
     scale = 0.5
-    result = on_nearest_surfaces(others([WRIST], scale * METHOD.body.adult_stature), seen(), on_skin)
+    method = NearestSurface(other_method(hidden=[WRIST], stature=scale * METHOD.body.adult_stature), on_skin)
+    result = lifted(method)
     assert result.measured.all()
     u, v = np.rint(FRAME.people.xy[0, KNEE]).astype(int)
     offset = 0.0 if on_skin else scale * METHOD.body.surface_offsets[KNEE]
@@ -73,11 +79,11 @@ def test_the_nearest_surface_is_the_skin_or_as_much_in_front_as_the_joint_lies_d
 def test_a_joint_without_a_keypoint_stays_where_the_other_method_has_it():
     keypoints = FRAME.people.keypoints.copy()
     keypoints[0, WRIST] = (np.nan, np.nan, 0)
-    result = on_nearest_surfaces(others(), seen(replace(FRAME.people, keypoints=keypoints)), False)
+    result = lifted(NearestSurface(other_method(), False), replace(FRAME.people, keypoints=keypoints))
     assert not result.measured[0, WRIST] and result.xyz[0, WRIST, 2] == 9.0
 
 
 def test_measured_joints_are_put_on_the_skin_and_hidden_ones_stay():
-    result = on_surfaces(others(hidden=[WRIST]))
+    result = lifted(OnSkin(other_method(hidden=[WRIST])))
     np.testing.assert_allclose(result.xyz[0, :, 2], np.where(np.arange(18) == WRIST, 9.0, 8.9))
     np.testing.assert_array_equal(result.measured[0], np.arange(18) != WRIST)

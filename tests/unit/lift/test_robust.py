@@ -9,7 +9,7 @@ from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.body.body import BODY
 from skeleton_extract_3d.lift.observation import observe
 from skeleton_extract_3d.lift.records import Expectation
-from skeleton_extract_3d.lift.robust import lift_together
+from skeleton_extract_3d.lift.robust import RobustLifting
 from skeleton_extract_3d.points.depth import DepthImage
 from synthetic_scene import (
     HIDDEN_BY_FURNITURE,
@@ -47,7 +47,7 @@ def lifted(frame, expected=None, people=None, depth=None):
     people = frame.people if people is None else people
     points = DepthImage(frame.depth if depth is None else depth, frame.camera)
     seen = observe(people, frame.size, points, frame.camera)
-    return lift_together(seen, points, expected or Expectation.of_strangers(len(people)))
+    return RobustLifting().lift(seen, points, expected or Expectation.of_strangers(len(people)))
 
 
 def errors(people, frame):

@@ -127,17 +127,17 @@ class ResultWatch:
     Attributes:
         people: number of people in each frame.
         arrivals: time.monotonic() of each frame [s].
-        ages: from the camera's stamp to here, of each frame [s].
+        latencies: from the camera's stamp to here, of each frame [s].
     """
 
     def __init__(self, topic: str, kind: Type[Any]) -> None:
         self.people: List[int] = []
         self.arrivals: List[float] = []
-        self.ages: List[float] = []
+        self.latencies: List[float] = []
         self._subscriber = rospy.Subscriber(topic, kind, self._count, queue_size=10)
 
     def _count(self, message: Any) -> None:
-        self.ages.append((rospy.get_rostime() - message.header.stamp).to_sec())
+        self.latencies.append((rospy.get_rostime() - message.header.stamp).to_sec())
         self.people.append(len(message.persons))
         self.arrivals.append(time.monotonic())
 
@@ -152,11 +152,11 @@ class ResultWatch:
         return (frames - 1) / span if span > 0 else 0.0
 
     @property
-    def age(self) -> float:
-        """Median age [s]."""
-        return sorted(self.ages)[len(self.ages) // 2] if self.ages else float('nan')
+    def latency(self) -> float:
+        """Median latency [s]."""
+        return sorted(self.latencies)[len(self.latencies) // 2] if self.latencies else float('nan')
 
     def line(self) -> str:
         """Return what is known in one line."""
         return (f'{len(self.arrivals):5d} frames  {self.rate:5.1f} Hz  {self.people[-1] if self.people else 0} people  '
-                f'median age {1000 * self.age:4.0f} ms')
+                f'median latency {1000 * self.latency:4.0f} ms')

@@ -1,5 +1,6 @@
-"""Ways of lifting: what puts the joints of a frame's people into space."""
+"""Ways of lifting: what puts the joints of a frame's people into space. One is chosen when the estimator is built."""
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
@@ -7,7 +8,7 @@ from openpose_ros_pkg.params.parameters import Parameters, parameter
 from skeleton_extract_3d.constants import METHOD
 from skeleton_extract_3d.lift import surfaces
 from skeleton_extract_3d.lift.records import Expectation, Lifted, ObservedPeople
-from skeleton_extract_3d.lift.robust import lift_together
+from skeleton_extract_3d.lift.robust import RobustLifting
 from skeleton_extract_3d.lift.window_mean import in_coco, lift_by_window
 from skeleton_extract_3d.points.point_grid import PointGrid
 
@@ -33,52 +34,89 @@ class LiftingParams(Parameters):
                 "original does, 'median' where the window may touch the background.", choices=('mean', 'median'))
 
 
-def lift(seen: ObservedPeople, points: PointGrid, expected: Expectation, params: LiftingParams, occlusion: bool
-         ) -> Lifted:
-    """Return where the joints of the people of a frame are.
+class LiftingMethod(Protocol):
+    """A way of lifting."""
+
+    def lift(self, seen: ObservedPeople, points: PointGrid, expected: Expectation) -> Lifted:
+        """Return where the joints of the people of a frame are.
+
+        Args:
+            seen: the people of the frame.
+            points: cloud or depth image that they were observed in.
+            expected: what is known of the same people before the frame.
+        """
+
+
+def make_lifting(params: LiftingParams, occlusion: bool) -> LiftingMethod:
+    """Return the chosen way of lifting.
 
     Args:
-        points: cloud or depth image that the people were observed in.
-        expected: what is known of the same people before the frame.
         occlusion: tell hidden joints from those that are seen; see `OcclusionParams.occlusion`.
     """
-    lifted = lift_together(seen, points, expected)
-    on_skin = params.surface_offsets == 'none'
+    robust = RobustLifting()
     if params.lifting == 'mean3x3':
-        return at_window_means(lifted, seen, points, params, occlusion)
+        return WindowMean(robust, params.window, params.statistic, occlusion)
+    on_skin = params.surface_offsets == 'none'
     if not occlusion:
-        return on_nearest_surfaces(lifted, seen, on_skin)
-    return on_surfaces(lifted) if on_skin else lifted
+        return NearestSurface(robust, on_skin)
+    return OnSkin(robust) if on_skin else robust
 
 
-def at_window_means(lifted: Lifted, seen: ObservedPeople, points: PointGrid, params: LiftingParams, occlusion: bool
-                    ) -> Lifted:
-    """Return people with the joints at the mean of the points in a window around their pixel.
+class WindowMean:
+    """Another method with the joints at the mean of the points in a window around their pixel.
 
     Args:
-        occlusion: True: what was lifted as hidden stays hidden. False: each joint with a point is measured.
+        inner: decides what is seen and where all other joints are.
+        window, statistic: see `LiftingParams`.
+        occlusion: True: what the other method has as hidden stays hidden. False: each joint with a point is measured.
     """
-    xyz = in_coco(lift_by_window(seen.people_2d, seen.image_size, points, params.window, params.statistic))
-    measured = np.isfinite(xyz).all(axis=2)
-    if occlusion:
-        measured &= lifted.measured
-    return lifted._replace(xyz=np.where(measured[..., None], xyz, lifted.xyz), measured=measured)
+
+    def __init__(self, inner: LiftingMethod, window: int, statistic: str, occlusion: bool) -> None:
+        self._inner, self._window, self._statistic, self._occlusion = inner, window, statistic, occlusion
+
+    def lift(self, seen: ObservedPeople, points: PointGrid, expected: Expectation) -> Lifted:
+        """Return where the joints are; see `LiftingMethod`."""
+        lifted = self._inner.lift(seen, points, expected)
+        xyz = in_coco(lift_by_window(seen.people_2d, seen.image_size, points, self._window, self._statistic))
+        measured = np.isfinite(xyz).all(axis=2)
+        if self._occlusion:
+            measured &= lifted.measured
+        return lifted._replace(xyz=np.where(measured[..., None], xyz, lifted.xyz), measured=measured)
 
 
-def on_nearest_surfaces(lifted: Lifted, seen: ObservedPeople, on_skin: bool) -> Lifted:
-    """Return people with every joint that has a keypoint on, or under, the nearest surface in its window.
+class NearestSurface:
+    """Another method with every joint that has a keypoint on, or under, the nearest surface in its window.
 
     Args:
+        inner: tells the stature, and where joints without a keypoint are.
         on_skin: True: joints are put on the surface. False: as much deeper as they lie under the skin.
     """
-    depth = surfaces.foreground(seen.samples)
-    if not on_skin:
-        depth = depth + _SURFACE_OFFSETS * (lifted.stature / METHOD.body.adult_stature)[:, None]
-    measured = np.isfinite(depth) & seen.known
-    xyz = np.where(measured[..., None], seen.rays * depth[..., None], lifted.xyz)
-    return lifted._replace(xyz=xyz, measured=measured)
+
+    def __init__(self, inner: LiftingMethod, on_skin: bool) -> None:
+        self._inner, self._on_skin = inner, on_skin
+
+    def lift(self, seen: ObservedPeople, points: PointGrid, expected: Expectation) -> Lifted:
+        """Return where the joints are; see `LiftingMethod`."""
+        lifted = self._inner.lift(seen, points, expected)
+        depth = surfaces.foreground(seen.samples)
+        if not self._on_skin:
+            depth = depth + _SURFACE_OFFSETS * (lifted.stature / METHOD.body.adult_stature)[:, None]
+        measured = np.isfinite(depth) & seen.known
+        xyz = np.where(measured[..., None], seen.rays * depth[..., None], lifted.xyz)
+        return lifted._replace(xyz=xyz, measured=measured)
 
 
-def on_surfaces(lifted: Lifted) -> Lifted:
-    """Return people with the measured joints on the surface in front of them."""
-    return lifted._replace(xyz=np.where(np.isfinite(lifted.surface), lifted.surface, lifted.xyz))
+class OnSkin:
+    """Another method with the measured joints on the surface in front of them.
+
+    Args:
+        inner: the other method.
+    """
+
+    def __init__(self, inner: LiftingMethod) -> None:
+        self._inner = inner
+
+    def lift(self, seen: ObservedPeople, points: PointGrid, expected: Expectation) -> Lifted:
+        """Return where the joints are; see `LiftingMethod`."""
+        lifted = self._inner.lift(seen, points, expected)
+        return lifted._replace(xyz=np.where(np.isfinite(lifted.surface), lifted.surface, lifted.xyz))

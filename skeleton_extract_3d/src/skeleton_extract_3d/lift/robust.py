@@ -15,44 +15,44 @@ _BODY, _TRUNK, _HEAD = METHOD.body, METHOD.trunk, METHOD.head
 _SURFACE_OFFSETS, _THICKNESSES = _BODY.surface_offsets, _BODY.thicknesses
 
 
-@np.errstate(invalid='ignore')  # samples, and depths before, are NaN where missing
-def lift_together(seen: ObservedPeople, points: PointGrid, expected: Expectation) -> Lifted:
-    """Return where the joints are, all of a person together; see `lifting.lift`.
+class RobustLifting:
+    """All joints of a person together: by the surfaces, the lengths of bones and what was known before."""
 
-    By the surfaces, the lengths of bones and what was known before.
-    """
-    root, sure, foreign = _trunk(seen, expected)
-    expected = expected.with_sizes(seen, root, sure)
-    scale = expected.stature / _BODY.adult_stature
-    head = heads_of(seen, root, scale)
-    left = np.where(np.isfinite(expected.left), expected.left, 0.0) + left_of_heads(seen, head, root, scale)
-    ownership = occluders.ownership(points, seen, root, left, foreign)
+    @np.errstate(invalid='ignore')  # samples, and depths before, are NaN where missing
+    def lift(self, seen: ObservedPeople, points: PointGrid, expected: Expectation) -> Lifted:
+        """Return where the joints are; see `lifting.LiftingMethod`."""
+        root, sure, foreign = _trunk(seen, expected)
+        expected = expected.with_sizes(seen, root, sure)
+        scale = expected.stature / _BODY.adult_stature
+        head = heads_of(seen, root, scale)
+        left = np.where(np.isfinite(expected.left), expected.left, 0.0) + left_of_heads(seen, head, root, scale)
+        ownership = occluders.ownership(points, seen, root, left, foreign)
 
-    offsets = _SURFACE_OFFSETS * scale[:, None]
-    gaps = _THICKNESSES - offsets
-    # the candidates of the head's joints are those of its middle
-    offsets[:, HEAD], gaps[:, HEAD] = -head.surface, _THICKNESSES[HEAD]
-    costs = surfaces.depth_costs(seen, root, offsets, gaps, ownership)
-    head_costs = _HEAD.weight * costs[:, HEAD].sum(axis=1)
-    costs = surfaces.with_memory(costs, root, expected)[:, CHAINS]
+        offsets = _SURFACE_OFFSETS * scale[:, None]
+        gaps = _THICKNESSES - offsets
+        # the candidates of the head's joints are those of its middle
+        offsets[:, HEAD], gaps[:, HEAD] = -head.surface, _THICKNESSES[HEAD]
+        costs = surfaces.depth_costs(seen, root, offsets, gaps, ownership)
+        head_costs = _HEAD.weight * costs[:, HEAD].sum(axis=1)
+        costs = surfaces.with_memory(costs, root, expected)[:, CHAINS]
 
-    bones = bones_of(expected.lengths, expected.length_spread, ~seen.known[:, CHAINS])
-    beliefs = infer_depths(np.concatenate([costs, head_costs[:, None]], axis=1),
-                           np.concatenate([seen.rays[:, CHAINS], head.ray[:, None]], axis=1), root, bones,
-                           expected.stature, left)
-    depth, deviation = read_depths(beliefs.costs)
-    depth += root[:, None]
-    z, sigma = np.empty(seen.known.shape), np.empty(seen.known.shape)
-    z[:, CHAINS], sigma[:, CHAINS] = depth[:, :-1], deviation[:, :-1]
-    z[:, NECK], sigma[:, NECK] = z[:, SHOULDERS].sum(axis=1) / 2, sigma[:, SHOULDERS].sum(axis=1) / 2
-    middle = _refined_head(seen, head, depth[:, -1], foreign)
-    z[:, HEAD], sigma[:, HEAD] = middle[:, None] + head.depths, deviation[:, -1:]
-    offsets[:, HEAD] = head.depths - head.surface
-    # which joints were seen, and those where their surface is; compiled (measuring.cpp)
-    xyz, surface, measured, plausible = COMPILED.measure(
-        (seen.rays, seen.scores, seen.known, seen.samples), z, offsets, ownership.own, ownership.foreign,
-        bones.lengths[:, :8])
-    return Lifted(xyz, surface, measured, plausible, sigma, beliefs.left, root, expected.stature, beliefs.costs)
+        bones = bones_of(expected.lengths, expected.length_spread, ~seen.known[:, CHAINS])
+        beliefs = infer_depths(np.concatenate([costs, head_costs[:, None]], axis=1),
+                               np.concatenate([seen.rays[:, CHAINS], head.ray[:, None]], axis=1), root, bones,
+                               expected.stature, left)
+        depth, deviation = read_depths(beliefs.costs)
+        depth += root[:, None]
+        z, sigma = np.empty(seen.known.shape), np.empty(seen.known.shape)
+        z[:, CHAINS], sigma[:, CHAINS] = depth[:, :-1], deviation[:, :-1]
+        z[:, NECK], sigma[:, NECK] = z[:, SHOULDERS].sum(axis=1) / 2, sigma[:, SHOULDERS].sum(axis=1) / 2
+        middle = _refined_head(seen, head, depth[:, -1], foreign)
+        z[:, HEAD], sigma[:, HEAD] = middle[:, None] + head.depths, deviation[:, -1:]
+        offsets[:, HEAD] = head.depths - head.surface
+        # which joints were seen, and those where their surface is; compiled (measuring.cpp)
+        xyz, surface, measured, plausible = COMPILED.measure(
+            (seen.rays, seen.scores, seen.known, seen.samples), z, offsets, ownership.own, ownership.foreign,
+            bones.lengths[:, :8])
+        return Lifted(xyz, surface, measured, plausible, sigma, beliefs.left, root, expected.stature, beliefs.costs)
 
 
 def _trunk(seen: ObservedPeople, expected: Expectation) -> Tuple[np.ndarray, np.ndarray, Optional[np.ndarray]]:
