@@ -213,7 +213,8 @@ class Bench:
             begin, end = self._wait()
             computed = self.printed('bare', begin, end)[:, 0]
             rounds.append({'results_hz': rate(arrivals), 'bare_network_hz': rate(computed),
-                           'ratio': rate(arrivals) / rate(computed), 'age_median_ms': 1000 * float(np.median(latencies))})
+                           'ratio': rate(arrivals) / rate(computed),
+                           'age_median_ms': 1000 * float(np.median(latencies))})
             print('service {results_hz:5.2f} Hz   bare network {bare_network_hz:5.2f} Hz   ratio {ratio:.3f}   '
                   'latency {age_median_ms:.0f} ms'.format(**rounds[-1]), flush=True)
         self._session.stop(bare)

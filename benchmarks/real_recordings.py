@@ -55,7 +55,7 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument('--camera', required=True, nargs=4, type=float, metavar=('FX', 'FY', 'CX', 'CY'),
                         help='intrinsics [px]')
     parser.add_argument('--rate', type=float, default=4.0, help='frames per second (default %(default)s)')
-    parser.add_argument('--repeat', type=int, default=1, help='number of times to play the images (default %(default)s)')
+    parser.add_argument('--repeat', type=int, default=1, help='times to play the images (default %(default)s)')
     parser.add_argument('--output', type=Path, required=True, help='folder for annotated images and figures.json')
     parser.add_argument('launch_arguments', nargs='*', metavar='NAME:=VALUE',
                         help='passed on to openpose_skeleton_extract.launch')
