@@ -42,11 +42,14 @@ def foreign_samples(samples: np.ndarray, others: np.ndarray, expected: np.ndarra
         others: (P, 18, Q) depths of other bodies there, of `others_depths` [m].
         expected: (P, 18) or (P, 1) where the person itself should be [m].
     """
-    person, joint = np.nonzero(np.isfinite(others).any(axis=2))
+    count = np.isfinite(others).sum(axis=2)
+    person, joint = np.nonzero(count)
     if not len(person):
         return None
     surface = samples[person, joint] + _OCCLUDERS.skin
-    gap = np.abs(surface[..., None] - others[person, joint][:, None]).min(axis=2)
+    # few of the others are at one pixel, and infinite depths come last
+    there = np.sort(others[person, joint], axis=1)[:, :count.max()]
+    gap = np.abs(surface[..., None] - there[:, None]).min(axis=2)
     own = np.broadcast_to(expected, samples.shape[:2])[person, joint]
     lies_there = (gap < _OCCLUDERS.others_reach) & (gap + _OCCLUDERS.others_lead < np.abs(surface - own[:, None]))
     if not lies_there.any():
