@@ -76,12 +76,12 @@ def write_stages(stages: Stages, folder: Path, sheet: str, columns: int) -> None
     folder.mkdir(parents=True, exist_ok=True)
     cells, width = [], _WIDTH // columns
     for number, (title, image) in enumerate(stages, start=1):
-        _write(folder / f"{number}_{title.replace(' ', '_')}.jpg", image)
+        _write_image(folder / f"{number}_{title.replace(' ', '_')}.jpg", image)
         cell = cv2.resize(image, (width, round(width * image.shape[0] / image.shape[1])), interpolation=cv2.INTER_AREA)
         cells.append(cv2.copyMakeBorder(cell, _TITLE, 0, 0, 0, cv2.BORDER_CONSTANT, value=(255, 255, 255)))
         write_text(cells[-1], title, (4, _TITLE - 9), (0, 0, 0))
     cells += [np.full_like(cells[0], 255)] * (-len(cells) % columns)
-    _write(folder / sheet, cv2.vconcat([cv2.hconcat(cells[i:i + columns]) for i in range(0, len(cells), columns)]))
+    _write_image(folder / sheet, cv2.vconcat([cv2.hconcat(cells[i:i + columns]) for i in range(0, len(cells), columns)]))
 
 
 def write_text(canvas: np.ndarray, text: str, at: Tuple[int, int], colour: Tuple[int, int, int]) -> None:
@@ -89,7 +89,7 @@ def write_text(canvas: np.ndarray, text: str, at: Tuple[int, int], colour: Tuple
     cv2.putText(canvas, text, at, cv2.FONT_HERSHEY_SIMPLEX, 0.5, colour, 1, cv2.LINE_AA)
 
 
-def _write(path: Path, image: np.ndarray) -> None:
+def _write_image(path: Path, image: np.ndarray) -> None:
     if not cv2.imwrite(str(path), image, [cv2.IMWRITE_JPEG_QUALITY, 80]):
         raise BadInputError(f'{path} can not be written')
 

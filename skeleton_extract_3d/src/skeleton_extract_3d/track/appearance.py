@@ -18,14 +18,14 @@ _CHEST = np.concatenate([SHOULDERS, HIPS])
 _THIGHS = np.stack([HIPS, MIDDLES[2:]], axis=1)
 
 
-def _between(shares: Sequence[float]) -> np.ndarray:
+def _end_weights(shares: Sequence[float]) -> np.ndarray:
     """Return the weights of two ends at places between them, (N, 2)."""
     return np.array([(1 - share, share) for share in shares])
 
 
 # Weights of the joints at pixels on the chest, in four rows of three, (12, 4), and of those on a thigh, (3, 2).
-_ON_CHEST = np.kron(_between([0.2, 0.4, 0.6, 0.8]), _between([0.15, 0.5, 0.85]))
-_ON_THIGH = _between([0.15, 0.4, 0.65])
+_ON_CHEST = np.kron(_end_weights([0.2, 0.4, 0.6, 0.8]), _end_weights([0.15, 0.5, 0.85]))
+_ON_THIGH = _end_weights([0.15, 0.4, 0.65])
 # Where the pixels of the upper and of the lower part begin.
 _PARTS = (0, len(_ON_CHEST))
 
