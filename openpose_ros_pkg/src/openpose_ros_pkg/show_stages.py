@@ -81,7 +81,8 @@ def write_stages(stages: Stages, folder: Path, sheet: str, columns: int) -> None
         cells.append(cv2.copyMakeBorder(cell, _TITLE, 0, 0, 0, cv2.BORDER_CONSTANT, value=(255, 255, 255)))
         write_text(cells[-1], title, (4, _TITLE - 9), (0, 0, 0))
     cells += [np.full_like(cells[0], 255)] * (-len(cells) % columns)
-    _write_image(folder / sheet, cv2.vconcat([cv2.hconcat(cells[i:i + columns]) for i in range(0, len(cells), columns)]))
+    rows = [cv2.hconcat(cells[i:i + columns]) for i in range(0, len(cells), columns)]
+    _write_image(folder / sheet, cv2.vconcat(rows))
 
 
 def write_text(canvas: np.ndarray, text: str, at: Tuple[int, int], colour: Tuple[int, int, int]) -> None:
