@@ -45,6 +45,8 @@ MEDIAN_ERROR, WRONG = 0.06, 0.15
 LEAST_FOUND, LEAST_FOUND_HIDDEN = 0.9, 0.4
 # Whoever was seen in fewer frames is not expected when hidden.
 SIGHTINGS = 3
+# Frames with somebody hidden that are judged, at least.
+LEAST_HIDDEN = 3
 # Share of the hidden joints that are said to be measured where they are not.
 MOST_LIES = 0.1
 MARKER_TYPES = {'joints': Marker.SPHERE_LIST, 'joints_inferred': Marker.SPHERE_LIST,
@@ -93,6 +95,8 @@ class ChainTest(unittest.TestCase):
         wait_for(lambda: len(cls.output.arrays) >= WARM_UP, f'{WARM_UP} frames', STARTUP)
         cls.output.arrays.clear()
         wait_for(lambda: len(cls.judged()) >= FRAMES and cls.judged()[-1][0] >= BEGINNINGS, 'a whole round', STARTUP)
+        # on a slow machine few of the frames in which somebody is hidden are worked on
+        wait_for(lambda: len(cls.hidden_matches()) >= LEAST_HIDDEN, 'somebody behind another one', STARTUP)
 
     @classmethod
     def keep_frame(cls, message: Image):
@@ -113,19 +117,20 @@ class ChainTest(unittest.TestCase):
                 judged.append((rounds, frame, array))
         return judged
 
-    def matches(self) -> Tuple[List[Match], int]:
+    @classmethod
+    def matches(cls) -> Tuple[List[Match], int]:
         """Return everybody of the truth in all frames, and how many people were seen whom the truth does not know.
 
         Strangers have MEASURED joints: whoever vanished where the sequence began again is INFERRED for a while.
         """
         matches, strangers = [], 0
         # in the room with the 2D service
-        frame_from_points = self.sequence.frames.T_world_camera if OF_2D_SERVICE else np.eye(4)
-        for number, frame, array in self.judged():
+        frame_from_points = cls.sequence.frames.T_world_camera if OF_2D_SERVICE else np.eye(4)
+        for number, frame, array in cls.judged():
             joints = np.array([joints_of(person) for person in array.persons]).reshape(-1, 18, 3)
             status = np.array([of_joints(person, 'status') for person in array.persons]).reshape(-1, 18)
             near = np.zeros(len(joints), bool)
-            for truth in self.sequence.people[frame]:
+            for truth in cls.sequence.people[frame]:
                 xyz = truth.xyz @ frame_from_points[:3, :3].T + frame_from_points[:3, 3]
                 errors = np.linalg.norm(joints - xyz, axis=2)
                 typical = np.nanmedian(errors, axis=1)
@@ -137,6 +142,20 @@ class ChainTest(unittest.TestCase):
                     matches.append(Match(number, frame, truth, None, np.full(18, MISSING), np.full(18, np.nan)))
             strangers += (~near & (status == MEASURED).any(axis=1)).sum()
         return matches, strangers
+
+    @classmethod
+    def hidden_matches(cls) -> List[Match]:
+        """Return the people of the truth who are hidden in a frame and were seen often enough before."""
+        seen: Counter = Counter()
+        hidden = []
+        for match in cls.matches()[0]:
+            # whoever turns back has been seen before; where the sequence begins again, people vanish
+            since = match.round if OF_2D_SERVICE else 0
+            if match.truth.shown >= 9 and match.found is not None:
+                seen[since, match.truth.id] += 1
+            if match.truth.shown <= 1 and seen[since, match.truth.id] >= SIGHTINGS:
+                hidden.append(match)
+        return hidden
 
     def test_people_are_where_they_truly_are(self):
         matches, strangers = self.matches()
@@ -161,20 +180,10 @@ class ChainTest(unittest.TestCase):
         self.assertLessEqual(lies.mean(), MOST_LIES)
 
     def test_somebody_behind_another_one_is_still_there(self):
-        matches, _ = self.matches()
-        seen: Counter = Counter()
-        hidden = []
-        for match in matches:
-            # whoever turns back has been seen before; where the sequence begins again, people vanish
-            since = match.round if OF_2D_SERVICE else 0
-            if match.truth.shown >= 9 and match.found is not None:
-                seen[since, match.truth.id] += 1
-            if match.truth.shown <= 1 and seen[since, match.truth.id] >= SIGHTINGS:
-                hidden.append(match)
+        hidden = self.hidden_matches()
         missed = [(match.round, match.frame) for match in hidden if match.found is None]
         found = [match for match in hidden if match.found is not None]
         rospy.loginfo('hidden in %d frames, not found in %s', len(hidden), missed)
-        self.assertGreater(len(hidden), 2)
         self.assertGreaterEqual(len(found), LEAST_FOUND_HIDDEN * len(hidden))
         for match in found:
             self.assertIn(INFERRED, match.status)
