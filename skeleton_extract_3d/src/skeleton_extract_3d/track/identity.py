@@ -54,9 +54,10 @@ def distances_across(position: np.ndarray, has: np.ndarray, rays: np.ndarray, kn
         rays: (P, 18, 3) of the keypoints, z = 1.
         known: (P, 18) bool, joints with a keypoint.
     """
-    off = rays[None, ..., :2] * position[:, None, :, 2:] - position[:, None, :, :2]
+    x, y, z = np.moveaxis(position[:, None], 3, 0)
+    off_x, off_y = rays[None, ..., 0] * z - x, rays[None, ..., 1] * z - y
     both = has[:, None] & known[None]
-    distance = surfaces.lower_median(np.where(both, np.sqrt((off * off).sum(axis=3)), np.nan))
+    distance = surfaces.lower_median(np.where(both, np.sqrt(off_x * off_x + off_y * off_y), np.nan))
     return np.where(np.isfinite(distance), distance, np.inf)
 
 
