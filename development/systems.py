@@ -13,21 +13,33 @@ FROM_PYPI = ''
 
 # rosdep key: packages of Debian bookworm
 ROS = {key: f"python3-{key.replace('_', '-')}" for key in (
-    'cv_bridge', 'diagnostic_msgs', 'diagnostic_updater', 'dynamic_reconfigure', 'genpy', 'rosbag', 'rosgraph',
+    'cv_bridge', 'diagnostic_msgs', 'dynamic_reconfigure', 'genpy', 'rosbag', 'rosgraph',
     'rosgraph_msgs', 'roslaunch', 'roslib', 'rosmaster', 'rosmsg', 'rosnode', 'rosparam', 'rospy', 'rosservice',
     'rostopic', 'tf2_msgs')}
 ROS.update({
     'catkin': 'catkin',
+    'diagnostic_updater': 'libdiagnostic-updater-dev python3-diagnostic-updater',
     'geometry_msgs': 'libgeometry-msgs-dev python3-geometry-msgs ros-geometry-msgs',
+    'image_transport': 'libimage-transport-dev',
+    'message_filters': 'libmessage-filters-dev python3-message-filters',
     'message_generation': 'ros-message-generation',
     'message_runtime': 'ros-message-runtime',
+    'nodelet': 'libnodelet-dev libnodeletlib-dev libnodeletlib-tools',
+    'nodelet_topic_tools': 'libnodelet-topic-tools-dev',
+    'pcl_conversions': 'libpcl-conversions-dev',
+    'pcl_msgs': 'libpcl-msgs-dev python3-pcl-msgs ros-pcl-msgs',
+    'pcl_ros': 'libpcl-ros-dev',
+    'pluginlib': 'pluginlib-dev',
     'rosbash': 'rosbash',
+    'roscpp': 'libroscpp-dev',
     'rosout': 'rosout',
     'rospack': 'rospack-tools',
     'rostest': 'librostest-dev python3-rostest',
     'rviz': 'rviz',
     'sensor_msgs': 'libsensor-msgs-dev python3-sensor-msgs ros-sensor-msgs',
     'std_msgs': 'libstd-msgs-dev python3-std-msgs ros-std-msgs',
+    'std_srvs': 'libstd-srvs-dev python3-std-srvs ros-std-srvs',
+    'tf2_geometry_msgs': 'libtf2-geometry-msgs-dev python3-tf2-geometry-msgs',
     'tf2_py': 'python3-tf2',
     'tf2_ros': 'libtf2-ros-dev python3-tf2-ros tf2-tools',
     'visualization_msgs': 'libvisualization-msgs-dev python3-visualization-msgs ros-visualization-msgs',
@@ -37,7 +49,7 @@ OTHERS = {name: name for name in (
     'python3-distributed', 'python3-jinja2', 'python3-matplotlib', 'python3-numpy', 'python3-opencv', 'python3-pandas',
     'python3-psutil', 'python3-rospkg', 'python3-scipy', 'python3-setuptools', 'python3-tqdm', 'python3-venv',
     'python3-yaml', 'scrot', 'shellcheck', 'xvfb')}
-OTHERS.update({'python3-hypothesis': FROM_PYPI, 'python3-pytest': FROM_PYPI})
+OTHERS.update({'gtest': 'libgtest-dev', 'python3-hypothesis': FROM_PYPI, 'python3-pytest': FROM_PYPI})
 
 # What builds, demonstrates and tests, beside what the package.xml files name
 TOOLS = ('ca-certificates', 'catkin-lint', 'catkin-tools', 'cmake', 'g++', 'make', 'python3', 'python3-psutil',

@@ -8,7 +8,7 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 PACKAGES = ('openpose_ros_msgs', 'openpose_ros_pkg', 'skeleton_extract_3d', 'openpose_ros_tools',
-            'openpose_ros_mocap')
+            'openpose_ros_mocap', 'openpose_ros_nodelets')
 # Modules that are named otherwise than the rosdep key that brings them; OpenVINO has none, ./run setup brings it.
 ROSDEP_KEYS = {'cv2': 'python3-opencv', 'distributed': 'python3-distributed',
                'jinja2': 'python3-jinja2', 'matplotlib': 'python3-matplotlib', 'numpy': 'python3-numpy',

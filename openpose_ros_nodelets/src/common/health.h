@@ -1,0 +1,50 @@
+#pragma once
+
+#include <functional>
+#include <map>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include <diagnostic_updater/diagnostic_updater.h>
+#include <ros/ros.h>
+
+namespace openpose_ros_nodelets
+{
+
+/// Counts what a nodelet does and its faults: warnings in the log, at most one of a kind in five seconds, and
+/// /diagnostics once a second. The counterpart of openpose_ros_pkg/ros/health.py.
+class Health
+{
+public:
+  /// `name`: of the nodelet, for the log.
+  Health(const ros::NodeHandle& handle, const ros::NodeHandle& private_handle, const std::string& name);
+
+  /// Count something that is no fault.
+  void count(const std::string& event, std::size_t number = 1);
+
+  /// Count a finished frame and its latency, from the stamp of the camera to now.
+  void frameDone(const ros::Time& stamp);
+
+  /// Count a fault and log it, throttled by its kind.
+  void warn(const std::string& event, const std::string& text);
+
+  /// Add a value to every report. Call it before the nodelet spins.
+  void show(const std::string& key, std::function<std::string()> value);
+
+private:
+  void report(diagnostic_updater::DiagnosticStatusWrapper& status);
+
+  std::mutex mutex_;
+  std::map<std::string, std::size_t> counts_;
+  std::map<std::string, ros::WallTime> warned_;
+  std::vector<std::pair<std::string, std::function<std::string()>>> values_;
+  std::vector<double> latencies_;  ///< of the frames since the report before this one [s]
+  std::string last_warning_;
+  ros::WallTime last_warning_time_, last_report_;
+  std::string name_;
+  diagnostic_updater::Updater updater_;
+  ros::WallTimer timer_;
+};
+
+}  // namespace openpose_ros_nodelets

@@ -1,0 +1,66 @@
+#include "common/stream_nodelet.h"
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace openpose_ros_nodelets
+{
+
+void StreamNodelet::onInit()
+{
+  nodelet_topic_tools::NodeletLazy::onInit();
+  timer_ever_subscribed_.stop();  // being lazy is no reason for a warning
+  health_ = std::make_unique<Health>(*nh_, *pnh_, getName());
+  health_->show("enabled", [this] { return enabled_ ? "true" : "false"; });
+  ParameterReader parameters(*pnh_);
+  try
+  {
+    configure(parameters);
+    parameters.refuseUnknown();
+  }
+  catch (const ParameterError& error)
+  {
+    NODELET_FATAL("%s: %s", getName().c_str(), error.what());
+    throw;
+  }
+  enable_service_ = pnh_->advertiseService("enable", &StreamNodelet::enable, this);
+  update();
+}
+
+void StreamNodelet::connectionCallback(const ros::SingleSubscriberPublisher&)
+{
+  update();
+}
+
+bool StreamNodelet::enable(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response)
+{
+  {
+    boost::mutex::scoped_lock lock(connection_mutex_);
+    enabled_ = request.data;
+  }
+  update();
+  response.success = true;
+  response.message = request.data ? "enabled" : "disabled";
+  return true;
+}
+
+bool StreamNodelet::isWanted() const
+{
+  const auto is_heard = [](const ros::Publisher& publisher) { return publisher.getNumSubscribers() > 0; };
+  return enabled_ && (!lazy_ || std::any_of(publishers_.begin(), publishers_.end(), is_heard));
+}
+
+void StreamNodelet::update()
+{
+  boost::mutex::scoped_lock lock(connection_mutex_);
+  const bool wanted = isWanted();
+  if (wanted == (connection_status_ == nodelet_topic_tools::SUBSCRIBED))
+    return;
+  if (wanted)
+    subscribe();
+  else
+    unsubscribe();
+  connection_status_ = wanted ? nodelet_topic_tools::SUBSCRIBED : nodelet_topic_tools::NOT_SUBSCRIBED;
+}
+
+}  // namespace openpose_ros_nodelets

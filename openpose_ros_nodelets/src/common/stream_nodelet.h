@@ -1,0 +1,43 @@
+#pragma once
+
+#include <atomic>
+#include <memory>
+
+#include <nodelet_topic_tools/nodelet_lazy.h>
+#include <std_srvs/SetBool.h>
+
+#include "common/health.h"
+#include "common/parameter_reader.h"
+
+namespace openpose_ros_nodelets
+{
+
+/// A nodelet between topics: subscribes to its inputs only while somebody listens (~lazy) and while it is enabled
+/// (service ~enable), counts its faults, and refuses parameters that it does not know.
+///
+/// A nodelet derives from it, reads its parameters in `configure`, advertises with `NodeletLazy::advertise`, and
+/// subscribes and unsubscribes in the functions of these names.
+class StreamNodelet : public nodelet_topic_tools::NodeletLazy
+{
+protected:
+  /// Read all parameters, then advertise. Throws ParameterError for what the user has to mend.
+  virtual void configure(ParameterReader& parameters) = 0;
+
+  Health& health()
+  {
+    return *health_;
+  }
+
+private:
+  void onInit() override;
+  void connectionCallback(const ros::SingleSubscriberPublisher& publisher) override;
+  bool enable(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response);
+  bool isWanted() const;
+  void update();
+
+  std::atomic<bool> enabled_{ true };
+  std::unique_ptr<Health> health_;
+  ros::ServiceServer enable_service_;
+};
+
+}  // namespace openpose_ros_nodelets
