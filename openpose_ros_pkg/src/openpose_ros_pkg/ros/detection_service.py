@@ -116,8 +116,8 @@ class DetectionService:
         # a thread within a network would end the program with an abort
         rospy.on_shutdown(self._pipeline.stop)
         self._health.show(lambda: {'images skipped': str(self._pipeline.replaced)})
-        self._subscriber = image_subscriber(topic, self._settings.transport,
-                                            lambda message: self._pipeline.submit((message, time.monotonic())))
+        self._subscriber = image_subscriber(topic, self._settings.transport.image_transport)
+        self._subscriber.registerCallback(lambda message: self._pipeline.submit((message, time.monotonic())))
         rospy.loginfo('waiting for images on %s', self._subscriber.resolved_name)
 
     def _serve(self, request: GetPersonsRequest) -> GetPersonsResponse:

@@ -1,21 +1,46 @@
-"""Subscribe to images, raw or compressed, by one parameter."""
-from typing import Any, Callable, Union
+"""Message filters that subscribe to the nodes' inputs; images raw or compressed, by one parameter."""
+from typing import Any, Union
 
+import message_filters
 import rospy
 from sensor_msgs.msg import CompressedImage, Image
 
-from openpose_ros_pkg.params.nodes import ImageTransportParams
 from openpose_ros_pkg.ros import convert
 
 AnyImage = Union[Image, CompressedImage]
 
 
-def image_subscriber(topic: str, params: ImageTransportParams, callback: Callable[[Any], None]) -> rospy.Subscriber:
-    """Return a subscriber that keeps only the newest image until the callback takes it."""
-    if params.image_transport == 'compressed':
-        # resolved first, so that a remapping of the image topic holds for its compressed sibling too
-        return rospy.Subscriber(rospy.resolve_name(topic) + '/compressed', CompressedImage, callback, queue_size=1)
-    return rospy.Subscriber(topic, Image, callback, queue_size=1)
+class InputSubscriber(message_filters.Subscriber):
+    """A message_filters.Subscriber of the newest message that can pause, as that of C++ can.
+
+    Only the newest message waits until the callbacks have taken the one before. Callbacks that are registered stay
+    over a pause.
+    """
+
+    def __init__(self, topic: str, message_type: Any) -> None:
+        self.resolved_name: str = rospy.resolve_name(topic)  # a rospy.Subscriber forgets it with unregister
+        self._message_type = message_type
+        super().__init__(topic, message_type, queue_size=1)
+
+    def unsubscribe(self) -> None:
+        """Let no message come, and let the publisher know, until `subscribe` is called."""
+        self.sub.unregister()
+
+    def subscribe(self) -> None:
+        """Let messages come again after `unsubscribe`."""
+        self.sub = rospy.Subscriber(self.resolved_name, self._message_type, self.callback, queue_size=1)
+
+
+def image_subscriber(topic: str, transport: str) -> InputSubscriber:
+    """Return a subscriber of images as image_transport publishes them.
+
+    Args:
+        transport: 'raw' for Image, else a transport whose messages are CompressedImage.
+    """
+    if transport == 'raw':
+        return InputSubscriber(topic, Image)
+    # resolved first, so that a remapping of the image topic holds for its compressed sibling too
+    return InputSubscriber(f'{rospy.resolve_name(topic)}/{transport}', CompressedImage)
 
 
 def raw_image(message: AnyImage) -> Image:

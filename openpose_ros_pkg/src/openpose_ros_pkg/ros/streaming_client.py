@@ -27,7 +27,8 @@ class StreamingClient:
         self._client = DetectionClient('detect_poses', self._settings.service)
         self._publisher = rospy.Publisher('openpose_ros/input_image', Image, queue_size=1)
         self._worker = NewestWinsWorker(self._process, self._failed, 'client')
-        self._subscriber = image_subscriber(topic, self._settings.transport, self._worker.submit)
+        self._subscriber = image_subscriber(topic, self._settings.transport.image_transport)
+        self._subscriber.registerCallback(self._worker.submit)
         rospy.loginfo('waiting for images on %s', self._subscriber.resolved_name)
 
     def _process(self, message: AnyImage) -> None:

@@ -16,7 +16,7 @@ from openpose_ros_pkg.networks.models import find_model
 from openpose_ros_pkg.params.nodes import ImageTransportParams
 from openpose_ros_pkg.ros import convert as convert_2d
 from openpose_ros_pkg.ros.health import Health
-from openpose_ros_pkg.ros.images import AnyImage, image_subscriber, raw_image
+from openpose_ros_pkg.ros.images import AnyImage, InputSubscriber, image_subscriber, raw_image
 from openpose_ros_pkg.ros.live_parameters import LiveParameters
 from openpose_ros_pkg.ros.node import run_node
 from openpose_ros_pkg.ros.people_publisher import DRAW_STAGE, PERSONS_QUEUE, PeoplePublisher
@@ -96,17 +96,19 @@ class Extractor:
         if self._params.target_frame or self._params.tracking_frame:
             self._tf_buffer = tf2_ros.Buffer()
             self._tf_listener = tf2_ros.TransformListener(self._tf_buffer)
-        # there before the first message can come
-        self._synchronizer = StampSynchronizer(
-            pairing, self._health, lambda image, points: self._worker.submit(_Pair(time.monotonic(), image, points)))
-        images = image_subscriber('~image', transport, self._synchronizer.add_first)
+        images = image_subscriber('~image', transport.image_transport)
         if self._params.points_source == 'point_cloud':
-            points = rospy.Subscriber('~point_cloud', PointCloud2, self._synchronizer.add_second, queue_size=1)
+            points = InputSubscriber('~point_cloud', PointCloud2)
         else:
-            points = rospy.Subscriber('~depth_image', Image, self._synchronizer.add_second, queue_size=1)
+            points = image_subscriber('~depth_image', 'raw')
             self._info_subscriber = rospy.Subscriber('~camera_info', CameraInfo, self._store_camera_info, queue_size=1)
         self._inputs = (images, points)
+        self._synchronizer = StampSynchronizer(self._inputs, pairing, self._health)
+        self._synchronizer.registerCallback(self._submit)
         rospy.loginfo('waiting for %s and %s', *(source.resolved_name for source in self._inputs))
+
+    def _submit(self, image: AnyImage, points: PointsMessage) -> None:
+        self._worker.submit(_Pair(time.monotonic(), image, points))
 
     def _store_camera_info(self, message: CameraInfo) -> None:
         self._camera_info = message

@@ -1,10 +1,12 @@
-"""Pair two streams by stamp: takes the place of message_filters.ApproximateTimeSynchronizer.
+"""Pair two streams by stamp: a message filter in the place of message_filters.ApproximateTimeSynchronizer.
 
 That one pairs wrongly when frames drop, since it takes the first pair within its slop, and calls back while holding
 its lock, so that an exception in the callback stops it for good.
 """
 import threading
-from typing import Any, Callable, Tuple
+from typing import Any, Optional, Sequence, Tuple
+
+import message_filters
 
 from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.stream.pairing import PairingParams, StampMatcher
@@ -13,37 +15,40 @@ from openpose_ros_pkg.stream.pairing import PairingParams, StampMatcher
 _ALONE = ('images without a partner', 'points without a partner')
 
 
-class StampSynchronizer:
-    """Pairs images and points, messages with a header, of the same moment.
+class StampSynchronizer(message_filters.SimpleFilter):
+    """Passes on pairs of images and points, messages with a header, of the same moment.
+
+    Callbacks are called with (image, points), by the thread that brought the later of the two, with no lock held: one
+    that takes its time or fails does not stop the other input.
 
     Args:
-        params: slop and queue size.
-        health: counts what can not be paired.
-        callback: called with (first, second) for every pair.
+        inputs: two filters, that of the images and that of the points: whatever has registerCallback.
+        params: slop and queue size; None: the defaults.
+        health: counts what can not be paired; None: one for this filter alone, in a node that has none.
     """
 
-    def __init__(self, params: PairingParams, health: Health, callback: Callable[[Any, Any], None]) -> None:
-        self._matcher = StampMatcher(params)
+    def __init__(self, inputs: Sequence[Any], params: Optional[PairingParams] = None,
+                 health: Optional[Health] = None) -> None:
+        super().__init__()
+        self._matcher = StampMatcher(params or PairingParams())
         self._lock = threading.Lock()
-        self._health = health
-        self._callback = callback
+        self._health = health or Health()
         self.received = (0, 0)
         """Messages with a stamp that came on each input."""
         self.pairs = 0
         """Pairs that were found."""
+        self.connectInput(inputs)
+
+    def connectInput(self, inputs: Sequence[Any]) -> None:  # noqa: N802 - as other message filters call it
+        """Take messages of two more filters, that of the images and that of the points."""
+        images, points = inputs
+        images.registerCallback(self._add, 0)
+        points.registerCallback(self._add, 1)
 
     @property
     def slop(self) -> float:
         """Largest difference of stamps that pairs at present [s]."""
         return self._matcher.slop
-
-    def add_first(self, message: Any) -> None:
-        """Take an image."""
-        self._add(message, 0)
-
-    def add_second(self, message: Any) -> None:
-        """Take points."""
-        self._add(message, 1)
 
     def _counts(self) -> Tuple[int, ...]:
         return (self._matcher.resets, self._matcher.out_of_order, *self._matcher.unpaired)
@@ -70,5 +75,4 @@ class StampSynchronizer:
             self._health.warn('time jumped back', f'a {message._type} is older than those before it: a bag that began '
                                                   'again? Waiting messages are forgotten')
         if pair is not None:
-            # outside the lock: whatever the callback does, the other stream goes on
-            self._callback(*pair)
+            self.signalMessage(*pair)
