@@ -20,14 +20,16 @@ BAD_IN_PATHS = r'[\s\'"\\;$:]'
 APT = ('env', 'DEBIAN_FRONTEND=noninteractive', 'apt-get', '--yes', '--no-install-recommends',
        '-o', 'DPkg::Lock::Timeout=900', '-o', 'Dpkg::Use-Pty=0', '-o', 'Dpkg::Options::=--force-confdef',
        '-o', 'Dpkg::Options::=--force-confold')
-PIP = (VENV_PYTHON, '-m', 'pip', 'install', '--disable-pip-version-check')
 VENV_STAMP = VENV / '.complete'  # 'with' or 'without' OpenVINO, and what it was made from
 TEST_STAMP = VENV / '.complete_test'
+# The system's cv_bridge, OpenCV and SciPy are built for its NumPy, so nothing of PyPI may bring another one.
+NUMPY = VENV / 'numpy.txt'
+PIP = (VENV_PYTHON, '-m', 'pip', 'install', '--disable-pip-version-check', '--constraint', str(NUMPY))
 CHECK_VENV = """
 import sys, cv2, numpy
 print('numpy', numpy.__version__, numpy.__file__, 'opencv', cv2.__version__)
-if numpy.__version__.split('.')[0] != '1':
-    sys.exit('cv_bridge needs NumPy 1')
+if numpy.__file__.startswith(sys.prefix):
+    sys.exit('cv_bridge needs the NumPy of the system')
 if sys.argv[1] == 'with':
     import openvino
     print('openvino', openvino.__version__)
@@ -61,8 +63,10 @@ def set_up(arguments: Sequence[str], test_tools: bool = False) -> None:
 
 
 def _check_place() -> None:
-    if shutil.which('dpkg-query') is None:
-        die('this is for Debian bookworm and Ubuntu focal, with apt')
+    try:
+        this_system()
+    except (OSError, ValueError) as error:
+        die(str(error))
     if re.search(BAD_IN_PATHS, str(ROOT)):
         die(f'ROS can not work in a folder with such a name; move the checkout: {ROOT}')
     if not all(os.access(str(folder), os.W_OK) for folder in (ROOT, LOGS) if folder.exists()):
@@ -89,8 +93,8 @@ def _set_up_system_packages() -> None:
         say('[1/4] System packages: all there')
         return
     step(f'[1/4] System packages: installing {len(missing)} and what these need', 'packages',
-         'check the network and the sources of apt (on Ubuntu, universe is needed)', _install, missing,
-         _as_root(missing))
+         "check the network and the sources of apt (on Ubuntu universe is needed, on 20.04 ROS noetic's as well)", _install,
+         missing, _as_root(missing))
     missing = _missing_packages()
     if missing:
         die(f'apt-get reported success, but these packages are still missing: {" ".join(missing)}')
@@ -131,14 +135,15 @@ def _set_up_venv(openvino: Optional[str]) -> None:
     """Make .venv `with` or `without` OpenVINO; None: as before, or as the machine allows."""
     stamp = _read(VENV_STAMP)
     openvino, why = (openvino, '') if openvino else _default_openvino(stamp)
-    made_from = _hash(f'{ROOT} {output_of(PYTHON, "--version")}', ROOT / 'requirements.txt')
+    numpy = output_of(PYTHON, '-c', 'import numpy; print(f"numpy=={numpy.__version__}")')
+    made_from = _hash(f'{ROOT} {output_of(PYTHON, "--version")} {numpy}', ROOT / 'requirements.txt')
     wanted = f'{openvino} {made_from}'
     if stamp == wanted and succeeds(VENV_PYTHON, '-B', '-c', CHECK_VENV, openvino, quiet=True):
         say(f'[2/4] Python packages: .venv is right, {openvino} OpenVINO{why}')
     else:
         step(f'[2/4] Python packages: making .venv {openvino} OpenVINO{why}', 'venv',
              'check the network; where PyPI can not be reached: ./run setup --without-openvino',
-             _make_venv, openvino, wanted)
+             _make_venv, openvino, numpy, wanted)
 
 
 def _default_openvino(stamp: str) -> Tuple[str, str]:
@@ -150,11 +155,12 @@ def _default_openvino(stamp: str) -> Tuple[str, str]:
     return 'with', ''
 
 
-def _make_venv(openvino: str, wanted: str) -> None:
+def _make_venv(openvino: str, numpy: str, wanted: str) -> None:
     shutil.rmtree(str(VENV), ignore_errors=True)
     run([PYTHON, '-m', 'venv', '--system-site-packages', str(VENV)], check=True)
+    NUMPY.write_text(numpy)
     if openvino == 'with':
-        run([*PIP, '--only-binary', 'openvino,numpy', '-r', str(ROOT / 'requirements.txt')], check=True)
+        run([*PIP, '--only-binary', 'openvino', '-r', str(ROOT / 'requirements.txt')], check=True)
     run([VENV_PYTHON, '-B', '-c', CHECK_VENV, openvino], check=True)
     VENV_STAMP.write_text(wanted)
 

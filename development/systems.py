@@ -1,15 +1,18 @@
 """What each operating system gives by apt; the only place that knows. The rest comes from PyPI (requirements*.txt).
 
-The dependencies of the packages are read from their package.xml files, the table says what they are called here.
+The dependencies of the packages are read from their package.xml files, the tables say what they are called here.
+docs/support.md says on which of the systems what was run.
 """
+import shlex
 import xml.etree.ElementTree as ElementTree
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import List, Mapping, Optional, Set
+from typing import Dict, List, Mapping, Optional, Set, Tuple
 
 from development import PACKAGES, ROOT
 
 FROM_PYPI = ''
+NOT_THERE = ''
 
 # rosdep key: packages of Debian bookworm
 ROS = {key: f"python3-{key.replace('_', '-')}" for key in (
@@ -30,6 +33,7 @@ ROS.update({
     'pcl_msgs': 'libpcl-msgs-dev python3-pcl-msgs ros-pcl-msgs',
     'pcl_ros': 'libpcl-ros-dev',
     'pluginlib': 'pluginlib-dev',
+    'ros_environment': 'ros-environment',
     'rosbash': 'rosbash',
     'roscpp': 'libroscpp-dev',
     'rosout': 'rosout',
@@ -51,10 +55,11 @@ OTHERS = {name: name for name in (
     'python3-yaml', 'scrot', 'shellcheck', 'xvfb')}
 OTHERS.update({'gtest': 'libgtest-dev', 'python3-hypothesis': FROM_PYPI, 'python3-pytest': FROM_PYPI})
 
-# What builds, demonstrates and tests, beside what the package.xml files name
+# What builds, demonstrates and tests, beside what the package.xml files name.
+# ros_environment: its hook sets ROS_PACKAGE_PATH; up to Debian 12 others bring it.
 TOOLS = ('ca-certificates', 'catkin-lint', 'catkin-tools', 'cmake', 'g++', 'make', 'python3', 'python3-psutil',
-         'python3-venv', 'rosbash', 'roslaunch', 'rosmaster', 'rosmsg', 'rosnode', 'rosout', 'rospack', 'rosparam',
-         'rosservice', 'rostest', 'rostopic', 'scrot', 'shellcheck', 'xvfb')
+         'python3-venv', 'ros_environment', 'rosbash', 'roslaunch', 'rosmaster', 'rosmsg', 'rosnode', 'rosout', 'rospack',
+         'rosparam', 'rosservice', 'rostest', 'rostopic', 'scrot', 'shellcheck', 'xvfb')
 
 
 @dataclass(frozen=True)
@@ -62,22 +67,54 @@ class System:
     """An operating system: where it differs from Debian bookworm."""
 
     name: str
-    ros_setup: Optional[Path]  # None: ROS is where every program is
-    differs: Mapping[str, str]
+    differs: Mapping[str, str] = field(default_factory=dict)
+    ros_setup: Optional[Path] = None  # None: ROS is where every program is
 
     def packages_of(self, key: str) -> List[str]:
         """Return the packages of a rosdep key; KeyError: the table lacks it."""
         return self.differs.get(key, {**ROS, **OTHERS}[key]).split()
 
 
-BOOKWORM = System('Debian bookworm', None, {})
-NOETIC = System('Ubuntu focal with ROS noetic', Path('/opt/ros/noetic/setup.bash'), {
-    **{key: f"ros-noetic-{key.replace('_', '-')}" for key in ROS},
-    'catkin-lint': 'python3-catkin-lint', 'catkin-tools': 'python3-catkin-tools', 'python3-distributed': FROM_PYPI})
+# Debian 11 has distributed 2021.1, which is too old
+_OF_2021 = {'catkin-tools': NOT_THERE, 'python3-distributed': FROM_PYPI}
+_NOETIC = {**{key: f"ros-noetic-{key.replace('_', '-')}" for key in ROS},
+           'catkin-lint': 'python3-catkin-lint', 'catkin-tools': 'python3-catkin-tools',
+           'python3-distributed': FROM_PYPI}
+# By the VERSION_CODENAME of /etc/os-release, oldest first. The universe of Ubuntu 22.04 and 24.04 has Debian's ROS 1.
+SYSTEMS = {
+    'focal': System('Ubuntu 20.04 with ROS noetic', _NOETIC, Path('/opt/ros/noetic/setup.bash')),
+    'bullseye': System('Debian 11', _OF_2021),
+    'jammy': System('Ubuntu 22.04', _OF_2021),
+    'bookworm': System('Debian 12'),
+    'noble': System('Ubuntu 24.04'),
+    'trixie': System('Debian 13'),
+}
 
 
 def this_system() -> System:
-    return NOETIC if Path('/opt/ros/noetic').is_dir() else BOOKWORM
+    """Return the system of this machine; ValueError: it is none of those that are known, or like one of them."""
+    return system_of(Path('/etc/os-release').read_text())
+
+
+def system_of(os_release: str) -> System:
+    """Return the system that an os-release file describes.
+
+    A derivative is what it names as the base (UBUNTU_CODENAME, DEBIAN_CODENAME). A Debian or Ubuntu that is newer than
+    those of the table is taken as the newest of the table.
+    """
+    words: Dict[str, str] = dict(word.split('=', 1) for word in shlex.split(os_release, comments=True) if '=' in word)
+    for name in ('VERSION_CODENAME', 'UBUNTU_CODENAME', 'DEBIAN_CODENAME'):
+        if words.get(name) in SYSTEMS:
+            return SYSTEMS[words[name]]
+    if _version(words) > {'debian': (13,), 'ubuntu': (24, 4)}.get(words.get('ID', ''), (float('inf'),)):
+        return SYSTEMS['trixie']
+    names = ', '.join(system.name for system in SYSTEMS.values())
+    raise ValueError(f"{words.get('PRETTY_NAME', 'this system')} is not supported; supported are {names}")
+
+
+def _version(words: Mapping[str, str]) -> Tuple[float, ...]:
+    """Return VERSION_ID as numbers; Debian testing and unstable have none and are newer than all."""
+    return tuple(float(number) for number in words.get('VERSION_ID', 'inf').split('.'))
 
 
 def dependencies() -> Set[str]:
