@@ -93,8 +93,8 @@ def _set_up_system_packages() -> None:
         say('[1/4] System packages: all there')
         return
     step(f'[1/4] System packages: installing {len(missing)} and what these need', 'packages',
-         "check the network and the sources of apt (on Ubuntu universe is needed, on 20.04 ROS noetic's as well)", _install,
-         missing, _as_root(missing))
+         'check the network and the sources of apt (on Ubuntu universe is needed, on 20.04 that of ROS noetic too)',
+         _install, missing, _as_root(missing))
     missing = _missing_packages()
     if missing:
         die(f'apt-get reported success, but these packages are still missing: {" ".join(missing)}')

@@ -55,11 +55,11 @@ OTHERS = {name: name for name in (
     'python3-yaml', 'scrot', 'shellcheck', 'xvfb')}
 OTHERS.update({'gtest': 'libgtest-dev', 'python3-hypothesis': FROM_PYPI, 'python3-pytest': FROM_PYPI})
 
-# What builds, demonstrates and tests, beside what the package.xml files name.
+# What builds, demonstrates and tests beside what the package.xml files name, and distributed, which is no rosdep key.
 # ros_environment: its hook sets ROS_PACKAGE_PATH; up to Debian 12 others bring it.
-TOOLS = ('ca-certificates', 'catkin-lint', 'catkin-tools', 'cmake', 'g++', 'make', 'python3', 'python3-psutil',
-         'python3-venv', 'ros_environment', 'rosbash', 'roslaunch', 'rosmaster', 'rosmsg', 'rosnode', 'rosout', 'rospack',
-         'rosparam', 'rosservice', 'rostest', 'rostopic', 'scrot', 'shellcheck', 'xvfb')
+TOOLS = ('ca-certificates', 'catkin-lint', 'catkin-tools', 'cmake', 'g++', 'make', 'python3', 'python3-distributed',
+         'python3-psutil', 'python3-venv', 'ros_environment', 'rosbash', 'roslaunch', 'rosmaster', 'rosmsg', 'rosnode',
+         'rosout', 'rospack', 'rosparam', 'rosservice', 'rostest', 'rostopic', 'scrot', 'shellcheck', 'xvfb')
 
 
 @dataclass(frozen=True)
