@@ -18,6 +18,9 @@ class ExtractorParams(Parameters):
     points_source: str = parameter(
         'point_cloud', 'point_cloud: organized cloud on ~point_cloud; depth_image: aligned depth on ~depth_image with '
                        '~camera_info.', choices=('point_cloud', 'depth_image'))
+    depth_transport: str = parameter(
+        'raw', "With depth_image: 'compressedDepth' subscribes to <depth topic>/compressedDepth, as image_transport "
+               'publishes it (PNG).', choices=('raw', 'compressedDepth'))
     rectified: bool = parameter(
         False, 'With depth_image: the images are rectified, so use P of the camera info and no distortion.')
     pose_model: str = parameter('auto', 'pose_model of the detection service; names the joints.')

@@ -209,6 +209,19 @@ def test_a_cloud_from_depth_has_the_layout_of_a_kinect_driver(name, rays):
     np.testing.assert_allclose(small.project(point), [[7, 5]], atol=0.01)
 
 
+def test_a_coloured_cloud_takes_images_of_any_resolution_of_the_view():
+    depth, bgr = np.full((54, 96), 2000, np.uint16), np.zeros((108, 192, 3), np.uint8)
+    depth[0, 0], bgr[10:12, 14:16] = 0, (1, 2, 3)
+    image = DepthImage(depth, camera())
+    cloud = image.coloured_cloud(bgr)
+    assert cloud['rgb'][5, 7] == 0x030201
+    assert np.count_nonzero(cloud['rgb']) == 1
+    assert np.isnan(cloud['z']).sum() == 1
+    np.testing.assert_allclose(image.camera.project([[cloud[axis][5, 7] for axis in 'xyz']]), [[7, 5]], atol=1e-4)
+    with pytest.raises(BadInputError, match='image is 192 x 100 but depth image is 96 x 54'):
+        image.coloured_cloud(bgr[:100])
+
+
 def test_a_cloud_from_pictures_of_other_size_is_refused():
     with pytest.raises(BadInputError, match=r'960 x 540.*\(54, 96\)'):
         cloud_from_depth(np.ones((54, 96)), camera(), np.ones((540, 960, 3), np.uint8))

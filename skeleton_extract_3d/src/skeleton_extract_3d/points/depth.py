@@ -1,10 +1,11 @@
 """Depth images that are aligned to a camera: points at the pixels that are asked for."""
 from typing import Any, NamedTuple, Optional
 
+import cv2
 import numpy as np
 
 from openpose_ros_pkg.errors import BadInputError
-from skeleton_extract_3d.points.camera import CameraModel
+from skeleton_extract_3d.points.camera import CameraModel, check_same_aspect
 from skeleton_extract_3d.points.point_grid import PointGrid, check_buffer, depth_in_metres
 
 # Type of the pixels by encoding, as REP 118 has them; mono16 is what some drivers call 16UC1.
@@ -74,6 +75,22 @@ class DepthImage(PointGrid):
     def camera_model(self) -> CameraModel:
         """Return the camera of the image."""
         return self.camera
+
+    def coloured_cloud(self, bgr: np.ndarray, rays: Optional[np.ndarray] = None) -> np.ndarray:
+        """Return the organized cloud of this view; see `cloud_from_depth`.
+
+        Args:
+            bgr: (h, w, 3) uint8, the image at any resolution.
+            rays: `camera.ray_grid()`, to compute it once for many frames.
+
+        Raises:
+            BadInputError: the image has another aspect ratio.
+        """
+        size = (self.width, self.height)
+        check_same_aspect('image', (bgr.shape[1], bgr.shape[0]), 'depth image', size)
+        if bgr.shape[1::-1] != size:
+            bgr = cv2.resize(bgr, size, interpolation=cv2.INTER_AREA)
+        return cloud_from_depth(depth_in_metres(self._z, self._unit), self.camera, bgr, rays)
 
     def _points(self, columns: np.ndarray, rows: np.ndarray) -> np.ndarray:
         z = self.depths(columns, rows)

@@ -8,7 +8,7 @@ import rospy
 import tf2_ros
 from geometry_msgs.msg import TransformStamped
 from openpose_ros_msgs.msg import PersonDetection_3d, PersonDetection_3dArray
-from sensor_msgs.msg import CameraInfo, Image, PointCloud2
+from sensor_msgs.msg import CameraInfo, PointCloud2
 from std_msgs.msg import Header
 
 from openpose_ros_pkg.errors import BadInputError
@@ -31,6 +31,7 @@ from skeleton_extract_3d.node_params import LIVE_PARAMETERS, ExtractorSettings
 from skeleton_extract_3d.people import INFERRED, People3D
 from skeleton_extract_3d.points.point_grid import PointGrid
 from skeleton_extract_3d.ros import convert
+from skeleton_extract_3d.ros.input_echo import InputEcho, InputFrame
 from skeleton_extract_3d.ros.lifter import Lifter, PointsMessage
 from skeleton_extract_3d.ros.synchronizer import StampSynchronizer
 from skeleton_extract_3d.show.report import frame_report
@@ -83,8 +84,7 @@ class Extractor:
         threading.Thread(target=self._watch_inputs, name='input watch', daemon=True).start()
 
     def _advertise(self) -> None:
-        self._cloud_publisher = rospy.Publisher(f'{_NAMESPACE}/input_pointcloud', PointCloud2, queue_size=1)
-        self._image_publisher = rospy.Publisher(f'{_NAMESPACE}/input_rgb', Image, queue_size=1)
+        self._echo = InputEcho(_NAMESPACE, self._health)
         self._person_publisher = rospy.Publisher(f'{_NAMESPACE}/detected_poses_keypoints_3d', PersonDetection_3d,
                                                  queue_size=PERSONS_QUEUE)
         self._array_publisher = rospy.Publisher(f'{_NAMESPACE}/detected_poses_3d', PersonDetection_3dArray,
@@ -100,7 +100,7 @@ class Extractor:
         if self._params.points_source == 'point_cloud':
             points = InputSubscriber('~point_cloud', PointCloud2)
         else:
-            points = image_subscriber('~depth_image', 'raw')
+            points = image_subscriber('~depth_image', self._params.depth_transport)
             self._info_subscriber = rospy.Subscriber('~camera_info', CameraInfo, self._store_camera_info, queue_size=1)
         self._inputs = (images, points)
         self._synchronizer = StampSynchronizer(self._inputs, pairing, self._health)
@@ -117,7 +117,7 @@ class Extractor:
         """Detect, estimate and publish the people of a pair, and report the duration of each stage."""
         image, header = raw_image(pair.image), pair.points.header
         points, bgr = self._points(pair.points), convert_2d.image_to_bgr(image)
-        self._republish(image, pair.points)
+        self._echo.submit(InputFrame(image, bgr, pair.points, points))
         stopwatch = Stopwatch()
         detections = self._client.detect(image)
         stopwatch.lap('detection')
@@ -141,12 +141,6 @@ class Extractor:
         if self._params.points_source == 'depth_image' and self._camera_info is None:
             raise BadInputError(f"no camera info yet on {rospy.resolve_name('~camera_info')}")
         return self._lifter.points(message, self._camera_info)
-
-    def _republish(self, image: Image, points: PointsMessage) -> None:
-        if self._image_publisher.get_num_connections() > 0:
-            self._image_publisher.publish(image)
-        if self._params.points_source == 'point_cloud' and self._cloud_publisher.get_num_connections() > 0:
-            self._cloud_publisher.publish(points)
 
     def _lookup(self, target: str, source: str, stamp: rospy.Time) -> TransformStamped:
         return self._tf_buffer.lookup_transform(target, source, stamp, rospy.Duration(self._params.tf_timeout))

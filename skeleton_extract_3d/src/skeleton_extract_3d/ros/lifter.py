@@ -5,7 +5,7 @@ import numpy as np
 from genpy import Time
 from geometry_msgs.msg import TransformStamped
 from openpose_ros_msgs.msg import PersonDetection
-from sensor_msgs.msg import CameraInfo, Image, PointCloud2
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image, PointCloud2
 from std_msgs.msg import Header
 
 from openpose_ros_pkg.ros import convert as convert_2d
@@ -18,7 +18,7 @@ from skeleton_extract_3d.points.point_grid import PointGrid
 from skeleton_extract_3d.points.transform import Transform, transform_people
 from skeleton_extract_3d.ros import convert
 
-PointsMessage = Union[PointCloud2, Image]
+PointsMessage = Union[PointCloud2, Image, CompressedImage]
 
 
 class Lifter:
@@ -42,7 +42,7 @@ class Lifter:
         """Return a view of the points of a message.
 
         Args:
-            message: cloud or depth image, as `points_source` says.
+            message: cloud or depth image, as `points_source` says; a CompressedImage is a compressedDepth.
             info: of the depth image; None with a cloud.
 
         Raises:
@@ -50,6 +50,8 @@ class Lifter:
         """
         if self._params.points_source == 'point_cloud':
             return convert.cloud_from_message(message)
+        if message._type == CompressedImage._type:
+            message = convert_2d.compressed_depth_to_image(message)
         return convert.depth_image_from_messages(message, info, self._params.rectified)
 
     def tracking_from_points(self, header: Header) -> Optional[Transform]:

@@ -14,7 +14,7 @@ from std_msgs.msg import Header
 from tf2_msgs.msg import TFMessage
 
 from openpose_ros_pkg.errors import BadInputError
-from openpose_ros_pkg.ros.convert import any_image_to_bgr, compressed_depth_to_image
+from openpose_ros_pkg.ros.convert import any_image_to_bgr
 from openpose_ros_pkg.stream.pairing import PairingParams, StampMatcher
 from openpose_ros_tools.ros.bag_files import StampedMessage, deserialized, stamped_messages
 from openpose_ros_tools.ros.camera_topics import TopicFinder, is_result
@@ -174,10 +174,8 @@ class Recording:
         grid, points_header = None, None
         try:
             if points is not None:
-                message = points.message
-                if message._type == CompressedImage._type:
-                    message = compressed_depth_to_image(message)
-                grid, points_header = self._lifter.points(message, points.info), message.header
+                grid = self._lifter.points(points.message, points.info)
+                points_header = points.message.header
             time = max(part.time for part in (image, points) if part is not None)
             return Frame(genpy.Time(0, time), image.message.header, any_image_to_bgr(image.message), grid,
                          points_header)

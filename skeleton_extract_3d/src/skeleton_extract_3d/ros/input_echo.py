@@ -1,0 +1,77 @@
+"""Publish what results were computed from: the image, and the points as a cloud."""
+from typing import Any, NamedTuple, Tuple
+
+import numpy as np
+import rospy
+from sensor_msgs.msg import Image, PointCloud2
+
+from openpose_ros_pkg.ros.health import Health
+from openpose_ros_pkg.stream.newest_wins import NewestWinsWorker
+from skeleton_extract_3d.points.camera import CameraModel
+from skeleton_extract_3d.points.depth import DepthImage
+from skeleton_extract_3d.points.point_grid import PointGrid
+from skeleton_extract_3d.ros import convert
+from skeleton_extract_3d.ros.lifter import PointsMessage
+
+
+class InputFrame(NamedTuple):
+    """What a result is computed from.
+
+    Attributes:
+        image: raw.
+        bgr: (H, W, 3) uint8, the same image.
+        message: cloud or depth image, as it came.
+        points: those of the message.
+    """
+
+    image: Image
+    bgr: np.ndarray
+    message: PointsMessage
+    points: PointGrid
+
+
+class InputEcho:
+    """Publishes input_rgb and input_pointcloud, each while somebody listens, in a thread of its own.
+
+    A cloud is passed on as it came. Of a depth image one is made, with the colours of the image.
+
+    Args:
+        namespace: prefix of the topics.
+        health: counts frames that can not be published.
+    """
+
+    def __init__(self, namespace: str, health: Health) -> None:
+        self._image_publisher = rospy.Publisher(f'{namespace}/input_rgb', Image, queue_size=1)
+        self._cloud_publisher = rospy.Publisher(f'{namespace}/input_pointcloud', PointCloud2, queue_size=1)
+        self._rays: Tuple[Any, np.ndarray] = (None, np.zeros(0))
+        self._worker = NewestWinsWorker(
+            self._publish, lambda error: health.warn('input not published', str(error)), 'input echo')
+
+    @property
+    def is_wanted(self) -> bool:
+        """Whether somebody listens."""
+        return any(each.get_num_connections() > 0 for each in (self._image_publisher, self._cloud_publisher))
+
+    def submit(self, frame: InputFrame) -> None:
+        """Publish a frame if somebody listens; its arrays may be read after this call."""
+        if self.is_wanted:
+            self._worker.submit(frame)
+
+    def _publish(self, frame: InputFrame) -> None:
+        if self._image_publisher.get_num_connections() > 0:
+            self._image_publisher.publish(frame.image)
+        if self._cloud_publisher.get_num_connections() > 0:
+            self._cloud_publisher.publish(self._cloud(frame))
+
+    def _cloud(self, frame: InputFrame) -> PointCloud2:
+        if not isinstance(frame.points, DepthImage):
+            return frame.message
+        cloud = frame.points.coloured_cloud(frame.bgr, self._rays_of(frame.points.camera))
+        return convert.cloud_to_message(cloud, frame.message.header)
+
+    def _rays_of(self, camera: CameraModel) -> np.ndarray:
+        """Return the rays of all pixels, (H, W, 3) float32, computed again only for another camera."""
+        key = (camera.width, camera.height, camera.distortion_model, *camera.matrix.flat, *camera.distortion)
+        if key != self._rays[0]:
+            self._rays = key, camera.ray_grid().astype(np.float32)
+        return self._rays[1]
