@@ -1,0 +1,110 @@
+#include <mutex>
+#include <string>
+
+#include <boost/make_shared.hpp>
+#include <pluginlib/class_list_macros.hpp>
+#include <sensor_msgs/CameraInfo.h>
+#include <sensor_msgs/Image.h>
+#include <sensor_msgs/PointCloud2.h>
+
+#include "cloud_to_depth/cloud_camera.h"
+#include "cloud_to_depth/depth_image.h"
+#include "common/stream_nodelet.h"
+
+namespace openpose_ros_nodelets
+{
+
+/// Organized cloud -> depth image and camera info of the same view, with the cloud's stamp and frame.
+class CloudToDepth : public StreamNodelet
+{
+private:
+  void configure(ParameterReader& parameters) override
+  {
+    write_depth_image_ = parameters.text("encoding", "16UC1", { "16UC1", "32FC1" }) == "16UC1" ?
+                             &depthImage<std::uint16_t> : &depthImage<float>;
+    camera_ = parameters.text("camera", "auto", { "auto", "topic", "fit" });
+    depth_publisher_ = advertise<sensor_msgs::Image>(*nh_, "depth_registered/image_rect", 1);
+    info_publisher_ = advertise<sensor_msgs::CameraInfo>(*nh_, "depth_registered/camera_info", 1);
+  }
+
+  void subscribe() override
+  {
+    if (camera_ != "fit")
+      info_subscriber_ = nh_->subscribe("camera_info", 1, &CloudToDepth::storeInfo, this);
+    cloud_subscriber_ = nh_->subscribe("points", 1, &CloudToDepth::convert, this);
+  }
+
+  void unsubscribe() override
+  {
+    cloud_subscriber_.shutdown();
+    info_subscriber_.shutdown();
+  }
+
+  void storeInfo(const sensor_msgs::CameraInfoConstPtr& info)
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    info_ = info;
+  }
+
+  void convert(const sensor_msgs::PointCloud2ConstPtr& message)
+  {
+    try
+    {
+      const OrganizedCloud cloud(*message);
+      const sensor_msgs::ImagePtr image = write_depth_image_(cloud);
+      const auto info = boost::make_shared<sensor_msgs::CameraInfo>(cameraOf(cloud, message->header.frame_id));
+      image->header = info->header = message->header;
+      depth_publisher_.publish(image);
+      info_publisher_.publish(info);
+      health().frameDone(message->header.stamp);
+    }
+    catch (const BadInputError& error)
+    {
+      health().warn("bad clouds", error.what());
+    }
+  }
+
+  template <typename Pixel>
+  static sensor_msgs::ImagePtr depthImage(const OrganizedCloud& cloud)
+  {
+    const auto image = boost::make_shared<sensor_msgs::Image>();
+    image->width = cloud.width();
+    image->height = cloud.height();
+    image->encoding = DepthTraits<Pixel>::ENCODING;
+    image->step = cloud.width() * sizeof(Pixel);
+    image->data.resize(image->step * image->height);
+    if (writeDepths(cloud, reinterpret_cast<Pixel*>(image->data.data())) == 0)
+      throw BadInputError("cloud has no valid point");
+    return image;
+  }
+
+  /// Return the camera that was given, or the one that fits the points.
+  sensor_msgs::CameraInfo cameraOf(const OrganizedCloud& cloud, const std::string& frame)
+  {
+    sensor_msgs::CameraInfoConstPtr info;
+    {
+      std::lock_guard<std::mutex> lock(mutex_);
+      info = info_;
+    }
+    if (!info && camera_ == "topic")
+      throw BadInputError("no camera info has come on " + info_subscriber_.getTopic());
+    if (!info)
+      return fittedCamera(cloud);
+    if (info->width != cloud.width() || info->height != cloud.height() || info->header.frame_id != frame)
+      throw BadInputError("cloud is " + std::to_string(cloud.width()) + " x " + std::to_string(cloud.height()) +
+                          " in frame '" + frame + "', but the camera info is of " + std::to_string(info->width) +
+                          " x " + std::to_string(info->height) + " in frame '" + info->header.frame_id + "'");
+    return *info;
+  }
+
+  sensor_msgs::ImagePtr (*write_depth_image_)(const OrganizedCloud&);
+  std::string camera_;
+  std::mutex mutex_;
+  sensor_msgs::CameraInfoConstPtr info_;  ///< newest one
+  ros::Publisher depth_publisher_, info_publisher_;
+  ros::Subscriber cloud_subscriber_, info_subscriber_;
+};
+
+}  // namespace openpose_ros_nodelets
+
+PLUGINLIB_EXPORT_CLASS(openpose_ros_nodelets::CloudToDepth, nodelet::Nodelet)

@@ -1,0 +1,62 @@
+#include "common/organized_cloud.h"
+
+#include <string>
+
+namespace openpose_ros_nodelets
+{
+namespace
+{
+
+[[noreturn]] void refuse(const std::string& text)
+{
+  throw BadInputError("cloud " + text);
+}
+
+std::string size(const sensor_msgs::PointCloud2& message)
+{
+  return std::to_string(message.width) + " x " + std::to_string(message.height);
+}
+
+/// Return the offset of a float32 field.
+std::size_t offsetOf(const sensor_msgs::PointCloud2& message, const std::string& name)
+{
+  for (const sensor_msgs::PointField& field : message.fields)
+  {
+    if (field.name != name)
+      continue;
+    if (field.datatype != sensor_msgs::PointField::FLOAT32)
+      refuse("has field '" + name + "' of datatype " + std::to_string(field.datatype) + ", expected FLOAT32 (7)");
+    if (field.offset + sizeof(float) > message.point_step)
+      refuse("has field '" + name + "' at byte " + std::to_string(field.offset) + " of points of " +
+             std::to_string(message.point_step) + " bytes");
+    return field.offset;
+  }
+  refuse("has no field '" + name + "'");
+}
+
+}  // namespace
+
+OrganizedCloud::OrganizedCloud(const sensor_msgs::PointCloud2& message)
+  : data_(message.data.data())
+  , width_(message.width)
+  , height_(message.height)
+  , point_step_(message.point_step)
+  , row_step_(message.row_step)
+{
+  if (width_ < 2 || height_ < 2)
+    refuse("is not organized: it has " + size(message) + " points, expected one per pixel of the image");
+  if (message.is_bigendian)
+    refuse("is big-endian, expected little-endian");
+  x_ = offsetOf(message, "x");
+  y_ = offsetOf(message, "y");
+  z_ = offsetOf(message, "z");
+  if (row_step_ < width_ * point_step_)
+    refuse("has rows of " + std::to_string(row_step_) + " bytes, expected at least " +
+           std::to_string(width_ * point_step_) + " for " + size(message) + " points");
+  const std::size_t needed = (height_ - 1) * row_step_ + width_ * point_step_;
+  if (message.data.size() < needed)
+    refuse("is truncated: " + std::to_string(message.data.size()) + " bytes, expected " + std::to_string(needed) +
+           " for " + size(message) + " points");
+}
+
+}  // namespace openpose_ros_nodelets

@@ -1,0 +1,73 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <stdexcept>
+
+#include <sensor_msgs/PointCloud2.h>
+
+namespace openpose_ros_nodelets
+{
+
+/// A message can not be used; the text says what was expected and what came.
+class BadInputError : public std::runtime_error
+{
+  using std::runtime_error::runtime_error;
+};
+
+/// The coordinates of a cloud with a point per pixel, read in the bytes of its message, which has to live as long.
+class OrganizedCloud
+{
+public:
+  /// Throws BadInputError for a cloud that is not organized, has no float32 x, y and z, is big-endian, or whose data
+  /// do not reach as far as its sizes say.
+  explicit OrganizedCloud(const sensor_msgs::PointCloud2& message);
+
+  /// One coordinate [m]; NaN, infinite or not in front of the camera where the point is missing.
+  float x(std::size_t column, std::size_t row) const
+  {
+    return value(x_, column, row);
+  }
+  float y(std::size_t column, std::size_t row) const
+  {
+    return value(y_, column, row);
+  }
+  float z(std::size_t column, std::size_t row) const
+  {
+    return value(z_, column, row);
+  }
+
+  /// Where z of the first point of a row lies; that of the next point is `pointStep` bytes further.
+  const std::uint8_t* rowOfZ(std::size_t row) const
+  {
+    return data_ + row * row_step_ + z_;
+  }
+
+  std::size_t width() const
+  {
+    return width_;
+  }
+  std::size_t height() const
+  {
+    return height_;
+  }
+  std::size_t pointStep() const
+  {
+    return point_step_;
+  }
+
+private:
+  float value(std::size_t offset, std::size_t column, std::size_t row) const
+  {
+    float value;
+    std::memcpy(&value, data_ + row * row_step_ + column * point_step_ + offset, sizeof(value));
+    return value;
+  }
+
+  const std::uint8_t* data_;
+  std::size_t width_, height_, point_step_, row_step_;
+  std::size_t x_, y_, z_;  ///< offsets in a point [bytes]
+};
+
+}  // namespace openpose_ros_nodelets

@@ -1,0 +1,166 @@
+#!/usr/bin/python3
+"""Clouds become depth images and camera infos; bad clouds are counted; nothing comes in while nobody listens."""
+import sys
+import unittest
+
+import numpy as np
+import rospy
+import rostest
+from harness import FRAME_ID, Counters, Recorder, cloud, wait_for
+from sensor_msgs.msg import CameraInfo, Image, PointCloud2, PointField
+from std_msgs.msg import Header
+from std_srvs.srv import SetBool
+
+WIDTH, HEIGHT = 64, 48
+FX, FY, CX, CY = 50.0, 52.0, 31.0, 24.5
+K = [FX, 0, CX, 0, FY, CY, 0, 0, 1]
+# Depths that are no depths, by their pixel (u, v) [m].
+MISSING = {(0, 0): np.nan, (1, 0): np.inf, (2, 0): -np.inf, (3, 0): 0.0, (4, 0): -1.0, (5, 0): 0.0004}
+NEAREST, FARTHEST, TOO_FAR = (6, 0), (7, 0), (8, 0)
+
+
+def surface() -> np.ndarray:
+    """Return a slanted surface as a pinhole camera sees it, with some odd points: (H, W, 3) float32 [m]."""
+    v, u = np.mgrid[:HEIGHT, :WIDTH].astype(np.float64)
+    z = 1.50003 + 0.0031 * u + 0.0073 * v  # no half millimetres, which float32 may round either way
+    for (column, row), depth in {**MISSING, NEAREST: 0.001, FARTHEST: 65.535, TOO_FAR: 65.6}.items():
+        z[row, column] = depth
+    with np.errstate(invalid='ignore'):
+        return np.stack([(u - CX) / FX * z, (v - CY) / FY * z, z], axis=-1).astype(np.float32)
+
+
+def millimetres(xyz: np.ndarray) -> np.ndarray:
+    """Return the depth image of the surface, (H, W) uint16 [mm]."""
+    z = xyz[..., 2].astype(np.float64)
+    known = np.isfinite(z) & (z > 0) & (z < 65.5355)
+    return np.where(known, np.round(1000 * np.where(known, z, 0)), 0).astype(np.uint16)
+
+
+def bad_clouds(stamp: rospy.Time):
+    """Yield clouds that can not be used, and words of the warning."""
+    message = cloud(surface(), stamp)
+    message.height, message.width, message.row_step = 1, WIDTH * HEIGHT, 32 * WIDTH * HEIGHT
+    yield message, ['not organized', '3072 x 1']
+    message = cloud(surface(), stamp)
+    message.fields = message.fields[:2]
+    yield message, ["no field 'z'"]
+    message = cloud(surface(), stamp)
+    message.fields[0].datatype = PointField.FLOAT64
+    yield message, ["field 'x'", 'FLOAT32']
+    message = cloud(surface(), stamp)
+    message.fields[1].offset = 30
+    yield message, ["field 'y'", '30', '32']
+    message = cloud(surface(), stamp)
+    message.is_bigendian = True
+    yield message, ['big-endian']
+    message = cloud(surface(), stamp)
+    message.data = message.data[:-1]
+    yield message, ['truncated', '98303', '98304']
+    message = cloud(surface(), stamp)
+    message.row_step = 32 * WIDTH - 1
+    yield message, ['rows of 2047 bytes', '2048']
+    yield cloud(np.full((HEIGHT, WIDTH, 3), np.nan), stamp), ['no valid point']
+    turned = surface()[..., [2, 0, 1]]  # as in a frame with x forward
+    yield cloud(turned, stamp), ['pinhole camera']
+
+
+class CloudToDepthTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        rospy.init_node('check_cloud_to_depth')
+        cls.counters = Counters()
+        cls.clouds = {ns: rospy.Publisher(f'/{ns}/points', PointCloud2, queue_size=10) for ns in ('managed', 'alone')}
+        cls.infos = {ns: rospy.Publisher(f'/{ns}/camera_info', CameraInfo, queue_size=10, latch=True)
+                     for ns in ('managed', 'alone')}
+        cls.last = rospy.Time(1000)
+
+    def listen(self, ns):
+        """Listen to both outputs until the end of the test."""
+        outputs = [Recorder(f'/{ns}/depth_registered/{topic}', kind)
+                   for topic, kind in (('image_rect', Image), ('camera_info', CameraInfo))]
+        for output in outputs:
+            self.addCleanup(output.stop)
+        wait_for(lambda: self.clouds[ns].get_num_connections() == 1, f'{ns} subscribes')
+        return outputs
+
+    def send(self, ns, message):
+        """Publish a cloud under a stamp of its own and return that."""
+        type(self).last += rospy.Duration(0, 33333333)
+        message.header.stamp = self.last
+        self.clouds[ns].publish(message)
+        return self.last
+
+    def check_depth(self, image, encoding, expected):
+        self.assertEqual((image.encoding, image.width, image.height, image.header.frame_id, image.is_bigendian),
+                         (encoding, WIDTH, HEIGHT, FRAME_ID, 0))
+        self.assertEqual(image.step, WIDTH * expected.itemsize)
+        np.testing.assert_array_equal(np.frombuffer(image.data, expected.dtype).reshape(HEIGHT, WIDTH), expected)
+
+    def test_1_nothing_comes_in_while_nobody_listens(self):
+        for ns in ('managed', 'alone'):
+            wait_for(lambda ns=ns: self.counters.value(f'{ns}/cloud_to_depth', 'enabled') == 'true', f'{ns} is there')
+            self.assertEqual((self.clouds[ns].get_num_connections(), self.infos[ns].get_num_connections()), (0, 0))
+            heard = Recorder(f'/{ns}/depth_registered/image_rect', Image)
+            wait_for(lambda ns=ns: self.clouds[ns].get_num_connections() == 1, f'{ns} subscribes')
+            heard.stop()
+            wait_for(lambda ns=ns: self.clouds[ns].get_num_connections() == 0, f'{ns} unsubscribes')
+
+    def test_2_depth_and_fitted_camera_in_a_manager(self):
+        depths, infos = self.listen('managed')
+        xyz = surface()
+        for layout in ({}, {'offsets': (4, 8, 12), 'point_step': 16}, {'offsets': (3, 11, 17), 'point_step': 21},
+                       {'padding': 40}):
+            stamp = self.send('managed', cloud(xyz, rospy.Time(), **layout))
+            expected = millimetres(xyz)
+            self.assertEqual([int(expected[v, u]) for u, v in (NEAREST, FARTHEST, TOO_FAR)], [1, 65535, 0])
+            self.check_depth(depths.at(stamp), '16UC1', expected)
+            info = infos.at(stamp)
+            self.assertEqual((info.width, info.height, info.header.frame_id, info.distortion_model),
+                             (WIDTH, HEIGHT, FRAME_ID, 'plumb_bob'))
+            # coordinates are float32: 1e-7 of 64 px
+            np.testing.assert_allclose(info.K, K, rtol=1e-5, atol=1e-4)
+            np.testing.assert_allclose(np.reshape(info.P, (3, 4))[:, :3].ravel(), info.K)
+            self.assertEqual((list(info.D), list(info.R)), ([0] * 5, [1, 0, 0, 0, 1, 0, 0, 0, 1]))
+
+    def test_3_metres_and_given_camera_alone(self):
+        depths, infos = self.listen('alone')
+        xyz = surface()
+        self.send('alone', cloud(xyz, rospy.Time()))
+        self.counters.await_event('alone/cloud_to_depth', 'bad clouds', 1, ['no camera info', '/alone/camera_info'])
+        given = CameraInfo(header=Header(stamp=rospy.Time(5), frame_id=FRAME_ID), width=WIDTH, height=HEIGHT, K=K,
+                           distortion_model='plumb_bob', D=[0.0] * 5, P=[49.0, 0, CX, 0, 0, FY, CY, 0, 0, 0, 1, 0])
+        self.infos['alone'].publish(given)
+        stamp = wait_for(lambda: (sent := self.send('alone', cloud(xyz, rospy.Time()))) and infos.messages and sent,
+                         'a camera info')
+        with np.errstate(invalid='ignore'):
+            expected = np.where(np.isfinite(xyz[..., 2]) & (xyz[..., 2] > 0), xyz[..., 2], np.float32('nan'))
+        self.check_depth(depths.at(stamp), '32FC1', expected)
+        given.header.stamp, given.header.seq = stamp, infos.at(stamp).header.seq
+        self.assertEqual(infos.at(stamp), given)
+
+    def test_4_bad_clouds_are_counted(self):
+        depths, _ = self.listen('managed')
+        for number, (message, words) in enumerate(bad_clouds(rospy.Time()), 1):
+            self.send('managed', message)
+            self.counters.await_event('managed/cloud_to_depth', 'bad clouds', number, words)
+        self.assertEqual(depths.messages, [])
+        depths.at(self.send('managed', cloud(surface(), rospy.Time())))
+
+    def test_5_a_camera_of_another_view_is_refused(self):
+        self.listen('managed')
+        self.infos['managed'].publish(CameraInfo(header=Header(frame_id=FRAME_ID), width=2 * WIDTH, height=HEIGHT, K=K))
+        wait_for(lambda: self.send('managed', cloud(surface(), rospy.Time()))
+                 and 'camera info is of' in ' '.join(self.counters.said('managed/cloud_to_depth')), 'a warning')
+        self.counters.await_event('managed/cloud_to_depth', 'bad clouds', 1, ['64 x 48', '128 x 48', FRAME_ID])
+
+    def test_6_enable(self):
+        self.listen('alone')
+        enable = rospy.ServiceProxy('/alone/cloud_to_depth/enable', SetBool)
+        self.assertTrue(enable(False).success)
+        wait_for(lambda: self.clouds['alone'].get_num_connections() == 0, 'it unsubscribes')
+        self.assertTrue(enable(True).success)
+        wait_for(lambda: self.clouds['alone'].get_num_connections() == 1, 'it subscribes')
+
+
+if __name__ == '__main__':
+    rostest.rosrun('openpose_ros_nodelets', 'check_cloud_to_depth', CloudToDepthTest, sys.argv)
