@@ -42,6 +42,8 @@ def check_space(space, environment):
         rosmsg show openpose_ros_msgs/PersonDetection_3d | grep '^uint32 person_ID$'
         rossrv show openpose_ros_msgs/GetPersons | grep '^sensor_msgs/Image image$'
         /usr/bin/python3 - <<'END'
+import importlib.util
+assert importlib.util.find_spec('openvino') is None, 'other programs see what PyPI brings'
 import {modules}
 {node_imports}
 print(numpy.__file__)
