@@ -12,7 +12,9 @@ import rostest
 from harness import TIMEOUT, Counters, Recorder, distance, image, joints, picture, publisher, true_people, wait_for
 from openpose_ros_msgs.msg import PersonDetectionArray, Timing
 from openpose_ros_msgs.srv import GetPersons
-from sensor_msgs.msg import CompressedImage, Image
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image
+
+from openpose_ros_pkg.ros.convert import compressed_image_to_bgr, image_to_bgr
 
 NODE = 'openpose_ros_service_node'
 # [px] The fields of the small input that this test uses have one value for 17 x 17 pixels of the picture; measured up
@@ -81,6 +83,41 @@ class StreamTest(unittest.TestCase):
         self.assertEqual(found, sorted(set(found)))
         self.assertLess(len(found), len(stamps))
         wait_for(lambda: self.counters['images skipped'] > skipped, 'skipped images are counted')
+
+    def test_the_annotated_image_is_compressed_and_has_a_camera_info(self):
+        """Drawn once: the JPEG shows the raw message; a camera info of another size is not passed on."""
+        drawn, jpegs, infos = (Recorder(f'openpose_ros/{topic}', kind) for topic, kind in (
+            ('detected_poses_image', Image), ('detected_poses_image/compressed', CompressedImage),
+            ('camera_info', CameraInfo)))
+        calibration = publisher('camera/camera_info', CameraInfo)
+        message = image(picture(0), 25.0, 'calibrated')
+
+        def both():
+            self.camera.publish(message)
+            return [[other for other in recorder.messages if other.header.stamp == message.header.stamp]
+                    for recorder in (drawn, jpegs)]
+
+        def info():
+            calibration.publish(CameraInfo(width=960, height=540, K=np.diag([500.0, 510.0, 1.0]).ravel(), D=[0.1] * 5))
+            self.camera.publish(message)
+            return infos.messages
+        try:
+            (raw, *_), (jpeg, *_) = wait_for(lambda: all(both()) and both(), 'the annotated image')
+            self.assertEqual((jpeg.format, jpeg.header.frame_id), ('bgr8; jpeg compressed bgr8', 'calibrated'))
+            difference = cv2.absdiff(compressed_image_to_bgr(jpeg), image_to_bgr(raw))
+            self.assertLess(difference.mean(), 3.0)  # grey values of 255, at quality 80
+            self.assertGreater(cv2.absdiff(image_to_bgr(raw), picture(0)).mean(), 1.0)  # there is something drawn
+            self.assertEqual(infos.messages, [])
+            found = wait_for(info, 'the camera info')[-1]
+            self.assertEqual((found.header.stamp, found.header.frame_id), (message.header.stamp, 'calibrated'))
+            self.assertEqual((found.K[0], found.K[4], found.D), (500.0, 510.0, (0.1,) * 5))
+            before = self.counters['camera info of another image']
+            self.result_of(image(GREY, 26.0))
+            self.counters.wait('camera info of another image', before + 1)
+            self.assertNotIn(26.0, [other.header.stamp.to_sec() for other in infos.messages])
+        finally:
+            for recorder in (drawn, jpegs, infos):
+                recorder.close()
 
     def test_a_bad_image_is_counted_and_the_next_one_works(self):
         before = self.counters['bad image']

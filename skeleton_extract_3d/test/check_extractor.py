@@ -28,7 +28,7 @@ from harness import (
     wait_for,
 )
 from openpose_ros_msgs.msg import BodypartDetection_3d, PersonDetection, PersonDetectionArray, Timing
-from sensor_msgs.msg import Image, PointCloud2
+from sensor_msgs.msg import CameraInfo, Image, PointCloud2
 
 from openpose_ros_pkg.ros.convert import image_to_bgr
 from openpose_ros_pkg.ros.session import is_heard
@@ -197,6 +197,24 @@ class ExtractorTest(unittest.TestCase):
         changed = (image_to_bgr(message) != image_to_bgr(image(11, message.header.stamp))).any(axis=2)
         self.assertTrue(changed[30, 20])
         self.assertLess(changed.mean(), 0.5)
+
+    def test_the_camera_info_of_the_input_stands_beside_the_image(self):
+        """Nothing before it is there, since these points are those of no camera."""
+        infos = self.listen(f'{OUTPUT}/camera_info', CameraInfo)
+        self.output.frame(self.camera.send_frame(12))
+        self.output.frame(self.camera.send_frame(12))  # whatever belongs to the first one has been published
+        self.assertEqual(infos, [])
+        source = rospy.Publisher(f'{NODE}/camera_info', CameraInfo, queue_size=1)
+        self.addCleanup(source.unregister)
+
+        def one_came():
+            source.publish(CameraInfo(width=WIDTH, height=HEIGHT, K=[50, 0, 31, 0, 51, 23, 0, 0, 1]))
+            self.output.frame(self.camera.send_frame(12))
+            return infos
+
+        info = wait_for(one_came, 'the camera info')[0]
+        self.assertEqual((info.K[0], info.K[4], info.header.frame_id), (50.0, 51.0, FRAME_ID))
+        self.assertTrue(self.output.has(info.header.stamp))
 
     def test_joints_are_frames(self):
         stamp = self.camera.send_frame(7)

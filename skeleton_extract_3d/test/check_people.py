@@ -32,6 +32,7 @@ from openpose_ros_msgs.msg import (
     PersonDetectionArray,
     Timing,
 )
+from sensor_msgs.msg import CameraInfo
 from std_msgs.msg import Header
 
 from openpose_ros_pkg.ros.convert import bgr_to_image
@@ -84,6 +85,8 @@ class PeopleTest(unittest.TestCase):
         cls.detector.answer = cls.detected
         cls.arrays_2d: List[PersonDetectionArray] = []
         cls.subscriber = rospy.Subscriber(f'{OUTPUT}/detected_poses', PersonDetectionArray, cls.arrays_2d.append)
+        cls.infos: List[CameraInfo] = []
+        cls.info_subscriber = rospy.Subscriber(f'{OUTPUT}/camera_info', CameraInfo, cls.infos.append)
         cls.output, cls.camera = Output(), Camera()
         cls.tf_buffer = tf2_ros.Buffer()
         cls.tf_listener = tf2_ros.TransformListener(cls.tf_buffer)
@@ -196,6 +199,14 @@ class PeopleTest(unittest.TestCase):
                 told.append([position(getattr(velocity, joint)) for joint in TRUNK])
             self.assertGreater(np.linalg.norm(np.mean(true, axis=(0, 1))), 1.0)
             np.testing.assert_allclose(np.mean(told, axis=(0, 1)), np.mean(true, axis=(0, 1)), atol=WRONG_VELOCITY)
+
+    def test_without_a_camera_info_the_cloud_tells_the_camera_of_the_image(self):
+        true, info = self.sequence.frames.camera, self.infos[-1]
+        self.assertEqual((info.width, info.height), (true.width, true.height))
+        np.testing.assert_allclose(np.reshape(info.K, (3, 3)), true.matrix, atol=0.5)  # [px], depth is in whole mm
+        np.testing.assert_allclose(np.reshape(info.P, (3, 4))[:, :3], true.matrix, atol=0.5)
+        stamps = {frame.array.header.stamp for frame in self.frames}
+        self.assertIn(self.infos[len(self.infos) // 2].header.stamp, stamps)
 
     def test_joints_are_frames(self):
         frame = self.frames[-1]

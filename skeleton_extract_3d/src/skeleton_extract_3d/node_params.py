@@ -3,7 +3,7 @@ from dataclasses import dataclass
 from typing import Any, Dict, Tuple, Type
 
 from openpose_ros_pkg.output.draw import DrawParams
-from openpose_ros_pkg.params.nodes import ImageTransportParams, ServiceClientParams
+from openpose_ros_pkg.params.nodes import AnnotatedImageParams, ImageTransportParams, ServiceClientParams
 from openpose_ros_pkg.params.parameters import Parameters, parameter, parameter_fields
 from openpose_ros_pkg.stream.pairing import PairingParams
 from skeleton_extract_3d.points.rgbd_sequence import PLAYBACKS
@@ -74,10 +74,12 @@ class ExtractorSettings:
     service: ServiceClientParams
     transport: ImageTransportParams
     draw: DrawParams
+    images: AnnotatedImageParams
 
 
 # What dynamic_reconfigure may change in the running extractor.
-LIVE_PARAMETERS: Tuple[str, ...] = tuple(field.name for field in parameter_fields(EstimatorSettings, DrawParams))
+LIVE_PARAMETERS: Tuple[str, ...] = tuple(field.name for field in parameter_fields(
+    EstimatorSettings, DrawParams, AnnotatedImageParams))
 
 # The parameters of each file in config/; a node loads the file of its name.
 CONFIG_FILES: Dict[str, Type[Any]] = {

@@ -40,6 +40,15 @@ class PublishingParams(Parameters):
 
 
 @dataclass(frozen=True)
+class AnnotatedImageParams(Parameters):
+    """How the annotated image is published."""
+
+    jpeg_quality: int = parameter(
+        80, 'Quality of the JPEG on detected_poses_image/compressed; 95 is hard to tell from the original, 50 is '
+            'half as large as 80.', minimum=1, maximum=100)
+
+
+@dataclass(frozen=True)
 class ServiceClientParams(Parameters):
     """How the node calls the detection service."""
 
@@ -84,6 +93,7 @@ class ServiceSettings:
     draw: DrawParams
     keypoint_scale: KeypointScaleParams
     publishing: PublishingParams
+    images: AnnotatedImageParams
     stream: StreamParams
     transport: ImageTransportParams
     save: SaveParams
@@ -101,7 +111,7 @@ class ClientSettings:
 
 # What dynamic_reconfigure may change in the running service node.
 LIVE_PARAMETERS: Tuple[str, ...] = ('mode', *(field.name for field in parameter_fields(
-    DecodeParams, DirectDecodeParams, EnsembleParams, TrackingParams, DrawParams)))
+    DecodeParams, DirectDecodeParams, EnsembleParams, TrackingParams, DrawParams, AnnotatedImageParams)))
 
 # The parameters of each file in config/; a node loads the file of its name.
 CONFIG_FILES: Dict[str, Type[Any]] = {

@@ -165,6 +165,16 @@ def bgr_to_image(bgr: np.ndarray, header: Header) -> Image:
     return pixels_to_image(bgr, 'bgr8', header)
 
 
+def bgr_to_jpeg(bgr: np.ndarray, header: Header, quality: int) -> CompressedImage:
+    """Return a CompressedImage message (JPEG) of a (H, W, 3) uint8 image, as image_transport's plugin makes it.
+
+    Args:
+        quality: 1 to 100, as libjpeg defines it.
+    """
+    jpeg = cv2.imencode('.jpg', bgr, [cv2.IMWRITE_JPEG_QUALITY, quality])[1]
+    return CompressedImage(header=header, format='bgr8; jpeg compressed bgr8', data=jpeg.tobytes())
+
+
 def people_to_messages(people: People2D, header: Header, keypoints: Optional[np.ndarray] = None
                        ) -> List[PersonDetection]:
     """Return one PersonDetection per person; a missing joint is x = y = 0 with confidence 0.

@@ -20,6 +20,7 @@ from openpose_ros_pkg.output.recorder import Recorder
 from openpose_ros_pkg.params.nodes import LIVE_PARAMETERS, ServiceSettings
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.ros import convert
+from openpose_ros_pkg.ros.camera_info import CameraInfoPublisher, sibling_camera_info
 from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.ros.images import AnyImage, image_subscriber, raw_image
 from openpose_ros_pkg.ros.live_parameters import LiveParameters
@@ -99,8 +100,9 @@ class DetectionService:
         self._health.show(self._recorder_counters)
         self._trackers = CameraTrackers(settings.tracking)
         self._publisher: Optional[PeoplePublisher] = None
+        self._camera_info: Optional[CameraInfoPublisher] = None
         if settings.publishing.publish_results:
-            self._publisher = PeoplePublisher(namespace, settings.draw, self._health, self._timing)
+            self._publisher = PeoplePublisher(namespace, settings.draw, settings.images, self._health, self._timing)
         self._live = LiveParameters(settings, LIVE_PARAMETERS, self._reconfigure)
         self._service = rospy.Service(service, GetPersons, self._serve)
         if settings.stream.image_topic:
@@ -111,6 +113,8 @@ class DetectionService:
 
     def _subscribe(self, topic: str, namespace: str) -> None:
         self._input_publisher = rospy.Publisher(f'{namespace}/input_image', Image, queue_size=1)
+        if self._publisher is not None:
+            self._camera_info = CameraInfoPublisher(namespace, sibling_camera_info(topic), self._health)
         self._pipeline = Pipeline(self._prepare_streamed, self._compute, self._finish, self._frame_failed,
                                   self._detector.lock)
         # a thread within a network would end the program with an abort
@@ -135,7 +139,10 @@ class DetectionService:
         held_back = time.monotonic() - received  # by the pipeline, as the networks were busy
         if self._input_publisher.get_num_connections() > 0:
             self._input_publisher.publish(raw_image(message))
-        return self._prepare(message, received, held_back)
+        prepared = self._prepare(message, received, held_back)
+        if self._camera_info is not None:
+            self._camera_info.publish(message.header, (prepared.bgr.shape[1], prepared.bgr.shape[0]))
+        return prepared
 
     def _prepare(self, message: AnyImage, received: float, held_back: float = 0.0) -> _Prepared:
         begin = time.monotonic()
@@ -198,7 +205,7 @@ class DetectionService:
         self._settings = settings
         self._trackers.reconfigure(settings.tracking)
         if self._publisher is not None:
-            self._publisher.reconfigure(settings.draw)
+            self._publisher.reconfigure(settings.draw, settings.images)
         if self._recorder is not None:
             self._recorder.reconfigure(settings.draw)
 

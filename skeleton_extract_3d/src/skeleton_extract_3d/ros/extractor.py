@@ -15,6 +15,7 @@ from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.networks.models import find_model
 from openpose_ros_pkg.params.nodes import ImageTransportParams
 from openpose_ros_pkg.ros import convert as convert_2d
+from openpose_ros_pkg.ros.camera_info import CameraInfoPublisher
 from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.ros.images import AnyImage, InputSubscriber, image_subscriber, raw_image
 from openpose_ros_pkg.ros.live_parameters import LiveParameters
@@ -70,14 +71,14 @@ class Extractor:
         self._timing = TimingReport(_STAGES, result='total')
         self._health.show(self._timing.medians)
         self._client = DetectionClient('~skeleton_2d_detector', settings.service)
-        self._camera_info: Optional[CameraInfo] = None
         self._last_report = -float('inf')
         self._chain = PeopleChain(find_model(self._params.pose_model).skeleton, settings.estimator)
         self._lifter = Lifter(self._params, self._chain, self._lookup)
         self._advertise()
         self._publisher_2d: Optional[PeoplePublisher] = None
         if self._params.publish_2d:
-            self._publisher_2d = PeoplePublisher(_NAMESPACE, settings.draw, self._health, self._timing)
+            self._publisher_2d = PeoplePublisher(_NAMESPACE, settings.draw, settings.images, self._health,
+                                                self._timing)
         self._live = LiveParameters(settings, LIVE_PARAMETERS, self._reconfigure)
         self._worker = NewestWinsWorker(self._process, self._failed, 'extractor')
         self._subscribe(settings.pairing, settings.transport)
@@ -96,12 +97,13 @@ class Extractor:
         if self._params.target_frame or self._params.tracking_frame:
             self._tf_buffer = tf2_ros.Buffer()
             self._tf_listener = tf2_ros.TransformListener(self._tf_buffer)
+        # there before the first message can come
+        self._camera_info = CameraInfoPublisher(_NAMESPACE, '~camera_info', self._health)
         images = image_subscriber('~image', transport.image_transport)
         if self._params.points_source == 'point_cloud':
             points = InputSubscriber('~point_cloud', PointCloud2)
         else:
             points = image_subscriber('~depth_image', self._params.depth_transport)
-            self._info_subscriber = rospy.Subscriber('~camera_info', CameraInfo, self._store_camera_info, queue_size=1)
         self._inputs = (images, points)
         self._synchronizer = StampSynchronizer(self._inputs, pairing, self._health)
         self._synchronizer.registerCallback(self._submit)
@@ -109,9 +111,6 @@ class Extractor:
 
     def _submit(self, image: AnyImage, points: PointsMessage) -> None:
         self._worker.submit(_Pair(time.monotonic(), image, points))
-
-    def _store_camera_info(self, message: CameraInfo) -> None:
-        self._camera_info = message
 
     def _process(self, pair: _Pair) -> None:
         """Detect, estimate and publish the people of a pair, and report the duration of each stage."""
@@ -128,6 +127,7 @@ class Extractor:
         self._report(estimate, points)
         stopwatch.restart()
         self._publish_2d(estimate, image.header, bgr)
+        self._camera_info.publish(image.header, (image.width, image.height), lambda: _camera_of(points, image))
         self._publish(estimate.people, header)
         stopwatch.lap('publish')
         latency = (rospy.get_rostime() - header.stamp).to_sec()
@@ -138,9 +138,9 @@ class Extractor:
             self._timing.add(stage, seconds)
 
     def _points(self, message: PointsMessage) -> PointGrid:
-        if self._params.points_source == 'depth_image' and self._camera_info is None:
-            raise BadInputError(f"no camera info yet on {rospy.resolve_name('~camera_info')}")
-        return self._lifter.points(message, self._camera_info)
+        if self._params.points_source == 'depth_image' and self._camera_info.newest is None:
+            raise BadInputError(f'no camera info yet on {self._camera_info.source}')
+        return self._lifter.points(message, self._camera_info.newest)
 
     def _lookup(self, target: str, source: str, stamp: rospy.Time) -> TransformStamped:
         return self._tf_buffer.lookup_transform(target, source, stamp, rospy.Duration(self._params.tf_timeout))
@@ -165,7 +165,7 @@ class Extractor:
         """Take new parameters; they hold from the next frame on."""
         self._chain.reconfigure(settings.estimator)
         if self._publisher_2d is not None:
-            self._publisher_2d.reconfigure(settings.draw)
+            self._publisher_2d.reconfigure(settings.draw, settings.images)
 
     def _report(self, estimate: Estimate, points: PointGrid) -> None:
         now = time.monotonic()
@@ -197,6 +197,15 @@ class Extractor:
                 self._health.warn('no pairs', f'{names[0]} and {names[1]} both come, but no two stamps are within '
                                               f'{self._synchronizer.slop:.3f} s of each other')
             before, pairs_before = received, pairs
+
+
+def _camera_of(points: PointGrid, image: Image) -> Optional[CameraInfo]:
+    """Return the camera info of an image by the camera of the points; None where they do not tell."""
+    try:
+        camera = points.camera_model()
+        return camera and convert.camera_to_message(camera.scaled(image.width, image.height), image.header)
+    except BadInputError:
+        return None  # lifting by window needs no camera
 
 
 def main() -> None:

@@ -1,0 +1,70 @@
+"""The camera info beside an annotated image: that of the input, or one that the caller knows; never an assumed one."""
+import copy
+from typing import Callable, Optional, Tuple
+
+import rospy
+from sensor_msgs.msg import CameraInfo
+from std_msgs.msg import Header
+
+from openpose_ros_pkg.ros.health import Health
+
+
+class CameraInfoPublisher:
+    """Publishes NAMESPACE/camera_info with the header of each image, while somebody listens and it is known.
+
+    Args:
+        namespace: prefix of the topic, that of the annotated image.
+        source: topic of the input's camera info.
+        health: counts images of another size than that camera info.
+
+    Attributes:
+        newest: camera info of the input; None before the first.
+        source: resolved name of its topic.
+    """
+
+    def __init__(self, namespace: str, source: str, health: Health) -> None:
+        self.newest: Optional[CameraInfo] = None
+        self._health = health
+        self._publisher = rospy.Publisher(f'{namespace}/camera_info', CameraInfo, queue_size=1)
+        self._subscriber = rospy.Subscriber(source, CameraInfo, self._store, queue_size=1)
+        self.source = self._subscriber.resolved_name
+
+    def publish(self, header: Header, size: Tuple[int, int],
+                otherwise: Callable[[], Optional[CameraInfo]] = lambda: None) -> None:
+        """Publish the camera info of an image.
+
+        Args:
+            header: of the image.
+            size: width and height of the image [px].
+            otherwise: returns the camera info where the input has none of this image; called while somebody listens.
+        """
+        if self._publisher.get_num_connections() == 0:
+            return
+        newest = self.newest
+        info = copy.copy(newest) if newest is not None and _is_of_image(newest, size) else otherwise()
+        if info is not None:
+            info.header = header
+            self._publisher.publish(info)
+        elif newest is not None:
+            self._health.warn('camera info of another image', f'{self.source} has {_image_size(newest)} px and focal '
+                                                              f'length {newest.K[0]:g}, but the image {size} px')
+
+    def _store(self, message: CameraInfo) -> None:
+        self.newest = message
+
+
+def sibling_camera_info(image_topic: str) -> str:
+    """Return the topic of the camera info that drivers publish beside an image topic."""
+    # resolved first, so that a remapping of the image topic holds for its sibling too
+    return rospy.resolve_name(image_topic).rpartition('/')[0] + '/camera_info'
+
+
+def _is_of_image(info: CameraInfo, size: Tuple[int, int]) -> bool:
+    """Tell whether the camera is calibrated, which K[0] = 0 denies, and gives images of this size."""
+    return info.K[0] != 0 and _image_size(info) == size
+
+
+def _image_size(info: CameraInfo) -> Tuple[int, int]:
+    """Return width and height of the images that belong to a camera info: region of interest and binning applied."""
+    return ((info.roi.width or info.width) // max(info.binning_x, 1),
+            (info.roi.height or info.height) // max(info.binning_y, 1))
