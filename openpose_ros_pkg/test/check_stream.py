@@ -84,8 +84,10 @@ class StreamTest(unittest.TestCase):
         self.assertLess(len(found), len(stamps))
         wait_for(lambda: self.counters['images skipped'] > skipped, 'skipped images are counted')
 
-    def test_the_annotated_image_is_compressed_and_has_a_camera_info(self):
-        """Drawn once: the JPEG shows the raw message; a camera info of another size is not passed on."""
+    def test_what_is_drawn_comes_as_jpeg_too_with_a_camera_info(self):
+        """The JPEG shows the raw message; a camera info of another size is not passed on. After test_timing, by its
+        name: that one sees that nothing has been drawn for ten seconds.
+        """
         drawn, jpegs, infos = (Recorder(f'openpose_ros/{topic}', kind) for topic, kind in (
             ('detected_poses_image', Image), ('detected_poses_image/compressed', CompressedImage),
             ('camera_info', CameraInfo)))

@@ -45,7 +45,7 @@ class AnnotatedImageParams(Parameters):
 
     jpeg_quality: int = parameter(
         80, 'Quality of the JPEG on detected_poses_image/compressed; 95 is hard to tell from the original, 50 is '
-            'half as large as 80.', minimum=1, maximum=100)
+            'about half as large as 80.', minimum=1, maximum=100)
 
 
 @dataclass(frozen=True)

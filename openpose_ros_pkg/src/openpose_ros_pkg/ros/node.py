@@ -2,12 +2,13 @@
 import ctypes
 import logging
 import sys
-from typing import Any, Callable, Type
+from typing import Any, Callable, Dict, List, Tuple, Type
 
 import rosgraph.names
 import rospy
 
 from openpose_ros_pkg.errors import OpenposeRosError, ParameterError
+from openpose_ros_pkg.params.flags import read_flags
 from openpose_ros_pkg.params.parameters import Settings, build, to_yaml
 
 # Parameters of glibc's mallopt (malloc.h).
@@ -21,19 +22,27 @@ _LEAST_MMAP_THRESHOLD = 32 << 20
 def run_node(name: str, kind: Type[Settings], make: Callable[[Settings], Any]) -> None:
     """Initialise the node, build it of its parameters and serve until shutdown; exit with 1 when it can not be built.
 
-    With --help it only prints what the node does, which is its module's docstring, and its parameters.
+    Arguments of the command line are private parameters too, as --NAME=VALUE (see `read_flags`); they win over what the
+    parameter server has. With --help it only prints what the node does, which is its module's docstring, and its
+    parameters. Neither this nor the refusal of an argument needs a master.
 
     Args:
         name: default node name.
         kind: parameter class or record of the private parameters.
         make: builds the node of them and returns it; raises OpenposeRosError for what the user has to mend.
     """
-    if {'-h', '--help'} & set(sys.argv[1:]):
+    if {'-h', '-help', '--help'} & set(sys.argv[1:]):
         sys.stdout.write(f'{sys.modules[make.__module__].__doc__}\n'
-                         f'Private parameters, in a launch file or as _NAME:=VALUE:\n\n{to_yaml(kind)}')
+                         'Private parameters, in a launch file, as _NAME:=VALUE or --NAME=VALUE (bools: --NAME, --noNAME'
+                         f'):\n\n{to_yaml(kind)}')
         return
+    flags, others = _read_arguments(name, kind)
     keep_large_blocks()
     rospy.init_node(name)
+    for key, value in flags.items():
+        rospy.set_param(f'~{key}', value)
+    for key in others:
+        rospy.logwarn('--%s is without effect: %s has no such parameter', key, rospy.get_name())
     # messages that the core logs go to /rosout like those of the node
     logging.getLogger('openpose_ros_pkg').setLevel(logging.INFO)
     core_log = _RosLogHandler()
@@ -46,6 +55,16 @@ def run_node(name: str, kind: Type[Settings], make: Callable[[Settings], Any]) -
         sys.exit(1)
     rospy.spin()
     del node  # lives until here: its publishers and threads serve while spinning
+
+
+def _read_arguments(name: str, kind: Type[Settings]) -> Tuple[Dict[str, Any], List[str]]:
+    """Do `read_flags`, or end the program with 1; values that are not allowed never get to the parameter server."""
+    try:
+        flags, others = read_flags(kind, rospy.myargv()[1:])
+        build(kind, flags)
+    except ParameterError as error:
+        sys.exit(f'{name}: {error}')
+    return flags, others
 
 
 def check_topic_name(key: str, topic: str) -> None:
