@@ -33,8 +33,8 @@ def run_node(name: str, kind: Type[Settings], make: Callable[[Settings], Any]) -
     """
     if {'-h', '-help', '--help'} & set(sys.argv[1:]):
         sys.stdout.write(f'{sys.modules[make.__module__].__doc__}\n'
-                         'Private parameters, in a launch file, as _NAME:=VALUE or --NAME=VALUE (bools: --NAME, --noNAME'
-                         f'):\n\n{to_yaml(kind)}')
+                         'Private parameters, in a launch file, as _NAME:=VALUE or --NAME=VALUE (bools: --NAME, '
+                         f'--noNAME):\n\n{to_yaml(kind)}')
         return
     flags, others = _read_arguments(name, kind)
     keep_large_blocks()

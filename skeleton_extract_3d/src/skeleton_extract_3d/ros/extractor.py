@@ -8,7 +8,7 @@ import rospy
 import tf2_ros
 from geometry_msgs.msg import TransformStamped
 from openpose_ros_msgs.msg import PersonDetection_3d, PersonDetection_3dArray
-from sensor_msgs.msg import CameraInfo, PointCloud2
+from sensor_msgs.msg import CameraInfo, Image, PointCloud2
 from std_msgs.msg import Header
 
 from openpose_ros_pkg.errors import BadInputError
