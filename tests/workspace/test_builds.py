@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from development.systems import this_system
 from workspaces import ROOT, SETTINGS, copy_checkout, plain_environment, shell
 
 PYTHON_PACKAGES = ('openpose_ros_pkg', 'skeleton_extract_3d', 'openpose_ros_tools', 'openpose_ros_mocap')
@@ -110,6 +111,7 @@ def test_catkin_make_in_a_workspace(tmp_path, environment):
     check_nodes_run(tmp_path / 'elsewhere/space', environment)
 
 
+@pytest.mark.skipif(not this_system().packages_of('catkin-tools'), reason=f'{this_system().name} has no catkin-tools')
 def test_catkin_build_in_a_workspace(tmp_path, environment):
     copy_checkout(tmp_path / 'src/openpose_ros')
     shell(f'catkin init; catkin config --cmake-args {SETTINGS}; catkin build --no-status', tmp_path, environment)
