@@ -67,6 +67,7 @@ def test_package_alone(package, spaces, environment, tmp_path):
         source {spaces / package}/setup.bash --extend
         export ROS_MASTER_URI=http://localhost:1
         /usr/bin/python3 check.py {package} '{strangers}'
+        test -s {spaces / package}/share/{package}/LICENSE
         for program in $(find {spaces / package}/lib/{package} -type f 2>/dev/null); do
           $program --help >help.txt || {{ echo "$program --help failed"; exit 1; }}
           test -s help.txt
