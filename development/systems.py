@@ -50,16 +50,16 @@ ROS.update({
 })
 OTHERS = {name: name for name in (
     'ca-certificates', 'catkin-lint', 'catkin-tools', 'cmake', 'g++', 'make', 'pybind11-dev', 'python3', 'python3-dev',
-    'python3-distributed', 'python3-jinja2', 'python3-matplotlib', 'python3-numpy', 'python3-opencv', 'python3-pandas',
-    'python3-psutil', 'python3-rospkg', 'python3-scipy', 'python3-setuptools', 'python3-tqdm', 'python3-venv',
-    'python3-yaml', 'scrot', 'shellcheck', 'xvfb')}
+    'python3-jinja2', 'python3-matplotlib', 'python3-numpy', 'python3-opencv', 'python3-pandas', 'python3-psutil',
+    'python3-rospkg', 'python3-scipy', 'python3-setuptools', 'python3-tqdm', 'python3-venv', 'python3-yaml', 'scrot',
+    'shellcheck', 'xvfb')}
 OTHERS.update({'gtest': 'libgtest-dev', 'python3-hypothesis': FROM_PYPI, 'python3-pytest': FROM_PYPI})
 
-# What builds, demonstrates and tests beside what the package.xml files name, and distributed, which is no rosdep key.
+# What builds, demonstrates and tests beside what the package.xml files name.
 # ros_environment: its hook sets ROS_PACKAGE_PATH; up to Debian 12 others bring it.
-TOOLS = ('ca-certificates', 'catkin-lint', 'catkin-tools', 'cmake', 'g++', 'make', 'python3', 'python3-distributed',
-         'python3-psutil', 'python3-venv', 'ros_environment', 'rosbash', 'roslaunch', 'rosmaster', 'rosmsg', 'rosnode',
-         'rosout', 'rospack', 'rosparam', 'rosservice', 'rostest', 'rostopic', 'scrot', 'shellcheck', 'xvfb')
+TOOLS = ('ca-certificates', 'catkin-lint', 'catkin-tools', 'cmake', 'g++', 'make', 'python3', 'python3-psutil',
+         'python3-venv', 'ros_environment', 'rosbash', 'roslaunch', 'rosmaster', 'rosmsg', 'rosnode', 'rosout', 'rospack',
+         'rosparam', 'rosservice', 'rostest', 'rostopic', 'scrot', 'shellcheck', 'xvfb')
 
 
 @dataclass(frozen=True)
@@ -75,11 +75,9 @@ class System:
         return self.differs.get(key, {**ROS, **OTHERS}[key]).split()
 
 
-# Debian 11 has distributed 2021.1, which is too old
-_OF_2021 = {'catkin-tools': NOT_THERE, 'python3-distributed': FROM_PYPI}
+_OF_2021 = {'catkin-tools': NOT_THERE}
 _NOETIC = {**{key: f"ros-noetic-{key.replace('_', '-')}" for key in ROS},
-           'catkin-lint': 'python3-catkin-lint', 'catkin-tools': 'python3-catkin-tools',
-           'python3-distributed': FROM_PYPI}
+           'catkin-lint': 'python3-catkin-lint', 'catkin-tools': 'python3-catkin-tools'}
 # By the VERSION_CODENAME of /etc/os-release, oldest first. The universe of Ubuntu 22.04 and 24.04 has Debian's ROS 1.
 SYSTEMS = {
     'focal': System('Ubuntu 20.04 with ROS noetic', _NOETIC, Path('/opt/ros/noetic/setup.bash')),

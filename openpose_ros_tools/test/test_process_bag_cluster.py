@@ -1,5 +1,6 @@
 """Several bags are spread over workers; none is lost by a worker that dies, and what fails is told."""
 import functools
+import importlib.util
 import json
 import os
 import signal
@@ -12,10 +13,11 @@ from pathlib import Path
 import pytest
 from known_recording import knowing_detector, write_recording
 
-from openpose_ros_tools.parallel.task_cluster import ClusterError, run_tasks
+from openpose_ros_tools.parallel.task_cluster import ClusterError, run_on_cluster
 from openpose_ros_tools.ros.process_bag.program import main
 
-pytest.importorskip('distributed')
+ON_A_CLUSTER = pytest.mark.skipif(importlib.util.find_spec('distributed') is None,
+                                  reason='Dask distributed, which --scheduler needs, is not installed')
 
 
 @pytest.fixture
@@ -51,6 +53,14 @@ def test_what_can_not_be_done_is_refused(folder, capsys):
     assert not (folder / 'out').exists()
 
 
+def test_only_a_scheduler_needs_dask(folder, capsys, monkeypatch):
+    monkeypatch.setitem(sys.modules, 'distributed', None)
+    assert run(folder, '--scheduler', 'tcp://127.0.0.1:9') == 2
+    assert 'install python3-distributed' in capsys.readouterr().err
+    assert run(folder, '--workers', '2') == 0
+    assert capsys.readouterr().out.endswith('2 bags done, 0 failed\n')
+
+
 def test_a_worker_that_dies_loses_nothing_and_what_fails_is_told(folder, capsys):
     """Of three bags one has no images; one worker kills itself in the middle of a bag, one bag fails the first time."""
     write_recording(folder / 'in/c.bag', image=None)
@@ -81,6 +91,7 @@ def test_a_worker_that_dies_loses_nothing_and_what_fails_is_told(folder, capsys)
     assert tables(folder / 'out').keys() == {'a.csv', 'b.csv', 'c.csv'}
 
 
+@ON_A_CLUSTER
 def test_an_existing_cluster_does_it(folder, capsys):
     environment = {**os.environ, 'PYTHONPATH': os.pathsep.join(sys.path)}
     address_file = folder / 'scheduler.json'
@@ -129,11 +140,12 @@ def test_an_interrupt_leaves_nothing(folder):
     assert (folder / 'errors').read_text() == ''
 
 
+@ON_A_CLUSTER
 def test_a_scheduler_that_is_not_there_is_told(monkeypatch):
     monkeypatch.setattr('openpose_ros_tools.parallel.task_cluster._CONNECT_SECONDS', 1)
     with pytest.raises(ClusterError, match='no scheduler answers at tcp'):
-        list(run_tasks(print, {'a': 1}, workers=1, scheduler='tcp://127.0.0.1:9', retries=0,
-                       on_progress=lambda name, share: None))
+        list(run_on_cluster(print, {'a': 1}, scheduler='tcp://127.0.0.1:9', retries=0,
+                            on_progress=lambda name, share: None))
 
 
 def _until(there):

@@ -10,8 +10,8 @@ import yaml
 ROOT = Path(__file__).parents[2]
 PACKAGES = ('openpose_ros_msgs', 'openpose_ros_pkg', 'skeleton_extract_3d', 'openpose_ros_tools',
             'openpose_ros_mocap', 'openpose_ros_nodelets')
-# Modules that are named otherwise than the rosdep key that brings them. OpenVINO and distributed have none; ./run setup
-# brings these.
+# Modules that are named otherwise than the rosdep key that brings them. OpenVINO has none; ./run setup
+# brings it.
 ROSDEP_KEYS = {'cv2': 'python3-opencv', 'jinja2': 'python3-jinja2', 'matplotlib': 'python3-matplotlib',
                'numpy': 'python3-numpy', 'pandas': 'python3-pandas', 'rospkg': 'python3-rospkg',
                'scipy': 'python3-scipy', 'tqdm': 'python3-tqdm', 'yaml': 'python3-yaml'}

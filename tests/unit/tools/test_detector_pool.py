@@ -15,7 +15,8 @@ from openpose_ros_pkg.errors import BadInputError, ModelError
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
-from openpose_ros_tools.parallel.detector_pool import DetectorPool, ProcessLostError, with_threads
+from openpose_ros_tools.parallel.detector_pool import DetectorPool, with_threads
+from openpose_ros_tools.parallel.worker_processes import ProcessLostError
 
 DEFAULTS = build(DetectorSettings, {})
 DEADLY, REFUSED = 66, 67
@@ -94,7 +95,7 @@ def test_a_image_that_ends_every_process_is_given_up():
     with DetectorPool(2, DEFAULTS, always_dying) as pool:
         found = pool.submit(image(DEADLY))
         assert levels(pool, [1]) == [1]
-        with pytest.raises(ProcessLostError, match='3 detector processes'):
+        with pytest.raises(ProcessLostError, match='3 processes'):
             found.result(60)
 
 

@@ -1,50 +1,39 @@
-"""Many tasks on a cluster: Dask distributed, on this machine by default."""
+"""Many tasks on an existing cluster of Dask distributed."""
 import asyncio
-import logging
-import shutil
-import tempfile
 import uuid
 from collections import deque
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from typing import Any, Callable, Dict, Generator, Iterator, Mapping, Tuple, Union
 
 from openpose_ros_pkg.errors import OpenposeRosError, ParameterError
-from openpose_ros_tools.parallel.no_interrupts import no_interrupts
+from openpose_ros_tools.parallel.task_pool import Work
 
 # Longest wait for the answer of an existing scheduler, and for its first worker [s].
 _CONNECT_SECONDS = 20
 # Before Python 3.11 these are different classes; which one is raised depends on the version of distributed.
 _TIMEOUTS = (TimeoutError, asyncio.TimeoutError)
 
-Work = Callable[[Any, Callable[[float], None]], Any]
-
-
 class ClusterError(OpenposeRosError):
     """There is no such cluster, or it has no workers."""
 
 
-def run_tasks(work: Work, tasks: Mapping[str, Any], *, workers: int, scheduler: str, retries: int,
-              on_progress: Callable[[str, float], None]) -> Generator[Tuple[str, Union[Any, Exception]], None, None]:
-    """Have the workers of a cluster do tasks; yield the name of each task with its result or error, as they end.
+def run_on_cluster(work: Work, tasks: Mapping[str, Any], *, scheduler: str, retries: int,
+                   on_progress: Callable[[str, float], None]
+                   ) -> Generator[Tuple[str, Union[Any, Exception]], None, None]:
+    """Have the workers of a cluster do tasks; see `run_in_processes`.
 
-    A worker that dies is replaced, and another one does its task from the beginning, until the scheduler blames the
-    task (after three deaths, unless it is configured otherwise). Closing the generator ends the local cluster and its
-    tasks, and cancels the tasks of another cluster.
+    Another worker does the task of one that died, until the scheduler blames the task (after three deaths, unless it is
+    configured otherwise). Closing the generator cancels the tasks.
 
     Args:
-        work: function that can be pickled; gets a task, and a function to be called with the share that is done.
-        tasks: by unique names.
-        workers: number of processes of a cluster on this machine; each does one task at a time.
-        scheduler: address of the scheduler of an existing cluster; empty: one on this machine.
-        retries: number of further tries of a task that failed.
-        on_progress: gets the name of a task and the share that is done, in another thread.
+        scheduler: address of the scheduler.
 
     Raises:
-        ParameterError: Dask distributed is not installed.
+        ParameterError: Dask distributed is not installed, or too old.
         ClusterError: no scheduler answers, or it has no workers.
     """
     distributed = _distributed()
-    with _connected(distributed, scheduler) if scheduler else _local(distributed, workers) as client:
+    with _connected(distributed, scheduler) as client:
         topic = f'progress-{uuid.uuid4()}'
         client.subscribe_topic(topic, lambda event: on_progress(*event[1]))
         futures: Dict[Any, str] = {}
@@ -63,7 +52,7 @@ def run_tasks(work: Work, tasks: Mapping[str, Any], *, workers: int, scheduler: 
         submit_tasks()
         for future in completed:
             if future.cancelled():
-                gone = ClusterError(f'the scheduler at {scheduler or "this machine"} is gone')
+                gone = ClusterError(f'the scheduler at {scheduler} is gone')
                 yield from ((name, gone) for name in (*futures.values(), *(name for name, _ in waiting)))
                 return
             error = future.exception()
@@ -77,11 +66,10 @@ def _distributed() -> Any:
     try:
         import distributed
     except ImportError as error:
-        raise ParameterError(f'several bags need Dask distributed ({error}): install python3-distributed, or give one '
-                             'bag at a time') from error
+        raise ParameterError(f'--scheduler needs Dask distributed ({error}): install python3-distributed') from error
     if not hasattr(distributed.Client, 'subscribe_topic'):
-        raise ParameterError(f'several bags need Dask distributed 2021.11 or later, not {distributed.__version__}: '
-                             "install it with `pip install 'distributed>=2021.11'`, or give one bag at a time")
+        raise ParameterError(f'--scheduler needs Dask distributed 2021.11 or later, not {distributed.__version__}: '
+                             "install it with `pip install 'distributed>=2021.11'`")
     return distributed
 
 
@@ -90,21 +78,6 @@ def _do(work: Work, name: str, task: Any, topic: str) -> Any:
     import distributed
     worker = distributed.get_worker()
     return work(task, lambda share: worker.log_event(topic, (name, share)))
-
-
-@contextmanager
-def _local(distributed: Any, workers: int) -> Iterator[Any]:
-    folder = tempfile.mkdtemp(prefix='openpose_ros_tasks_')
-    try:
-        with ExitStack() as stack:
-            with no_interrupts():  # this process ends the workers, not the terminal
-                # no limit of memory: networks take much of it
-                cluster = stack.enter_context(distributed.LocalCluster(
-                    n_workers=workers, threads_per_worker=1, processes=True, memory_limit=0, dashboard_address=None,
-                    local_directory=folder, silence_logs=logging.CRITICAL))
-            yield stack.enter_context(distributed.Client(cluster))
-    finally:
-        shutil.rmtree(folder, ignore_errors=True)
 
 
 @contextmanager

@@ -11,10 +11,10 @@ anything took: the same bag with the same parameters gives the same table to the
     rosrun openpose_ros_tools process_bag walk.bag -o out.bag --image /cam/color/image_raw/compressed \\
         --depth /cam/aligned_depth_to_color/image_raw --config skeleton_extract_3d_node.yaml --json keypoints/
 
-Several bags, or a folder of them, are spread over the workers of a cluster (Dask distributed); OUT and FILE of --csv
-are folders then. By default the cluster is this machine. With --scheduler it is an existing one: its workers need this
-workspace in their environment, and the bags and outputs under the same paths. A worker that dies loses nothing: another
-one does its bag again. Bags that are done are skipped when the command is given again with the same parameters.
+Several bags, or a folder of them, are spread over processes of this machine; OUT and FILE of --csv are folders then.
+With --scheduler they are spread over the workers of an existing cluster (Dask distributed), which need this workspace
+in their environment, and the bags and outputs under the same paths. A worker that dies loses nothing: another one does
+its bag again. Bags that are done are skipped when the command is given again with the same parameters.
 
     rosrun openpose_ros_tools process_bag recordings/ -o people/ --csv tables/ --workers 4
     rosrun openpose_ros_tools process_bag /data/recordings -o /data/people --scheduler tcp://192.168.1.10:8786
@@ -46,7 +46,8 @@ from openpose_ros_pkg.params.parameters import parameter_fields
 from openpose_ros_pkg.ros.node import keep_large_blocks
 from openpose_ros_tools.command_options import command_parser, whole_number
 from openpose_ros_tools.outputs import delete_parts
-from openpose_ros_tools.parallel.task_cluster import run_tasks
+from openpose_ros_tools.parallel.task_cluster import run_on_cluster
+from openpose_ros_tools.parallel.task_pool import run_in_processes
 from openpose_ros_tools.ros.bag_files import COMPRESSIONS
 from openpose_ros_tools.ros.process_bag.job import BagJob, BagReport, BagSettings, Topics, build_settings
 from openpose_ros_tools.ros.process_bag.output import is_done, made_from
@@ -110,8 +111,8 @@ def _run(options: argparse.Namespace, settings: Dict[str, Any],
     jobs = _jobs_of(options, values, create)
     for job in jobs:
         _check_outputs(job, options.overwrite)
-    on_cluster = bool(options.scheduler) or _are_several(options.inputs)
-    if on_cluster and (options.jobs or 1) > 1:
+    by_workers = bool(options.scheduler) or _are_several(options.inputs)
+    if by_workers and (options.jobs or 1) > 1:
         raise ParameterError('--jobs is for one bag on this machine; for several, or with a scheduler, there is '
                              '--workers')
     todo = [job for job in jobs if options.overwrite or not is_done(job)]
@@ -120,7 +121,7 @@ def _run(options: argparse.Namespace, settings: Dict[str, Any],
                          '--overwrite makes them again\n')
     if not todo:
         return DONE
-    if on_cluster:
+    if by_workers:
         return _run_several(todo, options)
     keep_large_blocks()
     return _run_one(todo[0])
@@ -151,8 +152,10 @@ def _run_several(jobs: Sequence[BagJob], options: argparse.Namespace) -> int:
                 progress.n = round(sum(shares.values()), 2)
                 progress.refresh()
 
-            ended = run_tasks(process_in_worker, by_name, workers=options.workers, scheduler=options.scheduler,
-                              retries=options.retries, on_progress=show)
+            common = {'retries': options.retries, 'on_progress': show}
+            ended = (run_on_cluster(process_in_worker, by_name, scheduler=options.scheduler, **common)
+                     if options.scheduler else
+                     run_in_processes(process_in_worker, by_name, workers=options.workers, **common))
             with closing(ended):
                 for name, result in ended:
                     show(name, 1.0)
@@ -167,7 +170,7 @@ def _run_several(jobs: Sequence[BagJob], options: argparse.Namespace) -> int:
 
 
 def process_in_worker(job: BagJob, report: Callable[[float], None]) -> BagReport:
-    """Do a bag in a worker of a cluster; `report` gets the share that is done."""
+    """Do a bag in a worker; `report` gets the share that is done."""
     keep_large_blocks()
     last = time.monotonic()
 
@@ -222,7 +225,8 @@ def _parser() -> argparse.ArgumentParser:
                             'memory and starts soonest')
     group.add_argument('--workers', type=whole_number(1), default=os.cpu_count() or 1, metavar='N',
                        help='number of bags that are processed at a time on this machine (default: %(default)s)')
-    group.add_argument('--scheduler', default='', metavar='ADDRESS', help='of an existing cluster')
+    group.add_argument('--scheduler', default='', metavar='ADDRESS',
+                       help='of an existing cluster of Dask distributed, whose workers do it instead')
     group.add_argument('--retries', type=whole_number(0), default=1, metavar='N',
                        help='number of further tries of a bag that failed (default: %(default)s)')
     return parser
@@ -250,7 +254,7 @@ def _jobs_of(options: argparse.Namespace, values: Dict[str, Any], create: Callab
         on_processor = values.get('device', 'cpu') == 'cpu'
         jobs = options.jobs or (min(os.cpu_count() or 1, _MOST_JOBS) if on_processor else 1)
     # workers share the cores of this machine; those of another cluster are told how many there are by its owner
-    threads = 0 if not several else max((os.cpu_count() or 1) // options.workers, 1)
+    threads = 0 if not several else max((os.cpu_count() or 1) // min(options.workers, len(bags)), 1)
     topics = Topics(options.image, options.points, options.depth, options.camera_info)
     result = []
     for bag in bags:
