@@ -4,9 +4,9 @@ from typing import Callable, Dict, NoReturn, Sequence
 
 from development import PYTHON, ROOT
 from development.generated import write_config, write_docs
-from development.set_up import set_up, weights
+from development.set_up import find_python_38, set_up, weights
 from development.terminal import die, handle_signals, say
-from development.testing import GROUPS, run_groups
+from development.testing import GROUPS, NEEDS_PYTHON_38, run_groups
 from development.workspace import enter_workspace
 
 
@@ -55,8 +55,12 @@ def bench(arguments: Sequence[str]) -> NoReturn:
 def test(arguments: Sequence[str]) -> NoReturn:
     for name in set(arguments) - set(GROUPS):
         die(f"there is no test group '{name}'; one of: {' '.join(GROUPS)}")
-    set_up([], test_tools=True)
-    sys.exit(run_groups(list(arguments) or list(GROUPS)))
+    groups = list(arguments) or list(GROUPS)
+    python_38 = find_python_38() if 'focal' in groups else None
+    if 'focal' in arguments and python_38 is None:
+        die(f'the test group focal {NEEDS_PYTHON_38}')
+    set_up([], test_tools=True, python_38=python_38)
+    sys.exit(run_groups(groups))
 
 
 COMMANDS: Dict[str, Callable[[Sequence[str]], None]] = {

@@ -11,7 +11,7 @@ from pathlib import Path
 from subprocess import run
 from typing import List, Optional, Sequence, TextIO, Tuple
 
-from development import LOGS, PACKAGES, PYTHON, ROOT, VENV, VENV_PYTHON
+from development import LOGS, PACKAGES, PYTHON, ROOT, VENV, VENV_FOCAL, VENV_PYTHON
 from development.systems import needed_packages, this_system
 from development.terminal import die, output_of, say, step, succeeds
 from development.workspace import BUILD_STAMP, DEVEL_SETUP, environment_of
@@ -34,13 +34,22 @@ if sys.argv[1] == 'with':
     import openvino
     print('openvino', openvino.__version__)
 """
+# What the tests need of a Python 3.8, beside what they install: headers to compile modules with, and pip.
+CHECK_PYTHON_38 = """
+import ensurepip, os, ssl, sys, sysconfig
+headers = os.path.join(sysconfig.get_path('include'), 'Python.h')
+sys.exit(sys.version_info[:2] != (3, 8) or not os.path.exists(headers))
+"""
+FOCAL_REQUIREMENTS = ROOT / 'requirements-focal.txt'
+FOCAL_STAMP = VENV_FOCAL / '.complete'
 MODELS = ('mobilenet_thin', 'movenet_multipose')
 # What a build depends on; Python modules, launch and configuration files are used where they lie.
 BUILT_SUFFIXES = {'.msg', '.srv', '.cpp', '.h', '.cmake'}
 BUILT_NAMES = {'CMakeLists.txt', 'package.xml', 'setup.py'}
 
 
-def set_up(arguments: Sequence[str], test_tools: bool = False) -> None:
+def set_up(arguments: Sequence[str], test_tools: bool = False, python_38: Optional[str] = None) -> None:
+    """Set everything up; with a Python 3.8 also .venv_focal."""
     parser = argparse.ArgumentParser(prog='./run setup', description='See ./run help.')
     parser.add_argument('--without-openvino', dest='openvino', action='store_const', const='without')
     parser.add_argument('--with-openvino', dest='openvino', action='store_const', const='with')
@@ -54,6 +63,8 @@ def set_up(arguments: Sequence[str], test_tools: bool = False) -> None:
         _set_up_venv(options.openvino)
         if test_tools:
             _set_up_test_tools()
+        if python_38:
+            _set_up_focal(python_38)
         _set_up_weights()
         if options.build:
             _set_up_build()
@@ -175,6 +186,28 @@ def _set_up_test_tools() -> None:
 def _add_test_tools(wanted: str) -> None:
     run([*PIP, '-r', str(ROOT / 'requirements-test.txt')], check=True)
     TEST_STAMP.write_text(wanted)
+
+
+def find_python_38() -> Optional[str]:
+    """Return a Python 3.8 of pyenv or on PATH that can make .venv_focal; None: there is none."""
+    pyenv = Path(os.environ.get('PYENV_ROOT') or Path.home() / '.pyenv')
+    candidates = [*map(str, sorted(pyenv.glob('versions/3.8*/bin/python3.8'))), 'python3.8']
+    return next((python for python in candidates if succeeds(python, '-c', CHECK_PYTHON_38, quiet=True)), None)
+
+
+def _set_up_focal(python: str) -> None:
+    wanted = _hash(f'{ROOT} {python} {output_of(python, "--version")}', FOCAL_REQUIREMENTS)
+    if _read(FOCAL_STAMP) != wanted:
+        step(f'[2/4] Python packages: making .venv_focal, the libraries of Ubuntu 20.04, with {python}', 'focal',
+             'check the network; the libraries come from PyPI', _make_focal, python, wanted)
+
+
+def _make_focal(python: str, wanted: str) -> None:
+    shutil.rmtree(str(VENV_FOCAL), ignore_errors=True)
+    run([python, '-m', 'venv', str(VENV_FOCAL)], check=True)
+    run([str(VENV_FOCAL / 'bin/python3'), '-m', 'pip', 'install', '--disable-pip-version-check', '-r',
+         str(FOCAL_REQUIREMENTS)], check=True)
+    FOCAL_STAMP.write_text(wanted)
 
 
 # ---- 3: weights

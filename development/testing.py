@@ -9,10 +9,13 @@ import time
 from pathlib import Path
 from typing import Callable, Dict, List, Mapping, Optional, Sequence
 
-from development import LOGS, PACKAGES, PYTHON, ROOT, VENV, VENV_PYTHON
-from development.terminal import run_in_group, say, succeeds
+from development import LOGS, PACKAGES, PYTHON, ROOT, VENV, VENV_FOCAL, VENV_PYTHON
+from development.set_up import find_python_38
+from development.terminal import output_of, run_in_group, say, succeeds
 from development.workspace import workspace_environment
 
+NEEDS_PYTHON_38 = ('needs a Python 3.8 with its headers and pip, in $PYENV_ROOT, ~/.pyenv or on PATH: pyenv install '
+                   '3.8, or apt-get install python3.8-dev python3.8-venv where apt has them')
 MARK = 'OPENPOSE_ROS_TEST'  # by this variable the processes of a test run are known
 ENDING_TIME = 5.0  # [s] in which processes have to end by themselves
 
@@ -85,11 +88,25 @@ def workspace(results: Path) -> int:
     return _pytest(results, 'workspace', ['tests/workspace'])
 
 
-GROUPS: Dict[str, Callable[[Path], int]] = {'lint': lint, 'unit': unit, 'ros': ros, 'workspace': workspace}
+def focal(results: Path) -> int:
+    """Run the unit tests with the libraries of Ubuntu 20.04, where there is a Python 3.8 for them."""
+    if find_python_38() is None:
+        say(f'== tests/unit with the libraries of Ubuntu 20.04: LEFT OUT, as this {NEEDS_PYTHON_38}')
+        _write_result(results, 'focal', '<skipped/>')
+        return 0
+    say('== tests/unit with the libraries of Ubuntu 20.04')
+    python = str(VENV_FOCAL / 'bin/python3')
+    pybind11 = output_of(python, '-c', 'import pybind11; print(pybind11.get_include())').strip()
+    return _pytest(results, 'focal', ['tests/unit'], {**os.environ, 'CMAKE_INCLUDE_PATH': pybind11}, python)
 
 
-def _pytest(results: Path, name: str, paths: List[str], environment: Optional[Mapping[str, str]] = None) -> int:
-    return not succeeds(VENV_PYTHON, '-m', 'pytest', '-p', 'no:cacheprovider', '--junitxml',
+GROUPS: Dict[str, Callable[[Path], int]] = {
+    'lint': lint, 'unit': unit, 'ros': ros, 'workspace': workspace, 'focal': focal}
+
+
+def _pytest(results: Path, name: str, paths: List[str], environment: Optional[Mapping[str, str]] = None,
+            python: str = VENV_PYTHON) -> int:
+    return not succeeds(python, '-m', 'pytest', '-p', 'no:cacheprovider', '--junitxml',
                         str(results / f'{name}.xml'), *paths, env=environment)
 
 
@@ -97,10 +114,13 @@ def _one_test(results: Path, name: str, title: str, function: Callable[[], bool]
     """Run a function that tells whether it succeeded, as one test of the summary."""
     say(f'== {title}')
     success = function()
-    failure = '' if success else '<failure/>'
-    (results / f'{name}.xml').write_text(
-        f"<testsuite><testcase classname='run' name='{name}'>{failure}</testcase></testsuite>\n")
+    _write_result(results, name, '' if success else '<failure/>')
     return success
+
+
+def _write_result(results: Path, name: str, result: str) -> None:
+    (results / f'{name}.xml').write_text(
+        f"<testsuite><testcase classname='run' name='{name}'>{result}</testcase></testsuite>\n")
 
 
 def end_processes(folder: Path, number: int, ending_time: float) -> bool:

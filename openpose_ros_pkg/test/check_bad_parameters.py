@@ -16,9 +16,10 @@ WEIGHTS = 'mobilenet_thin/graph_opt.pb'
 NUMBERS = itertools.count()
 
 
-def refusal(executable, argument):
+def refusal(executable, *arguments, name=None):
     """Start a node and return its exit status and what it says; it has to end by itself."""
-    done = subprocess.run(['rosrun', 'openpose_ros_pkg', executable, f'__name:=refused_{next(NUMBERS)}', argument],
+    name = name or f'refused_{next(NUMBERS)}'
+    done = subprocess.run(['rosrun', 'openpose_ros_pkg', executable, f'__name:={name}', *arguments],
                           stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
                           timeout=TIMEOUT, check=False)
     return done.returncode, done.stdout
@@ -61,6 +62,17 @@ class BadParametersTest(unittest.TestCase):
             '_rate:=-1.0': ("'rate' = -1.0", 'float in 0 .. 1000 [Hz]'),
             '_source:=/no/such/folder': ("'source' = '/no/such/folder'",),
             '_camera_info_file:=/no/such/file': ("'camera_info_file' = '/no/such/file'", 'camera_calibration')})
+
+    def test_what_an_earlier_start_left(self):
+        """The next start says how to delete it."""
+        refusal('camera_node', '_loops:=true', '_rate:=-1.0', '_source:=/no/such/folder', name='twice')
+        for key in ('loops', 'rate', 'source'):
+            status, text = refusal('camera_node', name='twice')
+            self.assertEqual(status, 1, text)
+            self.assertIn(f"parameter '{key}' = ", text)
+            command = f'rosparam delete /twice/{key}'
+            self.assertIn(f'If nobody meant to set it, an earlier start left it: {command}', text)
+            subprocess.run(command.split(), timeout=TIMEOUT, check=True)
 
     def test_weights(self):
         """Missing or damaged: the text names the file and how to get it."""

@@ -273,7 +273,7 @@ def test_people_there_and_back(skeleton):
     messages = people_to_messages(people, header)
     assert [(m.header, m.num_people_detected, m.person_ID) for m in messages] == [(header, 2, 7), (header, 2, 12)]
     back = people_from_messages(messages, skeleton)
-    assert np.array_equal(back.keypoints, people.keypoints, equal_nan=True)
+    np.testing.assert_array_equal(back.keypoints, people.keypoints)
     assert back.ids.tolist() == [7, 12]
     assert people_to_array(messages, header, skeleton).pose_model == skeleton.name
 

@@ -23,7 +23,7 @@ def pytest_configure() -> None:
     for module, sources in SOURCES.items():
         if built_by_catkin(module, sources):
             continue
-        folder = ROOT / 'build/cpp' / module
+        folder = ROOT / 'build/cpp' / sys.implementation.cache_tag / module
         for command in (['cmake', '-S', str(sources), '-B', str(folder), f'-DPYTHON_EXECUTABLE={sys.executable}'],
                         ['cmake', '--build', str(folder)]):
             done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,

@@ -6,7 +6,15 @@ class OpenposeRosError(Exception):
 
 
 class ParameterError(OpenposeRosError):
-    """A parameter is unknown, of the wrong type or out of range; the text names key, value and what is allowed."""
+    """A parameter is unknown, of the wrong type or out of range; the text names key, value and what is allowed.
+
+    Attributes:
+        key: name of the parameter; empty where it is not a single one.
+    """
+
+    def __init__(self, text: str, key: str = '') -> None:
+        super().__init__(text)
+        self.key = key
 
 
 class ModelError(OpenposeRosError):

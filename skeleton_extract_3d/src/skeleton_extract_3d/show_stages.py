@@ -40,7 +40,7 @@ def lift_and_draw(people: People2D, bgr: np.ndarray, depth: np.ndarray, camera: 
     lifted = RobustLifting().lift(observed, points, Expectation.of_strangers(len(observed)))
     colours = cv2.applyColorMap((255 * np.clip(1 - 0.001 * depth / _FAR, 0, 1)).astype(np.uint8), cv2.COLORMAP_JET)
     colours[depth == 0] = 0
-    for u, v in observed.uv[observed.known]:
+    for u, v in observed.uv[observed.known].tolist():
         cv2.circle(colours, (round(u), round(v)), 4, (255, 255, 255), 1, cv2.LINE_AA)
     charts = [(f'candidate depths of person {person}', cv2.resize(_chart(observed, lifted, person), size))
               for person in range(len(observed))]
@@ -54,7 +54,7 @@ def _chart(observed: ObservedPeople, lifted: Lifted, person: int) -> np.ndarray:
     canvas = np.full((_ROW * (len(COCO_18.joints) + 2), _LEFT + _CELL * len(DELTAS) + 25, 3), 255, np.uint8)
 
     def column(depth: float) -> int:
-        return round(_LEFT + _CELL * ((depth - root - DELTAS[0]) / (DELTAS[1] - DELTAS[0]) + 0.5))
+        return round(float(_LEFT + _CELL * ((depth - root - DELTAS[0]) / (DELTAS[1] - DELTAS[0]) + 0.5)))
 
     for joint, name in enumerate(COCO_18.joints):
         top, bottom = _ROW * joint + 2, _ROW * (joint + 1) - 3

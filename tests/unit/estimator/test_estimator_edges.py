@@ -73,7 +73,7 @@ def checked(people_2d, estimate):
 
 def kept_rows(people_2d, estimate):
     """Return which of the detected people the estimate is about: some are left out, the others keep their order."""
-    equal = [[np.array_equal(one, other, equal_nan=True) for other in people_2d.keypoints]
+    equal = [[np.allclose(one, other, rtol=0, atol=0, equal_nan=True) for other in people_2d.keypoints]
              for one in estimate.people_2d.keypoints]
     rows = [row.index(True) for row in equal]
     assert rows == sorted(set(rows)), 'everybody once, in the order of the detector'

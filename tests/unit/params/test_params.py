@@ -13,6 +13,7 @@ from openpose_ros_pkg.params.parameters import (
     flat_values,
     parameter,
     parameter_fields,
+    text_parameter,
     to_yaml,
 )
 
@@ -26,6 +27,14 @@ class Camera(Parameters):
     encoding: str = parameter('bgr8', 'Encoding.', choices=('bgr8', 'rgb8'))
     loop: bool = parameter(False, 'Begin again at the end.')
     frame_id: str = parameter('camera', 'Frame.')
+
+
+@dataclasses.dataclass(frozen=True)
+class Words(Parameters):
+    """Texts with words that YAML reads as booleans."""
+
+    place: str = text_parameter('', 'Any text, or off.', words=('off',))
+    answer: str = parameter('yes', 'How sure.', choices=('maybe', 'yes'))
 
 
 @dataclasses.dataclass(frozen=True)
@@ -118,6 +127,28 @@ def test_wrong_value_names_key_value_and_what_is_allowed(name, value, allowed):
     with pytest.raises(ParameterError) as caught:
         build(Camera, {name: value})
     assert str(caught.value) == f"parameter '{name}' = {value!r} is not allowed: {allowed}"
+
+
+@pytest.mark.parametrize('values, place', [
+    ({}, ''), ({'place': 'off'}, 'off'), ({'place': False}, 'off'), ({'place': 'away'}, 'away'),
+    ({'answer': True}, '')])
+def test_texts_that_yaml_takes_for_a_bool(values, place):
+    assert build(Words, values) == Words(place=place, answer='yes')
+
+
+@pytest.mark.parametrize('key, value, allowed', [
+    ('place', True, "str or 'off'"), ('answer', False, "one of 'maybe', 'yes'")])
+def test_a_bool_that_is_no_word_of_the_parameter(key, value, allowed):
+    with pytest.raises(ParameterError) as caught:
+        build(Words, {key: value})
+    assert str(caught.value) == f"parameter '{key}' = {value} is not allowed: {allowed}"
+
+
+@pytest.mark.parametrize('values', [{'frame': 'camera'}, {'rate': -1.0}])
+def test_errors_know_their_parameter(values):
+    with pytest.raises(ParameterError) as caught:
+        build(Camera, values)
+    assert [caught.value.key] == list(values)
 
 
 def test_unknown_key_names_the_nearest_and_all():

@@ -1,6 +1,7 @@
 """The core knows no ROS: arrows point from scripts/ to ros/ to the core, never back."""
 import ast
 import importlib.util
+import sys
 import sysconfig
 from pathlib import Path
 
@@ -35,7 +36,7 @@ def imported_modules(source, package):
 def is_standard(name):
     """Whether a top-level module comes with Python."""
     spec = importlib.util.find_spec(name)
-    if spec is None or spec.origin in ('built-in', 'frozen'):
+    if name in sys.builtin_module_names or spec is None or spec.origin == 'frozen':
         return spec is not None
     path = Path(spec.origin or '').resolve()
     return STANDARD_LIBRARY in path.parents and not {'site-packages', 'dist-packages'} & set(path.parts)

@@ -82,6 +82,6 @@ def _crop_box(person: np.ndarray, margin: float, shape: Tuple[int, ...]) -> Tupl
     low, high = extent(sure if len(sure) > 1 else person)
     half = max(margin * (high - low).max(), CROP.least_side) / 2
     centre = (low + high) / 2
-    left, top = np.maximum(np.floor(centre - half), 0).astype(int)
-    right, bottom = np.minimum(np.ceil(centre + half) + 1, shape[1::-1]).astype(int)
+    left, top = np.maximum(np.floor(centre - half), 0).astype(int).tolist()
+    right, bottom = np.minimum(np.ceil(centre + half) + 1, shape[1::-1]).astype(int).tolist()
     return left, top, right, bottom

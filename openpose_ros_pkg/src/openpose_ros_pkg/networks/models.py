@@ -36,7 +36,7 @@ def find_model(pose_model: str, model_folder: str = '') -> Model:
     if not path.is_file():
         raise ParameterError(f"parameter 'pose_model' = {pose_model!r} is not allowed: one of "
                              f'{", ".join(sorted([*MODELS, *ALIASES]))}, or a network of your own, described in a '
-                             f'.yaml file ({path} is none)')
+                             f'.yaml file ({path} is none)', 'pose_model')
     return read_description(path.absolute())
 
 

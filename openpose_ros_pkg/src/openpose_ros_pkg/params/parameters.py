@@ -28,6 +28,8 @@ from openpose_ros_pkg.errors import ParameterError
 
 Settings = TypeVar('Settings')
 """A parameter class or a record."""
+# What YAML 1.1, and so a launch file and _KEY:=VALUE, makes of words without quotes.
+_YAML_WORDS = {False: ('off', 'no', 'false'), True: ('on', 'yes', 'true')}
 
 
 def parameter(default: Any, doc: str, *, unit: str = '', minimum: Optional[float] = None,
@@ -35,7 +37,12 @@ def parameter(default: Any, doc: str, *, unit: str = '', minimum: Optional[float
     """Declare one parameter of a `Parameters` dataclass; its type is the type of the default."""
     return dataclasses.field(default=default, metadata={
         'doc': doc, 'unit': unit, 'minimum': minimum, 'maximum': maximum,
-        'choices': tuple(choices) if choices is not None else None})
+        'choices': tuple(choices) if choices is not None else None, 'words': ()})
+
+
+def text_parameter(default: str, doc: str, words: Sequence[str]) -> Any:
+    """Declare a parameter that takes any text, and words with a meaning of their own."""
+    return dataclasses.field(default=default, metadata={**parameter(default, doc).metadata, 'words': tuple(words)})
 
 
 @dataclasses.dataclass(frozen=True)
@@ -76,7 +83,8 @@ def build(kind: Type[Settings], values: Mapping[str, Any]) -> Settings:
     for key in sorted(set(values) - set(known)):
         near = difflib.get_close_matches(key, known, n=1)
         hint = f" (did you mean '{near[0]}'?)" if near else ''
-        raise ParameterError(f"unknown parameter '{key}' = {values[key]!r}{hint}; allowed: {', '.join(sorted(known))}")
+        raise ParameterError(f"unknown parameter '{key}' = {values[key]!r}{hint}; allowed: {', '.join(sorted(known))}",
+                             key)
     return _build_known(kind, values)
 
 
@@ -115,7 +123,7 @@ def describe(field: 'dataclasses.Field[Any]') -> str:
     if meta['choices'] is not None:
         allowed = 'one of ' + ', '.join(repr(choice) for choice in meta['choices'])
     else:
-        allowed = type(field.default).__name__
+        allowed = ' or '.join([type(field.default).__name__, *map(repr, meta['words'])])
         if meta['minimum'] is not None or meta['maximum'] is not None:
             low = '-inf' if meta['minimum'] is None else f"{meta['minimum']:g}"
             high = 'inf' if meta['maximum'] is None else f"{meta['maximum']:g}"
@@ -128,6 +136,9 @@ def _checked(field: 'dataclasses.Field[Any]', value: Any) -> Any:
     expected, meta = type(field.default), field.metadata
     if expected is float and isinstance(value, int) and not isinstance(value, bool):
         value = float(value)
+    if expected is str and isinstance(value, bool):
+        words = [*(meta['choices'] or ()), *meta['words']]
+        value = next((word for word in words if word in _YAML_WORDS[value]), value)
     right = type(value) is expected and not (isinstance(value, float) and not math.isfinite(value))
     if right and meta['choices'] is not None:
         right = value in meta['choices']
@@ -135,5 +146,5 @@ def _checked(field: 'dataclasses.Field[Any]', value: Any) -> Any:
         right = ((meta['minimum'] is None or value >= meta['minimum'])
                  and (meta['maximum'] is None or value <= meta['maximum']))
     if not right:
-        raise ParameterError(f"parameter '{field.name}' = {value!r} is not allowed: {describe(field)}")
+        raise ParameterError(f"parameter '{field.name}' = {value!r} is not allowed: {describe(field)}", field.name)
     return value

@@ -26,7 +26,7 @@ def camera_info_from_file(path: str) -> CameraInfo:
         return calibration_to_message(read_calibration(Path(path).expanduser()), Header())
     except BadInputError as error:
         raise ParameterError(f"parameter 'camera_info_file' = {path!r} is not a calibration as camera_calibration "
-                             f'writes it: {error}') from error
+                             f'writes it: {error}', 'camera_info_file') from error
 
 
 class Camera:
@@ -41,7 +41,8 @@ class Camera:
         try:
             self._source = VideoSource(self._params.source, self._params.width, self._params.height)
         except BadInputError as error:
-            raise ParameterError(f"parameter 'source' = {self._params.source!r} is not allowed: {error}") from error
+            raise ParameterError(f"parameter 'source' = {self._params.source!r} is not allowed: {error}",
+                                 'source') from error
         self._publisher = rospy.Publisher('image_raw', Image, queue_size=1)
         threading.Thread(target=self._run, name='camera', daemon=True).start()
 

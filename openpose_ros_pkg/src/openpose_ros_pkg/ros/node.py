@@ -51,7 +51,7 @@ def run_node(name: str, kind: Type[Settings], make: Callable[[Settings], Any]) -
     try:
         node = make(build(kind, rospy.get_param('~', {})))
     except OpenposeRosError as error:
-        rospy.logfatal('%s: %s', rospy.get_name(), error)
+        rospy.logfatal('%s: %s%s', rospy.get_name(), error, _how_to_delete(error))
         sys.exit(1)
     rospy.spin()
     del node  # lives until here: its publishers and threads serve while spinning
@@ -74,7 +74,15 @@ def check_topic_name(key: str, topic: str) -> None:
         ParameterError: names the parameter.
     """
     if not topic or not rosgraph.names.is_legal_name(topic):
-        raise ParameterError(f"parameter '{key}' = {topic!r} is not allowed: the name of a topic")
+        raise ParameterError(f"parameter '{key}' = {topic!r} is not allowed: the name of a topic", key)
+
+
+def _how_to_delete(error: OpenposeRosError) -> str:
+    """Return what to do about a wrong parameter that nobody set: the server keeps those of nodes that have ended."""
+    if not isinstance(error, ParameterError) or not error.key or not rospy.has_param(f'~{error.key}'):
+        return ''
+    name = rospy.resolve_name(f'~{error.key}')
+    return f'. If nobody meant to set it, an earlier start left it: rosparam delete {name}'
 
 
 def keep_large_blocks() -> None:

@@ -278,5 +278,5 @@ def _rgba(key: str, text: str) -> Rgba:
     except ValueError:
         values = []
     if len(values) != 4 or not all(0 <= value <= 1 for value in values):
-        raise ParameterError(f"parameter '{key}' = {text!r} is not allowed: four numbers in 0 .. 1, as '1 0 0 1'")
+        raise ParameterError(f"parameter '{key}' = {text!r} is not allowed: four numbers in 0 .. 1, as '1 0 0 1'", key)
     return values[0], values[1], values[2], values[3]

@@ -9,7 +9,7 @@ import numpy as np
 from openpose_ros_pkg.errors import ModelError, ParameterError
 from openpose_ros_pkg.networks.backends.self_check import check_backend
 from openpose_ros_pkg.networks.models import Model
-from openpose_ros_pkg.params.parameters import Parameters, parameter
+from openpose_ros_pkg.params.parameters import Parameters, parameter, text_parameter
 
 _log = logging.getLogger(__name__)
 
@@ -63,9 +63,10 @@ class BackendParams(Parameters):
         'cpu', 'Where the network is computed: cpu; cuda, by onnxruntime-gpu or an OpenCV built with CUDA; tensorrt, '
                'by onnxruntime-gpu with TensorRT.', choices=('cpu', 'cuda', 'tensorrt'))
     num_gpu_start: int = parameter(0, 'Number of the GPU; without effect where device is cpu.', minimum=0)
-    compiled_cache: str = parameter(
+    compiled_cache: str = text_parameter(
         '', 'Folder in which networks that OpenVINO has compiled are kept, for a faster start; empty: the folder '
-            "compiled beside that of the models in the user's cache; off: nowhere. It holds 1 GB at most.")
+            "compiled beside that of the models in the user's cache; off: nowhere. It holds 1 GB at most.",
+        words=('off',))
 
 
 def create_backend(model: Model, weights: Path, params: BackendParams) -> Backend:
