@@ -53,7 +53,8 @@ OTHERS = {name: name for name in (
     'python3-jinja2', 'python3-matplotlib', 'python3-numpy', 'python3-opencv', 'python3-pandas', 'python3-psutil',
     'python3-rospkg', 'python3-scipy', 'python3-setuptools', 'python3-tqdm', 'python3-venv', 'python3-yaml', 'scrot',
     'shellcheck', 'xvfb')}
-OTHERS.update({'gtest': 'libgtest-dev', 'python3-hypothesis': FROM_PYPI, 'python3-pytest': FROM_PYPI})
+OTHERS.update({'gtest': 'libgtest-dev', 'libpcl-all-dev': 'libpcl-dev', 'python3-hypothesis': FROM_PYPI,
+               'python3-pytest': FROM_PYPI})
 
 # What builds, demonstrates and tests beside what the package.xml files name.
 # ros_environment: its hook sets ROS_PACKAGE_PATH; up to Debian 12 others bring it.

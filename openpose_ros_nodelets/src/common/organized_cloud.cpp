@@ -36,15 +36,13 @@ std::size_t offsetOf(const sensor_msgs::PointCloud2& message, const std::string&
 
 }  // namespace
 
-OrganizedCloud::OrganizedCloud(const sensor_msgs::PointCloud2& message)
+CloudPoints::CloudPoints(const sensor_msgs::PointCloud2& message)
   : data_(message.data.data())
   , width_(message.width)
   , height_(message.height)
   , point_step_(message.point_step)
   , row_step_(message.row_step)
 {
-  if (width_ < 2 || height_ < 2)
-    refuse("is not organized: it has " + size(message) + " points, expected one per pixel of the image");
   if (message.is_bigendian)
     refuse("is big-endian, expected little-endian");
   x_ = offsetOf(message, "x");
@@ -53,10 +51,16 @@ OrganizedCloud::OrganizedCloud(const sensor_msgs::PointCloud2& message)
   if (row_step_ < width_ * point_step_)
     refuse("has rows of " + std::to_string(row_step_) + " bytes, expected at least " +
            std::to_string(width_ * point_step_) + " for " + size(message) + " points");
-  const std::size_t needed = (height_ - 1) * row_step_ + width_ * point_step_;
+  const std::size_t needed = height_ == 0 ? 0 : (height_ - 1) * row_step_ + width_ * point_step_;
   if (message.data.size() < needed)
     refuse("is truncated: " + std::to_string(message.data.size()) + " bytes, expected " + std::to_string(needed) +
            " for " + size(message) + " points");
+}
+
+OrganizedCloud::OrganizedCloud(const sensor_msgs::PointCloud2& message) : CloudPoints(message)
+{
+  if (width() < 2 || height() < 2)
+    refuse("is not organized: it has " + size(message) + " points, expected one per pixel of the image");
 }
 
 }  // namespace openpose_ros_nodelets

@@ -16,13 +16,13 @@ class BadInputError : public std::runtime_error
   using std::runtime_error::runtime_error;
 };
 
-/// The coordinates of a cloud with a point per pixel, read in the bytes of its message, which has to live as long.
-class OrganizedCloud
+/// The coordinates of a cloud, read in the bytes of its message, which has to live as long.
+class CloudPoints
 {
 public:
-  /// Throws BadInputError for a cloud that is not organized, has no float32 x, y and z, is big-endian, or whose data
-  /// do not reach as far as its sizes say.
-  explicit OrganizedCloud(const sensor_msgs::PointCloud2& message);
+  /// Throws BadInputError for a cloud that has no float32 x, y and z, is big-endian, or whose data do not reach as far
+  /// as its sizes say.
+  explicit CloudPoints(const sensor_msgs::PointCloud2& message);
 
   /// One coordinate [m]; NaN, infinite or not in front of the camera where the point is missing.
   float x(std::size_t column, std::size_t row) const
@@ -68,6 +68,14 @@ private:
   const std::uint8_t* data_;
   std::size_t width_, height_, point_step_, row_step_;
   std::size_t x_, y_, z_;  ///< offsets in a point [bytes]
+};
+
+/// A cloud with a point per pixel.
+class OrganizedCloud : public CloudPoints
+{
+public:
+  /// Throws BadInputError also for a cloud that is not organized.
+  explicit OrganizedCloud(const sensor_msgs::PointCloud2& message);
 };
 
 }  // namespace openpose_ros_nodelets

@@ -64,6 +64,14 @@ double ParameterReader::number(const std::string& key, double fallback, double l
   return value;
 }
 
+std::vector<double> ParameterReader::numbers(const std::string& key, const std::vector<double>& fallback)
+{
+  std::vector<double> values = fallback;
+  if (has(key) && (!handle_.getParam(key, values) || values.size() != fallback.size()))
+    refuse(handle_, key, "a list of " + std::to_string(fallback.size()) + " numbers");
+  return values;
+}
+
 int ParameterReader::integer(const std::string& key, int fallback, int least, int greatest)
 {
   XmlRpc::XmlRpcValue value;

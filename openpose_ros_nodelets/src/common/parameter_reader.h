@@ -26,6 +26,9 @@ public:
   /// Return a number; integers are taken as well. Throws ParameterError.
   double number(const std::string& key, double fallback, double least, double greatest);
 
+  /// Return as many numbers as the default has. Throws ParameterError.
+  std::vector<double> numbers(const std::string& key, const std::vector<double>& fallback);
+
   /// Throws ParameterError.
   int integer(const std::string& key, int fallback, int least = std::numeric_limits<int>::min(),
               int greatest = std::numeric_limits<int>::max());
