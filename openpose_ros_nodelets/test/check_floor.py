@@ -118,7 +118,7 @@ class FloorTest(unittest.TestCase):
         turn = -(np.pi / 2 + DOWN) / 2
         transform.transform.rotation = Quaternion(np.sin(turn), 0, 0, np.cos(turn))
         broadcaster.sendTransform(transform)
-        stamp = wait_for(lambda: planes.messages and planes.messages[-1].header.stamp or not self.send('alone', flat),
+        stamp = wait_for(lambda: (planes.messages and planes.messages[-1].header.stamp) or not self.send('alone', flat),
                          'a plane')
         self.check_plane(planes.at(stamp))
 
