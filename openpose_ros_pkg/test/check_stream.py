@@ -27,8 +27,8 @@ class StreamTest(unittest.TestCase):
 
     @classmethod
     def setUpClass(cls):
-        cls.camera = publisher('camera/image_raw', Image)
         cls.arrays = Recorder('openpose_ros/detected_poses', PersonDetectionArray)
+        cls.camera = publisher('camera/image_raw', Image)
         cls.counters = Counters(NODE)
 
     def result_of(self, message, camera=None, arrays=None):
@@ -193,8 +193,8 @@ class StreamTest(unittest.TestCase):
             reports.close()
 
     def test_compressed_images_and_the_3d_names(self):
-        camera = publisher('compressed/camera/image_raw/compressed', CompressedImage)
         arrays = Recorder('compressed/openpose_ros/skeleton_3d/detected_poses', PersonDetectionArray)
+        camera = publisher('compressed/camera/image_raw/compressed', CompressedImage)
         message = CompressedImage(format='png', data=cv2.imencode('.png', picture(0))[1].tobytes())
         message.header.stamp, message.header.frame_id = rospy.Time(80, 5), 'compressed camera'
         array = self.result_of(message, camera, arrays)

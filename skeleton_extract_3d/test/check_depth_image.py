@@ -58,7 +58,8 @@ class DepthImageTest(unittest.TestCase):
         cls.detector.answer = lambda number: [person(number, JOINTS)]
         cls.counters = Counters()
         cls.by_cloud, cls.by_depth = Output('by_cloud'), Output('by_depth')
-        # the extractors half_blind and unsynchronised listen to the images, too
+        # with somebody who listens to them, the extractors half_blind and unsynchronised listen to the images, too
+        cls.others = [Output('half_blind'), Output('unsynchronised')]
         cls.cloud_camera = Camera('image', 'points', listeners=(3, 1))
         cls.depth_camera = Camera('image/compressed', 'depth', CompressedImage, Image)
         cls.info = rospy.Publisher('camera_info', CameraInfo, queue_size=1, latch=True)

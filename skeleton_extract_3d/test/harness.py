@@ -254,6 +254,10 @@ class Counters:
         wait_for(lambda: any(all(word in text for word in (event, *words)) for text in self._said(node)),
                  f"{node} says '{event}' with {words}; it said {set(self._said(node))}")
 
+    def await_text(self, node: str, text: str) -> None:
+        """Wait until the node's newest status has this text."""
+        wait_for(lambda: self._said(node)[-1:] == [text], f'{node} says {text!r}; it said {set(self._said(node))}')
+
     def _said(self, node: str) -> List[str]:
         with self._lock:
             return list(self._texts.get(node, []))

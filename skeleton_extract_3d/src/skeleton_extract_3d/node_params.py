@@ -3,7 +3,7 @@ from dataclasses import dataclass
 from typing import Any, Dict, Tuple, Type
 
 from openpose_ros_pkg.output.draw import DrawParams
-from openpose_ros_pkg.params.nodes import AnnotatedImageParams, ImageTransportParams, ServiceClientParams
+from openpose_ros_pkg.params.nodes import AnnotatedImageParams, DemandParams, ImageTransportParams, ServiceClientParams
 from openpose_ros_pkg.params.parameters import Parameters, parameter, parameter_fields
 from openpose_ros_pkg.stream.pairing import PairingParams
 from skeleton_extract_3d.points.rgbd_sequence import PLAYBACKS
@@ -71,10 +71,19 @@ class ExtractorSettings:
     extractor: ExtractorParams
     estimator: EstimatorSettings
     pairing: PairingParams
+    demand: DemandParams
     service: ServiceClientParams
     transport: ImageTransportParams
     draw: DrawParams
     images: AnnotatedImageParams
+
+
+@dataclass(frozen=True)
+class VisualizationSettings:
+    """All that the visualization reads."""
+
+    markers: MarkerParams
+    demand: DemandParams
 
 
 # What dynamic_reconfigure may change in the running extractor.
@@ -84,6 +93,6 @@ LIVE_PARAMETERS: Tuple[str, ...] = tuple(field.name for field in parameter_field
 # The parameters of each file in config/; a node loads the file of its name.
 CONFIG_FILES: Dict[str, Type[Any]] = {
     'skeleton_extract_3d_node.yaml': ExtractorSettings,
-    'skeleton_extract_3d_visualization_node.yaml': MarkerParams,
+    'skeleton_extract_3d_visualization_node.yaml': VisualizationSettings,
     'rgbd_player_node.yaml': PlayerParams,
 }

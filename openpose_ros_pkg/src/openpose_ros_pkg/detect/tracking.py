@@ -1,7 +1,7 @@
 """Track people from frame to frame: ids from the positions of their keypoints in the image."""
 import threading
 from dataclasses import dataclass, replace
-from typing import Dict, List, Optional, Tuple
+from typing import Dict, Hashable, List, Optional, Tuple
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
@@ -31,6 +31,9 @@ class TrackingConstants:
     size_decay: float = constant(
         0.05, 'A remembered size shrinks by this share per frame: a bounding box of few joints (a face) says little.')
     least_size: float = constant(10.0, 'Least size of a person, also of a single joint.', unit='px')
+    most_cameras: int = constant(
+        100, 'Cameras whose people are remembered; of more, the one that sent nothing for longest is forgotten, as '
+             'each run of a program that calls the detection service may be a camera of its own.')
 
 
 TRACKING = TrackingConstants()
@@ -130,11 +133,11 @@ class KeypointTracker:
 
 
 class CameraTrackers:
-    """A `KeypointTracker` for each camera, told apart by the frame_id of the images; any thread may call it."""
+    """A `KeypointTracker` for each camera; any thread may call it."""
 
     def __init__(self, params: TrackingParams) -> None:
         self._params = params
-        self._trackers: Dict[str, KeypointTracker] = {}
+        self._trackers: Dict[Hashable, KeypointTracker] = {}  # the longest unused first
         self._lock = threading.Lock()
 
     def reconfigure(self, params: TrackingParams) -> None:
@@ -144,12 +147,18 @@ class CameraTrackers:
             for tracker in self._trackers.values():
                 tracker.reconfigure(params)
 
-    def update(self, people: People2D, frame_id: str, stamp: float) -> People2D:
-        """Return the people of a frame of a camera with their ids; see `KeypointTracker.update`."""
+    def update(self, people: People2D, camera: Hashable, stamp: float) -> People2D:
+        """Return the people of a frame with their ids; see `KeypointTracker.update`.
+
+        Args:
+            camera: whatever tells the cameras apart.
+        """
         with self._lock:
-            if frame_id not in self._trackers:
-                self._trackers[frame_id] = KeypointTracker(self._params)
-            return self._trackers[frame_id].update(people, stamp)
+            tracker = self._trackers.pop(camera, None) or KeypointTracker(self._params)
+            self._trackers[camera] = tracker
+            if len(self._trackers) > TRACKING.most_cameras:
+                del self._trackers[next(iter(self._trackers))]
+            return tracker.update(people, stamp)
 
 
 def joint_distances(first: np.ndarray, second: np.ndarray) -> np.ndarray:

@@ -23,6 +23,15 @@ class ImageTransportParams(Parameters):
 
 
 @dataclass(frozen=True)
+class DemandParams(Parameters):
+    """When the node works."""
+
+    lazy: bool = parameter(
+        True, 'Subscribe to the inputs, and so compute, only while somebody subscribes to a result. What is saved, '
+              'printed (verbose) or published on /tf counts as a subscriber. false: always.')
+
+
+@dataclass(frozen=True)
 class StreamParams(Parameters):
     """Images that the service node takes from a camera itself, besides those that clients send."""
 
@@ -95,6 +104,7 @@ class ServiceSettings:
     publishing: PublishingParams
     images: AnnotatedImageParams
     stream: StreamParams
+    demand: DemandParams
     transport: ImageTransportParams
     save: SaveParams
 

@@ -6,7 +6,9 @@ import rospy
 from sensor_msgs.msg import CameraInfo
 from std_msgs.msg import Header
 
+from openpose_ros_pkg.ros.demand import Demand
 from openpose_ros_pkg.ros.health import Health
+from openpose_ros_pkg.ros.images import InputSubscriber
 
 
 class CameraInfoPublisher:
@@ -16,18 +18,21 @@ class CameraInfoPublisher:
         namespace: prefix of the topic, that of the annotated image.
         source: topic of the input's camera info.
         health: counts images of another size than that camera info.
+        demand: gets to know who listens.
 
     Attributes:
+        input: subscriber of the input's camera info, for `demand` to read.
         newest: camera info of the input; None before the first.
         source: resolved name of its topic.
     """
 
-    def __init__(self, namespace: str, source: str, health: Health) -> None:
+    def __init__(self, namespace: str, source: str, health: Health, demand: Demand) -> None:
         self.newest: Optional[CameraInfo] = None
         self._health = health
-        self._publisher = rospy.Publisher(f'{namespace}/camera_info', CameraInfo, queue_size=1)
-        self._subscriber = rospy.Subscriber(source, CameraInfo, self._store, queue_size=1)
-        self.source = self._subscriber.resolved_name
+        self._publisher = demand.advertise(f'{namespace}/camera_info', CameraInfo, queue_size=1)
+        self.input = InputSubscriber(source, CameraInfo)
+        self.input.registerCallback(self._store)
+        self.source = self.input.resolved_name
 
     def publish(self, header: Header, size: Tuple[int, int],
                 otherwise: Callable[[], Optional[CameraInfo]] = lambda: None) -> None:

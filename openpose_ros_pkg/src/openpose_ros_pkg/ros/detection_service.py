@@ -21,6 +21,7 @@ from openpose_ros_pkg.params.nodes import LIVE_PARAMETERS, ServiceSettings
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.ros import convert
 from openpose_ros_pkg.ros.camera_info import CameraInfoPublisher, sibling_camera_info
+from openpose_ros_pkg.ros.demand import Demand
 from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.ros.images import AnyImage, image_subscriber, raw_image
 from openpose_ros_pkg.ros.live_parameters import LiveParameters
@@ -45,6 +46,7 @@ class _Prepared:
         frame: what the networks will see.
         received, ready: when the callback had it, and when it was ready [s].
         held_back: how long it waited before it was prepared, as the networks were busy [s].
+        sender: name of the client; empty: the camera of `image_topic`.
     """
 
     header: Header
@@ -53,6 +55,7 @@ class _Prepared:
     received: float
     ready: float
     held_back: float
+    sender: str
 
 
 @dataclass(frozen=True)
@@ -76,8 +79,8 @@ class DetectionService:
     """Serves openpose_ros_msgs/GetPersons and, with `image_topic`, finds the people of a camera by itself.
 
     Requests of several clients are prepared and finished in their own threads. The networks take one image at a time,
-    of clients and camera alike, in the order of their requests. People keep their ids per camera, told apart by
-    frame_id.
+    of clients and camera alike, in the order of their requests. People keep their ids per camera: that is a client
+    and a frame_id.
 
     Args:
         service: name of the service.
@@ -99,10 +102,12 @@ class DetectionService:
         self._health.show(self._timing.medians)
         self._health.show(self._recorder_counters)
         self._trackers = CameraTrackers(settings.tracking)
+        self._demand = Demand(settings.demand.lazy and not settings.save.active, self._health)
         self._publisher: Optional[PeoplePublisher] = None
         self._camera_info: Optional[CameraInfoPublisher] = None
         if settings.publishing.publish_results:
-            self._publisher = PeoplePublisher(namespace, settings.draw, settings.images, self._health, self._timing)
+            self._publisher = PeoplePublisher(namespace, settings.draw, settings.images, self._health, self._timing,
+                                              self._demand)
         self._live = LiveParameters(settings, LIVE_PARAMETERS, self._reconfigure)
         self._service = rospy.Service(service, GetPersons, self._serve)
         if settings.stream.image_topic:
@@ -112,21 +117,25 @@ class DetectionService:
         rospy.loginfo('Initialization Successful!')
 
     def _subscribe(self, topic: str, namespace: str) -> None:
-        self._input_publisher = rospy.Publisher(f'{namespace}/input_image', Image, queue_size=1)
+        self._input_publisher = self._demand.advertise(f'{namespace}/input_image', Image, queue_size=1)
+        images = image_subscriber(topic, self._settings.transport.image_transport)
+        inputs = [images]
         if self._publisher is not None:
-            self._camera_info = CameraInfoPublisher(namespace, sibling_camera_info(topic), self._health)
+            self._camera_info = CameraInfoPublisher(namespace, sibling_camera_info(topic), self._health, self._demand)
+            inputs.append(self._camera_info.input)
         self._pipeline = Pipeline(self._prepare_streamed, self._compute, self._finish, self._frame_failed,
                                   self._detector.lock)
         # a thread within a network would end the program with an abort
         rospy.on_shutdown(self._pipeline.stop)
         self._health.show(lambda: {'images skipped': str(self._pipeline.replaced)})
-        self._subscriber = image_subscriber(topic, self._settings.transport.image_transport)
-        self._subscriber.registerCallback(lambda message: self._pipeline.submit((message, time.monotonic())))
-        rospy.loginfo('waiting for images on %s', self._subscriber.resolved_name)
+        images.registerCallback(lambda message: self._pipeline.submit((message, time.monotonic())))
+        self._demand.read(*inputs)
 
     def _serve(self, request: GetPersonsRequest) -> GetPersonsResponse:
+        if not self._demand.enabled:
+            raise rospy.ServiceException(f'{rospy.get_name()} is disabled; {rospy.get_name()}/enable enables it')
         try:
-            prepared = self._prepare(request.image, time.monotonic())
+            prepared = self._prepare(request.image, time.monotonic(), sender=request._connection_header['callerid'])
             with self._detector.lock:
                 computed = self._compute(prepared)
             return GetPersonsResponse(detections=self._finish(computed))
@@ -144,7 +153,7 @@ class DetectionService:
             self._camera_info.publish(message.header, (prepared.bgr.shape[1], prepared.bgr.shape[0]))
         return prepared
 
-    def _prepare(self, message: AnyImage, received: float, held_back: float = 0.0) -> _Prepared:
+    def _prepare(self, message: AnyImage, received: float, held_back: float = 0.0, sender: str = '') -> _Prepared:
         begin = time.monotonic()
         bgr = convert.any_image_to_bgr(message)
         decoded = time.monotonic()
@@ -152,7 +161,7 @@ class DetectionService:
         ready = time.monotonic()
         self._timing.add('decode_message', decoded - begin)
         self._timing.add('preprocess', ready - decoded)
-        return _Prepared(message.header, bgr, frame, received, ready, held_back)
+        return _Prepared(message.header, bgr, frame, received, ready, held_back, sender)
 
     def _compute(self, prepared: _Prepared) -> _Computed:
         begin = time.monotonic()
@@ -165,7 +174,7 @@ class DetectionService:
         prepared, header = computed.prepared, computed.prepared.header
         people = self._detector.finish(computed.frame)
         decoded = time.monotonic()
-        people = self._trackers.update(people, header.frame_id, header.stamp.to_sec())
+        people = self._trackers.update(people, (prepared.sender, header.frame_id), header.stamp.to_sec())
         messages = convert.people_to_messages(people, header)
         if self._publisher is not None:
             self._publisher.publish(people, messages, header, prepared.bgr, self._scaled(people, prepared))

@@ -23,6 +23,7 @@ class Health:
         self._warned: Dict[str, float] = {}
         self._latencies: Deque = deque(maxlen=1000)
         self._values: List[Callable[[], Dict[str, str]]] = []
+        self._why_resting: Callable[[], str] = str
         self._last_warning = ('', -float('inf'))
         self._updater = diagnostic_updater.Updater()
         self._updater.setHardwareID('none')
@@ -37,6 +38,10 @@ class Health:
     def show(self, values: Callable[[], Dict[str, str]]) -> None:
         """Add values to every report."""
         self._values.append(values)
+
+    def explain_rest(self, why: Callable[[], str]) -> None:
+        """Say in the status why there are no frames, where `why` returns a text; empty: there should be some."""
+        self._why_resting = why
 
     def frame_done(self, stamp: rospy.Time) -> None:
         """Count a finished frame and its latency, from the stamp of the camera to now."""
@@ -72,7 +77,7 @@ class Health:
         if now - when <= RECENT:
             status.summary(DiagnosticStatus.WARN, text)
         else:
-            status.summary(DiagnosticStatus.OK, f'{len(latencies) / RECENT:.1f} Hz')
+            status.summary(DiagnosticStatus.OK, self._why_resting() or f'{len(latencies) / RECENT:.1f} Hz')
         status.add('rate [Hz]', f'{len(latencies) / RECENT:.1f}')
         if latencies:
             status.add('age of the result, median [s]', f'{latencies[len(latencies) // 2]:.3f}')

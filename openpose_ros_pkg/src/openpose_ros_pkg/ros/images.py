@@ -1,5 +1,5 @@
 """Message filters that subscribe to the nodes' inputs; images raw or compressed, by one parameter."""
-from typing import Any, Union
+from typing import Any, Optional, Union
 
 import message_filters
 import rospy
@@ -10,25 +10,27 @@ from openpose_ros_pkg.ros import convert
 AnyImage = Union[Image, CompressedImage]
 
 
-class InputSubscriber(message_filters.Subscriber):
-    """A message_filters.Subscriber of the newest message that can pause, as that of C++ can.
+class InputSubscriber(message_filters.SimpleFilter):
+    """A message_filters.Subscriber that can rest, as that of C++ can; it rests until `subscribe` is called.
 
-    Only the newest message waits until the callbacks have taken the one before. Callbacks that are registered stay
-    over a pause.
+    Only the newest message waits until the callbacks have taken the one before. Callbacks that are registered stay.
     """
 
     def __init__(self, topic: str, message_type: Any) -> None:
-        self.resolved_name: str = rospy.resolve_name(topic)  # a rospy.Subscriber forgets it with unregister
+        super().__init__()
+        self.resolved_name: str = rospy.resolve_name(topic)
         self._message_type = message_type
-        super().__init__(topic, message_type, queue_size=1)
+        self._subscriber: Optional[rospy.Subscriber] = None
+
+    def subscribe(self) -> None:
+        """Let messages come."""
+        self._subscriber = rospy.Subscriber(self.resolved_name, self._message_type, self.signalMessage, queue_size=1)
 
     def unsubscribe(self) -> None:
         """Let no message come, and let the publisher know, until `subscribe` is called."""
-        self.sub.unregister()
-
-    def subscribe(self) -> None:
-        """Let messages come again after `unsubscribe`."""
-        self.sub = rospy.Subscriber(self.resolved_name, self._message_type, self.callback, queue_size=1)
+        if self._subscriber is not None:
+            self._subscriber.unregister()
+            self._subscriber = None
 
 
 def image_subscriber(topic: str, transport: str) -> InputSubscriber:

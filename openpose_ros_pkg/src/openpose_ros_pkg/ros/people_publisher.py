@@ -3,7 +3,6 @@ import time
 from typing import Optional, Sequence, Tuple
 
 import numpy as np
-import rospy
 from openpose_ros_msgs.msg import PersonDetection, PersonDetectionArray
 from sensor_msgs.msg import CompressedImage, Image
 from std_msgs.msg import Header
@@ -12,6 +11,7 @@ from openpose_ros_pkg.output.draw import DrawParams, draw_people
 from openpose_ros_pkg.params.nodes import AnnotatedImageParams
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.ros import convert
+from openpose_ros_pkg.ros.demand import Demand
 from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.ros.timing_report import TimingReport
 from openpose_ros_pkg.stream.newest_wins import NewestWinsWorker
@@ -36,18 +36,19 @@ class PeoplePublisher:
         images: how the image is compressed.
         health: counts drawings that fail.
         timing: a report with DRAW_STAGE.
+        demand: gets to know who listens.
     """
 
     def __init__(self, namespace: str, params: DrawParams, images: AnnotatedImageParams, health: Health,
-                 timing: TimingReport) -> None:
+                 timing: TimingReport, demand: Demand) -> None:
         self._params, self._images, self._health, self._timing = params, images, health, timing
-        self._array_publisher = rospy.Publisher(f'{namespace}/detected_poses', PersonDetectionArray, queue_size=10)
-        self._person_publisher = rospy.Publisher(f'{namespace}/detected_poses_keypoints', PersonDetection,
-                                                 queue_size=PERSONS_QUEUE)
-        self._image_publisher = rospy.Publisher(f'{namespace}/detected_poses_image', Image, queue_size=1)
+        self._array_publisher = demand.advertise(f'{namespace}/detected_poses', PersonDetectionArray, queue_size=10)
+        self._person_publisher = demand.advertise(f'{namespace}/detected_poses_keypoints', PersonDetection,
+                                                  queue_size=PERSONS_QUEUE)
+        self._image_publisher = demand.advertise(f'{namespace}/detected_poses_image', Image, queue_size=1)
         # where image_transport looks for it
-        self._compressed_publisher = rospy.Publisher(f'{namespace}/detected_poses_image/compressed', CompressedImage,
-                                                     queue_size=1)
+        self._compressed_publisher = demand.advertise(f'{namespace}/detected_poses_image/compressed', CompressedImage,
+                                                      queue_size=1)
         self._painter = NewestWinsWorker(self._draw, self._failed, 'painter')
 
     def reconfigure(self, params: DrawParams, images: AnnotatedImageParams) -> None:

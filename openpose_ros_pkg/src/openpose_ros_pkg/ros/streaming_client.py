@@ -8,6 +8,7 @@ from openpose_ros_pkg.networks.models import find_model
 from openpose_ros_pkg.output.draw import draw_people
 from openpose_ros_pkg.params.nodes import ClientSettings
 from openpose_ros_pkg.ros import convert
+from openpose_ros_pkg.ros.demand import Demand
 from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.ros.images import AnyImage, image_subscriber, raw_image
 from openpose_ros_pkg.ros.node import check_topic_name, run_node
@@ -27,9 +28,11 @@ class StreamingClient:
         self._client = DetectionClient('detect_poses', self._settings.service)
         self._publisher = rospy.Publisher('openpose_ros/input_image', Image, queue_size=1)
         self._worker = NewestWinsWorker(self._process, self._failed, 'client')
-        self._subscriber = image_subscriber(topic, self._settings.transport.image_transport)
-        self._subscriber.registerCallback(self._worker.submit)
-        rospy.loginfo('waiting for images on %s', self._subscriber.resolved_name)
+        images = image_subscriber(topic, self._settings.transport.image_transport)
+        images.registerCallback(self._worker.submit)
+        # who wants the results, only the service knows
+        self._demand = Demand(lazy=False, health=self._health)
+        self._demand.read(images)
 
     def _process(self, message: AnyImage) -> None:
         image = raw_image(message)

@@ -16,6 +16,7 @@ from openpose_ros_pkg.networks.models import find_model
 from openpose_ros_pkg.params.nodes import ImageTransportParams
 from openpose_ros_pkg.ros import convert as convert_2d
 from openpose_ros_pkg.ros.camera_info import CameraInfoPublisher
+from openpose_ros_pkg.ros.demand import Demand
 from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.ros.images import AnyImage, InputSubscriber, image_subscriber, raw_image
 from openpose_ros_pkg.ros.live_parameters import LiveParameters
@@ -74,22 +75,24 @@ class Extractor:
         self._last_report = -float('inf')
         self._chain = PeopleChain(find_model(self._params.pose_model).skeleton, settings.estimator)
         self._lifter = Lifter(self._params, self._chain, self._lookup)
+        self._demand = Demand(settings.demand.lazy and not (self._params.publish_tf or self._params.verbose),
+                              self._health)
         self._advertise()
         self._publisher_2d: Optional[PeoplePublisher] = None
         if self._params.publish_2d:
-            self._publisher_2d = PeoplePublisher(_NAMESPACE, settings.draw, settings.images, self._health,
-                                                self._timing)
+            self._publisher_2d = PeoplePublisher(_NAMESPACE, settings.draw, settings.images, self._health, self._timing,
+                                                 self._demand)
         self._live = LiveParameters(settings, LIVE_PARAMETERS, self._reconfigure)
         self._worker = NewestWinsWorker(self._process, self._failed, 'extractor')
         self._subscribe(settings.pairing, settings.transport)
         threading.Thread(target=self._watch_inputs, name='input watch', daemon=True).start()
 
     def _advertise(self) -> None:
-        self._echo = InputEcho(_NAMESPACE, self._health)
-        self._person_publisher = rospy.Publisher(f'{_NAMESPACE}/detected_poses_keypoints_3d', PersonDetection_3d,
-                                                 queue_size=PERSONS_QUEUE)
-        self._array_publisher = rospy.Publisher(f'{_NAMESPACE}/detected_poses_3d', PersonDetection_3dArray,
-                                                queue_size=10)
+        self._echo = InputEcho(_NAMESPACE, self._health, self._demand)
+        self._person_publisher = self._demand.advertise(f'{_NAMESPACE}/detected_poses_keypoints_3d', PersonDetection_3d,
+                                                        queue_size=PERSONS_QUEUE)
+        self._array_publisher = self._demand.advertise(f'{_NAMESPACE}/detected_poses_3d', PersonDetection_3dArray,
+                                                       queue_size=10)
         if self._params.publish_tf:
             self._tf_broadcaster = tf2_ros.TransformBroadcaster()
 
@@ -97,8 +100,7 @@ class Extractor:
         if self._params.target_frame or self._params.tracking_frame:
             self._tf_buffer = tf2_ros.Buffer()
             self._tf_listener = tf2_ros.TransformListener(self._tf_buffer)
-        # there before the first message can come
-        self._camera_info = CameraInfoPublisher(_NAMESPACE, '~camera_info', self._health)
+        self._camera_info = CameraInfoPublisher(_NAMESPACE, '~camera_info', self._health, self._demand)
         images = image_subscriber('~image', transport.image_transport)
         if self._params.points_source == 'point_cloud':
             points = InputSubscriber('~point_cloud', PointCloud2)
@@ -107,7 +109,7 @@ class Extractor:
         self._inputs = (images, points)
         self._synchronizer = StampSynchronizer(self._inputs, pairing, self._health)
         self._synchronizer.registerCallback(self._submit)
-        rospy.loginfo('waiting for %s and %s', *(source.resolved_name for source in self._inputs))
+        self._demand.read(self._camera_info.input, *self._inputs)
 
     def _submit(self, image: AnyImage, points: PointsMessage) -> None:
         self._worker.submit(_Pair(time.monotonic(), image, points))
@@ -189,6 +191,9 @@ class Extractor:
         while not rospy.is_shutdown():
             time.sleep(WATCH_PERIOD)
             received, pairs = self._synchronizer.received, self._synchronizer.pairs
+            if self._demand.seconds < WATCH_PERIOD:
+                before, pairs_before = received, pairs
+                continue
             came = [now > then for now, then in zip(received, before)]
             if came[0] != came[1]:
                 there, absent = (names[0], names[1]) if came[0] else (names[1], names[0])

@@ -2,9 +2,9 @@
 from typing import Any, NamedTuple, Tuple
 
 import numpy as np
-import rospy
 from sensor_msgs.msg import Image, PointCloud2
 
+from openpose_ros_pkg.ros.demand import Demand
 from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.stream.newest_wins import NewestWinsWorker
 from skeleton_extract_3d.points.camera import CameraModel
@@ -38,11 +38,12 @@ class InputEcho:
     Args:
         namespace: prefix of the topics.
         health: counts frames that can not be published.
+        demand: gets to know who listens.
     """
 
-    def __init__(self, namespace: str, health: Health) -> None:
-        self._image_publisher = rospy.Publisher(f'{namespace}/input_rgb', Image, queue_size=1)
-        self._cloud_publisher = rospy.Publisher(f'{namespace}/input_pointcloud', PointCloud2, queue_size=1)
+    def __init__(self, namespace: str, health: Health, demand: Demand) -> None:
+        self._image_publisher = demand.advertise(f'{namespace}/input_rgb', Image, queue_size=1)
+        self._cloud_publisher = demand.advertise(f'{namespace}/input_pointcloud', PointCloud2, queue_size=1)
         self._rays: Tuple[Any, np.ndarray] = (None, np.zeros(0))
         self._worker = NewestWinsWorker(
             self._publish, lambda error: health.warn('input not published', str(error)), 'input echo')

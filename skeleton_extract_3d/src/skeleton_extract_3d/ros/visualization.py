@@ -1,14 +1,16 @@
 """The visualization node: joints in space to RViz markers."""
-import rospy
 from openpose_ros_msgs.msg import PersonDetection_3dArray
 from visualization_msgs.msg import Marker
 
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.params.parameters import parameter_fields
+from openpose_ros_pkg.ros.demand import Demand
 from openpose_ros_pkg.ros.health import Health
+from openpose_ros_pkg.ros.images import InputSubscriber
 from openpose_ros_pkg.ros.live_parameters import LiveParameters
 from openpose_ros_pkg.ros.node import run_node
 from openpose_ros_pkg.stream.newest_wins import NewestWinsWorker
+from skeleton_extract_3d.node_params import VisualizationSettings
 from skeleton_extract_3d.ros import convert
 from skeleton_extract_3d.show.markers import LIMB_NAMESPACES, MarkerParams, MarkerTracker
 
@@ -20,16 +22,18 @@ _MARKERS_QUEUE = 100
 class Visualization:
     """Turns the array of people of each frame into markers: a few per person, each with a namespace of its own."""
 
-    def __init__(self, params: MarkerParams) -> None:
-        self._markers = MarkerTracker(params)
+    def __init__(self, settings: VisualizationSettings) -> None:
+        self._markers = MarkerTracker(settings.markers)
         self._health = Health()
-        self._live = LiveParameters(params, [field.name for field in parameter_fields(MarkerParams)],
-                                    self._markers.reconfigure)
-        self._joints = rospy.Publisher(f'{_NAMESPACE}/visualization_markers', Marker, queue_size=_MARKERS_QUEUE)
-        self._limbs = rospy.Publisher(f'{_NAMESPACE}/visualization_skeleton', Marker, queue_size=_MARKERS_QUEUE)
+        self._live = LiveParameters(settings, [field.name for field in parameter_fields(MarkerParams)],
+                                    lambda changed: self._markers.reconfigure(changed.markers))
+        demand = Demand(settings.demand.lazy, self._health)
+        self._joints = demand.advertise(f'{_NAMESPACE}/visualization_markers', Marker, _MARKERS_QUEUE)
+        self._limbs = demand.advertise(f'{_NAMESPACE}/visualization_skeleton', Marker, _MARKERS_QUEUE)
         self._worker = NewestWinsWorker(self._process, self._failed, 'visualization')
-        self._subscriber = rospy.Subscriber(f'{_NAMESPACE}/detected_poses_3d', PersonDetection_3dArray,
-                                            self._worker.submit, queue_size=1)
+        people = InputSubscriber(f'{_NAMESPACE}/detected_poses_3d', PersonDetection_3dArray)
+        people.registerCallback(self._worker.submit)
+        demand.read(people)
 
     def _process(self, message: PersonDetection_3dArray) -> None:
         people = convert.people_from_array(message)
@@ -44,4 +48,4 @@ class Visualization:
 
 def main() -> None:
     """Run the visualization node."""
-    run_node('skeleton_extract_3d_visualization_node', MarkerParams, Visualization)
+    run_node('skeleton_extract_3d_visualization_node', VisualizationSettings, Visualization)

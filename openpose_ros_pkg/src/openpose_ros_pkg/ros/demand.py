@@ -1,0 +1,105 @@
+"""Read the inputs of a node only while its results are wanted."""
+import threading
+import time
+from typing import Any, List, Optional, Sequence, Type
+
+import rospy
+from std_srvs.srv import SetBool, SetBoolRequest, SetBoolResponse
+
+from openpose_ros_pkg.ros.health import Health
+from openpose_ros_pkg.ros.images import InputSubscriber
+
+# rospy tells of a lost connection within half a second, but may do so before it has removed it: look again [s].
+_LOOK_PERIOD = 1.0
+
+
+class Demand(rospy.SubscribeListener):
+    """Whether the results of a node are wanted: its inputs are subscribed then, and only then.
+
+    Results are wanted while the node is enabled (service `~enable`, std_srvs/SetBool) and somebody subscribes to one of
+    the topics that were advertised here. A node that is not lazy needs no subscriber. What counts are the connections
+    at the moment of looking, so it does not matter in which order they come and go.
+
+    Args:
+        lazy: false: the results are always wanted, e.g. as they are saved.
+        health: shows on /diagnostics why the node rests.
+    """
+
+    def __init__(self, lazy: bool, health: Health) -> None:
+        self._lazy = lazy
+        self.enabled = True
+        self._publishers: List[rospy.Publisher] = []
+        self._inputs: Sequence[InputSubscriber] = ()
+        self._since: Optional[float] = None
+        self._lock = threading.Lock()
+        self._changed = threading.Event()
+        health.show(lambda: {'enabled': str(self.enabled).lower()})
+        health.explain_rest(self.why_resting)
+        self._service = rospy.Service('~enable', SetBool, self._enable)
+
+    def advertise(self, topic: str, kind: Type[Any], queue_size: int) -> rospy.Publisher:
+        """Return a publisher of results."""
+        publisher = rospy.Publisher(topic, kind, subscriber_listener=self, queue_size=queue_size)
+        self._publishers.append(publisher)
+        return publisher
+
+    def read(self, *inputs: InputSubscriber) -> None:
+        """Subscribe to the inputs whenever results are wanted; to be called once, after all publishers were made."""
+        self._inputs = inputs
+        self._update()
+        if self.why_resting():
+            self._log()
+        threading.Thread(target=self._keep_looking, name='demand', daemon=True).start()
+
+    @property
+    def seconds(self) -> float:
+        """For how long the inputs have been subscribed [s]; 0 while they are not."""
+        since = self._since
+        return 0.0 if since is None else time.monotonic() - since
+
+    def why_resting(self) -> str:
+        """Return why the node does nothing, in a few words; empty while it works."""
+        if not self.enabled:
+            return 'disabled'
+        return 'idle: nobody listens' if self._inputs and self._since is None else ''
+
+    def peer_subscribe(self, *_: Any) -> None:
+        """See rospy.SubscribeListener."""
+        self._changed.set()
+
+    def peer_unsubscribe(self, *_: Any) -> None:
+        """See rospy.SubscribeListener. Called with locks of rospy held, so the inputs are left to another thread."""
+        self._changed.set()
+
+    def _keep_looking(self) -> None:
+        while not rospy.is_shutdown():
+            self._changed.wait(_LOOK_PERIOD)
+            self._changed.clear()
+            self._update()
+
+    def _enable(self, request: SetBoolRequest) -> SetBoolResponse:
+        self.enabled = request.data
+        self._update()
+        return SetBoolResponse(success=True, message='enabled' if request.data else 'disabled')
+
+    def _is_wanted(self) -> bool:
+        return self.enabled and (not self._lazy or any(publisher.get_num_connections() > 0
+                                                       for publisher in self._publishers))
+
+    def _update(self) -> None:
+        with self._lock:
+            wanted = self._is_wanted()
+            if not self._inputs or wanted == (self._since is not None) or rospy.is_shutdown():
+                return
+            for source in self._inputs:
+                if wanted:
+                    source.subscribe()
+                else:
+                    source.unsubscribe()
+            self._since = time.monotonic() if wanted else None
+        self._log()
+
+    def _log(self) -> None:
+        rest = self.why_resting()
+        rospy.loginfo('%s %s', f'{rest}; not reading' if rest else 'reading',
+                      ', '.join(source.resolved_name for source in self._inputs))
