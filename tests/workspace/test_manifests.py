@@ -38,7 +38,7 @@ def used_by_code(package):
             elif isinstance(node, ast.ImportFrom) and node.module:
                 modules.add(node.module.split('.')[0])
     keys = {ROSDEP_KEYS.get(name, name) for name in modules
-            if name in ROSDEP_KEYS or name in ROS_MODULES or name in PACKAGES or name.endswith('_msgs')}
+            if name in ROSDEP_KEYS or name in ROS_MODULES or name in PACKAGES or name.endswith(('_msgs', '_srvs'))}
     for path in (ROOT / package / 'launch').glob('*.launch'):
         keys |= set(re.findall(r'(?:pkg="|\$\(find )(\w+)', path.read_text()))
     return keys - {package}

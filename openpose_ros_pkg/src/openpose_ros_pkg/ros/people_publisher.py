@@ -3,6 +3,7 @@ import time
 from typing import Optional, Sequence, Tuple
 
 import numpy as np
+import rospy
 from openpose_ros_msgs.msg import PersonDetection, PersonDetectionArray
 from sensor_msgs.msg import CompressedImage, Image
 from std_msgs.msg import Header
