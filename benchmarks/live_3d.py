@@ -4,13 +4,17 @@
 Starts rgbd_player (in place of a camera), the detection service, the extractor and the visualization by roslaunch on a
 ROS master of its own, and counts the results for a while. Latency: from the camera's stamp to the arrival of the 3D
 message in a subscriber.
+
+With --camera, a driver in C++ takes the place of rgbd_player: a nodelet manager that plays the same sequence. Its
+points reach the extractor as cloud, as depth image, or as the depth image that cloud_to_depth makes of the cloud in
+the driver's process.
 """
 import argparse
 import sys
 import time
 import xmlrpc.client
 from pathlib import Path
-from typing import Dict
+from typing import Dict, List
 
 import numpy as np
 import psutil
@@ -18,11 +22,17 @@ import rosnode
 import rospy
 from openpose_ros_msgs.msg import PersonDetection_3dArray
 
-from common import Figures, Parser, Usage, run_live
+from common import DEMO, Figures, Parser, Usage, run_live
 from openpose_ros_pkg.ros.session import ResultWatch, Session, wait_for
+from openpose_ros_tools.ros import images_to_bag
 
 TOPIC = '/openpose_ros/skeleton_3d/detected_poses_3d'
 START_TIMEOUT = 90.0
+MADE_DEPTH = '/kinect2/qhd/depth_registered'
+# How points leave the driver: arguments of demo.launch.
+CAMERAS = {'cloud': [], 'depth': ['points_source:=depth_image'],
+           'cloud_to_depth': ['points_source:=depth_image', f'depth:={MADE_DEPTH}/image_rect',
+                              f'camera_info:={MADE_DEPTH}/camera_info']}
 
 
 def parse_arguments() -> argparse.Namespace:
@@ -31,6 +41,7 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument('--seconds', type=float, default=60.0, help='how long to measure (default %(default)s)')
     parser.add_argument('--rate', type=float, default=15.0, help='frames per second (default %(default)s)')
     parser.add_argument('--folder', type=Path, help='sequence folder to play (default: the shipped one)')
+    parser.add_argument('--camera', choices=CAMERAS, help='a driver in C++, and how its points reach the extractor')
     parser.add_argument('--warm-up', type=float, default=5.0, help='not measured at first [s] (default %(default)s)')
     parser.add_argument('--json', type=Path, help='write the figures here')
     parser.add_argument('launch_arguments', nargs='*', metavar='NAME:=VALUE', help='passed on to demo.launch')
@@ -47,11 +58,25 @@ def node_processes() -> Dict[str, psutil.Process]:
     return processes
 
 
+def start_camera(session: Session, folder: Path, arguments: argparse.Namespace) -> List[str]:
+    """Start the driver in C++; return arguments of demo.launch."""
+    bag = folder / 'camera.bag'
+    images_to_bag.main([str(arguments.folder or DEMO), '-o', str(bag), '--cloud'])
+    session.start('camera', ['rosrun', 'openpose_ros_nodelets', 'bag_camera', f'_bag:={bag}',
+                             f'_rate:={arguments.rate}'])
+    if arguments.camera == 'cloud_to_depth':
+        session.start('cloud_to_depth', ['roslaunch', 'openpose_ros_nodelets', 'cloud_to_depth.launch',
+                                         'manager:=/camera'])
+    return ['play:=false', *CAMERAS[arguments.camera]]
+
+
 def measure(session: Session, folder: Path, arguments: argparse.Namespace) -> Figures:
     """Run the chain and return the figures."""
     command = ['roslaunch', 'skeleton_extract_3d', 'demo.launch', f'rate:={arguments.rate}',
                *arguments.launch_arguments]
-    if arguments.folder:
+    if arguments.camera:
+        command += start_camera(session, folder, arguments)
+    elif arguments.folder:
         command.append(f'folder:={arguments.folder.resolve()}')
     nodes = session.start('nodes', command)
     rospy.init_node('live_3d', disable_signals=True)

@@ -7,7 +7,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 NOETIC = Path('/opt/ros/noetic/setup.bash')
 SETTINGS = f'-DPYTHON_EXECUTABLE=/usr/bin/python3 -Dopenpose_ros_pkg_VENV={ROOT}/.venv'
-TIMEOUT = 300.0  # [s] several times what the slowest build takes
+TIMEOUT = 900.0  # [s] several times what the slowest build takes
 NOT_SOURCE = shutil.ignore_patterns('.git', '.venv*', 'build', 'devel', 'install', 'logs', '.catkin_*', 'demo_output',
                                     '__pycache__', '.pytest_cache', '.ruff_cache', '.hypothesis')
 

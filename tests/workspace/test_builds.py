@@ -39,7 +39,7 @@ def check_space(space, environment):
     output = shell(f"""
         source {space}/setup.bash
         rospack find openpose_ros_msgs; rospack find openpose_ros_pkg; rospack find skeleton_extract_3d
-        rospack find openpose_ros_tools; rospack find openpose_ros_mocap
+        rospack find openpose_ros_tools; rospack find openpose_ros_mocap; rospack find openpose_ros_nodelets
         rosmsg show openpose_ros_msgs/PersonDetection_3d | grep '^uint32 person_ID$'
         rossrv show openpose_ros_msgs/GetPersons | grep '^sensor_msgs/Image image$'
         /usr/bin/python3 - <<'END'
@@ -55,7 +55,7 @@ END""", space.parent.parent, environment)
 
 def check_installed_files(space, environment):
     """The install space stands alone: it holds all files that the nodes read."""
-    for package in ('openpose_ros_pkg', 'skeleton_extract_3d'):
+    for package in ('openpose_ros_pkg', 'skeleton_extract_3d', 'openpose_ros_nodelets'):
         for name in ('config', 'launch', 'rviz', 'demo'):
             for path in (ROOT / package / name).rglob('*'):
                 installed = space / 'share' / package / path.relative_to(ROOT / package)
@@ -73,7 +73,7 @@ def check_installed_files(space, environment):
 
 
 def check_nodes_run(space, environment):
-    """The whole chain, from the player to the extractor, answers from this space."""
+    """The whole chain, from the player to the extractor, answers from this space, and so does a nodelet."""
     shell(f"""
         source {space}/setup.bash
         /usr/bin/python3 - <<'END'
@@ -83,14 +83,33 @@ from pathlib import Path
 import rospy
 from openpose_ros_msgs.msg import PersonDetection_3dArray
 from openpose_ros_pkg.ros.session import Session
+from sensor_msgs.msg import CameraInfo
 
 with tempfile.TemporaryDirectory() as folder, Session(Path(folder)) as session:
     session.start('nodes', ['roslaunch', 'skeleton_extract_3d', 'demo.launch'])
+    session.start('nodelet', ['roslaunch', 'openpose_ros_nodelets', 'cloud_to_depth.launch'])
     rospy.init_node('check_nodes_run', disable_signals=True)
     topic = '/openpose_ros/skeleton_3d/detected_poses_3d'
     message = rospy.wait_for_message(topic, PersonDetection_3dArray, timeout=60)
     assert message.pose_model == 'COCO_18' and message.persons, message
+    rospy.wait_for_message('/kinect2/qhd/depth_registered/camera_info', CameraInfo, timeout=60)
 END""", space.parent, environment)
+
+
+def check_a_package_of_a_user(space, folder, environment):
+    """The package that docs/from_cpp.md shows builds against this space."""
+    page = (ROOT / 'docs/from_cpp.md').read_text()
+    dependencies, rules, code = (re.search(rf'^```{kind}\n(.*?)^```', page, re.MULTILINE | re.DOTALL)[1]
+                                 for kind in ('xml', 'cmake', 'cpp'))
+    package = folder / 'src/reader'
+    (package / 'src').mkdir(parents=True)
+    (package / 'src/reader.cpp').write_text(code)
+    (package / 'CMakeLists.txt').write_text(f'cmake_minimum_required(VERSION 3.0.2)\nproject(reader)\n{rules}')
+    (package / 'package.xml').write_text(f"""<package format="3">
+        <name>reader</name><version>0.0.0</version><description>Reads people.</description>
+        <maintainer email="user@example.com">user</maintainer><license>none</license>
+        <buildtool_depend>catkin</buildtool_depend>{dependencies}</package>""")
+    shell(f'source {space}/setup.bash; catkin_make {SETTINGS}; test -x devel/lib/reader/reader', folder, environment)
 
 
 def test_catkin_make_in_the_checkout_with_its_install_space_inside(tmp_path, environment):
@@ -109,6 +128,7 @@ def test_catkin_make_in_a_workspace(tmp_path, environment):
     check_space(tmp_path / 'elsewhere/space', environment)
     check_installed_files(tmp_path / 'elsewhere/space', environment)
     check_nodes_run(tmp_path / 'elsewhere/space', environment)
+    check_a_package_of_a_user(tmp_path / 'elsewhere/space', tmp_path / 'user', environment)
 
 
 @pytest.mark.skipif(not this_system().packages_of('catkin-tools'), reason=f'{this_system().name} has no catkin-tools')

@@ -20,7 +20,7 @@ class CloudToDepth : public StreamNodelet
 private:
   void configure(ParameterReader& parameters) override
   {
-    write_depth_image_ = parameters.text("encoding", "16UC1", { "16UC1", "32FC1" }) == "16UC1" ?
+    make_image_ = parameters.text("encoding", "16UC1", { "16UC1", "32FC1" }) == "16UC1" ?
                              &depthImage<std::uint16_t> : &depthImage<float>;
     camera_ = parameters.text("camera", "auto", { "auto", "topic", "fit" });
     depth_publisher_ = advertise<sensor_msgs::Image>(*nh_, "depth_registered/image_rect", 1);
@@ -51,7 +51,7 @@ private:
     try
     {
       const OrganizedCloud cloud(*message);
-      const sensor_msgs::ImagePtr image = write_depth_image_(cloud);
+      const sensor_msgs::ImagePtr image = make_image_(cloud);
       const auto info = boost::make_shared<sensor_msgs::CameraInfo>(cameraOf(cloud, message->header.frame_id));
       image->header = info->header = message->header;
       depth_publisher_.publish(image);
@@ -62,20 +62,6 @@ private:
     {
       health().warn("bad clouds", error.what());
     }
-  }
-
-  template <typename Pixel>
-  static sensor_msgs::ImagePtr depthImage(const OrganizedCloud& cloud)
-  {
-    const auto image = boost::make_shared<sensor_msgs::Image>();
-    image->width = cloud.width();
-    image->height = cloud.height();
-    image->encoding = DepthTraits<Pixel>::ENCODING;
-    image->step = cloud.width() * sizeof(Pixel);
-    image->data.resize(image->step * image->height);
-    if (writeDepths(cloud, reinterpret_cast<Pixel*>(image->data.data())) == 0)
-      throw BadInputError("cloud has no valid point");
-    return image;
   }
 
   /// Return the camera that was given, or the one that fits the points.
@@ -97,7 +83,7 @@ private:
     return *info;
   }
 
-  sensor_msgs::ImagePtr (*write_depth_image_)(const OrganizedCloud&);
+  sensor_msgs::ImagePtr (*make_image_)(const OrganizedCloud&);
   std::string camera_;
   std::mutex mutex_;
   sensor_msgs::CameraInfoConstPtr info_;  ///< newest one

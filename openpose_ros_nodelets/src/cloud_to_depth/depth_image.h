@@ -3,6 +3,9 @@
 #include <cstddef>
 #include <cstring>
 
+#include <boost/make_shared.hpp>
+#include <sensor_msgs/Image.h>
+
 #include "cloud_to_depth/depth_traits.h"
 #include "common/organized_cloud.h"
 
@@ -29,6 +32,21 @@ std::size_t writeDepths(const OrganizedCloud& cloud, Pixel* depths)
       valid += Traits::isValid(depths[column]);
   }
   return valid;
+}
+
+/// Return the depth image of a cloud; its header is left empty. Throws BadInputError for a cloud without a valid point.
+template <typename Pixel>
+sensor_msgs::ImagePtr depthImage(const OrganizedCloud& cloud)
+{
+  const auto image = boost::make_shared<sensor_msgs::Image>();
+  image->width = cloud.width();
+  image->height = cloud.height();
+  image->encoding = DepthTraits<Pixel>::ENCODING;
+  image->step = cloud.width() * sizeof(Pixel);
+  image->data.resize(image->step * image->height);
+  if (writeDepths(cloud, reinterpret_cast<Pixel*>(image->data.data())) == 0)
+    throw BadInputError("cloud has no valid point");
+  return image;
 }
 
 }  // namespace openpose_ros_nodelets
