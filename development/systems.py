@@ -58,9 +58,10 @@ OTHERS.update({'gtest': 'libgtest-dev', 'libpcl-all-dev': 'libpcl-dev', 'python3
 
 # What builds, demonstrates and tests beside what the package.xml files name.
 # ros_environment: its hook sets ROS_PACKAGE_PATH; up to Debian 12 others bring it.
-TOOLS = ('ca-certificates', 'catkin-lint', 'catkin-tools', 'cmake', 'g++', 'make', 'python3', 'python3-psutil',
-         'python3-venv', 'ros_environment', 'rosbash', 'roslaunch', 'rosmaster', 'rosmsg', 'rosnode', 'rosout', 'rospack',
-         'rosparam', 'rosservice', 'rostest', 'rostopic', 'scrot', 'shellcheck', 'xvfb')
+TOOLS = ('ca-certificates', 'catkin-lint', 'catkin-tools', 'cmake', 'g++', 'make', 'python3',
+         'python3-psutil', 'python3-venv', 'ros_environment', 'rosbash', 'roslaunch', 'rosmaster', 'rosmsg',
+         'rosnode', 'rosout', 'rospack', 'rosparam', 'rosservice', 'rostest', 'rostopic', 'scrot',
+         'shellcheck', 'xvfb')
 
 
 @dataclass(frozen=True)

@@ -87,7 +87,7 @@ def _limits(columns: Sequence[np.ndarray]) -> Tuple[float, float]:
 
 def _histogram(axes: Any, values: np.ndarray, limits: Tuple[float, float], colour: str) -> None:
     known = values[np.isfinite(values)]
-    axes.hist(np.minimum(known, limits[1]), _BINS, limits, color=colour, alpha=0.6)
+    axes.hist(np.minimum(known, limits[1]), _BINS, range=limits, color=colour, alpha=0.6)
     plotting.tidy_axes(axes, grid='x')
     axes.set_yticks([])
     axes.spines['left'].set_visible(False)
