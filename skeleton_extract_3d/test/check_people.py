@@ -211,12 +211,13 @@ class PeopleTest(unittest.TestCase):
     def test_joints_are_frames(self):
         frame = self.frames[-1]
         for found in frame.array.persons:
-            for joint in ('neck', 'right_hip'):
+            for joint, following in (('right_hip', 'right_knee'), ('left_knee', 'left_ankle')):
                 transform = self.tf_buffer.lookup_transform(FRAME_ID, f'person_{found.person_ID}/{joint}',
                                                             frame.array.header.stamp, rospy.Duration(5))
                 rotation, translation = rotation_and_translation(transform)
                 np.testing.assert_allclose(translation, position(getattr(found, joint)), atol=1e-6)
-                np.testing.assert_array_equal(rotation, np.eye(3))
+                along = position(getattr(found, following)) - translation
+                np.testing.assert_allclose(rotation[:, 0], along / np.linalg.norm(along), atol=1e-5)
 
     def test_a_threshold_that_changes_holds_from_the_next_frame_on(self):
         client = Client(NODE, timeout=PATIENCE)

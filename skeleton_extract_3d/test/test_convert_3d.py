@@ -246,6 +246,9 @@ def test_each_position_is_a_frame_of_its_own():
     rotation, translation = convert.rotation_and_translation(wrist)
     np.testing.assert_array_equal(rotation, np.eye(3))
     np.testing.assert_array_equal(translation, people.xyz[1, COCO_18.index['right_wrist']])
+    rotation, elbow = convert.rotation_and_translation(sent(transforms['person_4/right_elbow']))
+    forearm = people.xyz[0, COCO_18.index['right_wrist']] - elbow
+    np.testing.assert_allclose(rotation[:, 0], forearm / np.linalg.norm(forearm), atol=1e-6)
 
 
 def test_each_message_says_how_many_there_are_and_whose_it_is():

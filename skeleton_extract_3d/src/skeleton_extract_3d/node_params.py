@@ -33,8 +33,8 @@ class ExtractorParams(Parameters):
              'without its transform is dropped.', unit='s', minimum=0.0, maximum=10.0)
     publish_tf: bool = parameter(
         False, 'Publish each joint that is measured or inferred as a frame person_<person_ID>/<joint> on /tf: parent '
-               'is the frame of the published joints, the axes are parallel to its axes, the stamp is that of the '
-               'cloud. For one extractor in a system, as another one uses the same ids.')
+               'is the frame of the published joints, x points along the limb to the next joint, the stamp is that of '
+               'the cloud. For one extractor in a system, as another one uses the same ids.')
     publish_2d: bool = parameter(
         False, 'Publish also what was found in the image, with the ids that the same people have in space: '
                'detected_poses, detected_poses_keypoints (always in pixels of the image) and detected_poses_image, '

@@ -1,4 +1,4 @@
-"""Constants of what is learnt about bodies, and of joints that COCO_18 does not have."""
+"""Constants of what is learnt about bodies, of joints that COCO_18 does not have, and of the frames of joints."""
 from dataclasses import dataclass
 from typing import Tuple
 
@@ -36,3 +36,17 @@ class ExtraJointConstants:
     measured_sigma: float = constant(0.04, 'Error of a joint that is measured.', unit='m', source='chosen')
     inferred_sigma: float = constant(0.12, 'Error of a joint with the depth of the joint that it hangs on.', unit='m',
                                      source='chosen')
+
+
+@dataclass(frozen=True)
+class JointFrameConstants:
+    """The frames of joints."""
+
+    least_length: float = constant(0.01, 'Joints that are closer together show no direction.', unit='m',
+                                   source='chosen')
+    least_bend: float = constant(
+        0.2, 'Sine of the bend of elbow or knee (12 degrees) from which on the bending axis turns the limb.',
+        source='error of two directions with 3 cm at the end of a bone of 25 cm')
+    clear_bend: float = constant(
+        0.5, 'Sine of the bend (30 degrees) from which on the bending axis alone is the second axis of the limb.',
+        source='chosen')

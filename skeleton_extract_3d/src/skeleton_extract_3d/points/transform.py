@@ -3,6 +3,7 @@ import dataclasses
 from typing import Tuple
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from skeleton_extract_3d.people import People3D
 
@@ -20,3 +21,11 @@ def transform_people(people: People3D, rotation: np.ndarray, translation: np.nda
     turn = np.asarray(rotation).T
     return dataclasses.replace(people, xyz=people.xyz.astype(np.float64) @ turn + np.asarray(translation),
                                velocity=people.velocity.astype(np.float64) @ turn)
+
+
+def quaternions(rotations: np.ndarray) -> np.ndarray:
+    """Return the unit quaternions x, y, z, w of rotation matrices, (N, 3, 3) -> (N, 4) float64."""
+    if len(rotations) == 0:
+        return np.zeros((0, 4))
+    from_matrix = getattr(Rotation, 'from_matrix', None) or Rotation.from_dcm  # its name before SciPy 1.4
+    return np.asarray(from_matrix(rotations).as_quat())

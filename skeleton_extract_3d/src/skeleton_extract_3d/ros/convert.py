@@ -1,7 +1,6 @@
 """Turn messages into core types and back: the only place of this package that knows both."""
 from typing import List, Optional, Tuple
 
-import cv2
 import numpy as np
 import rospy
 from geometry_msgs.msg import Point, Quaternion, TransformStamped, Vector3
@@ -13,10 +12,12 @@ from visualization_msgs.msg import Marker
 
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.skeletons import SKELETONS, SkeletonModel
+from skeleton_extract_3d.body.joint_frames import joint_frames
 from skeleton_extract_3d.people import MISSING, People3D
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.cloud import CloudLayout, OrganizedCloud
 from skeleton_extract_3d.points.depth import XYZRGB, DepthImage, ImageLayout
+from skeleton_extract_3d.points.transform import quaternions
 from skeleton_extract_3d.show.markers import MarkerSpec
 
 _DATATYPES = {PointField.INT8: 'int8', PointField.UINT8: 'uint8', PointField.INT16: 'int16',
@@ -158,13 +159,15 @@ def _velocities(message: PersonDetection_3dArray, skeleton: SkeletonModel) -> Op
 
 
 def people_to_transforms(people: People3D, header: Header) -> List[TransformStamped]:
-    """Return a frame `person_<id>/<joint>` for each joint that is not MISSING, its axes parallel to header.frame_id."""
+    """Return a frame `person_<id>/<joint>` for each joint that is not MISSING, with the axes of `joint_frames`."""
     transforms = []
-    for p, j in np.argwhere(people.status != MISSING).tolist():
+    there = people.status != MISSING
+    rotations = quaternions(joint_frames(people)[there])
+    for (p, j), rotation in zip(np.argwhere(there).tolist(), rotations.tolist()):
         frame = f'person_{people.ids[p]}/{people.skeleton.joints[j]}'
         transform = TransformStamped(header=header, child_frame_id=frame)
         transform.transform.translation = Vector3(*people.xyz[p, j].tolist())
-        transform.transform.rotation.w = 1.0
+        transform.transform.rotation = Quaternion(*rotation)
         transforms.append(transform)
     return transforms
 
@@ -195,9 +198,7 @@ def rotation_and_translation(transform: TransformStamped) -> Tuple[np.ndarray, n
 def transform_from_matrix(matrix: np.ndarray, header: Header, child_frame: str) -> TransformStamped:
     """Return the transform of a (4, 4) matrix that takes points of child_frame to header.frame_id."""
     matrix = np.asarray(matrix, np.float64)
-    # by way of the rotation vector, since SciPy renamed from_dcm to from_matrix
-    quaternion = Rotation.from_rotvec(cv2.Rodrigues(matrix[:3, :3])[0].ravel()).as_quat()
     transform = TransformStamped(header=header, child_frame_id=child_frame)
     transform.transform.translation = Vector3(*matrix[:3, 3])
-    transform.transform.rotation = Quaternion(*quaternion)
+    transform.transform.rotation = Quaternion(*quaternions(matrix[None, :3, :3])[0])
     return transform

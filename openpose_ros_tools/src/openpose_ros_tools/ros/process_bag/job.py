@@ -15,7 +15,7 @@ from skeleton_extract_3d.settings import EstimatorSettings
 from skeleton_extract_3d.show.markers import MarkerParams
 
 # Incremented when the same parameters give other results, so that outputs of older versions are made again.
-_VERSION = 1
+_VERSION = 2
 # Parameters that do not change results.
 _WITHOUT_EFFECT = ('threads', 'compiled_cache')
 

@@ -1,0 +1,128 @@
+"""The frame of each joint: along a limb, or that of trunk or head. All are right-handed.
+
+- Trunk (neck, chest; mid_hip): x forwards out of the chest, y to the left, z up along the spine. Shoulders tell the
+  left of the upper trunk, hips that of the pelvis.
+- Limbs (shoulder, elbow; hip, knee; ankle where there are toes): x to the next joint outwards, y the axis about which
+  elbow or knee bends, z forwards as long as a straight arm or leg is beside the trunk or stretched out to the side.
+- Head (nose, eyes, ears, top): x where the face looks, y to the left, z up.
+
+A straight limb does not show its bending axis: y is then as if the limb had been turned on the shortest way from the
+reference pose, arms stretched out to the sides and legs straight down. In between y turns from one to the other.
+
+What is not known is taken over: ends of limbs (wrist, ankle, toes, heel) and joints whose next one is MISSING have the
+frame of the joint before, up to the trunk; an unknown head that of the trunk; an unknown trunk the axes of the frame of
+reference.
+"""
+from typing import Dict, Sequence, Tuple
+
+import numpy as np
+
+from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
+from skeleton_extract_3d.body.body import BODY
+from skeleton_extract_3d.constants import METHOD
+from skeleton_extract_3d.people import People3D
+
+_FRAMES = METHOD.joint_frames
+# Axes x, y, z (columns) of straight limbs in the reference pose, in those of the trunk; and the sense of y: +1 where it
+# is lower limb times upper limb, -1 where it is upper times lower, so that it points to the left in arms and legs that
+# hang down.
+_LIMBS: Dict[Tuple[str, str, str], Tuple[np.ndarray, int]] = {
+    ('left_shoulder', 'left_elbow', 'left_wrist'): (np.array([[0, 0, 1], [1, 0, 0], [0, 1, 0]]), 1),
+    ('right_shoulder', 'right_elbow', 'right_wrist'): (np.array([[0, 0, 1], [-1, 0, 0], [0, -1, 0]]), 1),
+    ('left_hip', 'left_knee', 'left_ankle'): (np.array([[0, 0, 1], [0, 1, 0], [-1, 0, 0]]), -1),
+    ('right_hip', 'right_knee', 'right_ankle'): (np.array([[0, 0, 1], [0, 1, 0], [-1, 0, 0]]), -1)}
+_HEAD = ('nose', 'right_eye', 'left_eye', 'right_ear', 'left_ear', 'head_top')
+# Angle by which the line from the middle of the ears to the nose points down in a head that looks straight ahead [rad].
+_NOSE_DOWN = np.arctan2(*BODY.head_points[0, 1:])
+
+
+@np.errstate(invalid='ignore', divide='ignore')
+def joint_frames(people: People3D) -> np.ndarray:
+    """Return the axes of the frames of all joints, (P, K, 3, 3) float64: columns x, y, z in the frame of the people."""
+    index, count = people.skeleton.index, len(people)
+    missing = np.full((count, 3), np.nan)
+    at = {joint: people.xyz[:, index[joint]].astype(np.float64) if joint in index else missing
+          for joint in MESSAGE_JOINTS}
+    thorax, pelvis = _trunk(at)
+    frames = {'neck': thorax, 'chest': thorax, 'mid_hip': pelvis, **dict.fromkeys(_HEAD, _known(_head(at), thorax))}
+    for joints, (reference, sense) in _LIMBS.items():
+        trunk = thorax if joints[0].endswith('shoulder') else pelvis
+        upper, lower = _limb(trunk, reference, sense, [at[joint] for joint in joints])
+        frames.update(zip(joints, (upper, lower, lower)))
+    for side in ('left', 'right'):
+        ankle, toe = f'{side}_ankle', f'{side}_big_toe'
+        foot = _known(_swung(frames[ankle], _unit(at[toe] - at[ankle])), frames[ankle])
+        frames.update(dict.fromkeys((ankle, toe, f'{side}_small_toe', f'{side}_heel'), foot))
+    return np.stack([frames[joint] for joint in people.skeleton.joints], axis=1)
+
+
+def _trunk(at: Dict[str, np.ndarray]) -> Tuple[np.ndarray, np.ndarray]:
+    """Return the frames of the upper trunk and of the pelvis, (P, 3, 3)."""
+    left, right, left_hip, right_hip = (at[joint] for joint in (
+        'left_shoulder', 'right_shoulder', 'left_hip', 'right_hip'))
+    up = _unit(_known(at['neck'], (left + right) / 2) - _known(at['mid_hip'], (left_hip + right_hip) / 2))
+    thorax, pelvis = _upright(up, left - right), _upright(up, left_hip - right_hip)
+    return _known(_known(thorax, pelvis), np.eye(3)), _known(_known(pelvis, thorax), np.eye(3))
+
+
+def _head(at: Dict[str, np.ndarray]) -> np.ndarray:
+    """Return the frame of the head, (P, 3, 3); NaN where nose, an ear, or both of ears and eyes are missing."""
+    left, right = at['left_ear'], at['right_ear']
+    y = _unit(_known(left - right, at['left_eye'] - at['right_eye']))
+    to_nose = at['nose'] - _known((left + right) / 2, _known(left, right))
+    ahead = _unit(to_nose - _dot(to_nose, y) * y)
+    above = np.cross(ahead, y)
+    cos, sin = np.cos(_NOSE_DOWN), np.sin(_NOSE_DOWN)
+    return np.stack([cos * ahead + sin * above, y, cos * above - sin * ahead], axis=-1)
+
+
+def _limb(trunk: np.ndarray, reference: np.ndarray, sense: int, joints: Sequence[np.ndarray]
+          ) -> Tuple[np.ndarray, np.ndarray]:
+    """Return the frames of the upper and of the lower part of a limb, (P, 3, 3) each."""
+    root, middle, end = joints
+    along, further = _unit(middle - root), _unit(end - middle)
+    stretched = trunk @ reference
+    straight = _swung(stretched, along)
+    bending = sense * np.cross(further, along)  # as long as the sine of the bend
+    _, y, z = np.moveaxis(straight, -1, 0)
+    share = np.clip((np.linalg.norm(bending, axis=-1, keepdims=True) - _FRAMES.least_bend)
+                    / (_FRAMES.clear_bend - _FRAMES.least_bend), 0, 1)
+    turn = np.nan_to_num(share * share * (3 - 2 * share) * np.arctan2(_dot(bending, z), _dot(bending, y)))
+    cos, sin = np.cos(turn), np.sin(turn)
+    upper = np.stack([along, cos * y + sin * z, cos * z - sin * y], axis=-1)
+    lower = _known(_swung(_known(upper, stretched), further), upper)
+    return _known(upper, trunk), _known(lower, trunk)
+
+
+def _upright(up: np.ndarray, left: np.ndarray) -> np.ndarray:
+    """Return the frames with z along unit vectors `up` and y as far to the left as that allows; NaN if not known."""
+    y = _unit(left - _dot(left, up) * up)
+    return np.stack([np.cross(y, up), y, up], axis=-1)
+
+
+def _swung(frame: np.ndarray, direction: np.ndarray) -> np.ndarray:
+    """Return frames, (P, 3, 3), turned on the shortest way so that x points along unit vectors, (P, 3).
+
+    NaN where x points the opposite way, and there is no shortest one.
+    """
+    x = frame[..., 0]
+    axis, cosine = np.cross(x, direction), _dot(x, direction)
+    # Rodrigues' formula, for each of the three axes
+    return np.stack([v * cosine + np.cross(axis, v) + axis * _dot(axis, v) / (1 + cosine)
+                     for v in np.moveaxis(frame, -1, 0)], axis=-1)
+
+
+def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    return np.asarray((a * b).sum(axis=-1, keepdims=True))
+
+
+def _unit(vectors: np.ndarray) -> np.ndarray:
+    """Return vectors with length 1; NaN for those that are shorter than joints are ever apart."""
+    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return np.where(length > _FRAMES.least_length, vectors / length, np.nan)
+
+
+def _known(values: np.ndarray, otherwise: np.ndarray) -> np.ndarray:
+    """Return vectors or frames, others in place of those that are not finite."""
+    finite = np.isfinite(values).all(axis=tuple(range(1, values.ndim)), keepdims=True)
+    return np.where(finite, values, otherwise)
