@@ -23,13 +23,17 @@ class Demand(rospy.SubscribeListener):
     Args:
         lazy: false: the results are always wanted, e.g. as they are saved.
         health: shows on /diagnostics why the node rests.
+
+    Attributes:
+        enabled: whether `~enable` lets it work.
+        inputs: what it reads.
     """
 
     def __init__(self, lazy: bool, health: Health) -> None:
         self._lazy = lazy
         self.enabled = True
         self._publishers: List[rospy.Publisher] = []
-        self._inputs: Sequence[InputSubscriber] = ()
+        self.inputs: Sequence[InputSubscriber] = ()
         self._since: Optional[float] = None
         self._lock = threading.Lock()
         self._changed = threading.Event()
@@ -45,7 +49,7 @@ class Demand(rospy.SubscribeListener):
 
     def read(self, *inputs: InputSubscriber) -> None:
         """Subscribe to the inputs whenever results are wanted; to be called once, after all publishers were made."""
-        self._inputs = inputs
+        self.inputs = inputs
         self._update()
         if self.why_resting():
             self._log()
@@ -61,7 +65,7 @@ class Demand(rospy.SubscribeListener):
         """Return why the node does nothing, in a few words; empty while it works."""
         if not self.enabled:
             return 'disabled'
-        return 'idle: nobody listens' if self._inputs and self._since is None else ''
+        return 'idle: nobody listens' if self.inputs and self._since is None else ''
 
     def peer_subscribe(self, *_: Any) -> None:
         """See rospy.SubscribeListener."""
@@ -89,9 +93,9 @@ class Demand(rospy.SubscribeListener):
     def _update(self) -> None:
         with self._lock:
             wanted = self._is_wanted()
-            if not self._inputs or wanted == (self._since is not None) or rospy.is_shutdown():
+            if not self.inputs or wanted == (self._since is not None) or rospy.is_shutdown():
                 return
-            for source in self._inputs:
+            for source in self.inputs:
                 if wanted:
                     source.subscribe()
                 else:
@@ -102,4 +106,4 @@ class Demand(rospy.SubscribeListener):
     def _log(self) -> None:
         rest = self.why_resting()
         rospy.loginfo('%s %s', f'{rest}; not reading' if rest else 'reading',
-                      ', '.join(source.resolved_name for source in self._inputs))
+                      ', '.join(source.resolved_name for source in self.inputs))

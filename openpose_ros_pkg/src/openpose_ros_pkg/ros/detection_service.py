@@ -25,7 +25,7 @@ from openpose_ros_pkg.ros.demand import Demand
 from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.ros.images import AnyImage, image_subscriber, raw_image
 from openpose_ros_pkg.ros.live_parameters import LiveParameters
-from openpose_ros_pkg.ros.node import check_topic_name, run_node
+from openpose_ros_pkg.ros.node import check_topic_name, introduce, run_node
 from openpose_ros_pkg.ros.people_publisher import DRAW_STAGE, PeoplePublisher
 from openpose_ros_pkg.ros.timing_report import TimingReport
 from openpose_ros_pkg.stream.pipeline import Pipeline
@@ -114,7 +114,15 @@ class DetectionService:
             self._subscribe(settings.stream.image_topic, namespace)
         if self._recorder is not None:
             rospy.on_shutdown(self._recorder.close)
+        self._introduce()
         rospy.loginfo('Initialization Successful!')
+
+    def _introduce(self) -> None:
+        params = self._settings.detector.detector
+        introduce(self._demand.inputs,
+                  mode=f'{params.mode}, pose_model {params.pose_model}, joints {self._detector.skeleton.name}',
+                  networks=self._detector.recipe.description, runtime=self._detector.description,
+                  target_rate=f'{params.target_rate:g} Hz' if params.target_rate > 0 else 'none')
 
     def _subscribe(self, topic: str, namespace: str) -> None:
         self._input_publisher = self._demand.advertise(f'{namespace}/input_image', Image, queue_size=1)

@@ -2,15 +2,20 @@
 import ctypes
 import logging
 import sys
-from typing import Any, Callable, Dict, List, Tuple, Type
+from typing import Any, Callable, Dict, Iterable, List, Sequence, Tuple, Type
 
 import rosgraph.names
 import rospy
+from rospy.impl import registration
 
 from openpose_ros_pkg.errors import OpenposeRosError, ParameterError
 from openpose_ros_pkg.params.flags import read_flags
 from openpose_ros_pkg.params.parameters import Settings, build, to_yaml
+from openpose_ros_pkg.ros.images import InputSubscriber
 
+# Last parts of the names of topics and services of rospy, dynamic_reconfigure and diagnostics.
+_OF_EVERY_NODE = ('rosout', 'diagnostics', 'get_loggers', 'set_logger_level', 'parameter_descriptions',
+                  'parameter_updates', 'set_parameters')
 # Parameters of glibc's mallopt (malloc.h).
 _M_TRIM_THRESHOLD, _M_MMAP_THRESHOLD, _M_ARENA_MAX = -1, -3, -8
 # Freed memory that stays with the process [bytes]: a few clouds of 1920 x 1080 points (66 MB each).
@@ -65,6 +70,28 @@ def _read_arguments(name: str, kind: Type[Settings]) -> Tuple[Dict[str, Any], Li
     except ParameterError as error:
         sys.exit(f'{name}: {error}')
     return flags, others
+
+
+def introduce(inputs: Iterable[InputSubscriber], **at_work: str) -> None:
+    """Log in a few lines what is at work: what a node says of itself, then its topics and services.
+
+    To be called when all publishers and services are there.
+
+    Args:
+        inputs: that the node reads, now or as soon as its results are wanted.
+        at_work: titles, and what belongs to each.
+    """
+    topics = {'subscribes to': [source.resolved_name for source in inputs],
+              'publishes': _own(registration.get_topic_manager().get_publications()),
+              'serves': _own(registration.get_service_manager().get_services())}
+    lines = [f'{title}: {text}' for title, text in at_work.items()]
+    lines += [f'{title}: {", ".join(names)}' for title, names in topics.items() if names]
+    rospy.loginfo('%s', '\n  '.join([f'{rospy.get_name()}:', *lines]))
+
+
+def _own(entries: Iterable[Sequence[str]]) -> List[str]:
+    """Return the names, the first of each entry, without those that every node has."""
+    return sorted(name for name, *_ in entries if name.rpartition('/')[2] not in _OF_EVERY_NODE)
 
 
 def check_topic_name(key: str, topic: str) -> None:

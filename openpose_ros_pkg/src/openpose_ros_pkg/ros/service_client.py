@@ -20,10 +20,13 @@ class DetectionClient:
 
     Each call makes its own connection. On one machine that costs no more than a persistent one (measured), and a
     service that was restarted is found again.
+
+    Attributes:
+        name: resolved name of the service.
     """
 
     def __init__(self, service: str, params: ServiceClientParams) -> None:
-        self._name = rospy.resolve_name(service)
+        self.name = rospy.resolve_name(service)
         self._timeout = params.service_timeout
         self._hung: Optional[_Call] = None
 
@@ -38,26 +41,26 @@ class DetectionClient:
             self._hung.give_up()
             raise self._no_answer()
         self._hung = None
-        call = _Call(self._name, image)
+        call = _Call(self.name, image)
         if not call.ended.wait(self._timeout):
             call.give_up()
             self._hung = call
             raise self._no_answer()
         if call.error is not None:
             if not self._is_registered():
-                raise ServiceCallError(f'waiting for service {self._name}: unavailable, frames are skipped')
-            raise ServiceCallError(f'{self._name}: {call.error}') from call.error
+                raise ServiceCallError(f'waiting for service {self.name}: unavailable, frames are skipped')
+            raise ServiceCallError(f'{self.name}: {call.error}') from call.error
         return call.detections
 
     def _is_registered(self) -> bool:
         try:
-            rosgraph.Master(rospy.get_name()).lookupService(self._name)
+            rosgraph.Master(rospy.get_name()).lookupService(self.name)
         except (rosgraph.MasterException, OSError):
             return False
         return True
 
     def _no_answer(self) -> ServiceCallError:
-        return ServiceCallError(f'no answer from {self._name} within {self._timeout:g} s')
+        return ServiceCallError(f'no answer from {self.name} within {self._timeout:g} s')
 
 
 class _Call:

@@ -11,7 +11,7 @@ from openpose_ros_pkg.ros import convert
 from openpose_ros_pkg.ros.demand import Demand
 from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.ros.images import AnyImage, image_subscriber, raw_image
-from openpose_ros_pkg.ros.node import check_topic_name, run_node
+from openpose_ros_pkg.ros.node import check_topic_name, introduce, run_node
 from openpose_ros_pkg.ros.service_client import DetectionClient, ServiceCallError
 from openpose_ros_pkg.stream.newest_wins import NewestWinsWorker
 
@@ -33,6 +33,7 @@ class StreamingClient:
         # who wants the results, only the service knows
         self._demand = Demand(lazy=False, health=self._health)
         self._demand.read(images)
+        introduce(self._demand.inputs, detection=f'by {self._client.name}, joints {self._skeleton.name}')
 
     def _process(self, message: AnyImage) -> None:
         image = raw_image(message)

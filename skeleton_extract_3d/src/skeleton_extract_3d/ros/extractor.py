@@ -20,7 +20,7 @@ from openpose_ros_pkg.ros.demand import Demand
 from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.ros.images import AnyImage, InputSubscriber, image_subscriber, raw_image
 from openpose_ros_pkg.ros.live_parameters import LiveParameters
-from openpose_ros_pkg.ros.node import run_node
+from openpose_ros_pkg.ros.node import introduce, run_node
 from openpose_ros_pkg.ros.people_publisher import DRAW_STAGE, PERSONS_QUEUE, PeoplePublisher
 from openpose_ros_pkg.ros.service_client import DetectionClient, ServiceCallError
 from openpose_ros_pkg.ros.timing_report import TimingReport
@@ -85,6 +85,7 @@ class Extractor:
         self._live = LiveParameters(settings, LIVE_PARAMETERS, self._reconfigure)
         self._worker = NewestWinsWorker(self._process, self._failed, 'extractor')
         self._subscribe(settings.pairing, settings.transport)
+        self._introduce(settings)
         threading.Thread(target=self._watch_inputs, name='input watch', daemon=True).start()
 
     def _advertise(self) -> None:
@@ -110,6 +111,16 @@ class Extractor:
         self._synchronizer = StampSynchronizer(self._inputs, pairing, self._health)
         self._synchronizer.registerCallback(self._submit)
         self._demand.read(self._camera_info.input, *self._inputs)
+
+    def _introduce(self, settings: ExtractorSettings) -> None:
+        params, estimator = settings.extractor, settings.estimator
+        switches = {'occlusion': estimator.occlusion.occlusion, 'tracking': estimator.identity.tracking,
+                    'smoothing': estimator.smoothing.smoothing}
+        introduce(self._demand.inputs, detection=f'by {self._client.name}, joints {self._chain.skeleton.name}',
+                  lifting=', '.join([f'{estimator.lifting.lifting} from {params.points_source}',
+                                     *(f'{name} {"on" if on else "off"}' for name, on in switches.items())]),
+                  frames=f'joints in {params.target_frame or "the frame of the points"}, people followed in '
+                         f'{params.tracking_frame or "the frame of the points"}')
 
     def _submit(self, image: AnyImage, points: PointsMessage) -> None:
         self._worker.submit(_Pair(time.monotonic(), image, points))

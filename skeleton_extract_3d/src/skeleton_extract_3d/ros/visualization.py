@@ -8,7 +8,7 @@ from openpose_ros_pkg.ros.demand import Demand
 from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.ros.images import InputSubscriber
 from openpose_ros_pkg.ros.live_parameters import LiveParameters
-from openpose_ros_pkg.ros.node import run_node
+from openpose_ros_pkg.ros.node import introduce, run_node
 from openpose_ros_pkg.stream.newest_wins import NewestWinsWorker
 from skeleton_extract_3d.node_params import VisualizationSettings
 from skeleton_extract_3d.ros import convert
@@ -34,6 +34,9 @@ class Visualization:
         people = InputSubscriber(f'{_NAMESPACE}/detected_poses_3d', PersonDetection_3dArray)
         people.registerCallback(self._worker.submit)
         demand.read(people)
+        params = settings.markers
+        introduce(demand.inputs, markers=f'spheres of {params.joint_scale:g} m, limbs of {params.skeleton_scale:g} m, '
+                                         f'trails of {params.trail_seconds:g} s, lifetime {params.lifetime:g} s')
 
     def _process(self, message: PersonDetection_3dArray) -> None:
         people = convert.people_from_array(message)
