@@ -162,8 +162,10 @@ private:
     {
       const FloorSearch search = findFloor(sampled(CloudPoints(cloud), most_points_), upwards(cloud.header),
                                            gravity_frame_.empty() ? tolerance_ : gravity_tolerance_, settings_);
-      if (!search.floor)
-        health().count("no floor: " + search.fault);
+      if (!search.floor && publish_tf_)
+        health().warn("floor not seen", search.fault);  // somebody waits for the frame, such as RViz
+      else if (!search.floor)
+        health().count("floor not seen: " + search.fault);
       floor = tracker_->update(search.floor, cloud.header.stamp.toSec());
       health().count(floor ? "floor" : "no floor");
       health().frameDone(cloud.header.stamp);
