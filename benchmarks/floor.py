@@ -2,9 +2,9 @@
 """Measure the floor that floor_node finds, on RGB-D sequences whose camera's place is known.
 
 Starts the node on a ROS master of its own and sends it each cloud of the sequences, 960 x 540 points or what they have.
-A sequence folder holds rgb/, depth/ (16-bit PNG [mm]) and either meta.json (K, width, height, fps, T_world_camera or, for a
-moving camera, poses) or camera.yaml and sequence.yaml; in the world, z is up and the floor is z = 0. A plane is published
-when it was seen twice, so that the first cloud has none. Parameters of the node are given as in floor.yaml.
+A sequence folder holds rgb/, depth/ (16-bit PNG [mm]) and either meta.json (K, width, height, fps, T_world_camera or,
+for a moving camera, poses) or camera.yaml and sequence.yaml; in the world, z is up and the floor is z = 0. A plane is
+published when it was seen twice, so that the first cloud has none. Parameters of the node are given as in floor.yaml.
 
     benchmarks/floor.py SEQUENCE [SEQUENCE ...]
     benchmarks/floor.py SEQUENCE --set smoothing_time=0 --set points=50000

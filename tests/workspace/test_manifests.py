@@ -18,8 +18,8 @@ ROSDEP_KEYS = {'cv2': 'python3-opencv', 'jinja2': 'python3-jinja2', 'matplotlib'
 ROS_MODULES = {'cv_bridge', 'diagnostic_updater', 'dynamic_reconfigure', 'genpy', 'message_filters', 'rosbag',
                'rosgraph', 'roslib', 'rospy', 'tf2_py', 'tf2_ros'}
 PYTHON_PACKAGES = ('openpose_ros_pkg', 'skeleton_extract_3d', 'openpose_ros_tools', 'openpose_ros_mocap')
-# demo.launch starts the floor where the height of the camera is not known. openpose_ros_nodelets needs skeleton_extract_3d
-# to be built, and two packages can not depend on each other.
+# demo.launch starts the floor where the height of the camera is not known. openpose_ros_nodelets needs
+# skeleton_extract_3d to be built, and two packages can not depend on each other.
 OPTIONAL = {'skeleton_extract_3d': {'openpose_ros_nodelets'}}
 
 
