@@ -13,7 +13,7 @@ What is not known is taken over: ends of limbs (wrist, ankle, toes, heel) and jo
 frame of the joint before, up to the trunk; an unknown head that of the trunk; an unknown trunk the axes of the frame of
 reference.
 """
-from typing import Dict, Sequence, Tuple
+from typing import Dict, Tuple
 
 import numpy as np
 
@@ -23,14 +23,14 @@ from skeleton_extract_3d.constants import METHOD
 from skeleton_extract_3d.people import People3D
 
 _FRAMES = METHOD.joint_frames
-# Axes x, y, z (columns) of straight limbs in the reference pose, in those of the trunk; and the sense of y: +1 where it
-# is lower limb times upper limb, -1 where it is upper times lower, so that it points to the left in arms and legs that
-# hang down.
-_LIMBS: Dict[Tuple[str, str, str], Tuple[np.ndarray, int]] = {
-    ('left_shoulder', 'left_elbow', 'left_wrist'): (np.array([[0, 0, 1], [1, 0, 0], [0, 1, 0]]), 1),
-    ('right_shoulder', 'right_elbow', 'right_wrist'): (np.array([[0, 0, 1], [-1, 0, 0], [0, -1, 0]]), 1),
-    ('left_hip', 'left_knee', 'left_ankle'): (np.array([[0, 0, 1], [0, 1, 0], [-1, 0, 0]]), -1),
-    ('right_hip', 'right_knee', 'right_ankle'): (np.array([[0, 0, 1], [0, 1, 0], [-1, 0, 0]]), -1)}
+# Left arm, right arm, left leg, right leg.
+_LIMBS = tuple(tuple(f'{side}_{joint}' for joint in joints) for joints in (
+    ('shoulder', 'elbow', 'wrist'), ('hip', 'knee', 'ankle')) for side in ('left', 'right'))
+# Axes x, y, z (columns) of straight limbs in the reference pose, in those of the trunk.
+_STRETCHED = np.array([[[0, 0, 1], [1, 0, 0], [0, 1, 0]], [[0, 0, 1], [-1, 0, 0], [0, -1, 0]],
+                       [[0, 0, 1], [0, 1, 0], [-1, 0, 0]], [[0, 0, 1], [0, 1, 0], [-1, 0, 0]]])[:, None]
+# Elbows and knees bend in opposite senses: y is lower times upper part of arms, upper times lower part of legs.
+_SENSES = np.array([1, 1, -1, -1])[:, None, None]
 _HEAD = ('nose', 'right_eye', 'left_eye', 'right_ear', 'left_ear', 'head_top')
 # Angle by which the line from the middle of the ears to the nose points down in a head that looks straight ahead [rad].
 _NOSE_DOWN = np.arctan2(*BODY.head_points[0, 1:])
@@ -44,14 +44,13 @@ def joint_frames(people: People3D) -> np.ndarray:
     at = {joint: people.xyz[:, index[joint]].astype(np.float64) if joint in index else missing
           for joint in MESSAGE_JOINTS}
     thorax, pelvis = _trunk(at)
-    frames = {'neck': thorax, 'chest': thorax, 'mid_hip': pelvis, **dict.fromkeys(_HEAD, _known(_head(at), thorax))}
-    for joints, (reference, sense) in _LIMBS.items():
-        trunk = thorax if joints[0].endswith('shoulder') else pelvis
-        upper, lower = _limb(trunk, reference, sense, [at[joint] for joint in joints])
+    frames = {'neck': thorax, 'chest': thorax, 'mid_hip': pelvis, **dict.fromkeys(_HEAD, _frame_or(_head(at), thorax))}
+    limbs = np.array([[at[joint] for joint in joints] for joints in _LIMBS])
+    for joints, upper, lower in zip(_LIMBS, *_limbs(np.array([thorax, thorax, pelvis, pelvis]), limbs)):
         frames.update(zip(joints, (upper, lower, lower)))
     for side in ('left', 'right'):
         ankle, toe = f'{side}_ankle', f'{side}_big_toe'
-        foot = _known(_swung(frames[ankle], _unit(at[toe] - at[ankle])), frames[ankle])
+        foot = _frame_or(_swung(frames[ankle], _unit(at[toe] - at[ankle])), frames[ankle])
         frames.update(dict.fromkeys((ankle, toe, f'{side}_small_toe', f'{side}_heel'), foot))
     return np.stack([frames[joint] for joint in people.skeleton.joints], axis=1)
 
@@ -62,7 +61,7 @@ def _trunk(at: Dict[str, np.ndarray]) -> Tuple[np.ndarray, np.ndarray]:
         'left_shoulder', 'right_shoulder', 'left_hip', 'right_hip'))
     up = _unit(_known(at['neck'], (left + right) / 2) - _known(at['mid_hip'], (left_hip + right_hip) / 2))
     thorax, pelvis = _upright(up, left - right), _upright(up, left_hip - right_hip)
-    return _known(_known(thorax, pelvis), np.eye(3)), _known(_known(pelvis, thorax), np.eye(3))
+    return _frame_or(_frame_or(thorax, pelvis), np.eye(3)), _frame_or(_frame_or(pelvis, thorax), np.eye(3))
 
 
 def _head(at: Dict[str, np.ndarray]) -> np.ndarray:
@@ -76,22 +75,24 @@ def _head(at: Dict[str, np.ndarray]) -> np.ndarray:
     return np.stack([cos * ahead + sin * above, y, cos * above - sin * ahead], axis=-1)
 
 
-def _limb(trunk: np.ndarray, reference: np.ndarray, sense: int, joints: Sequence[np.ndarray]
-          ) -> Tuple[np.ndarray, np.ndarray]:
-    """Return the frames of the upper and of the lower part of a limb, (P, 3, 3) each."""
-    root, middle, end = joints
-    along, further = _unit(middle - root), _unit(end - middle)
-    stretched = trunk @ reference
-    straight = _swung(stretched, along)
-    bending = sense * np.cross(further, along)  # as long as the sine of the bend
-    _, y, z = np.moveaxis(straight, -1, 0)
+def _limbs(trunks: np.ndarray, joints: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
+    """Return the frames of the upper and of the lower parts of limbs, (4, P, 3, 3) each.
+
+    Args:
+        trunks: (4, P, 3, 3), frames that the limbs hang on.
+        joints: (4, 3, P, 3) [m], root, middle and end of each limb.
+    """
+    along, further = np.moveaxis(_unit(np.diff(joints, axis=1)), 1, 0)
+    stretched = trunks @ _STRETCHED
+    _, y, z = np.moveaxis(_swung(stretched, along), -1, 0)
+    bending = _SENSES * np.cross(further, along)  # as long as the sine of the bend
     share = np.clip((np.linalg.norm(bending, axis=-1, keepdims=True) - _FRAMES.least_bend)
                     / (_FRAMES.clear_bend - _FRAMES.least_bend), 0, 1)
     turn = np.nan_to_num(share * share * (3 - 2 * share) * np.arctan2(_dot(bending, z), _dot(bending, y)))
     cos, sin = np.cos(turn), np.sin(turn)
     upper = np.stack([along, cos * y + sin * z, cos * z - sin * y], axis=-1)
-    lower = _known(_swung(_known(upper, stretched), further), upper)
-    return _known(upper, trunk), _known(lower, trunk)
+    lower = _frame_or(_swung(_frame_or(upper, stretched), further), upper)
+    return _frame_or(upper, trunks), _frame_or(lower, trunks)
 
 
 def _upright(up: np.ndarray, left: np.ndarray) -> np.ndarray:
@@ -100,16 +101,17 @@ def _upright(up: np.ndarray, left: np.ndarray) -> np.ndarray:
     return np.stack([np.cross(y, up), y, up], axis=-1)
 
 
-def _swung(frame: np.ndarray, direction: np.ndarray) -> np.ndarray:
-    """Return frames, (P, 3, 3), turned on the shortest way so that x points along unit vectors, (P, 3).
+def _swung(frames: np.ndarray, directions: np.ndarray) -> np.ndarray:
+    """Return frames, (..., 3, 3), turned on the shortest way so that x points along unit vectors, (..., 3).
 
     NaN where x points the opposite way, and there is no shortest one.
     """
-    x = frame[..., 0]
-    axis, cosine = np.cross(x, direction), _dot(x, direction)
+    axes = np.swapaxes(frames, -1, -2)
+    around = np.cross(axes[..., 0, :], directions)[..., None, :]
+    cosine = _dot(axes[..., :1, :], directions[..., None, :])
     # Rodrigues' formula, for each of the three axes
-    return np.stack([v * cosine + np.cross(axis, v) + axis * _dot(axis, v) / (1 + cosine)
-                     for v in np.moveaxis(frame, -1, 0)], axis=-1)
+    turned = axes * cosine + np.cross(around, axes) + around * _dot(around, axes) / (1 + cosine)
+    return np.asarray(np.swapaxes(turned, -1, -2))
 
 
 def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -122,7 +124,11 @@ def _unit(vectors: np.ndarray) -> np.ndarray:
     return np.where(length > _FRAMES.least_length, vectors / length, np.nan)
 
 
-def _known(values: np.ndarray, otherwise: np.ndarray) -> np.ndarray:
-    """Return vectors or frames, others in place of those that are not finite."""
-    finite = np.isfinite(values).all(axis=tuple(range(1, values.ndim)), keepdims=True)
-    return np.where(finite, values, otherwise)
+def _known(vectors: np.ndarray, otherwise: np.ndarray) -> np.ndarray:
+    """Return vectors, others in place of those that are not finite."""
+    return np.where(np.isfinite(vectors).all(axis=-1, keepdims=True), vectors, otherwise)
+
+
+def _frame_or(frames: np.ndarray, otherwise: np.ndarray) -> np.ndarray:
+    """Return frames, others in place of those that are not finite."""
+    return np.where(np.isfinite(frames).all(axis=(-2, -1), keepdims=True), frames, otherwise)
