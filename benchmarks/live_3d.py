@@ -14,7 +14,7 @@ import sys
 import time
 import xmlrpc.client
 from pathlib import Path
-from typing import Dict, List
+from typing import Dict
 
 import numpy as np
 import psutil
@@ -23,8 +23,8 @@ import rospy
 from openpose_ros_msgs.msg import PersonDetection_3dArray
 
 from common import DEMO, Figures, Parser, Usage, run_live
+from live_points import start_camera, start_cloud_to_depth
 from openpose_ros_pkg.ros.session import ResultWatch, Session, wait_for
-from openpose_ros_tools.ros import images_to_bag
 
 TOPIC = '/openpose_ros/skeleton_3d/detected_poses_3d'
 START_TIMEOUT = 90.0
@@ -58,24 +58,15 @@ def node_processes() -> Dict[str, psutil.Process]:
     return processes
 
 
-def start_camera(session: Session, folder: Path, arguments: argparse.Namespace) -> List[str]:
-    """Start the driver in C++; return arguments of demo.launch."""
-    bag = folder / 'camera.bag'
-    images_to_bag.main([str(arguments.folder or DEMO), '-o', str(bag), '--cloud'])
-    session.start('camera', ['rosrun', 'openpose_ros_nodelets', 'bag_camera', f'_bag:={bag}',
-                             f'_rate:={arguments.rate}'])
-    if arguments.camera == 'cloud_to_depth':
-        session.start('cloud_to_depth', ['roslaunch', 'openpose_ros_nodelets', 'cloud_to_depth.launch',
-                                         'manager:=/camera'])
-    return ['play:=false', *CAMERAS[arguments.camera]]
-
-
 def measure(session: Session, folder: Path, arguments: argparse.Namespace) -> Figures:
     """Run the chain and return the figures."""
     command = ['roslaunch', 'skeleton_extract_3d', 'demo.launch', f'rate:={arguments.rate}',
                *arguments.launch_arguments]
     if arguments.camera:
-        command += start_camera(session, folder, arguments)
+        start_camera(session, folder, arguments.folder or DEMO, arguments.rate)
+        if arguments.camera == 'cloud_to_depth':
+            start_cloud_to_depth(session)
+        command += ['play:=false', *CAMERAS[arguments.camera]]
     elif arguments.folder:
         command.append(f'folder:={arguments.folder.resolve()}')
     nodes = session.start('nodes', command)
