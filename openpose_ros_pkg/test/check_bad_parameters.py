@@ -82,7 +82,8 @@ class BadParametersTest(unittest.TestCase):
             damaged.write_bytes(b'no network')
             self.assert_refused('openpose_ros_node', {
                 f'_model_folder:={empty}': ('weights of mobilenet_thin not found', f'{empty}/{WEIGHTS}',
-                                            './run model get'),
+                                            './run model get mobilenet_thin', 'without network',
+                                            f'copy graph_opt.pb from there to {empty}/mobilenet_thin'),
                 f'_model_folder:={full}': ('damaged', str(damaged), '10 bytes', 'sha256', './run model get')})
 
 

@@ -134,7 +134,7 @@ def test_a_users_own_folder_gets_nothing_beside_the_weights(tmp_path, archive):
 def test_without_network_the_error_says_what_to_do(tmp_path, archive):
     with pytest.raises(ModelError, match='no network') as caught:
         get(model_in(archive), str(tmp_path), fetch=unreachable)
-    assert f'copy graph_opt.pb from such a machine to {tmp_path / "mobilenet_thin"}' in str(caught.value)
+    assert f'copy graph_opt.pb from there to {tmp_path / "mobilenet_thin"}' in str(caught.value)
     assert './run model get mobilenet_thin' in str(caught.value)
     assert names_in(tmp_path) == []
 

