@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.stream.pairing import PairingParams, StampMatcher, mutual_nearest
+from two_streams import EPOCH, two_streams
 
-EPOCH = 1_700_000_000 * 10**9
 IMAGE, CLOUD = 0, 1
 
 
@@ -37,18 +37,11 @@ class Outcome:
 def play(seed=0, frames=600, rates=(30, 30), drops=0.2, offset=0.010, jitter=0.004, late=(0.0, 0.0),
          params=None) -> Outcome:
     """Send the frames of one scene as two streams; items are frame numbers, so a right pair has two equal ones."""
-    rng = np.random.default_rng(seed)
-    fastest = max(rates)
-    events, kept = [], (set(), set())
-    for frame in range(frames):
-        for stream in (IMAGE, CLOUD):
-            if frame % (fastest // rates[stream]) == 0 and rng.random() >= drops:
-                stamp = frame / fastest + (stream == CLOUD) * (offset + rng.uniform(-jitter, jitter))
-                kept[stream].add(frame)
-                events.append((stamp + late[stream], stream, stamp, frame))
+    messages = two_streams(seed, frames, rates, drops, offset, jitter, late)
+    kept = [{each.frame for each in messages if each.stream == stream} for stream in (IMAGE, CLOUD)]
     matcher, pairs, queues = StampMatcher(params or PairingParams()), [], (0, 0)
-    for _, stream, stamp, frame in sorted(events):
-        pair = matcher.add(stream, ns(stamp), frame)
+    for stream, stamp, frame in messages:
+        pair = matcher.add(stream, stamp, frame)
         pairs += [pair] if pair else []
         queues = tuple(max(old, len(queue)) for old, queue in zip(queues, matcher._queues))
     return Outcome(pairs, len(kept[0] & kept[1]), matcher, queues)

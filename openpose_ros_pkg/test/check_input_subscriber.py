@@ -1,0 +1,83 @@
+#!/usr/bin/python3
+"""The subscriber of the nodes is a message filter that pauses, keeps its callbacks, and hands on the newest message."""
+import sys
+import threading
+import unittest
+
+import message_filters
+import rospy
+import rostest
+from harness import wait_for
+from sensor_msgs.msg import CompressedImage, Image
+from std_msgs.msg import Header
+
+from openpose_ros_pkg.ros.images import image_subscriber
+
+
+def numbered(number: int, kind: type = Image) -> Image:
+    return kind(header=Header(stamp=rospy.Time(number)))
+
+
+class InputSubscriberTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        rospy.init_node('check_input_subscriber')
+
+    def open(self, topic: str, transport: str = 'raw', kind: type = Image):
+        """Return a publisher and the subscriber that hears it."""
+        suffix = '' if transport == 'raw' else f'/{transport}'
+        # None: publish() returns when the message is sent
+        publisher = rospy.Publisher(topic + suffix, kind, queue_size=None)
+        subscriber = image_subscriber(topic, transport)
+        self.addCleanup(subscriber.unsubscribe)
+        self.addCleanup(publisher.unregister)
+        wait_for(lambda: publisher.get_num_connections() == 1, 'a connection')
+        return publisher, subscriber
+
+    def test_a_pause_reaches_the_publisher_and_callbacks_stay(self):
+        publisher, subscriber = self.open('paused')
+        cache, stamps = message_filters.Cache(subscriber, 10), []
+        cache.registerCallback(lambda image: stamps.append(image.header.stamp.secs))
+        publisher.publish(numbered(1))
+        wait_for(lambda: stamps == [1], 'the first image')
+        for number in (2, 3):
+            subscriber.unsubscribe()
+            wait_for(lambda: publisher.get_num_connections() == 0, 'nobody listens')
+            publisher.publish(numbered(90))
+            subscriber.subscribe()
+            wait_for(lambda: publisher.get_num_connections() == 1, 'a connection again')
+            publisher.publish(numbered(number))
+            wait_for(lambda: stamps[-1] == number, 'an image after the pause')  # noqa: B023 - called at once
+        self.assertEqual(stamps, [1, 2, 3])
+        self.assertEqual(subscriber.resolved_name, '/paused')
+
+    def test_the_newest_waits_for_a_slow_callback(self):
+        publisher, subscriber = self.open('slow')
+        stamps, begun, go_on = [], threading.Event(), threading.Event()
+
+        def wait(image):
+            stamps.append(image.header.stamp.secs)
+            begun.set()
+            go_on.wait(60)
+
+        subscriber.registerCallback(wait)
+        publisher.publish(numbered(1))
+        self.assertTrue(begun.wait(60))
+        for number in range(2, 51):
+            publisher.publish(numbered(number))
+        go_on.set()
+        wait_for(lambda: stamps[-1] == 50, 'the newest')
+        self.assertLess(len(stamps), 50)
+
+    def test_compressed_images(self):
+        publisher, subscriber = self.open('image', 'compressed', CompressedImage)
+        images = []
+        subscriber.registerCallback(images.append)
+        publisher.publish(numbered(1, CompressedImage))
+        wait_for(lambda: images, 'the image')
+        self.assertEqual(images[0]._type, 'sensor_msgs/CompressedImage')
+        self.assertEqual(subscriber.resolved_name, '/image/compressed')
+
+
+if __name__ == '__main__':
+    rostest.rosrun('openpose_ros_pkg', 'check_input_subscriber', InputSubscriberTest, sys.argv)
