@@ -122,7 +122,8 @@ def workers(folder: Path, sequence: RgbdSequence, options: argparse.Namespace) -
     for number in range(1, options.bags):
         os.link(str(first), str(folder / 'bags' / f'{number}.bag'))
     (folder / 'start').mkdir()
-    (folder / 'start' / '0.bag').write_bytes(b'')  # no bag: the cluster starts, the task fails at once
+    for number in range(2):
+        (folder / 'start' / f'{number}.bag').write_bytes(b'')  # no bag: the workers start, the task fails at once
     times: Dict[int, List[float]] = {1: [], 2: []}
     starts: Dict[int, List[float]] = {1: [], 2: []}
     for _ in range(options.rounds):
