@@ -97,6 +97,15 @@ class ServiceTest(unittest.TestCase):
             bgr[:, half] = 0  # the other one is there
             self.assertEqual(list(find(bgr, 20.333)), [who])
 
+    def test_clients_with_cameras_of_the_same_frame_id_have_ids_of_their_own(self):
+        halves = {'left_camera': slice(480), 'right_camera': slice(480, None)}
+        for stamp in (25.0, 25.067):
+            for client, half in halves.items():
+                bgr = picture(0)
+                bgr[:, half] = 0  # one of the two people is there, another one before each camera
+                detect = rospy.ServiceProxy('detect_poses', GetPersons, headers={'callerid': f'/{client}/client'})
+                self.assertEqual([person.person_ID for person in detect(image(bgr, stamp, 'same')).detections], [0])
+
     def test_encodings_of_the_same_picture(self):
         bgr = picture(0)
         expected = self.detect(image(bgr)).detections
