@@ -28,9 +28,16 @@ std::string shown(const ros::NodeHandle& handle, const std::string& key)
   return text.str();
 }
 
+/// What to do about a wrong parameter that nobody set: the server keeps those of nodes that have ended.
+std::string howToDelete(const std::string& name)
+{
+  return ". If nobody meant to set it, an earlier start left it: rosparam delete " + name;
+}
+
 [[noreturn]] void refuse(const ros::NodeHandle& handle, const std::string& key, const std::string& allowed)
 {
-  throw ParameterError("parameter '" + key + "' = " + shown(handle, key) + " is not allowed: " + allowed);
+  throw ParameterError("parameter '" + key + "' = " + shown(handle, key) + " is not allowed: " + allowed +
+                       howToDelete(handle.resolveName(key)));
 }
 
 template <typename Number>
@@ -115,8 +122,7 @@ void ParameterReader::refuseUnknown()
     key = key.substr(0, key.find('/'));
     if (known_.count(key) == 0)
       throw ParameterError("unknown parameter '" + key + "' = " + shown(handle_, key) +
-                           "; allowed: " + joined(known_) + ". If nobody meant to set it, an earlier start left it: "
-                           "rosparam delete " + name);
+                           "; allowed: " + joined(known_) + howToDelete(name));
   }
 }
 
