@@ -54,7 +54,8 @@ def parse_arguments() -> argparse.Namespace:
     source.add_argument('--camera', metavar='N', help='a webcam, by its device number (2D)')
     parser.add_argument('--image', metavar='T', default='/kinect2/qhd/image_color', help='image topic of the bag')
     parser.add_argument('--points', metavar='T', default='/kinect2/qhd/points', help='organized cloud topic of the bag')
-    parser.add_argument('--depth', metavar='T', help='aligned depth topic of the bag, instead of --points')
+    parser.add_argument('--depth', metavar='T', help='aligned depth topic of the bag, instead of --points; '
+                                                         'may end in /compressedDepth')
     parser.add_argument('--camera-info', metavar='T', default='/kinect2/qhd/camera_info', help='camera info of --depth')
     parser.add_argument('--compressed', action='store_true', help='the bag holds T/compressed instead of T')
     parser.add_argument('--rviz', action='store_true', help='open the RViz window')
@@ -84,7 +85,9 @@ def launch_command(arguments: argparse.Namespace) -> List[str]:
                     f"image_transport:={'compressed' if arguments.compressed else 'raw'}",
                     f'camera_frame:={bag_frame(arguments)}']
         if arguments.depth:
-            command += ['points_source:=depth_image', f'depth:={arguments.depth}',
+            depth, found, _ = arguments.depth.rpartition('/compressedDepth')
+            command += ['points_source:=depth_image', f'depth:={depth if found else arguments.depth}',
+                        f"depth_transport:={'compressedDepth' if found else 'raw'}",
                         f'camera_info:={arguments.camera_info}']
     elif arguments.images:
         sequence = RgbdSequence.read(arguments.images)
