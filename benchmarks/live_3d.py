@@ -66,7 +66,8 @@ def measure(session: Session, folder: Path, arguments: argparse.Namespace) -> Fi
         start_camera(session, folder, arguments.folder or DEMO, arguments.rate)
         if arguments.camera == 'cloud_to_depth':
             start_cloud_to_depth(session)
-        command += ['play:=false', *CAMERAS[arguments.camera]]
+        # with the height given nobody else reads the points
+        command += ['play:=false', 'camera_height:=1.35', *CAMERAS[arguments.camera]]
     elif arguments.folder:
         command.append(f'folder:={arguments.folder.resolve()}')
     nodes = session.start('nodes', command)

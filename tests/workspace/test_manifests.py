@@ -18,9 +18,6 @@ ROSDEP_KEYS = {'cv2': 'python3-opencv', 'jinja2': 'python3-jinja2', 'matplotlib'
 ROS_MODULES = {'cv_bridge', 'diagnostic_updater', 'dynamic_reconfigure', 'genpy', 'message_filters', 'rosbag',
                'rosgraph', 'roslib', 'rospy', 'tf2_py', 'tf2_ros'}
 PYTHON_PACKAGES = ('openpose_ros_pkg', 'skeleton_extract_3d', 'openpose_ros_tools', 'openpose_ros_mocap')
-# demo.launch starts the floor where the height of the camera is not known. openpose_ros_nodelets needs
-# skeleton_extract_3d to be built, and two packages can not depend on each other.
-OPTIONAL = {'skeleton_extract_3d': {'openpose_ros_nodelets'}}
 
 
 def manifest(package):
@@ -49,7 +46,7 @@ def used_by_code(package):
 
 @pytest.mark.parametrize('package', PYTHON_PACKAGES)
 def test_run_time_dependencies_are_those_of_the_code(package):
-    assert depends(package, 'exec_depend', 'depend') == used_by_code(package) - OPTIONAL.get(package, set())
+    assert depends(package, 'exec_depend', 'depend') == used_by_code(package)
 
 
 def test_message_dependencies_are_those_of_the_messages():

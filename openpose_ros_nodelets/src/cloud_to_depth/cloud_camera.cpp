@@ -5,7 +5,7 @@
 #include <vector>
 
 #include <sensor_msgs/distortion_models.h>
-#include <skeleton_extract_3d/pinhole_fit.h>
+#include <openpose_ros_pkg/pinhole_fit.h>
 
 namespace openpose_ros_nodelets
 {
@@ -13,10 +13,10 @@ namespace
 {
 
 /// Return the valid ones of the points in the middle of each cell of a grid.
-std::vector<skeleton_extract_3d::SeenPoint> pointsOfGrid(const OrganizedCloud& cloud, std::size_t columns,
+std::vector<openpose_ros_pkg::SeenPoint> pointsOfGrid(const OrganizedCloud& cloud, std::size_t columns,
                                                          std::size_t rows)
 {
-  std::vector<skeleton_extract_3d::SeenPoint> points;
+  std::vector<openpose_ros_pkg::SeenPoint> points;
   for (std::size_t i = 0; i < rows; ++i)
   {
     const std::size_t row = (2 * i + 1) * cloud.height() / (2 * rows);
@@ -24,7 +24,7 @@ std::vector<skeleton_extract_3d::SeenPoint> pointsOfGrid(const OrganizedCloud& c
     {
       const std::size_t column = (2 * j + 1) * cloud.width() / (2 * columns);
       const double x = cloud.x(column, row), y = cloud.y(column, row), z = cloud.z(column, row);
-      if (skeleton_extract_3d::isSeen(x, y, z))
+      if (openpose_ros_pkg::isSeen(x, y, z))
         points.push_back({ x, y, z, static_cast<double>(column), static_cast<double>(row) });
     }
   }
@@ -35,9 +35,9 @@ std::vector<skeleton_extract_3d::SeenPoint> pointsOfGrid(const OrganizedCloud& c
 
 sensor_msgs::CameraInfo fittedCamera(const OrganizedCloud& cloud)
 {
-  const skeleton_extract_3d::PinholeFitConstants method;
+  const openpose_ros_pkg::PinholeFitConstants method;
   const auto points = pointsOfGrid(cloud, method.columns, method.rows);
-  const auto fit = skeleton_extract_3d::fittedPinhole(points, method);
+  const auto fit = openpose_ros_pkg::fittedPinhole(points, method);
   std::ostringstream text;
   if (!fit)
   {

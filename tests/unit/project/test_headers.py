@@ -10,7 +10,7 @@ from skeleton_extract_3d.points.constants import CameraFitConstants
 
 ROOT = Path(__file__).parents[3]
 JOINTS_H = (ROOT / 'openpose_ros_msgs/include/openpose_ros_msgs/joints.h').read_text()
-PINHOLE_FIT_H = (ROOT / 'skeleton_extract_3d/include/skeleton_extract_3d/pinhole_fit.h').read_text()
+PINHOLE_FIT_H = (ROOT / 'openpose_ros_pkg/include/openpose_ros_pkg/pinhole_fit.h').read_text()
 FIELDS = re.findall(r'^BodypartDetection_3d (\w+)$', (ROOT / 'msg/PersonDetection_3d.msg').read_text(), re.MULTILINE)
 
 

@@ -1,5 +1,5 @@
 /** Fits a pinhole camera to points. */
-#include <skeleton_extract_3d/pinhole_fit.h>
+#include <openpose_ros_pkg/pinhole_fit.h>
 
 #include <array>
 #include <vector>
@@ -13,18 +13,18 @@ std::optional<std::array<double, 5>> fitPinhole(const Constants& method, const D
   const py::ssize_t count = points.ndim() == 2 ? points.shape(1) : 0;
   const double *x = checked(points, "points", { 3, count }), *y = x + count, *z = y + count;
   const Index *u = checked(pixels, "pixels", { 2, count }), *v = u + count;
-  std::vector<SeenPoint> seen;
+  std::vector<openpose_ros_pkg::SeenPoint> seen;
   for (py::ssize_t i = 0; i < count; ++i)
   {
-    if (isSeen(x[i], y[i], z[i]))
+    if (openpose_ros_pkg::isSeen(x[i], y[i], z[i]))
     {
       seen.push_back({ x[i], y[i], z[i], static_cast<double>(u[i]), static_cast<double>(v[i]) });
     }
   }
-  PinholeFitConstants constants;
+  openpose_ros_pkg::PinholeFitConstants constants;
   constants.least_points = method.camera_fit.least_points;
   constants.least_square = method.camera_fit.least_square;
-  const std::optional<PinholeFit> fit = fittedPinhole(seen, constants);
+  const std::optional<openpose_ros_pkg::PinholeFit> fit = openpose_ros_pkg::fittedPinhole(seen, constants);
   if (!fit)
   {
     return std::nullopt;

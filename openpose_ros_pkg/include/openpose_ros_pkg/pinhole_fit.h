@@ -8,9 +8,9 @@
 #include <optional>
 #include <vector>
 
-namespace skeleton_extract_3d
+namespace openpose_ros_pkg
 {
-/** What CameraFitConstants (points/constants.py) documents; a test holds both equal. */
+/** What CameraFitConstants of skeleton_extract_3d (points/constants.py) documents; a test holds both equal. */
 struct PinholeFitConstants
 {
   std::size_t columns = 32, rows = 18;  ///< of the grid of points that the camera is fitted to
@@ -90,4 +90,4 @@ inline std::optional<PinholeFit> fittedPinhole(const std::vector<SeenPoint>& poi
   const detail::Line down = detail::fitLine(y_slopes, rows, method.least_square);
   return PinholeFit{ across.slope, down.slope, across.offset, down.offset, std::max(across.error, down.error) };
 }
-}  // namespace skeleton_extract_3d
+}  // namespace openpose_ros_pkg
