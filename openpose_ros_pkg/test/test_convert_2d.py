@@ -133,6 +133,10 @@ def test_mono16_big_endian(padding):
     assert np.abs(bgr - as_grey_bgr(grey(RAMP))).max() <= 1.01
 
 
+def test_the_order_of_bytes_means_nothing_for_values_of_one_byte():
+    assert np.array_equal(image_to_bgr(message(RAMP, 'rgb8', is_bigendian=1)), RAMP[..., ::-1])
+
+
 @pytest.mark.parametrize('padding', [0, 7])
 def test_bgr8_is_a_view(padding):
     image = message(RAMP, 'bgr8', padding)

@@ -54,9 +54,12 @@ def image_to_bgr(message: Image) -> np.ndarray:
     if encoding in _YUYV:
         return cv2.cvtColor(np.ascontiguousarray(rows).reshape(message.height, message.width, 2),
                             cv2.COLOR_YUV2BGR_YUY2)
+    data = message.data if rows.flags.c_contiguous else rows.tobytes()
+    if message.is_bigendian:  # with NumPy 2, the cv_bridge of Debian 13 can not swap bytes
+        kind, _ = _bridge.encoding_to_dtype_with_channels(encoding)
+        data = np.ascontiguousarray(rows).view(kind).byteswap().tobytes()
     unpadded = Image(header=message.header, height=message.height, width=message.width, encoding=encoding,
-                     is_bigendian=message.is_bigendian, step=rows.shape[1],
-                     data=message.data if rows.flags.c_contiguous else rows.tobytes())
+                     is_bigendian=0, step=rows.shape[1], data=data)
     try:
         return _bridge.imgmsg_to_cv2(unpadded, 'bgr8')
     except (CvBridgeError, TypeError, ValueError) as error:
