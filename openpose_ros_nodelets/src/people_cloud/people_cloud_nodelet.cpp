@@ -1,0 +1,164 @@
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <boost/make_shared.hpp>
+#include <geometry_msgs/TransformStamped.h>
+#include <message_filters/subscriber.h>
+#include <message_filters/sync_policies/exact_time.h>
+#include <message_filters/synchronizer.h>
+#include <openpose_ros_msgs/PersonDetection_3dArray.h>
+#include <openpose_ros_msgs/joints.h>
+#include <pluginlib/class_list_macros.hpp>
+#include <sensor_msgs/PointCloud2.h>
+#include <tf2_ros/buffer.h>
+#include <tf2_ros/transform_listener.h>
+
+#include "common/stream_nodelet.h"
+#include "people_cloud/labelled_cloud.h"
+#include "people_cloud/people_labeller.h"
+
+namespace openpose_ros_nodelets
+{
+namespace
+{
+
+using openpose_ros_msgs::BodypartDetection_3d;
+using openpose_ros_msgs::PersonDetection_3d;
+using openpose_ros_msgs::PersonDetection_3dArray;
+using sensor_msgs::PointCloud2;
+
+static_assert(std::size(openpose_ros_msgs::COCO_18_JOINTS) == JOINTS, "the same joints, in the same order");
+
+// Of an inferred joint whose standard deviation is not known [m].
+constexpr float UNKNOWN_SIGMA = 0.15f;
+// People are published with the transform at hand, which may come here a little later [s].
+constexpr double TRANSFORM_PATIENCE = 0.1;
+
+Skeleton skeletonOf(const PersonDetection_3d& person, const Eigen::Isometry3f& to_cloud)
+{
+  Skeleton skeleton;
+  for (std::size_t joint = 0; joint < JOINTS; ++joint)
+  {
+    const BodypartDetection_3d& part = openpose_ros_msgs::partOf(person, openpose_ros_msgs::COCO_18_JOINTS[joint]);
+    if (!openpose_ros_msgs::isKnown(part))
+      continue;
+    skeleton.position[joint] = to_cloud * Eigen::Vector3f(part.x, part.y, part.z);
+    if (part.status == BodypartDetection_3d::INFERRED)
+      skeleton.uncertainty[joint] = std::isfinite(part.sigma) ? part.sigma : UNKNOWN_SIGMA;
+  }
+  return skeleton;
+}
+
+}  // namespace
+
+/// Cloud and people of the same stamp -> the cloud with a label for each point, and the cloud without the people.
+class PeopleCloud : public StreamNodelet
+{
+private:
+  using Policy = message_filters::sync_policies::ExactTime<PointCloud2, PersonDetection_3dArray>;
+
+  void configure(ParameterReader& parameters) override
+  {
+    LabelSettings settings;
+    settings.looseness = parameters.number("looseness", settings.looseness, 0.2, 3.0);
+    settings.cluster_step = parameters.number("cluster_step", settings.cluster_step, 0.001, 0.2);
+    settings.floor_margin = parameters.number("floor_margin", settings.floor_margin, 0.001, 0.2);
+    labeller_ = std::make_unique<PeopleLabeller>(settings);
+    queue_size_ = parameters.integer("queue_size", 30, 1, 1000);
+    transforms_ = std::make_unique<tf2_ros::TransformListener>(transform_buffer_, *nh_);
+    labelled_publisher_ = advertise<PointCloud2>(*pnh_, "labelled", 1);
+    without_people_publisher_ = advertise<PointCloud2>(*pnh_, "without_people", 1);
+  }
+
+  void subscribe() override
+  {
+    synchronizer_ = std::make_unique<message_filters::Synchronizer<Policy>>(Policy(queue_size_), clouds_, people_);
+    synchronizer_->getPolicy()->setReset(true);
+    synchronizer_->registerCallback(&PeopleCloud::label, this);
+    synchronizer_->getPolicy()->registerDropCallback(&PeopleCloud::countDropped, this);
+    clouds_.subscribe(*nh_, "points", queue_size_);
+    people_.subscribe(*nh_, "people", queue_size_);
+  }
+
+  void unsubscribe() override
+  {
+    clouds_.unsubscribe();
+    people_.unsubscribe();
+    synchronizer_.reset();  // and the clouds that wait
+  }
+
+  void countDropped(const sensor_msgs::PointCloud2ConstPtr& cloud,
+                    const openpose_ros_msgs::PersonDetection_3dArrayConstPtr& people)
+  {
+    if (cloud)
+      health().count("clouds without people");  // detection does not look at every cloud
+    if (people)
+      health().warn("people without cloud", "no cloud has the stamp " + std::to_string(people->header.stamp.toSec()));
+  }
+
+  void label(const sensor_msgs::PointCloud2ConstPtr& cloud,
+             const openpose_ros_msgs::PersonDetection_3dArrayConstPtr& people)
+  {
+    try
+    {
+      const OrganizedCloud points(*cloud);
+      const Eigen::Isometry3f to_cloud = transform(people->header.frame_id, cloud->header);
+      std::vector<Skeleton> skeletons;
+      std::vector<std::uint32_t> ids{ 0 };
+      for (const PersonDetection_3d& person : people->persons)
+      {
+        skeletons.push_back(skeletonOf(person, to_cloud));
+        ids.push_back(person.person_ID);
+      }
+      const std::vector<std::uint32_t>& numbers = labeller_->label(points, skeletons);
+      if (without_people_publisher_.getNumSubscribers() > 0)
+        without_people_publisher_.publish(withoutLabelled(*cloud, numbers));
+      if (labelled_publisher_.getNumSubscribers() > 0)
+      {
+        std::vector<std::uint32_t> labels(numbers.size());
+        std::transform(numbers.begin(), numbers.end(), labels.begin(), [&](std::uint32_t number) { return ids[number]; });
+        labelled_publisher_.publish(withLabels(*cloud, labels));
+      }
+      health().frameDone(cloud->header.stamp);
+    }
+    catch (const BadInputError& error)
+    {
+      health().warn("bad clouds", error.what());
+    }
+    catch (const tf2::TransformException& error)
+    {
+      health().warn("no transform", "from '" + people->header.frame_id + "' to '" + cloud->header.frame_id +
+                                        "': " + error.what());
+    }
+  }
+
+  /// Return the transform from the frame of the people to that of the cloud, at its stamp. Throws TransformException.
+  Eigen::Isometry3f transform(const std::string& frame, const std_msgs::Header& cloud) const
+  {
+    Eigen::Isometry3f transform = Eigen::Isometry3f::Identity();
+    if (frame == cloud.frame_id)
+      return transform;
+    const geometry_msgs::Transform found =
+        transform_buffer_.lookupTransform(cloud.frame_id, frame, cloud.stamp, ros::Duration(TRANSFORM_PATIENCE)).transform;
+    transform.translate(Eigen::Vector3f(found.translation.x, found.translation.y, found.translation.z));
+    transform.rotate(Eigen::Quaternionf(found.rotation.w, found.rotation.x, found.rotation.y, found.rotation.z));
+    return transform;
+  }
+
+  std::unique_ptr<PeopleLabeller> labeller_;
+  int queue_size_;
+  tf2_ros::Buffer transform_buffer_;
+  std::unique_ptr<tf2_ros::TransformListener> transforms_;
+  message_filters::Subscriber<PointCloud2> clouds_;
+  message_filters::Subscriber<PersonDetection_3dArray> people_;
+  std::unique_ptr<message_filters::Synchronizer<Policy>> synchronizer_;
+  ros::Publisher labelled_publisher_, without_people_publisher_;
+};
+
+}  // namespace openpose_ros_nodelets
+
+PLUGINLIB_EXPORT_CLASS(openpose_ros_nodelets::PeopleCloud, nodelet::Nodelet)

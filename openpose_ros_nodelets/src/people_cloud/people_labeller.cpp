@@ -1,0 +1,327 @@
+#include "people_cloud/people_labeller.h"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <utility>
+
+namespace openpose_ros_nodelets
+{
+namespace
+{
+
+// The crop of a person is found in every such row and column [px], and enlarged by twice as much.
+constexpr std::size_t STRIDE = 4;
+// The scene around a person is looked at as far beyond the reach of the bones [m].
+constexpr float AROUND = 0.25f;
+// A component is of a person if this number and this share of its points lie in a core.
+constexpr std::uint32_t LEAST_CORES = 10;
+constexpr float LEAST_CORE_SHARE = 0.05f;
+// Neighbours in the image, of which some may be missing, are at most this many columns or rows apart.
+constexpr std::uint32_t GAP = 2;
+// Cameras mix the depths of both sides of an edge. Such a point is within this many pixels of the person, and fewer
+// points than these, of those around it in the image, are near it.
+constexpr int EDGE = 2, MIXED = 6;
+
+Eigen::Vector3f at(const OrganizedCloud& cloud, std::size_t row, std::size_t column)
+{
+  return { cloud.x(column, row), cloud.y(column, row), cloud.z(column, row) };
+}
+
+float square(float value)
+{
+  return value * value;
+}
+
+// Some points, one array per axis for vector instructions.
+struct Block
+{
+  static constexpr int CAPACITY = 64;
+  using Values = Eigen::Array<float, CAPACITY, 1>;
+
+  void push(std::size_t index, const Eigen::Vector3f& point)
+  {
+    x[size] = point.x();
+    y[size] = point.y();
+    z[size] = point.z();
+    indices[size++] = index;
+  }
+
+  Eigen::Vector3f point(int number) const
+  {
+    return { x[number], y[number], z[number] };
+  }
+
+  Eigen::AlignedBox3f box() const
+  {
+    const auto points_x = x.head(size), points_y = y.head(size), points_z = z.head(size);
+    return { Eigen::Vector3f(points_x.minCoeff(), points_y.minCoeff(), points_z.minCoeff()),
+             Eigen::Vector3f(points_x.maxCoeff(), points_y.maxCoeff(), points_z.maxCoeff()) };
+  }
+
+  int size = 0;
+  Values x = Values::Zero(), y = Values::Zero(), z = Values::Zero();
+  std::array<std::uint32_t, CAPACITY> indices;  // of the points, in the image
+};
+
+// Score each point by its nearest bone: below 0 in a core, 1 at the end of the reach, more beyond it.
+Block::Values score(const Body& body, const Block& block)
+{
+  Block::Values scores = Block::Values::Constant(std::numeric_limits<float>::max());
+  const Eigen::AlignedBox3f box = block.box();
+  for (const Bone& bone : body.bones)
+  {
+    if (!bone.box.intersects(box))
+      continue;
+    const Eigen::Vector3f along = bone.end - bone.start;
+    const float length = along.squaredNorm();
+    const Eigen::Vector3f unit = length > 0.0f ? Eigen::Vector3f(along / length) : Eigen::Vector3f::Zero();
+    const Block::Values x = block.x - bone.start.x(), y = block.y - bone.start.y(), z = block.z - bone.start.z();
+    const Block::Values share = (x * unit.x() + y * unit.y() + z * unit.z()).max(0.0f).min(1.0f);
+    const auto distance = ((x - share * along.x()).square() + (y - share * along.y()).square() +
+                           (z - share * along.z()).square()).sqrt();
+    const float penalty = bone.end_penalty - bone.start_penalty, offset = bone.start_penalty - bone.core;
+    scores = scores.min((distance + share * penalty + offset) * (1.0f / bone.margin));
+  }
+  return scores;
+}
+
+// Scores points in blocks, and tells each with its score.
+template <typename Tell>
+class Scorer
+{
+public:
+  Scorer(const Body& body, Tell tell) : body_(body), tell_(std::move(tell))
+  {
+  }
+
+  void push(std::uint32_t index, const Eigen::Vector3f& point)
+  {
+    block_.push(index, point);
+    if (block_.size == Block::CAPACITY)
+      flush();
+  }
+
+  /// To be called at the end.
+  void flush()
+  {
+    if (block_.size == 0)
+      return;
+    const Block::Values scores = score(body_, block_);
+    for (int number = 0; number < block_.size; ++number)
+      tell_(block_.indices[number], block_.point(number), scores[number]);
+    block_.size = 0;
+  }
+
+private:
+  const Body& body_;
+  Tell tell_;
+  Block block_;
+};
+
+}  // namespace
+
+// The part of the image in which a person may be, rows and columns from first to last, and the scene around.
+struct PeopleLabeller::Crop
+{
+  void extend(std::size_t row, std::size_t column)
+  {
+    first_row = std::min(first_row, row);
+    last_row = std::max(last_row, row);
+    first_column = std::min(first_column, column);
+    last_column = std::max(last_column, column);
+  }
+
+  void enlarge(std::size_t by, std::size_t width, std::size_t height)
+  {
+    first_row -= std::min(first_row, by);
+    first_column -= std::min(first_column, by);
+    last_row = std::min(last_row + by, height - 1);
+    last_column = std::min(last_column + by, width - 1);
+  }
+
+  bool empty() const
+  {
+    return first_row > last_row;
+  }
+
+  std::size_t first_row = std::numeric_limits<std::size_t>::max(), last_row = 0;
+  std::size_t first_column = std::numeric_limits<std::size_t>::max(), last_column = 0;
+  std::vector<Eigen::Vector3f> around, scene;  // points near the person; those of them that are out of reach [m]
+};
+
+PeopleLabeller::PeopleLabeller(const LabelSettings& settings) : settings_(settings)
+{
+}
+
+const std::vector<std::uint32_t>& PeopleLabeller::label(const OrganizedCloud& cloud,
+                                                        const std::vector<Skeleton>& people)
+{
+  const std::size_t size = cloud.width() * cloud.height();
+  labels_.assign(size, 0);
+  scores_.resize(size);
+  parents_.resize(size);
+  counts_.resize(size);
+  candidates_.clear();
+  std::vector<Body> bodies;
+  for (const Skeleton& person : people)
+    bodies.push_back(shapeBody(person, settings_.looseness));
+  const std::vector<Crop> crops = crop(cloud, bodies);
+  Planes known;
+  for (std::size_t number = 0; number < bodies.size(); ++number)
+    if (!crops[number].empty())
+      choose(cloud, number + 1, bodies[number], crops[number],
+             findSupports(bodies[number], crops[number].scene, settings_.floor_margin, known));
+  connect(cloud);
+  dropFar();
+  takeEdges(cloud);
+  return labels_;
+}
+
+std::vector<PeopleLabeller::Crop> PeopleLabeller::crop(const OrganizedCloud& cloud,
+                                                       const std::vector<Body>& bodies) const
+{
+  std::vector<Crop> crops(bodies.size());
+  std::vector<Eigen::AlignedBox3f> around;
+  for (const Body& body : bodies)
+    around.emplace_back(body.box.min().array() - AROUND, body.box.max().array() + AROUND);
+  for (std::size_t row = 0; row < cloud.height(); row += STRIDE)
+    for (std::size_t column = 0; column < cloud.width(); column += STRIDE)
+    {
+      const Eigen::Vector3f point = at(cloud, row, column);
+      for (std::size_t number = 0; number < bodies.size(); ++number)
+      {
+        if (!around[number].contains(point))  // nor does it where the point is missing
+          continue;
+        crops[number].around.push_back(point);
+        if (bodies[number].box.contains(point))
+          crops[number].extend(row, column);
+      }
+    }
+  for (std::size_t number = 0; number < bodies.size(); ++number)
+  {
+    Crop& crop = crops[number];
+    Scorer scorer(bodies[number], [&](std::uint32_t, const Eigen::Vector3f& point, float score) {
+      if (score > 1.0f)
+        crop.scene.push_back(point);
+    });
+    for (const Eigen::Vector3f& point : crop.around)
+      scorer.push(0, point);
+    scorer.flush();
+    if (!crop.empty())
+      crop.enlarge(2 * STRIDE, cloud.width(), cloud.height());
+  }
+  return crops;
+}
+
+void PeopleLabeller::choose(const OrganizedCloud& cloud, std::uint32_t label, const Body& body,
+                            const Crop& crop, const Planes& supports)
+{
+  Scorer scorer(body, [&](std::uint32_t index, const Eigen::Vector3f& point, float score) {
+    if (score >= 1.0f || (labels_[index] != 0 && scores_[index] <= score))
+      return;
+    for (const auto& plane : supports)
+      if (plane.absDistance(point) < settings_.floor_margin)
+        return;
+    if (labels_[index] == 0)
+      candidates_.push_back(index);
+    labels_[index] = label;
+    scores_[index] = score;
+  });
+  for (std::size_t row = crop.first_row; row <= crop.last_row; ++row)
+    for (std::size_t column = crop.first_column; column <= crop.last_column; ++column)
+    {
+      const Eigen::Vector3f point = at(cloud, row, column);
+      if (body.box.contains(point))
+        scorer.push(row * cloud.width() + column, point);
+    }
+  scorer.flush();
+}
+
+std::uint32_t PeopleLabeller::root(std::uint32_t index)
+{
+  while (parents_[index] != index)
+    index = parents_[index] = parents_[parents_[index]];
+  return index;
+}
+
+void PeopleLabeller::connect(const OrganizedCloud& cloud)
+{
+  const std::uint32_t width = cloud.width();
+  for (const std::uint32_t index : candidates_)
+    parents_[index] = index;
+  for (const std::uint32_t index : candidates_)
+  {
+    const std::uint32_t row = index / width, column = index % width;
+    const Eigen::Vector3f point = at(cloud, row, column);
+    const float step = square(settings_.cluster_step) * point.squaredNorm();
+    const auto join = [&](std::uint32_t other_row, std::uint32_t other_column) {
+      const std::uint32_t other = other_row * width + other_column;
+      if (labels_[other] == labels_[index] && (at(cloud, other_row, other_column) - point).squaredNorm() < step)
+        parents_[root(other)] = root(index);
+    };
+    for (std::uint32_t gap = 1; gap <= GAP; ++gap)
+    {
+      if (column + gap < width)
+        join(row, column + gap);
+      if (row + gap < cloud.height())
+        join(row + gap, column);
+    }
+  }
+}
+
+void PeopleLabeller::dropFar()
+{
+  for (const std::uint32_t index : candidates_)
+    counts_[index] = {};
+  for (const std::uint32_t index : candidates_)
+  {
+    Count& count = counts_[root(index)];
+    ++count.points;
+    count.cores += scores_[index] < 0.0f;
+  }
+  std::size_t kept = 0;
+  for (const std::uint32_t index : candidates_)
+  {
+    const Count& count = counts_[root(index)];
+    if (count.cores >= LEAST_CORES && count.cores >= LEAST_CORE_SHARE * count.points)
+      candidates_[kept++] = index;
+    else
+      labels_[index] = 0;
+  }
+  candidates_.resize(kept);
+}
+
+void PeopleLabeller::takeEdges(const OrganizedCloud& cloud)
+{
+  const int width = cloud.width(), height = cloud.height();
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> taken;
+  const auto inside = [&](int row, int column) { return row >= 0 && row < height && column >= 0 && column < width; };
+  const auto is_mixed = [&](int row, int column) {
+    const Eigen::Vector3f point = at(cloud, row, column);
+    if (!point.allFinite())
+      return false;
+    const float step = square(settings_.cluster_step) * point.squaredNorm();
+    int alike = -1;  // without itself
+    for (int v = row - EDGE; v <= row + EDGE; ++v)
+      for (int u = column - EDGE; u <= column + EDGE; ++u)
+        if (inside(v, u) && labels_[v * width + u] == 0)
+          alike += (at(cloud, v, u) - point).squaredNorm() < step;
+    return alike < MIXED;
+  };
+  for (const std::uint32_t index : candidates_)
+  {
+    const int row = index / width, column = index % width;
+    for (const auto& [down, right] : { std::pair{ 0, 1 }, { 0, -1 }, { 1, 0 }, { -1, 0 } })
+      for (int gap = 1; gap <= EDGE; ++gap)
+      {
+        const int v = row + gap * down, u = column + gap * right;
+        if (inside(v, u) && labels_[v * width + u] == 0 && is_mixed(v, u))
+          taken.emplace_back(v * width + u, labels_[index]);
+      }
+  }
+  for (const auto& [index, label] : taken)
+    labels_[index] = label;
+}
+
+}  // namespace openpose_ros_nodelets
