@@ -24,6 +24,7 @@ from skeleton_extract_3d.track.identity import assign
 from skeleton_extract_3d.track.memory import Memory
 from skeleton_extract_3d.track.out_of_sight import hidden_and_there, walk_on
 from skeleton_extract_3d.track.sightings import Sightings, begin_tracks
+from skeleton_extract_3d.track.standing import stand
 from skeleton_extract_3d.track.tracks import Tracks
 
 # Stages of `Estimate.timing`, in order.
@@ -134,9 +135,11 @@ class _Following:
         seen = correct(tracks.select(people.row), people, view.stamp, settings.occlusion)
         clock.lap('filter')
         seen, unseen, hidden = self._infer(seen, memory.tracks, expected, people.others(len(expected)), view)
+        if view.floor is not None and settings.occlusion.occlusion:
+            seen = stand(seen, people.lifted.measured, view.floor)
         answer = report(people, seen, hidden, view.stamp, settings)
         people_2d = replace(people.observed.people_2d, ids=seen.tracks.ids)
-        answer = in_skeleton(answer, people_2d, frame.image_size, view.points, camera)
+        answer = in_skeleton(answer, people_2d, frame.image_size, view.points, camera, view.floor)
         clock.lap('complete')
         memory = replace(memory, tracks=seen.tracks.joined(unseen).in_order())
         return memory, Estimate(answer, people_2d, clock.laps)

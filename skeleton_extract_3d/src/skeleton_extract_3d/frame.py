@@ -21,6 +21,8 @@ class CameraFrame:
         tracking_from_points: from the frame of the points to one in which the room stands still, in every frame; None:
             the camera does not move.
         camera: frame_id of the points, which names the camera.
+        floor: (4,) the floor in the frame of the points: normal up, of unit length, and height of the camera [m]; None:
+            it is not known.
     """
 
     image_size: Tuple[int, int]
@@ -29,6 +31,7 @@ class CameraFrame:
     bgr: Optional[np.ndarray] = None
     tracking_from_points: Optional[Transform] = None
     camera: str = ''
+    floor: Optional[np.ndarray] = None
 
 
 class View(NamedTuple):
@@ -39,9 +42,11 @@ class View(NamedTuple):
         camera: of the points.
         stamp: [s].
         elapsed: time since the frame before [s], 0 in the first one.
+        floor: as in `CameraFrame`.
     """
 
     points: PointGrid
     camera: CameraModel
     stamp: float
     elapsed: float
+    floor: Optional[np.ndarray] = None

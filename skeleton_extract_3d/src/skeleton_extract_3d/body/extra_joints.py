@@ -1,5 +1,5 @@
 """From the joints of COCO_18, which are followed, to those of other sets: chest, middle of the hips, feet."""
-from typing import Dict, NamedTuple, Tuple
+from typing import Dict, NamedTuple, Optional, Tuple
 
 import numpy as np
 
@@ -36,13 +36,14 @@ _AT_THE_END: Dict[str, _Hanging] = {
 
 
 def in_skeleton(people: People3D, people_2d: People2D, image_size: Tuple[int, int], points: PointGrid,
-                camera: CameraModel) -> People3D:
+                camera: CameraModel, floor: Optional[np.ndarray] = None) -> People3D:
     """Return people with the joints of another set.
 
     Args:
         people: with the joints of COCO_18; the first are those of `people_2d`.
         people_2d: with the joints of the other set.
         image_size: width and height of the image [px].
+        floor: (4,) no inferred foot lies below it, see `CameraFrame`; None: it is not known.
     """
     skeleton = people_2d.skeleton
     if skeleton.joints == COCO_18.joints:
@@ -59,6 +60,8 @@ def in_skeleton(people: People3D, people_2d: People2D, image_size: Tuple[int, in
             joint = _between(people, _BETWEEN[name])
         elif name in _AT_THE_END:
             joint = _at_the_end(people, uv[:, number], points, camera, _AT_THE_END[name])
+            if floor is not None:
+                joint = _above(floor, joint)
         else:
             continue
         for values, of_joint in zip((xyz, status, sigma, velocity), joint):
@@ -74,6 +77,15 @@ def _between(people: People3D, names: Tuple[str, ...]) -> _Joint:
     seen = np.where((status == MEASURED).all(axis=1), MEASURED, INFERRED)
     return (people.xyz[:, rows].mean(axis=1), np.where(known, seen, MISSING),
             np.where(known, people.sigma[:, rows].max(axis=1), np.nan), people.velocity[:, rows].mean(axis=1))
+
+
+@np.errstate(invalid='ignore', divide='ignore')
+def _above(floor: np.ndarray, joint: _Joint) -> _Joint:
+    """Return a joint that is on the floor, at its pixel, where it was inferred to be below."""
+    xyz, status, sigma, velocity = joint
+    height = xyz @ floor[:3] + floor[3]
+    below = (status == INFERRED) & (height < 0)
+    return xyz * np.where(below, floor[3] / (floor[3] - height), 1.0)[:, None], status, sigma, velocity
 
 
 @np.errstate(invalid='ignore')

@@ -34,6 +34,7 @@ from skeleton_extract_3d.people import INFERRED, People3D
 from skeleton_extract_3d.points.point_grid import PointGrid
 from skeleton_extract_3d.ros import convert
 from skeleton_extract_3d.ros.input_echo import InputEcho, InputFrame
+from skeleton_extract_3d.ros.floor_input import FloorInput
 from skeleton_extract_3d.ros.lifter import Lifter, PointsMessage
 from skeleton_extract_3d.ros.synchronizer import StampSynchronizer
 from skeleton_extract_3d.show.report import frame_report
@@ -110,7 +111,8 @@ class Extractor:
         self._inputs = (images, points)
         self._synchronizer = StampSynchronizer(self._inputs, pairing, self._health)
         self._synchronizer.registerCallback(self._submit)
-        self._demand.read(self._camera_info.input, *self._inputs)
+        self._floor = FloorInput() if self._params.use_floor else None
+        self._demand.read(self._camera_info.input, *self._inputs, *([self._floor.input] if self._floor else []))
 
     def _introduce(self, settings: ExtractorSettings) -> None:
         params, estimator = settings.extractor, settings.estimator
@@ -135,7 +137,8 @@ class Extractor:
         stopwatch.lap('detection')
         tracking_from_points = self._lifter.tracking_from_points(header)
         stopwatch.restart()
-        estimate = self._lifter.estimate(detections, points, header, bgr, tracking_from_points)
+        floor = self._floor.at(header) if self._floor else None
+        estimate = self._lifter.estimate(detections, points, header, bgr, tracking_from_points, floor)
         stopwatch.lap('estimate')
         self._report(estimate, points)
         stopwatch.restart()

@@ -63,13 +63,14 @@ class Lifter:
         return self._transform_to(self._params.tracking_frame, header)
 
     def estimate(self, detections: Sequence[PersonDetection], points: PointGrid, header: Header, bgr: np.ndarray,
-                 tracking_from_points: Optional[Transform]) -> Estimate:
+                 tracking_from_points: Optional[Transform], floor: Optional[np.ndarray] = None) -> Estimate:
         """Return the people of a frame, in the frame of the points.
 
         Args:
             detections: what the detection service answers.
             header: of the points.
             bgr: (H, W, 3) uint8, the image.
+            floor: (4,) see `CameraFrame`; None: not known.
 
         Raises:
             BadInputError: image and points differ in aspect ratio, or the points are in no optical frame.
@@ -77,7 +78,7 @@ class Lifter:
         people_2d = convert_2d.people_from_messages(detections, self._chain.skeleton)
         height, width = bgr.shape[:2]
         return self._chain.in_space(people_2d, CameraFrame((width, height), points, header.stamp.to_sec(), bgr,
-                                                           tracking_from_points, header.frame_id))
+                                                           tracking_from_points, header.frame_id, floor))
 
     def in_target_frame(self, people: People3D, header: Header) -> Tuple[People3D, Header]:
         """Return the people as they are published, and their header; `header` is that of the points.

@@ -145,6 +145,19 @@ class OutOfSightConstants:
 
 
 @dataclass(frozen=True)
+class StandingConstants:
+    """How feet and the floor go together, where it is known."""
+
+    ankle_height: float = constant(
+        0.11, 'Height of the ankles of a standing adult, in shoes, above the floor.', unit='m',
+        source='rendered, dressed bodies with known joints, rounded.')
+    straight: float = constant(
+        0.95, 'Somebody stands whose hip is higher above the ankles than this.', unit='share of the length of the leg')
+    reach: float = constant(0.25, 'Ankles are moved by at most this in height.', unit='m')
+    least_fall: float = constant(0.3, 'Rays fall by at least this to where a height tells a depth.', unit='m')
+
+
+@dataclass(frozen=True)
 class TrackConstants:
     """All of them."""
 
@@ -158,3 +171,4 @@ class TrackConstants:
     bone_constraints: BoneConstraintConstants = BoneConstraintConstants()
     completion: CompletionConstants = CompletionConstants()
     out_of_sight: OutOfSightConstants = OutOfSightConstants()
+    standing: StandingConstants = StandingConstants()

@@ -46,4 +46,5 @@ class Memory:
             if pose is not None and self.tracking_from_points is not None:
                 tracks = tracks.transformed(*frame_change(self.tracking_from_points, pose))
         memory = Memory(tracks, stamp if before is None else max(stamp, before), camera, pose)
-        return memory, View(frame.points, camera, stamp, 0.0 if before is None else max(stamp - before, 0.0))
+        elapsed = 0.0 if before is None else max(stamp - before, 0.0)
+        return memory, View(frame.points, camera, stamp, elapsed, frame.floor)

@@ -1,0 +1,82 @@
+"""Hidden feet and a known floor: who stands has them on it, nobody's are below, and what was measured stays."""
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from skeleton_extract_3d.body.body import ENDS, HIPS, JOINTS, MIDDLES
+from skeleton_extract_3d.constants import METHOD
+from skeleton_extract_3d.track.completion import Completion
+from skeleton_extract_3d.track.standing import stand
+from skeleton_extract_3d.track.tracks import Tracks
+
+KNEES, ANKLES = MIDDLES[2:], ENDS[2:]
+# A camera 1.3 m above the floor that looks 10 degrees down.
+UP = np.array([0, -np.cos(np.radians(10)), -np.sin(np.radians(10))])
+FLOOR = np.array([*UP, 1.3])
+ON_FLOOR = METHOD.track.standing.ankle_height
+NONE = np.zeros(18, bool)
+
+
+def heights(xyz):
+    return xyz @ UP + FLOOR[3]
+
+
+def person(hips=0.92, knees=0.5, ankles=ON_FLOOR):
+    """Joints 3 m ahead whose legs have these heights above the floor [m]; the others are 1.3 m above it."""
+    height = np.full(len(JOINTS), 1.3)
+    height[HIPS], height[KNEES], height[ANKLES] = hips, knees, ankles
+    ahead = 3 * np.array([0, -UP[2], UP[1]]) * np.sign(UP[1])
+    return ahead + np.linspace(-0.3, 0.3, len(JOINTS))[:, None] * [1, 0, 0] + (height - 1.3)[:, None] * UP
+
+
+def completion(xyz, trusted):
+    tracks = Tracks.begun(np.arange(1), 0.0, xyz[None], np.array([[1.0, 0, 0]]), np.array([METHOD.body.adult_stature]))
+    placed = np.ones((1, 18), bool)
+    return Completion(replace(tracks, has=placed), np.broadcast_to(trusted, (1, 18)), placed, np.full((1, 18), 0.1))
+
+
+def after(xyz, trusted=NONE, measured=NONE):
+    return stand(completion(xyz, trusted), np.broadcast_to(measured, (1, 18)), FLOOR).tracks.joints.position[0]
+
+
+def test_nobody():
+    nobody = Completion(Tracks.none(), *[np.zeros((0, 18), bool)] * 2, np.zeros((0, 18)))
+    assert len(stand(nobody, np.zeros((0, 18), bool), FLOOR).tracks) == 0
+
+
+@pytest.mark.parametrize('ankles', [-0.05, 0.05, 0.25])
+def test_ankles_without_a_keypoint_of_who_stands_are_on_the_floor(ankles):
+    xyz = person(ankles=ankles)
+    moved = after(xyz)
+    np.testing.assert_allclose(heights(moved[ANKLES]), ON_FLOOR, atol=1e-9)
+    np.testing.assert_allclose(heights(moved[KNEES]), 0.5 + (ON_FLOOR - ankles) / 2, atol=1e-9)
+    others = np.setdiff1d(np.arange(18), np.concatenate([KNEES, ANKLES]))
+    np.testing.assert_array_equal(moved[others], xyz[others])
+
+
+def test_feet_of_who_sits_are_where_they_were_but_for_those_below():
+    xyz = person(hips=0.5, knees=0.45, ankles=0.3)
+    np.testing.assert_array_equal(after(xyz), xyz)
+    np.testing.assert_allclose(heights(after(person(hips=0.5, knees=0.45, ankles=0))[ANKLES]), ON_FLOOR, atol=1e-9)
+
+
+def test_a_hidden_ankle_with_a_keypoint_stays_at_its_pixel():
+    trusted = np.isin(np.arange(18), ANKLES)
+    xyz = person(ankles=0.02)
+    moved = after(xyz, trusted)
+    np.testing.assert_allclose(heights(moved[ANKLES]), ON_FLOOR, atol=1e-9)
+    np.testing.assert_allclose(moved[ANKLES, :2] / moved[ANKLES, 2:], xyz[ANKLES, :2] / xyz[ANKLES, 2:])
+    raised = person(ankles=0.2)  # a step
+    np.testing.assert_array_equal(after(raised, trusted), raised)
+
+
+def test_measured_ankles_stay():
+    ankles = np.isin(np.arange(18), ANKLES)
+    xyz = person(ankles=-0.05)
+    np.testing.assert_array_equal(after(xyz, ankles, ankles), xyz)
+
+
+def test_a_place_far_below_is_moved_by_no_more_than_the_reach():
+    moved = after(person(ankles=-0.6))
+    np.testing.assert_allclose(heights(moved[ANKLES]), -0.6 + METHOD.track.standing.reach, atol=1e-9)
