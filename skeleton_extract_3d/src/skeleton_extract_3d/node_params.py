@@ -32,9 +32,9 @@ class ExtractorParams(Parameters):
         0.1, 'Wait this long for the transform to target_frame or tracking_frame at the stamp of the cloud; a frame '
              'without its transform is dropped.', unit='s', minimum=0.0, maximum=10.0)
     use_floor: bool = parameter(
-        False, 'Subscribe to the plane of the floor on ~floor (pcl_msgs/ModelCoefficients in the frame of the cloud, as '
-               'the nodelet floor publishes it): hidden feet of standing people are on it, and no inferred ankle lies '
-               'below it. Without a plane of the last 2 s, as if false.')
+        False, 'Subscribe to the plane of the floor on ~floor (pcl_msgs/ModelCoefficients in the frame of the cloud, '
+               'as the nodelet floor publishes it): hidden feet of standing people are on it, and no inferred foot '
+               'lies below it. Without a plane of the last 2 s, as if false.')
     publish_tf: bool = parameter(
         False, 'Publish each joint that is measured or inferred as a frame person_<person_ID>/<joint> on /tf: parent '
                'is the frame of the published joints, x points along the limb to the next joint, the stamp is that of '

@@ -33,8 +33,8 @@ from skeleton_extract_3d.node_params import LIVE_PARAMETERS, ExtractorSettings
 from skeleton_extract_3d.people import INFERRED, People3D
 from skeleton_extract_3d.points.point_grid import PointGrid
 from skeleton_extract_3d.ros import convert
-from skeleton_extract_3d.ros.input_echo import InputEcho, InputFrame
 from skeleton_extract_3d.ros.floor_input import FloorInput
+from skeleton_extract_3d.ros.input_echo import InputEcho, InputFrame
 from skeleton_extract_3d.ros.lifter import Lifter, PointsMessage
 from skeleton_extract_3d.ros.synchronizer import StampSynchronizer
 from skeleton_extract_3d.show.report import frame_report
