@@ -2,9 +2,9 @@
 """Measure how people_cloud labels the points of people, on rendered RGB-D sequences with known joints.
 
 For each sequence it tells the share of the people's points that are found, the share of the scene's points that are
-taken, and the milliseconds of a frame (median of the fastest of five runs each). A sequence folder holds rgb/, depth/
-(16-bit PNG [mm]), meta.json and gt.json; the true masks are those of people_masks.py. The labels are those of the
-nodelet's own code, run by `label_people`.
+taken, and the milliseconds of processor time of a frame: the fastest of five runs, median and greatest of the frames.
+A sequence folder holds rgb/, depth/ (16-bit PNG [mm]), meta.json and gt.json; the true masks are those of
+people_masks.py. The labels are those of the nodelet's own code, run by `label_people`.
 
     benchmarks/people_cloud.py SEQUENCE [SEQUENCE ...]                     # true joints
     benchmarks/accuracy_3d.py SEQUENCE [SEQUENCE ...] --out FOLDER
@@ -117,7 +117,8 @@ def main() -> None:
     """Run the benchmark from the command line."""
     parser = Parser(__doc__)
     parser.add_argument('sequences', nargs='+', type=Path, help='sequence folders')
-    parser.add_argument('--joints', type=Path, help='folder of the CSV files of accuracy_3d.py (default: the true joints)')
+    parser.add_argument('--joints', type=Path,
+                        help='folder of the CSV files of accuracy_3d.py (default: the true joints)')
     parser.add_argument('--images', type=Path, help='folder for images of the labels')
     arguments = parser.parse_args()
     rows: List[List[str]] = [['sequence', 'found', 'taken', 'ms', 'most ms']]

@@ -6,7 +6,7 @@ bones in some frame, and of the scene otherwise. Where the camera moves, each fr
 """
 import json
 from pathlib import Path
-from typing import Iterator, List, Tuple
+from typing import Iterator, List, Sequence, Tuple
 
 import numpy as np
 from scipy.sparse import coo_matrix
@@ -27,7 +27,7 @@ NEAR_BONE, AT_BONE = 0.25, 0.45
 # Neighbours in the image are of one surface up to this difference of depth, per m of depth.
 STEP = 0.02
 
-_BONES = COCO_18.drawn_limbs + (('right_shoulder', 'right_hip'), ('left_shoulder', 'left_hip'))
+_BONES = (*COCO_18.drawn_limbs, ('right_shoulder', 'right_hip'), ('left_shoulder', 'left_hip'))
 
 
 class PeopleMasks:
@@ -70,9 +70,9 @@ class PeopleMasks:
             mask[rows[near], columns[near]] = PERSON
         return mask
 
-    def _surfaces_of_people(self, depth: np.ndarray, frames: Iterator[int]) -> np.ndarray:
+    def _surfaces_of_people(self, depth: np.ndarray, frames: Sequence[int]) -> np.ndarray:
         """Return (H, W) bool: on a surface off the floor, most of which is near bones in any of these frames."""
-        pose = self._poses[list(frames)[0]]
+        pose = self._poses[frames[0]]
         points = depth[..., None] * self._rays
         off_floor = (depth > 0) & (points @ pose[2, :3] + pose[2, 3] > FLOOR)
         surface = _components(depth, off_floor)

@@ -1,9 +1,9 @@
 // Labels the points of frames of depth images and people, for benchmarks/people_cloud.py.
 //
 // Reads from standard input, once: width, height (uint32), fx, fy, cx, cy (float32) [px]; per frame: the depth
-// (float32, height x width) [m], the number of people (uint32), and of each of their
-// joints x, y, z and uncertainty (float32) [m]. Writes per frame the milliseconds of processor time of the fastest of five runs (float32) and the labels
-// (uint32, height x width).
+// (float32, height x width) [m], the number of people (uint32), and of each of their joints x, y, z and uncertainty
+// (float32) [m]. Writes per frame the milliseconds of processor time of the fastest of five runs (float32) and the
+// labels (uint32, height x width).
 #include <cstring>
 #include <ctime>
 #include <iostream>
@@ -72,7 +72,8 @@ sensor_msgs::PointCloud2 cloudOf(const std::vector<float>& depth, std::size_t wi
   for (std::size_t index = 0; index < depth.size(); ++index)
   {
     const float z = depth[index] > 0.0f ? depth[index] : std::numeric_limits<float>::quiet_NaN();
-    const float point[] = { z * (index % width - camera[2]) / camera[0], z * (index / width - camera[3]) / camera[1], z };
+    const float x = z * (index % width - camera[2]) / camera[0], y = z * (index / width - camera[3]) / camera[1];
+    const float point[] = { x, y, z };
     std::memcpy(&cloud.data[POINT_STEP * index], point, sizeof(point));
   }
   return cloud;

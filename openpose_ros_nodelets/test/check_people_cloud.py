@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Points of people get their ids, and are missing in the rest; clouds wait for people; what can not be used is counted."""
+"""Points of people get their ids, and are missing in the rest; clouds wait for people; faults are counted."""
 import sys
 import unittest
 

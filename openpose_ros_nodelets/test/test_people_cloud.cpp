@@ -1,10 +1,11 @@
 // People made of capsules, before a wall and on a floor, as a depth camera sees them: which points are whose?
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <functional>
 #include <limits>
-#include <map>
+#include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -133,8 +134,8 @@ Scene look(const std::vector<std::vector<Thing>>& groups)
   Scene scene{ emptyCloud(32), std::vector<std::uint32_t>(WIDTH * HEIGHT, SCENE) };
   for (std::size_t index = 0; index < scene.truth.size(); ++index)
   {
-    const Eigen::Vector3f ray((index % WIDTH - 0.5f * WIDTH) / FOCAL_LENGTH, (index / WIDTH - 0.5f * HEIGHT) / FOCAL_LENGTH,
-                              1.0f);
+    const Eigen::Vector3f ray((index % WIDTH - 0.5f * WIDTH) / FOCAL_LENGTH,
+                              (index / WIDTH - 0.5f * HEIGHT) / FOCAL_LENGTH, 1.0f);
     const float length = ray.norm();
     Eigen::Vector3f point = ray;
     for (float nearest = 1.0f; nearest > 1e-3f && point.z() < 5.0f; point += std::max(nearest, 5e-4f) / length * ray)
@@ -289,3 +290,9 @@ TEST(LabelledCloud, PeopleAreMissingInTheRest)
 }
 
 }  // namespace
+
+int main(int argc, char** argv)
+{
+  testing::InitGoogleTest(&argc, argv);
+  return RUN_ALL_TESTS();
+}

@@ -63,7 +63,8 @@ constexpr BoneLength LENGTHS[] = {
 };
 // From a small child to a tall adult, relative to 1.70 m.
 constexpr float LEAST_SCALE = 0.45f, GREATEST_SCALE = 1.25f;
-constexpr float DOUBT = 0.5f;           // what lies this many standard deviations nearer to an inferred joint is the person's
+// An inferred joint reaches less far, by this share of its standard deviation.
+constexpr float DOUBT = 0.5f;
 constexpr float HAND = 0.15f;           // from the wrist to the finger tips, less the radius there [m]
 constexpr float NECK_TO_HEAD = 0.201f;  // to the middle of the ears [m]
 

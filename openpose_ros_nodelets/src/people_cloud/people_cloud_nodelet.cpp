@@ -120,7 +120,8 @@ private:
       if (labelled_publisher_.getNumSubscribers() > 0)
       {
         std::vector<std::uint32_t> labels(numbers.size());
-        std::transform(numbers.begin(), numbers.end(), labels.begin(), [&](std::uint32_t number) { return ids[number]; });
+        std::transform(numbers.begin(), numbers.end(), labels.begin(),
+                       [&](std::uint32_t number) { return ids[number]; });
         labelled_publisher_.publish(withLabels(*cloud, labels));
       }
       health().frameDone(cloud->header.stamp);
@@ -143,7 +144,8 @@ private:
     if (frame == cloud.frame_id)
       return transform;
     const geometry_msgs::Transform found =
-        transform_buffer_.lookupTransform(cloud.frame_id, frame, cloud.stamp, ros::Duration(TRANSFORM_PATIENCE)).transform;
+        transform_buffer_.lookupTransform(cloud.frame_id, frame, cloud.stamp, ros::Duration(TRANSFORM_PATIENCE))
+            .transform;
     transform.translate(Eigen::Vector3f(found.translation.x, found.translation.y, found.translation.z));
     transform.rotate(Eigen::Quaternionf(found.rotation.w, found.rotation.x, found.rotation.y, found.rotation.z));
     return transform;

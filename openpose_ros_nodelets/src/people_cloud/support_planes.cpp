@@ -56,7 +56,9 @@ bool supports(const Body& body, Plane& plane)
 // Take the points of a plane out of the cloud if it holds enough of them; return whether it does.
 bool takeInliers(const Plane& plane, float thickness, Cloud& cloud)
 {
-  const auto is_on_plane = [&](const pcl::PointXYZ& point) { return plane.absDistance(point.getVector3fMap()) < thickness; };
+  const auto is_on_plane = [&](const pcl::PointXYZ& point) {
+    return plane.absDistance(point.getVector3fMap()) < thickness;
+  };
   const std::size_t number = std::count_if(cloud.begin(), cloud.end(), is_on_plane);
   if (number < LEAST_INLIERS || number < LEAST_SHARE * cloud.size())
     return false;
