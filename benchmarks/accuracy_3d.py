@@ -22,7 +22,7 @@ import tempfile
 import time
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Callable, List, Tuple
+from typing import Callable, List, Optional, Tuple
 
 import numpy as np
 import pandas as pd
@@ -70,6 +70,14 @@ def open_sequence(folder: Path) -> RgbdSequence:
     return RgbdSequence(folder, camera, meta['fps'], meta.get('frame_id', ''))
 
 
+def true_floors(folder: Path, sequence: RgbdSequence) -> np.ndarray:
+    """Return the floor, z = 0 in the world, in each frame of the camera, (F, 4): see `CameraFrame`."""
+    path = folder / 'meta.json'
+    meta = json.loads(path.read_text()) if path.is_file() else {'T_world_camera': sequence.T_world_camera}
+    poses = meta.get('poses') or [meta['T_world_camera']] * len(sequence)
+    return np.array(poses)[:, 2]  # the third row leads from the camera to z in the world
+
+
 def exact_people(folder: Path) -> FindPeople:
     """Return a finder that knows the true pixels: every joint within the image, hidden or not."""
     truth = json.loads((folder / 'gt.json').read_text())
@@ -99,15 +107,20 @@ def find_people(sequence: RgbdSequence, find: FindPeople, chain: PeopleChain) ->
     return people, times
 
 
-def estimate(sequence: RgbdSequence, people: List[People2D], chain: PeopleChain
+def estimate(sequence: RgbdSequence, people: List[People2D], chain: PeopleChain, floors: Optional[np.ndarray] = None
              ) -> Tuple[List[Tuple[float, People3D]], List[float]]:
-    """Return time [s] and people of each frame, and the milliseconds that each took."""
+    """Return time [s] and people of each frame, and the milliseconds that each took.
+
+    Args:
+        floors: (F, 4) the floor in each frame; None: it is not known.
+    """
     frames, times = [], []
     size = (sequence.camera.width, sequence.camera.height)
-    for frame, found in zip(sequence, people):
+    for i, (frame, found) in enumerate(zip(sequence, people)):
+        floor = None if floors is None else floors[i]
         points = DepthImage(frame.depth, sequence.camera)
         began = time.perf_counter()
-        answer = chain.in_space(found, CameraFrame(size, points, frame.time, frame.bgr))
+        answer = chain.in_space(found, CameraFrame(size, points, frame.time, frame.bgr, floor=floor))
         times.append(1e3 * (time.perf_counter() - began))
         frames.append((frame.time, answer.people))
     return frames, times
@@ -170,6 +183,7 @@ def main() -> None:
     parser.add_argument('sequences', nargs='+', type=Path, help='sequence folders')
     parser.add_argument('--exact-2d', action='store_true', help='take the true pixels instead of the detector')
     parser.add_settings('of the chain')
+    parser.add_argument('--floor', action='store_true', help='the true floor is known, as with use_floor')
     parser.add_argument('--lag', action='store_true', help='tell the delay of the smoothed joints')
     parser.add_argument('--out', type=Path, help='folder for the CSV files (default: a temporary one)')
     parser.add_argument('--evaluate', type=Path, help='script that scores pairs of sequence folder and CSV')
@@ -188,7 +202,8 @@ def main() -> None:
                 chain = PeopleChain(COCO_18, settings.estimator, settings.tracking)
                 people, milliseconds = find_people(sequence, find, chain)
                 detecting += milliseconds
-                frames, milliseconds = estimate(sequence, people, chain)
+                floors = true_floors(folder, sequence) if arguments.floor else None
+                frames, milliseconds = estimate(sequence, people, chain, floors)
                 estimating += milliseconds
                 path = out / f'{folder.resolve().parent.name}_{folder.resolve().name}.csv'
                 write_csv(path, frames)

@@ -9,7 +9,6 @@ published when it was seen twice, so that the first cloud has none. Parameters o
     benchmarks/floor.py SEQUENCE [SEQUENCE ...]
     benchmarks/floor.py SEQUENCE --set smoothing_time=0 --set points=50000
 """
-import json
 import sys
 import time
 from pathlib import Path
@@ -22,7 +21,7 @@ from pcl_msgs.msg import ModelCoefficients
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Header
 
-from accuracy_3d import open_sequence
+from accuracy_3d import open_sequence, true_floors
 from common import Figures, Parser, markdown, run_live
 from openpose_ros_pkg.ros.session import Session, wait_for
 from skeleton_extract_3d.points.depth import cloud_from_depth
@@ -58,19 +57,11 @@ def start(session: Session, settings: Dict[str, Any]) -> Node:
     return node
 
 
-def true_planes(folder: Path, frames: int, of_sequence: Any) -> np.ndarray:
-    """Return the floor in each frame of the camera, (frames, 4): normal up, height of the camera [m]."""
-    path = folder / 'meta.json'
-    meta = json.loads(path.read_text()) if path.is_file() else {'T_world_camera': of_sequence}
-    poses = np.array(meta.get('poses', [meta['T_world_camera']] * frames))
-    return poses[:frames, 2]  # the third row leads from the camera to z in the world
-
-
 def measure(node: Node, folder: Path, begin: float) -> List[object]:
     """Return the row of a sequence: greatest and mean errors, and the share of clouds with a plane."""
     sequence = open_sequence(folder)
     angles, heights = [], []
-    truth = true_planes(folder, len(sequence), sequence.T_world_camera)
+    truth = true_floors(folder, sequence)
     rays = sequence.camera.ray_grid()
     for frame, plane in zip(sequence, truth):
         stamp = rospy.Time.from_sec(begin + frame.time)
