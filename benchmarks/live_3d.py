@@ -3,18 +3,20 @@
 
 Starts rgbd_player (in place of a camera), the detection service, the extractor and the visualization by roslaunch on a
 ROS master of its own, and counts the results for a while. Latency: from the camera's stamp to the arrival of the 3D
-message in a subscriber.
+message in a subscriber. Then all subscribers leave a few times, until the chain rests: first_result is the time
+from the next subscription to the first result.
 
 With --camera, a driver in C++ takes the place of rgbd_player: a nodelet manager that plays the same sequence. Its
 points reach the extractor as cloud, as depth image, or as the depth image that cloud_to_depth makes of the cloud in
 the driver's process.
 """
 import argparse
+import subprocess
 import sys
 import time
 import xmlrpc.client
 from pathlib import Path
-from typing import Dict
+from typing import Dict, List
 
 import numpy as np
 import psutil
@@ -28,6 +30,8 @@ from openpose_ros_pkg.ros.session import ResultWatch, Session, wait_for
 
 TOPIC = '/openpose_ros/skeleton_3d/detected_poses_3d'
 START_TIMEOUT = 90.0
+# How often the chain rests, and for how long: the nodes notice within a second that nobody listens.
+RESTS, REST_SECONDS = 10, 3.0
 MADE_DEPTH = '/kinect2/qhd/depth_registered'
 # How points leave the driver: arguments of demo.launch.
 CAMERAS = {'cloud': [], 'depth': ['points_source:=depth_image'],
@@ -58,6 +62,18 @@ def node_processes() -> Dict[str, psutil.Process]:
     return processes
 
 
+def first_results(nodes: subprocess.Popen) -> List[float]:
+    """Return how long a subscriber waits for the first result of a chain that rests, several times [ms]."""
+    waits = []
+    for _ in range(RESTS):
+        time.sleep(REST_SECONDS)
+        begin, results = time.monotonic(), ResultWatch(TOPIC, PersonDetection_3dArray)
+        wait_for(lambda results=results: len(results.arrivals) > 0, START_TIMEOUT, 'result after a rest', nodes)
+        results.stop()
+        waits.append(1000 * (results.arrivals[0] - begin))
+    return waits
+
+
 def measure(session: Session, folder: Path, arguments: argparse.Namespace) -> Figures:
     """Run the chain and return the figures."""
     command = ['roslaunch', 'skeleton_extract_3d', 'demo.launch', f'rate:={arguments.rate}',
@@ -79,12 +95,15 @@ def measure(session: Session, folder: Path, arguments: argparse.Namespace) -> Fi
     usage = Usage(node_processes())
     time.sleep(arguments.seconds)
     cpu, memory = usage.processor(), usage.memory()
+    results.stop()
+    waits = first_results(nodes)
     latencies, arrivals = np.array(results.latencies[first:]), np.array(results.arrivals[first:])
     log = (folder / 'nodes.log').read_text(errors='replace').splitlines()
     return {'log': [line for line in log if 'the networks may take' in line or 'WARN' in line],
             'frames': len(latencies), 'rate_hz': (len(latencies) - 1) / (arrivals[-1] - arrivals[0]),
             'age_ms': {name: 1000 * float(np.percentile(latencies, share)) for name, share in
                        (('median', 50), ('p95', 95), ('max', 100))},
+            'first_result_ms': {'median': float(np.median(waits)), 'max': max(waits)},
             'age_median_by_fifth_ms': [1000 * float(np.median(part)) for part in np.array_split(latencies, 5)],
             'longest_gap_ms': 1000 * float(np.diff(arrivals).max()),
             'people_per_frame': {str(number): results.people[first:].count(number)
