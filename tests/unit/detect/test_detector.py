@@ -275,6 +275,20 @@ def test_recipes_of_many_opinions_accept_lower_scores():
 # --- stages, threads, changes ---------------------------------------------------------------------------------------
 
 @ALL_MODES
+@pytest.mark.parametrize('size', [SIZE, (1920, 1080)])
+def test_warm_networks_have_seen_inputs_of_every_size(mode, size):
+    """They are compiled for each size, which takes the time of many images."""
+    def shapes():
+        return {(name, each.shape) for name, network in unit._networks.networks.items() for each in network.inputs}
+
+    unit = together([person_at(320, 100, 300)], size=size, mode=mode)
+    unit.warm_up()
+    warm = shapes()
+    assert len(unit.detect(chart(*size))) == 1
+    assert shapes() <= warm
+
+
+@ALL_MODES
 def test_the_stages_are_what_detect_does(mode):
     """Frames may be prepared before and finished after others are computed."""
     unit = together([person_at(150, 90, 250), person_at(470, 130, 300)], mode=mode)

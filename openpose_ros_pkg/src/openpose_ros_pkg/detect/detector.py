@@ -9,7 +9,7 @@ from openpose_ros_pkg.decode.direct import DirectDecodeParams
 from openpose_ros_pkg.decode.paf import DecodeParams
 from openpose_ros_pkg.detect.ensemble import EnsembleParams, accepted, candidate_thresholds, vote_on_people
 from openpose_ros_pkg.detect.recipes import CROP_MODEL, DetectorParams, Recipe, recipe_of
-from openpose_ros_pkg.detect.refinement import refine
+from openpose_ros_pkg.detect.refinement import prepare_crop, refine
 from openpose_ros_pkg.detect.target_rate import fitted_to_rate
 from openpose_ros_pkg.detect.views import PreparedView, decode_views, prepare_views
 from openpose_ros_pkg.errors import BadInputError, ModelError, ParameterError
@@ -19,6 +19,8 @@ from openpose_ros_pkg.people import People2D, Poses
 from openpose_ros_pkg.skeletons import SkeletonModel
 from openpose_ros_pkg.stream.fair_lock import FairLock
 
+# Width and height of usual images [px], 16:9 and 4:3: what the networks see depends on the ratio alone.
+_USUAL_SIZES = ((960, 540), (640, 480))
 _log = logging.getLogger(__name__)
 
 
@@ -165,6 +167,22 @@ class Detector:
         if settings.detector != self._setup.settings.detector:
             recipe, loaded = self._load(settings.detector)
         self._setup = _setup(recipe, loaded, settings)
+
+    def warm_up(self) -> None:
+        """Let the networks see blank images of usual sizes: they are compiled for each size that they see first.
+
+        The first camera image then takes no longer than the others.
+        """
+        recipe = self._setup.recipe
+        for width, height in _USUAL_SIZES:
+            blank = self.prepare(np.zeros((height, width, 3), np.uint8))
+            with self.lock:
+                self.compute(blank)
+        if recipe.refinements:
+            somebody = np.array([[width / 2, 0.0, 1.0], [width / 2, height - 1.0, 1.0]])
+            crop = prepare_crop(blank.bgr, somebody, recipe.refinements[0], recipe.crop_side)
+            with self.lock:
+                crop.compute(self._setup.networks[CROP_MODEL.name])
 
     def detect(self, bgr: np.ndarray) -> People2D:
         """Find the people in an image, the surest first.

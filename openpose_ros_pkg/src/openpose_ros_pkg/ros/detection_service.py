@@ -92,6 +92,8 @@ class DetectionService:
         if settings.stream.image_topic:
             check_topic_name('image_topic', settings.stream.image_topic)
         self._detector = create_detector(settings.detector)
+        if settings.detector.detector.mode != 'accurate':  # for recordings, and slow: nobody waits for a first result
+            self._detector.warm_up()
         self._recorder: Optional[Recorder] = None
         if settings.save.active:
             writer = FrameWriter(settings.save, settings.draw, settings.keypoint_scale)
