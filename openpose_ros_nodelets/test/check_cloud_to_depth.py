@@ -1,5 +1,6 @@
 #!/usr/bin/python3
 """Clouds become depth images and camera infos; bad clouds are counted; nothing comes in while nobody listens."""
+import subprocess
 import sys
 import unittest
 
@@ -145,6 +146,20 @@ class CloudToDepthTest(unittest.TestCase):
         wait_for(lambda: self.clouds['alone'].get_num_connections() == 0, 'it unsubscribes')
         self.assertTrue(enable(True).success)
         wait_for(lambda: self.clouds['alone'].get_num_connections() == 1, 'it subscribes')
+
+    def test_7_wrong_parameters_end_the_program_and_spare_the_manager(self):
+        alone = ['rosrun', 'openpose_ros_nodelets', 'cloud_to_depth_node']
+        managed = ['rosrun', 'nodelet', 'nodelet', 'load', 'openpose_ros_nodelets/cloud_to_depth', '/manager']
+        for setting, words in (('_encoding:=8UC1', ["'encoding' = 8UC1", '16UC1, 32FC1']),
+                               ('_encodings:=32FC1', ["unknown parameter 'encodings' = 32FC1", 'rosparam delete'])):
+            for command in (alone, managed):
+                done = subprocess.run([*command, '__name:=refused', setting], stdout=subprocess.PIPE,
+                                      stderr=subprocess.STDOUT, timeout=60, check=False)
+                rospy.delete_param('/refused')
+                self.assertGreater(done.returncode, 0)  # negative: a signal
+                for word in words if command is alone else ():
+                    self.assertIn(word, done.stdout.decode())
+        self.assertTrue(rospy.ServiceProxy('/managed/cloud_to_depth/enable', SetBool)(True).success)
 
 
 if __name__ == '__main__':

@@ -66,8 +66,8 @@ TEST(OrganizedCloud, RefusesWhatItCanNotRead)
 {
   using Change = std::function<void(sensor_msgs::PointCloud2&)>;
   const std::vector<std::pair<Change, std::string>> bad = {
-    { [](auto& cloud) { cloud = sensor_msgs::PointCloud2(); }, "not organized: it has 0 x 0 points" },
-    { [](auto& cloud) { cloud.width = 12, cloud.height = 1; }, "not organized: it has 12 x 1 points" },
+    { [](auto& cloud) { cloud = sensor_msgs::PointCloud2(); }, "no field 'x'" },
+    { [](auto& cloud) { cloud.width = 12, cloud.height = 1, cloud.row_step = 384; }, "not organized: it has 12 x 1 points" },
     { [](auto& cloud) { cloud.fields.resize(2); }, "no field 'z'" },
     { [](auto& cloud) { cloud.fields[0].datatype = 8; }, "field 'x' of datatype 8, expected FLOAT32 (7)" },
     { [](auto& cloud) { cloud.fields[1].offset = 30; }, "field 'y' at byte 30 of points of 32 bytes" },

@@ -21,7 +21,12 @@ void StreamNodelet::onInit()
   catch (const ParameterError& error)
   {
     NODELET_FATAL("%s: %s", getName().c_str(), error.what());
-    throw;
+    // The loader frees the callback queues, then the nodelet and its library, and catches the exception thereafter: end
+    // now what uses a queue, and throw a type that stays.
+    for (ros::Publisher& publisher : publishers_)
+      publisher.shutdown();
+    health_.reset();
+    throw std::runtime_error(error.what());
   }
   enable_service_ = pnh_->advertiseService("enable", &StreamNodelet::enable, this);
   update();
