@@ -104,7 +104,7 @@ class ServiceTest(unittest.TestCase):
                 bgr = picture(0)
                 bgr[:, half] = 0  # one of the two people is there, another one before each camera
                 detect = rospy.ServiceProxy('detect_poses', GetPersons, headers={'callerid': f'/{client}/client'})
-                self.assertEqual([person.person_ID for person in detect(image(bgr, stamp, 'same')).detections], [0])
+                self.assertEqual([person.person_ID for person in detect(image(bgr, stamp, 'same')).detections], [1])
 
     def test_encodings_of_the_same_picture(self):
         bgr = picture(0)

@@ -219,7 +219,7 @@ def test_people_are_where_they_truly_are(run, recording, out):
         if number >= FRAMES - EMPTY:
             assert not any(part.status == MEASURED for person in array.persons for part in (person.neck, person.nose))
             continue
-        assert [person.person_ID for person in array.persons] == [0, 1]
+        assert [person.person_ID for person in array.persons] == [1, 2]
         errors.append(np.linalg.norm(positions(array) - truth, axis=2)[frame(number).vis == 2])
     assert np.nanmedian(np.concatenate(errors)) < MEDIAN_ERROR
     assert sum(len(array.persons) for array in found) == len(messages(out, f'{NAMESPACE}/detected_poses_keypoints_3d'))
@@ -320,7 +320,7 @@ def test_images_alone_give_people_in_the_image(run, tmp_path, out):
         assert run(source, *arguments, '--csv', tmp_path / 'a.csv', '--overwrite') == 0
         found = arrays(out, 'detected_poses', '/openpose_ros')
         assert numbers_of(found) == list(range(FRAMES))
-        assert [person.person_ID for person in found[3].persons] == [0, 1]
+        assert [person.person_ID for person in found[3].persons] == [1, 2]
         expected = frame(3).people.xy[0, COCO_18.index['neck']]
         np.testing.assert_allclose((found[3].persons[0].neck.x, found[3].persons[0].neck.y), expected, rtol=1e-6)
         assert len((tmp_path / 'a.csv').read_text().splitlines()) == 1 + 2 * (FRAMES - EMPTY)
@@ -466,7 +466,7 @@ def test_json_markers_and_tf(run, recording, tmp_path, out):
     assert len(messages(out, f'{NAMESPACE}/visualization_skeleton')) >= 2 * (FRAMES - 1 - EMPTY)
     joints, _ = messages(out, '/tf')[3]
     assert joints.transforms[0].header.frame_id == FRAME_ID
-    assert 'person_0/nose' in [transform.child_frame_id for transform in joints.transforms]
+    assert 'person_1/nose' in [transform.child_frame_id for transform in joints.transforms]
 
 
 def test_an_interrupt_leaves_nothing(recording, tmp_path):

@@ -56,11 +56,11 @@ class CamerasTest(unittest.TestCase):
         self.assertLessEqual(max(longest.values()), MOST_IN_A_ROW)
 
     def test_each_has_ids_of_its_own(self):
-        """Although the frames of both have the same name, each counts from 0."""
+        """Although the frames of both have the same name, each counts from 1."""
         for camera in CAMERAS:
             people = self.people(camera)
             self.assertEqual({array.header.frame_id for array in people}, {'kinect2_rgb_optical_frame'})
-            self.assertIn(0, {person.person_ID for array in people for person in array.persons})
+            self.assertIn(1, {person.person_ID for array in people for person in array.persons})
 
     def test_markers_of_each(self):
         wait_for(lambda: {name for name, _ in list(self.markers)} == set(CAMERAS), 'markers of both')

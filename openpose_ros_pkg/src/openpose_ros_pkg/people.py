@@ -6,6 +6,9 @@ import numpy as np
 
 from openpose_ros_pkg.skeletons import SkeletonModel
 
+# Ids of people count from here, as 0 is the scene where points are labelled with the person's id.
+FIRST_ID = 1
+
 # Joints that are the middle of two others, where a network does not find them itself.
 _MIDDLES = {'neck': ('left_shoulder', 'right_shoulder'), 'mid_hip': ('left_hip', 'right_hip')}
 

@@ -8,7 +8,7 @@ import threading
 from typing import Dict, Optional
 
 from openpose_ros_pkg.detect.tracking import CameraTrackers, TrackingParams
-from openpose_ros_pkg.people import People2D
+from openpose_ros_pkg.people import FIRST_ID, People2D
 from openpose_ros_pkg.skeletons import SkeletonModel
 from skeleton_extract_3d.estimator import Estimate, PeopleEstimator
 from skeleton_extract_3d.frame import CameraFrame
@@ -30,7 +30,7 @@ class PeopleChain:
         self._settings = settings
         self._trackers = CameraTrackers(TrackingParams() if tracking is None else tracking)
         self._estimators: Dict[str, PeopleEstimator] = {}
-        self._ids = itertools.count()
+        self._ids = itertools.count(FIRST_ID)
         # held while a frame is estimated, so that it keeps the settings that it began with
         self._lock = threading.Lock()
 

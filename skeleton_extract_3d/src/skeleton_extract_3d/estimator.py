@@ -5,7 +5,7 @@ from typing import Dict, Iterator, Optional, Protocol, Tuple
 
 import numpy as np
 
-from openpose_ros_pkg.people import People2D
+from openpose_ros_pkg.people import FIRST_ID, People2D
 from openpose_ros_pkg.stream.stage_timing import Stopwatch
 from skeleton_extract_3d.body.extra_joints import in_skeleton
 from skeleton_extract_3d.frame import CameraFrame, View
@@ -52,11 +52,11 @@ class PeopleEstimator:
 
     Args:
         settings: what the user has set.
-        ids: where new people's ids come from: estimators that share it never give the same one. None: 0, 1, 2, ...
+        ids: where new people's ids come from: estimators that share it never give the same one. None: 1, 2, 3, ...
     """
 
     def __init__(self, settings: EstimatorSettings, ids: Optional[Iterator[int]] = None) -> None:
-        self._ids = itertools.count() if ids is None else ids
+        self._ids = itertools.count(FIRST_ID) if ids is None else ids
         self._memory = Memory()
         self._take(settings)
 

@@ -41,7 +41,7 @@ def tracker():
 def test_nobody_comes_and_nobody_is_tracked(tracker):
     for i in range(3):
         assert len(tracker.update(People2D.empty(COCO_18), i / 10)) == 0
-    assert ids(tracker, frame((300, 200)), 0.3) == [0]
+    assert ids(tracker, frame((300, 200)), 0.3) == [1]
 
 
 def test_only_the_ids_change(tracker):
@@ -53,9 +53,9 @@ def test_only_the_ids_change(tracker):
 
 
 def test_whoever_stays_keeps_the_id_and_whoever_comes_gets_the_next(tracker):
-    assert ids(tracker, frame((100, 200)), 0.0) == [0]
-    assert ids(tracker, frame((104, 200), (600, 200)), 0.1) == [0, 1]
-    assert ids(tracker, frame((108, 200), (600, 200), (900, 200)), 0.2) == [0, 1, 2]
+    assert ids(tracker, frame((100, 200)), 0.0) == [1]
+    assert ids(tracker, frame((104, 200), (600, 200)), 0.1) == [1, 2]
+    assert ids(tracker, frame((108, 200), (600, 200), (900, 200)), 0.2) == [1, 2, 3]
 
 
 def test_the_order_in_a_frame_does_not_matter(tracker):
@@ -64,57 +64,57 @@ def test_the_order_in_a_frame_does_not_matter(tracker):
     tracker.update(frame(*places), 0.0)
     for i in range(1, 20):
         order = rng.permutation(4)
-        assert ids(tracker, frame(*(places + 3 * i)[order]), i / 15) == order.tolist()
+        assert ids(tracker, frame(*(places + 3 * i)[order]), i / 15) == (order + 1).tolist()
 
 
 def test_a_short_drop_out_is_bridged_at_walking_speed(tracker):
     # 200 px/s: 100 px in the half second behind a pillar, more than the body is wide
     for i in range(15):
-        assert ids(tracker, frame((100 + 200 * i / 15, 200)), i / 15) == [0]
+        assert ids(tracker, frame((100 + 200 * i / 15, 200)), i / 15) == [1]
     for i in range(15, 22):
         tracker.update(frame(), i / 15)
-    assert ids(tracker, frame((100 + 200 * 22 / 15, 200)), 22 / 15) == [0]
+    assert ids(tracker, frame((100 + 200 * 22 / 15, 200)), 22 / 15) == [1]
 
 
 def test_after_the_timeout_the_same_place_is_somebody_new(tracker):
-    assert ids(tracker, frame((300, 200)), 0.0) == [0]
-    assert ids(tracker, frame((300, 200)), 1.99) == [0]
-    assert ids(tracker, frame((300, 200)), 1.99 + 2.01) == [1]
+    assert ids(tracker, frame((300, 200)), 0.0) == [1]
+    assert ids(tracker, frame((300, 200)), 1.99) == [1]
+    assert ids(tracker, frame((300, 200)), 1.99 + 2.01) == [2]
 
 
 def test_ids_of_those_who_left_are_not_used_again(tracker):
     seen = [ids(tracker, frame((300, 200)), 10.0 * i)[0] for i in range(5)]
-    assert seen == [0, 1, 2, 3, 4]
+    assert seen == [1, 2, 3, 4, 5]
 
 
 def test_two_who_pass_each_other_keep_their_ids(tracker):
     # both at 150 px/s, 40 px apart in height; no frame shows one of them alone
     for i in range(60):
         left, right = (100 + 10 * i, 200), (700 - 10 * i, 240)
-        assert ids(tracker, frame(left, right), i / 15) == [0, 1]
+        assert ids(tracker, frame(left, right), i / 15) == [1, 2]
 
 
 def test_two_who_cross_while_one_is_hidden_keep_their_ids(tracker):
     for i in range(60):
         left, right = (100 + 10 * i, 200), (700 - 10 * i, 200)
         hidden = abs(left[0] - right[0]) < 80
-        expected = [0] if hidden else [0, 1]
+        expected = [1] if hidden else [1, 2]
         assert ids(tracker, frame(left) if hidden else frame(left, right), i / 15) == expected
 
 
 def test_somebody_new_far_away_does_not_inherit_the_id_of_who_left(tracker):
-    assert ids(tracker, frame((100, 200)), 0.0) == [0]
-    assert ids(tracker, frame((700, 200)), 0.1) == [1]
+    assert ids(tracker, frame((100, 200)), 0.0) == [1]
+    assert ids(tracker, frame((700, 200)), 0.1) == [2]
 
 
 def test_a_person_of_whom_less_and_less_is_seen_stays_the_same(tracker):
     for i, joints in enumerate((ALL, range(9), range(4), [2], range(9, 18), ALL)):
-        assert ids(tracker, frame((300, 200), joints=joints), i / 15) == [0]
+        assert ids(tracker, frame((300, 200), joints=joints), i / 15) == [1]
 
 
 def test_joints_that_were_never_seen_together_are_compared_by_the_middle(tracker):
-    assert ids(tracker, frame((300, 200), joints=range(0, K, 2)), 0.0) == [0]
-    assert ids(tracker, frame((300, 200), joints=range(1, K, 2)), 0.1) == [0]
+    assert ids(tracker, frame((300, 200), joints=range(0, K, 2)), 0.0) == [1]
+    assert ids(tracker, frame((300, 200), joints=range(1, K, 2)), 0.1) == [1]
 
 
 def test_of_a_whole_person_and_a_fragment_beside_the_whole_keeps_the_id(tracker):
@@ -122,43 +122,43 @@ def test_of_a_whole_person_and_a_fragment_beside_the_whole_keeps_the_id(tracker)
         tracker.update(frame((300, 200)), i / 15)
     whole, fragment = frame((306, 200)), frame((303, 200), joints=[0, 14, 15])
     both = People2D(COCO_18, np.concatenate([fragment.keypoints, whole.keypoints]), [1, 1], [-1, -1])
-    assert ids(tracker, both, 5 / 15) == [1, 0]
+    assert ids(tracker, both, 5 / 15) == [2, 1]
 
 
 def test_one_joint_that_jumps_does_not_change_who_it_is(tracker):
     tracker.update(frame((300, 200)), 0.0)
     keypoints = frame((300, 200)).keypoints.copy()
     keypoints[0, 4, :2] = (900, 10)
-    assert ids(tracker, People2D(COCO_18, keypoints, [1], [-1]), 0.1) == [0]
-    assert ids(tracker, frame((300, 200)), 0.2) == [0]
+    assert ids(tracker, People2D(COCO_18, keypoints, [1], [-1]), 0.1) == [1]
+    assert ids(tracker, frame((300, 200)), 0.2) == [1]
 
 
 def test_the_same_frame_twice_and_a_late_one_keep_the_ids(tracker):
     for i in range(10):
         people = frame((100 + 10 * i, 200), (500, 200))
-        assert ids(tracker, people, i / 15) == [0, 1]
-        assert ids(tracker, people, i / 15) == [0, 1]
-    assert ids(tracker, frame((500, 200), (170, 200)), 7 / 15) == [1, 0]
-    assert ids(tracker, frame((200, 200), (500, 200)), 10 / 15) == [0, 1]
+        assert ids(tracker, people, i / 15) == [1, 2]
+        assert ids(tracker, people, i / 15) == [1, 2]
+    assert ids(tracker, frame((500, 200), (170, 200)), 7 / 15) == [2, 1]
+    assert ids(tracker, frame((200, 200), (500, 200)), 10 / 15) == [1, 2]
 
 
 def test_without_stamps_people_are_still_told_apart(tracker):
     for i in range(10):
-        assert ids(tracker, frame((100 + 5 * i, 200), (500, 200)), 0.0) == [0, 1]
+        assert ids(tracker, frame((100 + 5 * i, 200), (500, 200)), 0.0) == [1, 2]
 
 
 def test_stamps_that_jump_back_end_all_tracks(tracker):
-    assert ids(tracker, frame((300, 200)), 100.0) == [0]
-    assert ids(tracker, frame((300, 200)), 1.0) == [1]
-    assert ids(tracker, frame((300, 200)), 1.1) == [1]
+    assert ids(tracker, frame((300, 200)), 100.0) == [1]
+    assert ids(tracker, frame((300, 200)), 1.0) == [2]
+    assert ids(tracker, frame((300, 200)), 1.1) == [2]
 
 
 def test_different_people_in_a_crowd_are_not_matched_beyond_the_gate():
     strict = KeypointTracker(TrackingParams(track_gate=0.1))
     # half the diagonal of the body is 126 px, so the gate is 12.6 px
-    assert ids(strict, frame((300, 200)), 0.0) == [0]
-    assert ids(strict, frame((312, 200)), 0.0) == [0]
-    assert ids(strict, frame((325, 200)), 0.0) == [1]
+    assert ids(strict, frame((300, 200)), 0.0) == [1]
+    assert ids(strict, frame((312, 200)), 0.0) == [1]
+    assert ids(strict, frame((325, 200)), 0.0) == [2]
 
 
 def test_distances_are_means_over_shared_joints():
@@ -189,16 +189,16 @@ def test_parameters_out_of_range_are_refused(values):
 def test_each_camera_has_a_tracker_of_its_own():
     trackers = CameraTrackers(TrackingParams())
     assert len(trackers.update(People2D.empty(COCO_18), 'left', 0.0)) == 0
-    assert trackers.update(frame((300, 200), (600, 200)), 'left', 0.1).ids.tolist() == [0, 1]
-    assert trackers.update(frame((600, 200)), 'right', 0.1).ids.tolist() == [0]
-    assert trackers.update(frame((600, 200)), 'left', 0.2).ids.tolist() == [1]
+    assert trackers.update(frame((300, 200), (600, 200)), 'left', 0.1).ids.tolist() == [1, 2]
+    assert trackers.update(frame((600, 200)), 'right', 0.1).ids.tolist() == [1]
+    assert trackers.update(frame((600, 200)), 'left', 0.2).ids.tolist() == [2]
 
 
 def test_new_limits_hold_for_all_cameras():
     trackers = CameraTrackers(TrackingParams())
     trackers.update(frame((300, 200)), 'left', 0.0)
     trackers.reconfigure(TrackingParams(track_timeout=0.5))
-    assert trackers.update(frame((300, 200)), 'left', 0.4).ids.tolist() == [0]
-    assert trackers.update(frame((300, 200)), 'left', 1.2).ids.tolist() == [1]
+    assert trackers.update(frame((300, 200)), 'left', 0.4).ids.tolist() == [1]
+    assert trackers.update(frame((300, 200)), 'left', 1.2).ids.tolist() == [2]
     trackers.update(frame((300, 200)), 'new', 0.0)
-    assert trackers.update(frame((300, 200)), 'new', 0.8).ids.tolist() == [1]
+    assert trackers.update(frame((300, 200)), 'new', 0.8).ids.tolist() == [2]

@@ -138,7 +138,7 @@ def test_the_original_method_with_tracking_puts_what_is_seen_on_the_surface(smoo
     frame = scene()
     expected = lift_by_window(frame.people, frame.size, DepthImage(frame.depth, frame.camera))
     estimate = shown(frame, lifting='mean3x3', smoothing=smoothing)
-    assert (estimate.people.status == MEASURED).all() and estimate.people.ids.tolist() == [0]
+    assert (estimate.people.status == MEASURED).all() and estimate.people.ids.tolist() == [1]
     # bones that are too short, as joints on the surface are, may move smoothed joints a little
     np.testing.assert_allclose(estimate.people.xyz, expected.xyz, atol=0.03 if smoothing else 1e-6)
 
@@ -195,7 +195,7 @@ def test_without_occlusion_nobody_is_there_who_is_not_seen():
     estimate = update(estimator, frame, 1.0, NOBODY, wall)
     assert len(estimate.people) == 0
     # the id was kept for when the person is seen again
-    assert update(estimator, frame, 1.1).people.ids.tolist() == [0]
+    assert update(estimator, frame, 1.1).people.ids.tolist() == [1]
 
 
 @pytest.mark.parametrize('score, status', [(0.9, MEASURED), (0.25, MEASURED), (0.15, INFERRED)])
@@ -320,7 +320,7 @@ def test_people_stand_still_before_a_camera_that_moves_and_tells(told):
         ids.update(people.ids.tolist())
         velocities.append(people.velocity[0, INDEX['neck']])
         assert np.median(np.linalg.norm(people.xyz - frame.xyz, axis=2)) < 0.06
-    assert ids == {0}
+    assert ids == {1}
     # velocities are those in the room, in the axes of the points
     np.testing.assert_allclose(velocities[-1], (0, 0, 0) if told else (-1.5, 0, 0), atol=0.3)
 
@@ -333,7 +333,7 @@ def test_a_camera_that_turns_finds_people_again():
     x, _, z = turned(angle).T @ (0.6, 0, 2.6)
     after = scene((float(x), float(z)))
     estimate = update(estimator, after, 0.6 + 1 / RATE, pose=(turned(angle), np.zeros(3)))
-    assert estimate.people.ids.tolist() == [0]
+    assert estimate.people.ids.tolist() == [1]
     # the person has turned as well, as seen from the camera: the scene's people look straight ahead
     assert np.median(errors(estimate, after)) < 0.1
 
@@ -377,7 +377,7 @@ def test_without_smoothing_nothing_lags_behind_a_jump():
     shown(scene((0.1, 2.6)), 6, estimator=estimator)
     after = scene((0.45, 2.6))
     estimate = update(estimator, after, 6 / RATE)
-    assert estimate.people.ids.tolist() == [0]
+    assert estimate.people.ids.tolist() == [1]
     assert np.median(errors(estimate, after)) < 0.04
 
 

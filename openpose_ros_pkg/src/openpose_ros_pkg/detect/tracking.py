@@ -8,7 +8,7 @@ from scipy.optimize import linear_sum_assignment
 
 from openpose_ros_pkg.params.constants import constant
 from openpose_ros_pkg.params.parameters import Parameters, parameter
-from openpose_ros_pkg.people import People2D
+from openpose_ros_pkg.people import FIRST_ID, People2D
 
 # Cost of a pair beyond the gate, for the Hungarian method.
 _FORBIDDEN = 1e3
@@ -86,7 +86,7 @@ class KeypointTracker:
     def __init__(self, params: TrackingParams) -> None:
         self._params = params
         self._tracks: List[_Track] = []
-        self._next_id = 0
+        self._next_id = FIRST_ID
         self._newest: Optional[float] = None
 
     def reconfigure(self, params: TrackingParams) -> None:
