@@ -126,7 +126,7 @@ TEST(Finder, EmptyRoomAtManyHeightsAndTilts)
 TEST(Finder, TableLargerThanTheFloorThatIsSeen)
 {
   Scene scene(1.4, 25);
-  scene.add({ -1.2F, 0.7F, 0.7F }, { 0.9F, 1.9F, 0.75F });
+  scene.add({ -2, 0.6F, 0.7F }, { 0.7F, 1.9F, 0.75F });
   expectFloor(find(scene), scene, 1.4);
 }
 
