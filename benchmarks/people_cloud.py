@@ -79,10 +79,7 @@ class PeopleMasks:
         if self._scene is not None:
             self._always = self._surfaces_of_people(self._scene, range(0, len(depths), 8))
 
-    def __iter__(self) -> Iterator[np.ndarray]:
-        return (self._mask(frame) for frame in range(len(self._depths)))
-
-    def _mask(self, frame: int) -> np.ndarray:
+    def mask(self, frame: int) -> np.ndarray:
         """Return (H, W) uint8: UNDECIDED, SCENE or PERSON."""
         depth = self._depths[frame] / np.float32(1000)
         mask = np.where(depth > 0, SCENE, UNDECIDED).astype(np.uint8)
@@ -177,16 +174,18 @@ def found_people(path: Path, fps: float) -> People:
     return lambda frame: rows[frames == frame]
 
 
-def labels_of(sequence: RgbdSequence, depths: np.ndarray, people: People) -> Iterator[Tuple[float, np.ndarray]]:
-    """Return the milliseconds and the labels (H, W) uint32 of each frame."""
+def labels_of(sequence: RgbdSequence, depths: np.ndarray, people: People, frames: Sequence[int]
+              ) -> Iterator[Tuple[float, np.ndarray]]:
+    """Return the milliseconds and the labels (H, W) uint32 of each of these frames."""
     matrix = sequence.camera.matrix
     height, width = depths.shape[1:]
     with subprocess.Popen([str(LABEL_PEOPLE)], stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
         process.stdin.write(np.array([width, height], np.uint32).tobytes())
         process.stdin.write(matrix[[0, 1, 0, 1], [0, 1, 2, 2]].astype(np.float32).tobytes())
-        for frame, depth in enumerate(depths):
+        for frame in frames:
             rows = people(frame)
-            process.stdin.write((depth / np.float32(1000)).tobytes() + np.uint32(len(rows)).tobytes() + rows.tobytes())
+            process.stdin.write((depths[frame] / np.float32(1000)).tobytes() + np.uint32(len(rows)).tobytes() +
+                                rows.tobytes())
             process.stdin.flush()
             milliseconds = np.frombuffer(process.stdout.read(4), np.float32)[0]
             labels = np.frombuffer(process.stdout.read(4 * width * height), np.uint32)
@@ -203,8 +202,8 @@ def draw(bgr: np.ndarray, mask: np.ndarray, labels: np.ndarray) -> np.ndarray:
     return image
 
 
-def measure(folder: Path, joints: Optional[Path], images: Optional[Path]) -> Dict[str, float]:
-    """Return the figures of a sequence."""
+def measure(folder: Path, joints: Optional[Path], images: Optional[Path], every: int) -> Dict[str, float]:
+    """Return the figures of a sequence, of every so many frames."""
     sequence = open_sequence(folder)
     name = f'{folder.resolve().parent.name}_{folder.resolve().name}'
     people = true_people(folder) if joints is None else found_people(joints / f'{name}.csv', sequence.fps)
@@ -215,7 +214,9 @@ def measure(folder: Path, joints: Optional[Path], images: Optional[Path]) -> Dic
     counts: List[List[int]] = []
     times = []
     masks = PeopleMasks(folder, depths, rays.astype(np.float32))
-    for frame, (mask, (milliseconds, labels)) in enumerate(zip(masks, labels_of(sequence, depths, people))):
+    frames = range(0, len(depths), every)
+    for frame, (milliseconds, labels) in zip(frames, labels_of(sequence, depths, people, frames)):
+        mask = masks.mask(frame)
         counts.append([int((chosen & (labels > 0)).sum()) for chosen in (mask == PERSON, mask == SCENE)] +
                       [int(chosen.sum()) for chosen in (mask == PERSON, mask == SCENE)])
         times.append(milliseconds)
@@ -233,6 +234,7 @@ def main() -> None:
     parser.add_argument('sequences', nargs='+', type=Path, help='sequence folders')
     parser.add_argument('--joints', type=Path,
                         help='folder of the CSV files of accuracy_3d.py (default: the true joints)')
+    parser.add_argument('--every', type=int, default=1, help='look at every so many frames (default: 1)')
     parser.add_argument('--images', type=Path, help='folder for images of the labels')
     arguments = parser.parse_args()
     rows: List[List[str]] = [['sequence', 'found', 'taken', 'ms', 'most ms']]
@@ -240,7 +242,7 @@ def main() -> None:
         if arguments.images:
             arguments.images.mkdir(parents=True, exist_ok=True)
         for folder in arguments.sequences:
-            figures = measure(folder, arguments.joints, arguments.images)
+            figures = measure(folder, arguments.joints, arguments.images, arguments.every)
             rows.append([folder.name, *(f'{figures[key]:.3f}' for key in ('found', 'taken')),
                          *(f'{figures[key]:.1f}' for key in ('ms', 'most ms'))])
     sys.stdout.write(markdown(rows))
