@@ -257,7 +257,8 @@ void PeopleLabeller::connect(const OrganizedCloud& cloud)
     const float step = square(settings_.cluster_step) * point.squaredNorm();
     const auto join = [&](std::uint32_t other_row, std::uint32_t other_column) {
       const std::uint32_t other = other_row * width + other_column;
-      if (labels_[other] == labels_[index] && (at(cloud, other_row, other_column) - point).squaredNorm() < step)
+      if (labels_[other] == labels_[index] && parents_[other] != parents_[index] &&
+          (at(cloud, other_row, other_column) - point).squaredNorm() < step)
         parents_[root(other)] = root(index);
     };
     for (std::uint32_t gap = 1; gap <= GAP; ++gap)
