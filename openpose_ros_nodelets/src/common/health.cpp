@@ -54,6 +54,12 @@ void Health::warn(const std::string& event, const std::string& text)
   ROS_WARN_NAMED(name_, "%s: %s: %s (number %zu of this kind)", name_.c_str(), event.c_str(), text.c_str(), number);
 }
 
+void Health::explainRest(std::function<std::string()> why)
+{
+  std::lock_guard<std::mutex> lock(mutex_);
+  why_resting_ = std::move(why);
+}
+
 void Health::show(const std::string& key, std::function<std::string()> value)
 {
   std::lock_guard<std::mutex> lock(mutex_);
@@ -67,6 +73,8 @@ void Health::report(diagnostic_updater::DiagnosticStatusWrapper& status)
   const double rate = latencies_.size() / std::max((now - last_report_).toSec(), 1e-3);
   if ((now - last_warning_time_).toSec() <= WARNING_PERIOD)
     status.summary(diagnostic_msgs::DiagnosticStatus::WARN, last_warning_);
+  else if (const std::string rest = why_resting_(); !rest.empty())
+    status.summary(diagnostic_msgs::DiagnosticStatus::OK, rest);
   else
     status.summaryf(diagnostic_msgs::DiagnosticStatus::OK, "%.1f Hz", rate);
   status.addf("rate [Hz]", "%.1f", rate);

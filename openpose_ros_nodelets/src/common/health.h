@@ -29,6 +29,10 @@ public:
   /// Count a fault and log it, throttled by its kind.
   void warn(const std::string& event, const std::string& text);
 
+  /// Say in the status why there are no frames, where `why` returns a text; empty: there should be some. Call it before
+  /// the nodelet spins.
+  void explainRest(std::function<std::string()> why);
+
   /// Add a value to every report. Call it before the nodelet spins.
   void show(const std::string& key, std::function<std::string()> value);
 
@@ -40,6 +44,7 @@ private:
   std::map<std::string, ros::WallTime> warned_;
   std::vector<std::pair<std::string, std::function<std::string()>>> values_;
   std::vector<double> latencies_;  ///< of the frames since the report before this one [s]
+  std::function<std::string()> why_resting_ = [] { return std::string(); };
   std::string last_warning_;
   ros::WallTime last_warning_time_, last_report_;
   std::string name_;

@@ -12,6 +12,11 @@ void StreamNodelet::onInit()
   timer_ever_subscribed_.stop();  // being lazy is no reason for a warning
   health_ = std::make_unique<Health>(*nh_, *pnh_, getName());
   health_->show("enabled", [this] { return enabled_ ? "true" : "false"; });
+  health_->explainRest([this]() -> std::string {
+    if (isWanted())
+      return "";
+    return enabled_ ? "idle: nobody listens" : "disabled";
+  });
   ParameterReader parameters(*pnh_);
   try
   {
