@@ -11,25 +11,27 @@ AnyImage = Union[Image, CompressedImage]
 
 
 class InputSubscriber(message_filters.SimpleFilter):
-    """A message_filters.Subscriber that can rest, as that of C++ can; it rests until `subscribe` is called.
+    """Passes on what a message_filters.Subscriber receives, and can rest, as that of C++ can.
 
-    Only the newest message waits until the callbacks have taken the one before. Callbacks that are registered stay.
+    It rests until `subscribe` is called. Only the newest message waits until the callbacks have taken the one before.
+    Callbacks that are registered stay.
     """
 
     def __init__(self, topic: str, message_type: Any) -> None:
         super().__init__()
         self.resolved_name: str = rospy.resolve_name(topic)
         self._message_type = message_type
-        self._subscriber: Optional[rospy.Subscriber] = None
+        self._subscriber: Optional[message_filters.Subscriber] = None
 
     def subscribe(self) -> None:
         """Let messages come."""
-        self._subscriber = rospy.Subscriber(self.resolved_name, self._message_type, self.signalMessage, queue_size=1)
+        self._subscriber = message_filters.Subscriber(self.resolved_name, self._message_type, queue_size=1)
+        self._subscriber.registerCallback(self.signalMessage)
 
     def unsubscribe(self) -> None:
         """Let no message come, and let the publisher know, until `subscribe` is called."""
         if self._subscriber is not None:
-            self._subscriber.unregister()
+            self._subscriber.sub.unregister()
             self._subscriber = None
 
 
