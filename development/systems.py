@@ -16,7 +16,7 @@ NOT_THERE = ''
 
 # rosdep key: packages of Debian bookworm
 ROS = {key: f"python3-{key.replace('_', '-')}" for key in (
-    'cv_bridge', 'diagnostic_msgs', 'dynamic_reconfigure', 'genpy', 'rosbag', 'rosgraph',
+    'cv_bridge', 'diagnostic_msgs', 'dynamic_reconfigure', 'genpy', 'rosgraph',
     'rosgraph_msgs', 'roslaunch', 'roslib', 'rosmaster', 'rosmsg', 'rosnode', 'rosparam', 'rospy', 'rosservice',
     'rostopic', 'tf2_msgs')}
 ROS.update({
@@ -29,11 +29,10 @@ ROS.update({
     'message_runtime': 'ros-message-runtime',
     'nodelet': 'libnodelet-dev libnodeletlib-dev libnodeletlib-tools',
     'nodelet_topic_tools': 'libnodelet-topic-tools-dev',
-    'pcl_conversions': 'libpcl-conversions-dev',
     'pcl_msgs': 'libpcl-msgs-dev python3-pcl-msgs ros-pcl-msgs',
-    'pcl_ros': 'libpcl-ros-dev',
     'pluginlib': 'pluginlib-dev',
     'ros_environment': 'ros-environment',
+    'rosbag': 'librosbag-dev python3-rosbag',
     'rosbash': 'rosbash',
     'roscpp': 'libroscpp-dev',
     'rosout': 'rosout',

@@ -2,6 +2,7 @@
 #include <string>
 
 #include <boost/make_shared.hpp>
+#include <image_transport/image_transport.h>
 #include <pluginlib/class_list_macros.hpp>
 #include <sensor_msgs/CameraInfo.h>
 #include <sensor_msgs/Image.h>
@@ -23,8 +24,20 @@ private:
     make_image_ = parameters.text("encoding", "16UC1", { "16UC1", "32FC1" }) == "16UC1" ?
                              &depthImage<std::uint16_t> : &depthImage<float>;
     camera_ = parameters.text("camera", "auto", { "auto", "topic", "fit" });
-    depth_publisher_ = advertise<sensor_msgs::Image>(*nh_, "depth_registered/image_rect", 1);
-    info_publisher_ = advertise<sensor_msgs::CameraInfo>(*nh_, "depth_registered/camera_info", 1);
+    const auto update_image = [this](const image_transport::SingleSubscriberPublisher&) { update(); };
+    const auto update_info = [this](const ros::SingleSubscriberPublisher&) { update(); };
+    publisher_ = image_transport::ImageTransport(*nh_).advertiseCamera(
+        "depth_registered/image_rect", 1, update_image, update_image, update_info, update_info);
+  }
+
+  bool isHeard() const override
+  {
+    return publisher_.getNumSubscribers() > 0;
+  }
+
+  void shutdown() override
+  {
+    publisher_.shutdown();
   }
 
   void subscribe() override
@@ -54,8 +67,7 @@ private:
       const sensor_msgs::ImagePtr image = make_image_(cloud);
       const auto info = boost::make_shared<sensor_msgs::CameraInfo>(cameraOf(cloud, message->header.frame_id));
       image->header = info->header = message->header;
-      depth_publisher_.publish(image);
-      info_publisher_.publish(info);
+      publisher_.publish(image, info);
       health().frameDone(message->header.stamp);
     }
     catch (const BadInputError& error)
@@ -87,7 +99,7 @@ private:
   std::string camera_;
   std::mutex mutex_;
   sensor_msgs::CameraInfoConstPtr info_;  ///< newest one
-  ros::Publisher depth_publisher_, info_publisher_;
+  image_transport::CameraPublisher publisher_;
   ros::Subscriber cloud_subscriber_, info_subscriber_;
 };
 

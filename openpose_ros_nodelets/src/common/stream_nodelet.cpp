@@ -28,8 +28,7 @@ void StreamNodelet::onInit()
     NODELET_FATAL("%s: %s", getName().c_str(), error.what());
     // The loader frees the callback queues, then the nodelet and its library, and catches the exception thereafter: end
     // now what uses a queue, and throw a type that stays.
-    for (ros::Publisher& publisher : publishers_)
-      publisher.shutdown();
+    shutdown();
     health_.reset();
     throw std::runtime_error(error.what());
   }
@@ -54,10 +53,21 @@ bool StreamNodelet::enable(std_srvs::SetBool::Request& request, std_srvs::SetBoo
   return true;
 }
 
+bool StreamNodelet::isHeard() const
+{
+  return std::any_of(publishers_.begin(), publishers_.end(),
+                     [](const ros::Publisher& publisher) { return publisher.getNumSubscribers() > 0; });
+}
+
+void StreamNodelet::shutdown()
+{
+  for (ros::Publisher& publisher : publishers_)
+    publisher.shutdown();
+}
+
 bool StreamNodelet::isWanted() const
 {
-  const auto is_heard = [](const ros::Publisher& publisher) { return publisher.getNumSubscribers() > 0; };
-  return enabled_ && (!lazy_ || std::any_of(publishers_.begin(), publishers_.end(), is_heard));
+  return enabled_ && (!lazy_ || isHeard());
 }
 
 void StreamNodelet::update()

@@ -16,12 +16,22 @@ namespace openpose_ros_nodelets
 /// (service ~enable), counts its faults, and refuses parameters that it does not know.
 ///
 /// A nodelet derives from it, reads its parameters in `configure`, advertises with `NodeletLazy::advertise`, and
-/// subscribes and unsubscribes in the functions of these names.
+/// subscribes and unsubscribes in the functions of these names. One that publishes in another way calls `update` when
+/// subscribers come and go, counts them in `isHeard`, and ends its publishers in `shutdown`.
 class StreamNodelet : public nodelet_topic_tools::NodeletLazy
 {
 protected:
   /// Read all parameters, then advertise. Throws ParameterError for what the user has to mend.
   virtual void configure(ParameterReader& parameters) = 0;
+
+  /// Tell whether somebody subscribes to a result.
+  virtual bool isHeard() const;
+
+  /// End all publishers.
+  virtual void shutdown();
+
+  /// Subscribe to the inputs if the results are wanted, else unsubscribe.
+  void update();
 
   Health& health()
   {
@@ -33,7 +43,6 @@ private:
   void connectionCallback(const ros::SingleSubscriberPublisher& publisher) override;
   bool enable(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response);
   bool isWanted() const;
-  void update();
 
   std::atomic<bool> enabled_{ true };
   std::unique_ptr<Health> health_;

@@ -150,7 +150,7 @@ class StandingConstants:
 
     ankle_height: float = constant(
         0.11, 'Height of the ankles of a standing adult, in shoes, above the floor.', unit='m',
-        source='rendered, dressed bodies with known joints, rounded.')
+        source='rendered, dressed bodies with known joints, rounded')
     straight: float = constant(
         0.95, 'Somebody stands whose hip is higher above the ankles than this.', unit='share of the length of the leg')
     reach: float = constant(0.25, 'Ankles are moved by at most this in height.', unit='m')
