@@ -1,5 +1,6 @@
 #!/usr/bin/python3
 """The first screen of a node's log says what is at work: mode, networks, runtime, rate and topics."""
+import os
 import subprocess
 import sys
 import unittest
@@ -30,8 +31,9 @@ NODES = {
 
 def introduction(command):
     """Start a node, end it as soon as it has introduced itself, and return its log until then."""
+    # rospy does not flush what it writes to a pipe
     process = subprocess.Popen(['rosrun', *command], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-                               stderr=subprocess.STDOUT, text=True)
+                               stderr=subprocess.STDOUT, text=True, env={**os.environ, 'PYTHONUNBUFFERED': '1'})
     lines = []
     try:
         for line in process.stdout:

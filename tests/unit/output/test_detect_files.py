@@ -98,7 +98,7 @@ def test_people_of_a_video_have_ids_and_the_frames_openpose_names(run, tmp_path)
     assert run(source, '--write-json', tmp_path / 'j', '--write-video', tmp_path / 'out.avi') == 0
     assert names(tmp_path / 'j') == [f'walk_00000000000{number}_keypoints.json' for number in range(3)]
     ids = [read_json(path).ids.tolist() for path in sorted((tmp_path / 'j').iterdir())]
-    assert ids == [[0, 1], [0, 1], [0]]
+    assert ids == [[1, 2], [1, 2], [1]]
     written = cv2.VideoCapture(str(tmp_path / 'out.avi'))
     assert (written.get(cv2.CAP_PROP_FRAME_COUNT), written.get(cv2.CAP_PROP_FPS)) == (3, 12)
 
@@ -107,7 +107,7 @@ def test_ids_begin_anew_in_each_video(run, tmp_path):
     for name in ('a', 'b'):
         video(tmp_path / f'{name}.avi', [10])
     assert run(tmp_path, '--write-json', tmp_path / 'j') == 0
-    assert [read_json(path).ids.tolist() for path in sorted((tmp_path / 'j').iterdir())] == [[0], [0]]
+    assert [read_json(path).ids.tolist() for path in sorted((tmp_path / 'j').iterdir())] == [[1], [1]]
 
 
 def test_what_can_not_be_read_is_reported_and_the_rest_is_done(run, tmp_path, capsys):
