@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""The subscriber of the nodes is a message filter that pauses, keeps its callbacks, and hands on the newest message."""
+"""The subscriber of the nodes is a message filter that rests, keeps its callbacks, and hands on the newest message."""
 import sys
 import threading
 import unittest
@@ -29,6 +29,7 @@ class InputSubscriberTest(unittest.TestCase):
         # None: publish() returns when the message is sent
         publisher = rospy.Publisher(topic + suffix, kind, queue_size=None)
         subscriber = image_subscriber(topic, transport)
+        subscriber.subscribe()
         self.addCleanup(subscriber.unsubscribe)
         self.addCleanup(publisher.unregister)
         wait_for(lambda: publisher.get_num_connections() == 1, 'a connection')
