@@ -1,5 +1,6 @@
 #!/usr/bin/python3
 """The example in roscpp says who is nearest, and where the right wrist is in base_link at the time of the image."""
+import itertools
 import sys
 import unittest
 
@@ -72,10 +73,18 @@ class NearestPersonTest(unittest.TestCase):
         near = person(7, right_wrist=(0.3, 0.1, 2.0, MEASURED, 0.02), nose=(0.0, 0.0, 1.5, INFERRED, 0.1))
         far = person(8, right_wrist=(0.0, 0.0, 3.0, MEASURED, 0.02))
         self.send(rospy.Time(20100, 500000000), far, near)
-        # forward: 2.0 from the camera, which is 0.6 before base_link; left: -0.3; up: 1.2 - 0.1
-        wait_for(lambda: self.hears('person 7 is nearest, 1.50 m from the camera',
-                                    'right wrist is at 2.60, -0.30, 1.10 m in base_link, measured, sigma 0.02 m'),
-                 f'the wrist; it said {[log.msg for log in self.said]}')
+        later = itertools.count(1)
+
+        def hears_or_moves_on():
+            """Send tf as a robot does, again and again: tf2 may look at a waiting message with the next one only."""
+            # forward: 2.0 from the camera, which is 0.6 before base_link; left: -0.3; up: 1.2 - 0.1
+            heard = self.hears('person 7 is nearest, 1.50 m from the camera',
+                               'right wrist is at 2.60, -0.30, 1.10 m in base_link, measured, sigma 0.02 m')
+            if heard is None:
+                self.tf.publish(TFMessage([camera_at(rospy.Time(20101, 1000000 * next(later)), 1.1)]))
+            return heard
+
+        wait_for(hears_or_moves_on, 'the wrist')
 
     def test_3_inferred_and_missing_wrists(self):
         self.send(rospy.Time(20100), person(9, right_wrist=(0.0, 0.0, 1.0, INFERRED, 0.25)))
