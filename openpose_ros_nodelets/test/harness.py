@@ -9,6 +9,8 @@ from diagnostic_msgs.msg import DiagnosticArray
 from sensor_msgs.msg import PointCloud2, PointField
 from std_msgs.msg import Header
 
+import openpose_ros_pkg.ros  # noqa: F401 - with it the rospy of Debian 11 can end a test
+
 FRAME_ID = 'test_optical_frame'
 PATIENCE = 60.0  # [s] for what takes a few seconds on a machine that is not busy
 
