@@ -1,13 +1,16 @@
 """From what the networks find in an image, and the points of the same view, to people in the image and in space.
 
-The chain has two halves: the detection service does the first, the extractor calls the second. Programs that have
-images and points, such as process_bag and the benchmarks, call both on one object.
+The chain has two halves: people in the image, found by networks or elsewhere, and people in space. What follows people
+needs both sides: the tracks in space tell where in the next image people will be, see `PeopleChain.expected`.
 """
 import itertools
 import threading
-from typing import Dict, Optional
+from typing import Dict, Hashable, Optional, Tuple
 
-from openpose_ros_pkg.detect.tracking import CameraTrackers, TrackingParams
+import numpy as np
+
+from openpose_ros_pkg.detect.stream_detector import StreamDetector
+from openpose_ros_pkg.detect.tracking import KeypointTracker, PerCamera, TrackingParams
 from openpose_ros_pkg.people import FIRST_ID, People2D
 from openpose_ros_pkg.skeletons import SkeletonModel
 from skeleton_extract_3d.estimator import Estimate, PeopleEstimator
@@ -21,15 +24,18 @@ class PeopleChain:
     Args:
         skeleton: joints of the people.
         settings: of the estimators.
-        tracking: limits of following people in images; None: the defaults.
+        tracking: limits of following people in images that are found elsewhere; None: the defaults.
+        stream: what finds people in images; None: they are found elsewhere.
     """
 
-    def __init__(self, skeleton: SkeletonModel, settings: EstimatorSettings, tracking: Optional[TrackingParams] = None
-                 ) -> None:
+    def __init__(self, skeleton: SkeletonModel, settings: EstimatorSettings, tracking: Optional[TrackingParams] = None,
+                 stream: Optional[StreamDetector] = None) -> None:
         self.skeleton = skeleton
         self._settings = settings
-        self._trackers = CameraTrackers(TrackingParams() if tracking is None else tracking)
-        self._estimators: Dict[str, PeopleEstimator] = {}
+        self._stream = stream
+        limits = TrackingParams() if tracking is None else tracking
+        self._trackers = PerCamera(lambda: KeypointTracker(limits))
+        self._estimators: Dict[Hashable, PeopleEstimator] = {}
         self._ids = itertools.count(FIRST_ID)
         # held while a frame is estimated, so that it keeps the settings that it began with
         self._lock = threading.Lock()
@@ -41,14 +47,43 @@ class PeopleChain:
             for estimator in self._estimators.values():
                 estimator.reconfigure(settings)
 
-    def in_image(self, detected: People2D, camera: str, stamp: float) -> People2D:
-        """Return the people whom the networks find in an image with ids that they keep in the images of a camera.
+    def detect(self, bgr: np.ndarray, camera: Hashable, stamp: float) -> People2D:
+        """Return the people in an image, with ids that they keep in the images of a camera; needs `stream`.
+
+        Args:
+            bgr: (H, W, 3) uint8 BGR.
+            camera: frame_id of the points that come with the image.
+            stamp: of the image [s].
+
+        Raises:
+            BadInputError: not such an image, or an empty one.
+        """
+        if self._stream is None:
+            raise ValueError('this chain has no networks')
+        return self._stream.detect(bgr, camera, stamp, self.expected(camera, stamp, (bgr.shape[1], bgr.shape[0])))
+
+    def expected(self, camera: Hashable, stamp: float, image_size: Tuple[int, int]) -> Optional[People2D]:
+        """Return where the people who are followed in space will be in an image; None where nobody was yet.
+
+        It waits for no frame that is being estimated: then the frame before tells.
+
+        Args:
+            camera: frame_id of the points.
+            stamp: of the image [s].
+            image_size: width and height [px].
+        """
+        estimator = self._estimators.get(camera)
+        return None if estimator is None else estimator.expected(stamp, image_size)
+
+    def in_image(self, detected: People2D, camera: Hashable, stamp: float) -> People2D:
+        """Return people of an image who were found elsewhere with ids that they keep in the images of a camera.
 
         Args:
             camera: frame_id of the image.
             stamp: of the image [s].
         """
-        return self._trackers.update(detected, camera, stamp)
+        with self._lock:
+            return self._trackers.of(camera).update(detected, stamp)
 
     def in_space(self, people_2d: People2D, frame: CameraFrame) -> Estimate:
         """Return the people of a frame in the frame of its points; see `PeopleEstimator.update`.

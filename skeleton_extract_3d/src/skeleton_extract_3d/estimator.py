@@ -88,6 +88,10 @@ class PeopleEstimator:
         self._memory, estimate = self._method.update(self._memory, people_2d, frame)
         return estimate
 
+    def expected(self, stamp: float, image_size: Tuple[int, int]) -> Optional[People2D]:
+        """Return where the people who are followed will be in an image; see `Memory.expected`."""
+        return self._memory.expected(stamp, image_size, self._settings.smoothing)
+
 
 class _Method(Protocol):
     """What makes people in space of people in an image."""

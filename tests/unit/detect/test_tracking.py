@@ -3,8 +3,9 @@ import numpy as np
 import pytest
 
 from openpose_ros_pkg.detect.tracking import (
-    CameraTrackers,
+    TRACKING,
     KeypointTracker,
+    PerCamera,
     TrackingParams,
     joint_distances,
     person_sizes,
@@ -187,18 +188,20 @@ def test_parameters_out_of_range_are_refused(values):
 
 
 def test_each_camera_has_a_tracker_of_its_own():
-    trackers = CameraTrackers(TrackingParams())
-    assert len(trackers.update(People2D.empty(COCO_18), 'left', 0.0)) == 0
-    assert trackers.update(frame((300, 200), (600, 200)), 'left', 0.1).ids.tolist() == [1, 2]
-    assert trackers.update(frame((600, 200)), 'right', 0.1).ids.tolist() == [1]
-    assert trackers.update(frame((600, 200)), 'left', 0.2).ids.tolist() == [2]
+    trackers = PerCamera(lambda: KeypointTracker(TrackingParams()))
+    assert len(trackers.of('left').update(People2D.empty(COCO_18), 0.0)) == 0
+    assert trackers.of('left').update(frame((300, 200), (600, 200)), 0.1).ids.tolist() == [1, 2]
+    assert trackers.of('right').update(frame((600, 200)), 0.1).ids.tolist() == [1]
+    assert trackers.of('left').update(frame((600, 200)), 0.2).ids.tolist() == [2]
+    assert len(trackers.all()) == 2
 
 
-def test_new_limits_hold_for_all_cameras():
-    trackers = CameraTrackers(TrackingParams())
-    trackers.update(frame((300, 200)), 'left', 0.0)
-    trackers.reconfigure(TrackingParams(track_timeout=0.5))
-    assert trackers.update(frame((300, 200)), 'left', 0.4).ids.tolist() == [1]
-    assert trackers.update(frame((300, 200)), 'left', 1.2).ids.tolist() == [2]
-    trackers.update(frame((300, 200)), 'new', 0.0)
-    assert trackers.update(frame((300, 200)), 'new', 0.8).ids.tolist() == [2]
+def test_of_too_many_cameras_the_longest_unused_is_forgotten():
+    values = PerCamera(list)
+    first, second = values.of(0), values.of(1)
+    for camera in range(2, TRACKING.most_cameras):
+        values.of(camera)
+    assert values.of(0) is first
+    values.of('one more')
+    assert len(values.all()) == TRACKING.most_cameras
+    assert values.of(0) is first and values.of(1) is not second

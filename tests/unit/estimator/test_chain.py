@@ -48,6 +48,31 @@ def test_people_keep_their_ids_in_the_images_of_a_camera(chain):
     assert chain.in_image(FRAME.people, 'left', 0.1).ids.tolist() == first.ids.tolist() and (first.ids > 0).all()
 
 
+def test_people_in_space_are_expected_in_the_next_image(chain):
+    size = FRAME.size
+    assert chain.expected('left', 0.0, size) is None
+    ids = in_space(chain, FRAME.people, 'left').people.ids
+    expected, larger = chain.expected('left', 0.1, size), chain.expected('left', 0.1, (2 * size[0], 2 * size[1]))
+    assert expected.ids.tolist() == ids.tolist()
+    both = expected.present & FRAME.people.present
+    assert both.sum() > 10 and np.abs(expected.xy - FRAME.people.xy)[both].max() < 3
+    np.testing.assert_allclose(larger.xy[both] + 0.5, 2 * (expected.xy[both] + 0.5), atol=1e-3)
+    assert chain.expected('right', 0.1, size) is None
+
+
+def test_people_are_found_where_the_chain_has_networks():
+    class Stream:
+        def detect(self, bgr, camera, stamp, expected):
+            self.given = (camera, stamp, expected)
+            return FRAME.people
+
+    stream = Stream()
+    chain = PeopleChain(COCO_18, SETTINGS, stream=stream)
+    in_space(chain, FRAME.people, 'left')
+    assert chain.detect(FRAME.bgr, 'left', 0.1) is FRAME.people
+    assert stream.given[:2] == ('left', 0.1) and len(stream.given[2]) == 1
+
+
 def test_without_tracking_in_space_the_ids_are_those_of_the_image():
     chain = PeopleChain(COCO_18, build(EstimatorSettings, {'tracking': False}))
     people = chain.in_image(FRAME.people, 'left', 0.0)

@@ -1,7 +1,7 @@
 """Track people from frame to frame: ids from the positions of their keypoints in the image."""
 import threading
 from dataclasses import dataclass, replace
-from typing import Dict, Hashable, List, Optional, Tuple
+from typing import Callable, Dict, Generic, Hashable, List, Optional, Tuple, TypeVar
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
@@ -9,6 +9,8 @@ from scipy.optimize import linear_sum_assignment
 from openpose_ros_pkg.params.constants import constant
 from openpose_ros_pkg.params.parameters import Parameters, parameter
 from openpose_ros_pkg.people import FIRST_ID, People2D
+
+Value = TypeVar('Value')
 
 # Cost of a pair beyond the gate, for the Hungarian method.
 _FORBIDDEN = 1e3
@@ -132,33 +134,33 @@ class KeypointTracker:
         return [(t, p) for t, p in pairs if allowed[t, p]]
 
 
-class CameraTrackers:
-    """A `KeypointTracker` for each camera; any thread may call it."""
+class PerCamera(Generic[Value]):
+    """Something for each camera, made when the camera is first seen; any thread may call it.
 
-    def __init__(self, params: TrackingParams) -> None:
-        self._params = params
-        self._trackers: Dict[Hashable, KeypointTracker] = {}  # the longest unused first
+    Of more than `TRACKING.most_cameras`, the one that was not asked for longest is forgotten.
+
+    Args:
+        create: makes it for a new camera.
+    """
+
+    def __init__(self, create: Callable[[], Value]) -> None:
+        self._create = create
+        self._values: Dict[Hashable, Value] = {}  # the longest unused first
         self._lock = threading.Lock()
 
-    def reconfigure(self, params: TrackingParams) -> None:
-        """Use other limits from the next frame on; ids stay."""
+    def of(self, camera: Hashable) -> Value:
+        """Return what belongs to a camera; `camera` is whatever tells the cameras apart."""
         with self._lock:
-            self._params = params
-            for tracker in self._trackers.values():
-                tracker.reconfigure(params)
+            value = self._values.pop(camera) if camera in self._values else self._create()
+            self._values[camera] = value
+            if len(self._values) > TRACKING.most_cameras:
+                del self._values[next(iter(self._values))]
+            return value
 
-    def update(self, people: People2D, camera: Hashable, stamp: float) -> People2D:
-        """Return the people of a frame with their ids; see `KeypointTracker.update`.
-
-        Args:
-            camera: whatever tells the cameras apart.
-        """
+    def all(self) -> List[Value]:
+        """Return what there is of all cameras."""
         with self._lock:
-            tracker = self._trackers.pop(camera, None) or KeypointTracker(self._params)
-            self._trackers[camera] = tracker
-            if len(self._trackers) > TRACKING.most_cameras:
-                del self._trackers[next(iter(self._trackers))]
-            return tracker.update(people, stamp)
+            return list(self._values.values())
 
 
 def joint_distances(first: np.ndarray, second: np.ndarray) -> np.ndarray:

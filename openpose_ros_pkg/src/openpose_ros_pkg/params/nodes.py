@@ -6,6 +6,7 @@ from openpose_ros_pkg.decode.direct import DirectDecodeParams
 from openpose_ros_pkg.decode.paf import DecodeParams
 from openpose_ros_pkg.detect.detector import DetectorSettings
 from openpose_ros_pkg.detect.ensemble import EnsembleParams
+from openpose_ros_pkg.detect.following import FollowingParams
 from openpose_ros_pkg.detect.tracking import TrackingParams
 from openpose_ros_pkg.output.draw import DrawParams
 from openpose_ros_pkg.output.frame_writer import SaveParams
@@ -99,6 +100,7 @@ class ServiceSettings:
 
     detector: DetectorSettings
     tracking: TrackingParams
+    following: FollowingParams
     draw: DrawParams
     keypoint_scale: KeypointScaleParams
     publishing: PublishingParams

@@ -11,8 +11,8 @@ from openpose_ros_msgs.srv import GetPersons, GetPersonsRequest, GetPersonsRespo
 from sensor_msgs.msg import Image
 from std_msgs.msg import Header
 
-from openpose_ros_pkg.detect.detector import ComputedFrame, PreparedFrame, create_detector
-from openpose_ros_pkg.detect.tracking import CameraTrackers
+from openpose_ros_pkg.detect.detector import PreparedFrame, create_detector
+from openpose_ros_pkg.detect.stream_detector import StreamDetector, StreamFrame
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.output.frame_writer import FrameWriter
 from openpose_ros_pkg.output.keypoint_scale import scale_keypoints
@@ -70,7 +70,7 @@ class _Computed:
     """
 
     prepared: _Prepared
-    frame: ComputedFrame
+    frame: StreamFrame
     waited: float
     decoding: float
 
@@ -103,7 +103,7 @@ class DetectionService:
         self._timing = TimingReport(_STAGES, result='total')
         self._health.show(self._timing.medians)
         self._health.show(self._recorder_counters)
-        self._trackers = CameraTrackers(settings.tracking)
+        self._stream = StreamDetector(self._detector, settings.tracking, settings.following)
         self._demand = Demand(settings.demand.lazy and not settings.save.active, self._health)
         self._publisher: Optional[PeoplePublisher] = None
         self._camera_info: Optional[CameraInfoPublisher] = None
@@ -167,7 +167,7 @@ class DetectionService:
         begin = time.monotonic()
         bgr = convert.any_image_to_bgr(message)
         decoded = time.monotonic()
-        frame = self._detector.prepare(bgr)
+        frame = self._stream.prepare(bgr)
         ready = time.monotonic()
         self._timing.add('decode_message', decoded - begin)
         self._timing.add('preprocess', ready - decoded)
@@ -175,16 +175,16 @@ class DetectionService:
 
     def _compute(self, prepared: _Prepared) -> _Computed:
         begin = time.monotonic()
-        frame = self._detector.compute(prepared.frame)
+        header = prepared.header
+        frame = self._stream.compute(prepared.frame, (prepared.sender, header.frame_id), header.stamp.to_sec())
         return _Computed(prepared, frame, prepared.held_back + begin - prepared.ready,
                          time.monotonic() - begin - frame.network_seconds)
 
     def _finish(self, computed: _Computed) -> List[PersonDetection]:
         begin = time.monotonic()
         prepared, header = computed.prepared, computed.prepared.header
-        people = self._detector.finish(computed.frame)
+        people = self._stream.finish(computed.frame)
         decoded = time.monotonic()
-        people = self._trackers.update(people, (prepared.sender, header.frame_id), header.stamp.to_sec())
         messages = convert.people_to_messages(people, header)
         if self._publisher is not None:
             self._publisher.publish(people, messages, header, prepared.bgr, self._scaled(people, prepared))
@@ -222,7 +222,7 @@ class DetectionService:
         if settings.detector != self._settings.detector:
             self._detector.reconfigure(settings.detector)
         self._settings = settings
-        self._trackers.reconfigure(settings.tracking)
+        self._stream.reconfigure(settings.tracking, settings.following)
         if self._publisher is not None:
             self._publisher.reconfigure(settings.draw, settings.images)
         if self._recorder is not None:

@@ -2,11 +2,15 @@
 from dataclasses import dataclass, field
 from typing import Optional, Tuple
 
+import numpy as np
+
+from openpose_ros_pkg.people import People2D
+from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.constants import METHOD
 from skeleton_extract_3d.frame import CameraFrame, View
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.transform import Transform
-from skeleton_extract_3d.settings import IdentityParams
+from skeleton_extract_3d.settings import IdentityParams, SmoothingParams
 from skeleton_extract_3d.track.tracks import Tracks, frame_change
 
 _MEMORY = METHOD.track.memory
@@ -48,3 +52,22 @@ class Memory:
         memory = Memory(tracks, stamp if before is None else max(stamp, before), camera, pose)
         elapsed = 0.0 if before is None else max(stamp - before, 0.0)
         return memory, View(frame.points, camera, stamp, elapsed, frame.floor)
+
+    def expected(self, stamp: float, image_size: Tuple[int, int], params: SmoothingParams) -> Optional[People2D]:
+        """Return where the tracks will be in an image, with their ids; None where no track can tell.
+
+        Everybody moves on with constant velocity; the camera stands still since the newest frame. Joints that were
+        never placed, or lie behind the camera, are missing. Joints may lie outside the image. All scores are 1.
+
+        Args:
+            stamp: of the image [s].
+            image_size: width and height [px].
+        """
+        if self.camera is None or self.stamp is None:
+            return None
+        tracks = self.tracks.predicted(stamp - self.stamp, params)
+        position = tracks.joints.position
+        uv = self.camera.scaled(*image_size).project(position.reshape(-1, 3)).reshape(*position.shape[:2], 2)
+        there = tracks.has & np.isfinite(uv).all(axis=2)
+        keypoints = np.concatenate([np.where(there[..., None], uv, np.nan), there[..., None]], axis=2)
+        return People2D(COCO_18, keypoints, np.ones(len(tracks)), tracks.ids)

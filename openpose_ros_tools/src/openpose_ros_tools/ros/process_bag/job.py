@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any, Callable, Dict, List, Mapping, Optional, Tuple
 
 from openpose_ros_pkg.detect.detector import Detector, DetectorSettings, create_detector
+from openpose_ros_pkg.detect.following import FollowingParams
 from openpose_ros_pkg.detect.tracking import TrackingParams
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.output.keypoint_scale import KeypointScaleParams
@@ -26,6 +27,7 @@ class BagSettings:
 
     detector: DetectorSettings
     tracking: TrackingParams
+    following: FollowingParams
     keypoint_scale: KeypointScaleParams
     extractor: ExtractorParams
     estimator: EstimatorSettings

@@ -11,6 +11,7 @@ from typing import Callable, Deque, Iterable, Iterator, Optional, Tuple, Union
 import genpy
 import tf2_py
 
+from openpose_ros_pkg.detect.stream_detector import StreamDetector
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.output.frame_writer import is_power_of_two
 from openpose_ros_pkg.people import People2D
@@ -57,8 +58,7 @@ def process(job: BagJob, on_frame: Callable[[int, int], None] = lambda done, tot
         csv = None if job.csv is None else parts.file(job.csv)
         # the bag is the last one to be moved: where it is, all outputs are
         unfinished = replace(job, output=parts.file(job.output), csv=csv, json=json)
-        pool = stack.enter_context(DetectorPool(job.jobs, with_threads(settings.detector, job.threads), job.create))
-        people = PeopleChain(pool.skeleton, settings.estimator, settings.tracking)
+        pool, people = _finders(job, settings, stack)
         lifter, transforms = _lifter(job.source, settings, topics, people, stack)
         results = stack.enter_context(Results(unfinished, settings, topics.in_space))
         results.record(made, genpy.Time.from_sec(bag.get_start_time()))
@@ -72,6 +72,16 @@ def process(job: BagJob, on_frame: Callable[[int, int], None] = lambda done, tot
         if frames.report.frames == 0:
             raise BadInputError(f'{job.source} gave no frame with a result: {frames.report.text()}')
     return frames.report
+
+
+def _finders(job: BagJob, settings: BagSettings, stack: ExitStack) -> Tuple[Optional[DetectorPool], PeopleChain]:
+    """Return what finds people in several images at a time; None where the chain follows them, one image at a time."""
+    detector = with_threads(settings.detector, job.threads)
+    if settings.following.wanted(detector.detector):
+        stream = StreamDetector(job.create(detector), settings.tracking, settings.following)
+        return None, PeopleChain(stream.skeleton, settings.estimator, stream=stream)
+    pool = stack.enter_context(DetectorPool(job.jobs, detector, job.create))
+    return pool, PeopleChain(pool.skeleton, settings.estimator, settings.tracking)
 
 
 def _lifter(source: Path, settings: BagSettings, topics: Topics, chain: PeopleChain,
@@ -95,17 +105,19 @@ class _Frames:
         self._numbers = itertools.count()
         self.report = report
 
-    def run(self, events: Iterable[_Event], pool: DetectorPool) -> Iterator[int]:
+    def run(self, events: Iterable[_Event], pool: Optional[DetectorPool]) -> Iterator[int]:
         """Process all frames; yield the number of images that are done, after each frame."""
         # with the people of frames, which are being found
         waiting: Deque[Tuple[_Event, Optional[Future[People2D]]]] = deque()
         frames = copied = 0
+        capacity = 0 if pool is None else pool.capacity
         for event in itertools.chain(events, (None,)):
             if event is not None:
-                waiting.append((event, pool.submit(event.bgr) if isinstance(event, Frame) else None))
+                elsewhere = pool is not None and isinstance(event, Frame)
+                waiting.append((event, pool.submit(event.bgr) if elsewhere else None))
                 frames += isinstance(event, Frame)
                 copied += len(event.raw[1]) if isinstance(event, StampedMessage) else 0
-            while waiting and (event is None or frames > pool.capacity or copied > _MOST_COPIED
+            while waiting and (event is None or frames > capacity or copied > _MOST_COPIED
                                or waiting[0][1] is None or waiting[0][1].done()):
                 first, people = waiting.popleft()
                 if isinstance(first, StampedMessage):
@@ -122,7 +134,7 @@ class _Frames:
         try:
             if isinstance(frame, BadInputError):
                 raise frame
-            people = self._chain.in_image(found.result(), frame.header.frame_id, frame.header.stamp.to_sec())
+            people = self._in_image(frame, found)
             if self._lifter is not None and frame.points is not None:
                 count = self._lift(self._lifter, frame, frame.points, number, people)
             else:
@@ -135,6 +147,13 @@ class _Frames:
         else:
             self.report.frames += 1
             self.report.people += count
+
+    def _in_image(self, frame: Frame, found: Optional['Future[People2D]']) -> People2D:
+        stamp = frame.header.stamp.to_sec()
+        if found is not None:
+            return self._chain.in_image(found.result(), frame.header.frame_id, stamp)
+        camera = frame.header if frame.points_header is None else frame.points_header
+        return self._chain.detect(frame.bgr, camera.frame_id, stamp)
 
     def _lift(self, lifter: Lifter, frame: Frame, points: PointGrid, number: int, people_2d: People2D) -> int:
         """Write the people of a frame in the image and in space; return their number. The steps of the extractor."""

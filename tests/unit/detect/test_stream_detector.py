@@ -1,0 +1,74 @@
+"""People keep their ids in the images of a stream, each camera for itself."""
+import numpy as np
+import pytest
+
+from openpose_ros_pkg.detect.detector import Detector, DetectorSettings
+from openpose_ros_pkg.detect.following import FollowingParams
+from openpose_ros_pkg.detect.recipes import DetectorParams
+from openpose_ros_pkg.detect.stream_detector import StreamDetector
+from openpose_ros_pkg.detect.tracking import TrackingParams
+from openpose_ros_pkg.errors import BadInputError, ParameterError
+from openpose_ros_pkg.params.parameters import build
+from stand_in_networks import MovenetNetwork, Together, chart, in_order, person_at
+
+LEFT, RIGHT = person_at(160, 120, 250), person_at(450, 150, 220)
+IMAGE = chart(640, 480)
+
+
+@pytest.fixture
+def network():
+    return MovenetNetwork([LEFT, RIGHT])
+
+
+@pytest.fixture
+def stream(network):
+    settings = build(DetectorSettings, {'mode': 'fast', 'look_closer': 0})
+    detector = Detector(settings, Together(movenet_multipose=network))
+    return StreamDetector(detector, TrackingParams(), FollowingParams())
+
+
+def test_nobody_is_seen(stream, network):
+    network.people = []
+    assert len(stream.detect(IMAGE, 'camera', 0.0)) == 0
+
+
+def test_people_are_found_as_the_detector_finds_them_and_keep_their_ids(stream):
+    first = stream.detect(IMAGE, 'camera', 0.0)
+    again = stream.detect(IMAGE, 'camera', 0.1)
+    np.testing.assert_array_equal(first.keypoints, stream.detector.detect(IMAGE).keypoints)
+    assert sorted(first.ids) == [1, 2]
+    assert again.ids.tolist() == first.ids.tolist()
+    assert np.abs(in_order(first)[0] - LEFT)[:14].max() < 3
+
+
+def test_each_camera_has_ids_of_its_own(stream, network):
+    stream.detect(IMAGE, 'left', 0.0)
+    network.people = [RIGHT]
+    assert stream.detect(IMAGE, 'right', 0.1).ids.tolist() == [1]
+    network.people = [LEFT, RIGHT]
+    assert sorted(stream.detect(IMAGE, 'left', 0.1).ids) == [1, 2]
+
+
+def test_new_limits_hold_for_all_cameras(stream):
+    stream.detect(IMAGE, 'left', 0.0)
+    stream.reconfigure(TrackingParams(track_timeout=0.5), FollowingParams())
+    assert sorted(stream.detect(IMAGE, 'left', 0.4).ids) == [1, 2]
+    assert sorted(stream.detect(IMAGE, 'left', 1.2).ids) == [3, 4]
+
+
+def test_what_is_no_image_is_refused(stream):
+    with pytest.raises(BadInputError, match='image'):
+        stream.detect(np.zeros((480, 640), np.uint8), 'camera', 0.0)
+
+
+@pytest.mark.parametrize('following, detector, wanted', [
+    ('auto', {}, False), ('auto', {'target_rate': 10.0}, True),
+    ('auto', {'target_rate': 10.0, 'mode': 'accurate'}, False),
+    ('never', {'target_rate': 10.0}, False), ('always', {'mode': 'accurate'}, True)], ids=str)
+def test_people_are_followed_where_that_is_wanted(following, detector, wanted):
+    assert FollowingParams(following=following).wanted(DetectorParams(**detector)) == wanted
+
+
+def test_other_values_are_refused():
+    with pytest.raises(ParameterError, match='following'):
+        FollowingParams(following='sometimes')
