@@ -113,8 +113,8 @@ class _Frames:
         capacity = 0 if pool is None else pool.capacity
         for event in itertools.chain(events, (None,)):
             if event is not None:
-                elsewhere = pool is not None and isinstance(event, Frame)
-                waiting.append((event, pool.submit(event.bgr) if elsewhere else None))
+                searched = pool.submit(event.bgr) if pool is not None and isinstance(event, Frame) else None
+                waiting.append((event, searched))
                 frames += isinstance(event, Frame)
                 copied += len(event.raw[1]) if isinstance(event, StampedMessage) else 0
             while waiting and (event is None or frames > capacity or copied > _MOST_COPIED
