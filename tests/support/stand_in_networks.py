@@ -66,11 +66,13 @@ class StandIn:
         self.inputs.append(image)
         if len(self.people) == 0 or (image == image[0, 0]).all():
             return []
-        columns, rows = _without_padding(image)
-        x, y = _line(image[:rows, :columns, 0].mean(axis=0)), _line(image[:rows, :columns, 1].mean(axis=1))
+        left, top, right, bottom = _without_padding(image)
+        part = image[top:bottom, left:right]
+        x, y = _line(part[..., 0].mean(axis=0), left), _line(part[..., 1].mean(axis=1), top)
         step = np.array([x[0], y[0]]) * np.subtract(self.size, 1)
         start = np.array([x[1], y[1]]) * np.subtract(self.size, 1)
-        self.parts.append((*(start - 0.5 * step), *(start + (np.array([columns, rows]) - 0.5) * step)))
+        edges = np.subtract([(left, top), (right, bottom)], 0.5)
+        self.parts.append(tuple((start + edges * step).ravel()))
         people = [(person - start) / step for person in self.people]
         return [person[list(COCO_18.swap)] for person in people] if step[0] < 0 else people
 
@@ -96,6 +98,20 @@ class MovenetNetwork(StandIn):
         return (rows,)
 
 
+class ThunderNetwork(StandIn):
+    """Stands in for MoveNet Thunder: the one person who is nearest to the middle of the input."""
+
+    def infer(self, images):
+        pose = np.zeros((1, 1, 17, 3), np.float32)
+        middle = np.divide(images.shape[2:0:-1], 2)
+        people = sorted(self._seen(images[0]), key=lambda person: np.linalg.norm(person.mean(axis=0) - middle))
+        if people:
+            places = (people[0][[COCO_18.index[joint] for joint in COCO_17.joints]] + 0.5) / images.shape[2:0:-1]
+            pose[0, 0, :, 1::-1] = places
+            pose[0, 0, :, 2] = self.confidence * ((places >= 0) & (places <= 1)).all(axis=1)
+        return (pose,)
+
+
 class Together:
     """Stands in for `Networks`: all are there, by the models' names."""
 
@@ -109,14 +125,27 @@ class Together:
 
 
 def _without_padding(image):
-    """Return the number of columns and rows of the picture, of which the last is repeated."""
-    columns = np.flatnonzero((image != image[:, -1:]).any(axis=(0, 2))).max() + 2
-    rows = np.flatnonzero((image[:, :columns] != image[-1:, :columns]).any(axis=(1, 2))).max() + 2
-    return columns, rows
+    """Return left, top, right and bottom of the picture, beyond which its border is repeated."""
+    left, right = _not_repeated(image.transpose(1, 0, 2))
+    top, bottom = _not_repeated(image[:, left:right])
+    return left, top, right, bottom
 
 
-def _line(levels):
-    """Fit place = a * index + b to grey levels; the outermost are blurred by resampling. Places are 0..1."""
-    margin = 2 if len(levels) > 12 else 0
+def _not_repeated(rows):
+    """Return the first row and one past the last of those that are not copies of the outermost ones.
+
+    Resampling rounds a few pixels of a copy in another way.
+    """
+    return (np.flatnonzero((rows != rows[:1]).mean(axis=(1, 2)) > 0.1).min() - 1,
+            np.flatnonzero((rows != rows[-1:]).mean(axis=(1, 2)) > 0.1).max() + 2)
+
+
+def _line(levels, start):
+    """Fit place = a * index + b to grey levels; the outermost are blurred by resampling. Places are 0..1.
+
+    Args:
+        start: index of the first level.
+    """
+    margin = len(levels) // 8
     index = np.arange(margin, len(levels) - margin)
-    return np.polyfit(index, (levels[index] - _DARKEST) / _RANGE, 1)
+    return np.polyfit(start + index, (levels[index] - _DARKEST) / _RANGE, 1)

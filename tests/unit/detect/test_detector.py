@@ -16,11 +16,11 @@ from openpose_ros_pkg.detect.recipes import FASTER, MODES, DetectorParams, recip
 from openpose_ros_pkg.errors import BadInputError, ModelError, ParameterError
 from openpose_ros_pkg.networks.backends import BackendParams
 from openpose_ros_pkg.networks.backends.self_check import reference_path
-from openpose_ros_pkg.networks.models import FETCHED, MOBILENET_THIN, MOVENET_MULTIPOSE, weights_path
+from openpose_ros_pkg.networks.models import FETCHED, MOBILENET_THIN, MOVENET_MULTIPOSE, MOVENET_THUNDER, weights_path
 from openpose_ros_pkg.networks.preprocess import fit_image
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.skeletons import COCO_18
-from stand_in_networks import MovenetNetwork, PafNetwork, Together, chart, in_order, mirrored, person_at
+from stand_in_networks import MovenetNetwork, PafNetwork, ThunderNetwork, Together, chart, in_order, mirrored, person_at
 
 SIZE = (640, 480)
 ALONE = {'pose_model': 'mobilenet_thin', 'net_input_width': 656, 'net_input_height': 368}
@@ -38,8 +38,9 @@ def alone(network, **values):
 
 def together(paf=(), movenet=None, size=SIZE, **values):
     """Return a detector of which mobilenet_thin and MoveNet see these people; by default both the same."""
-    networks = Together(mobilenet_thin=PafNetwork(paf, size),
-                        movenet_multipose=MovenetNetwork(paf if movenet is None else movenet, size))
+    by_movenet = paf if movenet is None else movenet
+    networks = Together(mobilenet_thin=PafNetwork(paf, size), movenet_multipose=MovenetNetwork(by_movenet, size),
+                        movenet_thunder=ThunderNetwork(by_movenet, size))
     return Detector(settings(**values), networks)
 
 
@@ -229,8 +230,7 @@ def test_the_wanted_number_of_people_is_refined():
     for wanted in (0, 2, 6, 20):
         unit = together(people, look_closer=wanted)
         unit.detect(chart(*SIZE))
-        network = unit._networks.networks['movenet_multipose']
-        assert len(network.inputs) == 1 + min(wanted, 6)
+        assert len(unit._networks.networks['movenet_thunder'].inputs) == min(wanted, 6)
 
 
 def test_joints_need_a_score():
@@ -266,7 +266,8 @@ def test_recipes_of_many_opinions_accept_lower_scores():
 
     person = person_at(320, 100, 300)
     networks = Accepting(mobilenet_thin=PafNetwork([person], confidence=0.7),
-                         movenet_multipose=MovenetNetwork([person], confidence=0.7))
+                         movenet_multipose=MovenetNetwork([person], confidence=0.7),
+                         movenet_thunder=ThunderNetwork([person], confidence=0.7))
     for networks.acceptance, count in ((1.0, 0), (0.8, 1)):
         unit = Detector(settings(joint_min_score=0.9), networks)
         assert len(unit.detect(chart(*SIZE))) == count
@@ -320,7 +321,8 @@ def test_only_one_thread_at_a_time_computes_the_networks(mode):
 
     people = [person_at(320, 80, 360)]
     unit = Detector(settings(mode=mode), Together(mobilenet_thin=watched(PafNetwork(people)),
-                                                  movenet_multipose=watched(MovenetNetwork(people))))
+                                                  movenet_multipose=watched(MovenetNetwork(people)),
+                                                  movenet_thunder=watched(ThunderNetwork(people))))
     found = []
     threads = [threading.Thread(target=lambda: found.append(len(unit.detect(chart(*SIZE))))) for _ in range(6)]
     for thread in threads:
@@ -377,8 +379,8 @@ def test_a_network_that_can_not_be_had_leaves_all_as_it_was(pose_model, error, m
 
 
 def test_description_names_networks_and_runtimes():
-    assert together().description == 'mobilenet_thin on stand-in; movenet_multipose on stand-in'
-    assert together(mode='fast').description == 'movenet_multipose on stand-in'
+    assert together(mode='fast').description == 'movenet_multipose on stand-in; movenet_thunder on stand-in'
+    assert together(look_closer=0).description == 'mobilenet_thin on stand-in; movenet_multipose on stand-in'
     assert together().skeleton is COCO_18
 
 
@@ -394,7 +396,7 @@ def test_target_rate_makes_the_detector_compute_less():
     people = [person_at(320, 80, 360)]
     unit = together(people, target_rate=1000.0)
     assert unit.recipe.passes == FASTER[-1].passes
-    assert unit.description == 'movenet_multipose on stand-in'
+    assert unit.description == 'movenet_multipose on stand-in; movenet_thunder on stand-in'
     assert len(unit.detect(chart(*SIZE))) == 1
     assert together(people, target_rate=0.001).recipe == MODES['balanced']
 
@@ -440,7 +442,7 @@ def test_networks_are_not_timed_while_they_compute_a_frame():
 @pytest.fixture
 def machine(monkeypatch):
     """A machine on which some weights are there; networks are stand-ins, and those that are loaded are noted."""
-    state = SimpleNamespace(there={'mobilenet_thin', 'movenet_multipose'}, runtime=True, loaded=[])
+    state = SimpleNamespace(there={'mobilenet_thin', 'movenet_multipose', 'movenet_thunder'}, runtime=True, loaded=[])
 
     def path(model, model_folder):
         if model.name not in state.there:
@@ -451,7 +453,8 @@ def machine(monkeypatch):
         if model is MOVENET_MULTIPOSE and not state.runtime:
             raise ParameterError("parameter 'backend' can not compute movenet_multipose")
         state.loaded.append(model.name)
-        return (PafNetwork if model.decoder == 'paf' else MovenetNetwork)([person_at(320, 80, 360)])
+        stand_in = {'paf': PafNetwork, 'movenet_multipose': MovenetNetwork, 'movenet_singlepose': ThunderNetwork}
+        return stand_in[model.decoder]([person_at(320, 80, 360)])
 
     monkeypatch.setattr(openpose_ros_pkg.detect.detector, 'weights_path', path)
     monkeypatch.setattr(openpose_ros_pkg.detect.detector, 'create_backend', create)
@@ -464,11 +467,11 @@ def created(**values):
 
 def test_networks_are_loaded_when_they_are_first_wanted_and_once(machine):
     unit = created(mode='fast')
-    assert machine.loaded == ['movenet_multipose']
+    assert machine.loaded == ['movenet_multipose', 'movenet_thunder']
     for mode in ('balanced', 'fast', 'accurate'):
         unit.reconfigure(settings(mode=mode))
         assert unit.recipe == MODES[mode]
-    assert machine.loaded == ['movenet_multipose', 'mobilenet_thin']
+    assert machine.loaded == ['movenet_multipose', 'movenet_thunder', 'mobilenet_thin']
 
 
 @pytest.mark.parametrize('mode', ['balanced', 'accurate'])
@@ -480,10 +483,27 @@ def test_without_the_second_network_the_first_finds_people_and_a_warning_tells(m
     with caplog.at_level(logging.WARNING):
         unit = created(mode=mode)
     (record,) = caplog.records
-    assert 'mobilenet_thin finds people without movenet_multipose, less accurately:' in record.getMessage()
-    assert unit.recipe == MODES[mode].without(MOVENET_MULTIPOSE)
+    assert 'movenet_multipose is missing, so people are found less accurately, by mobilenet_thin' in record.getMessage()
+    assert unit.recipe == MODES[mode].without([MOVENET_MULTIPOSE])
     found = unit.detect(chart(*SIZE))
     np.testing.assert_allclose(found.xy, [person_at(320, 80, 360)], atol=1.5)
+
+
+@ALL_MODES
+def test_without_thunder_multipose_refines_and_a_warning_tells(mode, machine, caplog):
+    machine.there.remove('movenet_thunder')
+    unit = created(mode=mode)
+    assert unit.recipe == MODES[mode].without([MOVENET_THUNDER])
+    assert {one.model for one in unit.recipe.refinements} == {MOVENET_MULTIPOSE}
+    assert [record.levelname for record in caplog.records] == ['WARNING'] * (MOVENET_THUNDER in MODES[mode].models)
+    np.testing.assert_allclose(unit.detect(chart(*SIZE)).xy, [person_at(320, 80, 360)], atol=1.5)
+
+
+def test_with_mobilenet_thin_alone_nobody_is_refined(machine, caplog):
+    machine.there = {'mobilenet_thin'}
+    unit = created()
+    assert unit.recipe == MODES['balanced'].without([MOVENET_MULTIPOSE, MOVENET_THUNDER])
+    assert len(caplog.records) == 2
 
 
 def test_without_the_first_network_there_is_no_detector(machine):
@@ -510,7 +530,7 @@ def test_a_mode_whose_first_network_is_missing_leaves_all_as_it_was(machine):
 def test_target_rate_with_one_network_missing(machine):
     machine.there.remove('movenet_multipose')
     unit = created(target_rate=1000.0)
-    assert unit.recipe.models == (MOBILENET_THIN,)
+    assert unit.recipe.models == (MOBILENET_THIN, MOVENET_THUNDER)
     assert unit.recipe.passes[0].box < recipe_of(DetectorParams()).passes[0].box
 
 

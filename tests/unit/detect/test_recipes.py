@@ -1,9 +1,13 @@
 """What the detector computes: the modes, and parameters that change them."""
+from dataclasses import replace
+
 import pytest
 
 from openpose_ros_pkg.detect.recipes import (
     FASTER,
     MODES,
+    MULTIPOSE_CROP,
+    THUNDER_CROP,
     CropRefinement,
     DetectorParams,
     NetworkPass,
@@ -11,7 +15,7 @@ from openpose_ros_pkg.detect.recipes import (
     recipe_of,
 )
 from openpose_ros_pkg.errors import ModelError, ParameterError
-from openpose_ros_pkg.networks.models import MOBILENET_THIN, MODELS, MOVENET_MULTIPOSE
+from openpose_ros_pkg.networks.models import MOBILENET_THIN, MODELS, MOVENET_MULTIPOSE, MOVENET_THUNDER
 
 ALL_MODES = pytest.mark.parametrize('mode', MODES)
 
@@ -35,13 +39,16 @@ def test_the_default_mode_is_balanced():
 @pytest.mark.parametrize('recipe', [*MODES.values(), *FASTER], ids=lambda recipe: recipe.description)
 def test_networks_of_a_recipe_fit_together(recipe):
     """One joint set, inputs of whole cells, and only networks that set-up fetches."""
-    assert set(recipe.models) <= {MOBILENET_THIN, MOVENET_MULTIPOSE}
+    assert set(recipe.models) <= {MOBILENET_THIN, MOVENET_MULTIPOSE, MOVENET_THUNDER}
     assert len({model.skeleton for model in recipe.models}) == 1
     assert recipe.models[0] is recipe.passes[0].model
     for one in recipe.passes:
         assert one.zooms[0] == 1 and all(0 < zoom <= 1 for zoom in one.zooms)
         assert all(side % one.model.input.multiple_of == 0 for side in one.box)
         assert not one.mirror or one.model.decoder == 'paf'
+    for one in recipe.refinements:
+        assert one.side % one.model.input.multiple_of == 0
+        assert one.model.input.fixed_size in (None, (one.side, one.side))
 
 
 def test_opinions_and_their_weights():
@@ -49,27 +56,35 @@ def test_opinions_and_their_weights():
     thin = NetworkPass(MOBILENET_THIN, (656, 368), (1.0, 0.5), mirror=True, weight=3.0)
     movenet = NetworkPass(MOVENET_MULTIPOSE, (512, 512), (1.0, 0.5))
     assert (thin.opinions, movenet.opinions) == (1, 2)
-    recipe = Recipe((thin, movenet), (CropRefinement(1.6), CropRefinement(1.6, mirror=True)))
+    recipe = Recipe((thin, movenet), (MULTIPOSE_CROP, CropRefinement(MOVENET_THUNDER, 1.25, place_weight=8.0)))
     assert recipe.pass_opinions == 3
     assert recipe.weights == (3.0, 1.0, 1.0, 1.0, 1.0)
-    assert recipe.models == (MOBILENET_THIN, MOVENET_MULTIPOSE)
+    assert recipe.place_weights == (3.0, 1.0, 1.0, 1.0, 8.0)
+    assert recipe.models == (MOBILENET_THIN, MOVENET_MULTIPOSE, MOVENET_THUNDER)
     assert recipe.is_ensemble
     assert not Recipe((thin,)).is_ensemble
-    assert Recipe((movenet,)).is_ensemble and Recipe((thin,), (CropRefinement(1.6),)).is_ensemble
+    assert Recipe((movenet,)).is_ensemble and Recipe((thin,), (MULTIPOSE_CROP,)).is_ensemble
 
 
-def test_what_is_left_without_the_second_network():
-    """Crop refinement needs MoveNet as well."""
-    assert MODES['balanced'].without(MOVENET_MULTIPOSE) == Recipe(MODES['balanced'].passes[:1])
-    assert MODES['accurate'].without(MOVENET_MULTIPOSE).models == (MOBILENET_THIN,)
-    assert not MODES['balanced'].without(MOVENET_MULTIPOSE).is_ensemble
+def test_without_thunder_multipose_refines_people_but_fewer():
+    recipe = MODES['balanced']
+    assert recipe.without([MOVENET_THUNDER]) == replace(recipe, refinements=(MULTIPOSE_CROP,), max_refined=6)
+    assert replace(recipe, max_refined=2).without([MOVENET_THUNDER]).max_refined == 2
+    assert replace(recipe, refinements=()).without([MOVENET_THUNDER]).refinements == ()
+
+
+def test_what_is_left_without_multipose():
+    recipe = MODES['balanced']
+    assert recipe.without([MOVENET_MULTIPOSE]) == replace(recipe, passes=recipe.passes[:1])
+    both = recipe.without([MOVENET_MULTIPOSE, MOVENET_THUNDER])
+    assert (both.passes, both.refinements) == (recipe.passes[:1], ()) and not both.is_ensemble
 
 
 def test_description_tells_what_is_computed():
     thin = NetworkPass(MOBILENET_THIN, (656, -1), (1.0, 0.5), mirror=True)
-    recipe = Recipe((thin, NetworkPass(MOVENET_MULTIPOSE, (512, 512))), (CropRefinement(1.6),))
+    recipe = Recipe((thin, NetworkPass(MOVENET_MULTIPOSE, (512, 512))), (THUNDER_CROP,), max_refined=7)
     assert recipe.description == ('mobilenet_thin 656x-1 at 2 scales mirrored too + movenet_multipose 512x512'
-                                  ' + 1 crop refinement at 256 px for up to 6 people')
+                                  ' + 1 crop refinement by movenet_thunder at 256 px for up to 7 people')
 
 
 # --- parameters that change a mode ----------------------------------------------------------------------------------

@@ -6,12 +6,12 @@ import pytest
 from openpose_ros_pkg.detect import target_rate
 from openpose_ros_pkg.detect.recipes import FASTER, MODES, DetectorParams, NetworkPass, Recipe, recipe_of
 from openpose_ros_pkg.detect.target_rate import fitted_to_rate, foreseen_seconds
-from openpose_ros_pkg.networks.models import MOBILENET_THIN, MODELS, MOVENET_MULTIPOSE
+from openpose_ros_pkg.networks.models import MOBILENET_THIN, MODELS, MOVENET_MULTIPOSE, MOVENET_THUNDER
 
 THIN = 656 * 368  # pixels of the input that a 960 x 540 image gives
 MOVENET, CLOSER = 512 * 288, 256 * 256
 # Seconds per pixel: about those of two cores of a laptop.
-PACE = {'mobilenet_thin': 1.5e-7, 'movenet_multipose': 2e-7}
+PACE = {'mobilenet_thin': 1.5e-7, 'movenet_multipose': 2e-7, 'movenet_thunder': 1e-7}
 
 
 class Clock:
@@ -72,12 +72,12 @@ def test_time_goes_with_the_pixels_of_all_inputs():
     """Two people are refined."""
     recipe = MODES['balanced']
     assert [one.box for one in recipe.passes] == [(656, 368), (512, 512)] and len(recipe.refinements) == 1
-    assert foreseen_seconds(recipe, {'mobilenet_thin': 1.0, 'movenet_multipose': 0.0}) == THIN
-    assert foreseen_seconds(recipe, {'mobilenet_thin': 0.0, 'movenet_multipose': 1.0}) == MOVENET + 2 * CLOSER
+    for network, pixels in (('mobilenet_thin', THIN), ('movenet_multipose', MOVENET), ('movenet_thunder', 2 * CLOSER)):
+        assert foreseen_seconds(recipe, {**dict.fromkeys(PACE, 0.0), network: 1.0}) == pixels
 
 
 def test_fewer_refinements_take_less():
-    pace = {'mobilenet_thin': 0.0, 'movenet_multipose': 1.0}
+    pace = {'mobilenet_thin': 0.0, 'movenet_multipose': 1.0, 'movenet_thunder': 1.0}
     assert foreseen_seconds(recipe_of(DetectorParams(look_closer=1)), pace) == MOVENET + CLOSER
     assert foreseen_seconds(recipe_of(DetectorParams(look_closer=0)), pace) == MOVENET
 
@@ -119,16 +119,23 @@ def test_the_last_step_is_taken_where_nothing_is_fast_enough(monkeypatch):
 
 
 def test_a_network_that_is_not_wanted_is_not_put_in(monkeypatch):
-    """The mode fast has MoveNet alone."""
+    """The mode fast has no mobilenet_thin."""
     for rate in (20.0, 1000.0):
-        assert fitted(MODES['fast'], rate, monkeypatch).models == (MOVENET_MULTIPOSE,)
+        assert fitted(MODES['fast'], rate, monkeypatch).models == (MOVENET_MULTIPOSE, MOVENET_THUNDER)
 
 
-@pytest.mark.parametrize('people, refined', [(2.0, 2), (3.5, 3), (6.5, 6), (50.0, 6)])
+@pytest.mark.parametrize('rate', [10.0, 20.0, 1000.0])
+def test_a_network_that_is_missing_is_not_put_in(rate, monkeypatch):
+    for missing in (MOVENET_THUNDER, MOVENET_MULTIPOSE):
+        wanted = MODES['balanced'].without([missing])
+        assert set(fitted(wanted, rate, monkeypatch).models) <= set(wanted.models)
+
+
+@pytest.mark.parametrize('people, refined', [(2.0, 2), (3.5, 3), (6.5, 6), (50.0, 20)])
 def test_no_more_people_are_refined_than_there_is_time_for(people, refined, monkeypatch):
     """And no more than the mode has."""
     recipe = MODES['fast']
-    seconds = PACE['movenet_multipose'] * (384 * 224 + people * CLOSER)
+    seconds = PACE['movenet_multipose'] * 384 * 224 + PACE['movenet_thunder'] * people * CLOSER
     assert fitted(recipe, rate_for(seconds), monkeypatch) == dataclasses.replace(recipe, max_refined=refined)
 
 

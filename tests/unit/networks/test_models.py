@@ -10,7 +10,7 @@ from openpose_ros_pkg.networks.models import (
     ALIASES,
     MOBILENET_THIN,
     MODELS,
-    PypiArchive,
+    Archive,
     UserFiles,
     WeightsFile,
     default_model_folder,
@@ -65,7 +65,7 @@ def test_no_model_lacks_licence_source_or_skeleton():
     for name, model in MODELS.items():
         assert name == model.name
         assert model.licence and model.files and model.outputs
-        if isinstance(model.source, PypiArchive):
+        if isinstance(model.source, Archive):
             assert model.licence == 'Apache-2.0'
             assert len(model.source.sha256) == len(model.files[0].sha256) == 64 and model.files[0].size
         else:
@@ -73,8 +73,8 @@ def test_no_model_lacks_licence_source_or_skeleton():
 
 
 def test_only_what_may_be_passed_on_is_fetched():
-    fetched = [model.name for model in MODELS.values() if isinstance(model.source, PypiArchive)]
-    assert fetched == ['mobilenet_thin', 'movenet_multipose']
+    fetched = [model.name for model in MODELS.values() if isinstance(model.source, Archive)]
+    assert fetched == ['mobilenet_thin', 'movenet_multipose', 'movenet_thunder']
 
 
 def test_openpose_networks_share_one_recipe():

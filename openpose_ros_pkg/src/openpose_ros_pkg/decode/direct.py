@@ -1,4 +1,4 @@
-"""From the outputs of networks that find people themselves to people: MoveNet MultiPose and RTMO.
+"""From the outputs of networks that find people themselves to people: MoveNet and RTMO.
 
 Both give COCO's 17 joints. Those of other joint sets that are not among them are missing, but for the neck, which is
 the middle between the shoulders and as sure as the less sure of them.
@@ -91,6 +91,19 @@ def _decode_movenet(outputs: Sequence[np.ndarray], params: DirectDecodeParams,
     return joints, rows[:, 55]
 
 
+def _decode_single_person(outputs: Sequence[np.ndarray], params: DirectDecodeParams,
+                          net_size: Tuple[int, int]) -> Tuple[np.ndarray, np.ndarray]:
+    """Return joints (P, 17, 3) in pixels and scores (P,) of MoveNet for one person; P is 0 or 1.
+
+    It gives (1, 17, 3): y, x as shares of the input, and score. The person's score is the mean of those of the joints.
+    """
+    joints = np.asarray(outputs[0], np.float64)[..., [1, 0, 2]]
+    joints[..., :2] = joints[..., :2] * net_size - 0.5
+    scores = joints[..., 2].mean(axis=1)
+    sure = scores >= (params.direct_person_score or DIRECT.movenet_person)
+    return joints[sure], scores[sure]
+
+
 def _decode_rtmo(outputs: Sequence[np.ndarray], params: DirectDecodeParams,
           net_size: Tuple[int, int]) -> Tuple[np.ndarray, np.ndarray]:
     """Return joints (P, 17, 3) in pixels and scores (P,) of RTMO, of boxes that overlap only the surest.
@@ -105,7 +118,7 @@ def _decode_rtmo(outputs: Sequence[np.ndarray], params: DirectDecodeParams,
 
 
 _DECODERS: Dict[str, Callable[..., Tuple[np.ndarray, np.ndarray]]] = {
-    'movenet_multipose': _decode_movenet, 'rtmo': _decode_rtmo}
+    'movenet_multipose': _decode_movenet, 'movenet_singlepose': _decode_single_person, 'rtmo': _decode_rtmo}
 
 
 def _surest(scores: np.ndarray, same: Callable[[int, int], bool]) -> List[int]:

@@ -1,14 +1,14 @@
 """From an image to the people in it: views, networks, decoders, and one opinion out of several."""
 import logging
 from dataclasses import dataclass
-from typing import Dict, Sequence, Tuple
+from typing import Dict, List, Sequence, Tuple
 
 import numpy as np
 
 from openpose_ros_pkg.decode.direct import DirectDecodeParams
 from openpose_ros_pkg.decode.paf import DecodeParams
 from openpose_ros_pkg.detect.ensemble import EnsembleParams, accepted, candidate_thresholds, vote_on_people
-from openpose_ros_pkg.detect.recipes import CROP_MODEL, DetectorParams, Recipe, recipe_of
+from openpose_ros_pkg.detect.recipes import DetectorParams, Recipe, recipe_of
 from openpose_ros_pkg.detect.refinement import prepare_crop, refine
 from openpose_ros_pkg.detect.target_rate import fitted_to_rate
 from openpose_ros_pkg.detect.views import PreparedView, decode_views, prepare_views
@@ -100,16 +100,22 @@ class Networks:
             ParameterError: a runtime that is not installed.
             ModelError: weights of its first network are missing or damaged, or it computes wrong results.
         """
-        first, networks = recipe.passes[0].model, {}
-        for model in recipe.models:
+        first, wanted = recipe.passes[0].model, recipe
+        missing: List[Model] = []
+        networks: Dict[str, Backend] = {}
+        while True:
+            model = next((one for one in wanted.models if one.name not in networks), None)
+            if model is None:
+                return wanted, networks
             try:
                 networks[model.name] = self._network(model)
             except (ModelError, ParameterError) as error:
                 if model is first:
                     raise
-                _log.warning('%s finds people without %s, less accurately: %s', first.name, model.name, error)
-                recipe = recipe.without(model)
-        return recipe, networks
+                missing.append(model)
+                wanted = recipe.without(missing)
+                _log.warning('%s is missing, so people are found less accurately, by %s: %s', model.name,
+                             wanted.description, error)
 
     def _network(self, model: Model) -> Backend:
         if model.name not in self._loaded:
@@ -180,9 +186,9 @@ class Detector:
                 self.compute(blank)
         if recipe.refinements:
             somebody = np.array([[width / 2, 0.0, 1.0], [width / 2, height - 1.0, 1.0]])
-            crop = prepare_crop(blank.bgr, somebody, recipe.refinements[0], recipe.crop_side)
             with self.lock:
-                crop.compute(self._setup.networks[CROP_MODEL.name])
+                for refinement in recipe.refinements:
+                    prepare_crop(blank.bgr, somebody, refinement).compute(self._setup.networks[refinement.model.name])
 
     def detect(self, bgr: np.ndarray) -> People2D:
         """Find the people in an image, the surest first.
@@ -222,7 +228,7 @@ class Detector:
         if recipe.is_ensemble:
             people = vote_on_people(opinions, recipe)
             if recipe.refinements:
-                people, crop_seconds = refine(people, frame.bgr, recipe, setup.networks[CROP_MODEL.name], setup.direct,
+                people, crop_seconds = refine(people, frame.bgr, recipe, setup.networks, setup.direct,
                                               setup.settings.decode.person_min_score)
                 seconds += crop_seconds
             poses = people.poses

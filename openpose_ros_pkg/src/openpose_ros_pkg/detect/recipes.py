@@ -1,9 +1,16 @@
 """What the detector computes for an image: which networks, at which sizes, and how people are refined on crops."""
 from dataclasses import dataclass, replace
-from typing import Dict, Tuple
+from typing import Collection, Dict, Tuple
 
 from openpose_ros_pkg.errors import ParameterError
-from openpose_ros_pkg.networks.models import AUTO, MOBILENET_THIN, MOVENET_MULTIPOSE, Model, find_model
+from openpose_ros_pkg.networks.models import (
+    AUTO,
+    MOBILENET_THIN,
+    MOVENET_MULTIPOSE,
+    MOVENET_THUNDER,
+    Model,
+    find_model,
+)
 from openpose_ros_pkg.params.parameters import Parameters, parameter
 from openpose_ros_pkg.skeletons import SkeletonModel
 
@@ -94,21 +101,29 @@ class NetworkPass:
 
 @dataclass(frozen=True)
 class CropRefinement:
-    """A network that sees each person a second time, on a crop of the image.
+    """A network that sees each person a second time, on a square crop of the image with the person in the middle.
 
     Attributes:
-        margin: side of the square crop, in units of the longer side of the bounding box of the person's joints.
+        model: the network.
+        margin: side of the crop, in units of the longer side of the bounding box of the person's joints.
         mirror: the network sees the mirror image of the crop.
+        side: of the network's input [px].
+        place_weight: of this opinion on the places of joints; on their scores it has a weight of 1.
     """
 
+    model: Model
     margin: float
     mirror: bool = False
+    side: int = 256
+    place_weight: float = 1.0
 
 
 # OpenPose's default, flags.hpp.
 _SCALE_GAP = 0.3
-# The network of crop refinement.
-CROP_MODEL = MOVENET_MULTIPOSE
+# MoveNet Thunder was trained for crops; where it is not there, MoveNet MultiPose refines fewer people, less accurately.
+THUNDER_CROP = CropRefinement(MOVENET_THUNDER, 1.25, place_weight=8.0)
+MULTIPOSE_CROP = CropRefinement(MOVENET_MULTIPOSE, 1.6)
+_MOST_BY_MULTIPOSE = 6
 
 
 @dataclass(frozen=True)
@@ -119,21 +134,19 @@ class Recipe:
         passes: the networks that see the full image.
         refinements: how each person is refined on crops.
         max_refined: greatest number of people who are refined, the surest first; bounds the time.
-        crop_side: side of the network's input for a crop [px]; of 192, 256 and 320, 256 was the most accurate.
         acceptance: factor on the scores that joints and people need; the more opinions there are, the more of them
             miss a person who is there.
     """
 
     passes: Tuple[NetworkPass, ...]
     refinements: Tuple[CropRefinement, ...] = ()
-    max_refined: int = 6
-    crop_side: int = 256
+    max_refined: int = 20
     acceptance: float = 1.0
 
     @property
     def models(self) -> Tuple[Model, ...]:
         """The networks that it takes, each once."""
-        models = [network_pass.model for network_pass in self.passes] + [CROP_MODEL] * bool(self.refinements)
+        models = [network_pass.model for network_pass in self.passes] + [one.model for one in self.refinements]
         return tuple({model.name: model for model in models}.values())
 
     @property
@@ -146,6 +159,11 @@ class Recipe:
         """Weights of the opinions on a person: those of the passes in their order, then one of each refinement."""
         of_passes = tuple(network_pass.weight for network_pass in self.passes for _ in range(network_pass.opinions))
         return of_passes + (1.0,) * len(self.refinements)
+
+    @property
+    def place_weights(self) -> Tuple[float, ...]:
+        """Weights of the same opinions on the places of joints."""
+        return self.weights[:self.pass_opinions] + tuple(one.place_weight for one in self.refinements)
 
     @property
     def pass_opinions(self) -> int:
@@ -161,15 +179,20 @@ class Recipe:
     def description(self) -> str:
         """What is computed, for the log."""
         parts = [network_pass.description for network_pass in self.passes]
-        if self.refinements:
-            parts.append(f'{len(self.refinements)} crop refinement{"s" * (len(self.refinements) > 1)} at '
-                         f'{self.crop_side} px for up to {self.max_refined} people')
+        for model in dict.fromkeys(one.model.name for one in self.refinements):
+            sides = [one.side for one in self.refinements if one.model.name == model]
+            parts.append(f'{len(sides)} crop refinement{"s" * (len(sides) > 1)} by {model} at {sides[0]} px for up to '
+                         f'{self.max_refined} people')
         return ' + '.join(parts)
 
-    def without(self, model: Model) -> 'Recipe':
-        """Return what is left of it without a network that is not the first."""
-        passes = tuple(network_pass for network_pass in self.passes if network_pass.model is not model)
-        return replace(self, passes=passes, refinements=() if model is CROP_MODEL else self.refinements)
+    def without(self, missing: Collection[Model]) -> 'Recipe':
+        """Return what is left of it without networks that are not the first."""
+        passes = tuple(one for one in self.passes if one.model not in missing)
+        refinements = tuple(one for one in self.refinements if one.model not in missing)
+        if self.refinements and not refinements and MOVENET_MULTIPOSE not in missing:
+            return replace(self, passes=passes, refinements=(MULTIPOSE_CROP,),
+                           max_refined=min(self.max_refined, _MOST_BY_MULTIPOSE))
+        return replace(self, passes=passes, refinements=refinements)
 
 
 def _thin(scale: float, weight: float = 1.5) -> NetworkPass:
@@ -185,28 +208,25 @@ def _box(width: float, height: float) -> Tuple[int, int]:
     return int(width) // 8 * 8, int(height) // 8 * 8
 
 
-_ONE_CROP = (CropRefinement(1.6),)
-
 # MoveNet finds large people well, six at most; mobilenet_thin finds small people and crowds. Each finds people that the
 # other misses, and where both see a joint its place is surer. Crop refinement improves accuracy most for its time; the
 # mirror image and other sizes come next. Average precision and time of each: docs/accuracy_and_speed.md.
 MODES: Dict[str, Recipe] = {
-    'fast': Recipe((_movenet(384),), _ONE_CROP),
-    'balanced': Recipe((_thin(1.0), _movenet(512)), _ONE_CROP),
+    'fast': Recipe((_movenet(384),), (THUNDER_CROP,)),
+    'balanced': Recipe((_thin(1.0), _movenet(512)), (THUNDER_CROP,)),
     'accurate': Recipe(
         (NetworkPass(MOBILENET_THIN, _box(984, 552), (1.0, 2 / 3, 1 / 3), mirror=True, weight=3.0), _movenet(512, 256)),
-        tuple(CropRefinement(margin, mirror) for margin in (1.6, 2.0) for mirror in (False, True)), max_refined=20,
-        acceptance=0.8),
+        tuple(replace(MULTIPOSE_CROP, margin=margin, mirror=mirror) for margin in (1.6, 2.0)
+              for mirror in (False, True)), acceptance=0.8),
 }
 
 # From the mode balanced down: less accurate and faster recipes, for processors that do not reach the wanted rate.
 FASTER: Tuple[Recipe, ...] = (
     MODES['balanced'],
-    Recipe((_thin(0.75), _movenet(384)), _ONE_CROP),
-    Recipe((_thin(0.5, weight=1.0), _movenet(384)), _ONE_CROP),
+    Recipe((_thin(0.75), _movenet(384)), (THUNDER_CROP,)),
+    Recipe((_thin(0.5, weight=1.0), _movenet(384)), (THUNDER_CROP,)),
     MODES['fast'],
-    Recipe((_movenet(256),), _ONE_CROP),
-    Recipe((_movenet(256),), _ONE_CROP, crop_side=192),
+    Recipe((_movenet(256),), (THUNDER_CROP,)),
 )
 
 

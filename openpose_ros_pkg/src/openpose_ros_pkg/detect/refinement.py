@@ -1,14 +1,16 @@
 """Crop refinement: a network sees each person a second time, on a crop, and the opinions are voted on again."""
+import time
 from dataclasses import dataclass
-from typing import Tuple
+from typing import Dict, List, Tuple
 
 import numpy as np
 
 from openpose_ros_pkg.decode.direct import DirectDecodeParams, decode_direct
 from openpose_ros_pkg.detect.ensemble import Candidates, Opinions, most_alike, person_scores, vote
-from openpose_ros_pkg.detect.recipes import CROP_MODEL, CropRefinement, Recipe
-from openpose_ros_pkg.detect.views import ComputedView, PreparedView, View
+from openpose_ros_pkg.detect.recipes import CropRefinement, Recipe
+from openpose_ros_pkg.detect.views import ComputedView, PreparedView, View, compute_views
 from openpose_ros_pkg.networks.backends import Backend
+from openpose_ros_pkg.networks.models import Model
 from openpose_ros_pkg.networks.preprocess import fit_image
 from openpose_ros_pkg.oks import extent, sigmas
 from openpose_ros_pkg.params.constants import constant
@@ -27,61 +29,62 @@ class CropConstants:
 CROP = CropConstants()
 
 
-def refine(people: Candidates, bgr: np.ndarray, recipe: Recipe, network: Backend, direct: DirectDecodeParams,
-           min_score: float) -> Tuple[Candidates, float]:
-    """Let the network see the surest people on crops; doubtful ones seldom become people by it.
+def refine(people: Candidates, bgr: np.ndarray, recipe: Recipe, networks: Dict[str, Backend],
+           direct: DirectDecodeParams, min_score: float) -> Tuple[Candidates, float]:
+    """Let the networks see the surest people on crops; doubtful ones seldom become people by it.
 
     Args:
         bgr: (H, W, 3) uint8 BGR, the image.
         recipe: how people are refined, and how many at most.
+        networks: by the models' names.
         direct: thresholds of the decoder.
         min_score: of a person, before the recipe's acceptance.
 
     Returns:
-        The people, and the time that the network took [s].
+        The people, and the time that the networks took [s].
     """
     joint_sigmas, scores = sigmas(recipe.skeleton), person_scores(people.keypoints)
     surest = np.argsort(-scores, kind='stable')[:recipe.max_refined]
-    keypoints, seconds = people.keypoints.copy(), 0.0
-    for i in surest[scores[surest] >= recipe.acceptance * min_score]:
-        opinions: Opinions = dict(people.opinions[i])
-        for number, refinement in enumerate(recipe.refinements, start=recipe.pass_opinions):
-            crop = prepare_crop(bgr, people.keypoints[i], refinement, recipe.crop_side).compute(network)
-            seconds += crop.seconds
-            pose = most_alike(decode_crop(crop, direct).keypoints, people.keypoints[i], joint_sigmas)
+    refined = surest[scores[surest] >= recipe.acceptance * min_score].tolist()
+    crops = [[prepare_crop(bgr, people.keypoints[i], one) for i in refined] for one in recipe.refinements]
+    begin = time.perf_counter()
+    computed = [compute_views(views, networks[one.model.name]) for one, views in zip(recipe.refinements, crops)]
+    seconds = time.perf_counter() - begin
+    opinions: List[Opinions] = [dict(people.opinions[i]) for i in refined]
+    for number, (one, views) in enumerate(zip(recipe.refinements, computed), start=recipe.pass_opinions):
+        for i, crop, known in zip(refined, views, opinions):
+            pose = most_alike(decode_crop(crop, one.model, direct).keypoints, people.keypoints[i], joint_sigmas)
             if pose is not None:
-                opinions[number] = pose
-        keypoints[i] = vote(opinions, recipe.weights, joint_sigmas)
+                known[number] = pose
+    keypoints = people.keypoints.copy()
+    for i, known in zip(refined, opinions):
+        keypoints[i] = vote(known, recipe.weights, joint_sigmas, recipe.place_weights)
     return Candidates(people.opinions, keypoints), seconds
 
 
-def prepare_crop(bgr: np.ndarray, person: np.ndarray, refinement: CropRefinement, side: int) -> PreparedView:
-    """Cut a person out of an image.
+def prepare_crop(bgr: np.ndarray, person: np.ndarray, refinement: CropRefinement) -> PreparedView:
+    """Cut a person out of an image: a square with the person in the middle, beyond the image its border repeated.
 
     Args:
         bgr: (H, W, 3) uint8 BGR.
-        person: (K, 3) float: x, y [px of the image], score.
-        side: of the network's input [px].
+        person: (K, 3) float: x, y [px of the image], score; NaN where missing. One joint at least is there.
     """
-    left, top, right, bottom = _crop_box(person, refinement.margin, bgr.shape)
-    recipe = CROP_MODEL.input
-    plan = fit_image((right - left, bottom - top), side, side, recipe.multiple_of, whole_box=True)
-    return View(plan, refinement.mirror, (left, top)).prepare(bgr, recipe.padding)
+    size = (bgr.shape[1], bgr.shape[0])
+    left, top, side = _crop_square(person, refinement.margin, size)
+    recipe = refinement.model.input
+    plan = fit_image((side, side), refinement.side, refinement.side, recipe.multiple_of, whole_box=True)
+    return View(plan, refinement.mirror, (left, top), size).prepare(bgr, recipe.padding)
 
 
-def decode_crop(crop: ComputedView, params: DirectDecodeParams) -> Poses:
-    """Find the people in a crop, in pixels of the image."""
-    plan = crop.view.plan
-    poses = decode_direct(crop.outputs, CROP_MODEL, params, plan.net_size, plan.scaled_size)
-    return crop.view.in_image(poses, CROP_MODEL.skeleton)
+def decode_crop(crop: ComputedView, model: Model, params: DirectDecodeParams) -> Poses:
+    """Find the people in a crop, in pixels of the image; joints beyond the image are missing."""
+    return crop.view.in_image(decode_direct(crop.outputs, model, params, crop.view.plan.net_size), model.skeleton)
 
 
-def _crop_box(person: np.ndarray, margin: float, shape: Tuple[int, ...]) -> Tuple[int, int, int, int]:
-    """Return left, top, right, bottom [px] of the square around a person, clipped to the image."""
+def _crop_square(person: np.ndarray, margin: float, size: Tuple[int, int]) -> Tuple[int, int, int]:
+    """Return left, top and side [px] of the square around a person; its centre lies in the image (width, height)."""
     sure = person[person[:, 2] >= CROP.sure_joint]
     low, high = extent(sure if len(sure) > 1 else person)
     half = max(margin * (high - low).max(), CROP.least_side) / 2
-    centre = (low + high) / 2
-    left, top = np.maximum(np.floor(centre - half), 0).astype(int).tolist()
-    right, bottom = np.minimum(np.ceil(centre + half) + 1, shape[1::-1]).astype(int).tolist()
-    return left, top, right, bottom
+    left, top = np.floor(np.clip((low + high) / 2, 0, np.subtract(size, 1)) - half).astype(int).tolist()
+    return left, top, int(np.ceil(2 * half)) + 1

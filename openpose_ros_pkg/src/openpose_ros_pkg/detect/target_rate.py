@@ -7,10 +7,9 @@ from typing import Dict, Tuple
 
 import numpy as np
 
-from openpose_ros_pkg.detect.recipes import CROP_MODEL, FASTER, NetworkPass, Recipe
+from openpose_ros_pkg.detect.recipes import FASTER, NetworkPass, Recipe
 from openpose_ros_pkg.detect.views import full_image_plans, prepare_views
 from openpose_ros_pkg.networks.backends import Backend
-from openpose_ros_pkg.networks.models import MOBILENET_THIN
 from openpose_ros_pkg.params.constants import constant
 
 _log = logging.getLogger(__name__)
@@ -46,13 +45,13 @@ def fitted_to_rate(recipe: Recipe, networks: Dict[str, Backend], target_rate: fl
         threads: that compute a network; 0 for as many as there are cores.
     """
     allowed = RATE.network_share / target_rate
-    pace = {name: _seconds_per_pixel(one, networks[name], threads or os.cpu_count() or 1)
-            for name, one in {one.model.name: one for one in recipe.passes}.items()}
+    pace = {name: _seconds_per_pixel(image, networks[name], threads or os.cpu_count() or 1)
+            for name, image in _inputs(recipe).items()}
     needed = foreseen_seconds(recipe, pace)
+    less = [faster for faster in _faster(recipe) if foreseen_seconds(faster, pace) < needed]
     if needed <= allowed:
         fitted = recipe
-    elif recipe.refinements or len(recipe.passes) > 1:
-        less = [faster for faster in _faster(recipe) if foreseen_seconds(faster, pace) < needed]
+    elif less or len(recipe.passes) > 1:
         fitted = next((faster for faster in less if foreseen_seconds(faster, pace) <= allowed), [recipe, *less][-1])
     else:
         fitted = _smaller(recipe, max(np.sqrt(allowed / needed), RATE.least_scale))
@@ -76,8 +75,7 @@ def foreseen_seconds(recipe: Recipe, pace: Dict[str, float]) -> float:
 def _parts(recipe: Recipe, pace: Dict[str, float]) -> Tuple[float, float]:
     """Return what the passes over the full image will take, and the refinement of each person [s]."""
     of_passes = sum(pace[one.model.name] * _pixels(one) for one in recipe.passes)
-    of_crop = pace[CROP_MODEL.name] * recipe.crop_side ** 2 if recipe.refinements else 0.0
-    return of_passes, of_crop * len(recipe.refinements)
+    return of_passes, sum(pace[one.model.name] * one.side ** 2 for one in recipe.refinements)
 
 
 def _bounded(recipe: Recipe, pace: Dict[str, float], allowed: float) -> Recipe:
@@ -90,12 +88,11 @@ def _bounded(recipe: Recipe, pace: Dict[str, float], allowed: float) -> Recipe:
 
 
 def _faster(recipe: Recipe) -> Tuple[Recipe, ...]:
-    """Return what computes less than a recipe of several networks and may take its place."""
-    first = recipe.passes[0].model
-    return tuple(replace(faster, max_refined=recipe.max_refined,
-                         refinements=faster.refinements if recipe.refinements else ())
-                 for faster in FASTER
-                 if first is MOBILENET_THIN or faster.passes[0].model is first)
+    """Return what computes less than a recipe of several networks with some of them and may take its place."""
+    if len(recipe.models) == 1:
+        return ()
+    less = [replace(faster, max_refined=recipe.max_refined, refinements=recipe.refinements) for faster in FASTER]
+    return tuple(faster for faster in less if set(faster.models) <= set(recipe.models))
 
 
 def _smaller(recipe: Recipe, scale: float) -> Recipe:
@@ -112,14 +109,20 @@ def _pixels(network_pass: NetworkPass) -> int:
     return 2 * pixels if network_pass.mirror else pixels
 
 
-def _seconds_per_pixel(network_pass: NetworkPass, network: Backend, threads: int) -> float:
+def _inputs(recipe: Recipe) -> Dict[str, np.ndarray]:
+    """Return an input of each network, (1, H, W, 3) uint8, by the models' names."""
+    width, height = RATE.image_size
+    crops = {one.model.name: np.zeros((1, one.side, one.side, 3), np.uint8) for one in recipe.refinements}
+    image = np.zeros((height, width, 3), np.uint8)
+    return {**crops, **{one.model.name: prepare_views(image, one)[0].input[np.newaxis] for one in recipe.passes}}
+
+
+def _seconds_per_pixel(image: np.ndarray, network: Backend, threads: int) -> float:
     """Return what a network takes for a pixel of its input when this process has its cores to itself [s].
 
     Other nodes start at the same moment, so by the wall clock alone the network would seem slow. The processor time of
     its threads tells what it needs, and the quickest of a few runs leaves out what disturbs even that.
     """
-    width, height = RATE.image_size
-    image = prepare_views(np.zeros((height, width, 3), np.uint8), network_pass)[0].input[np.newaxis]
     network.infer(image)  # compiles the network for this size
     seconds = []
     for _ in range(RATE.timed_runs):

@@ -3,6 +3,7 @@ import time
 from dataclasses import dataclass
 from typing import List, Optional, Sequence, Tuple
 
+import cv2
 import numpy as np
 
 from openpose_ros_pkg.decode.direct import DirectDecodeParams, decode_direct
@@ -23,17 +24,19 @@ class View:
     Attributes:
         plan: how the part becomes the input; its `image_size` is the size of the part.
         mirror: whether the network sees the mirror image of the part.
-        origin: left and top of the part in the image [px].
+        origin: left and top of the part in the image [px]; the part may reach beyond the image, whose border is then
+            repeated.
+        within: (width, height) of the image [px], beyond which joints are missing; None: the part is all of it.
     """
 
     plan: ImageToNet
     mirror: bool = False
     origin: Tuple[int, int] = (0, 0)
+    within: Optional[Tuple[int, int]] = None
 
     def prepare(self, bgr: np.ndarray, padding: Optional[int]) -> 'PreparedView':
         """Cut the part out of an image, (H, W, 3) uint8 BGR, and scale and pad it; see `ImageToNet.apply`."""
-        (left, top), (width, height) = self.origin, self.plan.image_size
-        part = bgr[top:top + height, left:left + width]
+        part = _cut(bgr, *self.origin, *self.plan.image_size)
         if self.mirror:
             # the padding stays at the right, where the plan has it
             part = np.ascontiguousarray(part[:, ::-1])
@@ -47,7 +50,19 @@ class View:
             keypoints[..., 0] = self.plan.image_size[0] - 1 - keypoints[..., 0]
             keypoints = keypoints[:, list(skeleton.swap)]
         keypoints[..., :2] += self.origin
+        if self.within is not None:
+            # a pixel reaches half a pixel beyond its centre
+            there = (np.abs(keypoints[..., :2] + 0.5 - np.divide(self.within, 2)) <= np.divide(self.within, 2))
+            keypoints[~there.all(axis=-1)] = (np.nan, np.nan, 0)
         return Poses(keypoints, poses.scores)
+
+
+def _cut(bgr: np.ndarray, left: int, top: int, width: int, height: int) -> np.ndarray:
+    """Return a part of an image, (height, width, 3) uint8; it shares pixels with the image."""
+    bottom, right = top + height, left + width
+    beyond = [max(pixels, 0) for pixels in (-top, bottom - bgr.shape[0], -left, right - bgr.shape[1])]
+    inside = bgr[max(top, 0):bottom, max(left, 0):right]
+    return cv2.copyMakeBorder(inside, *beyond, cv2.BORDER_REPLICATE) if any(beyond) else inside
 
 
 @dataclass(frozen=True)
@@ -71,6 +86,11 @@ class ComputedView:
     view: View
     outputs: Tuple[np.ndarray, ...]
     seconds: float
+
+
+def compute_views(views: Sequence[PreparedView], network: Backend) -> List[ComputedView]:
+    """Let a network compute several views that do not depend on one another."""
+    return [view.compute(network) for view in views]
 
 
 def full_image_plans(size: Tuple[int, int], network_pass: NetworkPass) -> List[ImageToNet]:

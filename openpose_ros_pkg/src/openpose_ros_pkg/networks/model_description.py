@@ -13,7 +13,7 @@ from openpose_ros_pkg.networks.model_types import DECODERS, InputRecipe, Model, 
 from openpose_ros_pkg.skeletons import COCO_18, COLOURS, MESSAGE_JOINTS, SKELETONS, Limb, SkeletonModel, starting_limbs
 
 # Number of outputs that each decoder takes.
-_OUTPUTS = {'paf': (1, 2), 'movenet_multipose': (1,), 'rtmo': (2,)}
+_OUTPUTS = {'paf': (1, 2), 'movenet_multipose': (1,), 'movenet_singlepose': (1,), 'rtmo': (2,)}
 _HASH_DIGITS = {'md5': 32, 'sha256': 64}
 _REQUIRED = object()
 

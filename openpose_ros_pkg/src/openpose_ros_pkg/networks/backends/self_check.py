@@ -138,6 +138,10 @@ def _movenet_structure(model: Model, shapes: List[Tuple[int, ...]], size: Tuple[
     return '(1, N, 56)', len(shapes[0]) == 3 and shapes[0][::2] == (1, 56)
 
 
+def _single_person_structure(model: Model, shapes: List[Tuple[int, ...]], size: Tuple[int, int]) -> Tuple[str, bool]:
+    return '(1, 1, 17, 3)', shapes[0] == (1, 1, 17, 3)
+
+
 def _rtmo_structure(model: Model, shapes: List[Tuple[int, ...]], size: Tuple[int, int]) -> Tuple[str, bool]:
     boxes, joints = shapes
     right = len(boxes) == 3 and boxes[::2] == (1, 5) and joints == (1, boxes[1], 17, 3)
@@ -146,7 +150,8 @@ def _rtmo_structure(model: Model, shapes: List[Tuple[int, ...]], size: Tuple[int
 
 # What the outputs of each decoder's networks look like, in words, and whether shapes are so.
 _STRUCTURES: Dict[str, Callable[[Model, List[Tuple[int, ...]], Tuple[int, int]], Tuple[str, bool]]] = {
-    'paf': _fields_structure, 'movenet_multipose': _movenet_structure, 'rtmo': _rtmo_structure}
+    'paf': _fields_structure, 'movenet_multipose': _movenet_structure,
+    'movenet_singlepose': _single_person_structure, 'rtmo': _rtmo_structure}
 
 
 def _any_image(model: Model) -> np.ndarray:
