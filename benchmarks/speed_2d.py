@@ -12,7 +12,7 @@ shipped sequence many times.
 import argparse
 import sys
 from dataclasses import replace
-from typing import Any, Callable, Dict, List, Tuple
+from typing import Any, Callable, Dict, List, Sequence, Tuple
 
 import cv2
 import numpy as np
@@ -67,6 +67,7 @@ class Replay:
     """A network that answers at once, with what another one has computed for an image."""
 
     name = description = 'replay'
+    fallback = ''
 
     def __init__(self, network: Backend, images: np.ndarray) -> None:
         self._outputs = network.infer(images)
@@ -74,6 +75,10 @@ class Replay:
     def infer(self, images: np.ndarray) -> Tuple[np.ndarray, ...]:
         """Return the outputs."""
         return self._outputs
+
+    def infer_many(self, images: Sequence[np.ndarray]) -> List[Tuple[np.ndarray, ...]]:
+        """Return the outputs for each image."""
+        return [self._outputs for _ in images]
 
 
 def detector_for(backend: str, size: str, threads: int, model: str) -> Detector:

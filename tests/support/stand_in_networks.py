@@ -57,9 +57,14 @@ class StandIn:
 
     name = description = 'stand-in'
 
+    fallback = ''
+
     def __init__(self, people=(), size=(640, 480), confidence=0.9):
         self.people, self.size, self.confidence = people, size, confidence
         self.inputs, self.parts = [], []
+
+    def infer_many(self, images):
+        return [self.infer(image) for image in images]
 
     def _seen(self, image):
         """Return the people, (18, 2) pixels of the input each, as they look there; without a chart, nobody."""
@@ -118,6 +123,7 @@ class Together:
     params = BackendParams(threads=1)
 
     def __init__(self, **networks):
+        self.faults = {}
         self.networks = networks
 
     def load(self, recipe):

@@ -60,6 +60,7 @@ class FakeBackend:
 
     name = 'fake'
     description = 'Fake 1.0'
+    fallback = ''
 
     def __init__(self, spoil=lambda fields: fields):
         self._spoil = spoil
@@ -110,7 +111,34 @@ def test_auto_skips_a_wrong_network_with_a_warning(monkeypatch, caplog, tmp_path
     with caplog.at_level(logging.INFO):
         assert create_backend(MOBILENET_THIN, tmp_path / 'graph.pb', BackendParams()) is right
     assert [record.levelname for record in caplog.records] == ['WARNING', 'INFO']
-    assert 'backend openvino is skipped' in caplog.text and 'wrongly' in caplog.records[1].getMessage()
+    assert 'Fake 1.0 computes mobilenet_thin, slower than asked for: openvino does not work' in caplog.text
+    assert 'openvino does not work' in right.fallback and 'wrongly' in right.fallback
+
+
+def off_by(fields):
+    """Joints that are a cell of the fields, 8 px, beside their places."""
+    return np.roll(fields, 1, axis=3)
+
+
+def test_wrong_in_reduced_precision_it_is_f32_of_the_same_runtime(monkeypatch, caplog, tmp_path):
+    made = []
+
+    def load(model, weights, params):
+        made.append(params.precision)
+        return FakeBackend(off_by if params.precision == 'auto' else lambda fields: fields)
+    monkeypatch.setattr(backends, '_backend_class', lambda name: load)
+    backend = create_backend(MOBILENET_THIN, tmp_path / 'graph.pb', params(precision='auto'))
+    assert made == ['auto', 'f32']
+    assert 'joints in a known image are off by' in backend.fallback
+    assert [record.levelname for record in caplog.records] == ['WARNING']
+    assert 'slower than asked for' in caplog.text
+
+
+def test_wrong_in_both_precisions_the_next_runtime_computes(monkeypatch, tmp_path):
+    right = FakeBackend()
+    with_loaders(monkeypatch, openvino=lambda: FakeBackend(off_by), opencv_dnn=lambda: right)
+    assert create_backend(MOBILENET_THIN, tmp_path / 'graph.pb', params(precision='auto')) is right
+    assert right.fallback.startswith('openvino does not work')
 
 
 def test_auto_says_who_does_not_read_the_file(monkeypatch, caplog, tmp_path):

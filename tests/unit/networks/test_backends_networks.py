@@ -157,7 +157,7 @@ def test_output_that_the_file_does_not_have_is_named_with_those_it_has(runtime, 
 
 def test_wrong_number_of_channels_is_caught_at_start(runtime, tmp_path):
     path = onnx_file(tmp_path, tiny_networks.onnx_fields([weights_of(57)]))
-    with pytest.raises(ModelError, match=r'outputs fields .*\(1, 57, 14, 10\).*expected .* with 78 channels in all'):
+    with pytest.raises(ModelError, match=r'outputs fields .*\(1, 57, 16, 12\).*expected .* with 78 channels in all'):
         load(own(BODY_25, outputs=('fields',)), path, runtime)
 
 
@@ -187,6 +187,32 @@ def test_more_sizes_than_are_kept_and_results_that_stay(runtime, tmp_path):
         assert_fields(backend.infer(images)[0], expected_fields(images, model.input, weights))
     np.testing.assert_array_equal(kept, before)
     np.testing.assert_array_equal(backend.infer(IMAGES[:1])[0], before)
+
+
+@pytest.mark.parametrize('threads', [0, 1, 3])
+def test_many_images_give_what_each_gives_alone(runtime, tmp_path, threads):
+    """Of any number, in their order, bit for bit, also where sizes change; and results stay."""
+    path = onnx_file(tmp_path, tiny_networks.onnx_fields([weights_of(57)]))
+    model = own(MOBILENET_THIN, input=InputRecipe(), outputs=('fields',), output_layout='NCHW')
+    backend = load(model, path, runtime, threads=threads)
+    random = np.random.default_rng(0)
+    before = []
+    for count, side in ((0, 16), (1, 16), (2, 16), (3, 24), (20, 16), (2, 24)):
+        images = [random.integers(0, 256, (1, side, side, 3), dtype=np.uint8)[:, :, ::-1] for _ in range(count)]
+        many = backend.infer_many(images)
+        assert len(many) == count
+        before += [(fields, backend.infer(image)[0]) for (fields,), image in zip(many, images)]
+    for fields, alone in before:
+        np.testing.assert_array_equal(fields, alone)
+
+
+def test_after_an_error_the_next_images_are_computed(pooled):
+    model, path, expected = pooled
+    backend = load(model, path, 'openvino', threads=2)
+    with pytest.raises(Exception, match=r'shape|dimension|size'):
+        backend.infer_many([IMAGES[:1], IMAGES[:1], IMAGES[:1, 8:], IMAGES[:1]])
+    many = backend.infer_many([IMAGES[i:i + 1] for i in range(len(IMAGES))])
+    assert_fields(np.concatenate([fields for fields, in many]), expected)
 
 
 # --- networks that find people themselves ---------------------------------------------------------------------------

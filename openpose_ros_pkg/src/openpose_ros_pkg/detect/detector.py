@@ -13,7 +13,7 @@ from openpose_ros_pkg.detect.refinement import prepare_crop, refine
 from openpose_ros_pkg.detect.target_rate import fitted_to_rate
 from openpose_ros_pkg.detect.views import PreparedView, decode_views, prepare_views
 from openpose_ros_pkg.errors import BadInputError, ModelError, ParameterError
-from openpose_ros_pkg.networks.backends import Backend, BackendParams, create_backend
+from openpose_ros_pkg.networks.backends import Backend, BackendParams, LiveBackendParams, create_backend
 from openpose_ros_pkg.networks.models import Model, weights_path
 from openpose_ros_pkg.people import People2D, Poses
 from openpose_ros_pkg.skeletons import SkeletonModel
@@ -33,6 +33,13 @@ class DetectorSettings:
     decode: DecodeParams
     direct: DirectDecodeParams
     ensemble: EnsembleParams
+
+
+@dataclass(frozen=True)
+class LiveDetectorSettings(DetectorSettings):
+    """All parameters of the detector, with the defaults of nodes."""
+
+    backend: LiveBackendParams
 
 
 @dataclass(frozen=True)
@@ -86,12 +93,17 @@ class Networks:
     Args:
         params: what computes them.
         model_folder: folder of the weights; empty for the default one.
+
+    Attributes:
+        faults: what is missing or computed by something slower than the parameters ask for, and why, by the names of
+            the networks.
     """
 
     def __init__(self, params: BackendParams, model_folder: str = '') -> None:
         self.params = params
         self._model_folder = model_folder
         self._loaded: Dict[str, Backend] = {}
+        self.faults: Dict[str, str] = {}
 
     def load(self, recipe: Recipe) -> Tuple[Recipe, Dict[str, Backend]]:
         """Load the networks of a recipe; without a network that is missing, unless it is the first, it computes less.
@@ -114,12 +126,17 @@ class Networks:
                     raise
                 missing.append(model)
                 wanted = recipe.without(missing)
-                _log.warning('%s is missing, so people are found less accurately, by %s: %s', model.name,
-                             wanted.description, error)
+                self.faults[model.name] = (f'{model.name} is missing, so people are found less accurately, by '
+                                           f'{wanted.description}: {error}')
+                _log.warning('%s', self.faults[model.name])
 
     def _network(self, model: Model) -> Backend:
         if model.name not in self._loaded:
-            self._loaded[model.name] = create_backend(model, weights_path(model, self._model_folder), self.params)
+            backend = create_backend(model, weights_path(model, self._model_folder), self.params)
+            self._loaded[model.name] = backend
+            self.faults.pop(model.name, None)
+            if backend.fallback:
+                self.faults[model.name] = f'{backend.description} computes {model.name}: {backend.fallback}'
         return self._loaded[model.name]
 
 
@@ -162,6 +179,11 @@ class Detector:
     def description(self) -> str:
         """What computes which networks, for the log."""
         return '; '.join(f'{name} on {network.description}' for name, network in self._setup.networks.items())
+
+    @property
+    def faults(self) -> str:
+        """What is missing or computed by something slower than the parameters ask for, and why; empty: nothing."""
+        return '; '.join(self._networks.faults.values())
 
     def reconfigure(self, settings: DetectorSettings) -> None:
         """Take other parameters for all frames that are prepared from now on; runtime and model folder stay.

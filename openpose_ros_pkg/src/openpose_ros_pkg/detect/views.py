@@ -89,8 +89,12 @@ class ComputedView:
 
 
 def compute_views(views: Sequence[PreparedView], network: Backend) -> List[ComputedView]:
-    """Let a network compute several views that do not depend on one another."""
-    return [view.compute(network) for view in views]
+    """Let the network compute views whose inputs have one size, side by side where it can; see `infer_many`."""
+    begin = time.perf_counter()
+    outputs = network.infer_many([view.input[np.newaxis] for view in views])
+    seconds = (time.perf_counter() - begin) / max(len(views), 1)
+    return [ComputedView(view.view, tuple(output[0] for output in of_view), seconds)
+            for view, of_view in zip(views, outputs)]
 
 
 def full_image_plans(size: Tuple[int, int], network_pass: NetworkPass) -> List[ImageToNet]:

@@ -4,7 +4,7 @@ from typing import Any, Dict, Tuple, Type
 
 from openpose_ros_pkg.decode.direct import DirectDecodeParams
 from openpose_ros_pkg.decode.paf import DecodeParams
-from openpose_ros_pkg.detect.detector import DetectorSettings
+from openpose_ros_pkg.detect.detector import LiveDetectorSettings
 from openpose_ros_pkg.detect.ensemble import EnsembleParams
 from openpose_ros_pkg.detect.following import FollowingParams
 from openpose_ros_pkg.detect.tracking import TrackingParams
@@ -98,7 +98,7 @@ class CameraParams(Parameters):
 class ServiceSettings:
     """All that the service node reads."""
 
-    detector: DetectorSettings
+    detector: LiveDetectorSettings
     tracking: TrackingParams
     following: FollowingParams
     draw: DrawParams

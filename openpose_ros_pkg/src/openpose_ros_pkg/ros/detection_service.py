@@ -101,6 +101,7 @@ class DetectionService:
         self._numbers = itertools.count()
         self._health = Health()
         self._timing = TimingReport(_STAGES, result='total')
+        self._health.show_lasting(lambda: self._detector.faults)
         self._health.show(self._timing.medians)
         self._health.show(self._recorder_counters)
         self._stream = StreamDetector(self._detector, settings.tracking, settings.following)

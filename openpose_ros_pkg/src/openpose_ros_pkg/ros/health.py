@@ -24,6 +24,7 @@ class Health:
         self._latencies: Deque = deque(maxlen=1000)
         self._values: List[Callable[[], Dict[str, str]]] = []
         self._why_resting: Callable[[], str] = str
+        self._lasting_fault: Callable[[], str] = str
         self._last_warning = ('', -float('inf'))
         self._updater = diagnostic_updater.Updater()
         self._updater.setHardwareID('none')
@@ -42,6 +43,10 @@ class Health:
     def explain_rest(self, why: Callable[[], str]) -> None:
         """Say in the status why there are no frames, where `why` returns a text; empty: there should be some."""
         self._why_resting = why
+
+    def show_lasting(self, fault: Callable[[], str]) -> None:
+        """Keep the status at WARN while `fault` returns a text: what the node works with is not what was asked for."""
+        self._lasting_fault = fault
 
     def frame_done(self, stamp: rospy.Time) -> None:
         """Count a finished frame and its latency, from the stamp of the camera to now."""
@@ -74,8 +79,9 @@ class Health:
             counts = dict(self._counts)
             latencies = sorted(latency for when, latency in self._latencies if now - when <= RECENT)
             text, when = self._last_warning
-        if now - when <= RECENT:
-            status.summary(DiagnosticStatus.WARN, text)
+        lasting = self._lasting_fault()
+        if now - when <= RECENT or lasting:
+            status.summary(DiagnosticStatus.WARN, text if now - when <= RECENT else lasting)
         else:
             status.summary(DiagnosticStatus.OK, self._why_resting() or f'{len(latencies) / RECENT:.1f} Hz')
         status.add('rate [Hz]', f'{len(latencies) / RECENT:.1f}')

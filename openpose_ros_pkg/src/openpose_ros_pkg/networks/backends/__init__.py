@@ -1,8 +1,8 @@
 """Runtimes that compute a network, behind one protocol."""
 import logging
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Callable, List, NamedTuple, Protocol, Tuple
+from typing import Callable, List, NamedTuple, Protocol, Sequence, Tuple, cast
 
 import numpy as np
 
@@ -20,10 +20,12 @@ class Backend(Protocol):
     Attributes:
         name: value of the `backend` parameter that demands it.
         description: runtime, version and precision, for the log.
+        fallback: why something slower computes than the parameters ask for; empty: what they ask for does.
     """
 
     name: str
     description: str
+    fallback: str
 
     def infer(self, images: np.ndarray) -> Tuple[np.ndarray, ...]:
         """Compute the network; not thread-safe.
@@ -32,12 +34,26 @@ class Backend(Protocol):
 
         Args:
             images: (1, H, W, 3) uint8 BGR, H and W multiples of the recipe's `multiple_of`, or its `fixed_size`.
-                Networks compute one image at a time: batches gain nothing (docs/decisions.md).
+                A batch of several gains nothing (docs/decisions.md).
 
         Returns:
             One float32 array for each of the model's `outputs`, in their order, the caller's own. With decoder 'paf':
             (1, C, H / stride, W / stride). Others: as the network gives them.
         """
+
+    def infer_many(self, images: Sequence[np.ndarray]) -> List[Tuple[np.ndarray, ...]]:
+        """Compute the network for images of one size, side by side where the runtime can; not thread-safe.
+
+        Returns:
+            For each image what `infer` returns for it.
+        """
+
+
+def _precision(default: str) -> str:
+    doc = ('f32: reproducible. auto: OpenVINO may use bf16 where the processor has it, about twice as fast, and a GPU '
+           'f16; joints move by less than a pixel. Where it computes the known image of a network wrongly, f32 takes '
+           'its place. The default is auto in nodes, and f32 in programs for files and recordings.')
+    return cast(str, parameter(default, doc, choices=('f32', 'auto')))
 
 
 @dataclass(frozen=True)
@@ -52,9 +68,7 @@ class BackendParams(Parameters):
     threads: int = parameter(
         0, 'Threads that compute the network; 0: as many as the machine has cores. With opencv_dnn this holds for all '
            'of OpenCV in the process.', minimum=0, maximum=256)
-    precision: str = parameter(
-        'f32', 'f32: reproducible. auto: OpenVINO may use bf16 where the processor has it, about twice as fast, and a '
-               'GPU f16; results differ in the second digit.', choices=('f32', 'auto'))
+    precision: str = _precision('f32')
     hint: str = parameter(
         'latency', 'How OpenVINO uses its threads. latency: all for one image. throughput: in streams for several '
                    'images, for machines that run several detectors.',
@@ -67,6 +81,13 @@ class BackendParams(Parameters):
         '', 'Folder in which networks that OpenVINO has compiled are kept, for a faster start; empty: the folder '
             "compiled beside that of the models in the user's cache; off: nowhere. It holds 1 GB at most.",
         words=('off',))
+
+
+@dataclass(frozen=True)
+class LiveBackendParams(BackendParams):
+    """What computes the network, and how."""
+
+    precision: str = _precision('auto')
 
 
 def create_backend(model: Model, weights: Path, params: BackendParams) -> Backend:
@@ -85,6 +106,7 @@ def create_backend(model: Model, weights: Path, params: BackendParams) -> Backen
         _log.info('%s computes %s, as the parameter backend demands', backend.description, model.name)
         return backend
     reasons: List[str] = []
+    faults: List[str] = []
     for name, runtime in _RUNTIMES.items():
         if weights.suffix not in runtime.reads:
             reasons.append(f'{name} does not read {weights.name}')
@@ -98,13 +120,20 @@ def create_backend(model: Model, weights: Path, params: BackendParams) -> Backen
             reasons.append(f'{name} is not able to: {error}')
             continue
         except ModelError as error:
-            reasons.append(f'{name} does not work: {error}')
-            _log.warning('backend %s is skipped: %s', name, error)
+            faults.append(f'{name} does not work: {error}')
             continue
+        if faults:
+            _fall_back(backend, model, '; '.join(faults))
         why = '; '.join(reasons) if reasons else 'the fastest that is available'
         _log.info('%s computes %s (backend auto: %s)', backend.description, model.name, why)
         return backend
-    raise ModelError(f'no backend can compute {model.name} on {params.device}: ' + '; '.join(reasons))
+    raise ModelError(f'no backend can compute {model.name} on {params.device}: ' + '; '.join(reasons + faults))
+
+
+def _fall_back(backend: Backend, model: Model, why: str) -> None:
+    """Let a backend say that it is slower than what the parameters ask for, and why."""
+    backend.fallback = '; '.join(filter(None, (why, backend.fallback)))
+    _log.warning('%s computes %s, slower than asked for: %s', backend.description, model.name, why)
 
 
 def _demanded(model: Model, weights: Path, params: BackendParams) -> Backend:
@@ -122,7 +151,7 @@ def _demanded(model: Model, weights: Path, params: BackendParams) -> Backend:
 
 
 def _load(name: str, model: Model, weights: Path, params: BackendParams) -> Backend:
-    """Load and check one backend.
+    """Load and check one backend; with f32 where another precision computes wrong results.
 
     Raises:
         ImportError: its runtime is not installed.
@@ -133,7 +162,14 @@ def _load(name: str, model: Model, weights: Path, params: BackendParams) -> Back
         raise ParameterError(f"parameter 'device' = {params.device!r} is not available in openvino: it computes on cpu")
     backend = _backend_class(name)(model, weights, params)
     # GPUs use tensor cores with fewer bits where a library chooses so.
-    check_backend(backend, model, exact=params.precision == 'f32' and params.device == 'cpu')
+    exact = params.precision == 'f32' and params.device == 'cpu'
+    try:
+        check_backend(backend, model, exact)
+    except ModelError as error:
+        if params.precision == 'f32':
+            raise
+        backend = _load(name, model, weights, replace(params, precision='f32'))
+        _fall_back(backend, model, str(error))
     return backend
 
 

@@ -1,6 +1,6 @@
 """onnxruntime: ONNX networks on the processor, or on a GPU where the installed package has CUDA or TensorRT."""
 from pathlib import Path
-from typing import Any, Dict, List, Tuple
+from typing import Any, Dict, List, Sequence, Tuple
 
 import numpy as np
 import onnxruntime as ort
@@ -22,6 +22,7 @@ class OnnxruntimeBackend:
     """
 
     name = 'onnxruntime'
+    fallback = ''
 
     def __init__(self, model: Model, weights: Path, params: BackendParams) -> None:
         self._model = model
@@ -50,6 +51,10 @@ class OnnxruntimeBackend:
         """Compute the network; see `Backend.infer`."""
         outputs = self._session.run(self._outputs, {self._input: network_input(images, self._model.input)})
         return tuple(own_output(output, self._model, self._model.output_layout) for output in outputs)
+
+    def infer_many(self, images: Sequence[np.ndarray]) -> List[Tuple[np.ndarray, ...]]:
+        """Compute the network for each image in turn; see `Backend.infer_many`."""
+        return [self.infer(image) for image in images]
 
 
 def _no_device(device: str, reason: str) -> ParameterError:

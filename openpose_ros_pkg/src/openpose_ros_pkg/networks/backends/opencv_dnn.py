@@ -1,6 +1,6 @@
 """OpenCV's dnn module: needs nothing but OpenCV. Reads TensorFlow's frozen graphs, ONNX and, in OpenCV 4, Caffe."""
 from pathlib import Path
-from typing import Any, Tuple
+from typing import Any, List, Sequence, Tuple
 
 import cv2
 import numpy as np
@@ -20,6 +20,7 @@ class OpencvBackend:
     """
 
     name = 'opencv_dnn'
+    fallback = ''
 
     def __init__(self, model: Model, weights: Path, params: BackendParams) -> None:
         self._model = model
@@ -54,6 +55,10 @@ class OpencvBackend:
         self._net.setInput(network_input(images, self._recipe))
         # Copies: OpenCV writes into the memory of its results again.
         return tuple(own_output(output, self._model, self._layout) for output in self._net.forward(self._outputs))
+
+    def infer_many(self, images: Sequence[np.ndarray]) -> List[Tuple[np.ndarray, ...]]:
+        """Compute the network for each image in turn; see `Backend.infer_many`."""
+        return [self.infer(image) for image in images]
 
 
 def has_cuda() -> bool:

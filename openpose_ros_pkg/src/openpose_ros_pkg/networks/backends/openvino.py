@@ -5,9 +5,10 @@ It reads TensorFlow's frozen graphs, ONNX, TFLite and its own IR.
 import functools
 import io
 import logging
+import os
 from collections import OrderedDict
 from pathlib import Path
-from typing import Any, Dict, Tuple
+from typing import Any, Dict, List, Sequence, Tuple
 
 import numpy as np
 import openvino as ov
@@ -21,6 +22,8 @@ _log = logging.getLogger(__name__)
 
 # A network is compiled per input size; this many stay in memory.
 _KEPT_SIZES = 8
+# Images that `infer_many` computes at a time; with more cores each of them gets several (docs/decisions.md).
+_MOST_STREAMS = 4
 # Only the first sizes of a process go to the disk: a folder of images may have a new one each.
 _CACHED_SIZES = 8
 
@@ -40,6 +43,7 @@ class OpenvinoBackend:
     """A network on the CPU by OpenVINO; see `backends.Backend`."""
 
     name = 'openvino'
+    fallback = ''
 
     def __init__(self, model: Model, weights: Path, params: BackendParams) -> None:
         """Prepare; the weights are read by the first `infer`, unless the compiled network is in the cache."""
@@ -52,8 +56,13 @@ class OpenvinoBackend:
             self._config['INFERENCE_NUM_THREADS'] = params.threads
             # Else the threads of every process are bound to the first cores, all to the same ones.
             self._config['ENABLE_CPU_PINNING'] = False
+        threads = params.threads or len(os.sched_getaffinity(0))
+        self._streams = min(threads, _MOST_STREAMS)
+        self._side_by_side = {**self._config, 'NUM_STREAMS': self._streams, 'INFERENCE_NUM_THREADS': threads,
+                              'ENABLE_CPU_PINNING': False}
         self._cache = open_cache(params.compiled_cache)
-        self._requests: OrderedDict[Tuple[int, ...], Any] = OrderedDict()
+        # requests of each input size, one or as many as there are streams; the longest unused first
+        self._requests: OrderedDict[Tuple[Tuple[int, ...], int], List[Any]] = OrderedDict()
         self._sizes = 0
         self.description = f'OpenVINO {ov.__version__.split("-")[0]} (precision {params.precision}, {params.hint})'
 
@@ -63,47 +72,67 @@ class OpenvinoBackend:
         Raises:
             ModelError: OpenVINO can not read the weights, or the graph has not what the model says.
         """
-        request = self._request(images.shape)
+        request, = self._requests_for(images.shape, 1)
         request.infer({0: np.ascontiguousarray(images)}, share_inputs=True)
-        # copies: the memory of the request is written again by the next image
-        return tuple(tensor.data.copy() for tensor in request.output_tensors)
+        return _outputs(request)
 
-    def _request(self, shape: Tuple[int, ...]) -> Any:
-        """Return the request for an input size, compiling the network for sizes that are new or long unused."""
-        if shape not in self._requests:
-            self._requests[shape] = self._compile(shape).create_infer_request()
+    def infer_many(self, images: Sequence[np.ndarray]) -> List[Tuple[np.ndarray, ...]]:
+        """Compute the network, as many images at a time as there are streams; see `Backend.infer_many`."""
+        if len(images) < 2 or self._streams < 2:
+            return [self.infer(image) for image in images]
+        requests = self._requests_for(images[0].shape, self._streams)
+        arrays = [np.ascontiguousarray(image) for image in images]  # requests read their memory
+        results = []
+        try:
+            for i, array in enumerate(arrays):
+                request = requests[i % len(requests)]
+                if i >= len(requests):
+                    request.wait()
+                    results.append(_outputs(request))
+                request.start_async({0: array}, share_inputs=True)
+        finally:
+            for request in requests:
+                request.wait()
+        return results + [_outputs(requests[i % len(requests)]) for i in range(len(results), len(arrays))]
+
+    def _requests_for(self, shape: Tuple[int, ...], streams: int) -> List[Any]:
+        """Return the requests for an input size, compiling the network for sizes that are new or long unused."""
+        key = shape, streams
+        if key not in self._requests:
+            network = self._compile(shape, self._side_by_side if streams > 1 else self._config)
+            self._requests[key] = [network.create_infer_request() for _ in range(streams)]
             if len(self._requests) > _KEPT_SIZES:
                 self._requests.popitem(last=False)
-        self._requests.move_to_end(shape)
-        return self._requests[shape]
+        self._requests.move_to_end(key)
+        return self._requests[key]
 
-    def _compile(self, shape: Tuple[int, ...]) -> Any:
+    def _compile(self, shape: Tuple[int, ...], config: Dict[str, Any]) -> Any:
         self._sizes += 1
         cache = self._cache if self._sizes <= _CACHED_SIZES else None
-        key = self._key(shape)
+        key = self._key(shape, config)
         data = cache.load(key) if cache else None
         if data is not None:
             try:
-                return self._core.import_model(io.BytesIO(data), 'CPU', self._config)
+                return self._core.import_model(io.BytesIO(data), 'CPU', config)
             except RuntimeError as error:
                 _log.warning('OpenVINO does not take a compiled network from the cache, it compiles it again: %s',
                              error)
         graph = self._prepared.clone()
         graph.reshape(list(shape))
-        network = self._core.compile_model(graph, 'CPU', self._config)
+        network = self._core.compile_model(graph, 'CPU', config)
         if cache:
             content = io.BytesIO()
             network.export_model(content)
             cache.store(key, content.getvalue())
         return network
 
-    def _key(self, shape: Tuple[int, ...]) -> str:
+    def _key(self, shape: Tuple[int, ...], config: Dict[str, Any]) -> str:
         """Name all that a compiled network depends on: graph, what is done to it, options, runtime and processor."""
         files = [(str(path.resolve()), path.stat().st_size, path.stat().st_mtime_ns)
                  for path in (self._weights.parent / file.name for file in self._model.files) if path.is_file()]
         model = (self._model.input, self._model.outputs, self._model.decoder, self._model.output_layout)
         processor = [self._core.get_property('CPU', name) for name in ('FULL_DEVICE_NAME', 'OPTIMIZATION_CAPABILITIES')]
-        return repr((files, model, shape, sorted(self._config.items()), ov.__version__, processor))
+        return repr((files, model, shape, sorted(config.items()), ov.__version__, processor))
 
     @functools.cached_property
     def _prepared(self) -> ov.Model:
@@ -113,6 +142,11 @@ class OpenvinoBackend:
             return _with_recipe(_with_outputs(graph, self._model), self._model)
         except (RuntimeError, ValueError) as error:
             raise ModelError(f'OpenVINO can not load {self._weights} as {self._model.name}: {error}') from error
+
+
+def _outputs(request: Any) -> Tuple[np.ndarray, ...]:
+    """Return copies of what a request has computed: its memory is written again by the next image."""
+    return tuple(tensor.data.copy() for tensor in request.output_tensors)
 
 
 def _with_outputs(graph: ov.Model, model: Model) -> ov.Model:

@@ -85,7 +85,8 @@ def read_config(paths: Sequence[Path]) -> Dict[str, Any]:
         ParameterError: a file can not be read, has a key that no node has, or two files contradict each other.
     """
     known = {field.name for field in parameter_fields(ServiceSettings, ExtractorSettings, BagSettings)}
-    used = {field.name for field in parameter_fields(BagSettings)}
+    # The nodes' precision is that of a live image; a recording gives the same people on each machine.
+    used = {field.name for field in parameter_fields(BagSettings)} - {'precision'}
     values: Dict[str, Any] = {}
     for path in paths:
         try:
