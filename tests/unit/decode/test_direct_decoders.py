@@ -1,14 +1,18 @@
 """Decoders of networks that find people themselves: positions, joint names, thresholds, duplicates."""
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from openpose_ros_pkg.decode.direct import DirectDecodeParams, decode_direct
 from openpose_ros_pkg.errors import ParameterError
+from openpose_ros_pkg.networks.model_types import YOLO_INPUT
 from openpose_ros_pkg.networks.models import MODELS, MOVENET_MULTIPOSE
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
 
 RTMO = MODELS['rtmo_s']
+YOLO = replace(RTMO, decoder='yolo_pose', input=YOLO_INPUT, outputs=())
 SIZE = (256, 192)
 # Pixels of a standing person of 100 px, in COCO's order of the joints.
 STANDING = np.array([
@@ -48,21 +52,56 @@ def decode_rtmo(*people, params=None, valid_size=None):
     return decode_direct(rtmo_outputs(*people), RTMO, params or DirectDecodeParams(), SIZE, valid_size)
 
 
-BOTH = pytest.mark.parametrize('decode', [decode_movenet, decode_rtmo], ids=['MoveNet', 'RTMO'])
+def yolo_rows(*people):
+    """Boxes x1, y1, x2, y2 (N, 4), scores (N,) and joints (N, 51) in pixels from the corner of the first one."""
+    pixels = np.array([person[0] for person in people]).reshape(-1, 17, 2) + 0.5
+    confidence = np.array([np.broadcast_to(person[1], 17) for person in people]).reshape(-1, 17, 1)
+    boxes = np.concatenate([pixels.min(axis=1), pixels.max(axis=1)], axis=1)
+    return boxes, np.array([person[2] for person in people]), np.concatenate([pixels, confidence], 2).reshape(-1, 51)
+
+
+def yolo_raw(*people):
+    """(56, N): the people, and cells where nobody is."""
+    boxes, scores, joints = yolo_rows(*people)
+    output = np.zeros((56, 84), np.float32)
+    output[:2, :len(people)], output[2:4, :len(people)] = (boxes[:, :2] + boxes[:, 2:]).T / 2, (
+        boxes[:, 2:] - boxes[:, :2]).T
+    output[4, :len(people)], output[5:, :len(people)] = scores, joints.T
+    return (output,)
+
+
+def yolo_end_to_end(*people):
+    """(N, 57): the people, and rows that are not used."""
+    boxes, scores, joints = yolo_rows(*people)
+    output = np.zeros((300, 57), np.float32)
+    output[:len(people)] = np.column_stack([boxes, scores, np.zeros(len(people)), joints])
+    return (output,)
+
+
+def decode_yolo(*people, params=None, valid_size=None, offset=(0, 0)):
+    return decode_direct(yolo_raw(*people), YOLO, params or DirectDecodeParams(), SIZE, valid_size, offset)
+
+
+def decode_yolo_end_to_end(*people, params=None, valid_size=None):
+    return decode_direct(yolo_end_to_end(*people), YOLO, params or DirectDecodeParams(), SIZE, valid_size)
+
+
+ALL = pytest.mark.parametrize('decode', [decode_movenet, decode_rtmo, decode_yolo, decode_yolo_end_to_end],
+                              ids=['MoveNet', 'RTMO', 'YOLO raw', 'YOLO end to end'])
 
 
 def place(keypoints, joint):
     return keypoints[COCO_18.index[joint]]
 
 
-@BOTH
+@ALL
 def test_nobody(decode):
     keypoints, scores = decode()
     assert keypoints.shape == (0, 18, 3) and scores.shape == (0,)
     assert keypoints.dtype == scores.dtype == np.float32
 
 
-@BOTH
+@ALL
 def test_every_joint_lands_where_it_is_under_its_name(decode):
     confidence = np.linspace(0.3, 0.9, 17)
     keypoints, scores = decode((STANDING, confidence, 0.8))
@@ -75,7 +114,7 @@ def test_every_joint_lands_where_it_is_under_its_name(decode):
         np.testing.assert_allclose(place(people.keypoints[0], joint), [*pixel, score], atol=1e-4)
 
 
-@BOTH
+@ALL
 def test_neck_is_between_the_shoulders_and_as_sure_as_the_less_sure(decode):
     confidence = np.full(17, 0.9)
     confidence[5], confidence[6] = 0.8, 0.4
@@ -83,7 +122,7 @@ def test_neck_is_between_the_shoulders_and_as_sure_as_the_less_sure(decode):
     np.testing.assert_allclose(place(keypoints[0], 'neck'), [50, 25, 0.4], atol=1e-4)
 
 
-@BOTH
+@ALL
 def test_without_a_shoulder_there_is_no_neck(decode):
     confidence = np.full(17, 0.9)
     confidence[5] = 0
@@ -103,7 +142,7 @@ def test_positions_of_movenet_are_those_of_pixel_centres():
     np.testing.assert_allclose(place(keypoints[0], 'left_eye')[:2], [255.5, 95.5])
 
 
-@BOTH
+@ALL
 def test_joints_in_the_padding_and_beyond_the_picture_are_missing(decode):
     pixels = STANDING.copy()
     pixels[9], pixels[10], pixels[15] = (120.6, 58), (-0.6, 58), (60, 104.4)  # wrists, left ankle
@@ -112,7 +151,7 @@ def test_joints_in_the_padding_and_beyond_the_picture_are_missing(decode):
     np.testing.assert_allclose(place(keypoints[0], 'left_ankle'), [60, 104.4, 0.9], atol=1e-4)
 
 
-@BOTH
+@ALL
 def test_joint_below_its_threshold_is_missing_and_who_has_none_is_nobody(decode):
     confidence = np.full(17, 0.2)
     confidence[0] = 0.5
@@ -122,14 +161,16 @@ def test_joint_below_its_threshold_is_missing_and_who_has_none_is_nobody(decode)
     assert len(decode((STANDING, np.full(17, 0.2), 0.9), params=params)[0]) == 0
 
 
-@pytest.mark.parametrize('decode, threshold', [(decode_movenet, 0.15), (decode_rtmo, 0.7)], ids=['MoveNet', 'RTMO'])
+@pytest.mark.parametrize('decode, threshold', [
+    (decode_movenet, 0.15), (decode_rtmo, 0.7), (decode_yolo, 0.25), (decode_yolo_end_to_end, 0.25)],
+    ids=['MoveNet', 'RTMO', 'YOLO raw', 'YOLO end to end'])
 def test_person_score_is_that_of_the_network_unless_demanded(decode, threshold):
     people = [(STANDING, np.full(17, 0.9), threshold - 0.01), (moved(120, 0), np.full(17, 0.9), threshold + 0.01)]
     assert decode(*people)[1] == pytest.approx([threshold + 0.01])
     assert len(decode(*people, params=DirectDecodeParams(direct_person_score=0.05))[1]) == 2
 
 
-@BOTH
+@ALL
 def test_people_come_surest_first(decode):
     people = [(STANDING, np.full(17, 0.9), 0.75), (moved(120, 0), np.full(17, 0.9), 0.9)]
     keypoints, scores = decode(*people)
@@ -137,7 +178,7 @@ def test_people_come_surest_first(decode):
     np.testing.assert_allclose(keypoints[:, 0, 0], [170, 50], atol=1e-4)
 
 
-@BOTH
+@ALL
 def test_the_same_person_twice_is_one_the_surer_one(decode):
     people = [(moved(1, 1), np.full(17, 0.9), 0.75), (STANDING, np.full(17, 0.9), 0.9)]
     keypoints, scores = decode(*people)
@@ -156,6 +197,29 @@ def test_of_overlapping_boxes_rtmo_keeps_the_surer():
     assert decode_rtmo(*both)[1] == pytest.approx([0.9])
     apart = [(STANDING, np.full(17, 0.9), 0.8), (moved(20, 0), np.full(17, 0.9), 0.9)]  # 1/3
     assert len(decode_rtmo(*apart)[1]) == 2
+
+
+def test_of_overlapping_boxes_yolo_keeps_the_surer():
+    both = [(STANDING, 0.9, 0.8), (moved(5, 0), 0.9, 0.9)]  # overlap 35/45
+    assert decode_yolo(*both)[1] == pytest.approx([0.9])
+    apart = [(STANDING, 0.9, 0.8), (moved(8, 0), 0.9, 0.9)]  # 32/48
+    assert len(decode_yolo(*apart)[1]) == 2
+
+
+def test_people_whom_the_network_separated_stay_two():
+    """End to end, its boxes are different people: these overlap by 35/45, their joints are 6 % of the height apart."""
+    both = [(STANDING, 0.9, 0.8), (moved(6, 0), 0.9, 0.9)]
+    params = DirectDecodeParams(direct_same_person=0.9)
+    assert len(decode_yolo_end_to_end(*both, params=params)[1]) == 2
+    assert len(decode_yolo(*both, params=params)[1]) == 1
+
+
+def test_joints_in_the_padding_on_both_sides_are_missing():
+    pixels = STANDING.copy()
+    pixels[9], pixels[10], pixels[15], pixels[16] = (70.6, 58), (29.4, 58), (70.4, 104), (29.6, 104)  # wrists, ankles
+    keypoints, _ = decode_yolo((pixels, 0.9, 0.9), valid_size=(41, 120), offset=(30, 0))
+    assert [np.isfinite(place(keypoints[0], joint)[0]) for joint in (
+        'left_wrist', 'right_wrist', 'left_ankle', 'right_ankle')] == [False, False, True, True]
 
 
 def test_findings_do_not_change_the_network_s_output():

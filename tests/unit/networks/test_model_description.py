@@ -9,6 +9,7 @@ import yaml
 from openpose_ros_pkg.decode.paf import DecodeParams, decode_fields
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks.model_description import read_description
+from openpose_ros_pkg.networks.model_types import YOLO_INPUT
 from openpose_ros_pkg.networks.models import InputRecipe, WeightsFile, find_model, weights_path
 from openpose_ros_pkg.skeletons import BODY_25, COCO_18, MESSAGE_JOINTS, Limb
 
@@ -93,6 +94,14 @@ def test_its_people_are_decoded(tmp_path):
 def test_networks_that_give_people_at_once(tmp_path, decoder, outputs):
     model = described(tmp_path, decoder=decoder, outputs=outputs, skeleton='COCO_18', stride=32)
     assert (model.skeleton, model.heatmaps, model.input.multiple_of) == (COCO_18, 0, 32)
+
+
+def test_yolo_pose_needs_its_file_alone(tmp_path):
+    path = tmp_path / 'mine.yaml'
+    path.write_text('decoder: yolo_pose\nfiles: [yolo11n-pose.onnx]\n')
+    model = read_description(path)
+    assert (model.decoder, model.skeleton, model.outputs, model.stride) == ('yolo_pose', COCO_18, (), 32)
+    assert model.input == YOLO_INPUT
 
 
 def test_the_examples_of_the_documentation_are_right(tmp_path):

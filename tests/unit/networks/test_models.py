@@ -57,7 +57,7 @@ def test_models_are_found_by_the_names_of_openpose(alias, name):
 @pytest.mark.parametrize('name', ['', 'BODY_26', 'Mobilenet_Thin', '../mobilenet_thin', 'missing.yaml', '/'])
 def test_unknown_model_is_an_error_with_the_allowed_names(name, tmp_path):
     with pytest.raises(ParameterError, match=f"'pose_model' = '{name}' is not allowed: one of BODY_25, COCO, .*"
-                                             'mobilenet_thin, .*described in a .yaml file'):
+                                             'mobilenet_thin, .*a .yaml file that describes it'):
         find_model(name, str(tmp_path))
 
 

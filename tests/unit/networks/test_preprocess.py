@@ -57,6 +57,21 @@ def test_both_directions_undo_each_other():
     np.testing.assert_allclose(plan.to_image(plan.to_net(xy)), xy, atol=1e-9)
 
 
+@pytest.mark.parametrize('size, offset', [((640, 480), (0, 0)), ((640, 426), (0, 11)), ((427, 640), (10, 0)),
+                                          ((640, 425), (0, 11))])
+def test_a_centred_image_has_its_padding_on_both_sides(size, offset):
+    plan = fit_image(size, 640, 640, 32).centred()
+    assert plan.offset == offset
+    image = np.full((*size[::-1], 3), 200, np.uint8)
+    left, top = offset
+    padded = plan.apply(image, 114)
+    assert padded.shape[:2] == plan.net_size[::-1]
+    assert (padded[top:top + size[1], left:left + size[0]] == 200).all()
+    assert (padded == 200).sum() == image.size and set(np.unique(padded)) <= {114, 200}
+    np.testing.assert_allclose(plan.to_net([0, 0]), offset)
+    np.testing.assert_allclose(plan.to_image(plan.to_net([[3, 7]])), [[3, 7]])
+
+
 def test_missing_joints_stay_missing():
     assert np.isnan(fit_image((641, 479), 656, 368, STRIDE).to_image(np.full((1, 2), np.nan))).all()
 

@@ -1,11 +1,12 @@
-"""From the outputs of networks that find people themselves to people: MoveNet and RTMO.
+"""From the outputs of networks that find people themselves to people: MoveNet, RTMO and YOLO-pose.
 
-Both give COCO's 17 joints. Those of other joint sets that are not among them are missing, but for the neck, which is
+All give COCO's 17 joints. Those of other joint sets that are not among them are missing, but for the neck, which is
 the middle between the shoulders and as sure as the less sure of them.
 """
 from dataclasses import dataclass
 from typing import Callable, Dict, List, Optional, Sequence, Tuple
 
+import cv2
 import numpy as np
 
 from openpose_ros_pkg.networks.models import Model
@@ -18,13 +19,14 @@ from openpose_ros_pkg.skeletons import COCO_17
 
 @dataclass(frozen=True)
 class DirectDecodeParams(Parameters):
-    """Thresholds for networks that find people themselves: MoveNet and RTMO."""
+    """Thresholds for networks that find people themselves: MoveNet, RTMO and YOLO-pose."""
 
     direct_joint_score: float = parameter(
         0.05, 'Confidence that a joint needs. MoveNet also places occluded joints, with 0.1 and below. Raise it (0.3) '
               'to keep only joints that are clearly visible.', minimum=0.0, maximum=1.0)
     direct_person_score: float = parameter(
-        0.0, 'Score that a person needs; 0: the one for the network, 0.15 for MoveNet and 0.7 for RTMO.',
+        0.0, 'Score that a person needs; 0: the one for the network, 0.15 for MoveNet, 0.7 for RTMO and '
+             '0.25 for YOLO-pose.',
         minimum=0.0, maximum=1.0)
     direct_same_person: float = parameter(
         0.6, 'Similarity (OKS, of the joints that both have) above which two detections are the same person, and the '
@@ -45,12 +47,18 @@ class DirectConstants:
         source='on 160 photographs with 166 annotated people, 77 % of the people above 0.15 were real, 86 % above 0.2 '
                'and all above 0.3, 55, 53 and 44 % of the annotated ones; AP falls by 0.02 from 0.15 to 0.2')
 
+    yolo_person: float = constant(
+        0.25, 'Score that a person of YOLO-pose needs.', source="docs.ultralytics.com, Predict, conf")
+    yolo_overlap: float = constant(
+        0.7, 'Of two boxes of YOLO-pose that share more of their union the less sure one goes.',
+        source='docs.ultralytics.com, Predict, iou')
+
 
 DIRECT = DirectConstants()
 
 
 def decode_direct(outputs: Sequence[np.ndarray], model: Model, params: DirectDecodeParams, net_size: Tuple[int, int],
-                  valid_size: Optional[Tuple[int, int]] = None) -> Poses:
+                  valid_size: Optional[Tuple[int, int]] = None, offset: Tuple[int, int] = (0, 0)) -> Poses:
     """Turn the outputs for one image into people.
 
     Args:
@@ -59,6 +67,7 @@ def decode_direct(outputs: Sequence[np.ndarray], model: Model, params: DirectDec
         net_size: (width, height) of the network's input [px].
         valid_size: (width, height) of the image within it [px]; what lies beyond is padding, and joints there are
             missing. None: all of it.
+        offset: left and top of the image within it [px].
 
     Returns:
         People in pixels of the network's input, the surest first. Everybody has a joint.
@@ -67,7 +76,8 @@ def decode_direct(outputs: Sequence[np.ndarray], model: Model, params: DirectDec
     width, height = valid_size or net_size
     x, y, confidence = np.moveaxis(joints, 2, 0)
     # A pixel reaches half a pixel beyond its centre.
-    seen = (np.abs(x + 0.5 - width / 2) <= width / 2) & (np.abs(y + 0.5 - height / 2) <= height / 2)
+    seen = (np.abs(x - offset[0] + 0.5 - width / 2) <= width / 2) & (
+        np.abs(y - offset[1] + 0.5 - height / 2) <= height / 2)
     seen &= (confidence > 0) & (confidence >= params.direct_joint_score)
     # Before people are compared: where a joint out of sight is put is chance.
     people = keypoints_in(np.where(seen[..., np.newaxis], joints, (np.nan, np.nan, 0)), COCO_17, model.skeleton)
@@ -113,12 +123,34 @@ def _decode_rtmo(outputs: Sequence[np.ndarray], params: DirectDecodeParams,
     boxes, joints = (np.asarray(output, np.float64) for output in outputs)
     sure = boxes[:, 4] >= (params.direct_person_score or DIRECT.rtmo_person)
     boxes, joints = boxes[sure], joints[sure]
-    kept = _surest(boxes[:, 4], lambda i, j: _overlap(boxes[i], boxes[j]) > DIRECT.rtmo_overlap)
+    kept = _without_overlap(boxes[:, :4], boxes[:, 4], DIRECT.rtmo_overlap)
     return joints[kept], boxes[kept, 4]
 
 
+def _decode_yolo(outputs: Sequence[np.ndarray], params: DirectDecodeParams,
+                 net_size: Tuple[int, int]) -> Tuple[np.ndarray, np.ndarray]:
+    """Return joints (P, 17, 3) in pixels and scores (P,) of YOLO-pose (v8, 11, 26).
+
+    It gives one of two forms, in pixels of its input from the corner of the first one (measured with mirror images),
+    each with 17 times x, y, visibility at the end:
+    - raw, (56, N): x and y of the middle of the box, its width, height and score;
+    - end to end, (N, 57): x1, y1, x2, y2, score, class (there is one), of boxes that are different people already;
+      unused rows are 0.
+    """
+    output = outputs[0]
+    end_to_end = output.shape[1] == 57
+    rows = output if end_to_end else output.T
+    rows = rows[rows[:, 4] >= (params.direct_person_score or DIRECT.yolo_person)].astype(np.float64)
+    if not end_to_end:
+        half = rows[:, 2:4] / 2
+        boxes = np.hstack([rows[:, :2] - half, rows[:, :2] + half])
+        rows = rows[_without_overlap(boxes, rows[:, 4], DIRECT.yolo_overlap)]
+    return rows[:, -51:].reshape(-1, 17, 3) - (0.5, 0.5, 0), rows[:, 4]
+
+
 _DECODERS: Dict[str, Callable[..., Tuple[np.ndarray, np.ndarray]]] = {
-    'movenet_multipose': _decode_movenet, 'movenet_singlepose': _decode_single_person, 'rtmo': _decode_rtmo}
+    'movenet_multipose': _decode_movenet, 'movenet_singlepose': _decode_single_person, 'rtmo': _decode_rtmo,
+    'yolo_pose': _decode_yolo}
 
 
 def _surest(scores: np.ndarray, same: Callable[[int, int], bool]) -> List[int]:
@@ -138,9 +170,13 @@ def _surest(scores: np.ndarray, same: Callable[[int, int], bool]) -> List[int]:
     return kept
 
 
-def _overlap(one: np.ndarray, other: np.ndarray) -> float:
-    """Return the share of their union that two boxes have in common."""
-    sides = np.minimum(one[2:4], other[2:4]) - np.maximum(one[:2], other[:2])
-    common = float(np.prod(np.maximum(sides, 0)))
-    union = float(np.prod(one[2:4] - one[:2]) + np.prod(other[2:4] - other[:2])) - common
-    return common / union if union > 0 else 0.0
+def _without_overlap(boxes: np.ndarray, scores: np.ndarray, overlap: float) -> np.ndarray:
+    """Return the indices of boxes without those that share more than `overlap` of their union with a surer one.
+
+    Args:
+        boxes: (N, 4): x1, y1, x2, y2.
+        scores: (N,), above 0.
+    """
+    sides = boxes[:, 2:] - boxes[:, :2]
+    kept = cv2.dnn.NMSBoxes(np.hstack([boxes[:, :2], sides]).tolist(), scores.tolist(), 0.0, overlap)
+    return np.asarray(kept, np.int64).ravel()

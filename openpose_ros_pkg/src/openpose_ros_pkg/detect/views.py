@@ -105,8 +105,9 @@ def full_image_plans(size: Tuple[int, int], network_pass: NetworkPass) -> List[I
     """
     recipe = network_pass.model.input
     width, height = recipe.fixed_size or network_pass.box
-    return [fit_image(size, width, height, recipe.multiple_of, zoom, whole_box=recipe.fixed_size is not None)
-            for zoom in network_pass.zooms]
+    plans = [fit_image(size, width, height, recipe.multiple_of, zoom, whole_box=recipe.fixed_size is not None)
+             for zoom in network_pass.zooms]
+    return [plan.centred() if recipe.centred else plan for plan in plans]
 
 
 def prepare_views(bgr: np.ndarray, network_pass: NetworkPass) -> List[PreparedView]:
@@ -128,8 +129,9 @@ def decode_views(network_pass: NetworkPass, views: Sequence[ComputedView], decod
         first = views[0].view
         poses = decode_fields(averaged_fields(views, model), model, decode_params, first.plan.scaled_size)
         return [first.in_image(poses, model.skeleton)]
-    return [view.view.in_image(decode_direct(view.outputs, model, direct_params, view.view.plan.net_size,
-                                             view.view.plan.scaled_size), model.skeleton) for view in views]
+    plans = [view.view.plan for view in views]
+    return [view.view.in_image(decode_direct(view.outputs, model, direct_params, plan.net_size, plan.scaled_size,
+                                             plan.offset), model.skeleton) for view, plan in zip(views, plans)]
 
 
 def averaged_fields(views: Sequence[ComputedView], model: Model) -> np.ndarray:

@@ -2,6 +2,7 @@
 import difflib
 import math
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Callable, List, Mapping, Sequence, Tuple
 
@@ -9,11 +10,11 @@ import yaml
 
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks.model_registry import ALIASES, MODELS
-from openpose_ros_pkg.networks.model_types import DECODERS, InputRecipe, Model, UserFiles, WeightsFile
+from openpose_ros_pkg.networks.model_types import DECODERS, YOLO_INPUT, InputRecipe, Model, UserFiles, WeightsFile
 from openpose_ros_pkg.skeletons import COCO_18, COLOURS, MESSAGE_JOINTS, SKELETONS, Limb, SkeletonModel, starting_limbs
 
 # Number of outputs that each decoder takes.
-_OUTPUTS = {'paf': (1, 2), 'movenet_multipose': (1,), 'movenet_singlepose': (1,), 'rtmo': (2,)}
+_OUTPUTS = {'paf': (1, 2), 'movenet_multipose': (1,), 'movenet_singlepose': (1,), 'rtmo': (2,), 'yolo_pose': (0, 1)}
 _HASH_DIGITS = {'md5': 32, 'sha256': 64}
 _REQUIRED = object()
 
@@ -36,15 +37,16 @@ def read_description(path: Path) -> Model:
     decoder = top.choice('decoder', DECODERS)
     skeleton = _skeleton(top, path.stem, decoder)
     joints = len(skeleton.joints)
-    stride = top.integer('stride', 1, 64, 8)
-    outputs = top.texts('outputs')
+    stride = top.integer('stride', 1, 64, 8 if decoder == 'paf' else 32)
+    outputs = top.texts('outputs', () if decoder == 'yolo_pose' else _REQUIRED)
     if len(outputs) not in _OUTPUTS[decoder]:
         counts = ' or '.join(str(count) for count in _OUTPUTS[decoder])
         raise top.error('outputs', f'{counts} names for decoder {decoder}')
     return Model(
         name=path.stem, skeleton=skeleton, files=_files(top), licence=top.text('licence', 'not stated'),
-        source=UserFiles(top.text('source', f'the maker of {path}')), input=_input(top, stride), outputs=outputs,
-        decoder=decoder, output_layout=top.choice('output_layout', ('NCHW', 'NHWC'), 'NCHW'), stride=stride,
+        source=UserFiles(top.text('source', f'the maker of {path}')), input=_input(top, decoder, stride),
+        outputs=outputs, decoder=decoder, stride=stride,
+        output_layout=top.choice('output_layout', ('NCHW', 'NHWC'), 'NCHW'),
         heatmaps=top.integer('heatmaps', joints, 1000, joints + 1) if decoder == 'paf' else 0,
         peak_threshold=top.number('peak_threshold', 0.0, 1.0, 0.0), description=path)
 
@@ -101,8 +103,8 @@ class _Section:
         return self._given(key, default, lambda value: isinstance(value, str) and value in choices,
                            f'one of {", ".join(choices)}')
 
-    def texts(self, key: str) -> Tuple[str, ...]:
-        return tuple(self._given(key, _REQUIRED, lambda value: isinstance(value, list) and value and all(
+    def texts(self, key: str, default: Any = _REQUIRED) -> Tuple[str, ...]:
+        return tuple(self._given(key, default, lambda value: isinstance(value, list) and value and all(
             isinstance(item, str) and item for item in value), 'a list of texts'))
 
     def flag(self, key: str, default: bool) -> bool:
@@ -132,9 +134,9 @@ def _is_integer(value: Any) -> bool:
     return isinstance(value, int) and not isinstance(value, bool)
 
 
-def _input(top: _Section, stride: int) -> InputRecipe:
-    """Return how the network wants the image; what is not given is as `InputRecipe` has it."""
-    standard = InputRecipe(multiple_of=stride)
+def _input(top: _Section, decoder: str, stride: int) -> InputRecipe:
+    """Return how the network wants the image; what is not given is as `InputRecipe` or YOLO-pose has it."""
+    standard = replace(YOLO_INPUT if decoder == 'yolo_pose' else InputRecipe(), multiple_of=stride)
     section = _Section(top.path, 'input', top.values.get('input', {}), tuple(vars(standard)))
     recipe = InputRecipe(
         channels=section.choice('channels', ('BGR', 'RGB'), standard.channels),
@@ -144,7 +146,8 @@ def _input(top: _Section, stride: int) -> InputRecipe:
         scale=section.number('scale', 1e-6, 1e3, standard.scale),
         multiple_of=section.integer('multiple_of', stride, 1024, standard.multiple_of),
         padding=section.integer('padding', 0, 255, standard.padding),
-        fixed_size=section.pair('fixed_size', stride, 8192, None))
+        fixed_size=section.pair('fixed_size', stride, 8192, None),
+        centred=section.flag('centred', standard.centred))
     if recipe.multiple_of % stride:
         raise section.error('multiple_of', f'a multiple of stride, which is {stride}')
     if recipe.fixed_size and any(side % stride for side in recipe.fixed_size):
@@ -173,7 +176,8 @@ def _skeleton(top: _Section, name: str, decoder: str) -> SkeletonModel:
     """Return the joint set: a known one by its name, or one of the description's own."""
     value = top.values.get('skeleton')
     if not isinstance(value, dict):
-        skeleton = SKELETONS[top.choice('skeleton', tuple(SKELETONS))]
+        default = _REQUIRED if decoder == 'paf' else COCO_18.name
+        skeleton = SKELETONS[top.choice('skeleton', tuple(SKELETONS), default)]
     else:
         skeleton = _own_skeleton(_Section(top.path, 'skeleton', value, ('joints', 'limbs', 'drawn_limbs')), name)
     if decoder == 'paf' and not skeleton.limbs:

@@ -1,7 +1,15 @@
 """The pose networks that this project knows: one entry each."""
 from typing import Dict, Tuple
 
-from openpose_ros_pkg.networks.model_types import InputRecipe, Model, NpmArchive, PypiArchive, UserFiles, WeightsFile
+from openpose_ros_pkg.networks.model_types import (
+    RTMO_INPUT,
+    InputRecipe,
+    Model,
+    NpmArchive,
+    PypiArchive,
+    UserFiles,
+    WeightsFile,
+)
 from openpose_ros_pkg.skeletons import BODY_25, COCO_18, MPI_15, SkeletonModel
 
 # The weights are bit-identical to those of ildoonet/tf-pose-estimation.
@@ -94,15 +102,13 @@ def _openpose(name: str, skeleton: SkeletonModel, folder: str, files: Tuple[Weig
 
 
 def _rtmo(size: str, archive: str) -> Model:
-    """Return an RTMO network; input: Tau-J/rtmlib, rtmlib/tools/pose_estimation/rtmo.py."""
     return Model(
         name=f'rtmo_{size}',
         skeleton=COCO_18,
         files=(WeightsFile('end2end.onnx'),),
         licence='Apache-2.0',
         source=UserFiles(f'github.com/open-mmlab/mmpose, projects/rtmo: the link onnx in its table, {archive}'),
-        input=InputRecipe(channels='BGR', layout='NCHW', multiple_of=32, padding=114, fixed_size=(640, 640)),
-        outputs=('dets', 'keypoints'), decoder='rtmo', stride=32)
+        input=RTMO_INPUT, outputs=('dets', 'keypoints'), decoder='rtmo', stride=32)
 
 
 _MPI_WEIGHTS = WeightsFile('pose_iter_160000.caffemodel', md5='2ca0990c7562bd7ae03f3f54afa96e00')

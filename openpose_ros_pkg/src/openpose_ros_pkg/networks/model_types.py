@@ -5,7 +5,10 @@ from typing import Optional, Tuple, Union
 
 from openpose_ros_pkg.skeletons import SkeletonModel
 
-DECODERS = ('paf', 'movenet_multipose', 'movenet_singlepose', 'rtmo')
+DECODERS = ('paf', 'movenet_multipose', 'movenet_singlepose', 'rtmo', 'yolo_pose')
+
+# Sizes along the axes of an array; None: free.
+Shape = Tuple[Optional[int], ...]
 
 
 @dataclass(frozen=True)
@@ -65,7 +68,7 @@ class WeightsFile:
 
 @dataclass(frozen=True)
 class InputRecipe:
-    """How a network wants the image, which is scaled with its aspect kept and padded at the right and the bottom.
+    """How a network wants the image, which is scaled with its aspect kept and padded.
 
     Attributes:
         channels: order of the colours, 'BGR' or 'RGB'.
@@ -75,6 +78,7 @@ class InputRecipe:
         multiple_of: the sides of the input are multiples of it [px].
         padding: value of the padded pixels, 0..255; None repeats the border, so that no edge is seen there.
         fixed_size: (width, height) [px] for networks that take no other.
+        centred: whether the padding is on all sides, not only at the right and the bottom.
     """
 
     channels: str = 'BGR'
@@ -85,6 +89,14 @@ class InputRecipe:
     multiple_of: int = 8
     padding: Optional[int] = None
     fixed_size: Optional[Tuple[int, int]] = None
+    centred: bool = False
+
+
+# RTMO: Tau-J/rtmlib, rtmlib/tools/pose_estimation/rtmo.py. YOLO-pose: docs.ultralytics.com, "Model export" and
+# "Predict": RGB of 0..1 in NCHW, sides that are multiples of 32, grey padding. It was trained on centred images: the
+# padding at the right and the bottom alone costs YOLO11n-pose .025 of AP.
+RTMO_INPUT = InputRecipe(channels='BGR', layout='NCHW', multiple_of=32, padding=114, fixed_size=(640, 640))
+YOLO_INPUT = InputRecipe(channels='RGB', layout='NCHW', scale=1 / 255, multiple_of=32, padding=114, centred=True)
 
 
 @dataclass(frozen=True)
@@ -100,14 +112,16 @@ class Model:
         source: where the weights come from.
         input: what the network takes.
         outputs: nodes of the graph whose values the decoder takes, in its order. Those of a network with PAF are
-            put one behind the other: confidence maps first. Of a Caffe network, the layer that computes it.
+            put one behind the other: confidence maps first. Of a Caffe network, the layer that computes it. Empty: all
+            outputs of the graph in its order, which need no names.
         decoder: what turns outputs into people, one of `DECODERS`.
         output_layout: of the fields, 'NHWC' or 'NCHW'; backends give NCHW.
         stride: network pixels per output cell.
         heatmaps: number of confidence maps, the background's included; the PAF channels follow them.
         peak_threshold: confidence below which this network's maps are noise [0..1]; the decoder's own threshold counts
             where it is higher.
-        description: the YAML file that describes the network, beside its files; None for those of the registry.
+        description: the YAML file that describes the network, beside its files, or the network's own file where its
+            outputs tell what it is; None for those of the registry.
     """
 
     name: str

@@ -24,6 +24,7 @@ from openpose_ros_pkg.networks.model_types import (
     UserFiles,
     WeightsFile,
 )
+from openpose_ros_pkg.networks.network_file import NETWORK_SUFFIXES, read_network_file
 
 __all__ = [
     'ALIASES', 'AUTO', 'FETCHED', 'MOBILENET_THIN', 'MODELS', 'MOVENET_MULTIPOSE', 'MOVENET_THUNDER', 'Archive',
@@ -36,25 +37,26 @@ def find_model(pose_model: str, model_folder: str = '') -> Model:
     """Find a model by the value of the `pose_model` parameter; its weights need not be there.
 
     Args:
-        pose_model: name in the registry, alias, path of a description (.yaml), or name of a network that
-            <model_folder>/<name>/<name>.yaml describes.
+        pose_model: name in the registry, alias, path of a network (.onnx, .xml) or of a description (.yaml), or name
+            of a network that <model_folder>/<name>/<name>.yaml describes.
         model_folder: the folder of all models; empty for `default_model_folder`.
 
     Raises:
         ParameterError: no such model.
-        ModelError: its description is wrong.
+        ModelError: its description is wrong, or the file does not tell what network it is.
     """
     name = ALIASES.get(pose_model, pose_model)
     if name in MODELS:
         return MODELS[name]
     path = Path(pose_model).expanduser()
-    if path.suffix not in ('.yaml', '.yml'):
+    if path.suffix not in ('.yaml', '.yml', *NETWORK_SUFFIXES):
         path = model_folder_of(model_folder) / pose_model / f'{pose_model}.yaml'
     if not path.is_file():
         raise ParameterError(f"parameter 'pose_model' = {pose_model!r} is not allowed: one of "
-                             f'{", ".join(sorted([*MODELS, *ALIASES]))}, or a network of your own, described in a '
-                             f'.yaml file ({path} is none)', 'pose_model')
-    return read_description(path.absolute())
+                             f'{", ".join(sorted([*MODELS, *ALIASES]))}, or a network of your own: an .onnx or .xml '
+                             f'file, or a .yaml file that describes it ({path} is none)', 'pose_model')
+    read = read_network_file if path.suffix in NETWORK_SUFFIXES else read_description
+    return read(path.absolute())
 
 
 def described_models(model_folder: str = '') -> List[Path]:

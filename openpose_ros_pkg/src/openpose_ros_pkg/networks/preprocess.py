@@ -1,5 +1,5 @@
 """From an image to the network's input, and the one coordinate transform between the two."""
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Optional, Tuple
 
 import cv2
@@ -15,19 +15,26 @@ MAX_NET_SIDE = 4096
 class ImageToNet:
     """How an image is scaled and padded into the network's input.
 
-    The image is scaled to `scaled_size`, then padded at the right and at the bottom to `net_size`. Coordinates are
-    those of pixel centres: x_net = (x_image + 0.5) * scale - 0.5, with the scale that rounding to whole pixels leaves
-    on each axis.
+    The image is scaled to `scaled_size`, then padded to `net_size`, at the right and at the bottom unless it is
+    `centred`. Coordinates are those of pixel centres: x_net = offset + (x_image + 0.5) * scale - 0.5, with the scale
+    that rounding to whole pixels leaves on each axis.
 
     Attributes:
         image_size: (width, height) of the image [px].
         scaled_size: (width, height) of the image within the network's input [px].
         net_size: (width, height) of the network's input [px], multiples of the network's stride.
+        offset: left and top of the image within the network's input [px].
     """
 
     image_size: Tuple[int, int]
     scaled_size: Tuple[int, int]
     net_size: Tuple[int, int]
+    offset: Tuple[int, int] = (0, 0)
+
+    def centred(self) -> 'ImageToNet':
+        """Return the same with the padding on both sides."""
+        left, top = ((net - scaled) // 2 for net, scaled in zip(self.net_size, self.scaled_size))
+        return replace(self, offset=(left, top))
 
     @property
     def scale(self) -> np.ndarray:
@@ -36,11 +43,11 @@ class ImageToNet:
 
     def to_net(self, xy: np.ndarray) -> np.ndarray:
         """Turn (..., 2) image pixels into network pixels, float64."""
-        return (np.asarray(xy, np.float64) + 0.5) * self.scale - 0.5
+        return (np.asarray(xy, np.float64) + 0.5) * self.scale - 0.5 + self.offset
 
     def to_image(self, xy: np.ndarray) -> np.ndarray:
         """Turn (..., 2) network pixels into image pixels, float64."""
-        return (np.asarray(xy, np.float64) + 0.5) / self.scale - 0.5
+        return (np.asarray(xy, np.float64) - self.offset + 0.5) / self.scale - 0.5
 
     def apply(self, image: np.ndarray, padding: Optional[int] = None) -> np.ndarray:
         """Scale and pad an image.
@@ -55,12 +62,13 @@ class ImageToNet:
         scaled = image
         if self.scaled_size != self.image_size:
             scaled = cv2.resize(image, self.scaled_size, interpolation=_interpolation(self.scale.min()))
-        right, bottom = self.net_size[0] - self.scaled_size[0], self.net_size[1] - self.scaled_size[1]
-        if right == 0 and bottom == 0:
+        if self.scaled_size == self.net_size:
             return np.ascontiguousarray(scaled)
+        left, top = self.offset
+        border = top, self.net_size[1] - self.scaled_size[1] - top, left, self.net_size[0] - self.scaled_size[0] - left
         if padding is None:
-            return cv2.copyMakeBorder(scaled, 0, bottom, 0, right, cv2.BORDER_REPLICATE)
-        return cv2.copyMakeBorder(scaled, 0, bottom, 0, right, cv2.BORDER_CONSTANT, value=(padding,) * 3)
+            return cv2.copyMakeBorder(scaled, *border, cv2.BORDER_REPLICATE)
+        return cv2.copyMakeBorder(scaled, *border, cv2.BORDER_CONSTANT, value=(padding,) * 3)
 
 
 def _interpolation(scale: float) -> int:

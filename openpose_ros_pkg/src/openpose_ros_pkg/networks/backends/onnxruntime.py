@@ -8,7 +8,7 @@ import onnxruntime as ort
 from openpose_ros_pkg.errors import ModelError, ParameterError
 from openpose_ros_pkg.networks.backends import BackendParams
 from openpose_ros_pkg.networks.backends.arrays import network_input, own_output
-from openpose_ros_pkg.networks.models import Model
+from openpose_ros_pkg.networks.model_types import Model, Shape
 
 _PROVIDERS = {'cpu': 'CPUExecutionProvider', 'cuda': 'CUDAExecutionProvider', 'tensorrt': 'TensorrtExecutionProvider'}
 
@@ -74,8 +74,25 @@ def _providers(params: BackendParams) -> List[Any]:
     return chains[params.device]
 
 
+def graph_shapes(path: Path) -> Tuple[List[Shape], Dict[str, Shape]]:
+    """Return the shapes of the inputs of an ONNX file, and those of its outputs by name.
+
+    Raises:
+        ModelError: onnxruntime can not read it.
+    """
+    try:
+        session = ort.InferenceSession(str(path), providers=[_PROVIDERS['cpu']])
+    except Exception as error:  # its errors have no common class of their own
+        raise ModelError(f'onnxruntime can not read {path}: {error}') from error
+    inputs, outputs = ([tuple(size if isinstance(size, int) else None for size in port.shape) for port in ports]
+                       for ports in (session.get_inputs(), session.get_outputs()))
+    return inputs, {port.name: shape for port, shape in zip(session.get_outputs(), outputs)}
+
+
 def _output_names(session: ort.InferenceSession, weights: Path, model: Model) -> List[str]:
     existing = [output.name for output in session.get_outputs()]
+    if not model.outputs:
+        return existing
     names = [name if name in existing else f'{name}:0' for name in model.outputs]
     missing = [name for name, full in zip(model.outputs, names) if full not in existing]
     if missing:

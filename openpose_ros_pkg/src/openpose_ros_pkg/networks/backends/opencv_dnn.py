@@ -29,7 +29,8 @@ class OpencvBackend:
             self._net = _read(model, weights)
         except cv2.error as error:
             raise ModelError(f'OpenCV can not load {weights} as {model.name}: {error}') from error
-        self._outputs = [name[:-2] if name.endswith(':0') else name for name in model.outputs]
+        self._outputs = [name[:-2] if name.endswith(':0') else name
+                         for name in model.outputs or self._net.getUnconnectedOutLayersNames()]
         existing = self._net.getLayerNames()
         missing = [name for name in self._outputs if name not in existing]
         if missing:

@@ -16,7 +16,7 @@ import openvino as ov
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks.backends import BackendParams
 from openpose_ros_pkg.networks.backends.compiled_cache import open_cache
-from openpose_ros_pkg.networks.models import InputRecipe, Model
+from openpose_ros_pkg.networks.model_types import InputRecipe, Model, Shape
 
 _log = logging.getLogger(__name__)
 
@@ -149,8 +149,28 @@ def _outputs(request: Any) -> Tuple[np.ndarray, ...]:
     return tuple(tensor.data.copy() for tensor in request.output_tensors)
 
 
+def graph_shapes(path: Path) -> Tuple[List[Shape], Dict[str, Shape]]:
+    """Return the shapes of the inputs of a network's file, and those of its outputs by name.
+
+    Outputs without a name, as OpenVINO's converter leaves them, are called by their number.
+
+    Raises:
+        ModelError: OpenVINO can not read it.
+    """
+    try:
+        graph = _core().read_model(str(path))
+    except RuntimeError as error:
+        raise ModelError(f'OpenVINO can not read {path}: {error}') from error
+    inputs, outputs = ([tuple(None if size.is_dynamic else size.get_length() for size in port.get_partial_shape())
+                        for port in ports] for ports in (graph.inputs, graph.outputs))
+    names = [next(iter(sorted(port.get_names())), str(i)) for i, port in enumerate(graph.outputs)]
+    return inputs, dict(zip(names, outputs))
+
+
 def _with_outputs(graph: ov.Model, model: Model) -> ov.Model:
     """Return the graph with the outputs of the model, in its order; parts that only others need fall away."""
+    if not model.outputs:
+        return graph
     found = {}
     for node in graph.get_ordered_ops():
         if node.get_type_name() in ('Result', 'Constant'):
@@ -180,7 +200,7 @@ def _with_recipe(graph: ov.Model, model: Model) -> ov.Model:
         if recipe.scale != 1:
             given.preprocess().scale(1 / recipe.scale)  # OpenVINO divides
     given.model().set_layout(ov.Layout(recipe.layout))
-    for i in range(len(model.outputs)):
+    for i in range(len(graph.outputs)):
         steps.output(i).tensor().set_element_type(ov.Type.f32)
         if model.decoder == 'paf':
             steps.output(i).model().set_layout(ov.Layout(model.output_layout))

@@ -158,13 +158,14 @@ def _structure_fault(outputs: Sequence[np.ndarray], model: Model, size: Tuple[in
         size: (height, width) of the image [px].
     """
     shapes = [output.shape for output in outputs]
-    if len(outputs) != len(model.outputs):
-        return f'it has {len(outputs)} outputs, expected {len(model.outputs)}'
+    names = model.outputs or ('0',)
+    if len(outputs) != len(names):
+        return f'it has {len(outputs)} outputs, expected {len(names)}'
     expected, right = _STRUCTURES[model.decoder](model, shapes, size)
     if not right:
-        return (f"its outputs {', '.join(model.outputs)} have the shapes {_listed(shapes)} for an image of "
+        return (f"its outputs {', '.join(names)} have the shapes {_listed(shapes)} for an image of "
                 f'{size[1]}x{size[0]}, expected {expected}: does the description of the model fit its file?')
-    for name, output in zip(model.outputs, outputs):
+    for name, output in zip(names, outputs):
         if not np.isfinite(output).all():
             return f'its output {name} has values that are not finite'
     return ''
@@ -192,17 +193,24 @@ def _rtmo_structure(model: Model, shapes: List[Tuple[int, ...]], size: Tuple[int
     return '(1, N, 5) and (1, N, 17, 3)', right
 
 
+def _yolo_structure(model: Model, shapes: List[Tuple[int, ...]], size: Tuple[int, int]) -> Tuple[str, bool]:
+    shape, = shapes
+    return '(1, 56, N) or (1, N, 57)', len(shape) == 3 and shape[0] == 1 and (shape[1] == 56 or shape[2] == 57)
+
+
 # What the outputs of each decoder's networks look like, in words, and whether shapes are so.
 _STRUCTURES: Dict[str, Callable[[Model, List[Tuple[int, ...]], Tuple[int, int]], Tuple[str, bool]]] = {
     'paf': _fields_structure, 'movenet_multipose': _movenet_structure,
-    'movenet_singlepose': _single_person_structure, 'rtmo': _rtmo_structure}
+    'movenet_singlepose': _single_person_structure, 'rtmo': _rtmo_structure, 'yolo_pose': _yolo_structure}
 
 
 def _any_image(model: Model) -> np.ndarray:
     """Return an image of a person in a size that the network takes, (H, W, 3) uint8 BGR."""
     person = _known_image(MOBILENET_THIN)
     least = model.input.multiple_of
-    width, height = model.input.fixed_size or (-(-side // least) * least for side in (person.shape[1], person.shape[0]))
+    # The end-to-end form chooses 300 of its cells, of which a smaller input has not as many.
+    zoom = 2 if model.decoder == 'yolo_pose' else 1
+    width, height = model.input.fixed_size or (-(-zoom * side // least) * least for side in person.shape[1::-1])
     return cv2.resize(person, (width, height))
 
 

@@ -1,0 +1,124 @@
+"""A network's file as `pose_model`: what it is told by its inputs and outputs, or refused with what was found."""
+import importlib.util
+
+import numpy as np
+import pytest
+
+import tiny_networks
+from openpose_ros_pkg.detect.detector import DetectorSettings, create_detector
+from openpose_ros_pkg.errors import ModelError
+from openpose_ros_pkg.networks.backends import BackendParams, create_backend
+from openpose_ros_pkg.networks.models import find_model, weights_path
+from openpose_ros_pkg.params.parameters import build
+from openpose_ros_pkg.skeletons import COCO_18
+
+READERS = [name for name in ('openvino', 'onnxruntime') if importlib.util.find_spec(name)]
+pytestmark = pytest.mark.skipif(not READERS, reason='neither openvino nor onnxruntime is installed')
+# Pixels of a standing person of 100 px from the corner of the input, in COCO's order of the joints.
+STANDING = np.array([
+    (50, 10), (53, 7), (47, 7), (57, 9), (43, 9), (62, 25), (38, 25), (68, 42), (32, 42), (70, 58), (30, 58), (58, 60),
+    (42, 60), (59, 82), (41, 82), (60, 104), (40, 104)], np.float32)
+
+
+def raw(cells=30):
+    """(1, 56, N): one person in the first cell."""
+    output = np.zeros((1, 56, cells), np.float32)
+    output[0, :, 0] = [50, 55, 40, 100, 0.9, *np.c_[STANDING, np.full(17, 0.8)].ravel()]
+    return output
+
+
+def end_to_end(rows=30):
+    """(1, N, 57): one person in the first row."""
+    output = np.zeros((1, rows, 57), np.float32)
+    output[0, 0] = [30, 5, 70, 105, 0.9, 0, *np.c_[STANDING, np.full(17, 0.8)].ravel()]
+    return output
+
+
+def network_file(folder, name='mine.onnx', **outputs):
+    """A network that finds the same people in every white image."""
+    path = folder / name
+    path.write_bytes(tiny_networks.onnx_people(outputs or {'output0': raw()}))
+    return path
+
+
+FORMS = pytest.mark.parametrize('people', [raw(), end_to_end()], ids=['raw', 'end to end'])
+
+
+@pytest.fixture(params=READERS)
+def reader(request, monkeypatch):
+    """The runtime that reads the file: without openvino, onnxruntime."""
+    if request.param == 'onnxruntime':
+        monkeypatch.setitem(__import__('sys').modules, 'openpose_ros_pkg.networks.backends.openvino', None)
+        monkeypatch.delattr('openpose_ros_pkg.networks.backends.openvino', raising=False)
+    return request.param
+
+
+@FORMS
+def test_yolo_pose_is_told_by_the_shape_of_its_output(tmp_path, reader, people):
+    path = network_file(tmp_path, output0=people)
+    model = find_model(str(path))
+    assert (model.name, model.decoder, model.skeleton) == ('mine.onnx', 'yolo_pose', COCO_18)
+    assert (model.input.channels, model.input.padding, model.input.multiple_of) == ('RGB', 114, 32)
+    assert model.input.scale == pytest.approx(1 / 255) and model.input.fixed_size is None
+    assert weights_path(model) == path
+
+
+@pytest.mark.skipif('openvino' not in READERS, reason='openvino is not installed')
+@FORMS
+def test_openvino_s_own_format_whose_outputs_have_no_name(tmp_path, people):
+    ov = pytest.importorskip('openvino')
+    graph = ov.Core().read_model(str(network_file(tmp_path, output0=people)))
+    graph.reshape([1, 3, 96, 128])
+    graph.outputs[0].get_tensor().set_names(set())
+    ov.save_model(graph, str(tmp_path / 'mine.xml'))
+    model = find_model(str(tmp_path / 'mine.xml'))
+    assert [file.name for file in model.files] == ['mine.xml', 'mine.bin']
+    assert model.decoder == 'yolo_pose' and model.input.fixed_size == (128, 96)
+    network = create_backend(model, weights_path(model), BackendParams(backend='openvino', compiled_cache='off'))
+    output, = network.infer(np.full((1, 96, 128, 3), 255, np.uint8))
+    np.testing.assert_allclose(output, people, rtol=2e-3)  # weights are kept in float16
+
+
+def test_rtmo_is_told_by_the_names_of_its_outputs(tmp_path, reader):
+    boxes, joints = np.zeros((1, 9, 5), np.float32), np.zeros((1, 9, 17, 3), np.float32)
+    model = find_model(str(network_file(tmp_path, keypoints=joints, dets=boxes)))
+    assert (model.decoder, model.outputs, model.input.channels) == ('rtmo', ('dets', 'keypoints'), 'BGR')
+
+
+@pytest.mark.parametrize('outputs, found', [
+    ({'output0': np.zeros((1, 84, 30), np.float32)}, 'output0 (1, 84, 30)'),
+    ({'boxes': raw(), 'masks': raw()}, 'boxes (1, 56, 30), masks (1, 56, 30)'),
+    ({'heatmaps': np.zeros((1, 19, 8, 8), np.float32)}, 'heatmaps (1, 19, 8, 8)')])
+def test_another_network_is_refused_with_what_was_found_and_the_way_by_yaml(tmp_path, reader, outputs, found):
+    with pytest.raises(ModelError) as caught:
+        find_model(str(network_file(tmp_path, **outputs)))
+    assert found in str(caught.value) and '(1, 3, ?, ?)' in str(caught.value)
+    assert str(tmp_path / 'mine.onnx') in str(caught.value) and '.yaml' in str(caught.value)
+
+
+def test_a_file_that_is_no_network_is_refused(tmp_path, reader):
+    (tmp_path / 'mine.onnx').write_bytes(b'no network')
+    with pytest.raises(ModelError, match=r'can not read .*mine.onnx'):
+        find_model(str(tmp_path / 'mine.onnx'))
+
+
+@FORMS
+def test_its_people_lie_where_the_network_saw_them(tmp_path, people):
+    """An image of 100 x 128 in an input of 128 x 128: 14 columns of padding at the left, 14 at the right.
+
+    All that the network gives is smaller by the padding, which is darker than the white image.
+    """
+    shifted = people.copy()
+    joints = shifted[0, :, 0][5:] if people.shape[1] == 56 else shifted[0, 0][6:]
+    joints[0::3] += 20
+    path = network_file(tmp_path, output0=shifted)
+    mean = (100 + 28 * 114 / 255) / 128
+    detector = create_detector(build(DetectorSettings, {
+        'pose_model': str(path), 'net_input_width': 128, 'net_input_height': 128, 'look_closer': 0,
+        'compiled_cache': 'off'}))
+    found = detector.detect(np.full((128, 100, 3), 255, np.uint8))
+    assert len(found) == 1
+    np.testing.assert_allclose(found.scores, [0.9 * mean], atol=1e-3)
+    expected = (STANDING + np.array([20, 0])) * mean - 0.5 - np.array([14, 0])
+    for joint, place in zip(('nose', 'left_eye', 'right_eye'), expected):
+        np.testing.assert_allclose(found.xy[0, COCO_18.index[joint]], place, atol=0.05)
