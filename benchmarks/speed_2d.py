@@ -6,11 +6,17 @@ and of a whole `detect()`; for the largest size, those of decoding the fields of
 rounds in which everything takes its turn, so that a busy moment hits all alike. The images show one person of the
 shipped sequence many times.
 
+With --side-by-side: several images of one network one after the other on all threads, or side by side on a thread each;
+crops beside a pass over the full image; and all of it in bf16. Times are the least of all rounds, as shares of one f32
+pass of mobilenet_thin at 656x368 in the same run.
+
     benchmarks/speed_2d.py
+    benchmarks/speed_2d.py --side-by-side --rounds 100
     benchmarks/speed_2d.py --rounds 20 --sizes 656x368 --threads 2 --markdown
 """
 import argparse
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from typing import Any, Callable, Dict, List, Sequence, Tuple
 
@@ -21,13 +27,18 @@ import pandas as pd
 from common import DEMO, Parser, elapsed, markdown
 from openpose_ros_pkg.detect.detector import Detector, DetectorSettings, PreparedFrame, create_detector
 from openpose_ros_pkg.errors import OpenposeRosError
-from openpose_ros_pkg.networks.backends import Backend
+from openpose_ros_pkg.networks.backends import Backend, BackendParams, create_backend
+from openpose_ros_pkg.networks.models import MOBILENET_THIN, MOVENET_MULTIPOSE, MOVENET_THUNDER, weights_path
 from openpose_ros_pkg.params.parameters import build
 
 SIZES = ('368x208', '432x240', '496x280', '656x368')
 BACKENDS = ('openvino', 'onnxruntime', 'opencv_dnn')
 PEOPLE = (1, 5, 20)
 IMAGE_SIZE = (540, 960)
+# Inputs of what is timed side by side; those of crops are square.
+SIDE_BY_SIDE = {MOBILENET_THIN: (656, 368), MOVENET_MULTIPOSE: (384, 224), MOVENET_THUNDER: (256, 256)}
+CROPS = (1, 2, 3, 5)
+BESIDE = 2
 # One person in the first image of the shipped sequence: left, top, right, bottom [px].
 CUT = (590, 80, 805, 525)
 
@@ -143,6 +154,62 @@ def decode_table(options: argparse.Namespace) -> List[List[str]]:
              '/'.join(str(number) for number in found)]]
 
 
+def side_by_side_cases(cores: int, precision: str) -> Dict[Tuple[str, str], Callable[[], float]]:
+    """Return what is timed with one precision, by row and column of the table."""
+    random = np.random.default_rng(0)
+    cases: Dict[Tuple[str, str], Callable[[], float]] = {}
+
+    def case(row: str, column: str, call: Callable[[], Any]) -> None:
+        cases[f'{row}, {precision}', column] = lambda: elapsed(call)[0]
+
+    pool, one_thread = ThreadPoolExecutor(1), {}
+    crops = [random.integers(0, 256, (1, 256, 256, 3), dtype=np.uint8) for _ in range(max(CROPS))]
+    for model, (width, height) in SIDE_BY_SIDE.items():
+        images = crops if width == height else [random.integers(0, 256, (1, height, width, 3), dtype=np.uint8)] * 2
+        weights = weights_path(model)
+        wide, narrow = (create_backend(model, weights, BackendParams(threads=threads, precision=precision))
+                        for threads in (cores, 1))
+        one_thread[model] = narrow
+        for count in CROPS if width == height else (1, 2):
+            row, these = f'{model.name} {width}x{height}, {count}', images[:count]
+            case(row, 'in turn, all threads', lambda n=wide, i=these: [n.infer(image) for image in i])
+            case(row, 'in turn, 1 thread', lambda n=narrow, i=these: [n.infer(image) for image in i])
+            case(row, 'side by side', lambda n=wide, i=these: n.infer_many(i))
+        if width == height:
+            continue
+
+        def beside(search: Backend = narrow, image: np.ndarray = images[0]) -> None:
+            searched = pool.submit(search.infer, image)
+            for crop in crops[:BESIDE]:
+                one_thread[MOVENET_THUNDER].infer(crop)
+            searched.result()
+
+        def after(search: Backend = wide, image: np.ndarray = images[0]) -> None:
+            search.infer(image)
+            thunder.infer_many(crops[:BESIDE])
+
+        row = f'{model.name} {width}x{height} and {BESIDE} crops of {MOVENET_THUNDER.name}'
+        case(row, 'side by side', beside)
+        case(row, 'in turn, all threads', after)
+    thunder = create_backend(MOVENET_THUNDER, weights_path(MOVENET_THUNDER),
+                             BackendParams(threads=cores, precision=precision))
+    return cases
+
+
+def side_by_side_table(options: argparse.Namespace) -> List[List[str]]:
+    """Time images one after the other and side by side; return the table."""
+    cores = max(options.threads)
+    cases = {**side_by_side_cases(cores, 'f32'), **side_by_side_cases(cores, 'auto')}
+    least = time_rounds(cases, options.rounds).min()
+    columns = ['in turn, all threads', 'in turn, 1 thread', 'side by side']
+    rows = list(dict.fromkeys(row for row, _ in cases))
+    unit = least[rows[0], columns[0]]
+    print(f'{rows[0]}: {unit:.1f} ms on {cores} threads\n')
+    return [['network, images, precision', *columns],
+            *([row, *(f'{least[row, column] / unit:.3f}' if (row, column) in cases else '-' for column in columns)]
+              for row in rows)]
+
+
 def main() -> None:
     """Parse the command line, measure, print."""
     parser = Parser(__doc__)
@@ -151,8 +218,12 @@ def main() -> None:
     parser.add_argument('--threads', nargs='+', type=int, default=(1, 2), help='threads (default: 1 2)')
     parser.add_argument('--backends', nargs='+', default=BACKENDS, help='runtimes (default: all)')
     parser.add_argument('--people', type=int, default=5, help='people in the image (default: %(default)s)')
+    parser.add_argument('--side-by-side', action='store_true', help='time several images at a time instead')
     parser.add_argument('--rounds', type=int, default=10, help='rounds (default: %(default)s)')
     options = parser.parse_args()
+    if options.side_by_side:
+        print(markdown(side_by_side_table(options)))
+        return
     print(f'\n{options.model}, {options.people} people, ms: medians of {options.rounds} rounds\n')
     print(markdown([['input', 'threads', 'runtime', 'network', 'preprocess', 'decode', 'detect()',
                      'detect() / network', 'opencv_dnn / this'], *whole_table(options)]), flush=True)

@@ -6,7 +6,7 @@ import pytest
 
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks.backends.self_check import check_backend, make_reference, reference_path
-from openpose_ros_pkg.networks.models import MOBILENET_THIN, MODELS, MOVENET_MULTIPOSE
+from openpose_ros_pkg.networks.models import MOBILENET_THIN, MODELS, MOVENET_MULTIPOSE, MOVENET_THUNDER
 
 BODY_25, LIGHTWEIGHT, RTMO = MODELS['body_25'], MODELS['lightweight_openpose'], MODELS['rtmo_s']
 
@@ -36,7 +36,7 @@ def known_output(model, spoil=lambda output: output):
 
 # --- with a known output --------------------------------------------------------------------------------------------
 
-@pytest.mark.parametrize('model', [MOBILENET_THIN, MOVENET_MULTIPOSE], ids=lambda model: model.name)
+@pytest.mark.parametrize('model', [MOBILENET_THIN, MOVENET_MULTIPOSE, MOVENET_THUNDER], ids=lambda model: model.name)
 def test_references_are_small_and_of_a_size_that_the_network_takes(model):
     assert reference_path(model).stat().st_size < 50000
     with np.load(str(reference_path(model))) as reference:
@@ -59,7 +59,7 @@ def test_reference_of_movenet_shows_two_people():
     assert people.shape == (6, 56) and (people[:, 55] > 0.3).sum() == 2
 
 
-@pytest.mark.parametrize('model', [MOBILENET_THIN, MOVENET_MULTIPOSE], ids=lambda model: model.name)
+@pytest.mark.parametrize('model', [MOBILENET_THIN, MOVENET_MULTIPOSE, MOVENET_THUNDER], ids=lambda model: model.name)
 def test_right_network_passes(model):
     check_backend(known_output(model), model, exact=True)
 

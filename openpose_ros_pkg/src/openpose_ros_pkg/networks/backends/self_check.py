@@ -16,7 +16,7 @@ import numpy as np
 from openpose_ros_pkg.decode.direct import DirectDecodeParams, decode_direct
 from openpose_ros_pkg.decode.paf import DecodeParams, decode_fields
 from openpose_ros_pkg.errors import ModelError
-from openpose_ros_pkg.networks.models import MOBILENET_THIN, MOVENET_MULTIPOSE, Model, weights_path
+from openpose_ros_pkg.networks.models import MOBILENET_THIN, MOVENET_MULTIPOSE, MOVENET_THUNDER, Model, weights_path
 from openpose_ros_pkg.people import Poses
 
 if TYPE_CHECKING:
@@ -148,7 +148,8 @@ def _people_fault(found: Poses, known: Poses) -> str:
 
 # Decoders of the models that have a reference.
 _DIFFERENCES: Dict[str, Callable[[Sequence[np.ndarray], Sequence[np.ndarray]], float]] = {
-    'paf': _greatest_difference, 'movenet_multipose': _greatest_difference_of_people}
+    'paf': _greatest_difference, 'movenet_multipose': _greatest_difference_of_people,
+    'movenet_singlepose': _greatest_difference}
 
 
 def _structure_fault(outputs: Sequence[np.ndarray], model: Model, size: Tuple[int, int]) -> str:
@@ -233,13 +234,14 @@ def _known_image(model: Model) -> np.ndarray:
 
 
 if __name__ == '__main__':
-    # The files hold images of skeleton_extract_3d/demo/cross in steps of 8 grey levels, to be small: a person of frame
-    # 8 at 96 x 128, and frame 30 at 256 x 160. On a drawn person MoveNet's scores move by 0.2 with a noise of
-    # half a grey level, and mobilenet_thin's joints by 2 px with bf16.
-    # OpenCV 4 was found to agree with TensorFlow on the default network; OpenVINO is the one that reads TFLite.
+    # The files hold images of skeleton_extract_3d/demo/cross in steps of 8 or 16 grey levels, to be small: a person of
+    # frame 8 at 96 x 128, frame 30 at 256 x 160, a person of frame 4 at 256 x 256. On a drawn person MoveNet's scores
+    # move by 0.2 with a noise of half a grey level, and mobilenet_thin's joints by 2 px with bf16.
+    # OpenCV 4 was found to agree with TensorFlow on the default network; OpenVINO is the one that reads the others.
     from openpose_ros_pkg.networks.backends import BackendParams
     from openpose_ros_pkg.networks.backends.opencv_dnn import OpencvBackend
     from openpose_ros_pkg.networks.backends.openvino import OpenvinoBackend
     _params = BackendParams(compiled_cache='off')
-    for _model, _backend in ((MOBILENET_THIN, OpencvBackend), (MOVENET_MULTIPOSE, OpenvinoBackend)):
+    for _model, _backend in ((MOBILENET_THIN, OpencvBackend), (MOVENET_MULTIPOSE, OpenvinoBackend),
+                             (MOVENET_THUNDER, OpenvinoBackend)):
         make_reference(_backend(_model, weights_path(_model), _params), _model, _known_image(_model))
