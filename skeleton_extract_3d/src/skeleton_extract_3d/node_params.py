@@ -3,7 +3,13 @@ from dataclasses import dataclass
 from typing import Any, Dict, Tuple, Type
 
 from openpose_ros_pkg.output.draw import DrawParams
-from openpose_ros_pkg.params.nodes import AnnotatedImageParams, DemandParams, ImageTransportParams, ServiceClientParams
+from openpose_ros_pkg.params.nodes import (
+    AnnotatedImageParams,
+    DemandParams,
+    ImageTransportParams,
+    ServiceClientParams,
+    ServiceSettings,
+)
 from openpose_ros_pkg.params.parameters import Parameters, parameter, parameter_fields
 from openpose_ros_pkg.stream.pairing import PairingParams
 from skeleton_extract_3d.points.rgbd_sequence import PLAYBACKS
@@ -80,6 +86,19 @@ class ExtractorSettings:
     transport: ImageTransportParams
     draw: DrawParams
     images: AnnotatedImageParams
+
+    @property
+    def is_lazy(self) -> bool:
+        """Whether it rests while nobody subscribes to its results."""
+        return self.demand.lazy and not (self.extractor.publish_tf or self.extractor.verbose)
+
+
+@dataclass(frozen=True)
+class PeopleSettings:
+    """All that detection service and extractor read in one process; what both read has one value."""
+
+    detection: ServiceSettings
+    extraction: ExtractorSettings
 
 
 @dataclass(frozen=True)

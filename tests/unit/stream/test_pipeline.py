@@ -25,13 +25,14 @@ class Story:
         gates: one for each stage; open at first.
     """
 
-    def __init__(self, lock=None, **durations):
+    def __init__(self, lock=None, lead=0.0, **durations):
         self.events, self.errors, self.seconds = [], [], Counter()
         self.gates = {stage: threading.Event() for stage in ('prepare', 'compute', 'finish')}
         for gate in self.gates.values():
             gate.set()
         self._durations = durations
-        self.pipeline = Pipeline(*(self._stage(stage) for stage in self.gates), self.errors.append, lock or FairLock())
+        self.pipeline = Pipeline(*(self._stage(stage) for stage in self.gates), self.errors.append, lock or FairLock(),
+                                 lead)
 
     def _stage(self, stage):
         def work(item):
@@ -190,3 +191,55 @@ def test_stop_forgets_what_waits():
     story.pipeline.stop()
     story.submit('late')
     assert story.events == []
+
+
+def test_what_is_on_its_way_elsewhere_is_computed_in_any_case():
+    """With a lead, one item is sent ahead and no other replaces it; of those behind it, the newest wins."""
+    story = Story(lead=0.01)
+    story.gates['compute'].clear()
+    story.submit('a')
+    story.begun('compute', 'a')
+    story.submit('b')
+    story.begun('prepare', 'b')
+    for item in 'cd':
+        story.submit(item)
+        time.sleep(0.02)
+    assert story.items('prepare') == ['a', 'b']
+    story.gates['compute'].set()
+    story.begun('finish', 'd')
+    story.pipeline.stop()
+    assert story.items('prepare') == story.items('compute') == story.items('finish') == ['a', 'b', 'd']
+
+
+def test_what_fails_elsewhere_lets_the_one_behind_it_pass():
+    """As two requests of a service, of which one is not answered: the other is, once and in order."""
+    story = Story(lead=0.01)
+    story.gates['compute'].clear()
+    story.submit('fails in compute')
+    story.begun('compute', 'fails in compute')
+    story.submit('b')
+    story.begun('prepare', 'b')
+    story.gates['compute'].set()
+    story.begun('finish', 'b')
+    story.submit('c')
+    story.begun('finish', 'c')
+    story.pipeline.stop()
+    assert story.items('finish') == ['b', 'c'] and len(story.errors) == 1
+
+
+def test_with_a_lead_preparing_begins_earlier():
+    """Once the durations are known: by the lead before the computation is expected to end."""
+    began = {}
+    for lead in (0.0, 0.2):
+        story = Story(lead=lead, compute=0.4)
+        for item in 'ab':
+            story.submit(item)
+            story.begun('finish', item)
+        story.submit('c')
+        story.begun('compute', 'c')
+        begin = time.monotonic()
+        story.submit('d')
+        story.begun('prepare', 'd')
+        began[lead] = time.monotonic() - begin
+        story.pipeline.stop()
+    assert 0.1 < began[0.0] - began[0.2] < 0.35

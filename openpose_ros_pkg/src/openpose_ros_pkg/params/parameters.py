@@ -19,6 +19,7 @@ What belongs together is a record, a frozen dataclass of parameter classes and o
 """
 import dataclasses
 import difflib
+import itertools
 import json
 import math
 import textwrap
@@ -60,12 +61,12 @@ class Parameters:
 
 
 def parameter_classes(kind: Type[Any]) -> Iterator[Type[Parameters]]:
-    """Yield the parameter classes of a record in order, or the class itself."""
+    """Yield the parameter classes of a record in order, each once, or the class itself."""
     if issubclass(kind, Parameters):
         yield kind
         return
-    for field in dataclasses.fields(kind):
-        yield from parameter_classes(cast(Type[Any], field.type))
+    records = (parameter_classes(cast(Type[Any], field.type)) for field in dataclasses.fields(kind))
+    yield from dict.fromkeys(itertools.chain.from_iterable(records))
 
 
 def parameter_fields(*kinds: Type[Any]) -> List['dataclasses.Field[Any]']:

@@ -28,12 +28,13 @@ from openpose_ros_pkg.ros.live_parameters import LiveParameters
 from openpose_ros_pkg.ros.node import check_topic_name, introduce, run_node
 from openpose_ros_pkg.ros.people_publisher import DRAW_STAGE, PeoplePublisher
 from openpose_ros_pkg.ros.timing_report import TimingReport
+from openpose_ros_pkg.stream.fair_lock import FairLock
 from openpose_ros_pkg.stream.pipeline import Pipeline
 
 # Stages of the timing report. network: the networks alone; decode: from their outputs to people; total: from the
-# callback to the published result; added: total without wait_for_network and network.
-_STAGES = ('decode_message', 'preprocess', 'wait_for_network', 'network', 'decode', 'publish', 'total', 'added',
-           DRAW_STAGE)
+# arrival of the image to the published result; added: total without wait_for_network and network.
+STAGES = ('decode_message', 'preprocess', 'wait_for_network', 'network', 'decode', 'publish', 'total', 'added',
+         DRAW_STAGE)
 
 
 @dataclass(frozen=True)
@@ -44,17 +45,16 @@ class _Prepared:
         header: of the image.
         bgr: (H, W, 3) uint8; for bgr8 a view of the message's data.
         frame: what the networks will see.
-        received, ready: when the callback had it, and when it was ready [s].
-        held_back: how long it waited before it was prepared, as the networks were busy [s].
-        sender: name of the client; empty: the camera of `image_topic`.
+        received: when it came [s].
+        worked: how long it was decoded and prepared [s].
+        sender: name of the client; empty: a camera of this process.
     """
 
     header: Header
     bgr: np.ndarray
     frame: PreparedFrame
     received: float
-    ready: float
-    held_back: float
+    worked: float
     sender: str
 
 
@@ -66,28 +66,41 @@ class _Computed:
         prepared: the image.
         frame: what was found.
         waited: how long it waited for the networks in all [s].
-        decoding: how long decoding took between the networks [s].
+        seconds: how long it was computed, decoding between the networks included [s].
     """
 
     prepared: _Prepared
     frame: StreamFrame
     waited: float
-    decoding: float
+    seconds: float
+
+    @property
+    def network_seconds(self) -> float:
+        """Time that the networks took [s]."""
+        return self.frame.network_seconds
 
 
 class DetectionService:
-    """Serves openpose_ros_msgs/GetPersons and, with `image_topic`, finds the people of a camera by itself.
+    """Serves openpose_ros_msgs/GetPersons, finds the people in images that it is handed over in this process and, with
+    `image_topic`, in those of a camera.
 
     Requests of several clients are prepared and finished in their own threads. The networks take one image at a time,
     of clients and camera alike, in the order of their requests. People keep their ids per camera: that is a client
     and a frame_id.
 
+    To hand images over, call `prepare`, `compute` (with `lock` held) and `finish`.
+
     Args:
         service: name of the service.
         namespace: prefix of the published topics.
+        health, timing, demand: of the node; `timing` has STAGES.
     """
 
-    def __init__(self, service: str, namespace: str, settings: ServiceSettings) -> None:
+    lead = 0.0
+    """See `Pipeline`: `prepare` does all."""
+
+    def __init__(self, service: str, namespace: str, settings: ServiceSettings, health: Health, timing: TimingReport,
+                 demand: Demand) -> None:
         self._settings = settings
         if settings.stream.image_topic:
             check_topic_name('image_topic', settings.stream.image_topic)
@@ -99,33 +112,72 @@ class DetectionService:
             writer = FrameWriter(settings.save, settings.draw, settings.keypoint_scale)
             self._recorder = Recorder(writer, wait_when_full=False)
         self._numbers = itertools.count()
-        self._health = Health()
-        self._timing = TimingReport(_STAGES, result='total')
+        self._health, self._timing, self._demand = health, timing, demand
         self._health.show_lasting(lambda: self._detector.faults)
-        self._health.show(self._timing.medians)
         self._health.show(self._recorder_counters)
         self._stream = StreamDetector(self._detector, settings.tracking, settings.following)
-        self._demand = Demand(settings.demand.lazy and not settings.save.active, self._health)
         self._publisher: Optional[PeoplePublisher] = None
         self._camera_info: Optional[CameraInfoPublisher] = None
         if settings.publishing.publish_results:
-            self._publisher = PeoplePublisher(namespace, settings.draw, settings.images, self._health, self._timing,
-                                              self._demand)
-        self._live = LiveParameters(settings, LIVE_PARAMETERS, self._reconfigure)
+            self._publisher = PeoplePublisher(namespace, settings.draw, settings.images, health, timing, demand)
         self._service = rospy.Service(service, GetPersons, self._serve)
+        self.name = self._service.resolved_name
         if settings.stream.image_topic:
             self._subscribe(settings.stream.image_topic, namespace)
         if self._recorder is not None:
             rospy.on_shutdown(self._recorder.close)
-        self._introduce()
-        rospy.loginfo('Initialization Successful!')
 
-    def _introduce(self) -> None:
+    @property
+    def lock(self) -> FairLock:
+        """To be held during `compute`."""
+        return self._stream.lock
+
+    @property
+    def description(self) -> Dict[str, str]:
+        """What is at work, for `introduce`."""
         params = self._settings.detector.detector
-        introduce(self._demand.inputs,
-                  mode=f'{params.mode}, pose_model {params.pose_model}, joints {self._detector.skeleton.name}',
-                  networks=self._detector.recipe.description, runtime=self._detector.description,
-                  target_rate=f'{params.target_rate:g} Hz' if params.target_rate > 0 else 'none')
+        return {'mode': f'{params.mode}, pose_model {params.pose_model}, joints {self._detector.skeleton.name}',
+                'networks': self._detector.recipe.description, 'runtime': self._detector.description,
+                'target_rate': f'{params.target_rate:g} Hz' if params.target_rate > 0 else 'none'}
+
+    def prepare(self, image: Image, bgr: np.ndarray) -> _Prepared:
+        """Check an image and bring it to the sizes that the networks want.
+
+        Args:
+            image: whose header is taken.
+            bgr: (H, W, 3) uint8 BGR, the same image; not modified.
+
+        Raises:
+            BadInputError: it is empty.
+        """
+        return self._prepare(image.header, bgr, time.monotonic())
+
+    def compute(self, prepared: _Prepared, expected: Optional[People2D] = None) -> _Computed:
+        """Find the people in a prepared image, with `lock` held; see `StreamDetector.detect`."""
+        begin = time.monotonic()
+        header = prepared.header
+        frame = self._stream.compute(prepared.frame, (prepared.sender, header.frame_id), header.stamp.to_sec(),
+                                     expected)
+        return _Computed(prepared, frame, begin - prepared.received - prepared.worked, time.monotonic() - begin)
+
+    def finish(self, computed: _Computed) -> List[PersonDetection]:
+        """Publish and save the people of an image as the parameters say, and return them."""
+        begin = time.monotonic()
+        prepared, header = computed.prepared, computed.prepared.header
+        people = self._stream.finish(computed.frame)
+        decoded = time.monotonic()
+        messages = convert.people_to_messages(people, header)
+        if self._publisher is not None:
+            self._publisher.publish(people, messages, header, prepared.bgr, self._scaled(people, prepared))
+        if self._recorder is not None:
+            self._recorder.submit(next(self._numbers), prepared.bgr, people)
+        end = time.monotonic()
+        network, total = computed.network_seconds, end - prepared.received
+        for stage, seconds in (('wait_for_network', computed.waited), ('network', network),
+                               ('decode', computed.seconds - network + decoded - begin), ('publish', end - decoded),
+                               ('total', total), ('added', total - computed.waited - network)):
+            self._timing.add(stage, seconds)
+        return messages
 
     def _subscribe(self, topic: str, namespace: str) -> None:
         self._input_publisher = self._demand.advertise(f'{namespace}/input_image', Image, queue_size=1)
@@ -134,8 +186,8 @@ class DetectionService:
         if self._publisher is not None:
             self._camera_info = CameraInfoPublisher(namespace, sibling_camera_info(topic), self._health, self._demand)
             inputs.append(self._camera_info.input)
-        self._pipeline = Pipeline(self._prepare_streamed, self._compute, self._finish, self._frame_failed,
-                                  self._detector.lock)
+        self._pipeline = Pipeline(self._prepare_streamed, self.compute, self._finish_and_count, self._frame_failed,
+                                  self.lock)
         # a thread within a network would end the program with an abort
         rospy.on_shutdown(self._pipeline.stop)
         self._health.show(lambda: {'images skipped': str(self._pipeline.replaced)})
@@ -146,58 +198,41 @@ class DetectionService:
         if not self._demand.enabled:
             raise rospy.ServiceException(f'{rospy.get_name()} is disabled; {rospy.get_name()}/enable enables it')
         try:
-            prepared = self._prepare(request.image, time.monotonic(), sender=request._connection_header['callerid'])
-            with self._detector.lock:
-                computed = self._compute(prepared)
-            return GetPersonsResponse(detections=self._finish(computed))
+            prepared = self._decode(request.image, time.monotonic(), request._connection_header['callerid'])
+            with self.lock:
+                computed = self.compute(prepared)
+            return GetPersonsResponse(detections=self._finish_and_count(computed))
         except BadInputError as error:
             self._health.warn('bad image', str(error))
             raise rospy.ServiceException(str(error)) from error
 
     def _prepare_streamed(self, item: Tuple[AnyImage, float]) -> _Prepared:
         message, received = item
-        held_back = time.monotonic() - received  # by the pipeline, as the networks were busy
         if self._input_publisher.get_num_connections() > 0:
             self._input_publisher.publish(raw_image(message))
-        prepared = self._prepare(message, received, held_back)
+        prepared = self._decode(message, received)
         if self._camera_info is not None:
             self._camera_info.publish(message.header, (prepared.bgr.shape[1], prepared.bgr.shape[0]))
         return prepared
 
-    def _prepare(self, message: AnyImage, received: float, held_back: float = 0.0, sender: str = '') -> _Prepared:
+    def _decode(self, message: AnyImage, received: float, sender: str = '') -> _Prepared:
         begin = time.monotonic()
         bgr = convert.any_image_to_bgr(message)
-        decoded = time.monotonic()
+        decoding = time.monotonic() - begin
+        self._timing.add('decode_message', decoding)
+        return self._prepare(message.header, bgr, received, decoding, sender)
+
+    def _prepare(self, header: Header, bgr: np.ndarray, received: float, decoding: float = 0.0, sender: str = ''
+                 ) -> _Prepared:
+        begin = time.monotonic()
         frame = self._stream.prepare(bgr)
-        ready = time.monotonic()
-        self._timing.add('decode_message', decoded - begin)
-        self._timing.add('preprocess', ready - decoded)
-        return _Prepared(message.header, bgr, frame, received, ready, held_back, sender)
+        preparing = time.monotonic() - begin
+        self._timing.add('preprocess', preparing)
+        return _Prepared(header, bgr, frame, received, decoding + preparing, sender)
 
-    def _compute(self, prepared: _Prepared) -> _Computed:
-        begin = time.monotonic()
-        header = prepared.header
-        frame = self._stream.compute(prepared.frame, (prepared.sender, header.frame_id), header.stamp.to_sec())
-        return _Computed(prepared, frame, prepared.held_back + begin - prepared.ready,
-                         time.monotonic() - begin - frame.network_seconds)
-
-    def _finish(self, computed: _Computed) -> List[PersonDetection]:
-        begin = time.monotonic()
-        prepared, header = computed.prepared, computed.prepared.header
-        people = self._stream.finish(computed.frame)
-        decoded = time.monotonic()
-        messages = convert.people_to_messages(people, header)
-        if self._publisher is not None:
-            self._publisher.publish(people, messages, header, prepared.bgr, self._scaled(people, prepared))
-        if self._recorder is not None:
-            self._recorder.submit(next(self._numbers), prepared.bgr, people)
-        self._health.frame_done(header.stamp)
-        end = time.monotonic()
-        network, total = computed.frame.network_seconds, end - prepared.received
-        for stage, seconds in (('wait_for_network', computed.waited), ('network', network),
-                               ('decode', computed.decoding + decoded - begin), ('publish', end - decoded),
-                               ('total', total), ('added', total - computed.waited - network)):
-            self._timing.add(stage, seconds)
+    def _finish_and_count(self, computed: _Computed) -> List[PersonDetection]:
+        messages = self.finish(computed)
+        self._health.frame_done(computed.prepared.header.stamp)
         return messages
 
     def _frame_failed(self, error: Exception) -> None:
@@ -218,7 +253,7 @@ class DetectionService:
         counters = self._recorder.counters if self._recorder is not None else {}
         return {f'saving, {key}': str(number) for key, number in counters.items()}
 
-    def _reconfigure(self, settings: ServiceSettings) -> None:
+    def reconfigure(self, settings: ServiceSettings) -> None:
         """Take new parameters; they hold from the next frame on."""
         if settings.detector != self._settings.detector:
             self._detector.reconfigure(settings.detector)
@@ -233,10 +268,22 @@ class DetectionService:
 def main_2d() -> None:
     """Run the service node under its 2D names."""
     run_node('openpose_ros_service_node', ServiceSettings,
-             lambda settings: DetectionService('detect_poses', 'openpose_ros', settings))
+             lambda settings: _make('detect_poses', 'openpose_ros', settings))
 
 
 def main_3d() -> None:
     """Run the service node under its 3D names."""
     run_node('openpose_ros_service_node_3d', ServiceSettings,
-             lambda settings: DetectionService('detect_poses_3d', 'openpose_ros/skeleton_3d', settings))
+             lambda settings: _make('detect_poses_3d', 'openpose_ros/skeleton_3d', settings))
+
+
+def _make(service: str, namespace: str, settings: ServiceSettings) -> Tuple[DetectionService, LiveParameters]:
+    """Return the service as a node of its own, and its dynamic_reconfigure server."""
+    health, timing = Health(), TimingReport(STAGES, result='total')
+    health.show(timing.medians)
+    demand = Demand(settings.demand.lazy and not settings.save.active, health)
+    node = DetectionService(service, namespace, settings, health, timing, demand)
+    live = LiveParameters(settings, LIVE_PARAMETERS, node.reconfigure)
+    introduce(demand.inputs, **node.description)
+    rospy.loginfo('Initialization Successful!')
+    return node, live

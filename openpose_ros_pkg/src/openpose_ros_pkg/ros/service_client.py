@@ -1,6 +1,7 @@
-"""Call the detection service from a worker thread, with a timeout; the service may start or restart at any time."""
+"""Call the detection service with a timeout, two images at a time; the service may start or restart at any time."""
 import threading
-from typing import List, Optional
+from collections import deque
+from typing import Deque, List, Optional
 
 import rosgraph
 import rospy
@@ -9,6 +10,10 @@ from openpose_ros_msgs.srv import GetPersons
 from sensor_msgs.msg import Image
 
 from openpose_ros_pkg.params.nodes import ServiceClientParams
+
+# How long before the networks become free the next image is sent, so that it is ready by then: rospy sends and receives
+# it, and the service makes of it what the networks see (960 x 540) [s].
+REQUEST_LEAD = 0.015
 
 
 class ServiceCallError(Exception):
@@ -19,7 +24,8 @@ class DetectionClient:
     """Client of openpose_ros_msgs/GetPersons.
 
     Each call makes its own connection. On one machine that costs no more than a persistent one (measured), and a
-    service that was restarted is found again.
+    service that was restarted is found again. While the service computes one image, the next may be sent: `begin` is
+    for one thread at a time, and so is `result`.
 
     Attributes:
         name: resolved name of the service.
@@ -28,23 +34,32 @@ class DetectionClient:
     def __init__(self, service: str, params: ServiceClientParams) -> None:
         self.name = rospy.resolve_name(service)
         self._timeout = params.service_timeout
-        self._hung: Optional[_Call] = None
+        self._hung: Deque[Call] = deque()
 
-    def detect(self, image: Image) -> List[PersonDetection]:
-        """Return the people in an image, in pixels of that image; for one thread at a time.
+    def begin(self, image: Image) -> 'Call':
+        """Send an image and return at once.
 
         Raises:
-            ServiceCallError: there is no such service, it answered with an error, or not within `service_timeout`.
+            ServiceCallError: a call before has not ended though it was given up `service_timeout` ago.
         """
         # as long as a call can not be ended no other is begun, so that they do not pile up
-        if self._hung is not None and not self._hung.ended.wait(self._timeout):
-            self._hung.give_up()
-            raise self._no_answer()
-        self._hung = None
-        call = _Call(self.name, image)
+        while self._hung:
+            if not self._hung[0].ended.wait(self._timeout):
+                self._hung[0].give_up()
+                raise self._no_answer()
+            self._hung.popleft()
+        return Call(self.name, image)
+
+    def result(self, call: 'Call') -> List[PersonDetection]:
+        """Return the people in an image, in pixels of that image.
+
+        Raises:
+            ServiceCallError: there is no such service, it answered with an error, or not within `service_timeout`
+                from now.
+        """
         if not call.ended.wait(self._timeout):
             call.give_up()
-            self._hung = call
+            self._hung.append(call)
             raise self._no_answer()
         if call.error is not None:
             if not self._is_registered():
@@ -63,7 +78,7 @@ class DetectionClient:
         return ServiceCallError(f'no answer from {self.name} within {self._timeout:g} s')
 
 
-class _Call:
+class Call:
     """One call in a thread of its own, since rospy itself waits without limit, even to be let in.
 
     Attributes:

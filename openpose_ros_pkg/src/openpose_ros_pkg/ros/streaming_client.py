@@ -1,6 +1,9 @@
 """The client node: sends the newest image of a camera through the detection service."""
+from typing import List, Tuple
+
 import cv2
 import rospy
+from openpose_ros_msgs.msg import PersonDetection
 from sensor_msgs.msg import Image
 
 from openpose_ros_pkg.errors import BadInputError
@@ -12,12 +15,13 @@ from openpose_ros_pkg.ros.demand import Demand
 from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.ros.images import AnyImage, image_subscriber, raw_image
 from openpose_ros_pkg.ros.node import check_topic_name, introduce, run_node
-from openpose_ros_pkg.ros.service_client import DetectionClient, ServiceCallError
-from openpose_ros_pkg.stream.newest_wins import NewestWinsWorker
+from openpose_ros_pkg.ros.service_client import REQUEST_LEAD, Call, DetectionClient, ServiceCallError
+from openpose_ros_pkg.stream.fair_lock import FairLock
+from openpose_ros_pkg.stream.pipeline import Pipeline
 
 
 class StreamingClient:
-    """Subscribes a camera, calls `detect_poses` with its newest image and republishes that image."""
+    """Subscribes a camera, sends its newest image to `detect_poses` and republishes that image."""
 
     def __init__(self, settings: ClientSettings) -> None:
         self._settings = settings
@@ -27,19 +31,26 @@ class StreamingClient:
         self._health = Health()
         self._client = DetectionClient('detect_poses', self._settings.service)
         self._publisher = rospy.Publisher('openpose_ros/input_image', Image, queue_size=1)
-        self._worker = NewestWinsWorker(self._process, self._failed, 'client')
+        self._pipeline = Pipeline(self._send, self._await, self._finish, self._failed, FairLock(), REQUEST_LEAD)
         images = image_subscriber(topic, self._settings.transport.image_transport)
-        images.registerCallback(self._worker.submit)
+        images.registerCallback(self._pipeline.submit)
         # who wants the results, only the service knows
         self._demand = Demand(lazy=False, health=self._health)
         self._demand.read(images)
         introduce(self._demand.inputs, detection=f'by {self._client.name}, joints {self._skeleton.name}')
 
-    def _process(self, message: AnyImage) -> None:
+    def _send(self, message: AnyImage) -> Tuple[Image, Call]:
         image = raw_image(message)
         if self._publisher.get_num_connections() > 0:
             self._publisher.publish(image)
-        detections = self._client.detect(image)
+        return image, self._client.begin(image)
+
+    def _await(self, sent: Tuple[Image, Call]) -> Tuple[Image, List[PersonDetection]]:
+        image, call = sent
+        return image, self._client.result(call)
+
+    def _finish(self, answered: Tuple[Image, List[PersonDetection]]) -> None:
+        image, detections = answered
         self._health.frame_done(image.header.stamp)
         if self._settings.client.display:
             people = convert.people_from_messages(detections, self._skeleton)

@@ -14,17 +14,18 @@ WINDOW = 10.0
 
 
 class TimingReport:
-    """Collects durations; publishes them on `~timing` once a second while somebody listens.
+    """Collects durations; publishes them once a second while somebody listens.
 
     Args:
         stages: names, in the order of the report.
         result: the stage that ends once per result: its rate is that of the results.
+        topic: where they are published.
     """
 
-    def __init__(self, stages: Sequence[str], result: str) -> None:
+    def __init__(self, stages: Sequence[str], result: str, topic: str = '~timing') -> None:
         self._timing = StageTiming(stages, WINDOW)
         self._result = result
-        self._publisher = rospy.Publisher('~timing', Timing, queue_size=1)
+        self._publisher = rospy.Publisher(topic, Timing, queue_size=1)
         threading.Thread(target=self._keep_publishing, name='timing', daemon=True).start()
 
     def add(self, stage: str, seconds: float) -> None:

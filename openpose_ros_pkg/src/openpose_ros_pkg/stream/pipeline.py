@@ -41,12 +41,16 @@ class Pipeline(Generic[Item, Prepared, Computed]):
         finish: last stage, called with what `compute` returned.
         on_error: called with any exception of a stage; its item is dropped and the next one follows.
         lock: for the computation, to be shared with others who compute.
+        lead: how long elsewhere goes on with what `prepare` has sent there until it is ready to be computed [s]:
+            preparing begins earlier by this, and what was sent is computed in any case, as it can not be called back.
+            0: `prepare` does all.
     """
 
     def __init__(self, prepare: Callable[[Item], Prepared], compute: Callable[[Prepared], Computed],
-                 finish: Callable[[Computed], object], on_error: Callable[[Exception], None], lock: FairLock) -> None:
+                 finish: Callable[[Computed], object], on_error: Callable[[Exception], None], lock: FairLock,
+                 lead: float = 0.0) -> None:
         self._prepare, self._compute, self._finish, self._on_error = prepare, compute, finish, on_error
-        self._lock = lock
+        self._lock, self._lead = lock, lead
         self.replaced = 0
         """Items that a newer one replaced before they were computed."""
         self._stopped = False
@@ -88,8 +92,8 @@ class Pipeline(Generic[Item, Prepared, Computed]):
 
     def _prepare_next(self) -> None:
         with self._to_prepare:
-            while not self._stopped and not (self._submitted and self._too_early() <= 0):
-                self._to_prepare.wait(self._too_early() if self._submitted else None)
+            while not self._stopped and not (self._may_prepare() and self._too_early() <= 0):
+                self._to_prepare.wait(self._too_early() if self._may_prepare() else None)
             if self._stopped:
                 return
             item = self._submitted.popleft()
@@ -112,7 +116,9 @@ class Pipeline(Generic[Item, Prepared, Computed]):
             begin = time.monotonic()
             with self._to_prepare:
                 prepared = self._prepared.popleft()
-                self._prepare_from = begin + self._expected_seconds() - max(self._prepare_seconds) - PIPELINE.margin
+                self._prepare_from = (begin + self._expected_seconds() - max(self._prepare_seconds) - self._lead
+                                      - PIPELINE.margin)
+                self._to_prepare.notify()
             try:
                 computed = self._compute(prepared)
             finally:
@@ -132,6 +138,9 @@ class Pipeline(Generic[Item, Prepared, Computed]):
             computed = self._computed.popleft()
             self._to_compute.notify()
         self._finish(computed)
+
+    def _may_prepare(self) -> bool:
+        return bool(self._submitted) and not (self._lead and self._prepared)
 
     def _expected_seconds(self) -> float:
         """Return what computing takes if it is quick, by the lower quartile: to be early is cheap, late is not [s]."""

@@ -1,7 +1,7 @@
-"""The extractor node: pairs images and points, calls the detection service, and tracks people in 3D."""
+"""The extractor node: pairs images and points, has people found in the images, and tracks them in 3D."""
 import threading
 import time
-from typing import NamedTuple, Optional
+from typing import Any, Dict, NamedTuple, Optional, Tuple
 
 import numpy as np
 import rospy
@@ -24,29 +24,32 @@ from openpose_ros_pkg.ros.node import introduce, run_node
 from openpose_ros_pkg.ros.people_publisher import DRAW_STAGE, PERSONS_QUEUE, PeoplePublisher
 from openpose_ros_pkg.ros.service_client import DetectionClient, ServiceCallError
 from openpose_ros_pkg.ros.timing_report import TimingReport
-from openpose_ros_pkg.stream.newest_wins import NewestWinsWorker
 from openpose_ros_pkg.stream.pairing import PairingParams
-from openpose_ros_pkg.stream.stage_timing import Stopwatch
+from openpose_ros_pkg.stream.pipeline import Pipeline
 from skeleton_extract_3d.chain import PeopleChain
-from skeleton_extract_3d.estimator import STAGES, Estimate
+from skeleton_extract_3d.estimator import STAGES as ESTIMATOR_STAGES
+from skeleton_extract_3d.estimator import Estimate
 from skeleton_extract_3d.node_params import LIVE_PARAMETERS, ExtractorSettings
 from skeleton_extract_3d.people import INFERRED, People3D
 from skeleton_extract_3d.points.point_grid import PointGrid
 from skeleton_extract_3d.ros import convert
+from skeleton_extract_3d.ros.finder import Finder, ServiceFinder
 from skeleton_extract_3d.ros.floor_input import FloorInput
 from skeleton_extract_3d.ros.input_echo import InputEcho, InputFrame
 from skeleton_extract_3d.ros.lifter import Lifter, PointsMessage
 from skeleton_extract_3d.ros.synchronizer import StampSynchronizer
+from skeleton_extract_3d.settings import EstimatorSettings
 from skeleton_extract_3d.show.report import frame_report
 
 # Period at which the node checks that its inputs arrive and pair [s].
 WATCH_PERIOD = 5.0
-_NAMESPACE = 'openpose_ros/skeleton_3d'
-# Stages of the timing report. estimate: the sum of the estimator's stages, which precede it; total: from the callback
-# that found the pair to the published result; age: latency, from the stamp of the points to the published result.
-_STAGES = ('detection', *STAGES, 'estimate', 'publish', 'total', 'age', DRAW_STAGE)
+NAMESPACE = 'openpose_ros/skeleton_3d'
 # A greater latency [s] is that of a recording played without its clock, and not reported.
 _GREATEST_LATENCY = 10.0
+# Stages of the timing report whose durations add up to the age of a result; docs/ros_api.md says what each is.
+AGE_STAGES = ('transport', 'wait', 'prepare', 'detection', 'wait_for_lifting', 'estimate', 'publish')
+STAGES = (*AGE_STAGES[:3], 'wait_for_network', 'network', 'decode', *AGE_STAGES[3:5], *ESTIMATOR_STAGES,
+          *AGE_STAGES[5:], 'total', 'age', DRAW_STAGE)
 
 
 class _Pair(NamedTuple):
@@ -61,39 +64,74 @@ class _Pair(NamedTuple):
     points: PointsMessage
 
 
+class _Prepared(NamedTuple):
+    """A pair that is ready for the networks.
+
+    Attributes:
+        frame: image and points, decoded.
+        image: what the finder has of the image.
+        received, begin, ready: when the pair came, preparing it began, and it was ready [s].
+    """
+
+    frame: InputFrame
+    image: Any
+    received: float
+    begin: float
+    ready: float
+
+
+class _Computed(NamedTuple):
+    """A pair whose people are found in the image.
+
+    Attributes:
+        prepared: the pair.
+        people: what the finder found.
+        begin, end: when the networks began, and ended [s].
+    """
+
+    prepared: _Prepared
+    people: Any
+    begin: float
+    end: float
+
+
 class Extractor:
     """Publishes the joints of everybody in view, per person and per frame.
 
-    People are tracked per camera; the frame_id of the points names the camera. Ids are unique over all cameras.
+    While the networks see one frame, the next is prepared and the one before is lifted and published. People are
+    tracked per camera; the frame_id of the points names the camera. Ids are unique over all cameras.
+
+    Args:
+        finder: who finds the people in the images.
+        health, timing, demand: of the node; `timing` has STAGES.
     """
 
-    def __init__(self, settings: ExtractorSettings) -> None:
-        self._params = settings.extractor
-        self._health = Health()
-        self._timing = TimingReport(_STAGES, result='total')
-        self._health.show(self._timing.medians)
-        self._client = DetectionClient('~skeleton_2d_detector', settings.service)
+    def __init__(self, settings: ExtractorSettings, finder: Finder, health: Health, timing: TimingReport,
+                 demand: Demand) -> None:
+        self._params, self._finder = settings.extractor, finder
+        self._health, self._timing, self._demand = health, timing, demand
         self._last_report = -float('inf')
         self._chain = PeopleChain(find_model(self._params.pose_model).skeleton, settings.estimator)
+        self._chain.warm_up()
         self._lifter = Lifter(self._params, self._chain, self._lookup)
-        self._demand = Demand(settings.demand.lazy and not (self._params.publish_tf or self._params.verbose),
-                              self._health)
         self._advertise()
         self._publisher_2d: Optional[PeoplePublisher] = None
         if self._params.publish_2d:
-            self._publisher_2d = PeoplePublisher(_NAMESPACE, settings.draw, settings.images, self._health, self._timing,
-                                                 self._demand)
-        self._live = LiveParameters(settings, LIVE_PARAMETERS, self._reconfigure)
-        self._worker = NewestWinsWorker(self._process, self._failed, 'extractor')
+            self._publisher_2d = PeoplePublisher(NAMESPACE, settings.draw, settings.images, health, timing, demand)
+        self._pipeline = Pipeline(self._prepare, self._compute, self._finish, self._failed, finder.lock, finder.lead)
+        self._health.show(lambda: {'frames skipped': str(self._pipeline.replaced)})
         self._subscribe(settings.pairing, settings.transport)
-        self._introduce(settings)
         threading.Thread(target=self._watch_inputs, name='input watch', daemon=True).start()
 
+    def stop(self) -> None:
+        """Let what is computed end, and begin nothing any more."""
+        self._pipeline.stop()
+
     def _advertise(self) -> None:
-        self._echo = InputEcho(_NAMESPACE, self._health, self._demand)
-        self._person_publisher = self._demand.advertise(f'{_NAMESPACE}/detected_poses_keypoints_3d', PersonDetection_3d,
+        self._echo = InputEcho(NAMESPACE, self._health, self._demand)
+        self._person_publisher = self._demand.advertise(f'{NAMESPACE}/detected_poses_keypoints_3d', PersonDetection_3d,
                                                         queue_size=PERSONS_QUEUE)
-        self._array_publisher = self._demand.advertise(f'{_NAMESPACE}/detected_poses_3d', PersonDetection_3dArray,
+        self._array_publisher = self._demand.advertise(f'{NAMESPACE}/detected_poses_3d', PersonDetection_3dArray,
                                                        queue_size=10)
         if self._params.publish_tf:
             self._tf_broadcaster = tf2_ros.TransformBroadcaster()
@@ -102,7 +140,7 @@ class Extractor:
         if self._params.target_frame or self._params.tracking_frame:
             self._tf_buffer = tf2_ros.Buffer()
             self._tf_listener = tf2_ros.TransformListener(self._tf_buffer)
-        self._camera_info = CameraInfoPublisher(_NAMESPACE, '~camera_info', self._health, self._demand)
+        self._camera_info = CameraInfoPublisher(NAMESPACE, '~camera_info', self._health, self._demand)
         images = image_subscriber('~image', transport.image_transport)
         if self._params.points_source == 'point_cloud':
             points = InputSubscriber('~point_cloud', PointCloud2)
@@ -114,42 +152,60 @@ class Extractor:
         self._floor = FloorInput() if self._params.use_floor else None
         self._demand.read(self._camera_info.input, *self._inputs, *([self._floor.input] if self._floor else []))
 
-    def _introduce(self, settings: ExtractorSettings) -> None:
-        params, estimator = settings.extractor, settings.estimator
+    def describe(self, estimator: EstimatorSettings) -> Dict[str, str]:
+        """Return what is at work, for `introduce`."""
+        params = self._params
         switches = {'occlusion': estimator.occlusion.occlusion, 'tracking': estimator.identity.tracking,
                     'smoothing': estimator.smoothing.smoothing}
-        introduce(self._demand.inputs, detection=f'by {self._client.name}, joints {self._chain.skeleton.name}',
-                  lifting=', '.join([f'{estimator.lifting.lifting} from {params.points_source}',
-                                     *(f'{name} {"on" if on else "off"}' for name, on in switches.items())]),
-                  frames=f'joints in {params.target_frame or "the frame of the points"}, people followed in '
-                         f'{params.tracking_frame or "the frame of the points"}')
+        return {'detection': f'by {self._finder.name}, joints {self._chain.skeleton.name}',
+                'lifting': ', '.join([f'{estimator.lifting.lifting} from {params.points_source}',
+                                      *(f'{name} {"on" if on else "off"}' for name, on in switches.items())]),
+                'frames': f'joints in {params.target_frame or "the frame of the points"}, people followed in '
+                          f'{params.tracking_frame or "the frame of the points"}'}
 
     def _submit(self, image: AnyImage, points: PointsMessage) -> None:
-        self._worker.submit(_Pair(time.monotonic(), image, points))
+        self._pipeline.submit(_Pair(time.monotonic(), image, points))
 
-    def _process(self, pair: _Pair) -> None:
-        """Detect, estimate and publish the people of a pair, and report the duration of each stage."""
-        image, header = raw_image(pair.image), pair.points.header
+    def _prepare(self, pair: _Pair) -> _Prepared:
+        begin, image = time.monotonic(), raw_image(pair.image)
         points, bgr = self._points(pair.points), convert_2d.image_to_bgr(image)
-        self._echo.submit(InputFrame(image, bgr, pair.points, points))
-        stopwatch = Stopwatch()
-        detections = self._client.detect(image)
-        stopwatch.lap('detection')
+        prepared = self._finder.prepare(image, bgr)
+        return _Prepared(InputFrame(image, bgr, pair.points, points), prepared, pair.received, begin, time.monotonic())
+
+    def _compute(self, prepared: _Prepared) -> _Computed:
+        begin, frame = time.monotonic(), prepared.frame
+        self._echo.submit(frame)
+        size = (frame.bgr.shape[1], frame.bgr.shape[0])
+        expected = self._chain.expected(frame.message.header.frame_id, frame.image.header.stamp.to_sec(), size)
+        people = self._finder.compute(prepared.image, expected)
+        return _Computed(prepared, people, begin, time.monotonic())
+
+    def _finish(self, computed: _Computed) -> None:
+        """Estimate and publish the people of a pair, and report the duration of each stage."""
+        begin, frame = time.monotonic(), computed.prepared.frame
+        header, image = frame.message.header, frame.image
+        detections = self._finder.finish(computed.people)
+        found = time.monotonic()
         tracking_from_points = self._lifter.tracking_from_points(header)
-        stopwatch.restart()
+        looked_up = time.monotonic()
         floor = self._floor.at(header) if self._floor else None
-        estimate = self._lifter.estimate(detections, points, header, bgr, tracking_from_points, floor)
-        stopwatch.lap('estimate')
-        self._report(estimate, points)
-        stopwatch.restart()
-        self._publish_2d(estimate, image.header, bgr)
-        self._camera_info.publish(image.header, (image.width, image.height), lambda: _camera_of(points, image))
+        estimate = self._lifter.estimate(detections, frame.points, header, frame.bgr, tracking_from_points, floor)
+        estimated = time.monotonic()
+        self._report(estimate, frame.points)
+        self._publish_2d(estimate, image.header, frame.bgr)
+        self._camera_info.publish(image.header, (image.width, image.height), lambda: _camera_of(frame.points, image))
         self._publish(estimate.people, header)
-        stopwatch.lap('publish')
-        latency = (rospy.get_rostime() - header.stamp).to_sec()
-        stages = {**stopwatch.laps, **estimate.timing, 'total': time.monotonic() - pair.received}
-        if 0 <= latency <= _GREATEST_LATENCY:
-            stages['age'] = latency
+        end = time.monotonic()
+        self._note({**_stages_of_detection(computed, found - begin),
+                    'wait_for_lifting': begin - computed.end + looked_up - found, **estimate.timing,
+                    'estimate': estimated - looked_up, 'publish': end - estimated,
+                    'total': end - computed.prepared.received}, header)
+
+    def _note(self, stages: Dict[str, float], header: Header) -> None:
+        """Report how long the stages of a result took, which was published just now."""
+        age = (rospy.get_rostime() - header.stamp).to_sec()
+        if 0 <= age <= _GREATEST_LATENCY:
+            stages = {**stages, 'transport': age - stages['total'], 'age': age}
         for stage, seconds in stages.items():
             self._timing.add(stage, seconds)
 
@@ -177,7 +233,7 @@ class Extractor:
             self._publisher_2d.publish(people, convert_2d.people_to_messages(people, header), header, bgr,
                                        hidden=estimate.people.status[:len(people)] == INFERRED)
 
-    def _reconfigure(self, settings: ExtractorSettings) -> None:
+    def reconfigure(self, settings: ExtractorSettings) -> None:
         """Take new parameters; they hold from the next frame on."""
         self._chain.reconfigure(settings.estimator)
         if self._publisher_2d is not None:
@@ -227,6 +283,33 @@ def _camera_of(points: PointGrid, image: Image) -> Optional[CameraInfo]:
         return None  # lifting by window needs no camera
 
 
+def _stages_of_detection(computed: _Computed, finishing: float) -> Dict[str, float]:
+    """Return the duration of each stage until the people in the image are known [s].
+
+    Args:
+        finishing: what the finder's last step took [s].
+    """
+    prepared, network = computed.prepared, computed.people.network_seconds
+    stages = {'wait': prepared.begin - prepared.received, 'prepare': prepared.ready - prepared.begin,
+              'detection': computed.end - prepared.ready + finishing}
+    if network is not None:
+        stages.update(wait_for_network=computed.begin - prepared.ready, network=network,
+                      decode=computed.end - computed.begin - network + finishing)
+    return stages
+
+
+def _make(settings: ExtractorSettings) -> Tuple[Extractor, LiveParameters]:
+    """Return the extractor as a node of its own, and its dynamic_reconfigure server."""
+    health, timing = Health(), TimingReport(STAGES, result='total')
+    health.show(timing.medians)
+    demand = Demand(settings.is_lazy, health)
+    finder = ServiceFinder(DetectionClient('~skeleton_2d_detector', settings.service))
+    node = Extractor(settings, finder, health, timing, demand)
+    live = LiveParameters(settings, LIVE_PARAMETERS, node.reconfigure)
+    introduce(demand.inputs, **node.describe(settings.estimator))
+    return node, live
+
+
 def main() -> None:
     """Run the extractor node."""
-    run_node('skeleton_extract_3d_node', ExtractorSettings, Extractor)
+    run_node('skeleton_extract_3d_node', ExtractorSettings, _make)
