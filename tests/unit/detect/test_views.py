@@ -6,7 +6,7 @@ from known_fields import NETWORKS, render_fields, two_people
 from openpose_ros_pkg.decode.direct import DirectDecodeParams
 from openpose_ros_pkg.decode.paf import DecodeParams
 from openpose_ros_pkg.detect.ensemble import most_alike
-from openpose_ros_pkg.detect.recipes import CropRefinement, NetworkPass
+from openpose_ros_pkg.detect.recipes import THUNDER_CROP, CropRefinement, NetworkPass
 from openpose_ros_pkg.detect.refinement import decode_crop, prepare_crop
 from openpose_ros_pkg.detect.views import ComputedView, decode_views, prepare_views
 from openpose_ros_pkg.errors import BadInputError
@@ -127,23 +127,28 @@ def scored(person, noise=0.0):
     return np.column_stack([person + noise, np.full(18, 0.6)]).astype(np.float32)
 
 
-def refined(network, person, margin=1.6, mirror=False, size=SIZE):
+def refined(network, person, margin=1.6, mirror=False, size=SIZE, centred=False):
     """Return the pose of the same person on a crop, None where nobody is like that."""
-    crop = prepare_crop(chart(*size), person, CropRefinement(MOVENET_MULTIPOSE, margin, mirror)).compute(network)
+    refinement = CropRefinement(MOVENET_MULTIPOSE, margin, mirror, centred=centred)
+    crop = prepare_crop(chart(*size), person, refinement).compute(network)
     return most_alike(decode_crop(crop, MOVENET_MULTIPOSE, DirectDecodeParams()).keypoints, person, SIGMAS)
 
 
+@pytest.mark.parametrize('centred', [False, True], ids=['cut off', 'centred'])
 @pytest.mark.parametrize('mirror', [False, True], ids=['plain', 'mirror'])
 @pytest.mark.parametrize('x, y, height', [
     (320, 150, 200), (20, 150, 200), (630, 150, 200), (320, 5, 150), (320, 350, 150), (10, 10, 400), (600, 440, 60),
     (320, 100, 40)], ids=['centre', 'left', 'right', 'top', 'bottom', 'large', 'corner', 'small'])
-def test_joints_come_back_to_their_place_under_their_names(x, y, height, mirror):
-    """Also those at the border, where the crop reaches beyond the image; what lies there is missing."""
+def test_joints_come_back_to_their_place_under_their_names(x, y, height, mirror, centred):
+    """Also those at the border, where the crop is cut off or reaches beyond the image; what lies there is missing."""
     person = person_at(x, y, height)
     network = MovenetNetwork([person], SIZE)
-    pose = refined(network, scored(person), mirror=mirror)
+    pose = refined(network, scored(person), mirror=mirror, centred=centred)
     assert network.inputs[0].shape == (256, 256, 3)
     inside = ((person > -0.5) & (person < np.subtract(SIZE, 0.5))).all(axis=1)
+    neck, left, right = (COCO_18.index[joint] for joint in ('neck', 'left_shoulder', 'right_shoulder'))
+    if not centred:  # a shoulder that is not in the crop, and MoveNet has no neck of its own
+        inside[neck] = inside[left] and inside[right]
     assert inside.sum() >= 7
     np.testing.assert_allclose(pose[inside, :2], person[inside], atol=0.5)
     assert np.isnan(pose[~inside, :2]).all() and (pose[~inside, 2] == 0).all()
@@ -161,14 +166,22 @@ def test_the_crop_is_a_square_around_the_joints(margin):
     np.testing.assert_allclose([(left + right) / 2, (top + bottom) / 2], (low + high) / 2, atol=1.5)
 
 
+def test_the_crop_of_multipose_ends_at_the_border():
+    person = person_at(20, 20, 150)
+    network = MovenetNetwork([person], SIZE)
+    refined(network, scored(person))
+    left, top, right, bottom = network.parts[0]
+    assert (left, top) == pytest.approx((-0.5, -0.5), abs=0.5) and right < 200 and bottom < 250
+
+
 @pytest.mark.parametrize('x, y', [(20, 20), (620, 20), (320, 460)])
 def test_a_person_at_the_border_is_in_the_middle_of_the_crop(x, y):
-    """Beyond the image its border is repeated."""
+    """Beyond the image its border is repeated, where the refinement wants it."""
     person = person_at(x, y, 150)
     known = scored(person)
     beyond = ((person < 0) | (person > np.subtract(SIZE, 1))).any(axis=1)
     known[beyond] = (np.nan, np.nan, 0)
-    crop = prepare_crop(chart(*SIZE), known, CropRefinement(MOVENET_MULTIPOSE, 1.25))
+    crop = prepare_crop(chart(*SIZE), known, THUNDER_CROP)
     low, high = person[~beyond].min(axis=0), person[~beyond].max(axis=0)
     np.testing.assert_allclose(crop.view.plan.to_image((127.5, 127.5)) + crop.view.origin, (low + high) / 2, atol=1.1)
     column, row = np.rint(crop.view.plan.to_net(np.subtract((0, 0), crop.view.origin))).astype(int)

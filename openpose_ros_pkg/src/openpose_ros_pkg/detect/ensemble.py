@@ -107,8 +107,7 @@ def group(sources: Sequence[np.ndarray], joint_sigmas: np.ndarray) -> List[Opini
     return people
 
 
-def vote(opinions: Opinions, weights: Sequence[float], joint_sigmas: np.ndarray,
-         place_weights: Optional[Sequence[float]] = None) -> np.ndarray:
+def vote(opinions: Opinions, weights: Sequence[float], joint_sigmas: np.ndarray) -> np.ndarray:
     """Place each joint of a person where the opinions promise the greatest similarity.
 
     The start is the opinion with the most support; a mean shift with the joint's own kernel follows. The score is the
@@ -119,7 +118,6 @@ def vote(opinions: Opinions, weights: Sequence[float], joint_sigmas: np.ndarray,
         opinions: of the sources that see the person.
         weights: of all sources, (S,).
         joint_sigmas: (K,) float, of `oks.sigmas`.
-        place_weights: of all sources, (S,), for the places of the joints alone; None: `weights`.
 
     Returns:
         (K, 3) float32: x, y [px], score [0..1]; NaN, NaN, 0 where no source has the joint.
@@ -130,13 +128,11 @@ def vote(opinions: Opinions, weights: Sequence[float], joint_sigmas: np.ndarray,
     there = np.isfinite(poses[..., 0])
     xy = np.where(there[..., None], poses[..., :2], 0.0)
     belief = np.where(there, np.minimum(poses[..., 2], 1.0) * weight[:, None], 0.0)
-    say = belief if place_weights is None else belief * (
-        np.array([place_weights[number] for number in opinions]) / weight)[:, None]
     apart = ((xy[:, None] - xy[None]) ** 2).sum(axis=3)
-    support = (np.exp(-apart / spread) * say[None]).sum(axis=1)
+    support = (np.exp(-apart / spread) * belief[None]).sum(axis=1)
     place = xy[np.where(there, support, -1.0).argmax(axis=0), np.arange(xy.shape[1])]
     for _ in range(ENSEMBLE.mean_shift_steps):
-        pull = say * np.exp(-((xy - place) ** 2).sum(axis=2) / spread)
+        pull = belief * np.exp(-((xy - place) ** 2).sum(axis=2) / spread)
         place = (pull[..., None] * xy).sum(axis=0) / np.maximum(pull.sum(axis=0), 1e-12)[:, None]
     agreed = (belief * np.exp(-((xy - place) ** 2).sum(axis=2) / spread)).sum(axis=0)
     result = np.full((len(place), 3), np.nan, np.float32)

@@ -101,13 +101,15 @@ class NetworkPass:
 
 @dataclass(frozen=True)
 class CropRefinement:
-    """A network that sees each person a second time, on a square crop of the image with the person in the middle.
+    """A network that sees each person a second time, on a square crop of the image.
 
     Attributes:
         model: the network.
         margin: side of the crop, in units of the longer side of the bounding box of the person's joints.
         mirror: the network sees the mirror image of the crop.
         side: of the network's input [px].
+        centred: the person is in the middle also at the border of the image, which is repeated beyond; else the crop
+            ends there.
         place_weight: of this opinion on the places of joints; on their scores it has a weight of 1.
     """
 
@@ -115,13 +117,14 @@ class CropRefinement:
     margin: float
     mirror: bool = False
     side: int = 256
+    centred: bool = False
     place_weight: float = 1.0
 
 
 # OpenPose's default, flags.hpp.
 _SCALE_GAP = 0.3
 # MoveNet Thunder was trained for crops; where it is not there, MoveNet MultiPose refines fewer people, less accurately.
-THUNDER_CROP = CropRefinement(MOVENET_THUNDER, 1.25, place_weight=8.0)
+THUNDER_CROP = CropRefinement(MOVENET_THUNDER, 1.4, centred=True, place_weight=8.0)
 MULTIPOSE_CROP = CropRefinement(MOVENET_MULTIPOSE, 1.6)
 _MOST_BY_MULTIPOSE = 6
 

@@ -58,33 +58,39 @@ def refine(people: Candidates, bgr: np.ndarray, recipe: Recipe, networks: Dict[s
                 known[number] = pose
     keypoints = people.keypoints.copy()
     for i, known in zip(refined, opinions):
-        keypoints[i] = vote(known, recipe.weights, joint_sigmas, recipe.place_weights)
+        keypoints[i] = vote(known, recipe.weights, joint_sigmas)
+        keypoints[i, :, :2] = vote(known, recipe.place_weights, joint_sigmas)[:, :2]
     return Candidates(people.opinions, keypoints), seconds
 
 
 def prepare_crop(bgr: np.ndarray, person: np.ndarray, refinement: CropRefinement) -> PreparedView:
-    """Cut a person out of an image: a square with the person in the middle, beyond the image its border repeated.
+    """Cut a person out of an image.
 
     Args:
         bgr: (H, W, 3) uint8 BGR.
         person: (K, 3) float: x, y [px of the image], score; NaN where missing. One joint at least is there.
     """
     size = (bgr.shape[1], bgr.shape[0])
-    left, top, side = _crop_square(person, refinement.margin, size)
+    left, top, right, bottom = _crop_square(person, refinement.margin, size)
+    if not refinement.centred:
+        left, top, right, bottom = max(left, 0), max(top, 0), min(right, size[0]), min(bottom, size[1])
     recipe = refinement.model.input
-    plan = fit_image((side, side), refinement.side, refinement.side, recipe.multiple_of, whole_box=True)
+    plan = fit_image((right - left, bottom - top), refinement.side, refinement.side, recipe.multiple_of, whole_box=True)
     return View(plan, refinement.mirror, (left, top), size).prepare(bgr, recipe.padding)
 
 
 def decode_crop(crop: ComputedView, model: Model, params: DirectDecodeParams) -> Poses:
     """Find the people in a crop, in pixels of the image; joints beyond the image are missing."""
-    return crop.view.in_image(decode_direct(crop.outputs, model, params, crop.view.plan.net_size), model.skeleton)
+    plan = crop.view.plan
+    return crop.view.in_image(decode_direct(crop.outputs, model, params, plan.net_size, plan.scaled_size),
+                              model.skeleton)
 
 
-def _crop_square(person: np.ndarray, margin: float, size: Tuple[int, int]) -> Tuple[int, int, int]:
-    """Return left, top and side [px] of the square around a person; its centre lies in the image (width, height)."""
+def _crop_square(person: np.ndarray, margin: float, size: Tuple[int, int]) -> Tuple[int, int, int, int]:
+    """Return left, top, right, bottom [px] of the square around a person; its centre lies in the image."""
     sure = person[person[:, 2] >= CROP.sure_joint]
     low, high = extent(sure if len(sure) > 1 else person)
     half = max(margin * (high - low).max(), CROP.least_side) / 2
     left, top = np.floor(np.clip((low + high) / 2, 0, np.subtract(size, 1)) - half).astype(int).tolist()
-    return left, top, int(np.ceil(2 * half)) + 1
+    side = int(np.ceil(2 * half)) + 1
+    return left, top, left + side, top + side
