@@ -8,6 +8,7 @@ import numpy as np
 from openpose_ros_pkg.decode.direct import DirectDecodeParams
 from openpose_ros_pkg.decode.paf import DecodeParams
 from openpose_ros_pkg.detect.ensemble import EnsembleParams, accepted, candidate_thresholds, vote_on_people
+from openpose_ros_pkg.detect.following import NOBODY, FollowingParams
 from openpose_ros_pkg.detect.recipes import DetectorParams, Recipe, recipe_of
 from openpose_ros_pkg.detect.refinement import prepare_crop, refine
 from openpose_ros_pkg.detect.target_rate import fitted_to_rate
@@ -43,7 +44,7 @@ class LiveDetectorSettings(DetectorSettings):
 
 
 @dataclass(frozen=True)
-class _Setup:
+class Setup:
     """What a frame is computed with, whatever is reconfigured in the meantime.
 
     Attributes:
@@ -63,12 +64,12 @@ class PreparedFrame:
 
     Attributes:
         bgr: (H, W, 3) uint8, the image.
-        views: of each pass of the recipe.
+        views: of each pass of the recipe; none where people are followed.
     """
 
     bgr: np.ndarray
     views: Sequence[Sequence[PreparedView]]
-    setup: _Setup
+    setup: Setup
 
 
 @dataclass(frozen=True)
@@ -84,7 +85,7 @@ class ComputedFrame:
     image_size: Tuple[int, int]
     poses: Poses
     network_seconds: float
-    setup: _Setup
+    setup: Setup
 
 
 class Networks:
@@ -149,6 +150,7 @@ class Detector:
     Args:
         settings: what is computed, and from which thresholds on.
         networks: load the networks that this takes.
+        following: whether people are followed: then `target_rate` changes how often the image is searched, not how.
 
     Attributes:
         lock: to be held during `compute`; threads get it in the order in which they ask for it.
@@ -158,12 +160,22 @@ class Detector:
         ModelError: weights are missing or damaged, or the network computes wrong results.
     """
 
-    def __init__(self, settings: DetectorSettings, networks: Networks) -> None:
+    def __init__(self, settings: DetectorSettings, networks: Networks, following: FollowingParams = NOBODY) -> None:
         if settings.decode.decoder != 'auto':
             _log.warning("parameter 'decoder' = %r has no effect: there is one decoder", settings.decode.decoder)
-        self._networks = networks
+        self._networks, self._following = networks, following
         self.lock = FairLock()
         self._setup = _setup(*self._load(settings.detector), settings)
+
+    @property
+    def setup(self) -> Setup:
+        """What frames are computed with that are prepared now."""
+        return self._setup
+
+    @property
+    def threads(self) -> int:
+        """Number of threads that compute a network; 0: as many as there are cores."""
+        return self._networks.params.threads
 
     @property
     def recipe(self) -> Recipe:
@@ -229,11 +241,15 @@ class Detector:
             computed = self.compute(prepared)
         return self.finish(computed)
 
-    def prepare(self, bgr: np.ndarray) -> PreparedFrame:
-        """Check an image and bring it to the sizes that the networks want; see `detect`."""
+    def prepare(self, bgr: np.ndarray, views: bool = True) -> PreparedFrame:
+        """Check an image and bring it to the sizes that the networks want; see `detect`.
+
+        Args:
+            views: False: only check it, as the networks will not see all of it.
+        """
         _check_image(bgr)
         setup = self._setup
-        return PreparedFrame(bgr, [prepare_views(bgr, one) for one in setup.recipe.passes], setup)
+        return PreparedFrame(bgr, [prepare_views(bgr, one) for one in setup.recipe.passes] if views else [], setup)
 
     def compute(self, frame: PreparedFrame) -> ComputedFrame:
         """Compute the networks for a prepared image, and find the people, with `lock` held.
@@ -258,39 +274,45 @@ class Detector:
 
     def finish(self, frame: ComputedFrame) -> People2D:
         """Return the people of a computed image; see `detect`."""
-        setup, poses = frame.setup, frame.poses
-        if setup.recipe.is_ensemble:
-            poses = accepted(poses, setup.recipe, setup.settings.decode, setup.settings.ensemble)
-        # half a pixel beyond the centre of the outermost pixel is still that pixel
-        keypoints = poses.keypoints.copy()
-        keypoints[..., :2] = np.clip(keypoints[..., :2], 0, np.subtract(frame.image_size, 1))
-        return People2D(setup.recipe.skeleton, keypoints, poses.scores, np.full(len(poses.scores), -1))
+        return people_of(frame.poses, frame.setup, frame.image_size)[0]
 
     def _load(self, params: DetectorParams) -> Tuple[Recipe, Dict[str, Backend]]:
         """Return the recipe that the parameters ask for, or a faster one for `target_rate`, and its networks."""
         recipe, loaded = self._networks.load(recipe_of(params))
-        if params.target_rate > 0 and params.mode != 'accurate':
+        follows = bool(recipe.refinements) and self._following.wanted(params)
+        if params.target_rate > 0 and params.mode != 'accurate' and not follows:
             with self.lock:  # the same networks may be computing frames
                 recipe = fitted_to_rate(recipe, loaded, params.target_rate, self._networks.params.threads)
         names = [model.name for model in recipe.models]
         return recipe, {name: loaded[name] for name in names}
 
 
-def create_detector(settings: DetectorSettings) -> Detector:
-    """Load the networks that the parameters ask for, and reduce what is computed for `target_rate`.
+def create_detector(settings: DetectorSettings, following: FollowingParams = NOBODY) -> Detector:
+    """Load the networks that the parameters ask for, and reduce what is computed for `target_rate`; see `Detector`.
 
     Raises:
         ParameterError: no such network, or a runtime that is not installed.
         ModelError: weights are missing or damaged, or the network computes wrong results.
     """
-    return Detector(settings, Networks(settings.backend, settings.detector.model_folder))
+    return Detector(settings, Networks(settings.backend, settings.detector.model_folder), following)
 
 
-def _setup(recipe: Recipe, networks: Dict[str, Backend], settings: DetectorSettings) -> _Setup:
+def people_of(poses: Poses, setup: Setup, image_size: Tuple[int, int]) -> Tuple[People2D, np.ndarray]:
+    """Return who is accepted of the people in an image of (width, height) [px], without ids, and their indices."""
+    kept = np.arange(len(poses.scores))
+    if setup.recipe.is_ensemble:
+        poses, kept = accepted(poses, setup.recipe, setup.settings.decode, setup.settings.ensemble)
+    # half a pixel beyond the centre of the outermost pixel is still that pixel
+    keypoints = poses.keypoints.copy()
+    keypoints[..., :2] = np.clip(keypoints[..., :2], 0, np.subtract(image_size, 1))
+    return People2D(setup.recipe.skeleton, keypoints, poses.scores, np.full(len(poses.scores), -1)), kept
+
+
+def _setup(recipe: Recipe, networks: Dict[str, Backend], settings: DetectorSettings) -> Setup:
     decode, direct = settings.decode, settings.direct
     if recipe.is_ensemble:
         decode, direct = candidate_thresholds(decode, direct)
-    return _Setup(recipe, networks, settings, decode, direct)
+    return Setup(recipe, networks, settings, decode, direct)
 
 
 def _check_image(bgr: np.ndarray) -> None:

@@ -147,23 +147,28 @@ def person_scores(keypoints: np.ndarray) -> np.ndarray:
     return np.sqrt((keypoints[..., 2] ** 2).mean(axis=1))
 
 
-def accepted(poses: Poses, recipe: Recipe, decode: DecodeParams, params: EnsembleParams) -> Poses:
-    """Leave out who is found twice, then joints and people below their thresholds."""
-    poses = without_duplicates(poses, sigmas(recipe.skeleton))
-    keypoints = poses.keypoints.copy()
+def accepted(poses: Poses, recipe: Recipe, decode: DecodeParams, params: EnsembleParams) -> Tuple[Poses, np.ndarray]:
+    """Leave out who is found twice, then joints and people below their thresholds.
+
+    Returns:
+        The people who are left, the surest first, and their indices.
+    """
+    distinct = without_duplicates(poses, sigmas(recipe.skeleton))
+    keypoints = poses.keypoints[distinct]
     keypoints[keypoints[..., 2] < recipe.acceptance * params.joint_min_score] = (np.nan, np.nan, 0)
     joints = (keypoints[..., 2] > 0).sum(axis=1)
-    kept = (poses.scores >= recipe.acceptance * decode.person_min_score) & (joints >= decode.person_min_joints)
-    return Poses(keypoints[kept], poses.scores[kept])
+    scores = poses.scores[distinct]
+    kept = (scores >= recipe.acceptance * decode.person_min_score) & (joints >= decode.person_min_joints)
+    return Poses(keypoints[kept], scores[kept]), distinct[kept]
 
 
-def without_duplicates(poses: Poses, joint_sigmas: np.ndarray) -> Poses:
-    """Return the people, the surest first, without those who are almost the same as a surer one."""
+def without_duplicates(poses: Poses, joint_sigmas: np.ndarray) -> np.ndarray:
+    """Return the indices of the people, the surest first, without those who are almost the same as a surer one."""
     kept: List[int] = []
     for i in np.argsort(-poses.scores, kind='stable'):
         if all(similarity(poses.keypoints[i], poses.keypoints[j], joint_sigmas) < ENSEMBLE.duplicate for j in kept):
             kept.append(int(i))
-    return Poses(poses.keypoints[kept], poses.scores[kept])
+    return np.array(kept, np.int64)
 
 
 def most_alike(keypoints: np.ndarray, person: np.ndarray, joint_sigmas: np.ndarray) -> Optional[np.ndarray]:

@@ -1,8 +1,16 @@
-"""Follow people instead of searching for them: networks look where people are expected."""
-from dataclasses import dataclass
+"""Follow people instead of searching for them: what is known of them, and what of new opinions on them is believed."""
+from dataclasses import dataclass, field, replace
+from typing import Dict, List, NamedTuple, Optional, Sequence
 
-from openpose_ros_pkg.detect.recipes import DetectorParams
+import numpy as np
+
+from openpose_ros_pkg.detect.ensemble import ENSEMBLE, vote
+from openpose_ros_pkg.detect.recipes import DetectorParams, Recipe
+from openpose_ros_pkg.detect.tracking import KeypointTracker, TrackingParams, person_sizes
+from openpose_ros_pkg.oks import extent, sigmas, similarity
+from openpose_ros_pkg.params.constants import constant
 from openpose_ros_pkg.params.parameters import Parameters, parameter
+from openpose_ros_pkg.people import People2D
 
 
 @dataclass(frozen=True)
@@ -24,3 +32,215 @@ class FollowingParams(Parameters):
         if self.following == 'auto':
             return detector.target_rate > 0 and detector.mode != 'accurate'
         return self.following == 'always'
+
+
+# What does not follow anybody.
+NOBODY = FollowingParams(following='never')
+
+
+@dataclass(frozen=True)
+class FollowingConstants:
+    """How people are followed on crops of the image."""
+
+    crop_score: float = constant(0.2, 'Mean score of its joints that somebody needs on a crop.')
+    agreement: float = constant(
+        0.35, 'Greatest median distance of the joints from where they are expected, as a share of the size of the '
+              'person (half the diagonal of the box of the joints).')
+    agreement_growth: float = constant(1.0, 'That grows by this, while somebody is not seen.', unit='1/s')
+    base_error: float = constant(
+        0.05, 'Added to that distance where people wait for a crop: who moves unforeseen is looked at sooner.')
+    unlooked_time: float = constant(
+        0.15, 'Somebody who has to wait for a crop is reported where expected for this long.', unit='s')
+    lost_time: float = constant(0.6, 'Somebody who is not seen is looked for on crops for this long.', unit='s')
+    lost_margin: float = constant(1.3, 'The side of these crops is greater by this factor.')
+    sure_joint: float = constant(0.2, 'Joints with a lower score do not count for the box of a person.')
+    fading: float = constant(0.25, 'Time in which the weight of an opinion fades to 1/e.', unit='s')
+    least_weight: float = constant(0.1, 'Opinions whose weight faded to less are forgotten.')
+    most_gap: float = constant(1.0, 'After a gap between stamps of more, the image is searched in full.', unit='s')
+
+
+FOLLOWING = FollowingConstants()
+
+
+class Opinion(NamedTuple):
+    """What a source thought of a person.
+
+    Attributes:
+        pose: (K, 3) float32; None: it looked, and did not find the person.
+        reference: (K, 2) [px] where the person was taken to be then.
+        stamp: [s].
+    """
+
+    pose: Optional[np.ndarray]
+    reference: np.ndarray
+    stamp: float
+
+    def moved(self, reference: np.ndarray) -> np.ndarray:
+        """Return the pose, each joint moved as the reference moved, (K, 2)."""
+        assert self.pose is not None
+        shift = reference - self.reference
+        known = np.isfinite(shift).all(axis=1)
+        median = np.median(shift[known], axis=0) if known.any() else np.zeros(2)
+        pose = self.pose.copy()
+        pose[:, :2] += np.where(known[:, None], shift, median)
+        return pose
+
+
+@dataclass
+class Known:
+    """What is remembered of somebody.
+
+    Attributes:
+        scores: (K,) of the joints when they were seen last.
+        seen: stamp [s] of the frame in which they were seen.
+        error: how far they were from where they were expected then, see `disagreement`.
+        opinions: by the number of the source.
+    """
+
+    scores: np.ndarray
+    seen: float
+    error: float
+    opinions: Dict[int, Opinion]
+
+
+@dataclass(eq=False)
+class Followed:
+    """A person in a frame: followed, or new.
+
+    Attributes:
+        expected: (K, 3) where the person is expected: x, y [px], score; of a new one, where the search found it.
+        known: what is remembered; None: new.
+        unseen: time since the person was seen [s].
+        crop: (K, 3) what a crop shows of the person; None: nothing, or nobody looked.
+        opinions: of this frame, by the number of the source; None: it looked, and did not find the person.
+    """
+
+    expected: np.ndarray
+    known: Optional[Known] = None
+    unseen: float = 0.0
+    crop: Optional[np.ndarray] = None
+    opinions: Dict[int, Optional[np.ndarray]] = field(default_factory=dict)
+
+    @property
+    def box(self) -> np.ndarray:
+        """Least, and greatest x and y of the joints where they were seen, or are expected, (2, 2) [px]."""
+        pose = self.expected if self.crop is None else self.crop
+        sure = pose[pose[:, 2] >= FOLLOWING.sure_joint]
+        return np.stack(extent(sure if len(sure) > 1 else pose))
+
+    @property
+    def found(self) -> bool:
+        """Whether anything was seen of the person in this frame."""
+        return any(pose is not None for pose in self.opinions.values())
+
+    @property
+    def reported(self) -> bool:
+        """Whether the person is one of those of the frame: found, or not looked at for a short time."""
+        return self.found or (not self.opinions and self.unseen <= FOLLOWING.unlooked_time)
+
+    @property
+    def urgency(self) -> float:
+        """How urgently a crop is to be looked at; those who were lost come last."""
+        if self.known is None or self.unseen > FOLLOWING.unlooked_time:
+            return 0.0
+        return self.unseen * (FOLLOWING.base_error + self.known.error)
+
+    @property
+    def reference(self) -> np.ndarray:
+        """Where the joints are taken to be, (K, 2) [px]: on the crop, or where they are expected."""
+        expected = self.expected[:, :2]
+        return expected if self.crop is None else np.where(np.isfinite(self.crop[:, :2]), self.crop[:, :2], expected)
+
+    @property
+    def error(self) -> float:
+        """How far from where it was expected a crop shows the person, see `disagreement`; 0 without a crop."""
+        return 0.0 if self.crop is None else disagreement(self.crop, self.expected)
+
+    def believes(self, pose: np.ndarray) -> bool:
+        """Return whether what a crop shows, (K, 3), is the person."""
+        if self.known is None:
+            return True
+        allowed = FOLLOWING.agreement + FOLLOWING.agreement_growth * self.unseen
+        return bool(pose[:, 2].mean() >= FOLLOWING.crop_score and disagreement(pose, self.expected) <= allowed)
+
+    def voted(self, recipe: Recipe, stamp: float) -> np.ndarray:
+        """Return the (K, 3) keypoints by all opinions, earlier ones moved along with the person and fading.
+
+        Only sources that looked count, but for somebody new whom no crop shows: all others have to be outvoted.
+        """
+        weights, places = list(recipe.weights), list(recipe.place_weights)
+        poses: Dict[int, np.ndarray] = {}
+        for number in range(len(weights)):
+            pose, share = self.opinions.get(number), 1.0
+            if number not in self.opinions and (self.known is not None or self.crop is not None):
+                earlier = None if self.known is None else self.known.opinions.get(number)
+                share = 0.0 if earlier is None else float(np.exp((earlier.stamp - stamp) / FOLLOWING.fading))
+                if earlier is None or share < FOLLOWING.least_weight:
+                    share = 0.0
+                elif earlier.pose is not None:
+                    pose = earlier.moved(self.reference)
+            weights[number] *= share
+            places[number] *= share
+            if pose is not None:
+                poses[number] = pose
+        return vote(poses, weights, sigmas(recipe.skeleton), places)
+
+    def remembered(self, keypoints: np.ndarray, stamp: float) -> Known:
+        """Return what is to be remembered when the person was reported with (K, 3) keypoints."""
+        opinions = {} if self.known is None else dict(self.known.opinions)
+        opinions.update({number: Opinion(pose, self.reference, stamp) for number, pose in self.opinions.items()})
+        if self.known is not None and not self.found:
+            return replace(self.known, opinions=opinions)
+        return Known(keypoints[:, 2], stamp, self.error, opinions)
+
+
+class Follower:
+    """Who is followed in the images of a camera; not thread-safe."""
+
+    def __init__(self, tracking: TrackingParams) -> None:
+        self.tracker = KeypointTracker(tracking)
+        self._known: Dict[int, Known] = {}
+
+    def expected(self, stamp: float) -> List[Followed]:
+        """Return the people who are looked for at a time [s]."""
+        people = []
+        for number, xy in zip(*self.tracker.expected(stamp)):
+            known = self._known.get(int(number))
+            if known is not None and stamp - known.seen <= FOLLOWING.lost_time:
+                there = np.isfinite(xy).all(axis=1)
+                scores = np.where(there, np.maximum(known.scores, 1e-3), 0.0)
+                pose = np.concatenate([xy, scores[:, None]], axis=1).astype(np.float32)
+                people.append(Followed(pose, known, max(stamp - known.seen, 0.0)))
+        return people
+
+    def update(self, people: People2D, persons: Sequence[Followed], stamp: float) -> People2D:
+        """Return the people of a frame with their ids, and remember what is known of them.
+
+        Args:
+            persons: one for each of the people.
+        """
+        people = self.tracker.update(people, stamp)
+        for i, person in enumerate(persons):
+            self._known[int(people.ids[i])] = person.remembered(people.keypoints[i], stamp)
+        self._known = {number: known for number, known in self._known.items()
+                       if stamp - known.seen <= FOLLOWING.lost_time}
+        return people
+
+
+def disagreement(pose: np.ndarray, expected: np.ndarray) -> float:
+    """Return the median distance of the joints that both have, (K, 3) each, as a share of the person's size."""
+    distances = np.linalg.norm(pose[:, :2] - expected[:, :2], axis=1)
+    both = np.isfinite(distances)
+    return float(np.median(distances[both]) / person_sizes(expected[None, :, :2])[0]) if both.any() else float('inf')
+
+
+def refuse_slides(people: Sequence[Followed], recipe: Recipe) -> None:
+    """Where crops of two people show one person, the one who is farther from where it was expected loses the crop."""
+    joint_sigmas = sigmas(recipe.skeleton)
+    for i, one in enumerate(people):
+        for other in people[:i]:
+            if (one.crop is not None and other.crop is not None
+                    and similarity(one.crop, other.crop, joint_sigmas) >= ENSEMBLE.duplicate):
+                loser = max(one, other, key=lambda person: (person.known is None, person.error))
+                loser.crop = None
+                loser.opinions.update(dict.fromkeys(range(recipe.pass_opinions, len(recipe.weights))))

@@ -1,14 +1,24 @@
-"""A detector for streams: it remembers, for each camera, who was seen where."""
+"""A detector for streams: it remembers, for each camera, who was seen where, and looks there first."""
 import threading
 from dataclasses import dataclass
-from typing import Hashable, Optional
+from typing import Callable, Dict, Hashable, List, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
-from openpose_ros_pkg.detect.detector import ComputedFrame, Detector, PreparedFrame
-from openpose_ros_pkg.detect.following import FollowingParams
-from openpose_ros_pkg.detect.tracking import KeypointTracker, PerCamera, TrackingParams
-from openpose_ros_pkg.people import People2D
+from openpose_ros_pkg.detect.detector import (
+    ComputedFrame,
+    Detector,
+    PreparedFrame,
+    Setup,
+    people_of,
+)
+from openpose_ros_pkg.detect.ensemble import person_scores
+from openpose_ros_pkg.detect.following import FOLLOWING, Followed, Follower, FollowingParams, refuse_slides
+from openpose_ros_pkg.detect.looking import Found, Pace, assign, look, search
+from openpose_ros_pkg.detect.schedule import SCHEDULE, Budget, Changes, Part, Schedule, strips
+from openpose_ros_pkg.detect.target_rate import RATE, seconds_per_pixel
+from openpose_ros_pkg.detect.tracking import TRACKING, PerCamera, TrackingParams
+from openpose_ros_pkg.people import People2D, Poses
 from openpose_ros_pkg.skeletons import SkeletonModel
 from openpose_ros_pkg.stream.fair_lock import FairLock
 
@@ -18,19 +28,82 @@ class StreamFrame:
     """What was found in an image of a stream.
 
     Attributes:
-        frame: what the networks gave.
+        network_seconds: that the networks took [s].
         camera: which stream it is.
         stamp: of the image [s].
+        found: what the networks gave; where people are followed: they, with their ids.
     """
 
-    frame: ComputedFrame
+    network_seconds: float
     camera: Hashable
     stamp: float
+    found: Union[ComputedFrame, People2D]
 
-    @property
-    def network_seconds(self) -> float:
-        """Time that the networks took [s]."""
-        return self.frame.network_seconds
+
+@dataclass(frozen=True, eq=False)
+class _Plan:
+    """How the images of all cameras are searched.
+
+    Attributes:
+        follows: whether people are followed.
+        rate: that is wanted [Hz]; 0: none.
+        period: without a rate, every image of this number is searched in full.
+        pace: what the networks take.
+    """
+
+    follows: bool
+    rate: float
+    period: int
+    pace: Pace
+
+    @classmethod
+    def of(cls, detector: Detector, following: FollowingParams, fixed: Optional[Dict[str, float]]) -> '_Plan':
+        """Return the plan for the present parameters, after measuring the networks where none are given."""
+        setup = detector.setup
+        params = setup.settings.detector
+        follows = bool(setup.recipe.refinements) and following.wanted(params)
+        pace = fixed or {}
+        if follows and params.target_rate > 0 and fixed is None:
+            pace = seconds_per_pixel(setup.recipe, setup.networks, detector.threads)
+        return cls(follows, params.target_rate, following.search_period, Pace(pace, fixed is not None))
+
+    def parts(self, setup: Setup, size: Tuple[int, int]) -> List[Part]:
+        """Return the parts of a search of an image of (width, height) [px].
+
+        A pass is cut into as many strips as it takes to fit into a frame beside the expected number of people.
+        """
+        most, (width, height) = SCHEDULE.most_strips if self.rate > 0 else 1, size
+        left = 1 / self.rate - RATE.expected_people * self.pace.of_person(setup) if self.rate > 0 else 0.0
+        parts = []
+        for number, one in enumerate(setup.recipe.passes):
+            counts = range(1, 2 if one.model.input.fixed_size else most + 1)
+            cuts = [[Part(number, *columns, width) for columns in strips(width, count)] for count in counts]
+            parts += next((cut for cut in cuts if self.pace.of_part(cut[0], setup, height) <= left), cuts[-1])
+        return parts
+
+
+class _Camera:
+    """What is remembered of a camera."""
+
+    def __init__(self, tracking: TrackingParams) -> None:
+        self.follower = Follower(tracking)
+        self._stamp = 0.0  # of the newest frame [s]
+        self._searched_by: Tuple[object, ...] = ()  # what makes the schedule
+
+    def begin(self, plan: _Plan, setup: Setup, size: Tuple[int, int], stamp: float) -> bool:
+        """Begin a frame; return whether it is the first of a stream."""
+        interval, self._stamp = stamp - self._stamp, max(stamp, self._stamp)
+        searched_by = (plan, setup.recipe, size)
+        if self._searched_by != searched_by or not -TRACKING.reset_backstep <= interval <= FOLLOWING.most_gap:
+            self._searched_by, self._stamp = searched_by, stamp
+            self.schedule, self.changes = Schedule(plan.parts(setup, size)), Changes()
+            self.budget = Budget(plan.rate)
+            self.frames = 0  # since the image was searched in full
+            self.budget.begin(0.0)
+            return True
+        self.frames += 1
+        self.budget.begin(interval)
+        return stamp <= 0
 
 
 class StreamDetector:
@@ -39,17 +112,25 @@ class StreamDetector:
     `detect` does it all. To prepare the next image and finish the last one while the networks are busy, call `prepare`,
     `compute` and `finish` separately, the latter two in the order of the frames of a camera.
 
+    With following, networks look at crops round the people who are expected in an image. The search for others is cut
+    into parts, one pass over one strip of the image each, which are spread over the frames as the time allows. Stamps
+    that jump, a new size of the images and a stamp of 0 begin anew, with a search of the whole image.
+
     Args:
         detector: what finds the people.
         tracking: limits of following people.
         following: whether people are followed instead of being searched for in every image.
+        pace: what the networks take for a pixel, by their names, from then on fixed [s]; None: it is measured.
     """
 
-    def __init__(self, detector: Detector, tracking: TrackingParams, following: FollowingParams) -> None:
+    def __init__(self, detector: Detector, tracking: TrackingParams, following: FollowingParams,
+                 pace: Optional[Dict[str, float]] = None) -> None:
         self.detector = detector
         self._tracking, self._following = tracking, following
-        self._trackers = PerCamera(lambda: KeypointTracker(self._tracking))
+        self._cameras = PerCamera(lambda: _Camera(self._tracking))
         self._tracking_lock = threading.Lock()
+        self._fixed_pace = pace
+        self._plan = _Plan.of(detector, following, pace)
 
     @property
     def skeleton(self) -> SkeletonModel:
@@ -62,11 +143,12 @@ class StreamDetector:
         return self.detector.lock
 
     def reconfigure(self, tracking: TrackingParams, following: FollowingParams) -> None:
-        """Use other limits from the next frame on; ids stay."""
-        with self._tracking_lock:
+        """Use other limits, and the present parameters of the detector, from the next frame on; ids stay."""
+        with self.lock, self._tracking_lock:
             self._tracking, self._following = tracking, following
-            for tracker in self._trackers.all():
-                tracker.reconfigure(tracking)
+            self._plan = _Plan.of(self.detector, following, self._fixed_pace)
+            for camera in self._cameras.all():
+                camera.follower.tracker.reconfigure(tracking)
 
     def detect(self, bgr: np.ndarray, camera: Hashable, stamp: float, expected: Optional[People2D] = None) -> People2D:
         """Return the people in an image of a camera, with ids that they keep in its images.
@@ -86,17 +168,92 @@ class StreamDetector:
             computed = self.compute(prepared, camera, stamp, expected)
         return self.finish(computed)
 
-    def prepare(self, bgr: np.ndarray) -> PreparedFrame:
-        """Check an image and bring it to the sizes that the networks want; see `detect`."""
-        return self.detector.prepare(bgr)
+    def prepare(self, bgr: np.ndarray, follow: bool = True) -> PreparedFrame:
+        """Check an image and bring it to the sizes that the networks want; see `detect`.
+
+        Args:
+            follow: False: search this image in full in any case.
+        """
+        return self.detector.prepare(bgr, views=not (follow and self._plan.follows))
 
     def compute(self, frame: PreparedFrame, camera: Hashable, stamp: float, expected: Optional[People2D] = None
                 ) -> StreamFrame:
         """Compute the networks for a prepared image, with `lock` held; see `detect`."""
-        return StreamFrame(self.detector.compute(frame), camera, stamp)
+        if frame.views:
+            computed = self.detector.compute(frame)
+            return StreamFrame(computed.network_seconds, camera, stamp, computed)
+        with self._tracking_lock:
+            people, seconds = self._follow(frame, self._cameras.of(camera), stamp, expected)
+        return StreamFrame(seconds, camera, stamp, people)
 
     def finish(self, computed: StreamFrame) -> People2D:
         """Return the people of a computed image; see `detect`."""
-        people = self.detector.finish(computed.frame)
+        if isinstance(computed.found, People2D):
+            return computed.found
+        people = self.detector.finish(computed.found)
         with self._tracking_lock:
-            return self._trackers.of(computed.camera).update(people, computed.stamp)
+            return self._cameras.of(computed.camera).follower.tracker.update(people, computed.stamp)
+
+    def _follow(self, frame: PreparedFrame, camera: _Camera, stamp: float, expected: Optional[People2D]
+                ) -> Tuple[People2D, float]:
+        setup, bgr, plan = frame.setup, frame.bgr, self._plan
+        size = (bgr.shape[1], bgr.shape[0])
+        first = camera.begin(plan, setup, size, stamp)
+        people = camera.follower.expected(stamp)
+        camera.schedule.changed(camera.changes.columns(bgr, [person.box for person in people]))
+        cost = plan.pace.of_person(setup)
+        looked = sorted(people, key=lambda person: -person.urgency)[:camera.budget.crops(cost)]
+        seconds = look(setup, bgr, looked, plan.pace)
+        refuse_slides(people, setup.recipe)
+        camera.budget.save(cost * len(looked))
+        parts = _due(camera, plan, stamp, first, people, lambda part: plan.pace.of_part(part, setup, size[1]))
+        found, more = self._search(frame, camera, stamp, parts)
+        new = _likely(assign(found, people, setup.recipe), setup)
+        seconds += more + look(setup, bgr, new, plan.pace)
+        camera.budget.spend(cost * len(new))
+        refuse_slides([*people, *new], setup.recipe)
+        reported = [person for person in (*people, *new) if person.reported]
+        keypoints = np.array([person.voted(setup.recipe, stamp) for person in reported], np.float32)
+        keypoints = keypoints.reshape(-1, len(setup.recipe.skeleton.joints), 3)
+        accepted, kept = people_of(Poses(keypoints, person_scores(keypoints)), setup, size)
+        return camera.follower.update(accepted, [reported[i] for i in kept], stamp), seconds
+
+    def _search(self, frame: PreparedFrame, camera: _Camera, stamp: float, parts: Sequence[Part]
+                ) -> Tuple[List[Found], float]:
+        found: List[Found] = []
+        seconds = 0.0
+        for part in parts:
+            more, taken = search(frame.setup, frame.bgr, part, self._plan.pace)
+            found += more
+            seconds += taken
+            camera.schedule.done(part, stamp)
+        return found, seconds
+
+
+def _due(camera: _Camera, plan: _Plan, stamp: float, first: bool, people: Sequence[Followed],
+         cost: Callable[[Part], float]) -> List[Part]:
+    """Return the parts that are searched in a frame."""
+    just_lost = False
+    for person in people:
+        if person.opinions and person.crop is None:
+            low, high = person.box
+            camera.schedule.urge(low[0], high[0], SCHEDULE.lost)
+            just_lost |= person.unseen <= FOLLOWING.unlooked_time
+    if first or (plan.rate <= 0 and (just_lost or camera.frames >= plan.period)):
+        camera.frames = 0
+        return camera.schedule.parts
+    due = []
+    for part in camera.schedule.order(stamp) if plan.rate > 0 else []:
+        if not camera.budget.affords(cost(part)):
+            break
+        camera.budget.spend(cost(part))
+        due.append(part)
+    return due
+
+
+def _likely(new: Sequence[Followed], setup: Setup) -> List[Followed]:
+    """Return those of new people who are worth a crop, the surest first."""
+    least = setup.recipe.acceptance * setup.settings.decode.person_min_score
+    scores = [float(person_scores(person.expected[np.newaxis])[0]) for person in new]
+    order = np.argsort([-score for score in scores], kind='stable')[:setup.recipe.max_refined]
+    return [new[i] for i in order if scores[i] >= least]

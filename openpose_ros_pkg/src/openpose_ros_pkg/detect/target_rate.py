@@ -45,8 +45,7 @@ def fitted_to_rate(recipe: Recipe, networks: Dict[str, Backend], target_rate: fl
         threads: that compute a network; 0 for as many as there are cores.
     """
     allowed = RATE.network_share / target_rate
-    pace = {name: _seconds_per_pixel(image, networks[name], threads or os.cpu_count() or 1)
-            for name, image in _inputs(recipe).items()}
+    pace = seconds_per_pixel(recipe, networks, threads)
     needed = foreseen_seconds(recipe, pace)
     less = [faster for faster in _faster(recipe) if foreseen_seconds(faster, pace) < needed]
     if needed <= allowed:
@@ -60,6 +59,16 @@ def fitted_to_rate(recipe: Recipe, networks: Dict[str, Backend], target_rate: fl
     _log.info('for %g Hz the networks may take %.0f ms: %s takes %.0f ms%s', target_rate, 1000 * allowed,
               recipe.description, 1000 * needed, '' if fitted == recipe else instead)
     return fitted
+
+
+def seconds_per_pixel(recipe: Recipe, networks: Dict[str, Backend], threads: int) -> Dict[str, float]:
+    """Measure what the networks of a recipe take for a pixel of their inputs [s], by the models' names.
+
+    Args:
+        threads: that compute a network; 0 for as many as there are cores.
+    """
+    return {name: _seconds_per_pixel(image, networks[name], threads or os.cpu_count() or 1)
+            for name, image in _inputs(recipe).items()}
 
 
 def foreseen_seconds(recipe: Recipe, pace: Dict[str, float]) -> float:

@@ -121,6 +121,15 @@ class KeypointTracker:
                 _Track(int(ids[p]), people.xy[p].astype(np.float64), np.zeros(2), float(sizes[p]), stamp))
         return replace(people, ids=ids)
 
+    def expected(self, stamp: float) -> Tuple[List[int], List[np.ndarray]]:
+        """Return the ids of the tracks, and where their joints are expected, (K, 2) float64 [px] each.
+
+        Joints that were never seen are NaN. Where stamps jump back, nobody is expected.
+        """
+        jump = self._newest is not None and stamp < self._newest - TRACKING.reset_backstep
+        tracks = [] if jump else [one for one in self._tracks if stamp - one.stamp <= self._params.track_timeout]
+        return [track.id for track in tracks], [track.xy + track.way(stamp) for track in tracks]
+
     def _match(self, people: People2D, sizes: np.ndarray, stamp: float) -> List[Tuple[int, int]]:
         """Return (track, person) index pairs."""
         if not self._tracks or not len(people):

@@ -110,14 +110,30 @@ def full_image_plans(size: Tuple[int, int], network_pass: NetworkPass) -> List[I
     return [plan.centred() if recipe.centred else plan for plan in plans]
 
 
-def prepare_views(bgr: np.ndarray, network_pass: NetworkPass) -> List[PreparedView]:
-    """Bring an image, (H, W, 3) uint8 BGR, to the sizes of a pass, each with its mirror image where that is wanted.
+def views_of(size: Tuple[int, int], network_pass: NetworkPass, columns: Optional[Tuple[int, int]] = None
+             ) -> List[View]:
+    """Return what a pass sees of an image, each size with its mirror image where that is wanted.
+
+    Args:
+        size: (width, height) of the image [px].
+        columns: left and right end of a part of the image, which is seen as large as in the full image; None: all.
 
     Raises:
         BadInputError: it is too long and thin.
     """
-    plans = full_image_plans((bgr.shape[1], bgr.shape[0]), network_pass)
-    views = [View(plan, mirror) for plan in plans for mirror in ((False, True) if network_pass.mirror else (False,))]
+    plans, left = full_image_plans(size, network_pass), 0
+    if columns is not None and columns != (0, size[0]):
+        left, right = columns
+        plans = [fit_image((right - left, size[1]), -1, plan.scaled_size[1], network_pass.model.input.multiple_of)
+                 for plan in plans]
+    return [View(plan, mirror, (left, 0)) for plan in plans
+            for mirror in ((False, True) if network_pass.mirror else (False,))]
+
+
+def prepare_views(bgr: np.ndarray, network_pass: NetworkPass, columns: Optional[Tuple[int, int]] = None
+                  ) -> List[PreparedView]:
+    """Bring an image, (H, W, 3) uint8 BGR, to what a pass sees; see `views_of`."""
+    views = views_of((bgr.shape[1], bgr.shape[0]), network_pass, columns)
     return [view.prepare(bgr, network_pass.model.input.padding) for view in views]
 
 

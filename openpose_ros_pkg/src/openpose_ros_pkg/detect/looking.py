@@ -1,0 +1,121 @@
+"""Let networks look at a part of an image: at strips of it for anybody, and at crops for people who are expected."""
+from dataclasses import replace
+from typing import Dict, List, NamedTuple, Sequence, Tuple
+
+import numpy as np
+
+from openpose_ros_pkg.detect.detector import Setup
+from openpose_ros_pkg.detect.ensemble import group, vote
+from openpose_ros_pkg.detect.following import FOLLOWING, Followed
+from openpose_ros_pkg.detect.recipes import Recipe
+from openpose_ros_pkg.detect.refinement import decode_crop, prepare_crop
+from openpose_ros_pkg.detect.schedule import Part
+from openpose_ros_pkg.detect.views import ComputedView, compute_views, decode_views, prepare_views, views_of
+from openpose_ros_pkg.oks import extent, sigmas
+
+
+class Found(NamedTuple):
+    """The people whom a source found in a part: number of the source, the part, (P, K, 3) keypoints."""
+
+    number: int
+    part: Part
+    keypoints: np.ndarray
+
+
+# Share of a new measurement in what a network is known to take.
+_PACE_GAIN = 0.2
+
+
+class Pace:
+    """How long networks take, by the newest of their runs.
+
+    Args:
+        seconds: per pixel of the input at first, by the models' names.
+        fixed: it stays what it is, so that results do not depend on the machine.
+    """
+
+    def __init__(self, seconds: Dict[str, float], fixed: bool = False) -> None:
+        self._seconds, self._fixed = dict(seconds), fixed
+
+    def of_part(self, part: Part, setup: Setup, height: int) -> float:
+        """Return what a part takes of an image of a height [px], [s]."""
+        one = setup.recipe.passes[part.number]
+        views = views_of((part.width, height), one, (part.left, part.right))
+        return sum(self._of(one.model.name, view.plan.net_size) for view in views)
+
+    def of_person(self, setup: Setup) -> float:
+        """Return what the crops of a person take [s]."""
+        return sum(self._of(one.model.name, (one.side, one.side)) for one in setup.recipe.refinements)
+
+    def learn(self, model: str, views: Sequence[ComputedView]) -> None:
+        """Take into account how long views took."""
+        if self._fixed or not views:
+            return
+        pixels = sum(view.view.plan.net_size[0] * view.view.plan.net_size[1] for view in views)
+        now = sum(view.seconds for view in views) / pixels
+        self._seconds[model] += _PACE_GAIN * (now - self._seconds[model])
+
+    def _of(self, model: str, size: Tuple[int, int]) -> float:
+        return self._seconds.get(model, 0.0) * size[0] * size[1]
+
+
+def search(setup: Setup, bgr: np.ndarray, part: Part, pace: Pace) -> Tuple[List[Found], float]:
+    """Find the people in a part of an image, (H, W, 3) uint8 BGR; return the time of the network too [s]."""
+    recipe = setup.recipe
+    one = recipe.passes[part.number]
+    prepared = prepare_views(bgr, one, (part.left, part.right))
+    views = [view.compute(setup.networks[one.model.name]) for view in prepared]
+    pace.learn(one.model.name, views)
+    first = sum(before.opinions for before in recipe.passes[:part.number])
+    poses = decode_views(one, views, setup.decode, setup.direct)
+    return ([Found(number, part, found.keypoints) for number, found in enumerate(poses, start=first)],
+            sum(view.seconds for view in views))
+
+
+def look(setup: Setup, bgr: np.ndarray, people: Sequence[Followed], pace: Pace) -> float:
+    """Look at crops round people of an image, and let them have what is believed; return the networks' time [s]."""
+    seconds = 0.0
+    for number, one in enumerate(setup.recipe.refinements, start=setup.recipe.pass_opinions):
+        margins = [one.margin * (FOLLOWING.lost_margin if person.unseen > FOLLOWING.unlooked_time else 1.0)
+                   for person in people]
+        prepared = [prepare_crop(bgr, person.expected, replace(one, margin=margin))
+                    for person, margin in zip(people, margins)]
+        views = compute_views(prepared, setup.networks[one.model.name])
+        pace.learn(one.model.name, views)
+        seconds += sum(view.seconds for view in views)
+        for person, view in zip(people, views):
+            poses = [pose for pose in decode_crop(view, one.model, setup.direct).keypoints if person.believes(pose)]
+            person.opinions[number] = poses[0] if poses else None
+            if poses and person.crop is None:
+                person.crop = poses[0]
+    return seconds
+
+
+def assign(found: Sequence[Found], people: Sequence[Followed], recipe: Recipe) -> List[Followed]:
+    """Give people the opinions of searches; return those who are new.
+
+    A strip that cuts somebody tells of this person only where nothing else does: the next strip sees all of the person.
+    """
+    joint_sigmas = sigmas(recipe.skeleton)
+    places = [np.concatenate([person.reference, person.expected[:, 2:]], axis=1) for person in people]
+    known = np.array(places, np.float32).reshape(-1, len(joint_sigmas), 3)
+    new = []
+    for i, poses in enumerate(group([known, *(one.keypoints for one in found)], joint_sigmas)):
+        person = people[i] if i < len(people) else Followed(np.full((len(joint_sigmas), 3), np.nan, np.float32))
+        for index, pose in sorted(poses.items()):
+            if index > 0:
+                number, part, _ = found[index - 1]
+                low, high = extent(pose) if person.known is None else person.box
+                if part.holds(low[0], high[0]) or not person.found:
+                    person.opinions[number] = pose
+        if person.known is None:
+            opinions = {number: pose for number, pose in person.opinions.items() if pose is not None}
+            weights = [weight * (number in opinions) for number, weight in enumerate(recipe.weights)]
+            person.expected = vote(opinions, weights, joint_sigmas, weights)
+            new.append(person)
+    for person in (*people, *new):
+        low, high = person.box
+        for number, part, _ in found:
+            if part.holds(low[0], high[0]):
+                person.opinions.setdefault(number, None)
+    return new

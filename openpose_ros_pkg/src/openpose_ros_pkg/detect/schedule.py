@@ -1,0 +1,160 @@
+"""What is searched for people in which frame: parts of the image, within a budget of time."""
+from collections import deque
+from dataclasses import dataclass
+from typing import Deque, Dict, List, NamedTuple, Sequence, Tuple
+
+import cv2
+import numpy as np
+
+from openpose_ros_pkg.params.constants import constant
+
+
+@dataclass(frozen=True)
+class ScheduleConstants:
+    """How the search of an image is spread over frames."""
+
+    network_share: float = constant(
+        0.7, "Share of a frame's time that the networks may take where people are followed; the rest is for what can "
+             'not overlap with them, and for other programs.')
+    search_share: float = constant(0.3, 'Share of that which is kept for searching, whoever is followed.')
+    most_saved: float = constant(2.0, 'Frames whose time for searching can be saved.')
+    recent_intervals: int = constant(10, 'Intervals between stamps of which the least tells the rate of the images.')
+    overlap: float = constant(0.16, 'Overlap of neighbouring strips, as a share of the width of the image.')
+    most_strips: int = constant(4, 'A pass is cut into this many strips at most.')
+    changed: float = constant(3.0, 'A part in which the image changed outside of everybody waits this many times less.')
+    lost: float = constant(6.0, 'A part in which somebody was lost waits this many times less.')
+    grey_width: int = constant(96, 'Width of the grey images that are compared.', unit='px')
+    grey_levels: float = constant(10.0, 'Change of a pixel in them that counts, of 256 levels.')
+    grey_pixels: int = constant(4, 'Number of such pixels that make a part changed.')
+    round_people: float = constant(0.2, 'Share of its size by which the box of a person is enlarged for that.')
+
+
+SCHEDULE = ScheduleConstants()
+
+
+class Part(NamedTuple):
+    """A strip of the image that one pass searches.
+
+    Attributes:
+        number: of the pass in the recipe.
+        left, right: of the strip [px].
+        width: of the image [px].
+    """
+
+    number: int
+    left: int
+    right: int
+    width: int
+
+    def holds(self, low: float, high: float) -> bool:
+        """Return whether what reaches from one column to another is not cut by the strip."""
+        return (self.left == 0 or low > self.left) and (self.right == self.width or high < self.right - 1)
+
+    def meets(self, low: float, high: float) -> bool:
+        """Return whether the strip has any of these columns."""
+        return high >= self.left and low < self.right
+
+
+def strips(width: int, count: int) -> List[Tuple[int, int]]:
+    """Return left and right of a number of strips of one width that overlap, and together are an image."""
+    side = round(width * (1 + (count - 1) * SCHEDULE.overlap) / count)
+    lefts = np.linspace(0, width - side, count).round().astype(int)
+    return [(int(left), int(left) + side) for left in lefts]
+
+
+class Changes:
+    """Where the image of a camera changes from frame to frame."""
+
+    def __init__(self) -> None:
+        self._last = np.zeros((0, 0), np.float32)
+
+    def columns(self, bgr: np.ndarray, boxes: Sequence[np.ndarray]) -> np.ndarray:
+        """Return the columns [px] where the image, (H, W, 3) uint8, changed outside of boxes, (N,).
+
+        Args:
+            boxes: least and greatest x and y of people, (2, 2) each [px].
+        """
+        scale = SCHEDULE.grey_width / bgr.shape[1]
+        size = (SCHEDULE.grey_width, max(round(bgr.shape[0] * scale), 1))
+        grey = cv2.cvtColor(cv2.resize(bgr, size, interpolation=cv2.INTER_AREA), cv2.COLOR_BGR2GRAY).astype(np.float32)
+        last, self._last = self._last, grey
+        if last.shape != grey.shape:
+            return np.zeros(0)
+        difference = grey - last
+        changed = np.abs(difference - np.median(difference)) > SCHEDULE.grey_levels
+        for low, high in boxes:
+            more = SCHEDULE.round_people * (high - low).max()
+            (left, top), (right, bottom) = ((low - more) * scale).astype(int), ((high + more) * scale).astype(int) + 1
+            changed[max(top, 0):max(bottom, 0), max(left, 0):max(right, 0)] = False
+        return (np.nonzero(changed)[1] + 0.5) / scale
+
+
+class Schedule:
+    """Which part of an image is searched next: what waits longest, sooner where something happened."""
+
+    def __init__(self, parts: Sequence[Part]) -> None:
+        self.parts = list(parts)
+        self._since: Dict[Part, float] = {}
+        self._urgency: Dict[Part, float] = {}
+
+    def urge(self, low: float, high: float, factor: float) -> None:
+        """Let the parts that have some of these columns wait less until they are searched."""
+        for part in self.parts:
+            if part.meets(low, high):
+                self._urgency[part] = max(self._urgency.get(part, 1.0), factor)
+
+    def changed(self, columns: np.ndarray) -> None:
+        """Let the parts wait less in which enough pixels of `Changes` changed."""
+        for part in self.parts:
+            if ((columns >= part.left) & (columns < part.right)).sum() >= SCHEDULE.grey_pixels:
+                self._urgency[part] = max(self._urgency.get(part, 1.0), SCHEDULE.changed)
+
+    def order(self, stamp: float) -> List[Part]:
+        """Return all parts, the most urgent first; those that were never searched come before all others."""
+        def wait(part: Part) -> float:
+            if part not in self._since:
+                return float('inf')
+            return max(stamp - self._since[part], 1e-3) * self._urgency.get(part, 1.0)
+        return sorted(self.parts, key=wait, reverse=True)
+
+    def done(self, part: Part, stamp: float) -> None:
+        """Note that a part was searched."""
+        self._since[part] = stamp
+        self._urgency.pop(part, None)
+
+
+class Budget:
+    """How long the networks may take for a frame of a camera, and what is saved for searching.
+
+    Args:
+        rate: that is wanted [Hz]; 0: they may take any time.
+    """
+
+    def __init__(self, rate: float) -> None:
+        self._rate = rate
+        self._intervals: Deque[float] = deque(maxlen=SCHEDULE.recent_intervals)
+        self._seconds = self._saved = float('inf') if rate <= 0 else 0.0
+
+    def begin(self, interval: float) -> None:
+        """Begin a frame that comes after an interval [s]; 0: the first."""
+        if self._rate > 0:
+            if interval > 0:
+                self._intervals.append(interval)
+            # frames that are left out make intervals longer: the least is that of the camera
+            self._seconds = SCHEDULE.network_share * max(1 / self._rate, min(self._intervals, default=0.0))
+
+    def crops(self, seconds: float) -> int:
+        """Return the number of people, one at least, for whom there is time, when each takes some seconds."""
+        return max(int((1 - SCHEDULE.search_share) * min(self._seconds / max(seconds, 1e-9), 1e6)), 1)
+
+    def save(self, spent: float) -> None:
+        """Save what is left of the frame's time after crops took a part of it [s]."""
+        self._saved = min(self._saved + self._seconds - spent, SCHEDULE.most_saved * self._seconds)
+
+    def affords(self, seconds: float) -> bool:
+        """Return whether enough is saved."""
+        return self._saved >= seconds
+
+    def spend(self, seconds: float) -> None:
+        """Spend what was saved; a debt is one frame's time at most."""
+        self._saved = max(self._saved - seconds, -self._seconds) if self._rate > 0 else self._saved
