@@ -51,7 +51,7 @@ def test_each_camera_has_ids_of_its_own(stream, network):
 
 def test_new_limits_hold_for_all_cameras(stream):
     stream.detect(IMAGE, 'left', 0.0)
-    stream.reconfigure(TrackingParams(track_timeout=0.5), FollowingParams())
+    stream.reconfigure(TrackingParams(track_timeout=0.5))
     assert sorted(stream.detect(IMAGE, 'left', 0.4).ids) == [1, 2]
     assert sorted(stream.detect(IMAGE, 'left', 1.2).ids) == [3, 4]
 

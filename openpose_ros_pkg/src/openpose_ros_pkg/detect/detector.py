@@ -21,7 +21,7 @@ from openpose_ros_pkg.skeletons import SkeletonModel
 from openpose_ros_pkg.stream.fair_lock import FairLock
 
 # Width and height of usual images [px], 16:9 and 4:3: what the networks see depends on the ratio alone.
-_USUAL_SIZES = ((960, 540), (640, 480))
+USUAL_SIZES = ((960, 540), (640, 480))
 _log = logging.getLogger(__name__)
 
 
@@ -214,7 +214,7 @@ class Detector:
         The first camera image then takes no longer than the others.
         """
         recipe = self._setup.recipe
-        for width, height in _USUAL_SIZES:
+        for width, height in USUAL_SIZES:
             blank = self.prepare(np.zeros((height, width, 3), np.uint8))
             with self.lock:
                 self.compute(blank)

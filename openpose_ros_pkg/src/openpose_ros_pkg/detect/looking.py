@@ -1,5 +1,7 @@
 """Let networks look at a part of an image: at strips of it for anybody, and at crops for people who are expected."""
+from collections import deque
 from dataclasses import replace
+from statistics import median
 from typing import Dict, List, NamedTuple, Sequence, Tuple
 
 import numpy as np
@@ -22,12 +24,12 @@ class Found(NamedTuple):
     keypoints: np.ndarray
 
 
-# Share of a new measurement in what a network is known to take.
-_PACE_GAIN = 0.2
+# Runs of a network whose median tells what it takes: the first run for a size, which compiles it, does not.
+_PACE_RUNS = 9
 
 
 class Pace:
-    """How long networks take, by the newest of their runs.
+    """How long networks take, by their newest runs.
 
     Args:
         seconds: per pixel of the input at first, by the models' names.
@@ -35,7 +37,8 @@ class Pace:
     """
 
     def __init__(self, seconds: Dict[str, float], fixed: bool = False) -> None:
-        self._seconds, self._fixed = dict(seconds), fixed
+        self._runs = {model: deque([one] * _PACE_RUNS, _PACE_RUNS) for model, one in seconds.items()}
+        self._fixed = fixed
 
     def of_part(self, part: Part, setup: Setup, height: int) -> float:
         """Return what a part takes of an image of a height [px], [s]."""
@@ -49,14 +52,13 @@ class Pace:
 
     def learn(self, model: str, views: Sequence[ComputedView]) -> None:
         """Take into account how long views took."""
-        if self._fixed or not views:
-            return
-        pixels = sum(view.view.plan.net_size[0] * view.view.plan.net_size[1] for view in views)
-        now = sum(view.seconds for view in views) / pixels
-        self._seconds[model] += _PACE_GAIN * (now - self._seconds[model])
+        if not self._fixed and model in self._runs and views:
+            pixels = sum(view.view.plan.net_size[0] * view.view.plan.net_size[1] for view in views)
+            self._runs[model].append(sum(view.seconds for view in views) / pixels)
 
     def _of(self, model: str, size: Tuple[int, int]) -> float:
-        return self._seconds.get(model, 0.0) * size[0] * size[1]
+        runs = self._runs.get(model)
+        return median(runs) * size[0] * size[1] if runs else 0.0
 
 
 def search(setup: Setup, bgr: np.ndarray, part: Part, pace: Pace) -> Tuple[List[Found], float]:

@@ -6,6 +6,7 @@ from typing import Callable, Dict, Hashable, List, Optional, Sequence, Tuple, Un
 import numpy as np
 
 from openpose_ros_pkg.detect.detector import (
+    USUAL_SIZES,
     ComputedFrame,
     Detector,
     PreparedFrame,
@@ -15,6 +16,7 @@ from openpose_ros_pkg.detect.detector import (
 from openpose_ros_pkg.detect.ensemble import person_scores
 from openpose_ros_pkg.detect.following import FOLLOWING, Followed, Follower, FollowingParams, refuse_slides
 from openpose_ros_pkg.detect.looking import Found, Pace, assign, look, search
+from openpose_ros_pkg.detect.recipes import DetectorParams
 from openpose_ros_pkg.detect.schedule import SCHEDULE, Budget, Changes, Part, Schedule, strips
 from openpose_ros_pkg.detect.target_rate import RATE, seconds_per_pixel
 from openpose_ros_pkg.detect.tracking import TRACKING, PerCamera, TrackingParams
@@ -45,12 +47,14 @@ class _Plan:
     """How the images of all cameras are searched.
 
     Attributes:
+        made_for: parameters of the detector.
         follows: whether people are followed.
         rate: that is wanted [Hz]; 0: none.
         period: without a rate, every image of this number is searched in full.
         pace: what the networks take.
     """
 
+    made_for: DetectorParams
     follows: bool
     rate: float
     period: int
@@ -65,7 +69,7 @@ class _Plan:
         pace = fixed or {}
         if follows and params.target_rate > 0 and fixed is None:
             pace = seconds_per_pixel(setup.recipe, setup.networks, detector.threads)
-        return cls(follows, params.target_rate, following.search_period, Pace(pace, fixed is not None))
+        return cls(params, follows, params.target_rate, following.search_period, Pace(pace, fixed is not None))
 
     def parts(self, setup: Setup, size: Tuple[int, int]) -> List[Part]:
         """Return the parts of a search of an image of (width, height) [px].
@@ -138,17 +142,43 @@ class StreamDetector:
         return self.detector.skeleton
 
     @property
+    def description(self) -> str:
+        """Whether people are followed, for the log."""
+        if not self._plan.follows:
+            return 'searched for in every image'
+        return 'followed, and searched for ' + (
+            'as far as the rate allows' if self._plan.rate > 0 else f'in every image of {self._plan.period}')
+
+    @property
     def lock(self) -> FairLock:
         """To be held during `compute`."""
         return self.detector.lock
 
-    def reconfigure(self, tracking: TrackingParams, following: FollowingParams) -> None:
+    def reconfigure(self, tracking: TrackingParams) -> None:
         """Use other limits, and the present parameters of the detector, from the next frame on; ids stay."""
         with self.lock, self._tracking_lock:
-            self._tracking, self._following = tracking, following
-            self._plan = _Plan.of(self.detector, following, self._fixed_pace)
+            self._tracking = tracking
             for camera in self._cameras.all():
                 camera.follower.tracker.reconfigure(tracking)
+            if self._plan.made_for != self.detector.setup.settings.detector:
+                self._plan = _Plan.of(self.detector, self._following, self._fixed_pace)
+
+    def warm_up(self) -> None:
+        """Let the networks see blank images, as `Detector.warm_up` does, but the parts that they will see."""
+        setup = self.detector.setup
+        if not self._plan.follows:
+            self.detector.warm_up()
+            return
+        for width, height in USUAL_SIZES:
+            blank = np.zeros((height, width, 3), np.uint8)
+            first_parts = {part.number: part for part in self._plan.parts(setup, (width, height))}
+            with self.lock:
+                for part in first_parts.values():
+                    search(setup, blank, part, self._plan.pace)
+        somebody = np.full((len(self.skeleton.joints), 3), 1.0, np.float32)
+        somebody[0, :2] = width / 2, height - 1
+        with self.lock:
+            look(setup, blank, [Followed(somebody), Followed(somebody)], self._plan.pace)
 
     def detect(self, bgr: np.ndarray, camera: Hashable, stamp: float, expected: Optional[People2D] = None) -> People2D:
         """Return the people in an image of a camera, with ids that they keep in its images.

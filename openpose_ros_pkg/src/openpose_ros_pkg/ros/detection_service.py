@@ -104,9 +104,10 @@ class DetectionService:
         self._settings = settings
         if settings.stream.image_topic:
             check_topic_name('image_topic', settings.stream.image_topic)
-        self._detector = create_detector(settings.detector)
+        self._detector = create_detector(settings.detector, settings.following)
+        self._stream = StreamDetector(self._detector, settings.tracking, settings.following)
         if settings.detector.detector.mode != 'accurate':  # for recordings, and slow: nobody waits for a first result
-            self._detector.warm_up()
+            self._stream.warm_up()
         self._recorder: Optional[Recorder] = None
         if settings.save.active:
             writer = FrameWriter(settings.save, settings.draw, settings.keypoint_scale)
@@ -115,7 +116,6 @@ class DetectionService:
         self._health, self._timing, self._demand = health, timing, demand
         self._health.show_lasting(lambda: self._detector.faults)
         self._health.show(self._recorder_counters)
-        self._stream = StreamDetector(self._detector, settings.tracking, settings.following)
         self._publisher: Optional[PeoplePublisher] = None
         self._camera_info: Optional[CameraInfoPublisher] = None
         if settings.publishing.publish_results:
@@ -138,6 +138,7 @@ class DetectionService:
         params = self._settings.detector.detector
         return {'mode': f'{params.mode}, pose_model {params.pose_model}, joints {self._detector.skeleton.name}',
                 'networks': self._detector.recipe.description, 'runtime': self._detector.description,
+                'people': self._stream.description,
                 'target_rate': f'{params.target_rate:g} Hz' if params.target_rate > 0 else 'none'}
 
     def prepare(self, image: Image, bgr: np.ndarray) -> _Prepared:
@@ -225,7 +226,7 @@ class DetectionService:
     def _prepare(self, header: Header, bgr: np.ndarray, received: float, decoding: float = 0.0, sender: str = ''
                  ) -> _Prepared:
         begin = time.monotonic()
-        frame = self._stream.prepare(bgr)
+        frame = self._stream.prepare(bgr, follow=not sender or self._settings.following.follow_requests)
         preparing = time.monotonic() - begin
         self._timing.add('preprocess', preparing)
         return _Prepared(header, bgr, frame, received, decoding + preparing, sender)
@@ -258,7 +259,7 @@ class DetectionService:
         if settings.detector != self._settings.detector:
             self._detector.reconfigure(settings.detector)
         self._settings = settings
-        self._stream.reconfigure(settings.tracking, settings.following)
+        self._stream.reconfigure(settings.tracking)
         if self._publisher is not None:
             self._publisher.reconfigure(settings.draw, settings.images)
         if self._recorder is not None:
