@@ -183,7 +183,9 @@ class Followed:
             places[number] *= share
             if pose is not None:
                 poses[number] = pose
-        return vote(poses, weights, sigmas(recipe.skeleton), places)
+        keypoints = vote(poses, weights, sigmas(recipe.skeleton))
+        keypoints[:, :2] = vote(poses, places, sigmas(recipe.skeleton))[:, :2]
+        return keypoints
 
     def remembered(self, keypoints: np.ndarray, stamp: float) -> Known:
         """Return what is to be remembered when the person was reported with (K, 3) keypoints."""

@@ -113,7 +113,7 @@ def assign(found: Sequence[Found], people: Sequence[Followed], recipe: Recipe) -
         if person.known is None:
             opinions = {number: pose for number, pose in person.opinions.items() if pose is not None}
             weights = [weight * (number in opinions) for number, weight in enumerate(recipe.weights)]
-            person.expected = vote(opinions, weights, joint_sigmas, weights)
+            person.expected = vote(opinions, weights, joint_sigmas)
             new.append(person)
     for person in (*people, *new):
         low, high = person.box
