@@ -1,0 +1,190 @@
+"""Life stories of people who are followed: networks look where they are expected, and search the rest now and then."""
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from openpose_ros_pkg.detect.detector import Detector, DetectorSettings
+from openpose_ros_pkg.detect.following import FOLLOWING, Followed, FollowingParams, Known, Opinion, disagreement
+from openpose_ros_pkg.detect.recipes import MODES
+from openpose_ros_pkg.detect.schedule import SCHEDULE
+from openpose_ros_pkg.detect.stream_detector import StreamDetector
+from openpose_ros_pkg.detect.tracking import TrackingParams
+from openpose_ros_pkg.params.parameters import build
+from openpose_ros_pkg.skeletons import COCO_18
+from stand_in_networks import MovenetNetwork, ThunderNetwork, Together, chart, in_order, person_at
+
+IMAGE, PERIOD = chart(640, 480), 4
+LEFT, RIGHT = person_at(130, 120, 250), person_at(480, 150, 220)
+# Of a pixel of the networks' inputs: the whole image takes MoveNet 10 ms, a crop 3 ms.
+PACE = {'movenet_multipose': 0.010 / (384 * 288), 'movenet_thunder': 0.003 / 256 ** 2}
+RATE, BUDGET = 50.0, SCHEDULE.network_share / 50
+
+
+class Scene:
+    """A camera before people, and networks that see them truly."""
+
+    def __init__(self, people, **params):
+        self.searching, self.looking = MovenetNetwork(), ThunderNetwork()
+        settings = build(DetectorSettings, {'mode': 'fast', **params})
+        networks = Together(movenet_multipose=self.searching, movenet_thunder=self.looking)
+        following = FollowingParams(following='always', search_period=PERIOD)
+        self.stream = StreamDetector(Detector(settings, networks, following), TrackingParams(), following, PACE)
+        self.people = people
+
+    def frame(self, stamp, people=None, image=IMAGE, **kwargs):
+        """Return the people of the next frame, searches and looks at crops, and what they took [s]."""
+        self.people = self.people if people is None else people
+        self.searching.people = self.looking.people = self.people
+        before = len(self.searching.inputs), len(self.looking.inputs)
+        found = self.stream.detect(image, 'camera', stamp, **kwargs)
+        searches, looks = self.searching.inputs[before[0]:], self.looking.inputs[before[1]:]
+        seconds = sum(one.shape[0] * one.shape[1] * PACE['movenet_multipose'] for one in searches)
+        return found, len(searches), len(looks), seconds + 0.003 * len(looks)
+
+
+def near(found, person):
+    return np.abs(found - person)[:14].max() < 4
+
+
+def test_nobody_is_found_by_searches_now_and_then():
+    scene = Scene([])
+    counts = [scene.frame(0.1 * i)[1:3] for i in range(2 * PERIOD)]
+    assert counts == ([(1, 0)] + [(0, 0)] * (PERIOD - 1)) * 2
+
+
+def test_between_searches_people_are_followed_on_crops():
+    scene = Scene([LEFT, RIGHT])
+    first, searches, looks, _ = scene.frame(0.0)
+    assert (searches, looks) == (1, 2) and sorted(first.ids) == [1, 2]
+    for i in range(1, PERIOD):
+        people = [LEFT + (10.0 * i, 0), RIGHT - (8.0 * i, 0)]
+        found, searches, looks, _ = scene.frame(0.1 * i, people)
+        assert (searches, looks) == (0, 2)
+        assert all(near(one, person) for one, person in zip(in_order(found), people))
+        assert found.ids.tolist() == first.ids.tolist() or sorted(found.ids) == [1, 2]
+
+
+def test_scores_are_those_of_a_search():
+    scene = Scene([LEFT, RIGHT])
+    searched, followed = scene.frame(0.0)[0], scene.frame(0.1)[0]
+    np.testing.assert_allclose(followed.scores, searched.scores, atol=0.02)
+
+
+def test_who_is_lost_is_searched_for_at_once_and_not_reported():
+    scene = Scene([LEFT, RIGHT])
+    scene.frame(0.0)
+    scene.frame(0.1)
+    found, searches, _, _ = scene.frame(0.2, [LEFT])
+    assert len(found) == 1 and near(found.xy[0], LEFT) and searches == 1
+    found, searches, looks, _ = scene.frame(0.3)
+    assert len(found) == 1 and (searches, looks) == (0, 2)  # it is looked for on a crop
+    for i in range(4, 10):
+        looks = scene.frame(0.1 * i)[2]
+    assert looks == 1
+
+
+def test_who_comes_back_on_a_crop_keeps_the_id():
+    scene = Scene([LEFT, RIGHT])
+    scene.frame(0.0)
+    ids = scene.frame(0.1)[0].ids.tolist()
+    scene.frame(0.2, [LEFT])
+    found, searches, _, _ = scene.frame(0.3, [LEFT, RIGHT + (5.0, 0)])
+    assert searches == 0 and sorted(found.ids) == sorted(ids)
+
+
+def test_a_crop_that_slid_to_another_person_is_refused():
+    """Two people come close, one passes behind the other: then both crops show the one in front."""
+    scene = Scene([LEFT, LEFT + (150.0, 0)])
+    scene.frame(0.0)
+    scene.frame(0.1, [LEFT, LEFT + (100.0, 0)])
+    found, _, looks, _ = scene.frame(0.2, [LEFT])
+    assert looks >= 2
+    assert len(found) == 1 and near(found.xy[0], LEFT)
+
+
+def test_a_pose_that_is_not_where_somebody_was_expected_is_not_believed():
+    pose = np.concatenate([LEFT, np.ones((18, 1))], axis=1)
+    known = Known(np.ones(18), 0.0, 0.0, {})
+    person, size = Followed(pose, known, 0.0), np.linalg.norm(np.ptp(LEFT, axis=0)) / 2
+    away = pose + (1.2 * FOLLOWING.agreement * size, 0, 0)
+    assert disagreement(away, pose) == pytest.approx(1.2 * FOLLOWING.agreement)
+    assert person.believes(pose) and not person.believes(away)
+    assert replace(person, unseen=0.3).believes(away)
+    assert not person.believes(pose * (1, 1, 0.5 * FOLLOWING.crop_score))
+
+
+def test_an_earlier_opinion_moves_with_the_person_and_fades():
+    """A search doubted a joint: the doubt holds for a while, wherever the person has gone."""
+    recipe = MODES['fast']
+    sure = np.concatenate([LEFT, np.ones((18, 1))], axis=1).astype(np.float32)
+    doubting = sure.copy()
+    doubting[4, :2] += 150
+
+    def score(age):
+        known = Known(np.ones(18), 0.0, 0.0, {0: Opinion(doubting, LEFT, 0.0)})
+        moved = sure + np.float32([40, 10, 0])
+        person = Followed(moved, known, 0.1, moved, {1: moved})
+        keypoints = person.voted(recipe, age)
+        np.testing.assert_allclose(keypoints[:, :2], moved[:, :2], atol=1)
+        np.testing.assert_allclose(np.delete(keypoints[:, 2], 4), 1, atol=1e-3)
+        return keypoints[4, 2]
+
+    scores = [score(age) for age in (0.0, 0.2, 0.4, 5.0)]
+    assert scores[0] == pytest.approx(np.sqrt(0.5), abs=0.01)
+    assert scores == sorted(scores) and scores[-1] == pytest.approx(1)
+
+
+def test_the_same_frames_give_the_same_people():
+    def run():
+        scene = Scene([], target_rate=RATE)
+        return [scene.frame(0.02 * i, [LEFT + (3.0 * i, 0), RIGHT])[0].keypoints for i in range(12)]
+
+    for one, other in zip(run(), run()):
+        np.testing.assert_array_equal(one, other)
+
+
+@pytest.mark.parametrize('after', [-1.0, 5.0], ids=['back', 'gap'])
+def test_stamps_that_jump_begin_anew(after):
+    scene = Scene([LEFT])
+    for i in range(2):
+        scene.frame(10 + 0.1 * i)
+    found, searches, _, _ = scene.frame(10.2 + after, [RIGHT])
+    assert searches == 1 and len(found) == 1 and near(found.xy[0], RIGHT)
+
+
+def test_without_stamps_every_image_is_searched():
+    scene = Scene([LEFT])
+    assert [scene.frame(0.0)[1] for _ in range(3)] == [1, 1, 1]
+
+
+def test_an_image_that_is_not_to_be_followed_is_searched():
+    scene = Scene([LEFT])
+    scene.frame(0.0)
+    prepared = scene.stream.prepare(IMAGE, follow=False)
+    with scene.stream.lock:
+        computed = scene.stream.compute(prepared, 'camera', 0.1)
+    np.testing.assert_array_equal(scene.stream.finish(computed).xy, scene.stream.detector.detect(IMAGE).xy)
+
+
+def test_the_budget_is_kept_and_everybody_is_reported():
+    """The search takes more than a frame has: it is spread."""
+    people = [person_at(x, 150, 200) for x in (70, 190, 320, 450, 570)]
+    scene = Scene(people, target_rate=RATE)
+    scene.frame(1.0)
+    frames = [scene.frame(1.0 + 0.02 * i) for i in range(1, 40)]
+    assert all(len(found) == len(people) for found, *_ in frames)
+    assert np.mean([seconds for *_, seconds in frames]) <= 1.05 * BUDGET
+    assert max(seconds for *_, seconds in frames) <= 1 / RATE
+    assert sum(searches for _, searches, *_ in frames) >= 3
+
+
+def test_a_newcomer_is_found_within_a_third_of_a_second():
+    scene = Scene([LEFT], target_rate=RATE)
+    stamps = 1.0 + 0.02 * np.arange(30)
+    for stamp in stamps[:10]:
+        scene.frame(stamp)
+    image = IMAGE.copy()
+    image[200:260, 470:500, 2] += 60  # the person changes the image
+    found = [len(scene.frame(stamp, [LEFT, RIGHT], image)[0]) for stamp in stamps[10:25]]
+    assert found[-1] == 2 and found == sorted(found)

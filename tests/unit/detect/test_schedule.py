@@ -1,0 +1,117 @@
+"""What is searched when: all of the image in turn, sooner where something happens, within the time there is."""
+import numpy as np
+import pytest
+
+from openpose_ros_pkg.detect.schedule import SCHEDULE, Budget, Changes, Part, Schedule, strips
+
+WIDTH, HEIGHT = 960, 540
+LEFT, MIDDLE, RIGHT = (Part(0, *columns, WIDTH) for columns in strips(WIDTH, 3))
+
+
+@pytest.mark.parametrize('count', [1, 2, 3, 4])
+def test_strips_cover_the_image_and_overlap(count):
+    cut = strips(WIDTH, count)
+    assert len(cut) == count and cut[0][0] == 0 and cut[-1][1] == WIDTH
+    assert len({right - left for left, right in cut}) == 1
+    for (_, end), (begin, _) in zip(cut, cut[1:]):
+        assert end - begin == pytest.approx(SCHEDULE.overlap * WIDTH, abs=2)
+
+
+def test_a_part_holds_whom_its_inner_borders_do_not_cut():
+    assert LEFT.holds(-5, LEFT.right - 10) and not LEFT.holds(100, LEFT.right)
+    assert RIGHT.holds(RIGHT.left + 10, WIDTH + 5) and not RIGHT.holds(RIGHT.left - 1, 700)
+    assert LEFT.meets(LEFT.right - 1, WIDTH) and not LEFT.meets(LEFT.right, WIDTH)
+
+
+def test_parts_are_searched_in_turn():
+    schedule = Schedule([LEFT, MIDDLE, RIGHT])
+    searched = []
+    for frame in range(6):
+        searched.append(schedule.order(0.1 * frame)[0])
+        schedule.done(searched[-1], 0.1 * frame)
+    assert searched == [LEFT, MIDDLE, RIGHT] * 2
+
+
+def done_at(*stamps):
+    schedule = Schedule([LEFT, MIDDLE, RIGHT])
+    for part, stamp in zip(schedule.parts, stamps):
+        schedule.done(part, stamp)
+    return schedule
+
+
+def test_where_somebody_was_lost_is_searched_first():
+    schedule = done_at(0.0, 0.1, 0.2)
+    schedule.urge(RIGHT.right - 10, RIGHT.right, SCHEDULE.lost)
+    assert schedule.order(0.3) == [RIGHT, LEFT, MIDDLE]
+    schedule.done(RIGHT, 0.3)
+    assert schedule.order(0.4) == [LEFT, MIDDLE, RIGHT]
+
+
+def test_where_the_image_changed_is_searched_sooner_but_others_are_not_forgotten():
+    schedule = done_at(0.0, 0.0, 0.0)
+    searched = []
+    for frame in range(1, 13):
+        schedule.changed(np.full(SCHEDULE.grey_pixels, WIDTH - 1.0))  # a screen, say
+        part = schedule.order(0.1 * frame)[0]
+        schedule.done(part, 0.1 * frame)
+        searched.append(part)
+    assert searched[0] is RIGHT
+    assert searched.count(RIGHT) > searched.count(LEFT) >= 2 and searched.count(MIDDLE) >= 2
+
+
+def test_few_pixels_are_no_change():
+    schedule = done_at(0.0, 0.1, 0.2)
+    schedule.changed(np.full(SCHEDULE.grey_pixels - 1, WIDTH - 1.0))
+    assert schedule.order(0.3) == [LEFT, MIDDLE, RIGHT]
+
+
+def test_changes_are_those_outside_of_people_and_of_the_light():
+    image = np.full((HEIGHT, WIDTH, 3), 90, np.uint8)
+    person = np.array([[90.0, 100.0], [190.0, 300.0]])
+    changes = Changes()
+    assert len(changes.columns(image, [])) == 0
+    assert len(changes.columns(image + 20, [])) == 0
+    moved = image + 20
+    moved[120:280, 100:180] = 200
+    assert len(changes.columns(moved, [person])) == 0
+    moved[200:300, 700:760] = 200
+    columns = changes.columns(moved, [person])
+    assert len(columns) >= SCHEDULE.grey_pixels and columns.min() > 690 and columns.max() < 770
+
+
+def test_without_a_rate_there_is_any_time():
+    budget = Budget(0.0)
+    budget.begin(0.1)
+    assert budget.crops(1.0) > 1000
+    budget.save(100.0)
+    assert budget.affords(1e6)
+
+
+def test_what_is_saved_pays_for_a_part_that_does_not_fit_into_a_frame():
+    budget = Budget(10.0)
+    frame = SCHEDULE.network_share / 10
+    for _ in range(2):
+        assert not budget.affords(frame)
+        budget.begin(0.1)
+        budget.save(0.4 * frame)
+    assert budget.affords(1.1 * frame) and not budget.affords(1.3 * frame)
+    budget.spend(1.1 * frame)
+    assert not budget.affords(0.2 * frame)
+
+
+def test_crops_leave_time_for_searching():
+    budget = Budget(10.0)
+    budget.begin(0.1)
+    frame = SCHEDULE.network_share / 10
+    assert budget.crops(2 * frame) == 1
+    assert budget.crops(0.1 * frame) == int(10 * (1 - SCHEDULE.search_share))
+
+
+def test_a_slow_camera_leaves_more_time_and_left_out_frames_do_not():
+    slow, losing = Budget(30.0), Budget(30.0)
+    for interval in (0.1, 0.1, 0.1):
+        slow.begin(interval)
+    for interval in (0.1, 1 / 30, 0.1):
+        losing.begin(interval)
+    assert slow.crops(0.01) == int((1 - SCHEDULE.search_share) * SCHEDULE.network_share * 10)
+    assert losing.crops(0.01) == 1
