@@ -20,8 +20,12 @@ from openpose_ros_pkg.networks.model_types import InputRecipe, Model, Shape
 
 _log = logging.getLogger(__name__)
 
-# A network is compiled per input size; this many stay in memory.
-_KEPT_SIZES = 8
+# A network is compiled per input size; those that were used last stay in memory, as far as they fit into this together.
+_KEPT_BYTES = 512 << 20
+# Memory of a compiled network: bytes per pixel of each image that is computed at a time, and per byte of the weights'
+# files, which hold 2 bytes of each number. Measured in f32: mobilenet_thin 656 x 368 takes 58 MB, 984 x 552 119 MB,
+# movenet_multipose 512 x 288 69 MB, 512 x 512 95 MB.
+_BYTES_PER_PIXEL, _WEIGHTS_SHARE = 220, 4
 # Images that `infer_many` computes at a time; with more cores each of them gets several (docs/decisions.md).
 _MOST_STREAMS = 4
 # Only the first sizes of a process go to the disk: a folder of images may have a new one each.
@@ -101,10 +105,21 @@ class OpenvinoBackend:
         if key not in self._requests:
             network = self._compile(shape, self._side_by_side if streams > 1 else self._config)
             self._requests[key] = [network.create_infer_request() for _ in range(streams)]
-            if len(self._requests) > _KEPT_SIZES:
+            while len(self._requests) > 1 and sum(map(self._bytes_of, self._requests)) > _KEPT_BYTES:
                 self._requests.popitem(last=False)
         self._requests.move_to_end(key)
         return self._requests[key]
+
+    def _bytes_of(self, key: Tuple[Tuple[int, ...], int]) -> int:
+        """Return about how much memory the requests of an input size take [bytes]."""
+        (_, height, width, _), streams = key
+        weights = sum(path.stat().st_size for path in self._files)
+        return _WEIGHTS_SHARE * weights + _BYTES_PER_PIXEL * height * width * streams
+
+    @property
+    def _files(self) -> List[Path]:
+        paths = [self._weights.parent / file.name for file in self._model.files]
+        return [path for path in paths if path.is_file()]
 
     def _compile(self, shape: Tuple[int, ...], config: Dict[str, Any]) -> Any:
         self._sizes += 1
@@ -128,8 +143,7 @@ class OpenvinoBackend:
 
     def _key(self, shape: Tuple[int, ...], config: Dict[str, Any]) -> str:
         """Name all that a compiled network depends on: graph, what is done to it, options, runtime and processor."""
-        files = [(str(path.resolve()), path.stat().st_size, path.stat().st_mtime_ns)
-                 for path in (self._weights.parent / file.name for file in self._model.files) if path.is_file()]
+        files = [(str(path.resolve()), path.stat().st_size, path.stat().st_mtime_ns) for path in self._files]
         model = (self._model.input, self._model.outputs, self._model.decoder, self._model.output_layout)
         processor = [self._core.get_property('CPU', name) for name in ('FULL_DEVICE_NAME', 'OPTIMIZATION_CAPABILITIES')]
         return repr((files, model, shape, sorted(config.items()), ov.__version__, processor))
