@@ -10,8 +10,13 @@ With --side-by-side: several images of one network one after the other on all th
 crops beside a pass over the full image; and all of it in bf16. Times are the least of all rounds, as shares of one f32
 pass of mobilenet_thin at 656x368 in the same run.
 
+With --memory: whether the memory of the detector stays the same over so many images of 0 to 5 people in changing sizes.
+Small inputs make it quick; what is lost with each image shows all the same.
+
     benchmarks/speed_2d.py
     benchmarks/speed_2d.py --side-by-side --rounds 100
+    benchmarks/speed_2d.py --memory 10000
+    benchmarks/speed_2d.py --memory 540 --image-sizes 30
     benchmarks/speed_2d.py --rounds 20 --sizes 656x368 --threads 2 --markdown
 """
 import argparse
@@ -23,6 +28,7 @@ from typing import Any, Callable, Dict, List, Sequence, Tuple
 import cv2
 import numpy as np
 import pandas as pd
+import psutil
 
 from common import DEMO, Parser, elapsed, markdown
 from openpose_ros_pkg.detect.detector import Detector, DetectorSettings, PreparedFrame, create_detector
@@ -39,6 +45,8 @@ IMAGE_SIZE = (540, 960)
 SIDE_BY_SIDE = {MOBILENET_THIN: (656, 368), MOVENET_MULTIPOSE: (384, 224), MOVENET_THUNDER: (256, 256)}
 CROPS = (1, 2, 3, 5)
 BESIDE = 2
+# What the memory is measured with.
+QUICK = {'mode': 'fast', 'net_input_height': 128, 'look_closer': 2}
 # One person in the first image of the shipped sequence: left, top, right, bottom [px].
 CUT = (590, 80, 805, 525)
 
@@ -210,6 +218,19 @@ def side_by_side_table(options: argparse.Namespace) -> List[List[str]]:
               for row in rows)]
 
 
+def memory_table(options: argparse.Namespace) -> List[List[str]]:
+    """Return the resident memory after some numbers of images [MB]."""
+    detector, process = create_detector(build(DetectorSettings, QUICK)), psutil.Process()
+    people = [np.zeros((*IMAGE_SIZE, 3), np.uint8), *(image_of(count) for count in range(1, 6))]
+    images = [cv2.resize(image, (480 + 16 * number, 360)) for number in range(options.image_sizes) for image in people]
+    rows = [['images', 'resident memory [MB]']]
+    for number in range(1, options.memory + 1):
+        detector.detect(images[number % len(images)])
+        if number in (len(images), 100, 1000, 3000, options.memory):
+            rows.append([str(number), f'{process.memory_info().rss / 1e6:.0f}'])
+    return rows
+
+
 def main() -> None:
     """Parse the command line, measure, print."""
     parser = Parser(__doc__)
@@ -219,10 +240,15 @@ def main() -> None:
     parser.add_argument('--backends', nargs='+', default=BACKENDS, help='runtimes (default: all)')
     parser.add_argument('--people', type=int, default=5, help='people in the image (default: %(default)s)')
     parser.add_argument('--side-by-side', action='store_true', help='time several images at a time instead')
+    parser.add_argument('--memory', type=int, default=0, help='number of images: measure memory instead')
+    parser.add_argument('--image-sizes', type=int, default=4, help='sizes of these images (default: %(default)s)')
     parser.add_argument('--rounds', type=int, default=10, help='rounds (default: %(default)s)')
     options = parser.parse_args()
     if options.side_by_side:
         print(markdown(side_by_side_table(options)))
+        return
+    if options.memory:
+        print(markdown(memory_table(options)))
         return
     print(f'\n{options.model}, {options.people} people, ms: medians of {options.rounds} rounds\n')
     print(markdown([['input', 'threads', 'runtime', 'network', 'preprocess', 'decode', 'detect()',

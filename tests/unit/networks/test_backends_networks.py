@@ -175,7 +175,27 @@ def test_input_of_one_size_only(runtime, tmp_path):
     assert_fields(load(model, path, runtime).infer(IMAGES[:1])[0], expected_fields(IMAGES[:1], model.input, weights))
 
 
-def test_more_sizes_than_are_kept_and_results_that_stay(runtime, tmp_path):
+def test_sizes_are_kept_compiled_within_a_limit_of_memory_the_last_used_ones(pooled, monkeypatch):
+    """Three of them here."""
+    from openpose_ros_pkg.networks.backends import openvino
+    model, path, _ = pooled
+    compiled = []
+    compile_network = openvino.OpenvinoBackend._compile
+
+    def counted(backend, shape, config):
+        compiled.append(shape[2])
+        return compile_network(backend, shape, config)
+    monkeypatch.setattr(openvino.OpenvinoBackend, '_compile', counted)
+    backend = openvino.OpenvinoBackend(model, path, BackendParams(compiled_cache='off', threads=1))
+    monkeypatch.setattr(openvino, '_KEPT_BYTES', 3 * backend._bytes_of(((1, 8, 56, 3), 1)))
+    for width in (56, 48, 40, 56, 32, 56, 40, 48):
+        backend.infer(np.zeros((1, 8, width, 3), np.uint8))
+    assert compiled == [56, 48, 40, 32, 48]
+
+
+def test_more_sizes_than_are_kept_and_results_that_stay(runtime, tmp_path, monkeypatch):
+    if runtime == 'openvino':
+        monkeypatch.setattr('openpose_ros_pkg.networks.backends.openvino._KEPT_BYTES', 0)
     weights = weights_of(57)
     path = onnx_file(tmp_path, tiny_networks.onnx_fields([weights]))
     model = own(MOBILENET_THIN, input=InputRecipe(), outputs=('fields',), output_layout='NCHW')

@@ -6,7 +6,7 @@ from typing import Callable, Dict, Hashable, List, Optional, Sequence, Tuple, Un
 import numpy as np
 
 from openpose_ros_pkg.detect.detector import (
-    USUAL_SIZES,
+    USUAL_SIZE,
     ComputedFrame,
     Detector,
     PreparedFrame,
@@ -169,16 +169,16 @@ class StreamDetector:
         if not self._plan.follows:
             self.detector.warm_up()
             return
-        for width, height in USUAL_SIZES:
-            blank = np.zeros((height, width, 3), np.uint8)
-            first_parts = {part.number: part for part in self._plan.parts(setup, (width, height))}
-            with self.lock:
-                for part in first_parts.values():
-                    search(setup, blank, part, self._plan.pace)
+        width, height = USUAL_SIZE
+        blank = np.zeros((height, width, 3), np.uint8)
+        first_parts = {part.number: part for part in self._plan.parts(setup, USUAL_SIZE)}
         somebody = np.full((len(self.skeleton.joints), 3), 1.0, np.float32)
         somebody[0, :2] = width / 2, height - 1
         with self.lock:
-            look(setup, blank, [Followed(somebody), Followed(somebody)], self._plan.pace)
+            for part in first_parts.values():
+                search(setup, blank, part, self._plan.pace)
+            for people in (1, 2):  # several are computed side by side, by a network that is compiled for it
+                look(setup, blank, [Followed(somebody)] * people, self._plan.pace)
 
     def detect(self, bgr: np.ndarray, camera: Hashable, stamp: float, expected: Optional[People2D] = None) -> People2D:
         """Return the people in an image of a camera, with ids that they keep in its images.
