@@ -11,7 +11,6 @@ from openpose_ros_pkg.detect.schedule import SCHEDULE
 from openpose_ros_pkg.detect.stream_detector import StreamDetector
 from openpose_ros_pkg.detect.tracking import TrackingParams
 from openpose_ros_pkg.params.parameters import build
-from openpose_ros_pkg.skeletons import COCO_18
 from stand_in_networks import MovenetNetwork, ThunderNetwork, Together, chart, in_order, person_at
 
 IMAGE, PERIOD = chart(640, 480), 4
@@ -43,6 +42,11 @@ class Scene:
         return found, len(searches), len(looks), seconds + 0.003 * len(looks)
 
 
+def right_of(person, pixels):
+    """Return the (K, 2) or (K, 3) person, moved to the right."""
+    return person + np.eye(person.shape[1])[0] * pixels
+
+
 def near(found, person):
     return np.abs(found - person)[:14].max() < 4
 
@@ -58,7 +62,7 @@ def test_between_searches_people_are_followed_on_crops():
     first, searches, looks, _ = scene.frame(0.0)
     assert (searches, looks) == (1, 2) and sorted(first.ids) == [1, 2]
     for i in range(1, PERIOD):
-        people = [LEFT + (10.0 * i, 0), RIGHT - (8.0 * i, 0)]
+        people = [right_of(LEFT, 10.0 * i), right_of(RIGHT, -8.0 * i)]
         found, searches, looks, _ = scene.frame(0.1 * i, people)
         assert (searches, looks) == (0, 2)
         assert all(near(one, person) for one, person in zip(in_order(found), people))
@@ -89,15 +93,15 @@ def test_who_comes_back_on_a_crop_keeps_the_id():
     scene.frame(0.0)
     ids = scene.frame(0.1)[0].ids.tolist()
     scene.frame(0.2, [LEFT])
-    found, searches, _, _ = scene.frame(0.3, [LEFT, RIGHT + (5.0, 0)])
+    found, searches, _, _ = scene.frame(0.3, [LEFT, right_of(RIGHT, 5.0)])
     assert searches == 0 and sorted(found.ids) == sorted(ids)
 
 
 def test_a_crop_that_slid_to_another_person_is_refused():
     """Two people come close, one passes behind the other: then both crops show the one in front."""
-    scene = Scene([LEFT, LEFT + (150.0, 0)])
+    scene = Scene([LEFT, right_of(LEFT, 150.0)])
     scene.frame(0.0)
-    scene.frame(0.1, [LEFT, LEFT + (100.0, 0)])
+    scene.frame(0.1, [LEFT, right_of(LEFT, 100.0)])
     found, _, looks, _ = scene.frame(0.2, [LEFT])
     assert looks >= 2
     assert len(found) == 1 and near(found.xy[0], LEFT)
@@ -107,7 +111,7 @@ def test_a_pose_that_is_not_where_somebody_was_expected_is_not_believed():
     pose = np.concatenate([LEFT, np.ones((18, 1))], axis=1)
     known = Known(np.ones(18), 0.0, 0.0, {})
     person, size = Followed(pose, known, 0.0), np.linalg.norm(np.ptp(LEFT, axis=0)) / 2
-    away = pose + (1.2 * FOLLOWING.agreement * size, 0, 0)
+    away = right_of(pose, 1.2 * FOLLOWING.agreement * size)
     assert disagreement(away, pose) == pytest.approx(1.2 * FOLLOWING.agreement)
     assert person.believes(pose) and not person.believes(away)
     assert replace(person, unseen=0.3).believes(away)
@@ -138,7 +142,7 @@ def test_an_earlier_opinion_moves_with_the_person_and_fades():
 def test_the_same_frames_give_the_same_people():
     def run():
         scene = Scene([], target_rate=RATE)
-        return [scene.frame(0.02 * i, [LEFT + (3.0 * i, 0), RIGHT])[0].keypoints for i in range(12)]
+        return [scene.frame(0.02 * i, [right_of(LEFT, 3.0 * i), RIGHT])[0].keypoints for i in range(12)]
 
     for one, other in zip(run(), run()):
         np.testing.assert_array_equal(one, other)
