@@ -1,0 +1,118 @@
+#!/usr/bin/python3
+"""One process that finds people in the image and in space does what two nodes do, and serves the detection to others."""
+import sys
+import threading
+import unittest
+
+import numpy as np
+import rospy
+import rostest
+from dynamic_reconfigure.client import Client
+from harness import FRAME_ID, OUTPUT, Camera, Counters, Output, ShippedSequence, now, of_joints, wait_for
+from openpose_ros_msgs.msg import PersonDetectionArray, Timing
+from openpose_ros_msgs.srv import GetPersons
+from std_msgs.msg import Header
+from std_srvs.srv import SetBool
+
+from openpose_ros_pkg.ros.convert import bgr_to_image
+from skeleton_extract_3d.points.depth import cloud_from_depth
+from skeleton_extract_3d.ros.convert import cloud_to_message
+from skeleton_extract_3d.ros.extractor import AGE_STAGES, STAGES
+
+# Frames of the shipped sequence that both forms are sent, before any of them loses sight of anybody.
+FRAMES = 5
+NETWORK_STAGES = ('wait_for_network', 'network', 'decode')
+
+
+class OneProcessTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        rospy.init_node('check_one_process')
+        cls.sequence, cls.counters = ShippedSequence().frames, Counters()
+        # nobody listens yet
+        cls.counters.await_text('one/people', 'idle: nobody listens')
+        cls.one, cls.two = Output('one'), Output('two')
+        cls.reports, cls.arrays_2d = [], []
+        rospy.Subscriber('one/people/timing', Timing, cls.reports.append)
+        rospy.Subscriber(f'one/{OUTPUT}/detected_poses', PersonDetectionArray, cls.arrays_2d.append)
+        rospy.wait_for_service('two/detect_poses_3d')
+        cls.camera = Camera('/image', '/points', listeners=(2, 2))
+
+    def messages(self, number):
+        frame, header = self.sequence.frame(number), Header(stamp=now(), frame_id=FRAME_ID)
+        cloud = cloud_from_depth(frame.depth * 0.001, self.sequence.camera, frame.bgr)
+        return bgr_to_image(frame.bgr, header), cloud_to_message(cloud, header)
+
+    def send(self, number):
+        """Send a frame until both forms have taken it; return its message and what both made of it."""
+        image, points = self.messages(number)
+        self.camera.send(image, points)
+        return image, self.one.frame(image.header.stamp), self.two.frame(image.header.stamp)
+
+    def test_both_forms_give_the_same_people(self):
+        for number in range(FRAMES):
+            image, one, two = self.send(number)
+            self.assertEqual(len(one.persons), 2)
+            self.assertEqual([found.person_ID for found in one.persons], [found.person_ID for found in two.persons])
+            for mine, theirs in zip(one.persons, two.persons):
+                for what in ('x', 'y', 'z', 'status', 'sigma', 'confidence'):
+                    np.testing.assert_array_equal(of_joints(mine, what), of_joints(theirs, what), what)
+            in_image = wait_for(lambda stamp=image.header.stamp: [array for array in list(self.arrays_2d)
+                                                                  if array.header.stamp == stamp], '2D results')
+            self.assertEqual([found.person_ID for found in in_image[0].persons],
+                             [found.person_ID for found in one.persons][:len(in_image[0].persons)])
+
+    def test_others_are_answered_at_the_same_time(self):
+        call, answers = rospy.ServiceProxy('one/detect_poses_3d', GetPersons), []
+        image, _ = self.messages(0)
+        clients = [threading.Thread(target=lambda: answers.append(call(image).detections)) for _ in range(3)]
+        for client in clients:
+            client.start()
+        self.send(1)
+        for client in clients:
+            client.join()
+        same = rospy.ServiceProxy('two/detect_poses_3d', GetPersons)(image).detections
+        self.assertEqual([len(detections) for detections in answers], [2, 2, 2])
+        for detections in answers:
+            for mine, theirs in zip(detections, same):
+                np.testing.assert_array_equal(of_joints(mine, 'x'), of_joints(theirs, 'x'))
+
+    def test_the_age_is_split_by_stage(self):
+        def report():
+            self.send(2)
+            found = [{stage.stage: stage for stage in report.stages} for report in list(self.reports)]
+            return [stages for stages in found if stages['age'].count > 0]
+
+        stages = wait_for(report, 'a report')[-1]
+        self.assertEqual(tuple(stages), STAGES)
+        # medians add up only nearly: the sum of one frame is exact
+        for total, parts in (('age', AGE_STAGES), ('detection', NETWORK_STAGES)):
+            self.assertAlmostEqual(sum(stages[name].p50 for name in parts) / stages[total].p50, 1.0, delta=0.25)
+        self.assertGreater(stages['network'].p50, 0)
+
+    def test_parameters_of_both_halves_change_while_it_runs(self):
+        client = Client('one/people', timeout=10)
+        before = client.get_configuration(timeout=10)
+        self.addCleanup(client.update_configuration, {name: before[name] for name in ('person_min_joints', 'tracking')})
+        changed = client.update_configuration({'person_min_joints': 18, 'tracking': False})
+        self.assertEqual((changed['person_min_joints'], changed['tracking']), (18, False))
+        image, points = self.messages(3)
+        self.camera.send(image, points)
+        # nobody in this frame shows all joints
+        self.assertEqual(self.one.frame(image.header.stamp).persons, [])
+
+    def test_one_switch_rests_both_halves(self):
+        switch, call = (rospy.ServiceProxy(f'one/{name}', kind) for name, kind in (('people/enable', SetBool),
+                                                                                   ('detect_poses_3d', GetPersons)))
+        self.assertTrue(switch(False).success)
+        self.addCleanup(switch, True)
+        wait_for(lambda: self.camera.images.get_num_connections() == 1, 'the image is not read')
+        with self.assertRaises(rospy.ServiceException):
+            call(self.messages(0)[0])
+        switch(True)
+        wait_for(lambda: self.camera.images.get_num_connections() == 2, 'the image is read again')
+        self.assertEqual(len(call(self.messages(0)[0]).detections), 2)
+
+
+if __name__ == '__main__':
+    rostest.rosrun('skeleton_extract_3d', 'check_one_process', OneProcessTest, sys.argv)
