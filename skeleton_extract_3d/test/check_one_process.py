@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""One process that finds people in the image and in space does what two nodes do, and serves the detection to others."""
+"""One process that finds people in the image and in space does what two nodes do, and serves detection to others."""
 import sys
 import threading
 import unittest
@@ -93,12 +93,12 @@ class OneProcessTest(unittest.TestCase):
     def test_parameters_of_both_halves_change_while_it_runs(self):
         client = Client('one/people', timeout=10)
         before = client.get_configuration(timeout=10)
-        self.addCleanup(client.update_configuration, {name: before[name] for name in ('person_min_joints', 'tracking')})
-        changed = client.update_configuration({'person_min_joints': 18, 'tracking': False})
-        self.assertEqual((changed['person_min_joints'], changed['tracking']), (18, False))
+        self.addCleanup(client.update_configuration, {name: before[name] for name in ('person_min_score', 'tracking')})
+        changed = client.update_configuration({'person_min_score': 1.0, 'tracking': False})
+        self.assertEqual((changed['person_min_score'], changed['tracking']), (1.0, False))
         image, points = self.messages(3)
         self.camera.send(image, points)
-        # nobody in this frame shows all joints
+        # nobody is so sure, and nobody is remembered
         self.assertEqual(self.one.frame(image.header.stamp).persons, [])
 
     def test_one_switch_rests_both_halves(self):
