@@ -11,6 +11,8 @@ from openpose_ros_pkg.detect.schedule import SCHEDULE
 from openpose_ros_pkg.detect.stream_detector import StreamDetector
 from openpose_ros_pkg.detect.tracking import TrackingParams
 from openpose_ros_pkg.params.parameters import build
+from openpose_ros_pkg.people import People2D
+from openpose_ros_pkg.skeletons import COCO_18
 from stand_in_networks import MovenetNetwork, ThunderNetwork, Together, chart, in_order, person_at
 
 IMAGE, PERIOD = chart(640, 480), 4
@@ -95,6 +97,21 @@ def test_who_comes_back_on_a_crop_keeps_the_id():
     scene.frame(0.2, [LEFT])
     found, searches, _, _ = scene.frame(0.3, [LEFT, right_of(RIGHT, 5.0)])
     assert searches == 0 and sorted(found.ids) == sorted(ids)
+
+
+def test_who_is_lost_is_looked_for_where_a_track_in_space_tells():
+    """The person walks on behind something, and comes out far from where the image alone lets expect."""
+    def story(tells):
+        scene = Scene([LEFT, RIGHT])
+        scene.frame(0.0)
+        for stamp in (0.1, 0.2, 0.3):
+            scene.frame(stamp, [LEFT])
+        away = right_of(RIGHT, -90.0)
+        keypoints = np.concatenate([away, np.ones((18, 1))], axis=1)[None]
+        there = People2D(COCO_18, keypoints, np.ones(1), np.ones(1)) if tells else None
+        return len(scene.frame(0.35, [LEFT, away], expected=there)[0])
+
+    assert story(tells=True) == 2 and story(tells=False) == 1
 
 
 def test_a_crop_that_slid_to_another_person_is_refused():

@@ -10,7 +10,8 @@ from openpose_ros_pkg.detect.tracking import KeypointTracker, TrackingParams, pe
 from openpose_ros_pkg.oks import extent, sigmas, similarity
 from openpose_ros_pkg.params.constants import constant
 from openpose_ros_pkg.params.parameters import Parameters, parameter
-from openpose_ros_pkg.people import People2D
+from openpose_ros_pkg.people import People2D, keypoints_in
+from openpose_ros_pkg.skeletons import SkeletonModel
 
 
 @dataclass(frozen=True)
@@ -42,6 +43,9 @@ NOBODY = FollowingParams(following='never')
 class FollowingConstants:
     """How people are followed on crops of the image."""
 
+    margin: float = constant(
+        0.9, 'Side of the crop round somebody who is expected, as a share of that of crop refinement: where people '
+             'are is known better.')
     crop_score: float = constant(0.2, 'Mean score of its joints that somebody needs on a crop.')
     agreement: float = constant(
         0.35, 'Greatest median distance of the joints from where they are expected, as a share of the size of the '
@@ -52,6 +56,8 @@ class FollowingConstants:
     unlooked_time: float = constant(
         0.15, 'Somebody who has to wait for a crop is reported where expected for this long.', unit='s')
     lost_time: float = constant(0.6, 'Somebody who is not seen is looked for on crops for this long.', unit='s')
+    same_in_space: float = constant(
+        1.0, 'Greatest such distance between where somebody is expected in the image and by a track in space.')
     lost_margin: float = constant(1.3, 'The side of these crops is greater by this factor.')
     sure_joint: float = constant(0.2, 'Joints with a lower score do not count for the box of a person.')
     fading: float = constant(0.25, 'Time in which the weight of an opinion fades to 1/e.', unit='s')
@@ -60,6 +66,8 @@ class FollowingConstants:
 
 
 FOLLOWING = FollowingConstants()
+# A joint that was seen at some time, but not lately: there is a place for it.
+_LEAST_SCORE = 1e-3
 
 
 class Opinion(NamedTuple):
@@ -199,20 +207,28 @@ class Followed:
 class Follower:
     """Who is followed in the images of a camera; not thread-safe."""
 
-    def __init__(self, tracking: TrackingParams) -> None:
+    def __init__(self, tracking: TrackingParams, skeleton: SkeletonModel) -> None:
+        self._skeleton = skeleton
         self.tracker = KeypointTracker(tracking)
         self._known: Dict[int, Known] = {}
 
-    def expected(self, stamp: float) -> List[Followed]:
-        """Return the people who are looked for at a time [s]."""
+    def expected(self, stamp: float, in_space: Optional[People2D]) -> List[Followed]:
+        """Return the people who are looked for; those who were lost where tracks in space tell, if they do.
+
+        Args:
+            stamp: [s].
+            in_space: who is expected in the image by tracks in space; None: there are none.
+        """
         people = []
         for number, xy in zip(*self.tracker.expected(stamp)):
-            known = self._known.get(int(number))
+            known = self._known.get(number)
             if known is not None and stamp - known.seen <= FOLLOWING.lost_time:
                 there = np.isfinite(xy).all(axis=1)
-                scores = np.where(there, np.maximum(known.scores, 1e-3), 0.0)
+                scores = np.where(there, np.maximum(known.scores, _LEAST_SCORE), 0.0)
                 pose = np.concatenate([xy, scores[:, None]], axis=1).astype(np.float32)
                 people.append(Followed(pose, known, max(stamp - known.seen, 0.0)))
+        if in_space is not None:
+            _expect_in_space(people, keypoints_in(in_space.keypoints, in_space.skeleton, self._skeleton))
         return people
 
     def update(self, people: People2D, persons: Sequence[Followed], stamp: float) -> People2D:
@@ -227,6 +243,22 @@ class Follower:
         self._known = {number: known for number, known in self._known.items()
                        if stamp - known.seen <= FOLLOWING.lost_time}
         return people
+
+
+def _expect_in_space(people: Sequence[Followed], in_space: np.ndarray) -> None:
+    """Expect those who were lost where the nearest of (P, K, 3) people in space will be, unless that is someone else.
+
+    Somebody hidden walks on in space; people who were seen are expected more exactly in the image.
+    """
+    if not people or not len(in_space):
+        return
+    apart = np.array([[disagreement(pose, person.expected) for pose in in_space] for person in people])
+    for person, distances, nearest in zip(people, apart, apart.argmin(axis=1)):
+        mine = distances[nearest] <= min(apart[:, nearest].min(), FOLLOWING.same_in_space)
+        if person.unseen > FOLLOWING.unlooked_time and mine:
+            there = np.isfinite(in_space[nearest, :, 0])
+            person.expected[there, :2] = in_space[nearest, there, :2]
+            person.expected[there, 2] = np.maximum(person.expected[there, 2], _LEAST_SCORE)
 
 
 def disagreement(pose: np.ndarray, expected: np.ndarray) -> float:

@@ -78,8 +78,7 @@ def look(setup: Setup, bgr: np.ndarray, people: Sequence[Followed], pace: Pace) 
     """Look at crops round people of an image, and let them have what is believed; return the networks' time [s]."""
     seconds = 0.0
     for number, one in enumerate(setup.recipe.refinements, start=setup.recipe.pass_opinions):
-        margins = [one.margin * (FOLLOWING.lost_margin if person.unseen > FOLLOWING.unlooked_time else 1.0)
-                   for person in people]
+        margins = [one.margin * _margin(person) for person in people]
         prepared = [prepare_crop(bgr, person.expected, replace(one, margin=margin))
                     for person, margin in zip(people, margins)]
         views = compute_views(prepared, setup.networks[one.model.name])
@@ -91,6 +90,13 @@ def look(setup: Setup, bgr: np.ndarray, people: Sequence[Followed], pace: Pace) 
             if poses and person.crop is None:
                 person.crop = poses[0]
     return seconds
+
+
+def _margin(person: Followed) -> float:
+    """Return a factor on the side of a crop."""
+    if person.known is None:
+        return 1.0
+    return FOLLOWING.margin * (FOLLOWING.lost_margin if person.unseen > FOLLOWING.unlooked_time else 1.0)
 
 
 def assign(found: Sequence[Found], people: Sequence[Followed], recipe: Recipe) -> List[Followed]:

@@ -89,8 +89,8 @@ class _Plan:
 class _Camera:
     """What is remembered of a camera."""
 
-    def __init__(self, tracking: TrackingParams) -> None:
-        self.follower = Follower(tracking)
+    def __init__(self, tracking: TrackingParams, skeleton: SkeletonModel) -> None:
+        self.follower = Follower(tracking, skeleton)
         self._stamp = 0.0  # of the newest frame [s]
         self._searched_by: Tuple[object, ...] = ()  # what makes the schedule
 
@@ -131,7 +131,7 @@ class StreamDetector:
                  pace: Optional[Dict[str, float]] = None) -> None:
         self.detector = detector
         self._tracking, self._following = tracking, following
-        self._cameras = PerCamera(lambda: _Camera(self._tracking))
+        self._cameras = PerCamera(lambda: _Camera(self._tracking, self.skeleton))
         self._tracking_lock = threading.Lock()
         self._fixed_pace = pace
         self._plan = _Plan.of(detector, following, pace)
@@ -229,7 +229,7 @@ class StreamDetector:
         setup, bgr, plan = frame.setup, frame.bgr, self._plan
         size = (bgr.shape[1], bgr.shape[0])
         first = camera.begin(plan, setup, size, stamp)
-        people = camera.follower.expected(stamp)
+        people = camera.follower.expected(stamp, expected)
         camera.schedule.changed(camera.changes.columns(bgr, [person.box for person in people]))
         cost = plan.pace.of_person(setup)
         looked = sorted(people, key=lambda person: -person.urgency)[:camera.budget.crops(cost)]
