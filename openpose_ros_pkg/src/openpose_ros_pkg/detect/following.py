@@ -57,7 +57,8 @@ class FollowingConstants:
         0.15, 'Somebody who has to wait for a crop is reported where expected for this long.', unit='s')
     lost_time: float = constant(0.6, 'Somebody who is not seen is looked for on crops for this long.', unit='s')
     same_in_space: float = constant(
-        1.0, 'Greatest such distance between where somebody is expected in the image and by a track in space.')
+        0.5, 'Greatest such distance between where somebody is expected in the image and by a track in space; it grows '
+             'in the same way.')
     lost_margin: float = constant(1.3, 'The side of these crops is greater by this factor.')
     sure_joint: float = constant(0.2, 'Joints with a lower score do not count for the box of a person.')
     fading: float = constant(0.25, 'Time in which the weight of an opinion fades to 1/e.', unit='s')
@@ -213,7 +214,7 @@ class Follower:
         self._known: Dict[int, Known] = {}
 
     def expected(self, stamp: float, in_space: Optional[People2D]) -> List[Followed]:
-        """Return the people who are looked for; those who were lost where tracks in space tell, if they do.
+        """Return the people who are looked for, where tracks in space tell, if they do.
 
         Args:
             stamp: [s].
@@ -246,16 +247,16 @@ class Follower:
 
 
 def _expect_in_space(people: Sequence[Followed], in_space: np.ndarray) -> None:
-    """Expect those who were lost where the nearest of (P, K, 3) people in space will be, unless that is someone else.
+    """Expect people where the nearest of (P, K, 3) people in space will be, unless that is someone else.
 
-    Somebody hidden walks on in space; people who were seen are expected more exactly in the image.
+    Space knows how each joint moves, and where somebody hidden walks on to.
     """
     if not people or not len(in_space):
         return
     apart = np.array([[disagreement(pose, person.expected) for pose in in_space] for person in people])
     for person, distances, nearest in zip(people, apart, apart.argmin(axis=1)):
-        mine = distances[nearest] <= min(apart[:, nearest].min(), FOLLOWING.same_in_space)
-        if person.unseen > FOLLOWING.unlooked_time and mine:
+        allowed = FOLLOWING.same_in_space + FOLLOWING.agreement_growth * person.unseen
+        if distances[nearest] <= min(apart[:, nearest].min(), allowed):
             there = np.isfinite(in_space[nearest, :, 0])
             person.expected[there, :2] = in_space[nearest, there, :2]
             person.expected[there, 2] = np.maximum(person.expected[there, 2], _LEAST_SCORE)
