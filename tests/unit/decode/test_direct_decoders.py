@@ -53,11 +53,14 @@ def decode_rtmo(*people, params=None, valid_size=None):
 
 
 def yolo_rows(*people):
-    """Boxes x1, y1, x2, y2 (N, 4), scores (N,) and joints (N, 51) in pixels from the corner of the first one."""
+    """Boxes x1, y1, x2, y2 (N, 4), scores (N,) and joints (N, 51) in pixels from the corner of the first one.
+
+    The score of a joint is its visibility times the score of the person.
+    """
     pixels = np.array([person[0] for person in people]).reshape(-1, 17, 2) + 0.5
-    confidence = np.array([np.broadcast_to(person[1], 17) for person in people]).reshape(-1, 17, 1)
+    visibility = np.array([np.broadcast_to(person[1], 17) / person[2] for person in people]).reshape(-1, 17, 1)
     boxes = np.concatenate([pixels.min(axis=1), pixels.max(axis=1)], axis=1)
-    return boxes, np.array([person[2] for person in people]), np.concatenate([pixels, confidence], 2).reshape(-1, 51)
+    return boxes, np.array([person[2] for person in people]), np.concatenate([pixels, visibility], 2).reshape(-1, 51)
 
 
 def yolo_raw(*people):

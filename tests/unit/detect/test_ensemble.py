@@ -5,10 +5,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from known_fields import FRONT
-from openpose_ros_pkg.detect.ensemble import group, most_alike, person_scores, vote, without_duplicates
+from openpose_ros_pkg.detect.ensemble import group, most_alike, person_scores, vote, vote_with_crops, without_duplicates
+from openpose_ros_pkg.detect.recipes import DetectorParams, recipe_of
 from openpose_ros_pkg.oks import sigmas
 from openpose_ros_pkg.people import People2D, Poses
-from openpose_ros_pkg.skeletons import COCO_18
+from openpose_ros_pkg.skeletons import BODY_25, COCO_18
 
 SIGMAS = sigmas(COCO_18)
 NOBODY = np.zeros((0, 18, 3), np.float32)
@@ -132,6 +133,24 @@ def test_joints_that_one_source_has_are_taken_and_those_that_none_has_are_missin
     np.testing.assert_allclose(result[WRIST], [*pose(100)[WRIST, :2], np.sqrt(0.9 / 3)], atol=1e-4)
     assert np.isnan(result[NOSE, :2]).all() and result[NOSE, 2] == 0
     People2D(COCO_18, result[np.newaxis], [0.5], [-1])  # which checks missing joints
+
+
+def test_joints_that_no_crop_can_show_keep_what_the_full_image_says():
+    """BODY_25 by a network on the full image; Thunder's crop has no feet and says the rest lies 4 px further right."""
+    recipe = recipe_of(DetectorParams(pose_model='body_25', look_closer=20))
+    search = np.full((25, 3), 0.8, np.float32)
+    search[:, :2] = np.random.default_rng(0).uniform(0, 200, (25, 2))
+    feet = [i for i, joint in enumerate(BODY_25.joints) if 'toe' in joint or 'heel' in joint]
+    crop = search + np.array([4, 0, 0], np.float32)
+    crop[feet] = (np.nan, np.nan, 0)
+    result = vote_with_crops({0: search, 1: crop}, recipe, recipe.weights, recipe.place_weights)
+    np.testing.assert_allclose(result[feet], vote({0: search}, recipe.weights[:1], sigmas(BODY_25))[feet], atol=1e-5)
+    others = [i for i in range(25) if i not in feet]
+    shift = result[others, 0] - search[others, 0]
+    assert (shift > 0).all() and (shift < 4).all()
+    unseen = vote_with_crops({0: search}, recipe, recipe.weights, recipe.place_weights)
+    assert (unseen[others, 2] < result[others, 2]).all()
+    np.testing.assert_allclose(unseen[feet], result[feet], atol=1e-5)
 
 
 def test_scores_above_one_count_as_one():

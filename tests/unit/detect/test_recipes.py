@@ -148,6 +148,22 @@ def test_one_network_alone_gets_openposes_input_a_larger_one_or_a_smaller_one():
     assert len(first_pass(mode='accurate', pose_model='BODY_25').zooms) == 3
 
 
+@ALL_MODES
+@pytest.mark.parametrize('name', ['body_25', 'rtmo_s', 'mobilenet_thin'])
+def test_with_look_closer_thunder_refines_the_people_of_one_network(mode, name):
+    recipe = recipe_of(DetectorParams(mode=mode, pose_model=name, look_closer=5))
+    assert recipe.models == (MODELS[name], MOVENET_THUNDER) and recipe.max_refined == 5
+    assert recipe.skeleton is MODELS[name].skeleton
+    crop, = set(recipe.place_weights[recipe.pass_opinions:])
+    assert set(recipe.place_weights[:recipe.pass_opinions]) == {crop}
+
+
+def test_yolo_pose_sees_the_image_in_the_sizes_that_it_was_trained_for(tmp_path):
+    (tmp_path / 'mine.yaml').write_text('{decoder: yolo_pose, files: [a.onnx]}')
+    boxes = {mode: first_pass(mode=mode, pose_model=str(tmp_path / 'mine.yaml')).box for mode in MODES}
+    assert boxes == {'fast': (480, 480), 'balanced': (640, 640), 'accurate': (960, 960)}
+
+
 def test_one_network_alone_with_openposes_parameters():
     network_pass = first_pass(pose_model='MPI', net_input_width=-1, net_input_height=320, num_scales=2, scale_gap=0.4,
                             mirror='always')

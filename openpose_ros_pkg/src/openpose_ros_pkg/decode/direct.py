@@ -136,6 +136,7 @@ def _decode_yolo(outputs: Sequence[np.ndarray], params: DirectDecodeParams,
     - raw, (56, N): x and y of the middle of the box, its width, height and score;
     - end to end, (N, 57): x1, y1, x2, y2, score, class (there is one), of boxes that are different people already;
       unused rows are 0.
+    The network rates joints as if somebody were there, so the score of a joint is its visibility times the person's.
     """
     output = outputs[0]
     end_to_end = output.shape[1] == 57
@@ -145,7 +146,9 @@ def _decode_yolo(outputs: Sequence[np.ndarray], params: DirectDecodeParams,
         half = rows[:, 2:4] / 2
         boxes = np.hstack([rows[:, :2] - half, rows[:, :2] + half])
         rows = rows[_without_overlap(boxes, rows[:, 4], DIRECT.yolo_overlap)]
-    return rows[:, -51:].reshape(-1, 17, 3) - (0.5, 0.5, 0), rows[:, 4]
+    joints = rows[:, -51:].reshape(-1, 17, 3) - (0.5, 0.5, 0)
+    joints[..., 2] *= rows[:, 4:5]
+    return joints, rows[:, 4]
 
 
 _DECODERS: Dict[str, Callable[..., Tuple[np.ndarray, np.ndarray]]] = {

@@ -15,7 +15,8 @@ from openpose_ros_pkg.detect.recipes import Recipe
 from openpose_ros_pkg.oks import area, sigmas, similarity
 from openpose_ros_pkg.params.constants import constant
 from openpose_ros_pkg.params.parameters import Parameters, parameter
-from openpose_ros_pkg.people import Poses
+from openpose_ros_pkg.people import Poses, keypoints_in
+from openpose_ros_pkg.skeletons import SkeletonModel
 
 
 @dataclass(frozen=True)
@@ -140,6 +141,31 @@ def vote(opinions: Opinions, weights: Sequence[float], joint_sigmas: np.ndarray)
     found = result[:, 2] > 0
     result[found, :2] = place[found]
     return result
+
+
+def vote_with_crops(opinions: Opinions, recipe: Recipe, weights: Sequence[float],
+                    place_weights: Sequence[float]) -> np.ndarray:
+    """Vote on a person whom crops may show too; see `vote`.
+
+    Joints that the networks of the crops do not know, as the feet of BODY_25, keep what those of the full image say.
+
+    Args:
+        weights, place_weights: of all sources, (S,), on the scores and on the places of joints.
+    """
+    joint_sigmas = sigmas(recipe.skeleton)
+    keypoints = vote(opinions, weights, joint_sigmas)
+    keypoints[:, :2] = vote(opinions, place_weights, joint_sigmas)[:, :2]
+    known = [np.ones(len(joint_sigmas), bool)] * recipe.pass_opinions
+    known += [_known_joints(one.model.skeleton, recipe.skeleton) for one in recipe.refinements]
+    asked = np.array(weights) @ np.array(known)
+    keypoints[:, 2] *= np.sqrt(sum(weights) / np.where(asked > 0, asked, sum(weights)))
+    return keypoints
+
+
+def _known_joints(source: SkeletonModel, target: SkeletonModel) -> np.ndarray:
+    """Return which joints of a joint set another one has or tells, (K,) bool."""
+    somebody = np.zeros((1, len(source.joints), 3))
+    return np.isfinite(keypoints_in(somebody, source, target)[0, :, 0])
 
 
 def person_scores(keypoints: np.ndarray) -> np.ndarray:

@@ -4,7 +4,7 @@ from typing import Dict, List, NamedTuple, Optional, Sequence
 
 import numpy as np
 
-from openpose_ros_pkg.detect.ensemble import ENSEMBLE, vote
+from openpose_ros_pkg.detect.ensemble import ENSEMBLE, vote_with_crops
 from openpose_ros_pkg.detect.recipes import DetectorParams, Recipe
 from openpose_ros_pkg.detect.tracking import KeypointTracker, TrackingParams, person_sizes
 from openpose_ros_pkg.oks import extent, sigmas, similarity
@@ -192,9 +192,7 @@ class Followed:
             places[number] *= share
             if pose is not None:
                 poses[number] = pose
-        keypoints = vote(poses, weights, sigmas(recipe.skeleton))
-        keypoints[:, :2] = vote(poses, places, sigmas(recipe.skeleton))[:, :2]
-        return keypoints
+        return vote_with_crops(poses, recipe, weights, places)
 
     def remembered(self, keypoints: np.ndarray, stamp: float) -> Known:
         """Return what is to be remembered when the person was reported with (K, 3) keypoints."""

@@ -85,7 +85,8 @@ def look(setup: Setup, bgr: np.ndarray, people: Sequence[Followed], pace: Pace) 
         pace.learn(one.model.name, views)
         seconds += sum(view.seconds for view in views)
         for person, view in zip(people, views):
-            poses = [pose for pose in decode_crop(view, one.model, setup.direct).keypoints if person.believes(pose)]
+            seen = decode_crop(view, one.model, setup.direct, setup.recipe.skeleton).keypoints
+            poses = [pose for pose in seen if person.believes(pose)]
             person.opinions[number] = poses[0] if poses else None
             if poses and person.crop is None:
                 person.crop = poses[0]

@@ -30,7 +30,8 @@ class DetectorParams(Parameters):
     pose_model: str = parameter(
         AUTO, 'Network: auto, the networks that the mode puts together (COCO, the joint set that OpenPose calls so, '
               'means the same); or one network alone: mobilenet_thin, movenet_multipose, body_25, ... (`./run model '
-              'list`), or a .yaml file that describes one of your own.')
+              'list`), or one of your own: a file (.onnx, .xml) of YOLO-pose or RTMO, or a .yaml file that describes '
+              'it. With look_closer, MoveNet Thunder refines its people on crops.')
     model_folder: str = parameter(
         '', 'Folder with the weights (<folder>/<network>/<file> or <folder>/<file>); empty: where setup puts them.')
     net_input_width: int = parameter(
@@ -51,7 +52,7 @@ class DetectorParams(Parameters):
                 'the mode has it.', choices=('auto', 'always', 'never'))
     look_closer: int = parameter(
         -1, 'Crop refinement: how many people at most a network sees a second time, each on a crop of the image, the '
-            "surest first; -1: the mode's number; 0: nobody. Not with a single network.", minimum=-1, maximum=100)
+            "surest first; -1: the mode's number, nobody with one network alone; 0: nobody.", minimum=-1, maximum=100)
     target_rate: float = parameter(
         0.0, 'Compute less than the mode would, as far as this processor needs to reach this rate; the log says what '
              'is computed. 0: never, so that results do not depend on the machine. Not with the mode accurate.',
@@ -223,6 +224,11 @@ MODES: Dict[str, Recipe] = {
               for mirror in (False, True)), acceptance=0.8),
 }
 
+# Longer side of YOLO-pose's input by mode [px].
+_SIDES = {'fast': 480, 'balanced': 640, 'accurate': 960}
+# With crop refinement, a single network counts twice for the scores of joints, and as much as the crop for places.
+_SEARCH_WEIGHT, _SEARCH_ACCEPTANCE = 2.0, 0.8
+
 # From the mode balanced down: less accurate and faster recipes, for processors that do not reach the wanted rate.
 FASTER: Tuple[Recipe, ...] = (
     MODES['balanced'],
@@ -242,7 +248,7 @@ def recipe_of(params: DetectorParams) -> Recipe:
     """
     recipe = MODES[params.mode]
     if params.pose_model not in (AUTO, 'COCO'):
-        recipe = _alone(find_model(params.pose_model, params.model_folder), recipe)
+        recipe = _searched_by(find_model(params.pose_model, params.model_folder), params)
     first = recipe.passes[0]
     mirror = first.mirror if params.mirror == 'auto' else params.mirror == 'always' and first.model.decoder == 'paf'
     first = replace(first, box=_wanted_box(params, first.box), zooms=_wanted_zooms(params, first.zooms), mirror=mirror)
@@ -252,10 +258,19 @@ def recipe_of(params: DetectorParams) -> Recipe:
     return recipe if params.look_closer < 0 else replace(recipe, max_refined=params.look_closer)
 
 
-def _alone(model: Model, recipe: Recipe) -> Recipe:
-    """Return the recipe of one network alone in a mode: at the size of OpenPose's input, larger, or smaller."""
-    first = next((one for one in recipe.passes if one.model.decoder == 'paf'), _thin(0.5))
-    return Recipe((replace(first, model=model, mirror=first.mirror and model.decoder == 'paf'),))
+def _searched_by(model: Model, params: DetectorParams) -> Recipe:
+    """Return the recipe of one network in place of a mode's; with `look_closer`, MoveNet Thunder refines its people.
+
+    It sees the image at the size of OpenPose's input, a larger one, or a smaller one; YOLO-pose at those of `_SIDES`.
+    """
+    first = next((one for one in MODES[params.mode].passes if one.model.decoder == 'paf'), _thin(0.5))
+    first = replace(first, model=model, mirror=first.mirror and model.decoder == 'paf')
+    if model.decoder == 'yolo_pose':
+        first = NetworkPass(model, (_SIDES[params.mode], _SIDES[params.mode]))
+    if params.look_closer <= 0:
+        return Recipe((first,))
+    return Recipe((replace(first, weight=_SEARCH_WEIGHT),), (replace(THUNDER_CROP, place_weight=_SEARCH_WEIGHT),),
+                  acceptance=_SEARCH_ACCEPTANCE)
 
 
 def _wanted_box(params: DetectorParams, box: Tuple[int, int]) -> Tuple[int, int]:

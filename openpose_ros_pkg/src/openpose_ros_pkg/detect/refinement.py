@@ -6,7 +6,7 @@ from typing import Dict, List, Tuple
 import numpy as np
 
 from openpose_ros_pkg.decode.direct import DirectDecodeParams, decode_direct
-from openpose_ros_pkg.detect.ensemble import Candidates, Opinions, most_alike, person_scores, vote
+from openpose_ros_pkg.detect.ensemble import Candidates, Opinions, most_alike, person_scores, vote_with_crops
 from openpose_ros_pkg.detect.recipes import CropRefinement, Recipe
 from openpose_ros_pkg.detect.views import ComputedView, PreparedView, View, compute_views
 from openpose_ros_pkg.networks.backends import Backend
@@ -14,7 +14,8 @@ from openpose_ros_pkg.networks.models import Model
 from openpose_ros_pkg.networks.preprocess import fit_image
 from openpose_ros_pkg.oks import extent, sigmas
 from openpose_ros_pkg.params.constants import constant
-from openpose_ros_pkg.people import Poses
+from openpose_ros_pkg.people import Poses, keypoints_in
+from openpose_ros_pkg.skeletons import SkeletonModel
 
 
 @dataclass(frozen=True)
@@ -53,13 +54,13 @@ def refine(people: Candidates, bgr: np.ndarray, recipe: Recipe, networks: Dict[s
     opinions: List[Opinions] = [dict(people.opinions[i]) for i in refined]
     for number, (one, views) in enumerate(zip(recipe.refinements, computed), start=recipe.pass_opinions):
         for i, crop, known in zip(refined, views, opinions):
-            pose = most_alike(decode_crop(crop, one.model, direct).keypoints, people.keypoints[i], joint_sigmas)
+            found = decode_crop(crop, one.model, direct, recipe.skeleton).keypoints
+            pose = most_alike(found, people.keypoints[i], joint_sigmas)
             if pose is not None:
                 known[number] = pose
     keypoints = people.keypoints.copy()
     for i, known in zip(refined, opinions):
-        keypoints[i] = vote(known, recipe.weights, joint_sigmas)
-        keypoints[i, :, :2] = vote(known, recipe.place_weights, joint_sigmas)[:, :2]
+        keypoints[i] = vote_with_crops(known, recipe, recipe.weights, recipe.place_weights)
     return Candidates(people.opinions, keypoints), seconds
 
 
@@ -79,11 +80,12 @@ def prepare_crop(bgr: np.ndarray, person: np.ndarray, refinement: CropRefinement
     return View(plan, refinement.mirror, (left, top), size).prepare(bgr, recipe.padding)
 
 
-def decode_crop(crop: ComputedView, model: Model, params: DirectDecodeParams) -> Poses:
-    """Find the people in a crop, in pixels of the image; joints beyond the image are missing."""
+def decode_crop(crop: ComputedView, model: Model, params: DirectDecodeParams, skeleton: SkeletonModel) -> Poses:
+    """Find the people in a crop, in pixels of the image and the joints of a skeleton; those beyond it are missing."""
     plan = crop.view.plan
-    return crop.view.in_image(decode_direct(crop.outputs, model, params, plan.net_size, plan.scaled_size),
-                              model.skeleton)
+    poses = crop.view.in_image(decode_direct(crop.outputs, model, params, plan.net_size, plan.scaled_size),
+                               model.skeleton)
+    return Poses(keypoints_in(poses.keypoints, model.skeleton, skeleton), poses.scores)
 
 
 def _crop_square(person: np.ndarray, margin: float, size: Tuple[int, int]) -> Tuple[int, int, int, int]:
