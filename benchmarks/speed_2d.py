@@ -46,7 +46,7 @@ SIDE_BY_SIDE = {MOBILENET_THIN: (656, 368), MOVENET_MULTIPOSE: (384, 224), MOVEN
 CROPS = (1, 2, 3, 5)
 BESIDE = 2
 # What the memory is measured with.
-QUICK = {'mode': 'fast', 'net_input_height': 128, 'look_closer': 2}
+QUICK = {'mode': 'fast', 'net_input_height': 128, 'look_closer': 2, 'precision': 'auto'}
 # One person in the first image of the shipped sequence: left, top, right, bottom [px].
 CUT = (590, 80, 805, 525)
 

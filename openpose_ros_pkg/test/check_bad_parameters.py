@@ -8,8 +8,12 @@ import unittest
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+import rospy
 import rostest
-from harness import TIMEOUT
+from diagnostic_msgs.msg import DiagnosticStatus
+from harness import TIMEOUT, Counters
+
+from openpose_ros_pkg.networks.models import MOBILENET_THIN, find_weights
 
 WEIGHTS = 'mobilenet_thin/graph_opt.pb'
 # The master keeps the parameters of a node that has ended.
@@ -26,6 +30,10 @@ def refusal(executable, *arguments, name=None):
 
 
 class BadParametersTest(unittest.TestCase):
+
+    @classmethod
+    def setUpClass(cls):
+        rospy.init_node('check_bad_parameters')
 
     def assert_refused(self, executable, cases):
         """Start the node with each argument; it has to end with all the words that go with it."""
@@ -85,6 +93,21 @@ class BadParametersTest(unittest.TestCase):
                                             './run model get mobilenet_thin', 'without network',
                                             f'copy graph_opt.pb from there to {empty}/mobilenet_thin'),
                 f'_model_folder:={full}': ('damaged', str(damaged), '10 bytes', 'sha256', './run model get')})
+
+    def test_a_network_that_is_missing_beside_others_is_a_lasting_warning(self):
+        """The node finds people without it, and /diagnostics says so as long as it lives."""
+        with tempfile.TemporaryDirectory() as folder:
+            weights = find_weights(MOBILENET_THIN)
+            (Path(folder) / MOBILENET_THIN.name).symlink_to(weights)
+            node = subprocess.Popen(['rosrun', 'openpose_ros_pkg', 'openpose_ros_node', '__name:=alone',
+                                     f'_model_folder:={folder}'])
+            try:
+                counters = Counters('alone')
+                counters.wait_text('is missing, so people are found less accurately, by mobilenet_thin')
+                self.assertEqual(counters.level, DiagnosticStatus.WARN)
+            finally:
+                node.terminate()
+                node.wait(TIMEOUT)
 
 
 if __name__ == '__main__':

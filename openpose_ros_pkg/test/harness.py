@@ -104,6 +104,7 @@ class Counters:
         self._node = node.strip('/')
         self._values = {}
         self.texts = set()
+        self.level = None
         self._subscriber = rospy.Subscriber('/diagnostics', DiagnosticArray, self._store, queue_size=20)
         wait_for(lambda: self._values, f'diagnostics of {node}')
 
@@ -113,6 +114,7 @@ class Counters:
             if status.name.split(': ')[-1] == self._node:
                 self._values = {pair.key: pair.value for pair in status.values}
                 self.texts.add(status.message)
+                self.level = status.level
 
     def __getitem__(self, event):
         return int(self._values.get(event, 0))

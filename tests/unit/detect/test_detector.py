@@ -442,7 +442,8 @@ def test_networks_are_not_timed_while_they_compute_a_frame():
 @pytest.fixture
 def machine(monkeypatch):
     """A machine on which some weights are there; networks are stand-ins, and those that are loaded are noted."""
-    state = SimpleNamespace(there={'mobilenet_thin', 'movenet_multipose', 'movenet_thunder'}, runtime=True, loaded=[])
+    state = SimpleNamespace(there={'mobilenet_thin', 'movenet_multipose', 'movenet_thunder'}, runtime=True, loaded=[],
+                            fallbacks={})
 
     def path(model, model_folder):
         if model.name not in state.there:
@@ -454,7 +455,9 @@ def machine(monkeypatch):
             raise ParameterError("parameter 'backend' can not compute movenet_multipose")
         state.loaded.append(model.name)
         stand_in = {'paf': PafNetwork, 'movenet_multipose': MovenetNetwork, 'movenet_singlepose': ThunderNetwork}
-        return stand_in[model.decoder]([person_at(320, 80, 360)])
+        network = stand_in[model.decoder]([person_at(320, 80, 360)])
+        network.fallback = state.fallbacks.get(model.name, '')
+        return network
 
     monkeypatch.setattr(openpose_ros_pkg.detect.detector, 'weights_path', path)
     monkeypatch.setattr(openpose_ros_pkg.detect.detector, 'create_backend', create)
@@ -472,6 +475,15 @@ def test_networks_are_loaded_when_they_are_first_wanted_and_once(machine):
         unit.reconfigure(settings(mode=mode))
         assert unit.recipe == MODES[mode]
     assert machine.loaded == ['movenet_multipose', 'movenet_thunder', 'mobilenet_thin']
+
+
+def test_what_is_missing_or_slower_than_asked_for_is_told(machine):
+    assert created(mode='fast').faults == ''
+    machine.there.remove('movenet_thunder')
+    machine.fallbacks['movenet_multipose'] = 'joints in a known image are off by 3 px'
+    slower, missing = created(mode='fast').faults.split('; ')
+    assert slower == 'stand-in computes movenet_multipose: joints in a known image are off by 3 px'
+    assert missing.startswith('movenet_thunder is missing, so people are found less accurately')
 
 
 @pytest.mark.parametrize('mode', ['balanced', 'accurate'])
