@@ -4,11 +4,15 @@
 Runs detector, 2D tracker and estimator over sequence folders and writes the joints as the CSV that
 `rostopic echo -p` makes of the per-person 3D message. With --evaluate, the given script scores them. With --lag, the
 frames are estimated a second time without smoothing, and the delay of both against the truth is told.
+With --budget people are followed, and the networks may do that much work per frame, in units of one pass of
+mobilenet_thin over 656 x 368 pixels. Work is counted by the pixels that networks see, so that the results do not depend
+on this machine. With --set following=always alone, every search_period-th image is searched in full.
 A sequence folder holds rgb/, depth/ (16-bit PNG [mm]), gt.json and either meta.json (K, width, height, fps) or
 camera.yaml and sequence.yaml.
 
     benchmarks/accuracy_3d.py SEQUENCE [SEQUENCE ...] --evaluate evaluate.py --lag
     benchmarks/accuracy_3d.py SEQUENCE --exact-2d --out FOLDER
+    benchmarks/accuracy_3d.py SEQUENCE --evaluate evaluate.py --budget 0.6
 
 The method of the original:
 
@@ -20,17 +24,23 @@ import subprocess
 import sys
 import tempfile
 import time
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Callable, List, Optional, Tuple
+from typing import Callable, Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
 import pandas as pd
+from scipy.optimize import linear_sum_assignment
 
 from common import Parser, errors_end_the_program
 from openpose_ros_mocap.people import pair_people
-from openpose_ros_pkg.detect.detector import DetectorSettings, create_detector
+from openpose_ros_pkg.detect.detector import Detector, DetectorSettings, Networks
+from openpose_ros_pkg.detect.following import FollowingParams
+from openpose_ros_pkg.detect.recipes import Recipe
+from openpose_ros_pkg.detect.schedule import SCHEDULE
+from openpose_ros_pkg.detect.stream_detector import StreamDetector
 from openpose_ros_pkg.detect.tracking import TrackingParams
+from openpose_ros_pkg.networks.backends import Backend, BackendParams
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
@@ -46,6 +56,10 @@ from skeleton_extract_3d.settings import EstimatorSettings
 VISIBLE = 2
 # Who is nearer to somebody, by the median of the joints, is that person [m]; frames of a path that tells a lag.
 SAME_PERSON, LAG_FRAMES = 0.3, 20
+# In the image: greatest distance of somebody, in half diagonals; joints of somebody who counts; a joint is near [px].
+SAME_IN_IMAGE, LEAST_VISIBLE, NEAR = 0.5, 4, 20
+# Work per pixel of the input, as measured with OpenVINO on two cores.
+WORK = {'mobilenet_thin': 1 / (656 * 368), 'movenet_multipose': 0.35 / (512 * 288), 'movenet_thunder': 0.14 / 256 ** 2}
 PART_FIELDS = ('x', 'y', 'z', 'confidence', 'status', 'sigma')
 
 # From the number of a frame and its image to the people in it.
@@ -58,6 +72,7 @@ class ChainSettings:
 
     detector: DetectorSettings
     tracking: TrackingParams
+    following: FollowingParams
     estimator: EstimatorSettings
 
 
@@ -78,52 +93,156 @@ def true_floors(folder: Path, sequence: RgbdSequence) -> np.ndarray:
     return np.array(poses)[:, 2]  # the third row leads from the camera to z in the world
 
 
-def exact_people(folder: Path) -> FindPeople:
-    """Return a finder that knows the true pixels: every joint within the image, hidden or not."""
+def exact_joints(folder: Path) -> List[List[Tuple[np.ndarray, np.ndarray]]]:
+    """Return the true pixels (18, 2) and labels (18,) of the joints of everybody in each frame; 0: out of the image."""
     truth = json.loads((folder / 'gt.json').read_text())
     order = [truth['joints'].index(joint) for joint in COCO_18.joints]
+    return [[(np.array(person['uv'], np.float64)[order], np.array(person['vis'])[order]) for person in frame['people']]
+            for frame in truth['frames']]
+
+
+def exact_people(folder: Path) -> FindPeople:
+    """Return a finder that knows the true pixels: every joint within the image, hidden or not."""
+    frames = exact_joints(folder)
 
     def find(index: int, bgr: np.ndarray) -> People2D:
-        people = truth['frames'][index]['people']
-        keypoints = np.full((len(people), len(order), 3), np.nan, np.float32)
-        keypoints[..., 2] = 0
-        for person, row in zip(people, keypoints):
-            inside = np.array(person['vis'])[order] > 0
-            row[inside, :2] = np.array(person['uv'])[order][inside]
-            row[inside, 2] = 1
-        return People2D(COCO_18, keypoints, np.ones(len(people)), np.full(len(people), -1))
+        keypoints = np.full((len(frames[index]), len(COCO_18.joints), 3), (np.nan, np.nan, 0), np.float32)
+        for row, (uv, labels) in zip(keypoints, frames[index]):
+            row[labels > 0, :2], row[labels > 0, 2] = uv[labels > 0], 1
+        return People2D(COCO_18, keypoints, np.ones(len(keypoints)), np.full(len(keypoints), -1))
 
     return find
 
 
-def find_people(sequence: RgbdSequence, find: FindPeople, chain: PeopleChain) -> Tuple[List[People2D], List[float]]:
-    """Return the people in each image, with ids, and the milliseconds that each took."""
-    people, times = [], []
-    for i, frame in enumerate(sequence):
-        began = time.perf_counter()
-        found = find(i, frame.bgr)
-        times.append(1e3 * (time.perf_counter() - began))
-        people.append(chain.in_image(found, '', frame.time))
-    return people, times
+class CountedNetwork:
+    """A network that counts its work, in units of one pass of mobilenet_thin over 656 x 368 pixels."""
+
+    def __init__(self, network: Backend, work: float) -> None:
+        self._network, self._work, self.done = network, work, 0.0
+        self.name, self.description, self.fallback = network.name, network.description, network.fallback
+
+    def infer(self, images: np.ndarray) -> Tuple[np.ndarray, ...]:
+        """See `Backend`."""
+        return self.infer_many([images])[0]
+
+    def infer_many(self, images: Sequence[np.ndarray]) -> List[Tuple[np.ndarray, ...]]:
+        """See `Backend`."""
+        self.done += self._work * sum(image.shape[1] * image.shape[2] for image in images)
+        return self._network.infer_many(images)
 
 
-def estimate(sequence: RgbdSequence, people: List[People2D], chain: PeopleChain, floors: Optional[np.ndarray] = None
-             ) -> Tuple[List[Tuple[float, People3D]], List[float]]:
-    """Return time [s] and people of each frame, and the milliseconds that each took.
+class CountedNetworks(Networks):
+    """Networks that count their work."""
+
+    def __init__(self, params: BackendParams, model_folder: str) -> None:
+        super().__init__(params, model_folder)
+        self._counted: Dict[str, CountedNetwork] = {}
+
+    def load(self, recipe: Recipe) -> Tuple[Recipe, Dict[str, Backend]]:
+        """See `Networks`."""
+        recipe, networks = super().load(recipe)
+        for name, network in networks.items():
+            self._counted.setdefault(name, CountedNetwork(network, WORK.get(name, np.nan)))
+        return recipe, {name: self._counted[name] for name in networks}
+
+    @property
+    def done(self) -> float:
+        """Work of all networks so far."""
+        return sum(network.done for network in self._counted.values())
+
+
+class Finder:
+    """Finds the people of sequences, and counts the work of the networks.
 
     Args:
+        budget: work that they may do per frame; 0: what the settings say.
+        rate: of the images [Hz].
+    """
+
+    def __init__(self, settings: ChainSettings, budget: float, rate: float) -> None:
+        self._settings, self._following, detector = settings, settings.following, settings.detector
+        self._pace = None
+        if budget > 0:
+            self._following = replace(self._following, following='always')
+            detector = replace(detector, detector=replace(detector.detector, target_rate=rate))
+            self._pace = {name: work * SCHEDULE.network_share / rate / budget for name, work in WORK.items()}
+        self.networks = CountedNetworks(detector.backend, detector.detector.model_folder)
+        self._detector = Detector(detector, self.networks, self._following)
+
+    def stream(self) -> StreamDetector:
+        """Return a detector that has seen nothing yet."""
+        return StreamDetector(self._detector, self._settings.tracking, self._following, self._pace)
+
+
+@dataclass
+class Run:
+    """What became of the frames of sequences.
+
+    Attributes:
+        people: in each image.
+        frames: stamp [s], and people in space.
+        work: of the networks for each image.
+        detecting, estimating: what each frame took [ms].
+    """
+
+    people: List[People2D] = field(default_factory=list)
+    frames: List[Tuple[float, People3D]] = field(default_factory=list)
+    work: List[float] = field(default_factory=list)
+    detecting: List[float] = field(default_factory=list)
+    estimating: List[float] = field(default_factory=list)
+
+
+def run_chain(sequence: RgbdSequence, chain: PeopleChain, find: Optional[FindPeople] = None,
+              finder: Optional[Finder] = None, floors: Optional[np.ndarray] = None) -> Run:
+    """Find the people in each image and in space.
+
+    Args:
+        find: what finds them in images; None: the networks of the chain.
+        finder: whose work is counted.
         floors: (F, 4) the floor in each frame; None: it is not known.
     """
-    frames, times = [], []
-    size = (sequence.camera.width, sequence.camera.height)
-    for i, (frame, found) in enumerate(zip(sequence, people)):
-        floor = None if floors is None else floors[i]
-        points = DepthImage(frame.depth, sequence.camera)
-        began = time.perf_counter()
-        answer = chain.in_space(found, CameraFrame(size, points, frame.time, frame.bgr, floor=floor))
-        times.append(1e3 * (time.perf_counter() - began))
-        frames.append((frame.time, answer.people))
-    return frames, times
+    run, size = Run(), (sequence.camera.width, sequence.camera.height)
+    for i, frame in enumerate(sequence):
+        done, began = finder.networks.done if finder else 0.0, time.perf_counter()
+        people = chain.in_image(find(i, frame.bgr), '', frame.time) if find else chain.detect(frame.bgr, '', frame.time)
+        found = time.perf_counter()
+        run.people.append(people)
+        run.work.append(finder.networks.done - done if finder else 0.0)
+        points, floor = DepthImage(frame.depth, sequence.camera), None if floors is None else floors[i]
+        began_space = time.perf_counter()
+        answer = chain.in_space(people, CameraFrame(size, points, frame.time, frame.bgr, floor=floor))
+        run.estimating.append(1e3 * (time.perf_counter() - began_space))
+        run.detecting.append(1e3 * (found - began))
+        run.frames.append((frame.time, answer.people))
+    return run
+
+
+def report_2d(folders: Sequence[Path], runs: Sequence[Run]) -> str:
+    """Return who was found in the images, how exactly, and what it took, as text."""
+    count = found = joints = near = 0
+    for folder, run in zip(folders, runs):
+        for true, people in zip(exact_joints(folder), run.people):
+            apart = np.array([[_apart(xy, uv, labels) for xy in people.xy] for uv, labels in true])
+            pairs = linear_sum_assignment(apart) if apart.size else ((), ())
+            match = {row: column for row, column in zip(*pairs) if apart[row, column] < SAME_IN_IMAGE}
+            for row, (uv, labels) in enumerate(true):
+                visible = labels == VISIBLE
+                if visible.sum() >= LEAST_VISIBLE:
+                    count, joints, found = count + 1, joints + visible.sum(), found + (row in match)
+                    there = people.xy[match[row]] if row in match else np.full_like(uv, np.nan)
+                    near += (np.linalg.norm(there - uv, axis=1)[visible] < NEAR).sum()
+    text = f'in the image: {found / count:.3f} of the people, {near / joints:.3f} of the visible joints within 20 px\n'
+    work = pd.DataFrame([(len(people), done) for run in runs for people, done in zip(run.people, run.work)])
+    by_people = ', '.join(f'{number}: {mean:.2f}' for number, mean in work.groupby(0)[1].mean().items())
+    return f'{text}work per frame: {work[1].mean():.2f}, at most {work[1].max():.2f}; by people {by_people}\n'
+
+
+def _apart(xy: np.ndarray, uv: np.ndarray, labels: np.ndarray) -> float:
+    """Return the median distance of the joints in the image, as a share of half the diagonal of their true box."""
+    distances = np.linalg.norm(xy - uv, axis=1)[labels > 0]
+    if not np.isfinite(distances).any():
+        return 1e3
+    return float(np.nanmedian(distances) / max(np.linalg.norm(np.ptp(uv[labels > 0], axis=0)) / 2, 1.0))
 
 
 def measured_paths(folder: Path, frames: List[Tuple[float, People3D]]) -> List[Tuple[np.ndarray, np.ndarray]]:
@@ -183,6 +302,7 @@ def main() -> None:
     parser.add_argument('sequences', nargs='+', type=Path, help='sequence folders')
     parser.add_argument('--exact-2d', action='store_true', help='take the true pixels instead of the detector')
     parser.add_settings('of the chain')
+    parser.add_argument('--budget', type=float, default=0.0, help='follow people with this work per frame')
     parser.add_argument('--floor', action='store_true', help='the true floor is known, as with use_floor')
     parser.add_argument('--lag', action='store_true', help='tell the delay of the smoothed joints')
     parser.add_argument('--out', type=Path, help='folder for the CSV files (default: a temporary one)')
@@ -191,27 +311,31 @@ def main() -> None:
     with errors_end_the_program():
         settings = build(ChainSettings, parser.settings(arguments.set))
         raw = replace(settings.estimator, smoothing=replace(settings.estimator.smoothing, smoothing=False))
-        detector = None if arguments.exact_2d else create_detector(settings.detector)
+        finder = None
         with tempfile.TemporaryDirectory() as temporary:
             out = arguments.out or Path(temporary)
             out.mkdir(parents=True, exist_ok=True)
-            items, detecting, estimating, paths, raw_paths = [], [], [], [], []
+            items, runs, paths, raw_paths = [], [], [], []
             for folder in arguments.sequences:
-                find = exact_people(folder) if detector is None else lambda _, bgr: detector.detect(bgr)
                 sequence = open_sequence(folder)
-                chain = PeopleChain(COCO_18, settings.estimator, settings.tracking)
-                people, milliseconds = find_people(sequence, find, chain)
-                detecting += milliseconds
+                if finder is None and not arguments.exact_2d:
+                    finder = Finder(settings, arguments.budget, sequence.fps or 1.0)
+                chain = PeopleChain(COCO_18, settings.estimator, settings.tracking, finder and finder.stream())
                 floors = true_floors(folder, sequence) if arguments.floor else None
-                frames, milliseconds = estimate(sequence, people, chain, floors)
-                estimating += milliseconds
+                run = run_chain(sequence, chain, None if finder else exact_people(folder), finder, floors)
+                runs.append(run)
                 path = out / f'{folder.resolve().parent.name}_{folder.resolve().name}.csv'
-                write_csv(path, frames)
+                write_csv(path, run.frames)
                 items += [str(folder), str(path)]
                 if arguments.lag:
-                    paths += measured_paths(folder, frames)
-                    raw_paths += measured_paths(folder, estimate(sequence, people, PeopleChain(COCO_18, raw))[0])
+                    paths += measured_paths(folder, run.frames)
+                    again = run_chain(sequence, PeopleChain(COCO_18, raw), lambda i, _, run=run: run.people[i])
+                    raw_paths += measured_paths(folder, again.frames)
+            detecting, estimating = ([each for run in runs for each in getattr(run, name)]
+                                     for name in ('detecting', 'estimating'))
             sys.stdout.write(f'median ms per frame: 2D {np.median(detecting):.1f}, 3D {np.median(estimating):.2f}\n')
+            if finder is not None:
+                sys.stdout.write(report_2d(arguments.sequences, runs))
             if arguments.lag:
                 sys.stdout.write(f'lag in frames: smoothed {lag(paths):.2f}, single frames {lag(raw_paths):.2f}\n')
             sys.stdout.flush()
