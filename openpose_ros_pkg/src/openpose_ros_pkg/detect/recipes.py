@@ -54,8 +54,10 @@ class DetectorParams(Parameters):
         -1, 'Crop refinement: how many people at most a network sees a second time, each on a crop of the image, the '
             "surest first; -1: the mode's number, nobody with one network alone; 0: nobody.", minimum=-1, maximum=100)
     target_rate: float = parameter(
-        0.0, 'Compute less than the mode would, as far as this processor needs to reach this rate; the log says what '
-             'is computed. 0: never, so that results do not depend on the machine. Not with the mode accurate.',
+        0.0, 'Compute less per image, as far as this processor needs to reach this rate: people are followed, and the '
+             'search for others is spread over several images (following); networks that can not follow, such as one '
+             'network alone, get smaller inputs. 0: never, so that results do not depend on the machine. Not with the '
+             'mode accurate.',
         unit='Hz', minimum=0.0, maximum=1000.0)
 
     def __post_init__(self) -> None:
