@@ -1,4 +1,5 @@
 """The commands of ./run; its usage text says what they do."""
+import os
 import sys
 from typing import Callable, Dict, NoReturn, Sequence
 
@@ -46,10 +47,13 @@ def model(arguments: Sequence[str]) -> NoReturn:
 
 
 def bench(arguments: Sequence[str]) -> NoReturn:
-    names = sorted({path.stem for path in (ROOT / 'benchmarks').glob('*.py')} - {'common'})
-    if not arguments or arguments[0] not in names:
-        die(f'usage: ./run bench NAME ARGS, NAME one of: {" ".join(names)}')
-    enter_workspace([PYTHON, str(ROOT / f'benchmarks/{arguments[0]}.py'), *arguments[1:]])
+    folder = ROOT / 'benchmarks'
+    programs = {path.stem: path for path in folder.rglob('*.py') if path.read_text().startswith('#!')}
+    if not arguments or arguments[0] not in programs:
+        die(f'usage: ./run bench NAME ARGS, NAME one of: {" ".join(sorted(programs))}')
+    # what they share is found from every folder
+    os.environ['PYTHONPATH'] = os.pathsep.join([str(folder), os.environ.get('PYTHONPATH', '')])
+    enter_workspace([PYTHON, str(programs[arguments[0]]), *arguments[1:]])
 
 
 def test(arguments: Sequence[str]) -> NoReturn:

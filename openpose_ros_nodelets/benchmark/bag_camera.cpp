@@ -1,7 +1,12 @@
 // A camera driver for benchmarks: a nodelet manager that publishes the messages of a bag again and again, forth and
 // back, as if they came from a sensor. The nodelets that it loads get them by shared pointer, as from a real driver.
-// Parameters: ~bag (file), ~rate [Hz], ~ns (namespace of the topics).
+// Parameters: ~bag (file), ~rate [Hz], ~ns (namespace of the topics), ~topics (those to publish, separated by spaces;
+// default: all four), ~frame_id (empty: that of the bag), ~once (default false: wait until each topic has a subscriber,
+// play the bag once, and write the stamp [ns] of each frame to the standard output).
+#include <algorithm>
+#include <iostream>
 #include <memory>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -25,17 +30,22 @@ public:
   /// Make the message of a frame, which takes the time in which a driver fills a new one.
   virtual void prepare(std::size_t frame) = 0;
   virtual void publish(const ros::Time& stamp) = 0;
+  virtual bool isHeard() const = 0;
 };
 
 template <typename Message>
 class StreamOf : public Stream
 {
 public:
-  StreamOf(ros::NodeHandle& handle, const rosbag::Bag& bag, const std::string& topic)
+  StreamOf(ros::NodeHandle& handle, const rosbag::Bag& bag, const std::string& topic, const std::string& frame_id)
     : publisher_(handle.advertise<Message>(topic, 1))
   {
     for (const rosbag::MessageInstance& instance : rosbag::View(bag, rosbag::TopicQuery(topic)))
+    {
       frames_.push_back(instance.instantiate<Message>());
+      if (!frame_id.empty())
+        frames_.back()->header.frame_id = frame_id;
+    }
   }
   std::size_t size() const override
   {
@@ -53,12 +63,36 @@ public:
     publisher_.publish(boost::shared_ptr<const Message>(next_));
     next_.reset();
   }
+  bool isHeard() const override
+  {
+    return publisher_.getNumSubscribers() > 0;
+  }
 
 private:
   std::vector<boost::shared_ptr<Message>> frames_;
   boost::shared_ptr<Message> next_;
   ros::Publisher publisher_;
 };
+
+std::vector<std::unique_ptr<Stream>> openStreams(ros::NodeHandle& handle, const ros::NodeHandle& parameters)
+{
+  const rosbag::Bag bag(parameters.param<std::string>("bag", ""));
+  const auto ns = parameters.param<std::string>("ns", "/kinect2/qhd") + "/";
+  const auto frame_id = parameters.param<std::string>("frame_id", "");
+  std::istringstream topics(
+      parameters.param<std::string>("topics", "image_color camera_info image_depth_rect points"));
+  std::vector<std::unique_ptr<Stream>> streams;
+  for (std::string topic; topics >> topic;)
+  {
+    if (topic == "points")
+      streams.push_back(std::make_unique<StreamOf<sensor_msgs::PointCloud2>>(handle, bag, ns + topic, frame_id));
+    else if (topic == "camera_info")
+      streams.push_back(std::make_unique<StreamOf<sensor_msgs::CameraInfo>>(handle, bag, ns + topic, frame_id));
+    else
+      streams.push_back(std::make_unique<StreamOf<sensor_msgs::Image>>(handle, bag, ns + topic, frame_id));
+  }
+  return streams;
+}
 
 }  // namespace
 
@@ -67,29 +101,25 @@ int main(int argc, char** argv)
   ros::init(argc, argv, "camera");
   ros::NodeHandle handle, private_handle("~");
   nodelet::Loader manager;
-  const auto ns = private_handle.param<std::string>("ns", "/kinect2/qhd");
-  std::vector<std::unique_ptr<Stream>> streams;
-  {
-    const rosbag::Bag bag(private_handle.param<std::string>("bag", ""));
-    streams.push_back(std::make_unique<StreamOf<sensor_msgs::Image>>(handle, bag, ns + "/image_color"));
-    streams.push_back(std::make_unique<StreamOf<sensor_msgs::CameraInfo>>(handle, bag, ns + "/camera_info"));
-    streams.push_back(std::make_unique<StreamOf<sensor_msgs::Image>>(handle, bag, ns + "/image_depth_rect"));
-    streams.push_back(std::make_unique<StreamOf<sensor_msgs::PointCloud2>>(handle, bag, ns + "/points"));
-  }
-  const std::size_t count = streams.front()->size();
+  const std::vector<std::unique_ptr<Stream>> streams = openStreams(handle, private_handle);
+  const std::size_t count = streams.empty() ? 0 : streams.front()->size();
   for (const auto& stream : streams)
   {
     if (stream->size() != count || count < 2)
     {
-      ROS_FATAL("the bag needs equally many images, camera infos, depth images and clouds, at least 2");
+      ROS_FATAL("the bag needs equally many messages on each topic, at least 2");
       return 1;
     }
   }
 
   ros::AsyncSpinner spinner(1);  // loads nodelets
   spinner.start();
+  const bool once = private_handle.param("once", false);
+  const auto is_heard = [](const std::unique_ptr<Stream>& stream) { return stream->isHeard(); };
+  while (once && ros::ok() && !std::all_of(streams.begin(), streams.end(), is_heard))
+    ros::WallDuration(0.01).sleep();
   ros::Rate rate(private_handle.param("rate", 15.0));
-  for (std::size_t number = 0; ros::ok(); ++number)
+  for (std::size_t number = 0; ros::ok() && !(once && number == count); ++number)
   {
     const std::size_t place = number % (2 * count - 2);
     for (const auto& stream : streams)
@@ -98,6 +128,9 @@ int main(int argc, char** argv)
     const ros::Time stamp = ros::Time::now();
     for (const auto& stream : streams)
       stream->publish(stamp);
+    if (once)
+      std::cout << stamp.toNSec() << std::endl;
   }
+  ros::waitForShutdown();  // the last messages are still being sent
   return 0;
 }

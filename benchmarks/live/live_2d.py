@@ -2,14 +2,20 @@
 """Measure the running 2D system: rate of results against the rate of the bare network, and where the time goes.
 
 Starts the service node in stream mode and a camera stand-in that publishes images from memory, on a ROS master of its
-own. The bare network is the same model in a process of its own that computes one prepared image over and over while
-the service node is stopped (SIGSTOP) and the camera goes on, its images received by that process as by the service
-node. Both are measured in turn, A-B-A-B, so that a machine that is faster or slower for a while does so for both.
+own. The bare network is the same detector in a process of its own that computes prepared images one after the other
+while the service node is stopped (SIGSTOP) and the camera goes on, its images received by that process as by the
+service node. Both are measured in turn, A-B-A-B, so that a machine that is faster or slower for a while does so for
+both.
 
 Memory and processor of each node are noted in each round: --frames 10000 is the soak test. --clients N adds N processes
-that call the service at --client-rate each; then their answers are measured instead.
+that call the service at --client-rate each; then their answers are measured instead. T: one f32 pass of mobilenet_thin
+at 656 x 368 on two threads, before and after the run, while nothing else of it is at work.
+
+    ./run bench live_2d --people 1 2 5 8 target_rate:=30      # the table of docs/accuracy_and_speed.md
+    ./run bench live_2d --frames 10000 --rounds 1 target_rate:=30
 """
 import argparse
+import itertools
 import os
 import signal
 import subprocess
@@ -29,8 +35,12 @@ from openpose_ros_msgs.srv import GetPersons
 from sensor_msgs.msg import Image
 from std_msgs.msg import Header
 
-from common import DEMO, ROOT, Figures, Parser, Usage, run_live
+from common import DEMO, ROOT, Figures, Parser, Usage, markdown, run_live
+from live.camera import Unit
+from live.crowd import make_crowd
+from live.figures import by_stage
 from openpose_ros_pkg.detect.detector import create_detector
+from openpose_ros_pkg.detect.stream_detector import StreamDetector
 from openpose_ros_pkg.params.nodes import ServiceSettings
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.ros.convert import bgr_to_image
@@ -43,6 +53,9 @@ RESULTS = '/openpose_ros/detected_poses'
 START_TIMEOUT = 90.0
 SETTLING = 1.0  # [s] after the processes change turns
 MEMORY_SAMPLES = 8
+STAGES = ('decode_message', 'preprocess', 'wait_for_network', 'network', 'decode', 'publish')
+COLUMNS = ('camera [Hz]', 'people', 'T [ms]', 'results [Hz]', 'bare networks [Hz]', 'ratio', 'latency, median [ms]',
+           'stages, medians [ms]', 'service node [% of a core]', 'memory [MB]', 'start to first answer [s]')
 
 
 def parse_arguments() -> argparse.Namespace:
@@ -52,8 +65,11 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument('--seconds', type=float, default=10.0, help='of each in a round (default %(default)s)')
     parser.add_argument('--frames', type=int, default=0,
                         help='soak: then go on in stream mode until this many results came (default: not)')
-    parser.add_argument('--rate', type=float, default=30.0, help='of the camera [Hz] (default %(default)s)')
-    parser.add_argument('--size', default='960x540', help='of its images (default %(default)s)')
+    parser.add_argument('--rates', type=float, nargs='+', default=[30.0], help='of the camera [Hz] (default: 30)')
+    parser.add_argument('--rate', type=float, help=argparse.SUPPRESS)
+    parser.add_argument('--people', type=int, nargs='+', default=[2], choices=range(1, 9), metavar='1..8',
+                        help='in its images, each a row of the table (default: 2)')
+    parser.add_argument('--folder', type=Path, default=DEMO, help=argparse.SUPPRESS)
     parser.add_argument('--clients', type=int, default=0, help='processes that call the service (default %(default)s)')
     parser.add_argument('--client-rate', type=float, default=10.0, help='of each [Hz] (default %(default)s)')
     parser.add_argument('--no-stream', action='store_true', help='only the clients, no stream and no camera')
@@ -62,7 +78,7 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument('--role', choices=('camera', 'bare', 'client'), help=argparse.SUPPRESS)
     parser.add_argument('--name', default='', help=argparse.SUPPRESS)
     parser.add_argument('parameters', nargs='*', metavar='NAME:=VALUE', help='parameters of the service node')
-    arguments = parser.parse_args()
+    arguments = parser.parse_intermixed_args()
     if arguments.no_stream and not arguments.clients:
         parser.error('--no-stream needs --clients')
     return arguments
@@ -70,17 +86,17 @@ def parse_arguments() -> argparse.Namespace:
 
 # -------------------------------------------------------------------------------------------- child processes
 
-def images(size: str) -> List[np.ndarray]:
-    """Return the images that the camera shows, (H, W, 3) uint8 BGR."""
-    width, height = (int(side) for side in size.split('x'))
-    return [cv2.resize(cv2.imread(str(path)), (width, height)) for path in sorted((DEMO / 'rgb').glob('*.jpg'))[:20]]
+def images(folder: Path) -> List[np.ndarray]:
+    """Return the images that the camera shows, forth and back, (H, W, 3) uint8 BGR."""
+    forth = [cv2.imread(str(path)) for path in sorted((folder / 'rgb').glob('*.jpg'))]
+    return forth + forth[-2:0:-1]
 
 
 def run_camera(arguments: argparse.Namespace) -> None:
     """Publish images from memory, as a camera driver does."""
     rospy.init_node('camera')
     publisher = rospy.Publisher(TOPIC, Image, queue_size=1)
-    messages = [bgr_to_image(bgr, Header(frame_id='camera')) for bgr in images(arguments.size)]
+    messages = [bgr_to_image(bgr, Header(frame_id='camera')) for bgr in images(arguments.folder)]
     begin, number = time.monotonic(), 0
     while not rospy.is_shutdown():
         message = messages[number % len(messages)]
@@ -91,13 +107,16 @@ def run_camera(arguments: argparse.Namespace) -> None:
 
 
 def run_bare(arguments: argparse.Namespace) -> None:
-    """Compute one prepared image over and over; print when each computation ended [s], time.monotonic()."""
+    """Compute prepared images one after the other; print when each computation ended [s], time.monotonic()."""
     rospy.init_node('bare_network')
-    detector = create_detector(build(ServiceSettings, given_parameters(arguments)).detector)
+    settings = build(ServiceSettings, given_parameters(arguments))
+    stream = StreamDetector(create_detector(settings.detector), settings.tracking, settings.following)
     subscriber = rospy.Subscriber(TOPIC, rospy.AnyMsg, queue_size=1)
-    prepared = detector.prepare(images(arguments.size)[0])
-    while not rospy.is_shutdown():
-        detector.compute(prepared)
+    frames = [stream.prepare(bgr) for bgr in images(arguments.folder)]
+    for frame in itertools.cycle(frames):
+        if rospy.is_shutdown():
+            break
+        stream.compute(frame, 'camera', time.time())
         print(time.monotonic(), flush=True)
     subscriber.unregister()
 
@@ -106,7 +125,7 @@ def run_client(arguments: argparse.Namespace) -> None:
     """Call the service at a rate, or as fast as it answers; print the end and the duration of each call [s]."""
     rospy.init_node(arguments.name)
     detect = rospy.ServiceProxy('detect_poses', GetPersons)
-    messages = [bgr_to_image(bgr, Header(frame_id=arguments.name)) for bgr in images(arguments.size)]
+    messages = [bgr_to_image(bgr, Header(frame_id=arguments.name)) for bgr in images(arguments.folder)]
     next_call = time.monotonic()
     while not rospy.is_shutdown():
         message = messages[0]
@@ -137,7 +156,7 @@ class Bench:
         """Start this program in another role; what it prints goes to <name>.txt."""
         arguments = self._arguments
         command = [sys.executable, __file__, f'--role={role}', f'--name={name}', f'--rate={arguments.rate}',
-                   f'--size={arguments.size}', f'--client-rate={arguments.client_rate}', *arguments.parameters]
+                   f'--folder={arguments.folder}', f'--client-rate={arguments.client_rate}', *arguments.parameters]
         return self._session.start(name, command, self._folder / f'{name}.txt')
 
     def printed(self, name: str, begin: float, end: float) -> np.ndarray:
@@ -150,17 +169,16 @@ class Bench:
         """Run everything and return the figures."""
         arguments = self._arguments
         figures: Figures = {'arguments': {key: str(value) for key, value in vars(arguments).items()}}
-        rospy.init_node('live_2d', disable_signals=True)
         processes = {}
         if not arguments.no_stream:
-            processes['camera'] = self.child('camera', 'camera')
+            self._camera = processes['camera'] = self.child('camera', 'camera')
         begin = time.monotonic()
         results = ResultWatch(RESULTS, PersonDetectionArray)
         service = self._start_service()
         processes[NODE] = service
         if arguments.no_stream:
             rospy.wait_for_service('detect_poses', START_TIMEOUT)
-            rospy.ServiceProxy('detect_poses', GetPersons)(bgr_to_image(images(arguments.size)[0], Header()))
+            rospy.ServiceProxy('detect_poses', GetPersons)(bgr_to_image(images(arguments.folder)[0], Header()))
         else:
             wait_for(lambda: results.arrivals, START_TIMEOUT, 'first result', service)
         figures['first_answer_s'] = time.monotonic() - begin
@@ -185,6 +203,11 @@ class Bench:
                                 for stage in self._timing.stages if stage.count} if self._timing else {}
         if arguments.frames:
             figures['soak'] = self._soak(results, watch, service)
+        for subscriber in listeners:
+            subscriber.unregister()
+        results.stop()
+        for process in (service, *([] if arguments.no_stream else [self._camera])):
+            self._session.stop(process)
         return figures
 
     def _start_service(self) -> subprocess.Popen:
@@ -260,6 +283,33 @@ def rate(times: np.ndarray) -> float:
     return (len(times) - 1) / (times[-1] - times[0]) if len(times) > 1 else float('nan')
 
 
+def table_row(figures: Figures) -> List[object]:
+    """Return the cells of COLUMNS."""
+    medians, stages = figures['medians'], {name: each['p50'] for name, each in figures['stages_ms'].items()}
+    processor, memory = (figures[key][NODE] for key in ('processor_percent_of_a_core', 'memory_mb'))
+    return [figures['camera_hz'], figures['people'], ' - '.join(f'{each:.0f}' for each in figures['T_ms']),
+            f"{medians['results_hz']:.1f}", f"{medians['bare_network_hz']:.1f}", f"{medians['ratio']:.2f}",
+            f"{medians['age_median_ms']:.0f}", by_stage(stages, STAGES)[0],
+            f'{processor:.0f}', f'{memory:.0f}', f"{figures['first_answer_s']:.1f}"]
+
+
+def measure(session: Session, folder: Path, arguments: argparse.Namespace) -> Figures:
+    """Measure each rate and number of people; print the table where a camera plays."""
+    rospy.init_node('live_2d', disable_signals=True)
+    rows, unit = [], Unit()
+    for people, rate in itertools.product(arguments.people, arguments.rates):
+        arguments.rate = rate
+        arguments.folder = folder / f'crowd_{people}'
+        if not arguments.folder.is_dir():
+            arguments.folder = make_crowd(people, arguments.folder)
+        before = unit.milliseconds()
+        row = Bench(session, folder, arguments).run()
+        rows.append({'people': people, 'camera_hz': rate, 'T_ms': [before, unit.milliseconds()], **row})
+    if not arguments.clients:
+        print('\n' + markdown([COLUMNS, *map(table_row, rows)]), flush=True)
+    return {'rows': rows}
+
+
 def main() -> int:
     """Run the benchmark or one of its child processes; return the exit status."""
     arguments = parse_arguments()
@@ -270,7 +320,7 @@ def main() -> int:
         except (rospy.ROSException, rospy.ServiceException) as error:
             print(error, file=sys.stderr)
         return 0
-    return run_live(lambda session, folder: Bench(session, folder, arguments).run(), arguments.json)
+    return run_live(lambda session, folder: measure(session, folder, arguments), arguments.json)
 
 
 if __name__ == '__main__':

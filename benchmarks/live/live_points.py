@@ -6,7 +6,6 @@ again and again, so that all see the same load. Latency: from the camera's stamp
 publishes, to the callback. Processor: of driver with nodelet and of this process, which does nothing but receive.
 """
 import argparse
-import subprocess
 import sys
 import time
 from pathlib import Path
@@ -18,10 +17,9 @@ import rospy
 from sensor_msgs.msg import Image, PointCloud2
 
 from common import DEMO, Figures, Parser, Usage, run_live
+from live.camera import NAMESPACE, make_bag, start_camera, start_cloud_to_depth
 from openpose_ros_pkg.ros.session import Session, wait_for
-from openpose_ros_tools.ros import images_to_bag
 
-NAMESPACE = '/kinect2/qhd'
 PATHS = {'cloud': ('points', PointCloud2), 'depth image': ('image_depth_rect', Image),
          'cloud_to_depth': ('depth_registered/image_rect', Image)}
 TIMEOUT = 90.0
@@ -38,21 +36,9 @@ def parse_arguments() -> argparse.Namespace:
     return parser.parse_args()
 
 
-def start_camera(session: Session, folder: Path, sequence: Path, rate: float) -> 'subprocess.Popen[bytes]':
-    """Start the driver; return its process."""
-    bag = folder / 'camera.bag'
-    images_to_bag.main([str(sequence), '-o', str(bag), '--cloud'])
-    return session.start('camera', ['rosrun', 'openpose_ros_nodelets', 'bag_camera', f'_bag:={bag}', f'_rate:={rate}'])
-
-
-def start_cloud_to_depth(session: Session) -> None:
-    """Load the nodelet into that driver."""
-    session.start('cloud_to_depth', ['roslaunch', 'openpose_ros_nodelets', 'cloud_to_depth.launch', 'manager:=/camera'])
-
-
 def measure(session: Session, folder: Path, arguments: argparse.Namespace) -> Figures:
     """Alternate the topics and return the figures."""
-    camera = start_camera(session, folder, arguments.folder, arguments.rate)
+    camera = start_camera(session, make_bag(arguments.folder, folder / 'camera.bag'), arguments.rate)
     start_cloud_to_depth(session)
     rospy.init_node('live_points', disable_signals=True)
     processes = {'driver': psutil.Process(camera.pid), 'this process': psutil.Process()}
