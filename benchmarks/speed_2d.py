@@ -228,6 +228,7 @@ def memory_table(options: argparse.Namespace) -> List[List[str]]:
         detector.detect(images[number % len(images)])
         if number in (len(images), 100, 1000, 3000, options.memory):
             rows.append([str(number), f'{process.memory_info().rss / 1e6:.0f}'])
+            sys.stderr.write(f'{rows[-1]}\n')
     return rows
 
 
