@@ -71,6 +71,9 @@ def test_without_thunder_multipose_refines_people_but_fewer():
     assert recipe.without([MOVENET_THUNDER]) == replace(recipe, refinements=(MULTIPOSE_CROP,), max_refined=6)
     assert replace(recipe, max_refined=2).without([MOVENET_THUNDER]).max_refined == 2
     assert replace(recipe, refinements=()).without([MOVENET_THUNDER]).refinements == ()
+    accurate = MODES['accurate'].without([MOVENET_THUNDER])
+    assert accurate.models == (MOBILENET_THIN, MOVENET_MULTIPOSE)
+    assert (len(accurate.refinements), accurate.max_refined) == (4, 20)
 
 
 def test_what_is_left_without_multipose():

@@ -129,7 +129,6 @@ _SCALE_GAP = 0.3
 # MoveNet Thunder was trained for crops; where it is not there, MoveNet MultiPose refines fewer people, less accurately.
 THUNDER_CROP = CropRefinement(MOVENET_THUNDER, 1.4, centred=True, place_weight=8.0)
 MULTIPOSE_CROP = CropRefinement(MOVENET_MULTIPOSE, 1.6)
-_MOST_BY_MULTIPOSE = 6
 
 
 @dataclass(frozen=True)
@@ -142,12 +141,16 @@ class Recipe:
         max_refined: greatest number of people who are refined, the surest first; bounds the time.
         acceptance: factor on the scores that joints and people need; the more opinions there are, the more of them
             miss a person who is there.
+        spare: refinements where the network of one of the others is missing.
+        spare_refined: greatest number of people who are refined then.
     """
 
     passes: Tuple[NetworkPass, ...]
     refinements: Tuple[CropRefinement, ...] = ()
     max_refined: int = 20
     acceptance: float = 1.0
+    spare: Tuple[CropRefinement, ...] = (MULTIPOSE_CROP,)
+    spare_refined: int = 6
 
     @property
     def models(self) -> Tuple[Model, ...]:
@@ -195,9 +198,10 @@ class Recipe:
         """Return what is left of it without networks that are not the first."""
         passes = tuple(one for one in self.passes if one.model not in missing)
         refinements = tuple(one for one in self.refinements if one.model not in missing)
-        if self.refinements and not refinements and MOVENET_MULTIPOSE not in missing:
-            return replace(self, passes=passes, refinements=(MULTIPOSE_CROP,),
-                           max_refined=min(self.max_refined, _MOST_BY_MULTIPOSE))
+        spare = tuple(one for one in self.spare if one.model not in missing)
+        if len(refinements) < len(self.refinements) and spare:
+            return replace(self, passes=passes, refinements=spare,
+                           max_refined=min(self.max_refined, self.spare_refined))
         return replace(self, passes=passes, refinements=refinements)
 
 
@@ -222,8 +226,10 @@ MODES: Dict[str, Recipe] = {
     'balanced': Recipe((_thin(1.0), _movenet(512)), (THUNDER_CROP,)),
     'accurate': Recipe(
         (NetworkPass(MOBILENET_THIN, _box(984, 552), (1.0, 2 / 3, 1 / 3), mirror=True, weight=3.0), _movenet(512, 256)),
-        tuple(replace(MULTIPOSE_CROP, margin=margin, mirror=mirror) for margin in (1.6, 2.0)
-              for mirror in (False, True)), acceptance=0.8),
+        (MULTIPOSE_CROP, replace(MULTIPOSE_CROP, mirror=True), replace(THUNDER_CROP, margin=1.3),
+         replace(THUNDER_CROP, margin=1.6, mirror=True)), acceptance=0.8,
+        spare=tuple(replace(MULTIPOSE_CROP, margin=margin, mirror=mirror) for margin in (1.6, 2.0)
+                    for mirror in (False, True)), spare_refined=20),
 }
 
 # Longer side of YOLO-pose's input by mode [px].
