@@ -240,9 +240,11 @@ _SEARCH_WEIGHT, _SEARCH_ACCEPTANCE = 2.0, 0.8
 # From the mode balanced down: less accurate and faster recipes, for processors that do not reach the wanted rate.
 FASTER: Tuple[Recipe, ...] = (
     MODES['balanced'],
+    Recipe((_thin(1.0), _movenet(384)), (THUNDER_CROP,)),
     Recipe((_thin(0.75), _movenet(384)), (THUNDER_CROP,)),
     Recipe((_thin(0.5, weight=1.0), _movenet(384)), (THUNDER_CROP,)),
     MODES['fast'],
+    Recipe((_movenet(320),), (THUNDER_CROP,)),
     Recipe((_movenet(256),), (THUNDER_CROP,)),
 )
 
