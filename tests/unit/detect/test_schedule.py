@@ -107,6 +107,17 @@ def test_crops_leave_time_for_searching():
     assert budget.crops(0.1 * frame) == int(10 * (1 - SCHEDULE.search_share))
 
 
+def test_on_a_slow_machine_the_search_goes_on():
+    budget, frame, searched = Budget(10.0), SCHEDULE.network_share / 10, 0
+    for _ in range(100):
+        budget.begin(0.1)
+        budget.save(3 * frame)  # of one crop
+        if budget.affords(10 * frame):
+            budget.spend(10 * frame)
+            searched += 1
+    assert 5 <= searched <= 20
+
+
 def test_a_slow_camera_leaves_more_time_and_left_out_frames_do_not():
     slow, losing = Budget(30.0), Budget(30.0)
     for interval in (0.1, 0.1, 0.1):

@@ -133,7 +133,8 @@ class Budget:
     def __init__(self, rate: float) -> None:
         self._rate = rate
         self._intervals: Deque[float] = deque(maxlen=SCHEDULE.recent_intervals)
-        self._seconds = self._saved = float('inf') if rate <= 0 else 0.0
+        self._seconds = float('inf') if rate <= 0 else SCHEDULE.network_share / rate
+        self._saved = float('inf') if rate <= 0 else 0.0
 
     def begin(self, interval: float) -> None:
         """Begin a frame that comes after an interval [s]; 0: the first."""
@@ -149,11 +150,13 @@ class Budget:
 
     def save(self, spent: float) -> None:
         """Save what is left of the frame's time after crops took a part of it [s]."""
-        self._saved = min(self._saved + self._seconds - spent, SCHEDULE.most_saved * self._seconds)
+        # a crop that takes longer than a frame does not take from the search
+        left = max(self._seconds - spent, SCHEDULE.search_share * self._seconds)
+        self._saved = min(self._saved + left, SCHEDULE.most_saved * self._seconds)
 
     def affords(self, seconds: float) -> bool:
-        """Return whether enough is saved."""
-        return self._saved >= seconds
+        """Return whether enough is saved, or the most that can be: on a slow machine a part may take longer."""
+        return self._saved >= min(seconds, SCHEDULE.most_saved * self._seconds)
 
     def spend(self, seconds: float) -> None:
         """Spend what was saved; a debt is one frame's time at most."""
