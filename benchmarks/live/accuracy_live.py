@@ -22,11 +22,10 @@ from typing import Dict, List, Tuple
 import rospy
 from openpose_ros_msgs.msg import PersonDetection_3dArray
 
-from accuracy_3d import ChainSettings, estimate, find_people, open_sequence, write_csv
+from accuracy_3d import ChainSettings, Finder, open_sequence, run_chain, write_csv
 from common import Figures, Parser, markdown, run_live
 from live.camera import TOPICS, Unit, make_bag, played_stamps, start_camera
 from live.figures import SCORE_COLUMNS, Answers, misordered, score, score_row
-from openpose_ros_pkg.detect.detector import create_detector
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.ros.session import Session, wait_for
 from openpose_ros_pkg.skeletons import COCO_18
@@ -123,11 +122,11 @@ def name_of(sequence: Path) -> str:
 
 def offline(sequences: List[Path], settings: ChainSettings) -> List[List[Tuple[float, People3D]]]:
     """Return time and people of each frame of the sequences, as `accuracy_3d` finds them."""
-    detector, results = create_detector(settings.detector), []
+    results: List[List[Tuple[float, People3D]]] = []
+    finder = Finder(settings, 0.0, 0.0)
     for folder in sequences:
-        sequence, chain = open_sequence(folder), PeopleChain(COCO_18, settings.estimator, settings.tracking)
-        people, _ = find_people(sequence, lambda _, bgr: detector.detect(bgr), chain)
-        results.append(estimate(sequence, people, chain)[0])
+        chain = PeopleChain(COCO_18, settings.estimator, settings.tracking, finder.stream())
+        results.append(run_chain(open_sequence(folder), chain, finder=finder).frames)
     return results
 
 
