@@ -42,7 +42,8 @@ from openpose_ros_pkg.detect.tracking import KeypointTracker, TrackingParams
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.ros import convert as convert_2d
 from openpose_ros_pkg.skeletons import COCO_18
-from openpose_ros_tools.ros.process_bag.program import main
+from openpose_ros_tools.ros.process_bag.job import BagSettings
+from openpose_ros_tools.ros.process_bag.program import main, read_config
 from skeleton_extract_3d.estimator import PeopleEstimator
 from skeleton_extract_3d.frame import CameraFrame
 from skeleton_extract_3d.people import MEASURED
@@ -204,6 +205,12 @@ def test_configurations_that_contradict_each_other_are_refused(run, recording, t
     assert run(recording, '--config', tmp_path / 'a.yaml') == 0
     assert run(recording, '--config', tmp_path / 'a.yaml', '--config', tmp_path / 'b.yaml') == 2
     assert "'pose_model' is 'mobilenet_thin', but 'auto'" in capsys.readouterr().err
+
+
+def test_precision_of_the_nodes_is_not_that_of_recordings(tmp_path):
+    (tmp_path / 'node.yaml').write_text('precision: auto\nmode: fast\n')
+    assert read_config([tmp_path / 'node.yaml']) == {'mode': 'fast'}
+    assert build(BagSettings, {}).detector.backend.precision == 'f32'
 
 
 # --- results ----------------------------------------------------------------------------------------------------------
