@@ -95,8 +95,6 @@ def look(setup: Setup, bgr: np.ndarray, people: Sequence[Followed], pace: Pace) 
 
 def _margin(person: Followed) -> float:
     """Return a factor on the side of a crop."""
-    if person.known is None:
-        return 1.0
     return FOLLOWING.margin * (FOLLOWING.lost_margin if person.unseen > FOLLOWING.unlooked_time else 1.0)
 
 
