@@ -61,8 +61,8 @@ def score_row(name: str, way: str, scores: Mapping[str, Any], answers: Answers) 
 
 
 def median_and_95(seconds: Sequence[float]) -> str:
-    """Return median and 95th percentile of times [s] in ms."""
-    if len(seconds) == 0:
+    """Return median and 95th percentile of times [s] in ms; NaN where nobody waited."""
+    if not np.isfinite(seconds).any():
         return '-'
     median, high = 1e3 * np.percentile(seconds, (50, 95))
     return f'{median:.0f} / {high:.0f}'

@@ -25,7 +25,7 @@ json.dump({'one': {'pairs': pairs, 't0': t0_value}, 'ALL': {}}, open(path, 'w'))
 
 def test_nothing_came():
     assert misordered([]) == 0
-    assert median_and_95([]) == '-'
+    assert median_and_95([]) == median_and_95([math.nan]) == '-'
     assert score_row('wave', 'live', SCORES, Answers(40, []))[-2:] == ['0 of 40', '-']
 
 
