@@ -39,6 +39,13 @@ class Parser(argparse.ArgumentParser):
         self.add_argument(option, metavar='KEY=VALUE', action='append', default=[],
                           help=f'a parameter {whose}; may be repeated')
 
+    def parse_named(self, name: str) -> argparse.Namespace:
+        """Return the arguments of the command line; those like NAME:=VALUE may stand anywhere, and come as `name`."""
+        named = [text for text in sys.argv[1:] if ':=' in text]
+        arguments = self.parse_args([text for text in sys.argv[1:] if text not in named])
+        setattr(arguments, name, named)
+        return arguments
+
     def settings(self, texts: Sequence[str]) -> Dict[str, Any]:
         """Return the parameters of KEY=VALUE texts, values read as YAML."""
         return setting_values(self, texts)

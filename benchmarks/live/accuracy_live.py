@@ -44,8 +44,9 @@ LAST_RESULT = 2.0
 def parse_arguments() -> argparse.Namespace:
     """Read the command line."""
     parser = Parser(__doc__)
-    parser.add_argument('sequences', nargs='+', metavar='SEQUENCE | NAME:=VALUE',
-                        help='sequence folders; arguments of openpose_skeleton_extract.launch')
+    parser.add_argument('sequences', nargs='+', type=Path, help='sequence folders')
+    parser.add_argument('launch', nargs='*', metavar='NAME:=VALUE',
+                        help='passed on to openpose_skeleton_extract.launch')
     parser.add_argument('--rate', type=float, default=15.0, help='frames per second (default %(default)s)')
     parser.add_argument('--points', choices=TOPICS, default='depth_image', help='(default %(default)s)')
     parser.add_argument('--evaluate', type=Path, help='script that scores pairs of sequence folder and CSV')
@@ -54,12 +55,9 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument('--no-offline', action='store_true', help='only the running nodes')
     parser.add_argument('--out', type=Path, help='folder for the CSV files (default: a temporary one)')
     parser.add_argument('--json', type=Path, help='write the figures here')
-    arguments = parser.parse_intermixed_args()
-    arguments.launch = [text for text in arguments.sequences if ':=' in text]
-    arguments.sequences = [Path(text).resolve() for text in arguments.sequences if ':=' not in text]
+    arguments = parser.parse_named('launch')
+    arguments.sequences = [path.resolve() for path in arguments.sequences]
     arguments.offline = parser.settings(arguments.offline or ['mode=balanced'])
-    if not arguments.sequences:
-        parser.error('no sequence')
     return arguments
 
 

@@ -78,7 +78,7 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument('--role', choices=('camera', 'bare', 'client'), help=argparse.SUPPRESS)
     parser.add_argument('--name', default='', help=argparse.SUPPRESS)
     parser.add_argument('parameters', nargs='*', metavar='NAME:=VALUE', help='parameters of the service node')
-    arguments = parser.parse_intermixed_args()
+    arguments = parser.parse_named('parameters')
     if arguments.no_stream and not arguments.clients:
         parser.error('--no-stream needs --clients')
     return arguments

@@ -67,7 +67,7 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument('--rests', action='store_true', help='measure the first result after a rest as well')
     parser.add_argument('--json', type=Path, help='write the figures here')
     parser.add_argument('launch_arguments', nargs='*', metavar='NAME:=VALUE', help='passed on to demo.launch')
-    return parser.parse_intermixed_args()
+    return parser.parse_named('launch_arguments')
 
 
 def first_results(nodes: subprocess.Popen) -> List[float]:
