@@ -45,8 +45,6 @@ def parse_arguments() -> argparse.Namespace:
     """Read the command line."""
     parser = Parser(__doc__)
     parser.add_argument('sequences', nargs='+', type=Path, help='sequence folders')
-    parser.add_argument('launch', nargs='*', metavar='NAME:=VALUE',
-                        help='passed on to openpose_skeleton_extract.launch')
     parser.add_argument('--rate', type=float, default=15.0, help='frames per second (default %(default)s)')
     parser.add_argument('--points', choices=TOPICS, default='depth_image', help='(default %(default)s)')
     parser.add_argument('--evaluate', type=Path, help='script that scores pairs of sequence folder and CSV')

@@ -69,10 +69,10 @@ def median_and_95(seconds: Sequence[float]) -> str:
 
 
 def by_stage(stages: Mapping[str, float], names: Sequence[str]) -> Tuple[str, float]:
-    """Return the medians of stages that follow one another as text, and their sum [ms].
+    """Return the means of stages that follow one another as text, and their sum [ms].
 
     Args:
-        stages: medians by stage, NaN for one that did not occur [ms].
+        stages: means by stage, NaN for one that did not occur [ms].
         names: of the stages that a result passes, in this order.
     """
     known = {name: stages[name] for name in names if np.isfinite(stages.get(name, np.nan))}

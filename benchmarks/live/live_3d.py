@@ -51,7 +51,7 @@ POINTS = {'depth_image': ['points_source:=depth_image'], 'point_cloud': ['points
           'cloud_to_depth': ['points_source:=depth_image', f'depth:={MADE_DEPTH}/image_rect',
                              f'camera_info:={MADE_DEPTH}/camera_info']}
 COLUMNS = ('camera [Hz]', 'people', 'points', 'T [ms]', 'results [Hz]', 'wanted', 'networks alone [Hz]',
-           'latency median / 95 % [ms]', 'sum of the stages', 'stages, medians [ms]', 'processor [% of a core]',
+           'latency median / 95 % [ms]', 'sum of the stages', 'stages, means [ms]', 'processor [% of a core]',
            'memory [MB]', 'start [s]')
 
 
@@ -147,7 +147,7 @@ class Bench:
                 'log': [line for line in log if 'networks may take' in line or 'WARN' in line],
                 'frames': len(latencies), 'rate_hz': (len(latencies) - 1) / (arrivals[-1] - arrivals[0]),
                 'networks_alone_hz': alone, 'start_s': start, 'latency_ms': median_and_95(latencies),
-                'stages_ms': {stage.stage: stage.p50 for stage in stages}, 'first_result_ms': rests,
+                'stages_ms': {stage.stage: stage.mean for stage in stages}, 'first_result_ms': rests,
                 'longest_gap_ms': 1000 * float(np.diff(arrivals).max()),
                 'people_per_frame': {str(number): results.people[first:last].count(number)
                                      for number in sorted(set(results.people[first:last]))},

@@ -10,7 +10,7 @@ def test_nothing_yet():
     first, second = StageTiming(('network', 'decode'), 10.0).summaries(100.0)
     assert (first.stage, second.stage) == ('network', 'decode')
     assert (first.count, first.rate) == (0, 0.0)
-    assert math.isnan(first.p50) and math.isnan(first.p95)
+    assert math.isnan(first.p50) and math.isnan(first.p95) and math.isnan(first.mean)
 
 
 def test_percentiles_and_rate():
@@ -19,7 +19,7 @@ def test_percentiles_and_rate():
     for i in range(100):
         timing.add('network', ((37 * i) % 100) / 100, 50.0 + i / 10)
     summary, = timing.summaries(59.9)
-    assert (summary.count, summary.p50, summary.p95) == (100, 0.50, 0.95)
+    assert (summary.count, summary.p50, summary.p95, summary.mean) == (100, 0.50, 0.95, pytest.approx(0.495))
     assert summary.rate == pytest.approx(10.0)
 
 

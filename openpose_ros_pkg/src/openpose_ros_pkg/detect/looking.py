@@ -1,4 +1,5 @@
 """Let networks look at a part of an image: at strips of it for anybody, and at crops for people who are expected."""
+import time
 from collections import deque
 from dataclasses import replace
 from statistics import median
@@ -50,11 +51,11 @@ class Pace:
         """Return what the crops of a person take [s]."""
         return sum(self._of(one.model.name, (one.side, one.side)) for one in setup.recipe.refinements)
 
-    def learn(self, model: str, views: Sequence[ComputedView]) -> None:
-        """Take into account how long views took."""
+    def learn(self, model: str, views: Sequence[ComputedView], seconds: float) -> None:
+        """Take into account how long views took with all that belongs to them, from the image to poses [s]."""
         if not self._fixed and model in self._runs and views:
             pixels = sum(view.view.plan.net_size[0] * view.view.plan.net_size[1] for view in views)
-            self._runs[model].append(sum(view.seconds for view in views) / pixels)
+            self._runs[model].append(seconds / pixels)
 
     def _of(self, model: str, size: Tuple[int, int]) -> float:
         runs = self._runs.get(model)
@@ -65,11 +66,12 @@ def search(setup: Setup, bgr: np.ndarray, part: Part, pace: Pace) -> Tuple[List[
     """Find the people in a part of an image, (H, W, 3) uint8 BGR; return the time of the network too [s]."""
     recipe = setup.recipe
     one = recipe.passes[part.number]
+    begin = time.perf_counter()
     prepared = prepare_views(bgr, one, (part.left, part.right))
     views = [view.compute(setup.networks[one.model.name]) for view in prepared]
-    pace.learn(one.model.name, views)
     first = sum(before.opinions for before in recipe.passes[:part.number])
     poses = decode_views(one, views, setup.decode, setup.direct)
+    pace.learn(one.model.name, views, time.perf_counter() - begin)
     return ([Found(number, part, found.keypoints) for number, found in enumerate(poses, start=first)],
             sum(view.seconds for view in views))
 
@@ -78,11 +80,11 @@ def look(setup: Setup, bgr: np.ndarray, people: Sequence[Followed], pace: Pace) 
     """Look at crops round people of an image, and let them have what is believed; return the networks' time [s]."""
     seconds = 0.0
     for number, one in enumerate(setup.recipe.refinements, start=setup.recipe.pass_opinions):
+        begin = time.perf_counter()
         margins = [one.margin * _margin(person) for person in people]
         prepared = [prepare_crop(bgr, person.expected, replace(one, margin=margin))
                     for person, margin in zip(people, margins)]
         views = compute_views(prepared, setup.networks[one.model.name])
-        pace.learn(one.model.name, views)
         seconds += sum(view.seconds for view in views)
         for person, view in zip(people, views):
             seen = decode_crop(view, one.model, setup.direct, setup.recipe.skeleton).keypoints
@@ -90,6 +92,8 @@ def look(setup: Setup, bgr: np.ndarray, people: Sequence[Followed], pace: Pace) 
             person.opinions[number] = poses[0] if poses else None
             if poses and person.crop is None:
                 person.crop = poses[0]
+        if len(views) > 1:  # one alone takes more than one of several, which are computed side by side
+            pace.learn(one.model.name, views, time.perf_counter() - begin)
     return seconds
 
 

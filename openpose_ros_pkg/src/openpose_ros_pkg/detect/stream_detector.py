@@ -1,6 +1,6 @@
 """A detector for streams: it remembers, for each camera, who was seen where, and looks there first."""
 import threading
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Callable, Dict, Hashable, List, Optional, Sequence, Tuple, Union
 
 import numpy as np
@@ -52,6 +52,7 @@ class _Plan:
         rate: that is wanted [Hz]; 0: none.
         period: without a rate, every image of this number is searched in full.
         pace: what the networks take.
+        cuts: parts by the size of the images. They stay, as a network is compiled for each size of a part.
     """
 
     made_for: DetectorParams
@@ -59,6 +60,7 @@ class _Plan:
     rate: float
     period: int
     pace: Pace
+    cuts: Dict[Tuple[int, int], List[Part]] = field(default_factory=dict)
 
     @classmethod
     def of(cls, detector: Detector, following: FollowingParams, fixed: Optional[Dict[str, float]]) -> '_Plan':
@@ -72,10 +74,13 @@ class _Plan:
         return cls(params, follows, params.target_rate, following.search_period, Pace(pace, fixed is not None))
 
     def parts(self, setup: Setup, size: Tuple[int, int]) -> List[Part]:
-        """Return the parts of a search of an image of (width, height) [px].
+        """Return the parts of a search of an image of (width, height) [px]."""
+        if size not in self.cuts:
+            self.cuts[size] = self._cut(setup, size)
+        return self.cuts[size]
 
-        A pass is cut into as many strips as it takes to fit into a frame beside the expected number of people.
-        """
+    def _cut(self, setup: Setup, size: Tuple[int, int]) -> List[Part]:
+        """Cut each pass into as many strips as it takes to fit into a frame beside the expected number of people."""
         most, (width, height) = SCHEDULE.most_strips if self.rate > 0 else 1, size
         left = 1 / self.rate - RATE.expected_people * self.pace.of_person(setup) if self.rate > 0 else 0.0
         parts = []
@@ -107,7 +112,7 @@ class _Camera:
             return True
         self.frames += 1
         self.budget.begin(interval)
-        return stamp <= 0
+        return False
 
 
 class StreamDetector:
@@ -118,7 +123,7 @@ class StreamDetector:
 
     With following, networks look at crops round the people who are expected in an image. The search for others is cut
     into parts, one pass over one strip of the image each, which are spread over the frames as the time allows. Stamps
-    that jump, a new size of the images and a stamp of 0 begin anew, with a search of the whole image.
+    that jump and a new size of the images begin anew. An image with a stamp of 0 is searched in full.
 
     Args:
         detector: what finds the people.
@@ -171,11 +176,11 @@ class StreamDetector:
             return
         width, height = USUAL_SIZE
         blank = np.zeros((height, width, 3), np.uint8)
-        first_parts = {part.number: part for part in self._plan.parts(setup, USUAL_SIZE)}
+        by_size = {(part.number, part.right - part.left): part for part in self._plan.parts(setup, USUAL_SIZE)}
         somebody = np.full((len(self.skeleton.joints), 3), 1.0, np.float32)
         somebody[0, :2] = width / 2, height - 1
         with self.lock:
-            for part in first_parts.values():
+            for part in by_size.values():
                 search(setup, blank, part, self._plan.pace)
             for people in (1, 2):  # several are computed side by side, by a network that is compiled for it
                 look(setup, blank, [Followed(somebody)] * people, self._plan.pace)
@@ -269,12 +274,15 @@ def _due(camera: _Camera, plan: _Plan, stamp: float, first: bool, people: Sequen
             low, high = person.box
             camera.schedule.urge(low[0], high[0], SCHEDULE.lost)
             just_lost |= person.unseen <= FOLLOWING.unlooked_time
-    if first or (plan.rate <= 0 and (just_lost or camera.frames >= plan.period)):
+    if stamp <= 0 or (plan.rate <= 0 and (first or just_lost or camera.frames >= plan.period)):
         camera.frames = 0
         return camera.schedule.parts
-    due = []
-    for part in camera.schedule.order(stamp) if plan.rate > 0 else []:
-        if not camera.budget.affords(cost(part)):
+    if plan.rate <= 0:
+        return []
+    due: List[Part] = []
+    for part in sorted(camera.schedule.parts, key=cost) if first else camera.schedule.order(stamp):
+        # the first frame searches something in any case: nobody is known
+        if not camera.budget.affords(cost(part)) and (due or not first):
             break
         camera.budget.spend(cost(part))
         due.append(part)

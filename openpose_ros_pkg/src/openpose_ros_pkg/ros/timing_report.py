@@ -50,5 +50,5 @@ class TimingReport:
         message.header.stamp = rospy.get_rostime()
         message.rate = next(summary.rate for summary in summaries if summary.stage == self._result)
         message.stages = [StageTimingMessage(stage=summary.stage, count=summary.count, p50=1000 * summary.p50,
-                                             p95=1000 * summary.p95) for summary in summaries]
+                                             p95=1000 * summary.p95, mean=1000 * summary.mean) for summary in summaries]
         return message

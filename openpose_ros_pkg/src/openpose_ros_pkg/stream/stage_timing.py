@@ -18,6 +18,7 @@ class StageSummary:
         count: entries within the window.
         rate: entries per second [Hz].
         p50, p95: percentiles of the duration [s], by nearest rank; NaN without entries.
+        mean: of the duration [s]; NaN without entries.
     """
 
     stage: str
@@ -25,6 +26,7 @@ class StageSummary:
     rate: float
     p50: float
     p95: float
+    mean: float
 
 
 class Stopwatch:
@@ -80,7 +82,8 @@ class StageTiming:
         durations = sorted(seconds for _, seconds in entries)
         span = entries[-1][0] - entries[0][0] if entries else 0.0
         rate = (len(entries) - 1) / span if span > 0 else 0.0
-        return StageSummary(stage, len(durations), rate, _percentile(durations, 0.5), _percentile(durations, 0.95))
+        return StageSummary(stage, len(durations), rate, _percentile(durations, 0.5), _percentile(durations, 0.95),
+                            sum(durations) / len(durations) if durations else float('nan'))
 
 
 def _percentile(ordered: Sequence[float], share: float) -> float:
