@@ -43,9 +43,6 @@ NOBODY = FollowingParams(following='never')
 class FollowingConstants:
     """How people are followed on crops of the image."""
 
-    margin: float = constant(
-        0.9, 'Side of the crop round somebody, as a share of that of crop refinement: on a tight one, hidden joints '
-             'are more accurate.')
     crop_score: float = constant(0.2, 'Mean score of its joints that somebody needs on a crop.')
     agreement: float = constant(
         0.35, 'Greatest median distance of the joints from where they are expected, as a share of the size of the '

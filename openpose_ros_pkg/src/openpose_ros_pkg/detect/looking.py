@@ -99,7 +99,7 @@ def look(setup: Setup, bgr: np.ndarray, people: Sequence[Followed], pace: Pace) 
 
 def _margin(person: Followed) -> float:
     """Return a factor on the side of a crop."""
-    return FOLLOWING.margin * (FOLLOWING.lost_margin if person.unseen > FOLLOWING.unlooked_time else 1.0)
+    return FOLLOWING.lost_margin if person.unseen > FOLLOWING.unlooked_time else 1.0
 
 
 def assign(found: Sequence[Found], people: Sequence[Followed], recipe: Recipe) -> List[Followed]:

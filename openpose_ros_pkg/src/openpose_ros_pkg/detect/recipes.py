@@ -127,7 +127,7 @@ class CropRefinement:
 # OpenPose's default, flags.hpp.
 _SCALE_GAP = 0.3
 # MoveNet Thunder was trained for crops; where it is not there, MoveNet MultiPose refines fewer people, less accurately.
-THUNDER_CROP = CropRefinement(MOVENET_THUNDER, 1.4, centred=True, place_weight=8.0)
+THUNDER_CROP = CropRefinement(MOVENET_THUNDER, 1.3, centred=True, place_weight=8.0)
 MULTIPOSE_CROP = CropRefinement(MOVENET_MULTIPOSE, 1.6)
 
 
