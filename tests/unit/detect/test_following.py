@@ -33,12 +33,12 @@ class Scene:
         self.stream = StreamDetector(Detector(settings, networks, following), TrackingParams(), following, PACE)
         self.people = people
 
-    def frame(self, stamp, people=None, image=IMAGE, **kwargs):
+    def frame(self, stamp, people=None, image=IMAGE, camera='camera', **kwargs):
         """Return the people of the next frame, searches and looks at crops, and what they took [s]."""
         self.people = self.people if people is None else people
         self.searching.people = self.looking.people = self.people
         before = len(self.searching.inputs), len(self.looking.inputs)
-        found = self.stream.detect(image, 'camera', stamp, **kwargs)
+        found = self.stream.detect(image, camera, stamp, **kwargs)
         searches, looks = self.searching.inputs[before[0]:], self.looking.inputs[before[1]:]
         seconds = sum(one.shape[0] * one.shape[1] * PACE['movenet_multipose'] for one in searches)
         return found, len(searches), len(looks), seconds + 0.003 * len(looks)
@@ -209,3 +209,14 @@ def test_a_newcomer_is_found_within_a_third_of_a_second():
     image[200:260, 470:500, 2] += 60  # the person changes the image
     found = [len(scene.frame(stamp, [LEFT, RIGHT], image)[0]) for stamp in stamps[10:25]]
     assert found[-1] == 2 and found == sorted(found)
+
+
+def test_two_cameras_share_the_time():
+    """Crops take 3 ms of the 14 ms of a frame: five people fill it in one camera, and take turns beside another."""
+    people = [person_at(x, 150, 200) for x in (70, 190, 320, 450, 570)]
+
+    def looks(cameras):
+        scene = Scene(people, target_rate=cameras * RATE)
+        return sum(scene.frame(1.0 + 0.02 * i, camera=f'camera {number}')[2]
+                   for i in range(20) for number in range(cameras))
+    assert looks(2) <= 1.2 * looks(1)

@@ -126,3 +126,9 @@ def test_a_slow_camera_leaves_more_time_and_left_out_frames_do_not():
         losing.begin(interval)
     assert slow.crops(0.01) == int((1 - SCHEDULE.search_share) * SCHEDULE.network_share * 10)
     assert losing.crops(0.01) == 1
+
+
+def test_a_frame_has_the_least_time_whatever_rate_is_wanted():
+    budget = Budget(30.0)
+    budget.begin(1 / 30, least=0.1)
+    assert budget.crops(0.01) == int((1 - SCHEDULE.search_share) * 10)

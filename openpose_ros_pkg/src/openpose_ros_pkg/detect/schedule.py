@@ -16,6 +16,9 @@ class ScheduleConstants:
     network_share: float = constant(
         0.7, "Share of a frame's time that the networks may take where people are followed; the rest is for what can "
              'not overlap with them, and for other programs.')
+    least_work: float = constant(
+        0.3, 'Share of a full search, with the expected number of people, for which there is time in any case: with less '
+             'people get lost, so on a slow processor the rate falls instead.')
     search_share: float = constant(0.3, 'Share of that which is kept for searching, whoever is followed.')
     most_saved: float = constant(2.0, 'Frames whose time for searching can be saved.')
     recent_intervals: int = constant(10, 'Intervals between stamps of which the least tells the rate of the images.')
@@ -136,13 +139,19 @@ class Budget:
         self._seconds = float('inf') if rate <= 0 else SCHEDULE.network_share / rate
         self._saved = float('inf') if rate <= 0 else 0.0
 
-    def begin(self, interval: float) -> None:
-        """Begin a frame that comes after an interval [s]; 0: the first."""
+    def begin(self, interval: float, least: float = 0.0) -> None:
+        """Begin a frame.
+
+        Args:
+            interval: since the one before [s], divided among all cameras; 0: the first.
+            least: what there is time for in any case [s].
+        """
         if self._rate > 0:
             if interval > 0:
                 self._intervals.append(interval)
             # frames that are left out make intervals longer: the least is that of the camera
-            self._seconds = SCHEDULE.network_share * max(1 / self._rate, min(self._intervals, default=0.0))
+            of_frame = SCHEDULE.network_share * max(1 / self._rate, min(self._intervals, default=0.0))
+            self._seconds = max(of_frame, least)
 
     def crops(self, seconds: float) -> int:
         """Return the number of people, one at least, for whom there is time, when each takes some seconds."""

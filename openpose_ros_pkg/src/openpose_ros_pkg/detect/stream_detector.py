@@ -79,6 +79,11 @@ class _Plan:
             self.cuts[size] = self._cut(setup, size)
         return self.cuts[size]
 
+    def least(self, setup: Setup, size: Tuple[int, int]) -> float:
+        """Return what there is time for in any frame [s]."""
+        search = sum(self.pace.of_part(part, setup, size[1]) for part in self.parts(setup, size))
+        return SCHEDULE.least_work * (search + RATE.expected_people * self.pace.of_person(setup))
+
     def _cut(self, setup: Setup, size: Tuple[int, int]) -> List[Part]:
         """Cut each pass into as many strips as it takes to fit into a frame beside the expected number of people."""
         most, (width, height) = SCHEDULE.most_strips if self.rate > 0 else 1, size
@@ -99,8 +104,12 @@ class _Camera:
         self._stamp = 0.0  # of the newest frame [s]
         self._searched_by: Tuple[object, ...] = ()  # what makes the schedule
 
-    def begin(self, plan: _Plan, setup: Setup, size: Tuple[int, int], stamp: float) -> bool:
-        """Begin a frame; return whether it is the first of a stream."""
+    def shows(self, stamp: float) -> bool:
+        """Return whether images come from the camera at a time [s]."""
+        return abs(stamp - self._stamp) <= FOLLOWING.most_gap
+
+    def begin(self, plan: _Plan, setup: Setup, size: Tuple[int, int], stamp: float, others: int) -> bool:
+        """Begin a frame beside a number of other cameras; return whether it is the first of a stream."""
         interval, self._stamp = stamp - self._stamp, max(stamp, self._stamp)
         searched_by = (plan, setup.recipe, size)
         if self._searched_by != searched_by or not -TRACKING.reset_backstep <= interval <= FOLLOWING.most_gap:
@@ -108,10 +117,10 @@ class _Camera:
             self.schedule, self.changes = Schedule(plan.parts(setup, size)), Changes()
             self.budget = Budget(plan.rate)
             self.frames = 0  # since the image was searched in full
-            self.budget.begin(0.0)
+            self.budget.begin(0.0, plan.least(setup, size))
             return True
         self.frames += 1
-        self.budget.begin(interval)
+        self.budget.begin(interval / (1 + others), plan.least(setup, size))
         return False
 
 
@@ -233,7 +242,8 @@ class StreamDetector:
                 ) -> Tuple[People2D, float]:
         setup, bgr, plan = frame.setup, frame.bgr, self._plan
         size = (bgr.shape[1], bgr.shape[0])
-        first = camera.begin(plan, setup, size, stamp)
+        others = sum(other is not camera and other.shows(stamp) for other in self._cameras.all())
+        first = camera.begin(plan, setup, size, stamp, others)
         people = camera.follower.expected(stamp, expected)
         camera.schedule.changed(camera.changes.columns(bgr, [person.box for person in people]))
         cost = plan.pace.of_person(setup)
