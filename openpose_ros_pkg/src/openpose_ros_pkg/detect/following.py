@@ -172,18 +172,21 @@ class Followed:
     def voted(self, recipe: Recipe, stamp: float) -> np.ndarray:
         """Return the (K, 3) keypoints by all opinions, earlier ones moved along with the person and fading.
 
-        Only sources that looked count, but for somebody new whom no crop shows: all others have to be outvoted.
+        Sources that looked and did not find the person count until they look again, those that never looked do not. For
+        somebody new all count, as in a full search: who is found by one of them alone has to outvote the others.
         """
         weights, places = list(recipe.weights), list(recipe.place_weights)
         poses: Dict[int, np.ndarray] = {}
         for number in range(len(weights)):
             pose, share = self.opinions.get(number), 1.0
-            if number not in self.opinions and (self.known is not None or self.crop is not None):
+            if number not in self.opinions and self.known is not None:
                 earlier = None if self.known is None else self.known.opinions.get(number)
                 share = 0.0 if earlier is None else float(np.exp((earlier.stamp - stamp) / FOLLOWING.fading))
-                if earlier is None or share < FOLLOWING.least_weight:
+                if earlier is not None and earlier.pose is None:
+                    share = 1.0  # who was not found there is no surer before the source looks again
+                elif earlier is None or share < FOLLOWING.least_weight:
                     share = 0.0
-                elif earlier.pose is not None:
+                else:
                     pose = earlier.moved(self.reference)
             weights[number] *= share
             places[number] *= share
