@@ -17,8 +17,8 @@ class ScheduleConstants:
         0.7, "Share of a frame's time that the networks may take where people are followed; the rest is for what can "
              'not overlap with them, and for other programs.')
     least_work: float = constant(
-        0.2, 'Share of a full search, with the expected number of people, for which there is time in any case: with less '
-             'people get lost, so on a slow processor the rate falls instead.')
+        0.2, 'Share of a full search, with the expected number of people, for which there is time in any case: with '
+             'less, people get lost, so on a slow processor the rate falls instead.')
     search_share: float = constant(0.3, 'Share of that which is kept for searching, whoever is followed.')
     most_saved: float = constant(2.0, 'Frames whose time for searching can be saved.')
     recent_intervals: int = constant(10, 'Intervals between stamps of which the least tells the rate of the images.')
