@@ -2,7 +2,13 @@
 
 
 class OpenposeRosError(Exception):
-    """Base of all errors below."""
+    """Base of all errors below.
+
+    Attributes:
+        event: what a node counts when it drops a frame because of it; empty: it should not come with a frame.
+    """
+
+    event = ''
 
 
 class ParameterError(OpenposeRosError):
@@ -23,3 +29,17 @@ class ModelError(OpenposeRosError):
 
 class BadInputError(OpenposeRosError):
     """An image, depth image, cloud or message can not be used; the text names actual and expected value."""
+
+    event = 'bad input'
+
+
+class ServiceCallError(OpenposeRosError):
+    """The service did not answer this request; the next one may succeed."""
+
+    event = 'service call failed'
+
+
+class NoTransformError(OpenposeRosError):
+    """tf does not know how two frames were to each other at the time of a message."""
+
+    event = 'no transform'

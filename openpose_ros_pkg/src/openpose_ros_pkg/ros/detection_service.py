@@ -187,8 +187,8 @@ class DetectionService:
         if self._publisher is not None:
             self._camera_info = CameraInfoPublisher(namespace, sibling_camera_info(topic), self._health, self._demand)
             inputs.append(self._camera_info.input)
-        self._pipeline = Pipeline(self._prepare_streamed, self.compute, self._finish_and_count, self._frame_failed,
-                                  self.lock)
+        self._pipeline = Pipeline(self._prepare_streamed, self.compute, self._finish_and_count,
+                                  self._health.frame_failed, self.lock)
         # a thread within a network would end the program with an abort
         rospy.on_shutdown(self._pipeline.stop)
         self._health.show(lambda: {'images skipped': str(self._pipeline.replaced)})
@@ -204,7 +204,7 @@ class DetectionService:
                 computed = self.compute(prepared)
             return GetPersonsResponse(detections=self._finish_and_count(computed))
         except BadInputError as error:
-            self._health.warn('bad image', str(error))
+            self._health.frame_failed(error)
             raise rospy.ServiceException(str(error)) from error
 
     def _prepare_streamed(self, item: Tuple[AnyImage, float]) -> _Prepared:
@@ -235,12 +235,6 @@ class DetectionService:
         messages = self.finish(computed)
         self._health.frame_done(computed.prepared.header.stamp)
         return messages
-
-    def _frame_failed(self, error: Exception) -> None:
-        if isinstance(error, BadInputError):
-            self._health.warn('bad image', str(error))
-        elif not rospy.is_shutdown():  # then topics close while a result is on its way
-            self._health.warn('frame failed', repr(error))
 
     def _scaled(self, people: People2D, prepared: _Prepared) -> Optional[List[PersonDetection]]:
         """Return the messages with coordinates as `keypoint_scale` wants them; None: in pixels."""
@@ -280,7 +274,7 @@ def main_3d() -> None:
 
 def _make(service: str, namespace: str, settings: ServiceSettings) -> Tuple[DetectionService, LiveParameters]:
     """Return the service as a node of its own, and its dynamic_reconfigure server."""
-    health, timing = Health(), TimingReport(STAGES, result='total')
+    health, timing = Health(bad_input='bad image'), TimingReport(STAGES, result='total')
     health.show(timing.medians)
     demand = Demand(settings.demand.lazy and not settings.save.active, health)
     node = DetectionService(service, namespace, settings, health, timing, demand)

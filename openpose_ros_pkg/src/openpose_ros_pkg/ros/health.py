@@ -2,11 +2,13 @@
 import threading
 import time
 from collections import Counter, deque
-from typing import Callable, Deque, Dict, List
+from typing import Callable, Deque, Dict, List, Tuple
 
 import diagnostic_updater
 import rospy
 from diagnostic_msgs.msg import DiagnosticStatus
+
+from openpose_ros_pkg.errors import BadInputError, OpenposeRosError
 
 # One warning of a kind in this time [s]; the others are counted.
 WARNING_PERIOD = 5.0
@@ -15,16 +17,21 @@ RECENT = 5.0
 
 
 class Health:
-    """Counts what a node does and its faults; published on /diagnostics once a second."""
+    """Counts what a node does and its faults; published on /diagnostics once a second.
 
-    def __init__(self) -> None:
+    Args:
+        bad_input: what the node calls a message that it can not use.
+    """
+
+    def __init__(self, bad_input: str = BadInputError.event) -> None:
+        self._bad_input = bad_input
         self._lock = threading.Lock()
         self._counts: Counter = Counter()
         self._warned: Dict[str, float] = {}
         self._latencies: Deque = deque(maxlen=1000)
         self._values: List[Callable[[], Dict[str, str]]] = []
         self._why_resting: Callable[[], str] = str
-        self._lasting_fault: Callable[[], str] = str
+        self._lasting_faults: List[Tuple[Callable[[], str], int]] = []
         self._last_warning = ('', -float('inf'))
         self._updater = diagnostic_updater.Updater()
         self._updater.setHardwareID('none')
@@ -44,9 +51,9 @@ class Health:
         """Say in the status why there are no frames, where `why` returns a text; empty: there should be some."""
         self._why_resting = why
 
-    def show_lasting(self, fault: Callable[[], str]) -> None:
-        """Keep the status at WARN while `fault` returns a text: what the node works with is not what was asked for."""
-        self._lasting_fault = fault
+    def show_lasting(self, fault: Callable[[], str], level: int = DiagnosticStatus.WARN) -> None:
+        """Keep the status at a level while `fault` returns a text: what is at work is not what was asked for."""
+        self._lasting_faults.append((fault, level))
 
     def frame_done(self, stamp: rospy.Time) -> None:
         """Count a finished frame and its latency, from the stamp of the camera to now."""
@@ -67,6 +74,17 @@ class Health:
             self._warned[event] = now
         rospy.logwarn('%s: %s (number %d of this kind)', event, text, number)
 
+    def frame_failed(self, error: Exception) -> None:
+        """Count and warn of what ended the work on a frame, which is dropped."""
+        if rospy.is_shutdown():
+            return  # topics close while a result is on its way
+        if isinstance(error, BadInputError):
+            self.warn(self._bad_input, str(error))
+        elif isinstance(error, OpenposeRosError) and error.event:
+            self.warn(error.event, str(error))
+        else:
+            self.warn('frame failed', repr(error))
+
     def _keep_reporting(self) -> None:
         # wall time, so that diagnostics do not stop with the simulated clock
         while not rospy.is_shutdown():
@@ -79,11 +97,12 @@ class Health:
             counts = dict(self._counts)
             latencies = sorted(latency for when, latency in self._latencies if now - when <= RECENT)
             text, when = self._last_warning
-        lasting = self._lasting_fault()
-        if now - when <= RECENT or lasting:
-            status.summary(DiagnosticStatus.WARN, text if now - when <= RECENT else lasting)
-        else:
-            status.summary(DiagnosticStatus.OK, self._why_resting() or f'{len(latencies) / RECENT:.1f} Hz')
+        status.summary(DiagnosticStatus.OK, self._why_resting() or f'{len(latencies) / RECENT:.1f} Hz')
+        if now - when <= RECENT:
+            status.mergeSummary(DiagnosticStatus.WARN, text)
+        for fault, level in self._lasting_faults:
+            if lasting := fault():
+                status.mergeSummary(level, lasting)
         status.add('rate [Hz]', f'{len(latencies) / RECENT:.1f}')
         if latencies:
             status.add('age of the result, median [s]', f'{latencies[len(latencies) // 2]:.3f}')

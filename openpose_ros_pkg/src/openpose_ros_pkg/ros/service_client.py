@@ -9,15 +9,12 @@ from openpose_ros_msgs.msg import PersonDetection
 from openpose_ros_msgs.srv import GetPersons
 from sensor_msgs.msg import Image
 
+from openpose_ros_pkg.errors import ServiceCallError
 from openpose_ros_pkg.params.nodes import ServiceClientParams
 
 # How long before the networks become free the next image is sent, so that it is ready by then: rospy sends and receives
 # it, and the service makes of it what the networks see (960 x 540) [s].
 REQUEST_LEAD = 0.015
-
-
-class ServiceCallError(Exception):
-    """The service did not answer this request; the next one may succeed."""
 
 
 class DetectionClient:

@@ -6,7 +6,6 @@ import rospy
 from openpose_ros_msgs.msg import PersonDetection
 from sensor_msgs.msg import Image
 
-from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.networks.models import find_model
 from openpose_ros_pkg.output.draw import draw_people
 from openpose_ros_pkg.params.nodes import ClientSettings
@@ -15,7 +14,7 @@ from openpose_ros_pkg.ros.demand import Demand
 from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.ros.images import AnyImage, image_subscriber, raw_image
 from openpose_ros_pkg.ros.node import check_topic_name, introduce, run_node
-from openpose_ros_pkg.ros.service_client import REQUEST_LEAD, Call, DetectionClient, ServiceCallError
+from openpose_ros_pkg.ros.service_client import REQUEST_LEAD, Call, DetectionClient
 from openpose_ros_pkg.stream.fair_lock import FairLock
 from openpose_ros_pkg.stream.pipeline import Pipeline
 
@@ -28,10 +27,11 @@ class StreamingClient:
         topic = self._settings.client.camera_topic
         check_topic_name('camera_topic', topic)
         self._skeleton = find_model(self._settings.client.pose_model).skeleton
-        self._health = Health()
+        self._health = Health(bad_input='bad image')
         self._client = DetectionClient('detect_poses', self._settings.service)
         self._publisher = rospy.Publisher('openpose_ros/input_image', Image, queue_size=1)
-        self._pipeline = Pipeline(self._send, self._await, self._finish, self._failed, FairLock(), REQUEST_LEAD)
+        self._pipeline = Pipeline(self._send, self._await, self._finish, self._health.frame_failed, FairLock(),
+                                  REQUEST_LEAD)
         images = image_subscriber(topic, self._settings.transport.image_transport)
         images.registerCallback(self._pipeline.submit)
         # who wants the results, only the service knows
@@ -56,14 +56,6 @@ class StreamingClient:
             people = convert.people_from_messages(detections, self._skeleton)
             cv2.imshow(rospy.get_name(), draw_people(convert.image_to_bgr(image), people, self._settings.draw))
             cv2.waitKey(1)
-
-    def _failed(self, error: Exception) -> None:
-        if isinstance(error, ServiceCallError):
-            self._health.warn('service call failed', str(error))
-        elif isinstance(error, BadInputError):
-            self._health.warn('bad image', str(error))
-        else:
-            self._health.warn('frame failed', repr(error))
 
 
 def main() -> None:

@@ -11,7 +11,7 @@ from openpose_ros_msgs.msg import PersonDetection_3d, PersonDetection_3dArray
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2
 from std_msgs.msg import Header
 
-from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_pkg.errors import BadInputError, NoTransformError
 from openpose_ros_pkg.networks.models import find_model
 from openpose_ros_pkg.params.nodes import ImageTransportParams
 from openpose_ros_pkg.ros import convert as convert_2d
@@ -22,7 +22,7 @@ from openpose_ros_pkg.ros.images import AnyImage, InputSubscriber, image_subscri
 from openpose_ros_pkg.ros.live_parameters import LiveParameters
 from openpose_ros_pkg.ros.node import introduce, run_node
 from openpose_ros_pkg.ros.people_publisher import DRAW_STAGE, PERSONS_QUEUE, PeoplePublisher
-from openpose_ros_pkg.ros.service_client import DetectionClient, ServiceCallError
+from openpose_ros_pkg.ros.service_client import DetectionClient
 from openpose_ros_pkg.ros.timing_report import TimingReport
 from openpose_ros_pkg.stream.pairing import PairingParams
 from openpose_ros_pkg.stream.pipeline import Pipeline
@@ -118,7 +118,8 @@ class Extractor:
         self._publisher_2d: Optional[PeoplePublisher] = None
         if self._params.publish_2d:
             self._publisher_2d = PeoplePublisher(NAMESPACE, settings.draw, settings.images, health, timing, demand)
-        self._pipeline = Pipeline(self._prepare, self._compute, self._finish, self._failed, finder.lock, finder.lead)
+        self._pipeline = Pipeline(self._prepare, self._compute, self._finish, health.frame_failed, finder.lock,
+                                  finder.lead)
         self._health.show(lambda: {'frames skipped': str(self._pipeline.replaced)})
         self._subscribe(settings.pairing, settings.transport)
         threading.Thread(target=self._watch_inputs, name='input watch', daemon=True).start()
@@ -215,7 +216,10 @@ class Extractor:
         return self._lifter.points(message, self._camera_info.newest)
 
     def _lookup(self, target: str, source: str, stamp: rospy.Time) -> TransformStamped:
-        return self._tf_buffer.lookup_transform(target, source, stamp, rospy.Duration(self._params.tf_timeout))
+        try:
+            return self._tf_buffer.lookup_transform(target, source, stamp, rospy.Duration(self._params.tf_timeout))
+        except tf2_ros.TransformException as error:
+            raise NoTransformError(f'the frame is dropped: {error}') from error
 
     def _publish(self, people: People3D, cloud_header: Header) -> None:
         people, header = self._lifter.in_target_frame(people, cloud_header)
@@ -244,16 +248,6 @@ class Extractor:
         if self._params.verbose and now - self._last_report >= self._params.verbose_period:
             self._last_report = now
             rospy.loginfo('%s', frame_report(estimate.people_2d, estimate.people, points))
-
-    def _failed(self, error: Exception) -> None:
-        if isinstance(error, ServiceCallError):
-            self._health.warn('service call failed', str(error))
-        elif isinstance(error, BadInputError):
-            self._health.warn('bad input', str(error))
-        elif isinstance(error, tf2_ros.TransformException):
-            self._health.warn('no transform', f'the frame is dropped: {error}')
-        else:
-            self._health.warn('frame failed', repr(error))
 
     def _watch_inputs(self) -> None:
         names = [source.resolved_name for source in self._inputs]

@@ -28,7 +28,7 @@ class Lifter:
         params: kind of the points, and the frames.
         chain: what people in the image go through.
         lookup: returns the transform that takes points of the second frame to the first at a time; raises
-            tf2 TransformException where there is none. Called only for `target_frame` and `tracking_frame`;
+            NoTransformError where there is none. Called only for `target_frame` and `tracking_frame`;
             may be None without these.
     """
 
@@ -58,7 +58,7 @@ class Lifter:
         """Return what takes the points of a message to the frame in which the room stands still, if one is named.
 
         Raises:
-            tf2 TransformException: there is no such transform.
+            NoTransformError: there is no such transform.
         """
         return self._transform_to(self._params.tracking_frame, header)
 
@@ -84,7 +84,7 @@ class Lifter:
         """Return the people as they are published, and their header; `header` is that of the points.
 
         Raises:
-            tf2 TransformException: there is no transform to `target_frame`.
+            NoTransformError: there is no transform to `target_frame`.
         """
         header = Header(stamp=header.stamp, frame_id=header.frame_id)
         target_from_points = self._transform_to(self._params.target_frame, header)

@@ -2,7 +2,6 @@
 from openpose_ros_msgs.msg import PersonDetection_3dArray
 from visualization_msgs.msg import Marker
 
-from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.params.parameters import parameter_fields
 from openpose_ros_pkg.ros.demand import Demand
 from openpose_ros_pkg.ros.health import Health
@@ -30,7 +29,7 @@ class Visualization:
         demand = Demand(settings.demand.lazy, self._health)
         self._joints = demand.advertise(f'{_NAMESPACE}/visualization_markers', Marker, _MARKERS_QUEUE)
         self._limbs = demand.advertise(f'{_NAMESPACE}/visualization_skeleton', Marker, _MARKERS_QUEUE)
-        self._worker = NewestWinsWorker(self._process, self._failed, 'visualization')
+        self._worker = NewestWinsWorker(self._process, self._health.frame_failed, 'visualization')
         people = InputSubscriber(f'{_NAMESPACE}/detected_poses_3d', PersonDetection_3dArray)
         people.registerCallback(self._worker.submit)
         demand.read(people)
@@ -44,9 +43,6 @@ class Visualization:
             publisher = self._limbs if marker.ns in LIMB_NAMESPACES else self._joints
             publisher.publish(convert.marker_to_message(marker, message.header))
         self._health.frame_done(message.header.stamp)
-
-    def _failed(self, error: Exception) -> None:
-        self._health.warn('bad input' if isinstance(error, BadInputError) else 'frame failed', str(error))
 
 
 def main() -> None:

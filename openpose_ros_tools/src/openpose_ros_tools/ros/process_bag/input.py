@@ -13,7 +13,7 @@ from sensor_msgs.msg import CameraInfo, CompressedImage, Image, PointCloud2
 from std_msgs.msg import Header
 from tf2_msgs.msg import TFMessage
 
-from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_pkg.errors import BadInputError, NoTransformError
 from openpose_ros_pkg.ros.convert import any_image_to_bgr
 from openpose_ros_pkg.stream.pairing import PairingParams, StampMatcher
 from openpose_ros_tools.ros.bag_files import StampedMessage, deserialized, stamped_messages
@@ -239,6 +239,9 @@ class Transforms:
         """Return the transform from `source` to `target` at a time.
 
         Raises:
-            tf2_py.TransformException: there is none.
+            NoTransformError: there is none.
         """
-        return self._buffer.lookup_transform_core(target, source, stamp)
+        try:
+            return self._buffer.lookup_transform_core(target, source, stamp)
+        except tf2_py.TransformException as error:
+            raise NoTransformError(str(error)) from error

@@ -9,10 +9,9 @@ from pathlib import Path
 from typing import Callable, Deque, Iterable, Iterator, Optional, Tuple, Union
 
 import genpy
-import tf2_py
 
 from openpose_ros_pkg.detect.stream_detector import StreamDetector
-from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_pkg.errors import BadInputError, NoTransformError
 from openpose_ros_pkg.output.frame_writer import is_power_of_two
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.ros import convert
@@ -142,7 +141,7 @@ class _Frames:
                 count = len(people)
         except BadInputError as error:
             self._drop('they can not be used', error, number)
-        except tf2_py.TransformException as error:
+        except NoTransformError as error:
             self._drop('no transform', error, number)
         else:
             self.report.frames += 1
