@@ -37,7 +37,8 @@ def with_tables(text: str) -> str:
     """Return a page with each table between its markers as the code has it.
 
     `<!-- table: module.Class -->` shows the constants or parameters of a class, `<!-- table: config:FILE.yaml -->` all
-    parameters of the node that loads this file; `<!-- end of table -->` ends both.
+    parameters of the node that loads this file, `<!-- table: faults -->` what tests/faults injects;
+    `<!-- end of table -->` ends each.
     """
     return TABLE.sub(lambda match: '\n'.join([f"<!-- table: {match['name']} -->", *table(match['name']),
                                               '<!-- end of table -->']), text)
@@ -50,6 +51,9 @@ def table(name: str) -> List[str]:
         if name[7:] not in files:
             die(f'there is no {name}; one of: {", ".join(files)}')
         return _parameter_table(files[name[7:]])
+    if name == 'faults':
+        from faults import fault
+        return _rows(('area', 'fault', 'node', 'what comes of it'), fault.table())
     module, _, class_name = name.rpartition('.')
     kind = getattr(importlib.import_module(module), class_name)
     is_constants = all('source' in field.metadata for field in dataclasses.fields(kind))
@@ -101,4 +105,5 @@ def _config_files() -> List[Tuple[str, str, Any]]:
 
 
 def _find_packages() -> None:
-    sys.path[:0] = [str(path) for path in [*ROOT.glob('*/src'), ROOT / 'devel/lib/python3/dist-packages']]
+    sys.path[:0] = [str(path) for path in [*ROOT.glob('*/src'), ROOT / 'tests',
+                                           ROOT / 'devel/lib/python3/dist-packages']]

@@ -85,6 +85,11 @@ def ros(results: Path) -> int:
     return failed
 
 
+def faults(results: Path) -> int:
+    say('== tests/faults')
+    return _pytest(results, 'faults', ['tests/faults'], workspace_environment())
+
+
 def workspace(results: Path) -> int:
     say('== tests/workspace')
     return _pytest(results, 'workspace', ['tests/workspace'])
@@ -103,7 +108,7 @@ def focal(results: Path) -> int:
 
 
 GROUPS: Dict[str, Callable[[Path], int]] = {
-    'lint': lint, 'unit': unit, 'ros': ros, 'workspace': workspace, 'focal': focal}
+    'lint': lint, 'unit': unit, 'ros': ros, 'faults': faults, 'workspace': workspace, 'focal': focal}
 
 
 def _pytest(results: Path, name: str, paths: List[str], environment: Optional[Mapping[str, str]] = None,

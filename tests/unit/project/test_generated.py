@@ -35,6 +35,12 @@ def test_text_around_a_table_stays():
     assert with_tables(written) == written
 
 
+def test_the_table_of_faults_has_a_row_of_each_case():
+    rows = table('faults')[2:]
+    assert len(rows) == len({tuple(row.split(' | ')[:2]) for row in rows}), 'two cases of an area have one title'
+    assert '| image messages | image without data | cloud/people |' in rows[0]
+
+
 def test_an_unknown_table_is_an_error():
     with pytest.raises(SystemExit, match='there is no config:nothing'):
         table('config:nothing.yaml')

@@ -1,24 +1,31 @@
-"""Run nodes on a ROS master of one's own and watch what they publish: for the demo and the benchmarks."""
+"""Run nodes on a ROS master of one's own and watch what they publish: for demo, benchmarks and tests."""
 import os
 import shutil
 import signal
 import socket
 import subprocess
 import tempfile
+import threading
 import time
+from collections import defaultdict
 from contextlib import ExitStack, suppress
 from pathlib import Path
-from typing import Any, Callable, List, Optional, Type
+from typing import Any, Callable, DefaultDict, Dict, List, NamedTuple, Optional, Type, Union
 from xmlrpc.client import ServerProxy
 
 import rosgraph
 import rospy
+from diagnostic_msgs.msg import DiagnosticArray
 
 from openpose_ros_pkg.errors import OpenposeRosError
 
 # A child has this long to end after each of these signals [s].
 _STOPPING = ((signal.SIGINT, 20.0), (signal.SIGTERM, 5.0), (signal.SIGKILL, 5.0))
 _MASTER_TIMEOUT = 30.0
+# For what takes a few seconds on a machine that is not busy [s].
+_PATIENCE = 60.0
+# Of a status in /diagnostics, by its number.
+_LEVELS = ('OK', 'WARN', 'ERROR', 'STALE')
 
 
 class SessionError(OpenposeRosError):
@@ -37,6 +44,7 @@ class Session:
     def __init__(self, log_folder: Path) -> None:
         self._log_folder = log_folder
         self._children: List[subprocess.Popen] = []
+        self._logs: Dict[int, Path] = {}
 
     def __enter__(self) -> 'Session':
         self._log_folder.mkdir(parents=True, exist_ok=True)
@@ -61,12 +69,18 @@ class Session:
 
     def start(self, name: str, command: List[str], stdout: Optional[Path] = None) -> subprocess.Popen:
         """Start a command in a process group of its own; its output goes to `stdout` or to its log."""
+        path = self._log_folder / f'{name}.log'
         with ExitStack() as files:
-            log = files.enter_context((self._log_folder / f'{name}.log').open('w'))
+            log = files.enter_context(path.open('w'))
             out = files.enter_context(stdout.open('w')) if stdout else log
             child = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=out, stderr=log, start_new_session=True)
         self._children.append(child)
+        self._logs[child.pid] = path
         return child
+
+    def log(self, child: subprocess.Popen) -> str:
+        """Return what a child said so far."""
+        return self._logs[child.pid].read_text(errors='replace')
 
     def stop(self, child: subprocess.Popen) -> None:
         """Interrupt a child as Ctrl-C would and wait for it; kill what does not listen."""
@@ -99,6 +113,18 @@ def wait_for(condition: Callable[[], bool], timeout: float, what: str, watched: 
         if time.monotonic() > deadline:
             raise SessionError(f'no {what} within {timeout:.0f} s')
         time.sleep(0.05)
+
+
+def await_true(condition: Callable[[], Any], what: Union[str, Callable[[], str]], timeout: float = _PATIENCE) -> Any:
+    """Return the first true value of condition(); AssertionError with `what` when there is none in time [s]."""
+    deadline = time.monotonic() + timeout
+    while True:
+        value = condition()
+        if value:
+            return value
+        if time.monotonic() > deadline:
+            raise AssertionError(f'not within {timeout:g} s: {what() if callable(what) else what}')
+        time.sleep(0.01)
 
 
 def is_heard(topic: str) -> bool:
@@ -160,3 +186,56 @@ class ResultWatch:
         """Return what is known in one line."""
         return (f'{len(self.arrivals):5d} frames  {self.rate:5.1f} Hz  {self.people[-1] if self.people else 0} people  '
                 f'median latency {1000 * self.latency:4.0f} ms')
+
+
+class Report(NamedTuple):
+    """The status of a node in /diagnostics.
+
+    Attributes:
+        level: 'OK', 'WARN', 'ERROR' or 'STALE'.
+        text: in words.
+        values: counters and what else it shows.
+    """
+
+    level: str
+    text: str
+    values: Dict[str, str]
+
+
+class Diagnostics:
+    """Keeps the reports of all nodes in /diagnostics; nodes are named without the first slash."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._reports: DefaultDict[str, List[Report]] = defaultdict(list)
+        self._subscriber = rospy.Subscriber('/diagnostics', DiagnosticArray, self._store, queue_size=100)
+
+    def _store(self, message: DiagnosticArray) -> None:
+        with self._lock:
+            for status in message.status:
+                # the updater writes <node>: <task>; a nodelet's task is its own name
+                node = status.name.split(': ')[-1].strip('/')
+                self._reports[node].append(Report(_LEVELS[_as_number(status.level)], status.message,
+                                                  {pair.key: pair.value for pair in status.values}))
+
+    def reports(self, node: str, first: int = 0) -> List[Report]:
+        """Return all reports of a node so far, from a number on."""
+        with self._lock:
+            return self._reports[node][first:]
+
+    def value(self, node: str, key: str) -> str:
+        """Return a value as last reported; empty: there is none."""
+        newest = self.reports(node)[-1:]
+        return newest[0].values.get(key, '') if newest else ''
+
+    def count(self, node: str, event: str) -> int:
+        """Return how often an event happened, as last reported."""
+        return int(self.value(node, event) or 0)
+
+    def texts(self, node: str) -> List[str]:
+        """Return what a node said so far."""
+        return [report.text for report in self.reports(node)]
+
+
+def _as_number(level: Union[int, bytes]) -> int:
+    return level[0] if isinstance(level, bytes) else level

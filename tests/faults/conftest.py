@@ -1,0 +1,12 @@
+"""The nodes that all faults share."""
+from typing import Any, Iterator
+
+import pytest
+
+
+@pytest.fixture(scope='session')
+def rig(tmp_path_factory: Any) -> Iterator[Any]:
+    from faults.rig import Rig
+    from openpose_ros_pkg.ros.session import Session
+    with Session(tmp_path_factory.mktemp('log')) as session:
+        yield Rig(session)

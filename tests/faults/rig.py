@@ -1,0 +1,225 @@
+"""The real nodes that faults are injected into, on a ROS master of their own, and what good frames give them."""
+import copy
+import subprocess
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Dict, List, Mapping, NamedTuple, Optional
+
+import numpy as np
+import psutil
+import rospy
+from openpose_ros_msgs.msg import PersonDetection_3dArray
+from sensor_msgs.msg import CameraInfo, Image, PointCloud2
+from std_msgs.msg import Header
+
+from openpose_ros_pkg.ros.convert import bgr_to_image
+from openpose_ros_pkg.ros.session import Diagnostics, Session, await_true, is_heard
+from openpose_ros_pkg.skeletons import COCO_18
+from skeleton_extract_3d.points.depth import cloud_from_depth
+from skeleton_extract_3d.points.rgbd_sequence import RgbdSequence
+from skeleton_extract_3d.ros.convert import camera_to_message, cloud_to_message, depth_to_message
+from skeleton_extract_3d.ros.extractor import NAMESPACE
+
+ROOT = Path(__file__).resolve().parents[2]
+FRAME_ID = 'camera_optical_frame'
+# A good frame that does not come through within this time is sent again: what is paired or computed may still be the
+# fault [s].
+RESEND = 2.0
+# For what takes a few seconds on a machine that is not busy [s].
+PATIENCE = 60.0
+# Joints before and after a fault, which may have moved what was learnt of sizes and velocities, differ by less [m].
+SAME_JOINTS = 0.02
+# Frames after which what nodes allocate once is there.
+WARM_UP = 10
+
+PEOPLE = 'skeleton_extract_3d/scripts/people_3d_node'
+# The same networks in each, and nothing that depends on how long they take.
+_DETECTION = {'mode': 'fast', 'precision': 'f32', 'following': 'never', 'publish_results': False}
+
+
+class Program(NamedTuple):
+    """A node of a chain: its program, and its private parameters and remappings."""
+
+    path: str
+    arguments: Mapping[str, Any]
+
+
+# Each chain has a namespace, and a camera in it: image, points (or depth), camera_info.
+CHAINS: Dict[str, Dict[str, Program]] = {
+    'cloud': {'people': Program(PEOPLE, _DETECTION)},
+    'depth': {'people': Program(PEOPLE, {**_DETECTION, 'points_source': 'depth_image'})},
+    'two': {'service': Program('openpose_ros_pkg/scripts/openpose_ros_node_3d', _DETECTION),
+            'extractor': Program('skeleton_extract_3d/scripts/skeleton_extract_3d_node', {'service_timeout': 1.0})},
+}
+_REMAPPINGS = ('~image:=image', '~point_cloud:=points', '~depth_image:=points', '~camera_info:=camera_info',
+               '~skeleton_2d_detector:=detect_poses_3d')
+
+
+def start_node(session: Session, node: str, program: Program) -> subprocess.Popen:
+    """Start 'NAMESPACE/NODE'; its process is the program itself."""
+    namespace, name = node.split('/')
+    private = [f'_{key}:={value}' for key, value in program.arguments.items()]
+    return session.start(node.replace('/', '_'), [str(ROOT / program.path), f'__ns:=/{namespace}', f'__name:={name}',
+                                                  *_REMAPPINGS, *private])
+
+
+def says_when_it_ends(rig: 'Rig', node: str, program: Program, *words: str) -> None:
+    """Start a node that has to end with exit status 1, and all these words."""
+    process = start_node(rig.session, node, program)
+    status = process.wait(PATIENCE)
+    said = rig.session.log(process)
+    assert (status, [word for word in words if word not in said]) == (1, []), said
+
+
+@dataclass
+class Frame:
+    """What a camera publishes at one time; messages that a fault may change.
+
+    Attributes:
+        points: cloud or depth image.
+        info: of the depth image.
+    """
+
+    image: Image
+    points: Any
+    info: CameraInfo
+
+
+class Usage(NamedTuple):
+    """What a process holds: memory [bytes], threads, file descriptors."""
+
+    memory: int
+    threads: int
+    files: int
+
+
+class Chain:
+    """Nodes between a camera and people in space, and that camera, which shows the same view in all good frames.
+
+    Attributes:
+        name: of the chain, and its namespace.
+        processes: of its nodes, by 'CHAIN/NODE'.
+    """
+
+    def __init__(self, session: Session, diagnostics: Diagnostics, name: str) -> None:
+        self.name, self.diagnostics = name, diagnostics
+        self._results: List[PersonDetection_3dArray] = []
+        self._last = rospy.Time()
+        self._good = _good_frame(name == 'depth')
+        self.processes = {f'{name}/{node}': start_node(session, f'{name}/{node}', program)
+                          for node, program in CHAINS[name].items()}
+        kinds = {'image': Image, 'points': Image if name == 'depth' else PointCloud2, 'camera_info': CameraInfo}
+        self.publishers = {topic: rospy.Publisher(self.topic(topic), kind, queue_size=10)
+                           for topic, kind in kinds.items()}
+        people = self.topic(f'{NAMESPACE}/detected_poses_3d')
+        rospy.Subscriber(people, PersonDetection_3dArray, self._results.append)
+        await_true(lambda: is_heard(people), f'{people} is published')
+        await_true(lambda: all(publisher.get_num_connections() for publisher in self.publishers.values()),
+                   f'{name} reads its inputs')
+        for _ in range(WARM_UP):
+            self.reference = joints(self.result_of_good_frame())
+        self.usage = self._usage()
+
+    def topic(self, name: str) -> str:
+        """Return the name of a topic or service of this chain."""
+        return f'/{self.name}/{name}'
+
+    def frame(self, stamp: Optional[rospy.Time] = None) -> Frame:
+        """Return a good frame, of now unless it is said."""
+        frame = copy.deepcopy(self._good)
+        for message in (frame.image, frame.points, frame.info):
+            message.header.stamp = stamp or self._now()
+        return frame
+
+    def _now(self) -> rospy.Time:
+        """Return the time, which is at least the period of a 30 Hz camera after the last frame: waits for it."""
+        time.sleep(max(0.0, self._last.to_sec() + 1 / 30 - time.time()))
+        self._last = rospy.Time.from_sec(time.time())
+        return self._last
+
+    def send(self, frame: Frame) -> None:
+        """Publish a frame."""
+        self.publishers['camera_info'].publish(frame.info)
+        self.publishers['image'].publish(frame.image)
+        self.publishers['points'].publish(frame.points)
+
+    def result_of_good_frame(self) -> PersonDetection_3dArray:
+        """Send a good frame, again if it is lost, and return the people in it."""
+        sent: List[rospy.Time] = []
+
+        def result() -> Optional[PersonDetection_3dArray]:
+            if not sent or time.time() - sent[-1].to_sec() > RESEND:
+                frame = self.frame()
+                sent.append(frame.image.header.stamp)
+                self.send(frame)
+            return next((each for each in self._results if each.header.stamp in sent), None)
+
+        found: PersonDetection_3dArray = await_true(result, f'{self.name} answers a good frame')
+        self._results.clear()
+        return found
+
+    def survives(self, fault: Any) -> None:
+        """Inject a fault; assert that it is noticed, and that the nodes work as before."""
+        seen = len(self.diagnostics.reports(fault.node))
+        before = self.diagnostics.count(fault.node, fault.event)
+        fault.inject(self)
+        if fault.event:
+            def noticed() -> bool:
+                return any(int(report.values.get(fault.event, 0)) > before and fault.event in report.text
+                           and all(word in report.text for word in fault.words) and report.level == fault.level
+                           for report in self.diagnostics.reports(fault.node, seen))
+            await_true(noticed, lambda: f"{fault.node} counts '{fault.event}', more than {before}, and says "
+                                        f'{fault.words} as {fault.level}; '
+                                        f'it said {self.diagnostics.reports(fault.node, seen)}')
+        np.testing.assert_allclose(joints(self.result_of_good_frame()), self.reference, rtol=0, atol=SAME_JOINTS)
+        for name, process in self.processes.items():
+            assert process.poll() is None, f'{name} has ended'
+
+    def _usage(self) -> Dict[str, Usage]:
+        usage = {}
+        for name, process in self.processes.items():
+            of = psutil.Process(process.pid)
+            usage[name] = Usage(of.memory_info().rss, of.num_threads(), of.num_fds())
+        return usage
+
+    def growth(self) -> Dict[str, Usage]:
+        """Return by how much more each node holds than at the start."""
+        return {name: Usage(*(now - then for now, then in zip(usage, self.usage[name])))
+                for name, usage in self._usage().items()}
+
+
+class Rig:
+    """The chains, each started when it is first asked for."""
+
+    def __init__(self, session: Session) -> None:
+        self.session = session
+        rospy.init_node('faults', disable_signals=True)
+        self.diagnostics = Diagnostics()
+        self.chains: Dict[str, Chain] = {}
+
+    def chain(self, node: str) -> Chain:
+        """Return the chain of a node 'CHAIN/NODE'."""
+        name = node.partition('/')[0]
+        if name not in self.chains:
+            self.chains[name] = Chain(self.session, self.diagnostics, name)
+        return self.chains[name]
+
+
+def joints(people: PersonDetection_3dArray) -> np.ndarray:
+    """Return the joints of everybody from left to right, (P, 18, 3) [m]; NaN where MISSING."""
+    found = np.array([[(part.x, part.y, part.z) for part in (getattr(person, joint) for joint in COCO_18.joints)]
+                      for person in people.persons]).reshape(-1, 18, 3)
+    return found[np.argsort(np.nanmean(found[..., 0], axis=1))]
+
+
+def _good_frame(is_depth: bool) -> Frame:
+    """Return the first frame of the shipped sequence, without a stamp; the cloud at half its resolution."""
+    sequence = RgbdSequence.read(ROOT / 'skeleton_extract_3d/demo/cross')
+    frame, header = sequence.frame(0), Header(frame_id=FRAME_ID)
+    if is_depth:
+        points = depth_to_message(frame.depth, header)
+    else:
+        half = sequence.camera.scaled(sequence.camera.width // 2, sequence.camera.height // 2)
+        points = cloud_to_message(cloud_from_depth(frame.depth[::2, ::2] * 0.001, half, frame.bgr[::2, ::2]), header)
+    return Frame(bgr_to_image(frame.bgr, header), points, camera_to_message(sequence.camera, header))

@@ -1,0 +1,35 @@
+"""Each fault is noticed, counted and named, and harms nothing: see fault.py."""
+from typing import Any, List
+
+import pytest
+
+from faults.fault import Fault, Scenario, all_cases
+
+# What the allocator keeps of the largest messages [bytes].
+MEMORY = 100 << 20
+# Connections of rospy that are about to end.
+TRANSIENT = 3
+
+
+def cases(kind: type) -> List[Any]:
+    return [pytest.param(case, id=f'{area}: {case.title}')
+            for area, each in all_cases().items() for case in each if isinstance(case, kind)]
+
+
+@pytest.mark.parametrize('fault', cases(Fault))
+def test_fault(rig: Any, fault: Fault) -> None:
+    rig.chain(fault.node).survives(fault)
+
+
+@pytest.mark.parametrize('scenario', cases(Scenario))
+def test_scenario(rig: Any, scenario: Scenario) -> None:
+    scenario.run(rig)
+
+
+def test_nothing_has_grown(rig: Any) -> None:
+    growth = {node: usage for chain in rig.chains.values() for node, usage in chain.growth().items()}
+    assert growth
+    for usage in growth.values():
+        assert usage.memory < MEMORY, growth
+        assert usage.threads <= TRANSIENT, growth
+        assert usage.files <= TRANSIENT, growth
