@@ -71,7 +71,7 @@ class HungServiceTest(unittest.TestCase):
             for number in (1, 2):
                 self.camera.publish(image(GREY))
                 self.counters.wait('service call failed', failed + number)
-            self.counters.wait_text('no answer from /hung/detect_poses within 0.5 s')
+            self.counters.wait_text('/hung/detect_poses: no answer within 0.5 s')
             service.hang(False)
             self.assert_goes_on(service)
 

@@ -9,6 +9,7 @@ import rospy
 from diagnostic_msgs.msg import DiagnosticStatus
 
 from openpose_ros_pkg.errors import BadInputError, OpenposeRosError
+from openpose_ros_pkg.ros.master import registration
 
 # One warning of a kind in this time [s]; the others are counted.
 WARNING_PERIOD = 5.0
@@ -32,6 +33,8 @@ class Health:
         self._values: List[Callable[[], Dict[str, str]]] = []
         self._why_resting: Callable[[], str] = str
         self._lasting_faults: List[Tuple[Callable[[], str], int]] = []
+        self.show_lasting(registration.WATCH.fault)
+        registration.WATCH.warn = self.warn
         self._last_warning = ('', -float('inf'))
         self._updater = diagnostic_updater.Updater()
         self._updater.setHardwareID('none')

@@ -12,6 +12,7 @@ from openpose_ros_pkg.errors import OpenposeRosError, ParameterError
 from openpose_ros_pkg.params.flags import read_flags
 from openpose_ros_pkg.params.parameters import Settings, build, to_yaml
 from openpose_ros_pkg.ros.images import InputSubscriber
+from openpose_ros_pkg.ros.master.registration import WATCH
 
 # Last parts of the names of topics and services of rospy, dynamic_reconfigure and diagnostics.
 _OF_EVERY_NODE = ('rosout', 'diagnostics', 'get_loggers', 'set_logger_level', 'parameter_descriptions',
@@ -44,6 +45,7 @@ def run_node(name: str, kind: Type[Settings], make: Callable[[Settings], Any]) -
     flags, others = _read_arguments(name, kind)
     keep_large_blocks()
     rospy.init_node(name)
+    WATCH.start()
     for key, value in flags.items():
         rospy.set_param(f'~{key}', value)
     for key in others:

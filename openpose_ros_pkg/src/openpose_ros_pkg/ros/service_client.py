@@ -3,7 +3,6 @@ import threading
 from collections import deque
 from typing import Deque, List, Optional
 
-import rosgraph
 import rospy
 from openpose_ros_msgs.msg import PersonDetection
 from openpose_ros_msgs.srv import GetPersons
@@ -11,6 +10,7 @@ from sensor_msgs.msg import Image
 
 from openpose_ros_pkg.errors import ServiceCallError
 from openpose_ros_pkg.params.nodes import ServiceClientParams
+from openpose_ros_pkg.ros.master.calls import why_unavailable
 
 # How long before the networks become free the next image is sent, so that it is ready by then: rospy sends and receives
 # it, and the service makes of it what the networks see (960 x 540) [s].
@@ -59,20 +59,16 @@ class DetectionClient:
             self._hung.append(call)
             raise self._no_answer()
         if call.error is not None:
-            if not self._is_registered():
-                raise ServiceCallError(f'waiting for service {self.name}: unavailable, frames are skipped')
-            raise ServiceCallError(f'{self.name}: {call.error}') from call.error
+            raise self._failed(str(call.error)) from call.error
         return call.detections
 
-    def _is_registered(self) -> bool:
-        try:
-            rosgraph.Master(rospy.get_name()).lookupService(self.name)
-        except (rosgraph.MasterException, OSError):
-            return False
-        return True
-
     def _no_answer(self) -> ServiceCallError:
-        return ServiceCallError(f'no answer from {self.name} within {self._timeout:g} s')
+        return self._failed(f'no answer within {self._timeout:g} s')
+
+    def _failed(self, text: str) -> ServiceCallError:
+        if reason := why_unavailable(self.name):
+            return ServiceCallError(f'waiting for service {self.name}: unavailable, {reason}; frames are skipped')
+        return ServiceCallError(f'{self.name}: {text}')
 
 
 class Call:

@@ -54,13 +54,20 @@ class Session:
             port = probe.getsockname()[1]
         os.environ.update(ROS_MASTER_URI=f'http://localhost:{port}', ROS_HOSTNAME='localhost',
                           ROS_HOME=self._ros_home, ROS_LOG_DIR=str(Path(self._ros_home) / 'log'))
-        master = self.start('roscore', ['roscore', '-p', str(port)])
+        self._port = port
         try:
-            wait_for(rosgraph.is_master_online, _MASTER_TIMEOUT, 'ROS master', master)
+            self.start_master()
         except SessionError:
             self.__exit__()
             raise
         return self
+
+    def start_master(self) -> subprocess.Popen:
+        """Start the master, again where the one before was stopped, and wait for it."""
+        master = self.start('roscore', ['roscore', '-p', str(self._port)])
+        wait_for(rosgraph.is_master_online, _MASTER_TIMEOUT, 'ROS master', master)
+        self.master = master
+        return master
 
     def __exit__(self, *_: object) -> None:
         for child in reversed(self._children.copy()):

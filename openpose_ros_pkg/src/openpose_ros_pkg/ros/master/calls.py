@@ -1,0 +1,62 @@
+"""Calls of the ROS master that end in time, also where it hangs."""
+import http.client
+import socket
+import xmlrpc.client
+from contextlib import suppress
+from typing import Any, Sequence, Tuple
+
+import rosgraph
+import rospy
+from rospy.core import parse_rosrpc_uri
+
+# Answers come within milliseconds; who needs longer hangs [s].
+CALL_TIMEOUT = 2.0
+# What a call raises when the master can not be reached, hangs, or answers with nonsense.
+CALL_ERRORS = (OSError, http.client.HTTPException, xmlrpc.client.Error)
+
+
+class _Transport(xmlrpc.client.Transport):
+    """HTTP that waits for CALL_TIMEOUT at most."""
+
+    def make_connection(self, host: Any) -> http.client.HTTPConnection:
+        connection = super().make_connection(host)
+        connection.timeout = CALL_TIMEOUT
+        return connection
+
+
+def call_master(calls: Sequence[Tuple[Any, ...]]) -> Sequence[Tuple[int, str, Any]]:
+    """Make calls of the master API in one request.
+
+    Args:
+        calls: name of the method and its arguments but for the first, the name of this node.
+
+    Returns:
+        Code (1: success), text and value of each.
+
+    Raises:
+        CALL_ERRORS: there was no answer.
+    """
+    with xmlrpc.client.ServerProxy(rosgraph.get_master_uri(), transport=_Transport()) as master:
+        request = xmlrpc.client.MultiCall(master)
+        for method, *arguments in calls:
+            getattr(request, method)(rospy.get_name(), *arguments)
+        answers: Any = request()
+        return [tuple(answer) for answer in answers]
+
+
+def is_listening(service_uri: str) -> bool:
+    """Tell whether somebody takes connections at the URI of a service, rosrpc://HOST:PORT."""
+    with suppress(OSError), socket.create_connection(parse_rosrpc_uri(service_uri), CALL_TIMEOUT):
+        return True
+    return False
+
+
+def why_unavailable(service: str) -> str:
+    """Return why a service can not be called, in words; empty: it is registered and takes connections."""
+    try:
+        (code, _, uri), = call_master([('lookupService', service)])
+    except CALL_ERRORS:
+        return f'the ROS master {rosgraph.get_master_uri()} does not answer'
+    if code != 1:
+        return 'no node has registered it'
+    return '' if is_listening(uri) else f'the node that registered it, at {uri}, takes no connections'
