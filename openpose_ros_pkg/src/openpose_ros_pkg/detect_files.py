@@ -101,7 +101,7 @@ class Report:
         if self.unreadable:
             parts.append(f'{len(self.unreadable)} inputs could not be read')
         if counters['failed']:
-            parts.append(f'{counters["failed"]} files could not be written')
+            parts.append(f'{counters["failed"]} files and video frames could not be written')
         return '; '.join(parts)
 
 
@@ -185,7 +185,7 @@ def _run(options: argparse.Namespace, values: Dict[str, Any],
     _check_video(save, inputs, options.overwrite)
     rate = next((item.rate for item in inputs if item.rate), None)
     writer = FrameWriter(save, settings.draw, settings.keypoint_scale, rate)
-    counters: Dict[str, int] = {'written': 0, 'failed': 0}
+    recorder = None
     try:
         with ExitStack() as stack:
             may_skip = not options.overwrite and not save.write_video  # a video needs every frame
@@ -196,7 +196,7 @@ def _run(options: argparse.Namespace, values: Dict[str, Any],
             progress = stack.enter_context(tqdm(total=sum(item.frames for item in todo), unit='frame', disable=None))
             detect_inputs(todo, detector, recorder, settings.tracking, progress, report)
     finally:
-        counters = {'written': writer.written, 'failed': writer.failed}
+        counters = {'written': 0, 'failed': 0} if recorder is None else recorder.counters
         if report.frames or report.skipped or report.unreadable:
             sys.stdout.write(report.text(counters) + '\n')
     return SOME_FAILED if report.unreadable or counters['failed'] else DONE

@@ -20,10 +20,10 @@ from openpose_ros_pkg.command_line import DONE, add_settings, run_command, setti
 from openpose_ros_pkg.decode.paf import find_peaks, score_limbs
 from openpose_ros_pkg.detect.detector import DetectorSettings, create_detector
 from openpose_ros_pkg.detect.views import averaged_fields, decode_views
-from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.networks.models import Model
 from openpose_ros_pkg.networks.preprocess import ImageToNet
 from openpose_ros_pkg.output.draw import DrawParams, draw_people, person_colour
+from openpose_ros_pkg.output.files import write_image
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import SkeletonModel
@@ -33,6 +33,8 @@ Stages = List[Tuple[str, np.ndarray]]  # titles and images, (H, W, 3) uint8 BGR
 
 # Width of a sheet and height of the title of an image [px].
 _WIDTH, _TITLE = 1260, 28
+# Quality of the JPEG files.
+_QUALITY = 80
 # The image is darkened to this share under what is drawn on it.
 _DARK = 0.4
 
@@ -76,23 +78,18 @@ def write_stages(stages: Stages, folder: Path, sheet: str, columns: int) -> None
     folder.mkdir(parents=True, exist_ok=True)
     cells, width = [], _WIDTH // columns
     for number, (title, image) in enumerate(stages, start=1):
-        _write_image(folder / f"{number}_{title.replace(' ', '_')}.jpg", image)
+        write_image(folder / f"{number}_{title.replace(' ', '_')}.jpg", image, _QUALITY)
         cell = cv2.resize(image, (width, round(width * image.shape[0] / image.shape[1])), interpolation=cv2.INTER_AREA)
         cells.append(cv2.copyMakeBorder(cell, _TITLE, 0, 0, 0, cv2.BORDER_CONSTANT, value=(255, 255, 255)))
         write_text(cells[-1], title, (4, _TITLE - 9), (0, 0, 0))
     cells += [np.full_like(cells[0], 255)] * (-len(cells) % columns)
     rows = [cv2.hconcat(cells[i:i + columns]) for i in range(0, len(cells), columns)]
-    _write_image(folder / sheet, cv2.vconcat(rows))
+    write_image(folder / sheet, cv2.vconcat(rows), _QUALITY)
 
 
 def write_text(canvas: np.ndarray, text: str, at: Tuple[int, int], colour: Tuple[int, int, int]) -> None:
     """Write a text into an image; `at` is its lower left corner [px], the colour is BGR."""
     cv2.putText(canvas, text, at, cv2.FONT_HERSHEY_SIMPLEX, 0.5, colour, 1, cv2.LINE_AA)
-
-
-def _write_image(path: Path, image: np.ndarray) -> None:
-    if not cv2.imwrite(str(path), image, [cv2.IMWRITE_JPEG_QUALITY, 80]):
-        raise BadInputError(f'{path} can not be written')
 
 
 def _over(bgr: np.ndarray, colours: np.ndarray, plan: ImageToNet, stride: int) -> np.ndarray:

@@ -1,11 +1,13 @@
 """The command detect_files works through pictures, folders and videos, whatever is wrong with some of them."""
 import os
+import re
 import signal
 
 import cv2
 import numpy as np
 import pytest
 
+from disk_limits import file_size_limit
 from openpose_ros_pkg.detect_files import VIDEO_SUFFIXES, find_inputs, main
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.output.keypoint_file import read_keypoint
@@ -240,9 +242,21 @@ def test_files_that_can_not_be_written_are_reported(run, detector, tmp_path, cap
     detector.detect = without_folder
     assert run(source, '--write-json', tmp_path / 'j', '--write-images', tmp_path / 'i') == 1
     output = capsys.readouterr()
-    assert 'file not written (number 1)' in output.err
-    assert '3 files could not be written' in output.out
+    assert re.search(r'not saved: .*j/v_0+_keypoints.json: No such file', output.err)
+    assert '3 files and video frames could not be written' in output.out
     assert len(names(tmp_path / 'i')) == 3
+
+
+@pytest.mark.parametrize('suffix', ['mp4', 'avi'])
+def test_a_video_on_a_full_disk_is_not_reported_as_written(run, tmp_path, capsys, suffix):
+    source = video(tmp_path / 'v.avi', [10] * 40)
+    with file_size_limit(64 << 10):
+        assert run(source, '--write-video', tmp_path / f'out.{suffix}') == 1
+    output = capsys.readouterr()
+    assert output.out == ('40 frames with 40 people; 0 files and video frames written; '
+                          '40 files and video frames could not be written\n')
+    assert f'not saved: {tmp_path}/out.{suffix}: File too large' in output.err
+    assert names(tmp_path) == ['v.avi']
 
 
 def test_video_suffixes_are_no_picture_suffixes(tmp_path):

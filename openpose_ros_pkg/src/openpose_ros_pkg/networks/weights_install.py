@@ -29,6 +29,7 @@ from openpose_ros_pkg.networks.models import (
     weights_path,
 )
 from openpose_ros_pkg.networks.tfjs import frozen_graph
+from openpose_ros_pkg.output.files import write_whole
 
 # What the set-up script of a source archive imports when pip asks it for its name; numpy comes from the system.
 _BUILD_REQUIREMENTS = ('cython', 'setuptools', 'wheel')
@@ -290,13 +291,7 @@ def _keep_legal(model: Model, target: Path, legal: Dict[str, bytes], licence_tex
 def _write(path: Path, content: bytes) -> None:
     """Write a file so that it is there whole or not at all."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(prefix='.part_', dir=str(path.parent)) as folder:
-        part = Path(folder) / path.name
-        with part.open('wb') as handle:
-            handle.write(content)
-            handle.flush()
-            os.fsync(handle.fileno())
-        part.replace(path)
+    write_whole(path, content)
 
 
 def _call(what: str, command: List[str], folder: Optional[Path] = None) -> None:

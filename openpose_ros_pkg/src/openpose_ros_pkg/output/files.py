@@ -1,7 +1,12 @@
 """Files that are whole whenever somebody reads them, and names for frames."""
+import itertools
 import os
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import Iterator
+
+import cv2
+import numpy as np
 
 from openpose_ros_pkg.errors import ParameterError
 
@@ -20,20 +25,47 @@ def frame_name(base: str, number: int) -> str:
     return f'{base}_{number:0{_DIGITS}d}' if base else f'{number:0{_DIGITS}d}'
 
 
+@contextmanager
+def naming(path: Path) -> Iterator[None]:
+    """Let an OSError of this block name the file, as those of writing and closing do not."""
+    try:
+        yield
+    except OSError as error:
+        if error.filename is not None:
+            raise
+        raise OSError(error.errno, error.strerror or str(error), str(path)) from error
+
+
 def write_whole(path: Path, content: bytes) -> None:
-    """Write a file beside its place and move it there, so that nobody ever reads half of it.
+    """Write a file beside its place, wait until the disk has it, and move it there: nobody ever reads half of it.
 
     Raises:
-        OSError: it can not be written; nothing is left behind, and an older file stays as it was.
+        OSError: it can not be written, with its name; nothing is left behind, and an older file stays as it was.
     """
-    part = path.with_name(f'.{path.name}.part')
+    part = path.with_name(f'.{path.name}.{os.getpid()}.part')  # of this process: two may write the same
     try:
-        part.write_bytes(content)
+        with naming(path), part.open('wb') as handle:
+            handle.write(content)
+            handle.flush()
+            os.fsync(handle.fileno())
         part.replace(path)
-    except BaseException:  # an interrupt as well: no half file stays
+    except BaseException as error:  # an interrupt as well: no half file stays
         with suppress(OSError):
             part.unlink()
+        if isinstance(error, OSError):
+            raise OSError(error.errno, error.strerror, str(path)) from error
         raise
+
+
+def write_image(path: Path, image: np.ndarray, quality: int = 95) -> None:
+    """Write an image, (H, W) or (H, W, 3), like `write_whole`; the suffix tells the format, `quality` is of JPEG."""
+    write_whole(path, cv2.imencode(path.suffix, image, [cv2.IMWRITE_JPEG_QUALITY, quality])[1].tobytes())
+
+
+def free_name(path: Path) -> Path:
+    """Return the path, or where it is taken the first of NAME_2.SUFFIX, NAME_3.SUFFIX ... that is not."""
+    numbered = (path.with_name(f'{path.stem}_{number}{path.suffix}') for number in itertools.count(2))
+    return next(name for name in itertools.chain((path,), numbered) if not os.path.lexists(str(name)))
 
 
 def writable_folder(key: str, folder: Path) -> Path:

@@ -1,15 +1,14 @@
 """Write all files of a frame that the parameters ask for, under OpenPose's names."""
-import logging
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Callable, Dict, Optional, Union
+from typing import Any, Callable, Dict, Optional, Tuple, Union
 
 import cv2
 import numpy as np
 
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.output.draw import DrawParams, draw_people
-from openpose_ros_pkg.output.files import frame_name, writable_folder, write_whole
+from openpose_ros_pkg.output.files import frame_name, free_name, writable_folder, write_image
 from openpose_ros_pkg.output.joint_order import in_joint_set
 from openpose_ros_pkg.output.keypoint_file import FORMATS, write_keypoint
 from openpose_ros_pkg.output.keypoint_scale import KeypointScaleParams, scale_keypoints
@@ -18,8 +17,6 @@ from openpose_ros_pkg.output.video_file import VideoFile
 from openpose_ros_pkg.params.parameters import Parameters, parameter
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import SKELETONS
-
-_log = logging.getLogger(__name__)
 
 # Frame rate of a video whose source names none, as of a folder of images [Hz].
 DEFAULT_RATE = 10.0
@@ -59,26 +56,24 @@ class SaveParams(Parameters):
 class FrameWriter:
     """Writes the files of each frame where it is called; `Recorder` does so in a thread of its own.
 
-    What can not be written is logged and counted, and the other files are written. Each file but the video is whole
+    What can not be written is told and counted, and the other files are written. Each file but the video is whole
     whenever it is read; the video is complete after `close`.
 
     Args:
         draw: how people are drawn into images and video.
         scale: units of the keypoints in JSON and keypoint files.
         source_rate: of the frames [Hz], for the video; None: unknown.
-
-    Attributes:
-        written: number of files and video frames that were written.
-        failed: number of those that could not be written.
+        keep_video: a video that is there already is kept, and the new one gets a number: NAME_2.mp4.
 
     Raises:
         ParameterError: a folder can not be made or written to, or the name of the video does not tell its format.
     """
 
     def __init__(self, params: SaveParams, draw: Optional[DrawParams] = None,
-                 scale: Optional[KeypointScaleParams] = None, source_rate: Optional[float] = None) -> None:
-        self.written = 0
-        self.failed = 0
+                 scale: Optional[KeypointScaleParams] = None, source_rate: Optional[float] = None,
+                 keep_video: bool = False) -> None:
+        self._written = self._failed = 0
+        self._failing: Dict[str, Tuple[int, str]] = {}  # frames in a row, and the latest error, by output
         self._draw = draw or DrawParams()
         self._scale = scale or KeypointScaleParams()
         self._joint_set = SKELETONS.get(params.write_joint_set)
@@ -91,8 +86,30 @@ class FrameWriter:
         self._video: Optional[VideoFile] = None
         if params.write_video:
             rate = params.write_video_fps if params.write_video_fps > 0 else source_rate or DEFAULT_RATE
-            self._video = VideoFile(Path(params.write_video).expanduser(), rate)
-            writable_folder('write_video', self._video.path.parent)
+            path = Path(params.write_video).expanduser()
+            self._video = VideoFile(path, rate)
+            writable_folder('write_video', path.parent)
+            if keep_video:
+                self._video.path = free_name(path)
+
+    @property
+    def written(self) -> int:
+        """Number of files that were written, and of frames in the video."""
+        return self._written + (0 if self._video is None else self._video.frames)
+
+    @property
+    def failed(self) -> int:
+        """Number of files and video frames that could not be written, and of frames that the video has lost."""
+        return self._failed + (0 if self._video is None else self._video.lost)
+
+    def fault(self, least: int = 1) -> str:
+        """Return what is not saved at present, and why; empty: nothing.
+
+        Args:
+            least: number of frames in a row for which this is so.
+        """
+        return '; '.join(f'{error} ({count} frames in a row)' for count, error in list(self._failing.values())
+                         if count >= least)
 
     def reconfigure(self, draw: DrawParams) -> None:
         """Use other drawing parameters from the next frame on."""
@@ -112,31 +129,34 @@ class FrameWriter:
             raise ValueError(f"name of a frame: expected a file name without folders, got '{name}'")
         return {key: folder / (name + self._suffixes[key]) for key, folder in self._folders.items()}
 
-    def write(self, frame: Union[str, int], bgr: np.ndarray, people: People2D) -> None:
+    def write(self, frame: Union[str, int], bgr: np.ndarray, people: People2D) -> str:
         """Write all files of a frame; see `files`.
 
         Args:
             bgr: (H, W, 3) uint8 BGR, not modified.
             people: in pixels of the image.
+
+        Returns:
+            What could not be written, and why; empty: all is written.
         """
         files = self.files(frame)
         saved = self._as_saved(bgr, people)
+        errors = []
         if 'write_json' in files:
-            self.written += self._attempt(write_json, files['write_json'], saved)
+            errors.append(self._attempt('write_json', write_json, files['write_json'], saved))
         if 'write_keypoint' in files:
-            self.written += self._attempt(write_keypoint, files['write_keypoint'], saved)
-        if 'write_images' not in files and self._video is None:
-            return
-        drawn = draw_people(bgr, people, self._draw)
-        if 'write_images' in files:
-            self.written += self._attempt(_write_image, files['write_images'], drawn)
-        if self._video is not None:
-            self.written += self._attempt(self._video.write, drawn)
+            errors.append(self._attempt('write_keypoint', write_keypoint, files['write_keypoint'], saved))
+        if 'write_images' in files or self._video is not None:
+            drawn = draw_people(bgr, people, self._draw)
+            if 'write_images' in files:
+                errors.append(self._attempt('write_images', write_image, files['write_images'], drawn))
+            if self._video is not None:
+                errors.append(self._attempt('write_video', self._video.write, drawn))
+        return '; '.join(filter(None, errors))
 
-    def close(self) -> None:
-        """Complete the video."""
-        if self._video is not None:
-            self._attempt(self._video.close)
+    def close(self) -> str:
+        """Complete and verify the video; return what is wrong with it."""
+        return '' if self._video is None else _told(self._video.close)
 
     def _as_saved(self, bgr: np.ndarray, people: People2D) -> People2D:
         """Return the people in the units and joint set of the files."""
@@ -145,22 +165,23 @@ class FrameWriter:
             people = replace(people, keypoints=scale_keypoints(people.keypoints, size, self._scale))
         return people if self._joint_set is None else in_joint_set(people, self._joint_set)
 
-    def _attempt(self, write: Callable[..., None], *values: Any) -> bool:
-        """Return whether it could be written."""
-        try:
-            write(*values)
-            return True
-        except (OSError, cv2.error) as error:
-            self.failed += 1
-            if is_power_of_two(self.failed):
-                _log.error('file not written (number %d): %s', self.failed, error)
-            return False
+    def _attempt(self, key: str, write: Callable[..., None], *values: Any) -> str:
+        """Return why it could not be written; empty: it is."""
+        if error := _told(write, *values):
+            self._failed += 1
+            self._failing[key] = (self._failing.get(key, (0, ''))[0] + 1, error)
+            return error
+        self._failing.pop(key, None)
+        self._written += key != 'write_video'
+        return ''
 
 
-def _write_image(path: Path, image: np.ndarray) -> None:
-    write_whole(path, cv2.imencode(path.suffix, image)[1].tobytes())
-
-
-def is_power_of_two(count: int) -> bool:
-    """Return whether the n-th of many equal faults is logged: 1, 2, 4, 8 ..."""
-    return count & (count - 1) == 0
+def _told(write: Callable[..., None], *values: Any) -> str:
+    """Return the file and the reason where something can not be written."""
+    try:
+        write(*values)
+    except OSError as error:
+        return f'{error.filename}: {error.strerror}' if error.filename else str(error)
+    except cv2.error as error:
+        return str(error)
+    return ''

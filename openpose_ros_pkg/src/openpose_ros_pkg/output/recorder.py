@@ -2,13 +2,14 @@
 import logging
 import threading
 from collections import deque
-from typing import Deque, Dict, Tuple, Union
+from typing import Callable, Deque, Dict, Optional, Tuple, Union
 
 import numpy as np
 
 from openpose_ros_pkg.output.draw import DrawParams
-from openpose_ros_pkg.output.frame_writer import FrameWriter, is_power_of_two
+from openpose_ros_pkg.output.frame_writer import FrameWriter
 from openpose_ros_pkg.people import People2D
+from openpose_ros_pkg.throttle import Throttle
 
 _log = logging.getLogger(__name__)
 
@@ -25,10 +26,14 @@ class Recorder:
         writer: belongs to the recorder from now on.
         wait_when_full: True: `submit` waits for a place; False: it drops the frame.
         queue_size: frames that may wait; each holds its image in memory.
+        on_fault: gets why a frame is not saved, or not all of it, in any thread; None: that is logged, throttled.
     """
 
-    def __init__(self, writer: FrameWriter, wait_when_full: bool, queue_size: int = 8) -> None:
+    def __init__(self, writer: FrameWriter, wait_when_full: bool, queue_size: int = 8,
+                 on_fault: Optional[Callable[[str], None]] = None) -> None:
         self._writer = writer
+        self._throttle = Throttle()
+        self._on_fault = on_fault or self._log_fault
         self._wait_when_full = wait_when_full
         self._queue_size = queue_size
         self._queue: Deque[_Item] = deque()
@@ -71,10 +76,14 @@ class Recorder:
                 self._condition.notify_all()
                 return True
             self._dropped += 1
-            dropped, closed = self._dropped, self._closed
-        if not closed and is_power_of_two(dropped):
-            _log.warning('frame not saved, as saving is slower than the frames (number %d)', dropped)
+            closed = self._closed
+        if not closed:
+            self._on_fault(f'saving is slower than the frames: {self._queue_size} are waiting')
         return False
+
+    def fault(self, least: int = 1) -> str:
+        """Return what is not saved at present; see `FrameWriter.fault`."""
+        return self._writer.fault(least)
 
     def reconfigure(self, draw: DrawParams) -> None:
         """Use other drawing parameters from the next frame on."""
@@ -96,9 +105,17 @@ class Recorder:
                 item = self._queue.popleft()
                 self._condition.notify_all()
             try:
-                self._writer.write(*item)
-            except Exception:  # the thread must outlive whatever one frame does to it
+                fault = self._writer.write(*item)
+            except Exception as error:  # the thread must outlive whatever one frame does to it
                 with self._condition:
                     self._broken += 1
-                _log.exception('frame %s could not be saved', item[0])
-        self._writer.close()
+                fault = repr(error)
+            if fault:
+                self._on_fault(fault)
+        if fault := self._writer.close():
+            _log.error('%s', fault)
+
+    def _log_fault(self, fault: str) -> None:
+        if self._throttle.is_due(''):
+            counters = self.counters
+            _log.error('not saved: %s (%d files and frames so far)', fault, counters['failed'] + counters['dropped'])

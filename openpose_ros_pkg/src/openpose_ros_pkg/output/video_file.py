@@ -1,24 +1,38 @@
 """Videos, frame by frame."""
+import errno
+import fcntl
+import os
+import resource
 from pathlib import Path
-from typing import Optional, Tuple
+from typing import BinaryIO, Optional, Tuple
 
 import cv2
 import numpy as np
 
 from openpose_ros_pkg.errors import ParameterError
+from openpose_ros_pkg.output.files import naming
 
 # Codecs that OpenCV's own packages bring along, and that players know.
 _CODECS = {'.mp4': 'mp4v', '.avi': 'MJPG'}
+# OpenCV tells of no failed write, and a video without its end can hardly be read. So frames are refused while there is
+# less room than the buffers of FFmpeg (1 MiB at most was seen) and the index at the end need [bytes; bytes per frame].
+_RESERVE, _INDEX = 4 << 20, 64
 
 
 class VideoFile:
     """A video that is written; all frames have the size of the first.
 
-    Use it as a context manager, or call `close`: only then is the file complete.
+    Use it as a context manager, or call `close`: only then is the file complete. It is verified there. A video that is
+    deleted while it is written is lost, and the next frame begins a new one.
 
     Args:
-        path: ends in .mp4 (MPEG-4) or .avi (motion JPEG).
+        path: ends in .mp4 (MPEG-4; unreadable if the program is killed) or .avi (motion JPEG; can be read up to the
+            last 0.3 MB then).
         rate: frames per second [Hz].
+
+    Attributes:
+        frames: number of frames in the video.
+        lost: number of those that it has lost.
 
     Raises:
         ParameterError: the path ends otherwise.
@@ -28,8 +42,10 @@ class VideoFile:
         if path.suffix.lower() not in _CODECS:
             raise ParameterError(f"video '{path}': expected a file ending in {' or '.join(_CODECS)}")
         self.path = path
+        self.frames = self.lost = 0
         self._rate = rate
         self._writer: Optional[cv2.VideoWriter] = None
+        self._lock: Optional[BinaryIO] = None
         self._size = (0, 0)
 
     def __enter__(self) -> 'VideoFile':
@@ -45,30 +61,103 @@ class VideoFile:
             bgr: (H, W, 3) uint8 BGR.
 
         Raises:
-            OSError: OpenCV can not write there.
+            OSError: names the file and the reason. The frame is not in the video, the next one may be.
         """
-        if self._writer is None:
-            self._size = (bgr.shape[1], bgr.shape[0])
-            writer = cv2.VideoWriter(str(self.path), cv2.VideoWriter_fourcc(*_CODECS[self.path.suffix.lower()]),
-                                     self._rate, self._size)
-            if not writer.isOpened():
-                raise OSError(f'OpenCV can not write the video {self.path} of {self._size[0]}x{self._size[1]} pixels')
-            self._writer = writer
-        self._writer.write(_fitted(bgr, self._size))
+        if self._lock is not None and not self._is_in_place(self._lock):
+            lost = self.frames
+            self.frames, self.lost = 0, self.lost + lost
+            self._release()
+            raise FileNotFoundError(errno.ENOENT, f'deleted while it was written, with {lost} frames', str(self.path))
+        self._check_room()
+        writer = self._writer or self._open((bgr.shape[1], bgr.shape[0]))
+        writer.write(_fitted(bgr, self._size))
+        self.frames += 1
 
     def close(self) -> None:
-        """Complete the file.
+        """Complete the file, and verify that its frames can be read.
 
         Raises:
-            OSError: frames were written, but the file is empty or gone.
+            OSError: they can not. A file without any readable frame is deleted.
         """
-        if self._writer is None:
+        if self._lock is None:
             return
-        self._writer.release()
-        self._writer = None
-        # OpenCV does not tell of failed writes, as on a full disk
-        if not self.path.is_file() or self.path.stat().st_size == 0:
-            raise OSError(f'the video {self.path} could not be written')
+        with naming(self.path):
+            written, in_place = self.frames, self._is_in_place(self._lock)
+            self.frames, self.lost = 0, self.lost + written  # until they are read back
+            self._release()
+            readable = _readable_frames(self.path) if in_place else None
+            self.frames = min(readable or 0, written)
+            self.lost -= self.frames
+            if readable is None and in_place:
+                self.path.unlink()
+            if self.frames < written:
+                what = ('the end is missing, players may show a part' if readable == 0 else
+                        f'{self.frames} of {written} frames can be read')
+                raise OSError(errno.EIO, f'the video is damaged: {what}')
+
+    def _open(self, size: Tuple[int, int]) -> cv2.VideoWriter:
+        """Begin the file, which no other program writes at the same time."""
+        if self.path.exists() and not self.path.is_file():
+            raise FileExistsError(errno.EEXIST, 'is no file', str(self.path))  # opening a pipe would block
+        lock = self.path.open('ab')
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError as error:
+            lock.close()
+            raise BlockingIOError(errno.EAGAIN, 'another program is writing it', str(self.path)) from error
+        except OSError:
+            pass  # a file system without locks
+        codec = cv2.VideoWriter_fourcc(*_CODECS[self.path.suffix.lower()])
+        writer = cv2.VideoWriter(str(self.path), codec, self._rate, size)
+        if not writer.isOpened():
+            lock.close()
+            self.path.unlink()
+            raise OSError(errno.EINVAL, f'OpenCV can not write a video of {size[0]}x{size[1]} pixels', str(self.path))
+        self._lock, self._writer, self._size = lock, writer, size
+        return writer
+
+    def _release(self) -> None:
+        """Let OpenCV complete the file, and wait until the disk has it."""
+        if self._writer is not None and self._lock is not None:
+            self._writer.release()
+            self._writer = None
+            with self._lock as handle:
+                self._lock = None
+                os.fsync(handle.fileno())
+
+    def _is_in_place(self, handle: BinaryIO) -> bool:
+        try:
+            return os.path.samestat(os.fstat(handle.fileno()), self.path.stat())
+        except OSError:
+            return False
+
+    def _check_room(self) -> None:
+        """Raise OSError if the disk, or the limit for files of this process, leaves too little to complete the file."""
+        needed = _RESERVE + _INDEX * self.frames
+        disk = os.statvfs(str(self.path.parent))
+        if disk.f_blocks and disk.f_bavail * disk.f_frsize < needed:
+            raise OSError(errno.ENOSPC, f'{os.strerror(errno.ENOSPC)}: a video needs {needed >> 20} MB to be completed',
+                          str(self.path))
+        limit = resource.getrlimit(resource.RLIMIT_FSIZE)[0]
+        size = 0 if self._lock is None else os.fstat(self._lock.fileno()).st_size
+        if limit != resource.RLIM_INFINITY and size + needed > limit:
+            raise OSError(errno.EFBIG, os.strerror(errno.EFBIG), str(self.path))
+
+
+def _readable_frames(path: Path) -> Optional[int]:
+    """Return the number of frames by the index of a video whose first and last frame can be read; 0: only the first
+    can, None: not even that."""
+    capture = cv2.VideoCapture(str(path))
+    try:
+        if not capture.read()[0]:
+            return None
+        count = int(capture.get(cv2.CAP_PROP_FRAME_COUNT))
+        if count < 2:
+            return max(count, 0)
+        capture.set(cv2.CAP_PROP_POS_FRAMES, count - 1)
+        return count if capture.read()[0] else 0
+    finally:
+        capture.release()
 
 
 def _fitted(bgr: np.ndarray, size: Tuple[int, int]) -> np.ndarray:

@@ -6,6 +6,7 @@ from typing import Dict, List, Optional, Tuple
 
 import numpy as np
 import rospy
+from diagnostic_msgs.msg import DiagnosticStatus
 from openpose_ros_msgs.msg import PersonDetection
 from openpose_ros_msgs.srv import GetPersons, GetPersonsRequest, GetPersonsResponse
 from sensor_msgs.msg import Image
@@ -35,6 +36,8 @@ from openpose_ros_pkg.stream.pipeline import Pipeline
 # arrival of the image to the published result; added: total without wait_for_network and network.
 STAGES = ('decode_message', 'preprocess', 'wait_for_network', 'network', 'decode', 'publish', 'total', 'added',
          DRAW_STAGE)
+# When so many frames in a row could not be saved, the status is ERROR.
+_LASTING = 10
 
 
 @dataclass(frozen=True)
@@ -110,8 +113,11 @@ class DetectionService:
             self._stream.warm_up()
         self._recorder: Optional[Recorder] = None
         if settings.save.active:
-            writer = FrameWriter(settings.save, settings.draw, settings.keypoint_scale)
-            self._recorder = Recorder(writer, wait_when_full=False)
+            writer = FrameWriter(settings.save, settings.draw, settings.keypoint_scale, keep_video=True)
+            self._recorder = Recorder(writer, wait_when_full=False,
+                                      on_fault=lambda fault: health.warn('frame not saved', fault))
+            health.show_lasting(self._recorder.fault)
+            health.show_lasting(lambda: self._recorder.fault(_LASTING), DiagnosticStatus.ERROR)
         self._numbers = itertools.count()
         self._health, self._timing, self._demand = health, timing, demand
         self._health.show_lasting(lambda: self._detector.faults)

@@ -10,9 +10,8 @@ from diagnostic_msgs.msg import DiagnosticStatus
 
 from openpose_ros_pkg.errors import BadInputError, OpenposeRosError
 from openpose_ros_pkg.ros.master import registration
+from openpose_ros_pkg.throttle import Throttle
 
-# One warning of a kind in this time [s]; the others are counted.
-WARNING_PERIOD = 5.0
 # Time over which the rate is measured and a warning keeps the status at WARN [s].
 RECENT = 5.0
 
@@ -28,7 +27,7 @@ class Health:
         self._bad_input = bad_input
         self._lock = threading.Lock()
         self._counts: Counter = Counter()
-        self._warned: Dict[str, float] = {}
+        self._throttle = Throttle()
         self._latencies: Deque = deque(maxlen=1000)
         self._values: List[Callable[[], Dict[str, str]]] = []
         self._why_resting: Callable[[], str] = str
@@ -66,16 +65,14 @@ class Health:
             self._latencies.append((time.monotonic(), latency))
 
     def warn(self, event: str, text: str) -> None:
-        """Count a fault and log it, at most once in WARNING_PERIOD for each kind of event."""
+        """Count a fault and log it, at most once in a time for each kind of event (`Throttle`)."""
         now = time.monotonic()
         with self._lock:
             self._counts[event] += 1
             number = self._counts[event]
             self._last_warning = (f'{event}: {text}', now)
-            if now - self._warned.get(event, -float('inf')) < WARNING_PERIOD:
-                return
-            self._warned[event] = now
-        rospy.logwarn('%s: %s (number %d of this kind)', event, text, number)
+        if self._throttle.is_due(event):
+            rospy.logwarn('%s: %s (number %d of this kind)', event, text, number)
 
     def frame_failed(self, error: Exception) -> None:
         """Count and warn of what ended the work on a frame, which is dropped."""

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Optional
 
 from openpose_ros_pkg.networks.models import default_model_folder
+from openpose_ros_pkg.output.files import write_whole
 
 _log = logging.getLogger(__name__)
 
@@ -46,12 +47,9 @@ class CompiledCache:
     def store(self, key: str, data: bytes) -> None:
         """Keep a compiled network, and delete those unused for the longest time where all together become too many."""
         path = self._path(key)
-        # written under another name first, so that no reader ever sees half a file
-        unfinished = path.with_suffix(f'.{os.getpid()}')
         try:
             self._folder.mkdir(parents=True, exist_ok=True)
-            unfinished.write_bytes(hashlib.sha256(data).digest() + data)
-            unfinished.replace(path)
+            write_whole(path, hashlib.sha256(data).digest() + data)
             self._prune()
         except OSError as error:
             self._warn(error)

@@ -12,9 +12,9 @@ import genpy
 
 from openpose_ros_pkg.detect.stream_detector import StreamDetector
 from openpose_ros_pkg.errors import BadInputError, NoTransformError
-from openpose_ros_pkg.output.frame_writer import is_power_of_two
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.ros import convert
+from openpose_ros_pkg.throttle import Throttle
 from openpose_ros_tools.outputs import PartFiles
 from openpose_ros_tools.parallel.detector_pool import DetectorPool, with_threads
 from openpose_ros_tools.parallel.threads import prefetched
@@ -101,7 +101,7 @@ class _Frames:
     def __init__(self, chain: PeopleChain, lifter: Optional[Lifter], transforms: Optional[Transforms],
                  results: Results, report: BagReport) -> None:
         self._chain, self._lifter, self._transforms, self._results = chain, lifter, transforms, results
-        self._numbers = itertools.count()
+        self._numbers, self._throttle = itertools.count(), Throttle()
         self.report = report
 
     def run(self, events: Iterable[_Event], pool: Optional[DetectorPool]) -> Iterator[int]:
@@ -169,5 +169,5 @@ class _Frames:
 
     def _drop(self, reason: str, error: Exception, number: int) -> None:
         self.report.dropped[reason] += 1
-        if is_power_of_two(self.report.dropped[reason]):
+        if self._throttle.is_due(reason):
             _log.warning('frame %d is dropped (%d in all): %s', number, self.report.dropped[reason], error)
