@@ -38,7 +38,7 @@ def start_camera(session: Session, bag: Path, rate: float, **parameters: object)
 
 
 def played_stamps(bag: Path) -> List[int]:
-    """Return the stamps of the frames that a driver with `once` has published until now [ns]."""
+    """Return the stamps of the frames that a driver has published to somebody until now [ns]."""
     lines = bag.with_suffix('.txt').read_text().splitlines(keepends=True)
     return [int(line) for line in lines if line.endswith('\n') and line.strip().isdigit()]  # others are the log's
 

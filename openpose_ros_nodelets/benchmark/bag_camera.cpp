@@ -2,7 +2,7 @@
 // back, as if they came from a sensor. The nodelets that it loads get them by shared pointer, as from a real driver.
 // Parameters: ~bag (file), ~rate [Hz], ~ns (namespace of the topics), ~topics (those to publish, separated by spaces;
 // default: all four), ~frame_id (empty: that of the bag), ~once (default false: wait until each topic has a subscriber,
-// play the bag once, and write the stamp [ns] of each frame to the standard output).
+// and play the bag once). The stamp [ns] of each frame that somebody subscribes to goes to the standard output.
 #include <algorithm>
 #include <iostream>
 #include <memory>
@@ -29,7 +29,8 @@ public:
   virtual std::size_t size() const = 0;
   /// Make the message of a frame, which takes the time in which a driver fills a new one.
   virtual void prepare(std::size_t frame) = 0;
-  virtual void publish(const ros::Time& stamp) = 0;
+  /// Tell whether it was prepared, and so published.
+  virtual bool publish(const ros::Time& stamp) = 0;
   virtual bool isHeard() const = 0;
 };
 
@@ -55,13 +56,14 @@ public:
   {
     next_ = publisher_.getNumSubscribers() > 0 ? boost::make_shared<Message>(*frames_[frame]) : nullptr;
   }
-  void publish(const ros::Time& stamp) override
+  bool publish(const ros::Time& stamp) override
   {
     if (!next_)
-      return;
+      return false;
     next_->header.stamp = stamp;
     publisher_.publish(boost::shared_ptr<const Message>(next_));
     next_.reset();
+    return true;
   }
   bool isHeard() const override
   {
@@ -126,9 +128,10 @@ int main(int argc, char** argv)
       stream->prepare(place < count ? place : 2 * count - 2 - place);
     rate.sleep();
     const ros::Time stamp = ros::Time::now();
+    bool published = false;
     for (const auto& stream : streams)
-      stream->publish(stamp);
-    if (once)
+      published |= stream->publish(stamp);
+    if (published)
       std::cout << stamp.toNSec() << std::endl;
   }
   ros::waitForShutdown();  // the last messages are still being sent

@@ -49,7 +49,7 @@ class InputSubscriberTest(unittest.TestCase):
             wait_for(lambda: publisher.get_num_connections() == 1, 'a connection again')
             publisher.publish(numbered(number))
             wait_for(lambda: stamps[-1] == number, 'an image after the pause')  # noqa: B023 - called at once
-        self.assertEqual(stamps, [1, 2, 3])
+        self.assertEqual((stamps, subscriber.lost), ([1, 2, 3], 0))
         self.assertEqual(subscriber.resolved_name, '/paused')
 
     def test_the_newest_waits_for_a_slow_callback(self):
@@ -69,6 +69,7 @@ class InputSubscriberTest(unittest.TestCase):
         go_on.set()
         wait_for(lambda: stamps[-1] == 50, 'the newest')
         self.assertLess(len(stamps), 50)
+        self.assertEqual(subscriber.lost, 50 - len(stamps), 'what did not come is counted')
 
     def test_compressed_images(self):
         publisher, subscriber = self.open('image', 'compressed', CompressedImage)

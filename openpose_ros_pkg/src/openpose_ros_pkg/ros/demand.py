@@ -22,7 +22,7 @@ class Demand(rospy.SubscribeListener):
 
     Args:
         lazy: false: the results are always wanted, e.g. as they are saved.
-        health: shows on /diagnostics why the node rests.
+        health: shows on /diagnostics why the node rests, and how many messages of each input were lost on the way.
 
     Attributes:
         enabled: whether `~enable` lets it work.
@@ -35,6 +35,7 @@ class Demand(rospy.SubscribeListener):
         self._publishers: List[rospy.Publisher] = []
         self.inputs: Sequence[InputSubscriber] = ()
         self._since: Optional[float] = None
+        self._health = health
         self._lock = threading.Lock()
         self._changed = threading.Event()
         health.show(lambda: {'enabled': str(self.enabled).lower()})
@@ -50,6 +51,8 @@ class Demand(rospy.SubscribeListener):
     def read(self, *inputs: InputSubscriber) -> None:
         """Subscribe to the inputs whenever results are wanted; to be called once, after all publishers were made."""
         self.inputs = inputs
+        self._health.show(lambda: {f'lost before this node, {source.resolved_name}': str(source.lost)
+                                   for source in inputs})
         self._update()
         if self.why_resting():
             self._log()

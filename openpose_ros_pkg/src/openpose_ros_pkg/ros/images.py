@@ -1,5 +1,5 @@
 """Message filters that subscribe to the nodes' inputs; images raw or compressed, by one parameter."""
-from typing import Any, Optional, Union
+from typing import Any, Optional, Tuple, Union
 
 import message_filters
 import rospy
@@ -15,24 +15,41 @@ class InputSubscriber(message_filters.SimpleFilter):
 
     It rests until `subscribe` is called. Only the newest message waits until the callbacks have taken the one before.
     Callbacks that are registered stay.
+
+    Attributes:
+        resolved_name: of the topic.
+        lost: messages that were sent while it was subscribed and did not come, as they were replaced by newer ones in
+            the publisher's queue or in that of rospy: gaps in `header.seq`, which publishers of ROS 1 count up. Of
+            several publishers on the topic, whose messages take turns, they are not counted.
     """
 
     def __init__(self, topic: str, message_type: Any) -> None:
         super().__init__()
         self.resolved_name: str = rospy.resolve_name(topic)
+        self.lost = 0
         self._message_type = message_type
         self._subscriber: Optional[message_filters.Subscriber] = None
+        self._newest: Tuple[Any, int] = None, 0
 
     def subscribe(self) -> None:
         """Let messages come."""
         self._subscriber = message_filters.Subscriber(self.resolved_name, self._message_type, queue_size=1)
-        self._subscriber.registerCallback(self.signalMessage)
+        self._subscriber.registerCallback(self._receive)
 
     def unsubscribe(self) -> None:
         """Let no message come, and let the publisher know, until `subscribe` is called."""
         if self._subscriber is not None:
             self._subscriber.sub.unregister()
             self._subscriber = None
+
+    def _receive(self, message: Any) -> None:
+        # rospy gives all messages of a connection the same header of the connection
+        connection, seq = message._connection_header, message.header.seq
+        last_connection, last_seq = self._newest
+        self._newest = connection, seq
+        if connection is last_connection:
+            self.lost += max(seq - last_seq - 1, 0)
+        self.signalMessage(message)
 
 
 def image_subscriber(topic: str, transport: str) -> InputSubscriber:

@@ -32,6 +32,7 @@ class StreamingClient:
         self._publisher = rospy.Publisher('openpose_ros/input_image', Image, queue_size=1)
         self._pipeline = Pipeline(self._send, self._await, self._finish, self._health.frame_failed, FairLock(),
                                   REQUEST_LEAD)
+        self._health.show(lambda: {'frames skipped': str(self._pipeline.replaced)})
         images = image_subscriber(topic, self._settings.transport.image_transport)
         images.registerCallback(self._pipeline.submit)
         # who wants the results, only the service knows

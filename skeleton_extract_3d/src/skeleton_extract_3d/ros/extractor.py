@@ -150,6 +150,7 @@ class Extractor:
         self._inputs = (images, points)
         self._synchronizer = StampSynchronizer(self._inputs, pairing, self._health)
         self._synchronizer.registerCallback(self._submit)
+        self._health.show(lambda: {'images received': str(self._synchronizer.received[0])})
         self._floor = FloorInput() if self._params.use_floor else None
         self._demand.read(self._camera_info.input, *self._inputs, *([self._floor.input] if self._floor else []))
 

@@ -30,6 +30,7 @@ class Visualization:
         self._joints = demand.advertise(f'{_NAMESPACE}/visualization_markers', Marker, _MARKERS_QUEUE)
         self._limbs = demand.advertise(f'{_NAMESPACE}/visualization_skeleton', Marker, _MARKERS_QUEUE)
         self._worker = NewestWinsWorker(self._process, self._health.frame_failed, 'visualization')
+        self._health.show(lambda: {'frames skipped': str(self._worker.replaced)})
         people = InputSubscriber(f'{_NAMESPACE}/detected_poses_3d', PersonDetection_3dArray)
         people.registerCallback(self._worker.submit)
         demand.read(people)
