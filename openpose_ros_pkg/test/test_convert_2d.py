@@ -11,6 +11,7 @@ from std_msgs.msg import Header
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.ros.convert import (
+    any_image_to_bgr,
     bgr_to_image,
     compressed_depth_to_image,
     compressed_image_to_bgr,
@@ -232,15 +233,45 @@ def test_compressed_grey_image():
     assert np.array_equal(compressed_image_to_bgr(CompressedImage(data=data)), as_grey_bgr(RAMP[..., 1]))
 
 
-HUGE_PNG = bytearray(cv2.imencode('.png', RAMP)[1].tobytes())
-HUGE_PNG[16:24] = (1 << 30).to_bytes(4, 'big') * 2  # width and height in its header
-
-
-@pytest.mark.parametrize('data', [b'', b'garbage', bytes(1000), cv2.imencode('.png', RAMP)[1].tobytes()[:20],
-                                  bytes(HUGE_PNG)], ids=['empty', 'garbage', 'zeros', 'truncated', 'huge'])
+@pytest.mark.parametrize('data', [b'', b'garbage', bytes(1000), cv2.imencode('.bmp', RAMP)[1].tobytes()],
+                         ids=['empty', 'garbage', 'zeros', 'bmp'])
 def test_compressed_garbage(data):
-    with pytest.raises(BadInputError, match=f"'png' and {len(data)} bytes"):
+    with pytest.raises(BadInputError, match=f"'png' and {len(data)} bytes can not be decoded; expected JPEG or PNG"):
         compressed_image_to_bgr(CompressedImage(format='png', data=data))
+
+
+@pytest.mark.parametrize('extension', ['.png', '.jpg'])
+def test_half_a_compressed_image(extension):
+    data = cv2.imencode(extension, RAMP)[1].tobytes()
+    for message in (CompressedImage(format='it', data=data[:len(data) // 2]),
+                    CompressedImage(format='16UC1; compressedDepth', data=bytes(12) + data[:len(data) // 2])):
+        decode = compressed_depth_to_image if 'Depth' in message.format else compressed_image_to_bgr
+        with pytest.raises(BadInputError, match=r'is cut off|expected 16UC1'):
+            decode(message)
+
+
+@pytest.mark.parametrize('encode', [
+    lambda grey: Image(width=200, height=100, encoding='mono8', step=200, data=grey.tobytes()),
+    lambda grey: CompressedImage(data=cv2.imencode('.jpg', grey)[1].tobytes()),
+    lambda grey: CompressedImage(data=cv2.imencode('.png', grey)[1].tobytes())], ids=['raw', 'jpeg', 'png'])
+def test_images_beyond_the_limit(encode):
+    message = encode(np.zeros((100, 200), np.uint8))
+    assert any_image_to_bgr(message, most=0.02).shape == (100, 200, 3)
+    with pytest.raises(BadInputError, match=r'is 200 x 100, .* at most 0.019 \(max_image_megapixels\)'):
+        any_image_to_bgr(message, most=0.019)
+
+
+def test_compressed_depth_beyond_the_limit():
+    message = packed_depth(np.zeros((100, 200), np.uint16), '16UC1; compressedDepth')
+    with pytest.raises(BadInputError, match=r'compressed depth image is 200 x 100'):
+        compressed_depth_to_image(message, most=0.019)
+
+
+@pytest.mark.parametrize('width, height, step', [
+    (2 ** 32 - 1, 2 ** 32 - 1, 2 ** 32 - 1), (65536, 65536, 0), (2 ** 31, 2, 2 ** 31), (70000, 1, 210000)])
+def test_huge_sizes_of_raw_images(width, height, step):
+    with pytest.raises(BadInputError, match=rf'image is {width} x {height}'):
+        image_to_bgr(Image(width=width, height=height, encoding='bgr8', step=step, data=bytes(210000)))
 
 
 # ------------------------------------------------------------------------------------------------ people

@@ -298,7 +298,7 @@ def test_a_damaged_image_is_left_out_and_told(tmp_path, caplog):
     describe(tmp_path / 'in')
     (tmp_path / 'in/rgb/1.png').write_bytes(b'half an image')
     assert to_bag(tmp_path / 'in', tmp_path / 'out.bag', '--cloud') == SOME_FAILED
-    assert '1.png can not be decoded' in caplog.text
+    assert '1.png is not an image' in caplog.text
     found = messages(tmp_path / 'out.bag')
     counts = {name: len(found[f'{NS}/{name}']) for name in ('image_color', 'image_depth_rect', 'points', 'camera_info')}
     assert counts == {'image_color': 2, 'image_depth_rect': 3, 'points': 2, 'camera_info': 3}

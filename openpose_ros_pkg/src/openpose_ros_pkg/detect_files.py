@@ -33,6 +33,7 @@ from openpose_ros_pkg.output.frame_writer import FrameWriter, SaveParams
 from openpose_ros_pkg.output.keypoint_scale import KeypointScaleParams
 from openpose_ros_pkg.output.recorder import Recorder
 from openpose_ros_pkg.params.parameters import build
+from openpose_ros_pkg.stream.image_decoding import MOST_MEGAPIXELS, ImageLimitParams
 from openpose_ros_pkg.stream.video_source import IMAGE_SUFFIXES, VideoSource, read_image
 
 _log = logging.getLogger(__name__)
@@ -51,6 +52,7 @@ class FileSettings:
     draw: DrawParams
     keypoint_scale: KeypointScaleParams
     save: SaveParams
+    limits: ImageLimitParams
 
 
 @dataclass(frozen=True)
@@ -60,12 +62,14 @@ class InputFile:
     Attributes:
         frames: number of frames; of a video as far as it tells.
         rate: frames per second of a video [Hz], None where it names none.
+        most: `max_image_megapixels`.
     """
 
     path: Path
     is_video: bool
     frames: int = 1
     rate: Optional[float] = None
+    most: float = MOST_MEGAPIXELS
 
     def name(self, number: int) -> str:
         """Return the name of a frame's files."""
@@ -78,9 +82,9 @@ class InputFile:
             BadInputError: it can not be read.
         """
         if self.is_video:
-            yield from VideoSource(str(self.path.resolve())).frames()
+            yield from VideoSource(str(self.path.resolve()), most=self.most).frames()
         else:
-            yield read_image(self.path)
+            yield read_image(self.path, most=self.most)
 
 
 @dataclass
@@ -105,11 +109,13 @@ class Report:
         return '; '.join(parts)
 
 
-def find_inputs(paths: Sequence[Path], outputs: Callable[[Path], bool]) -> Tuple[List[InputFile], List[Path]]:
+def find_inputs(paths: Sequence[Path], outputs: Callable[[Path], bool], most: float = MOST_MEGAPIXELS
+                ) -> Tuple[List[InputFile], List[Path]]:
     """Return the images and videos of files and folders, and what holds none or is not there.
 
     Args:
         outputs: tells which files of a folder are results of this program.
+        most: `max_image_megapixels`.
     """
     files: List[Path] = []
     bad: List[Path] = []
@@ -121,7 +127,7 @@ def find_inputs(paths: Sequence[Path], outputs: Callable[[Path], bool]) -> Tuple
         else:
             (files if path.is_file() else bad).append(path)
     # a file that is named twice, as itself and with its folder, is done once
-    return [_input_file(path) for path in {path.resolve(): path for path in files}.values()], bad
+    return [_input_file(path, most) for path in {path.resolve(): path for path in files}.values()], bad
 
 
 def check_names(inputs: Sequence[InputFile]) -> None:
@@ -153,7 +159,7 @@ def detect_inputs(inputs: Sequence[InputFile], detector: Any, recorder: Recorder
                 report.frames += 1
                 report.people += len(people)
                 progress.update()
-        except (BadInputError, cv2.error) as error:
+        except BadInputError as error:
             _log.warning('%s', error)
             report.unreadable.append(item.path)
 
@@ -177,7 +183,8 @@ def _run(options: argparse.Namespace, values: Dict[str, Any],
     save = settings.save
     if not save.active:
         raise ParameterError('nothing to save: give --write-json, --write-images, --write-video or --write-keypoint')
-    inputs, bad = find_inputs(options.inputs, lambda path: _is_result(path, save))
+    inputs, bad = find_inputs(options.inputs, lambda path: _is_result(path, save),
+                              settings.limits.max_image_megapixels)
     report = Report(unreadable=list(bad))
     for path in bad:
         _log.warning('%s %s', path, 'holds no images or videos' if path.is_dir() else 'does not exist')
@@ -222,13 +229,13 @@ def _values(parser: argparse.ArgumentParser, options: argparse.Namespace) -> Dic
     return {**values, **written}
 
 
-def _input_file(path: Path) -> InputFile:
+def _input_file(path: Path, most: float) -> InputFile:
     if path.suffix.lower() in IMAGE_SUFFIXES:
-        return InputFile(path, is_video=False)
+        return InputFile(path, is_video=False, most=most)
     capture = cv2.VideoCapture(str(path.resolve()))
     frames, rate = capture.get(cv2.CAP_PROP_FRAME_COUNT), capture.get(cv2.CAP_PROP_FPS)
     capture.release()
-    return InputFile(path, True, max(int(frames), 0), rate if rate > 0 else None)
+    return InputFile(path, True, max(int(frames), 0), rate if rate > 0 else None, most)
 
 
 def _is_result(path: Path, save: SaveParams) -> bool:

@@ -11,6 +11,7 @@ from openpose_ros_pkg.params.nodes import (
     ServiceSettings,
 )
 from openpose_ros_pkg.params.parameters import Parameters, parameter, parameter_fields
+from openpose_ros_pkg.stream.image_decoding import ImageLimitParams
 from openpose_ros_pkg.stream.pairing import PairingParams
 from skeleton_extract_3d.points.rgbd_sequence import PLAYBACKS
 from skeleton_extract_3d.settings import EstimatorSettings
@@ -84,6 +85,7 @@ class ExtractorSettings:
     demand: DemandParams
     service: ServiceClientParams
     transport: ImageTransportParams
+    limits: ImageLimitParams
     draw: DrawParams
     images: AnnotatedImageParams
 

@@ -12,6 +12,7 @@ from openpose_ros_pkg.output.draw import DrawParams
 from openpose_ros_pkg.output.frame_writer import SaveParams
 from openpose_ros_pkg.output.keypoint_scale import KeypointScaleParams
 from openpose_ros_pkg.params.parameters import Parameters, parameter, parameter_fields
+from openpose_ros_pkg.stream.image_decoding import ImageLimitParams
 
 
 @dataclass(frozen=True)
@@ -108,6 +109,7 @@ class ServiceSettings:
     stream: StreamParams
     demand: DemandParams
     transport: ImageTransportParams
+    limits: ImageLimitParams
     save: SaveParams
 
 
@@ -118,6 +120,7 @@ class ClientSettings:
     client: StreamingClientParams
     service: ServiceClientParams
     transport: ImageTransportParams
+    limits: ImageLimitParams
     draw: DrawParams
 
 

@@ -13,6 +13,7 @@ from openpose_ros_pkg.calibration import Calibration
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import SkeletonModel
+from openpose_ros_pkg.stream.image_decoding import MOST_MEGAPIXELS, PNG, check_pixels, decode_image, image_kind
 
 # Plain OpenCV types hold colour in OpenCV's order; cv_bridge itself refuses to guess.
 _PLAIN_TYPES = {'8UC1': 'mono8', '8UC3': 'bgr8', '8UC4': 'bgra8', '16UC3': 'bgr16'}
@@ -31,22 +32,24 @@ _EXACT_ENCODINGS = {
     'bgra16': ('bgra16', 'u2', 4), 'rgba16': ('bgra16', 'u2', 4), '16UC4': ('bgra16', 'u2', 4)}
 # compressed_depth_image_transport, compression_common.h, ConfigHeader: format, and two numbers for 32FC1.
 _DEPTH_HEADER = struct.Struct('<iff')
-_PNG = b'\x89PNG\r\n\x1a\n'
 
 _bridge = CvBridge()
 
 
-def image_to_bgr(message: Image) -> np.ndarray:
+def image_to_bgr(message: Image, most: float = MOST_MEGAPIXELS) -> np.ndarray:
     """Return the image of an Image message of any colour encoding that cv_bridge knows.
+
+    Args:
+        most: `max_image_megapixels`.
 
     Returns:
         (H, W, 3) uint8 BGR; for bgr8 a read-only view of the message's data.
 
     Raises:
-        BadInputError: empty, truncated, wrong step, or an encoding without colour or grey values.
+        BadInputError: empty, too large, truncated, wrong step, or an encoding without colour or grey values.
     """
     encoding = _PLAIN_TYPES.get(message.encoding, message.encoding)
-    rows = image_rows(message, 2 if encoding in _YUYV else _bytes_per_pixel(encoding))
+    rows = image_rows(message, 2 if encoding in _YUYV else _bytes_per_pixel(encoding), most)
     if encoding == 'bgr8':
         return np.ndarray((message.height, message.width, 3), np.uint8, message.data, strides=(message.step, 3, 1))
     if encoding in _PAIRS_OF_COLUMNS and message.width % 2:
@@ -62,22 +65,23 @@ def image_to_bgr(message: Image) -> np.ndarray:
                      is_bigendian=0, step=rows.shape[1], data=data)
     try:
         return _bridge.imgmsg_to_cv2(unpadded, 'bgr8')
-    except (CvBridgeError, TypeError, ValueError) as error:
+    except (CvBridgeError, TypeError, ValueError, cv2.error) as error:
         raise BadInputError(f"image encoding '{message.encoding}' can not be turned into bgr8: {error}") from error
 
 
-def image_rows(message: Image, bytes_per_pixel: int) -> np.ndarray:
+def image_rows(message: Image, bytes_per_pixel: int, most: float = MOST_MEGAPIXELS) -> np.ndarray:
     """Return the bytes of an Image message without the padding of its rows, as a view.
 
     Returns:
         (H, W * bytes_per_pixel) uint8, read-only.
 
     Raises:
-        BadInputError: the message is empty, its step too short or its data truncated.
+        BadInputError: the message is empty or too large, its step too short or its data truncated.
     """
     width, height, step = message.width, message.height, message.step
     if width == 0 or height == 0:
         raise BadInputError(f'empty image: {width} x {height}')
+    check_pixels('image', width, height, most)
     if step < width * bytes_per_pixel:
         raise BadInputError(f'image step is {step} bytes, expected at least {width * bytes_per_pixel} for {width} '
                             f'columns of {message.encoding}')
@@ -118,30 +122,32 @@ def pixels_to_image(pixels: np.ndarray, encoding: str, header: Header) -> Image:
                  step=little.nbytes // height, data=little.tobytes())
 
 
-def compressed_image_to_bgr(message: CompressedImage) -> np.ndarray:
-    """Return the image of a CompressedImage message (JPEG, PNG) as (H, W, 3) uint8 BGR.
+def compressed_image_to_bgr(message: CompressedImage, most: float = MOST_MEGAPIXELS) -> np.ndarray:
+    """Return the image of a CompressedImage message as (H, W, 3) uint8 BGR.
 
     Raises:
-        BadInputError: the data are no image.
+        BadInputError: the data are no whole JPEG or PNG, or have more megapixels than `most`.
     """
-    data = np.frombuffer(message.data, np.uint8)
-    bgr = cv2.imdecode(data, cv2.IMREAD_COLOR) if data.size else None
-    if bgr is None:
-        raise BadInputError(f"compressed image of format '{message.format}' and {data.size} bytes can not be decoded")
-    return bgr
+    if image_kind(message.data) is None:
+        raise BadInputError(f"compressed image of format '{message.format}' and {len(message.data)} bytes can not be "
+                            'decoded; expected JPEG or PNG, as image_transport publishes')
+    return decode_image(message.data, f"compressed image of format '{message.format}'", most=most)
 
 
-def compressed_depth_to_image(message: CompressedImage) -> Image:
+def compressed_depth_to_image(message: CompressedImage, most: float = MOST_MEGAPIXELS) -> Image:
     """Return the Image message (16UC1 or 32FC1) of a depth image of compressed_depth_image_transport, as PNG.
+
+    Args:
+        most: `max_image_megapixels`.
 
     Raises:
         BadInputError: it holds no such image.
     """
     encoding = message.format.partition(';')[0].strip()
-    begin = message.data.find(_PNG, 0, _DEPTH_HEADER.size + len(_PNG))
+    begin = message.data.find(PNG, 0, _DEPTH_HEADER.size + len(PNG))
     pixels = None
     if encoding in ('16UC1', '32FC1') and begin >= 0:
-        pixels = cv2.imdecode(np.frombuffer(message.data, np.uint8, offset=begin), cv2.IMREAD_UNCHANGED)
+        pixels = decode_image(message.data[begin:], 'compressed depth image', cv2.IMREAD_UNCHANGED, most)
     if pixels is None or pixels.ndim != 2 or pixels.dtype != np.uint16 or (
             encoding == '32FC1' and begin != _DEPTH_HEADER.size):
         raise BadInputError(f"compressed depth image ({len(message.data)} bytes, format '{message.format}') can not be "
@@ -154,13 +160,14 @@ def compressed_depth_to_image(message: CompressedImage) -> Image:
     return pixels_to_image(pixels, encoding, message.header)
 
 
-def any_image_to_bgr(message: Union[Image, CompressedImage]) -> np.ndarray:
+def any_image_to_bgr(message: Union[Image, CompressedImage], most: float = MOST_MEGAPIXELS) -> np.ndarray:
     """Return the image of a raw or compressed image, (H, W, 3) uint8 BGR; see the functions for each.
 
     Raises:
         BadInputError: it has none.
     """
-    return compressed_image_to_bgr(message) if message._type == CompressedImage._type else image_to_bgr(message)
+    to_bgr = compressed_image_to_bgr if message._type == CompressedImage._type else image_to_bgr
+    return to_bgr(message, most)
 
 
 def bgr_to_image(bgr: np.ndarray, header: Header) -> Image:

@@ -216,7 +216,7 @@ class DetectionService:
     def _prepare_streamed(self, item: Tuple[AnyImage, float]) -> _Prepared:
         message, received = item
         if self._input_publisher.get_num_connections() > 0:
-            self._input_publisher.publish(raw_image(message))
+            self._input_publisher.publish(raw_image(message, self._settings.limits.max_image_megapixels))
         prepared = self._decode(message, received)
         if self._camera_info is not None:
             self._camera_info.publish(message.header, (prepared.bgr.shape[1], prepared.bgr.shape[0]))
@@ -224,7 +224,7 @@ class DetectionService:
 
     def _decode(self, message: AnyImage, received: float, sender: str = '') -> _Prepared:
         begin = time.monotonic()
-        bgr = convert.any_image_to_bgr(message)
+        bgr = convert.any_image_to_bgr(message, self._settings.limits.max_image_megapixels)
         decoding = time.monotonic() - begin
         self._timing.add('decode_message', decoding)
         return self._prepare(message.header, bgr, received, decoding, sender)

@@ -64,8 +64,15 @@ def image_subscriber(topic: str, transport: str) -> InputSubscriber:
     return InputSubscriber(f'{rospy.resolve_name(topic)}/{transport}', CompressedImage)
 
 
-def raw_image(message: AnyImage) -> Image:
-    """Return the message itself if it is raw, else the decoded image as bgr8."""
+def raw_image(message: AnyImage, most: float) -> Image:
+    """Return the message itself if it is raw, else the decoded image as bgr8.
+
+    Args:
+        most: `max_image_megapixels`.
+
+    Raises:
+        BadInputError: it can not be decoded.
+    """
     if message._type == CompressedImage._type:
-        return convert.bgr_to_image(convert.compressed_image_to_bgr(message), message.header)
+        return convert.bgr_to_image(convert.compressed_image_to_bgr(message, most), message.header)
     return message

@@ -41,7 +41,7 @@ class StreamingClient:
         introduce(self._demand.inputs, detection=f'by {self._client.name}, joints {self._skeleton.name}')
 
     def _send(self, message: AnyImage) -> Tuple[Image, Call]:
-        image = raw_image(message)
+        image = raw_image(message, self._settings.limits.max_image_megapixels)
         if self._publisher.get_num_connections() > 0:
             self._publisher.publish(image)
         return image, self._client.begin(image)

@@ -5,22 +5,17 @@ import cv2
 import numpy as np
 
 from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_pkg.stream import image_decoding
 
 COLOUR_SUFFIXES = ('.jpg', '.jpeg', '.png', '.bmp', '.tif', '.tiff', '.webp', '.ppm', '.pgm')
 DEPTH_SUFFIXES = ('.png', '.tif', '.tiff', '.pgm')
 # Units per metre of 16-bit depth images, as REP 118 defines them.
 MILLIMETRES = 1000.0
-_MAGIC = {b'\xff\xd8\xff': 'jpeg', b'\x89PNG\r\n\x1a\n': 'png'}
 # Encoding of sensor_msgs/Image by type and number of channels.
 _ENCODINGS = {('uint8', 1): 'mono8', ('uint8', 3): 'bgr8', ('uint8', 4): 'bgra8', ('uint16', 1): 'mono16',
               ('uint16', 3): 'bgr16', ('uint16', 4): 'bgra16'}
 # The greatest depth in 16 bits [units].
 _MOST_UNITS = 65535
-
-
-def image_kind(content: bytes) -> Optional[str]:
-    """Return 'jpeg' or 'png', or None for another file, by its first bytes."""
-    return next((kind for magic, kind in _MAGIC.items() if content.startswith(magic)), None)
 
 
 def decode_image(content: bytes, source: str) -> np.ndarray:
@@ -33,8 +28,9 @@ def decode_image(content: bytes, source: str) -> np.ndarray:
         BadInputError: it can not be decoded, or is of another type.
     """
     # IMREAD_UNCHANGED ignores the orientation, which only the JPEGs of cameras have
-    is_jpeg = image_kind(content) == 'jpeg'
-    image = _decoded(content, cv2.IMREAD_ANYCOLOR | cv2.IMREAD_ANYDEPTH if is_jpeg else cv2.IMREAD_UNCHANGED, source)
+    is_jpeg = image_decoding.image_kind(content) == 'jpeg'
+    image = image_decoding.decode_image(
+        content, source, cv2.IMREAD_ANYCOLOR | cv2.IMREAD_ANYDEPTH if is_jpeg else cv2.IMREAD_UNCHANGED)
     encoding_of(image, source)
     return image
 
@@ -45,7 +41,7 @@ def decode_depth(content: bytes, source: str) -> np.ndarray:
     Raises:
         BadInputError: it can not be decoded, or is of another type.
     """
-    depth = _decoded(content, cv2.IMREAD_UNCHANGED, source)
+    depth = image_decoding.decode_image(content, source, cv2.IMREAD_UNCHANGED)
     if depth.ndim != 2 or depth.dtype not in (np.uint16, np.float32):
         raise BadInputError(f'{source}: expected one channel of uint16 or float32, got {depth.dtype} of shape '
                             f'{depth.shape}')
@@ -139,10 +135,3 @@ def convert_depth(depth: np.ndarray, units_per_metre: float, wanted: Optional[fl
             return depth, 0.0
         depth = depth_to_metres(depth, units_per_metre)
     return (depth, 0.0) if wanted is None else depth_to_units(depth, wanted, source)
-
-
-def _decoded(content: bytes, flags: int, source: str) -> np.ndarray:
-    image = cv2.imdecode(np.frombuffer(content, np.uint8), flags) if content else None
-    if image is None:
-        raise BadInputError(f'{source} can not be decoded as an image')
-    return image

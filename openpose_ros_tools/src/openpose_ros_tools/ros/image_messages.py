@@ -17,6 +17,7 @@ from openpose_ros_pkg.ros.convert import (
     image_to_pixels,
     pixels_to_image,
 )
+from openpose_ros_pkg.stream.image_decoding import image_kind, read_file
 from openpose_ros_tools.images import image_files
 from openpose_ros_tools.images.frame_stamps import StampedFile
 from openpose_ros_tools.images.image_files import MILLIMETRES
@@ -136,7 +137,7 @@ class MessageMaker:
         encoding = image_files.encoding_of(pixels, str(path))
         if not self._options.compressed:
             return pixels_to_image(pixels, encoding, header)
-        kind, quality = image_files.image_kind(content), self._options.jpeg_quality
+        kind, quality = image_kind(content), self._options.jpeg_quality
         if quality is not None and kind != 'jpeg':
             content, kind = image_files.encode_image(pixels, '.jpg', str(path), quality), 'jpeg'
         elif kind is None:
@@ -236,7 +237,7 @@ def file_of_message(stream: str, message: genpy.Message, depth_scale: Optional[f
         suffix = '.tiff' if depth.dtype == np.float32 else '.png'
         return suffix, image_files.encode_image(depth, suffix, source), rounded
     if message._type == COMPRESSED:
-        kind = image_files.image_kind(message.data)
+        kind = image_kind(message.data)
         if kind is None:
             raise BadInputError(f"{len(message.data)} bytes of format '{message.format}' are neither JPEG nor PNG")
         return _SUFFIXES[kind], message.data, 0.0
@@ -271,10 +272,7 @@ def _depth_of(message: genpy.Message) -> np.ndarray:
 
 def _read_image(stream: str, path: Path) -> Tuple[bytes, np.ndarray]:
     """Return the content of an image file, and the image."""
-    try:
-        content = path.read_bytes()
-    except OSError as error:
-        raise BadInputError(f'{path} can not be read: {error.strerror or error}') from error
+    content = read_file(path)
     return content, (image_files.decode_depth if stream == 'depth' else image_files.decode_image)(content, str(path))
 
 

@@ -109,11 +109,12 @@ class Extractor:
     def __init__(self, settings: ExtractorSettings, finder: Finder, health: Health, timing: TimingReport,
                  demand: Demand) -> None:
         self._params, self._finder = settings.extractor, finder
+        self._most = settings.limits.max_image_megapixels
         self._health, self._timing, self._demand = health, timing, demand
         self._last_report = -float('inf')
         self._chain = PeopleChain(find_model(self._params.pose_model).skeleton, settings.estimator)
         self._chain.warm_up()
-        self._lifter = Lifter(self._params, self._chain, self._lookup)
+        self._lifter = Lifter(self._params, self._chain, self._lookup, self._most)
         self._advertise()
         self._publisher_2d: Optional[PeoplePublisher] = None
         if self._params.publish_2d:
@@ -169,8 +170,8 @@ class Extractor:
         self._pipeline.submit(_Pair(time.monotonic(), image, points))
 
     def _prepare(self, pair: _Pair) -> _Prepared:
-        begin, image = time.monotonic(), raw_image(pair.image)
-        points, bgr = self._points(pair.points), convert_2d.image_to_bgr(image)
+        begin, image = time.monotonic(), raw_image(pair.image, self._most)
+        points, bgr = self._points(pair.points), convert_2d.image_to_bgr(image, self._most)
         prepared = self._finder.prepare(image, bgr)
         return _Prepared(InputFrame(image, bgr, pair.points, points), prepared, pair.received, begin, time.monotonic())
 

@@ -9,6 +9,7 @@ from sensor_msgs.msg import CameraInfo, CompressedImage, Image, PointCloud2
 from std_msgs.msg import Header
 
 from openpose_ros_pkg.ros import convert as convert_2d
+from openpose_ros_pkg.stream.image_decoding import MOST_MEGAPIXELS, check_pixels
 from skeleton_extract_3d.chain import PeopleChain
 from skeleton_extract_3d.estimator import Estimate
 from skeleton_extract_3d.frame import CameraFrame
@@ -30,13 +31,16 @@ class Lifter:
         lookup: returns the transform that takes points of the second frame to the first at a time; raises
             NoTransformError where there is none. Called only for `target_frame` and `tracking_frame`;
             may be None without these.
+        most: points of a message, `max_image_megapixels`.
     """
 
     def __init__(self, params: ExtractorParams, chain: PeopleChain,
-                 lookup: Optional[Callable[[str, str, Time], TransformStamped]]) -> None:
+                 lookup: Optional[Callable[[str, str, Time], TransformStamped]],
+                 most: float = MOST_MEGAPIXELS) -> None:
         self._params = params
         self._chain = chain
         self._lookup = lookup
+        self._most = most
 
     def points(self, message: PointsMessage, info: Optional[CameraInfo]) -> PointGrid:
         """Return a view of the points of a message.
@@ -48,11 +52,14 @@ class Lifter:
         Raises:
             BadInputError: it can not be used; see `convert`.
         """
-        if self._params.points_source == 'point_cloud':
-            return convert.cloud_from_message(message)
         if message._type == CompressedImage._type:
-            message = convert_2d.compressed_depth_to_image(message)
-        return convert.depth_image_from_messages(message, info, self._params.rectified)
+            message = convert_2d.compressed_depth_to_image(message, self._most)
+        if self._params.points_source == 'point_cloud':
+            points: PointGrid = convert.cloud_from_message(message)
+        else:
+            points = convert.depth_image_from_messages(message, info, self._params.rectified)
+        check_pixels(self._params.points_source, points.width, points.height, self._most)
+        return points
 
     def tracking_from_points(self, header: Header) -> Optional[Transform]:
         """Return what takes the points of a message to the frame in which the room stands still, if one is named.

@@ -15,6 +15,7 @@ from tf2_msgs.msg import TFMessage
 
 from openpose_ros_pkg.errors import BadInputError, NoTransformError
 from openpose_ros_pkg.ros.convert import any_image_to_bgr
+from openpose_ros_pkg.stream.image_decoding import MOST_MEGAPIXELS
 from openpose_ros_pkg.stream.pairing import PairingParams, StampMatcher
 from openpose_ros_tools.ros.bag_files import StampedMessage, deserialized, stamped_messages
 from openpose_ros_tools.ros.camera_topics import TopicFinder, is_result
@@ -112,14 +113,15 @@ class Recording:
         copied: topics whose messages come as well, between the frames.
         pairing: how images and points are paired.
         lifter: makes points of messages; None in 2D.
+        most: pixels of an image, `max_image_megapixels`.
 
     Attributes:
         counts: of what has been read.
     """
 
     def __init__(self, bag: rosbag.Bag, topics: Topics, copied: Sequence[str], pairing: PairingParams,
-                 lifter: Optional[Lifter]) -> None:
-        self._bag, self._topics, self._lifter = bag, topics, lifter
+                 lifter: Optional[Lifter], most: float = MOST_MEGAPIXELS) -> None:
+        self._bag, self._topics, self._lifter, self._most = bag, topics, lifter, most
         self._copied = frozenset(copied)
         self._points_topic = topics.points or topics.depth
         self.counts = Counts()
@@ -177,7 +179,7 @@ class Recording:
                 grid = self._lifter.points(points.message, points.info)
                 points_header = points.message.header
             time = max(part.time for part in (image, points) if part is not None)
-            return Frame(genpy.Time(0, time), image.message.header, any_image_to_bgr(image.message), grid,
+            return Frame(genpy.Time(0, time), image.message.header, any_image_to_bgr(image.message, self._most), grid,
                          points_header)
         except BadInputError as error:
             return error

@@ -10,6 +10,7 @@ from openpose_ros_pkg.detect.tracking import TrackingParams
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.output.keypoint_scale import KeypointScaleParams
 from openpose_ros_pkg.params.parameters import build
+from openpose_ros_pkg.stream.image_decoding import ImageLimitParams
 from openpose_ros_pkg.stream.pairing import PairingParams
 from skeleton_extract_3d.node_params import ExtractorParams
 from skeleton_extract_3d.settings import EstimatorSettings
@@ -33,6 +34,7 @@ class BagSettings:
     estimator: EstimatorSettings
     pairing: PairingParams
     markers: MarkerParams
+    limits: ImageLimitParams
 
 
 @dataclass(frozen=True)

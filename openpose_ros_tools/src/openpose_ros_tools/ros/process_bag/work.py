@@ -61,7 +61,7 @@ def process(job: BagJob, on_frame: Callable[[int, int], None] = lambda done, tot
         lifter, transforms = _lifter(job.source, settings, topics, people, stack)
         results = stack.enter_context(Results(unfinished, settings, topics.in_space))
         results.record(made, genpy.Time.from_sec(bag.get_start_time()))
-        recording = Recording(bag, topics, copied, settings.pairing, lifter)
+        recording = Recording(bag, topics, copied, settings.pairing, lifter, settings.limits.max_image_megapixels)
         images = bag.get_message_count(topics.image)
         frames = _Frames(people, lifter, transforms, results, BagReport(counts=recording.counts, topics=topics))
         events = stack.enter_context(closing(prefetched(recording, _AHEAD)))
@@ -89,10 +89,11 @@ def _lifter(source: Path, settings: BagSettings, topics: Topics, chain: PeopleCh
     if not topics.in_space:
         return None, None
     extractor = replace(settings.extractor, points_source='depth_image' if topics.depth else 'point_cloud')
+    most = settings.limits.max_image_megapixels
     if not (extractor.target_frame or extractor.tracking_frame):
-        return Lifter(extractor, chain, None), None  # nothing is looked up
+        return Lifter(extractor, chain, None, most), None  # nothing is looked up
     transforms = Transforms(stack.enter_context(open_bag(source)))
-    return Lifter(extractor, chain, transforms.lookup), transforms
+    return Lifter(extractor, chain, transforms.lookup, most), transforms
 
 
 class _Frames:

@@ -1,0 +1,168 @@
+"""Compressed images: what is refused before it is decoded, by size, by a missing end, by its kind."""
+import contextlib
+import os
+import resource
+import subprocess
+import sys
+import zlib
+
+import cv2
+import numpy as np
+import pytest
+
+from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_pkg.stream.image_decoding import decode_image, image_kind, read_file
+from openpose_ros_pkg.stream.video_source import VideoSource, read_image
+
+IMAGE = np.random.default_rng(3).integers(0, 255, (60, 80, 3), np.uint8)
+
+
+def encoded(suffix, image=IMAGE, *options):
+    return cv2.imencode(suffix, image, options)[1].tobytes()
+
+
+def png_of(width, height):
+    """A whole PNG of grey pixels whose header says the size, whatever its data have."""
+    def chunk(kind, data):
+        return len(data).to_bytes(4, 'big') + kind + data + zlib.crc32(kind + data).to_bytes(4, 'big')
+    header = width.to_bytes(4, 'big') + height.to_bytes(4, 'big') + bytes((8, 0, 0, 0, 0))
+    data = zlib.compress(bytes(1000))
+    return b'\x89PNG\r\n\x1a\n' + chunk(b'IHDR', header) + chunk(b'IDAT', data) + chunk(b'IEND', b'')
+
+
+def jpeg_of(width, height):
+    """A JPEG whose header says the size, whatever its data have."""
+    content = bytearray(encoded('.jpg'))
+    frame = content.index(b'\xff\xc0')
+    content[frame + 5:frame + 9] = height.to_bytes(2, 'big') + width.to_bytes(2, 'big')
+    return bytes(content)
+
+
+@pytest.mark.parametrize('suffix', ['.jpg', '.png', '.bmp', '.tiff', '.webp', '.ppm'])
+def test_every_format_is_decoded(suffix):
+    assert decode_image(encoded(suffix), 'it').shape == IMAGE.shape
+
+
+@pytest.mark.parametrize('options', [(), (cv2.IMWRITE_JPEG_PROGRESSIVE, 1), (cv2.IMWRITE_JPEG_RST_INTERVAL, 4),
+                                     (cv2.IMWRITE_JPEG_OPTIMIZE, 1)])
+def test_all_kinds_of_jpeg_are_decoded(options):
+    content = encoded('.jpg', IMAGE, *options)
+    np.testing.assert_array_equal(decode_image(content, 'it'), cv2.imdecode(np.frombuffer(content, np.uint8), 1))
+
+
+@pytest.mark.parametrize('content, text', [
+    (b'', 'it is not an image that OpenCV can read: 0 bytes'), (b'hello', 'not an image'), (b'\xff\xd8\xff', 'cut off'),
+    (b'\xff\xd8\xff\xd9', 'cut off'), (b'\x89PNG\r\n\x1a\n', 'cut off')])
+def test_what_is_no_image_is_refused(content, text):
+    with pytest.raises(BadInputError, match=text):
+        decode_image(content, 'it')
+
+
+@pytest.mark.parametrize('suffix', ['.jpg', '.png'])
+@pytest.mark.parametrize('share', [0.01, 0.3, 0.5, 0.99])
+def test_a_cut_image_is_refused(suffix, share):
+    content = encoded(suffix)
+    with pytest.raises(BadInputError, match=rf'it is cut off: {int(share * len(content))} bytes'):
+        decode_image(content[:int(share * len(content))], 'it')
+
+
+def test_a_jpeg_that_is_cut_behind_its_thumbnail_is_refused():
+    thumbnail = encoded('.jpg', IMAGE[:8, :8])
+    whole = encoded('.jpg')
+    segment = b'\xff\xe1' + (len(thumbnail) + 2).to_bytes(2, 'big') + thumbnail
+    content = whole[:2] + segment + whole[2:]
+    assert decode_image(content, 'it').shape == IMAGE.shape
+    with pytest.raises(BadInputError, match='cut off'):
+        decode_image(content[:-100], 'it')
+
+
+@pytest.mark.parametrize('suffix', ['.jpg', '.png'])
+@pytest.mark.parametrize('padding', [b'\0', bytes(5000), b'\r\n', bytes(range(256)), b'\xff' * 9])
+def test_what_drivers_leave_behind_the_end_is_tolerated(suffix, padding):
+    content = encoded(suffix)
+    np.testing.assert_array_equal(decode_image(content + padding, 'it'), decode_image(content, 'it'))
+
+
+def test_bytes_between_the_segments_of_a_jpeg_are_skipped():
+    content = encoded('.jpg')
+    table = content.index(b'\xff\xdb')
+    assert decode_image(content[:table] + b'\xff\xff' + content[table + 1:], 'it').shape == IMAGE.shape
+
+
+@pytest.mark.parametrize('content, size', [
+    (png_of(30000, 30000), '30000 x 30000'), (png_of(2 ** 31 - 1, 2 ** 31 - 1), '2147483647 x 2147483647'),
+    (png_of(40001, 1000), '40001 x 1000'), (jpeg_of(65500, 65500), '65500 x 65500')])
+def test_too_large_images_are_refused_by_their_header(content, size):
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    with pytest.raises(BadInputError, match=rf'it is {size}.* expected at most 40 \(max_image_megapixels\)'):
+        decode_image(content, 'it')
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 50_000
+
+
+def test_no_side_is_longer_than_a_jpeg_can_have():
+    with pytest.raises(BadInputError, match='it is 65501 x 2, expected at most 65500 on a side'):
+        decode_image(png_of(65501, 2), 'it')
+
+
+def test_the_limit_is_the_last_size_that_is_taken():
+    content = encoded('.jpg', np.zeros((100, 200, 3), np.uint8))
+    assert decode_image(content, 'it', most=0.02).shape == (100, 200, 3)
+    with pytest.raises(BadInputError, match=r'200 x 100, that is 0\.02 megapixels, expected at most 0\.01'):
+        decode_image(content, 'it', most=0.01)
+
+
+def test_other_formats_are_limited_as_well():
+    with pytest.raises(BadInputError, match='it is 80 x 60'):
+        decode_image(encoded('.bmp'), 'it', most=0.004)
+
+
+def test_opencv_itself_decodes_no_monster_of_any_format():
+    """The package tells OpenCV so before OpenCV is loaded, hence in a process of its own."""
+    program = ('from openpose_ros_pkg.stream.image_decoding import decode_image\n'
+               'import struct\n'
+               "content = b'BM' + struct.pack('<IIIIiiHHIIIIII', 0, 0, 54, 40, 30000, 30000, 1, 24, 0, 0, 0, 0, 0, 0)\n"
+               "decode_image(content, 'it')")
+    done = subprocess.run([sys.executable, '-c', program], env={**os.environ, 'PYTHONPATH': os.pathsep.join(sys.path)},
+                          stderr=subprocess.PIPE, text=True, check=False)
+    assert 'BadInputError' in done.stderr
+    assert 'CV_IO_MAX_IMAGE_PIXELS' in done.stderr
+
+
+def test_a_jpeg_of_endless_scans_is_refused():
+    content = encoded('.jpg', IMAGE, cv2.IMWRITE_JPEG_PROGRESSIVE, 1)
+    begin, end = content.index(b'\xff\xda'), content.index(b'\xff\xc4', content.index(b'\xff\xda'))
+    with pytest.raises(BadInputError, match='at most 100 scans'):
+        decode_image(content[:begin] + content[begin:end] * 200 + content[end:], 'it')
+
+
+@pytest.mark.parametrize('suffix', ['.jpg', '.png'])
+def test_no_damage_gives_another_error(suffix):
+    content, random = encoded(suffix), np.random.default_rng(0)
+    for _ in range(300):
+        damaged = bytearray(content[:random.integers(1, len(content) + 1)])
+        for position in random.integers(0, len(damaged), random.integers(1, 9)):
+            damaged[position] = random.integers(256)
+        with contextlib.suppress(BadInputError):
+            assert decode_image(bytes(damaged), 'it').ndim == 3
+
+
+def test_files_say_their_name(tmp_path):
+    path = tmp_path / 'a.png'
+    with pytest.raises(BadInputError, match=r'a.png can not be read: No such file'):
+        read_image(path)
+    path.write_bytes(png_of(30000, 30000))
+    with pytest.raises(BadInputError, match=r'a.png is 30000 x 30000'):
+        read_image(path)
+    assert image_kind(read_file(path)) == 'png'
+    with pytest.raises(BadInputError, match=r'a.png is 30000 x 30000'):
+        list(VideoSource(str(tmp_path)).frames())
+
+
+def test_videos_are_limited_by_their_header(tmp_path):
+    path = str(tmp_path / 'a.avi')
+    video = cv2.VideoWriter(path, cv2.VideoWriter_fourcc(*'MJPG'), 10, (80, 60))
+    video.write(IMAGE)
+    video.release()
+    assert len(list(VideoSource(path).frames())) == 1
+    with pytest.raises(BadInputError, match=r'a.avi is 80 x 60'):
+        VideoSource(path, most=0.004)
