@@ -5,6 +5,7 @@ from typing import Callable, Dict, NoReturn, Sequence
 
 from development import PYTHON, ROOT
 from development.generated import write_config, write_docs
+from development.locks import write_locks
 from development.set_up import find_python_38, set_up, weights
 from development.terminal import die, handle_signals, say
 from development.testing import GROUPS, NEEDS_PYTHON_38, run_groups
@@ -69,4 +70,4 @@ def test(arguments: Sequence[str]) -> NoReturn:
 
 COMMANDS: Dict[str, Callable[[Sequence[str]], None]] = {
     'setup': set_up, 'demo': demo, 'launch': launch, 'shell': shell, 'test': test, 'model': model, 'bench': bench,
-    'config': write_config, 'docs': write_docs}
+    'config': write_config, 'docs': write_docs, 'lock': write_locks}

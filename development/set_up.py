@@ -12,6 +12,7 @@ from subprocess import run
 from typing import List, Optional, Sequence, TextIO, Tuple
 
 from development import LOGS, PACKAGES, PYTHON, ROOT, VENV, VENV_FOCAL, VENV_PYTHON
+from development.locks import FOCAL_REQUIREMENTS, REQUIREMENTS, TEST_REQUIREMENTS, lock_of
 from development.systems import needed_packages, this_system
 from development.terminal import die, output_of, say, step, succeeds
 from development.workspace import BUILD_STAMP, DEVEL_SETUP, environment_of
@@ -24,7 +25,8 @@ VENV_STAMP = VENV / '.complete'  # 'with' or 'without' OpenVINO, and what it was
 TEST_STAMP = VENV / '.complete_test'
 # The system's cv_bridge, OpenCV and SciPy are built for its NumPy, so nothing of PyPI may bring another one.
 NUMPY = VENV / 'numpy.txt'
-PIP = (VENV_PYTHON, '-m', 'pip', 'install', '--disable-pip-version-check', '--constraint', str(NUMPY))
+PIP = ('-m', 'pip', 'install', '--disable-pip-version-check', '--require-hashes')
+PIP_BESIDE_NUMPY = (VENV_PYTHON, *PIP, '--constraint', str(NUMPY))
 CHECK_VENV = """
 import sys, cv2, numpy
 print('numpy', numpy.__version__, numpy.__file__, 'opencv', cv2.__version__)
@@ -40,7 +42,6 @@ import ensurepip, os, ssl, sys, sysconfig
 headers = os.path.join(sysconfig.get_path('include'), 'Python.h')
 sys.exit(sys.version_info[:2] != (3, 8) or not os.path.exists(headers))
 """
-FOCAL_REQUIREMENTS = ROOT / 'requirements-focal.txt'
 FOCAL_STAMP = VENV_FOCAL / '.complete'
 MODELS = ('mobilenet_thin', 'movenet_multipose')
 CROP_MODEL = 'movenet_thunder'  # from npm, which not every machine reaches; people are found without it
@@ -148,7 +149,7 @@ def _set_up_venv(openvino: Optional[str]) -> None:
     stamp = _read(VENV_STAMP)
     openvino, why = (openvino, '') if openvino else _default_openvino(stamp)
     numpy = output_of(PYTHON, '-c', 'import numpy; print(f"numpy=={numpy.__version__}")')
-    made_from = _hash(f'{ROOT} {output_of(PYTHON, "--version")} {numpy}', ROOT / 'requirements.txt')
+    made_from = _hash(f'{ROOT} {output_of(PYTHON, "--version")} {numpy}', lock_of(REQUIREMENTS))
     wanted = f'{openvino} {made_from}'
     if stamp == wanted and succeeds(VENV_PYTHON, '-B', '-c', CHECK_VENV, openvino, quiet=True):
         say(f'[2/4] Python packages: .venv is right, {openvino} OpenVINO{why}')
@@ -172,20 +173,20 @@ def _make_venv(openvino: str, numpy: str, wanted: str) -> None:
     run([PYTHON, '-m', 'venv', '--system-site-packages', str(VENV)], check=True)
     NUMPY.write_text(numpy)
     if openvino == 'with':
-        run([*PIP, '--only-binary', 'openvino', '-r', str(ROOT / 'requirements.txt')], check=True)
+        run([*PIP_BESIDE_NUMPY, '--only-binary', 'openvino', '-r', str(lock_of(REQUIREMENTS))], check=True)
     run([VENV_PYTHON, '-B', '-c', CHECK_VENV, openvino], check=True)
     VENV_STAMP.write_text(wanted)
 
 
 def _set_up_test_tools() -> None:
-    wanted = _hash('', ROOT / 'requirements-test.txt')
+    wanted = _hash('', lock_of(TEST_REQUIREMENTS))
     if _read(TEST_STAMP) != wanted:
         step('[2/4] Python packages: adding the test tools to .venv', 'test_tools',
              'check the network; the test tools come from PyPI', _add_test_tools, wanted)
 
 
 def _add_test_tools(wanted: str) -> None:
-    run([*PIP, '-r', str(ROOT / 'requirements-test.txt')], check=True)
+    run([*PIP_BESIDE_NUMPY, '-r', str(lock_of(TEST_REQUIREMENTS))], check=True)
     TEST_STAMP.write_text(wanted)
 
 
@@ -197,7 +198,7 @@ def find_python_38() -> Optional[str]:
 
 
 def _set_up_focal(python: str) -> None:
-    wanted = _hash(f'{ROOT} {python} {output_of(python, "--version")}', FOCAL_REQUIREMENTS)
+    wanted = _hash(f'{ROOT} {python} {output_of(python, "--version")}', lock_of(FOCAL_REQUIREMENTS))
     if _read(FOCAL_STAMP) != wanted:
         step(f'[2/4] Python packages: making .venv_focal, the libraries of Ubuntu 20.04, with {python}', 'focal',
              'check the network; the libraries come from PyPI', _make_focal, python, wanted)
@@ -206,8 +207,7 @@ def _set_up_focal(python: str) -> None:
 def _make_focal(python: str, wanted: str) -> None:
     shutil.rmtree(str(VENV_FOCAL), ignore_errors=True)
     run([python, '-m', 'venv', str(VENV_FOCAL)], check=True)
-    run([str(VENV_FOCAL / 'bin/python3'), '-m', 'pip', 'install', '--disable-pip-version-check', '-r',
-         str(FOCAL_REQUIREMENTS)], check=True)
+    run([str(VENV_FOCAL / 'bin/python3'), *PIP, '-r', str(lock_of(FOCAL_REQUIREMENTS))], check=True)
     FOCAL_STAMP.write_text(wanted)
 
 

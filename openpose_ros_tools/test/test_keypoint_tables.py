@@ -359,9 +359,9 @@ def test_arguments_that_contradict_each_other(arguments):
 
 
 def piped(bag, rest):
-    """Run the command in a shell, with what follows it."""
+    """Run the command in bash, with what follows it."""
     script = 'import sys; from openpose_ros_tools.ros.keypoints_to_csv import main; sys.exit(main())'
-    return subprocess.run(f"/usr/bin/python3 -c '{script}' {bag} --extended {rest}", shell=True, timeout=60,
+    return subprocess.run(['bash', '-c', f"/usr/bin/python3 -c '{script}' {bag} --extended {rest}"], timeout=60,
                           capture_output=True, check=False)
 
 

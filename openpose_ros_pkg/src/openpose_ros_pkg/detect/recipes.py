@@ -226,7 +226,7 @@ MODES: Dict[str, Recipe] = {
     'balanced': Recipe((_thin(1.0), _movenet(512)), (THUNDER_CROP,)),
     'accurate': Recipe(
         (NetworkPass(MOBILENET_THIN, _box(984, 552), (1.0, 2 / 3, 1 / 3), mirror=True, weight=3.0), _movenet(512, 256)),
-        (MULTIPOSE_CROP, replace(MULTIPOSE_CROP, mirror=True), replace(THUNDER_CROP, margin=1.3),
+        (MULTIPOSE_CROP, replace(MULTIPOSE_CROP, mirror=True), THUNDER_CROP,
          replace(THUNDER_CROP, margin=1.6, mirror=True)), acceptance=0.8,
         spare=tuple(replace(MULTIPOSE_CROP, margin=margin, mirror=mirror) for margin in (1.6, 2.0)
                     for mirror in (False, True)), spare_refined=20),

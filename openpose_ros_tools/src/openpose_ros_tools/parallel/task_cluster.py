@@ -3,6 +3,7 @@ import asyncio
 import uuid
 from collections import deque
 from contextlib import contextmanager
+from importlib.metadata import version
 from typing import Any, Callable, Dict, Generator, Iterator, Mapping, Tuple, Union
 
 from openpose_ros_pkg.errors import OpenposeRosError, ParameterError
@@ -68,7 +69,7 @@ def _distributed() -> Any:
     except ImportError as error:
         raise ParameterError(f'--scheduler needs Dask distributed ({error}): install python3-distributed') from error
     if not hasattr(distributed.Client, 'subscribe_topic'):
-        raise ParameterError(f'--scheduler needs Dask distributed 2021.11 or later, not {distributed.__version__}: '
+        raise ParameterError(f'--scheduler needs Dask distributed 2021.11 or later, not {version("distributed")}: '
                              "install it with `pip install 'distributed>=2021.11'`")
     return distributed
 

@@ -1,0 +1,110 @@
+"""What docs/reliability.md promises of the code: nothing that comes from outside is run or unpacked without a check.
+
+The rules S of ruff (pyproject.toml) forbid yaml.load, pickle, shell=True, eval and the like; here is what they leave.
+"""
+import ast
+from pathlib import Path
+
+import pytest
+from packaging.requirements import Requirement
+
+from development import PACKAGES, ROOT
+from development.locks import (
+    FOCAL_REQUIREMENTS,
+    LOCKS,
+    NUMPY_OF_SYSTEMS,
+    OF_THE_SYSTEM,
+    REQUIREMENTS,
+    TEST_REQUIREMENTS,
+    TOOLS,
+    lock_of,
+)
+
+SOURCES = [path for folder in (*PACKAGES, 'benchmarks', 'demo', 'development')
+           for path in sorted((ROOT / folder).rglob('*.py'))]
+# The only module that reads archives: members of those whose checksum is right, into memory.
+READS_ARCHIVES = Path('openpose_ros_pkg/src/openpose_ros_pkg/networks/weights_install.py')
+UNPACKING = {'extractall', 'unpack_archive', 'extract'}
+ARCHIVES = {'tarfile', 'zipfile', 'shutil.unpack_archive'}
+PICKLES = {'pickle', 'cPickle', 'cloudpickle', 'dill', 'joblib', 'marshal', 'shelve', 'torch'}
+
+
+def faults(source):
+    """What a module does that it must not: imports and calls by name."""
+    found = set()
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Import):
+            found |= {alias.name.partition('.')[0] for alias in node.names} & (PICKLES | ARCHIVES)
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            found |= {node.module.partition('.')[0]} & (PICKLES | ARCHIVES)
+        elif isinstance(node, ast.Call):
+            name = getattr(node.func, 'attr', getattr(node.func, 'id', ''))
+            found |= {name} & UNPACKING
+            found |= {keyword.arg for keyword in node.keywords} & {'allow_pickle'}
+    return found
+
+
+@pytest.mark.parametrize('source, fault', [
+    ('import pickle', 'pickle'), ('from zipfile import ZipFile', 'zipfile'),
+    ('np.load(path, allow_pickle=True)', 'allow_pickle'), ('tar.extractall(folder)', 'extractall')])
+def test_what_is_looked_for_is_found(source, fault):
+    assert faults(source) == {fault}
+
+
+def test_no_module_unpickles_or_unpacks():
+    assert len(SOURCES) > 200
+    found = {str(path.relative_to(ROOT)): faults(path.read_text()) for path in SOURCES
+             if '/test/' not in str(path)}
+    assert {path: names for path, names in found.items() if names} == {str(READS_ARCHIVES): {'tarfile', 'zipfile'}}
+
+
+def pins(lock, python):
+    """The versions that a lock has for a Python, by name; each with checksums of its files."""
+    found = {}
+    for line in lock.read_text().replace('\\\n', '').splitlines():
+        if not line.startswith('#') and line.strip():
+            pin, *checksums = line.split('--hash=sha256:')
+            requirement = Requirement(pin)
+            if requirement.marker is None or requirement.marker.evaluate(
+                    {'python_version': python, 'python_full_version': f'{python}.0'}):
+                assert checksums and all(len(checksum.strip()) == 64 for checksum in checksums)
+                assert requirement.name not in found
+                found[requirement.name] = next(iter(requirement.specifier)).version
+    return found
+
+
+def wanted(requirements, python):
+    """What a file of requirements asks for, by name."""
+    lines = (line.partition('#')[0].strip() for line in requirements.read_text().splitlines())
+    asked = [Requirement(line) for line in lines if line]
+    return {entry.name.lower(): entry.specifier for entry in asked
+            if entry.marker is None or entry.marker.evaluate({'python_version': python})}
+
+
+@pytest.mark.parametrize('requirements, python', [
+    *((path, python) for path in (REQUIREMENTS, TEST_REQUIREMENTS) for python in NUMPY_OF_SYSTEMS),
+    (FOCAL_REQUIREMENTS, '3.8')])
+def test_a_lock_pins_what_is_required_and_nothing_of_the_system(requirements, python):
+    asked, found = wanted(requirements, python), pins(lock_of(requirements), python)
+    assert asked
+    for name, versions in asked.items():
+        assert versions.contains(found[name]), name
+    if requirements != FOCAL_REQUIREMENTS:
+        assert not set(OF_THE_SYSTEM) & set(found)
+
+
+def test_the_nodes_packages_are_the_same_when_the_test_tools_join_them():
+    for python in NUMPY_OF_SYSTEMS:
+        nodes, both = (pins(lock_of(path), python) for path in (REQUIREMENTS, TEST_REQUIREMENTS))
+        assert nodes.items() <= both.items()
+
+
+@pytest.mark.parametrize('lock, names', TOOLS.items())
+def test_what_fetches_weights_is_pinned(lock, names):
+    for python in NUMPY_OF_SYSTEMS:
+        assert set(names.split()) <= set(pins(lock, python))
+
+
+def test_every_lock_is_written_by_the_program():
+    assert {path.name for path in LOCKS.iterdir()} == {
+        path.name for path in (REQUIREMENTS, TEST_REQUIREMENTS, FOCAL_REQUIREMENTS)}
