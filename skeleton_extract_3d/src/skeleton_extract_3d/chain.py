@@ -5,7 +5,7 @@ needs both sides: the tracks in space tell where in the next image people will b
 """
 import itertools
 import threading
-from typing import Dict, Hashable, Optional, Tuple
+from typing import Hashable, Optional, Tuple
 
 import numpy as np
 
@@ -26,6 +26,8 @@ _WARM_UP_MATRIX = np.array([[50.0, 0.0, 31.5], [0.0, 50.0, 23.5], [0.0, 0.0, 1.0
 class PeopleChain:
     """The people before any number of cameras; ids in space are unique over all of them. Any thread may call it.
 
+    Of more cameras than `TRACKING.most_cameras`, the one that sent nothing for longest is forgotten.
+
     Args:
         skeleton: joints of the people.
         settings: of the estimators.
@@ -40,8 +42,8 @@ class PeopleChain:
         self._stream = stream
         limits = TrackingParams() if tracking is None else tracking
         self._trackers = PerCamera(lambda: KeypointTracker(limits))
-        self._estimators: Dict[Hashable, PeopleEstimator] = {}
         self._ids = itertools.count(FIRST_ID)
+        self._estimators = PerCamera(lambda: PeopleEstimator(self._settings, self._ids))
         # held while a frame is estimated, so that it keeps the settings that it began with
         self._lock = threading.Lock()
 
@@ -49,7 +51,7 @@ class PeopleChain:
         """Take other settings from the next frame on; see `PeopleEstimator.reconfigure`."""
         with self._lock:
             self._settings = settings
-            for estimator in self._estimators.values():
+            for estimator in self._estimators.all():
                 estimator.reconfigure(settings)
 
     def warm_up(self) -> None:
@@ -87,8 +89,7 @@ class PeopleChain:
             stamp: of the image [s].
             image_size: width and height [px].
         """
-        estimator = self._estimators.get(camera)
-        return None if estimator is None else estimator.expected(stamp, image_size)
+        return self._estimators.of(camera).expected(stamp, image_size)
 
     def in_image(self, detected: People2D, camera: Hashable, stamp: float) -> People2D:
         """Return people of an image who were found elsewhere with ids that they keep in the images of a camera.
@@ -107,6 +108,4 @@ class PeopleChain:
             BadInputError: image and points differ in aspect ratio, or the points are in no optical frame.
         """
         with self._lock:
-            if frame.camera not in self._estimators:
-                self._estimators[frame.camera] = PeopleEstimator(self._settings, self._ids)
-            return self._estimators[frame.camera].update(people_2d, frame)
+            return self._estimators.of(frame.camera).update(people_2d, frame)

@@ -7,9 +7,10 @@ import pytest
 from openpose_ros_pkg.detect.detector import Detector, DetectorSettings
 from openpose_ros_pkg.detect.following import FOLLOWING, Followed, FollowingParams, Known, Opinion, disagreement
 from openpose_ros_pkg.detect.recipes import MODES
+from openpose_ros_pkg.detect.refinement import CROP, prepare_crop
 from openpose_ros_pkg.detect.schedule import SCHEDULE
 from openpose_ros_pkg.detect.stream_detector import StreamDetector
-from openpose_ros_pkg.detect.tracking import TrackingParams
+from openpose_ros_pkg.detect.tracking import TRACKING, TrackingParams
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
@@ -220,3 +221,19 @@ def test_two_cameras_share_the_time():
         return sum(scene.frame(1.0 + 0.02 * i, camera=f'camera {number}')[2]
                    for i in range(20) for number in range(cameras))
     assert looks(2) <= 1.2 * looks(1)
+
+
+def test_of_many_cameras_and_sizes_the_newest_are_remembered():
+    scene = Scene([])
+    for number in range(2 * TRACKING.most_cameras):
+        scene.frame(0.1, image=np.zeros((60 + number, 80, 3), np.uint8), camera=number)
+    stream = scene.stream
+    assert len(stream._cameras.all()) == len(stream._plan.cuts) == TRACKING.most_cameras
+
+
+def test_people_far_beyond_a_thin_image_get_a_crop_that_fits_into_memory():
+    person = np.full((18, 3), 0.9, np.float32)
+    person[:, :2] = np.linspace((0, -1e6), (40, 1e6), 18)
+    refinement = next(iter(Scene([]).stream.detector.setup.recipe.refinements))
+    crop = prepare_crop(np.zeros((6000, 40, 3), np.uint8), person, refinement)
+    assert np.prod(crop.view.plan.image_size) <= 1.01 * CROP.most_area * 6000 * 40

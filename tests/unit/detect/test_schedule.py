@@ -132,3 +132,12 @@ def test_a_frame_has_the_least_time_whatever_rate_is_wanted():
     budget = Budget(30.0)
     budget.begin(1 / 30, least=0.1)
     assert budget.crops(0.01) == int((1 - SCHEDULE.search_share) * 10)
+
+
+def test_long_thin_images_take_no_more_memory():
+    for height, width in ((65500, 1), (1, 65500), (5000, 40)):
+        changes, image = Changes(), np.zeros((height, width, 3), np.uint8)
+        assert len(changes.columns(image, [])) == 0
+        assert changes._last.size <= SCHEDULE.grey_aspect * SCHEDULE.grey_width ** 2
+        image[height // 2:] = 200
+        assert len(changes.columns(image, [])) >= (height > 1)

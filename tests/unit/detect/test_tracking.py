@@ -205,3 +205,12 @@ def test_of_too_many_cameras_the_longest_unused_is_forgotten():
     values.of('one more')
     assert len(values.all()) == TRACKING.most_cameras
     assert values.of(0) is first and values.of(1) is not second
+
+
+def test_stamps_that_stand_still_do_not_add_people_for_ever():
+    """As of a client that fills in no stamps."""
+    tracker = KeypointTracker(TrackingParams())
+    for number in range(TRACKING.most_tracks + 50):
+        tracker.update(frame((1e4 * number, 200)), 0.0)
+    ids, _ = tracker.expected(0.0)
+    assert len(ids) == TRACKING.most_tracks and max(ids) == TRACKING.most_tracks + 50

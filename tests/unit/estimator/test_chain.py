@@ -2,6 +2,7 @@
 import numpy as np
 import pytest
 
+from openpose_ros_pkg.detect.tracking import TRACKING
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
@@ -87,3 +88,15 @@ def test_new_settings_hold_for_all_cameras(chain):
         # the ids are those of the detections
         assert people.ids.tolist() == FRAME.people.ids.tolist()
         assert np.isnan(people.velocity).all()
+
+
+def test_of_a_thousand_cameras_the_newest_are_remembered(chain):
+    in_space(chain, FRAME.people, 'first')
+    for camera in range(1000):
+        chain.expected(camera, 0.0, FRAME.size)
+        chain.in_image(FRAME.people, camera, 0.0)
+        if camera == 998:
+            in_space(chain, FRAME.people, 'last')
+    assert chain.expected('last', 0.1, FRAME.size) is not None
+    assert chain.expected('first', 0.1, FRAME.size) is None
+    assert len(chain._estimators.all()) == len(chain._trackers.all()) == TRACKING.most_cameras

@@ -243,8 +243,9 @@ class Follower:
         people = self.tracker.update(people, stamp)
         for i, person in enumerate(persons):
             self._known[int(people.ids[i])] = person.remembered(people.keypoints[i], stamp)
+        followed = set(self.tracker.expected(stamp)[0])
         self._known = {number: known for number, known in self._known.items()
-                       if stamp - known.seen <= FOLLOWING.lost_time}
+                       if stamp - known.seen <= FOLLOWING.lost_time and number in followed}
         return people
 
 

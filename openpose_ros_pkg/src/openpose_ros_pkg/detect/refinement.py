@@ -23,6 +23,9 @@ class CropConstants:
     """How a person is cut out of the image."""
 
     least_side: int = constant(16, 'Least side of a crop; below, there is nothing to see.', unit='px')
+    most_area: float = constant(
+        9.0, 'A crop is at most this many times as large as the image: a person who was taken to be in a long thin '
+             'image, or is expected close before the camera, shall not take gigabytes.')
     sure_joint: float = constant(
         0.25, 'Joints with a lower score do not widen the crop: they are guesses, often of what is out of sight.')
 
@@ -92,7 +95,8 @@ def _crop_square(person: np.ndarray, margin: float, size: Tuple[int, int]) -> Tu
     """Return left, top, right, bottom [px] of the square around a person; its centre lies in the image."""
     sure = person[person[:, 2] >= CROP.sure_joint]
     low, high = extent(sure if len(sure) > 1 else person)
-    half = max(margin * (high - low).max(), CROP.least_side) / 2
+    most = np.sqrt(CROP.most_area * size[0] * size[1])
+    half = max(min(margin * (high - low).max(), most), CROP.least_side) / 2
     left, top = np.floor(np.clip((low + high) / 2, 0, np.subtract(size, 1)) - half).astype(int).tolist()
     side = int(np.ceil(2 * half)) + 1
     return left, top, left + side, top + side

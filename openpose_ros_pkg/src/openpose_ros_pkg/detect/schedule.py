@@ -27,6 +27,7 @@ class ScheduleConstants:
     changed: float = constant(3.0, 'A part in which the image changed outside of everybody waits this many times less.')
     lost: float = constant(6.0, 'A part in which somebody was lost waits this many times less.')
     grey_width: int = constant(96, 'Width of the grey images that are compared.', unit='px')
+    grey_aspect: float = constant(4.0, 'They are at most this many times as high; those of longer images are narrower.')
     grey_levels: float = constant(10.0, 'Change of a pixel in them that counts, of 256 levels.')
     grey_pixels: int = constant(4, 'Number of such pixels that make a part changed.')
     round_people: float = constant(0.2, 'Share of its size by which the box of a person is enlarged for that.')
@@ -77,8 +78,8 @@ class Changes:
         Args:
             boxes: least and greatest x and y of people, (2, 2) each [px].
         """
-        scale = SCHEDULE.grey_width / bgr.shape[1]
-        size = (SCHEDULE.grey_width, max(round(bgr.shape[0] * scale), 1))
+        scale = SCHEDULE.grey_width / max(bgr.shape[1], bgr.shape[0] / SCHEDULE.grey_aspect)
+        size = (max(round(bgr.shape[1] * scale), 1), max(round(bgr.shape[0] * scale), 1))
         grey = cv2.cvtColor(cv2.resize(bgr, size, interpolation=cv2.INTER_AREA), cv2.COLOR_BGR2GRAY).astype(np.float32)
         last, self._last = self._last, grey
         if last.shape != grey.shape:

@@ -52,7 +52,8 @@ class _Plan:
         rate: that is wanted [Hz]; 0: none.
         period: without a rate, every image of this number is searched in full.
         pace: what the networks take.
-        cuts: parts by the size of the images. They stay, as a network is compiled for each size of a part.
+        cuts: parts by the size of the images, of the newest sizes. They stay, as a network is compiled for each size of
+            a part.
     """
 
     made_for: DetectorParams
@@ -77,7 +78,10 @@ class _Plan:
         """Return the parts of a search of an image of (width, height) [px]."""
         if size not in self.cuts:
             self.cuts[size] = self._cut(setup, size)
-        return self.cuts[size]
+        parts = self.cuts[size]
+        if len(self.cuts) > TRACKING.most_cameras:
+            del self.cuts[next(iter(self.cuts))]
+        return parts
 
     def least(self, setup: Setup, size: Tuple[int, int]) -> float:
         """Return what there is time for in any frame [s]."""

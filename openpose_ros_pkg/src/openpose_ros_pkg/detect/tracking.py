@@ -34,8 +34,10 @@ class TrackingConstants:
         0.05, 'A remembered size shrinks by this share per frame: a bounding box of few joints (a face) says little.')
     least_size: float = constant(10.0, 'Least size of a person, also of a single joint.', unit='px')
     most_cameras: int = constant(
-        100, 'Cameras whose people are remembered; of more, the one that sent nothing for longest is forgotten, as '
+        32, 'Cameras whose people are remembered; of more, the one that sent nothing for longest is forgotten, as '
              'each run of a program that calls the detection service may be a camera of its own.')
+    most_tracks: int = constant(
+        1000, 'People who are remembered of a camera; with stamps that stand still nobody is ever gone for long.')
 
 
 TRACKING = TrackingConstants()
@@ -119,6 +121,7 @@ class KeypointTracker:
             self._next_id += 1
             self._tracks.append(
                 _Track(int(ids[p]), people.xy[p].astype(np.float64), np.zeros(2), float(sizes[p]), stamp))
+        self._tracks = self._tracks[-TRACKING.most_tracks:]
         return replace(people, ids=ids)
 
     def expected(self, stamp: float) -> Tuple[List[int], List[np.ndarray]]:

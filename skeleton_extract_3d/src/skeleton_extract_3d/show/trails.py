@@ -11,6 +11,8 @@ SHOULDERS = ('neck', 'right_shoulder', 'left_shoulder')
 HIPS = ('right_hip', 'left_hip', 'mid_hip')
 # Points of a trail are at least this far apart [m], so that the trail of a standing person is no tangle.
 _TRAIL_STEP = 0.02
+# Bounds, whatever the stamps are: points of a trail (33 s at 30 Hz), and people.
+_MOST_POINTS, _MOST_PEOPLE = 1000, 1000
 
 
 class Trails:
@@ -44,8 +46,8 @@ class Trails:
             place = middle(people.skeleton, xyz, HIPS)
             place = middle(people.skeleton, xyz, SHOULDERS) if place is None else place
             if place is not None:
-                _go_to(self._paths.setdefault(person, deque()), stamp, place)
-        self._paths = {person: path for person, path in self._paths.items() if path}
+                _go_to(self._paths.setdefault(person, deque(maxlen=_MOST_POINTS)), stamp, place)
+        self._paths = dict([(person, path) for person, path in self._paths.items() if path][-_MOST_PEOPLE:])
         return {person: np.array([place for _, place in self._paths[person]])
                 for person in people.ids.tolist() if person in self._paths}
 

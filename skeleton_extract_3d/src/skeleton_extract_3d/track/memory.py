@@ -4,6 +4,7 @@ from typing import Optional, Tuple
 
 import numpy as np
 
+from openpose_ros_pkg.detect.tracking import TRACKING
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.constants import METHOD
@@ -46,7 +47,9 @@ class Memory:
             before = None
         tracks = Tracks.none()
         if before is not None:
-            tracks = self.tracks.kept(stamp - self.tracks.last_seen <= params.track_timeout)
+            recent = stamp - self.tracks.last_seen <= params.track_timeout
+            recent[:-TRACKING.most_tracks] = False
+            tracks = self.tracks.kept(recent)
             if pose is not None and self.tracking_from_points is not None:
                 tracks = tracks.transformed(*frame_change(self.tracking_from_points, pose))
         memory = Memory(tracks, stamp if before is None else max(stamp, before), camera, pose)
