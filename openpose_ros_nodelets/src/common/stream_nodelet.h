@@ -8,6 +8,7 @@
 
 #include "common/health.h"
 #include "common/parameter_reader.h"
+#include "common/registration_watch.h"
 
 namespace openpose_ros_nodelets
 {
@@ -46,6 +47,7 @@ private:
 
   std::atomic<bool> enabled_{ true };
   std::unique_ptr<Health> health_;
+  std::shared_ptr<RegistrationWatch> registration_;
   ros::ServiceServer enable_service_;
 };
 

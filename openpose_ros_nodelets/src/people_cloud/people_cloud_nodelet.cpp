@@ -18,6 +18,7 @@
 #include <tf2_ros/transform_listener.h>
 
 #include "common/stream_nodelet.h"
+#include "common/transforms.h"
 #include "people_cloud/labelled_cloud.h"
 #include "people_cloud/people_labeller.h"
 
@@ -144,8 +145,7 @@ private:
     if (frame == cloud.frame_id)
       return transform;
     const geometry_msgs::Transform found =
-        transform_buffer_.lookupTransform(cloud.frame_id, frame, cloud.stamp, ros::Duration(TRANSFORM_PATIENCE))
-            .transform;
+        lookup(transform_buffer_, cloud.frame_id, frame, cloud.stamp, ros::WallDuration(TRANSFORM_PATIENCE)).transform;
     transform.translate(Eigen::Vector3f(found.translation.x, found.translation.y, found.translation.z));
     transform.rotate(Eigen::Quaternionf(found.rotation.w, found.rotation.x, found.rotation.y, found.rotation.z));
     return transform;

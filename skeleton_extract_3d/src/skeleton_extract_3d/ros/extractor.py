@@ -6,12 +6,11 @@ from typing import Any, Dict, NamedTuple, Optional, Tuple
 import numpy as np
 import rospy
 import tf2_ros
-from geometry_msgs.msg import TransformStamped
 from openpose_ros_msgs.msg import PersonDetection_3d, PersonDetection_3dArray
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2
 from std_msgs.msg import Header
 
-from openpose_ros_pkg.errors import BadInputError, NoTransformError
+from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.networks.models import find_model
 from openpose_ros_pkg.params.nodes import ImageTransportParams
 from openpose_ros_pkg.ros import convert as convert_2d
@@ -38,6 +37,7 @@ from skeleton_extract_3d.ros.floor_input import FloorInput
 from skeleton_extract_3d.ros.input_echo import InputEcho, InputFrame
 from skeleton_extract_3d.ros.lifter import Lifter, PointsMessage
 from skeleton_extract_3d.ros.synchronizer import StampSynchronizer
+from skeleton_extract_3d.ros.transforms import Transforms
 from skeleton_extract_3d.settings import EstimatorSettings
 from skeleton_extract_3d.show.report import frame_report
 
@@ -114,7 +114,9 @@ class Extractor:
         self._last_report = -float('inf')
         self._chain = PeopleChain(find_model(self._params.pose_model).skeleton, settings.estimator)
         self._chain.warm_up()
-        self._lifter = Lifter(self._params, self._chain, self._lookup, self._most)
+        frames = self._params.target_frame or self._params.tracking_frame
+        lookup = Transforms(self._params.tf_timeout).lookup if frames else None
+        self._lifter = Lifter(self._params, self._chain, lookup, self._most)
         self._advertise()
         self._publisher_2d: Optional[PeoplePublisher] = None
         if self._params.publish_2d:
@@ -139,9 +141,6 @@ class Extractor:
             self._tf_broadcaster = tf2_ros.TransformBroadcaster()
 
     def _subscribe(self, pairing: PairingParams, transport: ImageTransportParams) -> None:
-        if self._params.target_frame or self._params.tracking_frame:
-            self._tf_buffer = tf2_ros.Buffer()
-            self._tf_listener = tf2_ros.TransformListener(self._tf_buffer)
         self._camera_info = CameraInfoPublisher(NAMESPACE, '~camera_info', self._health, self._demand)
         images = image_subscriber('~image', transport.image_transport)
         if self._params.points_source == 'point_cloud':
@@ -216,12 +215,6 @@ class Extractor:
         if self._params.points_source == 'depth_image' and self._camera_info.newest is None:
             raise BadInputError(f'no camera info yet on {self._camera_info.source}')
         return self._lifter.points(message, self._camera_info.newest)
-
-    def _lookup(self, target: str, source: str, stamp: rospy.Time) -> TransformStamped:
-        try:
-            return self._tf_buffer.lookup_transform(target, source, stamp, rospy.Duration(self._params.tf_timeout))
-        except tf2_ros.TransformException as error:
-            raise NoTransformError(f'the frame is dropped: {error}') from error
 
     def _publish(self, people: People3D, cloud_header: Header) -> None:
         people, header = self._lifter.in_target_frame(people, cloud_header)

@@ -1,0 +1,48 @@
+"""Transforms of tf, waited for in wall time: with a simulated clock that stops, tf2 itself would wait without end."""
+import time
+
+import rospy
+import tf2_ros
+from geometry_msgs.msg import TransformStamped
+
+from openpose_ros_pkg.errors import NoTransformError
+from openpose_ros_pkg.stream.pairing import PAIRING
+
+# Period of looking [s].
+_LOOK_PERIOD = 0.005
+
+
+class Transforms:
+    """What tf knows.
+
+    A recording that is played again without a simulated clock has stamps that tf2 takes for outdated: what was known is
+    forgotten then, but for static transforms.
+
+    Args:
+        timeout: how long to wait for a transform [s].
+    """
+
+    def __init__(self, timeout: float) -> None:
+        self._timeout = timeout
+        self._newest = rospy.Time()
+        self._buffer = tf2_ros.Buffer()
+        self._listener = tf2_ros.TransformListener(self._buffer)
+
+    def lookup(self, target: str, source: str, stamp: rospy.Time) -> TransformStamped:
+        """Return the transform that takes points of the frame `source` to `target`; for one thread at a time.
+
+        Raises:
+            NoTransformError: it did not come in time.
+        """
+        if (self._newest - stamp).to_nsec() > PAIRING.reset_backstep:
+            self._buffer.clear()
+            self._newest = stamp
+        self._newest = max(self._newest, stamp)
+        deadline = time.monotonic() + self._timeout
+        while True:
+            try:
+                return self._buffer.lookup_transform(target, source, stamp)
+            except tf2_ros.TransformException as error:
+                if time.monotonic() >= deadline or rospy.is_shutdown():
+                    raise NoTransformError(f'the frame is dropped: {error}') from error
+            time.sleep(_LOOK_PERIOD)
