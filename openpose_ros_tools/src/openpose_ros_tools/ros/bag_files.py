@@ -1,4 +1,5 @@
 """Opening and reading bags, with helpful errors."""
+import re
 import struct
 from contextlib import contextmanager
 from pathlib import Path
@@ -8,6 +9,7 @@ import genpy
 import rosbag
 
 from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_tools.ros.bag_definitions import TYPE_NAME, harmless_definition
 
 Item = TypeVar('Item')
 
@@ -20,6 +22,8 @@ TF_TOPIC = '/tf_static'
 # What rosbag raises for damaged files.
 _DAMAGE = (rosbag.ROSBagException, genpy.DeserializationError, struct.error, EOFError, OSError, ValueError, KeyError,
            IndexError, TypeError, AttributeError, RuntimeError, SyntaxError, genpy.generator.MsgGenerationException)
+# Versions before it define types on the way; 200 is 2.0.
+_LEAST_VERSION = 200
 # std_msgs/Header as it is serialized: seq, stamp.secs, stamp.nsecs, length of frame_id.
 _HEADER = struct.Struct('<4I')
 
@@ -41,7 +45,7 @@ def open_bag(path: Path) -> Iterator[rosbag.Bag]:
     """Open a bag to read it.
 
     Raises:
-        BadInputError: it is not there, is no bag, or has no index.
+        BadInputError: it is not there, is no bag, has no index, or defines messages by what is no definition.
     """
     try:
         bag = rosbag.Bag(str(path))
@@ -54,7 +58,19 @@ def open_bag(path: Path) -> Iterator[rosbag.Bag]:
         raise BadInputError(f'{path} is not a bag, or is damaged ({error}); `rosbag reindex` and `rosbag fix` may mend '
                             'a damaged one') from error
     with bag:
+        _make_harmless(bag)
         yield bag
+
+
+def _make_harmless(bag: rosbag.Bag) -> None:
+    """See `harmless_definition`. The headers of the connections, which go into copies of a bag, stay as they are."""
+    if bag.version < _LEAST_VERSION:
+        raise BadInputError(f'{bag.filename} has version {bag.version / 100:.1f}, expected 2.0 or later, as all have '
+                            'since 2010')
+    for connection in bag._get_connections():
+        if not re.fullmatch(TYPE_NAME, connection.datatype, re.ASCII):
+            raise BadInputError(f'{bag.filename} has messages of a type that is no name: {connection.datatype[:100]!r}')
+        connection.msg_def = harmless_definition(connection.msg_def)
 
 
 def topic_types(bag: rosbag.Bag) -> Dict[str, str]:
