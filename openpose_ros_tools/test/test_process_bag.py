@@ -38,6 +38,7 @@ from sensor_msgs.msg import CompressedImage, Image, PointCloud2
 from std_msgs.msg import Header, String
 from tf2_msgs.msg import TFMessage
 
+from disk_limits import file_size_limit
 from openpose_ros_pkg.detect.tracking import KeypointTracker, TrackingParams
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.ros import convert as convert_2d
@@ -474,6 +475,16 @@ def test_json_markers_and_tf(run, recording, tmp_path, out):
     joints, _ = messages(out, '/tf')[3]
     assert joints.transforms[0].header.frame_id == FRAME_ID
     assert 'person_1/nose' in [transform.child_frame_id for transform in joints.transforms]
+
+
+@pytest.mark.parametrize('option, name, limit', [
+    ((), 'out.bag', 1000), (('--csv', 't.csv', '--copy', 'all'), 'out.bag', 100000)])
+def test_a_full_disk_is_told_with_the_file_and_nothing_stays(run, recording, tmp_path, capfd, option, name, limit):
+    arguments = [tmp_path / word if '.' in word else word for word in option]
+    with file_size_limit(limit):
+        assert run(recording, *arguments) == 2
+    assert f'process_bag: {tmp_path / name}: File too large\n' in capfd.readouterr().err
+    assert [path.name for path in tmp_path.iterdir()] == [recording.name]
 
 
 def test_an_interrupt_leaves_nothing(recording, tmp_path):

@@ -1,18 +1,26 @@
 """What the commands of this project share: exit statuses, ends, messages above a progress bar, parameters."""
 import argparse
+import errno
 import logging
+import os
 import signal
 import sys
-from contextlib import contextmanager
-from typing import Any, Callable, Dict, Iterator, Sequence
+import time
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any, Callable, Dict, Iterator, Optional, Sequence
 
 import yaml
 from tqdm import tqdm
 
 from openpose_ros_pkg.errors import OpenposeRosError
+from openpose_ros_pkg.output.files import naming
 
-# Exit statuses. REFUSED: nothing was done, as the command line, a parameter or an input is wrong.
-DONE, SOME_FAILED, REFUSED, INTERRUPTED = 0, 1, 2, 130
+# Exit statuses. REFUSED: nothing was done, as the command line, a parameter or an input is wrong. PIPE_CLOSED: the
+# reader of stdout went away before all was done, as a shell has it for programs that SIGPIPE ends.
+DONE, SOME_FAILED, REFUSED, INTERRUPTED, PIPE_CLOSED = 0, 1, 2, 130, 141
+# A second interrupt within this time is the impatience of the first; a later one ends the program at once [s].
+_CLEANING_UP = 3.0
 _PACKAGES = ('openpose_ros_pkg', 'skeleton_extract_3d', 'openpose_ros_tools', 'openpose_ros_mocap')
 
 
@@ -24,7 +32,7 @@ def run_command(name: str, work: Callable[[], int]) -> int:
 
     Args:
         name: of the command, for its error messages.
-        work: returns the exit status; an OpenposeRosError that it raises is told in one line.
+        work: returns the exit status; an OpenposeRosError or OSError that it raises is told in one line.
     """
     handler = _AboveTheBar()
     handler.setFormatter(logging.Formatter('%(levelname)s: %(message)s'))
@@ -33,12 +41,25 @@ def run_command(name: str, work: Callable[[], int]) -> int:
         log.addHandler(handler)
     try:
         with all_ends_are_interrupts():
-            return work()
+            status = work()
+            with naming(Path('stdout')):
+                sys.stdout.flush()  # a full disk shows here
+            return status
     except OpenposeRosError as error:
         sys.stderr.write(f'{name}: {error}\n')
         return REFUSED
     except KeyboardInterrupt:
+        sys.stderr.write(f'{name}: interrupted\n')
         return INTERRUPTED
+    except BrokenPipeError:
+        _close_stdout()
+        return PIPE_CLOSED
+    except OSError as error:
+        # all other writing names its file
+        where = error.filename or ('stdout' if error.errno == errno.ENOSPC else '')
+        sys.stderr.write(f'{name}: {where}: {error.strerror}\n' if where else f'{name}: {error}\n')
+        _close_stdout()
+        return REFUSED
     finally:
         for log in logs:
             log.removeHandler(handler)
@@ -70,17 +91,36 @@ def setting_values(parser: argparse.ArgumentParser, settings: Sequence[str]) -> 
 
 @contextmanager
 def all_ends_are_interrupts() -> Iterator[None]:
-    """Turn SIGTERM, and SIGHUP of a closed terminal, into KeyboardInterrupt as SIGINT is: files get completed.
+    """Turn SIGINT, SIGTERM, and SIGHUP of a closed terminal, into one KeyboardInterrupt: files get completed.
 
-    What is ignored, as `nohup` has SIGHUP, stays so.
+    Those that follow within `_CLEANING_UP` do not disturb that. What is ignored, as `nohup` has SIGHUP, stays so.
     """
-    before = {number: signal.signal(number, signal.default_int_handler) for number in (signal.SIGTERM, signal.SIGHUP)
+    first: Optional[float] = None
+
+    def interrupt(number: int, _: object) -> None:
+        nonlocal first
+        if first is None:
+            first = time.monotonic()
+            raise KeyboardInterrupt
+        if time.monotonic() - first > _CLEANING_UP:
+            signal.signal(number, signal.SIG_DFL)
+            os.kill(os.getpid(), number)
+
+    before = {number: signal.signal(number, interrupt) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
               if signal.getsignal(number) != signal.SIG_IGN}
     try:
         yield
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
+
+
+def _close_stdout() -> None:
+    """Write what waits for stdout, or drop what can not be written, of which Python would complain at its end."""
+    with suppress(OSError):
+        sys.stdout.flush()
+    with suppress(OSError), Path(os.devnull).open('w') as nowhere:
+        os.dup2(nowhere.fileno(), sys.stdout.fileno())
 
 
 class _AboveTheBar(logging.Handler):

@@ -1,4 +1,5 @@
 """Files and folders that appear whole or not at all: made under a temporary name, moved to their places at the end."""
+import errno
 import glob
 import os
 import shutil
@@ -6,9 +7,10 @@ import socket
 import uuid
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Callable, Iterator, List, Sequence, Tuple
+from typing import Callable, Iterator, List, Optional, Sequence, Tuple
 
 from openpose_ros_pkg.errors import ParameterError
+from openpose_ros_pkg.output.files import naming
 
 
 class PartFiles:
@@ -17,15 +19,16 @@ class PartFiles:
     On leaving without an error they are moved to their places, in the order in which they were named; on an error or
     an interrupt they are deleted. Temporary names contain the name of the output, so that the next run can delete what
     a killed process has left, and are unique even within a process: a cluster's worker may still write an output that
-    another thread begins anew; it then finds nothing to move. Methods raise OSError where nothing can be written.
+    another thread begins anew; it then finds nothing to move. Methods raise OSError where nothing can be written; such
+    errors, and those of the block that name a temporary path, name the output.
     """
 
     def __init__(self) -> None:
-        self._moves: List[Tuple[Path, Callable[[Path], object]]] = []
+        self._moves: List[Tuple[Path, Path, Callable[[Path], object]]] = []
 
     def file(self, path: Path) -> Path:
         """Return the temporary path to write a file to; its folder is made."""
-        return self._part(path, lambda part: part.replace(path))
+        return self._part(path, lambda part: _move(part, path))
 
     def folder(self, path: Path, is_old: Callable[[str], bool] = lambda name: False) -> Path:
         """Return a new folder, whose files will be moved into the folder `path`, beside the files that it has already.
@@ -46,13 +49,18 @@ class PartFiles:
     def __enter__(self) -> 'PartFiles':
         return self
 
-    def __exit__(self, kind: object, *_: object) -> None:
+    def __exit__(self, kind: object, error: Optional[BaseException], _: object) -> None:
         try:
             if kind is None:
-                for part, move in self._moves:
+                for part, _path, move in self._moves:
                     move(part)
+        except OSError as failed:
+            self._name_output(failed)
+            raise
         finally:
-            for part, _move in self._moves:
+            if isinstance(error, OSError):
+                self._name_output(error)
+            for part, _path, _move in self._moves:
                 _delete(part)
 
     def _part(self, path: Path, move: Callable[[Path], object]) -> Path:
@@ -60,8 +68,14 @@ class PartFiles:
         path.parent.mkdir(parents=True, exist_ok=True)
         delete_parts(path)
         part = path.with_name(f'.{path.name}.{socket.gethostname()}-{os.getpid()}-{uuid.uuid4().hex[:8]}.part')
-        self._moves.append((part, move))
+        self._moves.append((part, path, move))
         return part
+
+    def _name_output(self, error: OSError) -> None:
+        """Let an error that names a temporary path name the output instead."""
+        for part, path, _ in self._moves:
+            if str(error.filename).startswith(str(part)):
+                error.filename = str(path) + str(error.filename)[len(str(part)):]
 
 
 @contextmanager
@@ -116,20 +130,37 @@ def _told(path: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        raise ParameterError(f'{path} can not be written: {error.strerror or error}') from error
+        raise ParameterError(f'{error.filename or path} can not be written: {error.strerror or error}') from error
+
+
+def _move(part: Path, path: Path) -> None:
+    """Move a file to its place when the disk has it."""
+    if not part.exists():
+        raise FileNotFoundError(errno.ENOENT, 'another program began to write it, or deleted it', str(part))
+    _sync(part)
+    part.replace(path)
+
+
+def _sync(path: Path) -> None:
+    """Wait until the disk has a file."""
+    if path.is_file():
+        with naming(path), path.open('rb') as handle:
+            os.fsync(handle.fileno())
 
 
 def _merge(part: Path, path: Path, is_old: Callable[[str], bool]) -> None:
     new = {file.name for file in part.iterdir()}
     path.mkdir(parents=True, exist_ok=True)
     for name in new:
-        (part / name).replace(path / name)
+        _move(part / name, path / name)
     for file in path.iterdir():
         if file.name not in new and is_old(file.name):
             file.unlink()
 
 
 def _exchange(part: Path, path: Path) -> None:
+    for file in part.rglob('*'):
+        _sync(file)
     old = path.with_name(f'{part.name[:-len(".part")]}.old.part')
     if path.exists():
         path.replace(old)

@@ -1,10 +1,13 @@
 """What the commands share: how they end, and what they say then."""
 import os
 import signal
+import subprocess
+import sys
+from pathlib import Path
 
 import pytest
 
-from openpose_ros_pkg.command_line import DONE, INTERRUPTED, REFUSED, run_command
+from openpose_ros_pkg.command_line import DONE, INTERRUPTED, PIPE_CLOSED, REFUSED, run_command
 from openpose_ros_pkg.errors import BadInputError
 
 
@@ -29,3 +32,51 @@ def test_a_closed_terminal_does_not_end_what_nohup_started():
         assert signal.getsignal(signal.SIGHUP) == signal.SIG_IGN
     finally:
         signal.signal(signal.SIGHUP, before)
+
+
+def test_one_interrupt_is_enough_and_others_do_not_disturb_cleaning_up(capsys):
+    cleaned_up = []
+
+    def work():
+        try:
+            os.kill(os.getpid(), signal.SIGINT)
+        finally:
+            for number in (signal.SIGINT, signal.SIGTERM, signal.SIGINT):
+                os.kill(os.getpid(), number)
+                cleaned_up.append(number)
+
+    before = signal.signal(signal.SIGINT, signal.SIG_DFL)
+    try:
+        assert run_command('tool', work) == INTERRUPTED
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert len(cleaned_up) == 3
+    assert capsys.readouterr().err == 'tool: interrupted\n'
+
+
+def test_an_error_of_a_file_names_it(capsys):
+    assert run_command('tool', lambda: Path('/no/such').write_text('')) == REFUSED
+    assert capsys.readouterr().err == 'tool: /no/such: No such file or directory\n'
+
+
+@pytest.mark.parametrize('lines, stdout, status, told', [
+    (3, '> /dev/full', REFUSED, b'tool: stdout: No space left on device\n'),
+    (100000, '> /dev/full', REFUSED, b'tool: stdout: No space left on device\n'),
+    (100000, '| head -1', PIPE_CLOSED, b'')])
+def test_stdout_that_can_not_be_written(lines, stdout, status, told):
+    script = ('import sys; from openpose_ros_pkg.command_line import run_command; '
+              f'sys.exit(run_command("tool", lambda: print("line\\n" * {lines}) or 0))')
+    done = subprocess.run(['bash', '-c', f'"$0" -c \'{script}\' {stdout}; exit ${{PIPESTATUS[0]}}', sys.executable],
+                          env={**os.environ, 'PYTHONPATH': os.pathsep.join(sys.path)}, timeout=60,
+                          stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, check=False)
+    assert (done.returncode, done.stderr) == (status, told)
+
+
+def test_an_interrupt_within_the_imports_leaves_no_traceback(tmp_path):
+    (tmp_path / 'slow.py').write_text('import os, signal\nos.kill(os.getpid(), signal.SIGINT)\n')
+    script = ('import signal; signal.signal(signal.SIGINT, signal.default_int_handler); '
+              'from openpose_ros_pkg.start import run; run("slow")')
+    path = os.pathsep.join([str(tmp_path), *sys.path])
+    done = subprocess.run([sys.executable, '-c', script], env={**os.environ, 'PYTHONPATH': path}, timeout=60,
+                          stderr=subprocess.PIPE, check=False)
+    assert (done.returncode, done.stderr) == (-signal.SIGINT, b'')

@@ -50,7 +50,7 @@ class WorkerProcesses:
             on_progress: gets what it told last, from time to time.
 
         Raises:
-            OpenposeRosError: the function raised it.
+            OpenposeRosError, OSError: the function raised it.
             RuntimeError: it raised something else.
             ProcessLostError: several processes ended one after the other.
             CancelledError: the processes were ended.
@@ -149,7 +149,7 @@ def _end_with_parent() -> None:
 def _do(function: Callable[..., Any], arguments: Tuple[Any, ...]) -> Any:
     try:
         return function(*arguments)
-    except OpenposeRosError:
+    except (OpenposeRosError, OSError):
         raise
     except Exception as error:  # not every error can be sent
         raise RuntimeError(f'in a process: {error!r}') from None

@@ -1,14 +1,15 @@
 """Opening and reading bags, with helpful errors."""
 import re
 import struct
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, Dict, Iterator, NamedTuple, Optional, Sequence, Tuple, Type, TypeVar
 
 import genpy
 import rosbag
 
-from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_pkg.errors import BadInputError, ParameterError
+from openpose_ros_pkg.output.files import naming
 from openpose_ros_tools.ros.bag_definitions import TYPE_NAME, harmless_definition
 
 Item = TypeVar('Item')
@@ -24,6 +25,9 @@ _DAMAGE = (rosbag.ROSBagException, genpy.DeserializationError, struct.error, EOF
            IndexError, TypeError, AttributeError, RuntimeError, SyntaxError, genpy.generator.MsgGenerationException)
 # Versions before it define types on the way; 200 is 2.0.
 _LEAST_VERSION = 200
+# Format 2.0: http://wiki.ros.org/Bags/Format/2.0. Headers of records have a field `op`; the longest is that of a
+# connection, which holds the name of a topic.
+_VERSION, _OPERATION, _LONGEST_HEADER = b'#ROSBAG V2.0\n', re.compile(rb'\x04\0\0\0op=[\x02-\x07]', re.DOTALL), 1 << 16
 # std_msgs/Header as it is serialized: seq, stamp.secs, stamp.nsecs, length of frame_id.
 _HEADER = struct.Struct('<4I')
 
@@ -50,8 +54,7 @@ def open_bag(path: Path) -> Iterator[rosbag.Bag]:
     try:
         bag = rosbag.Bag(str(path))
     except rosbag.ROSBagUnindexedException:
-        raise BadInputError(f'{path} has no index, as recordings have that were cut off; mend it with: rosbag reindex '
-                            f'{path}') from None
+        raise BadInputError(_why_no_index(path)) from None
     except _DAMAGE as error:
         if isinstance(error, OSError) and error.filename:  # it can not even be opened
             raise BadInputError(f'{path}: {error.strerror}') from error
@@ -73,6 +76,32 @@ def _make_harmless(bag: rosbag.Bag) -> None:
         connection.msg_def = harmless_definition(connection.msg_def)
 
 
+@contextmanager
+def new_bag(path: Path, compression: str = 'none') -> Iterator[rosbag.Bag]:
+    """Yield a bag to write; it is complete when the block has ended.
+
+    Args:
+        compression: one of COMPRESSIONS.
+
+    Raises:
+        ParameterError: this compression is not available.
+        OSError: it can not be written, with its name.
+    """
+    with naming(path):
+        try:
+            bag = rosbag.Bag(str(path), 'w', compression=compression)
+        except (ValueError, rosbag.ROSBagException) as error:
+            raise ParameterError(f'--compression {compression} is not available: {error}') from error
+        file = bag._file  # for after an error, as the bag would write on while it closes
+        try:
+            yield bag
+            bag.close()
+        except BaseException:
+            with suppress(OSError):
+                file.close()
+            raise
+
+
 def topic_types(bag: rosbag.Bag) -> Dict[str, str]:
     """Return the type of each topic in a bag; topics whose messages are all lost, as after a reindex, are left out."""
     return {name: info.msg_type for name, info in bag.get_type_and_topic_info().topics.items() if info.message_count}
@@ -90,8 +119,31 @@ def undamaged(bag: rosbag.Bag, messages: Iterator[Item]) -> Iterator[Item]:
         except StopIteration:
             return
         except _DAMAGE as error:
-            raise BadInputError(f'{bag.filename} is damaged ({error}); `rosbag reindex` may save the rest') from error
+            raise BadInputError(f'{bag.filename} is damaged, near byte {bag._file.tell()} ({error}); `rosbag reindex` '
+                                'may save the rest') from error
         yield message
+
+
+def _why_no_index(path: Path) -> str:
+    """Return whether a bag was cut off, or is damaged and where: its first record that can not be."""
+    size, place, index = path.stat().st_size, len(_VERSION), 0
+    with path.open('rb') as file:
+        while place < size:
+            file.seek(place)
+            length = int.from_bytes(file.read(4), 'little')
+            header = file.read(length) if length <= _LONGEST_HEADER else b''
+            operation = _OPERATION.search(header)
+            if length > _LONGEST_HEADER or (place + 4 + length <= size and not operation):
+                return f'{path} is damaged at byte {place}; `rosbag reindex` may save the rest'
+            data = int.from_bytes(file.read(4), 'little')
+            if place == len(_VERSION):
+                index = int.from_bytes(header.partition(b'index_pos=')[2][:8], 'little')
+            if place + 8 + length + data > size or (b'op=\x05' in header and not data):
+                break  # an unfinished chunk has length 0
+            place += 8 + length + data
+    if place < index < size:
+        return f'{path} is damaged at byte {place}; `rosbag reindex` may save the rest'
+    return f'{path} has no index, as recordings have that were cut off; mend it with: rosbag reindex {path}'
 
 
 def stamped_messages(bag: rosbag.Bag, topics: Sequence[str], start: Optional[genpy.Time] = None,

@@ -22,7 +22,6 @@ from typing import Optional, Sequence, Set
 
 import genpy
 import numpy as np
-import rosbag
 from openpose_ros_msgs.msg import PersonDetection_3dArray, PersonDetectionArray
 from std_msgs.msg import Header
 from tqdm import tqdm
@@ -32,6 +31,7 @@ from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.skeletons import BODY_25, COCO_18, MESSAGE_JOINTS, MPI_15, SKELETONS
 from openpose_ros_tools.command_options import add_output, command_parser
 from openpose_ros_tools.outputs import output_file
+from openpose_ros_tools.ros.bag_files import new_bag
 from openpose_ros_tools.ros.keypoint_bag import person_message
 from openpose_ros_tools.tables.keypoint_csv import KeypointCsv, read_csv
 from openpose_ros_tools.tables.keypoint_table import frames_of
@@ -75,7 +75,7 @@ def write_bag(file: KeypointCsv, path: Path, prefix: str, frame_id: str, pose_mo
     of_person, of_frame = (f'/{prefix.strip("/")}/{name}'.replace('//', '/') for name in _TOPICS[file.dimensions])
     kind = PersonDetection_3dArray if file.dimensions == 3 else PersonDetectionArray
     count = 0
-    with rosbag.Bag(str(path), 'w') as bag, tqdm(total=len(file.rows), unit='row', disable=None) as bar:
+    with new_bag(path) as bag, tqdm(total=len(file.rows), unit='row', disable=None) as bar:
         for count, frame in enumerate(frames_of(file.rows), 1):
             began = _time(frame[0].time)
             headers = [Header(row.sequence, _time(row.stamp), row.frame_id) for row in frame]

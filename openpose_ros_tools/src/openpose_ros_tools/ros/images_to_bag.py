@@ -61,7 +61,7 @@ from openpose_ros_tools.images.image_layouts import LAYOUTS, LayoutOptions, Reco
 from openpose_ros_tools.images.stamps import SECOND, UNITS, parse_stamp
 from openpose_ros_tools.outputs import output_file
 from openpose_ros_tools.parallel.threads import ordered_map
-from openpose_ros_tools.ros.bag_files import COMPRESSIONS, TF_TOPIC
+from openpose_ros_tools.ros.bag_files import COMPRESSIONS, TF_TOPIC, new_bag
 from openpose_ros_tools.ros.camera_topics import CAMERA_NAMESPACE, TOPICS
 from openpose_ros_tools.ros.image_messages import DEPTH_ENCODINGS, BagOptions, MessageMaker, first_image, moments
 from skeleton_extract_3d.points.camera import calibrated_camera
@@ -94,7 +94,7 @@ def write_bag(path: Path, recording: Recording, options: BagOptions, compression
     """
     maker, report = MessageMaker(options, recording), Report()
     planned = list(moments(recording))
-    with rosbag.Bag(str(path), 'w', compression=compression) as bag, \
+    with new_bag(path, compression) as bag, \
             tqdm(total=len(planned), unit='frame', disable=None) as bar, \
             closing(ordered_map(maker.messages, planned)) as results:
         if options.T_world_camera is not None:

@@ -16,7 +16,6 @@ wrong; 130 interrupted before a bag was done, and then there is no file.
 """
 import argparse
 import logging
-import os
 import queue
 import sys
 import time
@@ -30,7 +29,8 @@ import rospy
 from tqdm import tqdm
 
 from openpose_ros_pkg.command_line import DONE, run_command
-from openpose_ros_pkg.errors import BadInputError, ParameterError
+from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_pkg.output.files import naming
 from openpose_ros_tools.command_options import command_parser
 from openpose_ros_tools.outputs import output_file
 from openpose_ros_tools.ros import keypoint_bag
@@ -107,21 +107,13 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
 
 
 def _run(options: argparse.Namespace) -> int:
-    try:
-        with _output(options) as handle:
-            topic = _topic(options)
-            writer = KeypointCsvWriter(handle, options.layout, topic.dimensions, options.missing_joints)
-            # no progress bar where it would run into rows that are shown
-            with tqdm(unit='message' if options.bags else 'row', disable=True if handle.isatty() else None) as bar:
-                rows = (bags_to_csv(options.bags, topic, writer, options.time == 'stamp', bar) if options.bags else
-                        follow_topic(topic, writer, handle, bar))
-            handle.flush()
-    except OSError as error:  # of stdout
-        # without this, Python complains when it closes it
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        if isinstance(error, BrokenPipeError):  # the reader has closed the pipe
-            return DONE
-        raise ParameterError(f'stdout can not be written: {error.strerror}') from error
+    with _output(options) as handle:
+        topic = _topic(options)
+        writer = KeypointCsvWriter(handle, options.layout, topic.dimensions, options.missing_joints)
+        # no progress bar where it would run into rows that are shown
+        with tqdm(unit='message' if options.bags else 'row', disable=True if handle.isatty() else None) as bar:
+            rows = (bags_to_csv(options.bags, topic, writer, options.time == 'stamp', bar) if options.bags else
+                    follow_topic(topic, writer, handle, bar))
     if options.output:
         sys.stdout.write(f'{rows} detections of people from {topic.name} in {options.output}\n')
     return DONE
@@ -131,7 +123,8 @@ def _run(options: argparse.Namespace) -> int:
 def _output(options: argparse.Namespace) -> Iterator[TextIO]:
     """Give the file to write to, which is in its place when the block ends; or stdout."""
     if not options.output:
-        yield sys.stdout
+        with naming(Path('stdout')):
+            yield sys.stdout
         return
     with output_file(options.output, options.overwrite) as part, part.open('w', newline='', encoding='utf-8') as handle:
         yield handle

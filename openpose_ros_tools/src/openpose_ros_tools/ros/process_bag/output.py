@@ -1,22 +1,22 @@
 """The output of process_bag: a bag with the nodes' topics, a table, a JSON file of each frame."""
 import json
 import re
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import Any, Dict, Optional, TextIO
+from typing import Any, Dict, Iterator, Optional, TextIO
 
 import genpy
 import numpy as np
-import rosbag
 from std_msgs.msg import Header, String
 from tf2_msgs.msg import TFMessage
 
-from openpose_ros_pkg.errors import BadInputError, ParameterError
-from openpose_ros_pkg.output.files import frame_name
+from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_pkg.output.files import frame_name, naming
 from openpose_ros_pkg.output.keypoint_scale import KeypointScaleParams, scale_keypoints
 from openpose_ros_pkg.output.openpose_json import JSON_SUFFIX, people_to_json
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.ros import convert as convert_2d
-from openpose_ros_tools.ros.bag_files import StampedMessage, open_bag, undamaged
+from openpose_ros_tools.ros.bag_files import StampedMessage, new_bag, open_bag, undamaged
 from openpose_ros_tools.ros.keypoint_bag import write_people
 from openpose_ros_tools.ros.process_bag.input import Frame
 from openpose_ros_tools.ros.process_bag.job import BagJob, BagSettings
@@ -50,22 +50,18 @@ class Results:
         self._json_folder, self._name, self._in_space = job.json, job.source.stem, in_space
         self._publish_tf, self._scale = settings.extractor.publish_tf, settings.keypoint_scale
         self._markers = MarkerTracker(settings.markers) if job.markers else None
-        try:
-            self._bag = rosbag.Bag(str(job.output), 'w', compression=job.compression)
-        except (ValueError, rosbag.ROSBagException) as error:
-            raise ParameterError(f'--compression {job.compression} is not available: {error}') from error
-        self._csv: Optional[TextIO] = None
+        self._stack = ExitStack()
+        self._csv = job.csv
         if job.csv is not None:
-            self._csv = job.csv.open('w', newline='')
-            self._table = KeypointCsvWriter(self._csv, job.csv_layout, 3 if in_space else 2)
+            handle = self._stack.enter_context(_text_file(job.csv))
+            self._table = KeypointCsvWriter(handle, job.csv_layout, 3 if in_space else 2)
+        self._bag = self._stack.enter_context(new_bag(job.output, job.compression))
 
     def __enter__(self) -> 'Results':
         return self
 
-    def __exit__(self, *_: object) -> None:
-        self._bag.close()
-        if self._csv is not None:
-            self._csv.close()
+    def __exit__(self, *error: Any) -> None:
+        self._stack.__exit__(*error)
 
     def record(self, made_from: Dict[str, Any], time: genpy.Time) -> None:
         """Note in the bag what it is made from; `made_from` of this module reads it."""
@@ -97,8 +93,7 @@ class Results:
         self._write('detected_poses_3d', array, frame)
         for person in array.persons:
             self._write('detected_poses_keypoints_3d', person, frame)
-        if self._csv is not None:
-            write_people(self._table, array)
+        self._write_rows(array)
         if self._publish_tf and len(people):
             self._bag.write('/tf', TFMessage(convert.people_to_transforms(people, header)), frame.time)
         if self._markers is not None:
@@ -118,16 +113,28 @@ class Results:
             messages = convert_2d.people_to_messages(people, header, scale_keypoints(people.keypoints, size, scale))
         for message in messages:
             self._write('detected_poses_keypoints', message, frame)
-        if self._csv is not None and not self._in_space:
-            write_people(self._table, array)
+        if not self._in_space:
+            self._write_rows(array)
 
     def _write_json(self, number: int, people: People2D, in_space: Optional[np.ndarray] = None) -> None:
         if self._json_folder is not None:
             path = self._json_folder / (frame_name(self._name, number) + JSON_SUFFIX)
-            path.write_text(people_to_json(people, in_space))
+            with naming(path):
+                path.write_text(people_to_json(people, in_space))
+
+    def _write_rows(self, array: genpy.Message) -> None:
+        if self._csv is not None:
+            with naming(self._csv):
+                write_people(self._table, array)
 
     def _write(self, topic: str, message: genpy.Message, frame: Frame) -> None:
         self._bag.write(f'{self._namespace}/{topic}', message, frame.time)
+
+
+@contextmanager
+def _text_file(path: Path) -> Iterator[TextIO]:
+    with naming(path), path.open('w', newline='') as handle:
+        yield handle
 
 
 def is_json_of(bag_name: str, file_name: str) -> bool:

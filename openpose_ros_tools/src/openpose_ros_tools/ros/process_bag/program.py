@@ -134,10 +134,7 @@ def _run_one(job: BagJob) -> int:
             progress.total = total
             progress.update(done - progress.n)
 
-        try:
-            report = process(job, show)
-        except OSError as error:
-            raise ParameterError(f'a result can not be written: {error}') from error
+        report = process(job, show)
     sys.stdout.write(f'{job.output}: {report.text()}\n')
     return DONE
 
@@ -187,7 +184,7 @@ def process_in_worker(job: BagJob, report: Callable[[float], None]) -> BagReport
 def _told(job: BagJob, result: Any) -> str:
     if isinstance(result, BagReport):
         return f'{job.output}: {result.text()}'
-    kind = '' if isinstance(result, OpenposeRosError) else f'{type(result).__name__}: '
+    kind = '' if isinstance(result, (OpenposeRosError, OSError)) else f'{type(result).__name__}: '
     return f'FAILED {job.source}: {kind}{result}'
 
 
