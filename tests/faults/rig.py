@@ -6,11 +6,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Dict, List, Mapping, NamedTuple, Optional
 
+import cv2
 import numpy as np
 import psutil
 import rospy
 from openpose_ros_msgs.msg import PersonDetection_3dArray
-from sensor_msgs.msg import CameraInfo, Image, PointCloud2
+from sensor_msgs.msg import CameraInfo, CompressedImage
 from std_msgs.msg import Header
 
 from openpose_ros_pkg.ros.convert import bgr_to_image
@@ -49,6 +50,8 @@ class Program(NamedTuple):
 CHAINS: Dict[str, Dict[str, Program]] = {
     'cloud': {'people': Program(PEOPLE, _DETECTION)},
     'depth': {'people': Program(PEOPLE, {**_DETECTION, 'points_source': 'depth_image'})},
+    'compressed': {'people': Program(PEOPLE, {**_DETECTION, 'points_source': 'depth_image',
+                                              'image_transport': 'compressed', 'depth_transport': 'compressedDepth'})},
     'two': {'service': Program('openpose_ros_pkg/scripts/openpose_ros_node_3d', _DETECTION),
             'extractor': Program('skeleton_extract_3d/scripts/skeleton_extract_3d_node', {'service_timeout': 1.0})},
 }
@@ -77,11 +80,12 @@ class Frame:
     """What a camera publishes at one time; messages that a fault may change.
 
     Attributes:
-        points: cloud or depth image.
+        image: raw or compressed.
+        points: cloud or depth image, raw or compressed.
         info: of the depth image.
     """
 
-    image: Image
+    image: Any
     points: Any
     info: CameraInfo
 
@@ -106,12 +110,13 @@ class Chain:
         self.name, self.diagnostics = name, diagnostics
         self._results: List[PersonDetection_3dArray] = []
         self._last = rospy.Time()
-        self._good = _good_frame(name == 'depth')
+        self._good = _good_frame(name)
         self.processes = {f'{name}/{node}': start_node(session, f'{name}/{node}', program)
                           for node, program in CHAINS[name].items()}
-        kinds = {'image': Image, 'points': Image if name == 'depth' else PointCloud2, 'camera_info': CameraInfo}
-        self.publishers = {topic: rospy.Publisher(self.topic(topic), kind, queue_size=10)
-                           for topic, kind in kinds.items()}
+        suffixes = {'image': '/compressed', 'points': '/compressedDepth'} if name == 'compressed' else {}
+        messages = {'image': self._good.image, 'points': self._good.points, 'camera_info': self._good.info}
+        self.publishers = {topic: rospy.Publisher(self.topic(topic + suffixes.get(topic, '')), type(message),
+                                                  queue_size=10) for topic, message in messages.items()}
         people = self.topic(f'{NAMESPACE}/detected_poses_3d')
         rospy.Subscriber(people, PersonDetection_3dArray, self._results.append)
         await_true(lambda: is_heard(people), f'{people} is published')
@@ -213,13 +218,18 @@ def joints(people: PersonDetection_3dArray) -> np.ndarray:
     return found[np.argsort(np.nanmean(found[..., 0], axis=1))]
 
 
-def _good_frame(is_depth: bool) -> Frame:
-    """Return the first frame of the shipped sequence, without a stamp; the cloud at half its resolution."""
+def _good_frame(chain: str) -> Frame:
+    """Return the first frame of the shipped sequence, without a stamp, as a chain reads it; clouds at half its size."""
     sequence = RgbdSequence.read(ROOT / 'skeleton_extract_3d/demo/cross')
     frame, header = sequence.frame(0), Header(frame_id=FRAME_ID)
-    if is_depth:
-        points = depth_to_message(frame.depth, header)
-    else:
-        half = sequence.camera.scaled(sequence.camera.width // 2, sequence.camera.height // 2)
-        points = cloud_to_message(cloud_from_depth(frame.depth[::2, ::2] * 0.001, half, frame.bgr[::2, ::2]), header)
-    return Frame(bgr_to_image(frame.bgr, header), points, camera_to_message(sequence.camera, header))
+    image, info = bgr_to_image(frame.bgr, header), camera_to_message(sequence.camera, header)
+    if chain == 'compressed':
+        depth = bytes(12) + cv2.imencode('.png', frame.depth)[1].tobytes()  # after a header that 16UC1 does not need
+        colour = cv2.imencode('.png', frame.bgr)[1].tobytes()
+        return Frame(CompressedImage(header=header, format='bgr8; png compressed bgr8', data=colour),
+                     CompressedImage(header=header, format='16UC1; compressedDepth png', data=depth), info)
+    if chain == 'depth':
+        return Frame(image, depth_to_message(frame.depth, header), info)
+    half = sequence.camera.scaled(sequence.camera.width // 2, sequence.camera.height // 2)
+    return Frame(image, cloud_to_message(cloud_from_depth(frame.depth[::2, ::2] * 0.001, half, frame.bgr[::2, ::2]),
+                                         header), info)

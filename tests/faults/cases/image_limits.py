@@ -1,0 +1,56 @@
+"""Images that ask for too much memory, and compressed images that are not whole; nothing is decoded of them."""
+from typing import Any
+
+import cv2
+import numpy as np
+
+from faults.fault import Fault
+from faults.injectors import altered, changed
+
+_NODE = 'compressed/people'
+_LIMIT = 'expected at most 40 (max_image_megapixels)'
+_HUGE = {'width': 2 ** 32 - 1, 'height': 2 ** 32 - 1}
+
+
+def encoded(suffix: str) -> bytes:
+    return bytes(cv2.imencode(suffix, np.zeros((64, 64), np.uint8))[1].tobytes())
+
+
+JPEG, PNG, BMP = (encoded(suffix) for suffix in ('.jpg', '.png', '.bmp'))
+# whole files whose headers say 65500 x 65500 and 30000 x 30000
+_SIZE = JPEG.index(b'\xff\xc0') + 5
+LARGER_JPEG = JPEG[:_SIZE] + 2 * (65500).to_bytes(2, 'big') + JPEG[_SIZE + 4:]
+LARGER_PNG = PNG[:16] + 2 * (30000).to_bytes(4, 'big') + PNG[24:]
+
+
+def pad(frame: Any) -> None:
+    frame.image.data += bytes(9000)
+
+
+def halve_depth(frame: Any) -> None:
+    frame.points.data = frame.points.data[:len(frame.points.data) // 2]
+
+
+FAULTS = [
+    Fault('half a JPEG', changed('image', data=JPEG[:len(JPEG) // 2]), _NODE,
+          words=('is cut off', 'without the mark of its end')),
+    Fault('PNG of 30000 x 30000', changed('image', data=LARGER_PNG), _NODE, words=('is 30000 x 30000', _LIMIT)),
+    Fault('JPEG of 65500 x 65500', changed('image', data=LARGER_JPEG), _NODE, words=('is 65500 x 65500', _LIMIT)),
+    Fault('JPEG without its tables', changed('image', data=JPEG.replace(b'\xff\xdb', b'\xff\xfe')), _NODE,
+          words=('is not an image that OpenCV can read',)),
+    Fault('JPEG of 200 scans', changed('image', data=JPEG + 200 * b'\xff\xda\0\x08' + b'\xff\xd9'), _NODE,
+          words=('at most 100 scans',)),
+    Fault('zeros behind the end of a PNG', altered(pad), _NODE, event=''),
+    Fault('compressed image that is a BMP', changed('image', data=BMP), _NODE, words=('expected JPEG or PNG',)),
+    Fault('compressed image without data', changed('image', data=b''), _NODE, words=('expected JPEG or PNG',)),
+    Fault('compressed depth image of 30000 x 30000', changed('points', data=bytes(12) + LARGER_PNG), _NODE,
+          words=('compressed depth image is 30000 x 30000', _LIMIT)),
+    Fault('half a compressed depth image', altered(halve_depth), _NODE, words=('compressed depth image is cut off',)),
+    Fault('image of 2^32 - 1 pixels on each side', changed('image', **_HUGE),
+          words=('image is 4294967295 x 4294967295', _LIMIT)),
+    Fault('image of a row of 518400 columns', changed('image', width=540 * 960, height=1, step=3 * 540 * 960),
+          words=('expected at most 65500 on a side',)),
+    Fault('cloud of 2^32 - 1 points on each side', changed('points', **_HUGE), words=('row_step',)),
+    Fault('depth image of 2^32 - 1 pixels on each side', changed('points', **_HUGE), 'depth/people',
+          words=('depth image',)),
+]
