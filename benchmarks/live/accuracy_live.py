@@ -96,12 +96,12 @@ class Player:
         """Play a sequence once; return the answered frames with their times in the sequence [s]."""
         fps = open_sequence(sequence).fps
         bag = make_bag(sequence, self._folder / 'sequence.bag', self._points == 'point_cloud')
-        count = len(open_sequence(sequence))
+        count, log = len(open_sequence(sequence)), bag.with_suffix('.txt')
         camera = start_camera(self._session, bag, self._rate, frame_id=name_of(sequence).replace('/', '_'),
                               topics=TOPICS[self._points], once=True)
-        wait_for(lambda: len(played_stamps(bag)) == count, START_TIMEOUT + count / self._rate, 'end of the sequence',
+        wait_for(lambda: len(played_stamps(log)) == count, START_TIMEOUT + count / self._rate, 'end of the sequence',
                  self.nodes)
-        stamps, deadline = played_stamps(bag), time.monotonic() + LAST_RESULT
+        stamps, deadline = played_stamps(log), time.monotonic() + LAST_RESULT
         wait_for(lambda: stamps[-1] in self.recorder.answers or time.monotonic() > deadline, 2 * LAST_RESULT,
                  'last result', self.nodes)
         self._session.stop(camera)

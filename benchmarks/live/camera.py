@@ -5,7 +5,7 @@ import statistics
 import subprocess
 import xmlrpc.client
 from pathlib import Path
-from typing import Dict, List, Sequence
+from typing import Dict, List, Mapping, Optional, Sequence
 
 import psutil
 import rosnode
@@ -30,16 +30,24 @@ def make_bag(sequence: Path, bag: Path, cloud: bool = True) -> Path:
     return bag
 
 
-def start_camera(session: Session, bag: Path, rate: float, **parameters: object) -> 'subprocess.Popen[bytes]':
-    """Start the driver; return its process. See bag_camera.cpp for the parameters."""
-    name = 'camera'
-    return session.start(name, ['rosrun', 'openpose_ros_nodelets', 'bag_camera', f'_bag:={bag}', f'_rate:={rate}',
-                                *(f'_{key}:={value}' for key, value in parameters.items())], bag.with_suffix('.txt'))
+def start_camera(session: Session, bag: Path, rate: float, stamps: Optional[Path] = None,
+                 remap: Optional[Mapping[str, str]] = None, **parameters: object) -> 'subprocess.Popen[bytes]':
+    """Start the driver; return its process. See bag_camera.cpp for the parameters.
+
+    Args:
+        stamps: file for `played_stamps`; None: beside the bag.
+        remap: other names for topics, and for the node (__name).
+    """
+    remap = {'__name': 'camera', **(remap or {})}
+    return session.start(remap['__name'], ['rosrun', 'openpose_ros_nodelets', 'bag_camera', f'_bag:={bag}',
+                                           f'_rate:={rate}', *(f'{key}:={value}' for key, value in remap.items()),
+                                           *(f'_{key}:={value}' for key, value in parameters.items())],
+                         stamps or bag.with_suffix('.txt'))
 
 
-def played_stamps(bag: Path) -> List[int]:
+def played_stamps(stamps: Path) -> List[int]:
     """Return the stamps of the frames that a driver has published to somebody until now [ns]."""
-    lines = bag.with_suffix('.txt').read_text().splitlines(keepends=True)
+    lines = stamps.read_text().splitlines(keepends=True)
     return [int(line) for line in lines if line.endswith('\n') and line.strip().isdigit()]  # others are the log's
 
 
@@ -53,9 +61,18 @@ def node_processes() -> Dict[str, psutil.Process]:
     processes = {}
     for name in rosnode.get_node_names():
         if name not in ('/rosout', rospy.get_name()):
-            node = xmlrpc.client.ServerProxy(rospy.get_master().lookupNode(name)[2])
-            processes[name] = psutil.Process(node.getPid(rospy.get_name())[2])
+            processes[name] = node_process(name)
     return processes
+
+
+def node_process(name: str) -> psutil.Process:
+    """Return the process of a node.
+
+    Raises:
+        OSError: it does not answer.
+    """
+    node = xmlrpc.client.ServerProxy(rospy.get_master().lookupNode(name)[2])
+    return psutil.Process(node.getPid(rospy.get_name())[2])
 
 
 class Unit:

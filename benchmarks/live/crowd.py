@@ -28,7 +28,7 @@ class CutOut(NamedTuple):
 
 
 def make_crowd(people: int, folder: Path) -> Path:
-    """Write a sequence with 1 to 8 people and return its folder.
+    """Write a sequence with 0 to 8 people and return its folder.
 
     One: the nearer of the two of the shipped sequence alone. More: both, and copies of them in other phases of their
     walk, farther away and aside. Shadows on the floor and contours are not those of a camera.
@@ -46,7 +46,7 @@ def make_crowd(people: int, folder: Path) -> Path:
     copies = [_moved([each[who] for each in cut], late, sideways, away, sequence)
               for who, late, sideways, away in COPIES[:max(people - 2, 0)]]
     for number, both in enumerate(cut):
-        crowd = [both[1]] if people == 1 else [*both, *(copy[number] for copy in copies)]
+        crowd = [*both[max(2 - people, 0):], *(copy[number] for copy in copies)]
         bgr, depth = scene.bgr.copy(), scene.depth.copy()
         for person in crowd:
             nearer = person.mask & ((depth == 0) | (person.depth < depth))

@@ -17,8 +17,11 @@ from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.ros.timing_report import TimingReport
 from openpose_ros_pkg.stream.newest_wins import NewestWinsWorker
 
-# One message per person: room for the people of several frames, so that a burst drops nobody.
-PERSONS_QUEUE = 100
+# Frames whose results wait for a subscriber that does not read: 3 s at 30 Hz, and as many as a topic's queue in `rosbag
+# record` holds; an array of 20 people in space takes 30 kB.
+RESULTS_QUEUE = 100
+# One message per person: the same time with 20 people.
+PERSONS_QUEUE = 20 * RESULTS_QUEUE
 # Stage of the timing report that a drawing takes.
 DRAW_STAGE = 'draw'
 
@@ -43,7 +46,8 @@ class PeoplePublisher:
     def __init__(self, namespace: str, params: DrawParams, images: AnnotatedImageParams, health: Health,
                  timing: TimingReport, demand: Demand) -> None:
         self._params, self._images, self._health, self._timing = params, images, health, timing
-        self._array_publisher = demand.advertise(f'{namespace}/detected_poses', PersonDetectionArray, queue_size=10)
+        self._array_publisher = demand.advertise(f'{namespace}/detected_poses', PersonDetectionArray,
+                                                 queue_size=RESULTS_QUEUE)
         self._person_publisher = demand.advertise(f'{namespace}/detected_poses_keypoints', PersonDetection,
                                                   queue_size=PERSONS_QUEUE)
         self._image_publisher = demand.advertise(f'{namespace}/detected_poses_image', Image, queue_size=1)

@@ -20,7 +20,7 @@ from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.ros.images import AnyImage, InputSubscriber, image_subscriber, raw_image
 from openpose_ros_pkg.ros.live_parameters import LiveParameters
 from openpose_ros_pkg.ros.node import introduce, run_node
-from openpose_ros_pkg.ros.people_publisher import DRAW_STAGE, PERSONS_QUEUE, PeoplePublisher
+from openpose_ros_pkg.ros.people_publisher import DRAW_STAGE, PERSONS_QUEUE, RESULTS_QUEUE, PeoplePublisher
 from openpose_ros_pkg.ros.service_client import DetectionClient
 from openpose_ros_pkg.ros.timing_report import TimingReport
 from openpose_ros_pkg.stream.pairing import PairingParams
@@ -136,7 +136,7 @@ class Extractor:
         self._person_publisher = self._demand.advertise(f'{NAMESPACE}/detected_poses_keypoints_3d', PersonDetection_3d,
                                                         queue_size=PERSONS_QUEUE)
         self._array_publisher = self._demand.advertise(f'{NAMESPACE}/detected_poses_3d', PersonDetection_3dArray,
-                                                       queue_size=10)
+                                                       queue_size=RESULTS_QUEUE)
         if self._params.publish_tf:
             self._tf_broadcaster = tf2_ros.TransformBroadcaster()
 

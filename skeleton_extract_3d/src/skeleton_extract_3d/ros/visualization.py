@@ -8,14 +8,15 @@ from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.ros.images import InputSubscriber
 from openpose_ros_pkg.ros.live_parameters import LiveParameters
 from openpose_ros_pkg.ros.node import introduce, run_node
+from openpose_ros_pkg.ros.people_publisher import PERSONS_QUEUE
 from openpose_ros_pkg.stream.newest_wins import NewestWinsWorker
 from skeleton_extract_3d.node_params import VisualizationSettings
 from skeleton_extract_3d.ros import convert
 from skeleton_extract_3d.show.markers import LIMB_NAMESPACES, MarkerParams, MarkerTracker
 
 _NAMESPACE = 'openpose_ros/skeleton_3d'
-# A few markers per person: room for the people of several frames.
-_MARKERS_QUEUE = 100
+# A person has up to four markers on each topic, without spheres of sigma.
+_MARKERS_QUEUE = 4 * PERSONS_QUEUE
 
 
 class Visualization:
