@@ -289,6 +289,26 @@ TEST(LabelledCloud, PeopleAreMissingInTheRest)
   EXPECT_EQ(points.z(2, 1), 0.0f);
 }
 
+TEST(LabelledCloud, NothingIsWrittenWhereFieldsBeyondThePointWouldBe)
+{
+  constexpr std::uint32_t FAR = 0xfffffff0;
+  const std::vector<std::uint32_t> labels(WIDTH * HEIGHT, 7);
+  sensor_msgs::PointCloud2 cloud = emptyCloud(32);
+  cloud.fields.push_back(cloud.fields[0]);  // a second x
+  cloud.fields.back().offset = FAR;
+  cloud.fields.back().count = FAR;
+  const sensor_msgs::PointCloud2Ptr labelled = withLabels(cloud, labels);
+  EXPECT_EQ(labelled->fields.back().offset, 32u);
+  EXPECT_EQ(labelled->point_step, 36u);
+  EXPECT_EQ(labelled->data.size(), 36 * WIDTH * HEIGHT);
+  EXPECT_EQ(labelled->data[32], 7);
+  const sensor_msgs::PointCloud2Ptr rest = withoutLabelled(cloud, labels);
+  EXPECT_TRUE(std::isnan(OrganizedCloud(*rest).x(3, 1)));
+  cloud.fields.back().name = "label";
+  cloud.fields.back().datatype = sensor_msgs::PointField::UINT32;
+  EXPECT_THROW(withLabels(cloud, labels), BadInputError);
+}
+
 }  // namespace
 
 int main(int argc, char** argv)

@@ -24,12 +24,14 @@ std::size_t sizeOf(const PointField& field)
   return SIZES[field.datatype] * std::max<std::size_t>(field.count, 1);
 }
 
-/// Return where all fields end in a point, as a multiple of the size of a label.
+/// Return where all fields end in a point, as a multiple of the size of a label; what is said to lie beyond the point
+/// is not there.
 std::size_t endOf(const sensor_msgs::PointCloud2& cloud)
 {
   std::size_t end = 0;
   for (const PointField& field : cloud.fields)
     end = std::max(end, field.offset + sizeOf(field));
+  end = std::min<std::size_t>(end, cloud.point_step);
   return (end + sizeof(std::uint32_t) - 1) / sizeof(std::uint32_t) * sizeof(std::uint32_t);
 }
 
@@ -73,6 +75,9 @@ sensor_msgs::PointCloud2Ptr withLabels(const sensor_msgs::PointCloud2& cloud, co
   if (is_present && present->datatype != PointField::UINT32)
     throw BadInputError("cloud has field 'label' of datatype " + std::to_string(present->datatype) +
                         ", expected UINT32 (6)");
+  if (is_present && present->offset + sizeof(std::uint32_t) > cloud.point_step)
+    throw BadInputError("cloud has field 'label' at byte " + std::to_string(present->offset) + " of points of " +
+                        std::to_string(cloud.point_step) + " bytes");
   std::size_t offset = is_present ? present->offset : endOf(cloud);
   const bool has_room = offset + sizeof(std::uint32_t) <= cloud.point_step;
   if (!has_room)
@@ -98,7 +103,9 @@ sensor_msgs::PointCloud2Ptr withoutLabelled(const sensor_msgs::PointCloud2& clou
   rest->is_dense = false;
   for (const PointField& field : cloud.fields)
   {
-    if (field.name != "x" && field.name != "y" && field.name != "z")
+    const bool is_coordinate = field.name == "x" || field.name == "y" || field.name == "z";
+    // of several fields of one name, only the first was checked
+    if (!is_coordinate || field.offset + sizeof(MISSING) > cloud.point_step)
       continue;
     for (std::size_t index = 0; index < labels.size(); ++index)
       if (labels[index] != 0)
