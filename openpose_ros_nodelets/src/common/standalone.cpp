@@ -1,5 +1,8 @@
 // A program that runs one nodelet: OPENPOSE_ROS_NODELET is its name, as in nodelets.xml and in config/.
+#include <unistd.h>
+
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <exception>
 #include <string>
@@ -45,6 +48,9 @@ int main(int argc, char** argv)
   if (!loaded)
   {
     ROS_FATAL("nodelet %s could not be started", NODELET.c_str());
+    ros::shutdown();
+    if (std::getenv("OPENPOSE_ROS_RESPAWNS"))  // started again, it would end for the same reason, without end
+      pause();
     return 1;
   }
   ros::spin();

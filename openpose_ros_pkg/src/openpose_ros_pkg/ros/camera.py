@@ -41,6 +41,8 @@ class Camera:
         try:
             self._source = VideoSource(self._params.source, self._params.width, self._params.height)
         except BadInputError as error:
+            if self._params.source.isdigit():
+                raise  # a device may come back: respawned, the node tries again
             raise ParameterError(f"parameter 'source' = {self._params.source!r} is not allowed: {error}",
                                  'source') from error
         self._publisher = rospy.Publisher('image_raw', Image, queue_size=1)

@@ -1,19 +1,25 @@
 """Start a node, and end it with a clear message when its configuration is wrong."""
 import ctypes
 import logging
+import os
+import signal
 import sys
-from typing import Any, Callable, Dict, Iterable, List, Sequence, Tuple, Type
+import threading
+from typing import Any, Callable, Dict, Iterable, List, NoReturn, Sequence, Tuple, Type
 
 import rosgraph.names
 import rospy
+from rospy.core import is_shutdown_requested
 from rospy.impl import registration
 
-from openpose_ros_pkg.errors import OpenposeRosError, ParameterError
+from openpose_ros_pkg.errors import ModelError, OpenposeRosError, ParameterError
 from openpose_ros_pkg.params.flags import read_flags
 from openpose_ros_pkg.params.parameters import Settings, build, to_yaml
 from openpose_ros_pkg.ros.images import InputSubscriber
 from openpose_ros_pkg.ros.master.registration import WATCH
 
+# Variable that the launch files set for nodes that are started again when they end.
+RESPAWNS = 'OPENPOSE_ROS_RESPAWNS'
 # Last parts of the names of topics and services of rospy, dynamic_reconfigure and diagnostics.
 _OF_EVERY_NODE = ('rosout', 'diagnostics', 'get_loggers', 'set_logger_level', 'parameter_descriptions',
                   'parameter_updates', 'set_parameters')
@@ -44,7 +50,23 @@ def run_node(name: str, kind: Type[Settings], make: Callable[[Settings], Any]) -
         return
     flags, others = _read_arguments(name, kind)
     keep_large_blocks()
-    rospy.init_node(name)
+    is_built = threading.Event()
+    _end_on_signals(is_built)
+    try:
+        node = _start(name, kind, make, flags, others)
+    except rospy.ROSException:
+        if not is_shutdown_requested():
+            raise
+        _wait()  # for the end, which was asked for
+    is_built.set()
+    rospy.spin()
+    del node  # lives until here: its publishers and threads serve while spinning
+
+
+def _start(name: str, kind: Type[Settings], make: Callable[[Settings], Any], flags: Dict[str, Any],
+           others: List[str]) -> Any:
+    """Initialise the node, return what `make` builds; end with 1 where the user has to mend something."""
+    rospy.init_node(name, disable_signals=True)
     WATCH.start()
     for key, value in flags.items():
         rospy.set_param(f'~{key}', value)
@@ -56,12 +78,42 @@ def run_node(name: str, kind: Type[Settings], make: Callable[[Settings], Any]) -
     logging.getLogger('openpose_ros_pkg').addHandler(core_log)
     logging.getLogger('skeleton_extract_3d').addHandler(core_log)
     try:
-        node = make(build(kind, rospy.get_param('~', {})))
+        return make(build(kind, rospy.get_param('~', {})))
     except OpenposeRosError as error:
         rospy.logfatal('%s: %s%s', rospy.get_name(), error, _how_to_delete(error))
+        if RESPAWNS in os.environ and isinstance(error, (ParameterError, ModelError)):
+            _rest()
         sys.exit(1)
-    rospy.spin()
-    del node  # lives until here: its publishers and threads serve while spinning
+
+
+def _end_on_signals(is_built: threading.Event) -> None:
+    """Let SIGINT and SIGTERM end the node: without a traceback, and at once if it is not built yet.
+
+    rospy would do it within the main thread, which may hold a lock that ending needs.
+    """
+    def end() -> None:
+        rospy.signal_shutdown('signal')
+        if not is_built.is_set():
+            os._exit(0)
+
+    def handle(*_: Any) -> None:
+        threading.Thread(target=end, name='end').start()
+
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, handle)
+
+
+def _rest() -> NoReturn:
+    """Leave the master, and wait for a signal: started again, the node would end for the same reason, without end."""
+    rospy.logfatal('%s rests until it is ended; set it right and launch it again', rospy.get_name())
+    rospy.signal_shutdown('wrong configuration')
+    _wait()
+
+
+def _wait() -> NoReturn:
+    """Do nothing until a signal has ended the process."""
+    while True:
+        signal.pause()
 
 
 def _read_arguments(name: str, kind: Type[Settings]) -> Tuple[Dict[str, Any], List[str]]:
