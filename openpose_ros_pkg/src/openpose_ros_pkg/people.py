@@ -97,6 +97,11 @@ class People2D:
         """Return some of the people, in the order of their indices (N,)."""
         return People2D(self.skeleton, self.keypoints[indices], self.scores[indices], self.ids[indices])
 
+    def joined(self, others: 'People2D') -> 'People2D':
+        """Return these people and then others, with the same joints."""
+        return People2D(self.skeleton, np.concatenate([self.keypoints, others.keypoints]),
+                        np.concatenate([self.scores, others.scores]), np.concatenate([self.ids, others.ids]))
+
     @property
     def xy(self) -> np.ndarray:
         """(P, K, 2) float32 [px], NaN where missing."""

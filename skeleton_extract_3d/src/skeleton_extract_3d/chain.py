@@ -13,10 +13,11 @@ from openpose_ros_pkg.detect.stream_detector import StreamDetector
 from openpose_ros_pkg.detect.tracking import KeypointTracker, PerCamera, TrackingParams
 from openpose_ros_pkg.people import FIRST_ID, People2D
 from openpose_ros_pkg.skeletons import SkeletonModel
-from skeleton_extract_3d.estimator import Estimate, PeopleEstimator
+from skeleton_extract_3d.estimator import Estimate, PeopleEstimator, check_points
 from skeleton_extract_3d.frame import CameraFrame
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.depth import DepthImage
+from skeleton_extract_3d.points.point_grid import PointGrid
 from skeleton_extract_3d.settings import EstimatorSettings
 
 # Camera that nobody has, to warm up with.
@@ -100,6 +101,14 @@ class PeopleChain:
         """
         with self._lock:
             return self._trackers.of(camera).update(detected, stamp)
+
+    def check_points(self, points: PointGrid, image_size: Tuple[int, int]) -> None:
+        """Check, before a network looks at an image, that `in_space` can use the points.
+
+        Raises:
+            BadInputError: see `estimator.check_points`.
+        """
+        check_points(points, image_size, self._settings)
 
     def in_space(self, people_2d: People2D, frame: CameraFrame) -> Estimate:
         """Return the people of a frame in the frame of its points; see `PeopleEstimator.update`.

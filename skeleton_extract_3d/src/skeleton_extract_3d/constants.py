@@ -12,7 +12,7 @@ from skeleton_extract_3d.lift.constants import (
     TrunkConstants,
     WindowConstants,
 )
-from skeleton_extract_3d.points.constants import CameraFitConstants
+from skeleton_extract_3d.points.constants import CameraFitConstants, CameraLimitConstants, PlausibilityConstants
 from skeleton_extract_3d.track.constants import TrackConstants
 
 try:
@@ -28,6 +28,8 @@ class MethodConstants:
 
     body: BodyConstants = BODY
     camera_fit: CameraFitConstants = field(default_factory=CameraFitConstants)
+    camera_limits: CameraLimitConstants = field(default_factory=CameraLimitConstants)
+    plausibility: PlausibilityConstants = field(default_factory=PlausibilityConstants)
     windows: WindowConstants = field(default_factory=WindowConstants)
     trunk: TrunkConstants = field(default_factory=TrunkConstants)
     costs: CostConstants = field(default_factory=CostConstants)

@@ -14,6 +14,9 @@ from skeleton_extract_3d.lift.observation import observe
 from skeleton_extract_3d.lift.window_mean import lift_by_window
 from skeleton_extract_3d.people import People3D
 from skeleton_extract_3d.points.camera import check_same_aspect
+from skeleton_extract_3d.points.cloud import OrganizedCloud
+from skeleton_extract_3d.points.plausibility import Doubt, PointSummary, summarize
+from skeleton_extract_3d.points.point_grid import PointGrid
 from skeleton_extract_3d.settings import EstimatorSettings
 from skeleton_extract_3d.track.answer import report
 from skeleton_extract_3d.track.appearance import observe_clothes
@@ -40,11 +43,32 @@ class Estimate:
             does not show at present.
         people_2d: as they were detected, with the ids of `people`; without those whom the points do not confirm.
         timing: seconds by stage, see `STAGES`.
+        unplaced: other people in the image, without ids, where there is no depth that could confirm them.
+        points: what the points are like.
+        doubts: what seems to be wrong with image and points.
     """
 
     people: People3D
     people_2d: People2D
     timing: Dict[str, float] = field(default_factory=dict)
+    unplaced: Optional[People2D] = None
+    points: Optional[PointSummary] = None
+    doubts: Tuple[Doubt, ...] = ()
+
+    @property
+    def in_image(self) -> People2D:
+        """Everybody who is seen in the image: `people_2d`, then those without a place in space."""
+        return self.people_2d if self.unplaced is None else self.people_2d.joined(self.unplaced)
+
+
+def _unnamed(people: People2D) -> People2D:
+    return replace(people, ids=np.full(len(people), -1))
+
+
+def _nobody(people_2d: People2D) -> Estimate:
+    """Return that nobody of the image has a place in space."""
+    skeleton = people_2d.skeleton
+    return Estimate(People3D.empty(skeleton), People2D.empty(skeleton), unplaced=_unnamed(people_2d))
 
 
 class PeopleEstimator:
@@ -69,8 +93,8 @@ class PeopleEstimator:
 
     def _take(self, settings: EstimatorSettings) -> None:
         self._settings = settings
-        single = settings.lifting.lifting == 'mean3x3' and not settings.identity.tracking
-        self._method: _Method = _WindowMeans(settings.lifting) if single else _Following(settings, self._ids)
+        self._method: _Method = (_Following(settings, self._ids) if settings.needs_camera
+                                 else _WindowMeans(settings.lifting))
 
     def update(self, people_2d: People2D, frame: CameraFrame) -> Estimate:
         """Return the people of a frame.
@@ -79,25 +103,47 @@ class PeopleEstimator:
             people_2d: keypoints [px of the image].
 
         Raises:
-            BadInputError: image and points differ in aspect ratio, or the points are in no optical frame.
+            BadInputError: see `check_points`.
         """
-        check_same_aspect('image', frame.image_size, 'cloud', (frame.points.width, frame.points.height))
+        check_points(frame.points, frame.image_size, self._settings)
         present = people_2d.present.any(axis=1)
         if not present.all():
             people_2d = people_2d.select(np.flatnonzero(present))
-        self._memory, estimate = self._method.update(self._memory, people_2d, frame)
-        return estimate
+        summary = summarize(frame.points)
+        memory = self._memory.with_points(frame, summary, self._settings.occlusion.inference_timeout)
+        self._memory, estimate = self._method.update(memory, people_2d, frame, summary.doubt is None)
+        doubts = (summary.doubt, self._memory.still and self._memory.still.doubt(), self._memory.agreement.doubt())
+        return replace(estimate, points=summary, doubts=tuple(doubt for doubt in doubts if doubt))
 
     def expected(self, stamp: float, image_size: Tuple[int, int]) -> Optional[People2D]:
         """Return where the people who are followed will be in an image; see `Memory.expected`."""
         return self._memory.expected(stamp, image_size, self._settings.smoothing)
 
 
+def check_points(points: PointGrid, image_size: Tuple[int, int], settings: EstimatorSettings) -> None:
+    """Check that points are of the view of an image.
+
+    Args:
+        image_size: width and height [px].
+
+    Raises:
+        BadInputError: image and points differ in aspect ratio, or the points are in no optical frame.
+    """
+    check_same_aspect('image', image_size, 'cloud', (points.width, points.height))
+    if settings.needs_camera:
+        points.camera_model()
+
+
 class _Method(Protocol):
     """What makes people in space of people in an image."""
 
-    def update(self, memory: Memory, people_2d: People2D, frame: CameraFrame) -> Tuple[Memory, Estimate]:
-        """Return what is remembered of a frame, and its people."""
+    def update(self, memory: Memory, people_2d: People2D, frame: CameraFrame, has_depth: bool
+               ) -> Tuple[Memory, Estimate]:
+        """Return what is remembered of a frame, and its people.
+
+        Args:
+            has_depth: the points are depth in metres.
+        """
 
 
 class _WindowMeans:
@@ -106,8 +152,11 @@ class _WindowMeans:
     def __init__(self, params: LiftingParams) -> None:
         self._params = params
 
-    def update(self, memory: Memory, people_2d: People2D, frame: CameraFrame) -> Tuple[Memory, Estimate]:
+    def update(self, memory: Memory, people_2d: People2D, frame: CameraFrame, has_depth: bool
+               ) -> Tuple[Memory, Estimate]:
         """See `_Method`."""
+        if not has_depth:
+            return memory, _nobody(people_2d)
         people = lift_by_window(people_2d, frame.image_size, frame.points, self._params.window, self._params.statistic)
         return memory, Estimate(people, people_2d)
 
@@ -119,18 +168,28 @@ class _Following:
         self._settings, self._ids = settings, ids
         self._lifting = make_lifting(settings.lifting, settings.occlusion.occlusion)
 
-    def update(self, memory: Memory, people_2d: People2D, frame: CameraFrame) -> Tuple[Memory, Estimate]:
+    def update(self, memory: Memory, people_2d: People2D, frame: CameraFrame, has_depth: bool
+               ) -> Tuple[Memory, Estimate]:
         """See `_Method`."""
         settings, clock = self._settings, Stopwatch()
         camera = frame.points.camera_model() or memory.camera
         if camera is None:
-            return memory, Estimate(People3D.empty(people_2d.skeleton), People2D.empty(people_2d.skeleton))
+            return memory, _nobody(people_2d)
+        if not has_depth:
+            frame = replace(frame, points=OrganizedCloud.without_points(frame.points.width, frame.points.height))
         memory, view = memory.at(frame, camera, settings.identity)
         expected = memory.tracks.predicted(view.elapsed, settings.smoothing)
         observed = observe(people_2d, frame.image_size, view.points, camera)
         clock.lap('observe')
         clothes = observe_clothes(observed, view.points, frame.bgr if settings.identity.use_clothes else None)
         row = assign(expected, observed, clothes, view.stamp, settings.identity)
+        unplaced = None
+        if has_depth:
+            memory = replace(memory, agreement=memory.agreement.with_frame(observed))
+        else:  # newcomers would be placed by their size alone
+            unplaced = _unnamed(people_2d.select(np.flatnonzero(row < 0)))
+            followed = np.flatnonzero(row >= 0)
+            row, observed, clothes = row[followed], observed.select(followed), clothes.select(followed)
         clock.lap('identity')
         lifted = self._lifting.lift(observed, view.points, expect(expected, row, view.elapsed))
         clock.lap('lift')
@@ -146,7 +205,7 @@ class _Following:
         answer = in_skeleton(answer, people_2d, frame.image_size, view.points, camera, view.floor)
         clock.lap('complete')
         memory = replace(memory, tracks=seen.tracks.joined(unseen).in_order())
-        return memory, Estimate(answer, people_2d, clock.laps)
+        return memory, Estimate(answer, people_2d, clock.laps, unplaced)
 
     def _infer(self, seen: Completion, before: Tracks, expected: Tracks, unseen: np.ndarray, view: View
                ) -> Tuple[Completion, Tracks, Tracks]:

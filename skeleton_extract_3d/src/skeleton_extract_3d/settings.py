@@ -68,3 +68,8 @@ class EstimatorSettings:
     occlusion: OcclusionParams
     identity: IdentityParams
     smoothing: SmoothingParams
+
+    @property
+    def needs_camera(self) -> bool:
+        """Whether the points have to be those of a camera in its optical frame."""
+        return self.lifting.lifting != 'mean3x3' or self.identity.tracking

@@ -23,7 +23,7 @@ _UNDISTORT_UNTIL = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 40, 1e-7)
 # A ray that does not project back to its pixel by this much [px] lies where the distortion can not be inverted.
 _ROUND_TRIP_TOLERANCE = 0.5
 
-_FIT = METHOD.camera_fit
+_FIT, _LIMITS = METHOD.camera_fit, METHOD.camera_limits
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +37,8 @@ class CameraModel:
         distortion: D, (N,) float64; empty or all zero: no distortion.
 
     Raises:
-        BadInputError: the camera is not calibrated, or the distortion model is unknown or does not fit D.
+        BadInputError: the camera is not calibrated, the distortion model is unknown or does not fit D, or no camera
+            has such values (`CameraLimitConstants`).
     """
 
     width: int
@@ -67,6 +68,24 @@ class CameraModel:
                                 f"{' or '.join(map(str, lengths)) or 'no'} finite values, got {distortion.tolist()}")
         object.__setattr__(self, 'matrix', matrix.reshape(3, 3))
         object.__setattr__(self, 'distortion', distortion if distortion.any() else np.zeros(0))
+        self._check_limits()
+
+    def _check_limits(self) -> None:
+        sizes = (self.width, self.height)
+        least, most = (limit * max(sizes) for limit in _LIMITS.focal_lengths)
+        for axis, size, (focal, centre) in zip('xy', sizes, self.matrix[[[0], [1]], [[0, 2], [1, 2]]].tolist()):
+            if not least <= focal <= most:
+                raise BadInputError(f'camera matrix K: f{axis} is {focal:g} px, expected {least:g} to {most:g} px for '
+                                    f'{self.width} x {self.height} px')
+            if abs(centre - size / 2) > _LIMITS.centre * size:
+                raise BadInputError(f'camera matrix K: c{axis} is {centre:g} px, far outside of {self.width} x '
+                                    f'{self.height} px; is K of another resolution?')
+        if self.distortion.size:
+            u, v = (np.linspace(0, size - 1, count) for size, count in zip(sizes, _LIMITS.grid))
+            share = np.isfinite(self.rays(np.stack(np.meshgrid(u, v), axis=-1))).all(axis=1).mean()
+            if share < _LIMITS.least_rays:
+                raise BadInputError(f'distortion D = {self.distortion.tolist()} folds the image: {share:.0%} of its '
+                                    f'pixels have one line of sight, expected at least {_LIMITS.least_rays:.0%}')
 
     def scaled(self, width: int, height: int) -> 'CameraModel':
         """Return the same camera for a image of another resolution.
@@ -84,6 +103,7 @@ class CameraModel:
         matrix[:2, 2] = (self.matrix[:2, 2] + 0.5) * ratio - 0.5
         return CameraModel(width, height, matrix, self.distortion_model, self.distortion)
 
+    @np.errstate(all='ignore')  # where the distortion can not be inverted, anything comes out
     def rays(self, uv: np.ndarray) -> np.ndarray:
         """Return where the lines of sight of pixels meet the plane z = 1.
 
@@ -108,6 +128,7 @@ class CameraModel:
             rays[~(error < _ROUND_TRIP_TOLERANCE)] = np.nan
         return rays
 
+    @np.errstate(all='ignore')  # points next to the camera lie anywhere
     def project(self, xyz: np.ndarray) -> np.ndarray:
         """Return the pixels of points.
 

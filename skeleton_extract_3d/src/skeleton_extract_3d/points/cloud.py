@@ -49,6 +49,13 @@ class OrganizedCloud(PointGrid):
             raise BadInputError(f'cloud is not organized: width {self.width}, height {self.height}, expected one point '
                                 'per pixel of the image; have the driver publish the organized (registered) cloud')
         self._axes = (x, y, z)
+        self._fitted = False
+        self._camera: Optional[CameraModel] = None
+
+    @classmethod
+    def without_points(cls, width: int, height: int) -> 'OrganizedCloud':
+        """Return a cloud in which every point is missing."""
+        return cls(*[np.broadcast_to(np.float32(np.nan), (height, width))] * 3)
 
     @classmethod
     def from_buffer(cls, data: Any, layout: CloudLayout) -> 'OrganizedCloud':
@@ -69,7 +76,13 @@ class OrganizedCloud(PointGrid):
 
     def camera_model(self) -> Optional[CameraModel]:
         """Return the pinhole camera that x / z and y / z of the points belong to; see `PointGrid.camera_model`."""
-        return fitted_camera(*self._axes)
+        if not self._fitted:
+            self._camera, self._fitted = fitted_camera(*self._axes), True
+        return self._camera
+
+    def distances(self, u: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """See `PointGrid.distances`."""
+        return np.abs(self._points(u, v)).max(axis=-1)
 
     def _points(self, columns: np.ndarray, rows: np.ndarray) -> np.ndarray:
         points = np.stack([axis[rows, columns].astype(np.float64) for axis in self._axes], axis=-1)

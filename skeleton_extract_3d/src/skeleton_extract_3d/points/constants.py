@@ -15,3 +15,47 @@ class CameraFitConstants:
     tolerance: float = constant(3.0, 'Greatest median distance of the points from their pixels.', unit='px',
                                 source='chosen')
     least_square: float = constant(1e-12, 'Slopes x / z whose sum of squares is less fit no camera.', source='chosen')
+
+
+@dataclass(frozen=True)
+class CameraLimitConstants:
+    """What no camera has: a `CameraInfo` beyond it is refused."""
+
+    focal_lengths: Tuple[float, float] = constant(
+        (0.1, 100.0), 'Limits of the focal lengths: lines of sight of 157 degrees and of half a degree.',
+        unit='longer sides of the image', source='chosen')
+    centre: float = constant(1.0, 'Greatest distance of the principal point from the middle of the image, which may be '
+                                  'a part of a larger one.', unit='sizes of the image', source='chosen')
+    grid: Tuple[int, int] = constant((9, 5), 'Columns and rows of the pixels whose lines of sight are computed.',
+                                     unit='pixels', source='chosen')
+    least_rays: float = constant(0.15, 'Least share of these at which the distortion can be inverted; fisheye lenses '
+                                       'have corners where it can not.', source='chosen')
+
+
+@dataclass(frozen=True)
+class PlausibilityConstants:
+    """When points are no depth of the view, or not that of the image."""
+
+    grid: Tuple[int, int] = constant((48, 27), 'Columns and rows of the points that are judged.', unit='points',
+                                     source='chosen')
+    least_valid: int = constant(3, 'With fewer valid ones of these there is no depth.', unit='points', source='chosen')
+    depths: Tuple[float, float] = constant(
+        (0.05, 60.0), 'Limits of the median depth: beyond, the unit is not the metre. A view in millimetres is 200 m '
+                      'deep or more, and some drivers write 65535 mm where nothing was measured.', unit='m',
+        source='chosen')
+    changed: float = constant(0.02, 'The image has changed if this share of its pixels has.', source='chosen')
+    changed_by: int = constant(30, 'A pixel has changed if its green has by more; noise does less.', unit='grey levels',
+                               source='chosen')
+    still_frames: int = constant(5, 'Depth stands still if it is the same to the bit in so many frames in a row that '
+                                    'have another image.', unit='frames', source='chosen')
+    sizes: Tuple[float, float] = constant(
+        (0.57, 1.6), 'Limits of the depth at the trunk over that at which an adult would look as large: without '
+                     'faults it is 0.80 to 1.39, of small children from 0.55 on.', unit='share')
+    spread: float = constant(0.35, 'Joints of the trunk are no further from its median depth.', unit='m')
+    least_near: float = constant(0.6, 'Least share of them that are not.')
+    sure_score: float = constant(0.4, 'Only joints with at least this score are judged.', source='chosen')
+    sightings: int = constant(40, 'The last people who are judged together.', unit='people', source='chosen')
+    least_sightings: int = constant(20, 'No judgement by fewer.', unit='people', source='chosen')
+    most_unfit: float = constant(0.5, 'Colour and depth do not belong together if more of these do not fit that at '
+                                      'their joints. Without faults up to 3 % do not, of depth elsewhere 40 to 100 %.',
+                                 unit='share')

@@ -44,6 +44,20 @@ class PointGrid(ABC):
         points[~inside] = np.nan
         return points
 
+    def distances(self, u: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Return how far the points at pixels inside the grid are, the shape of u and v, float64 [m]; NaN if missing.
+
+        It is z; of a cloud, which may be in no optical frame, the greatest coordinate.
+        """
+        return self.depths(u, v)
+
+    def missing_values(self, u: np.ndarray, v: np.ndarray) -> str:
+        """Return what is written at pixels inside the grid in place of a depth: 'NaN', '0', 'infinite', 'negative'."""
+        z = self._z[v, u]
+        with np.errstate(invalid='ignore'):
+            kinds = {'NaN': np.isnan(z), '0': z == 0, 'infinite': np.isinf(z), 'negative': (z < 0) & np.isfinite(z)}
+        return ', '.join(kind for kind, found in kinds.items() if found.any()) or 'x or y'
+
     def valid_range(self) -> np.ndarray:
         """Return the least and the greatest x, y, z of the valid points, (2, 3) [m]; NaN if there is none.
 
@@ -74,7 +88,8 @@ def depth_in_metres(depth: np.ndarray, unit: float = 1.0) -> np.ndarray:
         depth: any shape, in units of `unit` [m].
     """
     z = depth.astype(np.float64) * unit
-    return np.where((z > 0) & (z < np.inf), z, np.nan)
+    with np.errstate(invalid='ignore'):
+        return np.where((z > 0) & (z < np.inf), z, np.nan)
 
 
 def check_buffer(name: str, data: Any, size: Tuple[int, int], pixel_bytes: int, step: int) -> None:

@@ -30,6 +30,7 @@ from skeleton_extract_3d.estimator import STAGES as ESTIMATOR_STAGES
 from skeleton_extract_3d.estimator import Estimate
 from skeleton_extract_3d.node_params import LIVE_PARAMETERS, ExtractorSettings
 from skeleton_extract_3d.people import INFERRED, People3D
+from skeleton_extract_3d.points.plausibility import PointSummary
 from skeleton_extract_3d.points.point_grid import PointGrid
 from skeleton_extract_3d.ros import convert
 from skeleton_extract_3d.ros.finder import Finder, ServiceFinder
@@ -123,6 +124,8 @@ class Extractor:
             self._publisher_2d = PeoplePublisher(NAMESPACE, settings.draw, settings.images, health, timing, demand)
         self._pipeline = Pipeline(self._prepare, self._compute, self._finish, health.frame_failed, finder.lock,
                                   finder.lead)
+        self._summary: Optional[PointSummary] = None
+        self._health.show(self._values_of_points)
         self._health.show(lambda: {'frames skipped': str(self._pipeline.replaced)})
         self._subscribe(settings.pairing, settings.transport)
         threading.Thread(target=self._watch_inputs, name='input watch', daemon=True).start()
@@ -170,7 +173,8 @@ class Extractor:
 
     def _prepare(self, pair: _Pair) -> _Prepared:
         begin, image = time.monotonic(), raw_image(pair.image, self._most)
-        points, bgr = self._points(pair.points), convert_2d.image_to_bgr(image, self._most)
+        bgr = convert_2d.image_to_bgr(image, self._most)
+        points = self._points(pair.points, (image.width, image.height))
         prepared = self._finder.prepare(image, bgr)
         return _Prepared(InputFrame(image, bgr, pair.points, points), prepared, pair.received, begin, time.monotonic())
 
@@ -194,6 +198,7 @@ class Extractor:
         estimate = self._lifter.estimate(detections, frame.points, header, frame.bgr, tracking_from_points, floor)
         estimated = time.monotonic()
         self._report(estimate, frame.points)
+        self._say_doubts(estimate)
         self._publish_2d(estimate, image.header, frame.bgr)
         self._camera_info.publish(image.header, (image.width, image.height), lambda: _camera_of(frame.points, image))
         self._publish(estimate.people, header)
@@ -211,10 +216,10 @@ class Extractor:
         for stage, seconds in stages.items():
             self._timing.add(stage, seconds)
 
-    def _points(self, message: PointsMessage) -> PointGrid:
+    def _points(self, message: PointsMessage, image_size: Tuple[int, int]) -> PointGrid:
         if self._params.points_source == 'depth_image' and self._camera_info.newest is None:
             raise BadInputError(f'no camera info yet on {self._camera_info.source}')
-        return self._lifter.points(message, self._camera_info.newest)
+        return self._lifter.points(message, self._camera_info.newest, image_size)
 
     def _publish(self, people: People3D, cloud_header: Header) -> None:
         people, header = self._lifter.in_target_frame(people, cloud_header)
@@ -228,9 +233,11 @@ class Extractor:
 
     def _publish_2d(self, estimate: Estimate, header: Header, bgr: np.ndarray) -> None:
         if self._publisher_2d is not None:
-            people = estimate.people_2d
+            people, placed = estimate.in_image, len(estimate.people_2d)
+            hidden = np.zeros(people.present.shape, bool)
+            hidden[:placed] = estimate.people.status[:placed] == INFERRED
             self._publisher_2d.publish(people, convert_2d.people_to_messages(people, header), header, bgr,
-                                       hidden=estimate.people.status[:len(people)] == INFERRED)
+                                       hidden=hidden)
 
     def reconfigure(self, settings: ExtractorSettings) -> None:
         """Take new parameters; they hold from the next frame on."""
@@ -243,6 +250,16 @@ class Extractor:
         if self._params.verbose and now - self._last_report >= self._params.verbose_period:
             self._last_report = now
             rospy.loginfo('%s', frame_report(estimate.people_2d, estimate.people, points))
+
+    def _say_doubts(self, estimate: Estimate) -> None:
+        self._summary = estimate.points
+        for doubt in estimate.doubts:
+            self._health.warn(doubt.event, doubt.text)
+
+    def _values_of_points(self) -> Dict[str, str]:
+        summary = self._summary
+        return {} if summary is None else {'share of valid points': f'{summary.valid:.3f}',
+                                           'median depth of the points [m]': f'{summary.depth:.3g}'}
 
     def _watch_inputs(self) -> None:
         names = [source.resolved_name for source in self._inputs]

@@ -8,6 +8,7 @@ from openpose_ros_msgs.msg import PersonDetection
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image, PointCloud2
 from std_msgs.msg import Header
 
+from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.ros import convert as convert_2d
 from openpose_ros_pkg.stream.image_decoding import MOST_MEGAPIXELS, check_pixels
 from skeleton_extract_3d.chain import PeopleChain
@@ -42,23 +43,27 @@ class Lifter:
         self._lookup = lookup
         self._most = most
 
-    def points(self, message: PointsMessage, info: Optional[CameraInfo]) -> PointGrid:
-        """Return a view of the points of a message.
+    def points(self, message: PointsMessage, info: Optional[CameraInfo], image_size: Tuple[int, int]) -> PointGrid:
+        """Return a view of the points of a message, of which is checked what can be before people are known.
 
         Args:
             message: cloud or depth image, as `points_source` says; a CompressedImage is a compressedDepth.
-            info: of the depth image; None with a cloud.
+            info: of the depth image; None with a cloud, and where none has come.
+            image_size: width and height of the image that they are of [px].
 
         Raises:
-            BadInputError: it can not be used; see `convert`.
+            BadInputError: it can not be used; see `convert` and `PeopleChain.check_points`.
         """
         if message._type == CompressedImage._type:
             message = convert_2d.compressed_depth_to_image(message, self._most)
         if self._params.points_source == 'point_cloud':
             points: PointGrid = convert.cloud_from_message(message)
+        elif info is None:
+            raise BadInputError('no camera info came before the depth image')
         else:
             points = convert.depth_image_from_messages(message, info, self._params.rectified)
         check_pixels(self._params.points_source, points.width, points.height, self._most)
+        self._chain.check_points(points, image_size)
         return points
 
     def tracking_from_points(self, header: Header) -> Optional[Transform]:

@@ -1,5 +1,5 @@
 """What an estimator knows when a frame comes."""
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Optional, Tuple
 
 import numpy as np
@@ -9,7 +9,9 @@ from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.constants import METHOD
 from skeleton_extract_3d.frame import CameraFrame, View
+from skeleton_extract_3d.lift.agreement import Agreement
 from skeleton_extract_3d.points.camera import CameraModel
+from skeleton_extract_3d.points.plausibility import PointSummary, Stillness, stillness
 from skeleton_extract_3d.points.transform import Transform
 from skeleton_extract_3d.settings import IdentityParams, SmoothingParams
 from skeleton_extract_3d.track.tracks import Tracks, frame_change
@@ -26,12 +28,30 @@ class Memory:
         stamp: of the newest frame [s]; None before the first.
         camera: of the points; None until they tell.
         tracking_from_points: from the points to where the room stands still; None: the camera does not move.
+        depth_stamp: of the newest frame with depth [s]; None before the first.
+        still: since when the depth is the same; None before the first frame with an image.
+        agreement: how people fitted the depth.
     """
 
     tracks: Tracks = field(default_factory=Tracks.none)
     stamp: Optional[float] = None
     camera: Optional[CameraModel] = None
     tracking_from_points: Optional[Transform] = None
+    depth_stamp: Optional[float] = None
+    still: Optional[Stillness] = None
+    agreement: Agreement = field(default_factory=Agreement)
+
+    def with_points(self, frame: CameraFrame, summary: PointSummary, patience: float) -> 'Memory':
+        """Return what is remembered after a look at the points of a frame.
+
+        Args:
+            patience: without depth for longer, nobody is where he was [s].
+        """
+        still = self.still if frame.bgr is None else stillness(self.still, summary, frame.bgr)
+        if summary.doubt is None:
+            return replace(self, still=still, depth_stamp=frame.stamp)
+        lost = self.depth_stamp is None or frame.stamp - self.depth_stamp > patience
+        return replace(self, still=still, tracks=Tracks.none() if lost else self.tracks)
 
     def at(self, frame: CameraFrame, camera: CameraModel, params: IdentityParams) -> Tuple['Memory', View]:
         """Return what is remembered at the time and the place of a frame, and these.
@@ -52,7 +72,8 @@ class Memory:
             tracks = self.tracks.kept(recent)
             if pose is not None and self.tracking_from_points is not None:
                 tracks = tracks.transformed(*frame_change(self.tracking_from_points, pose))
-        memory = Memory(tracks, stamp if before is None else max(stamp, before), camera, pose)
+        memory = replace(self, tracks=tracks, stamp=stamp if before is None else max(stamp, before), camera=camera,
+                         tracking_from_points=pose)
         elapsed = 0.0 if before is None else max(stamp - before, 0.0)
         return memory, View(frame.points, camera, stamp, elapsed, frame.floor)
 

@@ -175,12 +175,12 @@ class Recording:
         """Return a frame, or why its messages can not be used."""
         grid, points_header = None, None
         try:
+            bgr = any_image_to_bgr(image.message, self._most)
             if points is not None:
-                grid = self._lifter.points(points.message, points.info)
+                grid = self._lifter.points(points.message, points.info, (bgr.shape[1], bgr.shape[0]))
                 points_header = points.message.header
             time = max(part.time for part in (image, points) if part is not None)
-            return Frame(genpy.Time(0, time), image.message.header, any_image_to_bgr(image.message, self._most), grid,
-                         points_header)
+            return Frame(genpy.Time(0, time), image.message.header, bgr, grid, points_header)
         except BadInputError as error:
             return error
 

@@ -112,6 +112,7 @@ class BagReport:
     frames: int = 0  # written
     people: int = 0  # in them, in sum
     dropped: Dict[str, int] = field(default_factory=Counter)  # frames without a result, by the reason
+    doubts: Dict[str, int] = field(default_factory=Counter)  # frames whose input seems wrong, by the event
     counts: Counts = field(default_factory=Counts)  # of what became no frame
     topics: Topics = field(default_factory=Topics)  # that the frames are from
 
@@ -120,6 +121,7 @@ class BagReport:
         source = ' and '.join(topic for topic in (self.topics.image, self.topics.points, self.topics.depth) if topic)
         parts = [f'{self.frames} frames with {self.people} people, from {source}']
         parts += [f'{number} frames dropped: {reason}' for reason, number in self.dropped.items()]
+        parts += [f'{number} frames: {event}' for event, number in self.doubts.items()]
         counts = self.counts
         for number, what in ((counts.alone[0], 'images without points'), (counts.alone[1], 'points without an image'),
                              (counts.unusable, 'messages without a stamp or not newer than the one before'),

@@ -79,7 +79,7 @@ class Results:
 
     def write_estimate(self, frame: Frame, number: int, estimate: Estimate) -> None:
         """Write the people in the image of a frame that has points: always in pixels, with the ids in space."""
-        self._write_image_people(frame, number, estimate.people_2d, KeypointScaleParams())
+        self._write_image_people(frame, number, estimate.in_image, KeypointScaleParams())
 
     def write_3d(self, frame: Frame, number: int, estimate: Estimate, people: People3D, header: Header) -> None:
         """Write the people in space.

@@ -163,6 +163,10 @@ class _Frames:
         detections = convert.people_to_messages(people_2d, frame.header)
         estimate = lifter.estimate(detections, points, frame.points_header, frame.bgr,
                                    lifter.tracking_from_points(frame.points_header))
+        for doubt in estimate.doubts:
+            self.report.doubts[doubt.event] += 1
+            if self._throttle.is_due(doubt.event):
+                _log.warning('frame %d: %s: %s', number, doubt.event, doubt.text)
         self._results.write_estimate(frame, number, estimate)
         people, header = lifter.in_target_frame(estimate.people, frame.points_header)
         self._results.write_3d(frame, number, estimate, people, header)
