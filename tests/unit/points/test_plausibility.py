@@ -79,8 +79,8 @@ def test_another_unit_is_said_and_gives_nobody_in_space_but_all_in_the_image(poi
         assert (estimate.in_image.ids == -1).all()
 
 
-@pytest.mark.parametrize('nothing', [
-    OrganizedCloud.without_points(320, 180), DepthImage(np.zeros((180, 320), np.uint16), CAMERA)], ids=['cloud', 'depth'])
+@pytest.mark.parametrize('nothing', [OrganizedCloud.without_points(320, 180), metres(np.zeros((180, 320)))],
+                         ids=['cloud', 'depth'])
 def test_newcomers_without_any_depth_are_in_the_image_alone(nothing):
     for estimate in estimates(lambda i: nothing):
         assert events(estimate) == ['no depth'] and len(estimate.people) == 0 and len(estimate.in_image) == 2
