@@ -19,10 +19,10 @@ from pathlib import Path
 from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple, Union
 
 import numpy as np
-import yaml
 
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
+from openpose_ros_pkg.structured_text import yaml_value
 
 AUTOMATIC = 'automatic'
 _FOLDER = Path(__file__).resolve().parent / 'data' / 'marker_maps'
@@ -93,8 +93,8 @@ def read_marker_map(path: Union[str, Path, None] = None) -> MarkerMap:
         file = _FOLDER / f'{path}.yaml'
     where = f'marker map {path}'
     try:
-        values = yaml.safe_load(file.read_text(encoding='utf-8'))
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        values = yaml_value(file.read_text(encoding='utf-8'))
+    except (OSError, ValueError) as error:
         raise BadInputError(f'marker map {file} can not be read: {error}') from error
     values = _mapping(where, values, ('description', 'joints', 'subjects'))
     rules: Dict[str, Rule] = {}

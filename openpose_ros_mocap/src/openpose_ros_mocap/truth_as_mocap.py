@@ -14,7 +14,6 @@ is written while its person is out of the image. The suffix says which format: .
 Exit status: 0 done; 2 nothing was done, as the command line or an input is wrong; 130 interrupted.
 """
 import argparse
-import json
 import sys
 from pathlib import Path
 from typing import Optional, Sequence
@@ -28,6 +27,7 @@ from openpose_ros_mocap.joints import JointRecording
 from openpose_ros_pkg.command_line import DONE, run_command
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
+from openpose_ros_pkg.structured_text import json_value
 from openpose_ros_tools.command_options import command_parser
 
 # Samples that are this close to the ends of a person's stay belong to it [s].
@@ -42,7 +42,7 @@ def read_truth(folder: Path) -> JointRecording:
     """
     path = folder / 'gt.json'
     try:
-        values = json.loads(path.read_text(encoding='utf-8'))
+        values = json_value(path.read_text(encoding='utf-8'))
     except (OSError, ValueError) as error:
         raise BadInputError(f"{path} can not be read: {getattr(error, 'strerror', None) or error}") from error
     try:

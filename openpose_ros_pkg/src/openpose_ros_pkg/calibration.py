@@ -1,5 +1,4 @@
 """Calibrations of cameras in files: everything that a CameraInfo contains, in the usual formats."""
-import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Dict, Sequence, Tuple
@@ -8,6 +7,7 @@ import numpy as np
 import yaml
 
 from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_pkg.structured_text import json_value, yaml_value
 
 _IDENTITY = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 _NO_DISTORTION = (0.0,) * 5
@@ -97,8 +97,8 @@ def read_calibration(path: Path) -> Calibration:
     try:
         text = path.read_text()
         # rostopic echo ends each message with ---
-        values = json.loads(text) if text.lstrip().startswith('{') else next(yaml.safe_load_all(text), None)
-    except (OSError, ValueError, yaml.YAMLError) as error:
+        values = json_value(text) if text.lstrip().startswith('{') else yaml_value(text)
+    except (OSError, ValueError) as error:
         raise BadInputError(f'calibration {path} can not be read: {error}') from error
     return calibration_from_values(values, str(path))
 

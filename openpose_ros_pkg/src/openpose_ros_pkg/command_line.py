@@ -10,11 +10,11 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, Callable, Dict, Iterator, Optional, Sequence
 
-import yaml
 from tqdm import tqdm
 
 from openpose_ros_pkg.errors import OpenposeRosError
 from openpose_ros_pkg.output.files import naming
+from openpose_ros_pkg.structured_text import yaml_value
 
 # Exit statuses. REFUSED: nothing was done, as the command line, a parameter or an input is wrong. PIPE_CLOSED: the
 # reader of stdout went away before all was done, as a shell has it for programs that SIGPIPE ends.
@@ -83,8 +83,8 @@ def setting_values(parser: argparse.ArgumentParser, settings: Sequence[str]) -> 
         if not equals:
             parser.error(f"--set '{setting}': expected KEY=VALUE")
         try:
-            values[key] = yaml.safe_load(text) if text else ''
-        except yaml.YAMLError:
+            values[key] = yaml_value(text) if text else ''
+        except ValueError:
             parser.error(f"--set '{setting}': the value can not be read")
     return values
 

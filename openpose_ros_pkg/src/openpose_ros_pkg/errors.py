@@ -1,5 +1,8 @@
 """The errors that this project raises for what a user can cause."""
 
+# Of texts [characters]; the longest list of allowed parameters has 2,000.
+_LONGEST = 4000
+
 
 class OpenposeRosError(Exception):
     """Base of all errors below.
@@ -9,6 +12,11 @@ class OpenposeRosError(Exception):
     """
 
     event = ''
+
+    def __str__(self) -> str:
+        """Return the text; of a long one, as a damaged file makes it by a cell of a megabyte, beginning and end."""
+        text = super().__str__()
+        return text if len(text) <= _LONGEST else f'{text[:_LONGEST - 600]} ... {text[-500:]}'
 
 
 class ParameterError(OpenposeRosError):

@@ -19,8 +19,8 @@ _log = logging.getLogger(__name__)
 # Second byte of each such file; the first tells the block with the parameters.
 _KEY = 0x50
 # What the library raises for damaged files: it checks little itself.
-_LIBRARY_ERRORS = (AssertionError, AttributeError, IndexError, KeyError, OSError, OverflowError, TypeError, ValueError,
-                   ZeroDivisionError, struct.error)
+_LIBRARY_ERRORS = (AssertionError, AttributeError, IndexError, KeyError, NameError, OSError, OverflowError, TypeError,
+                   ValueError, ZeroDivisionError, struct.error)
 # Largest distance of a sample from its time by the rate, as a share of the time between two samples.
 _UNEVEN = 0.02
 # Dimensions of parameters are bytes.

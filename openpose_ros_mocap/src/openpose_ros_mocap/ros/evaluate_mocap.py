@@ -23,7 +23,6 @@ transform and not in the errors; a constant delay of the estimate is in the cloc
 Exit status: 0 done; 2 nothing was done, as an input is wrong or clock and place can not be found; 130 interrupted.
 """
 import argparse
-import json
 import sys
 from functools import partial
 from pathlib import Path
@@ -41,6 +40,7 @@ from openpose_ros_mocap.marker_map import MarkerMap, read_marker_map
 from openpose_ros_mocap.report import facts, summary, table, write_report
 from openpose_ros_pkg.command_line import DONE, run_command
 from openpose_ros_pkg.errors import BadInputError, ParameterError
+from openpose_ros_pkg.structured_text import json_value
 from openpose_ros_tools.command_options import add_time_span, check_time_span, command_parser, positive_number
 from openpose_ros_tools.tables.keypoint_csv import read_keypoint_csv
 from openpose_ros_tools.tables.keypoint_table import KeypointTable
@@ -93,7 +93,7 @@ def transform_from(path: Path) -> np.ndarray:
         ParameterError: the file is no summary.json.
     """
     try:
-        matrix = np.array(json.loads(path.read_text(encoding='utf-8'))['transform']['matrix'], np.float64)
+        matrix = np.array(json_value(path.read_text(encoding='utf-8'))['transform']['matrix'], np.float64)
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise ParameterError(f'--transform-from: {path} is not the summary.json of a report: {error!r}') from error
     if matrix.shape != (4, 4) or not _is_rigid(matrix):

@@ -3,6 +3,8 @@
 #include <pybind11/pybind11.h>
 
 #include <algorithm>
+#include <stdexcept>
+#include <string>
 
 #include "types.h"
 
@@ -46,6 +48,35 @@ std::vector<T> asVector(const Array<T>& array)
   return std::vector<T>(array.data(), array.data() + array.size());
 }
 
+/** Refuse records of Python with an index that is not there: the steps read their memory by these. */
+void checkIndices(bool right, const char* what)
+{
+  if (!right)
+  {
+    throw std::invalid_argument(std::string(what) + " that is not there");
+  }
+}
+
+bool isIndex(long index, std::size_t count)
+{
+  return index >= 0 && static_cast<std::size_t>(index) < count;
+}
+
+void checkPeaks(const std::vector<Peak>& peaks, int joints)
+{
+  checkIndices(joints >= 0, "a negative number of joints names a joint");
+  checkIndices(std::all_of(peaks.begin(), peaks.end(),
+                           [=](const Peak& peak) { return isIndex(peak.joint, joints); }),
+               "a peak names a joint");
+}
+
+void checkLimbs(const std::vector<Limb>& limbs, int joints)
+{
+  checkIndices(std::all_of(limbs.begin(), limbs.end(),
+                           [=](const Limb& limb) { return isIndex(limb.start, joints) && isIndex(limb.end, joints); }),
+               "a limb names a joint");
+}
+
 template <typename T>
 py::array_t<T> asArray(const std::vector<T>& values)
 {
@@ -73,13 +104,34 @@ py::array_t<LimbCandidate> scoreLimbsOf(const Array<float>& pafs, const Array<Pe
   const Maps fields = asMaps(pafs);
   const auto ends = asVector(peaks);
   const auto kinds = asVector(limbs);
+  checkPeaks(ends, joints);
+  checkLimbs(kinds, joints);
+  checkIndices(std::is_sorted(ends.begin(), ends.end(), [](const Peak& a, const Peak& b) { return a.joint < b.joint; }),
+               "peaks that are not sorted by joint name a place");
+  checkIndices(std::all_of(kinds.begin(), kinds.end(),
+                           [&](const Limb& limb) {
+                             return isIndex(limb.paf_x, fields.count) && isIndex(limb.paf_y, fields.count);
+                           }) &&
+                   (kinds.empty() || (fields.height > 0 && fields.width > 0)),
+               "a limb names a channel");
   return asArray(withoutLock([&] { return scoreLimbs(fields, ends, joints, kinds, stride, settings); }));
 }
 
 py::tuple assembleOf(const Array<LimbCandidate>& candidates, const Array<Peak>& peaks, int joints,
                      const Array<Limb>& limbs, const Settings& settings)
 {
-  const auto people = assemble(asVector(candidates), asVector(peaks), joints, asVector(limbs), settings);
+  const auto ends = asVector(peaks);
+  const auto kinds = asVector(limbs);
+  const auto pairs = asVector(candidates);
+  checkPeaks(ends, joints);
+  checkLimbs(kinds, joints);
+  checkIndices(std::all_of(pairs.begin(), pairs.end(),
+                           [&](const LimbCandidate& pair) {
+                             return isIndex(pair.limb, kinds.size()) && isIndex(pair.start, ends.size()) &&
+                                    isIndex(pair.end, ends.size());
+                           }),
+               "a candidate names a limb or a peak");
+  const auto people = assemble(pairs, ends, joints, kinds, settings);
   py::array_t<int> peak_of_joint({ people.size(), static_cast<std::size_t>(joints) });
   py::array_t<double> scores(static_cast<py::ssize_t>(people.size()));
   for (std::size_t i = 0; i < people.size(); ++i)

@@ -6,12 +6,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, Callable, List, Mapping, Sequence, Tuple
 
-import yaml
-
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks.model_registry import ALIASES, MODELS
 from openpose_ros_pkg.networks.model_types import DECODERS, YOLO_INPUT, InputRecipe, Model, UserFiles, WeightsFile
 from openpose_ros_pkg.skeletons import COCO_18, COLOURS, MESSAGE_JOINTS, SKELETONS, Limb, SkeletonModel, starting_limbs
+from openpose_ros_pkg.structured_text import yaml_value
 
 # Number of outputs that each decoder takes.
 _OUTPUTS = {'paf': (1, 2), 'movenet_multipose': (1,), 'movenet_singlepose': (1,), 'rtmo': (2,), 'yolo_pose': (0, 1)}
@@ -29,8 +28,8 @@ def read_description(path: Path) -> Model:
         raise ModelError(f'{path}: a network can not have the name {path.stem!r}: letters, digits, _ and -, and none '
                          f'of {", ".join([*MODELS, *ALIASES, *SKELETONS])}')
     try:
-        content = yaml.safe_load(path.read_text(encoding='utf-8'))
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        content = yaml_value(path.read_text(encoding='utf-8'))
+    except (OSError, ValueError) as error:
         raise ModelError(f'{path} can not be read: {error}') from error
     top = _Section(path, '', content, ('skeleton', 'files', 'licence', 'source', 'input', 'outputs', 'output_layout',
                                        'decoder', 'stride', 'heatmaps', 'peak_threshold'))

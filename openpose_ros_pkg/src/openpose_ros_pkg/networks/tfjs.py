@@ -8,7 +8,6 @@ node_def.proto, attr_value.proto, tensor.proto, tensor_shape.proto, types.proto.
 - The input becomes uint8.
 """
 import base64
-import json
 import struct
 from pathlib import Path
 from typing import Any, Dict, Iterable, Sequence, Tuple
@@ -16,6 +15,7 @@ from typing import Any, Dict, Iterable, Sequence, Tuple
 import numpy as np
 
 from openpose_ros_pkg.errors import ModelError
+from openpose_ros_pkg.structured_text import json_value
 
 _TYPES = {'DT_FLOAT': 1, 'DT_INT32': 3, 'DT_UINT8': 4, 'DT_INT64': 9, 'DT_BOOL': 10, 'DT_HALF': 19}
 _STORED = {'float32': '<f4', 'float16': '<f2', 'int32': '<i4'}
@@ -40,7 +40,7 @@ def frozen_graph(graph: Path) -> bytes:
         OSError: a file can not be read.
     """
     try:
-        content = json.loads(graph.read_text(encoding='utf-8'))
+        content = json_value(graph.read_text(encoding='utf-8'))
         weights = _weights(content['weightsManifest'], graph.parent)
         nodes = b''.join(_converted(node, weights) for node in content['modelTopology']['node'])
     except (KeyError, TypeError, ValueError) as error:

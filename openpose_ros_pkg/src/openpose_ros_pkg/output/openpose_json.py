@@ -14,6 +14,7 @@ from openpose_ros_pkg.output.files import write_whole
 from openpose_ros_pkg.output.joint_order import from_rows, to_rows
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import SkeletonModel
+from openpose_ros_pkg.structured_text import json_value
 
 JSON_SUFFIX = '_keypoints.json'
 _VERSION = 1.3
@@ -54,7 +55,7 @@ def people_from_json(text: Union[str, bytes], skeleton: Optional[SkeletonModel] 
         BadInputError: not such a text, another joint set, or nobody in it while none is named.
     """
     try:
-        entries = json.loads(text)['people']
+        entries = json_value(text)['people']
         rows = [np.array(entry['pose_keypoints_2d'], np.float32).reshape(-1, 3) for entry in entries]
         ids = np.array([entry.get('person_id', [-1])[0] for entry in entries], np.int64)
         stacked = np.stack(rows) if rows else np.zeros((0, 0, 3), np.float32)

@@ -9,7 +9,6 @@ Layouts:
 
 The images of a stream get their stamps from a table, from their names, or from the numbers in their names and a rate.
 """
-import json
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from pathlib import Path
@@ -20,6 +19,7 @@ import numpy as np
 from openpose_ros_pkg.calibration import Calibration, calibration_from_values, read_calibration
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.natural_order import natural_key
+from openpose_ros_pkg.structured_text import json_value
 from openpose_ros_tools.images.frame_stamps import (
     Paths,
     StampedFile,
@@ -216,7 +216,7 @@ def _description(folder: Optional[Path], layout: str) -> Tuple[Dict[str, Any], O
     if layout == 'rendered':
         path = folder / 'meta.json'
         try:
-            meta = json.loads(path.read_text())
+            meta = json_value(path.read_text())
         except (OSError, ValueError) as error:
             raise BadInputError(f'{path} can not be read: {error}') from error
         if not isinstance(meta, dict):

@@ -14,11 +14,11 @@ from typing import Any, Dict, Iterator, List, Optional
 
 import cv2
 import numpy as np
-import yaml
 
 from openpose_ros_pkg.calibration import read_calibration
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.stream.video_source import read_image
+from openpose_ros_pkg.structured_text import yaml_value
 from skeleton_extract_3d.points.camera import CameraModel, calibrated_camera, check_same_aspect
 
 # Frames of a sequence that names none: of the camera, and of the world that T_world_camera leads to.
@@ -206,9 +206,8 @@ def _check_names(colour_folder: Path, colour: List[Path], depth_folder: Path, de
 
 def _read_yaml(path: Path) -> Dict[str, Any]:
     try:
-        with path.open() as handle:
-            values = yaml.safe_load(handle)
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        values = yaml_value(path.read_text(encoding='utf-8'))
+    except (OSError, ValueError) as error:
         raise BadInputError(f'{path} can not be read: {error}') from error
     if not isinstance(values, dict):
         raise BadInputError(f'{path}: expected keys with values, got {type(values).__name__}')

@@ -34,7 +34,6 @@ from contextlib import closing
 from pathlib import Path
 from typing import Any, Callable, Dict, List, Optional, Sequence
 
-import yaml
 from tqdm import tqdm
 
 from openpose_ros_pkg.command_line import DONE, SOME_FAILED, add_settings, run_command, setting_values
@@ -44,6 +43,7 @@ from openpose_ros_pkg.natural_order import natural_key
 from openpose_ros_pkg.params.nodes import ServiceSettings
 from openpose_ros_pkg.params.parameters import parameter_fields
 from openpose_ros_pkg.ros.node import keep_large_blocks
+from openpose_ros_pkg.structured_text import yaml_value
 from openpose_ros_tools.command_options import command_parser, whole_number
 from openpose_ros_tools.outputs import delete_parts
 from openpose_ros_tools.parallel.task_cluster import run_on_cluster
@@ -90,8 +90,8 @@ def read_config(paths: Sequence[Path]) -> Dict[str, Any]:
     values: Dict[str, Any] = {}
     for path in paths:
         try:
-            content = yaml.safe_load(path.read_text()) or {}
-        except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+            content = yaml_value(path.read_text()) or {}
+        except (OSError, ValueError) as error:
             raise ParameterError(f'--config {path} can not be read: {error}') from error
         if not isinstance(content, dict):
             raise ParameterError(f'--config {path}: expected keys with values, got {type(content).__name__}')

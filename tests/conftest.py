@@ -1,12 +1,12 @@
-"""Compiled modules for the unit tests: those of the devel space, or, where these are missing or older than their
-sources, built by plain CMake into build/cpp.
+"""Compiled modules for the tests: those of the devel space, or, where these are missing or older than their sources,
+built by plain CMake into build/cpp.
 """
 import importlib.machinery
 import subprocess
 import sys
 from pathlib import Path
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[1]
 SOURCES = {'openpose_ros_decode': ROOT / 'openpose_ros_pkg/src/cpp',
            'skeleton_extract_3d_lifting': ROOT / 'skeleton_extract_3d/src/cpp'}
 TIMEOUT = 600.0  # [s]

@@ -1,0 +1,60 @@
+"""Values in YAML and JSON: whatever a text holds, reading ends soon, with values of its size or with a ValueError.
+
+The libraries alone let deep nesting end in a RecursionError, YAML's dates and numbers in errors of many classes, and a
+text of 1 KB whose aliases stand for each other stand for billions of values, which the first error text or array writes
+out.
+"""
+import json
+from typing import Any, Dict, Union
+
+import yaml
+
+# Values that a YAML text may stand for, aliases written out: a marker map has 200.
+_MOST_VALUES = 100000
+
+
+def yaml_value(text: str) -> Any:
+    """Return the first document of a YAML text, None of an empty one.
+
+    Raises:
+        ValueError: it is not YAML, or its values can not be.
+    """
+    try:
+        loader = yaml.SafeLoader(text)
+        if not loader.check_node():
+            return None
+        node = loader.get_node()
+        values = _count(node, {})
+        if values > _MOST_VALUES:
+            raise ValueError(f'it stands for {values} values, expected {_MOST_VALUES} at most')
+        return loader.construct_document(node)
+    except RecursionError:
+        raise ValueError('its values are nested too deep, or hold themselves') from None
+    except (yaml.YAMLError, AttributeError, IndexError, KeyError, OverflowError, TypeError) as error:
+        raise ValueError(str(error)) from error
+
+
+def json_value(text: Union[str, bytes]) -> Any:
+    """Return the value of a JSON text.
+
+    Raises:
+        ValueError: it is not JSON.
+    """
+    try:
+        return json.loads(text)
+    except RecursionError:
+        raise ValueError('its values are nested too deep') from None
+
+
+def _count(node: yaml.Node, known: Dict[int, int]) -> int:
+    """Return how many values a node stands for; raises RecursionError where it holds itself.
+
+    Args:
+        known: counts of nodes that were counted before, by `id`.
+    """
+    if isinstance(node, yaml.ScalarNode):
+        return 1
+    if id(node) not in known:
+        parts = [part for pair in node.value for part in (pair if isinstance(pair, tuple) else (pair,))]
+        known[id(node)] = 1 + sum(_count(part, known) for part in parts)
+    return known[id(node)]

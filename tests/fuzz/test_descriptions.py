@@ -1,0 +1,130 @@
+"""Descriptions and parameters that users write: YAML, JSON, command lines."""
+import json
+
+import numpy as np
+import pytest
+import yaml
+from hypothesis import example, given
+from hypothesis import strategies as st
+
+from fuzzing import JUNK, TEXTS, mutated, spoiled, survives
+from openpose_ros_mocap.marker_map import read_marker_map, shipped_maps
+from openpose_ros_pkg.calibration import calibration_text, pinhole_calibration, read_calibration
+from openpose_ros_pkg.errors import BadInputError, ModelError, ParameterError
+from openpose_ros_pkg.networks.model_description import read_description
+from openpose_ros_pkg.params.flags import read_flags
+from openpose_ros_pkg.params.nodes import ServiceSettings
+from openpose_ros_pkg.params.parameters import build, flat_values, parameter_fields
+from skeleton_extract_3d.node_params import PeopleSettings
+from skeleton_extract_3d.points.camera import calibrated_camera
+from skeleton_extract_3d.points.rgbd_sequence import read_sequence_values
+
+CALIBRATION = calibration_text(pinhole_calibration(640, 480, (500, 500), (320, 240), (0.1, -0.2, 0, 0, 0)))
+CAMERA_INFO = {'header': {'seq': 0, 'frame_id': 'camera'}, 'height': 480, 'width': 640,
+               'distortion_model': 'plumb_bob', 'D': [0.1, -0.2, 0.0, 0.0, 0.0],
+               'K': [500.0, 0, 320, 0, 500, 240, 0, 0, 1], 'R': np.eye(3).ravel().tolist(),
+               'P': [500.0, 0, 320, 0, 0, 500, 240, 0, 0, 0, 1, 0], 'binning_x': 0, 'binning_y': 0,
+               'roi': {'x_offset': 0, 'y_offset': 0, 'height': 0, 'width': 0, 'do_rectify': False}}
+OPEN3D = {'width': 640, 'height': 480, 'intrinsic_matrix': [500, 0, 0, 0, 500, 0, 320, 240, 1]}
+SEQUENCE = {'fps': 15, 'frame_id': 'camera', 'T_world_camera': np.eye(4).tolist(), 'depth_scale': 1000}
+MODEL = {'skeleton': {'joints': ['nose', 'neck', 'chest'], 'limbs': [
+    {'start': 'nose', 'end': 'neck', 'paf': [0, 1]}, {'start': 'neck', 'end': 'chest', 'paf': [2, 3]}],
+    'drawn_limbs': [['nose', 'neck']]}, 'files': [{'name': 'net.onnx', 'size': 10}], 'decoder': 'paf', 'stride': 8,
+    'outputs': ['fields'], 'input': {'channels': 'RGB', 'mean': 127.5, 'scale': 0.01, 'fixed_size': [64, 64]}}
+MARKERS = {'joints': {'nose': {'markers': ['F1', 'F2'], 'weights': [0.4, 0.6]}, 'left_wrist': ['LWRA', 'LWRB'],
+                      'left_hip': {'hip_centre': 'left', 'asis': ['L', 'R'], 'psis': ['S']},
+                      'neck': {'joints': ['nose']},
+                      'left_ankle': {'markers': ['A'], 'shift': {'metres': 0.04, 'from': ['L'], 'to': ['R']}},
+                      'head_top': {'first_of': ['HTOP', ['LFHD', 'RFHD']]}}, 'subjects': {'Ann': 'A_'}}
+DEEP = b'a: ' + b'[' * 5000
+BOMB = b'a0: &a0 [x]\n' + b''.join(b'a%d: &a%d [%s]\n' % (i, i, b', '.join([b'*a%d' % (i - 1)] * 10))
+                                  for i in range(1, 10))
+
+
+def texts(*values):
+    """Yield spoiled texts of values, spoiled values as YAML, and texts that once were a problem."""
+    written = [yaml.safe_dump(value, allow_unicode=True, sort_keys=False).encode() for value in values]
+    return st.one_of(mutated(*written), *(spoiled(value).map(_dumped) for value in values),
+                     st.sampled_from((DEEP, BOMB)))
+
+
+def _dumped(value):
+    return yaml.safe_dump(value, allow_unicode=True, sort_keys=False).encode('utf-8', errors='surrogatepass')
+
+
+def written(factory, name, content):
+    path = factory.getbasetemp() / name
+    path.write_bytes(content)
+    return path
+
+
+def camera_of(path):
+    """Read a calibration, then its camera."""
+    return calibrated_camera(read_calibration(path))
+
+
+@given(st.one_of(texts(yaml.safe_load(CALIBRATION), CAMERA_INFO), mutated(CALIBRATION.encode()),
+                 mutated(json.dumps(OPEN3D).encode(), json.dumps(CAMERA_INFO).encode()),
+                 spoiled(OPEN3D).map(lambda value: json.dumps(value).encode())))
+def test_calibration(tmp_path_factory, content):
+    camera = survives(camera_of, written(tmp_path_factory, 'camera.yaml', content), size=len(content))
+    if camera is not None:
+        assert np.isfinite(camera.matrix).all() and camera.matrix[0, 0] > 0 and np.isfinite(camera.distortion).all()
+
+
+@given(texts(SEQUENCE))
+def test_sequence(tmp_path_factory, content):
+    folder = written(tmp_path_factory, 'sequence.yaml', content).parent
+    values = survives(read_sequence_values, folder, size=len(content))
+    if values is not None and values['T_world_camera'] is not None:
+        assert np.isfinite(values['T_world_camera']).all()
+
+
+@given(texts(MODEL))
+def test_model_description(tmp_path_factory, content):
+    model = survives(read_description, written(tmp_path_factory, 'own.yaml', content), size=len(content),
+                     errors=(ModelError,))
+    assert model is None or (model.channels > 0 and model.files)
+
+
+@given(texts(MARKERS))
+def test_marker_map(tmp_path_factory, content):
+    read = survives(read_marker_map, written(tmp_path_factory, 'markers.yaml', content), size=len(content))
+    if read is not None:
+        points = {name: np.ones((3, 3)) for name in read.markers}
+        joints = {}
+        for joint, rule in read.rules.items():
+            joints[joint] = rule.place(points, joints)
+            assert joints[joint] is None or joints[joint].shape == (3, 3)
+
+
+def test_examples_are_right(tmp_path):
+    """Else only the first check would be tried."""
+    for name, read, value in (('sequence.yaml', lambda path: read_sequence_values(path.parent), SEQUENCE),
+                              ('own.yaml', read_description, MODEL), ('markers.yaml', read_marker_map, MARKERS),
+                              ('camera.yaml', camera_of, CAMERA_INFO), ('open3d.yaml', camera_of, OPEN3D)):
+        (tmp_path / name).write_bytes(_dumped(value))
+        assert read(tmp_path / name) is not None
+    assert shipped_maps()
+
+
+@pytest.mark.parametrize('kind', [ServiceSettings, PeopleSettings])
+@given(data=st.data())
+def test_parameters(kind, data):
+    names = [field.name for field in parameter_fields(kind)]
+    values = data.draw(st.dictionaries(st.one_of(st.sampled_from(names), TEXTS), JUNK, max_size=3))
+    settings = survives(build, kind, values, size=1000, errors=(ParameterError,))
+    if settings is not None:
+        assert all(flat_values(settings)[name] == value for name, value in values.items()
+                   if isinstance(value, (int, str)) and not isinstance(value, bool))
+
+
+@given(st.lists(st.one_of(TEXTS, st.tuples(
+    st.sampled_from(('--', '-', '--no', '')),
+    st.sampled_from(['threads', 'mode', 'tracking', 'alpha_pose', 'scale_gap']),
+    st.sampled_from(('', '=')), TEXTS).map(''.join)), max_size=5))
+@example(['--threads=' + '9' * 5000])
+def test_flags(arguments):
+    read = survives(read_flags, ServiceSettings, arguments, size=10000, errors=(ParameterError,))
+    if read is not None:
+        survives(build, ServiceSettings, read[0], size=10000, errors=(ParameterError, BadInputError))

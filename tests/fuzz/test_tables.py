@@ -1,0 +1,171 @@
+"""Tables and texts of recordings: any bytes give a table that holds together, or BadInputError."""
+import json
+from functools import lru_cache
+from io import StringIO
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
+
+from fuzzing import mutated, spoiled, survives
+from openpose_ros_mocap.files import MarkerRecording, read_mocap, write_mocap
+from openpose_ros_mocap.truth_as_mocap import read_truth
+from openpose_ros_pkg.errors import BadInputError, ParameterError
+from openpose_ros_pkg.output.keypoint_file import FORMATS, people_to_storage, read_keypoint
+from openpose_ros_pkg.output.openpose_json import people_from_json, people_to_json
+from openpose_ros_pkg.people import People2D
+from openpose_ros_pkg.skeletons import COCO_18, MESSAGE_JOINTS
+from openpose_ros_tools.images.image_layouts import LayoutOptions, find_recording
+from openpose_ros_tools.images.stamps import read_stamp_table
+from openpose_ros_tools.tables.keypoint_csv import LAYOUTS, KeypointCsvWriter, read_keypoint_csv
+from openpose_ros_tools.tables.keypoint_table import FIELDS, PersonRow
+
+JOINTS = len(COCO_18.joints)
+
+
+def people():
+    """Two people; the second one has no nose."""
+    keypoints = np.arange(2 * JOINTS * 3, dtype=np.float32).reshape(2, JOINTS, 3) / 7
+    keypoints[..., 2] = 0.5
+    keypoints[1, 0] = (np.nan, np.nan, 0)
+    return People2D(COCO_18, keypoints, keypoints[..., 2].mean(axis=1), np.array([3, 4]))
+
+
+def csv_text(layout, dimensions):
+    out = StringIO()
+    writer = KeypointCsvWriter(out, layout, dimensions)
+    for number in range(3):
+        parts = np.full((len(MESSAGE_JOINTS), len(FIELDS[dimensions])), 0.5, np.float32)
+        writer.write(PersonRow(10 ** 18 + number, number, 10 ** 18 + number, 'camera, left', 1, 7, parts))
+    return out.getvalue().encode()
+
+
+def check_people(found):
+    assert (np.isfinite(found.keypoints[..., 2])).all() and np.isfinite(found.scores).all()
+    assert (np.isnan(found.xy).all(axis=2) == (found.confidence == 0)).all()
+
+
+@given(mutated(*(csv_text(layout, dimensions) for layout in LAYOUTS for dimensions in (2, 3))))
+def test_keypoint_csv(tmp_path_factory, content):
+    path = written(tmp_path_factory, 'people.csv', content)
+    table = survives(read_keypoint_csv, path, size=len(content))
+    if table is not None:
+        missing = table.status == 0
+        assert (np.isnan(table.positions).all(axis=2) == missing).all() and np.isfinite(table.positions[~missing]).all()
+        assert not np.isnan(table.confidence).any() and (table.stamps >= 0).all()
+
+
+@given(mutated(people_to_json(people()).encode(), people_to_json(people(), np.ones((2, JOINTS, 4))).encode()))
+@example(b'[' * 100000)
+def test_openpose_json(content):
+    found = survives(people_from_json, content, None, size=len(content))
+    if found is not None:
+        check_people(found)
+
+
+@given(spoiled(json.loads(people_to_json(people()))))
+def test_openpose_json_values(values):
+    text = json.dumps(values)
+    found = survives(people_from_json, text, COCO_18, size=len(text))
+    if found is not None:
+        check_people(found)
+
+
+@pytest.mark.parametrize('kind', FORMATS)
+@given(st.data())
+def test_keypoint_matrix(tmp_path_factory, kind, data):
+    content = data.draw(mutated(people_to_storage(people(), kind).encode()))
+    path = written(tmp_path_factory, f'people.{kind}', content)
+    found = survives(read_keypoint, path, size=len(content))
+    if found is not None:
+        check_people(found)
+
+
+@lru_cache(maxsize=None)
+def recording(suffix, folder):
+    """The bytes of a motion capture file of three markers, one of which is hidden for a time."""
+    positions = np.arange(8 * 3 * 3, dtype=np.float64).reshape(8, 3, 3) / 10
+    positions[2:4, 1] = np.nan
+    path = folder / f'walk{suffix}'
+    write_mocap(path, MarkerRecording(('LSHO', 'RSHO', 'Hüfte'), np.arange(8) / 100, positions))
+    return path.read_bytes()
+
+
+@pytest.mark.parametrize('suffix', ['.csv', '.trc', '.c3d'])
+@given(st.data())
+def test_motion_capture(tmp_path_factory, suffix, data):
+    good = recording(suffix, tmp_path_factory.getbasetemp())
+    content = data.draw(mutated(good))
+    path = written(tmp_path_factory, f'walk{suffix}', content)
+    found = survives(read_mocap, path, size=len(content))
+    if found is not None:
+        assert len(found) > 0 and np.isfinite(found.times).all() and (np.diff(found.times) > 0).all()
+        seen = np.isfinite(found.positions)
+        assert (seen.all(axis=2) == seen.any(axis=2)).all() and not np.isinf(found.positions).any()
+
+
+STAMPS = (b'# frame, stamp [ns]\na.png, 1600000000000000000\nb.png, 1600000000033333333\n',
+          b'1600000000.1\n1600000000.2\n', b'frame;colour;depth\n1;100;200\n2;150;\n',
+          b'1600000000.123456 rgb/1.png\n1600000000.2 rgb/2.png\n')
+
+
+@pytest.mark.parametrize('unit', [None, 's', 'ns'])
+@given(content=mutated(*STAMPS))
+def test_stamps(tmp_path_factory, unit, content):
+    path = written(tmp_path_factory, 'stamps.csv', content)
+    table = survives(read_stamp_table, path, unit, size=len(content))
+    if table is not None:
+        assert table.names is None or len(table.names) == len(table.stamps)
+
+
+TUM = b'# timestamp filename\n1600000000.123456 rgb/1.png\n1600000000.2 rgb/2.png\n'
+META = {'K': [[500, 0, 320], [0, 500, 240], [0, 0, 1]], 'width': 640, 'height': 480, 'fps': 30,
+        'T_world_camera': np.eye(4).tolist()}
+
+
+@given(mutated(TUM))
+def test_image_lists(tmp_path_factory, content):
+    folder = folder_with_images(tmp_path_factory)
+    written(tmp_path_factory, 'images/rgb.txt', content)
+    found = survives(find_recording, folder, LayoutOptions(layout='tum'), size=len(content),
+                     errors=(BadInputError, ParameterError))
+    if found is not None:
+        assert all(0 < item.stamp < 2 ** 32 * 10 ** 9 for items in found.streams.values() for item in items)
+
+
+@given(st.one_of(mutated(json.dumps(META).encode()), spoiled(META).map(lambda values: json.dumps(values).encode())))
+def test_rendered_description(tmp_path_factory, content):
+    folder = folder_with_images(tmp_path_factory)
+    written(tmp_path_factory, 'images/meta.json', content)
+    survives(find_recording, folder, LayoutOptions(layout='rendered'), size=len(content),
+             errors=(BadInputError, ParameterError))
+
+
+TRUTH = {'joints': ['nose', 'neck'], 'frames': [
+    {'t': number / 10, 'people': [{'id': 1, 'xyz': [[0.1, 0.2, 3.0], [0.1, 0.4, 3.0]], 'vis': [2, 1]}]}
+    for number in range(3)]}
+
+
+@given(st.one_of(mutated(json.dumps(TRUTH).encode()), spoiled(TRUTH).map(lambda values: json.dumps(values).encode())))
+def test_truth(tmp_path_factory, content):
+    path = written(tmp_path_factory, 'gt.json', content)
+    found = survives(read_truth, path.parent, size=len(content))
+    if found is not None:
+        assert np.isfinite(found.times).all()
+
+
+def written(factory, name, content) -> Path:
+    """Write a file into the folder of the session: a folder for each example would take longer than most readers."""
+    path = factory.getbasetemp() / name
+    path.write_bytes(content)
+    return path
+
+
+def folder_with_images(factory) -> Path:
+    folder = factory.getbasetemp() / 'images'
+    (folder / 'rgb').mkdir(parents=True, exist_ok=True)
+    for name in ('1.png', '2.png'):
+        (folder / 'rgb' / name).touch()
+    return folder
