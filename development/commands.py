@@ -8,7 +8,7 @@ from development.generated import write_config, write_docs
 from development.locks import write_locks
 from development.set_up import find_python_38, set_up, weights
 from development.terminal import die, handle_signals, say
-from development.testing import GROUPS, NEEDS_PYTHON_38, run_groups
+from development.testing import GROUPS, NEEDS_PYTHON_38, ON_REQUEST, run_groups
 from development.workspace import enter_workspace
 
 
@@ -60,7 +60,7 @@ def bench(arguments: Sequence[str]) -> NoReturn:
 def test(arguments: Sequence[str]) -> NoReturn:
     for name in set(arguments) - set(GROUPS):
         die(f"there is no test group '{name}'; one of: {' '.join(GROUPS)}")
-    groups = list(arguments) or list(GROUPS)
+    groups = list(arguments) or [name for name in GROUPS if name not in ON_REQUEST]
     python_38 = find_python_38() if 'focal' in groups else None
     if 'focal' in arguments and python_38 is None:
         die(f'the test group focal {NEEDS_PYTHON_38}')

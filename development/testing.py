@@ -17,6 +17,8 @@ from development.workspace import workspace_environment
 NEEDS_PYTHON_38 = ('needs a Python 3.8 with its headers and pip, in $PYENV_ROOT, ~/.pyenv or on PATH: pyenv install '
                    '3.8, or apt-get install python3.8-dev python3.8-venv where apt has them')
 MARK = 'OPENPOSE_ROS_TEST'  # by this variable the processes of a test run are known
+FUZZ, FUZZ_MESSAGES = 'tests/fuzz', 'tests/fuzz/ros'
+NIGHTLY_EXAMPLES = '1000'  # of each fuzz target
 ENDING_TIME = 5.0  # [s] in which processes have to end by themselves
 
 
@@ -67,7 +69,9 @@ def lint(results: Path) -> int:
 
 def unit(results: Path) -> int:
     say('== tests/unit')
-    return _pytest(results, 'unit', ['tests/unit'])
+    failed = _pytest(results, 'unit', ['tests/unit'])
+    say('== tests/fuzz, a few examples')
+    return failed + _pytest(results, 'fuzz', [FUZZ, f'--ignore={FUZZ_MESSAGES}'])
 
 
 def ros(results: Path) -> int:
@@ -75,6 +79,8 @@ def ros(results: Path) -> int:
     say('== tests with ROS messages')
     scripts = sorted(str(path) for package in PACKAGES for path in (ROOT / package).glob('test/test_*.py'))
     failed = _pytest(results, 'messages', scripts, environment)
+    say('== tests/fuzz/ros, a few examples')
+    failed += _pytest(results, 'fuzz_messages', [FUZZ_MESSAGES], environment)
     say('== rostests')
     rostests = ROOT / 'build/test_results'
     shutil.rmtree(str(rostests), ignore_errors=True)
@@ -88,6 +94,13 @@ def ros(results: Path) -> int:
 def faults(results: Path) -> int:
     say('== tests/faults')
     return _pytest(results, 'faults', ['tests/faults'], workspace_environment())
+
+
+def fuzz(results: Path) -> int:
+    """Run all fuzz tests with random examples, as many of each as the environment says."""
+    number = os.environ.get('FUZZ_EXAMPLES', NIGHTLY_EXAMPLES)
+    say(f'== tests/fuzz, {number} examples of each target')
+    return _pytest(results, 'fuzz', [FUZZ], {**workspace_environment(), 'FUZZ_EXAMPLES': number})
 
 
 def workspace(results: Path) -> int:
@@ -108,7 +121,9 @@ def focal(results: Path) -> int:
 
 
 GROUPS: Dict[str, Callable[[Path], int]] = {
-    'lint': lint, 'unit': unit, 'ros': ros, 'faults': faults, 'workspace': workspace, 'focal': focal}
+    'lint': lint, 'unit': unit, 'ros': ros, 'faults': faults, 'workspace': workspace, 'focal': focal,
+    'fuzz': fuzz}
+ON_REQUEST = ('fuzz',)  # groups that run where they are named
 
 
 def _pytest(results: Path, name: str, paths: List[str], environment: Optional[Mapping[str, str]] = None,

@@ -73,6 +73,7 @@ def test_calibration(tmp_path_factory, content):
 
 
 @given(texts(SEQUENCE))
+@example(_dumped({**SEQUENCE, 'T_world_camera': [[1, 0, 0, np.inf], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]}))
 def test_sequence(tmp_path_factory, content):
     folder = written(tmp_path_factory, 'sequence.yaml', content).parent
     values = survives(read_sequence_values, folder, size=len(content))
@@ -88,6 +89,7 @@ def test_model_description(tmp_path_factory, content):
 
 
 @given(texts(MARKERS))
+@example(_dumped({'joints': {'nose': {'markers': ['F1'], 'weights': [2 ** 64]}}}))
 def test_marker_map(tmp_path_factory, content):
     read = survives(read_marker_map, written(tmp_path_factory, 'markers.yaml', content), size=len(content))
     if read is not None:

@@ -5,7 +5,7 @@ import hashlib
 import json
 
 import numpy as np
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from fuzzing import mutated, spoiled, survives
@@ -35,6 +35,7 @@ GRAPH = {
 STORED = KERNEL.tobytes() + np.zeros(8, np.float32).tobytes()
 
 
+@example(b'{"modelTopology": {"node": [null]}, "weightsManifest": [null]}', STORED)
 @given(st.one_of(mutated(json.dumps(GRAPH).encode()), spoiled(GRAPH).map(lambda value: json.dumps(value).encode())),
        st.one_of(st.just(STORED), mutated(STORED)))
 def test_graph_of_tensorflow_js(tmp_path_factory, graph, stored):

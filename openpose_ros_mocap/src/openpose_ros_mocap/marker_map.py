@@ -29,6 +29,9 @@ _FOLDER = Path(__file__).resolve().parent / 'data' / 'marker_maps'
 _KINDS = ('markers', 'joints', 'hip_centre', 'first_of')
 _SIDES = ('left', 'right')
 
+# No number of a map is greater; Python's whole numbers can be greater than floats.
+_HUGE = 1e9
+
 Names = Tuple[str, ...]
 # Positions (T, 3) [m] by name.
 Points = Mapping[str, np.ndarray]
@@ -239,7 +242,7 @@ def _shift(where: str, value: Any) -> Tuple[float, Names, Names]:
 
 
 def _is_number(value: Any) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and bool(np.isfinite(value))
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) < _HUGE
 
 
 def _names(where: str, key: str, value: Any) -> Names:

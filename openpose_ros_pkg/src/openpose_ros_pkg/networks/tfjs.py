@@ -43,7 +43,7 @@ def frozen_graph(graph: Path) -> bytes:
         content = json_value(graph.read_text(encoding='utf-8'))
         weights = _weights(content['weightsManifest'], graph.parent)
         nodes = b''.join(_converted(node, weights) for node in content['modelTopology']['node'])
-    except (KeyError, TypeError, ValueError) as error:
+    except (AttributeError, KeyError, OverflowError, TypeError, ValueError, struct.error) as error:
         raise ModelError(f'{graph} is not a graph of TensorFlow.js that can be converted: {error!r}') from error
     return nodes + _bytes(4, _number(1, _PRODUCER))
 

@@ -184,7 +184,7 @@ def _rigid_transform(path: Path, values: Any) -> np.ndarray:
         raise BadInputError(f'{path}: T_world_camera = {values!r}, expected 4 x 4 numbers') from None
     rotation = matrix[:3, :3]
     upright = np.allclose(rotation @ rotation.T, np.eye(3), atol=_ROTATION_TOLERANCE) and np.linalg.det(rotation) > 0
-    if not upright or not np.array_equal(matrix[3], [0, 0, 0, 1]):
+    if not upright or not np.isfinite(matrix).all() or not np.array_equal(matrix[3], [0, 0, 0, 1]):
         raise BadInputError(f'{path}: T_world_camera is no rotation and translation: {matrix.tolist()}')
     return matrix
 
