@@ -111,6 +111,17 @@ def test_no_process_is_left():
     assert _all_end(pids)
 
 
+def test_a_process_that_ends_while_an_image_is_sent_to_it_hangs_nobody():
+    with DetectorPool(2, DEFAULTS, level_detector) as pool:
+        pids = pool.pids()
+        for pid in pids:
+            os.kill(pid, signal.SIGSTOP)  # so that it does not read
+        for _ in range(2):
+            pool.submit(np.zeros((2000, 2000, 3), np.uint8))  # more than the pipe holds
+        time.sleep(0.2)
+    assert _all_end(pids)
+
+
 def test_processes_end_with_a_parent_that_is_killed():
     code = ('import os, test_detector_pool as t\n'
             "if __name__ == '__main__':\n"

@@ -105,6 +105,7 @@ class _WorkerProcess:
                 if self._closed:
                     raise CancelledError from None
                 _log.warning('a process has ended; another one takes its place')
+                self._reader.close()
                 self._start()
         raise ProcessLostError(f'{_MOST_TRIES} processes ended one after the other on the same task')
 
@@ -113,6 +114,7 @@ class _WorkerProcess:
         self._closed = True
         with suppress(BrokenProcessPool, ProcessLookupError):
             os.kill(self.pid, signal.SIGKILL)
+        self._reader.close()
         self._executor.shutdown()
 
     def _start(self) -> None:
@@ -120,6 +122,8 @@ class _WorkerProcess:
         context = multiprocessing.get_context('spawn')
         self._progress = context.RawValue('d')  # without a lock, which a process that dies could hold
         self._executor = ProcessPoolExecutor(1, context, _begin, (self._progress, *self._prepare))
+        # Closed when the process is dead: else what is written to it, as an image, waits for ever (gh-94777 of Python)
+        self._reader = self._executor._call_queue._reader  # type: ignore[attr-defined]
         with no_interrupts():  # this process ends the new one, not the terminal
             self._pid = self._executor.submit(os.getpid)
         if self._closed:  # in the meantime, by another thread, which knew only the process before
