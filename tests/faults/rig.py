@@ -15,6 +15,7 @@ from sensor_msgs.msg import CameraInfo, CompressedImage
 from std_msgs.msg import Header
 
 from openpose_ros_pkg.ros.convert import bgr_to_image
+from openpose_ros_pkg.ros.master.registration import WATCH
 from openpose_ros_pkg.ros.session import Diagnostics, Session, await_true, is_heard
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.points.depth import cloud_from_depth
@@ -200,6 +201,7 @@ class Rig:
     def __init__(self, session: Session) -> None:
         self.session = session
         rospy.init_node('faults', disable_signals=True)
+        WATCH.start()  # the camera and the subscribers of the tests register anew as well
         self.diagnostics = Diagnostics()
         self.chains: Dict[str, Chain] = {}
 
