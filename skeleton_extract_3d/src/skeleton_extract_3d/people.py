@@ -24,7 +24,7 @@ class People3D:
         velocity: (P, K, 3) float32 [m/s]; NaN where MISSING or not estimated, which is everywhere by default.
 
     Raises:
-        ValueError: an array has the wrong shape, or status and position disagree.
+        ValueError: an array has the wrong shape, a status is unknown, or status and position disagree.
     """
 
     skeleton: SkeletonModel
@@ -47,6 +47,8 @@ class People3D:
             if value.shape != shape:
                 raise ValueError(f'{name} of {self.skeleton.name}: expected {shape}, got {value.shape}')
             object.__setattr__(self, name, value)
+        if self.status.max(initial=MISSING) > INFERRED:
+            raise ValueError(f'status of a joint is {self.status.max()}, expected {MISSING}, {MEASURED} or {INFERRED}')
         if not np.array_equal(self.status != MISSING, np.isfinite(self.xyz).all(axis=2)):
             raise ValueError('status must be MISSING exactly where x, y and z are not finite')
 

@@ -1,10 +1,16 @@
-"""Nodes that are started wrongly, killed or stopped."""
-from typing import Any, Dict
+"""Nodes that are started wrongly, stopped or killed, and parameters that are changed wrongly."""
+import os
+import signal
+from typing import Any, Callable, Dict
 
-from faults.fault import Scenario
+from faults.fault import Fault, Scenario
+from faults.injectors import Injector
+
+NODE, SERVICE = 'two/extractor', 'two/service'
+NAN = float('nan')
 
 
-def refused(parameters: Dict[str, Any], *words: str) -> Any:
+def refused(parameters: Dict[str, Any], *words: str) -> Callable[[Any], None]:
     """Return what starts a node with these parameters, which has to end with these words."""
     def run(rig: Any) -> None:
         from faults.rig import PEOPLE, Program, says_when_it_ends
@@ -12,7 +18,50 @@ def refused(parameters: Dict[str, Any], *words: str) -> Any:
     return run
 
 
+def until_counted(chain: Any) -> None:
+    """Send frames until the extractor has counted one that the service did not answer."""
+    from openpose_ros_pkg.ros.session import await_true
+    before = chain.diagnostics.count(NODE, 'service call failed')
+    chain.send(chain.frame())
+    await_true(lambda: chain.diagnostics.count(NODE, 'service call failed') > before, 'the call fails')
+
+
+def hang(chain: Any) -> None:
+    os.kill(chain.processes[SERVICE].pid, signal.SIGSTOP)
+    try:
+        until_counted(chain)
+    finally:
+        os.kill(chain.processes[SERVICE].pid, signal.SIGCONT)
+
+
+def kill(chain: Any) -> None:
+    import rospy
+    chain.processes[SERVICE].kill()
+    chain.processes[SERVICE].wait()
+    until_counted(chain)
+    chain.restart(SERVICE)
+    rospy.wait_for_service(chain.topic('detect_poses_3d'), 60.0)
+
+
+def set_live(**values: Any) -> Injector:
+    """Return what sets parameters by the service of dynamic_reconfigure, without the checks of its client."""
+    def inject(chain: Any) -> None:
+        import rospy
+        from dynamic_reconfigure.encoding import encode_config
+        from dynamic_reconfigure.srv import Reconfigure
+        rospy.ServiceProxy(chain.topic('people/set_parameters'), Reconfigure)(encode_config(values))
+    return inject
+
+
 FAULTS = [
     Scenario('unknown name of a parameter', refused({'no_such_parameter': 1}, "'no_such_parameter'"), 'people_3d_node',
              'ends with 1 and names it'),
+    Scenario('value that is not allowed', refused({'mode': 'fastest'}, "'mode'", "'fastest'"), 'people_3d_node',
+             'ends with 1 and names key, value and what is allowed'),
+    Fault('service hangs for more than service_timeout, then goes on', hang, NODE, 'service call failed',
+          ('no answer from /two/detect_poses_3d within 1 s',)),
+    Fault('service is killed, and started again', kill, NODE, 'service call failed', ('/two/detect_poses_3d',)),
+    Fault('live parameter set to NaN', set_live(person_min_score=NAN), event=''),
+    Fault('live parameter set to a text', set_live(person_min_score='much'), event=''),
+    Fault('unknown live parameter', set_live(no_such_parameter=1.0), event=''),
 ]

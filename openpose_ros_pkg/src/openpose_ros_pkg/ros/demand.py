@@ -51,6 +51,8 @@ class Demand(rospy.SubscribeListener):
     def read(self, *inputs: InputSubscriber) -> None:
         """Subscribe to the inputs whenever results are wanted; to be called once, after all publishers were made."""
         self.inputs = inputs
+        for source in inputs:
+            source.on_error = self._health.frame_failed
         self._health.show(lambda: {f'lost before this node, {source.resolved_name}': str(source.lost)
                                    for source in inputs})
         self._update()

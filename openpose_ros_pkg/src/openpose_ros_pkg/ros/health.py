@@ -14,6 +14,8 @@ from openpose_ros_pkg.throttle import Throttle
 
 # Time over which the rate is measured and a warning keeps the status at WARN [s].
 RECENT = 5.0
+# Longest text of a warning [characters].
+_LONGEST_TEXT = 1000
 
 
 class Health:
@@ -65,7 +67,11 @@ class Health:
             self._latencies.append((time.monotonic(), latency))
 
     def warn(self, event: str, text: str) -> None:
-        """Count a fault and log it, at most once in a time for each kind of event (`Throttle`)."""
+        """Count a fault and log it, at most once in a time for each kind of event (`Throttle`).
+
+        Texts quote what others sent: what is too long is cut, and characters that control a terminal are replaced.
+        """
+        text = ''.join(each if each.isprintable() else '?' for each in text[:_LONGEST_TEXT])
         now = time.monotonic()
         with self._lock:
             self._counts[event] += 1

@@ -1,10 +1,13 @@
 """Message filters that subscribe to the nodes' inputs; images raw or compressed, by one parameter."""
-from typing import Any, Optional, Tuple, Union
+import functools
+from typing import Any, Callable, Optional, Tuple, Type, Union
 
+import genpy
 import message_filters
 import rospy
 from sensor_msgs.msg import CompressedImage, Image
 
+from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.ros import convert
 
 AnyImage = Union[Image, CompressedImage]
@@ -21,13 +24,15 @@ class InputSubscriber(message_filters.SimpleFilter):
         lost: messages that were sent while it was subscribed and did not come, as they were replaced by newer ones in
             the publisher's queue or in that of rospy: gaps in `header.seq`, which publishers of ROS 1 count up. Of
             several publishers on the topic, whose messages take turns, they are not counted.
+        on_error: called with a BadInputError for bytes that are no message of this type; they are not passed on.
     """
 
     def __init__(self, topic: str, message_type: Any) -> None:
         super().__init__()
         self.resolved_name: str = rospy.resolve_name(topic)
         self.lost = 0
-        self._message_type = message_type
+        self.on_error: Callable[[Exception], None] = lambda error: None
+        self._message_type = _tolerant(message_type)
         self._subscriber: Optional[message_filters.Subscriber] = None
         self._newest: Tuple[Any, int] = None, 0
 
@@ -43,6 +48,10 @@ class InputSubscriber(message_filters.SimpleFilter):
             self._subscriber = None
 
     def _receive(self, message: Any) -> None:
+        if message.unreadable is not None:
+            self.on_error(BadInputError(f'{self.resolved_name}: {message.unreadable} bytes are no '
+                                        f'{message._type}: its publisher is damaged'))
+            return
         # rospy gives all messages of a connection the same header of the connection
         connection, seq = message._connection_header, message.header.seq
         last_connection, last_seq = self._newest
@@ -50,6 +59,26 @@ class InputSubscriber(message_filters.SimpleFilter):
         if connection is last_connection:
             self.lost += max(seq - last_seq - 1, 0)
         self.signalMessage(message)
+
+
+@functools.lru_cache(maxsize=None)
+def _tolerant(message_type: Type[genpy.Message]) -> Type[genpy.Message]:
+    """Return a message type that notes as `unreadable` the number of bytes that are no such message.
+
+    Where a message raises, rospy leaves its bytes in the buffer of the connection: they are read again with each
+    message that follows, so that none arrives any more while the buffer grows.
+    """
+    class Tolerant(message_type):  # type: ignore[valid-type, misc]
+        unreadable: Optional[int] = None
+
+        def deserialize(self, data: bytes) -> 'Tolerant':
+            try:
+                super().deserialize(data)
+            except genpy.DeserializationError:
+                self.unreadable = len(data)
+            return self
+
+    return Tolerant
 
 
 def image_subscriber(topic: str, transport: str) -> InputSubscriber:

@@ -1,0 +1,51 @@
+"""Stamps that are missing, jump or repeat."""
+from typing import Any
+
+from faults.fault import Fault
+from faults.injectors import Injector
+
+
+def at(*stamps: float) -> Injector:
+    """Return what sends frames with these stamps [s]."""
+    def inject(chain: Any) -> None:
+        import rospy
+        for stamp in stamps:
+            chain.send(chain.frame(rospy.Time.from_sec(stamp)))
+    return inject
+
+
+def ahead(*seconds: float) -> Injector:
+    """Return what sends frames with stamps that are ahead of the time by this [s]."""
+    def inject(chain: Any) -> None:
+        import rospy
+        now = rospy.Time.now().to_sec()
+        at(*(now + each for each in seconds))(chain)
+    return inject
+
+
+def apart(chain: Any) -> None:
+    import rospy
+    frame = chain.frame()
+    frame.points.header.stamp -= rospy.Duration(0.02)
+    chain.send(frame)
+
+
+def too_many_nanoseconds(chain: Any) -> None:
+    frame = chain.frame()
+    frame.image.header.stamp.nsecs = frame.points.header.stamp.nsecs = 2**32 - 1
+    chain.send(frame)
+    chain.send(chain.frame())
+
+
+FAULTS = [
+    Fault('stamp 0', at(0.0), event='stamp 0', words=('driver has to',)),
+    Fault('stamp of 1970', at(1.0), event='time jumped back', words=('is older than those before it',)),
+    Fault('stamp an hour back', ahead(-3600.0), event='time jumped back'),
+    Fault('stamp an hour ahead, then of now', ahead(3600.0, 0.0), event='time jumped back'),
+    Fault('last second there is, then of now', ahead(2**32 - 1.8e9, 0.0), event='time jumped back'),
+    Fault('stamps an hour forth and back, 10 times', ahead(*[3600.0, 0.0] * 10), event='time jumped back'),
+    Fault('the same stamp twice', ahead(0.1, 0.1), event='stamp not newer'),
+    Fault('stamp 10 ms back', ahead(0.1, 0.09), event='stamp not newer'),
+    Fault('more nanoseconds than a second has, then of now', too_many_nanoseconds, event='time jumped back'),
+    Fault('points 20 ms before the image', apart, event=''),
+]
