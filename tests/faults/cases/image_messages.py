@@ -50,8 +50,8 @@ CASES = [
     ('float32', encoded('32FC1', width=720), "image encoding '32FC1' can not be turned into bgr8"),
     ('YUYV with an odd width', encoded('yuv422_yuy2', width=959), 'expected an even number'),
 ]
-FAULTS = [*(Fault(f'image: {title}', inject, 'two/extractor', words=(words,) if words else ())
+FAULTS = [*(Fault(title, inject, 'two/extractor', words=(words,) if words else ())
             for title, inject, words in CASES),
-          Fault('image: bytes behind the last row', changed('image', height=539), 'two/extractor', event=''),
-          Fault('image: bgr8, said to be big-endian', changed('image', is_bigendian=1), 'two/extractor', event=''),
-          Fault('image: mosaic of colours that is none', encoded('bayer_rggb8'), 'two/extractor', event='')]
+          Fault('bytes behind the last row', changed('image', height=539), 'two/extractor', event=''),
+          Fault('bgr8, said to be big-endian', changed('image', is_bigendian=1), 'two/extractor', event=''),
+          Fault('mosaic of colours that is none', encoded('bayer_rggb8'), 'two/extractor', event='')]

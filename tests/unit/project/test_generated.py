@@ -38,7 +38,7 @@ def test_text_around_a_table_stays():
 def test_the_table_of_faults_has_a_row_of_each_case():
     rows = table('faults')[2:]
     assert len(rows) == len({tuple(row.split(' | ')[:2]) for row in rows}), 'two cases of an area have one title'
-    assert any('| image messages | image without data | cloud/people |' in row for row in rows)
+    assert any('| image messages | no data | two/extractor |' in row for row in rows)
 
 
 def test_an_unknown_table_is_an_error():
