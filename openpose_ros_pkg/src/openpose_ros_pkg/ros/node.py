@@ -5,7 +5,8 @@ import os
 import signal
 import sys
 import threading
-from typing import Any, Callable, Dict, Iterable, List, NoReturn, Sequence, Tuple, Type
+from contextlib import suppress
+from typing import Any, Callable, Dict, Iterable, List, NoReturn, Sequence, TextIO, Tuple, Type, cast
 
 import rosgraph.names
 import rospy
@@ -66,6 +67,8 @@ def run_node(name: str, kind: Type[Settings], make: Callable[[Settings], Any]) -
 def _start(name: str, kind: Type[Settings], make: Callable[[Settings], Any], flags: Dict[str, Any],
            others: List[str]) -> Any:
     """Initialise the node, return what `make` builds; end with 1 where the user has to mend something."""
+    # before rospy takes them for its log
+    sys.stdout, sys.stderr = cast(TextIO, _Unfailing(sys.stdout)), cast(TextIO, _Unfailing(sys.stderr))
     rospy.init_node(name, disable_signals=True)
     WATCH.start()
     for key, value in flags.items():
@@ -180,6 +183,25 @@ def keep_large_blocks() -> None:
     mallopt(_M_TRIM_THRESHOLD, _KEPT_MEMORY)
     if not mallopt(_M_MMAP_THRESHOLD, _KEPT_MEMORY):
         mallopt(_M_MMAP_THRESHOLD, _LEAST_MMAP_THRESHOLD)
+
+
+class _Unfailing:
+    """A stream whose lines are lost where its disk is full: rospy's log would raise that in whatever thread logs."""
+
+    def __init__(self, stream: TextIO) -> None:
+        self._stream = stream
+
+    def write(self, text: str) -> int:
+        with suppress(OSError):
+            self._stream.write(text)
+        return len(text)
+
+    def flush(self) -> None:
+        with suppress(OSError):
+            self._stream.flush()
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
 
 
 class _RosLogHandler(logging.Handler):
