@@ -31,6 +31,20 @@ def halve_depth(frame: Any) -> None:
     frame.points.data = frame.points.data[:len(frame.points.data) // 2]
 
 
+def request(chain: Any) -> None:
+    """Send the image with a huge header to the service itself."""
+    import rospy
+    from openpose_ros_msgs.srv import GetPersons
+    image = chain.frame().image
+    image.width, image.height = _HUGE['width'], _HUGE['height']
+    try:
+        rospy.ServiceProxy(chain.topic('detect_poses_3d'), GetPersons)(image)
+    except rospy.ServiceException as error:
+        assert _LIMIT in str(error)
+    else:
+        raise AssertionError('the service answered')
+
+
 FAULTS = [
     Fault('half a JPEG', changed('image', data=JPEG[:len(JPEG) // 2]), _NODE,
           words=('is cut off', 'without the mark of its end')),
@@ -48,6 +62,8 @@ FAULTS = [
     Fault('half a compressed depth image', altered(halve_depth), _NODE, words=('compressed depth image is cut off',)),
     Fault('image of 2^32 - 1 pixels on each side', changed('image', **_HUGE),
           words=('image is 4294967295 x 4294967295', _LIMIT)),
+    Fault('request with an image of 2^32 - 1 pixels on each side', request, 'two/service', 'bad image',
+          ('image is 4294967295 x 4294967295', _LIMIT)),
     Fault('image of a row of 518400 columns', changed('image', width=540 * 960, height=1, step=3 * 540 * 960),
           words=('expected at most 65500 on a side',)),
     Fault('cloud of 2^32 - 1 points on each side', changed('points', **_HUGE), words=('row_step',)),
