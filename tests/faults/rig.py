@@ -30,6 +30,9 @@ FRAME_ID = 'camera_optical_frame'
 # A good frame that does not come through within this time is sent again: what is paired or computed may still be the
 # fault [s].
 RESEND = 2.0
+# A fault that is not noticed within this time is injected again: on a busy machine the image may be taken before the
+# camera info that came with it, and a frame be replaced by a newer one [s].
+REPEAT = 5.0
 # For what takes a few seconds on a machine that is not busy [s].
 PATIENCE = 60.0
 # Joints before and after a fault, which may have moved what was learnt of sizes and velocities, differ by less [m].
@@ -183,7 +186,12 @@ class Chain:
         before = self.diagnostics.count(fault.node, fault.event)
         fault.inject(self)
         if fault.event:
+            injected = [time.monotonic()]
+
             def noticed() -> bool:
+                if time.monotonic() - injected[-1] > REPEAT:
+                    injected.append(time.monotonic())
+                    fault.inject(self)
                 return any(int(report.values.get(fault.event, 0)) > before and fault.event in report.text
                            and all(word in report.text for word in fault.words) and report.level == fault.level
                            for report in self.diagnostics.reports(fault.node, seen))
