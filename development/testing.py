@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Callable, Dict, List, Mapping, Optional, Sequence
 
 from development import LOGS, PACKAGES, PYTHON, ROOT, VENV, VENV_FOCAL, VENV_PYTHON
+from development.sanitize import sanitized
 from development.set_up import NUMPY, find_python_38
 from development.terminal import output_of, run_in_group, say, succeeds
 from development.workspace import workspace_environment
@@ -120,10 +121,21 @@ def focal(results: Path) -> int:
     return _pytest(results, 'focal', ['tests/unit'], {**os.environ, 'CMAKE_INCLUDE_PATH': pybind11}, python)
 
 
+def soak(results: Path) -> int:
+    """Run the soak benchmark for three minutes with its start: all that goes on in an hour, in shorter periods."""
+    return not _one_test(results, 'soak', 'soak',
+                         lambda: succeeds(str(ROOT / 'run'), 'bench', 'soak', '--minutes', '2.5'))
+
+
+def sanitize(results: Path) -> int:
+    say('== C++ with sanitizers')
+    return not sanitized(results)
+
+
 GROUPS: Dict[str, Callable[[Path], int]] = {
-    'lint': lint, 'unit': unit, 'ros': ros, 'faults': faults, 'workspace': workspace, 'focal': focal,
-    'fuzz': fuzz}
-ON_REQUEST = ('fuzz',)  # groups that run where they are named
+    'lint': lint, 'unit': unit, 'ros': ros, 'faults': faults, 'soak': soak, 'workspace': workspace, 'focal': focal,
+    'fuzz': fuzz, 'sanitize': sanitize}
+ON_REQUEST = ('fuzz', 'sanitize')  # groups that run where they are named
 
 
 def _pytest(results: Path, name: str, paths: List[str], environment: Optional[Mapping[str, str]] = None,
