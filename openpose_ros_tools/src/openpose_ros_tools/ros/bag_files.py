@@ -1,4 +1,6 @@
 """Opening and reading bags, with helpful errors."""
+import io
+import os
 import re
 import struct
 from contextlib import contextmanager, suppress
@@ -44,6 +46,16 @@ class StampedMessage(NamedTuple):
     connection: Dict[str, Any]  # header of the connection
 
 
+class _BagFile(io.BufferedReader):
+    """A file of which no more is read than there is: a damaged length would take up to 4 GB of memory."""
+
+    def read(self, size: Optional[int] = -1) -> bytes:
+        """See `io.BufferedReader.read`."""
+        if size is not None and size > io.DEFAULT_BUFFER_SIZE:
+            size = min(size, max(os.fstat(self.fileno()).st_size - self.tell(), 0))
+        return super().read(size)
+
+
 @contextmanager
 def open_bag(path: Path) -> Iterator[rosbag.Bag]:
     """Open a bag to read it.
@@ -52,7 +64,8 @@ def open_bag(path: Path) -> Iterator[rosbag.Bag]:
         BadInputError: it is not there, is no bag, has no index, or defines messages by what is no definition.
     """
     try:
-        bag = rosbag.Bag(str(path))
+        bag = rosbag.Bag(_BagFile(io.FileIO(str(path))))
+        bag._filename = str(path)  # which it does not know of a file that is open
     except rosbag.ROSBagUnindexedException:
         raise BadInputError(_why_no_index(path)) from None
     except _DAMAGE as error:

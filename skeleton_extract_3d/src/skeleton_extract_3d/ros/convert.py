@@ -188,11 +188,20 @@ def marker_to_message(marker: MarkerSpec, header: Header) -> Marker:
 
 
 def rotation_and_translation(transform: TransformStamped) -> Tuple[np.ndarray, np.ndarray]:
-    """Return R (3, 3) and t (3,) [m] of a transform: x in the parent frame = R x + t."""
+    """Return R (3, 3) and t (3,) [m] of a transform: x in the parent frame = R x + t.
+
+    Raises:
+        BadInputError: its numbers are not finite, or its quaternion has no length.
+    """
     rotation, translation = transform.transform.rotation, transform.transform.translation
     quaternion = [rotation.x, rotation.y, rotation.z, rotation.w]
+    moved = [translation.x, translation.y, translation.z]
+    # squares of numbers beyond have no length in float64
+    if not (1e-3 < np.abs(quaternion).max() < 1e3 and np.isfinite([*quaternion, *moved]).all()):
+        raise BadInputError(f'the transform from {transform.child_frame_id} to {transform.header.frame_id} has '
+                            f'translation {moved} and quaternion {quaternion}, expected finite numbers and length 1')
     return (np.array(Rotation.from_quat(quaternion).apply(np.eye(3))).T,
-            np.array([translation.x, translation.y, translation.z]))
+            np.array(moved))
 
 
 def transform_from_matrix(matrix: np.ndarray, header: Header, child_frame: str) -> TransformStamped:
