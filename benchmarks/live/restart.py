@@ -3,13 +3,11 @@
 
 The launch files run, with the player in place of a camera, once in one process and once with detection service and
 extractor as two nodes. Each node is killed (SIGKILL) and comes again by respawn: time from the kill to the first of its
-results for an image that is newer than the kill, with the second that roslaunch waits. Then roscore is killed and
+results for an image that is newer than the kill, with the second that roslaunch waits. Then roscore ends and is
 started again: time from when it answers until everything is registered anew, and until a subscriber that starts then,
 `rostopic echo`, has got its first result.
 """
 import argparse
-import os
-import signal
 import subprocess
 import sys
 import time
@@ -65,12 +63,11 @@ class Newest:
 
 
 def restart_master(session: Session, launch: subprocess.Popen) -> List[float]:
-    """Kill roscore, start it again; return the time until all was registered, and a new subscriber served [s]."""
+    """End roscore, start it again; return the time until all was registered, and a new subscriber served [s]."""
     def registered() -> set:
         state = rosgraph.Master('/restart').getSystemState()
         return {(kind, name) for kind, entries in enumerate(state) for name, _ in entries}
     before = registered()
-    os.killpg(session.master.pid, signal.SIGKILL)
     session.stop(session.master)
     session.start_master()
     begin = time.monotonic()
