@@ -1,5 +1,6 @@
 // Clouds are read where their fields say, and refused where they can not be used.
 #include <functional>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -7,6 +8,7 @@
 #include <sensor_msgs/PointCloud2.h>
 #include <sensor_msgs/point_cloud2_iterator.h>
 
+#include "common/depth_check.h"
 #include "common/organized_cloud.h"
 
 using openpose_ros_nodelets::BadInputError;
@@ -35,6 +37,23 @@ sensor_msgs::PointCloud2 makeCloud()
   return cloud;
 }
 
+/// Return why a cloud with this depth everywhere is no depth; empty: it is.
+std::string doubtOf(float depth)
+{
+  sensor_msgs::PointCloud2 message = makeCloud();
+  for (sensor_msgs::PointCloud2Iterator<float> z(message, "z"); z != z.end(); ++z)
+    *z = depth;
+  try
+  {
+    openpose_ros_nodelets::requireDepth(OrganizedCloud(message));
+  }
+  catch (const BadInputError& error)
+  {
+    return error.what();
+  }
+  return "";
+}
+
 std::string refusalOf(const sensor_msgs::PointCloud2& cloud)
 {
   try
@@ -49,6 +68,26 @@ std::string refusalOf(const sensor_msgs::PointCloud2& cloud)
 }
 
 }  // namespace
+
+TEST(DepthCheck, TakesMetres)
+{
+  EXPECT_EQ(doubtOf(0.3f), "");
+  EXPECT_EQ(doubtOf(12.0f), "");
+}
+
+TEST(DepthCheck, RefusesACloudWithoutDepth)
+{
+  for (const float missing : { 0.0f, -1.0f, std::numeric_limits<float>::quiet_NaN(),
+                               std::numeric_limits<float>::infinity() })
+    EXPECT_NE(doubtOf(missing).find("no valid point"), std::string::npos) << missing;
+}
+
+TEST(DepthCheck, RefusesAnotherUnit)
+{
+  EXPECT_EQ(doubtOf(3000.0f), "cloud has a median depth of 3000 m, expected 0.05 to 60 m: is it in millimetres?");
+  for (const float other : { 1e30f, 1e-3f, 1e-42f })
+    EXPECT_NE(doubtOf(other).find("median depth"), std::string::npos) << other;
+}
 
 TEST(OrganizedCloud, ReadsCoordinatesWhereTheFieldsAre)
 {

@@ -10,6 +10,7 @@
 
 #include "cloud_to_depth/cloud_camera.h"
 #include "cloud_to_depth/depth_image.h"
+#include "common/depth_check.h"
 #include "common/stream_nodelet.h"
 
 namespace openpose_ros_nodelets
@@ -64,6 +65,7 @@ private:
     try
     {
       const OrganizedCloud cloud(*message);
+      requireDepth(cloud);
       const sensor_msgs::ImagePtr image = make_image_(cloud);
       const auto info = boost::make_shared<sensor_msgs::CameraInfo>(cameraOf(cloud, message->header.frame_id));
       image->header = info->header = message->header;

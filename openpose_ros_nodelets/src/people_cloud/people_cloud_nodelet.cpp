@@ -17,6 +17,7 @@
 #include <tf2_ros/buffer.h>
 #include <tf2_ros/transform_listener.h>
 
+#include "common/depth_check.h"
 #include "common/stream_nodelet.h"
 #include "common/transforms.h"
 #include "people_cloud/labelled_cloud.h"
@@ -107,6 +108,7 @@ private:
     try
     {
       const OrganizedCloud points(*cloud);
+      requireDepth(points);
       const Eigen::Isometry3f to_cloud = transform(people->header.frame_id, cloud->header);
       std::vector<Skeleton> skeletons;
       std::vector<std::uint32_t> ids{ 0 };

@@ -110,7 +110,7 @@ class PeopleEstimator:
         if not present.all():
             people_2d = people_2d.select(np.flatnonzero(present))
         summary = summarize(frame.points)
-        memory = self._memory.with_points(frame, summary, self._settings.occlusion.inference_timeout)
+        memory = self._memory.with_points(frame, summary)
         self._memory, estimate = self._method.update(memory, people_2d, frame, summary.doubt is None)
         doubts = (summary.doubt, self._memory.still and self._memory.still.doubt(), self._memory.agreement.doubt())
         return replace(estimate, points=summary, doubts=tuple(doubt for doubt in doubts if doubt))
@@ -177,7 +177,7 @@ class _Following:
             return memory, _nobody(people_2d)
         if not has_depth:
             frame = replace(frame, points=OrganizedCloud.without_points(frame.points.width, frame.points.height))
-        memory, view = memory.at(frame, camera, settings.identity)
+        before, (memory, view) = memory, memory.at(frame, camera, settings.identity)
         expected = memory.tracks.predicted(view.elapsed, settings.smoothing)
         observed = observe(people_2d, frame.image_size, view.points, camera)
         clock.lap('observe')
@@ -204,8 +204,10 @@ class _Following:
         people_2d = replace(people.observed.people_2d, ids=seen.tracks.ids)
         answer = in_skeleton(answer, people_2d, frame.image_size, view.points, camera, view.floor)
         clock.lap('complete')
-        memory = replace(memory, tracks=seen.tracks.joined(unseen).in_order())
-        return memory, Estimate(answer, people_2d, clock.laps, unplaced)
+        estimate = Estimate(answer, people_2d, clock.laps, unplaced)
+        if not has_depth:  # guesses by size are no news of those who are followed
+            return before, estimate
+        return replace(memory, tracks=seen.tracks.joined(unseen).in_order()), estimate
 
     def _infer(self, seen: Completion, before: Tracks, expected: Tracks, unseen: np.ndarray, view: View
                ) -> Tuple[Completion, Tracks, Tracks]:

@@ -92,7 +92,7 @@ def test_people_are_inferred_while_the_depth_is_gone_and_nobody_when_it_stays_aw
     assert events(seen[4]) == [] and (seen[4].people.status == MEASURED).any()
     assert len(seen[5].people) == 2 and not (seen[5].people.status == MEASURED).any()
     assert (seen[5].people.status == INFERRED).any() and events(seen[5]) == ['no depth']
-    # inference_timeout is 5 s, 75 frames
+    # track_timeout is 2 s
     assert len(seen[115].people) == 0 and len(seen[115].in_image) == 2
     assert (seen[119].people.status == MEASURED).any() and events(seen[119]) == []
 

@@ -28,7 +28,6 @@ class Memory:
         stamp: of the newest frame [s]; None before the first.
         camera: of the points; None until they tell.
         tracking_from_points: from the points to where the room stands still; None: the camera does not move.
-        depth_stamp: of the newest frame with depth [s]; None before the first.
         still: since when the depth is the same; None before the first frame with an image.
         agreement: how people fitted the depth.
     """
@@ -37,21 +36,12 @@ class Memory:
     stamp: Optional[float] = None
     camera: Optional[CameraModel] = None
     tracking_from_points: Optional[Transform] = None
-    depth_stamp: Optional[float] = None
     still: Optional[Stillness] = None
     agreement: Agreement = field(default_factory=Agreement)
 
-    def with_points(self, frame: CameraFrame, summary: PointSummary, patience: float) -> 'Memory':
-        """Return what is remembered after a look at the points of a frame.
-
-        Args:
-            patience: without depth for longer, nobody is where he was [s].
-        """
-        still = self.still if frame.bgr is None else stillness(self.still, summary, frame.bgr)
-        if summary.doubt is None:
-            return replace(self, still=still, depth_stamp=frame.stamp)
-        lost = self.depth_stamp is None or frame.stamp - self.depth_stamp > patience
-        return replace(self, still=still, tracks=Tracks.none() if lost else self.tracks)
+    def with_points(self, frame: CameraFrame, summary: PointSummary) -> 'Memory':
+        """Return what is remembered after a look at the points of a frame."""
+        return self if frame.bgr is None else replace(self, still=stillness(self.still, summary, frame.bgr))
 
     def at(self, frame: CameraFrame, camera: CameraModel, params: IdentityParams) -> Tuple['Memory', View]:
         """Return what is remembered at the time and the place of a frame, and these.
