@@ -1,6 +1,7 @@
 """Nodes that are started wrongly, stopped or killed, and parameters that are changed wrongly."""
 import os
 import signal
+from contextlib import suppress
 from typing import Any, Callable, Dict
 
 from faults.fault import Fault, Scenario
@@ -14,7 +15,8 @@ def refused(parameters: Dict[str, Any], *words: str) -> Callable[[Any], None]:
     """Return what starts a node with these parameters, which has to end with these words."""
     def run(rig: Any) -> None:
         from faults.rig import PEOPLE, Program, says_when_it_ends
-        says_when_it_ends(rig, 'refused/people', Program(PEOPLE, parameters), *words)
+        # a name of its own, as the parameter server keeps what a node was given
+        says_when_it_ends(rig, f'refused/{next(iter(parameters))}', Program(PEOPLE, parameters), *words)
     return run
 
 
@@ -44,12 +46,19 @@ def kill(chain: Any) -> None:
 
 
 def set_live(**values: Any) -> Injector:
-    """Return what sets parameters by the service of dynamic_reconfigure, without the checks of its client."""
+    """Return what sets parameters by the service of dynamic_reconfigure, without the checks of its client.
+
+    It is refused by an error, or the answer shows that nothing was changed.
+    """
     def inject(chain: Any) -> None:
         import rospy
-        from dynamic_reconfigure.encoding import encode_config
+        from dynamic_reconfigure.encoding import decode_config, encode_config
         from dynamic_reconfigure.srv import Reconfigure
-        rospy.ServiceProxy(chain.topic('people/set_parameters'), Reconfigure)(encode_config(values))
+        set_parameters = rospy.ServiceProxy(chain.topic('people/set_parameters'), Reconfigure)
+        before = decode_config(set_parameters(encode_config({})).config)
+        with suppress(rospy.ServiceException):
+            set_parameters(encode_config(values))
+        assert decode_config(set_parameters(encode_config({})).config) == before
     return inject
 
 
@@ -59,7 +68,7 @@ FAULTS = [
     Scenario('value that is not allowed', refused({'mode': 'fastest'}, "'mode'", "'fastest'"), 'people_3d_node',
              'ends with 1 and names key, value and what is allowed'),
     Fault('service hangs for more than service_timeout, then goes on', hang, NODE, 'service call failed',
-          ('no answer from /two/detect_poses_3d within 1 s',)),
+          ('/two/detect_poses_3d: no answer within 1 s',)),
     Fault('service is killed, and started again', kill, NODE, 'service call failed', ('/two/detect_poses_3d',)),
     Fault('live parameter set to NaN', set_live(person_min_score=NAN), event=''),
     Fault('live parameter set to a text', set_live(person_min_score='much'), event=''),
