@@ -136,6 +136,8 @@ def test_image_lists(tmp_path_factory, content):
 
 
 @given(st.one_of(mutated(json.dumps(META).encode()), spoiled(META).map(lambda values: json.dumps(values).encode())))
+@example(json.dumps({**META, 'T_world_camera': [[10 ** 400] * 4] * 4}).encode())
+@example(json.dumps({**META, 'depth_scale': 10 ** 400}).encode())
 def test_rendered_description(tmp_path_factory, content):
     folder = folder_with_images(tmp_path_factory)
     written(tmp_path_factory, 'images/meta.json', content)

@@ -59,7 +59,7 @@ def people_from_json(text: Union[str, bytes], skeleton: Optional[SkeletonModel] 
         rows = [np.array(entry['pose_keypoints_2d'], np.float32).reshape(-1, 3) for entry in entries]
         ids = np.array([entry.get('person_id', [-1])[0] for entry in entries], np.int64)
         stacked = np.stack(rows) if rows else np.zeros((0, 0, 3), np.float32)
-    except (ValueError, TypeError, KeyError, IndexError, AttributeError) as error:
+    except (ValueError, TypeError, OverflowError, KeyError, IndexError, AttributeError) as error:
         raise BadInputError(f'{place} does not have the layout of OpenPose: {error!r}') from error
     return from_rows(stacked, ids, skeleton, place)
 

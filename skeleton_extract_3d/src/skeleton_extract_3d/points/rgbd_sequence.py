@@ -31,6 +31,7 @@ _COLOUR_SUFFIXES = ('.jpg', '.jpeg', '.png')
 _ROTATION_TOLERANCE = 1e-3
 # Depth in mm.
 _UNITS_PER_METRE = 1000.0
+_MOST_UNITS = 1e6  # more than any file has: micrometres
 
 
 @dataclass(frozen=True)
@@ -170,8 +171,9 @@ def sequence_values(path: Path, values: Dict[str, Any]) -> Dict[str, Any]:
     if fps is not None and not (isinstance(fps, (int, float)) and 0 < fps <= 1000):
         raise BadInputError(f'{path}: fps = {fps!r}, expected a number in 0 .. 1000 [Hz]')
     scale = values.get('depth_scale')
-    if scale is not None and not (isinstance(scale, (int, float)) and scale > 0):
-        raise BadInputError(f'{path}: depth_scale = {scale!r}, expected a number above 0 [units per metre]')
+    if scale is not None and not (isinstance(scale, (int, float)) and 0 < scale < _MOST_UNITS):
+        raise BadInputError(f'{path}: depth_scale = {scale!r}, expected a number above 0, below '
+                            f'{_MOST_UNITS:g} [units per metre]')
     pose = values.get('T_world_camera')
     return {'fps': fps, 'frame_id': str(values.get('frame_id', '')), 'depth_scale': scale,
             'T_world_camera': None if pose is None else _rigid_transform(path, pose)}
@@ -180,7 +182,7 @@ def sequence_values(path: Path, values: Dict[str, Any]) -> Dict[str, Any]:
 def _rigid_transform(path: Path, values: Any) -> np.ndarray:
     try:
         matrix = np.array(values, np.float64).reshape(4, 4)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise BadInputError(f'{path}: T_world_camera = {values!r}, expected 4 x 4 numbers') from None
     rotation = matrix[:3, :3]
     upright = np.allclose(rotation @ rotation.T, np.eye(3), atol=_ROTATION_TOLERANCE) and np.linalg.det(rotation) > 0
