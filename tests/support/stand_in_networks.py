@@ -10,6 +10,8 @@ from openpose_ros_pkg.networks.backends import BackendParams
 from openpose_ros_pkg.skeletons import COCO_17, COCO_18
 
 _DARKEST, _RANGE = 20, 215
+# Pixels of one colour that a chart has at most; what is covered is larger.
+_MOST_ALIKE = 400
 
 
 def chart(width, height):
@@ -40,6 +42,13 @@ def mirrored(person, width):
 def in_order(people):
     """Return the places (P, 18, 2) of People2D by the x of the neck."""
     return people.xy[np.argsort(people.xy[:, COCO_18.index['neck'], 0])]
+
+
+def _uncovered(image):
+    """Return which pixels show the chart, (H, W) bool: what covers others has one colour, which the chart has not."""
+    colours = image.astype(np.int32) @ (1 << 16, 1 << 8, 1)
+    values, counts = np.unique(colours, return_counts=True)
+    return (colours != values[counts.argmax()]) | (counts.max() <= _MOST_ALIKE)
 
 
 class StandIn:
@@ -73,7 +82,8 @@ class StandIn:
             return []
         left, top, right, bottom = _without_padding(image)
         part = image[top:bottom, left:right]
-        x, y = _line(part[..., 0].mean(axis=0), left), _line(part[..., 1].mean(axis=1), top)
+        shown = _uncovered(part)
+        x, y = _line(part[..., 0], shown, left), _line(part[..., 1].T, shown.T, top)
         step = np.array([x[0], y[0]]) * np.subtract(self.size, 1)
         start = np.array([x[1], y[1]]) * np.subtract(self.size, 1)
         edges = np.subtract([(left, top), (right, bottom)], 0.5)
@@ -146,12 +156,16 @@ def _not_repeated(rows):
             np.flatnonzero((rows != rows[-1:]).mean(axis=(1, 2)) > 0.1).max() + 2)
 
 
-def _line(levels, start):
+def _line(levels, shown, start):
     """Fit place = a * index + b to grey levels; the outermost are blurred by resampling. Places are 0..1.
 
     Args:
-        start: index of the first level.
+        levels: (N, M), alike along the columns.
+        shown: (N, M) bool, which of them count.
+        start: index of the first column.
     """
-    margin = len(levels) // 8
-    index = np.arange(margin, len(levels) - margin)
-    return np.polyfit(start + index, (levels[index] - _DARKEST) / _RANGE, 1)
+    margin = levels.shape[1] // 8
+    index = np.arange(margin, levels.shape[1] - margin)
+    index = index[shown[:, index].any(axis=0)]
+    mean = np.average(levels[:, index], axis=0, weights=shown[:, index])
+    return np.polyfit(start + index, (mean - _DARKEST) / _RANGE, 1)

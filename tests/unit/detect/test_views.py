@@ -130,7 +130,7 @@ def scored(person, noise=0.0):
 def refined(network, person, margin=1.6, mirror=False, size=SIZE, centred=False):
     """Return the pose of the same person on a crop, None where nobody is like that."""
     refinement = CropRefinement(MOVENET_MULTIPOSE, margin, mirror, centred=centred)
-    crop = prepare_crop(chart(*size), person, refinement).compute(network)
+    crop = prepare_crop(chart(*size), person, refinement, [person], COCO_18).compute(network)
     return most_alike(decode_crop(crop, MOVENET_MULTIPOSE, DirectDecodeParams(), COCO_18).keypoints, person, SIGMAS)
 
 
@@ -181,7 +181,7 @@ def test_a_person_at_the_border_is_in_the_middle_of_the_crop(x, y):
     known = scored(person)
     beyond = ((person < 0) | (person > np.subtract(SIZE, 1))).any(axis=1)
     known[beyond] = (np.nan, np.nan, 0)
-    crop = prepare_crop(chart(*SIZE), known, THUNDER_CROP)
+    crop = prepare_crop(chart(*SIZE), known, THUNDER_CROP, [known], COCO_18)
     low, high = person[~beyond].min(axis=0), person[~beyond].max(axis=0)
     np.testing.assert_allclose(crop.view.plan.to_image((127.5, 127.5)) + crop.view.origin, (low + high) / 2, atol=1.1)
     column, row = np.rint(crop.view.plan.to_net(np.subtract((0, 0), crop.view.origin))).astype(int)

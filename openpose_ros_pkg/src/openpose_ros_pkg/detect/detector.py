@@ -220,7 +220,7 @@ class Detector:
         with self.lock:
             self.compute(blank)
             for refinement in recipe.refinements:
-                crop = prepare_crop(blank.bgr, somebody, refinement)
+                crop = prepare_crop(blank.bgr, somebody, refinement, [somebody], recipe.skeleton)
                 for people in (1, 2):  # several are computed side by side, by a network that is compiled for it
                     compute_views(people * [crop], networks[refinement.model.name])
 

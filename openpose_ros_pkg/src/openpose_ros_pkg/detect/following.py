@@ -159,6 +159,11 @@ class Followed:
         return expected if self.crop is None else np.where(np.isfinite(self.crop[:, :2]), self.crop[:, :2], expected)
 
     @property
+    def shown(self) -> np.ndarray:
+        """(K, 3) where the joints are taken to be."""
+        return np.concatenate([self.reference, self.expected[:, 2:]], axis=1)
+
+    @property
     def error(self) -> float:
         """How far from where it was expected a crop shows the person, see `disagreement`; 0 without a crop."""
         return 0.0 if self.crop is None else disagreement(self.crop, self.expected)

@@ -76,18 +76,25 @@ def search(setup: Setup, bgr: np.ndarray, part: Part, pace: Pace) -> Tuple[List[
             sum(view.seconds for view in views))
 
 
-def look(setup: Setup, bgr: np.ndarray, people: Sequence[Followed], pace: Pace) -> float:
-    """Look at crops round people of an image, and let them have what is believed; return the networks' time [s]."""
-    seconds = 0.0
+def look(setup: Setup, bgr: np.ndarray, people: Sequence[Followed], everybody: Sequence[Followed], pace: Pace
+         ) -> float:
+    """Look at crops round people of an image, and let them have what is believed; return the networks' time [s].
+
+    Args:
+        bgr: (H, W, 3) uint8 BGR.
+        everybody: who is in the image; the others are covered in a person's crop.
+    """
+    seconds, skeleton = 0.0, setup.recipe.skeleton
+    there = [person.shown for person in everybody if person.unseen <= FOLLOWING.unlooked_time]
     for number, one in enumerate(setup.recipe.refinements, start=setup.recipe.pass_opinions):
         begin = time.perf_counter()
         margins = [one.margin * _margin(person) for person in people]
-        prepared = [prepare_crop(bgr, person.expected, replace(one, margin=margin))
+        prepared = [prepare_crop(bgr, person.expected, replace(one, margin=margin), there, skeleton)
                     for person, margin in zip(people, margins)]
         views = compute_views(prepared, setup.networks[one.model.name])
         seconds += sum(view.seconds for view in views)
         for person, view in zip(people, views):
-            seen = decode_crop(view, one.model, setup.direct, setup.recipe.skeleton).keypoints
+            seen = decode_crop(view, one.model, setup.direct, skeleton).keypoints
             poses = [pose for pose in seen if person.believes(pose)]
             person.opinions[number] = poses[0] if poses else None
             if poses and person.crop is None:
@@ -108,8 +115,7 @@ def assign(found: Sequence[Found], people: Sequence[Followed], recipe: Recipe) -
     A strip that cuts somebody tells of this person only where nothing else does: the next strip sees all of the person.
     """
     joint_sigmas = sigmas(recipe.skeleton)
-    places = [np.concatenate([person.reference, person.expected[:, 2:]], axis=1) for person in people]
-    known = np.array(places, np.float32).reshape(-1, len(joint_sigmas), 3)
+    known = np.array([person.shown for person in people], np.float32).reshape(-1, len(joint_sigmas), 3)
     new = []
     for i, poses in enumerate(group([known, *(one.keypoints for one in found)], joint_sigmas)):
         person = people[i] if i < len(people) else Followed(np.full((len(joint_sigmas), 3), np.nan, np.float32))

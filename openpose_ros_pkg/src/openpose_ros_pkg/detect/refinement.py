@@ -1,18 +1,26 @@
 """Crop refinement: a network sees each person a second time, on a crop, and the opinions are voted on again."""
 import time
 from dataclasses import dataclass
-from typing import Dict, List, Tuple
+from typing import Dict, List, Sequence, Tuple
 
 import numpy as np
 
 from openpose_ros_pkg.decode.direct import DirectDecodeParams, decode_direct
-from openpose_ros_pkg.detect.ensemble import Candidates, Opinions, most_alike, person_scores, vote_with_crops
+from openpose_ros_pkg.detect.ensemble import (
+    ENSEMBLE,
+    Candidates,
+    Opinions,
+    most_alike,
+    person_scores,
+    vote_with_crops,
+)
+from openpose_ros_pkg.detect.others import cover_others
 from openpose_ros_pkg.detect.recipes import CropRefinement, Recipe
 from openpose_ros_pkg.detect.views import ComputedView, PreparedView, View, compute_views
 from openpose_ros_pkg.networks.backends import Backend
 from openpose_ros_pkg.networks.models import Model
 from openpose_ros_pkg.networks.preprocess import fit_image
-from openpose_ros_pkg.oks import extent, sigmas
+from openpose_ros_pkg.oks import extent, sigmas, similarity
 from openpose_ros_pkg.params.constants import constant
 from openpose_ros_pkg.people import Poses, keypoints_in
 from openpose_ros_pkg.skeletons import SkeletonModel
@@ -50,7 +58,9 @@ def refine(people: Candidates, bgr: np.ndarray, recipe: Recipe, networks: Dict[s
     joint_sigmas, scores = sigmas(recipe.skeleton), person_scores(people.keypoints)
     surest = np.argsort(-scores, kind='stable')[:recipe.max_refined]
     refined = surest[scores[surest] >= recipe.acceptance * min_score].tolist()
-    crops = [[prepare_crop(bgr, people.keypoints[i], one) for i in refined] for one in recipe.refinements]
+    shown = people.keypoints[refined]
+    crops = [[prepare_crop(bgr, person, one, shown, recipe.skeleton) for person in shown]
+             for one in recipe.refinements]
     begin = time.perf_counter()
     computed = [compute_views(views, networks[one.model.name]) for one, views in zip(recipe.refinements, crops)]
     seconds = time.perf_counter() - begin
@@ -59,7 +69,7 @@ def refine(people: Candidates, bgr: np.ndarray, recipe: Recipe, networks: Dict[s
         for i, crop, known in zip(refined, views, opinions):
             found = decode_crop(crop, one.model, direct, recipe.skeleton).keypoints
             pose = most_alike(found, people.keypoints[i], joint_sigmas)
-            if pose is not None:
+            if pose is not None and not _shows_another(pose, people.keypoints[i], shown, joint_sigmas):
                 known[number] = pose
     keypoints = people.keypoints.copy()
     for i, known in zip(refined, opinions):
@@ -67,12 +77,15 @@ def refine(people: Candidates, bgr: np.ndarray, recipe: Recipe, networks: Dict[s
     return Candidates(people.opinions, keypoints), seconds
 
 
-def prepare_crop(bgr: np.ndarray, person: np.ndarray, refinement: CropRefinement) -> PreparedView:
-    """Cut a person out of an image.
+def prepare_crop(bgr: np.ndarray, person: np.ndarray, refinement: CropRefinement, people: Sequence[np.ndarray],
+                 skeleton: SkeletonModel) -> PreparedView:
+    """Cut a person out of an image; for a network that shows one person, the others are covered.
 
     Args:
         bgr: (H, W, 3) uint8 BGR.
         person: (K, 3) float: x, y [px of the image], score; NaN where missing. One joint at least is there.
+        people: the same of all people in the image.
+        skeleton: their K joints.
     """
     size = (bgr.shape[1], bgr.shape[0])
     left, top, right, bottom = _crop_square(person, refinement.margin, size)
@@ -80,7 +93,19 @@ def prepare_crop(bgr: np.ndarray, person: np.ndarray, refinement: CropRefinement
         left, top, right, bottom = max(left, 0), max(top, 0), min(right, size[0]), min(bottom, size[1])
     recipe = refinement.model.input
     plan = fit_image((right - left, bottom - top), refinement.side, refinement.side, recipe.multiple_of, whole_box=True)
-    return View(plan, refinement.mirror, (left, top), size).prepare(bgr, recipe.padding)
+    crop = View(plan, refinement.mirror, (left, top), size).prepare(bgr, recipe.padding)
+    if refinement.model.decoder != 'movenet_singlepose' or len(people) < 2:
+        return crop
+    joint_sigmas = sigmas(skeleton)
+    others = [other for other in people if similarity(other, person, joint_sigmas) < ENSEMBLE.duplicate]
+    return cover_others(crop, person, others, skeleton)
+
+
+def _shows_another(pose: np.ndarray, person: np.ndarray, people: np.ndarray, joint_sigmas: np.ndarray) -> bool:
+    """Return whether a crop of a person shows another one of (P, K, 3) people rather."""
+    alike = similarity(pose, person, joint_sigmas)
+    return any(similarity(pose, other, joint_sigmas) > alike
+               and similarity(person, other, joint_sigmas) < ENSEMBLE.duplicate for other in people)
 
 
 def decode_crop(crop: ComputedView, model: Model, params: DirectDecodeParams, skeleton: SkeletonModel) -> Poses:

@@ -1,0 +1,110 @@
+"""People who stand close together: in the crop of one, the others are covered."""
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from openpose_ros_pkg.decode.direct import DirectDecodeParams
+from openpose_ros_pkg.detect.ensemble import Candidates
+from openpose_ros_pkg.detect.others import COVER
+from openpose_ros_pkg.detect.recipes import MODES, MULTIPOSE_CROP, THUNDER_CROP
+from openpose_ros_pkg.detect.refinement import prepare_crop, refine
+from openpose_ros_pkg.networks.models import MOVENET_THUNDER
+from openpose_ros_pkg.skeletons import COCO_18
+from stand_in_networks import person_at
+
+SIZE = (640, 480)
+
+
+def scored(x, score=0.6):
+    """(18, 3) of a person whose middle is at a column."""
+    return np.column_stack([person_at(x, 120, 240), np.full(18, score)]).astype(np.float32)
+
+
+def stripes():
+    """An image in which each column has a colour of its own."""
+    image = np.zeros((SIZE[1], SIZE[0], 3), np.uint8)
+    image[..., 0] = np.arange(SIZE[0]) % 256
+    image[..., 1] = 40 + np.arange(SIZE[0]) // 8
+    return image
+
+
+def covered(person, people, refinement=THUNDER_CROP):
+    """Return the crop of a person, and which of its pixels other people change, (256, 256) bool."""
+    plain = prepare_crop(stripes(), person, refinement, [person], COCO_18)
+    crop = prepare_crop(stripes(), person, refinement, people, COCO_18)
+    return crop, (plain.input != crop.input).any(axis=2)
+
+
+def pixels(person, crop, mirror=False):
+    """Return the joints that lie in a crop, (N, 2) int of its input."""
+    xy = person[:, :2] - crop.view.origin
+    if mirror:
+        xy[:, 0] = crop.view.plan.image_size[0] - 1 - xy[:, 0]
+    xy = np.rint(crop.view.plan.to_net(xy)).astype(int)
+    return xy[((xy >= 0) & (xy < 256)).all(axis=1)]
+
+
+def test_who_is_alone_is_seen_as_the_image_shows():
+    person = scored(300)
+    assert not covered(person, [person])[1].any()
+    assert not covered(person, [person, scored(20)])[1].any()
+
+
+@pytest.mark.parametrize('mirror', [False, True], ids=['plain', 'mirror'])
+def test_another_person_is_covered_in_the_mean_colour(mirror):
+    person, other = scored(300), scored(440)
+    crop, changed = covered(person, [other, person], replace(THUNDER_CROP, mirror=mirror))
+    x, y = pixels(other, crop, mirror).T
+    assert len(x) > 6 and changed[y, x].all()
+    assert len(np.unique(crop.input[changed], axis=0)) == 1
+    x, y = pixels(person, crop, mirror).T
+    assert not changed[y, x].any()
+
+
+def test_what_lies_on_the_person_stays():
+    """An arm of somebody in front: of two bodies in one place the crop shows whoever is in front."""
+    person, other = scored(300), scored(320)
+    crop, changed = covered(person, [person, other])
+    x, y = pixels(person, crop).T
+    assert changed.any() and not changed[y, x].any()
+
+
+def test_who_was_found_twice_is_no_other():
+    assert not covered(scored(300), [scored(300), scored(302)])[1].any()
+
+
+def test_joints_that_are_guesses_cover_nothing():
+    person = scored(300)
+    assert not covered(person, [person, scored(400, COVER.sure_joint - 0.01)])[1].any()
+
+
+@pytest.mark.parametrize('place', [1e5, -1e9])
+def test_joints_far_beyond_the_image_cover_nothing(place):
+    person, other = scored(300), scored(300)
+    other[:, :2] += place
+    assert not covered(person, [person, other])[1].any()
+
+
+def test_a_network_for_several_people_sees_all_of_them():
+    person = scored(300)
+    assert not covered(person, [person, scored(400)], MULTIPOSE_CROP)[1].any()
+
+
+def test_a_crop_that_shows_another_person_is_no_opinion_on_the_first():
+    """It would take the whole body to where the other one is."""
+    recipe = MODES['balanced']
+    people = np.array([scored(300), scored(330)])
+    opinions = [{0: person, 1: person} for person in people]
+    crops = [prepare_crop(stripes(), person, THUNDER_CROP, people, COCO_18) for person in people]
+    order = [COCO_18.index[joint] for joint in MOVENET_THUNDER.skeleton.joints if joint in COCO_18.index]
+    of_second = [crop.view.plan.to_net(people[1][order, :2] - crop.view.origin) for crop in crops]
+
+    class SecondPerson:
+        def infer_many(self, images):
+            return [(np.column_stack([xy[:, ::-1] / 256, np.full(len(xy), 0.9)]).astype(np.float32)[None, None],)
+                    for xy in of_second]
+
+    found, _ = refine(Candidates(opinions, people), stripes(), recipe, {MOVENET_THUNDER.name: SecondPerson()},
+                      DirectDecodeParams(), 0.1)
+    np.testing.assert_allclose(found.keypoints[..., 0], people[..., 0], atol=1.0)
