@@ -26,7 +26,7 @@ from skeleton_extract_3d.track.expectation import expect
 from skeleton_extract_3d.track.identity import assign
 from skeleton_extract_3d.track.memory import Memory
 from skeleton_extract_3d.track.out_of_sight import hidden_and_there, walk_on
-from skeleton_extract_3d.track.sightings import Sightings, begin_tracks
+from skeleton_extract_3d.track.sightings import Sightings, begin_tracks, separate
 from skeleton_extract_3d.track.standing import stand
 from skeleton_extract_3d.track.tracks import Tracks
 
@@ -198,6 +198,7 @@ class _Following:
         seen = correct(tracks.select(people.row), people, view.stamp, settings.occlusion)
         clock.lap('filter')
         seen, unseen, hidden = self._infer(seen, memory.tracks, expected, people.others(len(expected)), view)
+        seen, people = separate(seen, people, view.stamp)
         if view.floor is not None and settings.occlusion.occlusion:
             seen = stand(seen, people.lifted.measured, view.floor)
         answer = report(people, seen, hidden, view.stamp, settings)

@@ -194,19 +194,24 @@ def test_score_of_a_person():
 
 
 def test_duplicates_of_nobody():
-    assert without_duplicates(Poses(NOBODY, np.zeros(0, np.float32)), SIGMAS).shape == (0,)
+    assert without_duplicates(Poses(NOBODY, np.zeros(0, np.float32)), SIGMAS, COCO_18.swap).shape == (0,)
 
 
 def test_of_people_who_are_almost_the_same_the_surest_stays():
     people = np.stack([pose(100), pose(400), pose(102), pose(401), pose(140)])
     scores = np.array([0.5, 0.9, 0.7, 0.3, 0.6], np.float32)
-    assert without_duplicates(Poses(people, scores), SIGMAS).tolist() == [1, 2, 4]
+    assert without_duplicates(Poses(people, scores), SIGMAS, COCO_18.swap).tolist() == [1, 2, 4]
+
+
+def test_a_copy_with_left_and_right_exchanged_is_a_duplicate():
+    people = np.stack([pose(100), pose(102)[list(COCO_18.swap)], pose(140)[list(COCO_18.swap)]])
+    assert without_duplicates(Poses(people, np.array([0.5, 0.4, 0.3])), SIGMAS, COCO_18.swap).tolist() == [0, 2]
 
 
 def test_halves_of_a_body_are_no_duplicates():
     halves = np.stack([without(pose(100), *COCO_18.joints[8:14]),
                        without(pose(100), *COCO_18.joints[:8], *COCO_18.joints[14:])])
-    assert len(without_duplicates(Poses(halves, np.array([0.5, 0.6])), SIGMAS)) == 2
+    assert len(without_duplicates(Poses(halves, np.array([0.5, 0.6])), SIGMAS, COCO_18.swap)) == 2
 
 
 def test_most_alike():

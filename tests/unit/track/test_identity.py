@@ -191,6 +191,12 @@ def test_who_stands_where_a_followed_person_stands_is_that_one(apart, again):
     assert repeated(*standing_at(0.0, apart), np.array([True, False])).tolist() == [False, again]
 
 
+def test_who_is_that_one_with_left_and_right_exchanged_is_repeated():
+    xyz, known = standing_at(0.0, 0.1)
+    xyz[1] = xyz[1, list(COCO_18.swap)]
+    assert repeated(xyz, known, np.array([True, False])).tolist() == [False, True]
+
+
 def test_those_who_are_followed_are_themselves_however_near():
     assert repeated(*standing_at(0.0, 0.05), np.array([True, True])).tolist() == [False, False]
     assert repeated(*standing_at(0.0, 0.05), np.array([False, False])).tolist() == [False, False]

@@ -179,7 +179,7 @@ def accepted(poses: Poses, recipe: Recipe, decode: DecodeParams, params: Ensembl
     Returns:
         The people who are left, the surest first, and their indices.
     """
-    distinct = without_duplicates(poses, sigmas(recipe.skeleton))
+    distinct = without_duplicates(poses, sigmas(recipe.skeleton), recipe.skeleton.swap)
     keypoints = poses.keypoints[distinct]
     keypoints[keypoints[..., 2] < recipe.acceptance * params.joint_min_score] = (np.nan, np.nan, 0)
     joints = (keypoints[..., 2] > 0).sum(axis=1)
@@ -188,11 +188,16 @@ def accepted(poses: Poses, recipe: Recipe, decode: DecodeParams, params: Ensembl
     return Poses(keypoints[kept], scores[kept]), distinct[kept]
 
 
-def without_duplicates(poses: Poses, joint_sigmas: np.ndarray) -> np.ndarray:
-    """Return the indices of the people, the surest first, without those who are almost the same as a surer one."""
+def without_duplicates(poses: Poses, joint_sigmas: np.ndarray, swap: Sequence[int]) -> np.ndarray:
+    """Return the indices of the people, the surest first, without those who are almost the same as a surer one.
+
+    Args:
+        swap: channel of each joint's mirror partner: left and right may be exchanged.
+    """
     kept: List[int] = []
     for i in np.argsort(-poses.scores, kind='stable'):
-        if all(similarity(poses.keypoints[i], poses.keypoints[j], joint_sigmas) < ENSEMBLE.duplicate for j in kept):
+        views = (poses.keypoints[i], poses.keypoints[i][list(swap)])
+        if all(similarity(view, poses.keypoints[j], joint_sigmas) < ENSEMBLE.duplicate for j in kept for view in views):
             kept.append(int(i))
     return np.array(kept, np.int64)
 

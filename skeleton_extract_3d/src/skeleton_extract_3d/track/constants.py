@@ -145,6 +145,19 @@ class OutOfSightConstants:
 
 
 @dataclass(frozen=True)
+class OneBodyConstants:
+    """Which people fill the same space, and for how long they may."""
+
+    thickness: float = constant(
+        0.16, 'People whose joints are nearer (median) are in one place: less than the thickness of a trunk, which '
+              'the joints of two people are apart where they touch.', unit='m')
+    least_joints: int = constant(4, 'Joints that both must have for that.', unit='joints')
+    longest: float = constant(
+        0.2, 'Of people who are in one place for longer, one stays: for some frames, one may be put on the other by '
+             'mistake where they touch.', unit='s')
+
+
+@dataclass(frozen=True)
 class StandingConstants:
     """How feet and the floor go together, where it is known."""
 
@@ -171,4 +184,5 @@ class TrackConstants:
     bone_constraints: BoneConstraintConstants = BoneConstraintConstants()
     completion: CompletionConstants = CompletionConstants()
     out_of_sight: OutOfSightConstants = OutOfSightConstants()
+    one_body: OneBodyConstants = OneBodyConstants()
     standing: StandingConstants = StandingConstants()

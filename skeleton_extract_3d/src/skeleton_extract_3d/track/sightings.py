@@ -1,16 +1,23 @@
-"""The people of one frame as the tracks take them in: observed, identified and lifted, in one record."""
+"""The people of one frame as the tracks take them in: observed, identified and lifted, in one record.
+
+Two bodies cannot be in one place: of people who fill the same space, one stays.
+"""
+from dataclasses import replace
 from typing import Iterator, NamedTuple, Tuple
 
 import numpy as np
 
+from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.constants import METHOD
 from skeleton_extract_3d.lift.records import Lifted, ObservedPeople
 from skeleton_extract_3d.lift.surfaces import lower_median
 from skeleton_extract_3d.settings import IdentityParams
 from skeleton_extract_3d.track.appearance import Clothes
+from skeleton_extract_3d.track.completion import Completion
 from skeleton_extract_3d.track.tracks import Tracks
 
-_IDENTITY = METHOD.track.identity
+_IDENTITY, _ONE_BODY = METHOD.track.identity, METHOD.track.one_body
+_SWAP = np.array(COCO_18.swap)
 
 
 class Sightings(NamedTuple):
@@ -87,9 +94,51 @@ def repeated(xyz: np.ndarray, known: np.ndarray, followed: np.ndarray) -> np.nda
     """
     if followed.all():
         return ~followed
-    both = known[:, None] & known[None]
-    distance = np.where(both, np.linalg.norm(xyz[:, None] - xyz[None], axis=3), np.inf)
-    with np.errstate(invalid='ignore'):
-        same = ((both.sum(axis=2) >= _IDENTITY.repeated_joints)
-                & (lower_median(distance) < _IDENTITY.repeated_distance))
+    same = in_one_place(xyz, known, _IDENTITY.repeated_joints, _IDENTITY.repeated_distance)
     return ~followed & (same & followed[None]).any(axis=1)
+
+
+def in_one_place(xyz: np.ndarray, placed: np.ndarray, least_joints: int, reach: float) -> np.ndarray:
+    """Return who fills the same space, (P, P) bool: most joints are near, where left and right may be exchanged.
+
+    Args:
+        xyz: (P, 18, 3) [m].
+        placed: (P, 18) bool, joints that count.
+        least_joints: that both must have.
+        reach: median distance of who is in one place [m].
+    """
+    same = np.zeros((len(xyz), len(xyz)), bool)
+    for order in (np.arange(len(_SWAP)), _SWAP):
+        both = placed[:, None] & placed[None][..., order]
+        distance = np.where(both, np.linalg.norm(xyz[:, None] - xyz[None][:, :, order], axis=3), np.inf)
+        with np.errstate(invalid='ignore'):
+            same |= (both.sum(axis=2) >= least_joints) & (lower_median(distance) < reach)
+    return same
+
+
+def separate(seen: Completion, people: Sightings, stamp: float) -> Tuple[Completion, Sightings]:
+    """Return the people of a frame without those who have been in somebody's place for too long.
+
+    The one who is followed for longer stays, so that ids last. Newcomers go at once.
+
+    Args:
+        seen, people: the same N people.
+        stamp: of the frame [s].
+    """
+    tracks = seen.tracks
+    if len(tracks) < 2:
+        return seen._replace(tracks=replace(tracks, alone=np.full(len(tracks), stamp))), people
+    shared = in_one_place(tracks.joints.position, seen.placed, _ONE_BODY.least_joints, _ONE_BODY.thickness)
+    oldest = np.lexsort((tracks.ids, -seen.trusted.sum(axis=1), tracks.born))
+    gone, alone = np.zeros(len(tracks), bool), np.full(len(tracks), stamp)
+    for i, person in enumerate(oldest):
+        before = oldest[:i]
+        if (shared[person, before] & ~gone[before]).any():
+            alone[person] = tracks.alone[person]
+            gone[person] = stamp - alone[person] >= _ONE_BODY.longest
+    seen = seen._replace(tracks=replace(tracks, alone=alone))
+    if not gone.any():
+        return seen, people
+    kept = np.flatnonzero(~gone)
+    return (Completion(seen.tracks.select(kept), seen.trusted[kept], seen.placed[kept], seen.sigma[kept]),
+            people.select(kept))

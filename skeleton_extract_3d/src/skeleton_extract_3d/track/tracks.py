@@ -26,6 +26,7 @@ class Tracks:
         root: filter of the middle of the trunk, one point per track.
         ids: (T,) int64, never used again.
         born, last_seen: (T,) stamps [s] of the first and the last detection.
+        alone: (T,) stamp of when nobody who is followed for longer was in the same place [s]; of new ones -infinite.
         sightings: (T,) int64 frames in which they were detected.
         has: (T, 18) bool, joints that were ever placed.
         seen: (T, 18) stamp of when each joint was last detected [s].
@@ -39,6 +40,7 @@ class Tracks:
     ids: np.ndarray
     born: np.ndarray
     last_seen: np.ndarray
+    alone: np.ndarray
     sightings: np.ndarray
     has: np.ndarray
     seen: np.ndarray
@@ -71,9 +73,10 @@ class Tracks:
         return cls(
             JointFilter.at_rest(np.where(known[..., None], xyz, 0.0), _BIRTH.joint_sigma, _BIRTH.speed),
             JointFilter.at_rest(root[:, None], _BIRTH.root_sigma, _BIRTH.speed),
-            ids, born=stamps, last_seen=stamps, sightings=np.zeros(count, np.int64), has=np.zeros(known.shape, bool),
-            seen=np.full(known.shape, stamp), left=left, down=np.broadcast_to([0.0, 1.0, 0.0], (count, 3)),
-            sizes=Sizes.assumed(stature), clothes=Clothes.unknown(count))
+            ids, born=stamps, last_seen=stamps, alone=np.full(count, -np.inf), sightings=np.zeros(count, np.int64),
+            has=np.zeros(known.shape, bool), seen=np.full(known.shape, stamp), left=left,
+            down=np.broadcast_to([0.0, 1.0, 0.0], (count, 3)), sizes=Sizes.assumed(stature),
+            clothes=Clothes.unknown(count))
 
     def __len__(self) -> int:
         return len(self.ids)
