@@ -235,5 +235,5 @@ def test_people_far_beyond_a_thin_image_get_a_crop_that_fits_into_memory():
     person = np.full((18, 3), 0.9, np.float32)
     person[:, :2] = np.linspace((0, -1e6), (40, 1e6), 18)
     refinement = next(iter(Scene([]).stream.detector.setup.recipe.refinements))
-    crop = prepare_crop(np.zeros((6000, 40, 3), np.uint8), person, refinement)
+    crop = prepare_crop(np.zeros((6000, 40, 3), np.uint8), person, refinement, [person], COCO_18)
     assert np.prod(crop.view.plan.image_size) <= 1.01 * CROP.most_area * 6000 * 40

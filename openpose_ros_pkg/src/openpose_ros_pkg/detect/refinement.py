@@ -14,7 +14,7 @@ from openpose_ros_pkg.detect.ensemble import (
     person_scores,
     vote_with_crops,
 )
-from openpose_ros_pkg.detect.others import cover_others
+from openpose_ros_pkg.detect.others import COVER, cover_others
 from openpose_ros_pkg.detect.recipes import CropRefinement, Recipe
 from openpose_ros_pkg.detect.views import ComputedView, PreparedView, View, compute_views
 from openpose_ros_pkg.networks.backends import Backend
@@ -97,8 +97,16 @@ def prepare_crop(bgr: np.ndarray, person: np.ndarray, refinement: CropRefinement
     if refinement.model.decoder != 'movenet_singlepose' or len(people) < 2:
         return crop
     joint_sigmas = sigmas(skeleton)
-    others = [other for other in people if similarity(other, person, joint_sigmas) < ENSEMBLE.duplicate]
+    others = [other for other in people if _reaches(other, (left, top), (right, bottom))
+              and similarity(other, person, joint_sigmas) < ENSEMBLE.duplicate]
     return cover_others(crop, person, others, skeleton)
+
+
+def _reaches(person: np.ndarray, corner: Tuple[int, int], opposite: Tuple[int, int]) -> bool:
+    """Return whether a body may reach into a part of the image: its limbs and head are broader than its joints."""
+    low, high = extent(person)
+    border = COVER.head * (high - low).max()
+    return bool((high + border >= corner).all() and (low - border <= opposite).all())
 
 
 def _shows_another(pose: np.ndarray, person: np.ndarray, people: np.ndarray, joint_sigmas: np.ndarray) -> bool:
