@@ -137,7 +137,7 @@ def test_an_interrupt_leaves_nothing(folder):
     os.killpg(command.pid, signal.SIGINT)
     assert command.wait(60) == 130
     assert everything(folder) == ['command.py', 'errors', 'in/a.bag', 'in/b.bag']
-    assert (folder / 'errors').read_text() == ''
+    assert (folder / 'errors').read_text() == 'process_bag: interrupted\n'
 
 
 @ON_A_CLUSTER
