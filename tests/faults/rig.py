@@ -11,9 +11,11 @@ import cv2
 import numpy as np
 import psutil
 import rospy
+from geometry_msgs.msg import Quaternion, Transform, TransformStamped
 from openpose_ros_msgs.msg import PersonDetection_3dArray
 from sensor_msgs.msg import CameraInfo, CompressedImage
 from std_msgs.msg import Header
+from tf2_ros import StaticTransformBroadcaster
 
 from faults.fault import Fault
 from openpose_ros_pkg.ros.convert import bgr_to_image
@@ -27,6 +29,8 @@ from skeleton_extract_3d.ros.extractor import NAMESPACE
 
 ROOT = Path(__file__).resolve().parents[2]
 FRAME_ID = 'camera_optical_frame'
+# The camera is in its middle.
+ROOM = 'room'
 # A good frame that does not come through within this time is sent again: what is paired or computed may still be the
 # fault [s].
 RESEND = 2.0
@@ -58,7 +62,7 @@ class Program(NamedTuple):
 # Each chain has a namespace, and a camera in it: image, points (or depth), camera_info.
 CHAINS: Dict[str, Dict[str, Program]] = {
     'cloud': {'people': Program(PEOPLE, _DETECTION)},
-    'depth': {'people': Program(PEOPLE, {**_DETECTION, 'points_source': 'depth_image'})},
+    'depth': {'people': Program(PEOPLE, {**_DETECTION, 'points_source': 'depth_image', 'target_frame': ROOM})},
     'compressed': {'people': Program(PEOPLE, {**_DETECTION, 'points_source': 'depth_image',
                                               'image_transport': 'compressed', 'depth_transport': 'compressedDepth'})},
     'two': {'service': Program('openpose_ros_pkg/scripts/openpose_ros_node_3d', _DETECTION),
@@ -243,6 +247,8 @@ class Rig:
         rospy.init_node('faults', disable_signals=True)
         WATCH.start()  # the camera and the subscribers of the tests register anew as well
         self.diagnostics = Diagnostics()
+        self._room = StaticTransformBroadcaster()
+        self._room.sendTransform(TransformStamped(Header(frame_id=ROOM), FRAME_ID, Transform(rotation=Quaternion(w=1))))
         self.chains: Dict[str, Chain] = {}
         workers = {name: ThreadPoolExecutor(1) for name in CHAINS}  # one fault at a time
         self.done = {id(fault): workers[fault.node.partition('/')[0]].submit(self._inject, fault) for fault in faults}
