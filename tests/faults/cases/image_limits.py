@@ -27,6 +27,13 @@ def pad(frame: Any) -> None:
     frame.image.data += bytes(9000)
 
 
+def cut_jpeg(frame: Any) -> None:
+    """Send the good image as a JPEG whose lower half is missing: OpenCV fills it with grey."""
+    bgr = cv2.imdecode(np.frombuffer(frame.image.data, np.uint8), cv2.IMREAD_COLOR)
+    content = cv2.imencode('.jpg', bgr)[1].tobytes()
+    frame.image.data = content[:len(content) // 2]
+
+
 def halve_depth(frame: Any) -> None:
     frame.points.data = frame.points.data[:len(frame.points.data) // 2]
 
@@ -46,7 +53,7 @@ def request(chain: Any) -> None:
 
 
 FAULTS = [
-    Fault('half a JPEG', changed('image', data=JPEG[:len(JPEG) // 2]), _NODE,
+    Fault('half a JPEG', altered(cut_jpeg), _NODE,
           words=('is cut off', 'without the mark of its end')),
     Fault('PNG of 30000 x 30000', changed('image', data=LARGER_PNG), _NODE, words=('is 30000 x 30000', _LIMIT)),
     Fault('JPEG of 65500 x 65500', changed('image', data=LARGER_JPEG), _NODE, words=('is 65500 x 65500', _LIMIT)),
