@@ -29,10 +29,10 @@ import rosbag
 from std_msgs.msg import Header
 
 from common import DEMO, ROOT, Parser
+from openpose_ros_pkg.allocator import keep_large_blocks
 from openpose_ros_pkg.detect.detector import DetectorSettings, create_detector
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.ros.convert import bgr_to_image
-from openpose_ros_pkg.ros.node import keep_large_blocks
 from openpose_ros_tools.ros.process_bag.job import BagJob
 from openpose_ros_tools.ros.process_bag.work import process
 from skeleton_extract_3d.points.depth import cloud_from_depth

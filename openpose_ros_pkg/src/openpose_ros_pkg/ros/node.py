@@ -1,5 +1,4 @@
 """Start a node, and end it with a clear message when its configuration is wrong."""
-import ctypes
 import logging
 import os
 import signal
@@ -13,6 +12,7 @@ import rospy
 from rospy.core import is_shutdown_requested
 from rospy.impl import registration
 
+from openpose_ros_pkg.allocator import give_back_free_memory, keep_large_blocks
 from openpose_ros_pkg.errors import ModelError, OpenposeRosError, ParameterError
 from openpose_ros_pkg.params.flags import read_flags
 from openpose_ros_pkg.params.parameters import Settings, build, to_yaml
@@ -24,12 +24,6 @@ RESPAWNS = 'OPENPOSE_ROS_RESPAWNS'
 # Last parts of the names of topics and services of rospy, dynamic_reconfigure and diagnostics.
 _OF_EVERY_NODE = ('rosout', 'diagnostics', 'get_loggers', 'set_logger_level', 'parameter_descriptions',
                   'parameter_updates', 'set_parameters')
-# Parameters of glibc's mallopt (malloc.h).
-_M_TRIM_THRESHOLD, _M_MMAP_THRESHOLD, _M_ARENA_MAX = -1, -3, -8
-# Freed memory that stays with the process [bytes]: a few clouds of 1920 x 1080 points (66 MB each).
-_KEPT_MEMORY = 256 << 20
-# The greatest threshold that older versions of glibc accept [bytes].
-_LEAST_MMAP_THRESHOLD = 32 << 20
 
 
 def run_node(name: str, kind: Type[Settings], make: Callable[[Settings], Any]) -> None:
@@ -51,6 +45,7 @@ def run_node(name: str, kind: Type[Settings], make: Callable[[Settings], Any]) -
         return
     flags, others = _read_arguments(name, kind)
     keep_large_blocks()
+    give_back_free_memory()
     is_built = threading.Event()
     _end_on_signals(is_built)
     try:
@@ -167,22 +162,6 @@ def _how_to_delete(error: OpenposeRosError) -> str:
         return ''
     name = rospy.resolve_name(f'~{error.key}')
     return f'. If nobody meant to set it, an earlier start left it: rosparam delete {name}'
-
-
-def keep_large_blocks() -> None:
-    """Let the allocator reuse the memory of large messages instead of returning it to the system after each.
-
-    By default every copy of a 17 MB cloud is mapped anew and cleared page by page by the kernel. Reuse halved the
-    extractor's processor time and raised the rate of the chain by half (benchmarks/live_3d.py, 960 x 540 at 15 Hz).
-    """
-    try:
-        mallopt = ctypes.CDLL(None).mallopt
-    except AttributeError:
-        return  # not glibc
-    mallopt(_M_ARENA_MAX, 1)
-    mallopt(_M_TRIM_THRESHOLD, _KEPT_MEMORY)
-    if not mallopt(_M_MMAP_THRESHOLD, _KEPT_MEMORY):
-        mallopt(_M_MMAP_THRESHOLD, _LEAST_MMAP_THRESHOLD)
 
 
 class _Unfailing:

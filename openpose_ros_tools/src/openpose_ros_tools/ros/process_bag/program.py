@@ -36,13 +36,13 @@ from typing import Any, Callable, Dict, List, Optional, Sequence
 
 from tqdm import tqdm
 
+from openpose_ros_pkg.allocator import keep_large_blocks
 from openpose_ros_pkg.command_line import DONE, SOME_FAILED, add_settings, run_command, setting_values
 from openpose_ros_pkg.detect.detector import Detector, DetectorSettings, create_detector
 from openpose_ros_pkg.errors import OpenposeRosError, ParameterError
 from openpose_ros_pkg.natural_order import natural_key
 from openpose_ros_pkg.params.nodes import ServiceSettings
 from openpose_ros_pkg.params.parameters import parameter_fields
-from openpose_ros_pkg.ros.node import keep_large_blocks
 from openpose_ros_pkg.structured_text import yaml_value
 from openpose_ros_tools.command_options import command_parser, whole_number
 from openpose_ros_tools.outputs import delete_parts
