@@ -5,7 +5,7 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Sequence
 
 import cv2
 import numpy as np
@@ -39,9 +39,9 @@ RESEND = 2.0
 REPEAT = 5.0
 # For what takes a few seconds on a machine that is not busy [s].
 PATIENCE = 60.0
-# Joints before and after a fault differ by less [m]: those that are measured, and those that are inferred by what was
-# learnt of sizes, which goes on with each frame and begins anew where a fault ended the tracks.
-SAME_MEASURED, SAME_INFERRED = 0.02, 0.05
+# Joints before and after a fault differ by less [m]: what is learnt of sizes goes on with each frame, and begins anew
+# where a fault, or the time that it took, ended the tracks. A frame in other units or of another camera is metres off.
+SAME_JOINTS = 0.05
 # Good frames after which sizes are learnt again, where a fault or the time that it took ended the tracks.
 SETTLED = 15
 # Frames after which what nodes allocate once is there.
@@ -140,8 +140,7 @@ class Chain:
         await_true(lambda: all(publisher.get_num_connections() for publisher in self.publishers.values()),
                    f'{name} reads its inputs')
         for _ in range(WARM_UP):
-            self.reference, measured = joints(self.result_of_good_frame())
-        self.tolerance = np.where(measured, SAME_MEASURED, SAME_INFERRED)
+            self.reference = joints(self.result_of_good_frame())
         self.usage = self._usage()
 
     def restart(self, node: str) -> None:
@@ -209,9 +208,9 @@ class Chain:
     def work_as_before(self) -> None:
         """Assert that all nodes are the processes that they were, and good frames give the same joints."""
         for _ in range(SETTLED):
-            found, _ = joints(self.result_of_good_frame())
+            found = joints(self.result_of_good_frame())
             is_same = (found.shape == self.reference.shape
-                       and np.allclose(found, self.reference, 0, self.tolerance, equal_nan=True))
+                       and np.allclose(found, self.reference, 0, SAME_JOINTS, equal_nan=True))
             if is_same:
                 break
         assert is_same, f'{found} instead of {self.reference}'
@@ -264,14 +263,11 @@ class Rig:
         return self.chains[name]
 
 
-def joints(people: PersonDetection_3dArray) -> Tuple[np.ndarray, np.ndarray]:
-    """Return the joints of everybody from left to right, (P, 18, 3) [m], NaN where MISSING, and (P, 18, 1) which are
-    measured."""
-    parts = [[getattr(person, joint) for joint in COCO_18.joints] for person in people.persons]
-    found = np.array([[(part.x, part.y, part.z) for part in row] for row in parts]).reshape(-1, 18, 3)
-    measured = np.array([[part.status == part.MEASURED for part in row] for row in parts]).reshape(-1, 18, 1)
-    order = np.argsort(np.nanmean(found[..., 0], axis=1))
-    return found[order], measured[order]
+def joints(people: PersonDetection_3dArray) -> np.ndarray:
+    """Return the joints of everybody from left to right, (P, 18, 3) [m]; NaN where MISSING."""
+    found = np.array([[(part.x, part.y, part.z) for part in (getattr(person, joint) for joint in COCO_18.joints)]
+                      for person in people.persons]).reshape(-1, 18, 3)
+    return found[np.argsort(np.nanmean(found[..., 0], axis=1))]
 
 
 def _good_frame(chain: str) -> Frame:
