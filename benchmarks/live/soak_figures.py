@@ -181,10 +181,10 @@ class Growth(NamedTuple):
     threads: Tuple[int, int]
     files: Tuple[int, int]
 
-    def faults(self, node: str, most_memory: float, more: int) -> List[str]:
-        """Return what grew: the memory by more than a factor, threads or files by more than a number."""
+    def faults(self, node: str, factor: float, megabytes: float, more: int) -> List[str]:
+        """Return what grew: the memory to more than a factor of it and this, threads or files by more than a number."""
         faults = []
-        if self.memory[1] > most_memory * self.memory[0]:
+        if self.memory[1] > factor * self.memory[0] + megabytes:
             faults.append(f'{node}: memory grew from {self.memory[0]:.1f} to {self.memory[1]:.1f} MB')
         for what, (first, last) in (('threads', self.threads), ('files', self.files)):
             if last > first + more:
