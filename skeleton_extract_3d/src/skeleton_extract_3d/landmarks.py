@@ -1,0 +1,116 @@
+"""Hands and faces in space: the types that pass between lifting, markers and converters."""
+from dataclasses import dataclass
+
+import numpy as np
+
+from openpose_ros_pkg.landmarks.records import FACE_POINTS, HAND_POINTS
+from skeleton_extract_3d.people import INFERRED, MISSING
+
+
+@dataclass(frozen=True)
+class Points3D:
+    """The K points of each of N hands or faces, in one frame of reference.
+
+    Attributes:
+        xyz: (N, K, 3) float32 [m]; NaN where MISSING.
+        confidence: (N, K) float32 [0..1] of the points in the image.
+        status: (N, K) uint8: MISSING, MEASURED or INFERRED, see `people`.
+        sigma: (N, K) float32 [m], root mean square distance of the true position from xyz; NaN where MISSING.
+
+    Raises:
+        ValueError: an array has the wrong shape, a status is unknown, or status and position disagree.
+    """
+
+    xyz: np.ndarray
+    confidence: np.ndarray
+    status: np.ndarray
+    sigma: np.ndarray
+
+    def __post_init__(self) -> None:
+        shape = self.xyz.shape[:2]
+        for name, dtype, expected in (('xyz', np.float32, (*shape, 3)), ('confidence', np.float32, shape),
+                                      ('status', np.uint8, shape), ('sigma', np.float32, shape)):
+            value = np.asarray(getattr(self, name), dtype)
+            if value.shape != expected:
+                raise ValueError(f'{name}: expected {expected}, got {value.shape}')
+            object.__setattr__(self, name, value)
+        if self.status.max(initial=MISSING) > INFERRED:
+            raise ValueError(f'status of a point is {self.status.max()}, expected 0, 1 or 2')
+        if not np.array_equal(self.status != MISSING, np.isfinite(self.xyz).all(axis=2)):
+            raise ValueError('status must be MISSING exactly where x, y and z are not finite')
+
+    @classmethod
+    def empty(cls, points: int) -> 'Points3D':
+        """Return nothing."""
+        none = np.zeros((0, points))
+        return cls(np.zeros((0, points, 3)), none, none, none)
+
+    def __len__(self) -> int:
+        return len(self.xyz)
+
+
+@dataclass(frozen=True)
+class Hands3D:
+    """H hands in space.
+
+    Attributes:
+        points: (H, 21) in the order of OpenPose.
+        scores: (H,) float32 [0..1], how sure the network is that it sees a hand.
+        people: (H,) int64 ids of the people whose hands they are.
+        left: (H,) bool: left hands, the person's own.
+    """
+
+    points: Points3D
+    scores: np.ndarray
+    people: np.ndarray
+    left: np.ndarray
+
+    @classmethod
+    def empty(cls) -> 'Hands3D':
+        """Return no hand."""
+        return cls(Points3D.empty(HAND_POINTS), np.zeros(0, np.float32), np.zeros(0, np.int64), np.zeros(0, bool))
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+
+@dataclass(frozen=True)
+class Faces3D:
+    """F faces in space.
+
+    Attributes:
+        points: (F, 70) in the order of OpenPose.
+        scores: (F,) float32 [0..1], how sure the network is that it sees a face.
+        people: (F,) int64 ids of the people whose faces they are.
+        orientations: (F, 4) float32 quaternions x, y, z, w of the heads in the frame of the points: x forward, out of the
+            face, y to the person's left, z up; NaN where it is not known.
+        orientation_sigma: (F,) float32 [rad], root mean square angle between the head's x and the true one.
+    """
+
+    points: Points3D
+    scores: np.ndarray
+    people: np.ndarray
+    orientations: np.ndarray
+    orientation_sigma: np.ndarray
+
+    @classmethod
+    def empty(cls) -> 'Faces3D':
+        """Return no face."""
+        return cls(Points3D.empty(FACE_POINTS), np.zeros(0, np.float32), np.zeros(0, np.int64),
+                   np.zeros((0, 4), np.float32), np.zeros(0, np.float32))
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+
+@dataclass(frozen=True)
+class Landmarks3D:
+    """Hands and faces of the people before a camera."""
+
+    hands: Hands3D
+    faces: Faces3D
+
+    @classmethod
+    def empty(cls) -> 'Landmarks3D':
+        """Return neither hands nor faces."""
+        return cls(Hands3D.empty(), Faces3D.empty())
