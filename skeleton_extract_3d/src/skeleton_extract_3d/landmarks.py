@@ -82,8 +82,8 @@ class Faces3D:
         points: (F, 70) in the order of OpenPose.
         scores: (F,) float32 [0..1], how sure the network is that it sees a face.
         people: (F,) int64 ids of the people whose faces they are.
-        orientations: (F, 4) float32 quaternions x, y, z, w of the heads in the frame of the points: x forward, out of the
-            face, y to the person's left, z up; NaN where it is not known.
+        orientations: (F, 4) float32 quaternions x, y, z, w of the heads in the frame of the points: x forward, out of
+            the face, y to the person's left, z up; NaN where it is not known.
         orientation_sigma: (F,) float32 [rad], root mean square angle between the head's x and the true one.
     """
 

@@ -13,7 +13,7 @@ MESH_POINTS = 468
 
 def _take(record: object, name: str, dtype: type, *shape: int) -> None:
     """Convert a field of a frozen record to an array, and raise ValueError where its shape is wrong."""
-    value = np.asarray(getattr(record, name), dtype)
+    value: np.ndarray = np.asarray(getattr(record, name), dtype)
     if value.shape != shape:
         raise ValueError(f'{name}: expected {shape}, got {value.shape}')
     object.__setattr__(record, name, value)
