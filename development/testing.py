@@ -101,7 +101,7 @@ def fuzz(results: Path) -> int:
     """Run all fuzz tests with random examples, as many of each as the environment says."""
     number = os.environ.get('FUZZ_EXAMPLES', NIGHTLY_EXAMPLES)
     say(f'== tests/fuzz, {number} examples of each target')
-    return _pytest(results, 'fuzz', [FUZZ], {**workspace_environment(), 'FUZZ_EXAMPLES': number})
+    return _pytest(results, 'fuzz', [FUZZ, '--timeout=0'], {**workspace_environment(), 'FUZZ_EXAMPLES': number})
 
 
 def workspace(results: Path) -> int:

@@ -28,6 +28,8 @@ def work(task, tell):
         raise BadInputError('not this one')
     if verb == 'break':
         raise ValueError(threading.Lock())  # can not be sent
+    if verb == 'answer a lock':
+        return threading.Lock()
     return f'did {verb}'
 
 
@@ -53,6 +55,13 @@ def test_what_ends_every_process_is_given_up_and_the_others_are_done(tmp_path):
     assert outcomes['work'] == 'did work'
     with pytest.raises(RuntimeError, match='ValueError'):
         raise outcomes['break']
+
+
+def test_a_result_that_can_not_be_sent_is_an_error_and_the_process_lives_on(tmp_path):
+    outcomes, tries = run(tmp_path, ['answer a lock', 'work'], workers=1, retries=0)
+    with pytest.raises(RuntimeError, match='can not be sent'):
+        raise outcomes['answer a lock']
+    assert outcomes['work'] == 'did work' and tries['answer a lock'] == 1
 
 
 def test_progress_is_told_and_closing_ends_the_processes(tmp_path):

@@ -1,15 +1,14 @@
 """Processes that do one call at a time; one that dies is replaced, and its call begins anew."""
-import concurrent.futures
+import atexit
 import logging
 import multiprocessing
 import os
 import queue
-import signal
 import threading
-from concurrent.futures import CancelledError, ProcessPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
+from concurrent.futures import CancelledError
 from contextlib import suppress
-from typing import Any, Callable, List, Optional, Tuple
+from multiprocessing.connection import Connection
+from typing import Any, Callable, List, NamedTuple, Optional, Tuple
 
 from openpose_ros_pkg.errors import OpenposeRosError
 from openpose_ros_tools.parallel.no_interrupts import no_interrupts
@@ -40,6 +39,7 @@ class WorkerProcesses:
         self._idle: queue.SimpleQueue[_WorkerProcess] = queue.SimpleQueue()
         for process in self._processes:
             self._idle.put(process)
+        atexit.register(self.close)  # else the end of the program waits for processes that were not closed
 
     def call(self, function: Callable[..., Any], *arguments: Any,
              on_progress: Optional[Callable[[float], None]] = None) -> Any:
@@ -67,6 +67,7 @@ class WorkerProcesses:
 
     def close(self) -> None:
         """End the processes at once; what they do is not needed."""
+        atexit.unregister(self.close)
         for process in self._processes:
             process.close()
 
@@ -77,69 +78,95 @@ def tell_progress(share: float) -> None:
 
 
 class _WorkerProcess:
-    """One process, and those that take its place."""
+    """One process, and those that take its place. Calls go through a pipe, which ends when the process has ended."""
 
     def __init__(self, prepare: Optional[Callable[..., None]], arguments: Tuple[Any, ...]) -> None:
         self._prepare = (prepare, arguments)
         self._closed = False
+        self._lock = threading.Lock()  # held while a process is started or ended
         self._start()
 
     @property
     def pid(self) -> int:
         """Id of the process."""
-        return self._pid.result()
+        return self._process.pid  # type: ignore[return-value]  # it has been started
 
     def call(self, function: Callable[..., Any], arguments: Tuple[Any, ...],
              on_progress: Optional[Callable[[float], None]]) -> Any:
         """See `WorkerProcesses.call`."""
         for _ in range(_MOST_TRIES):
+            answer = self._answer(function, arguments, on_progress)
+            if answer is not None:
+                if answer.error is not None:
+                    raise answer.error
+                return answer.value
             if self._closed:
                 raise CancelledError
-            self._progress.value = 0.0
-            try:
-                answer = self._executor.submit(_do, function, arguments)
-                while on_progress is not None and concurrent.futures.wait([answer], _PROGRESS_PERIOD).not_done:
-                    on_progress(self._progress.value)
-                return answer.result()
-            except BrokenProcessPool:
-                if self._closed:
-                    raise CancelledError from None
-                _log.warning('a process has ended; another one takes its place')
-                self._reader.close()
-                self._start()
+            _log.warning('a process has ended; another one takes its place')
+            self._start()
         raise ProcessLostError(f'{_MOST_TRIES} processes ended one after the other on the same task')
+
+    def _answer(self, function: Callable[..., Any], arguments: Tuple[Any, ...],
+                on_progress: Optional[Callable[[float], None]]) -> Optional['_Answer']:
+        """Return what the process answers; None if it has ended."""
+        self._progress.value = 0.0
+        try:
+            self._pipe.send((function, arguments))
+            while on_progress is not None and not self._pipe.poll(_PROGRESS_PERIOD):
+                on_progress(self._progress.value)
+            answer: _Answer = self._pipe.recv()
+            return answer
+        except (EOFError, ConnectionError):
+            return None
 
     def close(self) -> None:
         """End the process at once; what it does is not needed."""
-        self._closed = True
-        with suppress(BrokenProcessPool, ProcessLookupError):
-            os.kill(self.pid, signal.SIGKILL)
-        self._reader.close()
-        self._executor.shutdown()
+        with self._lock:
+            self._closed = True
+            self._process.kill()
+        self._process.join()
 
     def _start(self) -> None:
         # spawned: a fork would copy locks of threads and the state of the networks
         context = multiprocessing.get_context('spawn')
-        self._progress = context.RawValue('d')  # without a lock, which a process that dies could hold
-        self._executor = ProcessPoolExecutor(1, context, _begin, (self._progress, *self._prepare))
-        # Closed when the process is dead: else what is written to it, as an image, waits for ever (gh-94777 of Python)
-        self._reader = self._executor._call_queue._reader  # type: ignore[attr-defined]
-        with no_interrupts():  # this process ends the new one, not the terminal
-            self._pid = self._executor.submit(os.getpid)
-        if self._closed:  # in the meantime, by another thread, which knew only the process before
-            self.close()
+        with self._lock:
+            if self._closed:
+                return
+            self._progress = context.RawValue('d')  # without a lock, which a process that dies could hold
+            self._pipe, end = context.Pipe()
+            self._process = context.Process(target=_serve, args=(end, self._progress, *self._prepare))
+            with no_interrupts():  # this process ends the new one, not the terminal
+                self._process.start()
+            end.close()  # the new process has it alone, so that it ends with that
+
+
+class _Answer(NamedTuple):
+    """What a process answers to a call: a value or an error."""
+
+    value: Any
+    error: Optional[Exception]
 
 
 # In a worker process: the share that is done, which the parent reads.
 _own_progress: Any
 
 
-def _begin(progress: Any, prepare: Optional[Callable[..., None]], arguments: Tuple[Any, ...]) -> None:
+def _serve(pipe: Connection, progress: Any, prepare: Optional[Callable[..., None]], arguments: Tuple[Any, ...]) -> None:
+    """Answer calls until the other end of the pipe is closed."""
     global _own_progress
     _own_progress = progress
     threading.Thread(target=_end_with_parent, daemon=True).start()
     if prepare is not None:
         prepare(*arguments)
+    with suppress(EOFError, ConnectionError):
+        while True:
+            answer = _do(*pipe.recv())
+            try:
+                pipe.send(answer)
+            except ConnectionError:
+                raise
+            except Exception as error:  # the value can not be pickled, which raises errors of many kinds
+                pipe.send(_Answer(None, RuntimeError(f'the result of a process can not be sent: {error!r}')))
 
 
 def _end_with_parent() -> None:
@@ -150,10 +177,10 @@ def _end_with_parent() -> None:
         os._exit(1)
 
 
-def _do(function: Callable[..., Any], arguments: Tuple[Any, ...]) -> Any:
+def _do(function: Callable[..., Any], arguments: Tuple[Any, ...]) -> _Answer:
     try:
-        return function(*arguments)
-    except (OpenposeRosError, OSError):
-        raise
+        return _Answer(function(*arguments), None)
+    except (OpenposeRosError, OSError) as error:
+        return _Answer(None, error)
     except Exception as error:  # not every error can be sent
-        raise RuntimeError(f'in a process: {error!r}') from None
+        return _Answer(None, RuntimeError(f'in a process: {error!r}'))
