@@ -49,6 +49,7 @@ from skeleton_extract_3d.frame import CameraFrame
 from skeleton_extract_3d.people import MEASURED, People3D
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.depth import DepthImage
+from skeleton_extract_3d.points.depth_view import depth_view
 from skeleton_extract_3d.points.rgbd_sequence import RgbdSequence
 from skeleton_extract_3d.settings import EstimatorSettings
 
@@ -204,11 +205,12 @@ def run_chain(sequence: RgbdSequence, chain: PeopleChain, find: Optional[FindPeo
     run, size = Run(), (sequence.camera.width, sequence.camera.height)
     for i, frame in enumerate(sequence):
         done, began = finder.networks.done if finder else 0.0, time.perf_counter()
-        people = chain.in_image(find(i, frame.bgr), '', frame.time) if find else chain.detect(frame.bgr, '', frame.time)
+        points, floor = DepthImage(frame.depth, sequence.camera), None if floors is None else floors[i]
+        people = (chain.in_image(find(i, frame.bgr), '', frame.time) if find
+                  else chain.detect(frame.bgr, '', frame.time, depth_view(points)))
         found = time.perf_counter()
         run.people.append(people)
         run.work.append(finder.networks.done - done if finder else 0.0)
-        points, floor = DepthImage(frame.depth, sequence.camera), None if floors is None else floors[i]
         began_space = time.perf_counter()
         answer = chain.in_space(people, CameraFrame(size, points, frame.time, frame.bgr, floor=floor))
         run.estimating.append(1e3 * (time.perf_counter() - began_space))

@@ -35,7 +35,8 @@ from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.ros.convert import bgr_to_image
 from openpose_ros_tools.ros.process_bag.job import BagJob
 from openpose_ros_tools.ros.process_bag.work import process
-from skeleton_extract_3d.points.depth import cloud_from_depth
+from skeleton_extract_3d.points.depth import DepthImage, cloud_from_depth
+from skeleton_extract_3d.points.depth_view import depth_view
 from skeleton_extract_3d.points.rgbd_sequence import RgbdSequence
 from skeleton_extract_3d.ros import convert
 
@@ -70,11 +71,12 @@ def throughput(folder: Path, sequence: RgbdSequence, options: argparse.Namespace
     source = write_recording(folder / 'throughput.bag', sequence, options.frames, options.points)
     keep_large_blocks()  # as the command does
     detector = create_detector(build(DetectorSettings, values))
-    images = [sequence.frame(number % len(sequence)).bgr for number in range(options.frames)]
-    detector.detect(images[0])  # compiles the networks
+    frames = [sequence.frame(number % len(sequence)) for number in range(options.frames)]
+    images = [(frame.bgr, depth_view(DepthImage(frame.depth, sequence.camera))) for frame in frames]
+    detector.detect(*images[0])  # compiles the networks
     network, command = [], []
     for _ in range(options.rounds):
-        prepared = [detector.prepare(bgr) for bgr in images]
+        prepared = [detector.prepare(bgr, depth=depth) for bgr, depth in images]
         began = time.perf_counter()
         for frame in prepared:
             detector.compute(frame)

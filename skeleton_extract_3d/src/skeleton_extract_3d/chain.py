@@ -9,6 +9,7 @@ from typing import Hashable, Optional, Tuple
 
 import numpy as np
 
+from openpose_ros_pkg.detect.depth import DepthView
 from openpose_ros_pkg.detect.stream_detector import StreamDetector
 from openpose_ros_pkg.detect.tracking import KeypointTracker, PerCamera, TrackingParams
 from openpose_ros_pkg.people import FIRST_ID, People2D
@@ -65,20 +66,22 @@ class PeopleChain:
         for people in (somebody, People2D.empty(self.skeleton)):
             estimator.update(people, CameraFrame((64, 48), DepthImage(wall, camera), 0.0, grey))
 
-    def detect(self, bgr: np.ndarray, camera: Hashable, stamp: float) -> People2D:
+    def detect(self, bgr: np.ndarray, camera: Hashable, stamp: float, depth: Optional[DepthView] = None) -> People2D:
         """Return the people in an image, with ids that they keep in the images of a camera; needs `stream`.
 
         Args:
             bgr: (H, W, 3) uint8 BGR.
             camera: frame_id of the points that come with the image.
             stamp: of the image [s].
+            depth: of the image; None: it is not known.
 
         Raises:
             BadInputError: not such an image, or an empty one.
         """
         if self._stream is None:
             raise ValueError('this chain has no networks')
-        return self._stream.detect(bgr, camera, stamp, self.expected(camera, stamp, (bgr.shape[1], bgr.shape[0])))
+        expected = self.expected(camera, stamp, (bgr.shape[1], bgr.shape[0]))
+        return self._stream.detect(bgr, camera, stamp, expected, depth)
 
     def expected(self, camera: Hashable, stamp: float, image_size: Tuple[int, int]) -> Optional[People2D]:
         """Return where the people who are followed in space will be in an image; None where nobody was yet.

@@ -10,6 +10,7 @@ from skeleton_extract_3d.chain import PeopleChain
 from skeleton_extract_3d.estimator import PeopleEstimator
 from skeleton_extract_3d.frame import CameraFrame
 from skeleton_extract_3d.points.depth import DepthImage
+from skeleton_extract_3d.points.depth_view import depth_view
 from skeleton_extract_3d.settings import EstimatorSettings
 from synthetic_scene import Person, Room, pinhole, render, standing
 
@@ -63,15 +64,16 @@ def test_people_in_space_are_expected_in_the_next_image(chain):
 
 def test_people_are_found_where_the_chain_has_networks():
     class Stream:
-        def detect(self, bgr, camera, stamp, expected):
-            self.given = (camera, stamp, expected)
+        def detect(self, bgr, camera, stamp, expected, depth):
+            self.given = (camera, stamp, expected, depth)
             return FRAME.people
 
     stream = Stream()
     chain = PeopleChain(COCO_18, SETTINGS, stream=stream)
     in_space(chain, FRAME.people, 'left')
-    assert chain.detect(FRAME.bgr, 'left', 0.1) is FRAME.people
-    assert stream.given[:2] == ('left', 0.1) and len(stream.given[2]) == 1
+    depth = depth_view(POINTS)
+    assert chain.detect(FRAME.bgr, 'left', 0.1, depth) is FRAME.people
+    assert stream.given[:2] == ('left', 0.1) and len(stream.given[2]) == 1 and stream.given[3] is depth
 
 
 def test_without_tracking_in_space_the_ids_are_those_of_the_image():

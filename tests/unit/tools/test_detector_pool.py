@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from openpose_ros_pkg.detect.depth import DepthView
 from openpose_ros_pkg.detect.detector import DetectorSettings
 from openpose_ros_pkg.errors import BadInputError, ModelError
 from openpose_ros_pkg.params.parameters import build
@@ -23,12 +24,13 @@ DEADLY, REFUSED = 66, 67
 
 
 class LevelDetector:
-    """Sees one person, at x = the grey level of the image; level 66 ends the process, the first time or always."""
+    """Sees one person, at x = the depth, or else the grey level of the image; level 66 ends the process, the first time or
+    always."""
 
     def __init__(self, marker=None):
         self.marker = marker
 
-    def detect(self, bgr):
+    def detect(self, bgr, depth=None):
         level = int(bgr[0, 0, 0])
         if level == DEADLY and self.marker is not None and not self.marker.exists():
             self.marker.touch()
@@ -36,7 +38,7 @@ class LevelDetector:
         if level == REFUSED:
             raise BadInputError('not this one')
         keypoints = np.full((1, 18, 3), 0.5, np.float32)
-        keypoints[..., 0] = level
+        keypoints[..., 0] = level if depth is None else depth.depth[0, 0]
         return People2D(COCO_18, keypoints, np.array([0.5]), np.array([-1]))
 
 
@@ -70,6 +72,13 @@ def image(level):
 
 def levels(pool, wanted):
     return [found.result(30).xy[0, 0, 0] for found in [pool.submit(image(level)) for level in wanted]]
+
+
+@pytest.mark.parametrize('jobs', [1, 2])
+def test_depth_comes_with_its_image(jobs):
+    with DetectorPool(jobs, DEFAULTS, level_detector) as pool:
+        found = [pool.submit(image(9), DepthView(np.full((4, 6), metres, np.float32), 5.0)) for metres in (1.5, 2.5)]
+        assert [people.result(30).xy[0, 0, 0] for people in found] == [1.5, 2.5]
 
 
 @pytest.mark.parametrize('jobs', [1, 2])

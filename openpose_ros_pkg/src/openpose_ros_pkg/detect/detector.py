@@ -1,12 +1,13 @@
 """From an image to the people in it: views, networks, decoders, and one opinion out of several."""
 import logging
 from dataclasses import dataclass
-from typing import Dict, List, Sequence, Tuple
+from typing import Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
 
 from openpose_ros_pkg.decode.direct import DirectDecodeParams
 from openpose_ros_pkg.decode.paf import DecodeParams
+from openpose_ros_pkg.detect.depth import DepthView
 from openpose_ros_pkg.detect.ensemble import EnsembleParams, accepted, candidate_thresholds, vote_on_people
 from openpose_ros_pkg.detect.following import NOBODY, FollowingParams
 from openpose_ros_pkg.detect.recipes import DetectorParams, Recipe, recipe_of
@@ -66,11 +67,13 @@ class PreparedFrame:
     Attributes:
         bgr: (H, W, 3) uint8, the image.
         views: of each pass of the recipe; none where people are followed.
+        depth: of the image; None: it is not known.
     """
 
     bgr: np.ndarray
     views: Sequence[Sequence[PreparedView]]
     setup: Setup
+    depth: Optional[DepthView] = None
 
 
 @dataclass(frozen=True)
@@ -224,11 +227,12 @@ class Detector:
                 for people in (1, 2):  # several are computed side by side, by a network that is compiled for it
                     compute_views(people * [crop], networks[refinement.model.name])
 
-    def detect(self, bgr: np.ndarray) -> People2D:
+    def detect(self, bgr: np.ndarray, depth: Optional[DepthView] = None) -> People2D:
         """Find the people in an image, the surest first.
 
         Args:
             bgr: (H, W, 3) uint8 BGR; not modified.
+            depth: of the image; None: it is not known.
 
         Returns:
             People in pixels of the image, without ids. Joints lie within it: x in 0 .. W - 1, y in 0 .. H - 1.
@@ -236,12 +240,12 @@ class Detector:
         Raises:
             BadInputError: not such an image, or an empty one.
         """
-        prepared = self.prepare(bgr)
+        prepared = self.prepare(bgr, depth=depth)
         with self.lock:
             computed = self.compute(prepared)
         return self.finish(computed)
 
-    def prepare(self, bgr: np.ndarray, views: bool = True) -> PreparedFrame:
+    def prepare(self, bgr: np.ndarray, views: bool = True, depth: Optional[DepthView] = None) -> PreparedFrame:
         """Check an image and bring it to the sizes that the networks want; see `detect`.
 
         Args:
@@ -249,7 +253,8 @@ class Detector:
         """
         _check_image(bgr)
         setup = self._setup
-        return PreparedFrame(bgr, [prepare_views(bgr, one) for one in setup.recipe.passes] if views else [], setup)
+        prepared = [prepare_views(bgr, one) for one in setup.recipe.passes] if views else []
+        return PreparedFrame(bgr, prepared, setup, depth)
 
     def compute(self, frame: PreparedFrame) -> ComputedFrame:
         """Compute the networks for a prepared image, and find the people, with `lock` held.

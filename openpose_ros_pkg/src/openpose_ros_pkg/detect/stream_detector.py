@@ -5,6 +5,7 @@ from typing import Callable, Dict, Hashable, List, Optional, Sequence, Tuple, Un
 
 import numpy as np
 
+from openpose_ros_pkg.detect.depth import DepthView
 from openpose_ros_pkg.detect.detector import (
     USUAL_SIZE,
     ComputedFrame,
@@ -198,7 +199,8 @@ class StreamDetector:
             for people in (1, 2):  # several are computed side by side, by a network that is compiled for it
                 look(setup, blank, [Followed(somebody)] * people, [], self._plan.pace)
 
-    def detect(self, bgr: np.ndarray, camera: Hashable, stamp: float, expected: Optional[People2D] = None) -> People2D:
+    def detect(self, bgr: np.ndarray, camera: Hashable, stamp: float, expected: Optional[People2D] = None,
+               depth: Optional[DepthView] = None) -> People2D:
         """Return the people in an image of a camera, with ids that they keep in its images.
 
         Args:
@@ -207,22 +209,23 @@ class StreamDetector:
             stamp: of the image [s].
             expected: where people who are followed in space are expected in the image, with their ids there; None:
                 nobody is followed in space.
+            depth: of the image; None: it is not known.
 
         Raises:
             BadInputError: not such an image, or an empty one.
         """
-        prepared = self.prepare(bgr)
+        prepared = self.prepare(bgr, depth=depth)
         with self.lock:
             computed = self.compute(prepared, camera, stamp, expected)
         return self.finish(computed)
 
-    def prepare(self, bgr: np.ndarray, follow: bool = True) -> PreparedFrame:
+    def prepare(self, bgr: np.ndarray, follow: bool = True, depth: Optional[DepthView] = None) -> PreparedFrame:
         """Check an image and bring it to the sizes that the networks want; see `detect`.
 
         Args:
             follow: False: search this image in full in any case.
         """
-        return self.detector.prepare(bgr, views=not (follow and self._plan.follows))
+        return self.detector.prepare(bgr, not (follow and self._plan.follows), depth)
 
     def compute(self, frame: PreparedFrame, camera: Hashable, stamp: float, expected: Optional[People2D] = None
                 ) -> StreamFrame:

@@ -12,6 +12,7 @@ from openpose_ros_msgs.srv import GetPersons, GetPersonsRequest, GetPersonsRespo
 from sensor_msgs.msg import Image
 from std_msgs.msg import Header
 
+from openpose_ros_pkg.detect.depth import DepthView
 from openpose_ros_pkg.detect.detector import PreparedFrame, create_detector
 from openpose_ros_pkg.detect.stream_detector import StreamDetector, StreamFrame
 from openpose_ros_pkg.errors import BadInputError
@@ -147,17 +148,18 @@ class DetectionService:
                 'people': self._stream.description,
                 'target_rate': f'{params.target_rate:g} Hz' if params.target_rate > 0 else 'none'}
 
-    def prepare(self, image: Image, bgr: np.ndarray) -> _Prepared:
+    def prepare(self, image: Image, bgr: np.ndarray, depth: Optional[DepthView] = None) -> _Prepared:
         """Check an image and bring it to the sizes that the networks want.
 
         Args:
             image: whose header is taken.
             bgr: (H, W, 3) uint8 BGR, the same image; not modified.
+            depth: of the image; None: it is not known.
 
         Raises:
             BadInputError: it is empty.
         """
-        return self._prepare(image.header, bgr, time.monotonic())
+        return self._prepare(image.header, bgr, time.monotonic(), depth=depth)
 
     def compute(self, prepared: _Prepared, expected: Optional[People2D] = None) -> _Computed:
         """Find the people in a prepared image, with `lock` held; see `StreamDetector.detect`."""
@@ -229,10 +231,10 @@ class DetectionService:
         self._timing.add('decode_message', decoding)
         return self._prepare(message.header, bgr, received, decoding, sender)
 
-    def _prepare(self, header: Header, bgr: np.ndarray, received: float, decoding: float = 0.0, sender: str = ''
-                 ) -> _Prepared:
+    def _prepare(self, header: Header, bgr: np.ndarray, received: float, decoding: float = 0.0, sender: str = '',
+                 depth: Optional[DepthView] = None) -> _Prepared:
         begin = time.monotonic()
-        frame = self._stream.prepare(bgr, follow=not sender or self._settings.following.follow_requests)
+        frame = self._stream.prepare(bgr, not sender or self._settings.following.follow_requests, depth)
         preparing = time.monotonic() - begin
         self._timing.add('preprocess', preparing)
         return _Prepared(header, bgr, frame, received, decoding + preparing, sender)

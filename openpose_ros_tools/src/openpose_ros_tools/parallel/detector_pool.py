@@ -3,10 +3,11 @@ import functools
 import os
 from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
 from dataclasses import replace
-from typing import Callable, List, Tuple
+from typing import Callable, List, Optional, Tuple
 
 import numpy as np
 
+from openpose_ros_pkg.detect.depth import DepthView
 from openpose_ros_pkg.detect.detector import Detector, DetectorSettings
 from openpose_ros_pkg.detect.recipes import recipe_of
 from openpose_ros_pkg.people import People2D
@@ -37,19 +38,19 @@ class DetectorPool:
         self._processes = WorkerProcesses(0)
         if jobs == 1:
             detector = create(settings)
-            self._detect: Callable[[np.ndarray], People2D] = detector.detect
+            self._detect: Callable[[np.ndarray, Optional[DepthView]], People2D] = detector.detect
         else:
             settings = with_threads(settings, max((os.cpu_count() or 1) // jobs, 1))
             self._processes = WorkerProcesses(jobs, _keep, (create, settings))
             self._detect = self._detect_elsewhere
         self._threads = ThreadPoolExecutor(self.capacity if jobs == 1 else jobs, 'detect')
 
-    def submit(self, bgr: np.ndarray) -> 'Future[People2D]':
-        """Start to find the people in an image, (H, W, 3) uint8 BGR; see `Detector.detect`.
+    def submit(self, bgr: np.ndarray, depth: Optional[DepthView] = None) -> 'Future[People2D]':
+        """Start to find the people in an image, (H, W, 3) uint8 BGR, of a depth; see `Detector.detect`.
 
         The result raises what the detector raises, and ProcessLostError.
         """
-        return self._threads.submit(self._unless_closed, bgr)
+        return self._threads.submit(self._unless_closed, bgr, depth)
 
     def pids(self) -> List[int]:
         """Return the ids of the present processes."""
@@ -63,13 +64,13 @@ class DetectorPool:
         self._processes.close()
         self._threads.shutdown()
 
-    def _unless_closed(self, bgr: np.ndarray) -> People2D:
+    def _unless_closed(self, bgr: np.ndarray, depth: Optional[DepthView]) -> People2D:
         if self._closed:
             raise CancelledError
-        return self._detect(bgr)
+        return self._detect(bgr, depth)
 
-    def _detect_elsewhere(self, bgr: np.ndarray) -> People2D:
-        keypoints, scores = self._processes.call(_detect, bgr)
+    def _detect_elsewhere(self, bgr: np.ndarray, depth: Optional[DepthView]) -> People2D:
+        keypoints, scores = self._processes.call(_detect, bgr, depth)
         return People2D(self.skeleton, keypoints, scores, np.full(len(scores), -1))
 
 
@@ -90,6 +91,6 @@ def _keep(create: Callable[[DetectorSettings], Detector], settings: DetectorSett
     _own_detector = functools.lru_cache(maxsize=None)(functools.partial(create, settings))
 
 
-def _detect(bgr: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
-    people = _own_detector().detect(bgr)
+def _detect(bgr: np.ndarray, depth: Optional[DepthView]) -> Tuple[np.ndarray, np.ndarray]:
+    people = _own_detector().detect(bgr, depth)
     return people.keypoints, people.scores

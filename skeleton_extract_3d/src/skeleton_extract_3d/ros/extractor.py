@@ -30,6 +30,7 @@ from skeleton_extract_3d.estimator import STAGES as ESTIMATOR_STAGES
 from skeleton_extract_3d.estimator import Estimate
 from skeleton_extract_3d.node_params import LIVE_PARAMETERS, ExtractorSettings
 from skeleton_extract_3d.people import INFERRED, People3D
+from skeleton_extract_3d.points.depth_view import depth_view
 from skeleton_extract_3d.points.plausibility import PointSummary
 from skeleton_extract_3d.points.point_grid import PointGrid
 from skeleton_extract_3d.ros import convert
@@ -175,7 +176,7 @@ class Extractor:
         begin, image = time.monotonic(), raw_image(pair.image, self._most)
         bgr = convert_2d.image_to_bgr(image, self._most)
         points = self._points(pair.points, (image.width, image.height))
-        prepared = self._finder.prepare(image, bgr)
+        prepared = self._finder.prepare(image, bgr, depth_view(points))
         return _Prepared(InputFrame(image, bgr, pair.points, points), prepared, pair.received, begin, time.monotonic())
 
     def _compute(self, prepared: _Prepared) -> _Computed:

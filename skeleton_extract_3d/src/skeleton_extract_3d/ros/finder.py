@@ -5,6 +5,7 @@ import numpy as np
 from openpose_ros_msgs.msg import PersonDetection
 from sensor_msgs.msg import Image
 
+from openpose_ros_pkg.detect.depth import DepthView
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.ros.service_client import REQUEST_LEAD, Call, DetectionClient
 from openpose_ros_pkg.stream.fair_lock import FairLock
@@ -28,8 +29,8 @@ class Finder(Protocol):
     def lock(self) -> FairLock:
         """See above."""
 
-    def prepare(self, image: Image, bgr: np.ndarray) -> Any:
-        """Take an image; `bgr` is the same, (H, W, 3) uint8."""
+    def prepare(self, image: Image, bgr: np.ndarray, depth: Optional[DepthView] = None) -> Any:
+        """Take an image; `bgr` is the same, (H, W, 3) uint8; None: its depth is not known."""
 
     def compute(self, prepared: Any, expected: Optional[People2D]) -> Any:
         """Find the people.
@@ -66,8 +67,8 @@ class ServiceFinder:
         self._client = client
         self.name, self.lock = client.name, FairLock()
 
-    def prepare(self, image: Image, bgr: np.ndarray) -> Call:
-        """See `Finder`."""
+    def prepare(self, image: Image, bgr: np.ndarray, depth: Optional[DepthView] = None) -> Call:
+        """See `Finder`; the service gets no depth."""
         return self._client.begin(image)
 
     def compute(self, prepared: Call, expected: Optional[People2D]) -> _Answer:

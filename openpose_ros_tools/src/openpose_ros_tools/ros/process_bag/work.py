@@ -10,6 +10,7 @@ from typing import Callable, Deque, Iterable, Iterator, Optional, Tuple, Union
 
 import genpy
 
+from openpose_ros_pkg.detect.depth import DepthView
 from openpose_ros_pkg.detect.stream_detector import StreamDetector
 from openpose_ros_pkg.errors import BadInputError, NoTransformError
 from openpose_ros_pkg.people import People2D
@@ -23,6 +24,7 @@ from openpose_ros_tools.ros.process_bag.input import Frame, Recording, Transform
 from openpose_ros_tools.ros.process_bag.job import BagJob, BagReport, BagSettings, Topics, build_settings
 from openpose_ros_tools.ros.process_bag.output import Results, is_json_of
 from skeleton_extract_3d.chain import PeopleChain
+from skeleton_extract_3d.points.depth_view import depth_view
 from skeleton_extract_3d.points.point_grid import PointGrid
 from skeleton_extract_3d.ros.lifter import Lifter
 
@@ -113,7 +115,8 @@ class _Frames:
         capacity = 0 if pool is None else pool.capacity
         for event in itertools.chain(events, (None,)):
             if event is not None:
-                searched = pool.submit(event.bgr) if pool is not None and isinstance(event, Frame) else None
+                searched = (pool.submit(event.bgr, _depth_of(event)) if pool is not None and isinstance(event, Frame)
+                            else None)
                 waiting.append((event, searched))
                 frames += isinstance(event, Frame)
                 copied += len(event.raw[1]) if isinstance(event, StampedMessage) else 0
@@ -153,7 +156,7 @@ class _Frames:
         if found is not None:
             return self._chain.in_image(found.result(), frame.header.frame_id, stamp)
         camera = frame.header if frame.points_header is None else frame.points_header
-        return self._chain.detect(frame.bgr, camera.frame_id, stamp)
+        return self._chain.detect(frame.bgr, camera.frame_id, stamp, _depth_of(frame))
 
     def _lift(self, lifter: Lifter, frame: Frame, points: PointGrid, number: int, people_2d: People2D) -> int:
         """Write the people of a frame in the image and in space; return their number. The steps of the extractor."""
@@ -176,3 +179,7 @@ class _Frames:
         self.report.dropped[reason] += 1
         if self._throttle.is_due(reason):
             _log.warning('frame %d is dropped (%d in all): %s', number, self.report.dropped[reason], error)
+
+
+def _depth_of(frame: Frame) -> Optional[DepthView]:
+    return None if frame.points is None else depth_view(frame.points)
