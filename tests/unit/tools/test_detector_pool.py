@@ -24,8 +24,10 @@ DEADLY, REFUSED = 66, 67
 
 
 class LevelDetector:
-    """Sees one person, at x = the depth, or else the grey level of the image; level 66 ends the process, the first time or
-    always."""
+    """Sees one person, at x = the depth, or else the grey level of the image.
+
+    Level 66 ends the process, the first time or always.
+    """
 
     def __init__(self, marker=None):
         self.marker = marker
