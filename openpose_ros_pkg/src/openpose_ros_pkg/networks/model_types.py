@@ -122,7 +122,7 @@ class Model:
         outputs: nodes of the graph whose values the decoder takes, in its order. Those of a network with PAF are
             put one behind the other: confidence maps first. Of a Caffe network, the layer that computes it. Empty: all
             outputs of the graph in its order, which need no names.
-        decoder: what turns outputs into people, one of `DECODERS`.
+        decoder: what turns outputs into people, one of `DECODERS`; 'landmarks': into the points of a hand or a face.
         output_layout: of the fields, 'NHWC' or 'NCHW'; backends give NCHW.
         stride: network pixels per output cell.
         heatmaps: number of confidence maps, the background's included; the PAF channels follow them.

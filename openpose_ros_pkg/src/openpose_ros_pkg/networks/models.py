@@ -9,7 +9,10 @@ from openpose_ros_pkg.networks.model_description import read_description
 from openpose_ros_pkg.networks.model_registry import (
     ALIASES,
     AUTO,
+    FACE_LANDMARK,
     FETCHED,
+    HAND_LANDMARK,
+    LANDMARK_MODELS,
     MOBILENET_THIN,
     MODELS,
     MOVENET_MULTIPOSE,
@@ -27,10 +30,10 @@ from openpose_ros_pkg.networks.model_types import (
 from openpose_ros_pkg.networks.network_file import NETWORK_SUFFIXES, read_network_file
 
 __all__ = [
-    'ALIASES', 'AUTO', 'FETCHED', 'MOBILENET_THIN', 'MODELS', 'MOVENET_MULTIPOSE', 'MOVENET_THUNDER', 'Archive',
-    'InputRecipe', 'Model', 'NpmArchive', 'PypiArchive', 'UserFiles', 'WeightsFile', 'default_model_folder',
-    'described_models', 'file_digest', 'file_fault', 'find_model', 'find_weights', 'how_to_get', 'model_folder_of',
-    'weights_path']
+    'ALIASES', 'AUTO', 'FACE_LANDMARK', 'FETCHED', 'HAND_LANDMARK', 'LANDMARK_MODELS', 'MOBILENET_THIN', 'MODELS',
+    'MOVENET_MULTIPOSE', 'MOVENET_THUNDER', 'Archive', 'InputRecipe', 'Model', 'NpmArchive', 'PypiArchive', 'UserFiles',
+    'WeightsFile', 'default_model_folder', 'described_models', 'file_digest', 'file_fault', 'find_model',
+    'find_weights', 'how_to_get', 'model_folder_of', 'weights_path']
 
 
 def find_model(pose_model: str, model_folder: str = '') -> Model:

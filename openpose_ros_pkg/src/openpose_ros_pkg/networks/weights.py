@@ -1,4 +1,4 @@
-"""Get and check the weights of the pose networks: `python3 -m openpose_ros_pkg.networks.weights list|get|check`."""
+"""Get and check the weights of the networks: `python3 -m openpose_ros_pkg.networks.weights list|get|check`."""
 import argparse
 import signal
 import sys
@@ -9,6 +9,7 @@ from openpose_ros_pkg.errors import ModelError, OpenposeRosError
 from openpose_ros_pkg.networks.models import (
     ALIASES,
     FETCHED,
+    LANDMARK_MODELS,
     MODELS,
     Archive,
     Model,
@@ -24,7 +25,7 @@ from openpose_ros_pkg.networks.weights_install import get, origin, say
 def main(arguments: Optional[Sequence[str]] = None) -> int:
     """Run the command line and return the exit status."""
     parser = argparse.ArgumentParser(prog='openpose_ros_pkg.networks.weights',
-                                     description='Weights of the pose networks.')
+                                     description='Weights of the networks.')
     commands = parser.add_subparsers(dest='command', required=True)
     commands.add_parser('list', help='show the networks, and which are here')
     get_parser = commands.add_parser('get', help='fetch or copy the weights, unless they are here and right')
@@ -32,7 +33,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     get_parser.add_argument('--from', dest='brought', nargs='+', type=Path, default=[], metavar='PATH',
                             help='files, or folders with them, to check and copy')
     check_parser = commands.add_parser('check', help='compare the weights that are here with their checksums')
-    names = f'one of {", ".join([*MODELS, *ALIASES])}, or a description (.yaml)'
+    names = f'one of {", ".join([*MODELS, *LANDMARK_MODELS, *ALIASES])}, or a description (.yaml)'
     fetched = ' and '.join(model.name for model in FETCHED)
     get_parser.add_argument('models', nargs='*', metavar='NAME', help=f'{names}; none: {fetched}')
     check_parser.add_argument('models', nargs='*', metavar='NAME', help=f'{names}; none: all that are here')
@@ -47,7 +48,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
         elif options.command == 'get':
             licence = options.licence.read_text() if options.licence else ''
             for name in options.models or [model.name for model in FETCHED]:
-                get(find_model(name, options.model_folder), options.model_folder, licence, options.brought)
+                get(_find(name, options.model_folder), options.model_folder, licence, options.brought)
         else:
             return _check(options.models, options.model_folder)
     except (OpenposeRosError, OSError) as error:
@@ -56,17 +57,22 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     return 0
 
 
+def _find(name: str, model_folder: str) -> Model:
+    """Return a pose network, or one of hands and faces; see `find_model`."""
+    return LANDMARK_MODELS.get(name) or find_model(name, model_folder)
+
+
 def _check(names: Sequence[str], model_folder: str) -> int:
     """Say of each model whether its weights are right, and return the exit status."""
     if not names:
-        candidates = [*MODELS, *(path.stem for path in described_models(model_folder))]
+        candidates = [*MODELS, *LANDMARK_MODELS, *(path.stem for path in described_models(model_folder))]
         names = [name for name in candidates if _is_here(name, model_folder)]
         if not names:
             raise ModelError(f'there are no weights in {model_folder_of(model_folder)}')
     status = 0
     for name in names:
         try:
-            model = find_model(name, model_folder)
+            model = _find(name, model_folder)
             say(f'{model.name}: {weights_path(model, model_folder)} is right')
         except OpenposeRosError as error:
             sys.stderr.write(f'error: {error}\n')
@@ -77,16 +83,16 @@ def _check(names: Sequence[str], model_folder: str) -> int:
 def _is_here(name: str, model_folder: str) -> bool:
     """Return whether there is something of a model to check: its files, or a description that is wrong."""
     try:
-        return find_weights(find_model(name, model_folder), model_folder) is not None
+        return find_weights(_find(name, model_folder), model_folder) is not None
     except ModelError:
         return True
 
 
 def _say_list(model_folder: str) -> None:
     """Print one paragraph per model."""
-    for name in [*MODELS, *map(str, described_models(model_folder))]:
+    for name in [*MODELS, *LANDMARK_MODELS, *map(str, described_models(model_folder))]:
         try:
-            model = find_model(name, model_folder)
+            model = _find(name, model_folder)
         except ModelError as error:
             say(f'{Path(name).stem}: {error}')
             continue
@@ -97,7 +103,8 @@ def _say_list(model_folder: str) -> None:
             state = str(error)
         sizes = [(place / file.name).stat().st_size if place else file.size for file in model.files]
         size = f'{sum(sizes) / 1e6:.1f} MB' if all(sizes) else 'size not known'
-        say(f'{model.name}: {len(model.skeleton.joints)} joints ({model.skeleton.name}), {size}, licence '
+        points = 'points' if name in LANDMARK_MODELS else 'joints'
+        say(f'{model.name}: {len(model.skeleton.joints)} {points} ({model.skeleton.name}), {size}, licence '
             f'{model.licence}\n  from {origin(model)}\n  {state}')
 
 

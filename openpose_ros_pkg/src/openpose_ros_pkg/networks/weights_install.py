@@ -151,7 +151,9 @@ def _fetch_from_pypi(archive: Archive, folder: Path) -> None:
     requirements = folder / 'requirements.txt'
     requirements.write_text(f'{archive.project}=={archive.version} --hash=sha256:{archive.sha256}\n')
     if archive.file.endswith('.whl'):
+        platform = archive.file[:-len('.whl')].rsplit('-', 1)[-1]
         kind = ['--only-binary', ':all:', '--python-version', _PYTHON_OF_WHEELS]
+        kind += [] if platform == 'any' else ['--platform', platform]
     else:
         kind = ['--no-binary', archive.project, '--no-build-isolation']
         _call('fetching build tools', _pip_install(python, _BUILD_TOOLS))
