@@ -1,6 +1,7 @@
 #include "common/health.h"
 
 #include <algorithm>
+#include <cctype>
 #include <utility>
 
 namespace openpose_ros_nodelets
@@ -11,6 +12,17 @@ namespace
 // One warning of a kind in this time; the others are counted. A warning keeps the status at WARN as long [s].
 constexpr double WARNING_PERIOD = 5.0;
 constexpr double REPORT_PERIOD = 1.0;  // [s]
+constexpr std::size_t LONGEST_TEXT = 1000;  // of a warning [bytes]
+
+/// Return what is shown of a text, which may quote what others sent: its beginning, with '?' for each byte that is not
+/// printable ASCII, as it may control a terminal or be half a character.
+std::string shown(const std::string& text)
+{
+  std::string result = text.substr(0, LONGEST_TEXT);
+  std::replace_if(
+      result.begin(), result.end(), [](unsigned char each) { return !std::isprint(each); }, '?');
+  return result;
+}
 
 }  // namespace
 
@@ -40,18 +52,19 @@ void Health::frameDone(const ros::Time& stamp)
 void Health::warn(const std::string& event, const std::string& text)
 {
   const ros::WallTime now = ros::WallTime::now();
+  const std::string said = event + ": " + shown(text);
   std::size_t number;
   {
     std::lock_guard<std::mutex> lock(mutex_);
     number = ++counts_[event];
-    last_warning_ = event + ": " + text;
+    last_warning_ = said;
     last_warning_time_ = now;
     ros::WallTime& warned = warned_[event];
     if ((now - warned).toSec() < WARNING_PERIOD)
       return;
     warned = now;
   }
-  ROS_WARN_NAMED(name_, "%s: %s: %s (number %zu of this kind)", name_.c_str(), event.c_str(), text.c_str(), number);
+  ROS_WARN_NAMED(name_, "%s: %s (number %zu of this kind)", name_.c_str(), said.c_str(), number);
 }
 
 void Health::explainRest(std::function<std::string()> why)

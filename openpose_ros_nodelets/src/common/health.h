@@ -26,7 +26,7 @@ public:
   /// Count a finished frame and its latency, from the stamp of the camera to now.
   void frameDone(const ros::Time& stamp);
 
-  /// Count a fault and log it, throttled by its kind.
+  /// Count a fault and log it, throttled by its kind. Events are a fixed set; the text may quote what others sent.
   void warn(const std::string& event, const std::string& text);
 
   /// Say in the status why there are no frames, where `why` returns a text; empty: there should be some. Call it before

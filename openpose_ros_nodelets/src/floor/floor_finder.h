@@ -39,7 +39,7 @@ struct Floor
 struct FloorSearch
 {
   std::optional<Floor> floor;
-  std::string fault;  ///< empty if there is one
+  std::string fault;  ///< empty if there is one; else one of a few fixed texts, as each is counted
 };
 
 /// Find the floor in points of one view: the largest plane across `up` which (nearly) nothing lies below.

@@ -1,4 +1,5 @@
 """Opening and reading bags, with helpful errors."""
+import bz2
 import io
 import os
 import re
@@ -9,6 +10,7 @@ from typing import Any, Dict, Iterator, NamedTuple, Optional, Sequence, Tuple, T
 
 import genpy
 import rosbag
+import rosbag.bag
 
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.output.files import naming
@@ -30,6 +32,10 @@ _LEAST_VERSION = 200
 # Format 2.0: http://wiki.ros.org/Bags/Format/2.0. Headers of records have a field `op`; the longest is that of a
 # connection, which holds the name of a topic.
 _VERSION, _OPERATION, _LONGEST_HEADER = b'#ROSBAG V2.0\n', re.compile(rb'\x04\0\0\0op=[\x02-\x07]', re.DOTALL), 1 << 16
+# A chunk, when it is decompressed, has at most as many bytes: those of the largest message that roscpp takes.
+_LARGEST_CHUNK = 1 << 30
+# Of LZ4, as many compressed bytes at a time; they become 255 times as many at most.
+_LZ4_PIECE = 1 << 16
 # std_msgs/Header as it is serialized: seq, stamp.secs, stamp.nsecs, length of frame_id.
 _HEADER = struct.Struct('<4I')
 
@@ -56,6 +62,41 @@ class _BagFile(io.BufferedReader):
         return super().read(size)
 
 
+class _BoundedReader(rosbag.bag._BagReader200):
+    """Reads compressed chunks, of which rosbag would decompress whatever comes: gigabytes from a file of a megabyte."""
+
+    def seek_and_read_message_data_record(self, position: Tuple[int, int], *options: bool) -> Any:
+        """See the base class, which finds the chunk decompressed."""
+        chunk = self.bag._chunk_headers.get(position[0])
+        if chunk and chunk.compression != rosbag.Compression.NONE and self.decompressed_chunk_pos != position[0]:
+            self.bag._file.seek(chunk.data_pos)
+            data = self.bag._encryptor.decrypt_chunk(self.bag._file.read(chunk.compressed_size))
+            self.decompressed_chunk_io = io.BytesIO(_decompressed(data, chunk))
+            self.decompressed_chunk_pos = position[0]
+        return super().seek_and_read_message_data_record(position, *options)
+
+
+def _decompressed(data: bytes, chunk: rosbag.bag._ChunkHeader) -> bytes:
+    """Decompress a chunk; raises ROSBagException where it is too large, or has another size than its header says."""
+    size = chunk.uncompressed_size
+    if size > _LARGEST_CHUNK:
+        raise rosbag.ROSBagException(f'a chunk has {size} bytes when decompressed, expected at most {_LARGEST_CHUNK}')
+    if chunk.compression == rosbag.Compression.BZ2:
+        content = bz2.BZ2Decompressor().decompress(data, size + 1)
+    elif chunk.compression == rosbag.Compression.LZ4:
+        decompressor, content = rosbag.bag.roslz4.LZ4Decompressor(), bytearray()
+        for start in range(0, len(data), _LZ4_PIECE):
+            content += decompressor.decompress(data[start:start + _LZ4_PIECE])
+            if len(content) > size:
+                break
+    else:
+        raise rosbag.ROSBagException(f'unsupported compression type: {chunk.compression}')
+    if len(content) != size:
+        raise rosbag.ROSBagException(f'a chunk has {"more" if len(content) > size else "less"} than the {size} bytes '
+                                     'that its header says')
+    return content
+
+
 @contextmanager
 def open_bag(path: Path) -> Iterator[rosbag.Bag]:
     """Open a bag to read it.
@@ -75,6 +116,7 @@ def open_bag(path: Path) -> Iterator[rosbag.Bag]:
                             'a damaged one') from error
     with bag:
         _make_harmless(bag)
+        bag._reader = _BoundedReader(bag)
         yield bag
 
 
