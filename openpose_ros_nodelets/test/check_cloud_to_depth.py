@@ -7,10 +7,12 @@ import unittest
 import numpy as np
 import rospy
 import rostest
-from harness import FRAME_ID, Counters, Recorder, cloud, wait_for
+from harness import FRAME_ID, cloud
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2
 from std_msgs.msg import Header
 from std_srvs.srv import SetBool
+
+from openpose_ros_pkg.ros.session import Diagnostics, Recorder, await_true
 
 WIDTH, HEIGHT = 64, 48
 FX, FY, CX, CY = 50.0, 52.0, 31.0, 24.5
@@ -54,7 +56,7 @@ class CloudToDepthTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         rospy.init_node('check_cloud_to_depth')
-        cls.counters = Counters()
+        cls.diagnostics = Diagnostics()
         cls.clouds = {ns: rospy.Publisher(f'/{ns}/points', PointCloud2, queue_size=10) for ns in ('managed', 'alone')}
         cls.infos = {ns: rospy.Publisher(f'/{ns}/camera_info', CameraInfo, queue_size=10, latch=True)
                      for ns in ('managed', 'alone')}
@@ -65,8 +67,8 @@ class CloudToDepthTest(unittest.TestCase):
         outputs = [Recorder(f'/{ns}/depth_registered/{topic}', kind)
                    for topic, kind in (('image_rect', Image), ('camera_info', CameraInfo))]
         for output in outputs:
-            self.addCleanup(output.stop)
-        wait_for(lambda: self.clouds[ns].get_num_connections() == 1, f'{ns} subscribes')
+            self.addCleanup(output.close)
+        await_true(lambda: self.clouds[ns].get_num_connections() == 1, f'{ns} subscribes')
         return outputs
 
     def send(self, ns, message):
@@ -84,12 +86,13 @@ class CloudToDepthTest(unittest.TestCase):
 
     def test_1_nothing_comes_in_while_nobody_listens(self):
         for ns in ('managed', 'alone'):
-            wait_for(lambda ns=ns: self.counters.value(f'{ns}/cloud_to_depth', 'enabled') == 'true', f'{ns} is there')
+            await_true(lambda ns=ns: self.diagnostics.value(f'{ns}/cloud_to_depth', 'enabled') == 'true',
+                       f'{ns} is there')
             self.assertEqual((self.clouds[ns].get_num_connections(), self.infos[ns].get_num_connections()), (0, 0))
             heard = Recorder(f'/{ns}/depth_registered/image_rect', Image)
-            wait_for(lambda ns=ns: self.clouds[ns].get_num_connections() == 1, f'{ns} subscribes')
-            heard.stop()
-            wait_for(lambda ns=ns: self.clouds[ns].get_num_connections() == 0, f'{ns} unsubscribes')
+            await_true(lambda ns=ns: self.clouds[ns].get_num_connections() == 1, f'{ns} subscribes')
+            heard.close()
+            await_true(lambda ns=ns: self.clouds[ns].get_num_connections() == 0, f'{ns} unsubscribes')
 
     def test_2_depth_and_fitted_camera_in_a_manager(self):
         depths, infos = self.listen('managed')
@@ -99,8 +102,8 @@ class CloudToDepthTest(unittest.TestCase):
             stamp = self.send('managed', cloud(xyz, rospy.Time(), **layout))
             expected = millimetres(xyz)
             self.assertEqual([int(expected[v, u]) for u, v in (NEAREST, FARTHEST, TOO_FAR)], [1, 65535, 0])
-            self.check_depth(depths.at(stamp), '16UC1', expected)
-            info = infos.at(stamp)
+            self.check_depth(depths.wait(1, stamp)[0], '16UC1', expected)
+            info = infos.wait(1, stamp)[0]
             self.assertEqual((info.width, info.height, info.header.frame_id, info.distortion_model),
                              (WIDTH, HEIGHT, FRAME_ID, 'plumb_bob'))
             # coordinates are float32: 1e-7 of 64 px
@@ -112,40 +115,40 @@ class CloudToDepthTest(unittest.TestCase):
         depths, infos = self.listen('alone')
         xyz = surface()
         self.send('alone', cloud(xyz, rospy.Time()))
-        self.counters.await_event('alone/cloud_to_depth', 'bad clouds', 1, ['no camera info', '/alone/camera_info'])
+        self.diagnostics.await_event('alone/cloud_to_depth', 'bad clouds', 1, ['no camera info', '/alone/camera_info'])
         given = CameraInfo(header=Header(stamp=rospy.Time(5), frame_id=FRAME_ID), width=WIDTH, height=HEIGHT, K=K,
                            distortion_model='plumb_bob', D=[0.0] * 5, P=[49.0, 0, CX, 0, 0, FY, CY, 0, 0, 0, 1, 0])
         self.infos['alone'].publish(given)
-        stamp = wait_for(lambda: (sent := self.send('alone', cloud(xyz, rospy.Time()))) and infos.messages and sent,
-                         'a camera info')
+        stamp = await_true(lambda: (sent := self.send('alone', cloud(xyz, rospy.Time()))) and infos.messages and sent,
+                           'a camera info')
         with np.errstate(invalid='ignore'):
             expected = np.where(np.isfinite(xyz[..., 2]) & (xyz[..., 2] > 0), xyz[..., 2], np.float32('nan'))
-        self.check_depth(depths.at(stamp), '32FC1', expected)
-        given.header.stamp, given.header.seq = stamp, infos.at(stamp).header.seq
-        self.assertEqual(infos.at(stamp), given)
+        self.check_depth(depths.wait(1, stamp)[0], '32FC1', expected)
+        given.header.stamp, given.header.seq = stamp, infos.wait(1, stamp)[0].header.seq
+        self.assertEqual(infos.wait(1, stamp)[0], given)
 
     def test_4_bad_clouds_are_counted(self):
         depths, _ = self.listen('managed')
         for number, (message, words) in enumerate(bad_clouds(rospy.Time()), 1):
             self.send('managed', message)
-            self.counters.await_event('managed/cloud_to_depth', 'bad clouds', number, words)
+            self.diagnostics.await_event('managed/cloud_to_depth', 'bad clouds', number, words)
         self.assertEqual(depths.messages, [])
-        depths.at(self.send('managed', cloud(surface(), rospy.Time())))
+        depths.wait(1, self.send('managed', cloud(surface(), rospy.Time())))
 
     def test_5_a_camera_of_another_view_is_refused(self):
         self.listen('managed')
         self.infos['managed'].publish(CameraInfo(header=Header(frame_id=FRAME_ID), width=2 * WIDTH, height=HEIGHT, K=K))
-        wait_for(lambda: self.send('managed', cloud(surface(), rospy.Time()))
-                 and 'camera info is of' in ' '.join(self.counters.said('managed/cloud_to_depth')), 'a warning')
-        self.counters.await_event('managed/cloud_to_depth', 'bad clouds', 1, ['64 x 48', '128 x 48', FRAME_ID])
+        await_true(lambda: self.send('managed', cloud(surface(), rospy.Time()))
+                   and 'camera info is of' in ' '.join(self.diagnostics.texts('managed/cloud_to_depth')), 'a warning')
+        self.diagnostics.await_event('managed/cloud_to_depth', 'bad clouds', 1, ['64 x 48', '128 x 48', FRAME_ID])
 
     def test_6_enable(self):
         self.listen('alone')
         enable = rospy.ServiceProxy('/alone/cloud_to_depth/enable', SetBool)
         self.assertTrue(enable(False).success)
-        wait_for(lambda: self.clouds['alone'].get_num_connections() == 0, 'it unsubscribes')
+        await_true(lambda: self.clouds['alone'].get_num_connections() == 0, 'it unsubscribes')
         self.assertTrue(enable(True).success)
-        wait_for(lambda: self.clouds['alone'].get_num_connections() == 1, 'it subscribes')
+        await_true(lambda: self.clouds['alone'].get_num_connections() == 1, 'it subscribes')
 
     def test_7_wrong_parameters_end_the_program_and_spare_the_manager(self):
         alone = ['rosrun', 'openpose_ros_nodelets', 'cloud_to_depth_node']

@@ -8,9 +8,11 @@ import rospy
 import rostest
 import tf2_ros
 from geometry_msgs.msg import Quaternion, TransformStamped
-from harness import FRAME_ID, Counters, Recorder, cloud, wait_for
+from harness import FRAME_ID, cloud
 from pcl_msgs.msg import ModelCoefficients
 from sensor_msgs.msg import PointCloud2
+
+from openpose_ros_pkg.ros.session import Diagnostics, Recorder, await_true
 
 WIDTH, HEIGHT, FOCAL = 160, 120, 114.0
 # Height of the camera [m], and how far it looks down [rad].
@@ -52,14 +54,14 @@ class FloorTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         rospy.init_node('check_floor')
-        cls.counters = Counters()
+        cls.diagnostics = Diagnostics()
         cls.clouds = {ns: rospy.Publisher(f'/{ns}/points', PointCloud2, queue_size=10) for ns in ('managed', 'alone')}
         cls.last = rospy.Time(1000)
 
     def listen(self, ns):
         planes = Recorder(f'/{ns}/floor/plane', ModelCoefficients)
-        self.addCleanup(planes.stop)
-        wait_for(lambda: self.clouds[ns].get_num_connections() == 1, f'{ns} subscribes')
+        self.addCleanup(planes.close)
+        await_true(lambda: self.clouds[ns].get_num_connections() == 1, f'{ns} subscribes')
         return planes
 
     def send(self, ns, xyz, after=0.25):
@@ -69,13 +71,13 @@ class FloorTest(unittest.TestCase):
         return self.last
 
     def count(self, ns, event):
-        return int(self.counters.value(f'{ns}/floor', event) or 0)
+        return int(self.diagnostics.value(f'{ns}/floor', event) or 0)
 
     def send_and_await(self, ns, xyz, event):
         """Publish a cloud and wait until it is counted."""
         before = self.count(ns, event)
         stamp = self.send(ns, xyz)
-        wait_for(lambda: self.count(ns, event) == before + 1, f"{ns} counts '{event}'")
+        await_true(lambda: self.count(ns, event) == before + 1, f"{ns} counts '{event}'")
         return stamp
 
     def check_plane(self, message, height=ABOVE):
@@ -90,10 +92,10 @@ class FloorTest(unittest.TestCase):
         tf2_ros.TransformListener(buffer)
         self.send_and_await('managed', room(), 'no floor')  # one alone is not believed
         stamp = self.send_and_await('managed', room(), 'floor')
-        self.check_plane(planes.at(stamp))
+        self.check_plane(planes.wait(1, stamp)[0])
         # between two searches, tf goes on with each cloud
         between = self.send('managed', room(), after=0.05)
-        wait_for(lambda: buffer.can_transform(FRAME_ID, 'ground', between), 'the frame of the floor')
+        await_true(lambda: buffer.can_transform(FRAME_ID, 'ground', between), 'the frame of the floor')
         transform = buffer.lookup_transform(FRAME_ID, 'ground', between).transform
         origin = np.array([transform.translation.x, transform.translation.y, transform.translation.z])
         np.testing.assert_allclose(origin, -ABOVE * NORMAL, atol=LENGTH)
@@ -112,15 +114,14 @@ class FloorTest(unittest.TestCase):
         self.assertEqual(self.clouds['alone'].get_num_connections(), 0)  # nobody listens
         planes = self.listen('alone')
         flat = room().reshape(1, -1, 3)
-        wait_for(lambda: self.send('alone', flat) and self.count('alone', 'no transform') > 0, 'a warning')
+        await_true(lambda: self.send('alone', flat) and self.count('alone', 'no transform') > 0, 'a warning')
         transform = TransformStamped(child_frame_id=FRAME_ID)
         transform.header.frame_id = 'base_link'
         turn = -(np.pi / 2 + DOWN) / 2
         transform.transform.rotation = Quaternion(np.sin(turn), 0, 0, np.cos(turn))
         broadcaster.sendTransform(transform)
-        stamp = wait_for(lambda: (planes.messages and planes.messages[-1].header.stamp) or not self.send('alone', flat),
-                         'a plane')
-        self.check_plane(planes.at(stamp))
+        await_true(lambda: planes.messages or not self.send('alone', flat), 'a plane')
+        self.check_plane(planes.messages[-1])
 
     def test_4_bad_clouds_are_counted(self):
         self.listen('managed')
@@ -129,7 +130,7 @@ class FloorTest(unittest.TestCase):
         type(self).last += rospy.Duration(1)
         message.header.stamp = self.last
         self.clouds['managed'].publish(message)
-        self.counters.await_event('managed/floor', 'bad clouds', 1, ["no field 'z'"])
+        self.diagnostics.await_event('managed/floor', 'bad clouds', 1, ["no field 'z'"])
 
 
 if __name__ == '__main__':

@@ -7,11 +7,13 @@ import unittest
 import rospy
 import rostest
 from geometry_msgs.msg import Quaternion, TransformStamped, Vector3
-from harness import FRAME_ID, wait_for
+from harness import FRAME_ID
 from openpose_ros_msgs.msg import BodypartDetection_3d, PersonDetection_3d, PersonDetection_3dArray
 from rosgraph_msgs.msg import Log
 from std_msgs.msg import Header
 from tf2_msgs.msg import TFMessage
+
+from openpose_ros_pkg.ros.session import await_true
 
 MEASURED, INFERRED = BodypartDetection_3d.MEASURED, BodypartDetection_3d.INFERRED
 # Optical frame (x right, y down, z forward) in a frame with x forward, y left, z up.
@@ -43,8 +45,8 @@ class NearestPersonTest(unittest.TestCase):
         cls.people = rospy.Publisher('openpose_ros/skeleton_3d/detected_poses_3d', PersonDetection_3dArray,
                                      queue_size=20)
         cls.tf = rospy.Publisher('/tf', TFMessage, queue_size=20)
-        wait_for(lambda: cls.people.get_num_connections() and cls.tf.get_num_connections(), 'the example is there')
-        wait_for(lambda: cls.log.get_num_connections(), 'the log is there')
+        await_true(lambda: cls.people.get_num_connections() and cls.tf.get_num_connections(), 'the example is there')
+        await_true(lambda: cls.log.get_num_connections(), 'the log is there')
 
     def send(self, stamp, *people):
         header = Header(stamp=stamp, frame_id=FRAME_ID)
@@ -63,7 +65,7 @@ class NearestPersonTest(unittest.TestCase):
             self.send(rospy.Time(next(stamps), 0), person(1, nose=(0, 0, 1, MEASURED, 0.01)))
             return self.hears('left out', FRAME_ID, 'base_link', '~target_frame')
 
-        warning = wait_for(send_and_listen, 'a warning')
+        warning = await_true(send_and_listen, 'a warning')
         self.assertEqual(warning.level, Log.WARN)
         self.assertIsNone(self.hears('nearest'))
 
@@ -84,16 +86,16 @@ class NearestPersonTest(unittest.TestCase):
                 self.tf.publish(TFMessage([camera_at(rospy.Time(20101, 1000000 * next(later)), 1.1)]))
             return heard
 
-        wait_for(hears_or_moves_on, 'the wrist')
+        await_true(hears_or_moves_on, 'the wrist')
 
     def test_3_inferred_and_missing_wrists(self):
         self.send(rospy.Time(20100), person(9, right_wrist=(0.0, 0.0, 1.0, INFERRED, 0.25)))
-        wait_for(lambda: self.hears('person 9', '1.10, -0.00, 1.20 m', 'inferred, sigma 0.25 m')
-                 or self.hears('person 9', '1.10, 0.00, 1.20 m', 'inferred, sigma 0.25 m'), 'an inferred wrist')
+        await_true(lambda: self.hears('person 9', '1.10, -0.00, 1.20 m', 'inferred, sigma 0.25 m')
+                   or self.hears('person 9', '1.10, 0.00, 1.20 m', 'inferred, sigma 0.25 m'), 'an inferred wrist')
         self.send(rospy.Time(20100), person(10, nose=(0.0, 0.0, 1.0, MEASURED, 0.01)))
-        wait_for(lambda: self.hears('person 10', 'the right wrist is not known'), 'a missing wrist')
+        await_true(lambda: self.hears('person 10', 'the right wrist is not known'), 'a missing wrist')
         self.send(rospy.Time(20100))
-        wait_for(lambda: self.hears('nobody'), 'nobody')
+        await_true(lambda: self.hears('nobody'), 'nobody')
 
 
 if __name__ == '__main__':

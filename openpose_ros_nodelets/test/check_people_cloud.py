@@ -8,10 +8,12 @@ import rospy
 import rostest
 import tf2_ros
 from geometry_msgs.msg import TransformStamped
-from harness import FRAME_ID, Counters, Recorder, cloud, wait_for
+from harness import FRAME_ID, cloud
 from openpose_ros_msgs.msg import BodypartDetection_3d, PersonDetection_3d, PersonDetection_3dArray
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Header
+
+from openpose_ros_pkg.ros.session import Diagnostics, Recorder, await_true
 
 WIDTH, HEIGHT = 192, 160
 FOCAL_LENGTH = 120.0  # [px]
@@ -62,7 +64,7 @@ class PeopleCloudTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         rospy.init_node('check_people_cloud')
-        cls.counters = Counters()
+        cls.diagnostics = Diagnostics()
         cls.clouds = {ns: rospy.Publisher(f'/{ns}/points', PointCloud2, queue_size=10) for ns in ('managed', 'alone')}
         cls.people = {ns: rospy.Publisher(f'/{ns}/people', PersonDetection_3dArray, queue_size=10)
                       for ns in ('managed', 'alone')}
@@ -75,9 +77,9 @@ class PeopleCloudTest(unittest.TestCase):
     def listen(self, ns, topic):
         """Listen to an output until the end of the test."""
         output = Recorder(f'/{ns}/people_cloud/{topic}', PointCloud2)
-        self.addCleanup(output.stop)
-        wait_for(lambda: self.clouds[ns].get_num_connections() == self.people[ns].get_num_connections() == 1,
-                 f'{ns} subscribes')
+        self.addCleanup(output.close)
+        await_true(lambda: self.clouds[ns].get_num_connections() == self.people[ns].get_num_connections() == 1,
+                   f'{ns} subscribes')
         return output
 
     def send(self, ns, message=None):
@@ -96,29 +98,30 @@ class PeopleCloudTest(unittest.TestCase):
 
     def test_1_nothing_comes_in_while_nobody_listens(self):
         for ns in ('managed', 'alone'):
-            wait_for(lambda ns=ns: self.counters.value(f'{ns}/people_cloud', 'enabled') == 'true', f'{ns} is there')
+            await_true(lambda ns=ns: self.diagnostics.value(f'{ns}/people_cloud', 'enabled') == 'true',
+                       f'{ns} is there')
             self.assertEqual((self.clouds[ns].get_num_connections(), self.people[ns].get_num_connections()), (0, 0))
 
     def test_2_clouds_wait_for_people_in_a_manager(self):
         labelled = self.listen('managed', 'labelled')
         stamps = [self.send('managed') for _ in range(3)]
         self.people['managed'].publish(people(stamps[2]))
-        self.check_labels(labelled.at(stamps[2]))
+        self.check_labels(labelled.wait(1, stamps[2])[0])
         self.people['managed'].publish(PersonDetection_3dArray(header=Header(stamp=self.send('managed'),
                                                                              frame_id=FRAME_ID)))
-        self.assertFalse(points_of(labelled.at(self.last), 'label', '<u4').any())
+        self.assertFalse(points_of(labelled.wait(1, self.last)[0], 'label', '<u4').any())
         self.assertEqual(len(labelled.messages), 2)
-        wait_for(lambda: self.counters.value('managed/people_cloud', 'clouds without people') == '2', 'the count')
+        await_true(lambda: self.diagnostics.value('managed/people_cloud', 'clouds without people') == '2', 'the count')
 
     def test_3_the_cloud_without_people_alone(self):
         rest = self.listen('alone', 'without_people')
         self.people['alone'].publish(people(self.send('alone')))
-        message = rest.at(self.last)
+        message = rest.wait(1, self.last)[0]
         expected = np.where(is_person()[..., None], np.nan, scene())
         for axis, name in enumerate('xyz'):
             np.testing.assert_array_equal(points_of(message, name, '<f4'), expected[..., axis])
         self.assertEqual((message.header.frame_id, message.is_dense), (FRAME_ID, False))
-        wait_for(lambda: rest.stop() is None and self.clouds['alone'].get_num_connections() == 0, 'it unsubscribes')
+        await_true(lambda: rest.close() is None and self.clouds['alone'].get_num_connections() == 0, 'it unsubscribes')
 
     def test_4_people_in_another_frame(self):
         labelled = self.listen('managed', 'labelled')
@@ -127,22 +130,26 @@ class PeopleCloudTest(unittest.TestCase):
             self.people['managed'].publish(people(self.send('managed'), OTHER_FRAME))
             return labelled.messages
 
-        self.check_labels(wait_for(answered, 'labels')[0])  # the first ones may come before the transform
+        self.check_labels(await_true(answered, 'labels')[0])  # the first ones may come before the transform
         before = len(labelled.messages)
         self.people['managed'].publish(people(self.send('managed'), 'nowhere'))
-        self.counters.await_event('managed/people_cloud', 'no transform', 1, ['nowhere', FRAME_ID])
+        self.diagnostics.await_event('managed/people_cloud', 'no transform', 1, ['nowhere', FRAME_ID])
         self.assertNotIn(self.last, [message.header.stamp for message in labelled.messages[before:]])
+        # what a message says is quoted, but not at any length, and it controls no terminal
+        self.people['managed'].publish(people(self.send('managed'), 'far\x1b[31m' + 100000 * 'a'))
+        self.diagnostics.await_event('managed/people_cloud', 'no transform', 2, ["from 'far?[31maaa"])
+        self.assertLess(max(map(len, self.diagnostics.texts('managed/people_cloud'))), 1100)
 
     def test_5_what_can_not_be_used_is_counted(self):
         labelled = self.listen('alone', 'labelled')
         message = cloud(scene(), rospy.Time())
         message.height, message.width, message.row_step = 1, WIDTH * HEIGHT, 32 * WIDTH * HEIGHT
         self.people['alone'].publish(people(self.send('alone', message)))
-        self.counters.await_event('alone/people_cloud', 'bad clouds', 1, ['not organized', f'{WIDTH * HEIGHT} x 1'])
+        self.diagnostics.await_event('alone/people_cloud', 'bad clouds', 1, ['not organized', f'{WIDTH * HEIGHT} x 1'])
         self.people['alone'].publish(people(self.last - rospy.Duration(1)))
         self.people['alone'].publish(people(self.send('alone')))
-        self.check_labels(labelled.at(self.last))
-        self.counters.await_event('alone/people_cloud', 'people without cloud', 1)
+        self.check_labels(labelled.wait(1, self.last)[0])
+        self.diagnostics.await_event('alone/people_cloud', 'people without cloud', 1)
 
 
 if __name__ == '__main__':

@@ -7,8 +7,10 @@ import unittest
 
 import rospy
 import rostest
-from harness import TIMEOUT, node, publisher, wait_for
+from harness import node, publisher
 from sensor_msgs.msg import Image
+
+from openpose_ros_pkg.ros.session import PATIENCE, await_true
 
 CLIENT = 'openpose_ros_node_firephinx'
 
@@ -16,7 +18,7 @@ CLIENT = 'openpose_ros_node_firephinx'
 def without_a_master(*arguments):
     """Run the client where no master is; return its exit status, stdout and stderr."""
     done = subprocess.run(['rosrun', 'openpose_ros_pkg', CLIENT, *arguments], stdin=subprocess.DEVNULL, text=True,
-                          capture_output=True, timeout=TIMEOUT, check=False,
+                          capture_output=True, timeout=PATIENCE, check=False,
                           env={**os.environ, 'ROS_MASTER_URI': 'http://localhost:9'})
     return done.returncode, done.stdout, done.stderr
 
@@ -53,7 +55,7 @@ class ArgumentsTest(unittest.TestCase):
 
     def test_the_parameter_server_never_gets_a_value_that_is_not_allowed(self):
         with node(CLIENT, '--alpha_pose=1.5', name='spared') as process:
-            wait_for(lambda: process.poll() is not None, 'the end of the node')
+            await_true(lambda: process.poll() is not None, 'the end of the node')
             self.assertEqual(process.returncode, 1)
         self.assertFalse(rospy.has_param('/spared'))
 

@@ -10,10 +10,9 @@ from pathlib import Path
 
 import rospy
 import rostest
-from diagnostic_msgs.msg import DiagnosticStatus
-from harness import TIMEOUT, Counters
 
 from openpose_ros_pkg.networks.models import MOBILENET_THIN, find_weights
+from openpose_ros_pkg.ros.session import PATIENCE, Diagnostics
 
 WEIGHTS = 'mobilenet_thin/graph_opt.pb'
 # The master keeps the parameters of a node that has ended.
@@ -25,7 +24,7 @@ def refusal(executable, *arguments, name=None):
     name = name or f'refused_{next(NUMBERS)}'
     done = subprocess.run(['rosrun', 'openpose_ros_pkg', executable, f'__name:={name}', *arguments],
                           stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
-                          timeout=TIMEOUT, check=False)
+                          timeout=PATIENCE, check=False)
     return done.returncode, done.stdout
 
 
@@ -80,7 +79,7 @@ class BadParametersTest(unittest.TestCase):
             self.assertIn(f"parameter '{key}' = ", text)
             command = f'rosparam delete /twice/{key}'
             self.assertIn(f'If nobody meant to set it, an earlier start left it: {command}', text)
-            subprocess.run(command.split(), timeout=TIMEOUT, check=True)
+            subprocess.run(command.split(), timeout=PATIENCE, check=True)
 
     def test_weights(self):
         """Missing or damaged: the text names the file and how to get it."""
@@ -102,12 +101,12 @@ class BadParametersTest(unittest.TestCase):
             node = subprocess.Popen(['rosrun', 'openpose_ros_pkg', 'openpose_ros_node', '__name:=alone',
                                      f'_model_folder:={folder}'])
             try:
-                counters = Counters('alone')
-                counters.wait_text('is missing, so people are found less accurately, by mobilenet_thin')
-                self.assertEqual(counters.level, DiagnosticStatus.WARN)
+                diagnostics = Diagnostics()
+                diagnostics.await_text('alone', 'is missing, so people are found less accurately, by mobilenet_thin')
+                self.assertEqual(diagnostics.reports('alone')[-1].level, 'WARN')
             finally:
                 node.terminate()
-                node.wait(TIMEOUT)
+                node.wait(PATIENCE)
 
 
 if __name__ == '__main__':

@@ -6,12 +6,14 @@ import unittest
 import numpy as np
 import rospy
 import rostest
-from harness import Counters, Recorder, distance, image, joints, node, publisher, true_people, wait_for
+from harness import distance, image, joints, node, publisher, true_people
 from openpose_ros_msgs.msg import PersonDetectionArray
 from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import Image
 
-SERVICE_NODE = 'openpose_ros_service_node'
+from openpose_ros_pkg.ros.session import Diagnostics, Recorder, await_true
+
+CLIENT, SERVICE_NODE, FAILED = 'openpose_ros_node', 'openpose_ros_service_node', 'service call failed'
 FAST = ('_net_input_width:=464', '_net_input_height:=256')
 FRAMES = 40  # of the sequence that the camera plays
 ACCURACY = 10.0  # [px] of the median joint; people move by 10 to 20 from frame to frame
@@ -25,14 +27,14 @@ class ChainTest(unittest.TestCase):
         log = Recorder('/rosout', Log)
         sent = Recorder('openpose_ros/input_image', Image)
         arrays = Recorder('openpose_ros/detected_poses', PersonDetectionArray, connect=False)
-        counters = Counters('openpose_ros_node')
+        diagnostics = Diagnostics(CLIENT)
 
         # no service yet: says so; the camera's images are handed on all the same
-        counters.wait('service call failed', 1)
-        counters.wait_text('/detect_poses', 'unavailable')
-        wait_for(lambda: any('waiting for service /detect_poses' in m.msg for m in log.messages.copy()),
-                 'the client says that it waits')
-        self.assertEqual(counters['frames'], 0)
+        diagnostics.await_count(CLIENT, FAILED, 1)
+        diagnostics.await_text(CLIENT, '/detect_poses', 'unavailable')
+        await_true(lambda: any('waiting for service /detect_poses' in m.msg for m in log.messages.copy()),
+                   'the client says that it waits')
+        self.assertEqual(diagnostics.count(CLIENT, 'frames'), 0)
         first = sent.wait(1)[0]
         self.assertEqual((first.width, first.height, first.encoding), (960, 540, 'bgr8'))
         self.assertEqual(first.header.frame_id, 'camera_optical_frame')
@@ -40,28 +42,27 @@ class ChainTest(unittest.TestCase):
         # it comes: the client goes on, with the camera's stamps, and the people are those of its picture
         with node('openpose_ros_node', *FAST, name=SERVICE_NODE) as service:
             self.assert_results_come(sent, arrays)
-            counters.wait('frames', 3)
+            diagnostics.await_count(CLIENT, 'frames', 3)
 
             # an image that is cut off is refused by the service, counted, and the next ones work
-            service_counters = Counters(SERVICE_NODE)
-            before = counters['service call failed']
+            before = diagnostics.count(CLIENT, FAILED)
             camera = publisher('/usb_cam/image_raw', Image)
             cut_off = image(GREY)
             cut_off.data = cut_off.data[:100]
 
             def counted():
                 camera.publish(cut_off)  # again and again, as the camera's next image may take its place
-                return service_counters['bad image'] > 0 and counters['service call failed'] > before
-            wait_for(counted, 'the image that is cut off is counted')
-            counters.wait_text('truncated', '100 bytes', 'expected 9216')
+                return diagnostics.count(SERVICE_NODE, 'bad image') > 0 and diagnostics.count(CLIENT, FAILED) > before
+            await_true(counted, 'the image that is cut off is counted')
+            diagnostics.await_text(CLIENT, 'truncated', '100 bytes', 'expected 9216')
             self.assert_results_come(sent, arrays)
 
             # it dies without a word, and returns; the counters show all failures before
-            counters.wait('frames', counters['frames'] + 1)
-            failed = counters['service call failed']
+            diagnostics.await_count(CLIENT, 'frames', diagnostics.count(CLIENT, 'frames') + 1)
+            failed = diagnostics.count(CLIENT, FAILED)
             service.kill()
             service.wait()
-        wait_for(lambda: counters['service call failed'] > failed, 'the client notices that the service died')
+        await_true(lambda: diagnostics.count(CLIENT, FAILED) > failed, 'the client notices that the service died')
         with node('openpose_ros_node', *FAST, name=SERVICE_NODE):
             self.assert_results_come(sent, arrays)
 
@@ -84,7 +85,7 @@ class ChainTest(unittest.TestCase):
                     if len(found) == 2 and all(min(distance(t, f) for f in found) < ACCURACY for t in people):
                         return True
             return False
-        wait_for(right, lambda: f'both people of one of the frames; {[len(a.persons) for a in come()]} people came')
+        await_true(right, lambda: f'both people of one of the frames; {[len(a.persons) for a in come()]} people came')
 
 
 if __name__ == '__main__':

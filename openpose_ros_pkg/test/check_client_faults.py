@@ -10,10 +10,13 @@ import numpy as np
 import rosgraph
 import rospy
 import rostest
-from harness import Counters, Recorder, image, picture, publisher, wait_for
+from harness import image, picture, publisher
 from openpose_ros_msgs.srv import GetPersons
 from sensor_msgs.msg import CompressedImage, Image
 
+from openpose_ros_pkg.ros.session import Diagnostics, Recorder, await_true
+
+HUNG, COMPRESSED = 'hung/openpose_ros_node', 'compressed/openpose_ros_node'
 GREY = np.full((48, 64, 3), 128, np.uint8)
 
 
@@ -50,34 +53,35 @@ class HungServiceTest(unittest.TestCase):
 
     @classmethod
     def setUpClass(cls):
-        cls.counters = Counters('hung/openpose_ros_node')
+        cls.diagnostics = Diagnostics(HUNG)
         cls.camera = publisher('hung/image_raw', Image)
 
     def assert_goes_on(self, service):
         """Only images from now on count."""
-        before, frames = len(service.images), self.counters['frames']
+        before, frames = len(service.images), self.diagnostics.count(HUNG, 'frames')
         stamp = rospy.Time.now()
 
         def answered():
             self.camera.publish(image(GREY, stamp.to_sec()))
-            return any(m.header.stamp == stamp for m in service.images[before:]) and self.counters['frames'] > frames
-        wait_for(answered, 'the client goes on')
+            return (any(m.header.stamp == stamp for m in service.images[before:])
+                    and self.diagnostics.count(HUNG, 'frames') > frames)
+        await_true(answered, 'the client goes on')
 
     def test_it_hangs_in_the_middle_of_a_call(self):
         with FakeService('hung/detect_poses') as service:
             self.assert_goes_on(service)
-            failed = self.counters['service call failed']
+            failed = self.diagnostics.count(HUNG, 'service call failed')
             service.hang(True)
             for number in (1, 2):
                 self.camera.publish(image(GREY))
-                self.counters.wait('service call failed', failed + number)
-            self.counters.wait_text('/hung/detect_poses: no answer within 0.5 s')
+                self.diagnostics.await_count(HUNG, 'service call failed', failed + number)
+            self.diagnostics.await_text(HUNG, '/hung/detect_poses: no answer within 0.5 s')
             service.hang(False)
             self.assert_goes_on(service)
 
     def test_it_does_not_even_let_callers_in(self):
         """As a process that was stopped: the system takes the connection, and nobody talks."""
-        failed = self.counters['service call failed']
+        failed = self.diagnostics.count(HUNG, 'service call failed')
         with socket.socket() as listener:
             listener.bind(('localhost', 0))
             listener.listen(20)
@@ -87,7 +91,7 @@ class HungServiceTest(unittest.TestCase):
             try:
                 for number in (1, 2):
                     self.camera.publish(image(GREY))
-                    self.counters.wait('service call failed', failed + number)
+                    self.diagnostics.await_count(HUNG, 'service call failed', failed + number)
             finally:
                 master.unregisterService('/hung/detect_poses', uri)
         with FakeService('hung/detect_poses') as service:
@@ -98,14 +102,14 @@ class CompressedTest(unittest.TestCase):
 
     def test_compressed_images(self):
         camera = publisher('compressed/image_raw/compressed', CompressedImage)
-        counters = Counters('compressed/openpose_ros_node')
+        diagnostics = Diagnostics(COMPRESSED)
         bgr = picture(0)
         with FakeService('compressed/detect_poses') as service:
             sent = Recorder('compressed/openpose_ros/input_image', Image)
             good = CompressedImage(format='png', data=cv2.imencode('.png', bgr)[1].tobytes())
             good.header.stamp, good.header.frame_id = rospy.Time(7, 5), 'compressed camera'
             camera.publish(good)
-            counters.wait('frames', 1)
+            diagnostics.await_count(COMPRESSED, 'frames', 1)
             for received in (service.images[0], sent.wait(1)[0]):
                 self.assertEqual((received.header.stamp, received.header.frame_id), (good.header.stamp,
                                                                                     'compressed camera'))
@@ -113,10 +117,10 @@ class CompressedTest(unittest.TestCase):
                 self.assertEqual(received.data, bgr.tobytes())
 
             camera.publish(CompressedImage(format='jpeg', data=b'garbage'))
-            counters.wait('bad image', 1)
-            counters.wait_text("'jpeg' and 7 bytes")
+            diagnostics.await_count(COMPRESSED, 'bad image', 1)
+            diagnostics.await_text(COMPRESSED, "'jpeg' and 7 bytes")
             camera.publish(good)
-            counters.wait('frames', 2)
+            diagnostics.await_count(COMPRESSED, 'frames', 2)
             self.assertEqual(len(service.images), 2)
 
 

@@ -8,11 +8,13 @@ import unittest
 import numpy as np
 import rospy
 import rostest
-from harness import TIMEOUT, Counters, Recorder, image, publisher, wait_for
+from harness import image, publisher
 from openpose_ros_msgs.msg import PersonDetectionArray, Timing
 from openpose_ros_msgs.srv import GetPersons
 from sensor_msgs.msg import Image
 from std_srvs.srv import SetBool
+
+from openpose_ros_pkg.ros.session import PATIENCE, Diagnostics, Recorder, await_true
 
 NODE, CLIENT = 'openpose_ros_service_node', 'openpose_ros_node'
 GREY = np.full((96, 128, 3), 128, np.uint8)
@@ -27,7 +29,7 @@ def listen():
 
 
 def enable(node, whether):
-    rospy.wait_for_service(f'{node}/enable', TIMEOUT)
+    rospy.wait_for_service(f'{node}/enable', PATIENCE)
     answer = rospy.ServiceProxy(f'{node}/enable', SetBool)(whether)
     return answer.success and answer.message == ('enabled' if whether else 'disabled')
 
@@ -37,8 +39,8 @@ class DemandTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.camera = rospy.Publisher('camera/image_raw', Image, queue_size=1)
-        cls.counters = Counters(NODE)
-        rospy.wait_for_service('detect_poses', TIMEOUT)
+        cls.diagnostics = Diagnostics(NODE, CLIENT)
+        rospy.wait_for_service('detect_poses', PATIENCE)
         cls.detect = rospy.ServiceProxy('detect_poses', GetPersons)
         cls.stopped = threading.Event()
         cls.thread = threading.Thread(target=cls.film)
@@ -55,18 +57,17 @@ class DemandTest(unittest.TestCase):
             cls.camera.publish(image(GREY, rospy.get_time()))
 
     def assert_idle(self):
-        wait_for(lambda: self.camera.get_num_connections() == 0, 'the node leaves the camera')
-        self.counters.texts.clear()
-        self.counters.wait_text('idle: nobody listens')
+        await_true(lambda: self.camera.get_num_connections() == 0, 'the node leaves the camera')
+        self.diagnostics.await_state(NODE, 'idle: nobody listens')
 
     def test_the_first_subscriber_gets_a_result_at_once_and_the_last_one_ends_the_work(self):
         seconds = []
-        while len(seconds) < TRIES and min(seconds, default=TIMEOUT) > FIRST_RESULT:
+        while len(seconds) < TRIES and min(seconds, default=PATIENCE) > FIRST_RESULT:
             self.assert_idle()
             begin = time.monotonic()
             results = listen()
             try:
-                wait_for(lambda results=results: results.messages, 'the first result')
+                await_true(lambda results=results: results.messages, 'the first result')
                 seconds.append(time.monotonic() - begin)
             finally:
                 results.close()
@@ -95,7 +96,7 @@ class DemandTest(unittest.TestCase):
         results = listen()
         self.addCleanup(results.close)
         begin = rospy.Time.now()
-        wait_for(lambda: any(message.header.stamp > begin for message in results.messages.copy()), 'a result')
+        await_true(lambda: any(message.header.stamp > begin for message in results.messages.copy()), 'a result')
 
     def test_disabled_it_reads_nothing_and_says_so(self):
         self.addCleanup(enable, NODE, True)
@@ -103,12 +104,11 @@ class DemandTest(unittest.TestCase):
         self.addCleanup(results.close)
         results.wait(1)
         self.assertTrue(enable(NODE, False))
-        wait_for(lambda: self.camera.get_num_connections() == 0, 'the node leaves the camera')
+        await_true(lambda: self.camera.get_num_connections() == 0, 'the node leaves the camera')
         with self.assertRaisesRegex(rospy.ServiceException, f'{NODE} is disabled'):
             self.detect(image(GREY))
-        self.counters.texts.clear()
-        self.counters.wait_text('disabled')
-        self.assertEqual(self.counters.wait_value('enabled'), 'false')
+        self.diagnostics.await_state(NODE, 'disabled')
+        self.assertEqual(self.diagnostics.value(NODE, 'enabled'), 'false')
         self.assertTrue(enable(NODE, True))
         number = len(results.messages)
         results.wait(number + 3)
@@ -116,16 +116,16 @@ class DemandTest(unittest.TestCase):
 
     def test_a_client_that_is_disabled_sends_nothing(self):
         self.addCleanup(enable, CLIENT, True)
-        camera, counters = publisher('other_camera/image_raw', Image), Counters(CLIENT)
+        camera = publisher('other_camera/image_raw', Image)
         camera.publish(image(GREY))
-        counters.wait('frames', 1)
+        self.diagnostics.await_count(CLIENT, 'frames', 1)
         self.assertTrue(enable(CLIENT, False))
-        counters.wait_text('disabled')
-        wait_for(lambda: camera.get_num_connections() == 0, 'the client leaves the camera')
+        self.diagnostics.await_state(CLIENT, 'disabled')
+        await_true(lambda: camera.get_num_connections() == 0, 'the client leaves the camera')
         self.assertTrue(enable(CLIENT, True))
-        wait_for(camera.get_num_connections, 'the client is back')
+        await_true(camera.get_num_connections, 'the client is back')
         camera.publish(image(GREY))
-        counters.wait('frames', 2)
+        self.diagnostics.await_count(CLIENT, 'frames', 2)
 
 
 if __name__ == '__main__':

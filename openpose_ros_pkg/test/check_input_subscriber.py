@@ -7,11 +7,11 @@ import unittest
 import message_filters
 import rospy
 import rostest
-from harness import wait_for
 from sensor_msgs.msg import CompressedImage, Image
 from std_msgs.msg import Header
 
 from openpose_ros_pkg.ros.images import image_subscriber
+from openpose_ros_pkg.ros.session import await_true
 
 
 def numbered(number: int, kind: type = Image) -> Image:
@@ -32,7 +32,7 @@ class InputSubscriberTest(unittest.TestCase):
         subscriber.subscribe()
         self.addCleanup(subscriber.unsubscribe)
         self.addCleanup(publisher.unregister)
-        wait_for(lambda: publisher.get_num_connections() == 1, 'a connection')
+        await_true(lambda: publisher.get_num_connections() == 1, 'a connection')
         return publisher, subscriber
 
     def test_a_pause_reaches_the_publisher_and_callbacks_stay(self):
@@ -40,15 +40,15 @@ class InputSubscriberTest(unittest.TestCase):
         cache, stamps = message_filters.Cache(subscriber, 10), []
         cache.registerCallback(lambda image: stamps.append(image.header.stamp.secs))
         publisher.publish(numbered(1))
-        wait_for(lambda: stamps == [1], 'the first image')
+        await_true(lambda: stamps == [1], 'the first image')
         for number in (2, 3):
             subscriber.unsubscribe()
-            wait_for(lambda: publisher.get_num_connections() == 0, 'nobody listens')
+            await_true(lambda: publisher.get_num_connections() == 0, 'nobody listens')
             publisher.publish(numbered(90))
             subscriber.subscribe()
-            wait_for(lambda: publisher.get_num_connections() == 1, 'a connection again')
+            await_true(lambda: publisher.get_num_connections() == 1, 'a connection again')
             publisher.publish(numbered(number))
-            wait_for(lambda: stamps[-1] == number, 'an image after the pause')  # noqa: B023 - called at once
+            await_true(lambda: stamps[-1] == number, 'an image after the pause')  # noqa: B023 - called at once
         self.assertEqual((stamps, subscriber.lost), ([1, 2, 3], 0))
         self.assertEqual(subscriber.resolved_name, '/paused')
 
@@ -67,7 +67,7 @@ class InputSubscriberTest(unittest.TestCase):
         for number in range(2, 51):
             publisher.publish(numbered(number))
         go_on.set()
-        wait_for(lambda: stamps[-1] == 50, 'the newest')
+        await_true(lambda: stamps[-1] == 50, 'the newest')
         self.assertLess(len(stamps), 50)
         self.assertEqual(subscriber.lost, 50 - len(stamps), 'what did not come is counted')
 
@@ -76,7 +76,7 @@ class InputSubscriberTest(unittest.TestCase):
         images = []
         subscriber.registerCallback(images.append)
         publisher.publish(numbered(1, CompressedImage))
-        wait_for(lambda: images, 'the image')
+        await_true(lambda: images, 'the image')
         self.assertEqual(images[0]._type, 'sensor_msgs/CompressedImage')
         self.assertEqual(subscriber.resolved_name, '/image/compressed')
 

@@ -8,10 +8,12 @@ import numpy as np
 import rospy
 import rostest
 from dynamic_reconfigure.client import Client
-from harness import TIMEOUT, Recorder, distance, image, joints, picture, wait_for
+from harness import distance, image, joints, picture
 from openpose_ros_msgs.srv import GetPersons
 from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import Image
+
+from openpose_ros_pkg.ros.session import PATIENCE, Recorder, await_true
 
 NODE = 'openpose_ros_service_node'
 
@@ -20,10 +22,10 @@ class LiveParametersTest(unittest.TestCase):
 
     @classmethod
     def setUpClass(cls):
-        rospy.wait_for_service('detect_poses', TIMEOUT)
+        rospy.wait_for_service('detect_poses', PATIENCE)
         cls.detect = staticmethod(rospy.ServiceProxy('detect_poses', GetPersons))
-        cls.client = Client(NODE, timeout=TIMEOUT)
-        cls.first = cls.client.get_configuration(timeout=TIMEOUT)
+        cls.client = Client(NODE, timeout=PATIENCE)
+        cls.first = cls.client.get_configuration(timeout=PATIENCE)
 
     def tearDown(self):
         self.client.update_configuration({name: self.first[name] for name in self.first if name != 'groups'})
@@ -34,7 +36,7 @@ class LiveParametersTest(unittest.TestCase):
     def test_it_starts_with_what_the_node_has(self):
         """Values of the parameter server and defaults, with texts and limits from the parameter classes."""
         self.assertEqual((self.first['render_threshold'], self.first['peak_threshold']), (0.125, 0.05))
-        described = {entry['name']: entry for entry in self.client.get_parameter_descriptions(timeout=TIMEOUT)}
+        described = {entry['name']: entry for entry in self.client.get_parameter_descriptions(timeout=PATIENCE)}
         threshold = described['peak_threshold']
         self.assertEqual((threshold['type'], threshold['min'], threshold['max'], threshold['default']),
                          ('double', 0.0, 1.0, 0.05))
@@ -86,7 +88,7 @@ class LiveParametersTest(unittest.TestCase):
         self.client.update_configuration({'alpha_pose': 0.0})
         drawn = Recorder('openpose_ros/detected_poses_image', Image)
         try:
-            wait_for(lambda: self.people(20.0) and drawn.messages, 'an annotated image')
+            await_true(lambda: self.people(20.0) and drawn.messages, 'an annotated image')
             self.assertEqual(drawn.messages[-1].data, picture(0).tobytes())
             self.client.update_configuration({'alpha_pose': 1.0})
             self.people(21.0)
@@ -104,8 +106,8 @@ class LiveParametersTest(unittest.TestCase):
         changed = self.client.update_configuration({'peak_threshold': 0.05, 'person_min_joints': 4})
         changed = self.client.update_configuration({'peak_threshold': math.nan})
         self.assertEqual(changed['peak_threshold'], 0.05)
-        wait_for(lambda: any('parameters not changed' in m.msg and "'peak_threshold' = nan" in m.msg
-                             for m in log.messages.copy()), 'the warning')
+        await_true(lambda: any('parameters not changed' in m.msg and "'peak_threshold' = nan" in m.msg
+                               for m in log.messages.copy()), 'the warning')
         self.assertEqual(len(self.people(30.0)), 2)
 
 

@@ -11,8 +11,10 @@ import cv2
 import numpy as np
 import rospy
 import rostest
-from harness import TIMEOUT, image, node, picture, wait_for
+from harness import image, node, picture
 from openpose_ros_msgs.srv import GetPersons
+
+from openpose_ros_pkg.ros.session import PATIENCE, await_true
 
 BLACK = np.zeros((540, 960, 3), np.uint8)
 
@@ -25,14 +27,15 @@ class SavingTest(unittest.TestCase):
             with node('openpose_ros_node', '_pose_model:=mobilenet_thin', '_net_input_width:=464',
                       '_net_input_height:=256', f'_write_json:={results}', f'_write_video:={video}',
                       name='openpose_ros_service_node') as service:
-                rospy.wait_for_service('detect_poses', TIMEOUT)
+                rospy.wait_for_service('detect_poses', PATIENCE)
                 detect = rospy.ServiceProxy('detect_poses', GetPersons)
                 found = [detect(image(bgr, 1.0 + number)).detections
                          for number, bgr in enumerate((picture(0), BLACK, picture(8)))]
                 files = [results / f'{number:012d}_keypoints.json' for number in range(3)]
-                wait_for(lambda: all(file.exists() for file in files), lambda: f'3 files; {sorted(results.iterdir())}')
+                await_true(lambda: all(file.exists() for file in files),
+                           lambda: f'3 files; {sorted(results.iterdir())}')
                 service.send_signal(signal.SIGINT)
-                service.wait(TIMEOUT)
+                service.wait(PATIENCE)
             self.assertEqual([len(people) for people in found], [2, 0, 2])
             for file, people in zip(files, found):
                 saved = json.loads(file.read_text())['people']

@@ -7,10 +7,12 @@ import cv2
 import numpy as np
 import rospy
 import rostest
-from harness import TIMEOUT, Counters, Recorder, at_once, distance, image, joints, picture, true_people, wait_for
+from harness import at_once, distance, image, joints, picture, true_people
 from openpose_ros_msgs.msg import PersonDetection, PersonDetectionArray
 from openpose_ros_msgs.srv import GetPersons
 from sensor_msgs.msg import Image
+
+from openpose_ros_pkg.ros.session import PATIENCE, Diagnostics, Recorder, await_true
 
 NODE = 'openpose_ros_service_node'
 # [px] The network's fields have one value for 12 x 12 pixels of the picture, and the median joint is found within less
@@ -38,11 +40,11 @@ class ServiceTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         for name in ('detect_poses', 'scaled/detect_poses'):
-            rospy.wait_for_service(name, TIMEOUT)
+            rospy.wait_for_service(name, PATIENCE)
         cls.detect = staticmethod(rospy.ServiceProxy('detect_poses', GetPersons))
         cls.persons = Recorder('openpose_ros/detected_poses_keypoints', PersonDetection)
         cls.arrays = Recorder('openpose_ros/detected_poses', PersonDetectionArray)
-        cls.counters = Counters(NODE)
+        cls.diagnostics = Diagnostics(NODE)
 
     def assert_people_found(self, found, truth):
         """Each true person is the nearest to one found, with at least half of the visible joints in place."""
@@ -158,7 +160,7 @@ class ServiceTest(unittest.TestCase):
                 """The node may learn of its new listener only after this one does."""
                 detections = self.detect(image(bgr, 41.0, 'drawn')).detections
                 return recorder.messages and detections
-            detections = wait_for(answer_drawn, 'an annotated image')
+            detections = await_true(answer_drawn, 'an annotated image')
             drawn = recorder.messages[0]
         finally:
             recorder.close()
@@ -191,16 +193,16 @@ class ServiceTest(unittest.TestCase):
             (bad(encoding='32FC1', step=640, data=bytes(640 * 120)), ("'32FC1'", 'bgr8')),
             (bad(encoding='yuv422', width=159), ('width is 159', 'even')),
         )
-        before, frames = self.counters['bad image'], self.counters['frames']
+        before, frames = self.diagnostics.count(NODE, 'bad image'), self.diagnostics.count(NODE, 'frames')
         for number, (message, words) in enumerate(cases, 1):
             with self.assertRaises(rospy.ServiceException) as caught:
                 self.detect(message)
             for word in words:
                 self.assertIn(word, str(caught.exception))
             self.assertEqual(self.detect(good).detections, [])
-            self.counters.wait('bad image', before + number)
-        self.counters.wait('frames', frames + len(cases))
-        self.assertEqual(self.counters['bad image'], before + len(cases))
+            self.diagnostics.await_count(NODE, 'bad image', before + number)
+        self.diagnostics.await_count(NODE, 'frames', frames + len(cases))
+        self.assertEqual(self.diagnostics.count(NODE, 'bad image'), before + len(cases))
         detections = self.detect(image(picture(0), 51.0)).detections
         self.assert_people_found(people_of(detections), true_people(0))
 

@@ -9,12 +9,13 @@ import cv2
 import numpy as np
 import rospy
 import rostest
-from harness import TIMEOUT, Counters, Recorder, distance, image, joints, picture, publisher, true_people, wait_for
+from harness import distance, image, joints, picture, publisher, true_people
 from openpose_ros_msgs.msg import PersonDetectionArray, Timing
 from openpose_ros_msgs.srv import GetPersons
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 
 from openpose_ros_pkg.ros.convert import compressed_image_to_bgr, image_to_bgr
+from openpose_ros_pkg.ros.session import PATIENCE, Diagnostics, Recorder, await_true
 
 NODE = 'openpose_ros_service_node'
 # [px] The fields of the small input that this test uses have one value for 17 x 17 pixels of the picture; measured up
@@ -29,7 +30,7 @@ class StreamTest(unittest.TestCase):
     def setUpClass(cls):
         cls.arrays = Recorder('openpose_ros/detected_poses', PersonDetectionArray)
         cls.camera = publisher('camera/image_raw', Image)
-        cls.counters = Counters(NODE)
+        cls.diagnostics = Diagnostics(NODE)
 
     def result_of(self, message, camera=None, arrays=None):
         """Send the image until its result is there: the node may still be at work on another one."""
@@ -38,7 +39,7 @@ class StreamTest(unittest.TestCase):
         def results():
             (camera or self.camera).publish(message)
             return [array for array in arrays.messages if array.header.stamp == message.header.stamp]
-        return wait_for(results, 'the result of an image')[0]
+        return await_true(results, 'the result of an image')[0]
 
     def assert_people(self, array, number):
         found, truth = [joints(person) for person in array.persons], true_people(number)
@@ -62,14 +63,14 @@ class StreamTest(unittest.TestCase):
             # the node may still be at work on an image of the test before
             return [other for other in sent.messages if other.header.stamp == message.header.stamp]
         try:
-            self.assertEqual(wait_for(handed_on, 'the input image')[0].data, message.data)
+            self.assertEqual(await_true(handed_on, 'the input image')[0].data, message.data)
         finally:
             sent.close()
 
     def test_the_newest_wins_and_results_come_in_order(self):
         """A camera far faster than the network: every result is newer than the one before; the last image gets one."""
         self.result_of(image(GREY, 29.0))
-        skipped, first = self.counters['images skipped'], len(self.arrays.messages)
+        skipped, first = self.diagnostics.count(NODE, 'images skipped'), len(self.arrays.messages)
         stamps = [30.0 + number / 100 for number in range(100)]
         pictures = [image(picture(number), 0.0, 'fast') for number in (0, 1)]
         for number, stamp in enumerate(stamps):
@@ -77,12 +78,12 @@ class StreamTest(unittest.TestCase):
             message.header.stamp = rospy.Time.from_sec(stamp)
             self.camera.publish(message)
             time.sleep(0.01)
-        wait_for(lambda: self.arrays.messages[-1].header.stamp.to_sec() > stamps[-10], 'the result of a late image')
+        await_true(lambda: self.arrays.messages[-1].header.stamp.to_sec() > stamps[-10], 'the result of a late image')
         found = [array.header.stamp.to_sec() for array in self.arrays.messages[first:]]
         found = [stamp for stamp in found if stamp >= stamps[0]]
         self.assertEqual(found, sorted(set(found)))
         self.assertLess(len(found), len(stamps))
-        wait_for(lambda: self.counters['images skipped'] > skipped, 'skipped images are counted')
+        await_true(lambda: self.diagnostics.count(NODE, 'images skipped') > skipped, 'skipped images are counted')
 
     def test_what_is_drawn_comes_as_jpeg_too_with_a_camera_info(self):
         """The JPEG shows the raw message; a camera info of another size is not passed on. After test_timing, by its
@@ -104,37 +105,37 @@ class StreamTest(unittest.TestCase):
             self.camera.publish(message)
             return infos.messages
         try:
-            (raw, *_), (jpeg, *_) = wait_for(lambda: all(both()) and both(), 'the annotated image')
+            (raw, *_), (jpeg, *_) = await_true(lambda: all(both()) and both(), 'the annotated image')
             self.assertEqual((jpeg.format, jpeg.header.frame_id), ('bgr8; jpeg compressed bgr8', 'calibrated'))
             difference = cv2.absdiff(compressed_image_to_bgr(jpeg), image_to_bgr(raw))
             self.assertLess(difference.mean(), 3.0)  # grey values of 255, at quality 80
             self.assertGreater(cv2.absdiff(image_to_bgr(raw), picture(0)).mean(), 1.0)  # there is something drawn
             self.assertEqual(infos.messages, [])
-            found = wait_for(info, 'the camera info')[-1]
+            found = await_true(info, 'the camera info')[-1]
             self.assertEqual((found.header.stamp, found.header.frame_id), (message.header.stamp, 'calibrated'))
             self.assertEqual((found.K[0], found.K[4], found.D), (500.0, 510.0, (0.1,) * 5))
-            before = self.counters['camera info of another image']
+            before = self.diagnostics.count(NODE, 'camera info of another image')
             self.result_of(image(GREY, 26.0))
-            self.counters.wait('camera info of another image', before + 1)
+            self.diagnostics.await_count(NODE, 'camera info of another image', before + 1)
             self.assertNotIn(26.0, [other.header.stamp.to_sec() for other in infos.messages])
         finally:
             for recorder in (drawn, jpegs, infos):
                 recorder.close()
 
     def test_a_bad_image_is_counted_and_the_next_one_works(self):
-        before = self.counters['bad image']
+        before = self.diagnostics.count(NODE, 'bad image')
         cut_off = image(GREY, 40.0)
         cut_off.data = cut_off.data[:100]
 
         def counted():
             self.camera.publish(cut_off)
-            return self.counters['bad image'] > before
-        wait_for(counted, 'the image that is cut off is counted')
+            return self.diagnostics.count(NODE, 'bad image') > before
+        await_true(counted, 'the image that is cut off is counted')
         self.assert_people(self.result_of(image(picture(0), 41.0, 'after bad')), 0)
 
     def test_clients_are_answered_beside_the_stream(self):
         """Both get on while both never rest."""
-        rospy.wait_for_service('detect_poses', TIMEOUT)
+        rospy.wait_for_service('detect_poses', PATIENCE)
         detect, stop = rospy.ServiceProxy('detect_poses', GetPersons), threading.Event()
 
         def stream():
@@ -169,7 +170,7 @@ class StreamTest(unittest.TestCase):
             found = [{stage.stage: stage for stage in message.stages} for message in reports.messages.copy()
                      if message.header.stamp.to_sec() > since]
             return [stages for stages in found if stages['added'].count > 0]
-        stages = wait_for(report, 'a report')[0]
+        stages = await_true(report, 'a report')[0]
         self.assertEqual(list(stages), ['decode_message', 'preprocess', 'wait_for_network', 'network', 'decode',
                                         'publish', 'total', 'added', 'draw'])
         self.assertEqual(stages['draw'].count, 0)
@@ -181,13 +182,13 @@ class StreamTest(unittest.TestCase):
         self.assertTrue(1.0 < stages['network'].p50 < 5000.0)
         self.assertGreater(stages['total'].p95, stages['network'].p50)
         self.assertLess(stages['added'].p50, stages['total'].p50)
-        self.counters.wait_value('network, median [ms]')
+        await_true(lambda: self.diagnostics.value(NODE, 'network, median [ms]'), 'the time of the network')
 
         drawn = Recorder('openpose_ros/detected_poses_image', Image)
         try:
-            wait_for(lambda: self.result_of(image(picture(0), 71.0, 'timing')) and drawn.messages, 'a drawing')
-            wait_for(lambda: {stage.stage: stage.count for stage in reports.messages[-1].stages}['draw'] > 0,
-                     'the time of a drawing')
+            await_true(lambda: self.result_of(image(picture(0), 71.0, 'timing')) and drawn.messages, 'a drawing')
+            await_true(lambda: {stage.stage: stage.count for stage in reports.messages[-1].stages}['draw'] > 0,
+                       'the time of a drawing')
         finally:
             drawn.close()
             reports.close()

@@ -1,24 +1,21 @@
-"""What the ROS tests of this package share: pictures with known people, recorders, waiting for conditions."""
+"""What the ROS tests of this package share: pictures with known people, nodes beside the test."""
 import contextlib
 import json
 import signal
 import subprocess
 import threading
-import time
 from pathlib import Path
 
 import cv2
 import numpy as np
 import rospy
-from diagnostic_msgs.msg import DiagnosticArray
 from sensor_msgs.msg import Image
 from std_msgs.msg import Header
 
-from openpose_ros_pkg.ros.session import is_heard
+from openpose_ros_pkg.ros.session import PATIENCE, await_true
 
 # Two people walk past each other; gt.json holds the true joints.
 SEQUENCE = Path(__file__).resolve().parents[2] / 'skeleton_extract_3d' / 'demo' / 'cross'
-TIMEOUT = 60.0  # [s] for what takes a few seconds on a machine that is not busy
 
 
 def picture(number):
@@ -57,80 +54,11 @@ def distance(person, other):
     return np.median([np.linalg.norm(person[j] - other[j]) for j in common]) if common else np.inf
 
 
-def wait_for(condition, what, timeout=TIMEOUT):
-    """Return what condition() returns as soon as that is true; fail after the timeout."""
-    deadline = time.monotonic() + timeout
-    while True:
-        result = condition()
-        if result:
-            return result
-        if time.monotonic() > deadline:
-            raise AssertionError(f'not within {timeout:g} s: {what() if callable(what) else what}')
-        time.sleep(0.02)
-
-
-class Recorder:
-    """Keeps the messages of a topic; ready when its publishers send to it."""
-
-    def __init__(self, topic, kind, connect=True):
-        self.topic = topic
-        self.messages = []
-        self._subscriber = rospy.Subscriber(topic, kind, self.messages.append, queue_size=100)
-        if connect:
-            wait_for(lambda: is_heard(topic), f'a publisher of {topic}')
-
-    def wait(self, number, stamp=None):
-        """Return the messages so far, of one stamp if given, as soon as there are so many."""
-        def chosen():
-            return [m for m in self.messages if stamp is None or m.header.stamp == stamp]
-        wait_for(lambda: len(chosen()) >= number, lambda: f'{number} messages on {self.topic}; got {len(chosen())}')
-        return chosen()
-
-    def close(self):
-        self._subscriber.unregister()
-
-
 def publisher(topic, kind):
     """A publisher whose subscriber is there."""
     result = rospy.Publisher(topic, kind, queue_size=10)
-    wait_for(lambda: result.get_num_connections() > 0, f'a subscriber of {topic}')
+    await_true(lambda: result.get_num_connections() > 0, f'a subscriber of {topic}')
     return result
-
-
-class Counters:
-    """The counters of a node, as /diagnostics shows them."""
-
-    def __init__(self, node):
-        self._node = node.strip('/')
-        self._values = {}
-        self.texts = set()
-        self.level = None
-        self._subscriber = rospy.Subscriber('/diagnostics', DiagnosticArray, self._store, queue_size=20)
-        wait_for(lambda: self._values, f'diagnostics of {node}')
-
-    def _store(self, message):
-        for status in message.status:
-            # the updater writes <node>: <task>
-            if status.name.split(': ')[-1] == self._node:
-                self._values = {pair.key: pair.value for pair in status.values}
-                self.texts.add(status.message)
-                self.level = status.level
-
-    def __getitem__(self, event):
-        return int(self._values.get(event, 0))
-
-    def wait(self, event, number):
-        """Wait until the counter has reached the number."""
-        wait_for(lambda: self[event] >= number, lambda: f"{number} of '{event}' at {self._node}; {self._values}")
-
-    def wait_value(self, key):
-        """Wait until the node shows a value that is no counter; return it."""
-        return wait_for(lambda: self._values.get(key), lambda: f"'{key}' at {self._node}; {self._values}")
-
-    def wait_text(self, *parts):
-        """Wait until the node has shown a status with all these words."""
-        wait_for(lambda: any(all(part in text for part in parts) for text in self.texts.copy()),
-                 lambda: f'{parts} in the status of {self._node}; {self.texts}')
 
 
 @contextlib.contextmanager
@@ -152,7 +80,7 @@ def at_once(*functions):
 
     def run(i):
         try:
-            start.wait(TIMEOUT)
+            start.wait(PATIENCE)
             results[i] = functions[i]()
         except Exception as error:
             errors.append(error)
@@ -160,9 +88,9 @@ def at_once(*functions):
     for thread in threads:
         thread.start()
     for thread in threads:
-        thread.join(TIMEOUT)
+        thread.join(PATIENCE)
     if errors:
         raise errors[0]
     if any(thread.is_alive() for thread in threads):
-        raise AssertionError(f'not within {TIMEOUT:g} s: the end of all')
+        raise AssertionError(f'not within {PATIENCE:g} s: the end of all')
     return results

@@ -8,10 +8,12 @@ from typing import List, Tuple
 import rosgraph
 import rospy
 import rostest
-from harness import OUTPUT, PATIENCE, wait_for
+from harness import OUTPUT
 from openpose_ros_msgs.msg import PersonDetection_3dArray
 from std_srvs.srv import SetBool
 from visualization_msgs.msg import Marker
+
+from openpose_ros_pkg.ros.session import PATIENCE, await_true
 
 CAMERAS = ('left', 'right')
 # Results of each camera that are judged.
@@ -32,7 +34,7 @@ class CamerasTest(unittest.TestCase):
             for camera in CAMERAS for topic, kind, kept in (
                 ('detected_poses_3d', PersonDetection_3dArray, cls.arrivals),
                 ('visualization_markers', Marker, cls.markers))]
-        wait_for(lambda: all(cls.people(camera) for camera in CAMERAS), 'people before each camera')
+        await_true(lambda: all(cls.people(camera) for camera in CAMERAS), 'people before each camera')
         first = len(cls.arrivals)
         cls.wait(RESULTS, *CAMERAS)
         cls.judged = cls.arrivals[first:]
@@ -46,8 +48,8 @@ class CamerasTest(unittest.TestCase):
     def wait(cls, number: int, *cameras: str) -> None:
         """Wait for so many more results of each camera."""
         before = len(cls.arrivals)
-        wait_for(lambda: all([name for name, _ in cls.arrivals[before:]].count(camera) >= number for camera in cameras),
-                 f'{number} results of {cameras}')
+        await_true(lambda: all([name for name, _ in cls.arrivals[before:]].count(each) >= number for each in cameras),
+                   f'{number} results of {cameras}')
 
     def test_neither_waits_for_ever(self):
         rows = [(name, len(list(row))) for name, row in groupby(name for name, _ in self.judged)]
@@ -63,7 +65,7 @@ class CamerasTest(unittest.TestCase):
             self.assertIn(1, {person.person_ID for array in people for person in array.persons})
 
     def test_markers_of_each(self):
-        wait_for(lambda: {name for name, _ in list(self.markers)} == set(CAMERAS), 'markers of both')
+        await_true(lambda: {name for name, _ in list(self.markers)} == set(CAMERAS), 'markers of both')
         arrays = {(name, array.header.stamp): array for name, array in list(self.arrivals)}
         shown = [(arrays[name, marker.header.stamp], marker) for name, marker in list(self.markers)
                  if (name, marker.header.stamp) in arrays and marker.action == Marker.ADD]

@@ -10,22 +10,12 @@ import numpy as np
 import rosgraph
 import rospy
 import rostest
-from harness import (
-    OUTPUT,
-    PATIENCE,
-    VISIBLE,
-    Output,
-    ShippedSequence,
-    TruePerson,
-    joints_of,
-    of_joints,
-    position,
-    wait_for,
-)
+from harness import OUTPUT, VISIBLE, Output, ShippedSequence, TruePerson, joints_of, of_joints, position
 from openpose_ros_msgs.msg import PersonDetection_3dArray, PersonDetectionArray
 from sensor_msgs.msg import Image
 from visualization_msgs.msg import Marker
 
+from openpose_ros_pkg.ros.session import PATIENCE, await_true
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING
 
@@ -92,11 +82,11 @@ class ChainTest(unittest.TestCase):
         cls.echo = subprocess.Popen(['rostopic', 'echo', '-p', '-n', str(ECHOED), topic], stdout=subprocess.PIPE,
                                     universal_newlines=True)
         cls.addClassCleanup(cls.echo.kill)
-        wait_for(lambda: len(cls.output.arrays) >= WARM_UP, f'{WARM_UP} frames', STARTUP)
+        await_true(lambda: len(cls.output.arrays) >= WARM_UP, f'{WARM_UP} frames', STARTUP)
         cls.output.arrays.clear()
-        wait_for(lambda: len(cls.judged()) >= FRAMES and cls.judged()[-1][0] >= BEGINNINGS, 'a whole round', STARTUP)
+        await_true(lambda: len(cls.judged()) >= FRAMES and cls.judged()[-1][0] >= BEGINNINGS, 'a whole round', STARTUP)
         # on a slow machine few of the frames in which somebody is hidden are worked on
-        wait_for(lambda: len(cls.hidden_matches()) >= LEAST_HIDDEN, 'somebody behind another one', STARTUP)
+        await_true(lambda: len(cls.hidden_matches()) >= LEAST_HIDDEN, 'somebody behind another one', STARTUP)
 
     @classmethod
     def keep_frame(cls, message: Image):

@@ -9,24 +9,12 @@ import cv2
 import numpy as np
 import rospy
 import rostest
-from harness import (
-    FRAME_ID,
-    HEIGHT,
-    OUTPUT,
-    WIDTH,
-    Camera,
-    Counters,
-    FakeDetector,
-    Output,
-    image,
-    now,
-    position,
-    wait_for,
-)
+from harness import FRAME_ID, HEIGHT, OUTPUT, WIDTH, Camera, FakeDetector, Output, image, now, position
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image, PointCloud2, PointField
 from std_msgs.msg import Header
 
 from openpose_ros_pkg.ros.convert import bgr_to_image
+from openpose_ros_pkg.ros.session import Diagnostics, await_true
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.ros.convert import camera_to_message
 
@@ -83,13 +71,13 @@ class CompressedDepthTest(unittest.TestCase):
     def setUpClass(cls):
         rospy.init_node('check_compressed_depth')
         cls.detector = FakeDetector('detect_poses_3d', {'nose': NOSE})
-        cls.output, cls.counters = Output(), Counters()
+        cls.output, cls.diagnostics = Output(), Diagnostics()
         cls.camera = Camera('image', 'depth/compressedDepth', Image, CompressedImage)
         info = camera_to_message(CameraModel(WIDTH, HEIGHT, np.array([FX, 0, CX, 0, FY, CY, 0, 0, 1])), Header())
         cls.info = rospy.Publisher('camera_info', CameraInfo, queue_size=1, latch=True)
         cls.info.publish(info)
         # the camera info may come after the first frames, which are counted then
-        wait_for(lambda: cls.output.arrays or not cls.send(in_millimetres), 'a first result')
+        await_true(lambda: cls.output.arrays or not cls.send(in_millimetres), 'a first result')
 
     @classmethod
     def send(cls, make) -> rospy.Time:
@@ -119,16 +107,16 @@ class CompressedDepthTest(unittest.TestCase):
                                  ('bgr8; jpeg compressed bgr8', good.data, 'bgr8; jpeg compressed bgr8'),
                                  ('32FC1; compressedDepth png', b'', '32FC1; compressedDepth png')):
             with self.subTest(kind):
-                before, stamp = self.counters.count('extractor', 'bad input'), now()
+                before, stamp = self.diagnostics.count('extractor', 'bad input'), now()
                 self.camera.send(image(1, stamp), CompressedImage(Header(stamp=stamp), kind, data))
-                self.counters.await_event('extractor', 'bad input', before + 1, ['compressed depth image', word])
+                self.diagnostics.await_event('extractor', 'bad input', before + 1, ['compressed depth image', word])
                 self.nose(self.send(in_millimetres))
                 self.assertFalse(self.output.has(stamp))
 
     def test_the_cloud_of_depth_and_colours(self):
         clouds = []
         subscriber = rospy.Subscriber(f'{OUTPUT}/input_pointcloud', PointCloud2, clouds.append)
-        wait_for(lambda: subscriber.get_num_connections() > 0, 'the extractor publishes clouds')
+        await_true(lambda: subscriber.get_num_connections() > 0, 'the extractor publishes clouds')
         stamp = now()
         message, depth = in_millimetres(stamp)
         # a colour for each pixel of the depth image: red, green, blue
@@ -136,7 +124,8 @@ class CompressedDepthTest(unittest.TestCase):
         picture = np.repeat(np.repeat(colours[..., ::-1], 2, axis=0), 2, axis=1)
         picture[0, 0] = 1, 0, 0  # the frame's number
         self.camera.send(bgr_to_image(picture, Header(stamp=stamp)), message)
-        cloud = wait_for(lambda: next((each for each in list(clouds) if each.header.stamp == stamp), None), 'its cloud')
+        cloud = await_true(lambda: next((each for each in list(clouds) if each.header.stamp == stamp), None),
+                           'its cloud')
         subscriber.unregister()
         self.assertEqual((cloud.height, cloud.width, cloud.header.frame_id), (*SIZE, FRAME_ID))
         self.assertEqual([field.name for field in cloud.fields], ['x', 'y', 'z', 'rgb'])

@@ -8,12 +8,13 @@ from typing import Any, List, Optional, Tuple
 
 import rospy
 import rostest
-from harness import OUTPUT, PATIENCE, Camera, Counters, FakeDetector, image, now, wait_for
+from harness import OUTPUT, Camera, FakeDetector, image, now
 from openpose_ros_msgs.msg import PersonDetection_3dArray
 from sensor_msgs.msg import Image
 from std_srvs.srv import SetBool
 from visualization_msgs.msg import Marker
 
+from openpose_ros_pkg.ros.session import PATIENCE, Diagnostics, await_true
 from skeleton_extract_3d.ros.extractor import WATCH_PERIOD
 
 RATE = 30.0  # [Hz] of the camera
@@ -51,20 +52,21 @@ class Listener:
     def wait(self, number: int) -> None:
         """Wait for so many more messages."""
         number += len(self.messages)
-        wait_for(lambda: len(self.messages) >= number, f'{number} messages')
+        await_true(lambda: len(self.messages) >= number, f'{number} messages')
 
 
 class DemandTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         rospy.init_node('check_demand')
-        cls.counters, cls.detector, cls.camera = Counters(), FakeDetector('detect_poses_3d'), Camera(listeners=(0, 0))
+        cls.diagnostics, cls.camera = Diagnostics(), Camera(listeners=(0, 0))
+        cls.detector = FakeDetector('detect_poses_3d')
         # images without points, too briefly to say that the points are missing
         with Listener('detected_poses_3d', PersonDetection_3dArray):
-            wait_for(lambda: cls.listeners() == (1, 1), 'the extractor listens')
+            await_true(lambda: cls.listeners() == (1, 1), 'the extractor listens')
             cls.camera.images.publish(image(0, now()))
             cls.alone_since = time.monotonic()
-        wait_for(lambda: cls.listeners() == (0, 0), 'the extractor leaves the camera')
+        await_true(lambda: cls.listeners() == (0, 0), 'the extractor leaves the camera')
         cls.stopped = threading.Event()
         cls.thread = threading.Thread(target=cls.film)
         cls.thread.start()
@@ -85,9 +87,9 @@ class DemandTest(unittest.TestCase):
         return cls.camera.images.get_num_connections(), cls.camera.points.get_num_connections()
 
     def assert_idle(self):
-        wait_for(lambda: self.listeners() == (0, 0), 'the extractor leaves the camera')
+        await_true(lambda: self.listeners() == (0, 0), 'the extractor leaves the camera')
         for node in ('extractor', 'visualization'):
-            self.counters.await_text(node, 'idle: nobody listens')
+            self.diagnostics.await_state(node, 'idle: nobody listens')
         answered = self.detector.answered
         time.sleep(3 / RATE)
         self.assertEqual(self.detector.answered, answered, 'no network runs')
@@ -124,14 +126,14 @@ class DemandTest(unittest.TestCase):
                 self.addCleanup(enable, node, True)
                 self.assertTrue(enable(node, False))
                 # without the visualization, nobody wants the extractor's results either
-                wait_for(lambda: self.listeners() == (0, 0), 'the extractor leaves the camera')
-                self.counters.await_text(node, 'disabled')
+                await_true(lambda: self.listeners() == (0, 0), 'the extractor leaves the camera')
+                self.diagnostics.await_state(node, 'disabled')
                 self.assertTrue(enable(node, True))
                 markers.wait(2)
 
     def test_an_input_that_nobody_reads_is_not_missed(self):
         time.sleep(max(0.0, self.alone_since + 2 * WATCH_PERIOD - time.monotonic()))
-        self.assertEqual(self.counters.count('extractor', 'input missing'), 0)
+        self.assertEqual(self.diagnostics.count('extractor', 'input missing'), 0)
 
 
 if __name__ == '__main__':

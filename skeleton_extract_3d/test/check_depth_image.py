@@ -7,25 +7,12 @@ import cv2
 import numpy as np
 import rospy
 import rostest
-from harness import (
-    FRAME_ID,
-    HEIGHT,
-    WIDTH,
-    Camera,
-    Counters,
-    FakeDetector,
-    Output,
-    cloud,
-    image,
-    now,
-    person,
-    position,
-    wait_for,
-)
+from harness import FRAME_ID, HEIGHT, WIDTH, Camera, FakeDetector, Output, cloud, image, now, person, position
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image, PointCloud2
 from std_msgs.msg import Header
 
 from openpose_ros_pkg.ros.convert import image_to_bgr
+from openpose_ros_pkg.ros.session import Diagnostics, await_true
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.depth import cloud_from_depth
 from skeleton_extract_3d.ros.convert import camera_to_message, cloud_to_message, depth_to_message
@@ -56,7 +43,7 @@ class DepthImageTest(unittest.TestCase):
         rospy.init_node('check_depth_image')
         cls.detector = FakeDetector('detect_poses_3d')
         cls.detector.answer = lambda number: [person(number, JOINTS)]
-        cls.counters = Counters()
+        cls.diagnostics = Diagnostics()
         cls.by_cloud, cls.by_depth = Output('by_cloud'), Output('by_depth')
         # with somebody who listens to them, the extractors half_blind and unsynchronised listen to the images, too
         cls.others = [Output('half_blind'), Output('unsynchronised')]
@@ -83,12 +70,12 @@ class DepthImageTest(unittest.TestCase):
             rospy.sleep(0.1)
             return next((stamp for stamp in stamps if self.by_cloud.has(stamp) and self.by_depth.has(stamp)), None)
 
-        return wait_for(one_came, 'a frame after the camera info')
+        return await_true(one_came, 'a frame after the camera info')
 
     # the first by its name: no camera info was published before
     def test_a_depth_image_gives_what_the_cloud_gives(self):
         stamp = self.send(1)
-        self.counters.await_event('by_depth/extractor', 'bad input', 1, ['no camera info', '/camera_info'])
+        self.diagnostics.await_event('by_depth/extractor', 'bad input', 1, ['no camera info', '/camera_info'])
         self.by_cloud.frame(stamp)
         good = self.camera_info_comes()
         first, second = self.by_cloud.frame(good), self.by_depth.frame(good)
@@ -114,12 +101,12 @@ class DepthImageTest(unittest.TestCase):
                              (('can not be decoded', 'png'), lambda picture, depth: setattr(picture, 'data', b'no')),
                              (('64 x 40', '64 x 48'), lambda picture, depth: setattr(depth, 'height', 40))):
             with self.subTest(words):
-                before, stamp = self.counters.count('by_depth/extractor', 'bad input'), now()
+                before, stamp = self.diagnostics.count('by_depth/extractor', 'bad input'), now()
                 picture = compressed(image(3, stamp))
                 depth = depth_to_message(depth_of(3), Header(stamp=stamp, frame_id=FRAME_ID))
                 spoil(picture, depth)
                 self.depth_camera.send(picture, depth)
-                self.counters.await_event('by_depth/extractor', 'bad input', before + 1, words)
+                self.diagnostics.await_event('by_depth/extractor', 'bad input', before + 1, words)
                 self.by_depth.frame(self.send(4))
                 self.assertFalse(self.by_depth.has(stamp))
 
@@ -131,12 +118,12 @@ class DepthImageTest(unittest.TestCase):
             self.cloud_camera.images.publish(image(1, stamp))
             points.publish(cloud(np.ones((HEIGHT, WIDTH, 3)), stamp - rospy.Duration(3)))
             rospy.sleep(0.05)
-            return (self.counters.count('half_blind/extractor', 'input missing')
-                    and self.counters.count('unsynchronised/extractor', 'no pairs'))
+            return (self.diagnostics.count('half_blind/extractor', 'input missing')
+                    and self.diagnostics.count('unsynchronised/extractor', 'no pairs'))
 
-        wait_for(named, 'both are counted')
-        self.counters.await_event('half_blind/extractor', 'input missing', 1, ['/image', 'none on /no_such_points'])
-        self.counters.await_event('unsynchronised/extractor', 'no pairs', 1, ['/image', '/points_of_long_ago'])
+        await_true(named, 'both are counted')
+        self.diagnostics.await_event('half_blind/extractor', 'input missing', 1, ['/image', 'none on /no_such_points'])
+        self.diagnostics.await_event('unsynchronised/extractor', 'no pairs', 1, ['/image', '/points_of_long_ago'])
 
 
 if __name__ == '__main__':

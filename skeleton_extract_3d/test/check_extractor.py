@@ -16,7 +16,6 @@ from harness import (
     OUTPUT,
     WIDTH,
     Camera,
-    Counters,
     FakeDetector,
     Output,
     cloud,
@@ -25,13 +24,12 @@ from harness import (
     person,
     points,
     position,
-    wait_for,
 )
 from openpose_ros_msgs.msg import BodypartDetection_3d, PersonDetection, PersonDetectionArray, Timing
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2
 
 from openpose_ros_pkg.ros.convert import image_to_bgr
-from openpose_ros_pkg.ros.session import is_heard
+from openpose_ros_pkg.ros.session import Diagnostics, await_true, is_heard
 from skeleton_extract_3d.estimator import STAGES as ESTIMATOR_STAGES
 from skeleton_extract_3d.ros.convert import rotation_and_translation
 from skeleton_extract_3d.ros.extractor import AGE_STAGES, STAGES
@@ -60,10 +58,10 @@ class ExtractorTest(unittest.TestCase):
     def setUpClass(cls):
         rospy.init_node('check_extractor')
         cls.detector = FakeDetector('detect_poses_3d')
-        cls.output, cls.counters, cls.camera = Output(), Counters(), Camera()
+        cls.output, cls.diagnostics, cls.camera = Output(), Diagnostics(), Camera()
         cls.tf_buffer = tf2_ros.Buffer()
         cls.tf_listener = tf2_ros.TransformListener(cls.tf_buffer)
-        wait_for(lambda: is_heard('/tf'), 'the joints as frames')
+        await_true(lambda: is_heard('/tf'), 'the joints as frames')
 
     def setUp(self):
         self.detector.answer = lambda number: [person(number, {'nose': (20, 30)})]
@@ -87,7 +85,7 @@ class ExtractorTest(unittest.TestCase):
         def came():
             return [found.header.stamp for found in list(self.output.persons) if found.header.stamp in (empty, good)]
 
-        self.assertEqual(wait_for(came, 'the person of the good frame'), [good])
+        self.assertEqual(await_true(came, 'the person of the good frame'), [good])
 
     def test_joints_are_means_of_the_valid_points_around_their_pixels(self):
         xyz = points(3)
@@ -115,8 +113,8 @@ class ExtractorTest(unittest.TestCase):
         for found, number in ((first, 40), (second, 41)):
             self.assertEqual((found.header.stamp, found.header.frame_id), (stamp, 'frame_of_the_cloud'))
             self.assertEqual((found.person_ID, found.num_people_detected), (number, 2))
-        one_by_one = wait_for(lambda: len([found for found in list(self.output.persons)
-                                           if found.header.stamp == stamp]) == 2, 'a message for each person')
+        one_by_one = await_true(lambda: len([found for found in list(self.output.persons)
+                                             if found.header.stamp == stamp]) == 2, 'a message for each person')
         self.assertTrue(one_by_one)
         self.assertEqual({found.person_ID for found in self.output.persons if found.header.stamp == stamp}, {40, 41})
 
@@ -136,10 +134,10 @@ class ExtractorTest(unittest.TestCase):
         np.testing.assert_allclose(position(nose), mean_of_valid(half[14:17, 9:12]), atol=1e-5)
 
     def test_a_cloud_without_a_valid_point_has_nobody_in_space(self):
-        stamp, before = now(), self.counters.count(NODE, 'no depth')
+        stamp, before = now(), self.diagnostics.count(NODE, 'no depth')
         self.camera.send(image(9, stamp), cloud(np.full((HEIGHT, WIDTH, 3), np.nan), stamp))
         self.assertEqual(self.output.frame(stamp).persons, [])
-        self.counters.await_event(NODE, 'no depth', before + 1, ['0 %'])
+        self.diagnostics.await_event(NODE, 'no depth', before + 1, ['0 %'])
         self.good_frame_works()
 
     def listen(self, topic: str, kind: type) -> List:
@@ -147,7 +145,7 @@ class ExtractorTest(unittest.TestCase):
         kept = []
         subscriber = rospy.Subscriber(topic, kind, kept.append)
         self.addCleanup(subscriber.unregister)
-        wait_for(lambda: is_heard(topic), f'a publisher of {topic}')
+        await_true(lambda: is_heard(topic), f'a publisher of {topic}')
         return kept
 
     def test_2d_results_have_the_ids_that_the_people_have_in_space(self):
@@ -164,7 +162,7 @@ class ExtractorTest(unittest.TestCase):
             in_space = self.output.frame(stamp)
             return [(array, in_space) for array in list(arrays) if array.header.stamp == stamp]
 
-        array, in_space = wait_for(answered, 'the 2D results of a frame')[0]
+        array, in_space = await_true(answered, 'the 2D results of a frame')[0]
         stamp = array.header.stamp
         self.assertEqual((array.pose_model, array.header.frame_id), ('COCO_18', 'frame_of_the_image'))
         self.assertEqual([found.person_ID for found in array.persons], [found.person_ID for found in in_space.persons])
@@ -172,8 +170,8 @@ class ExtractorTest(unittest.TestCase):
         for joint, place in pixels.items():
             self.assertEqual((getattr(first, joint).x, getattr(first, joint).y), place)
         self.assertEqual((second.left_wrist.x, second.left_wrist.confidence, second.neck.confidence), (40.0, 0.5, 0.0))
-        one_by_one = wait_for(lambda: len([found for found in list(persons) if found.header.stamp == stamp]) == 2,
-                              'a 2D message for each person')
+        one_by_one = await_true(lambda: len([found for found in list(persons) if found.header.stamp == stamp]) == 2,
+                                'a 2D message for each person')
         self.assertTrue(one_by_one)
         for found, expected in zip([found for found in persons if found.header.stamp == stamp], array.persons):
             for name in found.__slots__[1:]:  # rospy counts headers itself
@@ -181,7 +179,7 @@ class ExtractorTest(unittest.TestCase):
 
         self.detector.answer = lambda number: []
         stamp = self.camera.send_frame(4)
-        empty = wait_for(lambda: [array for array in list(arrays) if array.header.stamp == stamp], 'an empty frame')
+        empty = await_true(lambda: [array for array in list(arrays) if array.header.stamp == stamp], 'an empty frame')
         self.assertEqual(empty[0].persons, [])
 
     def test_people_are_drawn_while_somebody_listens(self):
@@ -191,7 +189,7 @@ class ExtractorTest(unittest.TestCase):
             self.output.frame(self.camera.send_frame(11))
             return drawn
 
-        message = wait_for(one_came, 'an annotated image')[0]
+        message = await_true(one_came, 'an annotated image')[0]
         self.assertTrue(self.output.has(message.header.stamp))
         changed = (image_to_bgr(message) != image_to_bgr(image(11, message.header.stamp))).any(axis=2)
         self.assertTrue(changed[30, 20])
@@ -211,7 +209,7 @@ class ExtractorTest(unittest.TestCase):
             self.output.frame(self.camera.send_frame(12))
             return infos
 
-        info = wait_for(one_came, 'the camera info')[0]
+        info = await_true(one_came, 'the camera info')[0]
         self.assertEqual((info.K[0], info.K[4], info.header.frame_id), (50.0, 51.0, FRAME_ID))
         self.assertTrue(self.output.has(info.header.stamp))
 
@@ -251,7 +249,7 @@ class ExtractorTest(unittest.TestCase):
             found = [{stage.stage: stage for stage in report.stages} for report in list(reports)]
             return [stages for stages in found if stages['total'].count == stages['age'].count > 0]
 
-        stages = wait_for(report, 'a report')[-1]
+        stages = await_true(report, 'a report')[-1]
         self.assertEqual(tuple(stages), STAGES)
         # the stamp is made before the frame is sent
         self.assertLess(stages['total'].p50, stages['age'].p50)
@@ -271,7 +269,7 @@ class ExtractorTest(unittest.TestCase):
             self.output.frame(self.camera.send_frame(11))
             return images and clouds
 
-        wait_for(echoed, 'image and cloud')
+        await_true(echoed, 'image and cloud')
         for message, sent in ((images[-1], image(11, images[-1].header.stamp)),
                               (clouds[-1], cloud(points(11), clouds[-1].header.stamp))):
             self.assertEqual((message.data, message.header.frame_id), (sent.data, FRAME_ID))
@@ -279,9 +277,9 @@ class ExtractorTest(unittest.TestCase):
 
     def is_counted(self, spoil: Callable[[Image, PointCloud2], Frame], event: str, *words: str):
         """Send a spoilt frame: it is dropped, counted, named, and the next good one works."""
-        before, stamp = self.counters.count(NODE, event), now()
+        before, stamp = self.diagnostics.count(NODE, event), now()
         self.camera.send(*spoil(image(8, stamp), cloud(points(8), stamp)))
-        self.counters.await_event(NODE, event, before + 1, words)
+        self.diagnostics.await_event(NODE, event, before + 1, words)
         self.good_frame_works()
         self.assertFalse(self.output.has(stamp))
 
@@ -347,31 +345,31 @@ class ExtractorTest(unittest.TestCase):
         self.assertFalse(self.output.has(rospy.Time()))
 
     def test_stamps_that_jump_back_begin_anew(self):
-        before = self.counters.count(NODE, 'time jumped back')
+        before = self.diagnostics.count(NODE, 'time jumped back')
         self.good_frame_works()
         earlier = now() - rospy.Duration(100)
         for i in range(3):
             stamp = self.camera.send_frame(12 + i, earlier + rospy.Duration(0.03 * i))
             self.assertEqual(self.output.frame(stamp).persons[0].person_ID, 12 + i)
-        self.counters.await_event(NODE, 'time jumped back', before + 1)
+        self.diagnostics.await_event(NODE, 'time jumped back', before + 1)
         self.good_frame_works()
 
     def test_stamps_that_do_not_grow_are_counted(self):
-        before = self.counters.count(NODE, 'stamp not newer')
+        before = self.diagnostics.count(NODE, 'stamp not newer')
         self.good_frame_works()
         stamp = self.camera.send_frame(1, now())
         self.output.frame(stamp)
         # one by one: of two images that come at once the subscriber keeps the newer alone
         self.camera.send_frame(2, stamp)
-        self.counters.await_event(NODE, 'stamp not newer', before + 2)
+        self.diagnostics.await_event(NODE, 'stamp not newer', before + 2)
         self.camera.send_frame(3, stamp - rospy.Duration(0.1))
-        self.counters.await_event(NODE, 'stamp not newer', before + 4)
+        self.diagnostics.await_event(NODE, 'stamp not newer', before + 4)
         self.good_frame_works()
         self.assertEqual([array.persons[0].person_ID for array in self.output.arrays
                           if array.header.stamp == stamp], [1])
 
     def test_messages_without_a_partner_are_counted(self):
-        before, stamps = self.counters.count(NODE, 'images without a partner'), []
+        before, stamps = self.diagnostics.count(NODE, 'images without a partner'), []
 
         def counted():
             # again and again: of two images that come at once the subscriber keeps the newer alone
@@ -379,18 +377,18 @@ class ExtractorTest(unittest.TestCase):
             self.camera.images.publish(image(8, stamps[-1]))
             time.sleep(0.5)  # further from the next frame than a pair may be where the frames of the tests come slowly
             self.good_frame_works()
-            return self.counters.count(NODE, 'images without a partner') > before
+            return self.diagnostics.count(NODE, 'images without a partner') > before
 
-        wait_for(counted, 'an image is counted')
+        await_true(counted, 'an image is counted')
         self.assertFalse(any(self.output.has(stamp) for stamp in stamps))
 
     def test_a_service_that_fails_once(self):
         def fail(number):
             raise RuntimeError('no memory for the network')
 
-        before, self.detector.answer = self.counters.count(NODE, 'service call failed'), fail
+        before, self.detector.answer = self.diagnostics.count(NODE, 'service call failed'), fail
         stamp = self.camera.send_frame(4)
-        self.counters.await_event(NODE, 'service call failed', before + 1, ['no memory for the network'])
+        self.diagnostics.await_event(NODE, 'service call failed', before + 1, ['no memory for the network'])
         self.setUp()
         self.good_frame_works()
         self.assertFalse(self.output.has(stamp))

@@ -8,13 +8,14 @@ import numpy as np
 import rospy
 import rostest
 from dynamic_reconfigure.client import Client
-from harness import FRAME_ID, OUTPUT, Camera, Counters, Output, ShippedSequence, now, of_joints, wait_for
+from harness import FRAME_ID, OUTPUT, Camera, Output, ShippedSequence, now, of_joints
 from openpose_ros_msgs.msg import PersonDetectionArray, Timing
 from openpose_ros_msgs.srv import GetPersons
 from std_msgs.msg import Header
 from std_srvs.srv import SetBool
 
 from openpose_ros_pkg.ros.convert import bgr_to_image
+from openpose_ros_pkg.ros.session import Diagnostics, await_true
 from skeleton_extract_3d.points.depth import cloud_from_depth
 from skeleton_extract_3d.ros.convert import cloud_to_message
 from skeleton_extract_3d.ros.extractor import AGE_STAGES, STAGES
@@ -28,9 +29,9 @@ class OneProcessTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         rospy.init_node('check_one_process')
-        cls.sequence, cls.counters = ShippedSequence().frames, Counters()
+        cls.sequence, cls.diagnostics = ShippedSequence().frames, Diagnostics()
         # nobody listens yet
-        cls.counters.await_text('one/people', 'idle: nobody listens')
+        cls.diagnostics.await_state('one/people', 'idle: nobody listens')
         cls.one, cls.two = Output('one'), Output('two')
         cls.reports, cls.arrays_2d = [], []
         rospy.Subscriber('one/people/timing', Timing, cls.reports.append)
@@ -57,8 +58,8 @@ class OneProcessTest(unittest.TestCase):
             for mine, theirs in zip(one.persons, two.persons):
                 for what in ('x', 'y', 'z', 'status', 'sigma', 'confidence'):
                     np.testing.assert_array_equal(of_joints(mine, what), of_joints(theirs, what), what)
-            in_image = wait_for(lambda stamp=image.header.stamp: [array for array in list(self.arrays_2d)
-                                                                  if array.header.stamp == stamp], '2D results')
+            in_image = await_true(lambda stamp=image.header.stamp: [array for array in list(self.arrays_2d)
+                                                                    if array.header.stamp == stamp], '2D results')
             self.assertEqual([found.person_ID for found in in_image[0].persons],
                              [found.person_ID for found in one.persons][:len(in_image[0].persons)])
 
@@ -83,7 +84,7 @@ class OneProcessTest(unittest.TestCase):
             found = [{stage.stage: stage for stage in report.stages} for report in list(self.reports)]
             return [stages for stages in found if stages['age'].count > 0]
 
-        stages = wait_for(report, 'a report')[-1]
+        stages = await_true(report, 'a report')[-1]
         self.assertEqual(tuple(stages), STAGES)
         for total, parts in (('age', AGE_STAGES), ('detection', NETWORK_STAGES)):
             self.assertAlmostEqual(sum(stages[name].mean for name in parts) / stages[total].mean, 1.0, delta=0.02)
@@ -105,11 +106,11 @@ class OneProcessTest(unittest.TestCase):
                                                                                    ('detect_poses_3d', GetPersons)))
         self.assertTrue(switch(False).success)
         self.addCleanup(switch, True)
-        wait_for(lambda: self.camera.images.get_num_connections() == 1, 'the image is not read')
+        await_true(lambda: self.camera.images.get_num_connections() == 1, 'the image is not read')
         with self.assertRaises(rospy.ServiceException):
             call(self.messages(0)[0])
         switch(True)
-        wait_for(lambda: self.camera.images.get_num_connections() == 2, 'the image is read again')
+        await_true(lambda: self.camera.images.get_num_connections() == 2, 'the image is read again')
         self.assertEqual(len(call(self.messages(0)[0]).detections), 2)
 
 

@@ -7,7 +7,9 @@ import unittest
 import numpy as np
 import rospy
 import rostest
-from harness import FIRST_Z, STEP_Z, Camera, Counters, FakeDetector, Output, cloud, image, person, points, wait_for
+from harness import FIRST_Z, STEP_Z, Camera, FakeDetector, Output, cloud, image, person, points
+
+from openpose_ros_pkg.ros.session import Diagnostics, await_true
 
 RATE, FRAMES, DROPS = 30, 300, 0.2
 # Stamp of the cloud minus that of the image: a third of the period with jitter, as of two unsynchronised cameras [s].
@@ -31,10 +33,10 @@ class PairingTest(unittest.TestCase):
             return [person(number, {'nose': (20, 30)})]
 
         detector.answer = fail_now_and_then
-        output, counters, camera = Output(), Counters(), Camera()
+        output, diagnostics, camera = Output(), Diagnostics(), Camera()
         possible = self.play(camera, lambda number: number in failed or any(
             array.persons[0].person_ID == number for array in list(output.arrays)))
-        wait_for(lambda: output.arrays and output.arrays[-1].persons[0].person_ID >= FRAMES, 'a last frame')
+        await_true(lambda: output.arrays and output.arrays[-1].persons[0].person_ID >= FRAMES, 'a last frame')
 
         arrays = list(output.arrays)
         images = np.array([array.persons[0].person_ID for array in arrays])
@@ -46,7 +48,7 @@ class PairingTest(unittest.TestCase):
         rospy.loginfo('%d pairs, %.0f %% of the possible ones', len(images), 100 * share)
         self.assertGreater(share, LEAST_SHARE)
         self.assertTrue(failed)
-        counters.await_event('extractor', 'service call failed', len(failed))
+        diagnostics.await_event('extractor', 'service call failed', len(failed))
 
     def play(self, camera, is_done):
         """Send the frames; return the numbers of which both messages were sent.

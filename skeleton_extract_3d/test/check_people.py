@@ -12,7 +12,6 @@ from dynamic_reconfigure.client import Client
 from harness import (
     FRAME_ID,
     OUTPUT,
-    PATIENCE,
     VISIBLE,
     Camera,
     FakeDetector,
@@ -23,7 +22,6 @@ from harness import (
     of_joints,
     person,
     position,
-    wait_for,
 )
 from openpose_ros_msgs.msg import (
     PersonDetection,
@@ -36,7 +34,7 @@ from sensor_msgs.msg import CameraInfo
 from std_msgs.msg import Header
 
 from openpose_ros_pkg.ros.convert import bgr_to_image
-from openpose_ros_pkg.ros.session import is_heard
+from openpose_ros_pkg.ros.session import PATIENCE, await_true, is_heard
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.estimator import STAGES
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING
@@ -90,7 +88,7 @@ class PeopleTest(unittest.TestCase):
         cls.output, cls.camera = Output(), Camera()
         cls.tf_buffer = tf2_ros.Buffer()
         cls.tf_listener = tf2_ros.TransformListener(cls.tf_buffer)
-        wait_for(lambda: is_heard(f'{OUTPUT}/detected_poses') and is_heard('/tf'), '2D results and joints as frames')
+        await_true(lambda: is_heard(f'{OUTPUT}/detected_poses') and is_heard('/tf'), '2D results and joints as frames')
         cls.last_stamp = rospy.Time.from_sec(rospy.get_time())
         cls.frames = cls.play(range(len(cls.sequence.people)))
 
@@ -128,8 +126,8 @@ class PeopleTest(unittest.TestCase):
     def people_2d(self, frame: Frame) -> PersonDetectionArray:
         """Return the 2D results of a frame."""
         stamp = frame.array.header.stamp
-        return wait_for(lambda: next((array for array in list(self.arrays_2d) if array.header.stamp == stamp), None),
-                        f'2D results of frame {frame.number}')
+        return await_true(lambda: next((array for array in list(self.arrays_2d) if array.header.stamp == stamp), None),
+                          f'2D results of frame {frame.number}')
 
     def detected_joints(self) -> Tuple[np.ndarray, ...]:
         """Return status, sigma and error [m] of the N joints of all who were detected, whether hidden and visible."""
@@ -239,10 +237,10 @@ class PeopleTest(unittest.TestCase):
         reports: List[Timing] = []
         subscriber = rospy.Subscriber(f'{NODE}/timing', Timing, reports.append)
         self.addCleanup(subscriber.unregister)
-        wait_for(subscriber.get_num_connections, 'a publisher of the timing')
+        await_true(subscriber.get_num_connections, 'a publisher of the timing')
         self.play(range(4))
-        stages = wait_for(lambda: next(({stage.stage: stage for stage in report.stages} for report in list(reports)
-                                        if report.rate > 0), None), 'a report')
+        stages = await_true(lambda: next(({stage.stage: stage for stage in report.stages} for report in list(reports)
+                                          if report.rate > 0), None), 'a report')
         for name in STAGES:
             self.assertGreater(stages[name].count, 0, name)
             self.assertTrue(0 < stages[name].p50 <= stages['estimate'].p50, name)

@@ -6,7 +6,9 @@ import unittest
 
 import rospy
 import rostest
-from harness import PATIENCE, Camera, Counters, FakeDetector, Output, person, wait_for
+from harness import Camera, FakeDetector, Output, person
+
+from openpose_ros_pkg.ros.session import PATIENCE, Diagnostics, await_true
 
 NODE, FAILED = 'extractor', 'service call failed'
 
@@ -14,11 +16,11 @@ NODE, FAILED = 'extractor', 'service call failed'
 class ServiceTest(unittest.TestCase):
     def test_missing_then_there_then_hung_then_restarted(self):
         rospy.init_node('check_service')
-        self.output, self.counters, self.camera = Output(), Counters(), Camera()
+        self.output, self.diagnostics, self.camera = Output(), Diagnostics(), Camera()
 
         # not there when the first frames come
         stamp = self.camera.send_frame(1)
-        self.counters.await_event(NODE, FAILED, 1, ['detect_poses_3d'])
+        self.diagnostics.await_event(NODE, FAILED, 1, ['detect_poses_3d'])
         detector = FakeDetector('detect_poses_3d')
         self.frames_come_again(2)
         self.assertFalse(self.output.has(stamp))
@@ -34,10 +36,10 @@ class ServiceTest(unittest.TestCase):
                 go_on.wait()
             return [person(number, {'nose': (20, 30)})]
 
-        detector.answer, failures = hang_once, self.counters.count(NODE, FAILED)
+        detector.answer, failures = hang_once, self.diagnostics.count(NODE, FAILED)
         stamp = self.camera.send_frame(3)
         self.assertTrue(began.wait(PATIENCE))
-        self.counters.await_event(NODE, FAILED, failures + 1, ['no answer', '0.5 s'])
+        self.diagnostics.await_event(NODE, FAILED, failures + 1, ['no answer', '0.5 s'])
         self.frames_come_again(4)
         go_on.set()
         self.frames_come_again(5)
@@ -45,9 +47,9 @@ class ServiceTest(unittest.TestCase):
 
         # dies and comes back
         detector.shutdown()
-        failures = self.counters.count(NODE, FAILED)
+        failures = self.diagnostics.count(NODE, FAILED)
         self.camera.send_frame(6)
-        self.counters.await_event(NODE, FAILED, failures + 1)
+        self.diagnostics.await_event(NODE, FAILED, failures + 1)
         FakeDetector('detect_poses_3d')
         self.frames_come_again(7)
 
@@ -60,7 +62,7 @@ class ServiceTest(unittest.TestCase):
             rospy.sleep(0.03)
             return any(self.output.has(stamp) for stamp in stamps)
 
-        wait_for(one_came, f'people of one of the frames {number}')
+        await_true(one_came, f'people of one of the frames {number}')
         self.assertEqual(self.output.arrays[-1].persons[0].person_ID, number)
 
 

@@ -7,23 +7,11 @@ import unittest
 
 import rospy
 import rostest
-from harness import (
-    FIRST_Z,
-    OUTPUT,
-    STEP_Z,
-    Camera,
-    Counters,
-    FakeDetector,
-    Output,
-    cloud,
-    image,
-    points,
-    wait_for,
-)
+from harness import FIRST_Z, OUTPUT, STEP_Z, Camera, FakeDetector, Output, cloud, image, points
 from rosgraph_msgs.msg import Clock
 from visualization_msgs.msg import Marker
 
-from openpose_ros_pkg.ros.session import is_heard
+from openpose_ros_pkg.ros.session import Diagnostics, await_true, is_heard
 
 # Stamps of the bag [s] and its rounds.
 BEGIN, PERIOD, FRAMES, ROUNDS = 1000.0, 1 / 30, 30, 3
@@ -34,9 +22,9 @@ class SimTimeTest(unittest.TestCase):
         rospy.init_node('check_sim_time')
         detector = FakeDetector('detect_poses_3d')
         clock = rospy.Publisher('/clock', Clock, queue_size=1)
-        output, counters, camera, markers = Output(), Counters(), Camera(), []
+        output, diagnostics, camera, markers = Output(), Diagnostics(), Camera(), []
         rospy.Subscriber(f'{OUTPUT}/visualization_markers', Marker, markers.append)
-        wait_for(lambda: is_heard(f'{OUTPUT}/visualization_markers'), 'the visualization is there')
+        await_true(lambda: is_heard(f'{OUTPUT}/visualization_markers'), 'the visualization is there')
         self.assertTrue(rospy.get_param('/use_sim_time'))
 
         # the static transform is there when a frame comes out
@@ -48,26 +36,26 @@ class SimTimeTest(unittest.TestCase):
             camera.send_frame(0, rospy.Time.from_sec(seconds))
             return output.arrays
 
-        wait_for(one_came, 'a first frame')
+        await_true(one_came, 'a first frame')
         for number in range(ROUNDS):
             output.arrays.clear()
             markers.clear()
             self.play(clock, camera, output, number)
             # an id holds the number of the round
-            wait_for(lambda number=number: any(marker.id // 100 == number for marker in list(markers)),
-                     'markers in each round')
-        counters.await_event('extractor', 'time jumped back', ROUNDS - 1)
+            await_true(lambda number=number: any(marker.id // 100 == number for marker in list(markers)),
+                       'markers in each round')
+        diagnostics.await_event('extractor', 'time jumped back', ROUNDS - 1)
         self.assertGreaterEqual(detector.answered, ROUNDS * FRAMES)
 
         for number, jump in enumerate((0.0, -50.0)):  # the clock stands still, or is reset, while a frame waits
-            before = counters.count('extractor', 'no transform')
+            before = diagnostics.count('extractor', 'no transform')
             stamp = rospy.Time.from_sec(BEGIN + (FRAMES + number) * PERIOD)
             camera.send(image(0, stamp), cloud(points(0), stamp, 'elsewhere'))
             self.tick(clock, rospy.get_time() + jump)
-            counters.await_event('extractor', 'no transform', before + 1, ['elsewhere'])
+            diagnostics.await_event('extractor', 'no transform', before + 1, ['elsewhere'])
         output.arrays.clear()
         self.play(clock, camera, output, ROUNDS)
-        self.assertEqual(counters.count('extractor', 'frame failed'), 0)
+        self.assertEqual(diagnostics.count('extractor', 'frame failed'), 0)
 
     def play(self, clock, camera, output, number):
         for i in range(FRAMES):

@@ -7,22 +7,10 @@ import numpy as np
 import rospy
 import rostest
 import tf2_ros
-from harness import (
-    FRAME_ID,
-    Camera,
-    Counters,
-    FakeDetector,
-    Output,
-    cloud,
-    image,
-    now,
-    person,
-    points,
-    position,
-    wait_for,
-)
+from harness import FRAME_ID, Camera, FakeDetector, Output, cloud, image, now, person, points, position
 from std_msgs.msg import Header
 
+from openpose_ros_pkg.ros.session import Diagnostics, await_true
 from skeleton_extract_3d.ros.convert import transform_from_matrix
 
 # From the optical frame (x right, y down, z forward) to a room with z up, 1.5 m below the camera [m].
@@ -34,7 +22,7 @@ class TargetFrameTest(unittest.TestCase):
     def setUpClass(cls):
         rospy.init_node('check_target_frame')
         cls.detector = FakeDetector('detect_poses_3d')
-        cls.counters = Counters()
+        cls.diagnostics = Diagnostics()
 
     def setUp(self):
         self.detector.answer = lambda number: [person(number, {'nose': (20, 30)})]
@@ -42,7 +30,7 @@ class TargetFrameTest(unittest.TestCase):
     def dropped_frame(self, node, camera, *words):
         """Send a first frame, see that the node drops it and says why; return its stamp."""
         stamp = camera.send_frame(1)
-        self.counters.await_event(node, 'no transform', 1, words)
+        self.diagnostics.await_event(node, 'no transform', 1, words)
         return stamp
 
     def frame_comes(self, camera, output, send_transform=lambda stamp: None):
@@ -55,10 +43,10 @@ class TargetFrameTest(unittest.TestCase):
             rospy.sleep(0.1)
             return next((stamp for stamp in stamps if output.has(stamp)), None)
 
-        return output.frame(wait_for(one_came, 'a frame after the transform'))
+        return output.frame(await_true(one_came, 'a frame after the transform'))
 
     def test_frames_are_dropped_until_the_transform_comes(self):
-        detector, counters, output, camera = self.detector, self.counters, Output(), Camera()
+        detector, diagnostics, output, camera = self.detector, self.diagnostics, Output(), Camera()
         early = self.dropped_frame('extractor', camera, 'room')
 
         broadcaster = tf2_ros.StaticTransformBroadcaster()
@@ -74,9 +62,9 @@ class TargetFrameTest(unittest.TestCase):
         camera.send(image(6, stamp), cloud(points(6), stamp, 'room'))
         found, = output.frame(stamp).persons
         np.testing.assert_allclose(position(found.nose), points(6)[29:32, 19:22].reshape(-1, 3).mean(axis=0), atol=1e-5)
-        dropped, stamp = counters.count('extractor', 'no transform'), now()
+        dropped, stamp = diagnostics.count('extractor', 'no transform'), now()
         camera.send(image(7, stamp), cloud(points(7), stamp, 'elsewhere'))
-        counters.await_event('extractor', 'no transform', dropped + 1, ['elsewhere'])
+        diagnostics.await_event('extractor', 'no transform', dropped + 1, ['elsewhere'])
         self.assertFalse(output.has(stamp))
 
         # an empty frame says where it is, too

@@ -9,12 +9,12 @@ import numpy as np
 import rospy
 import rostest
 from dynamic_reconfigure.client import Client
-from harness import OUTPUT, PATIENCE, Counters, now, wait_for
+from harness import OUTPUT, now
 from openpose_ros_msgs.msg import PersonDetection_3dArray
 from std_msgs.msg import Header
 from visualization_msgs.msg import Marker
 
-from openpose_ros_pkg.ros.session import is_heard
+from openpose_ros_pkg.ros.session import PATIENCE, Diagnostics, await_true, is_heard
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
 from skeleton_extract_3d.ros.convert import people_to_messages
@@ -57,14 +57,14 @@ class VisualizationTest(unittest.TestCase):
         rospy.init_node('check_visualization')
         cls.markers = {namespace: [] for namespace in ('', 'everything/')}
         cls.topics = set()
-        cls.counters = Counters()
+        cls.diagnostics = Diagnostics()
         topics = []
         for namespace in cls.markers:
             for topic in ('visualization_markers', 'visualization_skeleton'):
                 topics.append(f'{namespace}{OUTPUT}/{topic}')
                 rospy.Subscriber(topics[-1], Marker, partial(cls.keep, namespace, topic))
         cls.publisher = rospy.Publisher(f'{OUTPUT}/detected_poses_3d', PersonDetection_3dArray, queue_size=10)
-        wait_for(lambda: cls.publisher.get_num_connections() == 2 and all(map(is_heard, topics)), 'connections')
+        await_true(lambda: cls.publisher.get_num_connections() == 2 and all(map(is_heard, topics)), 'connections')
 
     @classmethod
     def keep(cls, namespace: str, topic: str, marker: Marker):
@@ -82,8 +82,8 @@ class VisualizationTest(unittest.TestCase):
         persons = people_to_messages(people(*ids, **looks), header)
         self.publisher.publish(PersonDetection_3dArray(header=header, pose_model='COCO_18', persons=persons))
         for either in self.markers:
-            wait_for(lambda either=either: self.of_frame(header, 1, either), f'markers of {ids} in {either or "/"}')
-        return wait_for(lambda: self.of_frame(header, number or 2 * len(ids), namespace), f'the markers of {ids}')
+            await_true(lambda either=either: self.of_frame(header, 1, either), f'markers of {ids} in {either or "/"}')
+        return await_true(lambda: self.of_frame(header, number or 2 * len(ids), namespace), f'the markers of {ids}')
 
     def of_frame(self, header: Header, number: int, namespace: str) -> list:
         found = [marker for marker in list(self.markers[namespace]) if marker.header.stamp == header.stamp]
@@ -189,9 +189,9 @@ class VisualizationTest(unittest.TestCase):
         self.assertEqual(label.text, '9 (hidden)')
 
     def test_people_of_an_unknown_joint_set_are_counted(self):
-        before = self.counters.count(NODE, 'bad input')
+        before = self.diagnostics.count(NODE, 'bad input')
         self.publisher.publish(PersonDetection_3dArray(header=Header(stamp=now()), pose_model='SPIDER'))
-        self.counters.await_event(NODE, 'bad input', before + 1, ['SPIDER', 'COCO_18'])
+        self.diagnostics.await_event(NODE, 'bad input', before + 1, ['SPIDER', 'COCO_18'])
         self.assertEqual(len(self.show(9)), 2)
 
 

@@ -3,14 +3,12 @@
 Frames carry their number, in pixel (0, 0) of the image and in z of the cloud, so that a wrong pair shows.
 """
 import json
-import threading
 import time
 from pathlib import Path
-from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Callable, List, Mapping, NamedTuple, Optional, Tuple
 
 import numpy as np
 import rospy
-from diagnostic_msgs.msg import DiagnosticArray
 from openpose_ros_msgs.msg import BodypartDetection, PersonDetection, PersonDetection_3d, PersonDetection_3dArray
 from openpose_ros_msgs.srv import GetPersons, GetPersonsRequest, GetPersonsResponse
 from sensor_msgs.msg import Image, PointCloud2
@@ -18,7 +16,7 @@ from std_msgs.msg import Header
 
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.ros.convert import bgr_to_image, image_to_bgr
-from openpose_ros_pkg.ros.session import is_heard
+from openpose_ros_pkg.ros.session import PATIENCE, await_true, is_heard
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.points.depth import XYZRGB
 from skeleton_extract_3d.points.rgbd_sequence import RgbdSequence
@@ -29,20 +27,6 @@ FRAME_ID = 'test_optical_frame'
 # z of frame number n is FIRST_Z + n * STEP_Z [m]
 FIRST_Z, STEP_Z = 1.0, 0.01
 OUTPUT = 'openpose_ros/skeleton_3d'
-# For what takes a few seconds on a machine that is not busy [s].
-PATIENCE = 60.0
-
-
-def wait_for(condition: Callable[[], Any], what: str, timeout: float = PATIENCE) -> Any:
-    """Return the first true value of the condition; fail when there is none in time [s, wall clock]."""
-    deadline = time.monotonic() + timeout
-    while True:
-        value = condition()
-        if value:
-            return value
-        if time.monotonic() > deadline:
-            raise AssertionError(f'not within {timeout:g} s: {what}')
-        time.sleep(0.01)
 
 
 def image(number: int, stamp: rospy.Time, width: int = WIDTH, height: int = HEIGHT) -> Image:
@@ -167,9 +151,9 @@ class Camera:
                  points_type: Any = PointCloud2, listeners: Tuple[int, int] = (1, 1)) -> None:
         self.images = rospy.Publisher(image_topic, image_type, queue_size=10)
         self.points = rospy.Publisher(points_topic, points_type, queue_size=10)
-        wait_for(lambda: self.images.get_num_connections() >= listeners[0]
-                 and self.points.get_num_connections() >= listeners[1],
-                 f'{listeners} nodes listen to {image_topic} and {points_topic}')
+        await_true(lambda: self.images.get_num_connections() >= listeners[0]
+                   and self.points.get_num_connections() >= listeners[1],
+                   f'{listeners} nodes listen to {image_topic} and {points_topic}')
 
     def send(self, image_message: Any, points_message: Any) -> None:
         """Publish both."""
@@ -204,12 +188,12 @@ class Output:
                   for topic in ('detected_poses_3d', 'detected_poses_keypoints_3d')]
         rospy.Subscriber(topics[0], PersonDetection_3dArray, self.arrays.append)
         rospy.Subscriber(topics[1], PersonDetection_3d, self.persons.append)
-        wait_for(lambda: all(map(is_heard, topics)), 'the extractor is there')
+        await_true(lambda: all(map(is_heard, topics)), 'the extractor is there')
 
     def frame(self, stamp: rospy.Time, timeout: float = PATIENCE) -> PersonDetection_3dArray:
         """Wait for the people of the frame with this stamp and return them."""
-        return wait_for(lambda: next((array for array in list(self.arrays) if array.header.stamp == stamp), None),
-                        f'people of the frame of {stamp.to_sec():.3f}', timeout)
+        return await_true(lambda: next((array for array in list(self.arrays) if array.header.stamp == stamp), None),
+                          f'people of the frame of {stamp.to_sec():.3f}', timeout)
 
     def has(self, stamp: rospy.Time) -> bool:
         """Tell whether the frame with this stamp came."""
@@ -224,40 +208,3 @@ def joints_of(found: PersonDetection_3d) -> np.ndarray:
 def of_joints(found: Any, what: str) -> np.ndarray:
     """Return status, sigma or confidence of each joint, (18,)."""
     return np.array([getattr(getattr(found, joint), what) for joint in COCO_18.joints])
-
-
-class Counters:
-    """Keeps the newest counters of all nodes, and every text, from /diagnostics."""
-
-    def __init__(self) -> None:
-        self._lock = threading.Lock()
-        self._values: Dict[str, Dict[str, str]] = {}
-        self._texts: Dict[str, List[str]] = {}
-        self._subscriber = rospy.Subscriber('/diagnostics', DiagnosticArray, self._store)
-
-    def _store(self, message: DiagnosticArray) -> None:
-        with self._lock:
-            for status in message.status:
-                node = status.name.split(':')[0].strip('/')
-                self._values[node] = {pair.key: pair.value for pair in status.values}
-                self._texts.setdefault(node, []).append(status.message)
-
-    def count(self, node: str, event: str) -> int:
-        """Return how often an event happened, as last reported."""
-        with self._lock:
-            return int(self._values.get(node, {}).get(event, 0))
-
-    def await_event(self, node: str, event: str, at_least: int, words: Sequence[str] = ()) -> None:
-        """Wait until an event was counted, and a text named it with all these words."""
-        wait_for(lambda: self.count(node, event) >= at_least, f"{node} counts {at_least} times '{event}'; it says "
-                                                              f'{self._values.get(node)}')
-        wait_for(lambda: any(all(word in text for word in (event, *words)) for text in self._said(node)),
-                 f"{node} says '{event}' with {words}; it said {set(self._said(node))}")
-
-    def await_text(self, node: str, text: str) -> None:
-        """Wait until the node's newest status has this text."""
-        wait_for(lambda: self._said(node)[-1:] == [text], f'{node} says {text!r}; it said {set(self._said(node))}')
-
-    def _said(self, node: str) -> List[str]:
-        with self._lock:
-            return list(self._texts.get(node, []))

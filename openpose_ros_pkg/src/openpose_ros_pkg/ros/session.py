@@ -9,8 +9,9 @@ import threading
 import time
 from collections import defaultdict
 from contextlib import ExitStack, suppress
+from functools import partial
 from pathlib import Path
-from typing import Any, Callable, DefaultDict, Dict, List, NamedTuple, Optional, Type, Union
+from typing import Any, Callable, DefaultDict, Dict, List, NamedTuple, Optional, Sequence, Type, Union
 from xmlrpc.client import ServerProxy
 
 import rosgraph
@@ -19,11 +20,12 @@ from diagnostic_msgs.msg import DiagnosticArray
 
 from openpose_ros_pkg.errors import OpenposeRosError
 
+PATIENCE = 60.0
+"""Time for what takes a few seconds on a machine that is not busy [s]."""
+
 # A child has this long to end after each of these signals [s].
 _STOPPING = ((signal.SIGINT, 20.0), (signal.SIGTERM, 5.0), (signal.SIGKILL, 5.0))
 _MASTER_TIMEOUT = 30.0
-# For what takes a few seconds on a machine that is not busy [s].
-_PATIENCE = 60.0
 # Of a status in /diagnostics, by its number.
 _LEVELS = ('OK', 'WARN', 'ERROR', 'STALE')
 
@@ -122,7 +124,7 @@ def wait_for(condition: Callable[[], bool], timeout: float, what: str, watched: 
         time.sleep(0.05)
 
 
-def await_true(condition: Callable[[], Any], what: Union[str, Callable[[], str]], timeout: float = _PATIENCE) -> Any:
+def await_true(condition: Callable[[], Any], what: Union[str, Callable[[], str]], timeout: float = PATIENCE) -> Any:
     """Return the first true value of condition(); AssertionError with `what` when there is none in time [s]."""
     deadline = time.monotonic() + timeout
     while True:
@@ -149,6 +151,33 @@ def is_heard(topic: str) -> bool:
             # rows of the ROS Slave API: id, who is at the other end, direction, transport, topic, ...
             heard.append(any(row[1:3] == [name, 'o'] and row[4] == topic for row in answer[2]))
     return bool(heard) and all(heard)
+
+
+class Recorder:
+    """Keeps the messages of a topic; ready when those who publish it send to here.
+
+    Args:
+        connect: False: does not wait for that.
+    """
+
+    def __init__(self, topic: str, kind: Type[Any], connect: bool = True) -> None:
+        self.topic = topic
+        self.messages: List[Any] = []
+        self._subscriber = rospy.Subscriber(topic, kind, self.messages.append, queue_size=100)
+        if connect:
+            await_true(lambda: is_heard(topic), f'a publisher of {topic}')
+
+    def wait(self, number: int, stamp: Optional[rospy.Time] = None) -> List[Any]:
+        """Return the messages so far, of one stamp if given, as soon as there are so many."""
+        def chosen() -> List[Any]:
+            return [message for message in self.messages.copy() if stamp is None or message.header.stamp == stamp]
+        await_true(lambda: len(chosen()) >= number,
+                   lambda: f'{number} messages on {self.topic}, of stamp {stamp}; got {len(chosen())}')
+        return chosen()
+
+    def close(self) -> None:
+        """Listen no more."""
+        self._subscriber.unregister()
 
 
 class ResultWatch:
@@ -210,12 +239,18 @@ class Report(NamedTuple):
 
 
 class Diagnostics:
-    """Keeps the reports of all nodes in /diagnostics; nodes are named without the first slash."""
+    """Keeps the reports of all nodes in /diagnostics.
 
-    def __init__(self) -> None:
+    Args:
+        nodes: of each of them, a report is waited for.
+    """
+
+    def __init__(self, *nodes: str) -> None:
         self._lock = threading.Lock()
         self._reports: DefaultDict[str, List[Report]] = defaultdict(list)
         self._subscriber = rospy.Subscriber('/diagnostics', DiagnosticArray, self._store, queue_size=100)
+        for node in nodes:
+            await_true(partial(self.reports, node), f'diagnostics of {node}')
 
     def _store(self, message: DiagnosticArray) -> None:
         with self._lock:
@@ -228,7 +263,7 @@ class Diagnostics:
     def reports(self, node: str, first: int = 0) -> List[Report]:
         """Return all reports of a node so far, from a number on."""
         with self._lock:
-            return self._reports[node][first:]
+            return self._reports[node.strip('/')][first:]
 
     def value(self, node: str, key: str) -> str:
         """Return a value as last reported; empty: there is none."""
@@ -242,6 +277,26 @@ class Diagnostics:
     def texts(self, node: str) -> List[str]:
         """Return what a node said so far."""
         return [report.text for report in self.reports(node)]
+
+    def await_count(self, node: str, event: str, at_least: int) -> None:
+        """Wait until an event was counted so often."""
+        await_true(lambda: self.count(node, event) >= at_least,
+                   lambda: f"{node} counts {at_least} times '{event}'; it reports {self.reports(node)[-1:]}")
+
+    def await_text(self, node: str, *words: str) -> None:
+        """Wait until a node has said all these words in one text."""
+        await_true(lambda: any(all(word in text for word in words) for text in self.texts(node)),
+                   lambda: f'{node} says {words}; it said {set(self.texts(node))}')
+
+    def await_event(self, node: str, event: str, at_least: int, words: Sequence[str] = ()) -> None:
+        """Wait until an event was counted so often, and a text named it with all these words."""
+        self.await_count(node, event, at_least)
+        self.await_text(node, event, *words)
+
+    def await_state(self, node: str, text: str) -> None:
+        """Wait until a node's newest report has this text."""
+        await_true(lambda: self.texts(node)[-1:] == [text],
+                   lambda: f'{node} says {text!r}; it said {set(self.texts(node))}')
 
 
 def _as_number(level: Union[int, bytes]) -> int:

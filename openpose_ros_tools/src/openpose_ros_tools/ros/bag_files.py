@@ -65,6 +65,8 @@ class _BagFile(io.BufferedReader):
 class _BoundedReader(rosbag.bag._BagReader200):
     """Reads compressed chunks, of which rosbag would decompress whatever comes: gigabytes from a file of a megabyte."""
 
+    decompressed_chunk_pos: Optional[int]
+
     def seek_and_read_message_data_record(self, position: Tuple[int, int], *options: bool) -> Any:
         """See the base class, which finds the chunk decompressed."""
         chunk = self.bag._chunk_headers.get(position[0])
@@ -84,7 +86,7 @@ def _decompressed(data: bytes, chunk: rosbag.bag._ChunkHeader) -> bytes:
     if chunk.compression == rosbag.Compression.BZ2:
         content = bz2.BZ2Decompressor().decompress(data, size + 1)
     elif chunk.compression == rosbag.Compression.LZ4:
-        decompressor, content = rosbag.bag.roslz4.LZ4Decompressor(), bytearray()
+        decompressor, content = rosbag.bag.roslz4.LZ4Decompressor(), b''
         for start in range(0, len(data), _LZ4_PIECE):
             content += decompressor.decompress(data[start:start + _LZ4_PIECE])
             if len(content) > size:
