@@ -24,6 +24,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections import Counter
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Callable, Dict, List, Optional, Sequence, Tuple
@@ -184,6 +185,7 @@ class Run:
         frames: stamp [s], and people in space.
         work: of the networks for each image.
         detecting, estimating: what each frame took [ms].
+        warnings: number of frames that each warning of the points is about.
     """
 
     people: List[People2D] = field(default_factory=list)
@@ -191,6 +193,7 @@ class Run:
     work: List[float] = field(default_factory=list)
     detecting: List[float] = field(default_factory=list)
     estimating: List[float] = field(default_factory=list)
+    warnings: Counter = field(default_factory=Counter)
 
 
 def run_chain(sequence: RgbdSequence, chain: PeopleChain, find: Optional[FindPeople] = None,
@@ -216,6 +219,7 @@ def run_chain(sequence: RgbdSequence, chain: PeopleChain, find: Optional[FindPeo
         run.estimating.append(1e3 * (time.perf_counter() - began_space))
         run.detecting.append(1e3 * (found - began))
         run.frames.append((frame.time, answer.people))
+        run.warnings.update(doubt.event for doubt in answer.doubts)
     return run
 
 
@@ -237,6 +241,13 @@ def report_2d(folders: Sequence[Path], runs: Sequence[Run]) -> str:
     work = pd.DataFrame([(len(people), done) for run in runs for people, done in zip(run.people, run.work)])
     by_people = ', '.join(f'{number}: {mean:.2f}' for number, mean in work.groupby(0)[1].mean().items())
     return f'{text}work per frame: {work[1].mean():.2f}, at most {work[1].max():.2f}; by people {by_people}\n'
+
+
+def report_warnings(folders: Sequence[Path], runs: Sequence[Run]) -> str:
+    """Return in how many frames the points of a sequence were doubted, as text."""
+    lines = [f'{folder}: {event} in {number} of {len(run.frames)} frames\n'
+             for folder, run in zip(folders, runs) for event, number in run.warnings.items()]
+    return ''.join(lines) or 'no warning of points\n'
 
 
 def _apart(xy: np.ndarray, uv: np.ndarray, labels: np.ndarray) -> float:
@@ -336,6 +347,7 @@ def main() -> None:
             detecting, estimating = ([each for run in runs for each in getattr(run, name)]
                                      for name in ('detecting', 'estimating'))
             sys.stdout.write(f'median ms per frame: 2D {np.median(detecting):.1f}, 3D {np.median(estimating):.2f}\n')
+            sys.stdout.write(report_warnings(arguments.sequences, runs))
             if finder is not None:
                 sys.stdout.write(report_2d(arguments.sequences, runs))
             if arguments.lag:
