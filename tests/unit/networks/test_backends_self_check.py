@@ -45,6 +45,16 @@ def test_references_are_small_and_of_a_size_that_the_network_takes(model):
     assert image.shape[0] % model.input.multiple_of == image.shape[1] % model.input.multiple_of == 0
 
 
+def test_a_damaged_reference_is_an_error_that_names_it(tmp_path, monkeypatch):
+    path = tmp_path / 'known.npz'
+    content = reference_path(MOBILENET_THIN).read_bytes()
+    monkeypatch.setattr('openpose_ros_pkg.networks.backends.self_check.reference_path', lambda model: path)
+    for damaged in (b'', b'no archive', content[:-100], content[:5000] + bytes(1000) + content[6000:]):
+        path.write_bytes(damaged)
+        with pytest.raises(ModelError, match=r'known\.npz is damaged'):
+            check_backend(known_output(MOBILENET_THIN), MOBILENET_THIN, exact=True)
+
+
 def test_reference_of_the_default_network_shows_a_person():
     with np.load(str(reference_path(MOBILENET_THIN))) as reference:
         fields = reference['output_0'][0]

@@ -62,9 +62,9 @@ def check_backend(backend: 'Backend', model: Model, exact: bool) -> None:
     """
     path = reference_path(model)
     if path.is_file():
-        with np.load(str(path)) as reference:
-            image = reference['image']
-            expected = [reference[f'output_{i}'].astype(np.float32) for i in range(len(model.outputs))]
+        reference = _read(path)
+        image = reference['image']
+        expected = [reference[f'output_{i}'].astype(np.float32) for i in range(len(model.outputs))]
         outputs = _computed(backend, model, image)
         fault = _shapes_fault(outputs, expected)
         if not fault and exact:
@@ -249,8 +249,16 @@ def make_reference(backend: 'Backend', model: Model, image: np.ndarray) -> None:
 
 def _known_image(model: Model) -> np.ndarray:
     """Return the image of a model's reference, (H, W, 3) uint8 BGR."""
-    with np.load(str(reference_path(model))) as reference:
-        return reference['image']
+    return _read(reference_path(model))['image']
+
+
+def _read(path: Path) -> Dict[str, np.ndarray]:
+    """Read a reference; raises ModelError where the file, which comes with the package, is damaged."""
+    try:
+        with np.load(str(path)) as reference:
+            return dict(reference)
+    except Exception as error:  # the formats of the archive, of its compression and of arrays have errors of their own
+        raise ModelError(f'{path} is damaged, install the package again: {error}') from error
 
 
 if __name__ == '__main__':
