@@ -105,10 +105,8 @@ class LandmarkDetector:
             for kind, looker in self._lookers.items():
                 found[kind] += _look(looker, bgr, [task for task in tasks[:count] if task.looker is looker], memory,
                                      stamp)
-        hands = _without_doubles([one for one in found[HAND] if one[1].score >= params.hand_threshold])
-        faces = sorted((one for one in found[FACE] if one[1].score >= params.face_threshold),
-                       key=lambda one: one[0].person)
-        return Landmarks2D(_hands(hands, people), _faces(faces, people))
+        return Landmarks2D(_hands(_accepted(found[HAND], params.hand_threshold, stamp), people),
+                           _faces(_accepted(found[FACE], params.face_threshold, stamp), people))
 
     def _add(self, kind: Kind) -> None:
         """Load a network, or note why it is missing."""
@@ -180,36 +178,34 @@ def _carried(tasks: Sequence[_Task], kind: Kind, stamp: float) -> Found:
 
 
 def _look(looker: Looker, bgr: np.ndarray, tasks: Sequence[_Task], memory: _Camera, stamp: float) -> Found:
-    """Look at targets, and remember what is seen."""
+    """Look at targets, and remember what is seen; a hand behind another one is carried along."""
     known = {i: task.known for i, task in enumerate(tasks) if task.known is not None}
-    found = []
-    for task, seen in zip(tasks, looker.look(bgr, [task.target for task in tasks], known, stamp)):
-        if task.target.name is not None:
+    results = looker.look(bgr, [task.target for task in tasks], known, stamp)
+    found = [(task.target, seen) for task, seen in zip(tasks, results) if seen is not None and seen.score >= LOOK.lost]
+    behind = _doubles(found) if looker.kind is HAND else []
+    found = [one for one in found if one[0] not in behind]
+    seen_now = {target: seen for target, seen in found}
+    for task in tasks:
+        if task.target not in behind:
             memory.seen.pop(task.target.name, None)
-            if seen is not None and seen.score >= LOOK.lost:
-                memory.seen[task.target.name] = seen
-        if seen is not None:
-            found.append((task.target, seen))
-    return found
+        if task.target in seen_now and task.target.name is not None:
+            memory.seen[task.target.name] = seen_now[task.target]
+    return found + _carried([task for task in tasks if task.target in behind], looker.kind, stamp)
 
 
-def _without_doubles(hands: Found) -> Found:
-    """Return the hands without those that lie on another one.
+def _doubles(hands: Found) -> List[Target]:
+    """Return whose hands lie on another hand, which is theirs less likely: they may be behind it.
 
-    Of two hands of one person, the one stays whose side the network confirms more; of two people's, the one that is
-    nearer to the wrist of its body.
+    Less likely are hands whose side the network denies, and those whose wrist is far from that of the body.
     """
     kept: Found = []
-    for hand in sorted(hands, key=lambda one: -one[1].score):
-        double = next((other for other in kept if _coincide(hand[1], other[1])), None)
-        if double is None:
+    doubles: List[Target] = []
+    for hand in sorted(hands, key=lambda one: -_likelihood(one)):
+        if any(_coincide(hand[1], other[1]) for other in kept):
+            doubles.append(hand[0])
+        else:
             kept.append(hand)
-            continue
-        one_person = hand[0].person == double[0].person
-        better = _side_score(hand) > _side_score(double) if one_person else _offset(hand) < _offset(double)
-        if better:
-            kept[next(i for i, other in enumerate(kept) if other is double)] = hand
-    return sorted(kept, key=lambda one: (one[0].person, not one[0].left))
+    return doubles
 
 
 def _coincide(one: Seen, other: Seen) -> bool:
@@ -217,14 +213,16 @@ def _coincide(one: Seen, other: Seen) -> bool:
     return bool(np.median(np.linalg.norm(one.points[:, :2] - other.points[:, :2], axis=1)) < LOOK.same * size)
 
 
-def _side_score(hand: Tuple[Target, Seen]) -> float:
+def _likelihood(hand: Tuple[Target, Seen]) -> float:
     target, seen = hand
-    return 1 - seen.right if target.left else seen.right
+    side = 1 - seen.right if target.left else seen.right
+    return side - float(np.linalg.norm(seen.points[HAND.anchor, :2] - target.anchor)) / target.size
 
 
-def _offset(hand: Tuple[Target, Seen]) -> float:
-    target, seen = hand
-    return float(np.linalg.norm(seen.points[HAND.anchor, :2] - target.anchor)) / target.size
+def _accepted(found: Found, threshold: float, stamp: float) -> Found:
+    """Return what is sure enough, in the order of the people; what is carried along was so when it was seen."""
+    sure = [one for one in found if one[1].score >= threshold or one[1].stamp < stamp]
+    return sorted(sure, key=lambda one: (one[0].person, not one[0].left))
 
 
 def _hands(found: Found, people: People2D) -> Hands2D:

@@ -25,8 +25,8 @@ class LookConstants:
     first_passes: float = constant(2.2, 'Passes of the network that somebody new takes, on average.')
     follow_time: float = constant(0.5, 'A hand or a face that was seen no longer ago is looked for where it was.',
                                   unit='s')
-    carry_time: float = constant(0.2, 'Without time for a look, the points that were seen no longer ago are carried '
-                                      'along with the wrist or nose, their scores falling to 0 until then.', unit='s')
+    carry_time: float = constant(0.5, 'What is behind another hand, or for which there is no time, is carried along with '
+                                      'the wrist or nose for this long, its score falling to 0 until then.', unit='s')
     pace_share: float = constant(0.2, 'Share of the newest measurement in the time that a pass takes.')
 
 
@@ -55,7 +55,7 @@ HAND = Kind(HAND_LANDMARK, HAND_POINTS, 0, LOOK.hand_off, region_of_hand)
 FACE = Kind(FACE_LANDMARK, MESH_POINTS, 4, LOOK.face_off, region_of_face)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Target:
     """A hand or a face that a body has.
 
