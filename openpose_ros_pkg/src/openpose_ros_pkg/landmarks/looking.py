@@ -25,6 +25,8 @@ class LookConstants:
     first_passes: float = constant(2.2, 'Passes of the network that somebody new takes, on average.')
     follow_time: float = constant(0.5, 'A hand or a face that was seen no longer ago is looked for where it was.',
                                   unit='s')
+    drift: float = constant(0.25, 'A second look follows where the region of the points found is shifted by more, in '
+                                 'sides, turned by more [rad], or larger or smaller by more (logarithm).')
     carry_time: float = constant(0.5, 'What is behind another hand, or for which there is no time, is carried along with '
                                       'the wrist or nose for this long, its score falling to 0 until then.', unit='s')
     pace_share: float = constant(0.2, 'Share of the newest measurement in the time that a pass takes.')
@@ -142,15 +144,24 @@ class Looker:
                 if before is None or score > before.score - allowed_loss:
                     results[i] = Seen(points, score, right, target.anchor, stamp)
 
-        update({i: self.kind.region(seen.points[:, :2]) for i, seen in known.items()}, 0.0)
+        first = {i: self.kind.region(seen.points[:, :2]) for i, seen in known.items()}
+        update(first, 0.0)
         lost = [i for i, seen in enumerate(results) if seen is None or seen.score < LOOK.lost]
         results = [None if i in lost else seen for i, seen in enumerate(results)]
         for choice in (0, 1):
             update({i: targets[i].regions[choice] for i in lost if len(targets[i].regions) > choice
                     and _score(results[i]) < LOOK.sure}, 0.0)
         update({i: self.kind.region(seen.points[:, :2]) for i, seen in enumerate(results)
-                if i in lost and seen is not None and seen.score >= LOOK.lost}, LOOK.loss)
+                if seen is not None and seen.score >= LOOK.lost
+                and (i in lost or self._drifted(first[i], seen.points[:, :2]))}, LOOK.loss)
         return results
+
+    def _drifted(self, region: Region, points: np.ndarray) -> bool:
+        """Return whether points, (N, 2), lie otherwise in the region than those lie that it is made of."""
+        now = self.kind.region(points)
+        apart = np.hypot(now.x - region.x, now.y - region.y) / region.side
+        turned = abs((now.angle - region.angle + np.pi) % (2 * np.pi) - np.pi)
+        return bool(max(apart, abs(np.log(now.side / region.side)), turned) > LOOK.drift)
 
     def _pass(self, bgr: np.ndarray, regions: Sequence[Region]) -> List[Tuple[np.ndarray, float, float]]:
         """Return points in the image, score and share of right hands that the network sees in regions."""

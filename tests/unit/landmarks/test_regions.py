@@ -1,0 +1,138 @@
+"""Regions of interest against transforms that are known."""
+import cv2
+import numpy as np
+import pytest
+
+from openpose_ros_pkg.landmarks.face_mesh import face_points
+from openpose_ros_pkg.landmarks.regions import (
+    HAND_REGION,
+    Region,
+    face_regions,
+    face_width,
+    forearm_length,
+    hand_regions,
+    region_of_face,
+    region_of_hand,
+)
+
+# A flat open right hand, fingers up, in units of its own: wrist, then thumb to little finger.
+HAND = np.array([(0, 0), (-2, -1), (-3, -3), (-4, -4), (-5, -5), (-2, -6), (-2, -8), (-2, -9), (-2, -10), (0, -6), (0, -9),
+                 (0, -10), (0, -11), (1, -6), (1, -8), (1, -9), (1, -10), (2, -5), (2, -7), (2, -8), (2, -9)], float)
+
+
+def turned(points, angle, scale=1.0, shift=(0, 0)):
+    """Turn points clockwise in the image, whose y points down."""
+    cosine, sine = np.cos(angle), np.sin(angle)
+    return scale * points @ np.array([(cosine, sine), (-sine, cosine)]) + shift
+
+
+def test_upright_region_of_whole_pixels_is_that_part_of_the_image():
+    image = np.random.default_rng(1).integers(0, 256, (40, 60, 3)).astype(np.uint8)
+    # pixels 10 .. 25 of both axes: the centre lies between two of them
+    np.testing.assert_array_equal(Region(17.5, 17.5, 16).crop(image, 16), image[10:26, 10:26])
+
+
+def test_quarter_turn_brings_what_points_right_up():
+    image = np.zeros((41, 41, 3), np.uint8)
+    image[20, 30] = 255  # right of the centre
+    crop = Region(20, 20, 41, np.pi / 2).crop(image, 41)
+    assert np.argwhere(crop[..., 0]).tolist() == [[10, 20]]  # above it
+
+
+def test_beyond_the_image_it_is_black():
+    crop = Region(0, 0, 40).crop(np.full((50, 50, 3), 200, np.uint8), 40)
+    assert crop[:19].max() == crop[:, :19].max() == 0 and crop[21:, 21:].min() == 200
+
+
+@pytest.mark.parametrize('angle', [0, 0.3, -1.2, 3.0])
+def test_crop_and_image_are_each_others_inverse(angle):
+    region = Region(100.0, 50.0, 30.0, angle)
+    points = np.array([(0, 0), (223, 0), (111.5, 111.5), (50, 200)])
+    there = region.to_image(points, 224)
+    np.testing.assert_allclose(there[2], (100, 50), atol=1e-9)
+    np.testing.assert_allclose(np.linalg.norm(there[1] - there[0]), 223 / 224 * 30)
+    np.testing.assert_allclose(region.to_crop(there, 224), points, atol=1e-9)
+
+
+def test_crop_shows_at_to_crop_what_the_image_has():
+    image = np.zeros((200, 200, 3), np.uint8)
+    cv2.circle(image, (120, 80), 3, (255, 255, 255), -1)
+    region = Region(100, 100, 90, 0.7)
+    crop = region.crop(image, 192)[..., 0].astype(float)
+    v, u = np.indices(crop.shape)
+    middle = (u * crop).sum() / crop.sum(), (v * crop).sum() / crop.sum()
+    np.testing.assert_allclose(middle, region.to_crop(np.array((120.0, 80.0)), 192), atol=0.05)
+
+
+def test_forearm_is_the_longest_of_what_the_body_tells():
+    joints = {'left_wrist': np.array((0.0, 0.0)), 'left_elbow': np.array((30.0, 40.0))}
+    assert forearm_length(joints, 'left') == 50
+    joints['left_shoulder'] = np.array((130.0, 40.0))
+    assert forearm_length(joints, 'left') == pytest.approx(90)  # 0.9 of the upper arm
+    joints.update(right_shoulder=np.array((330.0, 40.0)))
+    assert forearm_length(joints, 'left') == pytest.approx(150)  # 0.75 of the shoulders
+    joints.update(neck=np.array((230.0, 40.0)), left_hip=np.array((200.0, 440.0)), right_hip=np.array((260.0, 440.0)))
+    assert forearm_length(joints, 'left') == pytest.approx(200)  # half the trunk
+    assert np.isnan(forearm_length({'left_wrist': np.zeros(2)}, 'left'))
+
+
+def test_hand_is_beyond_the_wrist_then_above_it():
+    along, above = hand_regions(np.array((100.0, 50.0)), np.array((0.0, 50.0)), 100.0)
+    assert (along.x, along.y, along.side, along.angle) == pytest.approx((130, 50, 120, np.pi / 2))
+    assert (above.x, above.y, above.side, above.angle) == pytest.approx((100, 20, 120, 0))
+    assert hand_regions(np.array((100.0, 50.0)), None, 100.0) == (above,)
+    assert hand_regions(np.zeros(2), np.zeros(2), 1.0)[0].angle == 0  # wrist and elbow in one pixel
+
+
+def test_region_of_a_hand_by_hand():
+    region = region_of_hand(HAND)
+    # fingers point along (-0.125, -1): the knuckles lie nearly above the wrist; the palm is 9 high
+    assert region.angle == pytest.approx(np.arctan2(-0.25, 6), abs=1e-6)
+    assert region.side == pytest.approx(2 * 9, rel=0.03)
+
+
+@pytest.mark.parametrize('angle', [0.0, 0.5, 2.0, -2.5])
+def test_region_of_a_hand_turns_and_grows_with_it(angle):
+    upright, other = region_of_hand(HAND), region_of_hand(turned(HAND, angle, 7, (300, 200)))
+    assert other.side == pytest.approx(7 * upright.side)
+    assert (other.angle - upright.angle - angle + np.pi) % (2 * np.pi) == pytest.approx(np.pi)
+    np.testing.assert_allclose((other.x, other.y), turned(np.array((upright.x, upright.y)), angle, 7, (300, 200)))
+
+
+def test_mirrored_hand_has_the_mirrored_region():
+    one, other = region_of_hand(HAND), region_of_hand(HAND * (-1, 1))
+    assert (other.x, other.y, other.side, other.angle) == pytest.approx((-one.x, one.y, one.side, -one.angle))
+
+
+def test_points_in_one_place_have_a_region():
+    assert region_of_hand(np.ones((21, 2))).side == HAND_REGION.box_scale
+
+
+def test_face_is_round_the_nose_along_the_eyes():
+    joints = {'nose': np.array((50.0, 60.0)), 'right_eye': np.array((40.0, 50.0)), 'left_eye': np.array((60.0, 70.0))}
+    assert face_width(joints) == pytest.approx(2.2 * np.hypot(20, 20))
+    along, upright = face_regions(joints, 40.0)
+    assert (along.x, along.y, along.side, along.angle) == pytest.approx((50, 60, 64, np.pi / 4))
+    assert upright == Region(50, 60, 64)
+    assert face_regions({'nose': joints['nose']}, 40.0) == (upright,)
+    assert np.isnan(face_width({'nose': joints['nose']}))
+
+
+def test_region_of_a_face_follows_the_line_of_its_eyes():
+    rng = np.random.default_rng(2)
+    mesh = rng.uniform(-1, 1, (468, 2))
+    mesh[[33, 263]] = (-0.5, 0.0), (0.5, 0.0)
+    mesh[:4] = (-1, -1), (1, -1), (1, 1), (-1, 1)
+    region = region_of_face(turned(mesh, 0.4, 30, (200, 100)))
+    assert (region.x, region.y, region.side, region.angle) == pytest.approx((200, 100, 1.5 * 60, 0.4))
+
+
+def test_points_of_a_face_are_where_their_places_on_the_mesh_are():
+    mesh = np.arange(468.0)[:, np.newaxis] * (1, 10, 100)
+    points = face_points(mesh)
+    assert points.shape == (70, 3)
+    assert points[0].tolist() == [162, 1620, 16200] and points[8, 0] == 152 and points[30, 0] == 4  # jaw, chin, nose
+    assert points[17, 0] == (70 + 46) / 2  # a brow: between its edges
+    np.testing.assert_allclose(points[68], points[36:42].mean(axis=0))
+    np.testing.assert_allclose(points[69], points[42:48].mean(axis=0))
+    assert face_points(np.zeros((0, 468, 3))).shape == (0, 70, 3)
