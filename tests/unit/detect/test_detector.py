@@ -16,7 +16,7 @@ from openpose_ros_pkg.detect.recipes import FASTER, MODES, DetectorParams, recip
 from openpose_ros_pkg.errors import BadInputError, ModelError, ParameterError
 from openpose_ros_pkg.networks.backends import BackendParams
 from openpose_ros_pkg.networks.backends.self_check import reference_path
-from openpose_ros_pkg.networks.models import FETCHED, MOBILENET_THIN, MOVENET_MULTIPOSE, MOVENET_THUNDER, weights_path
+from openpose_ros_pkg.networks.models import MOBILENET_THIN, MOVENET_MULTIPOSE, MOVENET_THUNDER, weights_path
 from openpose_ros_pkg.networks.preprocess import fit_image
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.skeletons import COCO_18
@@ -563,7 +563,7 @@ def test_missing_weights_say_how_to_get_them(tmp_path):
 def networks():
     """Both networks, loaded once for this file."""
     pytest.importorskip('openvino', reason='OpenVINO, which computes MoveNet, is not installed')
-    for model in FETCHED:
+    for model in (MOBILENET_THIN, MOVENET_MULTIPOSE, MOVENET_THUNDER):
         try:
             weights_path(model)
         except ModelError as error:

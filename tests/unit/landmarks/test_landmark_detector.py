@@ -2,6 +2,8 @@
 import cv2
 import numpy as np
 import pytest
+from test_regions import HAND as OPEN_HAND
+from test_regions import turned
 
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.landmarks.detector import LandmarkDetector, create_landmark_detector
@@ -10,8 +12,6 @@ from openpose_ros_pkg.landmarks.params import LandmarkParams
 from openpose_ros_pkg.networks.backends import BackendParams
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
-from test_regions import HAND as OPEN_HAND
-from test_regions import turned
 
 SIZE, FOREARM, UNIT = (640, 480), 160.0, 10.0
 BOTH = LandmarkParams(hands=True, face=True)
@@ -55,7 +55,7 @@ class FaceTemplate:
 
 def draw(image, points, right):
     for k, (x, y) in enumerate(points):
-        cv2.circle(image, (int(round(x)), int(round(y))), 4, (255 * right, 255, 10 * k), -1)
+        cv2.circle(image, (round(x), round(y)), 4, (255 * right, 255, 10 * k), -1)
 
 
 def body(left=(150, 200), right=(450, 200), up=True):
@@ -205,7 +205,7 @@ def test_hand_behind_another_one_is_carried_along_with_its_wrist(detector):
 def test_within_a_budget_those_looked_at_longest_ago_come_first(detector, reader):
     detector.reconfigure(HANDS)
     detector.warm_up()  # measures what a pass takes
-    image, hands = scene()
+    image, _ = scene()
     first = detector.detect(image, people(body()), None, 'c', 1.0, seconds=0.0).hands
     assert len(first) == 1  # one in any case
     reader.passes = 0

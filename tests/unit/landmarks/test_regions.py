@@ -16,8 +16,9 @@ from openpose_ros_pkg.landmarks.regions import (
 )
 
 # A flat open right hand, fingers up, in units of its own: wrist, then thumb to little finger.
-HAND = np.array([(0, 0), (-2, -1), (-3, -3), (-4, -4), (-5, -5), (-2, -6), (-2, -8), (-2, -9), (-2, -10), (0, -6), (0, -9),
-                 (0, -10), (0, -11), (1, -6), (1, -8), (1, -9), (1, -10), (2, -5), (2, -7), (2, -8), (2, -9)], float)
+HAND = np.array([
+    (0, 0), (-2, -1), (-3, -3), (-4, -4), (-5, -5), (-2, -6), (-2, -8), (-2, -9), (-2, -10), (0, -6), (0, -9), (0, -10),
+    (0, -11), (1, -6), (1, -8), (1, -9), (1, -10), (2, -5), (2, -7), (2, -8), (2, -9)], float)
 
 
 def turned(points, angle, scale=1.0, shift=(0, 0)):

@@ -6,7 +6,7 @@ import pytest
 
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks.backends.self_check import check_backend, make_reference, reference_path
-from openpose_ros_pkg.networks.models import MOBILENET_THIN, MODELS, MOVENET_MULTIPOSE, MOVENET_THUNDER
+from openpose_ros_pkg.networks.models import LANDMARK_MODELS, MOBILENET_THIN, MODELS, MOVENET_MULTIPOSE, MOVENET_THUNDER
 
 BODY_25, LIGHTWEIGHT, RTMO = MODELS['body_25'], MODELS['lightweight_openpose'], MODELS['rtmo_s']
 
@@ -30,13 +30,14 @@ def known_output(model, spoil=lambda output: output):
     def compute(images):
         with np.load(str(reference_path(model))) as reference:
             np.testing.assert_array_equal(images[0], reference['image'])
-            return (spoil(reference['output_0'].astype(np.float32)),)
+            return tuple(spoil(reference[f'output_{i}'].astype(np.float32)) for i in range(len(model.outputs)))
     return Network(compute)
 
 
 # --- with a known output --------------------------------------------------------------------------------------------
 
-@pytest.mark.parametrize('model', [MOBILENET_THIN, MOVENET_MULTIPOSE, MOVENET_THUNDER], ids=lambda model: model.name)
+@pytest.mark.parametrize('model', [MOBILENET_THIN, MOVENET_MULTIPOSE, MOVENET_THUNDER, *LANDMARK_MODELS.values()],
+                         ids=lambda model: model.name)
 def test_references_are_small_and_of_a_size_that_the_network_takes(model):
     assert reference_path(model).stat().st_size < 50000
     with np.load(str(reference_path(model))) as reference:
@@ -69,9 +70,19 @@ def test_reference_of_movenet_shows_two_people():
     assert people.shape == (6, 56) and (people[:, 55] > 0.3).sum() == 2
 
 
-@pytest.mark.parametrize('model', [MOBILENET_THIN, MOVENET_MULTIPOSE, MOVENET_THUNDER], ids=lambda model: model.name)
+@pytest.mark.parametrize('model', [MOBILENET_THIN, MOVENET_MULTIPOSE, MOVENET_THUNDER, *LANDMARK_MODELS.values()],
+                         ids=lambda model: model.name)
 def test_right_network_passes(model):
     check_backend(known_output(model), model, exact=True)
+
+
+@pytest.mark.parametrize('model', LANDMARK_MODELS.values(), ids=lambda model: model.name)
+def test_networks_of_hands_and_faces_may_be_less_exact_with_fewer_bits(model):
+    coarse, wrong = (known_output(model, lambda output, factor=factor: factor * output) for factor in (1.02, 1.1))
+    check_backend(coarse, model, exact=False)
+    for network, exact in ((coarse, True), (wrong, False)):
+        with pytest.raises(ModelError, match=f'{model.name} wrongly: its output for a known image is off by up to'):
+            check_backend(network, model, exact=exact)
 
 
 @pytest.mark.parametrize('spoil, text', [

@@ -8,6 +8,7 @@ import pytest
 from openpose_ros_pkg.errors import ModelError, ParameterError
 from openpose_ros_pkg.networks.models import (
     ALIASES,
+    LANDMARK_MODELS,
     MOBILENET_THIN,
     MODELS,
     Archive,
@@ -62,7 +63,7 @@ def test_unknown_model_is_an_error_with_the_allowed_names(name, tmp_path):
 
 
 def test_no_model_lacks_licence_source_or_skeleton():
-    for name, model in MODELS.items():
+    for name, model in {**MODELS, **LANDMARK_MODELS}.items():
         assert name == model.name
         assert model.licence and model.files and model.outputs
         if isinstance(model.source, Archive):
@@ -75,6 +76,12 @@ def test_no_model_lacks_licence_source_or_skeleton():
 def test_only_what_may_be_passed_on_is_fetched():
     fetched = [model.name for model in MODELS.values() if isinstance(model.source, Archive)]
     assert fetched == ['mobilenet_thin', 'movenet_multipose', 'movenet_thunder']
+
+
+@pytest.mark.parametrize('name', LANDMARK_MODELS)
+def test_networks_of_hands_and_faces_are_no_pose_networks(name):
+    with pytest.raises(ParameterError, match=f"'pose_model' = '{name}' is not allowed"):
+        find_model(name)
 
 
 def test_openpose_networks_share_one_recipe():

