@@ -23,10 +23,10 @@ from skeleton_extract_3d.track.appearance import observe_clothes
 from skeleton_extract_3d.track.completion import Completion, complete
 from skeleton_extract_3d.track.correction import correct
 from skeleton_extract_3d.track.expectation import expect
-from skeleton_extract_3d.track.identity import assign
+from skeleton_extract_3d.track.identity import assign, joined
 from skeleton_extract_3d.track.memory import Memory
 from skeleton_extract_3d.track.out_of_sight import hidden_and_there, walk_on
-from skeleton_extract_3d.track.sightings import Sightings, begin_tracks, separate
+from skeleton_extract_3d.track.sightings import Sightings, apart, begin_tracks, separate
 from skeleton_extract_3d.track.standing import stand
 from skeleton_extract_3d.track.tracks import Tracks
 
@@ -183,6 +183,10 @@ class _Following:
         clock.lap('observe')
         clothes = observe_clothes(observed, view.points, frame.bgr if settings.identity.use_clothes else None)
         row = assign(expected, observed, clothes, view.stamp, settings.identity)
+        people_2d, row = joined(expected, observed, row)
+        if people_2d is not observed.people_2d:
+            observed = observe(people_2d, frame.image_size, view.points, camera)
+            clothes = observe_clothes(observed, view.points, frame.bgr if settings.identity.use_clothes else None)
         unplaced = None
         if has_depth:
             memory = replace(memory, agreement=memory.agreement.with_frame(observed))
@@ -198,17 +202,17 @@ class _Following:
         seen = correct(tracks.select(people.row), people, view.stamp, settings.occlusion)
         clock.lap('filter')
         seen, unseen, hidden = self._infer(seen, memory.tracks, expected, people.others(len(expected)), view)
-        seen, people = separate(seen, people, view.stamp)
+        seen, people, misplaced = separate(seen, people, view.stamp)
         if view.floor is not None and settings.occlusion.occlusion:
             seen = stand(seen, people.lifted.measured, view.floor)
-        answer = report(people, seen, hidden, view.stamp, settings)
+        answer = report(people, seen, apart(hidden, seen), view.stamp, settings)
         people_2d = replace(people.observed.people_2d, ids=seen.tracks.ids)
         answer = in_skeleton(answer, people_2d, frame.image_size, view.points, camera, view.floor)
         clock.lap('complete')
         estimate = Estimate(answer, people_2d, clock.laps, unplaced)
         if not has_depth:  # guesses by size are no news of those who are followed
             return before, estimate
-        return replace(memory, tracks=seen.tracks.joined(unseen).in_order()), estimate
+        return replace(memory, tracks=seen.tracks.joined(unseen).joined(misplaced).in_order()), estimate
 
     def _infer(self, seen: Completion, before: Tracks, expected: Tracks, unseen: np.ndarray, view: View
                ) -> Tuple[Completion, Tracks, Tracks]:

@@ -3,6 +3,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import People2D
@@ -13,12 +16,28 @@ from skeleton_extract_3d.frame import CameraFrame
 from skeleton_extract_3d.points.depth import DepthImage
 from skeleton_extract_3d.settings import EstimatorSettings
 from skeleton_extract_3d.track.completion import Completion
-from skeleton_extract_3d.track.sightings import separate
+from skeleton_extract_3d.track.sightings import apart, in_one_place, separate
 from skeleton_extract_3d.track.tracks import Tracks
-from synthetic_scene import Person, Room, pinhole, render, standing
+from synthetic_scene import (
+    VISIBLE,
+    Person,
+    Pose,
+    Room,
+    moved_pixels,
+    pinhole,
+    pointing,
+    render,
+    seated,
+    standing,
+    without_joints,
+)
 
-LONGEST = METHOD.track.one_body.longest
+ONE_BODY = METHOD.track.one_body
+LONGEST = ONE_BODY.longest
 SWAP = list(COCO_18.swap)
+UPPER = [joint for joint, name in enumerate(COCO_18.joints) if not name.endswith(('hip', 'knee', 'ankle'))]
+LEFT = [joint for joint, name in enumerate(COCO_18.joints) if name.startswith('left')]
+TRUNK = [COCO_18.index[name] for name in ('neck', 'right_shoulder', 'left_shoulder', 'right_hip', 'left_hip')]
 FRAME = render(pinhole(320, 180), [Person(0, 0.0, 2.6, standing())], Room(wall=6.0))
 
 
@@ -32,14 +51,22 @@ class Everybody:
         return Everybody(self.indices[kept])
 
 
-def left(bodies, alone, stamp, placed=None):
-    """Return who of bodies, (18, 3) each, the first followed for longest, is left; and since when they were alone."""
+def tracks_of(bodies, alone=None):
+    """Return tracks of bodies, (18, 3) each, the first followed for longest."""
     xyz = np.array(bodies).reshape(-1, 18, 3)
-    placed = np.ones(xyz.shape[:2], bool) if placed is None else placed
     count = len(xyz)
     tracks = Tracks.begun(np.arange(count), 0.0, xyz, np.tile([1.0, 0, 0], (count, 1)), np.full(count, 1.75))
-    tracks = replace(tracks, alone=np.array(alone, float), born=np.arange(count, dtype=float))
-    seen, people = separate(Completion(tracks, placed, placed, np.zeros(placed.shape)), Everybody(range(count)), stamp)
+    return replace(tracks, alone=tracks.alone if alone is None else np.array(alone, float),
+                   born=np.arange(count, dtype=float), has=np.ones((count, 18), bool))
+
+
+def left(bodies, alone, stamp, trusted=None, placed=None):
+    """Return who of bodies, (18, 3) each, the first followed for longest, is left; and since when they were alone."""
+    tracks = tracks_of(bodies, alone)
+    placed = np.ones(tracks.has.shape, bool) if placed is None else placed
+    trusted = placed if trusted is None else trusted
+    seen, people, _ = separate(Completion(tracks, trusted, placed, np.zeros(placed.shape)),
+                               Everybody(range(len(tracks))), stamp)
     assert len(seen.tracks) == len(seen.trusted) == len(seen.placed) == len(seen.sigma) == len(people.indices)
     assert seen.tracks.ids.tolist() == people.indices.tolist()
     return people.indices.tolist(), seen.tracks.alone.tolist()
@@ -74,14 +101,79 @@ def test_people_who_touch_are_two():
 def test_halves_are_compared_by_the_joints_that_were_inferred():
     placed = np.ones((2, 18), bool)
     placed[1, 4:] = False
-    assert left([body(), body(0.05)], [0.0, 0.0], 10.0, placed)[0] == [0]
+    assert left([body(), body(0.05)], [0.0, 0.0], 10.0, placed=placed)[0] == [0]
     placed[1, METHOD.track.one_body.least_joints - 1:] = False
-    assert left([body(), body(0.05)], [0.0, 0.0], 10.0, placed)[0] == [0, 1]
+    assert left([body(), body(0.05)], [0.0, 0.0], 10.0, placed=placed)[0] == [0, 1]
 
 
 def test_who_was_taken_for_somebody_who_goes_is_no_reason_to_go():
     """Of three in a row the middle one goes, and the third is alone."""
     assert left([body(), body(0.12), body(0.24)], [0.0, 0.0, 0.0], 10.0)[0] == [0, 2]
+
+
+def halves(*rows):
+    """Return which joints each half has, (2, 18) bool: the second one the rest, and `rows` in common."""
+    first = np.isin(np.arange(18), UPPER)
+    both = np.isin(np.arange(18), rows)
+    return np.stack([first | both, ~first | both])
+
+
+def test_halves_are_one_by_a_trunk_that_is_told_less_exactly():
+    two = [body(), body(0.2)]
+    assert left(two, [0.0, 0.0], 10.0, halves())[0] == [0]
+    assert left(two, [0.0, 0.0], 10.0, halves(1, 2))[0] == [0]
+    assert left(two, [0.0, 0.0], 10.0, halves(1, 2, 3))[0] == [0, 1]  # of whom both show shoulder and arm, they are two
+    assert left([body(), body(0.3)], [0.0, 0.0], 10.0, halves())[0] == [0, 1]
+
+
+def test_who_was_elsewhere_before_is_remembered():
+    for since, remembered in ((2.5, [1]), (1.5, [])):
+        completion = Completion(tracks_of([body(), body(0.1)], [9.0, since]), *np.ones((3, 2, 18), bool))
+        assert separate(completion, Everybody(range(2)), 10.0)[2].ids.tolist() == remembered
+
+
+def test_who_is_not_seen_is_not_where_somebody_is_seen():
+    seen = Completion(tracks_of([body()]), *np.ones((3, 1, 18), bool))
+    nobody = Completion(Tracks.none(), *np.ones((3, 0, 18), bool))
+    hidden = tracks_of([body(0.1), body(0.3), body(0.1)[SWAP]])
+    assert apart(hidden, seen).ids.tolist() == [1]
+    assert apart(hidden, nobody) is hidden and len(apart(Tracks.none(), seen)) == 0
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(2, 5).flatmap(lambda count: st.tuples(
+    arrays(float, (12, count, 3), elements=st.floats(-0.3, 0.3)), arrays(bool, (count,)),
+    arrays(bool, (12, count, 18)))))
+def test_no_two_are_in_one_place_for_longer(story):
+    """Whoever moves through whom, with any joints, at 15 Hz: nobody who is left shares a place for longer."""
+    places, exchanged, found = story
+    tracks, together = tracks_of(body() + np.zeros((len(exchanged), 1, 1))), {}
+    for i, (place, placed) in enumerate(zip(places, found)):
+        stamp = 10 + i / 15
+        xyz = np.array([body()[SWAP if exchanged[one] else slice(None)] + place[one] for one in tracks.ids])
+        tracks = replace(tracks, joints=tracks.joints._replace(position=xyz))
+        placed = placed[tracks.ids]
+        seen, _, _ = separate(Completion(tracks, placed, placed, np.zeros(placed.shape)),
+                              Everybody(range(len(tracks))), stamp)
+        tracks = seen.tracks
+        same = in_one_place(tracks.joints.position, seen.placed, ONE_BODY.least_joints, ONE_BODY.thickness)
+        pairs = {(tracks.ids[a], tracks.ids[b]) for a, b in zip(*np.nonzero(np.triu(same, 1)))}
+        together = {pair: together.get(pair, stamp) for pair in pairs}
+        assert all(stamp - since < LONGEST + 1e-9 for since in together.values())
+        assert len(tracks)
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.floats(0, 2 * np.pi), st.floats(ONE_BODY.halves_apart + 0.01, 1.0), st.floats(-np.pi, np.pi),
+       arrays(bool, (2, 18)))
+def test_two_bodies_that_touch_are_two_whichever_joints_are_found(direction, distance, turned, trusted):
+    """The middles of two trunks that touch are their thickness apart, wherever both face."""
+    cos, sin = np.cos(turned), np.sin(turned)
+    middle = body()[TRUNK].mean(axis=0)
+    other = (body() - middle) @ np.array([[cos, 0, -sin], [0, 1, 0], [sin, 0, cos]]) + middle
+    other = other + distance * np.array([np.cos(direction), 0, np.sin(direction)])
+    placed = np.ones((2, 18), bool)
+    assert left([body(), other], [0.0, 0.0], 10.0, trusted, placed)[0] == [0, 1]
 
 
 def test_a_copy_with_left_and_right_exchanged_is_one_person():
@@ -94,3 +186,78 @@ def test_a_copy_with_left_and_right_exchanged_is_one_person():
         people = estimator.update(FRAME.people if i < 3 else twice, CameraFrame(
             FRAME.size, DepthImage(FRAME.depth, FRAME.camera), i / 15)).people
         assert people.ids.tolist() == [1]
+
+
+# --- with the estimator ----------------------------------------------------------------------------------------------
+
+def people_of(estimator, frame, people_2d, stamp):
+    return estimator.update(people_2d, CameraFrame(frame.size, DepthImage(frame.depth, frame.camera), stamp, frame.bgr)
+                            ).people
+
+
+def in_halves(people, joints):
+    """Return each person as two: one with these joints, one with the others."""
+    first = np.isin(np.arange(18), joints)
+    upper, lower = (without_joints(people, np.tile(gone, (len(people), 1))) for gone in (~first, first))
+    return upper.joined(lower)
+
+
+@pytest.mark.parametrize('joints, cut', [
+    pytest.param(UPPER, lambda i: True, id='upper and lower'),
+    pytest.param(UPPER, lambda i: i % 2 == 1, id='upper and lower in every other frame'),
+    pytest.param(LEFT, lambda i: i % 2 == 1, id='left and right in every other frame'),
+    pytest.param(LEFT, lambda i: i >= 5, id='left and right from some time on')])
+def test_halves_of_a_person_become_one_with_all_joints(joints, cut):
+    estimator = PeopleEstimator(build(EstimatorSettings, {}))
+    for i in range(12):
+        people = people_of(estimator, FRAME, in_halves(FRAME.people, joints) if cut(i) else FRAME.people, i / 15)
+        assert people.ids.tolist() == [1]
+        if i:
+            assert (people.confidence[0] > 0).all()
+            assert np.median(np.linalg.norm(people.xyz[0] - FRAME.xyz[0], axis=1)) < 0.04
+
+
+def arms(forwards):
+    """Return a standing pose with both arms swung forwards [deg]."""
+    swung = np.stack([pointing(forwards, 0, side) for side in (-1, 1)])
+    return replace(standing(), upper_arms=swung, forearms=swung)
+
+
+HAND = Pose(np.stack([pointing(60, 0, -1), pointing(0, 5, 1)]), np.stack([pointing(80, 0, -1), pointing(0, 5, 1)]),
+            standing().thighs, standing().shins)
+# Pairs whom nobody shall take for one: they touch, or one is behind the other.
+PAIRS = {
+    'hug': (Person(0, -0.15, 2.4, arms(80), yaw=np.pi / 2), Person(1, 0.15, 2.4, arms(60), yaw=-np.pi / 2)),
+    'handshake': (Person(0, -0.4, 2.4, HAND, yaw=np.pi / 2), Person(1, 0.4, 2.4, HAND, yaw=-np.pi / 2)),
+    'behind a shoulder': (Person(0, 0.0, 2.2, standing()), Person(1, 0.25, 2.6, standing())),
+    'seated back to back': (Person(0, 0.16, 2.6, seated(), yaw=np.pi / 2),
+                            Person(1, -0.16, 2.6, seated(), yaw=-np.pi / 2)),
+    'child before a parent': (Person(0, 0.05, 2.2, standing(), scale=0.6), Person(1, 0.0, 2.5, standing())),
+}
+
+
+@pytest.mark.parametrize('pair', PAIRS)
+def test_two_who_touch_stay_two(pair):
+    """A detector that finds what the camera sees of each, to two pixels, for 1.5 s."""
+    frame, rng = render(pinhole(480, 270), PAIRS[pair], Room(wall=5.0)), np.random.default_rng(0)
+    shown = without_joints(frame.people, frame.vis != VISIBLE)
+    estimator = PeopleEstimator(build(EstimatorSettings, {}))
+    for i in range(22):
+        people = people_of(estimator, frame, moved_pixels(shown, rng, sigma=2.0), i / 15)
+        assert people.ids.tolist() == [1, 2]
+    off = np.linalg.norm(people.xyz - frame.xyz, axis=2)
+    assert (np.nanmedian(off, axis=1) < 0.15).all()
+
+
+def test_who_was_put_on_another_by_mistake_keeps_the_id():
+    """For half a second, a network finds one of two a second time instead of the other."""
+    frame = render(pinhole(320, 180), [Person(0, -0.25, 2.6, standing()), Person(1, 0.25, 2.6, standing())],
+                   Room(wall=6.0))
+    twice = frame.people.select(np.array([0, 0]))
+    estimator = PeopleEstimator(build(EstimatorSettings, {}))
+    for i in range(40):
+        wrong = 20 <= i < 28
+        people = people_of(estimator, frame, twice if wrong else frame.people, i / 15)
+        if not wrong and i != 28:
+            assert people.ids.tolist() == [1, 2]
+            assert np.median(np.linalg.norm(people.xyz - frame.xyz, axis=2)) < 0.04

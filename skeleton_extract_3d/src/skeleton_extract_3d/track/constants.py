@@ -59,6 +59,7 @@ class IdentityConstants:
               'somebody who is almost hidden are those of another person.', unit='m')
     repeated_distance: float = constant(0.22, 'Newcomers nearer to a track (median of joints) are it.', unit='m')
     repeated_joints: int = constant(2, 'Joints that both must have for that.', unit='joints')
+    halves_common: int = constant(2, 'Halves of a person have at most this many joints in common.', unit='joints')
     measured_frames: int = constant(3, 'A stature measured in more frames is known.', unit='frames')
     measured_spread: float = constant(0.06, 'Standard deviation of a known stature.', unit='share')
 
@@ -152,9 +153,14 @@ class OneBodyConstants:
         0.16, 'People whose joints are nearer (median) are in one place: less than the thickness of a trunk, which '
               'the joints of two people are apart where they touch.', unit='m')
     least_joints: int = constant(4, 'Joints that both must have for that.', unit='joints')
+    halves_apart: float = constant(
+        0.25, 'Two who have hardly a joint in common are halves of one person if the joints of their trunks are nearer '
+              '(median).', unit='m')
     longest: float = constant(
         0.2, 'Of people who are in one place for longer, one stays: for some frames, one may be put on the other by '
              'mistake where they touch.', unit='s')
+    surely_alone: float = constant(
+        1.0, 'Who had a place of their own for longer before is somebody else, and waits to be seen again.', unit='s')
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,11 @@
 """Who is who: which person of a frame is which track, decided for all at once."""
+from dataclasses import replace
+from typing import Tuple
+
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
+from openpose_ros_pkg.people import People2D
 from skeleton_extract_3d.body.measures import Sizes
 from skeleton_extract_3d.constants import METHOD
 from skeleton_extract_3d.lift import surfaces
@@ -41,6 +45,36 @@ def assign(tracks: Tracks, seen: ObservedPeople, clothes: Clothes, stamp: float,
     agreed = allowed[track, person]
     rows[person[agreed]] = track[agreed]
     return rows
+
+
+def joined(tracks: Tracks, seen: ObservedPeople, row: np.ndarray) -> Tuple[People2D, np.ndarray]:
+    """Return the people of a frame with halves of one person put together, and the rows of their tracks.
+
+    Networks find somebody in two pieces where something lies across the body, or the border of the image does. A
+    person without a track is a piece of another if it has joints that the other lacks, where the track of that one
+    expects them.
+
+    Args:
+        tracks: predicted to this frame.
+        seen: people of the frame.
+        row: (P,) of their tracks; -1: none.
+    """
+    people, strangers = seen.people_2d, np.flatnonzero(row < 0)
+    if not len(strangers) or len(strangers) == len(row):
+        return people, row
+    pieces = seen.select(strangers)
+    across = distances_across(tracks.joints.position, tracks.has, pieces.rays, pieces.known)
+    allowed = (across < _IDENTITY.same_place) & (evidence_against(pieces, tracks) <= _IDENTITY.most_evidence)
+    nearest = np.where(allowed, across, np.inf).argmin(axis=0)
+    keypoints, known, kept = people.keypoints.copy(), seen.known.copy(), np.ones(len(row), bool)
+    for piece, track, possible in zip(strangers, nearest, allowed.any(axis=0)):
+        owner = row == track
+        if possible and owner.any() and (known[owner] & known[piece]).sum() <= _IDENTITY.halves_common:
+            whole = np.where(keypoints[owner, :, 2:] > 0, keypoints[owner], keypoints[piece])
+            keypoints[owner], known[owner], kept[piece] = whole, known[owner] | known[piece], False
+    if kept.all():
+        return people, row
+    return replace(people, keypoints=keypoints).select(np.flatnonzero(kept)), row[kept]
 
 
 def distances_across(position: np.ndarray, has: np.ndarray, rays: np.ndarray, known: np.ndarray) -> np.ndarray:

@@ -8,6 +8,7 @@ from typing import Iterator, NamedTuple, Tuple
 import numpy as np
 
 from openpose_ros_pkg.skeletons import COCO_18
+from skeleton_extract_3d.body.body import JOINTS, TRUNK
 from skeleton_extract_3d.constants import METHOD
 from skeleton_extract_3d.lift.records import Lifted, ObservedPeople
 from skeleton_extract_3d.lift.surfaces import lower_median
@@ -17,6 +18,7 @@ from skeleton_extract_3d.track.completion import Completion
 from skeleton_extract_3d.track.tracks import Tracks
 
 _IDENTITY, _ONE_BODY = METHOD.track.identity, METHOD.track.one_body
+_OF_TRUNK = np.isin(np.arange(len(JOINTS)), TRUNK)
 _SWAP = np.array(COCO_18.swap)
 
 
@@ -116,7 +118,19 @@ def in_one_place(xyz: np.ndarray, placed: np.ndarray, least_joints: int, reach: 
     return same
 
 
-def separate(seen: Completion, people: Sightings, stamp: float) -> Tuple[Completion, Sightings]:
+def _halves(xyz: np.ndarray, placed: np.ndarray, trusted: np.ndarray) -> np.ndarray:
+    """Return who are halves of one person, (P, P) bool: hardly a joint in common, and the trunk in one place.
+
+    Args:
+        xyz: (P, 18, 3) [m].
+        placed, trusted: (P, 18) bool, see `Completion`.
+    """
+    common = (trusted[:, None] & trusted[None]).sum(axis=2)
+    return (common <= _IDENTITY.halves_common) & in_one_place(
+        xyz, placed & _OF_TRUNK, _ONE_BODY.least_joints, _ONE_BODY.halves_apart)
+
+
+def separate(seen: Completion, people: Sightings, stamp: float) -> Tuple[Completion, Sightings, Tracks]:
     """Return the people of a frame without those who have been in somebody's place for too long.
 
     The one who is followed for longer stays, so that ids last. Newcomers go at once.
@@ -124,11 +138,15 @@ def separate(seen: Completion, people: Sightings, stamp: float) -> Tuple[Complet
     Args:
         seen, people: the same N people.
         stamp: of the frame [s].
+
+    Returns:
+        Who stays, and the tracks of those who were somewhere else before: they are real, and what is seen is not them.
     """
     tracks = seen.tracks
     if len(tracks) < 2:
-        return seen._replace(tracks=replace(tracks, alone=np.full(len(tracks), stamp))), people
+        return seen._replace(tracks=replace(tracks, alone=np.full(len(tracks), stamp))), people, Tracks.none()
     shared = in_one_place(tracks.joints.position, seen.placed, _ONE_BODY.least_joints, _ONE_BODY.thickness)
+    shared |= _halves(tracks.joints.position, seen.placed, seen.trusted)
     oldest = np.lexsort((tracks.ids, -seen.trusted.sum(axis=1), tracks.born))
     gone, alone = np.zeros(len(tracks), bool), np.full(len(tracks), stamp)
     for i, person in enumerate(oldest):
@@ -136,9 +154,20 @@ def separate(seen: Completion, people: Sightings, stamp: float) -> Tuple[Complet
         if (shared[person, before] & ~gone[before]).any():
             alone[person] = tracks.alone[person]
             gone[person] = stamp - alone[person] >= _ONE_BODY.longest
-    seen = seen._replace(tracks=replace(tracks, alone=alone))
+    tracks = replace(tracks, alone=alone)
     if not gone.any():
-        return seen, people
+        return seen._replace(tracks=tracks), people, Tracks.none()
     kept = np.flatnonzero(~gone)
-    return (Completion(seen.tracks.select(kept), seen.trusted[kept], seen.placed[kept], seen.sigma[kept]),
-            people.select(kept))
+    real = gone & (tracks.alone - tracks.born >= _ONE_BODY.surely_alone)
+    return (Completion(tracks.select(kept), seen.trusted[kept], seen.placed[kept], seen.sigma[kept]),
+            people.select(kept), tracks.kept(real))
+
+
+def apart(hidden: Tracks, seen: Completion) -> Tracks:
+    """Return who of those not seen is not where somebody is seen."""
+    if not len(hidden) or not len(seen.tracks):
+        return hidden
+    xyz = np.concatenate([hidden.joints.position, seen.tracks.joints.position])
+    placed = np.concatenate([hidden.has, seen.placed])
+    shared = in_one_place(xyz, placed, _ONE_BODY.least_joints, _ONE_BODY.thickness)
+    return hidden.kept(~shared[:len(hidden), len(hidden):].any(axis=1))
