@@ -5,8 +5,9 @@ import numpy as np
 import pytest
 
 from openpose_ros_pkg.decode.direct import DirectDecodeParams
+from openpose_ros_pkg.detect.depth import DepthView
 from openpose_ros_pkg.detect.ensemble import Candidates
-from openpose_ros_pkg.detect.others import COVER
+from openpose_ros_pkg.detect.others import COVER, LAYERS, doubted, foregrounds
 from openpose_ros_pkg.detect.recipes import MODES, MULTIPOSE_CROP, THUNDER_CROP
 from openpose_ros_pkg.detect.refinement import prepare_crop, refine
 from openpose_ros_pkg.networks.models import MOVENET_THUNDER
@@ -108,3 +109,69 @@ def test_a_crop_that_shows_another_person_is_no_opinion_on_the_first():
     found, _ = refine(Candidates(opinions, people), stripes(), recipe, {MOVENET_THUNDER.name: SecondPerson()},
                       DirectDecodeParams(), 0.1)
     np.testing.assert_allclose(found.keypoints[..., 0], people[..., 0], atol=1.0)
+
+
+def view(*layers, wall=6.0):
+    """Return the depth of boxes, (left, right [px of the image], metres) each, before a wall; at half the size."""
+    depth = np.full((SIZE[1] // 2, SIZE[0] // 2), wall, np.float32)
+    for left, right, metres in sorted(layers, key=lambda layer: -layer[2]):
+        depth[40:, left // 2:right // 2] = metres
+    return DepthView(depth, 300.0)
+
+
+def before(people, depth):
+    return foregrounds(people, COCO_18, depth, SIZE)
+
+
+BEHIND, FRONT = scored(300), scored(360)
+TWO = view((200, 320, 3.0), (322, 450, 2.0))
+
+
+def test_nobody_has_nobody_in_front():
+    assert before([], TWO) == [] and before([BEHIND], TWO) == [None]
+
+
+@pytest.mark.parametrize('depth', [None, view(), view((200, 450, 2.0)), view((200, 320, 2.2), (322, 450, 2.0)),
+                                   DepthView(np.full((24, 32), np.nan, np.float32), 30.0)],
+                         ids=['unknown', 'a wall', 'one surface', 'side by side', 'missing'])
+def test_without_a_gap_in_depth_nobody_is_in_front(depth):
+    assert before([BEHIND, FRONT], depth) == [None, None]
+
+
+@pytest.mark.parametrize('mirror', [False, True], ids=['plain', 'mirror'])
+def test_of_somebody_in_front_all_is_covered_also_an_arm_before_the_person(mirror):
+    hand, front, depth = BEHIND[COCO_18.index['right_hip'], :2], FRONT.copy(), view((200, 320, 3.0), (322, 450, 2.0))
+    front[COCO_18.index['right_wrist'], :2] = hand
+    column, row = (hand / 2).astype(int)
+    depth.depth[row - 6:row + 7, column - 6:column + 7] = 1.9
+    foreground, none = before([BEHIND, front], depth)
+    assert none is None and foreground.nearer.tolist() == [False, True]
+    crops = [prepare_crop(stripes(), BEHIND, replace(THUNDER_CROP, mirror=mirror), people, COCO_18, one)
+             for people, one in (([BEHIND], None), ([BEHIND, front], foreground))]
+    changed = (crops[0].input != crops[1].input).any(axis=2)
+    near = np.hypot(*(BEHIND[:, :2] - hand).T) < 30
+    for person, is_covered in ((front[front[:, 0] > 330], True), (front[[COCO_18.index['right_wrist']]], True),
+                               (BEHIND[(BEHIND[:, 0] < 310) & ~near], False)):
+        x, y = pixels(person, crops[0], mirror).T
+        assert len(x) > 0 and (changed[y, x] == is_covered).all()
+
+
+def test_joints_on_somebody_nearer_do_not_tell_how_far_away_a_person_is():
+    """Most joints of the one behind are taken to be on the one in front."""
+    hidden = scored(335)
+    foreground, none = before([hidden, FRONT], TWO)
+    assert none is None and foreground.nearer.tolist() == [False, True]
+    assert [one is None for one in before([FRONT, hidden], TWO)] == [True, False]
+
+
+def test_opinions_of_the_full_image_on_somebody_nearer_are_doubted_where_a_crop_tells():
+    foreground = before([BEHIND, FRONT], TWO)[0]
+    recipe = MODES['balanced']
+    alone, crop = {0: BEHIND, 1: FRONT}, {0: BEHIND, 1: FRONT, 2: FRONT}
+    for opinions in (doubted(alone, foreground, recipe), doubted(crop, None, recipe)):
+        assert all(np.array_equal(opinions[number], crop[number]) for number in opinions)
+    told = doubted(crop, foreground, recipe)
+    nearer = foreground.holds(FRONT[:, :2])
+    assert nearer.any() and np.array_equal(told[2], FRONT) and np.array_equal(told[1][:, :2], FRONT[:, :2])
+    np.testing.assert_allclose(told[1][:, 2], np.where(nearer, LAYERS.doubt, 1) * FRONT[:, 2])
+    np.testing.assert_allclose(FRONT[:, 2], 0.6)

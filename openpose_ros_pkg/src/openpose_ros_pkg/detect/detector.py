@@ -269,7 +269,7 @@ class Detector:
                     for poses in decode_views(one, of_pass, setup.decode, setup.direct)]
         poses = opinions[0]
         if recipe.is_ensemble:
-            people = vote_on_people(opinions, recipe)
+            people = vote_on_people(opinions, recipe)._replace(depth=frame.depth)
             if recipe.refinements:
                 people, crop_seconds = refine(people, frame.bgr, recipe, setup.networks, setup.direct,
                                               setup.settings.decode.person_min_score)

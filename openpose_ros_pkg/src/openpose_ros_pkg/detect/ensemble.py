@@ -11,6 +11,7 @@ import numpy as np
 
 from openpose_ros_pkg.decode.direct import DirectDecodeParams
 from openpose_ros_pkg.decode.paf import DecodeParams
+from openpose_ros_pkg.detect.depth import DepthView
 from openpose_ros_pkg.detect.recipes import Recipe
 from openpose_ros_pkg.oks import area, sigmas, similarity
 from openpose_ros_pkg.params.constants import constant
@@ -54,10 +55,12 @@ class Candidates(NamedTuple):
     Attributes:
         opinions: of each person.
         keypoints: (P, K, 3) float32: x, y [px of the image], score; where the opinions place the joints.
+        depth: of the image; None: it is not known.
     """
 
     opinions: List[Opinions]
     keypoints: np.ndarray
+    depth: Optional[DepthView] = None
 
     @property
     def poses(self) -> Poses:

@@ -5,6 +5,7 @@ from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
 import numpy as np
 
 from openpose_ros_pkg.detect.ensemble import ENSEMBLE, vote_with_crops
+from openpose_ros_pkg.detect.others import Foreground, doubted
 from openpose_ros_pkg.detect.recipes import DetectorParams, Recipe
 from openpose_ros_pkg.detect.tracking import KeypointTracker, TrackingParams, person_sizes
 from openpose_ros_pkg.oks import extent, sigmas, similarity
@@ -120,6 +121,7 @@ class Followed:
         unseen: time since the person was seen [s].
         crop: (K, 3) what a crop shows of the person; None: nothing, or nobody looked.
         opinions: of this frame, by the number of the source; None: it looked, and did not find the person.
+        foreground: what is in front of the person; None: nobody, or it is not known.
     """
 
     expected: np.ndarray
@@ -127,6 +129,7 @@ class Followed:
     unseen: float = 0.0
     crop: Optional[np.ndarray] = None
     opinions: Dict[int, Optional[np.ndarray]] = field(default_factory=dict)
+    foreground: Optional[Foreground] = None
 
     @property
     def box(self) -> np.ndarray:
@@ -189,7 +192,7 @@ class Followed:
             places[number] *= share
             if pose is not None:
                 poses[number] = pose
-        return vote_with_crops(poses, recipe, weights, places)
+        return vote_with_crops(doubted(poses, self.foreground, recipe), recipe, weights, places)
 
     def _told(self, number: int, stamp: float) -> Tuple[Optional[np.ndarray], float]:
         """Return what a source shows of the person now or showed before, (K, 3), and how much of its weight counts."""

@@ -7,9 +7,10 @@ from typing import Dict, List, NamedTuple, Sequence, Tuple
 
 import numpy as np
 
-from openpose_ros_pkg.detect.detector import Setup
+from openpose_ros_pkg.detect.detector import PreparedFrame, Setup
 from openpose_ros_pkg.detect.ensemble import group, vote
 from openpose_ros_pkg.detect.following import FOLLOWING, Followed
+from openpose_ros_pkg.detect.others import foregrounds
 from openpose_ros_pkg.detect.recipes import Recipe
 from openpose_ros_pkg.detect.refinement import decode_crop, prepare_crop
 from openpose_ros_pkg.detect.schedule import Part
@@ -76,20 +77,22 @@ def search(setup: Setup, bgr: np.ndarray, part: Part, pace: Pace) -> Tuple[List[
             sum(view.seconds for view in views))
 
 
-def look(setup: Setup, bgr: np.ndarray, people: Sequence[Followed], everybody: Sequence[Followed], pace: Pace
-         ) -> float:
+def look(frame: PreparedFrame, people: Sequence[Followed], everybody: Sequence[Followed], pace: Pace) -> float:
     """Look at crops round people of an image, and let them have what is believed; return the networks' time [s].
 
     Args:
-        bgr: (H, W, 3) uint8 BGR.
+        frame: the image.
         everybody: who is in the image; the others are covered in a person's crop.
     """
-    seconds, skeleton = 0.0, setup.recipe.skeleton
-    there = [person.shown for person in everybody if person.unseen <= FOLLOWING.unlooked_time]
+    setup, bgr, skeleton, seconds = frame.setup, frame.bgr, frame.setup.recipe.skeleton, 0.0
+    present = [person for person in everybody if person.unseen <= FOLLOWING.unlooked_time]
+    there = [person.shown for person in present]
+    for person, foreground in zip(present, foregrounds(there, skeleton, frame.depth, (bgr.shape[1], bgr.shape[0]))):
+        person.foreground = foreground
     for number, one in enumerate(setup.recipe.refinements, start=setup.recipe.pass_opinions):
         begin = time.perf_counter()
         margins = [one.margin * _margin(person) for person in people]
-        prepared = [prepare_crop(bgr, person.expected, replace(one, margin=margin), there, skeleton)
+        prepared = [prepare_crop(bgr, person.expected, replace(one, margin=margin), there, skeleton, person.foreground)
                     for person, margin in zip(people, margins)]
         views = compute_views(prepared, setup.networks[one.model.name])
         seconds += sum(view.seconds for view in views)

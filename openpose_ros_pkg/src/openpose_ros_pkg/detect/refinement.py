@@ -1,7 +1,7 @@
 """Crop refinement: a network sees each person a second time, on a crop, and the opinions are voted on again."""
 import time
 from dataclasses import dataclass
-from typing import Dict, List, Sequence, Tuple
+from typing import Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from openpose_ros_pkg.detect.ensemble import (
     person_scores,
     vote_with_crops,
 )
-from openpose_ros_pkg.detect.others import COVER, cover_others
+from openpose_ros_pkg.detect.others import COVER, Foreground, cover_others, doubted, foregrounds
 from openpose_ros_pkg.detect.recipes import CropRefinement, Recipe
 from openpose_ros_pkg.detect.views import ComputedView, PreparedView, View, compute_views
 from openpose_ros_pkg.networks.backends import Backend
@@ -59,8 +59,9 @@ def refine(people: Candidates, bgr: np.ndarray, recipe: Recipe, networks: Dict[s
     surest = np.argsort(-scores, kind='stable')[:recipe.max_refined]
     refined = surest[scores[surest] >= recipe.acceptance * min_score].tolist()
     shown = people.keypoints[refined]
-    crops = [[prepare_crop(bgr, person, one, shown, recipe.skeleton) for person in shown]
-             for one in recipe.refinements]
+    before = foregrounds(shown, recipe.skeleton, people.depth, (bgr.shape[1], bgr.shape[0]))
+    crops = [[prepare_crop(bgr, person, one, shown, recipe.skeleton, foreground)
+              for person, foreground in zip(shown, before)] for one in recipe.refinements]
     begin = time.perf_counter()
     computed = [compute_views(views, networks[one.model.name]) for one, views in zip(recipe.refinements, crops)]
     seconds = time.perf_counter() - begin
@@ -72,13 +73,13 @@ def refine(people: Candidates, bgr: np.ndarray, recipe: Recipe, networks: Dict[s
             if pose is not None and not _shows_another(pose, people.keypoints[i], shown, joint_sigmas):
                 known[number] = pose
     keypoints = people.keypoints.copy()
-    for i, known in zip(refined, opinions):
-        keypoints[i] = vote_with_crops(known, recipe, recipe.weights, recipe.place_weights)
-    return Candidates(people.opinions, keypoints), seconds
+    for i, known, foreground in zip(refined, opinions, before):
+        keypoints[i] = vote_with_crops(doubted(known, foreground, recipe), recipe, recipe.weights, recipe.place_weights)
+    return people._replace(keypoints=keypoints), seconds
 
 
 def prepare_crop(bgr: np.ndarray, person: np.ndarray, refinement: CropRefinement, people: Sequence[np.ndarray],
-                 skeleton: SkeletonModel) -> PreparedView:
+                 skeleton: SkeletonModel, foreground: Optional[Foreground] = None) -> PreparedView:
     """Cut a person out of an image; for a network that shows one person, the others are covered.
 
     Args:
@@ -86,6 +87,7 @@ def prepare_crop(bgr: np.ndarray, person: np.ndarray, refinement: CropRefinement
         person: (K, 3) float: x, y [px of the image], score; NaN where missing. One joint at least is there.
         people: the same of all people in the image.
         skeleton: their K joints.
+        foreground: what is in front of the person; None: nobody, or it is not known.
     """
     size = (bgr.shape[1], bgr.shape[0])
     left, top, right, bottom = _crop_square(person, refinement.margin, size)
@@ -97,9 +99,11 @@ def prepare_crop(bgr: np.ndarray, person: np.ndarray, refinement: CropRefinement
     if refinement.model.decoder != 'movenet_singlepose' or len(people) < 2:
         return crop
     joint_sigmas = sigmas(skeleton)
-    others = [other for other in people if _reaches(other, (left, top), (right, bottom))
+    nearer = np.zeros(len(people), bool) if foreground is None else foreground.nearer
+    others = [other for other, is_nearer in zip(people, nearer)
+              if not is_nearer and _reaches(other, (left, top), (right, bottom))
               and similarity(other, person, joint_sigmas) < ENSEMBLE.duplicate]
-    return cover_others(crop, person, others, skeleton)
+    return cover_others(crop, person, others, skeleton, foreground)
 
 
 def _reaches(person: np.ndarray, corner: Tuple[int, int], opposite: Tuple[int, int]) -> bool:

@@ -197,7 +197,7 @@ class StreamDetector:
             for part in by_size.values():
                 search(setup, blank, part, self._plan.pace)
             for people in (1, 2):  # several are computed side by side, by a network that is compiled for it
-                look(setup, blank, [Followed(somebody)] * people, [], self._plan.pace)
+                look(PreparedFrame(blank, [], setup), [Followed(somebody)] * people, [], self._plan.pace)
 
     def detect(self, bgr: np.ndarray, camera: Hashable, stamp: float, expected: Optional[People2D] = None,
                depth: Optional[DepthView] = None) -> People2D:
@@ -255,13 +255,13 @@ class StreamDetector:
         camera.schedule.changed(camera.changes.columns(bgr, [person.box for person in people]))
         cost = plan.pace.of_person(setup)
         looked = sorted(people, key=lambda person: -person.urgency)[:camera.budget.crops(cost)]
-        seconds = look(setup, bgr, looked, people, plan.pace)
+        seconds = look(frame, looked, people, plan.pace)
         refuse_slides(people, setup.recipe)
         camera.budget.save(cost * len(looked))
         parts = _due(camera, plan, stamp, first, people, lambda part: plan.pace.of_part(part, setup, size[1]))
         found, more = self._search(frame, camera, stamp, parts)
         new = _likely(assign(found, people, setup.recipe), setup)
-        seconds += more + look(setup, bgr, new, [*people, *new], plan.pace)
+        seconds += more + look(frame, new, [*people, *new], plan.pace)
         camera.budget.spend(cost * len(new))
         refuse_slides([*people, *new], setup.recipe)
         reported = [person for person in (*people, *new) if person.reported]
