@@ -227,6 +227,26 @@ def test_what_waits_too_long_is_left_out(detector):
     assert len(found) == 1
 
 
+def test_where_nothing_was_found_there_is_no_look_for_a_moment(detector, reader):
+    detector.reconfigure(HANDS)
+    nothing = np.zeros_like(scene()[0])
+    assert len(detector.detect(nothing, people(body()), None, 'c', 1.0).hands) == 0
+    reader.passes = 0
+    image, _ = scene()
+    assert len(detector.detect(image, people(body()), None, 'c', 1.0 + 0.9 * LOOK.retry_time).hands) == 0
+    assert reader.passes == 0
+    assert len(detector.detect(image, people(body()), None, 'c', 1.0 + 1.1 * LOOK.retry_time).hands) == 2
+
+
+def test_what_is_never_found_does_not_starve_what_is_followed(detector):
+    detector.reconfigure(HANDS)
+    detector.warm_up()
+    image, _ = scene()
+    image[:, :300] = 90  # the left hand is not there
+    sure = [detector.detect(image, people(body()), None, 'c', 1.0 + 0.1 * i, seconds=0.0).hands for i in range(10)]
+    assert sum((found.scores > 0.9).any() for found in sure) >= 5
+
+
 def test_face_is_where_the_network_sees_it(detector):
     found = detector.detect(scene()[0], people(body(), ids=[5]), None, 'c', 1.0).faces
     assert found.people.tolist() == [5] and found.scores == pytest.approx([1 / (1 + np.exp(-5))])

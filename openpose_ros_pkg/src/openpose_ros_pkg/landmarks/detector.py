@@ -24,15 +24,28 @@ Found = List[Tuple[Target, Seen]]
 
 
 class _Camera:
-    """What was seen in the images of a camera."""
+    """What was seen in the images of a camera.
+
+    Attributes:
+        seen: what was seen, by the names of the targets.
+        looked: when each was looked at [s].
+    """
 
     def __init__(self) -> None:
         self.seen: Dict[Hashable, Seen] = {}
+        self.looked: Dict[Hashable, float] = {}
 
     def begin(self, stamp: float) -> None:
         """Forget what is too old to be followed, and everything where stamps jump back."""
+        self.looked = {name: looked for name, looked in self.looked.items()
+                       if -TRACKING.reset_backstep <= stamp - looked <= LOOK.follow_time}
         self.seen = {name: seen for name, seen in self.seen.items()
                      if -TRACKING.reset_backstep <= stamp - seen.stamp <= LOOK.follow_time}
+
+    def waits(self, target: Target, stamp: float) -> bool:
+        """Return whether a target was refused just now."""
+        since = stamp - self.looked.get(target.name, -np.inf)
+        return target.name not in self.seen and 0 < since < LOOK.retry_time
 
 
 class _Task(NamedTuple):
@@ -98,8 +111,9 @@ class LandmarkDetector:
         with self._lock:
             memory.begin(stamp)
             tasks = [_Task(self._lookers[kind], target, memory.seen.get(target.name))
-                     for kind, target in _targets(people, hidden, params) if kind in self._lookers]
-            tasks.sort(key=lambda task: task.known.stamp if task.known else -np.inf)
+                     for kind, target in _targets(people, hidden, params)
+                     if kind in self._lookers and not memory.waits(target, stamp)]
+            tasks.sort(key=lambda task: memory.looked.get(task.target.name, -np.inf))
             count = _affordable(tasks, seconds)
             found = {kind: _carried(tasks[count:], kind, stamp) for kind in (HAND, FACE)}
             for kind, looker in self._lookers.items():
@@ -185,11 +199,12 @@ def _look(looker: Looker, bgr: np.ndarray, tasks: Sequence[_Task], memory: _Came
     behind = _doubles(found) if looker.kind is HAND else []
     found = [one for one in found if one[0] not in behind]
     seen_now = dict(found)
-    for task in tasks:
-        if task.target not in behind:
-            memory.seen.pop(task.target.name, None)
-        if task.target in seen_now and task.target.name is not None:
-            memory.seen[task.target.name] = seen_now[task.target]
+    for target in (task.target for task in tasks if task.target.name is not None):
+        memory.looked[target.name] = stamp
+        if target in seen_now:
+            memory.seen[target.name] = seen_now[target]
+        elif target not in behind:
+            memory.seen.pop(target.name, None)
     return found + _carried([task for task in tasks if task.target in behind], looker.kind, stamp)
 
 

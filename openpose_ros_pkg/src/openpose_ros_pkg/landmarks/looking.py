@@ -27,6 +27,7 @@ class LookConstants:
                                   unit='s')
     drift: float = constant(0.25, 'A second look follows where the region of the points found is shifted by more, in '
                                  'sides, turned by more [rad], or larger or smaller by more (logarithm).')
+    retry_time: float = constant(0.1, 'Where nothing was found there is no other look for this long.', unit='s')
     carry_time: float = constant(
         0.5, 'What is behind another hand, or for which there is no time, is carried along with the wrist or nose for '
              'this long, its score falling to 0 until then.', unit='s')

@@ -1,0 +1,185 @@
+#!/usr/bin/python3
+"""Measure hands and faces in images, without ROS, on RGB-D sequences with known hands.
+
+Runs detector and estimator over sequence folders, as the nodes do, and the networks of hands and faces on the bodies.
+Tells how many hands and faces were found, and what they took, as a share of one pass of mobilenet_thin over 656 x 368
+pixels: the passes that were made times the least time of one of many, in turns with passes of mobilenet_thin. The
+points of the hands become the CSV that the given script scores; it takes one sequence.
+With --pictures, images with the points of hands and faces are written into a folder.
+
+    benchmarks/hands_2d.py SEQUENCE --evaluate evaluate_hands.py
+    benchmarks/hands_2d.py SEQUENCE [SEQUENCE ...] --pictures FOLDER --set precision=auto
+"""
+import csv
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Dict, List, Sequence, Tuple
+
+import cv2
+import numpy as np
+
+from accuracy_3d import ChainSettings, open_sequence
+from common import Parser, errors_end_the_program
+from openpose_ros_pkg.detect.detector import create_detector
+from openpose_ros_pkg.detect.stream_detector import StreamDetector
+from openpose_ros_pkg.landmarks.detector import LandmarkDetector
+from openpose_ros_pkg.landmarks.looking import FACE, HAND, Kind
+from openpose_ros_pkg.landmarks.params import LandmarkParams
+from openpose_ros_pkg.landmarks.records import HAND_POINTS, Landmarks2D
+from openpose_ros_pkg.networks.backends import Backend, BackendParams, create_backend
+from openpose_ros_pkg.networks.models import MOBILENET_THIN, Model, weights_path
+from openpose_ros_pkg.params.parameters import build
+from openpose_ros_pkg.skeletons import COCO_18, FACE_70, HAND_21
+from skeleton_extract_3d.chain import PeopleChain
+from skeleton_extract_3d.estimator import Estimate
+from skeleton_extract_3d.frame import CameraFrame
+from skeleton_extract_3d.people import INFERRED
+from skeleton_extract_3d.points.depth import DepthImage
+
+ROUNDS = 30
+# Input of the network whose time is the unit: height, width.
+UNIT = (368, 656)
+
+
+class CountedNetwork:
+    """A network that counts its passes."""
+
+    def __init__(self, network: Backend) -> None:
+        self._network, self.passes = network, 0
+        self.name, self.description, self.fallback = network.name, network.description, network.fallback
+
+    def infer(self, images: np.ndarray) -> Tuple[np.ndarray, ...]:
+        """See `Backend`."""
+        return self.infer_many([images])[0]
+
+    def infer_many(self, images: Sequence[np.ndarray]) -> List[Tuple[np.ndarray, ...]]:
+        """See `Backend`."""
+        self.passes += len(images)
+        return self._network.infer_many(images)
+
+
+class Landmarks:
+    """Networks of hands and faces that count their passes."""
+
+    def __init__(self, backend: BackendParams, model_folder: str) -> None:
+        self._backend, self._model_folder = backend, model_folder
+        self.networks: Dict[str, CountedNetwork] = {}
+
+    def load(self, kind: Kind) -> Backend:
+        """Return a network, loaded once."""
+        name = kind.model.name
+        if name not in self.networks:
+            self.networks[name] = CountedNetwork(self.create(kind.model))
+        return self.networks[name]
+
+    def create(self, model: Model) -> Backend:
+        """Load a network."""
+        return create_backend(model, weights_path(model, self._model_folder), self._backend)
+
+
+def hidden_joints(estimate: Estimate) -> np.ndarray:
+    """Return which joints of the people in the image are inferred, (P, K) bool."""
+    return estimate.people.status[:len(estimate.people_2d)] == INFERRED
+
+
+def find(folder: Path, settings: ChainSettings, landmarks: Landmarks, pictures: str) -> List[Tuple[float, Landmarks2D]]:
+    """Return stamp [s], hands and faces of each frame of a sequence; write pictures where a folder is given."""
+    sequence = open_sequence(folder)
+    stream = StreamDetector(create_detector(settings.detector, settings.following), settings.tracking,
+                            settings.following)
+    chain = PeopleChain(COCO_18, settings.estimator, settings.tracking, stream)
+    detector = LandmarkDetector(LandmarkParams(hands=True, face=True), landmarks.load)
+    found = []
+    for i, frame in enumerate(sequence):
+        size = frame.bgr.shape[1], frame.bgr.shape[0]
+        points = DepthImage(frame.depth, sequence.camera)
+        estimate = chain.in_space(chain.detect(frame.bgr, '', frame.time),
+                                  CameraFrame(size, points, frame.time, frame.bgr))
+        answer = detector.detect(frame.bgr, estimate.people_2d, hidden_joints(estimate), '', frame.time)
+        found.append((frame.time, answer))
+        if pictures:
+            path = Path(pictures) / f'{folder.resolve().parent.name}_{folder.resolve().name}_{i:04d}.jpg'
+            cv2.imwrite(str(path), drawn(frame.bgr, answer))
+    return found
+
+
+def drawn(bgr: np.ndarray, found: Landmarks2D) -> np.ndarray:
+    """Return an image, twice as large, with the points of hands and faces."""
+    image = cv2.resize(bgr, None, fx=2, fy=2)
+    for skeleton, parts in ((HAND_21, found.hands.keypoints), (FACE_70, found.faces.keypoints)):
+        for points in parts:
+            pixels = np.rint(2 * points[:, :2] + 0.5).astype(int).tolist()
+            for start, end in skeleton.drawn_limbs:
+                colour = skeleton.colours[int(end)][::-1]
+                cv2.line(image, tuple(pixels[int(start)]), tuple(pixels[int(end)]), colour, 1, cv2.LINE_AA)
+    for points, left, score in zip(found.hands.keypoints, found.hands.left, found.hands.scores):
+        place = tuple(np.rint(2 * points[0, :2]).astype(int).tolist())
+        cv2.putText(image, f"{'L' if left else 'R'} {score:.2f}", place, cv2.FONT_HERSHEY_SIMPLEX, 0.5, (255,) * 3)
+    return image
+
+
+def write_csv(path: Path, frames: Sequence[Tuple[float, Landmarks2D]]) -> None:
+    """Write one row per hand."""
+    with path.open('w', newline='') as handle:
+        writer = csv.writer(handle)
+        writer.writerow(['stamp', 'side', *(f'{axis}{k}' for k in range(HAND_POINTS) for axis in 'uv')])
+        for seconds, found in frames:
+            for points, left in zip(found.hands.keypoints, found.hands.left):
+                writer.writerow([round(seconds * 1e9), 'left' if left else 'right', *points[:, :2].ravel().tolist()])
+
+
+def least_seconds(networks: Dict[Model, Backend]) -> Dict[str, float]:
+    """Return the least time of a pass of each network [s], by name, in rounds in which all take their turn."""
+    images = {model: np.full((1, *(model.input.fixed_size or UNIT), 3), 90, np.uint8) for model in networks}
+    seconds: Dict[str, List[float]] = {model.name: [] for model in networks}
+    for _ in range(ROUNDS):
+        for model, network in networks.items():
+            began = time.perf_counter()
+            network.infer(images[model])
+            seconds[model.name].append(time.perf_counter() - began)
+    return {name: min(each) for name, each in seconds.items()}
+
+
+def report(frames: Sequence[Tuple[float, Landmarks2D]], landmarks: Landmarks) -> str:
+    """Return what was found, and what it took, as text."""
+    hands, faces = (sum(len(getattr(found, part)) for _, found in frames) for part in ('hands', 'faces'))
+    thin = landmarks.create(MOBILENET_THIN)
+    pace = least_seconds({MOBILENET_THIN: thin, **{kind.model: landmarks.load(kind) for kind in (HAND, FACE)}})
+    unit = pace.pop(MOBILENET_THIN.name)
+    shares = {name: seconds / unit for name, seconds in pace.items()}
+    return (f'{len(frames)} frames, {hands} hands, {faces} faces; one pass of mobilenet_thin: {1e3 * unit:.1f} ms\n'
+            + ''.join(f'{name}: {share:.3f} of it\n' for name, share in shares.items()))
+
+
+def main() -> None:
+    """Run the benchmark from the command line."""
+    parser = Parser(__doc__)
+    parser.add_argument('sequences', nargs='+', type=Path, help='sequence folders')
+    parser.add_settings('of the chain')
+    parser.add_argument('--pictures', default='', help='folder for images with the points')
+    parser.add_argument('--evaluate', type=Path, help='script that scores a sequence folder and a CSV')
+    arguments = parser.parse_args()
+    with errors_end_the_program(), tempfile.TemporaryDirectory() as temporary:
+        settings = build(ChainSettings, parser.settings(arguments.set))
+        backend = settings.detector.backend
+        landmarks = Landmarks(backend, settings.detector.detector.model_folder)
+        if arguments.pictures:
+            Path(arguments.pictures).mkdir(parents=True, exist_ok=True)
+        frames = []
+        for folder in arguments.sequences:
+            frames += find(folder, settings, landmarks, arguments.pictures)
+        passes = {name: network.passes for name, network in landmarks.networks.items()}
+        sys.stdout.write(report(frames, landmarks) + f'passes: {passes}\n')
+        sys.stdout.flush()
+        if arguments.evaluate:
+            path = Path(temporary) / 'hands.csv'
+            write_csv(path, frames)
+            raise SystemExit(subprocess.call([sys.executable, str(arguments.evaluate), str(arguments.sequences[0]),
+                                              str(path)]))
+
+
+if __name__ == '__main__':
+    main()
