@@ -66,6 +66,7 @@ def camera_of(path):
 @given(st.one_of(texts(yaml.safe_load(CALIBRATION), CAMERA_INFO), mutated(CALIBRATION.encode()),
                  mutated(json.dumps(OPEN3D).encode(), json.dumps(CAMERA_INFO).encode()),
                  spoiled(OPEN3D).map(lambda value: json.dumps(value).encode())))
+@example(json.dumps({**OPEN3D, 'intrinsic_matrix': [10 ** 400, 0, 0, 0, 500, 0, 320, 240, 1]}).encode())
 def test_calibration(tmp_path_factory, content):
     camera = survives(camera_of, written(tmp_path_factory, 'camera.yaml', content), size=len(content))
     if camera is not None:
@@ -74,6 +75,7 @@ def test_calibration(tmp_path_factory, content):
 
 @given(texts(SEQUENCE))
 @example(_dumped({**SEQUENCE, 'T_world_camera': [[1, 0, 0, np.inf], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]}))
+@example(_dumped({None: 15, 'camera': 1}))
 def test_sequence(tmp_path_factory, content):
     folder = written(tmp_path_factory, 'sequence.yaml', content).parent
     values = survives(read_sequence_values, folder, size=len(content))

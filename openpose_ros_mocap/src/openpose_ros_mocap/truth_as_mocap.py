@@ -55,7 +55,7 @@ def read_truth(folder: Path) -> JointRecording:
             for person in frame['people']:
                 positions[people.index(int(person['id'])), number, columns] = person['xyz']
         return JointRecording(tuple(f'person{person}' for person in people), times, positions)
-    except (KeyError, TypeError, ValueError) as error:
+    except (KeyError, OverflowError, TypeError, ValueError) as error:
         raise BadInputError(f'{path}: expected joints (nose, neck, ...) and frames of t [s] and people of id and xyz '
                             f'[m]: {error!r}') from error
 

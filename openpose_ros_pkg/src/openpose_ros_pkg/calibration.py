@@ -115,7 +115,7 @@ def calibration_from_values(values: Any, source: str) -> Calibration:
             if key in values:
                 return _completed(read(values))
         raise KeyError('camera_matrix, K or intrinsic_matrix')
-    except (KeyError, TypeError, ValueError, AttributeError, BadInputError) as error:
+    except (AttributeError, KeyError, OverflowError, TypeError, ValueError, BadInputError) as error:
         raise BadInputError(f'{source} is no calibration as camera_calibration writes it (image_width, image_height, '
                             'camera_matrix, ...), no printed CameraInfo (width, height, D, K, ...) and no intrinsics '
                             f'of Open3D: {error if isinstance(error, BadInputError) else repr(error)}') from error

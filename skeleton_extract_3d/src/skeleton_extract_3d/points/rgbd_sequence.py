@@ -164,7 +164,7 @@ def sequence_values(path: Path, values: Dict[str, Any]) -> Dict[str, Any]:
         BadInputError: an unknown key or a wrong value.
     """
     known = ('fps', 'frame_id', 'T_world_camera', 'depth_scale')
-    unknown = sorted(set(values) - set(known))
+    unknown = [str(key) for key in values if key not in known]  # YAML has keys of any type
     if unknown:
         raise BadInputError(f"{path} has unknown keys {', '.join(unknown)}; allowed: {', '.join(known)}")
     fps = values.get('fps')
