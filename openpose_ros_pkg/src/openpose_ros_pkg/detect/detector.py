@@ -10,6 +10,7 @@ from openpose_ros_pkg.decode.paf import DecodeParams
 from openpose_ros_pkg.detect.depth import DepthView
 from openpose_ros_pkg.detect.ensemble import EnsembleParams, accepted, candidate_thresholds, vote_on_people
 from openpose_ros_pkg.detect.following import NOBODY, FollowingParams
+from openpose_ros_pkg.detect.missed import Missed, find_missed
 from openpose_ros_pkg.detect.recipes import DetectorParams, Recipe, recipe_of
 from openpose_ros_pkg.detect.refinement import prepare_crop, refine
 from openpose_ros_pkg.detect.target_rate import fitted_to_rate
@@ -274,7 +275,8 @@ class Detector:
                 people, crop_seconds = refine(people, frame.bgr, recipe, setup.networks, setup.direct,
                                               setup.settings.decode.person_min_score)
                 seconds += crop_seconds
-            poses = people.poses
+            poses, missed = with_missed(people.poses, frame)
+            seconds += missed.seconds
         return ComputedFrame((frame.bgr.shape[1], frame.bgr.shape[0]), poses, seconds, setup)
 
     def finish(self, frame: ComputedFrame) -> People2D:
@@ -311,6 +313,17 @@ def people_of(poses: Poses, setup: Setup, image_size: Tuple[int, int]) -> Tuple[
     keypoints = poses.keypoints.copy()
     keypoints[..., :2] = np.clip(keypoints[..., :2], 0, np.subtract(image_size, 1))
     return People2D(setup.recipe.skeleton, keypoints, poses.scores, np.full(len(poses.scores), -1)), kept
+
+
+def with_missed(poses: Poses, frame: PreparedFrame) -> Tuple[Poses, Missed]:
+    """Return people with those behind them whom only the depth of the image tells, and these; see `find_missed`."""
+    setup, image = frame.setup, frame.bgr
+    if frame.depth is None:
+        return poses, Missed(Poses(poses.keypoints[:0], poses.scores[:0]), 0, 0.0)
+    people = people_of(poses, setup, (image.shape[1], image.shape[0]))[0]
+    missed = find_missed(people.keypoints, image, frame.depth, setup.recipe, setup.networks, setup.direct)
+    return Poses(np.concatenate([poses.keypoints, missed.poses.keypoints]),
+                 np.concatenate([poses.scores, missed.poses.scores])), missed
 
 
 def _setup(recipe: Recipe, networks: Dict[str, Backend], settings: DetectorSettings) -> Setup:

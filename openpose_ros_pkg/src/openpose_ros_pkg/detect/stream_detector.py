@@ -13,10 +13,12 @@ from openpose_ros_pkg.detect.detector import (
     PreparedFrame,
     Setup,
     people_of,
+    with_missed,
 )
 from openpose_ros_pkg.detect.ensemble import person_scores
 from openpose_ros_pkg.detect.following import FOLLOWING, Followed, Follower, FollowingParams, refuse_slides
 from openpose_ros_pkg.detect.looking import Found, Pace, assign, look, search
+from openpose_ros_pkg.detect.missed import MISSED
 from openpose_ros_pkg.detect.recipes import DetectorParams
 from openpose_ros_pkg.detect.schedule import SCHEDULE, Budget, Changes, Part, Schedule, strips
 from openpose_ros_pkg.detect.target_rate import RATE, seconds_per_pixel
@@ -267,7 +269,14 @@ class StreamDetector:
         reported = [person for person in (*people, *new) if person.reported]
         keypoints = np.array([person.voted(setup.recipe, stamp) for person in reported], np.float32)
         keypoints = keypoints.reshape(-1, len(setup.recipe.skeleton.joints), 3)
-        accepted, kept = people_of(Poses(keypoints, person_scores(keypoints)), setup, size)
+        poses = Poses(keypoints, person_scores(keypoints))
+        if parts and camera.budget.affords(MISSED.most * cost):
+            poses, missed = with_missed(poses, frame)
+            camera.budget.spend(cost * missed.crops)
+            seconds += missed.seconds
+            reported += [Followed(pose, crop=pose, opinions={setup.recipe.pass_opinions: pose})
+                         for pose in missed.poses.keypoints]
+        accepted, kept = people_of(poses, setup, size)
         return camera.follower.update(accepted, [reported[i] for i in kept], stamp), seconds
 
     def _search(self, frame: PreparedFrame, camera: _Camera, stamp: float, parts: Sequence[Part]
