@@ -36,8 +36,8 @@ def draw(scene, depth, *parts):
     """Draw what is nearer than the scene: ellipses of middle x, height, and half axes [m]; negative axes: a box."""
     mask = np.zeros(scene.shape, np.uint8)
     for x, height, half_width, half_height in parts:
-        middle = tuple(int(round(at)) for at in pixel(x, height, depth))
-        axes = tuple(int(round(abs(half) * FOCAL / depth)) for half in (half_width, half_height))
+        middle = tuple(round(at) for at in pixel(x, height, depth))
+        axes = tuple(round(abs(half) * FOCAL / depth) for half in (half_width, half_height))
         if half_width > 0:
             cv2.ellipse(mask, middle, axes, 0, 0, 360, 1, cv2.FILLED)
         else:
@@ -144,7 +144,7 @@ def test_heads_of_those_who_were_found_get_no_crop(detector, networks):
 @pytest.mark.parametrize('change', [
     lambda networks, scene: (networks['movenet_thunder'], 'people', [SEEN]),
     lambda networks, scene: (networks['movenet_thunder'], 'confidence', 0.2),
-    lambda networks, scene: (networks['movenet_thunder'], 'people', [SEEN, BEHIND + (0, 90)]),
+    lambda networks, scene: (networks['movenet_thunder'], 'people', [SEEN, np.add(BEHIND, (0, 90))]),
 ], ids=['nobody there', 'unsure', 'a head elsewhere'])
 def test_a_head_in_the_depth_alone_is_nobody(detector, networks, change):
     setattr(*change(networks.networks, None))

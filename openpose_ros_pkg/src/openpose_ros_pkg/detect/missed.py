@@ -5,7 +5,7 @@ that no skeleton explains gets a crop in which all that is nearer is covered. Th
 there, and joints on surfaces at that distance, so that furniture becomes nobody.
 """
 import time
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 import cv2
@@ -13,6 +13,7 @@ import numpy as np
 
 from openpose_ros_pkg.decode.direct import DirectDecodeParams
 from openpose_ros_pkg.detect.depth import DepthView
+from openpose_ros_pkg.detect.others import Foreground, cover_others
 from openpose_ros_pkg.detect.recipes import CropRefinement, Recipe
 from openpose_ros_pkg.detect.refinement import decode_crop
 from openpose_ros_pkg.detect.views import PreparedView, View, compute_views
@@ -142,7 +143,7 @@ def find_missed(people: np.ndarray, bgr: np.ndarray, view: DepthView, recipe: Re
     found: List[np.ndarray] = []
     seconds = 0.0
     if one is not None and free:
-        crops = [_prepare(bgr, head, view, one) for head in free]
+        crops = [_prepare(bgr, head, view, one, skeleton) for head in free]
         begin = time.perf_counter()
         computed = compute_views(crops, networks[one.model.name])
         seconds = time.perf_counter() - begin
@@ -193,22 +194,21 @@ def _unexplained(found: Sequence[Head], people: np.ndarray, bgr: np.ndarray, vie
     return [head for head in found if not explained(head)]
 
 
-def _prepare(bgr: np.ndarray, head: Head, view: DepthView, one: CropRefinement) -> PreparedView:
+def _prepare(bgr: np.ndarray, head: Head, view: DepthView, one: CropRefinement, skeleton: SkeletonModel
+             ) -> PreparedView:
     """Cut out a head and what is below it; all that is nearer gets the mean colour of the crop."""
     x, y = _in_image(np.array([head.x, head.y]), bgr, view)
     side = max(MISSED.crop_side * view.focal / head.depth * bgr.shape[1] / view.depth.shape[1], 2)
     left, top, side = int(np.floor(x - side / 2)), int(np.floor(y - side / 6)), int(np.ceil(side))
     recipe = one.model.input
     plan = fit_image((side, side), one.side, one.side, recipe.multiple_of, whole_box=True)
-    crop = View(plan, False, (left, top), (bgr.shape[1], bgr.shape[0])).prepare(bgr, recipe.padding)
-    rows, columns = np.indices(crop.input.shape[:2])
-    pixels = plan.to_image(np.stack([columns, rows], axis=-1)) + np.array([left, top])
-    depth = _depths(_in_depth(pixels, bgr, view), view)
+    size = (bgr.shape[1], bgr.shape[0])
+    crop = View(plan, False, (left, top), size).prepare(bgr, recipe.padding)
     with np.errstate(invalid='ignore'):
-        nearer = (depth < head.depth - MISSED.nearer).astype(np.uint8)
-    image = crop.input.copy()
-    image[cv2.dilate(nearer, np.ones((5, 5), np.uint8)) > 0] = np.round(cv2.mean(image)[:3])
-    return replace(crop, input=image)
+        nearer = (view.depth < head.depth - MISSED.nearer).astype(np.uint8)
+    pixels = cv2.dilate(nearer, np.ones((3, 3), np.uint8)) > 0
+    nobody = np.zeros((0, 3))
+    return cover_others(crop, nobody, [], skeleton, Foreground(np.zeros(0, bool), pixels, size))
 
 
 def _confirmed(pose: np.ndarray, head: Head, bgr: np.ndarray, view: DepthView, skeleton: SkeletonModel
