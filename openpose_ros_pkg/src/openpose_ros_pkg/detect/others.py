@@ -260,7 +260,7 @@ def _paint(image: np.ndarray, pose: np.ndarray, skeleton: SkeletonModel, value: 
     # far beyond the image, where pixels are no numbers of 16 bits, lies nobody who is in it
     with np.errstate(invalid='ignore'):
         there = np.abs(pose[:, :2]).max(axis=1) < np.iinfo(np.int16).max
-    size = breadth_factor * np.sqrt(area(pose))
+    size = breadth_factor * float(np.sqrt(area(pose)))  # round() of a NumPy number is no int with NumPy 1.17
     breadth = max(round(COVER.limb * size), 1)
     place = {joint: tuple(int(each) for each in np.round(pose[i, :2]))
              for joint, i in skeleton.index.items() if there[i]}
