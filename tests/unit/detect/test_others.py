@@ -7,7 +7,7 @@ import pytest
 from openpose_ros_pkg.decode.direct import DirectDecodeParams
 from openpose_ros_pkg.detect.depth import DepthView
 from openpose_ros_pkg.detect.ensemble import Candidates
-from openpose_ros_pkg.detect.others import COVER, LAYERS, doubted, foregrounds
+from openpose_ros_pkg.detect.others import COVER, foregrounds, vote_behind
 from openpose_ros_pkg.detect.recipes import MODES, MULTIPOSE_CROP, THUNDER_CROP
 from openpose_ros_pkg.detect.refinement import prepare_crop, refine
 from openpose_ros_pkg.networks.models import MOVENET_THUNDER
@@ -164,14 +164,28 @@ def test_joints_on_somebody_nearer_do_not_tell_how_far_away_a_person_is():
     assert [one is None for one in before([FRONT, hidden], TWO)] == [True, False]
 
 
-def test_opinions_of_the_full_image_on_somebody_nearer_are_doubted_where_a_crop_tells():
-    foreground = before([BEHIND, FRONT], TWO)[0]
+def behind(opinions, foreground):
     recipe = MODES['balanced']
-    alone, crop = {0: BEHIND, 1: FRONT}, {0: BEHIND, 1: FRONT, 2: FRONT}
-    for opinions in (doubted(alone, foreground, recipe), doubted(crop, None, recipe)):
-        assert all(np.array_equal(opinions[number], crop[number]) for number in opinions)
-    told = doubted(crop, foreground, recipe)
+    return vote_behind(opinions, foreground, recipe, recipe.weights, recipe.weights)
+
+
+def test_opinions_of_the_full_image_on_somebody_nearer_are_doubted_where_a_crop_tells():
+    foreground, plain = before([BEHIND, FRONT], TWO)
+    opinions = {0: FRONT, 1: FRONT, 2: BEHIND}
     nearer = foreground.holds(FRONT[:, :2])
-    assert nearer.any() and np.array_equal(told[2], FRONT) and np.array_equal(told[1][:, :2], FRONT[:, :2])
-    np.testing.assert_allclose(told[1][:, 2], np.where(nearer, LAYERS.doubt, 1) * FRONT[:, 2])
-    np.testing.assert_allclose(FRONT[:, 2], 0.6)
+    told, undoubted = behind(opinions, foreground), behind(opinions, plain)
+    away = np.hypot(*(told[:, :2] - BEHIND[:, :2]).T) - np.hypot(*(undoubted[:, :2] - BEHIND[:, :2]).T)
+    assert nearer.sum() > 10 and (away[nearer] < -20).all() and (away[~nearer] == 0).all()
+    alone = {0: FRONT, 1: FRONT}
+    np.testing.assert_array_equal(behind(alone, foreground), behind(alone, plain))
+
+
+def test_of_two_joints_in_one_place_somebody_behind_others_has_one():
+    """The network sees one leg, and takes it for both."""
+    left, right = COCO_18.index['left_knee'], COCO_18.index['right_knee']
+    pose = BEHIND.copy()
+    pose[right] = pose[left] + (1, 1, -0.2)
+    foreground, plain = before([pose, FRONT], TWO)
+    for one, missing in ((foreground, [right]), (plain, [])):
+        found = behind({0: pose, 1: pose, 2: pose}, one)
+        assert np.flatnonzero(np.isnan(found[:, 0])).tolist() == missing == np.flatnonzero(found[:, 2] == 0).tolist()

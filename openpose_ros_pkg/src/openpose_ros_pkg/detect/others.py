@@ -5,12 +5,13 @@ of the person itself stays: whoever is in front, the network sees at most a piec
 depth tells that somebody else is in front, it also tells which pixels are covered: all of theirs.
 """
 from dataclasses import dataclass, replace
-from typing import Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
+from typing import List, NamedTuple, Optional, Sequence, Tuple
 
 import cv2
 import numpy as np
 
 from openpose_ros_pkg.detect.depth import DepthView
+from openpose_ros_pkg.detect.ensemble import Opinions, vote_with_crops
 from openpose_ros_pkg.detect.recipes import Recipe
 from openpose_ros_pkg.detect.views import PreparedView, View
 from openpose_ros_pkg.oks import area
@@ -18,6 +19,7 @@ from openpose_ros_pkg.params.constants import constant
 from openpose_ros_pkg.skeletons import SkeletonModel
 
 _HEAD = ('nose', 'right_eye', 'left_eye', 'right_ear', 'left_ear')
+_OUTER = ('elbow', 'wrist', 'knee', 'ankle')
 _TRUNK = ('right_shoulder', 'left_shoulder', 'left_hip', 'right_hip')
 
 
@@ -56,6 +58,9 @@ class LayerConstants:
     doubt: float = constant(
         0.3, 'Factor on the score of a joint that a network with all of the image sees on the body of somebody nearer, '
              'where a crop shows the person too.')
+    one_place: float = constant(
+        0.07, 'Left and right elbows, wrists, knees or ankles that are this near, as a share of the root of the area '
+              'of somebody behind others, are one joint: a network takes the limb that it sees for the hidden one too.')
 
 
 LAYERS = LayerConstants()
@@ -196,23 +201,36 @@ def _cells(values: np.ndarray, axis: int, grid: np.ndarray, image_size: Tuple[in
     return np.clip((values + 0.5) * count / image_size[axis], 0, count - 1).astype(np.int64)
 
 
-def doubted(opinions: Mapping[int, np.ndarray], foreground: Optional[Foreground], recipe: Recipe
-            ) -> Dict[int, np.ndarray]:
-    """Return opinions on a person, those of networks with all of the image doubted where they are on somebody nearer.
+def vote_behind(opinions: Opinions, foreground: Optional[Foreground], recipe: Recipe, weights: Sequence[float],
+                place_weights: Sequence[float]) -> np.ndarray:
+    """Vote on a person who may be behind others; see `vote_with_crops`.
 
-    Where no crop shows the person, nothing else tells where these joints are.
+    Joints that a network with all of the image sees on somebody nearer are doubted, unless no crop shows the person:
+    then nothing else tells where they are. Of two joints of a pair in one place the surer one stays.
 
     Args:
-        opinions: (K, 3) float by the number of the source.
+        foreground: what is in front of the person; None: nobody, or it is not known.
     """
-    result = dict(opinions)
-    if foreground is None or max(opinions, default=0) < recipe.pass_opinions:
-        return result
-    for number in range(recipe.pass_opinions):
-        if number in result:
-            pose = result[number] = result[number].copy()
-            pose[foreground.holds(pose[:, :2]), 2] *= LAYERS.doubt
-    return result
+    if foreground is None:
+        return vote_with_crops(opinions, recipe, weights, place_weights)
+    if max(opinions, default=0) >= recipe.pass_opinions:
+        opinions = {number: pose if number >= recipe.pass_opinions else _doubted(pose, foreground)
+                    for number, pose in opinions.items()}
+    keypoints = vote_with_crops(opinions, recipe, weights, place_weights)
+    nearest, index = LAYERS.one_place * np.sqrt(area(keypoints)), recipe.skeleton.index
+    for part in _OUTER:
+        if {f'left_{part}', f'right_{part}'} <= index.keys():
+            pair = [index[f'left_{part}'], index[f'right_{part}']]
+            if np.hypot(*(keypoints[pair[0], :2] - keypoints[pair[1], :2])) < nearest:
+                keypoints[min(pair, key=lambda joint: keypoints[joint, 2])] = np.nan, np.nan, 0
+    return keypoints
+
+
+def _doubted(pose: np.ndarray, foreground: Foreground) -> np.ndarray:
+    """Return a pose, (K, 3), with lower scores on somebody nearer."""
+    pose = pose.copy()
+    pose[foreground.holds(pose[:, :2]), 2] *= LAYERS.doubt
+    return pose
 
 
 def cover_others(crop: PreparedView, person: np.ndarray, others: Sequence[np.ndarray], skeleton: SkeletonModel,

@@ -12,9 +12,8 @@ from openpose_ros_pkg.detect.ensemble import (
     Opinions,
     most_alike,
     person_scores,
-    vote_with_crops,
 )
-from openpose_ros_pkg.detect.others import COVER, Foreground, cover_others, doubted, foregrounds
+from openpose_ros_pkg.detect.others import COVER, Foreground, cover_others, foregrounds, vote_behind
 from openpose_ros_pkg.detect.recipes import CropRefinement, Recipe
 from openpose_ros_pkg.detect.views import ComputedView, PreparedView, View, compute_views
 from openpose_ros_pkg.networks.backends import Backend
@@ -74,7 +73,7 @@ def refine(people: Candidates, bgr: np.ndarray, recipe: Recipe, networks: Dict[s
                 known[number] = pose
     keypoints = people.keypoints.copy()
     for i, known, foreground in zip(refined, opinions, before):
-        keypoints[i] = vote_with_crops(doubted(known, foreground, recipe), recipe, recipe.weights, recipe.place_weights)
+        keypoints[i] = vote_behind(known, foreground, recipe, recipe.weights, recipe.place_weights)
     return people._replace(keypoints=keypoints), seconds
 
 
