@@ -13,7 +13,7 @@ from skeleton_extract_3d.lift.observation import observe
 from skeleton_extract_3d.points.depth import DepthImage
 from skeleton_extract_3d.settings import IdentityParams
 from skeleton_extract_3d.track.appearance import Clothes
-from skeleton_extract_3d.track.identity import assign, stature_spread
+from skeleton_extract_3d.track.identity import assign, joined, stature_spread
 from skeleton_extract_3d.track.sightings import repeated
 from skeleton_extract_3d.track.tracks import Tracks, middle_of_trunk
 from synthetic_scene import Person, Room, pinhole, render, standing
@@ -170,6 +170,53 @@ def test_other_colours_alone_do_not_make_somebody_else():
 def test_unknown_colours_say_nothing():
     tracks = dressed(tracks_at(LEFT, RIGHT, last_seen=STAMP - 1.0), RED, GREEN)
     assert rows(tracks, scene(LEFT, RIGHT), clothes(2, None, None)) == [0, 1]
+
+
+# --- halves ---------------------------------------------------------------------------------------------------------
+
+LOWER = [INDEX[f'{side}_{joint}'] for side in ('right', 'left') for joint in ('hip', 'knee', 'ankle')]
+
+
+def pieces(frame, *joints):
+    """Return one piece with these joints of each person of a frame."""
+    keypoints = frame.people.keypoints.copy()
+    for person, kept in zip(keypoints, joints):
+        person[[joint for joint in range(18) if joint not in kept]] = (np.nan, np.nan, 0)
+    return replace(frame.people, keypoints=keypoints)
+
+
+def joints_after_joining(tracks, frame, people, row):
+    seen = observe(people, frame.size, DepthImage(frame.depth, frame.camera), frame.camera)
+    people, row = joined(tracks, seen, np.array(row))
+    assert len(people) == len(row)
+    return people.present.sum(axis=1).tolist(), row.tolist()
+
+
+UPPER, EVERYTHING = [joint for joint in range(18) if joint not in LOWER], range(18)
+
+
+def test_a_half_is_joined_to_whom_its_joints_are_expected_of():
+    frame = scene(LEFT)
+    both = pieces(frame, UPPER).joined(pieces(frame, LOWER))
+    assert joints_after_joining(tracks_at(LEFT), frame, both, [0, -1]) == ([18], [0])
+    assert joints_after_joining(tracks_at(LEFT), frame, both, [-1, 0]) == ([18], [0])
+    assert joints_after_joining(tracks_at(LEFT, RIGHT), frame, both, [1, -1]) == ([12, 6], [1, -1])  # whose is not seen
+    assert joints_after_joining(Tracks.none(), frame, both, [-1, -1]) == ([12, 6], [-1, -1])
+
+
+def test_who_shows_the_same_joints_is_nobodys_half():
+    frame = scene(LEFT, (LEFT[0] + 0.15, LEFT[1]))
+    for joints in (EVERYTHING, [*LOWER, 0, 1, 2]):
+        assert joints_after_joining(tracks_at(LEFT), frame, pieces(frame, UPPER, joints), [0, -1])[1] == [0, -1]
+
+
+def test_legs_at_another_place_or_depth_are_not_joined():
+    frame = scene(LEFT, (LEFT[0] + 0.4, LEFT[1]))
+    assert joints_after_joining(tracks_at(LEFT), frame, pieces(frame, UPPER, LOWER), [0, -1])[1] == [0, -1]
+    frame = scene(LEFT)
+    farther = replace(frame, depth=(1.4 * frame.depth).astype(np.uint16))
+    both = pieces(frame, UPPER).joined(pieces(frame, LOWER))
+    assert joints_after_joining(tracks_at(LEFT), farther, both, [0, -1])[1] == [0, -1]
 
 
 # --- twice the same -------------------------------------------------------------------------------------------------

@@ -60,6 +60,9 @@ class IdentityConstants:
     repeated_distance: float = constant(0.22, 'Newcomers nearer to a track (median of joints) are it.', unit='m')
     repeated_joints: int = constant(2, 'Joints that both must have for that.', unit='joints')
     halves_common: int = constant(2, 'Halves of a person have at most this many joints in common.', unit='joints')
+    halves_behind: float = constant(
+        0.35, 'Surfaces of a half that are further behind where its joints are expected (median) are those of another.',
+        unit='m')
     measured_frames: int = constant(3, 'A stature measured in more frames is known.', unit='frames')
     measured_spread: float = constant(0.06, 'Standard deviation of a known stature.', unit='share')
 

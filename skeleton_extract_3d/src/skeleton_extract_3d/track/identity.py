@@ -65,6 +65,10 @@ def joined(tracks: Tracks, seen: ObservedPeople, row: np.ndarray) -> Tuple[Peopl
     pieces = seen.select(strangers)
     across = distances_across(tracks.joints.position, tracks.has, pieces.rays, pieces.known)
     allowed = (across < _IDENTITY.same_place) & (evidence_against(pieces, tracks) <= _IDENTITY.most_evidence)
+    # what covers a half may be nearer, but its own surfaces are not farther away
+    behind = surfaces.lower_median(pieces.samples)[None] - tracks.joints.position[:, None, :, 2]
+    with np.errstate(invalid='ignore'):
+        allowed &= ~(surfaces.lower_median(np.where(tracks.has[:, None], behind, np.nan)) > _IDENTITY.halves_behind)
     nearest = np.where(allowed, across, np.inf).argmin(axis=0)
     keypoints, known, kept = people.keypoints.copy(), seen.known.copy(), np.ones(len(row), bool)
     for piece, track, possible in zip(strangers, nearest, allowed.any(axis=0)):
