@@ -26,7 +26,8 @@ from skeleton_extract_3d.track.expectation import expect
 from skeleton_extract_3d.track.identity import assign, joined
 from skeleton_extract_3d.track.memory import Memory
 from skeleton_extract_3d.track.out_of_sight import hidden_and_there, walk_on
-from skeleton_extract_3d.track.sightings import Sightings, apart, begin_tracks, separate
+from skeleton_extract_3d.track.returning import welcome, without
+from skeleton_extract_3d.track.sightings import Sightings, apart, separate
 from skeleton_extract_3d.track.standing import stand
 from skeleton_extract_3d.track.tracks import Tracks
 
@@ -197,8 +198,8 @@ class _Following:
         clock.lap('identity')
         lifted = self._lifting.lift(observed, view.points, expect(expected, row, view.elapsed))
         clock.lap('lift')
-        tracks, people = begin_tracks(expected, Sightings(row, observed, clothes, lifted), view.stamp, self._ids,
-                                      settings.identity)
+        memory, tracks, people = welcome(memory, expected, Sightings(row, observed, clothes, lifted), view.stamp,
+                                         self._ids, settings.identity)
         seen = correct(tracks.select(people.row), people, view.stamp, settings.occlusion)
         clock.lap('filter')
         seen, unseen, hidden = self._infer(seen, memory.tracks, expected, people.others(len(expected)), view)
@@ -212,7 +213,8 @@ class _Following:
         estimate = Estimate(answer, people_2d, clock.laps, unplaced)
         if not has_depth:  # guesses by size are no news of those who are followed
             return before, estimate
-        return replace(memory, tracks=seen.tracks.joined(unseen).joined(misplaced).in_order()), estimate
+        return replace(memory, tracks=seen.tracks.joined(unseen).joined(misplaced).in_order(),
+                       gone=without(memory.gone, seen.tracks)), estimate
 
     def _infer(self, seen: Completion, before: Tracks, expected: Tracks, unseen: np.ndarray, view: View
                ) -> Tuple[Completion, Tracks, Tracks]:
@@ -223,9 +225,9 @@ class _Following:
             unseen: (T,) bool, which of them were not seen.
         """
         if not self._settings.occlusion.occlusion:
-            return seen, expected.kept(unseen), Tracks.none()
+            return seen, without(expected.kept(unseen), seen.tracks), Tracks.none()
         seen = complete(seen, view, self._settings.occlusion.inference_timeout)
         if not unseen.any():
             return seen, Tracks.none(), Tracks.none()
-        tracks = walk_on(before.kept(unseen), view)
+        tracks = walk_on(without(before.kept(unseen), seen.tracks), view)
         return seen, tracks, tracks.kept(hidden_and_there(tracks, view))

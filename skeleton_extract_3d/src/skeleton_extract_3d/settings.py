@@ -30,8 +30,12 @@ class IdentityParams(Parameters):
         True, 'Follow people from frame to frame in space. false: person_ID is that of the detection service, nothing '
               'is remembered, nothing is smoothed.')
     track_timeout: float = parameter(
-        2.0, 'Somebody who is not detected for this long is forgotten and comes back with a new person_ID. Longer '
-             'bridges longer occlusions.', unit='s', minimum=0.0, maximum=60.0)
+        2.0, 'Somebody who is not detected for this long is no longer expected anywhere. Longer bridges longer '
+             'occlusions.', unit='s', minimum=0.0, maximum=60.0)
+    return_timeout: float = parameter(
+        10.0, 'Somebody who comes back within this time of the last detection gets the old person_ID where clothes, '
+              'size and place tell who it is; later, or where they do not, a new one. 0: only who is followed keeps '
+              'an id.', unit='s', minimum=0.0, maximum=60.0)
     track_gate: float = parameter(
         0.5, 'Greatest median distance, across the view, of the joints from where they are expected, at which it is '
              'still the same person.', unit='m', minimum=0.05, maximum=5.0)

@@ -272,7 +272,7 @@ def test_without_tracking_people_without_an_id_are_given_one_each():
 
 
 def test_ids_are_not_reused():
-    estimator, frame, given = new(track_timeout=0.2), scene(*WALKERS), []
+    estimator, frame, given = new(track_timeout=0.2, return_timeout=0.0), scene(*WALKERS), []
     for start in range(3):
         given += shown(frame, 3, float(start), estimator).people.ids.tolist()
     assert len(set(given)) == 6
@@ -280,7 +280,7 @@ def test_ids_are_not_reused():
 
 def test_after_the_timeout_somebody_is_somebody_else():
     for away, same in ((0.8, True), (1.4, False)):
-        estimator, frame = new(track_timeout=1.0), scene()
+        estimator, frame = new(track_timeout=1.0, return_timeout=0.0), scene()
         before = shown(frame, 5, 0.0, estimator).people.ids.tolist()
         after = update(estimator, frame, 4 / RATE + away).people.ids.tolist()
         assert (after == before) == same

@@ -55,12 +55,21 @@ def test_the_pixels_show_shirt_and_trousers():
 
 def test_pixels_of_missing_joints_are_missing():
     uv = np.random.default_rng(0).uniform(0, 20, (1, 18, 2))
-    uv[0, INDEX['left_shoulder']] = np.nan
+    uv[0, [INDEX['left_shoulder'], INDEX['right_shoulder']]] = np.nan
     pixels = appearance.clothes_pixels(uv)
     assert np.isnan(pixels[:, :12]).all() and np.isfinite(pixels[:, 12:]).all()
     uv = np.random.default_rng(0).uniform(0, 20, (1, 18, 2))
     uv[0, INDEX['left_knee']] = np.nan
     assert np.isfinite(appearance.clothes_pixels(uv)).all(axis=2).sum() == 12 + 3, 'one thigh is left'
+
+
+def test_one_side_of_the_trunk_is_enough():
+    uv = np.random.default_rng(0).uniform(0, 20, (1, 18, 2))
+    uv[0, [INDEX['left_shoulder'], INDEX['left_hip']]] = np.nan
+    chest = appearance.clothes_pixels(uv)[0, :12]
+    shoulder, hip = uv[0, INDEX['right_shoulder']], uv[0, INDEX['right_hip']]
+    for row, share in enumerate((0.2, 0.4, 0.6, 0.8)):
+        np.testing.assert_allclose(chest[3 * row:3 * row + 3], [shoulder + share * (hip - shoulder)] * 3)
 
 
 @pytest.mark.parametrize('bgr', LAB, ids=str)

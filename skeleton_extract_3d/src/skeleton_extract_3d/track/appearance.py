@@ -1,5 +1,5 @@
 """What people wear: mean colours of the upper and the lower part of the clothes."""
-from typing import NamedTuple, Optional, Sequence
+from typing import NamedTuple, Optional, Sequence, Tuple, Union
 
 import cv2
 import numpy as np
@@ -14,6 +14,8 @@ from skeleton_extract_3d.points.point_grid import PointGrid
 _APPEARANCE = METHOD.track.appearance
 # Corners of the trunk.
 _CHEST = np.concatenate([SHOULDERS, HIPS])
+# The same corner of the other side.
+_OTHER_SIDE = [1, 0, 3, 2]
 # Hip and knee of both sides, (2 sides, 2 ends).
 _THIGHS = np.stack([HIPS, MIDDLES[2:]], axis=1)
 
@@ -66,7 +68,7 @@ def observe_clothes(seen: ObservedPeople, points: PointGrid, bgr: Optional[np.nd
     """
     if bgr is None or not len(seen):
         return Clothes.unknown(len(seen))
-    pixels = clothes_pixels(seen.uv)
+    pixels = clothes_pixels(np.where(seen.scores[..., None] >= _APPEARANCE.least_score, seen.uv, np.nan))
     depths = surfaces.depths_at(points, np.where(np.isfinite(pixels), pixels, -1e6))
     trunk = surfaces.lower_median(seen.samples[:, _CHEST].reshape(len(seen), -1))
     with np.errstate(invalid='ignore'):
@@ -80,8 +82,11 @@ def clothes_pixels(uv: np.ndarray) -> np.ndarray:
     Args:
         uv: (P, 18, 2) [px].
     """
+    # a side of the trunk that is out of the image, or behind somebody, is not needed: the other one tells
+    corners = uv[:, _CHEST]
+    corners = np.where(np.isfinite(corners), corners, corners[:, _OTHER_SIDE])
     thighs = _ON_THIGH @ uv[:, _THIGHS]
-    return np.concatenate([_ON_CHEST @ uv[:, _CHEST], thighs.reshape(len(uv), 2 * len(_ON_THIGH), 2)], axis=1)
+    return np.concatenate([_ON_CHEST @ corners, thighs.reshape(len(uv), 2 * len(_ON_THIGH), 2)], axis=1)
 
 
 def mean_colours(bgr: np.ndarray, pixels: np.ndarray, usable: np.ndarray) -> Clothes:
@@ -113,3 +118,23 @@ def colour_distances(first: Clothes, second: Clothes) -> np.ndarray:
     both = (first.weights > 0)[:, None] & (second.weights > 0)[None]
     difference = np.sqrt(((first.colours[:, None] - second.colours[None]) ** 2).sum(axis=3))
     return np.where(both, difference, 0.0).sum(axis=2) / np.maximum(both.sum(axis=2), 1)
+
+
+def clothes_evidence(absent: Clothes, new: Clothes) -> Tuple[np.ndarray, np.ndarray]:
+    """Return by how much the same clothes are likelier than a stranger's, (T, N), and what was compared, (T, N, 2).
+
+    Only parts that were seen of both are compared.
+
+    Args:
+        absent: of T people; new: of N people.
+    """
+    both = (absent.weights > 0)[:, None] & (new.weights > 0)[None]
+    same = log_normal(new.colours[None] - absent.colours[:, None], _APPEARANCE.same_colour)
+    strange = log_normal(new.colours - _APPEARANCE.mean_colour, _APPEARANCE.strange_colour)[None]
+    evidence = np.minimum((same - strange).sum(axis=3), _APPEARANCE.most_evidence)
+    return np.where(both, evidence, 0.0).sum(axis=2), both
+
+
+def log_normal(difference: np.ndarray, spread: Union[float, np.ndarray]) -> np.ndarray:
+    """Return the logarithm of a normal density, without its constant factor."""
+    return -np.log(spread) - (difference / spread) ** 2 / 2

@@ -71,8 +71,21 @@ class IdentityConstants:
 class AppearanceConstants:
     """How the colours of clothes are measured and compared."""
 
+    least_score: float = constant(0.5, 'Keypoints with a lower score may be beside the body.')
     depth_range: float = constant(0.35, "Samples nearer to the trunk's depth show the person's clothes.", unit='m')
     memory: float = constant(30.0, 'Greatest weight of a remembered colour: light may change.', unit='frames')
+    same_colour: np.ndarray = constant(
+        np.array([8.0, 4.0, 5.0]), 'Standard deviation of the colour of the same clothes in another light and pose: '
+                                   'mostly of lightness.', unit='CIELAB', source='12 rendered people, over 0.7 s')
+    mean_colour: np.ndarray = constant(
+        np.array([[35.0, 4.0, 0.0], [24.0, 2.0, -2.0]]), "Mean colour of strangers' clothes, upper and lower part.",
+        unit='CIELAB', source='35 people of COCO pictures, rounded')
+    strange_colour: np.ndarray = constant(
+        np.array([[22.0, 9.0, 13.0], [18.0, 5.0, 8.0]]), 'Standard deviation of these.', unit='CIELAB',
+        source='the same')
+    most_evidence: float = constant(
+        4.0, 'Greatest log likelihood of the same person by one part: one stranger in 50 wears the same.',
+        source='chosen')
 
 
 @dataclass(frozen=True)
@@ -167,6 +180,29 @@ class OneBodyConstants:
 
 
 @dataclass(frozen=True)
+class ReturningConstants:
+    """When a newcomer is somebody who was here a short time ago."""
+
+    least_away: float = constant(0.2, 'Somebody who was seen since is not absent.', unit='s')
+    greatest_speed: float = constant(2.5, 'Nobody comes back from farther than this takes them.', unit='m/s')
+    seen_size: float = constant(
+        0.08, 'Standard deviation of the size of a body (median of bones) in one frame.', unit='share',
+        source='rendered people')
+    strange_size: float = constant(
+        0.2, 'Standard deviation of the sizes of strangers, who may be children.', unit='share', source='chosen')
+    spread_at_once: float = constant(0.3, 'Error per axis of where somebody is expected who was just lost.', unit='m')
+    spread_growth: float = constant(0.6, 'Growth of this error.', unit='m/s')
+    greatest_spread: float = constant(1.5, 'Greatest such error: people come back by where they left.', unit='m')
+    room: float = constant(12.0, 'Area of the floor in view, anywhere on which a stranger may appear.', unit='m^2')
+    least_evidence: float = constant(2.3, 'Log likelihood, against a stranger, of somebody who is recognized (10:1).')
+    margin: float = constant(1.6, 'The same against every other absent person and newcomer (5:1).')
+    patience: float = constant(
+        0.3, 'Newcomers whose clothes are not in view wait this long for an id, while somebody is absent who may be '
+             'them.', unit='s')
+    most_gone: int = constant(32, 'Of more people who are gone, the ones seen last may be recognized.')
+
+
+@dataclass(frozen=True)
 class StandingConstants:
     """How feet and the floor go together, where it is known."""
 
@@ -194,4 +230,5 @@ class TrackConstants:
     completion: CompletionConstants = CompletionConstants()
     out_of_sight: OutOfSightConstants = OutOfSightConstants()
     one_body: OneBodyConstants = OneBodyConstants()
+    returning: ReturningConstants = ReturningConstants()
     standing: StandingConstants = StandingConstants()

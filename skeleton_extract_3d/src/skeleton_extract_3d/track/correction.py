@@ -5,9 +5,9 @@ import numpy as np
 
 from skeleton_extract_3d.body import measures
 from skeleton_extract_3d.body.body import HIPS, SHOULDERS
+from skeleton_extract_3d.body.bone_constraints import satisfy_lengths
 from skeleton_extract_3d.constants import METHOD
 from skeleton_extract_3d.settings import OcclusionParams
-from skeleton_extract_3d.track.bone_constraints import satisfy_lengths
 from skeleton_extract_3d.track.completion import Completion
 from skeleton_extract_3d.track.joint_filter import JointFilter, along_rays, isotropic
 from skeleton_extract_3d.track.sightings import Sightings

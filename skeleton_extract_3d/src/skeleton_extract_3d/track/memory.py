@@ -30,6 +30,8 @@ class Memory:
         tracking_from_points: from the points to where the room stands still; None: the camera does not move.
         still: since when the depth is the same; None before the first frame with an image.
         agreement: how people fitted the depth.
+        gone: people who are followed no more, but may come back; where they were expected last.
+        waiting: since when somebody waits for an id without a break [s]; None: nobody does.
     """
 
     tracks: Tracks = field(default_factory=Tracks.none)
@@ -38,6 +40,8 @@ class Memory:
     tracking_from_points: Optional[Transform] = None
     still: Optional[Stillness] = None
     agreement: Agreement = field(default_factory=Agreement)
+    gone: Tracks = field(default_factory=Tracks.none)
+    waiting: Optional[float] = None
 
     def with_points(self, frame: CameraFrame, summary: PointSummary) -> 'Memory':
         """Return what is remembered after a look at the points of a frame."""
@@ -46,7 +50,7 @@ class Memory:
     def at(self, frame: CameraFrame, camera: CameraModel, params: IdentityParams) -> Tuple['Memory', View]:
         """Return what is remembered at the time and the place of a frame, and these.
 
-        Nobody has moved yet; people who were not detected for too long are forgotten.
+        Nobody has moved yet; people who were not detected for too long are gone, and in the end forgotten.
 
         Args:
             camera: of the points.
@@ -55,15 +59,20 @@ class Memory:
         before = self.stamp
         if not params.tracking or (before is not None and stamp < before - _MEMORY.greatest_backstep):
             before = None
-        tracks = Tracks.none()
+        tracks = gone = Tracks.none()
         if before is not None:
-            recent = stamp - self.tracks.last_seen <= params.track_timeout
+            tracks = self.tracks
+            recent = stamp - tracks.last_seen <= params.track_timeout
             recent[:-TRACKING.most_tracks] = False
-            tracks = self.tracks.kept(recent)
+            gone = self.gone.joined(tracks.kept(~recent))
+            gone = gone.select(np.argsort(gone.last_seen, kind='stable')[-METHOD.track.returning.most_gone:])
+            gone = gone.kept(stamp - gone.last_seen <= params.return_timeout)
+            tracks = tracks.kept(recent)
             if pose is not None and self.tracking_from_points is not None:
-                tracks = tracks.transformed(*frame_change(self.tracking_from_points, pose))
-        memory = replace(self, tracks=tracks, stamp=stamp if before is None else max(stamp, before), camera=camera,
-                         tracking_from_points=pose)
+                change = frame_change(self.tracking_from_points, pose)
+                tracks, gone = tracks.transformed(*change), gone.transformed(*change)
+        memory = replace(self, tracks=tracks, gone=gone, stamp=stamp if before is None else max(stamp, before),
+                         camera=camera, tracking_from_points=pose)
         elapsed = 0.0 if before is None else max(stamp - before, 0.0)
         return memory, View(frame.points, camera, stamp, elapsed, frame.floor)
 

@@ -3,7 +3,7 @@
 Two bodies cannot be in one place: of people who fill the same space, one stays.
 """
 from dataclasses import replace
-from typing import Iterator, NamedTuple, Tuple
+from typing import NamedTuple, Tuple
 
 import numpy as np
 
@@ -45,7 +45,7 @@ class Sightings(NamedTuple):
     def others(self, count: int) -> np.ndarray:
         """Return which of the first tracks are none of these people's, (count,) bool."""
         others = np.ones(max(count, self.row.max(initial=-1) + 1), bool)
-        others[self.row] = False
+        others[self.row[self.row >= 0]] = False
         return others[:count]
 
     def size_error(self) -> np.ndarray:
@@ -55,35 +55,20 @@ class Sightings(NamedTuple):
         return np.where(lifted.measured.any(axis=1), 0.0, METHOD.body.stature_spread * lifted.root)[:, None]
 
 
-def begin_tracks(tracks: Tracks, people: Sightings, stamp: float, ids: Iterator[int], params: IdentityParams
-                 ) -> Tuple[Tracks, Sightings]:
-    """Return the tracks with one for each newcomer, and the people who have a track.
-
-    Args:
-        tracks: predicted to this frame.
-        people: of the frame, newcomers with row -1.
-        stamp: [s].
-        ids: where ids come from.
-    """
+def newcomers(people: Sightings, params: IdentityParams) -> np.ndarray:
+    """Return the people without a track who may get one, indices (N,)."""
     seen, lifted = people.observed, people.lifted
     followed = people.row >= 0
     # what can not be measured does not speak against a newcomer
     measurable = (seen.known & np.isfinite(seen.samples).any(axis=2)).sum(axis=1)
     new = ~followed & (lifted.measured.sum(axis=1) >= np.minimum(params.birth_joints, measurable))
-    new &= ~repeated(lifted.xyz, seen.known, followed)
-    begun = np.flatnonzero(new)
-    if len(begun):
-        given = seen.people_2d.ids
-        keep_ids = not params.tracking and (given >= 0).all()
-        row = people.row.copy()
-        row[begun] = np.arange(len(tracks), len(tracks) + len(begun))
-        people = people._replace(row=row)
-        tracks = tracks.joined(Tracks.begun(
-            given[begun] if keep_ids else np.array([next(ids) for _ in begun]), stamp,
-            np.where(seen.known[begun, :, None], lifted.xyz[begun], np.nan), lifted.left[begun],
-            lifted.stature[begun]))
-    has_track = people.row >= 0
-    return tracks, people if has_track.all() else people.select(np.flatnonzero(has_track))
+    return np.flatnonzero(new & ~repeated(lifted.xyz, seen.known, followed))
+
+
+def begin_tracks(people: Sightings, stamp: float, ids: np.ndarray) -> Tracks:
+    """Return new tracks of people, with ids (P,), at a time [s]."""
+    known, lifted = people.observed.known, people.lifted
+    return Tracks.begun(ids, stamp, np.where(known[..., None], lifted.xyz, np.nan), lifted.left, lifted.stature)
 
 
 def repeated(xyz: np.ndarray, known: np.ndarray, followed: np.ndarray) -> np.ndarray:

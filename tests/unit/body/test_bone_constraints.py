@@ -4,7 +4,7 @@ import pytest
 
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.body.body import BONES, JOINTS
-from skeleton_extract_3d.track.bone_constraints import satisfy_lengths
+from skeleton_extract_3d.body.bone_constraints import satisfy_lengths
 from skeleton_extract_3d.track.joint_filter import along_rays, isotropic
 from synthetic_scene import Person, joints_of, standing
 
