@@ -43,6 +43,7 @@ class MissedConstants:
     most: int = constant(2, 'Number of heads in an image that get a crop, those with the largest areas.')
     explained: float = constant(0.3, 'A head that is nearer to a joint of somebody than this is theirs.', unit='m')
     thickness: float = constant(0.45, 'That holds if the median depth of their joints is as near to its.', unit='m')
+    on_head: float = constant(0.15, 'It is theirs also if a joint this near is seen at its depth.', unit='m')
     crop_side: float = constant(1.5, 'Side of the crop; the head is a sixth below its top.', unit='m')
     nearer: float = constant(0.35, 'What is nearer than the head by more is covered in the crop.', unit='m')
     head_score: float = constant(0.4, 'Mean score of the three surest joints of the head that is needed.')
@@ -186,10 +187,12 @@ def _unexplained(found: Sequence[Head], people: np.ndarray, bgr: np.ndarray, vie
     distance = [float(np.median(of[np.isfinite(of)])) if np.isfinite(of).any() else np.nan for of in depth]
 
     def explained(head: Head) -> bool:
-        reach = MISSED.explained * view.focal / head.depth
         with np.errstate(invalid='ignore'):
-            near = np.hypot(joints[..., 0] - head.x, joints[..., 1] - head.y) < reach
-        return any(of.any() and not abs(far - head.depth) > MISSED.thickness for of, far in zip(near, distance))
+            off = np.hypot(joints[..., 0] - head.x, joints[..., 1] - head.y) * head.depth / view.focal
+            there = (off < MISSED.on_head) & (np.abs(depth - head.depth) < MISSED.gap)
+        near = (off < MISSED.explained).any(axis=1)
+        return bool(there.any()) or any(of and not abs(far - head.depth) > MISSED.thickness
+                                        for of, far in zip(near, distance))
 
     return [head for head in found if not explained(head)]
 

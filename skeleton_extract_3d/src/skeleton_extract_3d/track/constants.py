@@ -103,6 +103,8 @@ class ExpectationConstants:
 class CorrectionConstants:
     """How exactly a frame places joints."""
 
+    out_of_sight: float = constant(
+        0.2, 'Of who was not detected for longer, joints that are not seen move with those that are.', unit='s')
     across: float = constant(0.013, 'Error of a keypoint across the view, at full score.', unit='m')
     across_by_score: float = constant(0.11, 'Growth of this error, times (1 - score) squared.', unit='m')
     across_hidden: float = constant(0.02, 'What a hidden joint adds to this error.', unit='m')

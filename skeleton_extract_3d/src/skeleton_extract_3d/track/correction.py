@@ -38,7 +38,8 @@ def correct(tracks: Tracks, people: Sightings, stamp: float, params: OcclusionPa
     """
     lifted = people.lifted
     trusted = _trusted(people, params)
-    joints, has = _joints(tracks, people, trusted, params.occlusion), tracks.has | trusted
+    joints = _joints(tracks, people, trusted, params.occlusion, stamp)
+    has = tracks.has | trusted
     sure = lifted.measured[:, _CORNERS].sum(axis=1) >= _CORRECTION.corners
     error = np.where(sure, _CORRECTION.root_measured, _CORRECTION.root_guessed)
     middle = middle_of_trunk(joints.position, has)
@@ -54,7 +55,7 @@ def correct(tracks: Tracks, people: Sightings, stamp: float, params: OcclusionPa
     return Completion(tracks, trusted, trusted, sigma)
 
 
-def _joints(tracks: Tracks, people: Sightings, trusted: np.ndarray, bones: bool) -> JointFilter:
+def _joints(tracks: Tracks, people: Sightings, trusted: np.ndarray, bones: bool, stamp: float) -> JointFilter:
     """Return the filters of the joints with trusted ones taken in, after the lengths of bones if these count."""
     lifted, seen = people.lifted, people.observed
     across = (_CORRECTION.across + _CORRECTION.across_by_score * (1 - np.minimum(seen.scores, 1.0)) ** 2
@@ -66,10 +67,30 @@ def _joints(tracks: Tracks, people: Sightings, trusted: np.ndarray, bones: bool)
         xyz = satisfy_lengths(xyz, covariance, measures.expected_lengths(tracks.sizes),
                               measures.length_spreads(tracks.sizes), trusted)
     joints = tracks.joints.corrected(xyz, covariance, trusted & tracks.has)
+    joints = come_along(joints, tracks, trusted & tracks.has, stamp)
     first = trusted & ~tracks.has
     if not first.any():
         return joints
     return joints.where(first, JointFilter.moving(xyz, np.zeros_like(xyz), covariance, _CORRECTION.unknown_speed))
+
+
+def come_along(joints: JointFilter, tracks: Tracks, trusted: np.ndarray, stamp: float) -> JointFilter:
+    """Return the filters of N people; of who comes back in sight elsewhere, the joints that are not seen come along.
+
+    Args:
+        joints: with what the frame shows.
+        tracks: before that.
+        trusted: (N, 18) bool, joints that the frame places, and that had a place.
+        stamp: of the frame [s].
+    """
+    back = np.flatnonzero((stamp - tracks.last_seen > _CORRECTION.out_of_sight) & trusted.any(axis=1))
+    if not len(back):
+        return joints
+    position = joints.position.copy()
+    for person in back:
+        seen = trusted[person]
+        position[person, ~seen] += np.median((position - tracks.joints.position)[person, seen], axis=0)
+    return joints._replace(position=position)
 
 
 def _down(before: np.ndarray, position: np.ndarray, known: np.ndarray) -> np.ndarray:
