@@ -1,7 +1,7 @@
 """Hands and faces of the people in images, followed from image to image."""
 import logging
 import threading
-from typing import Callable, Dict, Hashable, Iterator, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Callable, Dict, Hashable, Iterable, Iterator, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -199,6 +199,9 @@ def _look(looker: Looker, bgr: np.ndarray, tasks: Sequence[_Task], memory: _Came
     behind = _doubles(found) if looker.kind is HAND else []
     found = [one for one in found if one[0] not in behind]
     seen_now = dict(found)
+    if looker.kind is HAND:
+        behind += [task.target for task in tasks
+                   if task.target not in seen_now and _covered(task, seen_now.values(), stamp)]
     for target in (task.target for task in tasks if task.target.name is not None):
         memory.looked[target.name] = stamp
         if target in seen_now:
@@ -223,8 +226,21 @@ def _doubles(hands: Found) -> List[Target]:
     return doubles
 
 
+def _covered(task: _Task, hands: Iterable[Seen], stamp: float) -> bool:
+    """Return whether a hand that was followed is now where another one is seen."""
+    carried = task.known.carried(task.target, stamp) if task.known is not None else None
+    return carried is not None and any(
+        np.linalg.norm(np.mean(carried.points - hand.points, axis=0)[:2]) < LOOK.covered * _size(hand)
+        for hand in hands)
+
+
+def _size(hand: Seen) -> float:
+    """Return the longer side of the box round the points [px]."""
+    return float(np.ptp(hand.points[:, :2], axis=0).max())
+
+
 def _coincide(one: Seen, other: Seen) -> bool:
-    size = max(float(np.ptp(seen.points[:, :2], axis=0).max()) for seen in (one, other))
+    size = max(_size(one), _size(other))
     return bool(np.median(np.linalg.norm(one.points[:, :2] - other.points[:, :2], axis=1)) < LOOK.same * size)
 
 

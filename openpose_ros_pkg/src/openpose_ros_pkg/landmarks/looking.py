@@ -22,9 +22,14 @@ class LookConstants:
     hand_off: float = constant(0.8, "Greatest distance of a hand's wrist from the wrist of the body.", unit='forearms')
     face_off: float = constant(0.5, "Greatest distance of a face's nose from the nose of the body.", unit='widths')
     same: float = constant(0.3, 'Hands whose points are this near, by the median, are one hand.', unit='hand sizes')
+    covered: float = constant(0.5, 'A hand that is lost where the middle of another one is this near is behind it.',
+                              unit='hand sizes')
     first_passes: float = constant(2.2, 'Passes of the network that somebody new takes, on average.')
     follow_time: float = constant(0.5, 'A hand or a face that was seen no longer ago is looked for where it was.',
                                   unit='s')
+    with_body: float = constant(
+        0.75, "Share of the way of the body's wrist or nose by which the region of the last points moves along, as "
+              'the body is less exact.')
     drift: float = constant(0.25, 'A second look follows where the region of the points found is shifted by more, in '
                                  'sides, turned by more [rad], or larger or smaller by more (logarithm).')
     retry_time: float = constant(0.1, 'Where nothing was found there is no other look for this long.', unit='s')
@@ -146,7 +151,8 @@ class Looker:
                 if before is None or score > before.score - allowed_loss:
                     results[i] = Seen(points, score, right, target.anchor, stamp)
 
-        first = {i: self.kind.region(seen.points[:, :2]) for i, seen in known.items()}
+        first = {i: self.kind.region(seen.points[:, :2]).moved(LOOK.with_body * (targets[i].anchor - seen.anchor))
+                 for i, seen in known.items()}
         update(first, 0.0)
         lost = [i for i, seen in enumerate(results) if seen is None or seen.score < LOOK.lost]
         results = [None if i in lost else seen for i, seen in enumerate(results)]
