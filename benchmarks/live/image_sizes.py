@@ -6,7 +6,7 @@ height of its own (log-uniform between 16 and 2000 px, the same ones in every ru
 the node's memory in the course of them, which belongs to nobody else (unique set size), and its threads.
 
     ./run bench image_sizes mode:=fast
-    ./run bench image_sizes --images 500 runtime:=onnxruntime
+    ./run bench image_sizes --images 500 backend:=opencv_dnn
 """
 import argparse
 import sys
