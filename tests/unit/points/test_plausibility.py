@@ -137,8 +137,9 @@ def test_what_no_camera_has_is_refused(matrix, said):
         CameraModel(320, 180, [*matrix, 0, 0, 1])
 
 
-@pytest.mark.parametrize('model', ['plumb_bob', 'fisheye'])
-@pytest.mark.parametrize('first', [-50.0, 1e300, -1e300, 1e5])
+# a fisheye with 1e5 folds nothing; but later OpenCVs than 4.2 do not invert it
+@pytest.mark.parametrize('model, first', [
+    *((model, first) for model in ('plumb_bob', 'fisheye') for first in (-50.0, 1e300, -1e300)), ('plumb_bob', 1e5)])
 def test_a_lens_that_folds_the_image_is_refused(model, first):
     with pytest.raises(BadInputError, match='folds the image'):
         CameraModel(320, 180, CAMERA.matrix, model, np.array([first, 0, 0, 0]))

@@ -125,8 +125,16 @@ class CameraModel:
                 plane = cv2.undistortPointsIter(pixels, self.matrix, self.distortion, None, None, _UNDISTORT_UNTIL)
             rays[:, :2] = plane.reshape(-1, 2)
             error = np.abs(self.project(rays) - uv).max(axis=1)
-            rays[~(error < _ROUND_TRIP_TOLERANCE)] = np.nan
+            rays[~(error < _ROUND_TRIP_TOLERANCE) | self._is_beyond_fold(rays)] = np.nan
         return rays
+
+    def _is_beyond_fold(self, rays: np.ndarray) -> np.ndarray:
+        """Return which rays, (N, 3), are beyond the angle where a fisheye's image grows no more: OpenCV 4.2 gives such."""
+        if self.distortion_model not in _FISHEYE:
+            return np.zeros(len(rays), bool)
+        angles = np.arctan(np.hypot(rays[:, 0], rays[:, 1]))
+        slope = 1 + angles[:, None] ** (2, 4, 6, 8) @ (self.distortion * (3, 5, 7, 9))
+        return ~(slope > 0)
 
     @np.errstate(all='ignore')  # points next to the camera lie anywhere
     def project(self, xyz: np.ndarray) -> np.ndarray:
