@@ -129,7 +129,7 @@ class CameraModel:
         return rays
 
     def _is_beyond_fold(self, rays: np.ndarray) -> np.ndarray:
-        """Return which rays, (N, 3), are beyond the angle where a fisheye's image grows no more: OpenCV 4.2 gives such."""
+        """Return whether rays, (N, 3), are beyond the angle where the image of a fisheye grows no more."""
         if self.distortion_model not in _FISHEYE:
             return np.zeros(len(rays), bool)
         angles = np.arctan(np.hypot(rays[:, 0], rays[:, 1]))
