@@ -18,6 +18,7 @@ import numpy as np
 
 from openpose_ros_pkg.command_line import DONE, add_settings, run_command, setting_values
 from openpose_ros_pkg.decode.paf import find_peaks, score_limbs
+from openpose_ros_pkg.detect.depth import DepthView
 from openpose_ros_pkg.detect.detector import DetectorSettings, create_detector
 from openpose_ros_pkg.detect.views import averaged_fields, decode_views
 from openpose_ros_pkg.networks.models import Model
@@ -51,8 +52,13 @@ def argument_parser(depth_required: bool) -> argparse.ArgumentParser:
     return parser
 
 
-def detect_and_draw(settings: DetectorSettings, bgr: np.ndarray) -> Tuple[People2D, Stages]:
-    """Return the people of an image, (H, W, 3) uint8, and images of the stages on the full image, without crops."""
+def detect_and_draw(settings: DetectorSettings, bgr: np.ndarray, depth: Optional[DepthView] = None
+                    ) -> Tuple[People2D, Stages]:
+    """Return the people of an image, (H, W, 3) uint8, and images of the stages on the full image, without crops.
+
+    Args:
+        depth: of the image; None: it is not known.
+    """
     detector = create_detector(settings)
     frame = detector.prepare(bgr)
     stages, opinions = [('input', bgr)], []
@@ -68,7 +74,7 @@ def detect_and_draw(settings: DetectorSettings, bgr: np.ndarray) -> Tuple[People
             stages += [('heat maps', _over(bgr, _heat_maps(fields, model), plan, model.stride)),
                        ('limb fields', _over(bgr, _limb_fields(fields, model), plan, model.stride)),
                        ('candidates', _candidates(bgr, peaks, limbs, plan, model))]
-    people = detector.detect(bgr)
+    people = detector.detect(bgr, depth)
     return people, [*stages, ('opinions', _draw_opinions(bgr, opinions, detector.skeleton)),
                     ('people', draw_people(bgr, people, DrawParams()))]
 

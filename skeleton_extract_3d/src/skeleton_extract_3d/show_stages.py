@@ -7,6 +7,7 @@ import numpy as np
 from openpose_ros_pkg import show_stages
 from openpose_ros_pkg.command_line import DONE, run_command, setting_values
 from openpose_ros_pkg.detect.detector import DetectorSettings
+from openpose_ros_pkg.detect.others import foregrounds
 from openpose_ros_pkg.output.draw import DrawParams, draw_people
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import People2D, keypoints_in
@@ -19,6 +20,7 @@ from skeleton_extract_3d.lift.robust import RobustLifting
 from skeleton_extract_3d.lift.surfaces import DELTAS
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.depth import DepthImage
+from skeleton_extract_3d.points.depth_view import depth_view
 from skeleton_extract_3d.points.rgbd_sequence import read_camera
 
 # Chart of a person: left edge of the depths, width of a candidate and height of a joint's row [px].
@@ -26,6 +28,8 @@ _LEFT, _CELL, _ROW = 170, 17, 27
 _SAMPLE, _MEASURED, _INFERRED, _BLACK = (150, 150, 150), (60, 160, 0), (0, 110, 255), (0, 0, 0)
 # Depth [m] from which on the depth image has the last of its colours.
 _FAR = 6.0
+# Brightness of what is in front of nobody.
+_DARK = 0.3
 
 
 def lift_and_draw(people: People2D, bgr: np.ndarray, depth: np.ndarray, camera: CameraModel) -> show_stages.Stages:
@@ -45,7 +49,18 @@ def lift_and_draw(people: People2D, bgr: np.ndarray, depth: np.ndarray, camera: 
     charts = [(f'candidate depths of person {person}', cv2.resize(_chart(observed, lifted, person), size))
               for person in range(len(observed))]
     return [('keypoints on the depth image', cv2.resize(colours, size)),
+            ('in front of somebody', _draw_layers(people, bgr, points)),
             ('visible joints', draw_people(bgr, people, DrawParams(), ~lifted.measured)), *charts]
+
+
+def _draw_layers(people: People2D, bgr: np.ndarray, points: DepthImage) -> np.ndarray:
+    """Draw in colour what is in front of one of the people, and is covered in the crop of that person."""
+    size, drawn = (bgr.shape[1], bgr.shape[0]), (bgr * _DARK).astype(np.uint8)
+    for foreground in foregrounds(list(people.keypoints), people.skeleton, depth_view(points), size):
+        if foreground is not None:
+            covered = cv2.resize(foreground.pixels.astype(np.uint8), size, interpolation=cv2.INTER_NEAREST) > 0
+            drawn[covered] = bgr[covered]
+    return drawn
 
 
 def _chart(observed: ObservedPeople, lifted: Lifted, person: int) -> np.ndarray:
@@ -88,9 +103,10 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     def work() -> int:
         bgr, depth = read_image(options.image), read_image(options.depth, cv2.IMREAD_UNCHANGED)
         settings = build(DetectorSettings, setting_values(parser, options.settings))
-        people, stages = show_stages.detect_and_draw(settings, bgr)
+        camera = read_camera(options.camera)
+        people, stages = show_stages.detect_and_draw(settings, bgr, depth_view(DepthImage(depth, camera)))
         show_stages.write_stages(stages, options.output, 'stages_2d.jpg', 3)
-        show_stages.write_stages(lift_and_draw(people, bgr, depth, read_camera(options.camera)), options.output / '3d',
+        show_stages.write_stages(lift_and_draw(people, bgr, depth, camera), options.output / '3d',
                      '../stages_3d.jpg', 2)
         return DONE
 

@@ -66,14 +66,15 @@ def standing():
 def test_stages_in_space(standing):
     people, depth, camera = standing
     titles, images = zip(*show_stages_3d.lift_and_draw(people, BLACK, depth, camera))
-    assert titles == ('keypoints on the depth image', 'visible joints', 'candidate depths of person 0')
+    assert titles == ('keypoints on the depth image', 'in front of somebody', 'visible joints',
+                      'candidate depths of person 0')
     assert {image.shape for image in images} == {BLACK.shape}
     assert not images[0][10, 50].any() and images[0][10, 150].any()  # nothing was measured on the left
 
 
 def test_nobody_has_no_chart(standing):
     _, depth, camera = standing
-    assert len(show_stages_3d.lift_and_draw(People2D.empty(COCO_18), BLACK, depth, camera)) == 2
+    assert len(show_stages_3d.lift_and_draw(People2D.empty(COCO_18), BLACK, depth, camera)) == 3
 
 
 def test_a_sheet_has_all_images(tmp_path):
@@ -110,9 +111,9 @@ def test_the_shipped_sequence(tmp_path):
                  str(SHIPPED / 'camera.yaml'), '-o', str(tmp_path)]
     assert show_stages_3d.main(arguments) == 0
     assert sorted(path.name for path in tmp_path.rglob('*.jpg')) == [
-        '1_input.jpg', '1_keypoints_on_the_depth_image.jpg', '2_heat_maps.jpg', '2_visible_joints.jpg',
-        '3_candidate_depths_of_person_0.jpg', '3_limb_fields.jpg', '4_candidate_depths_of_person_1.jpg',
-        '4_candidates.jpg', '5_opinions.jpg', '6_people.jpg', 'stages_2d.jpg', 'stages_3d.jpg']
+        '1_input.jpg', '1_keypoints_on_the_depth_image.jpg', '2_heat_maps.jpg', '2_in_front_of_somebody.jpg',
+        '3_limb_fields.jpg', '3_visible_joints.jpg', '4_candidate_depths_of_person_0.jpg', '4_candidates.jpg',
+        '5_candidate_depths_of_person_1.jpg', '5_opinions.jpg', '6_people.jpg', 'stages_2d.jpg', 'stages_3d.jpg']
     maps = cv2.imread(str(tmp_path / '2_heat_maps.jpg')).max(axis=2)
     # joints shine, and the wall does not: somebody stands in the middle
     assert maps[100:500, 430:600].max() > 200 and maps[50:300, 50:100].max() < 150
