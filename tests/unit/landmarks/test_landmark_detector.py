@@ -54,7 +54,7 @@ class FaceTemplate:
 
 
 def draw(image, points, right):
-    for k, (x, y) in enumerate(points):
+    for k, (x, y) in enumerate(points.tolist()):
         cv2.circle(image, (round(x), round(y)), 4, (200 * right, 220, 10 * k), -1)
 
 
