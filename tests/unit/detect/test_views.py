@@ -1,4 +1,6 @@
 """What networks see of an image: sizes, the mirror image, and a crop of one person."""
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,11 +9,12 @@ from openpose_ros_pkg.decode.direct import DirectDecodeParams
 from openpose_ros_pkg.decode.paf import DecodeParams
 from openpose_ros_pkg.detect.ensemble import most_alike
 from openpose_ros_pkg.detect.recipes import THUNDER_CROP, CropRefinement, NetworkPass
-from openpose_ros_pkg.detect.refinement import decode_crop, prepare_crop
+from openpose_ros_pkg.detect.refinement import decode_crop, prepare_crop, quarter_turns
 from openpose_ros_pkg.detect.views import ComputedView, decode_views, prepare_views
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.networks.models import MOBILENET_THIN, MODELS, MOVENET_MULTIPOSE
 from openpose_ros_pkg.oks import sigmas
+from openpose_ros_pkg.people import Poses
 from openpose_ros_pkg.skeletons import COCO_18
 from stand_in_networks import MovenetNetwork, PafNetwork, chart, mirrored, person_at
 
@@ -258,3 +261,57 @@ def test_a_mirrored_person_would_be_somebody_else():
     left, _, right, _ = network.parts[0]
     assert left > right
     assert np.abs(mirrored(person, SIZE[0]) - person).max() > 50
+
+
+# --- people who lie ---------------------------------------------------------------------------------------------------
+
+def rotated(person, degrees):
+    """Return (18, 2) pixels of a person turned clockwise around the middle of the image."""
+    angle, middle = np.radians(degrees), np.divide(SIZE, 2)
+    turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+    return (person - middle) @ turn + middle
+
+
+@pytest.mark.parametrize('degrees, turns', [
+    (0, 0), (50, 0), (-50, 0), (70, 1), (90, 1), (130, 1), (140, 2), (180, 2), (-140, 2), (-130, 3), (-90, 3)])
+def test_who_lies_is_turned_upright(degrees, turns):
+    person = scored(rotated(person_at(320, 100, 250), degrees))
+    assert quarter_turns(person, COCO_18) == turns
+    crop = prepare_crop(chart(*SIZE), person, THUNDER_CROP, [person], COCO_18)
+    assert crop.view.turns == turns
+    of_multipose = CropRefinement(MOVENET_MULTIPOSE, 1.6)
+    assert prepare_crop(chart(*SIZE), person, of_multipose, [person], COCO_18).view.turns == 0, 'it is not square'
+    seen = person[:, :2] - crop.view.origin
+    for _ in range(turns):
+        seen = np.column_stack([seen[:, 1], crop.view.plan.image_size[0] - 1 - seen[:, 0]])
+    up = seen[COCO_18.index['neck']] - seen[[COCO_18.index['left_hip'], COCO_18.index['right_hip']]].mean(axis=0)
+    assert -up[1] > 0.6 * np.linalg.norm(up)
+
+
+def test_who_bends_down_is_upright_as_the_legs_tell():
+    person = scored(person_at(320, 100, 250))
+    middle = person[[COCO_18.index['left_hip'], COCO_18.index['right_hip']], :2].mean(axis=0)
+    lower = [COCO_18.index[f'{side}_{joint}'] for side in ('left', 'right') for joint in ('knee', 'ankle')]
+    bent = scored(rotated(person[:, :2] - middle + np.divide(SIZE, 2), 90))
+    assert quarter_turns(bent, COCO_18) == 1
+    bent[lower, :2] = person[lower, :2] - middle + np.divide(SIZE, 2)
+    assert quarter_turns(bent, COCO_18) == 0
+
+
+def test_without_a_trunk_nobody_is_turned():
+    person = scored(rotated(person_at(320, 100, 250), 90))
+    person[[COCO_18.index['left_hip'], COCO_18.index['right_hip']]] = (np.nan, np.nan, 0)
+    assert quarter_turns(person, COCO_18) == 0
+
+
+@pytest.mark.parametrize('mirror', [False, True], ids=['plain', 'mirror'])
+@pytest.mark.parametrize('turns', [0, 1, 2, 3])
+def test_what_a_turned_network_sees_comes_back_to_its_place(turns, mirror):
+    image, person = np.zeros((SIZE[1], SIZE[0], 3), np.uint8), scored(person_at(320, 150, 200))
+    place = np.array([300, 200])
+    image[place[1] - 2:place[1] + 3, place[0] - 2:place[0] + 3] = 255
+    crop = prepare_crop(image, person, replace(THUNDER_CROP, mirror=mirror), [person], COCO_18).turned(turns)
+    rows, columns = np.nonzero(crop.input[..., 0] > 128)
+    found = np.full((1, 18, 3), (columns.mean(), rows.mean(), 1.0), np.float32)
+    back = crop.view.in_image(Poses(found, np.ones(1)), COCO_18)
+    np.testing.assert_allclose(back.keypoints[0, 0, :2], place, atol=1.0)

@@ -220,7 +220,8 @@ class Detector:
         """
         recipe, networks, (width, height) = self._setup.recipe, self._setup.networks, USUAL_SIZE
         blank = self.prepare(np.zeros((height, width, 3), np.uint8))
-        somebody = np.array([[width / 2, 0.0, 1.0], [width / 2, height - 1.0, 1.0]])
+        rows = np.linspace(0.0, height - 1.0, len(recipe.skeleton.joints))
+        somebody = np.stack([np.full_like(rows, width / 2), rows, np.ones_like(rows)], axis=1)
         with self.lock:
             self.compute(blank)
             for refinement in recipe.refinements:

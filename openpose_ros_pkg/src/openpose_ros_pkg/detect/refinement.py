@@ -35,6 +35,8 @@ class CropConstants:
              'image, or is expected close before the camera, shall not take gigabytes.')
     sure_joint: float = constant(
         0.25, 'Joints with a lower score do not widen the crop: they are guesses, often of what is out of sight.')
+    least_tilt: float = constant(
+        60.0, 'People who are tilted by more, from ankles to shoulders, are turned upright.', unit='deg')
 
 
 CROP = CropConstants()
@@ -79,7 +81,7 @@ def refine(people: Candidates, bgr: np.ndarray, recipe: Recipe, networks: Dict[s
 
 def prepare_crop(bgr: np.ndarray, person: np.ndarray, refinement: CropRefinement, people: Sequence[np.ndarray],
                  skeleton: SkeletonModel, foreground: Optional[Foreground] = None) -> PreparedView:
-    """Cut a person out of an image; for a network that shows one person, the others are covered.
+    """Cut a person out of an image; for a network that shows one person, others are covered, and who lies is upright.
 
     Args:
         bgr: (H, W, 3) uint8 BGR.
@@ -95,14 +97,41 @@ def prepare_crop(bgr: np.ndarray, person: np.ndarray, refinement: CropRefinement
     recipe = refinement.model.input
     plan = fit_image((right - left, bottom - top), refinement.side, refinement.side, recipe.multiple_of, whole_box=True)
     crop = View(plan, refinement.mirror, (left, top), size).prepare(bgr, recipe.padding)
-    if refinement.model.decoder != 'movenet_singlepose' or len(people) < 2:
+    if refinement.model.decoder != 'movenet_singlepose':
         return crop
+    turns = quarter_turns(person, skeleton)
+    if len(people) < 2:
+        return crop.turned(turns)
     joint_sigmas = sigmas(skeleton)
     nearer = np.zeros(len(people), bool) if foreground is None else foreground.nearer
     others = [other for other, is_nearer in zip(people, nearer)
               if not is_nearer and _reaches(other, (left, top), (right, bottom))
               and similarity(other, person, joint_sigmas) < ENSEMBLE.duplicate]
-    return cover_others(crop, person, others, skeleton, foreground)
+    return cover_others(crop, person, others, skeleton, foreground).turned(turns)
+
+
+def quarter_turns(person: np.ndarray, skeleton: SkeletonModel) -> int:
+    """Return by how many quarter turns, counter-clockwise, a person has to be turned to be upright: 0 to 3.
+
+    Args:
+        person: (K, 3) float: x, y, score; NaN where missing.
+        skeleton: their K joints.
+    """
+    shoulders, hips, knees, ankles = (
+        _middle(person, skeleton, joint) for joint in ('shoulder', 'hip', 'knee', 'ankle'))
+    # somebody who bends down stands all the same: the legs tell, where they are seen
+    along = [shoulders - end for end in (ankles, knees, hips) if np.isfinite(end).all()]
+    if not along or not np.isfinite(shoulders).all() or not np.isfinite(hips).all():
+        return 0
+    angle = np.degrees(np.arctan2(along[0][0], -along[0][1]))
+    return 0 if abs(angle) < CROP.least_tilt else int(np.rint(angle / 90)) % 4
+
+
+def _middle(person: np.ndarray, skeleton: SkeletonModel, joint: str) -> np.ndarray:
+    """Return the middle of left and right joint of a person, (2,) [px]; of one, if the other is unsure; else NaN."""
+    pair = person[[skeleton.index[f'{side}_{joint}'] for side in ('left', 'right')]]
+    sure = pair[pair[:, 2] >= CROP.sure_joint, :2]
+    return sure.mean(axis=0) if len(sure) else np.full(2, np.nan)
 
 
 def _reaches(person: np.ndarray, corner: Tuple[int, int], opposite: Tuple[int, int]) -> bool:

@@ -1,6 +1,6 @@
 """What a network sees of an image: all of it at some sizes, or its mirror image; and the people it finds there."""
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import List, Optional, Sequence, Tuple
 
 import cv2
@@ -27,12 +27,14 @@ class View:
         origin: left and top of the part in the image [px]; the part may reach beyond the image, whose border is then
             repeated.
         within: (width, height) of the image [px], beyond which joints are missing; None: the part is all of it.
+        turns: quarter turns, counter-clockwise, by which the network sees its square input turned.
     """
 
     plan: ImageToNet
     mirror: bool = False
     origin: Tuple[int, int] = (0, 0)
     within: Optional[Tuple[int, int]] = None
+    turns: int = 0
 
     def prepare(self, bgr: np.ndarray, padding: Optional[int]) -> 'PreparedView':
         """Cut the part out of an image, (H, W, 3) uint8 BGR, and scale and pad it; see `ImageToNet.apply`."""
@@ -45,6 +47,9 @@ class View:
     def in_image(self, poses: Poses, skeleton: SkeletonModel) -> Poses:
         """Turn people in pixels of the network's input into people in pixels of the image."""
         keypoints = poses.keypoints.copy()
+        for _ in range(self.turns):
+            x, y = keypoints[..., 0].copy(), keypoints[..., 1].copy()
+            keypoints[..., 0], keypoints[..., 1] = self.plan.net_size[0] - 1 - y, x
         keypoints[..., :2] = self.plan.to_image(keypoints[..., :2])
         if self.mirror:
             keypoints[..., 0] = self.plan.image_size[0] - 1 - keypoints[..., 0]
@@ -71,6 +76,12 @@ class PreparedView:
 
     view: View
     input: np.ndarray
+
+    def turned(self, turns: int) -> 'PreparedView':
+        """Return it with its input, which has to be square, turned by quarter turns counter-clockwise."""
+        if not turns:
+            return self
+        return PreparedView(replace(self.view, turns=turns), np.ascontiguousarray(np.rot90(self.input, turns)))
 
     def compute(self, network: Backend) -> 'ComputedView':
         """Let the network compute it, and measure the time."""
