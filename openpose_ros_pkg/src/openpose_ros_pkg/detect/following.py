@@ -4,8 +4,8 @@ from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
-from openpose_ros_pkg.detect.ensemble import ENSEMBLE
-from openpose_ros_pkg.detect.others import Foreground, vote_behind
+from openpose_ros_pkg.detect.ensemble import ENSEMBLE, vote_with_crops
+from openpose_ros_pkg.detect.others import Foreground
 from openpose_ros_pkg.detect.recipes import DetectorParams, Recipe
 from openpose_ros_pkg.detect.tracking import KeypointTracker, TrackingParams, person_sizes
 from openpose_ros_pkg.oks import extent, sigmas, similarity
@@ -192,7 +192,7 @@ class Followed:
             places[number] *= share
             if pose is not None:
                 poses[number] = pose
-        return vote_behind(poses, self.foreground, recipe, weights, places)
+        return vote_with_crops(poses, recipe, weights, places)
 
     def _told(self, number: int, stamp: float) -> Tuple[Optional[np.ndarray], float]:
         """Return what a source shows of the person now or showed before, (K, 3), and how much of its weight counts."""
