@@ -31,7 +31,9 @@ class MissedConstants:
     grid: int = constant(320, 'Greatest width and height of the grid on which heads are looked for.', unit='px')
     nearest: float = constant(0.8, 'Least distance of a head.', unit='m')
     farthest: float = constant(7.0, 'Greatest distance: beyond, a head is four points of the grid.', unit='m')
-    radius: float = constant(0.055, 'Within this distance of its middle a head is of one depth.', unit='m')
+    radius: float = constant(
+        0.055, 'This far from its middle, in four directions, a head is of one depth; one of them may be hidden.',
+        unit='m')
     flat: float = constant(
         0.02, 'Depths that differ by less, and by the next constant times the distance, are one: a floor rises faster.',
         unit='m')
@@ -120,9 +122,13 @@ def _head_like(depth: np.ndarray, focal: float) -> np.ndarray:
             farther = (farther + (more > MISSED.gap))[kept]
             index = index[kept]
         index = index[farther >= 2]
+        covered = np.zeros(len(index), bool)
         for x, y in ((0, -1), (0, 1), (-1, 0), (1, 0)):
-            slope = np.abs(at(x * MISSED.radius, y * MISSED.radius))
-            index = index[slope < MISSED.flat + MISSED.flat_share * flat[index]]
+            more = at(x * MISSED.radius, y * MISSED.radius)
+            one = np.abs(more) < MISSED.flat + MISSED.flat_share * flat[index]
+            hidden = np.isnan(more) | (more < -MISSED.gap)
+            kept = one | (hidden & ~covered)
+            index, covered = index[kept], (covered | hidden)[kept]
         index = index[~(at(0, MISSED.below) > MISSED.gap)]
     like = np.zeros(padded.shape, bool)
     like.flat[index] = True
