@@ -7,6 +7,7 @@ from skeleton_extract_3d.lift.constants import (
     CostConstants,
     HeadConstants,
     InferenceConstants,
+    LandmarkConstants,
     MeasuringConstants,
     OccluderConstants,
     TrunkConstants,
@@ -36,6 +37,7 @@ class MethodConstants:
     occluders: OccluderConstants = field(default_factory=OccluderConstants)
     head: HeadConstants = field(default_factory=HeadConstants)
     inference: InferenceConstants = field(default_factory=InferenceConstants)
+    landmarks: LandmarkConstants = field(default_factory=LandmarkConstants)
     measuring: MeasuringConstants = field(default_factory=MeasuringConstants)
     sizes: SizeConstants = field(default_factory=SizeConstants)
     extra_joints: ExtraJointConstants = field(default_factory=ExtraJointConstants)

@@ -1,9 +1,10 @@
 """Hands and faces in space: the types that pass between lifting, markers and converters."""
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
-from openpose_ros_pkg.landmarks.records import FACE_POINTS, HAND_POINTS
+from openpose_ros_pkg.landmarks.records import FACE_POINTS, HAND_POINTS, Landmarks2D
 from skeleton_extract_3d.people import INFERRED, MISSING
 
 
@@ -114,3 +115,10 @@ class Landmarks3D:
     def empty(cls) -> 'Landmarks3D':
         """Return neither hands nor faces."""
         return cls(Hands3D.empty(), Faces3D.empty())
+
+
+class Landmarks(NamedTuple):
+    """Hands and faces of a frame: as they were found in the image, and in space."""
+
+    in_image: Landmarks2D
+    in_space: Landmarks3D

@@ -1,10 +1,11 @@
-"""Express people in another frame of reference."""
+"""Express people, their hands and faces in another frame of reference."""
 import dataclasses
 from typing import Tuple
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from skeleton_extract_3d.landmarks import Landmarks3D, Points3D
 from skeleton_extract_3d.people import People3D
 
 Transform = Tuple[np.ndarray, np.ndarray]
@@ -23,9 +24,34 @@ def transform_people(people: People3D, rotation: np.ndarray, translation: np.nda
                                velocity=people.velocity.astype(np.float64) @ turn)
 
 
+def transform_landmarks(landmarks: Landmarks3D, rotation: np.ndarray, translation: np.ndarray) -> Landmarks3D:
+    """Return hands and faces with x' = R x + t, and heads that are turned with them; sigma, being isotropic, stays.
+
+    Args:
+        rotation: (3, 3), from the frame of the landmarks to the target frame.
+        translation: (3,) [m], origin of the one in the other.
+    """
+    def moved(points: Points3D) -> Points3D:
+        return dataclasses.replace(points, xyz=points.xyz.astype(np.float64) @ np.asarray(rotation).T
+                                   + np.asarray(translation))
+
+    hands, faces = landmarks.hands, landmarks.faces
+    turns = faces.orientations.copy()
+    known = np.isfinite(turns).all(axis=1)
+    if known.any():
+        turns[known] = (rotation_of(rotation) * Rotation.from_quat(turns[known])).as_quat()
+    return Landmarks3D(dataclasses.replace(hands, points=moved(hands.points)),
+                       dataclasses.replace(faces, points=moved(faces.points), orientations=turns))
+
+
+def rotation_of(matrices: np.ndarray) -> Rotation:
+    """Return rotation matrices (3, 3) or (N, 3, 3) as SciPy's rotation."""
+    from_matrix = getattr(Rotation, 'from_matrix', None) or Rotation.from_dcm  # its name before SciPy 1.4
+    return from_matrix(matrices)
+
+
 def quaternions(rotations: np.ndarray) -> np.ndarray:
     """Return the unit quaternions x, y, z, w of rotation matrices, (N, 3, 3) -> (N, 4) float64."""
     if len(rotations) == 0:
         return np.zeros((0, 4))
-    from_matrix = getattr(Rotation, 'from_matrix', None) or Rotation.from_dcm  # its name before SciPy 1.4
-    return np.asarray(from_matrix(rotations).as_quat())
+    return np.asarray(rotation_of(rotations).as_quat())

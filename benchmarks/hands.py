@@ -1,25 +1,29 @@
 #!/usr/bin/python3
-"""Measure hands and faces in images, without ROS, on RGB-D sequences with known hands.
+"""Measure hands and faces in images and in space, without ROS, on RGB-D sequences with known hands.
 
 Runs detector and estimator over sequence folders, as the nodes do, and the networks of hands and faces on the bodies.
 Tells how many hands and faces were found, and what they took, as a share of one pass of mobilenet_thin over 656 x 368
 pixels: the passes that were made times the least time of one of many, in turns with passes of mobilenet_thin. The
-points of the hands become the CSV that the given script scores; it takes one sequence.
+points of the hands become the CSV that the given script scores; it takes one sequence. Where a sequence has a gt.json
+with faces, the directions of the heads are compared with those of their true points; where with hands, the share of
+points within 2 sigma is told.
 With --pictures, images with the points of hands and faces are written into a folder.
 
-    benchmarks/hands_2d.py SEQUENCE --evaluate evaluate_hands.py
-    benchmarks/hands_2d.py SEQUENCE [SEQUENCE ...] --pictures FOLDER --set precision=auto
+    benchmarks/hands.py SEQUENCE --evaluate evaluate_hands.py
+    benchmarks/hands.py SEQUENCE [SEQUENCE ...] --pictures FOLDER --set precision=auto
 """
 import csv
+import json
 import subprocess
 import sys
 import tempfile
 import time
 from pathlib import Path
-from typing import Dict, List, Sequence, Tuple
+from typing import Dict, Iterator, List, NamedTuple, Sequence, Tuple
 
 import cv2
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from accuracy_3d import ChainSettings, open_sequence
 from common import Parser, errors_end_the_program
@@ -36,10 +40,14 @@ from openpose_ros_pkg.skeletons import COCO_18, FACE_70, HAND_21
 from skeleton_extract_3d.chain import PeopleChain
 from skeleton_extract_3d.estimator import Estimate
 from skeleton_extract_3d.frame import CameraFrame
-from skeleton_extract_3d.people import INFERRED
+from skeleton_extract_3d.landmarks import Landmarks3D
+from skeleton_extract_3d.lift.landmarks import lift_landmarks
+from skeleton_extract_3d.people import INFERRED, MEASURED
 from skeleton_extract_3d.points.depth import DepthImage
 
 ROUNDS = 30
+# Heads and hands whose points are this near, by the median, are the same [m].
+SAME_HEAD = 0.15
 # Input of the network whose time is the unit: height, width.
 UNIT = (368, 656)
 
@@ -85,8 +93,16 @@ def hidden_joints(estimate: Estimate) -> np.ndarray:
     return estimate.people.status[:len(estimate.people_2d)] == INFERRED
 
 
-def find(folder: Path, settings: ChainSettings, landmarks: Landmarks, pictures: str) -> List[Tuple[float, Landmarks2D]]:
-    """Return stamp [s], hands and faces of each frame of a sequence; write pictures where a folder is given."""
+class Found(NamedTuple):
+    """Hands and faces of a frame, and its stamp [s]."""
+
+    stamp: float
+    in_image: Landmarks2D
+    in_space: Landmarks3D
+
+
+def find(folder: Path, settings: ChainSettings, landmarks: Landmarks, pictures: str) -> List[Found]:
+    """Return hands and faces of each frame of a sequence; write pictures where a folder is given."""
     sequence = open_sequence(folder)
     stream = StreamDetector(create_detector(settings.detector, settings.following), settings.tracking,
                             settings.following)
@@ -99,7 +115,7 @@ def find(folder: Path, settings: ChainSettings, landmarks: Landmarks, pictures: 
         estimate = chain.in_space(chain.detect(frame.bgr, '', frame.time),
                                   CameraFrame(size, points, frame.time, frame.bgr))
         answer = detector.detect(frame.bgr, estimate.people_2d, hidden_joints(estimate), '', frame.time)
-        found.append((frame.time, answer))
+        found.append(Found(frame.time, answer, lift_landmarks(answer, points, size, estimate.people)))
         if pictures:
             path = Path(pictures) / f'{folder.resolve().parent.name}_{folder.resolve().name}_{i:04d}.jpg'
             cv2.imwrite(str(path), drawn(frame.bgr, answer))
@@ -121,14 +137,65 @@ def drawn(bgr: np.ndarray, found: Landmarks2D) -> np.ndarray:
     return image
 
 
-def write_csv(path: Path, frames: Sequence[Tuple[float, Landmarks2D]]) -> None:
-    """Write one row per hand."""
+def write_csv(path: Path, frames: Sequence[Found]) -> None:
+    """Write one row per hand in space."""
     with path.open('w', newline='') as handle:
         writer = csv.writer(handle)
-        writer.writerow(['stamp', 'side', *(f'{axis}{k}' for k in range(HAND_POINTS) for axis in 'uv')])
-        for seconds, found in frames:
-            for points, left in zip(found.hands.keypoints, found.hands.left):
-                writer.writerow([round(seconds * 1e9), 'left' if left else 'right', *points[:, :2].ravel().tolist()])
+        writer.writerow(['stamp', 'side', *(f'{axis}{k}' for k in range(HAND_POINTS) for axis in 'uvxyz')])
+        for stamp, found, lifted in frames:
+            for pixels, xyz in pairs_of_hands(found, lifted):
+                row = np.concatenate([found.hands.keypoints[pixels, :, :2], lifted.hands.points.xyz[xyz]], axis=1)
+                side = 'left' if lifted.hands.left[xyz] else 'right'
+                writer.writerow([round(stamp * 1e9), side, *row.ravel().tolist()])
+
+
+def pairs_of_hands(found: Landmarks2D, lifted: Landmarks3D) -> Iterator[Tuple[int, int]]:
+    """Yield the rows of the same hands in the image and in space."""
+    names = list(zip(found.hands.people.tolist(), found.hands.left.tolist()))
+    for row, name in enumerate(zip(lifted.hands.people.tolist(), lifted.hands.left.tolist())):
+        yield names.index(name), row
+
+
+def compared(folder: Path, frames: Sequence[Found]) -> str:
+    """Return how far heads look elsewhere than their true points say, and whether sigma is honest, as text."""
+    if not (folder / 'gt.json').is_file():
+        return ''
+    truth = json.loads((folder / 'gt.json').read_text())
+    if 'face_points' not in truth:
+        return ''
+    angles, errors = [], []
+    for (_, _, lifted), frame in zip(frames, truth['frames']):
+        for person in frame['people']:
+            xyz = np.array(person['face']['xyz'])
+            for points, turn in zip(lifted.faces.points.xyz, lifted.faces.orientations):
+                if np.linalg.norm(np.nanmedian(points, axis=0) - xyz.mean(axis=0)) < SAME_HEAD:
+                    angles.append(angle(Rotation.from_quat(turn).apply([1.0, 0.0, 0.0]), true_direction(xyz, truth)))
+            for hand in person['hands']:
+                left = hand['side'] == 'left'
+                for row in np.flatnonzero(lifted.hands.left == left):
+                    points = lifted.hands.points
+                    distance = np.linalg.norm(points.xyz[row] - hand['xyz'], axis=1)
+                    if np.nanmedian(distance) < SAME_HEAD:
+                        errors += list(zip(points.status[row].tolist(), (distance / points.sigma[row]).tolist()))
+    text = f'heads look {np.median(angles):.1f} deg elsewhere (median of {len(angles)})\n' if angles else ''
+    for status, name in ((MEASURED, 'measured'), (INFERRED, 'inferred')):
+        ratios = [ratio for each, ratio in errors if each == status]
+        if ratios:
+            text += f'{name} points of hands within 2 sigma: {np.mean(np.array(ratios) <= 2):.3f} of {len(ratios)}\n'
+    return text
+
+
+def true_direction(xyz: np.ndarray, truth: Dict[str, List[str]]) -> np.ndarray:
+    """Return the direction out of a face, (3,): square to the line of the eyes and that from the mouth to the eyes."""
+    point = dict(zip(truth['face_points'], xyz))
+    left = point['left_eye_outer'] - point['right_eye_outer']
+    eyes = sum(point[f'{side}_eye_{corner}'] for side in ('left', 'right') for corner in ('inner', 'outer')) / 4
+    return np.cross(left, eyes - (point['mouth_left'] + point['mouth_right']) / 2)
+
+
+def angle(first: np.ndarray, second: np.ndarray) -> float:
+    """Return the angle between two vectors (3,) [deg]."""
+    return float(np.degrees(np.arccos(first @ second / np.linalg.norm(first) / np.linalg.norm(second))))
 
 
 def least_seconds(networks: Dict[Model, Backend]) -> Dict[str, float]:
@@ -143,9 +210,9 @@ def least_seconds(networks: Dict[Model, Backend]) -> Dict[str, float]:
     return {name: min(each) for name, each in seconds.items()}
 
 
-def report(frames: Sequence[Tuple[float, Landmarks2D]], landmarks: Landmarks) -> str:
+def report(frames: Sequence[Found], landmarks: Landmarks) -> str:
     """Return what was found, and what it took, as text."""
-    hands, faces = (sum(len(getattr(found, part)) for _, found in frames) for part in ('hands', 'faces'))
+    hands, faces = (sum(len(getattr(found.in_image, part)) for found in frames) for part in ('hands', 'faces'))
     thin = landmarks.create(MOBILENET_THIN)
     pace = least_seconds({MOBILENET_THIN: thin, **{kind.model: landmarks.load(kind) for kind in (HAND, FACE)}})
     unit = pace.pop(MOBILENET_THIN.name)
@@ -170,7 +237,9 @@ def main() -> None:
             Path(arguments.pictures).mkdir(parents=True, exist_ok=True)
         frames = []
         for folder in arguments.sequences:
-            frames += find(folder, settings, landmarks, arguments.pictures)
+            found = find(folder, settings, landmarks, arguments.pictures)
+            sys.stdout.write(compared(folder, found))
+            frames += found
         passes = {name: network.passes for name, network in landmarks.networks.items()}
         sys.stdout.write(report(frames, landmarks) + f'passes: {passes}\n')
         sys.stdout.flush()

@@ -1,0 +1,157 @@
+"""Hands and faces in space: the depth at each of their points, and where that is another's, what the others tell.
+
+A point is measured where the surface round it lies at the depth of its hand or face. Others are inferred: those of hands
+at the depth of the nearest measured point of the finger, those of faces by the depth that the network tells relative
+to the measured ones.
+"""
+from typing import NamedTuple, Tuple
+
+import numpy as np
+
+from openpose_ros_pkg.landmarks.face_mesh import face_points
+from openpose_ros_pkg.landmarks.records import HAND_POINTS, Faces2D, Hands2D, Landmarks2D
+from skeleton_extract_3d.constants import METHOD
+from skeleton_extract_3d.landmarks import Faces3D, Hands3D, Landmarks3D, Points3D
+from skeleton_extract_3d.lift.face_direction import orientations
+from skeleton_extract_3d.lift.observation import grid_positions
+from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
+from skeleton_extract_3d.points.camera import CameraModel
+from skeleton_extract_3d.points.point_grid import PointGrid
+
+_LANDMARKS = METHOD.landmarks
+# Points from which the depth of a hidden point of a hand is taken: the next ones of its finger, (5, 4).
+_FINGER = np.arange(1, HAND_POINTS).reshape(5, 4)
+
+
+class _Seen(NamedTuple):
+    """Points of N hands or faces on the grid of the points of the view.
+
+    Attributes:
+        rays: (N, K, 3), with z = 1; NaN where a point is missing.
+        depth: (N, K) [m]; NaN where there is none.
+        focal: of the grid [px].
+    """
+
+    rays: np.ndarray
+    depth: np.ndarray
+    focal: float
+
+
+def lift_landmarks(found: Landmarks2D, points: PointGrid, image_size: Tuple[int, int], people: People3D
+                   ) -> Landmarks3D:
+    """Return hands and faces in the frame of the points.
+
+    Hands whose depth is not that of the person's wrist are somebody else's, or none, and left out.
+
+    Args:
+        found: points [px of the image].
+        image_size: width and height of the image [px].
+        people: of the frame.
+
+    Raises:
+        BadInputError: the points are in no optical frame.
+    """
+    camera = points.camera_model()
+    if camera is None:
+        return Landmarks3D.empty()
+    return Landmarks3D(_lift_hands(found.hands, points, image_size, camera, people),
+                       _lift_faces(found.faces, points, image_size, camera))
+
+
+def _lift_hands(hands: Hands2D, points: PointGrid, image_size: Tuple[int, int], camera: CameraModel, people: People3D
+                ) -> Hands3D:
+    if not len(hands):
+        return Hands3D.empty()
+    seen = _look(hands.keypoints, points, image_size, camera)
+    middle = _median(seen.depth)
+    own = _is_own(hands, middle, people)
+    with np.errstate(invalid='ignore'):
+        near = np.abs(seen.depth - middle[:, np.newaxis]) <= _LANDMARKS.hand_depth
+    measured = near & own[:, np.newaxis]
+    depth = np.where(measured, seen.depth, np.nan)
+    filled = _filled(depth, np.where(own, _median(depth), np.nan))
+    kept = np.isfinite(filled).any(axis=1)
+    lifted = _placed(seen, np.where(measured, depth, filled) + _LANDMARKS.flesh, measured, hands.keypoints[..., 2])
+    return Hands3D(_select(lifted, kept), hands.scores[kept], hands.people[kept], hands.left[kept])
+
+
+def _is_own(hands: Hands2D, depth: np.ndarray, people: People3D) -> np.ndarray:
+    """Return which hands are near the wrist of their person, (H,) bool, by their depth; True where it is not known."""
+    index = people.skeleton.index
+    own = np.ones(len(hands), bool)
+    for hand, (person, left) in enumerate(zip(hands.people.tolist(), hands.left.tolist())):
+        row, wrist = np.flatnonzero(people.ids == person), index.get('left_wrist' if left else 'right_wrist')
+        if len(row) and wrist is not None and people.status[row[0], wrist] == MEASURED:
+            own[hand] = not abs(depth[hand] - people.xyz[row[0], wrist, 2]) > _LANDMARKS.wrist_depth
+    return own
+
+
+def _filled(depth: np.ndarray, middle: np.ndarray) -> np.ndarray:
+    """Return the depth of points of hands (H, 21), where it is missing that of the nearest one of the finger."""
+    filled = depth.copy()
+    for finger in _FINGER:
+        chain = np.r_[0, finger]
+        for joint in range(1, len(chain)):  # from the wrist outwards, then inwards for what begins a finger
+            filled[:, chain[joint]] = _first(filled[:, chain[joint]], filled[:, chain[joint - 1]] if joint > 1
+                                             else np.full(len(depth), np.nan))
+        for joint in range(len(chain) - 2, 0, -1):
+            filled[:, chain[joint]] = _first(filled[:, chain[joint]], filled[:, chain[joint + 1]])
+    return _first(filled, middle[:, np.newaxis])
+
+
+def _lift_faces(faces: Faces2D, points: PointGrid, image_size: Tuple[int, int], camera: CameraModel) -> Faces3D:
+    if not len(faces):
+        return Faces3D.empty()
+    seen = _look(faces.keypoints, points, image_size, camera)
+    # depth of the points beside that of the whole face, by the network [px of the image] and then [m]
+    relief = face_points(faces.mesh.astype(np.float64))[..., 2] * points.width / image_size[0] / seen.focal
+    relief = relief * _median(seen.depth)[:, np.newaxis]
+    with np.errstate(invalid='ignore'):
+        base = _median(seen.depth - relief)[:, np.newaxis]
+        measured = np.abs(seen.depth - relief - base) <= _LANDMARKS.face_depth
+    lifted = _placed(seen, np.where(measured, seen.depth, base + relief), measured, faces.keypoints[..., 2])
+    turns, sigma = orientations(faces.mesh, image_size, points, camera)
+    return Faces3D(lifted, faces.scores, faces.people, turns, sigma)
+
+
+def _look(keypoints: np.ndarray, points: PointGrid, image_size: Tuple[int, int], camera: CameraModel) -> _Seen:
+    """Return rays and depths of points (N, K, 3) of an image: x, y [px], score."""
+    uv = grid_positions(keypoints[..., :2], image_size, (points.width, points.height))
+    shape = uv.shape[:2]
+    rays = camera.rays(uv.reshape(-1, 2)).reshape(*shape, 3)
+    pixels = np.where(np.isfinite(uv), np.round(np.nan_to_num(uv)), -1e6).astype(np.int64).reshape(-1, 2)
+    window = points.window(pixels[:, 0], pixels[:, 1], _LANDMARKS.window)[..., 2]
+    enough = np.isfinite(window).sum(axis=1) >= _LANDMARKS.least_points
+    depth = np.full(len(window), np.nan)
+    if enough.any():
+        depth[enough] = np.nanmedian(window[enough], axis=1)
+    return _Seen(rays, depth.reshape(shape), float(camera.matrix[0, 0] + camera.matrix[1, 1]) / 2)
+
+
+def _placed(seen: _Seen, depth: np.ndarray, measured: np.ndarray, confidence: np.ndarray) -> Points3D:
+    """Return points at depths (N, K) [m] on their rays; missing where there is none."""
+    xyz = seen.rays * depth[..., np.newaxis]
+    known = np.isfinite(xyz).all(axis=2)
+    status = np.where(known, np.where(measured, MEASURED, INFERRED), MISSING).astype(np.uint8)
+    with np.errstate(invalid='ignore'):
+        sigma = np.hypot(np.where(measured, _LANDMARKS.measured_sigma, _LANDMARKS.inferred_sigma),
+                         _LANDMARKS.pixel_sigma * depth / seen.focal)
+    return Points3D(np.where(known[..., np.newaxis], xyz, np.nan), confidence, status, np.where(known, sigma, np.nan))
+
+
+def _select(points: Points3D, rows: np.ndarray) -> Points3D:
+    return Points3D(points.xyz[rows], points.confidence[rows], points.status[rows], points.sigma[rows])
+
+
+def _first(values: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """Return values, or others where they are NaN."""
+    return np.where(np.isfinite(values), values, others)
+
+
+def _median(values: np.ndarray) -> np.ndarray:
+    """Return the medians of the rows (N, K); NaN where a row has no number."""
+    result = np.full(len(values), np.nan)
+    known = np.isfinite(values).any(axis=1)
+    if known.any():
+        result[known] = np.nanmedian(values[known], axis=1)
+    return result
