@@ -221,15 +221,17 @@ class LandmarkConstants:
 
     window: int = constant(3, 'The depth of a point is the median of a window with this side.', unit='px')
     least_points: int = constant(3, 'Points in the window that need a depth.')
-    flesh: float = constant(0.008, 'Joints of a hand lie under the skin by this.', unit='m')
+    flesh: Tuple[float, ...] = constant(
+        (0.020, 0.012, 0.014, 0.014, 0.006), 'Depth under the skin of the wrist, the base of the thumb, the thumb\'s '
+        'next joint, the knuckles and all other joints of a hand: half of its thickness there.', unit='m')
     hand_depth: float = constant(0.1, 'Points of a hand further from its median depth belong to something else.',
                                  unit='m')
     wrist_depth: float = constant(0.25, "A hand further from the depth of the person's measured wrist is not theirs.",
                                   unit='m')
     face_depth: float = constant(0.04, 'Points of a face further from where its mesh has them belong '
                                        'to something else.', unit='m')
-    measured_sigma: float = constant(0.012, 'Error of a measured point.', unit='m')
-    inferred_sigma: float = constant(0.035, 'Error of an inferred point.', unit='m')
+    measured_sigma: float = constant(0.018, 'Error of a measured point.', unit='m')
+    inferred_sigma: float = constant(0.04, 'Error of an inferred point.', unit='m')
     pixel_sigma: float = constant(5.0, 'Error of a point in the image.', unit='px')
     face_lean: float = constant(0.0, 'Angle by which the line from the mouth to the eyes leans against the upright of '
                                      'the head.', unit='deg')

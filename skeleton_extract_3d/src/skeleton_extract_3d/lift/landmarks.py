@@ -1,8 +1,8 @@
 """Hands and faces in space: the depth at each of their points, and where that is another's, what the others tell.
 
-A point is measured where the surface round it lies at the depth of its hand or face. Others are inferred: those of hands
-at the depth of the nearest measured point of the finger, those of faces by the depth that the network tells relative
-to the measured ones.
+A point is measured where the surface round it lies at the depth of its hand or face. Others are inferred: of a hand at
+the depth of the nearest measured point of the finger, of a face by the depth that the network tells relative to the
+measured ones.
 """
 from typing import NamedTuple, Tuple
 
@@ -19,6 +19,8 @@ from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.point_grid import PointGrid
 
 _LANDMARKS = METHOD.landmarks
+# Which of `LandmarkConstants.flesh` holds for each point of a hand: wrist, thumb, fingers from the knuckle to the tip.
+_FLESH = np.array(_LANDMARKS.flesh)[[0, 1, 2, 4, 4, *(4 * [3, 4, 4, 4])]]
 # Points from which the depth of a hidden point of a hand is taken: the next ones of its finger, (5, 4).
 _FINGER = np.arange(1, HAND_POINTS).reshape(5, 4)
 
@@ -71,7 +73,7 @@ def _lift_hands(hands: Hands2D, points: PointGrid, image_size: Tuple[int, int], 
     depth = np.where(measured, seen.depth, np.nan)
     filled = _filled(depth, np.where(own, _median(depth), np.nan))
     kept = np.isfinite(filled).any(axis=1)
-    lifted = _placed(seen, np.where(measured, depth, filled) + _LANDMARKS.flesh, measured, hands.keypoints[..., 2])
+    lifted = _placed(seen, np.where(measured, depth, filled) + _FLESH, measured, hands.keypoints[..., 2])
     return Hands3D(_select(lifted, kept), hands.scores[kept], hands.people[kept], hands.left[kept])
 
 

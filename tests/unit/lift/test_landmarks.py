@@ -1,0 +1,145 @@
+"""Hands and faces in space, before flat surfaces at known depths."""
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from openpose_ros_pkg.landmarks.records import FACE_POINTS, MESH_POINTS, Faces2D, Hands2D, Landmarks2D
+from openpose_ros_pkg.skeletons import COCO_18
+from skeleton_extract_3d.constants import METHOD
+from skeleton_extract_3d.landmarks import Landmarks3D
+from skeleton_extract_3d.lift.landmarks import lift_landmarks
+from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
+from skeleton_extract_3d.points.camera import CameraModel
+from skeleton_extract_3d.points.depth import DepthImage
+from skeleton_extract_3d.points.transform import transform_landmarks
+
+SIZE, FOCAL = (640, 480), 500.0
+CAMERA = CameraModel(*SIZE, np.array([[FOCAL, 0, 319.5], [0, FOCAL, 239.5], [0, 0, 1]]))
+NOBODY = People3D.empty(COCO_18)
+# An open hand in its plane, wrist at the origin, fingers up [m].
+OPEN_HAND = np.array([(0.0, 0.0)] + [(x * (1 + 0.3 * k), y * (1 + 0.35 * k)) for x, y in (
+    (-0.03, -0.03), (-0.02, -0.08), (0.0, -0.085), (0.02, -0.08), (0.035, -0.07)) for k in range(4)])
+FLESH = METHOD.landmarks.flesh
+
+
+def wall(depth):
+    return np.full(SIZE[::-1], round(1000 * depth), np.uint16)
+
+
+def hand(depth, middle=(0.1, 0.05), person=1, left=True):
+    """Return an open hand whose surface is at a depth [m], in the image."""
+    xy = FOCAL * (OPEN_HAND + middle) / depth + CAMERA.matrix[:2, 2]
+    return Hands2D(np.column_stack([xy, np.full(21, 0.9)])[np.newaxis], [0.9], [person], [left])
+
+
+def lifted(hands, depth_image, people=NOBODY):
+    found = Landmarks2D(hands, Faces2D.empty())
+    return lift_landmarks(found, DepthImage(depth_image, CAMERA), SIZE, people).hands
+
+
+def with_wrist(depth, status=MEASURED, person=1):
+    """Return somebody whose left wrist is at a depth [m]."""
+    xyz, states = np.full((1, 18, 3), np.nan), np.zeros((1, 18))
+    wrist = COCO_18.index['left_wrist']
+    xyz[0, wrist], states[0, wrist] = (0.1, 0.05, depth), status
+    return People3D(COCO_18, xyz, np.ones((1, 18)), states, np.full((1, 18), 0.03), [person])
+
+
+def test_without_hands_and_faces_nothing_is_lifted():
+    answer = lift_landmarks(Landmarks2D.empty(), DepthImage(wall(1.0), CAMERA), SIZE, NOBODY)
+    assert len(answer.hands) == len(answer.faces) == 0
+
+
+def test_points_lie_under_the_skin_of_a_hand():
+    points = lifted(hand(1.0), wall(1.0)).points
+    assert (points.status == MEASURED).all()
+    assert points.xyz[0, 0, 2] == pytest.approx(1.0 + FLESH[0], abs=1e-3)  # the wrist is the thickest
+    assert points.xyz[0, [8, 12, 16, 20], 2] == pytest.approx(1.0 + FLESH[4], abs=1e-3)  # finger tips
+    np.testing.assert_allclose(points.xyz[0, :, :2] / points.xyz[0, :, 2:], [*OPEN_HAND, 0.1, 0.05], atol=1e-3)
+
+
+@pytest.mark.parametrize('size', [(320, 240), (960, 720)])
+def test_the_image_may_be_larger_or_smaller_than_the_points(size):
+    hands = hand(1.0)
+    scale = size[0] / SIZE[0]
+    keypoints = hands.keypoints * [scale, scale, 1] + [0.5 * scale - 0.5, 0.5 * scale - 0.5, 0]
+    found = Landmarks2D(Hands2D(keypoints, hands.scores, hands.people, hands.left), Faces2D.empty())
+    points = lift_landmarks(found, DepthImage(wall(1.0), CAMERA), size, NOBODY).hands.points
+    np.testing.assert_allclose(points.xyz, lifted(hands, wall(1.0)).points.xyz, atol=1e-3)
+
+
+def test_a_finger_beyond_which_the_wall_is_seen_is_inferred_beside_its_base():
+    hands, depth = hand(1.0), wall(1.0)
+    x, y = np.rint(hands.keypoints[0, 8, :2]).astype(int)  # tip of the index finger
+    depth[y - 3:y + 4, x - 3:x + 4] = 2000
+    points = lifted(hands, depth).points
+    assert points.status[0, 8] == INFERRED and (np.delete(points.status[0], 8) == MEASURED).all()
+    assert points.xyz[0, 8, 2] == pytest.approx(1.0, abs=0.02)
+    assert points.sigma[0, 8] > 1.5 * points.sigma[0, 12]
+
+
+def test_a_hand_without_any_depth_is_left_out():
+    assert len(lifted(hand(1.0), wall(0.0))) == 0
+
+
+def test_a_hand_far_from_the_wrist_of_the_person_is_not_theirs():
+    assert len(lifted(hand(1.0), wall(2.0), with_wrist(1.0))) == 0
+    assert len(lifted(hand(1.0), wall(1.1), with_wrist(1.0))) == 1
+    assert len(lifted(hand(1.0), wall(2.0), with_wrist(1.0, INFERRED))) == 1  # that wrist was not seen
+    assert len(lifted(hand(1.0), wall(2.0), with_wrist(1.0, person=2))) == 1  # somebody else's wrist
+
+
+def test_points_that_the_image_does_not_have_are_missing():
+    hands = hand(1.0)
+    keypoints = hands.keypoints.copy()
+    keypoints[0, 3] = np.nan, np.nan, 0
+    points = lifted(Hands2D(keypoints, hands.scores, hands.people, hands.left), wall(1.0)).points
+    assert points.status[0, 3] == MISSING and (np.delete(points.status[0], 3) == MEASURED).all()
+
+
+def face(turn):
+    """Return a face at (0.2, -0.1, 1.5) m, turned from looking into the camera along the line of sight."""
+    # points of a head that looks along -z: x to its left, y down; only those that tell the direction are placed
+    mesh = np.zeros((MESH_POINTS, 3))
+    for side, sign in ((263, 1), (33, -1)):
+        mesh[side] = 0.045 * sign, -0.03, 0.01
+    for side, sign in ((362, 1), (133, -1)):
+        mesh[side] = 0.015 * sign, -0.03, 0.01
+    for side, sign in ((291, 1), (61, -1)):
+        mesh[side] = 0.025 * sign, 0.04, 0.01
+    for left, right in ((454, 234), (389, 162), (397, 172)):
+        mesh[left], mesh[right] = (0.07, 0.0, 0.06), (-0.07, 0.0, 0.06)
+    mesh = turn.apply(mesh) * FOCAL / 1.5
+    mesh[:, :2] += FOCAL * np.array([0.2, -0.1]) / 1.5 + CAMERA.matrix[:2, 2]
+    keypoints = np.tile([*(mesh[:, :2].mean(axis=0)), 0.9], (1, FACE_POINTS, 1))
+    return Landmarks2D(Hands2D.empty(), Faces2D(keypoints, mesh[np.newaxis], [0.9], [1]))
+
+
+@pytest.mark.parametrize('yaw', [-40.0, 0.0, 25.0])
+@pytest.mark.parametrize('pitch', [-20.0, 0.0, 30.0])
+def test_the_head_looks_where_the_mesh_is_turned_to_from_the_line_of_sight(yaw, pitch):
+    turn = Rotation.from_euler('yx', [yaw, pitch], degrees=True)
+    faces = lift_landmarks(face(turn), DepthImage(wall(1.5), CAMERA), SIZE, NOBODY).faces
+    ray = np.array([0.2, -0.1, 1.5])
+    sight = Rotation.from_rotvec(np.cross([0, 0, 1], ray) / np.hypot(0.2, 0.1) * np.arctan2(np.hypot(0.2, 0.1), 1.5))
+    expected = sight.apply(turn.apply([0, 0, -1]))
+    forward = Rotation.from_quat(faces.orientations[0]).apply([1, 0, 0])
+    assert np.degrees(np.arccos(forward @ expected)) < 1.0
+
+
+def test_the_head_has_its_left_and_its_top():
+    faces = lift_landmarks(face(Rotation.from_rotvec([0, 0, 0])), DepthImage(wall(1.5), CAMERA), SIZE, NOBODY).faces
+    axes = Rotation.from_quat(faces.orientations[0]).apply(np.eye(3))
+    assert axes[1] @ [1, 0, 0] > 0.95 and axes[2] @ [0, -1, 0] > 0.95  # its left is the camera's right, up is -y
+
+
+def test_in_another_frame_points_and_heads_turn_together():
+    turn, shift = Rotation.from_euler('z', 90, degrees=True), np.array([1.0, 2.0, 3.0])
+    matrix = turn.apply(np.eye(3)).T
+    before = lift_landmarks(face(Rotation.from_rotvec([0, 0, 0])), DepthImage(wall(1.5), CAMERA), SIZE, NOBODY)
+    after = transform_landmarks(before, matrix, shift)
+    np.testing.assert_allclose(after.faces.points.xyz, before.faces.points.xyz @ matrix.T + shift, atol=1e-5)
+    forward = [Rotation.from_quat(one.faces.orientations[0]).apply([1, 0, 0]) for one in (before, after)]
+    np.testing.assert_allclose(forward[1], turn.apply(forward[0]), atol=1e-5)
+    nothing = transform_landmarks(Landmarks3D.empty(), matrix, shift)
+    assert len(nothing.hands) == len(nothing.faces) == 0
