@@ -55,7 +55,7 @@ def test_points_lie_under_the_skin_of_a_hand():
     assert (points.status == MEASURED).all()
     assert points.xyz[0, 0, 2] == pytest.approx(1.0 + FLESH[0], abs=1e-3)  # the wrist is the thickest
     assert points.xyz[0, [8, 12, 16, 20], 2] == pytest.approx(1.0 + FLESH[4], abs=1e-3)  # finger tips
-    np.testing.assert_allclose(points.xyz[0, :, :2] / points.xyz[0, :, 2:], OPEN_HAND + np.array((0.1, 0.05)), atol=1e-3)
+    np.testing.assert_allclose(points.xyz[0, :, :2] / points.xyz[0, :, 2:], np.add(OPEN_HAND, (0.1, 0.05)), atol=1e-3)
 
 
 @pytest.mark.parametrize('size', [(320, 240), (960, 720)])
