@@ -6,6 +6,7 @@ are all there already are skipped, unless a video is written, which needs every 
 
     rosrun openpose_ros_pkg detect_files images/ --write-json keypoints/ --write-images annotated/
     rosrun openpose_ros_pkg detect_files walk.mp4 --write-video annotated.mp4 --set mode=accurate
+    rosrun openpose_ros_pkg detect_files images/ --write-json keypoints/ --set hands=true --set face=true
 
 Exit status: 0 all done; 1 an input could not be read or a file not be written, the others are done; 2 nothing was
 done, as the command line, a parameter or the network is wrong; 130 interrupted, the written files are complete.
@@ -14,9 +15,9 @@ import argparse
 import logging
 import sys
 from contextlib import ExitStack
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Callable, Dict, Iterator, List, Mapping, Optional, Sequence, Tuple
+from typing import Any, Callable, Dict, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 import cv2
 import numpy as np
@@ -25,7 +26,9 @@ from tqdm import tqdm
 from openpose_ros_pkg.command_line import DONE, SOME_FAILED, add_settings, run_command, setting_values
 from openpose_ros_pkg.detect.detector import Detector, DetectorSettings, create_detector
 from openpose_ros_pkg.detect.tracking import KeypointTracker, TrackingParams
-from openpose_ros_pkg.errors import BadInputError, ParameterError
+from openpose_ros_pkg.errors import BadInputError, ModelError, ParameterError
+from openpose_ros_pkg.landmarks.detector import LandmarkDetector, create_landmark_detector
+from openpose_ros_pkg.landmarks.params import LandmarkParams
 from openpose_ros_pkg.natural_order import natural_key
 from openpose_ros_pkg.output.draw import DrawParams
 from openpose_ros_pkg.output.files import frame_name
@@ -49,6 +52,7 @@ class FileSettings:
 
     detector: DetectorSettings
     tracking: TrackingParams
+    landmarks: LandmarkParams
     draw: DrawParams
     keypoint_scale: KeypointScaleParams
     save: SaveParams
@@ -140,22 +144,38 @@ def check_names(inputs: Sequence[InputFile]) -> None:
                                  'without its suffix; give them in two commands with folders of their own')
 
 
-def detect_inputs(inputs: Sequence[InputFile], detector: Any, recorder: Recorder, tracking: TrackingParams,
-                  progress: tqdm, report: Report) -> None:
+class Networks(NamedTuple):
+    """What finds people, and their hands and faces, in images.
+
+    Attributes:
+        detector: has `detect`, as `Detector` does.
+        landmarks: finds hands and faces; None: nothing does.
+        tracking: limits of following people through videos.
+    """
+
+    detector: Any
+    landmarks: Optional[LandmarkDetector]
+    tracking: TrackingParams
+
+
+def detect_inputs(inputs: Sequence[InputFile], networks: Networks, recorder: Recorder, progress: tqdm,
+                  report: Report) -> None:
     """Find the people in all inputs and hand them to the recorder; what can not be read is logged and reported.
 
     Args:
-        detector: has `detect`, as `Detector` does.
         report: filled in as the work goes on, so that it is right after an interrupt as well.
     """
     for item in inputs:
-        tracker = KeypointTracker(tracking) if item.is_video else None
+        tracker = KeypointTracker(networks.tracking) if item.is_video else None
         try:
             for number, bgr in enumerate(item.read()):
-                people = detector.detect(bgr)
-                if tracker is not None:
-                    people = tracker.update(people, number / (item.rate or _VIDEO_RATE))
-                recorder.submit(item.name(number), bgr, people)
+                people, stamp = networks.detector.detect(bgr), number / (item.rate or _VIDEO_RATE)
+                # negative ids are none; different ones tell whose hands are whose
+                people = (replace(people, ids=-1 - np.arange(len(people))) if tracker is None
+                          else tracker.update(people, stamp))
+                found = (None if networks.landmarks is None
+                         else networks.landmarks.detect(bgr, people, None, item.path, stamp))
+                recorder.submit(item.name(number), bgr, people, found)
                 report.frames += 1
                 report.people += len(people)
                 progress.update()
@@ -198,15 +218,30 @@ def _run(options: argparse.Namespace, values: Dict[str, Any],
             may_skip = not options.overwrite and not save.write_video  # a video needs every frame
             todo = [item for item in inputs if not (may_skip and _is_done(item, writer))]
             report.skipped = len(inputs) - len(todo)
-            detector = create(settings.detector) if todo else None
+            networks = _networks(settings, create) if todo else None
             recorder = stack.enter_context(Recorder(writer, wait_when_full=True))
             progress = stack.enter_context(tqdm(total=sum(item.frames for item in todo), unit='frame', disable=None))
-            detect_inputs(todo, detector, recorder, settings.tracking, progress, report)
+            if networks is not None:
+                detect_inputs(todo, networks, recorder, progress, report)
     finally:
         counters = {'written': 0, 'failed': 0} if recorder is None else recorder.counters
         if report.frames or report.skipped or report.unreadable:
             sys.stdout.write(report.text(counters) + '\n')
     return SOME_FAILED if report.unreadable or counters['failed'] else DONE
+
+
+def _networks(settings: FileSettings, create: Callable[[DetectorSettings], Detector]) -> Networks:
+    """Load what the parameters ask for.
+
+    Raises:
+        ModelError: a network is missing.
+    """
+    params = settings.detector
+    landmarks = create_landmark_detector(settings.landmarks, params.backend, params.detector.model_folder)
+    if landmarks.missing:
+        raise ModelError(landmarks.faults)
+    wanted = settings.landmarks.hands or settings.landmarks.face
+    return Networks(create(params), landmarks if wanted else None, settings.tracking)
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -59,7 +59,7 @@ class People2D:
         keypoints: (P, K, 3) float32: x, y [px of the source image, an integer is a pixel's centre] and score [0..1].
             A missing joint has x = y = NaN and score 0.
         scores: (P,) float32, how sure the detector is of each person [0..1].
-        ids: (P,) int64 track ids; -1 where no tracker has named the person.
+        ids: (P,) int64 track ids; negative where no tracker has named the person.
 
     Raises:
         ValueError: an array has the wrong shape, or a joint is half missing.

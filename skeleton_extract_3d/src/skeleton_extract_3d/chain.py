@@ -12,10 +12,14 @@ import numpy as np
 from openpose_ros_pkg.detect.depth import DepthView
 from openpose_ros_pkg.detect.stream_detector import StreamDetector
 from openpose_ros_pkg.detect.tracking import KeypointTracker, PerCamera, TrackingParams
+from openpose_ros_pkg.landmarks.detector import LandmarkDetector
+from openpose_ros_pkg.landmarks.records import Landmarks2D
 from openpose_ros_pkg.people import FIRST_ID, People2D
 from openpose_ros_pkg.skeletons import SkeletonModel
 from skeleton_extract_3d.estimator import Estimate, PeopleEstimator, check_points
 from skeleton_extract_3d.frame import CameraFrame
+from skeleton_extract_3d.landmarks import Landmarks, with_hidden
+from skeleton_extract_3d.lift.landmarks import lift_landmarks
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.depth import DepthImage
 from skeleton_extract_3d.points.point_grid import PointGrid
@@ -35,13 +39,15 @@ class PeopleChain:
         settings: of the estimators.
         tracking: limits of following people in images that are found elsewhere; None: the defaults.
         stream: what finds people in images; None: they are found elsewhere.
+        landmarks: what finds their hands and faces; None: nothing does.
     """
 
     def __init__(self, skeleton: SkeletonModel, settings: EstimatorSettings, tracking: Optional[TrackingParams] = None,
-                 stream: Optional[StreamDetector] = None) -> None:
+                 stream: Optional[StreamDetector] = None,
+                 landmarks: Optional[LandmarkDetector] = None) -> None:
         self.skeleton = skeleton
         self._settings = settings
-        self._stream = stream
+        self._stream, self._landmarks = stream, landmarks
         limits = TrackingParams() if tracking is None else tracking
         self._trackers = PerCamera(lambda: KeypointTracker(limits))
         self._ids = itertools.count(FIRST_ID)
@@ -121,3 +127,29 @@ class PeopleChain:
         """
         with self._lock:
             return self._estimators.of(frame.camera).update(people_2d, frame)
+
+    def landmarks(self, bgr: np.ndarray, estimate: Estimate, frame: CameraFrame, seconds: Optional[float] = None
+                  ) -> Landmarks:
+        """Return hands and faces of the people of a frame, in the image and in the frame of its points.
+
+        Args:
+            bgr: (H, W, 3) uint8 BGR.
+            estimate: of the frame.
+            seconds: that the networks may take; None: any time.
+
+        Raises:
+            BadInputError: the points are in no optical frame.
+        """
+        if self._landmarks is None:
+            return Landmarks.empty()
+        found = self._landmarks.detect(bgr, estimate.people_2d, estimate.hidden, frame.camera, frame.stamp, seconds)
+        if not (len(found.hands) or len(found.faces)):
+            return Landmarks.empty()
+        lifted = lift_landmarks(found, frame.points, frame.image_size, estimate.people)
+        return Landmarks(with_hidden(found, lifted), lifted)
+
+    def landmarks_in_image(self, bgr: np.ndarray, people: People2D, camera: Hashable, stamp: float) -> Landmarks2D:
+        """Return hands and faces of the people of an image without points; see `LandmarkDetector.detect`."""
+        if self._landmarks is None:
+            return Landmarks2D.empty()
+        return self._landmarks.detect(bgr, people, None, camera, stamp)

@@ -12,7 +12,7 @@ from skeleton_extract_3d.frame import CameraFrame, View
 from skeleton_extract_3d.lift.lifting import LiftingParams, make_lifting
 from skeleton_extract_3d.lift.observation import observe
 from skeleton_extract_3d.lift.window_mean import lift_by_window
-from skeleton_extract_3d.people import People3D
+from skeleton_extract_3d.people import INFERRED, People3D
 from skeleton_extract_3d.points.camera import check_same_aspect
 from skeleton_extract_3d.points.cloud import OrganizedCloud
 from skeleton_extract_3d.points.plausibility import Doubt, PointSummary, summarize
@@ -60,6 +60,11 @@ class Estimate:
     def in_image(self) -> People2D:
         """Everybody who is seen in the image: `people_2d`, then those without a place in space."""
         return self.people_2d if self.unplaced is None else self.people_2d.joined(self.unplaced)
+
+    @property
+    def hidden(self) -> np.ndarray:
+        """Which joints of `people_2d` are INFERRED, (P, K) bool."""
+        return self.people.status[:len(self.people_2d)] == INFERRED
 
 
 def _unnamed(people: People2D) -> People2D:

@@ -1,5 +1,5 @@
 """Hands and faces in space: the types that pass between lifting, markers and converters."""
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -122,3 +122,21 @@ class Landmarks(NamedTuple):
 
     in_image: Landmarks2D
     in_space: Landmarks3D
+
+    @classmethod
+    def empty(cls) -> 'Landmarks':
+        """Return neither hands nor faces."""
+        return cls(Landmarks2D.empty(), Landmarks3D.empty())
+
+
+def with_hidden(found: Landmarks2D, lifted: Landmarks3D) -> Landmarks2D:
+    """Return hands and faces of an image with the points that are INFERRED in space as hidden."""
+    hands = {(person, left): points == INFERRED for person, left, points in
+             zip(lifted.hands.people.tolist(), lifted.hands.left.tolist(), lifted.hands.points.status)}
+    faces = {person: points == INFERRED
+             for person, points in zip(lifted.faces.people.tolist(), lifted.faces.points.status)}
+    of_hands = [hands.get(hand, np.zeros(HAND_POINTS, bool))
+                for hand in zip(found.hands.people.tolist(), found.hands.left.tolist())]
+    of_faces = [faces.get(person, np.zeros(FACE_POINTS, bool)) for person in found.faces.people.tolist()]
+    return Landmarks2D(replace(found.hands, hidden=np.reshape(of_hands, (-1, HAND_POINTS))),
+                       replace(found.faces, hidden=np.reshape(of_faces, (-1, FACE_POINTS))))

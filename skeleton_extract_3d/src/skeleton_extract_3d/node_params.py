@@ -2,6 +2,7 @@
 from dataclasses import dataclass
 from typing import Any, Dict, Tuple, Type
 
+from openpose_ros_pkg.landmarks.params import LandmarkParams
 from openpose_ros_pkg.output.draw import DrawParams
 from openpose_ros_pkg.params.nodes import (
     AnnotatedImageParams,
@@ -81,6 +82,7 @@ class ExtractorSettings:
 
     extractor: ExtractorParams
     estimator: EstimatorSettings
+    landmarks: LandmarkParams
     pairing: PairingParams
     demand: DemandParams
     service: ServiceClientParams
@@ -113,7 +115,7 @@ class VisualizationSettings:
 
 # What dynamic_reconfigure may change in the running extractor.
 LIVE_PARAMETERS: Tuple[str, ...] = tuple(field.name for field in parameter_fields(
-    EstimatorSettings, DrawParams, AnnotatedImageParams))
+    EstimatorSettings, LandmarkParams, DrawParams, AnnotatedImageParams))
 
 # The parameters of each file in config/; a node loads the file of its name.
 CONFIG_FILES: Dict[str, Type[Any]] = {

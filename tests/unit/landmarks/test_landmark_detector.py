@@ -295,7 +295,7 @@ def test_network_is_loaded_when_it_is_first_wanted(reader):
 
 
 def test_nothing_wanted_is_no_detector(tmp_path):
-    assert create_landmark_detector(LandmarkParams(), BackendParams()) is None
+    assert not create_landmark_detector(LandmarkParams(), BackendParams(), str(tmp_path)).faults
     without = create_landmark_detector(BOTH, BackendParams(), str(tmp_path))
     assert 'hand_landmark is missing' in without.faults and './run model get face_landmark' in without.faults
     assert len(without.detect(scene()[0], people(body()), None, 'c', 1.0).hands) == 0

@@ -345,7 +345,7 @@ class HeldWriter:
     def written(self):
         return len(self.frames)
 
-    def write(self, frame, bgr, people):
+    def write(self, frame, bgr, people, landmarks=None):
         self.busy.set()
         assert self.go.wait(10)
         if frame == 'bad':

@@ -77,7 +77,12 @@ class LandmarkDetector:
     @property
     def faults(self) -> str:
         """What is missing or computed by something slower than the parameters ask for, and why; empty: nothing."""
-        return '; '.join(self._faults.values())
+        return '; '.join(list(self._faults.values()))
+
+    @property
+    def missing(self) -> bool:
+        """Whether a network is missing that the parameters ask for; `faults` tells why."""
+        return any(kind not in self._lookers for kind in _kinds(self._params))
 
     def reconfigure(self, params: LandmarkParams) -> None:
         """Take other parameters from the next image on; a network that is wanted now is loaded."""
@@ -139,8 +144,8 @@ class LandmarkDetector:
 
 
 def create_landmark_detector(params: LandmarkParams, backend: BackendParams, model_folder: str = ''
-                             ) -> Optional[LandmarkDetector]:
-    """Load the networks of hands and faces that the parameters ask for; None where they ask for neither.
+                             ) -> LandmarkDetector:
+    """Load the networks of hands and faces that the parameters ask for.
 
     Args:
         backend: what computes them.
@@ -149,7 +154,7 @@ def create_landmark_detector(params: LandmarkParams, backend: BackendParams, mod
     def load(kind: Kind) -> Backend:
         return create_backend(kind.model, weights_path(kind.model, model_folder), backend)
 
-    return LandmarkDetector(params, load) if _kinds(params) else None
+    return LandmarkDetector(params, load)
 
 
 def _kinds(params: LandmarkParams) -> List[Kind]:

@@ -1,5 +1,6 @@
 """Hands and faces in an image: the types that pass between networks, painter, lifting and converters."""
 from dataclasses import dataclass
+from typing import Optional
 
 import numpy as np
 
@@ -29,6 +30,7 @@ class Hands2D:
         scores: (H,) float32 [0..1], how sure the network is that it sees a hand.
         people: (H,) int64 ids of the people whose hands they are.
         left: (H,) bool: left hands, the person's own.
+        hidden: (H, 21) bool: points that something hides; None: that is not known.
 
     Raises:
         ValueError: an array has the wrong shape.
@@ -38,9 +40,12 @@ class Hands2D:
     scores: np.ndarray
     people: np.ndarray
     left: np.ndarray
+    hidden: Optional[np.ndarray] = None
 
     def __post_init__(self) -> None:
         number = len(self.keypoints)
+        if self.hidden is not None:
+            _take(self, 'hidden', np.bool_, number, HAND_POINTS)
         _take(self, 'keypoints', np.float32, number, HAND_POINTS, 3)
         _take(self, 'scores', np.float32, number)
         _take(self, 'people', np.int64, number)
@@ -65,6 +70,7 @@ class Faces2D:
             gives them.
         scores: (F,) float32 [0..1], how sure the network is that it sees a face.
         people: (F,) int64 ids of the people whose faces they are.
+        hidden: (F, 70) bool: points that something hides; None: that is not known.
 
     Raises:
         ValueError: an array has the wrong shape.
@@ -74,9 +80,12 @@ class Faces2D:
     mesh: np.ndarray
     scores: np.ndarray
     people: np.ndarray
+    hidden: Optional[np.ndarray] = None
 
     def __post_init__(self) -> None:
         number = len(self.keypoints)
+        if self.hidden is not None:
+            _take(self, 'hidden', np.bool_, number, FACE_POINTS)
         _take(self, 'keypoints', np.float32, number, FACE_POINTS, 3)
         _take(self, 'mesh', np.float32, number, MESH_POINTS, 3)
         _take(self, 'scores', np.float32, number)

@@ -7,8 +7,10 @@ from typing import Optional, Tuple
 import cv2
 import numpy as np
 
+from openpose_ros_pkg.landmarks.records import Landmarks2D
 from openpose_ros_pkg.params.parameters import Parameters, parameter
 from openpose_ros_pkg.people import People2D
+from openpose_ros_pkg.skeletons import FACE_70, HAND_21, SkeletonModel
 
 # Fractional bits of the coordinates that OpenCV's drawing functions take.
 _SHIFT = 3
@@ -33,8 +35,8 @@ class DrawParams(Parameters):
         0.05, 'Joints with less confidence are not drawn.', minimum=0.0, maximum=1.0)
 
 
-def draw_people(bgr: np.ndarray, people: People2D, params: DrawParams, hidden: Optional[np.ndarray] = None
-                ) -> np.ndarray:
+def draw_people(bgr: np.ndarray, people: People2D, params: DrawParams, hidden: Optional[np.ndarray] = None,
+                landmarks: Optional[Landmarks2D] = None) -> np.ndarray:
     """Return a copy of the image with people drawn into it.
 
     Limbs and joints have OpenPose's colours. A box and, where people have ids, a label in a colour of its own tell
@@ -44,6 +46,7 @@ def draw_people(bgr: np.ndarray, people: People2D, params: DrawParams, hidden: O
         bgr: (H, W, 3) uint8 BGR; not modified.
         hidden: (P, K) bool: joints that the network named although something hides them. They are drawn as hollow
             circles, limbs that end there thin and dashed. None: no joint is.
+        landmarks: hands and faces, drawn in the same manner; None: none.
 
     Returns:
         (H, W, 3) uint8 BGR.
@@ -58,6 +61,10 @@ def draw_people(bgr: np.ndarray, people: People2D, params: DrawParams, hidden: O
     shown = [i for i in range(len(people)) if visible[i].any()]
     for i in shown:
         _draw_skeleton(canvas, people, i, visible[i], hidden[i])
+    if landmarks is not None:
+        hands, faces = landmarks.hands, landmarks.faces
+        _draw_points(canvas, HAND_21, hands.keypoints, hands.hidden, params.render_threshold)
+        _draw_points(canvas, FACE_70, faces.keypoints, faces.hidden, params.render_threshold)
     if not params.disable_blending:
         canvas = cv2.addWeighted(canvas, params.alpha_pose, image, 1 - params.alpha_pose, 0)
     if params.disable_blending or params.alpha_pose > 0:
@@ -85,6 +92,24 @@ def _draw_skeleton(canvas: np.ndarray, people: People2D, person: int, visible: n
             draw(canvas, xy[start], xy[end], skeleton.colours[end][::-1], width)
     for joint in np.flatnonzero(visible):
         _draw_joint(canvas, xy[joint], skeleton.colours[joint][::-1], radius, hidden[joint])
+
+
+def _draw_points(canvas: np.ndarray, skeleton: SkeletonModel, keypoints: np.ndarray, hidden: Optional[np.ndarray],
+                 threshold: float) -> None:
+    """Draw hands or faces, (N, K, 3), in OpenPose's colours; lines are 1/30 of their size wide, 1 px at least."""
+    hidden = np.zeros(keypoints.shape[:2], bool) if hidden is None else hidden
+    for points, behind in zip(keypoints, hidden):
+        shown = points[:, 2] >= max(threshold, np.finfo(np.float32).tiny)
+        if not shown.any():
+            continue
+        xy = points[:, :2]
+        width = max(1, round(float((xy[shown].max(axis=0) - xy[shown].min(axis=0)).max()) / 30))
+        for start, end in ((skeleton.index[a], skeleton.index[b]) for a, b in skeleton.drawn_limbs):
+            if shown[start] and shown[end]:
+                draw = _draw_dashed if behind[start] or behind[end] else _draw_line
+                draw(canvas, xy[start], xy[end], skeleton.colours[end][::-1], width)
+        for point in np.flatnonzero(shown):
+            _draw_joint(canvas, xy[point], skeleton.colours[point][::-1], width, behind[point])
 
 
 def _draw_joint(canvas: np.ndarray, xy: np.ndarray, colour: Tuple[int, ...], radius: int, hidden: bool) -> None:

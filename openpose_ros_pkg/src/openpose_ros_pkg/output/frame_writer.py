@@ -7,12 +7,13 @@ import cv2
 import numpy as np
 
 from openpose_ros_pkg.errors import ParameterError
+from openpose_ros_pkg.landmarks.records import Landmarks2D
 from openpose_ros_pkg.output.draw import DrawParams, draw_people
 from openpose_ros_pkg.output.files import frame_name, free_name, writable_folder, write_image
 from openpose_ros_pkg.output.joint_order import in_joint_set
 from openpose_ros_pkg.output.keypoint_file import FORMATS, write_keypoint
 from openpose_ros_pkg.output.keypoint_scale import KeypointScaleParams, scale_keypoints
-from openpose_ros_pkg.output.openpose_json import JSON_SUFFIX, write_json
+from openpose_ros_pkg.output.openpose_json import JSON_SUFFIX, landmark_fields, write_json
 from openpose_ros_pkg.output.video_file import VideoFile
 from openpose_ros_pkg.params.parameters import Parameters, parameter
 from openpose_ros_pkg.people import People2D
@@ -129,12 +130,14 @@ class FrameWriter:
             raise ValueError(f"name of a frame: expected a file name without folders, got '{name}'")
         return {key: folder / (name + self._suffixes[key]) for key, folder in self._folders.items()}
 
-    def write(self, frame: Union[str, int], bgr: np.ndarray, people: People2D) -> str:
+    def write(self, frame: Union[str, int], bgr: np.ndarray, people: People2D,
+              landmarks: Optional[Landmarks2D] = None) -> str:
         """Write all files of a frame; see `files`.
 
         Args:
             bgr: (H, W, 3) uint8 BGR, not modified.
             people: in pixels of the image.
+            landmarks: their hands and faces, for JSON files, images and video; None: none.
 
         Returns:
             What could not be written, and why; empty: all is written.
@@ -143,11 +146,12 @@ class FrameWriter:
         saved = self._as_saved(bgr, people)
         errors = []
         if 'write_json' in files:
-            errors.append(self._attempt('write_json', write_json, files['write_json'], saved))
+            fields = None if landmarks is None else landmark_fields(self._scaled(bgr, landmarks))
+            errors.append(self._attempt('write_json', write_json, files['write_json'], saved, fields))
         if 'write_keypoint' in files:
             errors.append(self._attempt('write_keypoint', write_keypoint, files['write_keypoint'], saved))
         if 'write_images' in files or self._video is not None:
-            drawn = draw_people(bgr, people, self._draw)
+            drawn = draw_people(bgr, people, self._draw, landmarks=landmarks)
             if 'write_images' in files:
                 errors.append(self._attempt('write_images', write_image, files['write_images'], drawn))
             if self._video is not None:
@@ -164,6 +168,13 @@ class FrameWriter:
             size = (bgr.shape[1], bgr.shape[0])
             people = replace(people, keypoints=scale_keypoints(people.keypoints, size, self._scale))
         return people if self._joint_set is None else in_joint_set(people, self._joint_set)
+
+    def _scaled(self, bgr: np.ndarray, landmarks: Landmarks2D) -> Landmarks2D:
+        """Return hands and faces in the units of the files."""
+        size = (bgr.shape[1], bgr.shape[0])
+        hands, faces = landmarks.hands, landmarks.faces
+        return Landmarks2D(replace(hands, keypoints=scale_keypoints(hands.keypoints, size, self._scale)),
+                           replace(faces, keypoints=scale_keypoints(faces.keypoints, size, self._scale)))
 
     def _attempt(self, key: str, write: Callable[..., None], *values: Any) -> str:
         """Return why it could not be written; empty: it is."""

@@ -5,11 +5,12 @@ include/openpose/filestream/wPeopleJsonSaver.hpp; doc/02_output.md.
 """
 import json
 from pathlib import Path
-from typing import List, Optional, Union
+from typing import Dict, List, Mapping, Optional, Union
 
 import numpy as np
 
 from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_pkg.landmarks.records import Landmarks2D
 from openpose_ros_pkg.output.files import write_whole
 from openpose_ros_pkg.output.joint_order import from_rows, to_rows
 from openpose_ros_pkg.people import People2D
@@ -18,22 +19,38 @@ from openpose_ros_pkg.structured_text import json_value
 
 JSON_SUFFIX = '_keypoints.json'
 _VERSION = 1.3
-_NOT_DETECTED_HERE = ('face_keypoints_2d', 'hand_left_keypoints_2d', 'hand_right_keypoints_2d', 'pose_keypoints_3d',
+# Arrays of points, by the key of a field, by the id of a person.
+Fields = Mapping[int, Mapping[str, np.ndarray]]
+_MORE_FIELDS = ('face_keypoints_2d', 'hand_left_keypoints_2d', 'hand_right_keypoints_2d', 'pose_keypoints_3d',
                       'face_keypoints_3d', 'hand_left_keypoints_3d', 'hand_right_keypoints_3d')
 
 
-def people_to_json(people: People2D, in_space: Optional[np.ndarray] = None) -> str:
+def landmark_fields(landmarks: Landmarks2D) -> Dict[int, Dict[str, np.ndarray]]:
+    """Return the points of hands and faces as `people_to_json` takes them."""
+    hands, faces = landmarks.hands, landmarks.faces
+    found: Dict[int, Dict[str, np.ndarray]] = {}
+    for person, left, points in zip(hands.people.tolist(), hands.left.tolist(), hands.keypoints):
+        found.setdefault(person, {})[f'hand_{"left" if left else "right"}_keypoints_2d'] = np.nan_to_num(points)
+    for person, points in zip(faces.people.tolist(), faces.keypoints):
+        found.setdefault(person, {})['face_keypoints_2d'] = np.nan_to_num(points)
+    return found
+
+
+def people_to_json(people: People2D, in_space: Optional[np.ndarray] = None, more: Optional[Fields] = None) -> str:
     """Return the text of OpenPose's JSON file: joints in the order of the people's joint set, missing ones 0, 0, 0.
 
     Numbers have as many digits as float32 needs (up to nine), so that reading gives the same people to the last bit.
 
     Args:
         in_space: (P, K, 4) float32 for pose_keypoints_3d: x, y, z [m] and the score of each joint, finite; None: empty.
+        more: float32 values of the other fields, such as those of `landmark_fields`, finite; people whom it lacks, and
+            fields, are empty lists. Ids below -1 are those of people without an id, and written as -1.
     """
     entries = []
     for p, (row, person_id) in enumerate(zip(to_rows(people), people.ids)):
-        entry = {'person_id': [int(person_id)], 'pose_keypoints_2d': _numbers(row)}
-        entry.update((key, []) for key in _NOT_DETECTED_HERE)
+        entry = {'person_id': [max(int(person_id), -1)], 'pose_keypoints_2d': _numbers(row)}
+        own = {} if more is None else more.get(int(person_id), {})
+        entry.update((key, _numbers(own[key]) if key in own else []) for key in _MORE_FIELDS)
         if in_space is not None:
             entry['pose_keypoints_3d'] = _numbers(in_space[p])
         entries.append(entry)
@@ -69,13 +86,13 @@ def _numbers(values: np.ndarray) -> List[float]:
     return [float(text) for text in values.ravel().astype('U')]
 
 
-def write_json(path: Path, people: People2D) -> None:
+def write_json(path: Path, people: People2D, more: Optional[Fields] = None) -> None:
     """Write the people of a frame as OpenPose does; see `people_to_json`.
 
     Raises:
         OSError: the file can not be written.
     """
-    write_whole(path, people_to_json(people).encode())
+    write_whole(path, people_to_json(people, more=more).encode())
 
 
 def read_json(path: Path, skeleton: Optional[SkeletonModel] = None) -> People2D:

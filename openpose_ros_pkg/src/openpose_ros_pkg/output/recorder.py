@@ -6,6 +6,7 @@ from typing import Callable, Deque, Dict, Optional, Tuple, Union
 
 import numpy as np
 
+from openpose_ros_pkg.landmarks.records import Landmarks2D
 from openpose_ros_pkg.output.draw import DrawParams
 from openpose_ros_pkg.output.frame_writer import FrameWriter
 from openpose_ros_pkg.people import People2D
@@ -13,7 +14,7 @@ from openpose_ros_pkg.throttle import Throttle
 
 _log = logging.getLogger(__name__)
 
-_Item = Tuple[Union[str, int], np.ndarray, People2D]
+_Item = Tuple[Union[str, int], np.ndarray, People2D, Optional[Landmarks2D]]
 
 
 class Recorder:
@@ -57,13 +58,15 @@ class Recorder:
             return {'written': self._writer.written, 'failed': self._writer.failed + self._broken,
                     'dropped': self._dropped, 'waiting': len(self._queue)}
 
-    def submit(self, frame: Union[str, int], bgr: np.ndarray, people: People2D) -> bool:
+    def submit(self, frame: Union[str, int], bgr: np.ndarray, people: People2D,
+               landmarks: Optional[Landmarks2D] = None) -> bool:
         """Queue a frame to be saved.
 
         Args:
             frame: name of the files, as `frame_name` makes it; or a number.
             bgr: (H, W, 3) uint8 BGR, which nobody may modify any more.
             people: in pixels of the image.
+            landmarks: their hands and faces; None: none.
 
         Returns:
             False if the frame was dropped: the queue is full, or the recorder is closed.
@@ -72,7 +75,7 @@ class Recorder:
             if self._wait_when_full:
                 self._condition.wait_for(lambda: self._closed or len(self._queue) < self._queue_size)
             if not self._closed and len(self._queue) < self._queue_size:
-                self._queue.append((frame, bgr, people))
+                self._queue.append((frame, bgr, people, landmarks))
                 self._condition.notify_all()
                 return True
             self._dropped += 1

@@ -8,6 +8,7 @@ from openpose_ros_pkg.detect.detector import LiveDetectorSettings
 from openpose_ros_pkg.detect.ensemble import EnsembleParams
 from openpose_ros_pkg.detect.following import FollowingParams
 from openpose_ros_pkg.detect.tracking import TrackingParams
+from openpose_ros_pkg.landmarks.params import LandmarkParams
 from openpose_ros_pkg.output.draw import DrawParams
 from openpose_ros_pkg.output.frame_writer import SaveParams
 from openpose_ros_pkg.output.keypoint_scale import KeypointScaleParams
@@ -102,6 +103,7 @@ class ServiceSettings:
     detector: LiveDetectorSettings
     tracking: TrackingParams
     following: FollowingParams
+    landmarks: LandmarkParams
     draw: DrawParams
     keypoint_scale: KeypointScaleParams
     publishing: PublishingParams
@@ -126,7 +128,8 @@ class ClientSettings:
 
 # What dynamic_reconfigure may change in the running service node.
 LIVE_PARAMETERS: Tuple[str, ...] = ('mode', *(field.name for field in parameter_fields(
-    DecodeParams, DirectDecodeParams, EnsembleParams, TrackingParams, DrawParams, AnnotatedImageParams)))
+    DecodeParams, DirectDecodeParams, EnsembleParams, TrackingParams, LandmarkParams, DrawParams,
+    AnnotatedImageParams)))
 
 # The parameters of each file in config/; a node loads the file of its name.
 CONFIG_FILES: Dict[str, Type[Any]] = {

@@ -5,12 +5,21 @@ from typing import List, Optional, Sequence, Tuple, Union
 import cv2
 import numpy as np
 from cv_bridge import CvBridge, CvBridgeError, getCvType
-from openpose_ros_msgs.msg import BodypartDetection, PersonDetection, PersonDetectionArray
+from openpose_ros_msgs.msg import (
+    BodypartDetection,
+    FaceDetection,
+    FaceDetectionArray,
+    HandDetection,
+    HandDetectionArray,
+    PersonDetection,
+    PersonDetectionArray,
+)
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image, RegionOfInterest
 from std_msgs.msg import Header
 
 from openpose_ros_pkg.calibration import Calibration
 from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_pkg.landmarks.records import FACE_POINTS, HAND_POINTS, MESH_POINTS, Faces2D, Hands2D
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import SkeletonModel
 from openpose_ros_pkg.stream.image_decoding import MOST_MEGAPIXELS, PNG, check_pixels, decode_image, image_kind
@@ -217,6 +226,65 @@ def people_from_messages(messages: Sequence[PersonDetection], skeleton: Skeleton
     values[missing] = (np.nan, np.nan, 0)
     scores = values[..., 2].mean(axis=1)
     return People2D(skeleton, values, scores, np.array([message.person_ID for message in messages], np.int64))
+
+
+def hands_to_array(hands: Hands2D, header: Header) -> HandDetectionArray:
+    """Return the message of the hands in an image; a missing point is x = y = 0 with confidence 0."""
+    return HandDetectionArray(header=header, hands=[
+        HandDetection(header=header, person_ID=max(person, 0), side=HandDetection.LEFT if left else HandDetection.RIGHT,
+                      confidence=score, keypoints=_parts(points))
+        for points, score, person, left in zip(hands.keypoints, hands.scores.tolist(), hands.people.tolist(),
+                                               hands.left.tolist())])
+
+
+def hands_from_array(message: HandDetectionArray) -> Hands2D:
+    """Return the hands in an image.
+
+    Raises:
+        BadInputError: a side is neither LEFT nor RIGHT.
+    """
+    for hand in message.hands:
+        check_side(hand.side)
+    return Hands2D(_points([hand.keypoints for hand in message.hands], HAND_POINTS),
+                   np.array([hand.confidence for hand in message.hands]),
+                   np.array([hand.person_ID for hand in message.hands]),
+                   np.array([hand.side == HandDetection.LEFT for hand in message.hands]))
+
+
+def check_side(side: int) -> None:
+    """Raise BadInputError where a side of a hand is neither LEFT nor RIGHT."""
+    if side not in (HandDetection.LEFT, HandDetection.RIGHT):
+        raise BadInputError(f'side of a hand is {side}, expected {HandDetection.LEFT} (LEFT) or {HandDetection.RIGHT} '
+                            '(RIGHT)')
+
+
+def faces_to_array(faces: Faces2D, header: Header) -> FaceDetectionArray:
+    """Return the message of the faces in an image, without their mesh; missing points as those of hands."""
+    return FaceDetectionArray(header=header, faces=[
+        FaceDetection(header=header, person_ID=max(person, 0), confidence=score, keypoints=_parts(points))
+        for points, score, person in zip(faces.keypoints, faces.scores.tolist(), faces.people.tolist())])
+
+
+def faces_from_array(message: FaceDetectionArray) -> Faces2D:
+    """Return the faces in an image; the mesh, which messages have not, is NaN."""
+    return Faces2D(_points([face.keypoints for face in message.faces], FACE_POINTS),
+                   np.full((len(message.faces), MESH_POINTS, 3), np.nan),
+                   np.array([face.confidence for face in message.faces]),
+                   np.array([face.person_ID for face in message.faces]))
+
+
+def _parts(points: np.ndarray) -> List[BodypartDetection]:
+    """Return the messages of points (K, 3)."""
+    return [BodypartDetection(x=x, y=y, confidence=score) if score > 0 else BodypartDetection()
+            for x, y, score in points.tolist()]
+
+
+def _points(parts: Sequence[Sequence[BodypartDetection]], number: int) -> np.ndarray:
+    """Return points (N, number, 3) of messages; confidence 0 or NaN: missing."""
+    values = np.array([[(part.x, part.y, part.confidence) for part in row] for row in parts],
+                      np.float32).reshape(-1, number, 3)
+    values[~(np.isfinite(values).all(axis=2) & (values[..., 2] > 0))] = (np.nan, np.nan, 0)
+    return values
 
 
 def _bytes_per_pixel(encoding: str) -> int:

@@ -72,6 +72,10 @@ class Demand(rospy.SubscribeListener):
             return 'disabled'
         return 'idle: nobody listens' if self.inputs and self._since is None else ''
 
+    def is_wanted(self, *publishers: rospy.Publisher) -> bool:
+        """Return whether somebody listens to one of these topics, or the node is not lazy."""
+        return not self._lazy or any(publisher.get_num_connections() > 0 for publisher in publishers)
+
     def peer_subscribe(self, *_: Any) -> None:
         """See rospy.SubscribeListener."""
         self._changed.set()
@@ -92,8 +96,7 @@ class Demand(rospy.SubscribeListener):
         return SetBoolResponse(success=True, message='enabled' if request.data else 'disabled')
 
     def _is_wanted(self) -> bool:
-        return self.enabled and (not self._lazy or any(publisher.get_num_connections() > 0
-                                                       for publisher in self._publishers))
+        return self.enabled and self.is_wanted(*self._publishers)
 
     def _update(self) -> None:
         with self._lock:

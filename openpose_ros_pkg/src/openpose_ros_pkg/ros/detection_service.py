@@ -15,7 +15,9 @@ from std_msgs.msg import Header
 from openpose_ros_pkg.detect.depth import DepthView
 from openpose_ros_pkg.detect.detector import PreparedFrame, create_detector
 from openpose_ros_pkg.detect.stream_detector import StreamDetector, StreamFrame
-from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_pkg.errors import BadInputError, ParameterError
+from openpose_ros_pkg.landmarks.detector import create_landmark_detector
+from openpose_ros_pkg.landmarks.records import Landmarks2D
 from openpose_ros_pkg.output.frame_writer import FrameWriter
 from openpose_ros_pkg.output.keypoint_scale import scale_keypoints
 from openpose_ros_pkg.output.recorder import Recorder
@@ -28,15 +30,21 @@ from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.ros.images import AnyImage, image_subscriber, raw_image
 from openpose_ros_pkg.ros.live_parameters import LiveParameters
 from openpose_ros_pkg.ros.node import check_topic_name, introduce, run_node
-from openpose_ros_pkg.ros.people_publisher import DRAW_STAGE, PeoplePublisher
+from openpose_ros_pkg.ros.people_publisher import (
+    DRAW_STAGE,
+    LANDMARK_STAGE,
+    Drawing,
+    LandmarkPublisher,
+    PeoplePublisher,
+)
 from openpose_ros_pkg.ros.timing_report import TimingReport
 from openpose_ros_pkg.stream.fair_lock import FairLock
 from openpose_ros_pkg.stream.pipeline import Pipeline
 
 # Stages of the timing report. network: the networks alone; decode: from their outputs to people; total: from the
 # arrival of the image to the published result; added: total without wait_for_network and network.
-STAGES = ('decode_message', 'preprocess', 'wait_for_network', 'network', 'decode', 'publish', 'total', 'added',
-         DRAW_STAGE)
+STAGES = ('decode_message', 'preprocess', 'wait_for_network', 'network', 'decode', LANDMARK_STAGE, 'publish', 'total',
+          'added', DRAW_STAGE)
 # When so many frames in a row could not be saved, the status is ERROR.
 _LASTING = 10
 
@@ -127,12 +135,22 @@ class DetectionService:
         self._camera_info: Optional[CameraInfoPublisher] = None
         if settings.publishing.publish_results:
             self._publisher = PeoplePublisher(namespace, settings.draw, settings.images, health, timing, demand)
+        self._landmarks: Optional[LandmarkPublisher] = None
+        if self._publisher is not None or self._recorder is not None:
+            self._landmarks = self._make_landmarks(namespace if self._publisher is not None else None)
         self._service = rospy.Service(service, GetPersons, self._serve)
         self.name = self._service.resolved_name
         if settings.stream.image_topic:
             self._subscribe(settings.stream.image_topic, namespace)
         if self._recorder is not None:
             rospy.on_shutdown(self._recorder.close)
+
+    def _make_landmarks(self, namespace: Optional[str]) -> LandmarkPublisher:
+        detector = self._settings.detector
+        return LandmarkPublisher(
+            namespace, create_landmark_detector(self._settings.landmarks, detector.backend,
+                                                detector.detector.model_folder),
+            self._settings.landmarks, detector.detector.target_rate, self._health, self._demand)
 
     @property
     def lock(self) -> FairLock:
@@ -175,18 +193,36 @@ class DetectionService:
         prepared, header = computed.prepared, computed.prepared.header
         people = self._stream.finish(computed.frame)
         decoded = time.monotonic()
+        landmarks = self._find_landmarks(people, prepared)
+        found = time.monotonic()
         messages = convert.people_to_messages(people, header)
         if self._publisher is not None:
-            self._publisher.publish(people, messages, header, prepared.bgr, self._scaled(people, prepared))
+            self._publisher.publish(Drawing(header, prepared.bgr, people, None, landmarks), messages,
+                                    self._scaled(people, prepared))
         if self._recorder is not None:
-            self._recorder.submit(next(self._numbers), prepared.bgr, people)
+            self._recorder.submit(next(self._numbers), prepared.bgr, people, landmarks)
         end = time.monotonic()
         network, total = computed.network_seconds, end - prepared.received
         for stage, seconds in (('wait_for_network', computed.waited), ('network', network),
-                               ('decode', computed.seconds - network + decoded - begin), ('publish', end - decoded),
+                               ('decode', computed.seconds - network + decoded - begin),
+                               (LANDMARK_STAGE, found - decoded), ('publish', end - found),
                                ('total', total), ('added', total - computed.waited - network)):
             self._timing.add(stage, seconds)
         return messages
+
+    def _find_landmarks(self, people: People2D, prepared: _Prepared) -> Optional[Landmarks2D]:
+        """Return hands and faces of the people of an image, after publishing them; None: nobody wants them."""
+        if self._landmarks is None:
+            return None
+        used = self._recorder is not None or (self._publisher is not None and self._publisher.draws)
+        asked = self._landmarks.look(used, used)
+        if not (asked.hands or asked.face):
+            return None
+        header = prepared.header
+        found = self._landmarks.detector.detect(prepared.bgr, people, None, (prepared.sender, header.frame_id),
+                                                header.stamp.to_sec(), self._landmarks.seconds)
+        self._landmarks.publish(found, header)
+        return found
 
     def _subscribe(self, topic: str, namespace: str) -> None:
         self._input_publisher = self._demand.advertise(f'{namespace}/input_image', Image, queue_size=1)
@@ -262,6 +298,8 @@ class DetectionService:
             self._detector.reconfigure(settings.detector)
         self._settings = settings
         self._stream.reconfigure(settings.tracking)
+        if self._landmarks is not None:
+            self._landmarks.reconfigure(settings.landmarks)
         if self._publisher is not None:
             self._publisher.reconfigure(settings.draw, settings.images)
         if self._recorder is not None:
@@ -282,6 +320,10 @@ def main_3d() -> None:
 
 def _make(service: str, namespace: str, settings: ServiceSettings) -> Tuple[DetectionService, LiveParameters]:
     """Return the service as a node of its own, and its dynamic_reconfigure server."""
+    if (settings.landmarks.hands or settings.landmarks.face) and not (settings.publishing.publish_results
+                                                                      or settings.save.active):
+        raise ParameterError("parameters 'hands', 'face' are not allowed in a node that neither publishes "
+                             '(publish_results) nor saves; set them where the results are published')
     health, timing = Health(bad_input='bad image'), TimingReport(STAGES, result='total')
     health.show(timing.medians)
     demand = Demand(settings.demand.lazy and not settings.save.active, health)

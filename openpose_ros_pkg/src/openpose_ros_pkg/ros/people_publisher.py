@@ -1,13 +1,18 @@
-"""Publish the people of each image: in one message, one by one, and drawn into the image."""
+"""Publish the people of each image: in one message, one by one, drawn into the image; and their hands and faces."""
 import time
-from typing import Optional, Sequence, Tuple
+from dataclasses import replace
+from typing import Dict, NamedTuple, Optional, Sequence
 
 import numpy as np
 import rospy
-from openpose_ros_msgs.msg import PersonDetection, PersonDetectionArray
+from openpose_ros_msgs.msg import FaceDetectionArray, HandDetectionArray, PersonDetection, PersonDetectionArray
 from sensor_msgs.msg import CompressedImage, Image
 from std_msgs.msg import Header
 
+from openpose_ros_pkg.detect.target_rate import RATE
+from openpose_ros_pkg.landmarks.detector import LandmarkDetector
+from openpose_ros_pkg.landmarks.params import LandmarkParams
+from openpose_ros_pkg.landmarks.records import Landmarks2D
 from openpose_ros_pkg.output.draw import DrawParams, draw_people
 from openpose_ros_pkg.params.nodes import AnnotatedImageParams
 from openpose_ros_pkg.people import People2D
@@ -24,8 +29,19 @@ RESULTS_QUEUE = 100
 PERSONS_QUEUE = 20 * RESULTS_QUEUE
 # Stage of the timing report that a drawing takes.
 DRAW_STAGE = 'draw'
+# Stage that hands and faces take.
+LANDMARK_STAGE = 'landmarks'
 
-Drawing = Tuple[Header, np.ndarray, People2D, Optional[np.ndarray]]
+
+class Drawing(NamedTuple):
+    """What is drawn into an image; see `draw_people`."""
+
+    header: Header
+    bgr: np.ndarray
+    people: People2D
+    hidden: Optional[np.ndarray]
+    landmarks: Optional[Landmarks2D]
+
 
 
 class PeoplePublisher:
@@ -60,28 +76,30 @@ class PeoplePublisher:
         """Draw and compress with other parameters from the next image on."""
         self._params, self._images = params, images
 
-    def publish(self, people: People2D, messages: Sequence[PersonDetection], header: Header, bgr: np.ndarray,
-                scaled: Optional[Sequence[PersonDetection]] = None, hidden: Optional[np.ndarray] = None) -> None:
+    @property
+    def draws(self) -> bool:
+        """Whether somebody wants the drawn image."""
+        return _is_wanted(self._image_publisher) or _is_wanted(self._compressed_publisher)
+
+    def publish(self, drawing: Drawing, messages: Sequence[PersonDetection],
+                scaled: Optional[Sequence[PersonDetection]] = None) -> None:
         """Publish the people of an image.
 
         Args:
-            people: keypoints [px of the image].
+            drawing: the people; the image may be read after this call.
             messages: one of each person, as `convert.people_to_messages` makes them.
-            header: of the image.
-            bgr: (H, W, 3) uint8, not modified; may be read after this call.
             scaled: the messages for detected_poses_keypoints where those are not in pixels.
-            hidden: (P, K) bool, joints that are drawn as hidden; None: none is.
         """
-        self._array_publisher.publish(convert.people_to_array(messages, header, people.skeleton))
+        self._array_publisher.publish(convert.people_to_array(messages, drawing.header, drawing.people.skeleton))
         for message in messages if scaled is None else scaled:
             self._person_publisher.publish(message)
-        if _is_wanted(self._image_publisher) or _is_wanted(self._compressed_publisher):
-            self._painter.submit((header, bgr, people, hidden))
+        if self.draws:
+            self._painter.submit(drawing)
 
     def _draw(self, drawing: Drawing) -> None:
         begin = time.monotonic()
-        header, bgr, people, hidden = drawing
-        drawn = draw_people(bgr, people, self._params, hidden)
+        header, bgr, people, hidden, landmarks = drawing
+        drawn = draw_people(bgr, people, self._params, hidden, landmarks)
         if _is_wanted(self._image_publisher):
             self._image_publisher.publish(convert.bgr_to_image(drawn, header))
         if _is_wanted(self._compressed_publisher):
@@ -90,6 +108,72 @@ class PeoplePublisher:
 
     def _failed(self, error: Exception) -> None:
         self._health.warn('drawing failed', str(error))
+
+
+class LandmarkPublisher:
+    """Publishes detected_hands and detected_faces, each while its parameter is on.
+
+    Args:
+        namespace: prefix of the topics; None: nothing is published, as others want hands and faces.
+        detector: finds them; it belongs to this object from now on.
+        params: what is to be found.
+        target_rate: of the images [Hz]; 0: none is asked for.
+        health: shows how many there are, and which network is missing.
+        demand: gets to know who listens.
+
+    Attributes:
+        detector: see above.
+        seconds: that the networks may take for an image [s]: what the others leave at `target_rate`; None: any time.
+    """
+
+    def __init__(self, namespace: Optional[str], detector: LandmarkDetector, params: LandmarkParams,
+                 target_rate: float, health: Health, demand: Demand) -> None:
+        self.detector, self._params, self._asked, self._demand = detector, params, params, demand
+        self.seconds = (1 - RATE.network_share) / target_rate if target_rate > 0 else None
+        self._newest: Optional[Landmarks2D] = None
+        self._publishers = None if namespace is None else (
+            demand.advertise(f'{namespace}/detected_hands', HandDetectionArray, queue_size=RESULTS_QUEUE),
+            demand.advertise(f'{namespace}/detected_faces', FaceDetectionArray, queue_size=RESULTS_QUEUE))
+        detector.warm_up()
+        health.show_lasting(lambda: detector.faults if self._params.hands or self._params.face else '')
+        health.show(self._numbers)
+
+    def reconfigure(self, params: LandmarkParams) -> None:
+        """Take other parameters from the next image on; networks that are wanted now are loaded."""
+        if params != self._params:
+            self._params = self._asked = params
+            self.detector.reconfigure(params)
+
+    def look(self, hands: bool, faces: bool) -> LandmarkParams:
+        """Let the detector look for what the parameters ask for and somebody wants; return what that is.
+
+        Args:
+            hands, faces: whether somebody wants them beside those who listen to the topics.
+        """
+        wanted = self._publishers and [self._demand.is_wanted(publisher) for publisher in self._publishers]
+        hands, faces = (hands or wanted[0], faces or wanted[1]) if wanted else (hands, faces)
+        params = self._params
+        asked = replace(params, hands=params.hands and hands, face=params.face and faces)
+        if asked != self._asked:
+            self._asked = asked
+            self.detector.reconfigure(asked)
+        return asked
+
+    def publish(self, found: Landmarks2D, header: Header) -> None:
+        """Publish hands and faces of an image with this header."""
+        self._newest = found
+        if self._publishers is None:
+            return
+        hands, faces = self._publishers
+        if self._asked.hands:
+            hands.publish(convert.hands_to_array(found.hands, header))
+        if self._asked.face:
+            faces.publish(convert.faces_to_array(found.faces, header))
+
+    def _numbers(self) -> Dict[str, str]:
+        newest = self._newest
+        return {} if newest is None else {'hands in the newest image': str(len(newest.hands)),
+                                          'faces in the newest image': str(len(newest.faces))}
 
 
 def _is_wanted(publisher: rospy.Publisher) -> bool:

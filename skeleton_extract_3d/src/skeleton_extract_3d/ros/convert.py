@@ -1,18 +1,30 @@
 """Turn messages into core types and back: the only place of this package that knows both."""
-from typing import List, Optional, Tuple
+from typing import List, Optional, Sequence, Tuple
 
 import numpy as np
 import rospy
 from geometry_msgs.msg import Point, Quaternion, TransformStamped, Vector3
-from openpose_ros_msgs.msg import BodypartDetection_3d, PersonDetection_3d, PersonDetection_3dArray, PersonVelocity_3d
+from openpose_ros_msgs.msg import (
+    BodypartDetection_3d,
+    FaceDetection_3d,
+    FaceDetection_3dArray,
+    HandDetection_3d,
+    HandDetection_3dArray,
+    PersonDetection_3d,
+    PersonDetection_3dArray,
+    PersonVelocity_3d,
+)
 from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2, PointField
 from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import Marker
 
 from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_pkg.landmarks.records import FACE_POINTS, HAND_POINTS
+from openpose_ros_pkg.ros.convert import check_side
 from openpose_ros_pkg.skeletons import SKELETONS, SkeletonModel
 from skeleton_extract_3d.body.joint_frames import joint_frames
+from skeleton_extract_3d.landmarks import Faces3D, Hands3D, Points3D
 from skeleton_extract_3d.people import MISSING, People3D
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.cloud import CloudLayout, OrganizedCloud
@@ -156,6 +168,71 @@ def _velocities(message: PersonDetection_3dArray, skeleton: SkeletonModel) -> Op
                             'each or none')
     return np.array([[(vector.x, vector.y, vector.z) for vector in (getattr(person, j) for j in skeleton.joints)]
                      for person in message.velocities])
+
+
+def hands_to_array(hands: Hands3D, header: Header) -> HandDetection_3dArray:
+    """Return the message of the hands in space."""
+    return HandDetection_3dArray(header=header, hands=[
+        HandDetection_3d(header=header, person_ID=max(person, 0), confidence=score, keypoints=parts,
+                         side=HandDetection_3d.LEFT if left else HandDetection_3d.RIGHT)
+        for parts, score, person, left in zip(_parts_of(hands.points), hands.scores.tolist(), hands.people.tolist(),
+                                              hands.left.tolist())])
+
+
+def hands_from_array(message: HandDetection_3dArray) -> Hands3D:
+    """Return the hands in space.
+
+    Raises:
+        BadInputError: a side is neither LEFT nor RIGHT, or a point has a status without a position.
+    """
+    for hand in message.hands:
+        check_side(hand.side)
+    return Hands3D(_points([hand.keypoints for hand in message.hands], HAND_POINTS),
+                   np.array([hand.confidence for hand in message.hands], np.float32),
+                   np.array([hand.person_ID for hand in message.hands], np.int64),
+                   np.array([hand.side == HandDetection_3d.LEFT for hand in message.hands], bool))
+
+
+def faces_to_array(faces: Faces3D, header: Header) -> FaceDetection_3dArray:
+    """Return the message of the faces in space, and of the directions of heads."""
+    rows = zip(_parts_of(faces.points), faces.scores.tolist(), faces.people.tolist(), faces.orientations.tolist(),
+               faces.orientation_sigma.tolist())
+    return FaceDetection_3dArray(header=header, faces=[
+        FaceDetection_3d(header=header, person_ID=max(person, 0), confidence=score, keypoints=parts,
+                         orientation=Quaternion(*turn), orientation_sigma=sigma)
+        for parts, score, person, turn, sigma in rows])
+
+
+def faces_from_array(message: FaceDetection_3dArray) -> Faces3D:
+    """Return the faces in space.
+
+    Raises:
+        BadInputError: a point has a status without a position.
+    """
+    turns = [(face.orientation.x, face.orientation.y, face.orientation.z, face.orientation.w) for face in message.faces]
+    return Faces3D(_points([face.keypoints for face in message.faces], FACE_POINTS),
+                   np.array([face.confidence for face in message.faces], np.float32),
+                   np.array([face.person_ID for face in message.faces], np.int64),
+                   np.array(turns, np.float32).reshape(-1, 4),
+                   np.array([face.orientation_sigma for face in message.faces], np.float32))
+
+
+def _parts_of(points: Points3D) -> List[List[BodypartDetection_3d]]:
+    """Return the messages of the points of each hand or face."""
+    values = np.concatenate([points.xyz, points.confidence[..., np.newaxis]], axis=2)
+    return [[BodypartDetection_3d(x, y, z, confidence, status, sigma)
+             for (x, y, z, confidence), status, sigma in zip(*row)]
+            for row in zip(values.tolist(), points.status.tolist(), points.sigma.tolist())]
+
+
+def _points(parts: Sequence[Sequence[BodypartDetection_3d]], number: int) -> Points3D:
+    """Return the points of messages, `number` of each hand or face."""
+    values = np.array([[(part.x, part.y, part.z, part.confidence, part.status, part.sigma) for part in row]
+                       for row in parts], np.float64).reshape(-1, number, 6)
+    try:
+        return Points3D(values[..., :3], values[..., 3], values[..., 4], values[..., 5])
+    except ValueError as error:
+        raise BadInputError(str(error)) from error
 
 
 def people_to_transforms(people: People3D, header: Header) -> List[TransformStamped]:

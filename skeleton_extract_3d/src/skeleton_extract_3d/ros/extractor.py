@@ -11,6 +11,9 @@ from sensor_msgs.msg import CameraInfo, Image, PointCloud2
 from std_msgs.msg import Header
 
 from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_pkg.landmarks.detector import create_landmark_detector
+from openpose_ros_pkg.landmarks.records import Landmarks2D
+from openpose_ros_pkg.networks.backends import LiveBackendParams
 from openpose_ros_pkg.networks.models import find_model
 from openpose_ros_pkg.params.nodes import ImageTransportParams
 from openpose_ros_pkg.ros import convert as convert_2d
@@ -20,7 +23,15 @@ from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.ros.images import AnyImage, InputSubscriber, image_subscriber, raw_image
 from openpose_ros_pkg.ros.live_parameters import LiveParameters
 from openpose_ros_pkg.ros.node import introduce, run_node
-from openpose_ros_pkg.ros.people_publisher import DRAW_STAGE, PERSONS_QUEUE, RESULTS_QUEUE, PeoplePublisher
+from openpose_ros_pkg.ros.people_publisher import (
+    DRAW_STAGE,
+    LANDMARK_STAGE,
+    PERSONS_QUEUE,
+    RESULTS_QUEUE,
+    Drawing,
+    LandmarkPublisher,
+    PeoplePublisher,
+)
 from openpose_ros_pkg.ros.service_client import DetectionClient
 from openpose_ros_pkg.ros.timing_report import TimingReport
 from openpose_ros_pkg.stream.pairing import PairingParams
@@ -28,8 +39,9 @@ from openpose_ros_pkg.stream.pipeline import Pipeline
 from skeleton_extract_3d.chain import PeopleChain
 from skeleton_extract_3d.estimator import STAGES as ESTIMATOR_STAGES
 from skeleton_extract_3d.estimator import Estimate
+from skeleton_extract_3d.frame import CameraFrame
 from skeleton_extract_3d.node_params import LIVE_PARAMETERS, ExtractorSettings
-from skeleton_extract_3d.people import INFERRED, People3D
+from skeleton_extract_3d.people import People3D
 from skeleton_extract_3d.points.depth_view import depth_view
 from skeleton_extract_3d.points.plausibility import PointSummary
 from skeleton_extract_3d.points.point_grid import PointGrid
@@ -37,7 +49,8 @@ from skeleton_extract_3d.ros import convert
 from skeleton_extract_3d.ros.finder import Finder, ServiceFinder
 from skeleton_extract_3d.ros.floor_input import FloorInput
 from skeleton_extract_3d.ros.input_echo import InputEcho, InputFrame
-from skeleton_extract_3d.ros.lifter import Lifter, PointsMessage
+from skeleton_extract_3d.ros.landmark_stage import LandmarkFinder, LandmarkStage
+from skeleton_extract_3d.ros.lifter import Lifter, PointsMessage, camera_frame
 from skeleton_extract_3d.ros.synchronizer import StampSynchronizer
 from skeleton_extract_3d.ros.transforms import Transforms
 from skeleton_extract_3d.settings import EstimatorSettings
@@ -49,7 +62,7 @@ NAMESPACE = 'openpose_ros/skeleton_3d'
 # A greater latency [s] is that of a recording played without its clock, and not reported.
 _GREATEST_LATENCY = 10.0
 # Stages of the timing report whose durations add up to the age of a result; docs/ros_api.md says what each is.
-AGE_STAGES = ('transport', 'wait', 'prepare', 'detection', 'wait_for_lifting', 'estimate', 'publish')
+AGE_STAGES = ('transport', 'wait', 'prepare', 'detection', 'wait_for_lifting', 'estimate', LANDMARK_STAGE, 'publish')
 STAGES = (*AGE_STAGES[:3], 'wait_for_network', 'network', 'decode', *AGE_STAGES[3:5], *ESTIMATOR_STAGES,
           *AGE_STAGES[5:], 'total', 'age', DRAW_STAGE)
 
@@ -105,16 +118,18 @@ class Extractor:
 
     Args:
         finder: who finds the people in the images.
+        landmarks: finds hands and faces.
         health, timing, demand: of the node; `timing` has STAGES.
     """
 
-    def __init__(self, settings: ExtractorSettings, finder: Finder, health: Health, timing: TimingReport,
-                 demand: Demand) -> None:
+    def __init__(self, settings: ExtractorSettings, finder: Finder, landmarks: LandmarkFinder, health: Health,
+                 timing: TimingReport, demand: Demand) -> None:
         self._params, self._finder = settings.extractor, finder
         self._most = settings.limits.max_image_megapixels
         self._health, self._timing, self._demand = health, timing, demand
         self._last_report = -float('inf')
-        self._chain = PeopleChain(find_model(self._params.pose_model).skeleton, settings.estimator)
+        self._chain = PeopleChain(find_model(self._params.pose_model).skeleton, settings.estimator,
+                                  landmarks=landmarks.detector)
         self._chain.warm_up()
         frames = self._params.target_frame or self._params.tracking_frame
         lookup = Transforms(self._params.tf_timeout).lookup if frames else None
@@ -123,6 +138,9 @@ class Extractor:
         self._publisher_2d: Optional[PeoplePublisher] = None
         if self._params.publish_2d:
             self._publisher_2d = PeoplePublisher(NAMESPACE, settings.draw, settings.images, health, timing, demand)
+        in_image = LandmarkPublisher(NAMESPACE if self._params.publish_2d else None, landmarks.detector,
+                                     settings.landmarks, landmarks.target_rate, health, demand)
+        self._landmarks = LandmarkStage(NAMESPACE, self._chain, self._lifter, in_image, demand)
         self._pipeline = Pipeline(self._prepare, self._compute, self._finish, health.frame_failed, finder.lock,
                                   finder.lead)
         self._summary: Optional[PointSummary] = None
@@ -196,17 +214,21 @@ class Extractor:
         tracking_from_points = self._lifter.tracking_from_points(header)
         looked_up = time.monotonic()
         floor = self._floor.at(header) if self._floor else None
-        estimate = self._lifter.estimate(detections, frame.points, header, frame.bgr, tracking_from_points, floor)
+        camera = camera_frame(frame.bgr, frame.points, header, tracking_from_points, floor)
+        estimate = self._lifter.estimate(detections, camera)
         estimated = time.monotonic()
+        landmarks = self._find_landmarks(estimate, camera, image.header, header)
+        completed = time.monotonic()
         self._report(estimate, frame.points)
         self._say_doubts(estimate)
-        self._publish_2d(estimate, image.header, frame.bgr)
+        self._publish_2d(estimate, image.header, frame.bgr, landmarks)
         self._camera_info.publish(image.header, (image.width, image.height), lambda: _camera_of(frame.points, image))
         self._publish(estimate.people, header)
         end = time.monotonic()
         self._note({**_stages_of_detection(computed, found - begin),
                     'wait_for_lifting': begin - computed.end + looked_up - found, **estimate.timing,
-                    'estimate': estimated - looked_up, 'publish': end - estimated,
+                    'estimate': estimated - looked_up, LANDMARK_STAGE: completed - estimated,
+                    'publish': end - completed,
                     'total': end - computed.prepared.received}, header)
 
     def _note(self, stages: Dict[str, float], header: Header) -> None:
@@ -232,17 +254,29 @@ class Extractor:
             self._tf_broadcaster.sendTransform(convert.people_to_transforms(people, header))
         self._health.frame_done(header.stamp)
 
-    def _publish_2d(self, estimate: Estimate, header: Header, bgr: np.ndarray) -> None:
+    def _find_landmarks(self, estimate: Estimate, frame: CameraFrame, image: Header, points: Header
+                        ) -> Optional[Landmarks2D]:
+        """Publish hands and faces of a frame, and return those in the image; None: there are none to be shown."""
+        drawn = self._publisher_2d is not None and self._publisher_2d.draws
+        try:
+            return self._landmarks.find(estimate, frame, (image, points), drawn)
+        except BadInputError as error:  # of the points, with which people were found all the same
+            self._health.warn('no hands and faces', str(error))
+            return None
+
+    def _publish_2d(self, estimate: Estimate, header: Header, bgr: np.ndarray, landmarks: Optional[Landmarks2D]
+                    ) -> None:
         if self._publisher_2d is not None:
-            people, placed = estimate.in_image, len(estimate.people_2d)
+            people = estimate.in_image
             hidden = np.zeros(people.present.shape, bool)
-            hidden[:placed] = estimate.people.status[:placed] == INFERRED
-            self._publisher_2d.publish(people, convert_2d.people_to_messages(people, header), header, bgr,
-                                       hidden=hidden)
+            hidden[:len(estimate.hidden)] = estimate.hidden
+            self._publisher_2d.publish(Drawing(header, bgr, people, hidden, landmarks),
+                                       convert_2d.people_to_messages(people, header))
 
     def reconfigure(self, settings: ExtractorSettings) -> None:
         """Take new parameters; they hold from the next frame on."""
         self._chain.reconfigure(settings.estimator)
+        self._landmarks.reconfigure(settings.landmarks)
         if self._publisher_2d is not None:
             self._publisher_2d.reconfigure(settings.draw, settings.images)
 
@@ -311,7 +345,8 @@ def _make(settings: ExtractorSettings) -> Tuple[Extractor, LiveParameters]:
     health.show(timing.medians)
     demand = Demand(settings.is_lazy, health)
     finder = ServiceFinder(DetectionClient('~skeleton_2d_detector', settings.service))
-    node = Extractor(settings, finder, health, timing, demand)
+    landmarks = LandmarkFinder(create_landmark_detector(settings.landmarks, LiveBackendParams()))
+    node = Extractor(settings, finder, landmarks, health, timing, demand)
     live = LiveParameters(settings, LIVE_PARAMETERS, node.reconfigure)
     introduce(demand.inputs, **node.describe(settings.estimator))
     return node, live

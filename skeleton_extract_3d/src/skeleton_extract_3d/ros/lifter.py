@@ -14,10 +14,11 @@ from openpose_ros_pkg.stream.image_decoding import MOST_MEGAPIXELS, check_pixels
 from skeleton_extract_3d.chain import PeopleChain
 from skeleton_extract_3d.estimator import Estimate
 from skeleton_extract_3d.frame import CameraFrame
+from skeleton_extract_3d.landmarks import Landmarks3D
 from skeleton_extract_3d.node_params import ExtractorParams
 from skeleton_extract_3d.people import People3D
 from skeleton_extract_3d.points.point_grid import PointGrid
-from skeleton_extract_3d.points.transform import Transform, transform_people
+from skeleton_extract_3d.points.transform import Transform, transform_landmarks, transform_people
 from skeleton_extract_3d.ros import convert
 
 PointsMessage = Union[PointCloud2, Image, CompressedImage]
@@ -74,23 +75,17 @@ class Lifter:
         """
         return self._transform_to(self._params.tracking_frame, header)
 
-    def estimate(self, detections: Sequence[PersonDetection], points: PointGrid, header: Header, bgr: np.ndarray,
-                 tracking_from_points: Optional[Transform], floor: Optional[np.ndarray] = None) -> Estimate:
+    def estimate(self, detections: Sequence[PersonDetection], frame: CameraFrame) -> Estimate:
         """Return the people of a frame, in the frame of the points.
 
         Args:
             detections: what the detection service answers.
-            header: of the points.
-            bgr: (H, W, 3) uint8, the image.
-            floor: (4,) see `CameraFrame`; None: not known.
+            frame: see `camera_frame`.
 
         Raises:
             BadInputError: image and points differ in aspect ratio, or the points are in no optical frame.
         """
-        people_2d = convert_2d.people_from_messages(detections, self._chain.skeleton)
-        height, width = bgr.shape[:2]
-        return self._chain.in_space(people_2d, CameraFrame((width, height), points, header.stamp.to_sec(), bgr,
-                                                           tracking_from_points, header.frame_id, floor))
+        return self._chain.in_space(convert_2d.people_from_messages(detections, self._chain.skeleton), frame)
 
     def in_target_frame(self, people: People3D, header: Header) -> Tuple[People3D, Header]:
         """Return the people as they are published, and their header; `header` is that of the points.
@@ -98,12 +93,20 @@ class Lifter:
         Raises:
             NoTransformError: there is no transform to `target_frame`.
         """
-        header = Header(stamp=header.stamp, frame_id=header.frame_id)
+        header, target_from_points = self._target(header)
+        return people if target_from_points is None else transform_people(people, *target_from_points), header
+
+    def landmarks_in_target_frame(self, landmarks: Landmarks3D, header: Header) -> Tuple[Landmarks3D, Header]:
+        """Return hands and faces as they are published; see `in_target_frame`."""
+        header, target_from_points = self._target(header)
+        return (landmarks if target_from_points is None else transform_landmarks(landmarks, *target_from_points),
+                header)
+
+    def _target(self, header: Header) -> Tuple[Header, Optional[Transform]]:
+        """Return the header of what is published, and the transform from the points to its frame; None: the same."""
         target_from_points = self._transform_to(self._params.target_frame, header)
-        if target_from_points is not None:
-            people = transform_people(people, *target_from_points)
-            header.frame_id = self._params.target_frame
-        return people, header
+        frame_id = header.frame_id if target_from_points is None else self._params.target_frame
+        return Header(stamp=header.stamp, frame_id=frame_id), target_from_points
 
     def _transform_to(self, frame: str, header: Header) -> Optional[Transform]:
         """Return rotation and translation from the frame of a message to another one at its stamp.
@@ -113,3 +116,16 @@ class Lifter:
         if frame in ('', header.frame_id):
             return None
         return convert.rotation_and_translation(self._lookup(frame, header.frame_id, header.stamp))
+
+
+def camera_frame(bgr: np.ndarray, points: PointGrid, header: Header, tracking_from_points: Optional[Transform],
+                 floor: Optional[np.ndarray] = None) -> CameraFrame:
+    """Return what a camera gives at one time.
+
+    Args:
+        bgr: (H, W, 3) uint8, the image.
+        header: of the points.
+        tracking_from_points, floor: see `CameraFrame`.
+    """
+    return CameraFrame((bgr.shape[1], bgr.shape[0]), points, header.stamp.to_sec(), bgr, tracking_from_points,
+                       header.frame_id, floor)

@@ -2,6 +2,7 @@
 import rospy
 
 from openpose_ros_pkg.errors import ParameterError
+from openpose_ros_pkg.landmarks.detector import create_landmark_detector
 from openpose_ros_pkg.params.nodes import LIVE_PARAMETERS as LIVE_IN_DETECTION
 from openpose_ros_pkg.ros.demand import Demand
 from openpose_ros_pkg.ros.detection_service import STAGES as DETECTION_STAGES
@@ -12,6 +13,7 @@ from openpose_ros_pkg.ros.node import introduce, run_node
 from openpose_ros_pkg.ros.timing_report import TimingReport
 from skeleton_extract_3d.node_params import LIVE_PARAMETERS, PeopleSettings
 from skeleton_extract_3d.ros.extractor import NAMESPACE, STAGES, Extractor
+from skeleton_extract_3d.ros.landmark_stage import LandmarkFinder
 
 # Service of the detection, as that of openpose_ros_node_3d.
 SERVICE = 'detect_poses_3d'
@@ -34,7 +36,10 @@ class PeopleNode:
         demand = Demand(extraction.is_lazy and not detection.save.active, health)
         requests = TimingReport(DETECTION_STAGES, result='total', topic='~detection/timing')
         self._service = DetectionService(SERVICE, NAMESPACE, detection, health, requests, demand)
-        self._extractor = Extractor(extraction, self._service, health, timing, demand)
+        networks = detection.detector
+        landmarks = create_landmark_detector(extraction.landmarks, networks.backend, networks.detector.model_folder)
+        self._extractor = Extractor(extraction, self._service, LandmarkFinder(landmarks, networks.detector.target_rate),
+                                    health, timing, demand)
         # a thread within a network would end the program with an abort
         rospy.on_shutdown(self._extractor.stop)
         self._live = LiveParameters(settings, {*LIVE_IN_DETECTION, *LIVE_PARAMETERS}, self._reconfigure)

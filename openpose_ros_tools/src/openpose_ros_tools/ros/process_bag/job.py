@@ -8,6 +8,7 @@ from openpose_ros_pkg.detect.detector import Detector, DetectorSettings, create_
 from openpose_ros_pkg.detect.following import FollowingParams
 from openpose_ros_pkg.detect.tracking import TrackingParams
 from openpose_ros_pkg.errors import BadInputError, ParameterError
+from openpose_ros_pkg.landmarks.params import LandmarkParams
 from openpose_ros_pkg.output.keypoint_scale import KeypointScaleParams
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.stream.image_decoding import ImageLimitParams
@@ -29,6 +30,7 @@ class BagSettings:
     detector: DetectorSettings
     tracking: TrackingParams
     following: FollowingParams
+    landmarks: LandmarkParams
     keypoint_scale: KeypointScaleParams
     extractor: ExtractorParams
     estimator: EstimatorSettings

@@ -3,7 +3,7 @@ import json
 import re
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import Any, Dict, Iterator, Optional, TextIO
+from typing import Any, Dict, Iterator, NamedTuple, Optional, TextIO, Union
 
 import genpy
 import numpy as np
@@ -11,9 +11,10 @@ from std_msgs.msg import Header, String
 from tf2_msgs.msg import TFMessage
 
 from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_pkg.landmarks.records import Landmarks2D
 from openpose_ros_pkg.output.files import frame_name, naming
 from openpose_ros_pkg.output.keypoint_scale import KeypointScaleParams, scale_keypoints
-from openpose_ros_pkg.output.openpose_json import JSON_SUFFIX, people_to_json
+from openpose_ros_pkg.output.openpose_json import JSON_SUFFIX, Fields, landmark_fields, people_to_json
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.ros import convert as convert_2d
 from openpose_ros_tools.ros.bag_files import StampedMessage, new_bag, open_bag, undamaged
@@ -22,12 +23,26 @@ from openpose_ros_tools.ros.process_bag.input import Frame
 from openpose_ros_tools.ros.process_bag.job import BagJob, BagSettings
 from openpose_ros_tools.tables.keypoint_csv import KeypointCsvWriter
 from skeleton_extract_3d.estimator import Estimate
+from skeleton_extract_3d.landmarks import Landmarks, Points3D
 from skeleton_extract_3d.people import MISSING, People3D
 from skeleton_extract_3d.ros import convert
 from skeleton_extract_3d.show.markers import LIMB_NAMESPACES, MarkerTracker
 
 # What a bag was made of, so that it is not made again.
 _RECORD = '/openpose_ros/process_bag'
+
+
+class Published(NamedTuple):
+    """People, hands and faces of a frame in the frame of reference in which they are published.
+
+    Attributes:
+        landmarks: in space, and as they are in the image.
+        header: for what is in space.
+    """
+
+    people: People3D
+    landmarks: Landmarks
+    header: Header
 
 
 class Results:
@@ -49,6 +64,7 @@ class Results:
         self._namespace = '/openpose_ros/skeleton_3d' if in_space else '/openpose_ros'
         self._json_folder, self._name, self._in_space = job.json, job.source.stem, in_space
         self._publish_tf, self._scale = settings.extractor.publish_tf, settings.keypoint_scale
+        self._landmarks = settings.landmarks
         self._markers = MarkerTracker(settings.markers) if job.markers else None
         self._stack = ExitStack()
         self._csv = job.csv
@@ -72,22 +88,19 @@ class Results:
         self._bag.write(message.topic, message.raw, genpy.Time(0, message.time), raw=True,
                         connection_header=message.connection)
 
-    def write_2d(self, frame: Frame, number: int, people: People2D) -> None:
-        """Write the people in the image of a frame that has no points."""
+    def write_2d(self, frame: Frame, number: int, people: People2D, landmarks: Landmarks2D) -> None:
+        """Write the people in the image of a frame that has no points, with their hands and faces."""
         self._write_image_people(frame, number, people, self._scale)
-        self._write_json(number, people)
+        self._write_image_landmarks(frame, number, landmarks)
+        self._write_json(number, people, None, landmark_fields(landmarks))
 
     def write_estimate(self, frame: Frame, number: int, estimate: Estimate) -> None:
         """Write the people in the image of a frame that has points: always in pixels, with the ids in space."""
         self._write_image_people(frame, number, estimate.in_image, KeypointScaleParams())
 
-    def write_3d(self, frame: Frame, number: int, estimate: Estimate, people: People3D, header: Header) -> None:
-        """Write the people in space.
-
-        Args:
-            people: those of the estimate in the frame of reference in which they are published.
-            header: for them.
-        """
+    def write_3d(self, frame: Frame, number: int, estimate: Estimate, published: Published) -> None:
+        """Write the people in space, and their hands and faces, also those in the image."""
+        people, landmarks, header = published
         header.seq = number
         array = convert.people_to_array(people, header)
         self._write('detected_poses_3d', array, frame)
@@ -101,7 +114,12 @@ class Results:
                                                header.frame_id):
                 topic = 'visualization_skeleton' if marker.ns in LIMB_NAMESPACES else 'visualization_markers'
                 self._write(topic, convert.marker_to_message(marker, header), frame)
-        self._write_json(number, _with_hidden(estimate.people_2d, people), _in_space(people))
+        self._write_image_landmarks(frame, number, landmarks.in_image)
+        if self._landmarks.hands:
+            self._write('detected_hands_3d', convert.hands_to_array(landmarks.in_space.hands, header), frame)
+        if self._landmarks.face:
+            self._write('detected_faces_3d', convert.faces_to_array(landmarks.in_space.faces, header), frame)
+        self._write_json(number, _with_hidden(estimate.people_2d, people), _in_space(people), _fields(landmarks))
 
     def _write_image_people(self, frame: Frame, number: int, people: People2D, scale: KeypointScaleParams) -> None:
         header = Header(seq=number, stamp=frame.header.stamp, frame_id=frame.header.frame_id)
@@ -116,11 +134,18 @@ class Results:
         if not self._in_space:
             self._write_rows(array)
 
-    def _write_json(self, number: int, people: People2D, in_space: Optional[np.ndarray] = None) -> None:
+    def _write_image_landmarks(self, frame: Frame, number: int, landmarks: Landmarks2D) -> None:
+        header = Header(seq=number, stamp=frame.header.stamp, frame_id=frame.header.frame_id)
+        if self._landmarks.hands:
+            self._write('detected_hands', convert_2d.hands_to_array(landmarks.hands, header), frame)
+        if self._landmarks.face:
+            self._write('detected_faces', convert_2d.faces_to_array(landmarks.faces, header), frame)
+
+    def _write_json(self, number: int, people: People2D, in_space: Optional[np.ndarray], fields: Fields) -> None:
         if self._json_folder is not None:
             path = self._json_folder / (frame_name(self._name, number) + JSON_SUFFIX)
             with naming(path):
-                path.write_text(people_to_json(people, in_space))
+                path.write_text(people_to_json(people, in_space, fields))
 
     def _write_rows(self, array: genpy.Message) -> None:
         if self._csv is not None:
@@ -167,7 +192,18 @@ def _with_hidden(people_2d: People2D, people: People3D) -> People2D:
                     np.concatenate([people_2d.scores, np.zeros(hidden, np.float32)]), people.ids)
 
 
-def _in_space(people: People3D) -> np.ndarray:
+def _fields(landmarks: Landmarks) -> Fields:
+    """Return the points of hands and faces, in the image and in space, as `people_to_json` takes them."""
+    fields = landmark_fields(landmarks.in_image)
+    hands, faces = landmarks.in_space.hands, landmarks.in_space.faces
+    for person, left, points in zip(hands.people.tolist(), hands.left.tolist(), _in_space(hands.points)):
+        fields.setdefault(person, {})[f'hand_{"left" if left else "right"}_keypoints_3d'] = points
+    for person, points in zip(faces.people.tolist(), _in_space(faces.points)):
+        fields.setdefault(person, {})['face_keypoints_3d'] = points
+    return fields
+
+
+def _in_space(people: Union[People3D, Points3D]) -> np.ndarray:
     """Return x, y, z [m] and score of all joints, (P, K, 4) float32; 0 where MISSING."""
     values = np.concatenate([people.xyz, people.confidence[..., np.newaxis]], axis=2)
     return np.where((people.status != MISSING)[..., np.newaxis], values, np.float32(0))

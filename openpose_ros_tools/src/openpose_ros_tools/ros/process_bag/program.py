@@ -19,6 +19,9 @@ its bag again. Bags that are done are skipped when the command is given again wi
     rosrun openpose_ros_tools process_bag recordings/ -o people/ --csv tables/ --workers 4
     rosrun openpose_ros_tools process_bag /data/recordings -o /data/people --scheduler tcp://192.168.1.10:8786
 
+With --set hands=true and --set face=true there are detected_hands, detected_faces, and in space detected_hands_3d and
+detected_faces_3d; `keypoints_to_csv --hands` and `--faces` make tables of them.
+
 JSON files have OpenPose's layout; pose_keypoints_3d are x, y, z [m] and score of each joint, 0 where MISSING. The score
 is that of the joint in the image: 0 for a joint that is INFERRED without one.
 

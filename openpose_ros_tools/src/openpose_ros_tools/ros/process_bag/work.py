@@ -12,7 +12,8 @@ import genpy
 
 from openpose_ros_pkg.detect.depth import DepthView
 from openpose_ros_pkg.detect.stream_detector import StreamDetector
-from openpose_ros_pkg.errors import BadInputError, NoTransformError
+from openpose_ros_pkg.errors import BadInputError, ModelError, NoTransformError
+from openpose_ros_pkg.landmarks.detector import create_landmark_detector
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.ros import convert
 from openpose_ros_pkg.throttle import Throttle
@@ -22,11 +23,11 @@ from openpose_ros_tools.parallel.threads import prefetched
 from openpose_ros_tools.ros.bag_files import StampedMessage, open_bag
 from openpose_ros_tools.ros.process_bag.input import Frame, Recording, Transforms, copied_topics, find_topics
 from openpose_ros_tools.ros.process_bag.job import BagJob, BagReport, BagSettings, Topics, build_settings
-from openpose_ros_tools.ros.process_bag.output import Results, is_json_of
+from openpose_ros_tools.ros.process_bag.output import Published, Results, is_json_of
 from skeleton_extract_3d.chain import PeopleChain
 from skeleton_extract_3d.points.depth_view import depth_view
 from skeleton_extract_3d.points.point_grid import PointGrid
-from skeleton_extract_3d.ros.lifter import Lifter
+from skeleton_extract_3d.ros.lifter import Lifter, camera_frame
 
 _log = logging.getLogger(__name__)
 
@@ -78,11 +79,14 @@ def process(job: BagJob, on_frame: Callable[[int, int], None] = lambda done, tot
 def _finders(job: BagJob, settings: BagSettings, stack: ExitStack) -> Tuple[Optional[DetectorPool], PeopleChain]:
     """Return what finds people in several images at a time; None where the chain follows them, one image at a time."""
     detector = with_threads(settings.detector, job.threads)
+    landmarks = create_landmark_detector(settings.landmarks, detector.backend, detector.detector.model_folder)
+    if landmarks.missing:
+        raise ModelError(landmarks.faults)
     if settings.following.wanted(detector.detector):
         stream = StreamDetector(job.create(detector), settings.tracking, settings.following)
-        return None, PeopleChain(stream.skeleton, settings.estimator, stream=stream)
+        return None, PeopleChain(stream.skeleton, settings.estimator, stream=stream, landmarks=landmarks)
     pool = stack.enter_context(DetectorPool(job.jobs, detector, job.create))
-    return pool, PeopleChain(pool.skeleton, settings.estimator, settings.tracking)
+    return pool, PeopleChain(pool.skeleton, settings.estimator, settings.tracking, landmarks=landmarks)
 
 
 def _lifter(source: Path, settings: BagSettings, topics: Topics, chain: PeopleChain,
@@ -141,7 +145,9 @@ class _Frames:
             if self._lifter is not None and frame.points is not None:
                 count = self._lift(self._lifter, frame, frame.points, number, people)
             else:
-                self._results.write_2d(frame, number, people)
+                header = frame.header
+                landmarks = self._chain.landmarks_in_image(frame.bgr, people, header.frame_id, header.stamp.to_sec())
+                self._results.write_2d(frame, number, people, landmarks)
                 count = len(people)
         except BadInputError as error:
             self._drop('they can not be used', error, number)
@@ -164,15 +170,19 @@ class _Frames:
             self._transforms.read_until(frame.time)
         # through messages, as the service answers
         detections = convert.people_to_messages(people_2d, frame.header)
-        estimate = lifter.estimate(detections, points, frame.points_header, frame.bgr,
-                                   lifter.tracking_from_points(frame.points_header))
+        camera = camera_frame(frame.bgr, points, frame.points_header,
+                              lifter.tracking_from_points(frame.points_header))
+        estimate = lifter.estimate(detections, camera)
+        landmarks = self._chain.landmarks(frame.bgr, estimate, camera)
         for doubt in estimate.doubts:
             self.report.doubts[doubt.event] += 1
             if self._throttle.is_due(doubt.event):
                 _log.warning('frame %d: %s: %s', number, doubt.event, doubt.text)
         self._results.write_estimate(frame, number, estimate)
         people, header = lifter.in_target_frame(estimate.people, frame.points_header)
-        self._results.write_3d(frame, number, estimate, people, header)
+        in_space, _ = lifter.landmarks_in_target_frame(landmarks.in_space, frame.points_header)
+        landmarks = landmarks._replace(in_space=in_space)
+        self._results.write_3d(frame, number, estimate, Published(people, landmarks, header))
         return len(people)
 
     def _drop(self, reason: str, error: Exception, number: int) -> None:
