@@ -89,6 +89,39 @@ def test_a_hand_far_from_the_wrist_of_the_person_is_not_theirs():
     assert len(lifted(hand(1.0), wall(2.0), with_wrist(1.0, person=2))) == 1  # somebody else's wrist
 
 
+def two_hands(depth, gap):
+    """Return the points of a left hand whose surface is seen, and of the right one behind it by a gap [m]."""
+    front, back = hand(depth), hand(depth, middle=(0.103, 0.05), left=False)
+    both = Hands2D(np.concatenate([front.keypoints, back.keypoints]), [0.9, 0.9], [1, 1], [True, False])
+    xyz, status = np.full((1, 18, 3), np.nan), np.zeros((1, 18))
+    for side, z in (('left', depth), ('right', depth + gap)):
+        xyz[0, COCO_18.index[f'{side}_wrist']], status[0, COCO_18.index[f'{side}_wrist']] = (0.1, 0.05, z), MEASURED
+    people = People3D(COCO_18, xyz, np.ones((1, 18)), status, np.full((1, 18), 0.03), [1])
+    return lifted(both, wall(depth), people).points
+
+
+def test_points_behind_another_hand_are_inferred_between_its_surface_and_the_own_wrist():
+    points = two_hands(1.0, gap=0.1)
+    assert (points.status[0] == MEASURED).all() and (points.status[1] == INFERRED).all()
+    assert points.xyz[1, 8, 2] == pytest.approx(1.06 + FLESH[4], abs=1e-3)  # of 1.02 and 1.10
+
+
+def test_of_two_hands_at_one_depth_none_is_behind_the_other():
+    assert (two_hands(1.0, gap=0.01).status == MEASURED).all()
+
+
+@pytest.mark.parametrize('left, shows_back', [(True, False), (False, True)])
+def test_the_end_of_a_finger_folded_behind_the_own_hand_is_inferred_behind_it(left, shows_back):
+    # thumb at the left of the image: the palm of a left hand, the back of a right one
+    hands = hand(1.0, left=left)
+    keypoints = hands.keypoints.copy()
+    keypoints[0, 8, :2] = keypoints[0, [0, 5], :2].mean(axis=0)  # tip of the index finger on the palm
+    points = lifted(Hands2D(keypoints, hands.scores, hands.people, hands.left), wall(1.0)).points
+    assert (points.status[0, 8] == INFERRED) == shows_back and (np.delete(points.status[0], 8) == MEASURED).all()
+    behind = 2 * METHOD.landmarks.half_finger if shows_back else 0.0
+    assert points.xyz[0, 8, 2] == pytest.approx(1.0 + behind + FLESH[4], abs=1e-3)
+
+
 def test_points_that_the_image_does_not_have_are_missing():
     hands = hand(1.0)
     keypoints = hands.keypoints.copy()

@@ -228,6 +228,12 @@ class LandmarkConstants:
                                  unit='m')
     wrist_depth: float = constant(0.25, "A hand further from the depth of the person's measured wrist is not theirs.",
                                   unit='m')
+    half_finger: float = constant(0.01, 'Half the thickness of a finger: points nearer to a bone before them are '
+                                        'hidden.', unit='m')
+    in_front: float = constant(0.02, 'A hand whose wrist is nearer by more is in front of another; the hidden one is '
+                                     'this far behind the surface.', unit='m')
+    back: float = constant(0.25, 'A hand shows its back where the area between the knuckles of index and little finger '
+                                 'is larger than this, per square of the distance from the wrist to the middle one.')
     face_depth: float = constant(0.04, 'Points of a face further from where its mesh has them belong '
                                        'to something else.', unit='m')
     measured_sigma: float = constant(0.018, 'Error of a measured point.', unit='m')

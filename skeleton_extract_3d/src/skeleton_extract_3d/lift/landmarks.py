@@ -2,7 +2,8 @@
 
 A point is measured where the surface round it lies at the depth of its hand or face. Others are inferred: of a hand at
 the depth of the nearest measured point of the finger, of a face by the depth that the network tells relative to the
-measured ones.
+measured ones. Points of a hand behind another hand, and tips of fingers that are folded behind their own hand, lie
+behind the surface that is seen there, and are inferred too.
 """
 from typing import NamedTuple, Tuple
 
@@ -23,6 +24,9 @@ _LANDMARKS = METHOD.landmarks
 _FLESH = np.array(_LANDMARKS.flesh)[[0, 1, 2, 4, 4, *(4 * [3, 4, 4, 4])]]
 # Points from which the depth of a hidden point of a hand is taken: the next ones of its finger, (5, 4).
 _FINGER = np.arange(1, HAND_POINTS).reshape(5, 4)
+# Ends of the bones of a hand and of the lines across its palm, (2, 23).
+_BONES = np.array([(0, 1), *((base, base + 1) for base in range(1, 20) if base % 4), (0, 5), (0, 9), (0, 13), (0, 17),
+                   (5, 9), (9, 13), (13, 17)]).T
 
 
 class _Seen(NamedTuple):
@@ -66,26 +70,69 @@ def _lift_hands(hands: Hands2D, points: PointGrid, image_size: Tuple[int, int], 
         return Hands3D.empty()
     seen = _look(hands.keypoints, points, image_size, camera)
     middle = _median(seen.depth)
-    own = _is_own(hands, middle, people)
+    wrists = _wrist_depths(hands, people)
+    own = ~(np.abs(middle - wrists) > _LANDMARKS.wrist_depth)
     with np.errstate(invalid='ignore'):
         near = np.abs(seen.depth - middle[:, np.newaxis]) <= _LANDMARKS.hand_depth
-    measured = near & own[:, np.newaxis]
+    behind = _behind(hands, seen, _first(wrists, middle))
+    measured = near & own[:, np.newaxis] & np.isnan(behind)
     depth = np.where(measured, seen.depth, np.nan)
-    filled = _filled(depth, np.where(own, _median(depth), np.nan))
+    filled = _first(np.where(near & own[:, np.newaxis], behind, np.nan),
+                    _filled(depth, np.where(own, _median(depth), np.nan)))
     kept = np.isfinite(filled).any(axis=1)
     lifted = _placed(seen, np.where(measured, depth, filled) + _FLESH, measured, hands.keypoints[..., 2])
     return Hands3D(_select(lifted, kept), hands.scores[kept], hands.people[kept], hands.left[kept])
 
 
-def _is_own(hands: Hands2D, depth: np.ndarray, people: People3D) -> np.ndarray:
-    """Return which hands are near the wrist of their person, (H,) bool, by their depth; True where it is not known."""
+def _wrist_depths(hands: Hands2D, people: People3D) -> np.ndarray:
+    """Return the depths of the measured wrists of the people whose hands they are, (H,) [m]; NaN where not known."""
     index = people.skeleton.index
-    own = np.ones(len(hands), bool)
+    depths = np.full(len(hands), np.nan)
     for hand, (person, left) in enumerate(zip(hands.people.tolist(), hands.left.tolist())):
         row, wrist = np.flatnonzero(people.ids == person), index.get('left_wrist' if left else 'right_wrist')
         if len(row) and wrist is not None and people.status[row[0], wrist] == MEASURED:
-            own[hand] = not abs(depth[hand] - people.xyz[row[0], wrist, 2]) > _LANDMARKS.wrist_depth
-    return own
+            depths[hand] = people.xyz[row[0], wrist, 2]
+    return depths
+
+
+def _behind(hands: Hands2D, seen: _Seen, wrists: np.ndarray) -> np.ndarray:
+    """Return the depth of points that are behind the surface at their pixel, (H, 21) [m]; NaN of all others.
+
+    A point on the bones of a hand whose wrist is nearer is behind that hand, between its surface and the own wrist. Of
+    a hand that shows its back, the ends of fingers on their own first bones are behind these.
+
+    Args:
+        wrists: (H,) depth of the wrists, or of the hands [m].
+    """
+    xy = hands.keypoints[..., :2].astype(np.float64)
+    behind = np.full(xy.shape[:2], np.nan)
+    with np.errstate(invalid='ignore'):
+        near = _LANDMARKS.half_finger * seen.focal / wrists  # [px]
+        for hand, front in np.argwhere(wrists[:, np.newaxis] - wrists > _LANDMARKS.in_front):
+            covered = _distances(xy[hand], *xy[front, _BONES]).min(axis=1) < near[hand]
+            surface = seen.depth[hand] + _LANDMARKS.in_front
+            behind[hand, covered] = ((surface + np.maximum(surface, wrists[hand])) / 2)[covered]
+        for hand in np.flatnonzero(_shows_back(xy, hands.left)):
+            for base, middle, *ends in _FINGER[1:]:
+                bones = xy[hand, [0, base]], xy[hand, [base, middle]]
+                folded = _distances(xy[hand, ends], *bones).min(axis=1) < near[hand]
+                fold = np.array(ends)[folded & np.isnan(behind[hand, ends])]
+                behind[hand, fold] = seen.depth[hand, fold] + 2 * _LANDMARKS.half_finger
+    return behind
+
+
+def _shows_back(xy: np.ndarray, left: np.ndarray) -> np.ndarray:
+    """Return which hands (H, 21, 2) [px] show their back: the knuckles run the other way than those of a palm, (H,)."""
+    index, middle, little = (xy[:, knuckle] - xy[:, 0] for knuckle in (5, 9, 17))
+    turn = index[:, 0] * little[:, 1] - index[:, 1] * little[:, 0]
+    return np.asarray(np.where(left, -turn, turn) > _LANDMARKS.back * (middle ** 2).sum(axis=1))
+
+
+def _distances(points: np.ndarray, starts: np.ndarray, ends: np.ndarray) -> np.ndarray:
+    """Return how far points (K, 2) are from lines between starts and ends (B, 2), (K, B)."""
+    along, to = ends - starts, points[:, np.newaxis] - starts
+    share = (to * along).sum(axis=2) / np.maximum((along ** 2).sum(axis=1), 1e-9)
+    return np.asarray(np.linalg.norm(to - np.clip(share, 0, 1)[..., np.newaxis] * along, axis=2))
 
 
 def _filled(depth: np.ndarray, middle: np.ndarray) -> np.ndarray:
