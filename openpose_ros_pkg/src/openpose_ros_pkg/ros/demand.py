@@ -1,7 +1,7 @@
 """Read the inputs of a node only while its results are wanted."""
 import threading
 import time
-from typing import Any, List, Optional, Sequence, Type
+from typing import Any, List, Mapping, Optional, Sequence, Type
 
 import rospy
 from std_srvs.srv import SetBool, SetBoolRequest, SetBoolResponse
@@ -11,6 +11,9 @@ from openpose_ros_pkg.ros.images import InputSubscriber
 
 # rospy tells of a lost connection within half a second, but may do so before it has removed it: look again [s].
 _LOOK_PERIOD = 1.0
+
+# Topics that need an input.
+Needs = Mapping[InputSubscriber, Sequence[rospy.Publisher]]
 
 
 class Demand(rospy.SubscribeListener):
@@ -34,6 +37,7 @@ class Demand(rospy.SubscribeListener):
         self.enabled = True
         self._publishers: List[rospy.Publisher] = []
         self.inputs: Sequence[InputSubscriber] = ()
+        self._only_for: Needs = {}
         self._since: Optional[float] = None
         self._health = health
         self._lock = threading.Lock()
@@ -48,9 +52,13 @@ class Demand(rospy.SubscribeListener):
         self._publishers.append(publisher)
         return publisher
 
-    def read(self, *inputs: InputSubscriber) -> None:
-        """Subscribe to the inputs whenever results are wanted; to be called once, after all publishers were made."""
-        self.inputs = inputs
+    def read(self, *inputs: InputSubscriber, only_for: Optional[Needs] = None) -> None:
+        """Subscribe to the inputs whenever results are wanted; to be called once, after all publishers were made.
+
+        Args:
+            only_for: topics without which one of the inputs is not needed.
+        """
+        self.inputs, self._only_for = inputs, only_for or {}
         for source in inputs:
             source.on_error = self._health.frame_failed
         self._health.show(lambda: {f'lost before this node, {source.resolved_name}': str(source.lost)
@@ -101,13 +109,16 @@ class Demand(rospy.SubscribeListener):
     def _update(self) -> None:
         with self._lock:
             wanted = self._is_wanted()
-            if not self.inputs or wanted == (self._since is not None) or rospy.is_shutdown():
+            if not self.inputs or rospy.is_shutdown():
                 return
             for source in self.inputs:
-                if wanted:
+                needed = wanted and (source not in self._only_for or self.is_wanted(*self._only_for[source]))
+                if needed and not source.subscribed:
                     source.subscribe()
-                else:
+                elif source.subscribed and not needed:
                     source.unsubscribe()
+            if wanted == (self._since is not None):
+                return
             self._since = time.monotonic() if wanted else None
         self._log()
 

@@ -41,6 +41,11 @@ class InputSubscriber(message_filters.SimpleFilter):
         self._subscriber = message_filters.Subscriber(self.resolved_name, self._message_type, queue_size=1)
         self._subscriber.registerCallback(self._receive)
 
+    @property
+    def subscribed(self) -> bool:
+        """Whether messages may come."""
+        return self._subscriber is not None
+
     def unsubscribe(self) -> None:
         """Let no message come, and let the publisher know, until `subscribe` is called."""
         if self._subscriber is not None:

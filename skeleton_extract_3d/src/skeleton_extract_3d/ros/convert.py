@@ -35,7 +35,8 @@ from skeleton_extract_3d.show.markers import MarkerSpec
 _DATATYPES = {PointField.INT8: 'int8', PointField.UINT8: 'uint8', PointField.INT16: 'int16',
               PointField.UINT16: 'uint16', PointField.INT32: 'int32', PointField.UINT32: 'uint32',
               PointField.FLOAT32: 'float32', PointField.FLOAT64: 'float64'}
-_MARKER_TYPES = {'sphere_list': Marker.SPHERE_LIST, 'line_list': Marker.LINE_LIST, 'text': Marker.TEXT_VIEW_FACING}
+_MARKER_TYPES = {'sphere_list': Marker.SPHERE_LIST, 'line_list': Marker.LINE_LIST, 'arrow': Marker.ARROW,
+                 'text': Marker.TEXT_VIEW_FACING}
 _MARKER_ACTIONS = {'add': Marker.ADD, 'delete': Marker.DELETE}
 _MISSING_PART = BodypartDetection_3d(x=np.nan, y=np.nan, z=np.nan, confidence=0.0, status=MISSING, sigma=np.nan)
 _UNKNOWN_VELOCITY = Vector3(np.nan, np.nan, np.nan)
@@ -258,6 +259,8 @@ def marker_to_message(marker: MarkerSpec, header: Header) -> Marker:
                      color=ColorRGBA(red, green, blue, alpha), scale=Vector3(*([marker.scale] * 3)),
                      points=[Point(*point) for point in marker.points.tolist()])
     message.pose.orientation.w = 1.0
+    if marker.kind == 'arrow':
+        message.scale.y, message.scale.z = 2 * marker.scale, 3 * marker.scale  # width and length of the head
     if marker.kind == 'text' and message.points:
         # RViz puts a text at the pose and looks at no points
         message.pose.position, message.points = message.points[0], []

@@ -61,6 +61,10 @@ class MarkerParams(Parameters):
         0.0, "Show each person's path over this time in the person's own colour: the path of the point midway between "
              'the hips or, without hips, the shoulders. 0: off.', unit='s', minimum=0.0, maximum=60.0)
     trail_scale: float = parameter(0.02, 'Width of the trails.', unit='m', minimum=0.001, maximum=1.0)
+    hand_scale: float = parameter(0.006, 'Width of the fingers and of the lines of faces.', unit='m', minimum=0.001,
+                                  maximum=1.0)
+    head_arrow: float = parameter(
+        0.25, 'Length of the arrow that shows where a head is directed. 0: none.', unit='m', minimum=0.0, maximum=5.0)
     lifetime: float = parameter(
         0.15, 'Markers vanish when no frame has come for this long. At a low frame rate it grows to three frame '
               'periods, so that they do not flicker.', unit='s', minimum=0.01, maximum=60.0)
@@ -79,9 +83,9 @@ class MarkerSpec:
     Attributes:
         ns, id: identify the marker in RViz; id is the person's, in ns 'sigma' 16 x the person's + index of the size.
         action: 'add' or 'delete'; a delete needs only ns and id.
-        kind: 'sphere_list', 'line_list' or 'text'.
-        points: (N, 3) float32 [m], all finite; two per line; a text has one, its position.
-        scale: diameter of spheres, width of lines or height of letters [m].
+        kind: 'sphere_list', 'line_list', 'arrow' or 'text'.
+        points: (N, 3) float32 [m], all finite; two per line; an arrow has its start and tip, a text its position.
+        scale: diameter of spheres, width of lines and of the shaft of arrows, or height of letters [m].
         rgba: each 0 .. 1.
         text: what a text says.
         lifetime: [s].
@@ -105,7 +109,7 @@ class MarkerTracker:
         self._params = params
         self._lifetime = MarkerLifetime()
         self._trails = Trails()
-        self._shown: Set[Tuple[str, int]] = set()
+        self._shown = ShownMarkers()
 
     def reconfigure(self, params: MarkerParams) -> None:
         """Use other parameters from the next frame on."""
@@ -122,6 +126,17 @@ class MarkerTracker:
         lifetime = self._lifetime.update(stamp, params.lifetime)
         added = people_markers(people, params, lifetime)
         added += trail_markers(self._trails.update(people, stamp, frame_id, params.trail_seconds), params, lifetime)
+        return self._shown.replaced(added)
+
+
+class ShownMarkers:
+    """Remembers which markers are shown, to delete those that are no more."""
+
+    def __init__(self) -> None:
+        self._shown: Set[Tuple[str, int]] = set()
+
+    def replaced(self, added: List[MarkerSpec]) -> List[MarkerSpec]:
+        """Return what to publish for a frame: first the deletes, then what is shown now."""
         shown = {(marker.ns, marker.id) for marker in added}
         deleted = [MarkerSpec(ns, number) for ns, number in sorted(self._shown - shown)]
         self._shown = shown
@@ -194,7 +209,7 @@ class _PersonMarkers:
         status, ends = self._status[limbs], self._xyz[limbs]
         measured = (status == MEASURED).all(axis=1)
         inferred = (status != MISSING).all(axis=1) & ~measured
-        dashes = _dashed(ends[inferred], self._params.dash_length)
+        dashes = dashed(ends[inferred], self._params.dash_length)
         return [self._marker(ns, 'line_list', points, self._params.skeleton_scale, colour)
                 for ns, points, colour in (('skeleton', ends[measured].reshape(-1, 3), 'skeleton_colour'),
                                            ('skeleton_inferred', dashes, 'skeleton_inferred_colour'))]
@@ -235,15 +250,19 @@ class _PersonMarkers:
         return MarkerSpec(ns, self._id, 'add', kind, points, scale, self._rgba(colour), lifetime=self._lifetime)
 
     def _rgba(self, name: str) -> Rgba:
-        """Return the colour of a parameter; with colour_by_person the person's, half white where INFERRED."""
-        red, green, blue, opacity = _rgba(name, getattr(self._params, name))
-        if self._params.colour_by_person:
-            white = 0.5 if 'inferred' in name else 0.0
-            red, green, blue = (white + (1 - white) * value for value in _person_rgb(self._id))
-        return red, green, blue, opacity
+        return marker_colour(self._params, name, self._id)
 
 
-def _dashed(limbs: np.ndarray, dash: float) -> np.ndarray:
+def marker_colour(params: MarkerParams, name: str, person: int) -> Rgba:
+    """Return the colour of a parameter; with colour_by_person that of a person, half white where INFERRED."""
+    red, green, blue, opacity = _rgba(name, getattr(params, name))
+    if params.colour_by_person:
+        white = 0.5 if 'inferred' in name else 0.0
+        red, green, blue = (white + (1 - white) * value for value in _person_rgb(person))
+    return red, green, blue, opacity
+
+
+def dashed(limbs: np.ndarray, dash: float) -> np.ndarray:
     """Return lines as dashes and gaps of one length, near `dash` [m]; each line begins and ends with a dash.
 
     Args:
