@@ -4,17 +4,22 @@ import struct
 import cv2
 import numpy as np
 import pytest
-from openpose_ros_msgs.msg import BodypartDetection, PersonDetection
+from openpose_ros_msgs.msg import BodypartDetection, HandDetection, HandDetectionArray, PersonDetection
 from sensor_msgs.msg import CompressedImage, Image
 from std_msgs.msg import Header
 
 from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_pkg.landmarks.records import FACE_POINTS, HAND_POINTS, MESH_POINTS, Faces2D, Hands2D
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.ros.convert import (
     any_image_to_bgr,
     bgr_to_image,
     compressed_depth_to_image,
     compressed_image_to_bgr,
+    faces_from_array,
+    faces_to_array,
+    hands_from_array,
+    hands_to_array,
     image_rows,
     image_to_bgr,
     image_to_pixels,
@@ -440,3 +445,41 @@ def test_compressed_depth_in_metres_is_that_of_its_inverse():
 def test_compressed_depth_that_is_none_is_refused(bad):
     with pytest.raises(BadInputError, match='can not be decoded; expected 16UC1'):
         compressed_depth_to_image(bad)
+
+
+def landmarks(number, points):
+    """(number, points, 3) keypoints that differ from each other; the last point of the last one is missing."""
+    keypoints = np.arange(number * points * 3, dtype=np.float32).reshape(number, points, 3)
+    keypoints[..., 2] = np.linspace(0.1, 0.9, points)
+    keypoints[-1, -1] = (np.nan, np.nan, 0)
+    return keypoints
+
+
+def test_hands_go_into_a_message_and_come_back():
+    hands = Hands2D(landmarks(2, HAND_POINTS), np.array([0.5, 0.75]), np.array([3, 7]), np.array([True, False]))
+    array = hands_to_array(hands, Header(frame_id='camera'))
+    assert [(hand.person_ID, hand.side, hand.header.frame_id) for hand in array.hands] == [
+        (3, HandDetection.LEFT, 'camera'), (7, HandDetection.RIGHT, 'camera')]
+    missing = array.hands[1].keypoints[-1]
+    assert (missing.x, missing.y, missing.confidence) == (0, 0, 0)
+    back = hands_from_array(array)
+    for name in ('keypoints', 'scores', 'people', 'left'):
+        np.testing.assert_array_equal(getattr(back, name), getattr(hands, name))
+
+
+def test_faces_go_into_a_message_and_come_back_without_their_mesh():
+    faces = Faces2D(landmarks(2, FACE_POINTS), np.ones((2, MESH_POINTS, 3)), np.array([0.5, 0.75]), np.array([3, 7]))
+    back = faces_from_array(faces_to_array(faces, Header()))
+    for name in ('keypoints', 'scores', 'people'):
+        np.testing.assert_array_equal(getattr(back, name), getattr(faces, name))
+    assert np.isnan(back.mesh).all()
+
+
+def test_no_hand_and_no_face_come_back_as_none():
+    assert len(hands_from_array(hands_to_array(Hands2D.empty(), Header()))) == 0
+    assert len(faces_from_array(faces_to_array(Faces2D.empty(), Header()))) == 0
+
+
+def test_a_hand_without_a_side_is_refused():
+    with pytest.raises(BadInputError, match='side of a hand is 3'):
+        hands_from_array(HandDetectionArray(hands=[HandDetection(side=3)]))

@@ -3,13 +3,21 @@ from io import BytesIO
 
 import numpy as np
 import pytest
-from openpose_ros_msgs.msg import BodypartDetection_3d, PersonDetection_3d, PersonDetection_3dArray
+from openpose_ros_msgs.msg import (
+    BodypartDetection_3d,
+    HandDetection_3d,
+    HandDetection_3dArray,
+    PersonDetection_3d,
+    PersonDetection_3dArray,
+)
 from sensor_msgs.msg import CameraInfo, PointCloud2, PointField
 from std_msgs.msg import Header
 from visualization_msgs.msg import Marker
 
 from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_pkg.landmarks.records import FACE_POINTS, HAND_POINTS
 from openpose_ros_pkg.skeletons import COCO_18, SKELETONS
+from skeleton_extract_3d.landmarks import Faces3D, Hands3D, Points3D
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.depth import XYZRGB, cloud_from_depth
@@ -328,3 +336,53 @@ def test_the_quaternion_of_a_quarter_turn():
     matrix = np.array([[0, -1, 0, 0], [1, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1.0]])
     rotation = convert.transform_from_matrix(matrix, HEADER, 'camera').transform.rotation
     np.testing.assert_allclose([rotation.x, rotation.y, rotation.z, rotation.w], [0, 0, 0.5 ** 0.5, 0.5 ** 0.5])
+
+
+def two_of(points):
+    """Points of two hands or faces: the first MEASURED, the second INFERRED but for its last, which is MISSING."""
+    xyz = np.arange(2 * points * 3, dtype=np.float32).reshape(2, points, 3)
+    status = np.repeat([[MEASURED], [INFERRED]], points, axis=1)
+    sigma, confidence = np.full((2, points), 0.125, np.float32), np.full((2, points), 0.5, np.float32)
+    xyz[1, -1], status[1, -1], sigma[1, -1], confidence[1, -1] = np.nan, MISSING, np.nan, 0
+    return Points3D(xyz, confidence, status, sigma)
+
+
+def assert_same(one, other, *names):
+    for name in ('xyz', 'confidence', 'status', 'sigma'):
+        np.testing.assert_array_equal(getattr(one.points, name), getattr(other.points, name))
+    for name in names:
+        np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
+
+
+def test_hands_go_into_a_message_and_come_back():
+    hands = Hands3D(two_of(HAND_POINTS), np.array([0.5, 0.75], np.float32), np.array([3, 7]), np.array([True, False]))
+    array = sent(convert.hands_to_array(hands, HEADER))
+    assert [(hand.person_ID, hand.side, hand.header.frame_id) for hand in array.hands] == [
+        (3, HandDetection_3d.LEFT, 'camera'), (7, HandDetection_3d.RIGHT, 'camera')]
+    assert_same(convert.hands_from_array(array), hands, 'scores', 'people', 'left')
+
+
+def test_faces_go_into_a_message_and_come_back_with_the_direction_of_the_head():
+    turns = np.array([[0.5, -0.5, 0.5, 0.5], [np.nan] * 4], np.float32)  # the second is not known
+    faces = Faces3D(two_of(FACE_POINTS), np.array([0.5, 0.75], np.float32), np.array([3, 7]), turns,
+                    np.array([0.25, np.nan], np.float32))
+    array = sent(convert.faces_to_array(faces, HEADER))
+    first = array.faces[0].orientation
+    assert (first.x, first.y, first.z, first.w) == (0.5, -0.5, 0.5, 0.5)
+    assert_same(convert.faces_from_array(array), faces, 'scores', 'people', 'orientations', 'orientation_sigma')
+
+
+def test_no_hand_and_no_face_come_back_as_none():
+    assert len(convert.hands_from_array(convert.hands_to_array(Hands3D.empty(), HEADER))) == 0
+    assert len(convert.faces_from_array(convert.faces_to_array(Faces3D.empty(), HEADER))) == 0
+
+
+@pytest.mark.parametrize('change, match', [
+    ({'side': 0}, 'side of a hand is 0'), ({'status': 3}, 'status of a point is 3'),
+    ({'status': MISSING}, 'status must be MISSING exactly'),
+])
+def test_a_bad_hand_is_refused(change, match):
+    part = BodypartDetection_3d(1, 2, 3, 0.5, change.get('status', MEASURED), 0.125)
+    hand = HandDetection_3d(side=change.get('side', HandDetection_3d.LEFT), keypoints=[part] * HAND_POINTS)
+    with pytest.raises(BadInputError, match=match):
+        convert.hands_from_array(HandDetection_3dArray(hands=[hand]))
