@@ -10,7 +10,7 @@ from openpose_ros_msgs.msg import PersonDetection_3d, PersonDetection_3dArray
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2
 from std_msgs.msg import Header
 
-from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_pkg.errors import BadInputError, NoTransformError
 from openpose_ros_pkg.landmarks.detector import create_landmark_detector
 from openpose_ros_pkg.landmarks.records import Landmarks2D
 from openpose_ros_pkg.networks.backends import LiveBackendParams
@@ -260,8 +260,10 @@ class Extractor:
         drawn = self._publisher_2d is not None and self._publisher_2d.draws
         try:
             return self._landmarks.find(estimate, frame, (image, points), drawn)
-        except BadInputError as error:  # of the points, with which people were found all the same
-            self._health.warn('no hands and faces', str(error))
+        except NoTransformError:  # publishing the people says so
+            return None
+        except Exception as error:  # people are published whatever becomes of hands and faces
+            self._health.warn('no hands and faces', str(error) if isinstance(error, BadInputError) else repr(error))
             return None
 
     def _publish_2d(self, estimate: Estimate, header: Header, bgr: np.ndarray, landmarks: Optional[Landmarks2D]
