@@ -6,6 +6,8 @@ import numpy as np
 
 # Points of a hand in the order of OpenPose: wrist, then thumb, index, middle, ring and little finger from base to tip.
 HAND_POINTS = 21
+HAND_POINT_NAMES = ('wrist', *(f'{finger}_{number}' for finger in ('thumb', 'index', 'middle', 'ring', 'little')
+                               for number in range(1, 5)))
 # Points of a face in the order of OpenPose: the 68 of iBUG, then the right and the left pupil.
 FACE_POINTS = 70
 # Points of the mesh of MediaPipe's face network.

@@ -29,6 +29,8 @@ RESULTS_QUEUE = 100
 PERSONS_QUEUE = 20 * RESULTS_QUEUE
 # Stage of the timing report that a drawing takes.
 DRAW_STAGE = 'draw'
+# A longer time between images is a gap [s].
+_LONGEST_INTERVAL = 1.0
 # Stage that hands and faces take.
 LANDMARK_STAGE = 'landmarks'
 
@@ -123,12 +125,14 @@ class LandmarkPublisher:
 
     Attributes:
         detector: see above.
-        seconds: that the networks may take for an image [s]: what the others leave at `target_rate`; None: any time.
+        seconds: that the networks may take for an image [s]: what the others leave of the time until the next one, at
+            `target_rate` or as images come; None: any time.
     """
 
     def __init__(self, namespace: Optional[str], detector: LandmarkDetector, params: LandmarkParams,
                  target_rate: float, health: Health, demand: Demand) -> None:
         self.detector, self._params, self._asked, self._demand = detector, params, params, demand
+        self._rate, self._last = target_rate, time.monotonic()
         self.seconds = (1 - RATE.network_share) / target_rate if target_rate > 0 else None
         self._newest: Optional[Landmarks2D] = None
         self._publishers = None if namespace is None else (
@@ -152,6 +156,10 @@ class LandmarkPublisher:
         """
         wanted = self._publishers and [self._demand.is_wanted(publisher) for publisher in self._publishers]
         hands, faces = (hands or wanted[0], faces or wanted[1]) if wanted else (hands, faces)
+        if self._rate > 0:
+            now, last = time.monotonic(), self._last
+            self._last = now
+            self.seconds = (1 - RATE.network_share) * min(max(1 / self._rate, now - last), _LONGEST_INTERVAL)
         params = self._params
         asked = replace(params, hands=params.hands and hands, face=params.face and faces)
         if asked != self._asked:

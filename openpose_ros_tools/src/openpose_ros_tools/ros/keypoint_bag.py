@@ -9,6 +9,7 @@ import rosbag
 from openpose_ros_msgs.msg import (
     BodypartDetection,
     BodypartDetection_3d,
+    HandDetection,
     PersonDetection,
     PersonDetection_3d,
 )
@@ -27,7 +28,9 @@ from openpose_ros_tools.tables.keypoint_table import (
     part_values,
     table_of,
 )
+from openpose_ros_tools.tables.landmark_csv import LandmarkCsvWriter, LandmarkRow
 
+_SIDES = {HandDetection.LEFT: 'left', HandDetection.RIGHT: 'right'}
 # Dimensions of the types of messages with people, in the order of preference: space before image, and single people
 # before arrays, as both contain the same people.
 DIMENSIONS: Dict[str, int] = {
@@ -37,12 +40,20 @@ DIMENSIONS: Dict[str, int] = {
     'openpose_ros_msgs/PersonDetectionArray': 2}
 
 
+# The same of hands and of faces, which choose by themselves only what is asked for.
+PARTS: Dict[str, Dict[str, int]] = {
+    'people': DIMENSIONS,
+    'hands': {'openpose_ros_msgs/HandDetection_3dArray': 3, 'openpose_ros_msgs/HandDetectionArray': 2},
+    'faces': {'openpose_ros_msgs/FaceDetection_3dArray': 3, 'openpose_ros_msgs/FaceDetectionArray': 2}}
+
+
 class KeypointTopic(NamedTuple):
-    """A topic with people; dimensions: 3 in space, 2 in the image."""
+    """A topic with people, hands or faces; dimensions: 3 in space, 2 in the image; part: one of `PARTS`."""
 
     name: str
     kind: str
     dimensions: int
+    part: str = 'people'
 
 
 def bag_messages(bag: rosbag.Bag, topic: str) -> Iterator[Tuple[Any, int]]:
@@ -64,33 +75,37 @@ def count_messages(bag: rosbag.Bag, topic: str) -> int:
     return sum(info.message_count for name, info in topics.items() if _absolute(name) == _absolute(topic))
 
 
-def choose_topic(types: Mapping[str, str], where: str, topic: Optional[str] = None) -> KeypointTopic:
+def choose_topic(types: Mapping[str, str], where: str, topic: Optional[str] = None, part: str = 'people'
+                 ) -> KeypointTopic:
     """Return the topic whose people to read.
 
     Args:
         types: type of each topic.
         where: these topics are, for errors.
-        topic: name; None: the only one of the most preferred type that is there, see `DIMENSIONS`.
+        topic: name; None: the only one of the most preferred type that is there, see `PARTS`.
+        part: what is in it, one of `PARTS`.
 
     Raises:
         BadInputError: it is not there or holds no people, or several come into question.
     """
+    kinds = PARTS[part]
     known = {_absolute(name): kind for name, kind in types.items()}
-    with_people = {name: kind for name, kind in sorted(known.items()) if kind in DIMENSIONS}
+    with_people = {name: kind for name, kind in sorted(known.items()) if kind in kinds}
     if topic is not None:
         name = _absolute(topic)
         if name not in known:
-            raise BadInputError(f'there is no topic {name} in {where}; {_list(with_people, known)}')
+            raise BadInputError(f'there is no topic {name} in {where}; {_list(with_people, known, kinds)}')
         if name not in with_people:
-            raise BadInputError(f'topic {name} in {where} is of type {known[name]}; {_list(with_people, known)}')
-        return KeypointTopic(name, known[name], DIMENSIONS[known[name]])
-    for kind, dimensions in DIMENSIONS.items():
+            raise BadInputError(f'topic {name} in {where} is of type {known[name]}; {_list(with_people, known, kinds)}')
+        return KeypointTopic(name, known[name], kinds[known[name]], part)
+    for kind, dimensions in kinds.items():
         names = [name for name in with_people if with_people[name] == kind]
         if len(names) > 1:
             raise BadInputError(f'{where} has several topics of type {kind}: {", ".join(names)}; choose with --topic')
         if names:
-            return KeypointTopic(names[0], kind, dimensions)
-    raise BadInputError(f'there are no keypoints in {where}; {_list(with_people, known)}')
+            return KeypointTopic(names[0], kind, dimensions, part)
+    raise BadInputError(f'there are no {"keypoints" if part == "people" else part} in {where}; '
+                        f'{_list(with_people, known, kinds)}')
 
 
 def merged_types(paths: Iterable[Path]) -> Dict[str, str]:
@@ -131,6 +146,29 @@ def write_people(writer: KeypointCsvWriter, message: Any, time: Optional[int] = 
     return len(rows)
 
 
+def write_landmarks(writer: LandmarkCsvWriter, message: Any, time: Optional[int] = None) -> int:
+    """Write the hands or faces of an array message as CSV; return their number.
+
+    Args:
+        time: taken where the header has no stamp [ns].
+    """
+    rows = list(landmark_rows(message, writer.dimensions, time))
+    for row in rows:
+        writer.write(row)
+    return len(rows)
+
+
+def landmark_rows(message: Any, dimensions: int, time: Optional[int] = None) -> Iterator[LandmarkRow]:
+    """Yield the hands or faces of an array message; see `write_landmarks`."""
+    read = attrgetter(*FIELDS[dimensions])
+    stamp = message.header.stamp.to_nsec() or time or 0
+    for each in getattr(message, 'hands', None) or getattr(message, 'faces', ()):
+        turn = getattr(each, 'orientation', None)
+        yield LandmarkRow(stamp, message.header.frame_id, each.person_ID, _SIDES.get(getattr(each, 'side', 0), ''),
+                          [read(part) for part in each.keypoints],
+                          () if turn is None else (turn.x, turn.y, turn.z, turn.w, each.orientation_sigma))
+
+
 def rows_of(message: Any, dimensions: int, time: Optional[int] = None) -> Iterator[PersonRow]:
     """Yield the people of a message of one person, or of an array message.
 
@@ -161,7 +199,7 @@ def _absolute(name: str) -> str:
     return '/' + name.strip('/')
 
 
-def _list(with_people: Mapping[str, str], types: Mapping[str, str]) -> str:
+def _list(with_people: Mapping[str, str], types: Mapping[str, str], kinds: Iterable[str]) -> str:
     """Return which topics there are."""
     if with_people:
         return 'keypoints are in ' + ', '.join(f'{name} ({kind})' for name, kind in with_people.items())
@@ -169,7 +207,7 @@ def _list(with_people: Mapping[str, str], types: Mapping[str, str]) -> str:
         return 'it has no topics'
     shown: List[str] = [f'{name} ({kind})' for name, kind in sorted(types.items())]
     more = f' and {len(shown) - 8} more' if len(shown) > 8 else ''
-    return f'its topics are {", ".join(shown[:8])}{more}; types with keypoints are {", ".join(DIMENSIONS)}'
+    return f'its topics are {", ".join(shown[:8])}{more}; types with keypoints are {", ".join(kinds)}'
 
 
 def _parts(message: Any, dimensions: int) -> np.ndarray:

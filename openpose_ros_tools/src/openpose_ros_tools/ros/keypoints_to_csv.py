@@ -4,12 +4,14 @@
     rosrun openpose_ros_tools keypoints_to_csv recording.bag --extended -o poses.csv
     rosrun openpose_ros_tools keypoints_to_csv part_0.bag part_1.bag --tidy -o joints.csv
     rosrun openpose_ros_tools keypoints_to_csv recording.bag --topic /openpose_ros/detected_poses > poses_2d.csv
+    rosrun openpose_ros_tools keypoints_to_csv recording.bag --hands -o hands.csv      # or --faces
     rosrun openpose_ros_tools keypoints_to_csv --live -o poses.csv        # until Ctrl-C; needs a running master
 
 The columns are those of the original project; --extended gives those of `rostopic echo -p`, with header, status, sigma
-and all joints; --tidy is the long form for pandas and R, one row per frame, person and joint. docs/csv_columns.md says
-what each column means. Without --topic, joints in space come before those in the image, and a topic with one message
-per person before that with one per frame, which holds the same people.
+and all joints; --tidy is the long form for pandas and R, one row per frame, person and joint. --hands and --faces write
+hands and faces in the long form, one row per frame, hand and point. docs/csv_columns.md says what each column means.
+Without --topic, joints in space come before those in the image, and a topic with one message per person before that
+with one per frame, which holds the same people.
 
 Exit status: 0 done, also when Ctrl-C ends a running topic; 2 nothing was written, as the command line or an input is
 wrong; 130 interrupted before a bag was done, and then there is no file.
@@ -21,7 +23,7 @@ import sys
 import time
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Iterator, Optional, Sequence, TextIO
+from typing import Any, Iterator, Optional, Sequence, TextIO, Union
 
 import rosgraph
 import roslib.message
@@ -37,15 +39,18 @@ from openpose_ros_tools.ros import keypoint_bag
 from openpose_ros_tools.ros.bag_files import open_bag
 from openpose_ros_tools.ros.keypoint_bag import KeypointTopic
 from openpose_ros_tools.tables.keypoint_csv import KeypointCsvWriter
+from openpose_ros_tools.tables.landmark_csv import LandmarkCsvWriter
 
 _log = logging.getLogger(__name__)
 
 _NAME = 'keypoints_to_csv'
+# Writes people, hands or faces.
+Writer = Union[KeypointCsvWriter, LandmarkCsvWriter]
 # Period in which a topic is looked for that is not there yet, and longest wait for a message of a quiet one [s].
 _PAUSE = 0.2
 
 
-def bags_to_csv(paths: Sequence[Path], topic: KeypointTopic, writer: KeypointCsvWriter, stamps: bool, bar: tqdm) -> int:
+def bags_to_csv(paths: Sequence[Path], topic: KeypointTopic, writer: Writer, stamps: bool, bar: tqdm) -> int:
     """Write the people of bags one after the other; return how many rows that are.
 
     Args:
@@ -62,12 +67,12 @@ def bags_to_csv(paths: Sequence[Path], topic: KeypointTopic, writer: KeypointCsv
             if not count:
                 _log.warning('%s has no messages on %s', path, topic.name)
             for message, recorded in keypoint_bag.bag_messages(bag, topic.name):
-                rows += keypoint_bag.write_people(writer, message, None if stamps else recorded)
+                rows += _write(writer, message, None if stamps else recorded)
                 bar.update()
     return rows
 
 
-def follow_topic(topic: KeypointTopic, writer: KeypointCsvWriter, handle: TextIO, bar: tqdm) -> int:
+def follow_topic(topic: KeypointTopic, writer: Writer, handle: TextIO, bar: tqdm) -> int:
     """Write the people of a running topic until Ctrl-C; return how many rows that are."""
     messages: queue.Queue[Any] = queue.Queue()
     subscriber = rospy.Subscriber(topic.name, roslib.message.get_message_class(topic.kind), messages.put)
@@ -77,7 +82,7 @@ def follow_topic(topic: KeypointTopic, writer: KeypointCsvWriter, handle: TextIO
             if messages.empty():
                 handle.flush()  # somebody may read along
             try:
-                count = keypoint_bag.write_people(writer, messages.get(timeout=_PAUSE))
+                count = _write(writer, messages.get(timeout=_PAUSE))
             except queue.Empty:
                 continue
             rows += count
@@ -87,7 +92,7 @@ def follow_topic(topic: KeypointTopic, writer: KeypointCsvWriter, handle: TextIO
     finally:
         subscriber.unregister()
     while not messages.empty():
-        rows += keypoint_bag.write_people(writer, messages.get())
+        rows += _write(writer, messages.get())
     return rows
 
 
@@ -101,22 +106,33 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
         parser.error('give a bag, or --live to listen to a running topic')
     if options.time and not options.bags:
         parser.error('--time is for bags; on a running topic %time is the stamp of the header')
-    if options.missing_joints and options.layout != 'tidy':
+    if options.missing_joints and options.layout != 'tidy' and options.part == 'people':
         parser.error('--missing-joints is for --tidy; the other layouts have all joints')
+    if options.part != 'people' and options.layout == 'extended':
+        parser.error('hands and faces have the long form alone; give no --extended')
     return run_command(_NAME, lambda: _run(options))
 
 
 def _run(options: argparse.Namespace) -> int:
     with _output(options) as handle:
         topic = _topic(options)
-        writer = KeypointCsvWriter(handle, options.layout, topic.dimensions, options.missing_joints)
+        writer: Writer = KeypointCsvWriter(
+            handle, options.layout, topic.dimensions, options.missing_joints) if topic.part == 'people' else (
+            LandmarkCsvWriter(handle, topic.part, topic.dimensions, options.missing_joints))
         # no progress bar where it would run into rows that are shown
         with tqdm(unit='message' if options.bags else 'row', disable=True if handle.isatty() else None) as bar:
             rows = (bags_to_csv(options.bags, topic, writer, options.time == 'stamp', bar) if options.bags else
                     follow_topic(topic, writer, handle, bar))
     if options.output:
-        sys.stdout.write(f'{rows} detections of people from {topic.name} in {options.output}\n')
+        sys.stdout.write(f'{rows} detections of {topic.part} from {topic.name} in {options.output}\n')
     return DONE
+
+
+def _write(writer: Writer, message: Any, time: Optional[int] = None) -> int:
+    """Write what is in a message; return the number of people, hands or faces."""
+    if isinstance(writer, LandmarkCsvWriter):
+        return keypoint_bag.write_landmarks(writer, message, time)
+    return keypoint_bag.write_people(writer, message, time)
 
 
 @contextmanager
@@ -134,7 +150,8 @@ def _topic(options: argparse.Namespace) -> KeypointTopic:
     """Return the topic to read; wait for one that is to run."""
     if options.bags:
         where = str(options.bags[0]) if len(options.bags) == 1 else f'these {len(options.bags)} bags'
-        return keypoint_bag.choose_topic(keypoint_bag.merged_types(options.bags), where, options.topic)
+        return keypoint_bag.choose_topic(keypoint_bag.merged_types(options.bags), where, options.topic,
+                                         options.part)
     if not rosgraph.is_master_online():
         raise BadInputError(f'there is no ROS master at {rosgraph.get_master_uri()}; start one, or give a bag')
     rospy.init_node(_NAME, anonymous=True, disable_signals=True)
@@ -146,8 +163,8 @@ def _topic(options: argparse.Namespace) -> KeypointTopic:
             types = dict(rospy.get_published_topics())
         except OSError as error:
             raise BadInputError(f'the ROS master at {rosgraph.get_master_uri()} is gone') from error
-        if wanted in types or (not wanted and set(types.values()) & set(keypoint_bag.DIMENSIONS)):
-            topic = keypoint_bag.choose_topic(types, 'what is published', wanted)
+        if wanted in types or (not wanted and set(types.values()) & set(keypoint_bag.PARTS[options.part])):
+            topic = keypoint_bag.choose_topic(types, 'what is published', wanted, options.part)
             if topic == seen:  # twice, as a node that starts announces its topics one after the other
                 sys.stderr.write(f'listening to {topic.name}; Ctrl-C ends it\n')
                 return topic
@@ -167,7 +184,13 @@ def _parser() -> argparse.ArgumentParser:
                         help='the columns of rostopic echo -p: adds header, status, sigma and the other joints')
     layout.add_argument('--tidy', dest='layout', action='store_const', const='tidy',
                         help='the long form: one row per frame, person and joint; joints that are missing have none')
-    parser.add_argument('--missing-joints', action='store_true', help='with --tidy: rows for missing joints as well')
+    parser.add_argument('--missing-joints', action='store_true',
+                        help='with --tidy, --hands or --faces: rows for missing joints and points as well')
+    part = parser.add_mutually_exclusive_group()
+    part.add_argument('--hands', dest='part', action='store_const', const='hands', default='people',
+                      help='hands in place of people: one row per frame, hand and point')
+    part.add_argument('--faces', dest='part', action='store_const', const='faces',
+                      help='faces in place of people: one row per frame, face and point')
     parser.add_argument('--topic', help='topic to read; without a bag: to listen to')
     parser.add_argument('--live', action='store_true', help='listen to a running topic until Ctrl-C')
     parser.add_argument('--time', choices=('recorded', 'stamp'),

@@ -32,7 +32,7 @@ LAYOUTS = ('original', 'extended', 'tidy')
 # The messages of the original C++ project have these fields of the 18 parts of COCO, and the chest.
 _ORIGINAL_FIELDS = ('x', 'y', 'z', 'confidence')
 _ORIGINAL_JOINTS = MESSAGE_JOINTS[:MESSAGE_JOINTS.index('chest') + 1]
-_STATUS_WORDS = {MISSING: 'missing', MEASURED: 'measured', INFERRED: 'inferred'}
+STATUS_WORDS = {MISSING: 'missing', MEASURED: 'measured', INFERRED: 'inferred'}
 # Columns of a person, by field of PersonRow; the original has three of them.
 _HEAD = {'time': '%time', 'sequence': 'field.header.seq', 'stamp': 'field.header.stamp',
          'frame_id': 'field.header.frame_id', 'number': 'field.num_people_detected', 'person': 'field.person_ID'}
@@ -95,8 +95,8 @@ class KeypointCsvWriter:
 
     def write(self, row: PersonRow) -> None:
         """Add a person."""
-        quoted = row._replace(frame_id=_quoted(row.frame_id))
-        self._write([_wide(quoted, *self._wide_layout)] if self._wide_layout else self._tidy(quoted))
+        row = row._replace(frame_id=quoted(row.frame_id))
+        self._write([_wide(row, *self._wide_layout)] if self._wide_layout else self._tidy(row))
 
     def _write(self, lines: Iterable[Iterable[object]]) -> None:
         self._handle.write(''.join(','.join(map(str, line)) + '\n' for line in lines))
@@ -110,7 +110,7 @@ class KeypointCsvWriter:
                 values = [*part, status] if there else [np.nan, np.nan, 0.0, status]
             else:
                 *position, confidence, number, sigma = part
-                status = _STATUS_WORDS.get(int(number), str(number))
+                status = STATUS_WORDS.get(int(number), str(number))
                 values = [*position, confidence, status, sigma]
             if status != 'missing' or self._missing_joints:
                 yield [row.stamp or row.time, self._frame, row.frame_id, row.person, joint, *values]
@@ -290,6 +290,6 @@ class _Reader:
         return BadInputError(f'{self.path}, line {line or self._reader.line_num}{place}: {text}')
 
 
-def _quoted(text: str) -> str:
+def quoted(text: str) -> str:
     """Return a text as a field of CSV; one with a comma or a quote would be several fields."""
     return '"' + text.replace('"', '""') + '"' if any(sign in text for sign in ',"\r\n') else text
