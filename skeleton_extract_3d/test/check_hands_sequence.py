@@ -43,7 +43,8 @@ class HandsSequenceTest(unittest.TestCase):
             header = Header(stamp=now(), frame_id=FRAME_ID)
             bgr, depth = (cv2.imread(str(sorted((FOLDER / part).iterdir())[number]), cv2.IMREAD_UNCHANGED)
                           for part in ('rgb', 'depth'))
-            camera.send(bgr_to_image(bgr, header), cloud_to_message(cloud_from_depth(depth * 0.001, model, bgr), header))
+            cloud = cloud_from_depth(depth * 0.001, model, bgr)
+            camera.send(bgr_to_image(bgr, header), cloud_to_message(cloud, header))
             found = {hand.side: hand for hand in hands.wait(1, header.stamp)[0].hands}
             self.assertEqual(len(faces.wait(1, header.stamp)[0].faces), 1)
             for hand in truth['frames'][number]['people'][0]['hands']:
