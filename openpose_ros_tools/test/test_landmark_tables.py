@@ -16,7 +16,9 @@ from openpose_ros_pkg.landmarks.records import (
     Hands2D,
     Landmarks2D,
 )
+from openpose_ros_tools.ros.keypoint_bag import read_hand_bag
 from openpose_ros_tools.ros.keypoints_to_csv import main as keypoints_to_csv
+from openpose_ros_tools.ros.plot_keypoints import main as plot_keypoints
 from openpose_ros_tools.ros.process_bag import work
 from openpose_ros_tools.ros.process_bag.program import main
 from openpose_ros_tools.tables.landmark_csv import landmark_columns
@@ -126,6 +128,22 @@ def test_a_table_of_the_image_is_made_of_its_topic(processed, tmp_path):
     out, _ = processed(*BOTH)
     hands = rows(tmp_path / 'hands.csv', out, '--hands', '--topic', '/openpose_ros/skeleton_3d/detected_hands')
     assert list(hands[0]) == landmark_columns('hands', 2) and hands[0]['status'] == 'measured'
+
+
+def test_points_of_hands_are_plotted(processed, tmp_path):
+    out, _ = processed(*BOTH)
+    table = read_hand_bag(out)
+    found = [hand for message, _ in messages(out, '/openpose_ros/skeleton_3d/detected_hands_3d')
+             for hand in message.hands]
+    tip, right = (table.joints.index(name) for name in ('left_hand_index_4', 'right_hand_index_4'))
+    assert len(table) == len(found)
+    np.testing.assert_array_equal(table.positions[:, tip], [(p.x, p.y, p.z) for p in (
+        hand.keypoints[8] for hand in found)])
+    assert np.isnan(table.positions[:, right]).all()
+    assert plot_keypoints([str(out), '-o', str(tmp_path / 'plots'), '--hand-points', 'left_hand_index_4']) == 0
+    assert [path.name for path in (tmp_path / 'plots').iterdir()] == ['trajectory_left_hand_index_4.png']
+    with pytest.raises(SystemExit):
+        plot_keypoints([str(out), '-o', str(tmp_path / 'plots'), '--hand-points', 'sixth_finger'])
 
 
 def test_a_bag_without_hands_says_so(processed, tmp_path, capsys, caplog):

@@ -89,7 +89,7 @@ def test_people_joints_and_time_can_be_chosen():
 def test_most_seen_people_are_chosen():
     rows = [a_table(range(1 + person), (person,)) for person in range(10)]
     table = KeypointTable(**{name: np.concatenate([getattr(part, name) for part in rows])
-                             for name in KeypointTable.__dataclass_fields__})
+                             for name in KeypointTable.__dataclass_fields__ if name != 'joints'})
     selection = select(table)
     assert selection.persons == tuple(range(2, 10)) and selection.left_out == 2
 

@@ -71,7 +71,7 @@ def image_paths(selection: Selection) -> Figure:
 
 def trajectory(selection: Selection, joint: str) -> Figure:
     """Draw the coordinates of a joint over time, a colour for each person."""
-    dimensions, number = selection.table.dimensions, MESSAGE_JOINTS.index(joint)
+    dimensions, number = selection.table.dimensions, selection.table.joints.index(joint)
     figure = plotting.new_figure(11.0, 1.4 + 2.2 * dimensions)
     panels = figure.subplots(dimensions, 1, sharex=True)
     colours, small = plotting.person_colours(selection.persons), len(selection.frames) > _MANY_FRAMES

@@ -16,6 +16,7 @@ from openpose_ros_msgs.msg import (
 from std_msgs.msg import Header
 
 from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_pkg.landmarks.records import HAND_POINT_NAMES
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
 from openpose_ros_tools.ros.bag_files import open_bag, topic_types, undamaged
 from openpose_ros_tools.tables.keypoint_csv import KeypointCsvWriter
@@ -30,6 +31,8 @@ from openpose_ros_tools.tables.keypoint_table import (
 )
 from openpose_ros_tools.tables.landmark_csv import LandmarkCsvWriter, LandmarkRow
 
+# Points of the hands of a person, as joints of a table.
+HAND_JOINTS = tuple(f'{side}_hand_{name}' for side in ('left', 'right') for name in HAND_POINT_NAMES)
 _SIDES = {HandDetection.LEFT: 'left', HandDetection.RIGHT: 'right'}
 # Dimensions of the types of messages with people, in the order of preference: space before image, and single people
 # before arrays, as both contain the same people.
@@ -131,6 +134,28 @@ def read_keypoint_bag(path: Path, topic: Optional[str] = None) -> KeypointTable:
         rows = (row for message, time in bag_messages(bag, chosen.name)
                 for row in rows_of(message, chosen.dimensions, time))
         return table_of(rows, chosen.dimensions)
+
+
+def read_hand_bag(path: Path, topic: Optional[str] = None) -> KeypointTable:
+    """Read the points of the hands of a bag, `HAND_JOINTS` of each person; see `read_keypoint_bag`."""
+    with open_bag(path) as bag:
+        chosen = choose_topic(topic_types(bag), str(path), topic, 'hands')
+        rows = (row for message, time in bag_messages(bag, chosen.name)
+                for row in _hands_of(message, chosen.dimensions, time))
+        return table_of(rows, chosen.dimensions, HAND_JOINTS)
+
+
+def _hands_of(message: Any, dimensions: int, time: int) -> Iterator[PersonRow]:
+    """Yield the people of an array message of hands, with both hands each."""
+    people: Dict[int, np.ndarray] = {}
+    stamp = message.header.stamp.to_nsec()
+    for hand in landmark_rows(message, dimensions, time):
+        parts = people.setdefault(hand.person, np.tile(np.array(MISSING_PART[dimensions], np.float32),
+                                                       (len(HAND_JOINTS), 1)))
+        first = HAND_JOINTS.index(f'{hand.side}_hand_{HAND_POINT_NAMES[0]}')
+        parts[first:first + len(HAND_POINT_NAMES)] = hand.parts
+    for person, parts in people.items():
+        yield PersonRow(time, message.header.seq, stamp, message.header.frame_id, len(people), person, parts)
 
 
 def write_people(writer: KeypointCsvWriter, message: Any, time: Optional[int] = None) -> int:

@@ -8,10 +8,12 @@ nodes, in space or in the image. No master is needed. The plots in FOLDER:
     trajectory_JOINT       coordinates of a joint over time
     visibility_person_ID   when each joint was measured, inferred or missing
     confidence_person_ID   with --confidence: confidence of each joint over time
+    trajectory_POINT       with --hand-points, of a bag: coordinates of points of the hands over time, and no other plot
 
     rosrun openpose_ros_tools plot_keypoints poses.csv --list
     rosrun openpose_ros_tools plot_keypoints poses.csv -o plots/
     rosrun openpose_ros_tools plot_keypoints recording.bag -o plots/ --joints right_wrist,left_wrist --persons 0,2
+    rosrun openpose_ros_tools plot_keypoints recording.bag -o plots/ --hand-points right_hand_index_4
     rosrun openpose_ros_tools plot_keypoints recording.bag -o plots/ --start 12 --end 20 --format pdf
 
 Exit status: 0 done; 2 nothing was done, as the command line or the file is wrong; 130 interrupted, the finished plots
@@ -36,7 +38,7 @@ from openpose_ros_tools.command_options import add_time_span, check_time_span, c
 from openpose_ros_tools.plots import keypoint_plots
 from openpose_ros_tools.plots.plotting import FORMATS, save_figure
 from openpose_ros_tools.ros.bag_files import open_bag, stamped_messages, topic_types
-from openpose_ros_tools.ros.keypoint_bag import choose_topic, read_keypoint_bag
+from openpose_ros_tools.ros.keypoint_bag import HAND_JOINTS, choose_topic, read_hand_bag, read_keypoint_bag
 from openpose_ros_tools.tables.keypoint_csv import read_keypoint_csv
 from openpose_ros_tools.tables.keypoint_selection import Selection, description, select
 from openpose_ros_tools.tables.keypoint_table import KeypointTable
@@ -74,13 +76,18 @@ def read_keypoints(path: Path, topic: Optional[str] = None) -> Tuple[KeypointTab
     return read_keypoint_bag(path, chosen.name), None if stamps is None else np.array(stamps, np.int64)
 
 
-def plots(selection: Selection, trajectories: Sequence[str],
+def trajectories(selection: Selection, joints: Sequence[str]) -> List[Tuple[str, Callable[[], Figure]]]:
+    """Return the names of the plots of some joints, and what draws each of them."""
+    return [(f'trajectory_{joint}', partial(keypoint_plots.trajectory, selection, joint)) for joint in joints]
+
+
+def plots(selection: Selection, joints: Sequence[str],
           with_confidence: bool) -> List[Tuple[str, Callable[[], Figure]]]:
     """Return the names of the plots, and what draws each of them."""
     paths = keypoint_plots.top_view if selection.table.dimensions == 3 else keypoint_plots.image_paths
     found: List[Tuple[str, Callable[[], Figure]]] = [('detections', partial(keypoint_plots.detections, selection)),
                                                      (paths.__name__, partial(paths, selection))]
-    found += [(f'trajectory_{joint}', partial(keypoint_plots.trajectory, selection, joint)) for joint in trajectories]
+    found += trajectories(selection, joints)
     for person in selection.persons:
         found.append((f'visibility_person_{person}', partial(keypoint_plots.visibility, selection, person)))
         if with_confidence:
@@ -99,8 +106,13 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
 
 
 def _run(options: argparse.Namespace) -> int:
-    table, frames = read_keypoints(options.file, options.topic)
-    joints = None if options.joints in (None, ['all']) else options.joints
+    if options.hand_points:
+        if not options.file.name.endswith('.bag'):
+            raise BadInputError(f'{options.file}: --hand-points are for bags')
+        table, frames, joints = read_hand_bag(options.file, options.topic), None, options.hand_points
+    else:
+        table, frames = read_keypoints(options.file, options.topic)
+        joints = None if options.joints in (None, ['all']) else options.joints
     try:
         selection = select(table, frames, joints, options.persons, options.start, options.end)
     except BadInputError as error:
@@ -116,8 +128,10 @@ def _run(options: argparse.Namespace) -> int:
     if selection.left_out:
         _log.warning('%d people with few rows are left out; --persons shows them, --list names all',
                      selection.left_out)
-    chosen = selection.joints if options.joints else [joint for joint in _TRAJECTORIES if joint in selection.joints]
-    bar = tqdm(plots(selection, chosen, options.confidence), unit=' plots', leave=False, disable=None)
+    chosen = selection.joints if joints or options.joints else [each for each in _TRAJECTORIES
+                                                                if each in selection.joints]
+    found = trajectories(selection, chosen) if options.hand_points else plots(selection, chosen, options.confidence)
+    bar = tqdm(found, unit=' plots', leave=False, disable=None)
     for name, draw in bar:
         try:
             path = save_figure(draw(), folder / f'{name}.{options.format}')
@@ -128,10 +142,18 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _names(text: str) -> List[str]:
+    return _known(text, (*MESSAGE_JOINTS, 'all'), 'joint')
+
+
+def _hand_points(text: str) -> List[str]:
+    return _known(text, HAND_JOINTS, 'point of a hand')
+
+
+def _known(text: str, known: Sequence[str], what: str) -> List[str]:
     names = [word.strip() for word in text.split(',') if word.strip()]
-    unknown = [name for name in names if name not in (*MESSAGE_JOINTS, 'all')]
+    unknown = [name for name in names if name not in known]
     if unknown:
-        raise argparse.ArgumentTypeError(f"'{unknown[0]}' is no joint; joints are {', '.join(MESSAGE_JOINTS)}")
+        raise argparse.ArgumentTypeError(f"'{unknown[0]}' is no {what}; there are {', '.join(known)}")
     return names
 
 
@@ -150,6 +172,9 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument('--topic', help='of the bag (default: its only one with people, in space before in the image)')
     parser.add_argument('--joints', type=_names, metavar='A,B', help='only these joints, and a trajectory of each; or '
                         f"all (default: all joints, trajectories of {', '.join(_TRAJECTORIES)})")
+    parser.add_argument('--hand-points', type=_hand_points, metavar='A,B',
+                        help='trajectories of these points of the hands of a bag instead: left_hand_wrist, '
+                        'right_hand_index_4 (the tip of the index finger), ...')
     parser.add_argument('--persons', type=_ids, metavar='I,J', help='only these ids (default: the 8 with most rows)')
     add_time_span(parser, 'the first frame')
     parser.add_argument('--confidence', action='store_true', help='draw the confidence of the joints as well')

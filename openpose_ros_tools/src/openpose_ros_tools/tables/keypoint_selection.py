@@ -6,7 +6,6 @@ from typing import List, Optional, Sequence, Tuple
 import numpy as np
 
 from openpose_ros_pkg.errors import BadInputError
-from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
 from openpose_ros_tools.tables.keypoint_table import KeypointTable
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING
 
@@ -106,7 +105,7 @@ def select(table: KeypointTable, frames: Optional[np.ndarray] = None, joints: Op
                             f'{(stamps[-1] - begin) * 1e-9:.1f} s')
     ids, rows = np.unique(shown.ids, return_counts=True)
     chosen = _persons(table, ids, rows, persons)
-    known = [joint for number, joint in enumerate(MESSAGE_JOINTS) if (shown.status[:, number] != MISSING).any()]
+    known = [joint for number, joint in enumerate(shown.joints) if (shown.status[:, number] != MISSING).any()]
     for joint in joints or ():
         if joint not in known:
             raise BadInputError(f"joint '{joint}' is not in it; there are: {', '.join(known)}")
@@ -159,7 +158,7 @@ def description(name: str, selection: Selection) -> str:
         lines.append(f'gaps without frames: {len(gaps)}, together {sum(b - a for a, b in gaps):.1f} s; the longest: '
                      f'{first:.2f} to {last:.2f} s')
     lines += ['', 'person    rows   from [s]     to [s]   measured   inferred    missing']
-    joints = [MESSAGE_JOINTS.index(joint) for joint in selection.joints]
+    joints = [table.joints.index(joint) for joint in selection.joints]
     for person, count in zip(ids.tolist(), counts.tolist()):
         own = table.ids == person
         lines.append(f'{person:6d}  {count:6d} {seconds[own].min():10.2f} {seconds[own].max():10.2f} '
@@ -189,8 +188,10 @@ def _persons(table: KeypointTable, ids: np.ndarray, rows: np.ndarray,
 
 
 def _middle(table: KeypointTable, *joints: str) -> np.ndarray:
-    """Return the mean position of joints, (R, D) float32; NaN where one of them is missing."""
-    return table.positions[:, [MESSAGE_JOINTS.index(joint) for joint in joints]].mean(axis=1)
+    """Return the mean position of joints, (R, D) float32; NaN where one of them is missing, or none of the table's."""
+    if not set(joints) <= set(table.joints):
+        return np.full((len(table), table.dimensions), np.nan, np.float32)
+    return table.positions[:, [table.joints.index(joint) for joint in joints]].mean(axis=1)
 
 
 def _shares(status: np.ndarray) -> str:

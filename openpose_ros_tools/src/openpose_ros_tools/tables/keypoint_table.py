@@ -1,5 +1,5 @@
 """Keypoints of a recording: as rows in its order, one per person and frame, and as one table of arrays."""
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Dict, Iterable, Iterator, List, NamedTuple, Set, Tuple
 
 import numpy as np
@@ -78,7 +78,8 @@ def frames_of(rows: Iterable[PersonRow]) -> Iterator[List[PersonRow]]:
 class KeypointTable:
     """The joints of people over time, one row per person and frame, in the order of the recording.
 
-    The K joints are `MESSAGE_JOINTS`, whatever the network's joint set. In space D is 3 [m], in the image 2 [px].
+    The K joints are `MESSAGE_JOINTS`, whatever the network's joint set, or points of hands. In space D is 3 [m], in the
+    image 2 [px].
 
     Raises:
         ValueError: an array has the wrong shape.
@@ -93,9 +94,10 @@ class KeypointTable:
     # in 2D and with the original's columns, a joint with a position is MEASURED.
     status: np.ndarray
     sigma: np.ndarray  # (R, K) float32 [m], NaN where MISSING or not known
+    joints: Tuple[str, ...] = MESSAGE_JOINTS  # names of the K joints
 
     def __post_init__(self) -> None:
-        rows, joints = len(self.stamps), len(MESSAGE_JOINTS)
+        rows, joints = len(self.stamps), len(self.joints)
         kinds = {'stamps': np.int64, 'frame_ids': np.str_, 'ids': np.int64, 'positions': np.float32,
                  'confidence': np.float32, 'status': np.uint8, 'sigma': np.float32}
         for name, kind in kinds.items():
@@ -116,20 +118,22 @@ class KeypointTable:
 
     def select(self, rows: np.ndarray) -> 'KeypointTable':
         """Return the table of some rows, (R,) bool, or indices."""
-        return KeypointTable(**{field.name: getattr(self, field.name)[rows] for field in fields(self)})
+        return replace(self, **{field.name: getattr(self, field.name)[rows] for field in fields(self)
+                                if field.name != 'joints'})
 
 
-def table_of(rows: Iterable[PersonRow], dimensions: int) -> KeypointTable:
+def table_of(rows: Iterable[PersonRow], dimensions: int, joints: Tuple[str, ...] = MESSAGE_JOINTS) -> KeypointTable:
     """Return the table of all rows.
 
     Rows without a stamp get the %time of the first row of their frame.
 
     Args:
         dimensions: 3 in space, 2 in the image.
+        joints: names of the K joints of the rows.
     """
     rows = list(rows)
     parts = np.array([row.parts for row in rows], np.float32).reshape(
-        len(rows), len(MESSAGE_JOINTS), len(FIELDS[dimensions]))
+        len(rows), len(joints), len(FIELDS[dimensions]))
     positions = parts[..., :dimensions].copy()
     confidence = np.where(np.isnan(parts[..., dimensions]), 0, parts[..., dimensions])
     known = np.isfinite(positions).all(axis=2)
@@ -139,7 +143,7 @@ def table_of(rows: Iterable[PersonRow], dimensions: int) -> KeypointTable:
     positions[~known] = np.nan
     stamps = np.array([row.stamp or frame[0].time for frame in frames_of(rows) for row in frame], np.int64)
     return KeypointTable(stamps, np.array([row.frame_id for row in rows], np.str_),
-                         np.array([row.person for row in rows], np.int64), positions, confidence, status, sigma)
+                         np.array([row.person for row in rows], np.int64), positions, confidence, status, sigma, joints)
 
 
 def complete_status(parts: np.ndarray, has_status: np.ndarray) -> None:
