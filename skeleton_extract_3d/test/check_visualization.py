@@ -16,8 +16,9 @@ from visualization_msgs.msg import Marker
 
 from openpose_ros_pkg.ros.session import PATIENCE, Diagnostics, await_true, is_heard
 from openpose_ros_pkg.skeletons import COCO_18
+from skeleton_extract_3d.landmarks import Faces3D, Hands3D, Points3D
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
-from skeleton_extract_3d.ros.convert import people_to_messages
+from skeleton_extract_3d.ros.convert import faces_to_array, hands_to_array, people_to_messages
 
 NODE = 'skeleton_extract_3d_visualization_node'
 # A neck with a head and a right arm whose elbow is missing: two limbs [m].
@@ -45,6 +46,12 @@ def people(*ids: int, hidden: Sequence[str] = (), ahead: float = 0.0) -> People3
     sigma = np.full(found.shape, np.nan)
     sigma[:, COCO_18.index['nose']] = SIGMA
     return People3D(COCO_18, xyz, found * 0.5, status, sigma, ids)
+
+
+def landmarks(number: int) -> Points3D:
+    """Return the points of a hand or a face, 2 cm from each to the next."""
+    xyz = np.add((0.0, 0.0, 2.0), np.arange(number)[:, np.newaxis] * (0.02, 0, 0))[np.newaxis]
+    return Points3D(xyz, np.full((1, number), 0.9), np.full((1, number), MEASURED), np.full((1, number), 0.01))
 
 
 def places(marker: Marker) -> list:
@@ -182,6 +189,40 @@ class VisualizationTest(unittest.TestCase):
                     marker.color.b) for marker in found.values()}
         self.assertEqual(len(colours), 2)
         self.assertEqual(len({colour[1:] for colour in colours}), 2)
+
+    def check_shown(self, name: str, messages: Sequence, points: dict):
+        """Publish a hand or a face, then none, and compare the markers.
+
+        Args:
+            messages: the array with somebody, and the empty one.
+            points: how many points the markers have by (ns, id).
+        """
+        markers = []
+        listener = rospy.Subscriber(f'{OUTPUT}/visualization_{name}', Marker, markers.append)
+        publisher = rospy.Publisher(f'{OUTPUT}/detected_{name}_3d', type(messages[0]), queue_size=10)
+        await_true(lambda: publisher.get_num_connections() and listener.get_num_connections(), f'the node for {name}')
+        publisher.publish(messages[0])
+        await_true(lambda: len(markers) == len(points), f'markers of {name}')
+        self.assertEqual({(marker.ns, marker.id): len(marker.points) for marker in markers}, points)
+        self.assertEqual({(marker.action, marker.header.frame_id) for marker in markers}, {(Marker.ADD, 'somewhere')})
+        for arrow in (marker for marker in markers if marker.type == Marker.ARROW):
+            np.testing.assert_allclose(np.diff(places(arrow), axis=0), [(0.25, 0, 0)], atol=1e-6)
+        publisher.publish(messages[1])
+        await_true(lambda: len(markers) == 2 * len(points), f'deletes of {name}')
+        self.assertEqual({(marker.ns, marker.id, marker.action) for marker in markers[len(points):]},
+                         {(*key, Marker.DELETE) for key in points})
+
+    def test_fingers_and_deletes_of_a_hand(self):
+        hand = Hands3D(landmarks(21), np.ones(1), np.array([4]), np.array([True]))
+        header = Header(stamp=now(), frame_id='somewhere')
+        messages = [hands_to_array(hands, header) for hands in (hand, Hands3D.empty())]
+        self.check_shown('hands', messages, {('hand', 2 * 4 + 1): 2 * 20})
+
+    def test_contours_direction_and_deletes_of_a_face(self):
+        face = Faces3D(landmarks(70), np.ones(1), np.array([4]), np.array([(0, 0, 0, 1)]), np.ones(1))
+        header = Header(stamp=now(), frame_id='somewhere')
+        messages = [faces_to_array(faces, header) for faces in (face, Faces3D.empty())]
+        self.check_shown('faces', messages, {('face', 4): 2 * 63, ('head_direction', 4): 2})
 
     def test_the_label_of_a_hidden_person(self):
         found = self.show(9, number=6, namespace='everything/', hidden=list(JOINTS))

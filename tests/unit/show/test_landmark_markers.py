@@ -59,7 +59,8 @@ def test_a_head_has_contours_and_an_arrow_where_it_is_directed():
     np.testing.assert_allclose(arrow.points[0], (0.02 * 34.5, 0, 1), atol=1e-5)
 
 
-@pytest.mark.parametrize('params, turn', [(MarkerParams(), 4 * [np.nan]), (MarkerParams(head_arrow=0.0), (0, 0, 0, 1))])
+@pytest.mark.parametrize('params, turn', [(MarkerParams(), 4 * [np.nan]), (MarkerParams(), (0, 0, 0, 0)),
+                                          (MarkerParams(head_arrow=0.0), (0, 0, 0, 1))])
 def test_without_a_direction_there_is_no_arrow(params, turn):
     assert names(LandmarkMarkers(params).faces(face(turn), 0.0)) == [('add', 'face', 4)]
 
