@@ -59,7 +59,8 @@ class ProcessBagLiveTest(unittest.TestCase):
         subscribers = [rospy.Subscriber(topic, kind, cls.live[topic].append) for topic, kind in TOPICS.items()]
         images = rospy.Publisher('image', Image, queue_size=1)
         points = rospy.Publisher('points', PointCloud2, queue_size=1)
-        cls.wait_for(lambda: all(peer.get_num_connections() for peer in [*subscribers, images, points]), STARTUP)
+        cls.wait_for(lambda: all(peer.get_num_connections() for peer in [*subscribers, points])
+                     and images.get_num_connections() == 2, STARTUP)
         cls.folder = tempfile.TemporaryDirectory()
         cls.addClassCleanup(cls.folder.cleanup)
         cls.recording = Path(cls.folder.name) / 'walk.bag'

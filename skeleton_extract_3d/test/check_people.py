@@ -48,8 +48,8 @@ HIDDEN, WALKING = range(16, 25), range(4, 9)
 LEAST_SHOWN = 3
 # An error from which a position is wrong [m], and that of a velocity [m/s].
 WRONG, WRONG_VELOCITY = 0.15, 0.25
-# Tracks end within the pause between two plays [s].
-PAUSE = 10.0
+# Within the pause between two plays [s] tracks end, and those who come back after it are new (return_timeout).
+PAUSE = 15.0
 TRUNK = ('neck', 'right_shoulder', 'left_shoulder', 'right_hip', 'left_hip')
 
 
