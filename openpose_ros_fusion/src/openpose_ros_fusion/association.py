@@ -1,0 +1,96 @@
+"""Which person of a camera is which fused person."""
+from typing import Dict, Mapping, Tuple
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from openpose_ros_fusion.constants import FUSION, AssociationConstants
+from openpose_ros_fusion.sightings import Sighting
+from skeleton_extract_3d.people import MEASURED
+
+# More than any distance [m].
+_FAR = 1e6
+# A person of a camera: its name and the id there.
+CameraPerson = Tuple[str, int]
+
+
+def associate(sighting: Sighting, joints: np.ndarray, ids: np.ndarray, gates: np.ndarray,
+              known: Mapping[CameraPerson, int], constants: AssociationConstants = FUSION.association) -> np.ndarray:
+    """Return the row of each person's fused person, (P,) int; -1: none of them.
+
+    Args:
+        joints: (F, 18, 3) [m], where the fused people are expected at the time of the sighting.
+        ids: (F,) of the fused people.
+        gates: (F,) greatest median distance [m].
+        known: ids of fused people by persons of cameras, as they were associated before.
+    """
+    rows = np.full(len(sighting), -1)
+    if not len(sighting) or not len(joints):
+        return rows
+    distances = median_distances(sighting, joints, constants.least_joints)
+    cost = distances.copy()
+    for person, number in enumerate(sighting.ids.tolist()):
+        cost[person, ids == known.get((sighting.camera, number))] *= constants.known_share
+    cost[distances > gates] = _FAR
+    for person, row in zip(*linear_sum_assignment(cost)):
+        if cost[person, row] < _FAR:
+            rows[person] = row
+    return rows
+
+
+def median_distances(sighting: Sighting, joints: np.ndarray, least: int) -> np.ndarray:
+    """Return the median distance of people, or of their rays, from fused ones, (P, F) [m]; far where they share little.
+
+    Measured joints count, or all, where fewer than `least` were measured.
+    """
+    distances = sighting.distances(joints)
+    measured = np.isfinite(distances) & (sighting.status == MEASURED)[:, np.newaxis]
+    use = np.where((measured.sum(axis=2) >= least)[..., np.newaxis], measured, np.isfinite(distances))
+    enough = use.sum(axis=2) >= least
+    distances = np.where(use, distances, np.nan)
+    distances[~enough] = _FAR
+    return np.asarray(np.nanmedian(distances, axis=2))
+
+
+def pair_rays(first: Sighting, second: Sighting, gate: float, least: int) -> Tuple[np.ndarray, np.ndarray]:
+    """Return which people of two cameras' rays meet in space, indices (N,) and (N,); each once.
+
+    Args:
+        gate: greatest median distance of the rays of the same joint [m].
+        least: joints that have to be common.
+    """
+    cost = np.full((len(first), len(second)), _FAR)
+    for i, rays in enumerate(first.directions):
+        for j, others in enumerate(second.directions):
+            gap, in_front = ray_gaps(first.origin, rays, second.origin, others)
+            usable = np.isfinite(gap) & in_front
+            if usable.sum() >= max(least, 0.7 * np.isfinite(gap).sum()):
+                cost[i, j] = np.median(gap[usable])
+    rows, columns = linear_sum_assignment(cost)
+    near = cost[rows, columns] <= gate
+    return rows[near], columns[near]
+
+
+def ray_gaps(origin: np.ndarray, rays: np.ndarray, other: np.ndarray, others: np.ndarray
+             ) -> Tuple[np.ndarray, np.ndarray]:
+    """Return how near rays come to each other, (K,) [m], and whether that is before both cameras, (K,) bool.
+
+    Args:
+        origin, other: (3,) [m], where the rays begin.
+        rays, others: (K, 3), unit vectors; NaN where missing.
+    """
+    base = other - origin
+    cosine = (rays * others).sum(axis=1)
+    along, along_other = rays @ base, others @ base
+    with np.errstate(invalid='ignore', divide='ignore'):
+        scale = 1.0 - cosine ** 2
+        depth = (along - cosine * along_other) / scale
+        depth_other = (cosine * along - along_other) / scale
+        gap = np.linalg.norm(origin + depth[:, np.newaxis] * rays - other - depth_other[:, np.newaxis] * others, axis=1)
+        return np.where(scale > 1e-4, gap, np.nan), (depth > 0) & (depth_other > 0)
+
+
+def forget(known: Dict[CameraPerson, int], ids: np.ndarray) -> Dict[CameraPerson, int]:
+    """Return the associations with those fused people who still exist."""
+    alive = set(ids.tolist())
+    return {person: number for person, number in known.items() if number in alive}

@@ -1,0 +1,68 @@
+"""Numbers of the fusion, by step."""
+from dataclasses import dataclass
+
+from openpose_ros_pkg.params.constants import constant
+
+
+@dataclass(frozen=True)
+class AssociationConstants:
+    """Which person of a camera is which fused person."""
+
+    gate: float = constant(0.35, 'Greatest median distance of the joints, or of their rays.', unit='m')
+    gate_growth: float = constant(1.0, 'It grows by this while somebody is not seen.', unit='m/s')
+    most_gate: float = constant(0.8, 'It grows up to this.', unit='m')
+    known_share: float = constant(0.7, 'The distance to the person who had this id of the camera before counts this '
+                                       'much: ids of a camera are mostly right.')
+    least_joints: int = constant(4, 'Joints that have to be common to compare two people.')
+    same_place: float = constant(0.15, 'Two fused people nearer than this (median of the joints) are one.', unit='m')
+
+
+@dataclass(frozen=True)
+class EstimateConstants:
+    """One position of a joint out of several cameras."""
+
+    along: float = constant(1.3, 'Error along the line of sight, as a share of the sigma of the joint per axis.')
+    across: float = constant(1.0, 'Error across it, in the same unit.')
+    outlier: float = constant(1.0, 'Distance from the estimate at which a measurement has half of its weight (Cauchy).',
+                              unit='standard deviations')
+    rounds: int = constant(5, 'Rounds of reweighting.')
+    inferred: float = constant(2.0, 'Factor of the sigma of INFERRED joints beside measured ones: what a camera infers '
+                                    'comes from the joints that others see too.')
+    pixel_sigma: float = constant(4.0, 'Error of a keypoint in the image per axis, for rays.', unit='px')
+    common_sigma: float = constant(
+        0.012, 'Error that all cameras have in common, per axis: keypoints lie beside the joints alike in all views.',
+        unit='m')
+
+
+@dataclass(frozen=True)
+class MotionConstants:
+    """How people move between the frames."""
+
+    acceleration: float = constant(25.0, 'Standard deviation of the acceleration of a joint per axis.', unit='m/s^2')
+    first_speed: float = constant(1.0, 'Standard deviation of the speed of a new joint per axis.', unit='m/s')
+    most_gap: float = constant(1.0, 'Somebody who is not seen by any camera for longer is forgotten.', unit='s')
+    reported_gap: float = constant(0.2, 'Somebody is reported where expected, while not seen for less.', unit='s')
+    confirmed: float = constant(0.15, 'Somebody whom one camera alone sees is reported after this time.', unit='s')
+
+
+@dataclass(frozen=True)
+class CameraConstants:
+    """What a camera is like, beside the others."""
+
+    memory: float = constant(3.0, 'Time over which its error and its clock are judged.', unit='s')
+    wrong: float = constant(0.05, 'A camera whose people are further off (median) is reported, where others agree '
+                                  'better.', unit='m')
+    silent: float = constant(1.0, 'A camera that sent nothing for longer is reported.', unit='s')
+
+
+@dataclass(frozen=True)
+class FusionConstants:
+    """All numbers of the fusion."""
+
+    association: AssociationConstants = AssociationConstants()
+    estimate: EstimateConstants = EstimateConstants()
+    motion: MotionConstants = MotionConstants()
+    cameras: CameraConstants = CameraConstants()
+
+
+FUSION = FusionConstants()

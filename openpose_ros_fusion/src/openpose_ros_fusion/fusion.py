@@ -1,0 +1,171 @@
+"""One set of people out of what several cameras see: the order of all steps."""
+import itertools
+from dataclasses import replace
+from typing import Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple
+
+import numpy as np
+
+from openpose_ros_fusion.association import CameraPerson, associate, forget, pair_rays
+from openpose_ros_fusion.constants import FUSION
+from openpose_ros_fusion.estimate import Measurements, estimate_joints
+from openpose_ros_fusion.sightings import Sighting, is_inferred
+from openpose_ros_fusion.tracks import Tracks
+from openpose_ros_pkg.people import FIRST_ID
+from openpose_ros_pkg.skeletons import COCO_18
+from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
+
+_JOINTS = len(COCO_18.joints)
+
+
+class _Assigned(NamedTuple):
+    """People of a sighting and the rows of their fused people, (P,); -1: nobody's."""
+
+    sighting: Sighting
+    rows: np.ndarray
+
+
+class PeopleFusion:
+    """Follows people whom several cameras see; not thread-safe.
+
+    Args:
+        ids: where new people's ids come from; None: 1, 2, 3, ...
+    """
+
+    def __init__(self, ids: Optional[Iterator[int]] = None) -> None:
+        self._ids = itertools.count(FIRST_ID) if ids is None else ids
+        self._tracks = Tracks.empty(0.0)
+        self._known: Dict[CameraPerson, int] = {}
+
+    def update(self, sightings: Sequence[Sighting], stamp: float) -> People3D:
+        """Return the people at a time.
+
+        Args:
+            sightings: of each camera one at most, new since the last time; those with other stamps are moved as their
+                people move.
+            stamp: [s]; a time before the last one begins anew.
+        """
+        if stamp < self._tracks.stamp or not len(self._tracks):
+            self._tracks, self._known = replace(Tracks.empty(stamp)), {}
+        tracks = self._tracks.predicted(stamp)
+        tracks = tracks.select(stamp - tracks.seen <= FUSION.motion.most_gap)
+        tracks, assigned = self._assign(tracks, sightings)
+        for sighting, rows in assigned:
+            for person, row in zip(sighting.ids.tolist(), rows.tolist()):
+                if row >= 0:
+                    self._known[sighting.camera, person] = int(tracks.ids[row])
+        tracks, status, confidence = _corrected(tracks, assigned)
+        self._tracks, self._known = tracks, forget(self._known, tracks.ids)
+        return _reported(tracks, status, confidence)
+
+    def _assign(self, tracks: Tracks, sightings: Sequence[Sighting]) -> Tuple[Tracks, List[_Assigned]]:
+        """Return the tracks with new ones, and who is who; cameras that measure depth come first."""
+        assigned: List[_Assigned] = []
+        for sighting in sorted(sightings, key=lambda one: not one.has_depth):
+            rows = self._rows(tracks, sighting)
+            new = np.flatnonzero(rows < 0) if sighting.has_depth else np.zeros(0, int)
+            rows[new] = len(tracks) + np.arange(len(new))
+            tracks = tracks.joined(self._begun(tracks.stamp, sighting.positions[new]))
+            assigned.append(_Assigned(sighting, rows))
+        return self._begin_from_rays(tracks, assigned)
+
+    def _rows(self, tracks: Tracks, sighting: Sighting) -> np.ndarray:
+        constants = FUSION.association
+        gates = np.minimum(constants.gate + constants.gate_growth * (tracks.stamp - tracks.seen), constants.most_gate)
+        return associate(sighting, tracks.at(sighting.stamp), tracks.ids, gates, self._known)
+
+    def _begin_from_rays(self, tracks: Tracks, assigned: List[_Assigned]) -> Tuple[Tracks, List[_Assigned]]:
+        """Begin tracks of people whose rays of two cameras meet, and assign them in the other cameras."""
+        constants = FUSION.association
+        for (first, rows), (second, others) in itertools.combinations(assigned, 2):
+            if first.has_depth or second.has_depth:
+                continue
+            free, free_others = np.flatnonzero(rows < 0), np.flatnonzero(others < 0)
+            pairs = pair_rays(_select(first, free), _select(second, free_others), 0.3 * constants.gate,
+                              constants.least_joints)
+            for one, other in zip(free[pairs[0]], free_others[pairs[1]]):
+                rows[one] = others[other] = len(tracks)
+                owner = np.zeros(2, int)
+                measured = Measurements(owner, np.stack([first.points([one])[0], second.points([other])[0]]),
+                                        _ray_information(first, one, second, other))
+                positions = estimate_joints(1, measured, FUSION.estimate).positions
+                tracks = tracks.joined(self._begun(tracks.stamp, positions))
+            for sighting, more in assigned:
+                left = np.flatnonzero(more < 0)
+                if len(left) and len(pairs[0]):
+                    more[left] = self._rows(tracks, _select(sighting, left))
+        return tracks, assigned
+
+    def _begun(self, stamp: float, positions: np.ndarray) -> Tracks:
+        """Return tracks of people (N, 18, 3) who were not seen before; their joints are known by what follows."""
+        number = len(positions)
+        unknown = np.zeros((number, _JOINTS, 3))
+        unknown[..., 0] = 1.0
+        times = np.full(number, stamp)
+        return Tracks(stamp, np.array([next(self._ids) for _ in range(number)], np.int64), positions,
+                      np.zeros((number, _JOINTS, 3)), unknown, times, times, np.zeros(number, np.int64))
+
+
+def _select(sighting: Sighting, rows: np.ndarray) -> Sighting:
+    """Return some of the people of a sighting."""
+    return replace(sighting, ids=sighting.ids[rows], positions=sighting.positions[rows],
+                   directions=sighting.directions[rows], sigma=sighting.sigma[rows], status=sighting.status[rows],
+                   confidence=sighting.confidence[rows])
+
+
+def _ray_information(first: Sighting, one: int, second: Sighting, other: int) -> np.ndarray:
+    """Return the information of two people's rays for joints 3 m from the cameras, (2, 18, 3, 3)."""
+    return np.concatenate([sighting.information(sighting.origin + 3.0 * sighting.directions[[row]], [row])
+                           for sighting, row in ((first, one), (second, other))])
+
+
+def _corrected(tracks: Tracks, assigned: Sequence[_Assigned]) -> Tuple[Tracks, np.ndarray, np.ndarray]:
+    """Return the tracks with what cameras saw; status and confidence of their joints, (F, 18)."""
+    number = len(tracks)
+    status = np.full((number, _JOINTS), MISSING, np.uint8)
+    confidence = np.zeros((number, _JOINTS))
+    prior = np.where(np.isfinite(tracks.positions), tracks.positions, 0.0)
+    variance = tracks.covariance[..., 0]
+    owners = [np.arange(number)]
+    points = [prior]
+    old = (tracks.born < tracks.stamp)[:, np.newaxis] & np.isfinite(tracks.positions).all(axis=2)
+    information = [np.where(old, 1 / variance, 0.0)[..., np.newaxis, np.newaxis] * np.eye(3)]
+    cameras = np.zeros(number, np.int64)
+    measured_by = np.zeros((number, _JOINTS), np.int64)
+    for sighting, rows in assigned:
+        people = np.flatnonzero(rows >= 0)
+        owner = rows[people]
+        seen = sighting.status[people] == MEASURED
+        np.add.at(measured_by, owner, seen * (2 if sighting.has_depth else 1))
+        np.add.at(cameras, owner, 1)
+    for sighting, rows in assigned:
+        people = np.flatnonzero(rows >= 0)
+        owner = rows[people]
+        moved = (tracks.stamp - sighting.stamp) * tracks.velocities[owner]
+        found = sighting.information(np.where(np.isfinite(prior[owner]), prior[owner], 0.0), people)
+        factor = np.where(is_inferred(sighting)[people] & (measured_by[owner] > 0), FUSION.estimate.inferred ** -2, 1.0)
+        owners.append(owner)
+        points.append(np.where(np.isfinite(sighting.points(people)), sighting.points(people), 0.0) + moved)
+        information.append(found * factor[..., np.newaxis, np.newaxis])
+        np.maximum.at(confidence, owner, np.nan_to_num(sighting.confidence[people]))
+    joints = estimate_joints(number, Measurements(np.concatenate(owners), np.concatenate(points),
+                                                  np.concatenate(information)), FUSION.estimate)
+    known = np.isfinite(joints.positions).all(axis=2)
+    status[known] = INFERRED
+    status[known & (measured_by >= 2)] = MEASURED
+    spread = np.trace(joints.covariance, axis1=2, axis2=3) / 3
+    after = tracks.corrected(joints.positions, np.where(known, spread, variance))
+    seen_now = cameras > 0
+    return replace(after, seen=np.where(seen_now, tracks.stamp, after.seen),
+                   cameras=np.maximum(after.cameras, cameras)), status, confidence
+
+
+def _reported(tracks: Tracks, status: np.ndarray, confidence: np.ndarray) -> People3D:
+    motion = FUSION.motion
+    kept = np.flatnonzero((tracks.stamp - tracks.seen <= motion.reported_gap)
+                          & ((tracks.cameras > 1) | (tracks.stamp - tracks.born >= motion.confirmed)))
+    status = np.where(np.isfinite(tracks.positions).all(axis=2), status, MISSING)[kept]
+    missing = status == MISSING
+    xyz = np.where(missing[..., np.newaxis], np.nan, tracks.positions[kept])
+    sigma = np.sqrt(3 * (tracks.covariance[kept, :, 0] + FUSION.estimate.common_sigma ** 2))
+    return People3D(COCO_18, xyz, confidence[kept], status, np.where(missing, np.nan, sigma), tracks.ids[kept],
+                    np.where(missing[..., np.newaxis], np.nan, tracks.velocities[kept]))

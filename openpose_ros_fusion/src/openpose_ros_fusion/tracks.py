@@ -1,0 +1,95 @@
+"""Fused people over time: each joint moves at a constant velocity, disturbed by an acceleration."""
+from dataclasses import dataclass, replace
+from typing import Tuple
+
+import numpy as np
+
+from openpose_ros_fusion.constants import FUSION, MotionConstants
+from openpose_ros_pkg.skeletons import COCO_18
+
+_JOINTS = len(COCO_18.joints)
+
+
+@dataclass(frozen=True, eq=False)
+class Tracks:
+    """F fused people at one time.
+
+    The covariance of a joint is the same along all axes.
+
+    Attributes:
+        stamp: [s].
+        ids: (F,) int64.
+        positions: (F, 18, 3) [m]; NaN where unknown.
+        velocities: (F, 18, 3) [m/s].
+        covariance: (F, 18, 3): variance of the position [m^2], covariance of position and velocity [m^2/s], variance
+            of the velocity [m^2/s^2], of an axis.
+        born, seen: (F,) stamps at which each was seen first and last [s].
+        cameras: (F,) int, greatest number of cameras that saw each at a time.
+    """
+
+    stamp: float
+    ids: np.ndarray
+    positions: np.ndarray
+    velocities: np.ndarray
+    covariance: np.ndarray
+    born: np.ndarray
+    seen: np.ndarray
+    cameras: np.ndarray
+
+    @classmethod
+    def empty(cls, stamp: float) -> 'Tracks':
+        """Return nobody."""
+        none = np.zeros((0, _JOINTS, 3))
+        return cls(stamp, np.zeros(0, np.int64), none, none, none, np.zeros(0), np.zeros(0), np.zeros(0, np.int64))
+
+    def __len__(self) -> int:
+        return len(self.ids)
+
+    def select(self, rows: np.ndarray) -> 'Tracks':
+        """Return some of the people, by a mask or by indices."""
+        return Tracks(self.stamp, *(value[rows] for value in self._arrays))
+
+    def joined(self, others: 'Tracks') -> 'Tracks':
+        """Return these people and then others."""
+        return Tracks(self.stamp, *(np.concatenate(pair) for pair in zip(self._arrays, others._arrays)))
+
+    @property
+    def _arrays(self) -> Tuple[np.ndarray, ...]:
+        return (self.ids, self.positions, self.velocities, self.covariance, self.born, self.seen, self.cameras)
+
+    def at(self, stamp: float) -> np.ndarray:
+        """Return where the joints are expected, (F, 18, 3) [m]."""
+        return self.positions + (stamp - self.stamp) * self.velocities
+
+    def predicted(self, stamp: float, constants: MotionConstants = FUSION.motion) -> 'Tracks':
+        """Return the people as they are expected at a later time [s]."""
+        step = max(stamp - self.stamp, 0.0)
+        place, mixed, speed = np.moveaxis(self.covariance, 2, 0)
+        noise = constants.acceleration ** 2
+        covariance = np.stack([place + 2 * step * mixed + step ** 2 * speed + noise * step ** 4 / 4,
+                               mixed + step * speed + noise * step ** 3 / 2, speed + noise * step ** 2], axis=2)
+        return replace(self, stamp=self.stamp + step, positions=self.positions + step * self.velocities,
+                       covariance=covariance)
+
+    def corrected(self, positions: np.ndarray, variance: np.ndarray) -> 'Tracks':
+        """Return the people after a frame.
+
+        Args:
+            positions: (F, 18, 3) [m], estimates that the prediction is a part of; NaN where there are none.
+            variance: (F, 18) [m^2], their variance per axis.
+        """
+        place, mixed, speed = np.moveaxis(self.covariance, 2, 0)
+        known = np.isfinite(self.positions).all(axis=2)
+        new = np.isfinite(positions).all(axis=2)
+        both = (known & new)[..., np.newaxis]
+        gain = mixed / np.maximum(place, 1e-12)
+        moved = np.where(both, positions - self.positions, 0.0)
+        velocities = self.velocities + gain[..., np.newaxis] * moved
+        rest = variance / np.maximum(place, 1e-12)
+        after = np.stack([variance, mixed * rest, speed - gain * mixed * (1 - rest)], axis=2)
+        first = np.stack([variance, np.zeros_like(variance),
+                          np.full_like(variance, FUSION.motion.first_speed ** 2)], axis=2)
+        covariance = np.where(both, after, np.where(new[..., np.newaxis], first, self.covariance))
+        return replace(self, positions=np.where(new[..., np.newaxis], positions, self.positions),
+                       velocities=np.where(new[..., np.newaxis] & ~known[..., np.newaxis], 0.0, velocities),
+                       covariance=covariance)
