@@ -85,8 +85,8 @@ class PeopleFusion:
             for one, other in zip(free[pairs[0]], free_others[pairs[1]]):
                 rows[one] = others[other] = len(tracks)
                 owner = np.zeros(2, int)
-                measured = Measurements(owner, np.stack([first.points([one])[0], second.points([other])[0]]),
-                                        _ray_information(first, one, second, other))
+                points = np.concatenate([first.points(np.array([one])), second.points(np.array([other]))])
+                measured = Measurements(owner, points, _ray_information(first, one, second, other))
                 positions = estimate_joints(1, measured, FUSION.estimate).positions
                 tracks = tracks.joined(self._begun(tracks.stamp, positions))
             for sighting, more in assigned:
@@ -114,7 +114,7 @@ def _select(sighting: Sighting, rows: np.ndarray) -> Sighting:
 
 def _ray_information(first: Sighting, one: int, second: Sighting, other: int) -> np.ndarray:
     """Return the information of two people's rays for joints 3 m from the cameras, (2, 18, 3, 3)."""
-    return np.concatenate([sighting.information(sighting.origin + 3.0 * sighting.directions[[row]], [row])
+    return np.concatenate([sighting.information(sighting.origin + 3.0 * sighting.directions[[row]], np.array([row]))
                            for sighting, row in ((first, one), (second, other))])
 
 
