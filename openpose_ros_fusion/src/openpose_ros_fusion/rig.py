@@ -1,0 +1,166 @@
+"""Where the cameras of a room stand, in a file.
+
+    fixed_frame: world
+    cameras:
+    - name: kitchen
+      frame_id: kitchen_rgb_optical_frame
+      rotation: [-0.5, 0.5, -0.5, 0.5]
+      translation: [0.0, 0.0, 1.4]
+      clock_offset: 0.07
+"""
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Mapping, Tuple
+
+import numpy as np
+import yaml
+from scipy.spatial.transform import Rotation
+
+from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_pkg.output.files import write_whole
+from openpose_ros_pkg.structured_text import yaml_value
+from skeleton_extract_3d.points.transform import Transform, quaternions
+
+# Quaternions may differ from length 1 by this, as those do that were rounded to few digits.
+_LENGTH_ERROR = 0.01
+_CAMERA_KEYS = ('name', 'frame_id', 'rotation', 'translation', 'clock_offset')
+
+
+@dataclass(frozen=True, eq=False)
+class RigCamera:
+    """A camera in the fixed frame: x_fixed = R x_camera + translation.
+
+    Attributes:
+        name: as the programs name it, its namespace.
+        frame_id: optical frame of its images or points (x right, y down, z forward).
+        rotation: (4,) unit quaternion x, y, z, w of R.
+        translation: (3,) [m], centre of the camera.
+        clock_offset: [s], is added to the stamps of this camera.
+
+    Raises:
+        ValueError: a value is of the wrong type, shape or range.
+    """
+
+    name: str
+    frame_id: str
+    rotation: np.ndarray = field(default_factory=lambda: np.array([0.0, 0.0, 0.0, 1.0]))
+    translation: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    clock_offset: float = 0.0
+
+    def __post_init__(self) -> None:
+        for key in ('name', 'frame_id'):
+            if not isinstance(getattr(self, key), str) or not getattr(self, key):
+                raise ValueError(f'{key} is {getattr(self, key)!r}, expected a text')
+        for key, count in (('rotation', 4), ('translation', 3), ('clock_offset', None)):
+            expected = 'a finite number' if count is None else f'{count} finite numbers'
+            try:
+                value = np.asarray(getattr(self, key), np.float64)
+            except (TypeError, ValueError, OverflowError):
+                value = np.full(1, np.nan)
+            if value.shape != (() if count is None else (count,)) or not np.isfinite(value).all():
+                raise ValueError(f'{key} of {self.name} is {getattr(self, key)!r}, expected {expected}')
+            object.__setattr__(self, key, float(value) if count is None else value)
+        length = float(np.linalg.norm(self.rotation))
+        if abs(length - 1) > _LENGTH_ERROR:
+            raise ValueError(f'rotation of {self.name} has the length {length:g}, expected that of a unit quaternion')
+        object.__setattr__(self, 'rotation', self.rotation / length)
+
+    @property
+    def pose(self) -> Transform:
+        """R (3, 3) and translation (3,) [m] from the optical frame to the fixed one."""
+        # SciPy before 1.4 has no as_matrix; a rotation of the axes is the same everywhere
+        return Rotation.from_quat(self.rotation).apply(np.eye(3)).T, self.translation
+
+
+@dataclass(frozen=True, eq=False)
+class Rig:
+    """The cameras of a room.
+
+    Attributes:
+        fixed_frame: frame in which they stand.
+        cameras: one at least, each name once.
+
+    Raises:
+        ValueError: there is no camera, a name is there twice, or a name is no text.
+    """
+
+    fixed_frame: str
+    cameras: Tuple[RigCamera, ...]
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.fixed_frame, str) or not self.fixed_frame:
+            raise ValueError(f'fixed_frame is {self.fixed_frame!r}, expected a text')
+        names = [camera.name for camera in self.cameras]
+        if not names:
+            raise ValueError('it has no cameras')
+        twice = sorted({name for name in names if names.count(name) > 1})
+        if twice:
+            raise ValueError(f'it has two cameras of the name {twice[0]!r}')
+
+    def camera(self, name: str) -> RigCamera:
+        """Return a camera by its name.
+
+        Raises:
+            BadInputError: there is none of this name; the text says which there are.
+        """
+        found = {camera.name: camera for camera in self.cameras}
+        if name not in found:
+            raise BadInputError(f"the rig has no camera '{name}', but {', '.join(found)}")
+        return found[name]
+
+
+def rig_camera(name: str, frame_id: str, pose: Transform, clock_offset: float = 0.0) -> RigCamera:
+    """Return a camera by the rotation (3, 3) and translation (3,) [m] from its optical frame to the fixed one."""
+    return RigCamera(name, frame_id, quaternions(np.asarray(pose[0])[np.newaxis])[0], np.asarray(pose[1]), clock_offset)
+
+
+def read_rig(path: Path) -> Rig:
+    """Read a rig.
+
+    `clock_offset` may be left out.
+
+    Raises:
+        BadInputError: it can not be read or is none; the text names the file, the key and what is expected.
+    """
+    try:
+        return _rig_of(yaml_value(path.read_text()))
+    except (OSError, ValueError) as error:
+        raise BadInputError(f'rig {path} can not be read: {error}') from error
+
+
+def write_rig(path: Path, rig: Rig) -> None:
+    """Write a rig, whole or not at all; reading it gives an equal one.
+
+    Raises:
+        OSError: it can not be written.
+    """
+    write_whole(path, rig_text(rig).encode())
+
+
+def rig_text(rig: Rig) -> str:
+    """Return the file."""
+    cameras = [{'name': camera.name, 'frame_id': camera.frame_id, 'rotation': camera.rotation.tolist(),
+                'translation': camera.translation.tolist(), 'clock_offset': camera.clock_offset}
+               for camera in rig.cameras]
+    return str(yaml.safe_dump({'fixed_frame': rig.fixed_frame, 'cameras': cameras}, default_flow_style=None,
+                              sort_keys=False))
+
+
+def _rig_of(values: Any) -> Rig:
+    """Return the rig in the values of a file; raises ValueError."""
+    _check_keys(values, 'the file', ('fixed_frame', 'cameras'), ())
+    if not isinstance(values['cameras'], list):
+        raise ValueError(f"cameras is {values['cameras']!r}, expected a list")
+    for camera in values['cameras']:
+        _check_keys(camera, 'a camera', _CAMERA_KEYS, ('clock_offset',))
+    return Rig(values['fixed_frame'], tuple(RigCamera(**camera) for camera in values['cameras']))
+
+
+def _check_keys(values: Any, what: str, keys: Tuple[str, ...], optional: Tuple[str, ...]) -> None:
+    if not isinstance(values, Mapping):
+        raise ValueError(f'{what} has no keys, expected {", ".join(keys)}')
+    missing = [key for key in keys if key not in values and key not in optional]
+    unknown = [str(key) for key in values if key not in keys]
+    if missing or unknown:
+        raise ValueError(f"{what} has no key '{missing[0]}'" if missing else
+                         f"{what} has the key '{unknown[0]}', expected {', '.join(keys)}")

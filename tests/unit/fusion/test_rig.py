@@ -1,0 +1,78 @@
+"""Files of rigs: what is written is read again, and what is wrong is named."""
+import numpy as np
+import pytest
+
+from openpose_ros_fusion.rig import Rig, RigCamera, read_rig, rig_camera, rig_text, write_rig
+from openpose_ros_pkg.errors import BadInputError
+
+# x forward of the room is z of the camera, its left is -x, up is -y
+LEVEL = np.array([[0.0, 0, 1], [-1, 0, 0], [0, -1, 0]])
+
+
+def rig():
+    return Rig('world', (rig_camera('left', 'left_optical', (LEVEL, np.array([0.0, 1.0, 1.5]))),
+                         rig_camera('right', 'right_optical', (LEVEL, np.array([0.25, -1.0, 1.5])), 0.07)))
+
+
+def test_a_rig_is_read_as_it_was_written(tmp_path):
+    write_rig(tmp_path / 'rig.yaml', rig())
+    read = read_rig(tmp_path / 'rig.yaml')
+    assert read.fixed_frame == 'world' and [camera.name for camera in read.cameras] == ['left', 'right']
+    assert rig_text(read) == rig_text(rig())
+    assert read.camera('right').clock_offset == 0.07 and read.camera('left').frame_id == 'left_optical'
+    rotation, centre = read.camera('right').pose
+    np.testing.assert_allclose(rotation, LEVEL, atol=1e-12)
+    np.testing.assert_allclose(rotation @ [0, 0, 2.0] + centre, [2.25, -1, 1.5], atol=1e-12)
+    assert [path.name for path in tmp_path.iterdir()] == ['rig.yaml']
+
+
+def test_values_by_hand(tmp_path):
+    """Without a clock offset, with whole numbers and a quaternion of few digits."""
+    (tmp_path / 'rig.yaml').write_text('fixed_frame: map\ncameras:\n- {name: a, frame_id: a, translation: [1, 2, 3], '
+                                       'rotation: [0.707, 0, 0, 0.707]}\n')
+    camera = read_rig(tmp_path / 'rig.yaml').camera('a')
+    assert camera.clock_offset == 0 and np.linalg.norm(camera.rotation) == pytest.approx(1, abs=1e-12)
+    np.testing.assert_array_equal(camera.translation, [1, 2, 3])
+
+
+def test_a_camera_that_is_not_there():
+    with pytest.raises(BadInputError, match="no camera 'top', but left, right"):
+        rig().camera('top')
+
+
+@pytest.mark.parametrize('text, told', [
+    ('', 'the file has no keys, expected fixed_frame, cameras'),
+    ('[1, 2]', 'the file has no keys'),
+    ('fixed_frame: world', "no key 'cameras'"),
+    ('{fixed_frame: world, cameras: []}', 'it has no cameras'),
+    ('{fixed_frame: world, cameras: 3}', 'cameras is 3, expected a list'),
+    ('{fixed_frame: 3, cameras: [CAMERA]}', 'fixed_frame is 3, expected a text'),
+    ('{fixed_frame: world, cameras: [CAMERA], speed: 1}', "key 'speed', expected fixed_frame, cameras"),
+    ('{fixed_frame: world, cameras: [CAMERA, CAMERA]}', "two cameras of the name 'a'"),
+    ('{fixed_frame: world, cameras: [{name: a}]}', "a camera has no key 'frame_id'"),
+    ('{fixed_frame: world, cameras: [3]}', 'a camera has no keys'),
+    ('{fixed_frame: world, cameras: [CAMERA', 'rig.yaml'),
+    ('\0', 'rig.yaml'),
+])
+def test_what_is_wrong_is_named(tmp_path, text, told):
+    camera = '{name: a, frame_id: a, rotation: [0, 0, 0, 1], translation: [0, 0, 0]}'
+    (tmp_path / 'rig.yaml').write_text(text.replace('CAMERA', camera))
+    with pytest.raises(BadInputError, match=r'rig\.yaml') as error:
+        read_rig(tmp_path / 'rig.yaml')
+    assert told in str(error.value)
+
+
+@pytest.mark.parametrize('wrong, told', [
+    ({'name': ''}, 'name is'), ({'frame_id': 4}, 'frame_id is 4'),
+    ({'rotation': [0, 0, 0, 2]}, 'length 2, expected'), ({'rotation': [0, 0, 1]}, '4 finite numbers'),
+    ({'translation': [0, 0, 'x']}, '3 finite numbers'), ({'translation': [0, 0, np.nan]}, '3 finite numbers'),
+    ({'clock_offset': np.inf}, 'a finite number'), ({'clock_offset': [0.1]}, 'a finite number'),
+])
+def test_wrong_values_of_a_camera(wrong, told):
+    with pytest.raises(ValueError, match=told):
+        RigCamera(**{'name': 'a', 'frame_id': 'a', **wrong})
+
+
+def test_a_file_that_is_not_there(tmp_path):
+    with pytest.raises(BadInputError, match=r'none\.yaml'):
+        read_rig(tmp_path / 'none.yaml')
