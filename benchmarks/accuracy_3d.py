@@ -34,7 +34,7 @@ import pandas as pd
 from scipy.optimize import linear_sum_assignment
 
 from common import Parser, errors_end_the_program
-from openpose_ros_mocap.people import pair_people
+from openpose_ros_fusion.alignment.people import pair_people
 from openpose_ros_pkg.detect.detector import Detector, DetectorSettings, Networks
 from openpose_ros_pkg.detect.following import FollowingParams
 from openpose_ros_pkg.detect.recipes import Recipe

@@ -23,8 +23,9 @@ import numpy as np
 from tqdm import tqdm
 
 from common import Parser, errors_end_the_program, markdown
-from openpose_ros_mocap.alignment import AlignmentParams, align
+from openpose_ros_fusion.alignment.alignment import AlignmentParams, align
 from openpose_ros_tools.tables.keypoint_csv import read_keypoint_csv
+from openpose_ros_tools.tables.keypoint_table import measured_people
 from simulated_mocap import CAMERA_START, Simulated, errors, sequence_truth, simulate
 
 # Of offset in frames, rotation [degrees], translation [mm].
@@ -58,7 +59,8 @@ def main() -> int:
             rows, expected = [], []
             for seed in tqdm(range(options.seeds), desc=folder.name, disable=None, leave=False):
                 scene = scene_of(folder, seed, options)
-                found = align(scene.estimate, scene.reference, AlignmentParams(use_sigma=options.use_sigma))
+                found = align(measured_people(scene.estimate), scene.reference,
+                              AlignmentParams(use_sigma=options.use_sigma))
                 rows.append(errors(scene, found))
                 expected.append((1e3 * found.clock_std, found.rotation_std, 1e3 * found.translation_std))
             frame = 1e3 * np.median(np.diff(np.unique(scene.estimate.stamps))) * 1e-9

@@ -7,7 +7,7 @@ from typing import Tuple
 import cv2
 import numpy as np
 
-from openpose_ros_mocap.alignment import Alignment
+from openpose_ros_fusion.alignment.alignment import Alignment
 from openpose_ros_mocap.joints import JointRecording
 from openpose_ros_mocap.truth_as_mocap import read_truth, resample
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 from scipy.spatial.transform import Rotation
 
-from openpose_ros_mocap.alignment import Alignment
+from openpose_ros_fusion.alignment.alignment import Alignment
 from openpose_ros_mocap.evaluation import Comparison
 from openpose_ros_mocap.figures import PCK_KEYS, Figures, number_or_none, summarize
 from openpose_ros_mocap.plots import TRAJECTORIES, all_figures

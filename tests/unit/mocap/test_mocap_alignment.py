@@ -6,11 +6,12 @@ import cv2
 import numpy as np
 import pytest
 
-from openpose_ros_mocap.alignment import AlignmentParams, align
-from openpose_ros_mocap.candidates import rigid_transform
-from openpose_ros_mocap.clock import JointPaths, bridged_gap, moving_speed
+from openpose_ros_fusion.alignment.alignment import AlignmentParams, align
+from openpose_ros_fusion.alignment.candidates import rigid_transform
+from openpose_ros_fusion.alignment.clock import JointPaths, bridged_gap, moving_speed
 from openpose_ros_mocap.joints import JointRecording
 from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_tools.tables.keypoint_table import measured_people
 from simulated_mocap import Simulated, errors, sequence_truth, simulate, walkers
 from skeleton_extract_3d.people import MEASURED, MISSING
 
@@ -35,7 +36,7 @@ def matrix(scene):
 def refused_or_doubted(estimate, reference, params=None):
     """Whether there is an error or a warning."""
     try:
-        return bool(align(estimate, reference, params).warnings)
+        return bool(align(measured_people(estimate), reference, params).warnings)
     except BadInputError:
         return True
 
@@ -43,14 +44,14 @@ def refused_or_doubted(estimate, reference, params=None):
 def test_nobody_is_refused(long_scene):
     nobody = long_scene.estimate.select(np.zeros(len(long_scene.estimate), bool))
     with pytest.raises(BadInputError, match='no rows'):
-        align(nobody, long_scene.reference)
+        align(measured_people(nobody), long_scene.reference)
 
 
 @pytest.mark.parametrize('seed', range(3))
 def test_shipped_sequence(seed):
     """Limits: a quarter of a frame, 0.5 degrees, 5 mm at the people and at the camera."""
     scene = simulate(sequence_truth(SHIPPED), seed)
-    found = align(scene.estimate, scene.reference)
+    found = align(measured_people(scene.estimate), scene.reference)
     offset, angle, at_people, at_camera = errors(scene, found)
     assert offset < FRAME_MS / 4 and angle < 0.5 and at_people < 5 and at_camera < 5
     assert not found.warnings and not found.clock_given and not found.transform_given
@@ -63,13 +64,14 @@ def test_development_sequences(name):
     if not (BENCH / name / 'gt.json').is_file():
         pytest.skip(f'the sequence {name} is not on this machine')
     scene = simulate(sequence_truth(BENCH / name), seed=0, noise=0.015 / np.sqrt(3))
-    found = align(scene.estimate, scene.reference)
+    found = align(measured_people(scene.estimate), scene.reference)
     offset, angle, at_people, _ = errors(scene, found)
     assert offset < FRAME_MS / 4 and angle < max(0.5, 3 * found.rotation_std) and at_people < 5
 
 
 def test_part_of_a_long_recording(long_scene):
-    offset, angle, at_people, at_camera = errors(long_scene, align(long_scene.estimate, long_scene.reference))
+    found = align(measured_people(long_scene.estimate), long_scene.reference)
+    offset, angle, at_people, at_camera = errors(long_scene, found)
     assert offset < 2 and angle < 0.1 and at_people < 3 and at_camera < 5
     assert np.abs(long_scene.clock_offset) > 1e9  # the clocks are years apart
 
@@ -79,7 +81,7 @@ def test_standard_deviations_are_those_of_the_errors():
     truth, ratios = walkers(4, 1, seed=5), []
     for seed in range(10):
         scene = simulate(truth, seed)
-        found = align(scene.estimate, scene.reference)
+        found = align(measured_people(scene.estimate), scene.reference)
         offset, angle, _, _ = errors(scene, found)
         ratios.append((offset / (1e3 * found.clock_std), angle / found.rotation_std))
     assert np.all(np.abs(np.sqrt(np.mean(np.square(ratios), axis=0)) - 1) < 0.5)
@@ -87,14 +89,16 @@ def test_standard_deviations_are_those_of_the_errors():
 
 def test_what_is_given_is_kept(long_scene):
     params = AlignmentParams(clock_offset=long_scene.clock_offset, transform=matrix(long_scene))
-    both = align(long_scene.estimate, long_scene.reference, params)
+    both = align(measured_people(long_scene.estimate), long_scene.reference, params)
     assert both.clock_offset == long_scene.clock_offset and both.curve is None
     np.testing.assert_array_equal(both.rotation, long_scene.rotation)
     np.testing.assert_array_equal(both.translation, long_scene.translation)
     assert both.clock_given and both.transform_given and np.isnan([both.clock_std, both.rotation_std]).all()
-    clock = align(long_scene.estimate, long_scene.reference, AlignmentParams(clock_offset=long_scene.clock_offset))
+    clock = align(measured_people(long_scene.estimate), long_scene.reference,
+                  AlignmentParams(clock_offset=long_scene.clock_offset))
     assert errors(long_scene, clock)[1] < 0.1 and errors(long_scene, clock)[2] < 3
-    place = align(long_scene.estimate, long_scene.reference, AlignmentParams(transform=matrix(long_scene)))
+    place = align(measured_people(long_scene.estimate), long_scene.reference,
+                  AlignmentParams(transform=matrix(long_scene)))
     assert errors(long_scene, place)[0] < 2
 
 
@@ -102,21 +106,21 @@ def test_a_single_frame_can_be_compared_where_all_is_given(long_scene):
     given = AlignmentParams(clock_offset=long_scene.clock_offset, transform=matrix(long_scene))
     row = int((long_scene.estimate.status == MEASURED).sum(axis=1).argmax())
     one = long_scene.estimate.select(np.array([row]))
-    found = align(one, long_scene.reference, given)
+    found = align(measured_people(one), long_scene.reference, given)
     assert 0 < found.samples < 30 and found.residual < 0.05 and not found.warnings
     # also at the very beginning of the reference, where speeds are unknown
     begin = dataclasses.replace(one, stamps=one.stamps * 0)
     start = long_scene.reference.times[0]
     first = JointRecording(('a',), [start, start + 1], np.stack([found.apply(one.positions[0])] * 2)[None])
-    assert align(begin, first, dataclasses.replace(given, clock_offset=start)).residual < 1e-6
+    assert align(measured_people(begin), first, dataclasses.replace(given, clock_offset=start)).residual < 1e-6
     with pytest.raises(BadInputError, match='nothing in common'):
-        align(one, long_scene.reference)
+        align(measured_people(one), long_scene.reference)
 
 
 @pytest.mark.parametrize('rate', [5.0, 10.0])
 def test_a_reference_of_a_low_rate(rate):
     scene = simulate(walkers(12, 2, seed=3), seed=4, rate=rate)
-    offset, angle, at_people, _ = errors(scene, align(scene.estimate, scene.reference))
+    offset, angle, at_people, _ = errors(scene, align(measured_people(scene.estimate), scene.reference))
     assert offset < FRAME_MS / 4 and angle < 0.5 and at_people < 5
 
 
@@ -130,7 +134,7 @@ def test_offset_is_searched_within_its_limit(long_scene):
     """With clocks of one epoch. A true offset above the limit is not found, and that is told."""
     shifted = dataclasses.replace(long_scene.estimate, stamps=long_scene.estimate.stamps
                                   + np.int64(round(1e9 * (long_scene.clock_offset - 4.0))))
-    found = align(shifted, long_scene.reference, AlignmentParams(max_clock_offset=10))
+    found = align(measured_people(shifted), long_scene.reference, AlignmentParams(max_clock_offset=10))
     assert abs(found.clock_offset - 4.0) < 0.002
     assert refused_or_doubted(shifted, long_scene.reference, AlignmentParams(max_clock_offset=1))
 
@@ -141,8 +145,9 @@ def test_standing_people_tell_no_clock():
                            np.repeat(truth.joints.positions[:, :1], len(truth.joints.times), axis=1))
     scene = simulate(dataclasses.replace(truth, joints=still), seed=1)
     with pytest.raises(BadInputError, match='--clock-offset'):
-        align(scene.estimate, scene.reference)
-    found = align(scene.estimate, scene.reference, AlignmentParams(clock_offset=scene.clock_offset))
+        align(measured_people(scene.estimate), scene.reference)
+    found = align(measured_people(scene.estimate), scene.reference,
+                  AlignmentParams(clock_offset=scene.clock_offset))
     assert errors(scene, found)[1] < 0.3 and errors(scene, found)[2] < 3
 
 
@@ -152,19 +157,20 @@ def test_another_scene_is_refused_or_doubted(long_scene):
 
 def test_recordings_that_do_not_meet(long_scene):
     with pytest.raises(BadInputError, match='same time'):
-        align(long_scene.estimate, long_scene.reference, AlignmentParams(clock_offset=long_scene.clock_offset + 500))
+        align(measured_people(long_scene.estimate), long_scene.reference,
+              AlignmentParams(clock_offset=long_scene.clock_offset + 500))
 
 
 def test_no_measured_joints(long_scene):
     hidden = dataclasses.replace(long_scene.estimate, status=np.full_like(long_scene.estimate.status, MISSING))
     with pytest.raises(BadInputError, match='in common'):
-        align(hidden, long_scene.reference)
+        align(measured_people(hidden), long_scene.reference)
 
 
 def test_a_stamp_of_zero_is_refused(long_scene):
     stamps = np.where(np.arange(len(long_scene.estimate)) == 0, 0, long_scene.estimate.stamps)
     with pytest.raises(BadInputError, match='times of the poses span'):
-        align(dataclasses.replace(long_scene.estimate, stamps=stamps), long_scene.reference)
+        align(measured_people(dataclasses.replace(long_scene.estimate, stamps=stamps)), long_scene.reference)
 
 
 def test_sigma_weighs(long_scene):
@@ -175,8 +181,8 @@ def test_sigma_weighs(long_scene):
     noisy = dataclasses.replace(
         long_scene.estimate, positions=long_scene.estimate.positions + noise,
         sigma=np.where(bad, 0.14, long_scene.estimate.sigma).astype(np.float32))
-    weighed = align(noisy, long_scene.reference, AlignmentParams(use_sigma=True))
-    plain = align(noisy, long_scene.reference)
+    weighed = align(measured_people(noisy), long_scene.reference, AlignmentParams(use_sigma=True))
+    plain = align(measured_people(noisy), long_scene.reference)
     assert errors(long_scene, weighed)[1] < 0.15 and weighed.rotation_std < plain.rotation_std
 
 

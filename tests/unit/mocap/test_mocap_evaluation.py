@@ -4,7 +4,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from openpose_ros_mocap.alignment import Alignment
+from openpose_ros_fusion.alignment.alignment import Alignment
 from openpose_ros_mocap.evaluation import EvaluationParams, compare
 from openpose_ros_mocap.figures import summarize
 from openpose_ros_mocap.joints import JointRecording

@@ -32,7 +32,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 from tqdm import tqdm
 
-from openpose_ros_mocap.alignment import AlignmentParams, align
+from openpose_ros_fusion.alignment.alignment import AlignmentParams, align
 from openpose_ros_mocap.evaluation import EvaluationParams, compare
 from openpose_ros_mocap.files import read_mocap
 from openpose_ros_mocap.joints import chosen_map, joints_of
@@ -43,7 +43,7 @@ from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.structured_text import json_value
 from openpose_ros_tools.command_options import add_time_span, check_time_span, command_parser, positive_number
 from openpose_ros_tools.tables.keypoint_csv import read_keypoint_csv
-from openpose_ros_tools.tables.keypoint_table import KeypointTable
+from openpose_ros_tools.tables.keypoint_table import KeypointTable, measured_people
 
 # A rotation that was written with few digits still counts as one.
 _ROTATION_TOLERANCE = 1e-2
@@ -133,7 +133,7 @@ def _run(options: argparse.Namespace) -> int:
     recording = read_mocap(options.mocap)
     marker_map = chosen_map(recording, read_marker_map(options.markers))
     reference = joints_of(recording, marker_map)
-    alignment = align(poses, reference, AlignmentParams(
+    alignment = align(measured_people(poses), reference, AlignmentParams(
         options.clock_offset, transform, options.max_clock_offset, options.max_gap, options.use_sigma),
         partial(tqdm, desc='aligning', disable=None, leave=False))
     names = (options.joints or '').split(',')

@@ -4,6 +4,8 @@ from typing import Dict, Iterable, Iterator, List, NamedTuple, Set, Tuple
 
 import numpy as np
 
+from openpose_ros_fusion.alignment.alignment import MeasuredPeople
+from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
 from skeleton_extract_3d.people import MEASURED, MISSING
 
@@ -144,6 +146,20 @@ def table_of(rows: Iterable[PersonRow], dimensions: int, joints: Tuple[str, ...]
     stamps = np.array([row.stamp or frame[0].time for frame in frames_of(rows) for row in frame], np.int64)
     return KeypointTable(stamps, np.array([row.frame_id for row in rows], np.str_),
                          np.array([row.person for row in rows], np.int64), positions, confidence, status, sigma, joints)
+
+
+def measured_people(table: KeypointTable) -> MeasuredPeople:
+    """Return the MEASURED joints of a table in space.
+
+    Raises:
+        BadInputError: the table is not in space.
+    """
+    if table.dimensions != 3:
+        raise BadInputError('the keypoints are in the image, expected people in space')
+    known = (table.status == MEASURED) & np.isfinite(table.positions).all(axis=2)
+    return MeasuredPeople(table.stamps, table.ids,
+                          np.where(known[..., np.newaxis], table.positions.astype(np.float64), np.nan),
+                          np.where(known, table.sigma.astype(np.float64), np.nan))
 
 
 def complete_status(parts: np.ndarray, has_status: np.ndarray) -> None:

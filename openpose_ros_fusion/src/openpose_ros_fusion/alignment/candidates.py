@@ -5,7 +5,7 @@ from typing import Callable, Iterable, List, Optional, Tuple
 
 import numpy as np
 
-from openpose_ros_mocap.clock import Correlations, JointPaths
+from openpose_ros_fusion.alignment.clock import Correlations, JointPaths
 from openpose_ros_pkg.errors import BadInputError
 
 _LEAST_POINTS = 30  # joints that a track must have in common with a subject, for a transform to be found

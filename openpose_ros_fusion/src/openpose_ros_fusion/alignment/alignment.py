@@ -1,27 +1,26 @@
-"""Find the clock offset and the rigid transform between a camera's people and motion capture, without a prior.
+"""Find the clock offset and the rigid transform between two recordings of the same people, without a prior.
+
+The estimate is of a camera; the reference is of motion capture, or of another camera.
 
 1. The speeds of joints, which no rotation changes, are correlated for all lags (`clock`): candidates for the lag.
 2. For each, a few pairs of track and subject give a transform each (Kabsch, robust); the one by which most joints of
    all people meet wins, so nobody needs to say who is who (`candidates`).
 3. Lag and transform are refined together, by robust least squares on the joints that were measured (`refinement`).
 
-A joint that is always found beside the marker's joint, as a detector's hip is, can not be told from a shift of the
+A joint that is always found beside that of the reference, as a detector's hip is, can not be told from a shift of the
 camera as long as people do not turn; with many joints and people that turn it cancels. A constant delay of the
 estimate is a part of the clock offset.
 """
 from dataclasses import dataclass
-from typing import Callable, Iterable, List, Optional, Tuple
+from typing import Callable, Iterable, List, Optional, Protocol, Tuple
 
 import numpy as np
 
-from openpose_ros_mocap.candidates import Observed, Solution, find_candidates, least_points, likely_lags
-from openpose_ros_mocap.clock import Correlations, JointPaths, bridged_gap, correlate_speeds, moving_speed
-from openpose_ros_mocap.joints import JointRecording
-from openpose_ros_mocap.people import steady_ids
-from openpose_ros_mocap.refinement import Refined, refine
+from openpose_ros_fusion.alignment.candidates import Observed, Solution, find_candidates, least_points, likely_lags
+from openpose_ros_fusion.alignment.clock import Correlations, JointPaths, bridged_gap, correlate_speeds, moving_speed
+from openpose_ros_fusion.alignment.people import steady_ids
+from openpose_ros_fusion.alignment.refinement import Refined, refine
 from openpose_ros_pkg.errors import BadInputError
-from openpose_ros_tools.tables.keypoint_table import KeypointTable
-from skeleton_extract_3d.people import MEASURED
 
 # Rows by which candidates are refined, and then the best one; steps of each.
 _REFINING_ROWS, _FINAL_ROWS, _REFINING_STEPS, _FINAL_STEPS = 3000, 20000, 8, 40
@@ -35,6 +34,35 @@ _LEAST_CORRELATION, _SAFE_CORRELATION = 0.2, 0.5
 _RIVAL = 0.9
 # Residuals above make the result doubtful [m], as an uncertain clock does, in frames.
 _LARGE_RESIDUAL, _UNCERTAIN_FRAMES = 0.1, 0.25
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredPeople:
+    """The joints that a camera measured, one row per person and frame, in any order.
+
+    Attributes:
+        stamps: (R,) int64 [ns], one for the people of a frame.
+        ids: (R,) int64, of tracks.
+        positions: (R, K, 3) float64 [m] in the frame of the camera; NaN where a joint was not measured.
+        sigma: (R, K) [m] standard deviation in space; NaN where not known.
+    """
+
+    stamps: np.ndarray
+    ids: np.ndarray
+    positions: np.ndarray
+    sigma: np.ndarray
+
+
+class Reference(Protocol):
+    """Joints of S people at T times, by any clock and in any frame."""
+
+    @property
+    def times(self) -> np.ndarray:
+        """(T,) float64 [s], increasing."""
+
+    @property
+    def positions(self) -> np.ndarray:
+        """(S, T, K, 3) float64 [m]; NaN where missing. The K joints are those of the estimate."""
 
 
 @dataclass(frozen=True)
@@ -110,12 +138,12 @@ class Alignment:
         return np.asarray(positions, np.float64) @ self.rotation.T + self.translation
 
 
-def align(estimate: KeypointTable, reference: JointRecording, params: Optional[AlignmentParams] = None,
+def align(estimate: MeasuredPeople, reference: Reference, params: Optional[AlignmentParams] = None,
           progress: Callable[[Iterable], Iterable] = iter) -> Alignment:
     """Find what is not given of clock offset and transform.
 
     Args:
-        estimate: in space; its MEASURED joints are used.
+        estimate: of a camera.
         reference: at any rate, in any frame.
         progress: wraps the candidates, to show how far the search is.
 
@@ -157,13 +185,13 @@ def align(estimate: KeypointTable, reference: JointRecording, params: Optional[A
         tuple(_doubts(best, rival, curve, observed.frame_time)))
 
 
-def _observed(estimate: KeypointTable, reference: JointRecording, use_sigma: bool) -> Tuple[Observed, np.ndarray]:
+def _observed(estimate: MeasuredPeople, reference: Reference, use_sigma: bool) -> Tuple[Observed, np.ndarray]:
     """Return the measured joints that the reference has, and the numbers (K',) of those joints."""
-    if not len(estimate) or estimate.dimensions != 3:
-        raise BadInputError('the estimate has no people in space' if len(estimate) else 'the estimate has no rows')
-    if not len(reference.times) or not len(reference.subjects):
+    if not len(estimate.stamps):
+        raise BadInputError('the estimate has no rows')
+    if not len(reference.times) or not len(reference.positions):
         raise BadInputError('the reference has no people')
-    measured = (estimate.status == MEASURED) & np.isfinite(estimate.positions).all(axis=2)
+    measured = np.isfinite(estimate.positions).all(axis=2)
     joints = np.flatnonzero(measured.any(axis=0) & np.isfinite(reference.positions).all(axis=3).any(axis=(0, 1)))
     if len(joints) < 3:
         raise BadInputError(f'estimate and reference have {len(joints)} measured joints in common, expected 3 or more')
