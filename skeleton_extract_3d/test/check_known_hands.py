@@ -127,7 +127,7 @@ class KnownHandsTest(unittest.TestCase):
         def report():
             hands.wait(1, self.send())
             found = [{stage.stage: stage for stage in message.stages} for message in list(timing.messages)]
-            return [stages for stages in found if stages['age'].count > 0]
+            return [stages for stages in found if stages['age'].count > 0 and stages['landmarks'].count > 0]
 
         stages = await_true(report, 'a report')[-1]
         self.assertGreater(stages['landmarks'].mean, 0)

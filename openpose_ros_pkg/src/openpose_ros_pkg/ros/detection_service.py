@@ -193,19 +193,21 @@ class DetectionService:
         prepared, header = computed.prepared, computed.prepared.header
         people = self._stream.finish(computed.frame)
         decoded = time.monotonic()
-        landmarks = self._find_landmarks(people, prepared)
-        found = time.monotonic()
         messages = convert.people_to_messages(people, header)
         if self._publisher is not None:
-            self._publisher.publish(Drawing(header, prepared.bgr, people, None, landmarks), messages,
-                                    self._scaled(people, prepared))
+            self._publisher.publish(messages, header, people.skeleton, self._scaled(people, prepared))
+        published = time.monotonic()
+        landmarks = self._find_landmarks(people, prepared)
+        found = time.monotonic()
+        if self._publisher is not None:
+            self._publisher.draw(Drawing(header, prepared.bgr, people, None, landmarks))
         if self._recorder is not None:
             self._recorder.submit(next(self._numbers), prepared.bgr, people, landmarks)
         end = time.monotonic()
         network, total = computed.network_seconds, end - prepared.received
         for stage, seconds in (('wait_for_network', computed.waited), ('network', network),
                                ('decode', computed.seconds - network + decoded - begin),
-                               (LANDMARK_STAGE, found - decoded), ('publish', end - found),
+                               (LANDMARK_STAGE, found - published), ('publish', published - decoded + end - found),
                                ('total', total), ('added', total - computed.waited - network)):
             self._timing.add(stage, seconds)
         return messages

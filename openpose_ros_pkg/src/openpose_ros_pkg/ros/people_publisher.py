@@ -20,6 +20,7 @@ from openpose_ros_pkg.ros import convert
 from openpose_ros_pkg.ros.demand import Demand
 from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.ros.timing_report import TimingReport
+from openpose_ros_pkg.skeletons import SkeletonModel
 from openpose_ros_pkg.stream.newest_wins import NewestWinsWorker
 
 # Frames whose results wait for a subscriber that does not read: 3 s at 30 Hz, and as many as a topic's queue in `rosbag
@@ -83,18 +84,22 @@ class PeoplePublisher:
         """Whether somebody wants the drawn image."""
         return _is_wanted(self._image_publisher) or _is_wanted(self._compressed_publisher)
 
-    def publish(self, drawing: Drawing, messages: Sequence[PersonDetection],
+    def publish(self, messages: Sequence[PersonDetection], header: Header, skeleton: SkeletonModel,
                 scaled: Optional[Sequence[PersonDetection]] = None) -> None:
         """Publish the people of an image.
 
         Args:
-            drawing: the people; the image may be read after this call.
             messages: one of each person, as `convert.people_to_messages` makes them.
+            header: of the image.
+            skeleton: whose joints they have.
             scaled: the messages for detected_poses_keypoints where those are not in pixels.
         """
-        self._array_publisher.publish(convert.people_to_array(messages, drawing.header, drawing.people.skeleton))
+        self._array_publisher.publish(convert.people_to_array(messages, header, skeleton))
         for message in messages if scaled is None else scaled:
             self._person_publisher.publish(message)
+
+    def draw(self, drawing: Drawing) -> None:
+        """Have an image drawn and published, if somebody listens; it may be read after this call."""
         if self.draws:
             self._painter.submit(drawing)
 

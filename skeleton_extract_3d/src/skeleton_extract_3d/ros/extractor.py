@@ -62,9 +62,9 @@ NAMESPACE = 'openpose_ros/skeleton_3d'
 # A greater latency [s] is that of a recording played without its clock, and not reported.
 _GREATEST_LATENCY = 10.0
 # Stages of the timing report whose durations add up to the age of a result; docs/ros_api.md says what each is.
-AGE_STAGES = ('transport', 'wait', 'prepare', 'detection', 'wait_for_lifting', 'estimate', LANDMARK_STAGE, 'publish')
+AGE_STAGES = ('transport', 'wait', 'prepare', 'detection', 'wait_for_lifting', 'estimate', 'publish')
 STAGES = (*AGE_STAGES[:3], 'wait_for_network', 'network', 'decode', *AGE_STAGES[3:5], *ESTIMATOR_STAGES,
-          *AGE_STAGES[5:], 'total', 'age', DRAW_STAGE)
+          *AGE_STAGES[5:], 'total', 'age', LANDMARK_STAGE, DRAW_STAGE)
 
 
 class _Pair(NamedTuple):
@@ -217,19 +217,22 @@ class Extractor:
         camera = camera_frame(frame.bgr, frame.points, header, tracking_from_points, floor)
         estimate = self._lifter.estimate(detections, camera)
         estimated = time.monotonic()
-        landmarks = self._find_landmarks(estimate, camera, image.header, header)
-        completed = time.monotonic()
         self._report(estimate, frame.points)
         self._say_doubts(estimate)
-        self._publish_2d(estimate, image.header, frame.bgr, landmarks)
+        if self._publisher_2d is not None:
+            people = estimate.in_image
+            self._publisher_2d.publish(convert_2d.people_to_messages(people, image.header), image.header,
+                                       people.skeleton)
         self._camera_info.publish(image.header, (image.width, image.height), lambda: _camera_of(frame.points, image))
         self._publish(estimate.people, header)
         end = time.monotonic()
         self._note({**_stages_of_detection(computed, found - begin),
                     'wait_for_lifting': begin - computed.end + looked_up - found, **estimate.timing,
-                    'estimate': estimated - looked_up, LANDMARK_STAGE: completed - estimated,
-                    'publish': end - completed,
+                    'estimate': estimated - looked_up, 'publish': end - estimated,
                     'total': end - computed.prepared.received}, header)
+        landmarks = self._find_landmarks(estimate, camera, image.header, header)
+        self._timing.add(LANDMARK_STAGE, time.monotonic() - end)
+        self._draw(estimate, image.header, frame.bgr, landmarks)
 
     def _note(self, stages: Dict[str, float], header: Header) -> None:
         """Report how long the stages of a result took, which was published just now."""
@@ -266,14 +269,12 @@ class Extractor:
             self._health.warn('no hands and faces', str(error) if isinstance(error, BadInputError) else repr(error))
             return None
 
-    def _publish_2d(self, estimate: Estimate, header: Header, bgr: np.ndarray, landmarks: Optional[Landmarks2D]
-                    ) -> None:
+    def _draw(self, estimate: Estimate, header: Header, bgr: np.ndarray, landmarks: Optional[Landmarks2D]) -> None:
         if self._publisher_2d is not None:
             people = estimate.in_image
             hidden = np.zeros(people.present.shape, bool)
             hidden[:len(estimate.hidden)] = estimate.hidden
-            self._publisher_2d.publish(Drawing(header, bgr, people, hidden, landmarks),
-                                       convert_2d.people_to_messages(people, header))
+            self._publisher_2d.draw(Drawing(header, bgr, people, hidden, landmarks))
 
     def reconfigure(self, settings: ExtractorSettings) -> None:
         """Take new parameters; they hold from the next frame on."""
