@@ -46,12 +46,27 @@ class MotionConstants:
 
 
 @dataclass(frozen=True)
+class CollectorConstants:
+    """Which messages of the cameras make one update."""
+
+    near: float = constant(0.5, 'Messages whose stamps are this share of the shortest period apart belong together.')
+    silent: float = constant(1.0, 'Nothing is expected of a camera that sent nothing for longer.', unit='s')
+    reset: float = constant(1.0, 'Stamps that are further from those of the others are out of time; when no others '
+                                 'came for as long, all begins anew.', unit='s')
+    growth: float = constant(1.1, 'From step to step, the period of a camera grows by this factor at most: lost '
+                                  'messages lengthen a step.')
+
+
+@dataclass(frozen=True)
 class CameraConstants:
     """What a camera is like, beside the others."""
 
     memory: float = constant(3.0, 'Time over which its error and its clock are judged.', unit='s')
-    wrong: float = constant(0.05, 'A camera whose people are further off (median) is reported, where others agree '
-                                  'better.', unit='m')
+    wrong: float = constant(0.06, 'Cameras whose people are further apart (mean over the joints) disagree.', unit='m')
+    least_joints: int = constant(100, 'Joints that two cameras must have measured in that time to be compared.')
+    outlier: float = constant(0.3, 'Joints that are further apart are not compared: one of them is somewhere else.',
+                              unit='m')
+    clock_error: float = constant(0.015, 'A clock offset is reported once its standard deviation is below.', unit='s')
     silent: float = constant(1.0, 'A camera that sent nothing for longer is reported.', unit='s')
 
 
@@ -62,6 +77,7 @@ class FusionConstants:
     association: AssociationConstants = AssociationConstants()
     estimate: EstimateConstants = EstimateConstants()
     motion: MotionConstants = MotionConstants()
+    collector: CollectorConstants = CollectorConstants()
     cameras: CameraConstants = CameraConstants()
 
 

@@ -1,0 +1,95 @@
+"""Cameras around walking people: what each of them sees, with known noise, clocks and mistakes of calibration."""
+from dataclasses import dataclass, field
+from typing import Optional, Tuple
+
+import numpy as np
+
+from openpose_ros_fusion.sightings import Sighting, from_space, without_depth
+from openpose_ros_pkg.skeletons import COCO_18, MESSAGE_JOINTS
+from simulated_mocap import walkers
+from skeleton_extract_3d.people import MEASURED, People3D
+
+COLUMNS = [MESSAGE_JOINTS.index(joint) for joint in COCO_18.joints]
+
+
+@dataclass(frozen=True)
+class Room:
+    """S people who walk about around the origin, z up.
+
+    Attributes:
+        times: (T,) [s].
+        joints: (S, T, 18, 3) [m].
+    """
+
+    times: np.ndarray
+    joints: np.ndarray
+
+    def at(self, time: float) -> np.ndarray:
+        """Return the true joints at a time, (S, 18, 3) [m]."""
+        row = int(np.clip(np.searchsorted(self.times, time) - 1, 0, len(self.times) - 2))
+        share = (time - self.times[row]) / (self.times[row + 1] - self.times[row])
+        return (1 - share) * self.joints[:, row] + share * self.joints[:, row + 1]
+
+
+def walking(seconds: float, people: int, seed: int = 0) -> Room:
+    """Return people who walk about and swing their arms."""
+    truth = walkers(seconds, people, seed, rate=60.0).joints
+    return Room(truth.times - truth.times[0], truth.positions[:, :, COLUMNS])
+
+
+def looking_at_the_middle(angle: float, distance: float = 5.0, height: float = 1.5) -> Tuple[np.ndarray, np.ndarray]:
+    """Return the pose of a camera at an angle [rad] around the middle of the room."""
+    origin = np.array([distance * np.cos(angle), distance * np.sin(angle), height])
+    forward = np.array([0, 0, 1.0]) - origin
+    forward /= np.linalg.norm(forward)
+    right = np.cross(forward, [0, 0, 1.0])
+    right /= np.linalg.norm(right)
+    return np.stack([right, np.cross(forward, right), forward], axis=1), origin
+
+
+@dataclass
+class SimulatedCamera:
+    """A camera of the room.
+
+    Attributes:
+        pose: its true rotation (3, 3) and translation (3,) [m] to the frame of the room.
+        late: by which its stamps are too great [s].
+        moved: by which it is believed to stand elsewhere, (3,) [m].
+        noise: of its joints, standard deviation per axis [m].
+        angle: of its rays [rad], for a camera without depth; None: it has depth.
+        swapped: ids of the first two people are exchanged.
+    """
+
+    name: str
+    pose: Tuple[np.ndarray, np.ndarray]
+    late: float = 0.0
+    moved: Tuple[float, float, float] = (0.0, 0.0, 0.0)
+    noise: float = 0.02
+    angle: Optional[float] = None
+    swapped: bool = False
+    random: np.random.RandomState = field(default_factory=lambda: np.random.RandomState(0))
+
+    def see(self, room: Room, time: float, people: Optional[Tuple[int, ...]] = None) -> Sighting:
+        """Return what the camera sees at a true time.
+
+        Args:
+            people: those whom it sees; None: everybody.
+        """
+        joints = room.at(time)
+        chosen = list(range(len(joints)) if people is None else people)
+        rotation, origin = self.pose
+        seen = joints[chosen] + self.random.normal(0, self.noise, (len(chosen), *joints.shape[1:]))
+        ids = np.array(chosen, np.int64) + 1
+        if self.swapped and len(ids) > 1:
+            ids[:2] = ids[1::-1]
+        shape = seen.shape[:2]
+        found = People3D(COCO_18, (seen - origin) @ rotation, np.ones(shape), np.full(shape, MEASURED, np.uint8),
+                         np.full(shape, max(self.noise, 0.001) * np.sqrt(3)), ids)
+        sighting = from_space(self.name, time + self.late, found, (rotation, origin + np.array(self.moved)))
+        return sighting if self.angle is None else without_depth(sighting, self.angle)
+
+
+def around(count: int, **differences: object) -> Tuple[SimulatedCamera, ...]:
+    """Return cameras evenly around the room: camera0, camera1, ..."""
+    return tuple(SimulatedCamera(f'camera{number}', looking_at_the_middle(2 * np.pi * number / count),
+                                 random=np.random.RandomState(number), **differences) for number in range(count))
