@@ -1,7 +1,7 @@
 """What each camera is like beside the others: whether it stands where it should, and its clock.
 
-Two cameras i and j measured a joint at x_i and x_j, moved to one stamp; it moves at v. If the clocks are to be corrected
-by c_i and c_j, and what i measures lies beside what j measures by b,
+Two cameras i and j measured a joint at x_i and x_j, moved to one stamp; it moves at v. If the clocks are to be
+corrected by c_i and c_j, and what i measures lies beside what j measures by b,
 
     x_i - x_j = b + (c_i - c_j) v,
 
@@ -80,6 +80,12 @@ class CameraJudge:
                 sums.append(self._compared(seen[pair[0]], seen[pair[1]], velocities, stamp))
             while sums and not 0 <= stamp - sums[0].stamp <= self._constants.memory:
                 sums.popleft()
+
+    def forget(self, camera: str) -> None:
+        """Forget what is known of a camera, as its clock has changed."""
+        for pair, sums in self._sums.items():
+            if camera in pair:
+                sums.clear()
 
     def judgements(self) -> Dict[str, CameraJudgement]:
         """Return what is known of each camera now."""

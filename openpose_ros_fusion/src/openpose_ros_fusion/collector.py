@@ -32,6 +32,7 @@ class _Camera:
         period: between its messages [s]; 0 while unknown.
         dropped: messages that were replaced by newer ones before an update.
         out_of_time: messages that were left out.
+        is_out_of_time: whether the newest one was.
     """
 
     pending: Optional[Sighting] = None
@@ -40,6 +41,7 @@ class _Camera:
     period: float = 0.0
     dropped: int = 0
     out_of_time: int = 0
+    is_out_of_time: bool = False
 
 
 class Collector:
@@ -69,6 +71,10 @@ class Collector:
         """Messages by camera that were left out, as their stamps are beside those of the others."""
         return {name: camera.out_of_time for name, camera in self._cameras.items()}
 
+    def is_out_of_time(self, camera: str) -> bool:
+        """Return whether the newest message of a camera was left out for its stamp."""
+        return self._cameras[camera].is_out_of_time
+
     @property
     def deadline(self) -> Optional[float]:
         """Time at which `due` has an update, whatever comes [s]; None while nothing waits."""
@@ -86,6 +92,7 @@ class Collector:
             self._last = float('-inf')
         elif not self._in_time(sighting.stamp, now):
             if now - self._updated <= self._constants.reset:
+                camera.is_out_of_time = True
                 camera.out_of_time += 1
                 return []
             self._last = float('-inf')
@@ -139,7 +146,8 @@ class Collector:
         sightings = [camera.pending for camera in waiting
                      if camera.pending is not None and abs(camera.stamp - middle) <= self._constants.reset]
         for camera in waiting:
-            camera.out_of_time += camera.pending not in sightings
+            camera.is_out_of_time = camera.pending not in sightings
+            camera.out_of_time += camera.is_out_of_time
             camera.pending = None
         self._begun, self._updated, self._last = None, now, max(sighting.stamp for sighting in sightings)
         return Update(self._last, tuple(sightings))

@@ -1,7 +1,7 @@
 """One set of people out of what several cameras see: the order of all steps."""
 import itertools
 from dataclasses import replace
-from typing import Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Dict, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -35,6 +35,11 @@ class PeopleFusion:
         self._ids = itertools.count(FIRST_ID) if ids is None else ids
         self._tracks = Tracks.empty(0.0)
         self._known: Dict[CameraPerson, int] = {}
+
+    @property
+    def known(self) -> Mapping[CameraPerson, int]:
+        """Ids of the fused people by the persons of the cameras."""
+        return self._known
 
     def update(self, sightings: Sequence[Sighting], stamp: float) -> People3D:
         """Return the people at a time.

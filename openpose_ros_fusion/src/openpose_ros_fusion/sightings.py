@@ -6,7 +6,7 @@ import numpy as np
 
 from openpose_ros_fusion.constants import FUSION
 from openpose_ros_pkg.people import People2D
-from openpose_ros_pkg.skeletons import COCO_18
+from openpose_ros_pkg.skeletons import COCO_18, SkeletonModel
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.transform import Transform
@@ -85,16 +85,18 @@ def from_space(camera: str, stamp: float, people: People3D, pose: Transform) -> 
     """Return the people in space of a camera in the common frame.
 
     Args:
-        people: in the optical frame of the camera, with the joints of COCO_18.
+        people: in the optical frame of the camera; joints that COCO_18 has not are left out.
         pose: from that frame to the common one.
     """
     rotation, origin = np.asarray(pose[0], np.float64), np.asarray(pose[1], np.float64)
-    positions = people.xyz.astype(np.float64) @ rotation.T + origin
+    positions = _in_coco(people.xyz.astype(np.float64), people.skeleton, np.nan) @ rotation.T + origin
     directions = positions - origin
     with np.errstate(invalid='ignore', divide='ignore'):
         directions = directions / np.linalg.norm(directions, axis=2, keepdims=True)
-    return Sighting(camera, stamp, origin, people.ids, positions, directions, people.sigma.astype(np.float64) / _AXES,
-                    people.status, people.confidence)
+    sigma = _in_coco(people.sigma.astype(np.float64), people.skeleton, np.nan) / _AXES
+    return Sighting(camera, stamp, origin, people.ids, positions, directions, sigma,
+                    _in_coco(people.status, people.skeleton, MISSING),
+                    _in_coco(people.confidence, people.skeleton, 0.0))
 
 
 def from_image(camera: str, stamp: float, people: People2D, model: CameraModel, pose: Transform,
@@ -102,19 +104,31 @@ def from_image(camera: str, stamp: float, people: People2D, model: CameraModel, 
     """Return the rays through the keypoints of a camera without depth, in the common frame.
 
     Args:
-        people: pixels of the camera's image, with the joints of COCO_18 and ids.
+        people: pixels of the camera's image, with ids; joints that COCO_18 has not are left out.
         pose: from the optical frame to the common one.
         sigma: error of a keypoint per axis [px]; None: `EstimateConstants.pixel_sigma`.
     """
     rotation, origin = np.asarray(pose[0], np.float64), np.asarray(pose[1], np.float64)
-    rays = model.rays(people.xy.reshape(-1, 2)).reshape(len(people), _JOINTS, 3)
+    pixels = _in_coco(people.xy, people.skeleton, np.nan)
+    rays = model.rays(pixels.reshape(-1, 2)).reshape(len(people), _JOINTS, 3)
     directions = rays / np.linalg.norm(rays, axis=2, keepdims=True) @ rotation.T
-    pixels = FUSION.estimate.pixel_sigma if sigma is None else sigma
-    angle = pixels / float(np.sqrt(model.matrix[0, 0] * model.matrix[1, 1]))
+    sigma = FUSION.estimate.pixel_sigma if sigma is None else sigma
+    angle = sigma / float(np.sqrt(model.matrix[0, 0] * model.matrix[1, 1]))
     known = np.isfinite(directions).all(axis=2)
     return Sighting(camera, stamp, origin, people.ids, np.full(directions.shape, np.nan), directions,
                     np.where(known, angle, np.nan), np.where(known, MEASURED, MISSING).astype(np.uint8),
-                    people.confidence)
+                    _in_coco(people.confidence, people.skeleton, 0.0))
+
+
+def _in_coco(values: np.ndarray, skeleton: SkeletonModel, missing: float) -> np.ndarray:
+    """Return values (P, K, ...) of the joints of a joint set for those of COCO_18, (P, 18, ...)."""
+    if skeleton == COCO_18:
+        return values
+    result = np.full((len(values), _JOINTS, *values.shape[2:]), missing, values.dtype)
+    for row, joint in enumerate(COCO_18.joints):
+        if joint in skeleton.index:
+            result[:, row] = values[:, skeleton.index[joint]]
+    return result
 
 
 def without_depth(sighting: Sighting, angle: float) -> Sighting:

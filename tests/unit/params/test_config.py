@@ -4,6 +4,7 @@ from pathlib import Path
 import pytest
 import yaml
 
+import openpose_ros_fusion.node_params
 import openpose_ros_pkg.params.nodes
 import skeleton_extract_3d.node_params
 from openpose_ros_pkg.networks.backends import BackendParams
@@ -12,7 +13,8 @@ from openpose_ros_pkg.params.parameters import build, flat_values, parameter_fie
 
 ROOT = Path(__file__).parents[3]
 FILES = [(ROOT / package.__name__.split('.')[0] / 'config' / name, kind)
-         for package in (openpose_ros_pkg.params.nodes, skeleton_extract_3d.node_params)
+         for package in (openpose_ros_pkg.params.nodes, skeleton_extract_3d.node_params,
+                         openpose_ros_fusion.node_params)
          for name, kind in package.CONFIG_FILES.items()]
 IDS = [path.name for path, _ in FILES]
 

@@ -1,5 +1,6 @@
 """Transforms of tf, waited for in wall time: with a simulated clock that stops, tf2 itself would wait without end."""
 import time
+from typing import Optional
 
 import rospy
 import tf2_ros
@@ -28,8 +29,12 @@ class Transforms:
         self._buffer = tf2_ros.Buffer()
         self._listener = tf2_ros.TransformListener(self._buffer)
 
-    def lookup(self, target: str, source: str, stamp: rospy.Time) -> TransformStamped:
+    def lookup(self, target: str, source: str, stamp: rospy.Time, timeout: Optional[float] = None
+               ) -> TransformStamped:
         """Return the transform that takes points of the frame `source` to `target`; for one thread at a time.
+
+        Args:
+            timeout: how long to wait this time [s]; None: as always.
 
         Raises:
             NoTransformError: it did not come in time.
@@ -38,7 +43,7 @@ class Transforms:
             self._buffer.clear()
             self._newest = stamp
         self._newest = max(self._newest, stamp)
-        deadline = time.monotonic() + self._timeout
+        deadline = time.monotonic() + (self._timeout if timeout is None else timeout)
         while True:
             try:
                 return self._buffer.lookup_transform(target, source, stamp)

@@ -1,0 +1,138 @@
+"""The people that one camera sends, as sightings in the fixed frame."""
+import time
+from collections import deque
+from typing import Any, Callable, Deque, Optional, Tuple
+
+import rospy
+from openpose_ros_msgs.msg import PersonDetection_3dArray, PersonDetectionArray
+from sensor_msgs.msg import CameraInfo
+
+from openpose_ros_fusion.node_params import FusionParams
+from openpose_ros_fusion.rig import Rig
+from openpose_ros_fusion.sightings import Sighting, from_image, from_space
+from openpose_ros_pkg.errors import BadInputError, NoTransformError
+from openpose_ros_pkg.people import People2D
+from openpose_ros_pkg.ros import convert as convert_2d
+from openpose_ros_pkg.ros.images import InputSubscriber
+from openpose_ros_pkg.skeletons import SKELETONS
+from skeleton_extract_3d.points.transform import Transform
+from skeleton_extract_3d.ros import convert
+from skeleton_extract_3d.ros.transforms import Transforms
+
+# Time over which the rate is measured [s].
+_RATE_SECONDS = 2.0
+
+
+class CameraInput:
+    """Subscribes to the people of a camera, and turns its newest message into a sighting.
+
+    Args:
+        name: namespace of the camera.
+        has_depth: whether it sends people in space; false: people in its image, and its calibration.
+        params: topics and frame.
+        rig: where it stands; None: tf says so.
+        arrived: called when people came.
+
+    Attributes:
+        inputs: what it reads.
+        stamp: of the newest people, by the camera's clock.
+        frame_id: of the newest people.
+        people: how many these are.
+        replaced: messages that were replaced by newer ones before anybody took them.
+        clock_offset: is added to the stamps [s].
+        has_transform: whether tf knew where the camera stood when its newest people came.
+    """
+
+    def __init__(self, name: str, has_depth: bool, params: FusionParams, rig: Optional[Rig],
+                 arrived: Callable[[], None]) -> None:
+        self.name, self.has_depth = name, has_depth
+        self._fixed_frame, self._rectified, self._tf_timeout = params.fixed_frame, params.rectified, params.tf_timeout
+        self._transforms: Optional[Transforms] = None
+        self.clock_offset = 0.0
+        if rig is None:
+            self._transforms = Transforms(params.tf_timeout)
+        else:
+            self._rig_pose, self.clock_offset = rig.camera(name).pose, rig.camera(name).clock_offset
+        self._arrived = arrived
+        root = f"/{name.strip('/')}/"
+        if has_depth:
+            self.inputs: Tuple[InputSubscriber, ...] = (
+                InputSubscriber(root + params.people_topic, PersonDetection_3dArray),)
+        else:
+            self.inputs = (InputSubscriber(root + params.keypoints_topic, PersonDetectionArray),
+                           InputSubscriber(root + params.camera_info_topic, CameraInfo))
+            self.inputs[1].registerCallback(self._store_info)
+        self.inputs[0].registerCallback(self._store)
+        self._info: Optional[CameraInfo] = None
+        self._newest: Any = None
+        self._arrivals: Deque[float] = deque([-float('inf')], maxlen=200)
+        self.stamp, self.frame_id, self.people, self.replaced = rospy.Time(), '', 0, 0
+        self.has_transform = True
+
+    def reconfigure(self, params: FusionParams) -> None:
+        """Take other parameters from the next message on."""
+        self._tf_timeout = params.tf_timeout
+
+    @property
+    def waits(self) -> bool:
+        """Whether there is a message to take."""
+        return self._newest is not None
+
+    @property
+    def rate(self) -> float:
+        """Messages per second lately [Hz]."""
+        now = time.monotonic()
+        return sum(now - arrival <= _RATE_SECONDS for arrival in list(self._arrivals)) / _RATE_SECONDS
+
+    @property
+    def arrival(self) -> float:
+        """Time at which the newest message came, time.monotonic() [s]; -inf before the first."""
+        return self._arrivals[-1]
+
+    def take(self) -> Optional[Sighting]:
+        """Return what the newest message tells, once; None: there is none.
+
+        Raises:
+            BadInputError: it can not be used.
+            NoTransformError: tf does not know where the camera stood.
+        """
+        message, self._newest = self._newest, None
+        if message is None:
+            return None
+        self.stamp, self.frame_id, self.people = message.header.stamp, message.header.frame_id, len(message.persons)
+        stamp = message.header.stamp.to_sec() + self.clock_offset
+        if self.has_depth:
+            people = convert.people_from_array(message)
+            return from_space(self.name, stamp, people, self._pose(message.header.stamp))
+        if self._info is None:
+            raise BadInputError(f'no camera info yet on {self.inputs[1].resolved_name}')
+        model = convert.camera_from_message(self._info, self._rectified)
+        return from_image(self.name, stamp, self._people_2d(message), model, self._pose(message.header.stamp))
+
+    def _people_2d(self, message: PersonDetectionArray) -> People2D:
+        if message.pose_model not in SKELETONS:
+            raise BadInputError(f"{self.name}: pose_model '{message.pose_model}' is unknown, expected one of "
+                                f"{', '.join(SKELETONS)}")
+        return convert_2d.people_from_messages(message.persons, SKELETONS[message.pose_model])
+
+    def _pose(self, stamp: rospy.Time) -> Transform:
+        if self._transforms is None:
+            return self._rig_pose
+        try:
+            # who was not there is not waited for, as that would hold up the other cameras
+            transform = self._transforms.lookup(self._fixed_frame, self.frame_id, stamp,
+                                                self._tf_timeout if self.has_transform else 0.0)
+        except NoTransformError:
+            self.has_transform = False
+            raise
+        self.has_transform = True
+        return convert.rotation_and_translation(transform)
+
+    def _store(self, message: Any) -> None:
+        self.replaced += self._newest is not None
+        self._newest = message
+        self._arrivals.append(time.monotonic())
+        self._arrived()
+
+    def _store_info(self, message: CameraInfo) -> None:
+        self._info = message

@@ -1,0 +1,175 @@
+"""The fusion node: the people of several cameras become one set of people."""
+import threading
+import time
+from pathlib import Path
+from typing import Dict, List, Tuple
+
+import rospy
+from openpose_ros_msgs.msg import FusedCamera, FusedCameraArray, PersonDetection_3d, PersonDetection_3dArray
+from std_msgs.msg import Header
+
+from openpose_ros_fusion.cameras import CameraJudge, CameraJudgement
+from openpose_ros_fusion.collector import Collector, Update
+from openpose_ros_fusion.constants import FUSION
+from openpose_ros_fusion.fusion import PeopleFusion
+from openpose_ros_fusion.node_params import LIVE_PARAMETERS, FusionSettings
+from openpose_ros_fusion.rig import read_rig
+from openpose_ros_fusion.ros.camera_input import CameraInput
+from openpose_ros_pkg.ros.demand import Demand
+from openpose_ros_pkg.ros.health import Health
+from openpose_ros_pkg.ros.live_parameters import LiveParameters
+from openpose_ros_pkg.ros.node import introduce, run_node
+from openpose_ros_pkg.ros.people_publisher import PERSONS_QUEUE, RESULTS_QUEUE
+from openpose_ros_pkg.ros.timing_report import TimingReport
+from skeleton_extract_3d.ros import convert
+
+# As an extractor's, so that whatever reads one camera reads the fused people as well.
+NAMESPACE = 'openpose_ros/skeleton_3d'
+# From the arrival of the first people to the published result.
+STAGES = ('collect', 'convert', 'fuse', 'publish', 'total')
+STATES = {FusedCamera.OK: 'ok', FusedCamera.SILENT: 'silent', FusedCamera.NO_TRANSFORM: 'no transform',
+          FusedCamera.OUT_OF_TIME: 'out of time', FusedCamera.DISAGREES: 'disagrees'}
+# Clock offsets below this are not corrected [s].
+_LEAST_CORRECTION = 0.01
+
+
+class PeopleFusionNode:
+    """Fuses what cameras send, in a thread of its own; callbacks only store the newest message of each camera."""
+
+    def __init__(self, settings: FusionSettings) -> None:
+        params = self._params = settings.fusion
+        rig = read_rig(Path(params.rig)) if params.rig else None
+        self._fixed_frame = params.fixed_frame if rig is None else rig.fixed_frame
+        self._health, self._timing = Health(), TimingReport(STAGES, result='total')
+        self._health.show(self._timing.medians)
+        self._arrived = threading.Condition()
+        self._fusion, self._collector = PeopleFusion(), Collector(params.names, params.patience)
+        self._judge = CameraJudge(params.names)
+        demand = Demand(settings.demand.lazy, self._health)
+        self._array = demand.advertise(f'{NAMESPACE}/detected_poses_3d', PersonDetection_3dArray, RESULTS_QUEUE)
+        self._persons = demand.advertise(f'{NAMESPACE}/detected_poses_keypoints_3d', PersonDetection_3d, PERSONS_QUEUE)
+        self._states = demand.advertise('cameras', FusedCameraArray, RESULTS_QUEUE)
+        self._cameras = [CameraInput(name, name in params.cameras.split(), params, rig, self._notify)
+                         for name in params.names]
+        self._by_name = {camera.name: camera for camera in self._cameras}
+        self._demand = demand
+        self._health.show(self._values)
+        self._health.show_lasting(self._fault)
+        self._live = LiveParameters(settings, LIVE_PARAMETERS, self._reconfigure)
+        threading.Thread(target=self._run, name='fusion', daemon=True).start()
+        demand.read(*(source for camera in self._cameras for source in camera.inputs))
+        introduce(demand.inputs, people=f'in {self._fixed_frame}',
+                  cameras=f"{len(self._cameras)}, where they stand by {params.rig or 'tf'}")
+
+    def _reconfigure(self, settings: FusionSettings) -> None:
+        self._params = settings.fusion
+        self._collector.patience = settings.fusion.patience
+        for camera in self._cameras:
+            camera.reconfigure(settings.fusion)
+
+    def _notify(self) -> None:
+        with self._arrived:
+            self._arrived.notify()
+
+    def _run(self) -> None:
+        while not rospy.is_shutdown():
+            with self._arrived:
+                if not any(camera.waits for camera in self._cameras):
+                    deadline = self._collector.deadline
+                    self._arrived.wait(1.0 if deadline is None else max(deadline - time.monotonic(), 0.0))
+            try:
+                self._step()
+            except Exception as error:  # whatever a message does, the next one is fused
+                self._health.frame_failed(error)
+
+    def _step(self) -> None:
+        """Fuse what has come, and what has waited long enough."""
+        updates: List[Tuple[float, Update]] = []
+        for camera in self._cameras:
+            begin = time.monotonic()
+            try:
+                sighting = camera.take()
+            except Exception as error:
+                self._health.frame_failed(error)
+                continue
+            if sighting is not None:
+                self._timing.add('convert', time.monotonic() - begin)
+                updates += [(begin, update) for update in self._collector.add(sighting, begin)]
+        now = time.monotonic()
+        updates += [(now, update) for update in self._collector.due(now)]
+        for begin, update in updates:
+            self._fuse(update, begin)
+
+    def _fuse(self, update: Update, begin: float) -> None:
+        started = time.monotonic()
+        people = self._fusion.update(update.sightings, update.stamp)
+        self._judge.update(update.sightings, people, update.stamp, self._fusion.known)
+        fused = time.monotonic()
+        header = Header(stamp=self._stamp(update), frame_id=self._fixed_frame)
+        array = convert.people_to_array(people, header)
+        self._array.publish(array)
+        for person in array.persons:
+            self._persons.publish(person)
+        if self._states.get_num_connections() > 0:
+            self._states.publish(FusedCameraArray(header=header, cameras=self._camera_states()))
+        if self._params.correct_clocks:
+            self._correct_clocks()
+        end = time.monotonic()
+        arrival = min(self._by_name[sighting.camera].arrival for sighting in update.sightings)
+        for stage, seconds in (('collect', started - arrival), ('fuse', fused - started), ('publish', end - fused),
+                               ('total', end - arrival)):
+            self._timing.add(stage, seconds)
+        self._health.frame_done(header.stamp)
+
+    def _stamp(self, update: Update) -> rospy.Time:
+        """Return the stamp of an update, to the last digit that of the camera whose it is."""
+        newest = max(update.sightings, key=lambda sighting: sighting.stamp)
+        camera = self._by_name[newest.camera]
+        return camera.stamp if camera.clock_offset == 0 else rospy.Time.from_sec(update.stamp)
+
+    def _camera_states(self) -> List[FusedCamera]:
+        """Return what is known of each camera now."""
+        judged = self._judge.judgements()
+        return [FusedCamera(name=camera.name, frame_id=camera.frame_id, stamp=camera.stamp,
+                            state=self._state(camera, judged[camera.name]), has_depth=camera.has_depth,
+                            people=camera.people, rate=camera.rate,
+                            clock_offset=judged[camera.name].clock_offset + camera.clock_offset,
+                            error=judged[camera.name].error) for camera in self._cameras]
+
+    def _state(self, camera: CameraInput, judged: CameraJudgement) -> int:
+        if time.monotonic() - camera.arrival > FUSION.cameras.silent:
+            return FusedCamera.SILENT
+        if not camera.has_transform:
+            return FusedCamera.NO_TRANSFORM
+        if self._collector.is_out_of_time(camera.name):
+            return FusedCamera.OUT_OF_TIME
+        return FusedCamera.DISAGREES if judged.disagrees else FusedCamera.OK
+
+    def _correct_clocks(self) -> None:
+        for name, judged in self._judge.judgements().items():
+            if abs(judged.clock_offset) > _LEAST_CORRECTION:
+                self._by_name[name].clock_offset += judged.clock_offset
+                self._judge.forget(name)
+                rospy.loginfo('clock of %s corrected by %.3f s', name, judged.clock_offset)
+
+    def _values(self) -> Dict[str, str]:
+        states = self._camera_states()
+        texts = {f'camera {state.name}': f'{STATES[state.state]}, {state.rate:.1f} Hz, people {state.people}, error '
+                                         f'{state.error:.3f} m, clock offset {state.clock_offset:.3f} s'
+                 for state in states}
+        return {**texts, 'messages skipped': str(sum(camera.replaced for camera in self._cameras)
+                                                 + sum(self._collector.dropped.values())),
+                'messages out of time': str(sum(self._collector.out_of_time.values()))}
+
+    def _fault(self) -> str:
+        """Return which cameras are not right, in a few words; empty while all are, and while nothing is read."""
+        if self._demand.seconds < FUSION.cameras.silent:
+            return ''
+        return ', '.join(f'{state.name} {STATES[state.state]}'
+                         + (f' by {state.error:.2f} m' if state.state == FusedCamera.DISAGREES else '')
+                         for state in self._camera_states() if state.state != FusedCamera.OK)
+
+
+def main() -> None:
+    """Run the fusion node."""
+    run_node('people_fusion_node', FusionSettings, PeopleFusionNode)
