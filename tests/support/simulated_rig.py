@@ -5,10 +5,14 @@ from typing import Optional, Tuple
 import numpy as np
 
 from openpose_ros_fusion.sightings import Sighting, from_space, without_depth
+from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18, MESSAGE_JOINTS
 from simulated_mocap import walkers
 from skeleton_extract_3d.people import MEASURED, People3D
+from skeleton_extract_3d.points.camera import CameraModel
 
+# Of all cameras: 640 x 480, 65 degrees wide.
+CAMERA = CameraModel(640, 480, np.array([[500.0, 0, 319.5], [0, 500.0, 239.5], [0, 0, 1]]))
 COLUMNS = [MESSAGE_JOINTS.index(joint) for joint in COCO_18.joints]
 
 
@@ -69,24 +73,39 @@ class SimulatedCamera:
     swapped: bool = False
     random: np.random.RandomState = field(default_factory=lambda: np.random.RandomState(0))
 
-    def see(self, room: Room, time: float, people: Optional[Tuple[int, ...]] = None) -> Sighting:
-        """Return what the camera sees at a true time.
+    def people(self, room: Room, time: float, chosen: Optional[Tuple[int, ...]] = None) -> People3D:
+        """Return the people whom the camera sees at a true time, in its optical frame, with depth or without.
 
         Args:
-            people: those whom it sees; None: everybody.
+            chosen: those whom it sees; None: everybody.
         """
         joints = room.at(time)
-        chosen = list(range(len(joints)) if people is None else people)
+        numbers = list(range(len(joints)) if chosen is None else chosen)
         rotation, origin = self.pose
-        seen = joints[chosen] + self.random.normal(0, self.noise, (len(chosen), *joints.shape[1:]))
-        ids = np.array(chosen, np.int64) + 1
+        seen = joints[numbers] + self.random.normal(0, self.noise, (len(numbers), *joints.shape[1:]))
+        ids = np.array(numbers, np.int64) + 1
         if self.swapped and len(ids) > 1:
             ids[:2] = ids[1::-1]
         shape = seen.shape[:2]
-        found = People3D(COCO_18, (seen - origin) @ rotation, np.ones(shape), np.full(shape, MEASURED, np.uint8),
-                         np.full(shape, max(self.noise, 0.001) * np.sqrt(3)), ids)
-        sighting = from_space(self.name, time + self.late, found, (rotation, origin + np.array(self.moved)))
+        return People3D(COCO_18, (seen - origin) @ rotation, np.ones(shape), np.full(shape, MEASURED, np.uint8),
+                        np.full(shape, max(self.noise, 0.001) * np.sqrt(3)), ids)
+
+    @property
+    def believed_pose(self) -> Tuple[np.ndarray, np.ndarray]:
+        """Where the camera is believed to stand."""
+        return self.pose[0], self.pose[1] + np.array(self.moved)
+
+    def see(self, room: Room, time: float, chosen: Optional[Tuple[int, ...]] = None) -> Sighting:
+        """Return what the camera sees at a true time, as it is believed to stand and by its own clock."""
+        sighting = from_space(self.name, time + self.late, self.people(room, time, chosen), self.believed_pose)
         return sighting if self.angle is None else without_depth(sighting, self.angle)
+
+    def keypoints(self, room: Room, time: float) -> People2D:
+        """Return the people in the image of the camera (`CAMERA`)."""
+        people = self.people(room, time)
+        pixels = people.xyz.astype(np.float64) @ CAMERA.matrix.T
+        values = np.concatenate([pixels[..., :2] / pixels[..., 2:], np.full((*pixels.shape[:2], 1), 0.9)], axis=2)
+        return People2D(COCO_18, values, np.full(len(people), 0.9), people.ids)
 
 
 def around(count: int, **differences: object) -> Tuple[SimulatedCamera, ...]:

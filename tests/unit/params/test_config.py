@@ -53,6 +53,6 @@ def test_no_key_is_in_two_classes_of_a_node(path, kind):
 
 
 def test_every_file_in_config_belongs_to_a_node():
-    there = {path for package in ('openpose_ros_pkg', 'skeleton_extract_3d')
+    there = {path for package in ('openpose_ros_pkg', 'skeleton_extract_3d', 'openpose_ros_fusion')
              for path in (ROOT / package / 'config').iterdir()}
     assert there == {path for path, _ in FILES}
