@@ -38,6 +38,7 @@ class CameraInput:
         stamp: of the newest people, by the camera's clock.
         frame_id: of the newest people.
         people: how many these are.
+        taken: time at which the message that was taken last came, time.monotonic() [s].
         replaced: messages that were replaced by newer ones before anybody took them.
         clock_offset: is added to the stamps [s].
         has_transform: whether tf knew where the camera stood when its newest people came.
@@ -64,9 +65,10 @@ class CameraInput:
             self.inputs[1].registerCallback(self._store_info)
         self.inputs[0].registerCallback(self._store)
         self._info: Optional[CameraInfo] = None
-        self._newest: Any = None
+        self._newest: Optional[Tuple[float, Any]] = None
         self._arrivals: Deque[float] = deque([-float('inf')], maxlen=200)
         self.stamp, self.frame_id, self.people, self.replaced = rospy.Time(), '', 0, 0
+        self.taken = -float('inf')
         self.has_transform = True
 
     def reconfigure(self, params: FusionParams) -> None:
@@ -96,9 +98,10 @@ class CameraInput:
             BadInputError: it can not be used.
             NoTransformError: tf does not know where the camera stood.
         """
-        message, self._newest = self._newest, None
-        if message is None:
+        newest, self._newest = self._newest, None
+        if newest is None:
             return None
+        self.taken, message = newest
         self.stamp, self.frame_id, self.people = message.header.stamp, message.header.frame_id, len(message.persons)
         stamp = message.header.stamp.to_sec() + self.clock_offset
         if self.has_depth:
@@ -130,8 +133,9 @@ class CameraInput:
 
     def _store(self, message: Any) -> None:
         self.replaced += self._newest is not None
-        self._newest = message
-        self._arrivals.append(time.monotonic())
+        now = time.monotonic()
+        self._newest = now, message
+        self._arrivals.append(now)
         self._arrived()
 
     def _store_info(self, message: CameraInfo) -> None:

@@ -2,7 +2,7 @@
 import threading
 import time
 from pathlib import Path
-from typing import Dict, List, Tuple
+from typing import Dict, List
 
 import rospy
 from openpose_ros_msgs.msg import FusedCamera, FusedCameraArray, PersonDetection_3d, PersonDetection_3dArray
@@ -84,7 +84,7 @@ class PeopleFusionNode:
 
     def _step(self) -> None:
         """Fuse what has come, and what has waited long enough."""
-        updates: List[Tuple[float, Update]] = []
+        updates: List[Update] = []
         for camera in self._cameras:
             begin = time.monotonic()
             try:
@@ -94,13 +94,11 @@ class PeopleFusionNode:
                 continue
             if sighting is not None:
                 self._timing.add('convert', time.monotonic() - begin)
-                updates += [(begin, update) for update in self._collector.add(sighting, begin)]
-        now = time.monotonic()
-        updates += [(now, update) for update in self._collector.due(now)]
-        for begin, update in updates:
-            self._fuse(update, begin)
+                updates += self._collector.add(sighting, begin)
+        for update in (*updates, *self._collector.due(time.monotonic())):
+            self._fuse(update)
 
-    def _fuse(self, update: Update, begin: float) -> None:
+    def _fuse(self, update: Update) -> None:
         started = time.monotonic()
         people = self._fusion.update(update.sightings, update.stamp)
         self._judge.update(update.sightings, people, update.stamp, self._fusion.known)
@@ -115,7 +113,7 @@ class PeopleFusionNode:
         if self._params.correct_clocks:
             self._correct_clocks()
         end = time.monotonic()
-        arrival = min(self._by_name[sighting.camera].arrival for sighting in update.sightings)
+        arrival = min(self._by_name[sighting.camera].taken for sighting in update.sightings)
         for stage, seconds in (('collect', started - arrival), ('fuse', fused - started), ('publish', end - fused),
                                ('total', end - arrival)):
             self._timing.add(stage, seconds)
