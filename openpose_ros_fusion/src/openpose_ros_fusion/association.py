@@ -47,9 +47,11 @@ def median_distances(sighting: Sighting, joints: np.ndarray, least: int) -> np.n
     measured = np.isfinite(distances) & (sighting.status == MEASURED)[:, np.newaxis]
     use = np.where((measured.sum(axis=2) >= least)[..., np.newaxis], measured, np.isfinite(distances))
     enough = use.sum(axis=2) >= least
-    distances = np.where(use, distances, np.nan)
-    distances[~enough] = _FAR
-    return np.asarray(np.nanmedian(distances, axis=2))
+    count = use.sum(axis=2)
+    ordered = np.sort(np.where(use, distances, np.inf), axis=2)
+    middle = np.stack([np.maximum(count - 1, 0) // 2, count // 2], axis=2)
+    medians = np.take_along_axis(ordered, np.minimum(middle, ordered.shape[2] - 1), axis=2).mean(axis=2)
+    return np.where(enough, medians, _FAR)
 
 
 def pair_rays(first: Sighting, second: Sighting, gate: float, least: int) -> Tuple[np.ndarray, np.ndarray]:

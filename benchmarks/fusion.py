@@ -1,0 +1,212 @@
+#!/usr/bin/python3
+"""Measure the fusion of several cameras, without ROS: time per update, and accuracy on a sequence with known joints.
+
+Time: simulated people who are seen by cameras around them (--cameras, --people), median and 99th percentile.
+
+Accuracy: a folder with one sequence per camera (cam0, cam1, ...: see accuracy_3d.py), seen at the same instants, with
+T_world_camera in each meta.json. The chain of the project runs on each camera, in mode balanced, then the fusion, once
+for each case of the table. --evaluate names the script that scores a CSV file in the frame of the world against the
+folder and writes its figures as JSON (recall, precision, errors of joints by the number of cameras that see them).
+Coverage is the share of visible joints whose error is within 1 and 2 sigma; an error in space within 1 sigma, the root
+mean square, is had by 0.61 of the joints of a normal distribution, within 2 by 0.993.
+
+    benchmarks/fusion.py
+    benchmarks/fusion.py --cameras 4 --people 2
+    benchmarks/fusion.py --stage STAGE --evaluate evaluate_world.py
+"""
+import itertools
+import json
+import subprocess
+import sys
+import tempfile
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Callable, Dict, List, Optional, Sequence, Tuple
+
+import numpy as np
+
+from accuracy_3d import VISIBLE, ChainSettings, Finder, open_sequence, run_chain, write_csv
+from common import Parser, elapsed, errors_end_the_program, markdown
+from openpose_ros_fusion.alignment.people import pair_people
+from openpose_ros_fusion.fusion import PeopleFusion
+from openpose_ros_fusion.sightings import Sighting, from_image, from_space
+from openpose_ros_pkg.params.parameters import build
+from openpose_ros_pkg.people import People2D
+from openpose_ros_pkg.skeletons import COCO_18
+from simulated_rig import around, walking
+from skeleton_extract_3d.chain import PeopleChain
+from skeleton_extract_3d.people import People3D
+from skeleton_extract_3d.points.camera import CameraModel
+from skeleton_extract_3d.points.transform import Transform
+
+# Greatest median distance of a fused person from the true one [m].
+SAME_PERSON = 0.6
+# Rate of the simulated cameras [Hz], updates that are timed, and those before them that are not.
+RATE, UPDATES, WARM_UP = 30.0, 300, 30
+
+Fused = List[Tuple[float, People3D]]
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """What one camera saw: its name, model and pose in the world, and stamp [s] and people of each frame."""
+
+    name: str
+    model: CameraModel
+    pose: Transform
+    frames: List[Tuple[float, People3D, People2D]]
+
+
+@dataclass(frozen=True)
+class Case:
+    """How the recorded cameras are given to the fusion.
+
+    Attributes:
+        cameras: numbers of those that take part; None: all.
+        rgb: numbers of those whose depth is withheld.
+        moved: by which the camera of a number is believed to stand elsewhere [m].
+        sees: whether the camera of a number sends its frame of a number.
+        late: by which the stamps of a camera and frame are too great [s].
+    """
+
+    title: str
+    cameras: Optional[Tuple[int, ...]] = None
+    rgb: Tuple[int, ...] = ()
+    moved: Dict[int, Tuple[float, float, float]] = field(default_factory=dict)
+    sees: Callable[[int, int], bool] = lambda camera, frame: True
+    late: Callable[[int, int], float] = lambda camera, frame: 0.0
+
+
+def record(stage: Path) -> List[Recorded]:
+    """Run the chain on each camera of a folder."""
+    settings = build(ChainSettings, {'mode': 'balanced'})
+    recorded = []
+    for folder in sorted(stage.glob('cam*')):
+        sequence = open_sequence(folder)
+        finder = Finder(settings, 0.0, sequence.fps or 1.0)
+        chain = PeopleChain(COCO_18, settings.estimator, settings.tracking, finder.stream())
+        run = run_chain(sequence, chain, finder=finder)
+        pose = np.array(json.loads((folder / 'meta.json').read_text())['T_world_camera'])
+        frames = [(stamp, people, image) for (stamp, people), image in zip(run.frames, run.people)]
+        recorded.append(Recorded(folder.name, sequence.camera, (pose[:3, :3], pose[:3, 3]), frames))
+    return recorded
+
+
+def cases(number: int, frames: int) -> List[Case]:
+    """Return the cases for a number of cameras and frames."""
+    everyone, jitter = tuple(range(number)), np.random.RandomState(0).uniform(-0.02, 0.02, (number, frames))
+    return [
+        Case('all cameras'),
+        *(Case(f'camera {camera} alone', (camera,)) for camera in everyone),
+        *(Case(f'without camera {camera}', tuple(other for other in everyone if other != camera))
+          for camera in everyone),
+        *(Case(f'camera {camera} dead from the middle on', sees=lambda one, frame, dead=camera:
+               one != dead or frame < frames // 2) for camera in everyone),
+        *(Case(f'camera {camera} moved by 100 mm', moved={camera: (0.1, 0.0, 0.0)}) for camera in everyone),
+        *(Case(f'camera {camera} at half the rate', sees=lambda one, frame, slow=camera:
+               one != slow or frame % 2 == 0) for camera in everyone),
+        Case('stamps wrong by up to 20 ms', late=lambda camera, frame: float(jitter[camera, frame])),
+        Case('camera 0 with depth, the others without', rgb=everyone[1:]),
+        Case('no depth', rgb=everyone),
+        *(Case(f'no depth, cameras {first} and {second}', (first, second), everyone)
+          for first, second in itertools.combinations(everyone, 2)),
+    ]
+
+
+def fuse(recorded: Sequence[Recorded], case: Case) -> Tuple[Fused, List[float]]:
+    """Return the fused people of each frame, and what the updates took [ms]."""
+    fusion, fused, times = PeopleFusion(), [], []
+    for frame in range(min(len(camera.frames) for camera in recorded)):
+        sightings, stamp = [], recorded[0].frames[frame][0]
+        for number, camera in enumerate(recorded):
+            if (case.cameras is None or number in case.cameras) and case.sees(number, frame):
+                sightings.append(_sighting(camera, frame, case, number))
+        took, people = elapsed(lambda seen=sightings, at=stamp: fusion.update(seen, at))
+        fused.append((stamp, people))
+        times.append(took)
+    return fused, times
+
+
+def _sighting(camera: Recorded, frame: int, case: Case, number: int) -> Sighting:
+    stamp, people, image = camera.frames[frame]
+    stamp += case.late(number, frame)
+    pose = (camera.pose[0], camera.pose[1] + np.array(case.moved.get(number, (0.0, 0.0, 0.0))))
+    if number in case.rgb:
+        return from_image(camera.name, stamp, image, camera.model, pose)
+    return from_space(camera.name, stamp, people, pose)
+
+
+def coverage(stage: Path, fused: Fused) -> Tuple[float, float]:
+    """Return the share of visible joints whose error is within 1 and 2 sigma."""
+    truth = json.loads((stage / 'gt_world.json').read_text())
+    order = [truth['joints'].index(joint) for joint in COCO_18.joints]
+    ratios: List[np.ndarray] = []
+    for (_, people), frame in zip(fused, truth['frames']):
+        joints = np.array([person['xyz'] for person in frame['people']])[:, order]
+        labels = np.array([list(person['vis'].values()) for person in frame['people']])[..., order]
+        for row, other in pair_people(people.xyz, joints, SAME_PERSON):
+            seen = (labels[other] == VISIBLE).any(axis=0) & np.isfinite(people.sigma[row])
+            error = np.linalg.norm(people.xyz[row] - joints[other], axis=1)
+            ratios.append((error / people.sigma[row])[seen])
+    ratio = np.concatenate(ratios) if ratios else np.zeros(0)
+    return float((ratio <= 1).mean()), float((ratio <= 2).mean())
+
+
+def score(stage: Path, fused: Fused, script: Path) -> Dict:
+    """Return what a script says of the fused people."""
+    with tempfile.TemporaryDirectory() as folder:
+        people, figures = Path(folder) / 'people.csv', Path(folder) / 'figures.json'
+        write_csv(people, fused)
+        subprocess.run([sys.executable, str(script), str(stage), str(people), '--json', str(figures)], check=True,
+                       stdout=subprocess.DEVNULL)
+        return json.loads(figures.read_text())
+
+
+def accuracy(stage: Path, recorded: Sequence[Recorded], script: Path, chosen: str = '') -> str:
+    """Return the table of all cases whose title contains a text."""
+    rows: List[Sequence[object]] = [('case', 'median mm', 'mean mm', 'PCK@100', 'of one camera', 'recall', 'precision',
+                                     'switches', 'within 1, 2 sigma', 'ms')]
+    for case in cases(len(recorded), len(recorded[0].frames)):
+        if chosen not in case.title:
+            continue
+        fused, times = fuse(recorded, case)
+        found = score(stage, fused, script)
+        visible, inside = found['visible'], coverage(stage, fused)
+        rows.append((case.title, visible['median_mm'], visible['mean_mm'], visible['pck100'],
+                     found['by_cameras']['1']['pck100'], found['person_recall'], found['person_precision'],
+                     found['id_switches'], f'{inside[0]:.2f}, {inside[1]:.2f}', f'{np.median(times):.2f}'))
+    return markdown(rows)
+
+
+def speed(cameras: int, people: int) -> str:
+    """Return what an update takes, as text."""
+    rig = around(cameras)
+    room = walking((UPDATES + WARM_UP) / RATE + 1, people)
+    fusion, times = PeopleFusion(), []
+    for number in range(UPDATES + WARM_UP):
+        stamp = (number + 1) / RATE
+        sightings = [camera.see(room, stamp) for camera in rig]
+        times.append(elapsed(lambda seen=sightings, at=stamp: fusion.update(seen, at))[0])
+    median, most = np.percentile(times[WARM_UP:], (50, 99))
+    return f'{cameras} cameras, {people} people: {median:.2f} ms per update, 99 % within {most:.2f} ms\n'
+
+
+def main() -> None:
+    """Run the benchmark from the command line."""
+    parser = Parser(__doc__)
+    parser.add_argument('--cameras', type=int, default=3, help='number of simulated cameras (default: 3)')
+    parser.add_argument('--people', type=int, default=5, help='number of simulated people (default: 5)')
+    parser.add_argument('--stage', type=Path, help='folder with the sequences of cameras and gt_world.json')
+    parser.add_argument('--evaluate', type=Path, help='script that scores a CSV file against the folder')
+    parser.add_argument('--case', default='', help='only the cases whose title contains this')
+    arguments = parser.parse_args()
+    if arguments.stage and not arguments.evaluate:
+        parser.error('--stage needs --evaluate')
+    with errors_end_the_program():
+        sys.stdout.write(speed(arguments.cameras, arguments.people))
+        if arguments.stage:
+            sys.stdout.write(accuracy(arguments.stage, record(arguments.stage), arguments.evaluate, arguments.case))
+
+
+if __name__ == '__main__':
+    main()
