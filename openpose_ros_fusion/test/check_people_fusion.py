@@ -55,15 +55,15 @@ class Players(threading.Thread):
     def run(self):
         rate, number = rospy.Rate(RATE), 0
         while not rospy.is_shutdown():
-            now = rospy.get_time()
-            for camera in self.cameras:
-                if camera.name not in self.silent and number % self.every.get(camera.name, 1) == 0:
-                    self.send(camera, now)
-            number += 1
             try:
+                now = rospy.get_time()
+                for camera in self.cameras:
+                    if camera.name not in self.silent and number % self.every.get(camera.name, 1) == 0:
+                        self.send(camera, now)
+                number += 1
                 rate.sleep()
-            except rospy.ROSInterruptException:
-                return
+            except rospy.ROSException:
+                return  # the test has ended
 
     def send(self, camera, now):
         header = Header(stamp=rospy.Time.from_sec(now + camera.late), frame_id=camera.name)

@@ -21,6 +21,8 @@ from skeleton_extract_3d.ros.transforms import Transforms
 
 # Time over which the rate is measured [s].
 _RATE_SECONDS = 2.0
+# Messages that may wait for an update, with some to spare.
+_STAMPS = 8
 
 
 class CameraInput:
@@ -69,6 +71,7 @@ class CameraInput:
         self._arrivals: Deque[float] = deque([-float('inf')], maxlen=200)
         self.stamp, self.frame_id, self.people, self.replaced = rospy.Time(), '', 0, 0
         self.taken = -float('inf')
+        self._stamps: Deque[Tuple[float, rospy.Time]] = deque(maxlen=_STAMPS)
         self.has_transform = True
 
     def reconfigure(self, params: FusionParams) -> None:
@@ -91,6 +94,11 @@ class CameraInput:
         """Time at which the newest message came, time.monotonic() [s]; -inf before the first."""
         return self._arrivals[-1]
 
+    def exact(self, stamp: float) -> rospy.Time:
+        """Return the stamp of a sighting as a time: exactly that of its message, where no clock is corrected."""
+        exact = dict(self._stamps).get(stamp)
+        return rospy.Time.from_sec(stamp) if exact is None or self.clock_offset else exact
+
     def take(self) -> Optional[Sighting]:
         """Return what the newest message tells, once; None: there is none.
 
@@ -104,6 +112,7 @@ class CameraInput:
         self.taken, message = newest
         self.stamp, self.frame_id, self.people = message.header.stamp, message.header.frame_id, len(message.persons)
         stamp = message.header.stamp.to_sec() + self.clock_offset
+        self._stamps.append((stamp, message.header.stamp))
         if self.has_depth:
             people = convert.people_from_array(message)
             return from_space(self.name, stamp, people, self._pose(message.header.stamp))

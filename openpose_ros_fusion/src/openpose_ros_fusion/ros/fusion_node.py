@@ -103,7 +103,8 @@ class PeopleFusionNode:
         people = self._fusion.update(update.sightings, update.stamp)
         self._judge.update(update.sightings, people, update.stamp, self._fusion.known)
         fused = time.monotonic()
-        header = Header(stamp=self._stamp(update), frame_id=self._fixed_frame)
+        newest = max(update.sightings, key=lambda sighting: sighting.stamp)
+        header = Header(stamp=self._by_name[newest.camera].exact(update.stamp), frame_id=self._fixed_frame)
         array = convert.people_to_array(people, header)
         self._array.publish(array)
         for person in array.persons:
@@ -118,12 +119,6 @@ class PeopleFusionNode:
                                ('total', end - arrival)):
             self._timing.add(stage, seconds)
         self._health.frame_done(header.stamp)
-
-    def _stamp(self, update: Update) -> rospy.Time:
-        """Return the stamp of an update, to the last digit that of the camera whose it is."""
-        newest = max(update.sightings, key=lambda sighting: sighting.stamp)
-        camera = self._by_name[newest.camera]
-        return camera.stamp if camera.clock_offset == 0 else rospy.Time.from_sec(update.stamp)
 
     def _camera_states(self) -> List[FusedCamera]:
         """Return what is known of each camera now."""
