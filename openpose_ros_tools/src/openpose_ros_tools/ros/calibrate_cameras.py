@@ -1,0 +1,113 @@
+"""Find where cameras stand to one another, from the people that they see alone: no checkerboard, no markers.
+
+Let one to three people walk through what the cameras see together, for half a minute or longer. FILE is a bag with the
+results of the nodes or of process_bag (NAMESPACE/openpose_ros/skeleton_3d/detected_poses_3d, or of a camera without
+depth NAMESPACE/openpose_ros/detected_poses and its CameraInfo), several of them, or CSV files of keypoints_to_csv, one
+per camera. A camera is named by the namespace of its topics; in the root namespace and in a CSV by the file. In FOLDER:
+
+    rig.yaml     the cameras in the frame of the room: z up from the floor below the first camera, which looks along x;
+                 and clock offsets, which are to be added to the stamps of a camera
+    rig.launch   static transforms for tf2
+    rig.png      cameras and people from above
+    report.txt   how good it is: what is printed as well
+
+    rosrun openpose_ros_tools calibrate_cameras recording.bag -o rig/
+    rosrun openpose_ros_tools calibrate_cameras kitchen.bag hall.bag -o rig/ --cameras hall,kitchen
+    rosrun openpose_ros_tools calibrate_cameras left.csv right.csv -o rig/ --clocks-agree
+    rosrun openpose_ros_tools calibrate_cameras images.bag -o rig/ --distance left right 2.35
+    rosrun openpose_ros_tools calibrate_cameras --seconds 60 -o rig/        # of running nodes
+
+Exit status: 0 done; 2 nothing was written, as an input is wrong or the people do not tell where the cameras stand; 130
+interrupted.
+"""
+import argparse
+import logging
+import sys
+from functools import partial
+from pathlib import Path
+from typing import Optional, Sequence, Tuple
+
+import rospy
+from tqdm import tqdm
+
+from openpose_ros_fusion.calibration.calibrate import CalibrationParams, calibrate
+from openpose_ros_fusion.calibration.report import launch_text, report, shared_frames
+from openpose_ros_fusion.rig import write_rig
+from openpose_ros_pkg.command_line import DONE, run_command
+from openpose_ros_tools.command_options import add_output, command_parser, positive_number
+from openpose_ros_tools.outputs import output_folder
+from openpose_ros_tools.plots.plotting import save_figure
+from openpose_ros_tools.plots.rig_plot import rig_figure
+from openpose_ros_tools.ros.camera_recordings import CameraOptions, recordings_of_files, recordings_of_topics
+
+_log = logging.getLogger(__name__)
+_FILES = ('rig.yaml', 'rig.launch', 'rig.png', 'report.txt')
+
+
+def main(arguments: Optional[Sequence[str]] = None) -> int:
+    """Run the command with the arguments of the command line (None: of this process); return the exit status."""
+    parser = _parser()
+    options = parser.parse_args(rospy.myargv()[1:] if arguments is None else arguments)
+    if bool(options.files) == bool(options.seconds):
+        parser.error('give bags or CSV files, or --seconds to listen to running nodes')
+    try:
+        options.distance = options.distance and (*options.distance[:2], _positive(options.distance[2]))
+        options.tilt = options.tilt and (options.tilt[0], float(options.tilt[1]))
+    except (argparse.ArgumentTypeError, ValueError) as error:
+        parser.error(f'--distance and --tilt end with a number: {error}')
+    return run_command('calibrate_cameras', lambda: _run(options))
+
+
+def _run(options: argparse.Namespace) -> int:
+    cameras = CameraOptions(options.cameras, dict(options.camera_info), options.rectified)
+    params = CalibrationParams(options.fixed_frame, options.clocks_agree, options.stature, options.distance,
+                               options.tilt)
+    with output_folder(options.output, options.overwrite, _FILES) as folder:
+        recordings = (recordings_of_files(options.files, cameras) if options.files else
+                      recordings_of_topics(options.seconds, cameras))
+        found = calibrate(recordings, params, partial(tqdm, unit=' pairs', leave=False, disable=None))
+        write_rig(folder / 'rig.yaml', found.rig)
+        (folder / 'rig.launch').write_text(launch_text(found.rig))
+        save_figure(rig_figure(found), folder / 'rig.png')
+        text = report(found)
+        (folder / 'report.txt').write_text(text)
+    for frame in shared_frames(found.rig):
+        _log.warning("several cameras have the frame '%s', which tf can not tell apart: rig.launch needs other names",
+                     frame)
+    sys.stdout.write(text)
+    return DONE
+
+
+_positive = positive_number(float)
+
+
+def _calibration(text: str) -> Tuple[str, Path]:
+    name, separator, path = text.partition('=')
+    if not separator:
+        raise argparse.ArgumentTypeError(f"'{text}': expected CAMERA=FILE")
+    return name, Path(path)
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = command_parser('calibrate_cameras', __doc__)
+    parser.add_argument('files', nargs='*', type=Path, metavar='FILE', help='bags or CSV files with people')
+    parser.add_argument('--seconds', type=_positive, metavar='S', help='listen to running nodes for this time instead')
+    add_output(parser, 'folder')
+    parser.add_argument('--cameras', type=lambda text: [name for name in text.split(',') if name], default=[],
+                        metavar='A,B', help='only these, the first one is where the frame of the room begins (default: '
+                        'all, by name)')
+    parser.add_argument('--camera-info', type=_calibration, action='append', default=[], metavar='CAMERA=FILE',
+                        help='calibration of a camera without depth, where no CameraInfo is recorded; may be repeated')
+    parser.add_argument('--rectified', action='store_true', help='images of cameras without depth are rectified')
+    parser.add_argument('--fixed-frame', default=CalibrationParams.fixed_frame, metavar='FRAME',
+                        help='name of the frame of the room (default: %(default)s)')
+    parser.add_argument('--clocks-agree', action='store_true',
+                        help='all stamps are of one clock: no offsets are searched for')
+    parser.add_argument('--stature', type=_positive, default=CalibrationParams.stature, metavar='M',
+                        help='mean stature of the people, which is the scale where no camera has depth '
+                        '(default: %(default)s)')
+    parser.add_argument('--distance', nargs=3, metavar=('A', 'B', 'M'),
+                        help='distance of two cameras: the scale in place of the stature')
+    parser.add_argument('--tilt', nargs=2, metavar=('CAMERA', 'DEGREES'),
+                        help='this camera is level and looks down by this: what is up, in place of what the floor says')
+    return parser

@@ -1,0 +1,136 @@
+"""calibrate_cameras on bags and tables of simulated cameras: files it writes, what it refuses."""
+import sys
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+import genpy
+import numpy as np
+import pytest
+import rosbag
+from openpose_ros_msgs.msg import BodypartDetection, PersonDetection, PersonDetectionArray
+from sensor_msgs.msg import Image
+from std_msgs.msg import Header
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / 'tests' / 'support'))
+
+from openpose_ros_fusion.rig import read_rig
+from openpose_ros_pkg.skeletons import COCO_18
+from openpose_ros_tools.ros import keypoints_to_csv
+from openpose_ros_tools.ros.calibrate_cameras import main
+from simulated_room import FOCAL, around, record_all, rig_errors
+from skeleton_extract_3d.people import MEASURED, MISSING, People3D
+from skeleton_extract_3d.points.camera import CameraModel
+from skeleton_extract_3d.ros.convert import camera_to_message, people_to_array
+
+MODEL = CameraModel(960, 540, np.array([[FOCAL, 0, 480], [0, FOCAL, 270], [0, 0, 1]]))
+SPACE, IMAGE = 'openpose_ros/skeleton_3d/detected_poses_3d', 'openpose_ros/detected_poses'
+
+
+def in_space(recording, rows, header):
+    """The message of a frame of a camera with depth."""
+    points = recording.points[rows]
+    known = np.isfinite(points).all(axis=2)
+    return people_to_array(People3D(COCO_18, points, known * 1.0, np.where(known, MEASURED, MISSING).astype(np.uint8),
+                                    np.where(known, recording.sigma[rows], np.nan), recording.ids[rows],
+                                    np.full(points.shape, np.nan)), header)
+
+
+def in_image(recording, rows, header):
+    """The message of a frame of a camera without depth."""
+    people = []
+    for points, number in zip(recording.points[rows], recording.ids[rows]):
+        pixels = MODEL.project(points)
+        parts = {joint: BodypartDetection(*pixel, 0.9) for joint, pixel in zip(COCO_18.joints, pixels)
+                 if np.isfinite(pixel).all()}
+        people.append(PersonDetection(header=header, num_people_detected=1, person_ID=number, **parts))
+    return PersonDetectionArray(header=header, pose_model='COCO_18', persons=people)
+
+
+def write(path, recordings, prefix='/'):
+    """Write a bag with the people of cameras, each in the namespace of its name after the prefix."""
+    with rosbag.Bag(str(path), 'w') as bag:
+        for recording in recordings:
+            name = f'{prefix}{recording.name}/' if prefix else '/'
+            for stamp in np.unique(recording.stamps).tolist():
+                time = genpy.Time(stamp // 10 ** 9, stamp % 10 ** 9)
+                header = Header(stamp=time, frame_id=recording.frame_id)
+                rows = recording.stamps == stamp
+                make, topic = (in_space, SPACE) if recording.has_depth else (in_image, IMAGE)
+                bag.write(name + topic, make(recording, rows, header), time)
+                bag.write(f'{name}camera_info', camera_to_message(MODEL, header), time)
+    return path
+
+
+@pytest.fixture(scope='module')
+def cameras():
+    three = around(3)
+    three[1].clock, three[2].depth = 0.07, False
+    return three, record_all(three, seconds=8)
+
+
+def test_images_alone_say_what_to_do(tmp_path, capsys):
+    with rosbag.Bag(str(tmp_path / 'images.bag'), 'w') as bag:
+        bag.write('/left/image_color', Image(), genpy.Time(1))
+    assert main([str(tmp_path / 'images.bag'), '-o', str(tmp_path / 'rig')]) == 2
+    assert 'process_bag' in capsys.readouterr().err and not (tmp_path / 'rig').exists()
+
+
+def test_a_bag_with_three_cameras(tmp_path, cameras, capsys):
+    """One of them late by 70 ms, one without depth."""
+    three, recordings = cameras
+    bag = write(tmp_path / 'room.bag', recordings)
+    assert main([str(bag), '-o', str(tmp_path / 'rig'), '--fixed-frame', 'room']) == 0
+    assert sorted(path.name for path in (tmp_path / 'rig').iterdir()) == ['report.txt', 'rig.launch', 'rig.png',
+                                                                          'rig.yaml']
+    rig = read_rig(tmp_path / 'rig' / 'rig.yaml')
+    assert rig.fixed_frame == 'room' and [camera.name for camera in rig.cameras] == [one.name for one in three]
+    assert np.all(rig_errors(rig, three) < (0.5, 0.03, 0.015))
+    nodes = ElementTree.parse(str(tmp_path / 'rig' / 'rig.launch')).getroot().findall('node')
+    assert [node.get('name') for node in nodes] == [f'pose_of_{camera.name}' for camera in three]
+    values = nodes[1].get('args').split()
+    np.testing.assert_allclose([float(value) for value in values[:3]], rig.cameras[1].translation, atol=1e-6)
+    np.testing.assert_allclose([float(value) for value in values[3:7]], rig.cameras[1].rotation, atol=1e-6)
+    assert values[7:] == ['room', 'camera_1_optical']
+    printed = capsys.readouterr().out
+    assert printed == (tmp_path / 'rig' / 'report.txt').read_text() and 'camera_0, camera_1' in printed
+    assert (tmp_path / 'rig' / 'rig.png').read_bytes().startswith(b'\x89PNG')
+    assert main([str(bag), '-o', str(tmp_path / 'rig')]) == 2  # it is there
+
+
+def test_bags_in_the_root_namespace_and_tables(tmp_path, cameras, capsys):
+    """Both are named by their files; the first of --cameras is where the room begins."""
+    three, recordings = cameras
+    bags = [write(tmp_path / f'{name}.bag', [recording], '') for name, recording in zip(('b', 'a'), recordings)]
+    assert main([*map(str, bags), '-o', str(tmp_path / 'rig'), '--cameras', 'b,a']) == 0
+    rig = read_rig(tmp_path / 'rig' / 'rig.yaml')
+    assert [camera.name for camera in rig.cameras] == ['b', 'a']
+    assert np.all(rig_errors(rig, three[:2]) < (0.5, 0.03, 0.015))
+    tables = [tmp_path / 'b.csv', tmp_path / 'a.csv']
+    for bag, table in zip(bags, tables):
+        assert keypoints_to_csv.main([str(bag), '--extended', '-o', str(table)]) == 0
+    assert main([*map(str, tables), '--cameras', 'b,a', '-o', str(tmp_path / 'rig'), '--overwrite']) == 0
+    again = read_rig(tmp_path / 'rig' / 'rig.yaml')
+    np.testing.assert_allclose(again.cameras[1].translation, rig.cameras[1].translation, atol=1e-4)
+
+
+def test_a_camera_without_depth_needs_a_calibration(tmp_path, cameras, capsys):
+    _, recordings = cameras
+    bag = write(tmp_path / 'room.bag', recordings)
+    table = tmp_path / 'right.csv'
+    assert keypoints_to_csv.main([str(bag), '--topic', f'/camera_2/{IMAGE}', '--extended', '-o', str(table)]) == 0
+    assert main([str(bag), str(table), '--cameras', 'camera_0,right', '-o', str(tmp_path / 'rig')]) == 2
+    assert '--camera-info right=FILE' in capsys.readouterr().err
+
+
+@pytest.mark.parametrize('wrong', [[], ['a.bag', '--seconds', '3'], ['a.bag', '--distance', 'a', 'b', '-1'],
+                                   ['a.bag', '--tilt', 'a', 'much'], ['a.bag', '--camera-info', 'a']])
+def test_wrong_options(wrong, tmp_path):
+    with pytest.raises(SystemExit) as ended:
+        main([*wrong, '-o', str(tmp_path / 'rig')])
+    assert ended.value.code == 2
+
+
+def test_unknown_cameras_are_named(tmp_path, cameras, capsys):
+    bag = write(tmp_path / 'room.bag', cameras[1][:2])
+    assert main([str(bag), '--cameras', 'top,left', '-o', str(tmp_path / 'rig')]) == 2
+    assert "no camera 'top'; there are camera_0, camera_1" in capsys.readouterr().err
