@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Two cameras share one detection service: both get their share, ids and markers of their own, and a switch each."""
+"""Cameras share one detector: each gets its share, ids and markers of its own, and a switch; for two launch files."""
 import sys
 import unittest
 from itertools import groupby
@@ -13,12 +13,11 @@ from openpose_ros_msgs.msg import PersonDetection_3dArray
 from std_srvs.srv import SetBool
 from visualization_msgs.msg import Marker
 
-from openpose_ros_pkg.ros.session import PATIENCE, await_true
+from openpose_ros_pkg.ros.session import PATIENCE, Diagnostics, await_true
 
-CAMERAS = ('left', 'right')
 # Results of each camera that are judged.
 RESULTS = 12
-# The left camera is twice as fast as the right one, and each may begin a frame while the other's is answered.
+# Each camera is twice as fast as the next one, and may begin a frame while another's is answered.
 MOST_IN_A_ROW = 6
 
 
@@ -26,17 +25,19 @@ class CamerasTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         rospy.init_node('check_cameras')
+        cls.cameras = rospy.get_param('~cameras').split()
+        cls.one_process = rospy.get_param('~one_process')
         cls.arrivals: List[Tuple[str, PersonDetection_3dArray]] = []
         cls.markers: List[Tuple[str, Marker]] = []
         cls.subscribers = [
             rospy.Subscriber(f'{camera}/{OUTPUT}/{topic}', kind, lambda message, camera=camera, kept=kept:
                              kept.append((camera, message)))
-            for camera in CAMERAS for topic, kind, kept in (
+            for camera in cls.cameras for topic, kind, kept in (
                 ('detected_poses_3d', PersonDetection_3dArray, cls.arrivals),
                 ('visualization_markers', Marker, cls.markers))]
-        await_true(lambda: all(cls.people(camera) for camera in CAMERAS), 'people before each camera')
+        await_true(lambda: all(cls.people(camera) for camera in cls.cameras), 'people before each camera')
         first = len(cls.arrivals)
-        cls.wait(RESULTS, *CAMERAS)
+        cls.wait(RESULTS, *cls.cameras)
         cls.judged = cls.arrivals[first:]
 
     @classmethod
@@ -53,19 +54,19 @@ class CamerasTest(unittest.TestCase):
 
     def test_neither_waits_for_ever(self):
         rows = [(name, len(list(row))) for name, row in groupby(name for name, _ in self.judged)]
-        longest = {camera: max(number for name, number in rows if name == camera) for camera in CAMERAS}
+        longest = {camera: max(number for name, number in rows if name == camera) for camera in self.cameras}
         rospy.loginfo('%d results in all, most in a row %s', len(self.judged), longest)
         self.assertLessEqual(max(longest.values()), MOST_IN_A_ROW)
 
     def test_each_has_ids_of_its_own(self):
-        """Although the frames of both have the same name, each counts from 1."""
-        for camera in CAMERAS:
+        """Although the frames of all have the same name, each counts from 1."""
+        for camera in self.cameras:
             people = self.people(camera)
             self.assertEqual({array.header.frame_id for array in people}, {'kinect2_rgb_optical_frame'})
             self.assertIn(1, {person.person_ID for array in people for person in array.persons})
 
     def test_markers_of_each(self):
-        await_true(lambda: {name for name, _ in list(self.markers)} == set(CAMERAS), 'markers of both')
+        await_true(lambda: {name for name, _ in list(self.markers)} == set(self.cameras), 'markers of all')
         arrays = {(name, array.header.stamp): array for name, array in list(self.arrivals)}
         shown = [(arrays[name, marker.header.stamp], marker) for name, marker in list(self.markers)
                  if (name, marker.header.stamp) in arrays and marker.action == Marker.ADD]
@@ -73,24 +74,30 @@ class CamerasTest(unittest.TestCase):
         for array, marker in shown:
             self.assertIn(marker.id, [person.person_ID for person in array.persons])
 
-    def test_the_service_publishes_nothing_itself(self):
+    def test_only_what_belongs_to_a_camera_is_published(self):
         published = dict(rosgraph.Master('/check_cameras').getSystemState()[0])
-        self.assertNotIn('/openpose_ros/detected_poses', published)
-        for camera in CAMERAS:
-            self.assertEqual(published[f'/{camera}/{OUTPUT}/detected_poses'], [f'/{camera}/skeleton_extract_3d_node'])
+        self.assertFalse({'/openpose_ros/detected_poses', f'/{OUTPUT}/detected_poses'} & set(published))
+        for camera in self.cameras:
+            node = '/skeleton_extract_3d_node' if self.one_process else f'/{camera}/skeleton_extract_3d_node'
+            self.assertEqual(published[f'/{camera}/{OUTPUT}/detected_poses'], [node])
+            self.assertEqual(published[f'/{camera}/skeleton_extract_3d_node/timing'], [node])
 
-    def test_one_is_disabled_and_the_other_goes_on(self):
-        name = 'left/skeleton_extract_3d_node/enable'
+    def test_each_is_in_diagnostics(self):
+        Diagnostics(*(f'{camera}/skeleton_extract_3d_node' for camera in self.cameras))
+
+    def test_one_is_disabled_and_the_others_go_on(self):
+        first, *others = self.cameras
+        name = f'{first}/skeleton_extract_3d_node/enable'
         rospy.wait_for_service(name, PATIENCE)
         enable = rospy.ServiceProxy(name, SetBool)
         self.addCleanup(enable, True)
         self.assertTrue(enable(False).success)
-        self.wait(3, 'right')  # meanwhile, what was at work in the left one came
+        self.wait(3, *others)  # meanwhile, what was at work in the first one came
         before = len(self.arrivals)
-        self.wait(5, 'right')
-        self.assertEqual({camera for camera, _ in self.arrivals[before:]}, {'right'})
+        self.wait(5, *others)
+        self.assertEqual({camera for camera, _ in self.arrivals[before:]}, set(others))
         self.assertTrue(enable(True).success)
-        self.wait(3, *CAMERAS)
+        self.wait(3, *self.cameras)
 
 
 if __name__ == '__main__':

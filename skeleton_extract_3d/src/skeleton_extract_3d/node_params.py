@@ -98,9 +98,24 @@ class ExtractorSettings:
 
 
 @dataclass(frozen=True)
-class PeopleSettings:
-    """All that detection service and extractor read in one process; what both read has one value."""
+class CameraParams(Parameters):
+    """Whose images and points one process takes."""
 
+    cameras: str = parameter(
+        '', 'Namespaces of the cameras, separated by spaces: the topics of each are in its namespace, as those of a '
+            'node there would be. Empty: one camera.')
+
+    @property
+    def names(self) -> Tuple[str, ...]:
+        """The namespaces; an empty one where there is one camera."""
+        return tuple(self.cameras.split()) or ('',)
+
+
+@dataclass(frozen=True)
+class PeopleSettings:
+    """All that detection service and extractors read in one process; what both read has one value."""
+
+    cameras: CameraParams
     detection: ServiceSettings
     extraction: ExtractorSettings
 

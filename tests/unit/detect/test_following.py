@@ -223,6 +223,70 @@ def test_two_cameras_share_the_time():
     assert looks(2) <= 1.2 * looks(1)
 
 
+def time_of_frames(intervals, people, begin=0.5, silent_from=None):
+    """Return the mean time of a frame of each camera in the half second after `begin`, and that of all per second.
+
+    Args:
+        intervals: between the images of each camera [s].
+        people: before each camera.
+        silent_from: when all but the first camera fall silent [s].
+    """
+    scene, spent = Scene([], target_rate=RATE * len(intervals)), [[] for _ in intervals]
+    stamps = sorted((1.0 + interval * i, number) for number, interval in enumerate(intervals)
+                    for i in range(round((begin + 0.5) / interval)))
+    for stamp, number in stamps:
+        if number == 0 or silent_from is None or stamp < 1.0 + silent_from:
+            seconds = scene.frame(stamp, people[number], camera=number)[3]
+            spent[number] += [seconds] if stamp >= 1.0 + begin else []
+    return [np.mean(each) if each else 0.0 for each in spent], 2 * sum(map(sum, spent))
+
+
+CROWD = [person_at(x, 150, 200) for x in (70, 190, 320, 450, 570)]
+
+
+def test_cameras_that_need_the_same_get_the_same():
+    times, in_all = time_of_frames([0.05] * 3, [CROWD] * 3)
+    assert min(times) >= 0.9 * max(times)
+    assert in_all <= 1.1 * SCHEDULE.network_share
+
+
+def test_time_goes_where_people_are_and_empty_rooms_are_still_searched():
+    """Five crops take 15 ms, a search 10 ms; the cameras have 35 ms together for an image of each."""
+    alike, _ = time_of_frames([0.05] * 4, [CROWD] * 4)
+    times, in_all = time_of_frames([0.05] * 4, [CROWD, [], [], []])
+    assert times[0] >= 1.5 * alike[0]
+    assert min(times[1:]) >= 0.2 * 0.010 and in_all <= 1.1 * SCHEDULE.network_share
+
+
+def test_a_slow_camera_has_what_it_needs_and_a_fast_one_the_rest():
+    """Equal shares of the time would give each image of the slow one 35 ms: five crops and a search take 25 ms."""
+    (fast, slow), in_all = time_of_frames([0.02, 0.1], [CROWD, CROWD])
+    assert 0.010 <= slow <= 0.035
+    assert fast > 1.1 * 0.02 * SCHEDULE.network_share / 2
+    assert in_all <= 1.1 * SCHEDULE.network_share
+
+
+def test_the_time_of_cameras_that_fall_silent_goes_to_the_others():
+    before, _ = time_of_frames([0.05] * 3, [CROWD] * 3)
+    left, in_all = time_of_frames([0.05] * 3, [CROWD] * 3, 1.5, silent_from=0.4)
+    assert left[0] >= 1.8 * before[0] and left[1:] == [0.0, 0.0]
+    assert in_all <= 1.1 * SCHEDULE.network_share
+
+
+def test_beside_other_cameras_people_are_the_same_as_alone():
+    """Without a rate that is wanted: there is time for everything."""
+    def found(others):
+        scene = Scene([])
+        for i in range(3 * PERIOD):
+            yield scene.frame(1.0 + 0.1 * i, [right_of(LEFT, 3.0 * i), RIGHT])[0]
+            for number in range(others):
+                scene.frame(1.0 + 0.1 * i, CROWD[number:], camera=number)
+
+    for alone, beside in zip(found(0), found(3)):
+        np.testing.assert_array_equal(beside.keypoints, alone.keypoints)
+        np.testing.assert_array_equal(beside.ids, alone.ids)
+
+
 def test_of_many_cameras_and_sizes_the_newest_are_remembered():
     scene = Scene([])
     for number in range(2 * TRACKING.most_cameras):

@@ -2,7 +2,7 @@
 import numpy as np
 import pytest
 
-from openpose_ros_pkg.detect.schedule import SCHEDULE, Budget, Changes, Part, Schedule, strips
+from openpose_ros_pkg.detect.schedule import SCHEDULE, Budget, Changes, Part, Schedule, fair_share, strips
 
 WIDTH, HEIGHT = 960, 540
 LEFT, MIDDLE, RIGHT = (Part(0, *columns, WIDTH) for columns in strips(WIDTH, 3))
@@ -141,3 +141,19 @@ def test_long_thin_images_take_no_more_memory():
         assert changes._last.size <= SCHEDULE.grey_aspect * SCHEDULE.grey_width ** 2
         image[height // 2:] = 200
         assert len(changes.columns(image, [])) >= (height > 1)
+
+
+# --- several cameras ------------------------------------------------------------------------------------------------
+
+def test_one_camera_has_all_the_time():
+    assert fair_share(0.0) == fair_share(0.3) == fair_share(5.0) == 1.0
+
+
+@pytest.mark.parametrize('wanted, shares', [
+    ([1.0, 1.0], [0.5, 0.5]), ([3.0, 1.0], [0.5, 0.5]), ([0.1, 1.0], [0.1, 0.9]), ([0.1, 2.0, 0.6], [0.1, 0.45, 0.45]),
+    ([0.1, 0.3], [0.25, 0.75]), ([0.0, 0.0], [0.5, 0.5]), ([0.0, 1.0], [0.0, 1.0])])
+def test_who_wants_little_has_it_and_the_others_share_the_rest(wanted, shares):
+    for number, share in enumerate(shares):
+        others = wanted[:number] + wanted[number + 1:]
+        assert fair_share(wanted[number], *others) == pytest.approx(share)
+    assert sum(shares) == pytest.approx(1.0)

@@ -20,6 +20,8 @@ class ScheduleConstants:
         0.2, 'Share of a full search, with the expected number of people, for which there is time in any case: with '
              'less, people get lost, so on a slow processor the rate falls instead.')
     search_share: float = constant(0.3, 'Share of that which is kept for searching, whoever is followed.')
+    search_time: float = constant(
+        0.2, 'Beside other cameras, one is foreseen time to search its image once in this time.', unit='s')
     most_saved: float = constant(2.0, 'Frames whose time for searching can be saved.')
     recent_intervals: int = constant(10, 'Intervals between stamps of which the least tells the rate of the images.')
     overlap: float = constant(0.16, 'Overlap of neighbouring strips, as a share of the width of the image.')
@@ -127,6 +129,22 @@ class Schedule:
         self._urgency.pop(part, None)
 
 
+def fair_share(own: float, *others: float) -> float:
+    """Return which share of the time a camera has, by the shares that it and others would make use of.
+
+    Who wants least has that, as long as it is no more than an equal share of what is left. What nobody wants is divided
+    in proportion to what they want.
+    """
+    left, level = 1.0, 0.0
+    wanted = sorted((own, *others))
+    for number, one in enumerate(wanted):
+        level = left / (len(wanted) - number)
+        left -= min(one, level)
+    if left <= 0:
+        return min(own, level)
+    return own / sum(wanted) if sum(wanted) > 0 else 1 / len(wanted)
+
+
 class Budget:
     """How long the networks may take for a frame of a camera, and what is saved for searching.
 
@@ -139,20 +157,34 @@ class Budget:
         self._intervals: Deque[float] = deque(maxlen=SCHEDULE.recent_intervals)
         self._seconds = float('inf') if rate <= 0 else SCHEDULE.network_share / rate
         self._saved = float('inf') if rate <= 0 else 0.0
+        self._crops = self._search = 0.0
 
-    def begin(self, interval: float, least: float = 0.0) -> None:
+    def begin(self, interval: float, least: float = 0.0, crops: float = 0.0, search: float = 0.0,
+              beside: Sequence['Budget'] = ()) -> None:
         """Begin a frame.
 
         Args:
-            interval: since the one before [s], divided among all cameras; 0: the first.
+            interval: since the one before [s]; 0: the first.
             least: what there is time for in any case [s].
+            crops, search: what it would take to look at everybody, and to search the whole image [s].
+            beside: of the other cameras that show something.
         """
         if self._rate > 0:
             if interval > 0:
                 self._intervals.append(interval)
-            # frames that are left out make intervals longer: the least is that of the camera
-            of_frame = SCHEDULE.network_share * max(1 / self._rate, min(self._intervals, default=0.0))
-            self._seconds = max(of_frame, least)
+            self._crops, self._search = crops, search
+            shortest = (1 + len(beside)) / self._rate
+            share = fair_share(*(each._wanted(shortest) / SCHEDULE.network_share for each in (self, *beside)))
+            self._seconds = max(SCHEDULE.network_share * share * self._interval(shortest), least)
+
+    def _interval(self, shortest: float) -> float:
+        # frames that are left out make intervals longer: the least is that of the camera
+        return max(shortest, min(self._intervals, default=0.0))
+
+    def _wanted(self, shortest: float) -> float:
+        """Return the time that would be of use, per time."""
+        interval = self._interval(shortest)
+        return self._crops / interval + self._search / max(interval, SCHEDULE.search_time)
 
     def crops(self, seconds: float) -> int:
         """Return the number of people, one at least, for whom there is time, when each takes some seconds."""

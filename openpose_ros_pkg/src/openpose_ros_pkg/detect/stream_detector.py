@@ -88,8 +88,11 @@ class _Plan:
 
     def least(self, setup: Setup, size: Tuple[int, int]) -> float:
         """Return what there is time for in any frame [s]."""
-        search = sum(self.pace.of_part(part, setup, size[1]) for part in self.parts(setup, size))
-        return SCHEDULE.least_work * (search + RATE.expected_people * self.pace.of_person(setup))
+        return SCHEDULE.least_work * (self.search(setup, size) + RATE.expected_people * self.pace.of_person(setup))
+
+    def search(self, setup: Setup, size: Tuple[int, int]) -> float:
+        """Return what all parts of an image of (width, height) [px] take [s]."""
+        return sum(self.pace.of_part(part, setup, size[1]) for part in self.parts(setup, size))
 
     def _cut(self, setup: Setup, size: Tuple[int, int]) -> List[Part]:
         """Cut each pass into as many strips as it takes to fit into a frame beside the expected number of people."""
@@ -110,25 +113,27 @@ class _Camera:
         self.follower = Follower(tracking, skeleton)
         self._stamp = 0.0  # of the newest frame [s]
         self._searched_by: Tuple[object, ...] = ()  # what makes the schedule
+        self.budget = Budget(0.0)
+        self.people = 0  # in the newest frame
 
     def shows(self, stamp: float) -> bool:
         """Return whether images come from the camera at a time [s]."""
         return abs(stamp - self._stamp) <= FOLLOWING.most_gap
 
-    def begin(self, plan: _Plan, setup: Setup, size: Tuple[int, int], stamp: float, others: int) -> bool:
-        """Begin a frame beside a number of other cameras; return whether it is the first of a stream."""
+    def begin(self, plan: _Plan, setup: Setup, size: Tuple[int, int], stamp: float, beside: Sequence[Budget]) -> bool:
+        """Begin a frame beside the budgets of other cameras; return whether it is the first of a stream."""
         interval, self._stamp = stamp - self._stamp, max(stamp, self._stamp)
         searched_by = (plan, setup.recipe, size)
-        if self._searched_by != searched_by or not -TRACKING.reset_backstep <= interval <= FOLLOWING.most_gap:
-            self._searched_by, self._stamp = searched_by, stamp
+        first = self._searched_by != searched_by or not -TRACKING.reset_backstep <= interval <= FOLLOWING.most_gap
+        if first:
+            self._searched_by, self._stamp, self.people = searched_by, stamp, 0
             self.schedule, self.changes = Schedule(plan.parts(setup, size)), Changes()
             self.budget = Budget(plan.rate)
-            self.frames = 0  # since the image was searched in full
-            self.budget.begin(0.0, plan.least(setup, size))
-            return True
+            self.frames = -1  # since the image was searched in full
         self.frames += 1
-        self.budget.begin(interval / (1 + others), plan.least(setup, size))
-        return False
+        self.budget.begin(0.0 if first else interval, plan.least(setup, size), self.people * plan.pace.of_person(setup),
+                          plan.search(setup, size), beside)
+        return first
 
 
 class StreamDetector:
@@ -251,8 +256,8 @@ class StreamDetector:
                 ) -> Tuple[People2D, float]:
         setup, bgr, plan = frame.setup, frame.bgr, self._plan
         size = (bgr.shape[1], bgr.shape[0])
-        others = sum(other is not camera and other.shows(stamp) for other in self._cameras.all())
-        first = camera.begin(plan, setup, size, stamp, others)
+        beside = [other.budget for other in self._cameras.all() if other is not camera and other.shows(stamp)]
+        first = camera.begin(plan, setup, size, stamp, beside)
         people = camera.follower.expected(stamp, expected)
         camera.schedule.changed(camera.changes.columns(bgr, [person.box for person in people]))
         cost = plan.pace.of_person(setup)
@@ -277,6 +282,7 @@ class StreamDetector:
             reported += [Followed(pose, crop=pose, opinions={setup.recipe.pass_opinions: pose})
                          for pose in missed.poses.keypoints]
         accepted, kept = people_of(poses, setup, size)
+        camera.people = len(kept)
         return camera.follower.update(accepted, [reported[i] for i in kept], stamp), seconds
 
     def _search(self, frame: PreparedFrame, camera: _Camera, stamp: float, parts: Sequence[Part]

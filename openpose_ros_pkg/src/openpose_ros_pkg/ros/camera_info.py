@@ -30,7 +30,7 @@ class CameraInfoPublisher:
         self.newest: Optional[CameraInfo] = None
         self._health = health
         self._publisher = demand.advertise(f'{namespace}/camera_info', CameraInfo, queue_size=1)
-        self.input = InputSubscriber(source, CameraInfo)
+        self.input = InputSubscriber(demand.resolve(source), CameraInfo)
         self.input.registerCallback(self._store)
         self.source = self.input.resolved_name
 

@@ -16,6 +16,22 @@ _LOOK_PERIOD = 1.0
 Needs = Mapping[InputSubscriber, Sequence[rospy.Publisher]]
 
 
+def in_camera(camera: str, name: str) -> str:
+    """Return a name as a node of the same name in the namespace of a camera would resolve it.
+
+    Args:
+        camera: namespace, within that of the node; empty: the node has one camera, and the name stays.
+        name: relative, private or global. One that is remapped to a name outside of the node's namespace is the same
+            for all cameras.
+    """
+    if not camera:
+        return name
+    namespace, resolved = rospy.get_namespace(), rospy.resolve_name(name)
+    if not resolved.startswith(namespace):
+        return str(resolved)
+    return f'{rospy.resolve_name(camera)}/{resolved[len(namespace):]}'
+
+
 class Demand(rospy.SubscribeListener):
     """Whether the results of a node are wanted: its inputs are subscribed then, and only then.
 
@@ -26,14 +42,15 @@ class Demand(rospy.SubscribeListener):
     Args:
         lazy: false: the results are always wanted, e.g. as they are saved.
         health: shows on /diagnostics why the node rests, and how many messages of each input were lost on the way.
+        camera: one of several in this node, whose results are wanted or not by themselves, see `in_camera`.
 
     Attributes:
         enabled: whether `~enable` lets it work.
         inputs: what it reads.
     """
 
-    def __init__(self, lazy: bool, health: Health) -> None:
-        self._lazy = lazy
+    def __init__(self, lazy: bool, health: Health, camera: str = '') -> None:
+        self._lazy, self._camera = lazy, camera
         self.enabled = True
         self._publishers: List[rospy.Publisher] = []
         self.inputs: Sequence[InputSubscriber] = ()
@@ -44,13 +61,17 @@ class Demand(rospy.SubscribeListener):
         self._changed = threading.Event()
         health.show(lambda: {'enabled': str(self.enabled).lower()})
         health.explain_rest(self.why_resting)
-        self._service = rospy.Service('~enable', SetBool, self._enable)
+        self._service = rospy.Service(self.resolve('~enable'), SetBool, self._enable)
 
     def advertise(self, topic: str, kind: Type[Any], queue_size: int) -> rospy.Publisher:
         """Return a publisher of results."""
-        publisher = rospy.Publisher(topic, kind, subscriber_listener=self, queue_size=queue_size)
+        publisher = rospy.Publisher(self.resolve(topic), kind, subscriber_listener=self, queue_size=queue_size)
         self._publishers.append(publisher)
         return publisher
+
+    def resolve(self, name: str) -> str:
+        """Return the name of a topic or service, where it belongs to one of several cameras."""
+        return in_camera(self._camera, name)
 
     def read(self, *inputs: InputSubscriber, only_for: Optional[Needs] = None) -> None:
         """Subscribe to the inputs whenever results are wanted; to be called once, after all publishers were made.

@@ -59,7 +59,7 @@ class _Prepared:
         frame: what the networks will see.
         received: when it came [s].
         worked: how long it was decoded and prepared [s].
-        sender: name of the client; empty: a camera of this process.
+        sender: name of the client, which begins with /; else the camera of this process, empty for the only one.
     """
 
     header: Header
@@ -98,7 +98,7 @@ class DetectionService:
 
     Requests of several clients are prepared and finished in their own threads. The networks take one image at a time,
     of clients and camera alike, in the order of their requests. People keep their ids per camera: that is a client
-    and a frame_id.
+    and a frame_id, or one of several in this process.
 
     To hand images over, call `prepare`, `compute` (with `lock` held) and `finish`.
 
@@ -166,18 +166,19 @@ class DetectionService:
                 'people': self._stream.description,
                 'target_rate': f'{params.target_rate:g} Hz' if params.target_rate > 0 else 'none'}
 
-    def prepare(self, image: Image, bgr: np.ndarray, depth: Optional[DepthView] = None) -> _Prepared:
+    def prepare(self, image: Image, bgr: np.ndarray, depth: Optional[DepthView] = None, camera: str = '') -> _Prepared:
         """Check an image and bring it to the sizes that the networks want.
 
         Args:
             image: whose header is taken.
             bgr: (H, W, 3) uint8 BGR, the same image; not modified.
             depth: of the image; None: it is not known.
+            camera: tells several cameras of this process apart; does not begin with /.
 
         Raises:
             BadInputError: it is empty.
         """
-        return self._prepare(image.header, bgr, time.monotonic(), depth=depth)
+        return self._prepare(image.header, bgr, time.monotonic(), sender=camera, depth=depth)
 
     def compute(self, prepared: _Prepared, expected: Optional[People2D] = None) -> _Computed:
         """Find the people in a prepared image, with `lock` held; see `StreamDetector.detect`."""
@@ -272,7 +273,8 @@ class DetectionService:
     def _prepare(self, header: Header, bgr: np.ndarray, received: float, decoding: float = 0.0, sender: str = '',
                  depth: Optional[DepthView] = None) -> _Prepared:
         begin = time.monotonic()
-        frame = self._stream.prepare(bgr, not sender or self._settings.following.follow_requests, depth)
+        follow = not sender.startswith('/') or self._settings.following.follow_requests
+        frame = self._stream.prepare(bgr, follow, depth)
         preparing = time.monotonic() - begin
         self._timing.add('preprocess', preparing)
         return _Prepared(header, bgr, frame, received, decoding + preparing, sender)

@@ -23,9 +23,10 @@ class Health:
 
     Args:
         bad_input: what the node calls a message that it can not use.
+        name: of its status; empty: that of the node.
     """
 
-    def __init__(self, bad_input: str = BadInputError.event) -> None:
+    def __init__(self, bad_input: str = BadInputError.event, name: str = '') -> None:
         self._bad_input = bad_input
         self._lock = threading.Lock()
         self._counts: Counter = Counter()
@@ -39,7 +40,7 @@ class Health:
         self._last_warning = ('', -float('inf'))
         self._updater = diagnostic_updater.Updater()
         self._updater.setHardwareID('none')
-        self._updater.add(rospy.get_name().strip('/'), self._report)
+        self._updater.add((name or rospy.get_name()).strip('/'), self._report)
         threading.Thread(target=self._keep_reporting, name='diagnostics', daemon=True).start()
 
     def count(self, event: str, number: int = 1) -> None:

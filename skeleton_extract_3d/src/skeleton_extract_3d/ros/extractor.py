@@ -119,7 +119,7 @@ class Extractor:
     Args:
         finder: who finds the people in the images.
         landmarks: finds hands and faces.
-        health, timing, demand: of the node; `timing` has STAGES.
+        health, timing, demand: of the node, or of one of its cameras; `timing` has STAGES.
     """
 
     def __init__(self, settings: ExtractorSettings, finder: Finder, landmarks: LandmarkFinder, health: Health,
@@ -164,16 +164,16 @@ class Extractor:
 
     def _subscribe(self, pairing: PairingParams, transport: ImageTransportParams) -> None:
         self._camera_info = CameraInfoPublisher(NAMESPACE, '~camera_info', self._health, self._demand)
-        images = image_subscriber('~image', transport.image_transport)
+        images = image_subscriber(self._demand.resolve('~image'), transport.image_transport)
         if self._params.points_source == 'point_cloud':
-            points = InputSubscriber('~point_cloud', PointCloud2)
+            points = InputSubscriber(self._demand.resolve('~point_cloud'), PointCloud2)
         else:
-            points = image_subscriber('~depth_image', self._params.depth_transport)
+            points = image_subscriber(self._demand.resolve('~depth_image'), self._params.depth_transport)
         self._inputs = (images, points)
         self._synchronizer = StampSynchronizer(self._inputs, pairing, self._health)
         self._synchronizer.registerCallback(self._submit)
         self._health.show(lambda: {'images received': str(self._synchronizer.received[0])})
-        self._floor = FloorInput() if self._params.use_floor else None
+        self._floor = FloorInput(self._demand.resolve('~floor')) if self._params.use_floor else None
         self._demand.read(self._camera_info.input, *self._inputs, *([self._floor.input] if self._floor else []))
 
     def describe(self, estimator: EstimatorSettings) -> Dict[str, str]:

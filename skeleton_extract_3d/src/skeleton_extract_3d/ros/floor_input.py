@@ -12,15 +12,15 @@ GREATEST_AGE = 2.0
 
 
 class FloorInput:
-    """Keeps the newest plane on ~floor.
+    """Keeps the newest plane on a topic.
 
     Attributes:
         input: its subscriber.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, topic: str = '~floor') -> None:
         self._newest: Optional[ModelCoefficients] = None
-        self.input = InputSubscriber('~floor', ModelCoefficients)
+        self.input = InputSubscriber(topic, ModelCoefficients)
         self.input.registerCallback(self._store)
 
     def at(self, header: Header) -> Optional[np.ndarray]:

@@ -1,54 +1,111 @@
-"""The people node: detection service and extractor in one process, so that no image is sent from one to the other."""
-import rospy
+"""The people node: detection service and extractors in one process, so that no image is sent from one to the other."""
+from typing import Any, List, Optional, Sequence
 
+import numpy as np
+import rospy
+from openpose_ros_msgs.msg import PersonDetection
+from sensor_msgs.msg import Image
+
+from openpose_ros_pkg.detect.depth import DepthView
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.landmarks.detector import create_landmark_detector
 from openpose_ros_pkg.params.nodes import LIVE_PARAMETERS as LIVE_IN_DETECTION
-from openpose_ros_pkg.ros.demand import Demand
+from openpose_ros_pkg.people import People2D
+from openpose_ros_pkg.ros.demand import Demand, in_camera
 from openpose_ros_pkg.ros.detection_service import STAGES as DETECTION_STAGES
 from openpose_ros_pkg.ros.detection_service import DetectionService
 from openpose_ros_pkg.ros.health import Health
+from openpose_ros_pkg.ros.images import InputSubscriber
 from openpose_ros_pkg.ros.live_parameters import LiveParameters
-from openpose_ros_pkg.ros.node import introduce, run_node
+from openpose_ros_pkg.ros.node import check_topic_name, introduce, run_node
 from openpose_ros_pkg.ros.timing_report import TimingReport
 from skeleton_extract_3d.node_params import LIVE_PARAMETERS, PeopleSettings
 from skeleton_extract_3d.ros.extractor import NAMESPACE, STAGES, Extractor
+from skeleton_extract_3d.ros.finder import Finder
 from skeleton_extract_3d.ros.landmark_stage import LandmarkFinder
 
 # Service of the detection, as that of openpose_ros_node_3d.
 SERVICE = 'detect_poses_3d'
 
 
+class _OfCamera:
+    """The detection of this process for one of several cameras; see `Finder`."""
+
+    lead = DetectionService.lead
+
+    def __init__(self, service: DetectionService, camera: str) -> None:
+        self._service, self._camera = service, camera.strip('/')
+        self.name, self.lock = service.name, service.lock
+
+    def prepare(self, image: Image, bgr: np.ndarray, depth: Optional[DepthView] = None) -> Any:
+        return self._service.prepare(image, bgr, depth, self._camera)
+
+    def compute(self, prepared: Any, expected: Optional[People2D]) -> Any:
+        return self._service.compute(prepared, expected)
+
+    def finish(self, computed: Any) -> List[PersonDetection]:
+        return self._service.finish(computed)
+
+
 class PeopleNode:
-    """Finds people in the images of a camera and in space, and serves the detection to others.
+    """Finds people in the images of one camera or several and in space, and serves the detection to others.
+
+    Cameras take turns with the networks, each with its newest image.
 
     Raises:
-        ParameterError: `image_topic` is set.
+        ParameterError: `image_topic` is set, or `cameras` are no namespaces.
     """
 
     def __init__(self, settings: PeopleSettings) -> None:
-        detection, extraction = settings.detection, settings.extraction
+        detection, extraction, cameras = settings.detection, settings.extraction, settings.cameras.names
         if detection.stream.image_topic:
             raise ParameterError("parameter 'image_topic' has to be empty in this node: its images come on ~image",
                                  'image_topic')
+        _check(cameras)
         health, timing = Health(), TimingReport(STAGES, result='total')
-        health.show(timing.medians)
         demand = Demand(extraction.is_lazy and not detection.save.active, health)
         requests = TimingReport(DETECTION_STAGES, result='total', topic='~detection/timing')
         self._service = DetectionService(SERVICE, NAMESPACE, detection, health, requests, demand)
-        networks = detection.detector
-        landmarks = create_landmark_detector(extraction.landmarks, networks.backend, networks.detector.model_folder)
-        self._extractor = Extractor(extraction, self._service, LandmarkFinder(landmarks, networks.detector.target_rate),
-                                    health, timing, demand)
-        # a thread within a network would end the program with an abort
-        rospy.on_shutdown(self._extractor.stop)
+        self._extractors: List[Extractor] = []
+        inputs: List[InputSubscriber] = []
+        for camera in cameras:
+            if camera:
+                health = Health(name=in_camera(camera, rospy.get_name()))
+                demand = Demand(extraction.is_lazy and not detection.save.active, health, camera)
+                timing = TimingReport(STAGES, result='total', topic=demand.resolve('~timing'))
+            health.show(timing.medians)
+            extractor = self._extractor(settings, camera, health, timing, demand)
+            self._extractors.append(extractor)
+            inputs += demand.inputs
         self._live = LiveParameters(settings, {*LIVE_IN_DETECTION, *LIVE_PARAMETERS}, self._reconfigure)
-        introduce(demand.inputs, **self._service.description, **self._extractor.describe(extraction.estimator))
+        introduce(inputs, **self._service.description, **extractor.describe(extraction.estimator))
         rospy.loginfo('Initialization Successful!')
+
+    def _extractor(self, settings: PeopleSettings, camera: str, health: Health, timing: TimingReport, demand: Demand
+                   ) -> Extractor:
+        networks, landmarks = settings.detection.detector, settings.extraction.landmarks
+        finder: Finder = _OfCamera(self._service, camera) if camera else self._service
+        detector = create_landmark_detector(landmarks, networks.backend, networks.detector.model_folder)
+        extractor = Extractor(settings.extraction, finder, LandmarkFinder(detector, networks.detector.target_rate),
+                              health, timing, demand)
+        # a thread within a network would end the program with an abort
+        rospy.on_shutdown(extractor.stop)
+        return extractor
 
     def _reconfigure(self, settings: PeopleSettings) -> None:
         self._service.reconfigure(settings.detection)
-        self._extractor.reconfigure(settings.extraction)
+        for extractor in self._extractors:
+            extractor.reconfigure(settings.extraction)
+
+
+def _check(cameras: Sequence[str]) -> None:
+    """Refuse namespaces that are none, or that are named twice."""
+    if cameras == ('',):
+        return
+    for camera in cameras:
+        check_topic_name('cameras', camera)
+    if len(set(cameras)) < len(cameras):
+        raise ParameterError(f"parameter 'cameras' names one twice: {' '.join(cameras)}", 'cameras')
 
 
 def main() -> None:
