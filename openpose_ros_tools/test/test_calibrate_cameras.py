@@ -7,9 +7,12 @@ import genpy
 import numpy as np
 import pytest
 import rosbag
+from geometry_msgs.msg import TransformStamped
 from openpose_ros_msgs.msg import BodypartDetection, PersonDetection, PersonDetectionArray
+from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import Image
 from std_msgs.msg import Header
+from tf2_msgs.msg import TFMessage
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / 'tests' / 'support'))
 
@@ -95,6 +98,26 @@ def test_a_bag_with_three_cameras(tmp_path, cameras, capsys):
     assert printed == (tmp_path / 'rig' / 'report.txt').read_text() and 'camera_0, camera_1' in printed
     assert (tmp_path / 'rig' / 'rig.png').read_bytes().startswith(b'\x89PNG')
     assert main([str(bag), '-o', str(tmp_path / 'rig')]) == 2  # it is there
+
+
+def test_a_camera_with_transforms_of_its_own(tmp_path, cameras):
+    """Its optical frame has a parent, which is published in its place."""
+    _, recordings = cameras
+    bag = write(tmp_path / 'room.bag', recordings[:2])
+    link = TransformStamped(header=Header(frame_id='base'), child_frame_id='camera_1_optical')
+    link.transform.translation.x, link.transform.rotation.z, link.transform.rotation.w = 0.1, 0.6, 0.8
+    with rosbag.Bag(str(bag), 'a') as more:
+        more.write('/tf_static', TFMessage([link]), genpy.Time(1_600_000_000))
+    assert main([str(bag), '-o', str(tmp_path / 'rig')]) == 0
+    camera = read_rig(tmp_path / 'rig' / 'rig.yaml').cameras[1]
+    nodes = ElementTree.parse(str(tmp_path / 'rig' / 'rig.launch')).getroot().findall('node')
+    *numbers, parent, child = nodes[1].get('args').split()
+    assert (parent, child) == ('world', 'base') and camera.frame_id == 'camera_1_optical'
+    base = Rotation.from_quat([float(value) for value in numbers[3:]])
+    np.testing.assert_allclose(base.apply([0.1, 0, 0]) + [float(value) for value in numbers[:3]], camera.translation,
+                               atol=1e-5)
+    whole = (base * Rotation.from_quat([0, 0, 0.6, 0.8])).apply(np.eye(3)).T
+    np.testing.assert_allclose(whole, camera.pose[0], atol=1e-5)
 
 
 def test_bags_in_the_root_namespace_and_tables(tmp_path, cameras, capsys):

@@ -75,6 +75,7 @@ class AlignmentParams:
         max_clock_offset: offsets up to this are searched, either way [s]; None: wherever the recordings overlap.
         max_gap: between two samples of the reference that may be bridged [s], see `bridged_gap`.
         use_sigma: weigh joints by 1 / sigma^2, as far as the estimate tells sigma.
+        clock_option: of the program, by which the user tells the clocks: for errors.
     """
 
     clock_offset: Optional[float] = None
@@ -82,6 +83,7 @@ class AlignmentParams:
     max_clock_offset: Optional[float] = None
     max_gap: float = 0.1
     use_sigma: bool = False
+    clock_option: str = '--clock-offset'
 
 
 @dataclass(frozen=True)
@@ -158,8 +160,8 @@ def align(estimate: MeasuredPeople, reference: Reference, params: Optional[Align
     free = np.r_[np.full(6, params.transform is None), params.clock_offset is None]
     tracks = observed.longest_tracks()
     if params.clock_offset is None:
-        correlations = _correlations(observed, tracks, paths)
-        lags = likely_lags(correlations, base, params.max_clock_offset)
+        correlations = _correlations(observed, tracks, paths, params.clock_option)
+        lags = likely_lags(correlations, base, params.max_clock_offset, params.clock_option)
     else:
         correlations, lags = None, [params.clock_offset - base]
     if params.clock_offset is None or params.transform is None:
@@ -182,7 +184,7 @@ def align(estimate: MeasuredPeople, reference: Reference, params: Optional[Align
     return Alignment(
         base + best.lag if params.clock_offset is None else params.clock_offset, best.rotation, best.translation,
         not free[6], not free[0], *best.std, best.residual, best.scale, best.samples, rival, curve,
-        tuple(_doubts(best, rival, curve, observed.frame_time)))
+        tuple(_doubts(best, rival, curve, observed.frame_time, params.clock_option)))
 
 
 def _observed(estimate: MeasuredPeople, reference: Reference, use_sigma: bool) -> Tuple[Observed, np.ndarray]:
@@ -215,12 +217,12 @@ def _observed(estimate: MeasuredPeople, reference: Reference, use_sigma: bool) -
                     float(np.median(steps)) if len(steps) else 1 / 30), joints
 
 
-def _correlations(observed: Observed, tracks: np.ndarray, paths: JointPaths) -> Correlations:
+def _correlations(observed: Observed, tracks: np.ndarray, paths: JointPaths, option: str) -> Correlations:
     fastest = moving_speed(paths)
     if not fastest >= _LEAST_SPEED:
         raise BadInputError(f'the clock offset can not be found, as people hardly move in the reference: the fastest '
-                            f'joints reach {fastest:.2f} m/s, expected {_LEAST_SPEED} or more; give the offset '
-                            '(--clock-offset)')
+                            f'joints reach {fastest:.2f} m/s, expected {_LEAST_SPEED} or more; if the clocks '
+                            f'are known, say so ({option})')
     return correlate_speeds([observed.track(track) for track in tracks], paths, observed.frame_time)
 
 
@@ -236,7 +238,7 @@ def _curve(correlations: Correlations, best: Refined, ids: np.ndarray, tracks: n
     return ClockCurve(base + correlations.lags, correlation, float(np.nanmax(np.append(correlation[near], -1))))
 
 
-def _doubts(best: Refined, rival: float, curve: Optional[ClockCurve], frame_time: float) -> List[str]:
+def _doubts(best: Refined, rival: float, curve: Optional[ClockCurve], frame_time: float, option: str) -> List[str]:
     """Return what makes the result doubtful.
 
     Raises:
@@ -252,14 +254,14 @@ def _doubts(best: Refined, rival: float, curve: Optional[ClockCurve], frame_time
         raise BadInputError(
             f'the clock offset can not be found: the speeds of the joints correlate by {curve.peak:.2f} '
             f'(expected {_LEAST_CORRELATION} or more), and the offset is uncertain by {1e3 * best.std[0]:.0f} ms (a '
-            f'frame takes {1e3 * frame_time:.0f} ms); people must move. If the clocks are known, give their offset '
-            '(--clock-offset)')
+            f'frame takes {1e3 * frame_time:.0f} ms); people must move. If the clocks are known, say so '
+            f'({option})')
     if curve is not None and best.std[0] > _UNCERTAIN_FRAMES * frame_time:
         doubts.append(f'the clock offset is uncertain by {1e3 * best.std[0]:.0f} ms, as people move little (a frame '
                       f'takes {1e3 * frame_time:.0f} ms)')
     if rival > _RIVAL:
         doubts.append(f'another offset or transform fits {100 * rival:.0f} % as well; check the plots, or give '
-                      '--clock-offset or --transform')
+                      f'{option} or --transform')
     if best.residual > _LARGE_RESIDUAL:
         doubts.append(f'half of the joints are more than {1e3 * best.residual:.0f} mm off after the alignment; is it '
                       'the same scene, and are markers mapped to the right joints?')

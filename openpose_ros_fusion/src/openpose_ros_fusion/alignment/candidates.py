@@ -102,12 +102,13 @@ def find_candidates(observed: Observed, paths: JointPaths, lags: List[float],
     return best
 
 
-def likely_lags(correlations: Correlations, base: float, most: Optional[float]) -> List[float]:
+def likely_lags(correlations: Correlations, base: float, most: Optional[float], option: str) -> List[float]:
     """Return the lags [s] for which speeds speak most.
 
     Args:
         base: clock offset of lag 0 [s].
         most: largest clock offset, either way [s]; None: any.
+        option: by which the user tells the clocks, for the error.
 
     Raises:
         BadInputError: there are none.
@@ -123,7 +124,7 @@ def likely_lags(correlations: Correlations, base: float, most: Optional[float]) 
     if not lags:
         within = '' if most is None else f' within the clock offset of {most:g} s'
         raise BadInputError(f'the speeds of the joints of estimate and reference have nothing in common{within}: does '
-                            'anybody move? If the clocks are known, give their offset (--clock-offset)')
+                            f'anybody move? If the clocks are known, say so ({option})')
     return lags
 
 

@@ -7,7 +7,8 @@ per camera. A camera is named by the namespace of its topics; in the root namesp
 
     rig.yaml     the cameras in the frame of the room: z up from the floor below the first camera, which looks along x;
                  and clock offsets, which are to be added to the stamps of a camera
-    rig.launch   static transforms for tf2
+    rig.launch   static transforms for tf2: of the optical frames or, where the recording has the static transforms of
+                 a camera, of the frame at their root
     rig.png      cameras and people from above
     report.txt   how good it is: what is printed as well
 
@@ -63,11 +64,11 @@ def _run(options: argparse.Namespace) -> int:
     params = CalibrationParams(options.fixed_frame, options.clocks_agree, options.stature, options.distance,
                                options.tilt)
     with output_folder(options.output, options.overwrite, _FILES) as folder:
-        recordings = (recordings_of_files(options.files, cameras) if options.files else
-                      recordings_of_topics(options.seconds, cameras))
-        found = calibrate(recordings, params, partial(tqdm, unit=' pairs', leave=False, disable=None))
+        recorded = (recordings_of_files(options.files, cameras) if options.files else
+                    recordings_of_topics(options.seconds, cameras))
+        found = calibrate(recorded.cameras, params, partial(tqdm, unit=' pairs', leave=False, disable=None))
         write_rig(folder / 'rig.yaml', found.rig)
-        (folder / 'rig.launch').write_text(launch_text(found.rig))
+        (folder / 'rig.launch').write_text(launch_text(found.rig, recorded.mounts))
         save_figure(rig_figure(found), folder / 'rig.png')
         text = report(found)
         (folder / 'report.txt').write_text(text)

@@ -9,7 +9,9 @@ import numpy as np
 import rosgraph
 import roslib.message
 import rospy
+from geometry_msgs.msg import TransformStamped
 from sensor_msgs.msg import CameraInfo
+from tf2_msgs.msg import TFMessage
 
 from openpose_ros_fusion.calibration.recording import CameraRecording
 from openpose_ros_pkg.calibration import read_calibration
@@ -20,16 +22,31 @@ from openpose_ros_tools.ros.keypoint_bag import DIMENSIONS, bag_messages, read_k
 from openpose_ros_tools.tables.keypoint_csv import read_keypoint_csv
 from openpose_ros_tools.tables.keypoint_table import KeypointTable, PersonRow, measured_people, table_of
 from skeleton_extract_3d.points.camera import CameraModel, calibrated_camera
-from skeleton_extract_3d.ros.convert import camera_from_message
+from skeleton_extract_3d.points.transform import Transform
+from skeleton_extract_3d.ros.convert import camera_from_message, rotation_and_translation
 
 # Topics of people below the namespace of a camera, those with depth first.
 _TOPICS = ('openpose_ros/skeleton_3d/detected_poses_3d', 'openpose_ros/detected_poses')
 _INFO = 'sensor_msgs/CameraInfo'
+_STATIC = '/tf_static'
 _COLUMNS = [MESSAGE_JOINTS.index(joint) for joint in COCO_18.joints]
 _NO_PEOPLE = ('rosrun openpose_ros_tools process_bag BAG finds the people of images and depth images; '
               'calibrate_cameras reads what it writes')
 # A running topic is looked for in this period [s].
 _PAUSE = 0.2
+
+
+class Recorded(NamedTuple):
+    """The people of all cameras.
+
+    Attributes:
+        cameras: their recordings.
+        mounts: by optical frame the frame at the root of the camera's own static transforms, and the transform from the
+            former to the latter; of cameras that have such transforms.
+    """
+
+    cameras: List[CameraRecording]
+    mounts: Dict[str, Tuple[str, Transform]]
 
 
 class CameraOptions(NamedTuple):
@@ -61,7 +78,7 @@ def people_topics(types: Mapping[str, str]) -> Dict[str, str]:
     return found
 
 
-def recordings_of_files(paths: Sequence[Path], options: CameraOptions) -> List[CameraRecording]:
+def recordings_of_files(paths: Sequence[Path], options: CameraOptions) -> Recorded:
     """Return the people of all cameras in bags and CSV files.
 
     A camera is named by the namespace of its topics; where this is the root, or in a CSV, by the file. Bags with the
@@ -72,12 +89,14 @@ def recordings_of_files(paths: Sequence[Path], options: CameraOptions) -> List[C
     """
     tables: Dict[str, List[KeypointTable]] = {}
     models: Dict[str, CameraModel] = {}
+    static: List[TransformStamped] = []
     for path in paths:
         if not path.name.endswith('.bag'):
             tables.setdefault(path.stem, []).append(read_keypoint_csv(path))
             continue
         with open_bag(path) as bag:
             types = topic_types(bag)
+            static += [one for message, _ in bag_messages(bag, _STATIC) for one in message.transforms]
         topics = people_topics(types)
         if not topics:
             raise BadInputError(f'{path} has no people of a camera (NAMESPACE/{_TOPICS[0]} or {_TOPICS[1]}); '
@@ -89,10 +108,11 @@ def recordings_of_files(paths: Sequence[Path], options: CameraOptions) -> List[C
             model = _model_of_bag(path, types, namespace, table, options.rectified)
             if model is not None:
                 models.setdefault(name, model)
-    return _recordings({name: _joined(name, parts) for name, parts in tables.items()}, models, options)
+    return _recordings({name: _joined(name, parts) for name, parts in tables.items()}, models, static,
+                       options)
 
 
-def recordings_of_topics(seconds: float, options: CameraOptions) -> List[CameraRecording]:
+def recordings_of_topics(seconds: float, options: CameraOptions) -> Recorded:
     """Return the people of all cameras that publish them, of some time [s] from the first message on.
 
     Raises:
@@ -107,6 +127,7 @@ def recordings_of_topics(seconds: float, options: CameraOptions) -> List[CameraR
         raise BadInputError(f'no camera publishes people (NAMESPACE/{_TOPICS[0]} or {_TOPICS[1]})')
     messages: Dict[str, List[Any]] = {name: [] for name in topics}
     infos: List[Tuple[str, CameraInfo]] = []
+    static: List[TFMessage] = []
     with ExitStack() as stack:
         for name, topic in topics.items():
             kind = roslib.message.get_message_class(types[topic])
@@ -114,6 +135,7 @@ def recordings_of_topics(seconds: float, options: CameraOptions) -> List[CameraR
         for topic in (topic for topic, kind in types.items() if kind == _INFO):
             stack.callback(rospy.Subscriber(topic, CameraInfo, lambda info, topic=topic: infos.append((topic, info))
                                             ).unregister)
+        stack.callback(rospy.Subscriber(_STATIC, TFMessage, static.append).unregister)
         begin: Optional[float] = None
         while begin is None or time.monotonic() - begin < seconds:
             time.sleep(_PAUSE)
@@ -127,17 +149,31 @@ def recordings_of_topics(seconds: float, options: CameraOptions) -> List[CameraR
         model = _model_of(infos, '' if name == 'camera' else name, tables[name], options.rectified)
         if model is not None:
             models[name] = model
-    return _recordings(tables, models, options)
+    return _recordings(tables, models, [one for message in list(static) for one in message.transforms], options)
 
 
-def _recordings(tables: Mapping[str, KeypointTable], models: Mapping[str, CameraModel], options: CameraOptions
-                ) -> List[CameraRecording]:
+def _recordings(tables: Mapping[str, KeypointTable], models: Mapping[str, CameraModel],
+                static: Sequence[TransformStamped], options: CameraOptions) -> Recorded:
     names = list(options.names) or sorted(tables)
     for name in (*names, *options.calibrations):
         if name not in tables:
             raise BadInputError(f"there is no camera '{name}'; there are {', '.join(sorted(tables))}")
     given = {name: calibrated_camera(read_calibration(path)) for name, path in options.calibrations.items()}
-    return [_recording(name, tables[name], given.get(name, models.get(name))) for name in names]
+    cameras = [_recording(name, tables[name], given.get(name, models.get(name))) for name in names]
+    parents = {one.child_frame_id.strip('/'): one for one in static}
+    mounts = {camera.frame_id: _mount(camera.frame_id, parents) for camera in cameras if camera.frame_id in parents}
+    return Recorded(cameras, mounts)
+
+
+def _mount(frame: str, parents: Mapping[str, TransformStamped]) -> Tuple[str, Transform]:
+    """Return the frame above which there is none, and the transform to it."""
+    rotation, shift = np.eye(3), np.zeros(3)
+    for _ in parents:  # as many steps at most, whatever the transforms say
+        if frame not in parents:
+            break
+        turn, arm = rotation_and_translation(parents[frame])
+        rotation, shift, frame = turn @ rotation, turn @ shift + arm, parents[frame].header.frame_id.strip('/')
+    return frame, (rotation, shift)
 
 
 def _recording(name: str, table: KeypointTable, model: Optional[CameraModel]) -> CameraRecording:
