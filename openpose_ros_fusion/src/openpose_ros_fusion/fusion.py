@@ -8,6 +8,7 @@ import numpy as np
 from openpose_ros_fusion.association import CameraPerson, associate, forget, pair_rays
 from openpose_ros_fusion.constants import FUSION
 from openpose_ros_fusion.estimate import Measurements, estimate_joints
+from openpose_ros_fusion.shape import depth_offsets, keypoint_offsets, with_bones
 from openpose_ros_fusion.sightings import Sighting, is_inferred
 from openpose_ros_fusion.tracks import Tracks
 from openpose_ros_pkg.people import FIRST_ID
@@ -102,12 +103,7 @@ class PeopleFusion:
 
     def _begun(self, stamp: float, positions: np.ndarray) -> Tracks:
         """Return tracks of people (N, 18, 3) who were not seen before; their joints are known by what follows."""
-        number = len(positions)
-        unknown = np.zeros((number, _JOINTS, 3))
-        unknown[..., 0] = 1.0
-        times = np.full(number, stamp)
-        return Tracks(stamp, np.array([next(self._ids) for _ in range(number)], np.int64), positions,
-                      np.zeros((number, _JOINTS, 3)), unknown, times, times, np.zeros(number, np.int64))
+        return Tracks.begun(stamp, np.array([next(self._ids) for _ in positions], np.int64), positions)
 
 
 def _select(sighting: Sighting, rows: np.ndarray) -> Sighting:
@@ -130,6 +126,7 @@ def _corrected(tracks: Tracks, assigned: Sequence[_Assigned]) -> Tuple[Tracks, n
     confidence = np.zeros((number, _JOINTS))
     prior = np.where(np.isfinite(tracks.positions), tracks.positions, 0.0)
     variance = tracks.covariance[..., 0]
+    beside = keypoint_offsets(tracks.positions)
     owners = [np.arange(number)]
     points = [prior]
     old = (tracks.born < tracks.stamp)[:, np.newaxis] & np.isfinite(tracks.positions).all(axis=2)
@@ -149,18 +146,21 @@ def _corrected(tracks: Tracks, assigned: Sequence[_Assigned]) -> Tuple[Tracks, n
         found = sighting.information(np.where(np.isfinite(prior[owner]), prior[owner], 0.0), people)
         factor = np.where(is_inferred(sighting)[people] & (measured_by[owner] > 0), FUSION.estimate.inferred ** -2, 1.0)
         owners.append(owner)
-        points.append(np.where(np.isfinite(sighting.points(people)), sighting.points(people), 0.0) + moved)
+        points.append(np.nan_to_num(sighting.points(people)) + moved - beside[owner])
+        if sighting.has_depth:
+            points[-1] -= depth_offsets(sighting.directions[people])
         information.append(found * factor[..., np.newaxis, np.newaxis])
         np.maximum.at(confidence, owner, np.nan_to_num(sighting.confidence[people]))
     joints = estimate_joints(number, Measurements(np.concatenate(owners), np.concatenate(points),
                                                   np.concatenate(information)), FUSION.estimate)
-    known = np.isfinite(joints.positions).all(axis=2)
+    sizes, positions = with_bones(tracks.sizes, joints.positions, joints.covariance, measured_by >= 2, confidence)
+    known = np.isfinite(positions).all(axis=2)
     status[known] = INFERRED
     status[known & (measured_by >= 2)] = MEASURED
     spread = np.trace(joints.covariance, axis1=2, axis2=3) / 3
-    after = tracks.corrected(joints.positions, np.where(known, spread, variance))
+    after = tracks.corrected(positions, np.where(known, spread, variance))
     seen_now = cameras > 0
-    return replace(after, seen=np.where(seen_now, tracks.stamp, after.seen),
+    return replace(after, sizes=sizes, seen=np.where(seen_now, tracks.stamp, after.seen),
                    cameras=np.maximum(after.cameras, cameras)), status, confidence
 
 

@@ -6,6 +6,8 @@ import numpy as np
 
 from openpose_ros_fusion.constants import FUSION, MotionConstants
 from openpose_ros_pkg.skeletons import COCO_18
+from skeleton_extract_3d.body.body import BODY
+from skeleton_extract_3d.body.measures import Sizes
 
 _JOINTS = len(COCO_18.joints)
 
@@ -18,6 +20,7 @@ class Tracks:
 
     Attributes:
         stamp: [s].
+        sizes: lengths of their bones.
         ids: (F,) int64.
         positions: (F, 18, 3) [m]; NaN where unknown.
         velocities: (F, 18, 3) [m/s].
@@ -28,6 +31,7 @@ class Tracks:
     """
 
     stamp: float
+    sizes: Sizes
     ids: np.ndarray
     positions: np.ndarray
     velocities: np.ndarray
@@ -40,18 +44,29 @@ class Tracks:
     def empty(cls, stamp: float) -> 'Tracks':
         """Return nobody."""
         none = np.zeros((0, _JOINTS, 3))
-        return cls(stamp, np.zeros(0, np.int64), none, none, none, np.zeros(0), np.zeros(0), np.zeros(0, np.int64))
+        return cls.begun(stamp, np.zeros(0, np.int64), none)
+
+    @classmethod
+    def begun(cls, stamp: float, ids: np.ndarray, positions: np.ndarray) -> 'Tracks':
+        """Return people (N, 18, 3) [m] who were not seen before; their joints are known by what follows."""
+        number = len(ids)
+        unknown = np.zeros((number, _JOINTS, 3))
+        unknown[..., 0] = 1.0
+        times = np.full(number, stamp)
+        return cls(stamp, Sizes.assumed(np.full(number, BODY.adult_stature)), ids, positions,
+                   np.zeros((number, _JOINTS, 3)), unknown, times, times, np.zeros(number, np.int64))
 
     def __len__(self) -> int:
         return len(self.ids)
 
     def select(self, rows: np.ndarray) -> 'Tracks':
         """Return some of the people, by a mask or by indices."""
-        return Tracks(self.stamp, *(value[rows] for value in self._arrays))
+        return Tracks(self.stamp, self.sizes.select(rows), *(value[rows] for value in self._arrays))
 
     def joined(self, others: 'Tracks') -> 'Tracks':
         """Return these people and then others."""
-        return Tracks(self.stamp, *(np.concatenate(pair) for pair in zip(self._arrays, others._arrays)))
+        return Tracks(self.stamp, Sizes(*(np.concatenate(pair) for pair in zip(self.sizes, others.sizes))),
+                      *(np.concatenate(pair) for pair in zip(self._arrays, others._arrays)))
 
     @property
     def _arrays(self) -> Tuple[np.ndarray, ...]:
