@@ -11,7 +11,7 @@ share of the frames. Latency: from the camera's stamp to the arrival of the 3D m
 together. People: mean number per frame. Processor: detection is the node with the networks, which with one process is
 all there is. T: one f32 pass of mobilenet_thin at 656 x 368 on two threads, before each row.
 
-    ./run bench many_cameras                                      # the table of docs/several_cameras.md
+    ./run bench many_cameras --ways one_process                   # the table of docs/several_cameras.md
     ./run bench many_cameras --cameras 3 --rates 30 15 5 --ways one_process --people 1 2 0
 """
 import argparse
