@@ -10,6 +10,8 @@ from skeleton_extract_3d.people import MEASURED
 
 # More than any distance [m].
 _FAR = 1e6
+# Share of the joints whose rays have to meet.
+_MOST_JOINTS = 0.75
 # A person of a camera: its name and the id there.
 CameraPerson = Tuple[str, int]
 
@@ -54,41 +56,48 @@ def median_distances(sighting: Sighting, joints: np.ndarray, least: int) -> np.n
     return np.where(enough, medians, _FAR)
 
 
-def pair_rays(first: Sighting, second: Sighting, gate: float, least: int) -> Tuple[np.ndarray, np.ndarray]:
-    """Return which people of two cameras' rays meet in space, indices (N,) and (N,); each once.
-
-    Args:
-        gate: greatest median distance of the rays of the same joint [m].
-        least: joints that have to be common.
-    """
-    cost = np.full((len(first), len(second)), _FAR)
-    for i, rays in enumerate(first.directions):
-        for j, others in enumerate(second.directions):
-            gap, in_front = ray_gaps(first.origin, rays, second.origin, others)
-            usable = np.isfinite(gap) & in_front
-            if usable.sum() >= max(least, 0.7 * np.isfinite(gap).sum()):
-                cost[i, j] = np.median(gap[usable])
+def pair_rays(first: Sighting, second: Sighting, constants: AssociationConstants = FUSION.association
+              ) -> Tuple[np.ndarray, np.ndarray]:
+    """Return which people of two cameras' rays meet in space, indices (N,) and (N,); each once."""
+    cost = ray_distances(first, second, constants)
     rows, columns = linear_sum_assignment(cost)
-    near = cost[rows, columns] <= gate
+    near = cost[rows, columns] <= constants.ray_gate
     return rows[near], columns[near]
+
+
+def ray_distances(first: Sighting, second: Sighting, constants: AssociationConstants = FUSION.association
+                  ) -> np.ndarray:
+    """Return how far the rays of two cameras' people pass by each other, (P, Q) [m]; far where they can not meet.
+
+    It is the distance within which those of three of four joints meet: joints that are as high as the cameras meet
+    those of other people too.
+    """
+    gaps, in_front = ray_gaps(first.origin, first.directions[:, np.newaxis], second.origin, second.directions)
+    common = np.isfinite(gaps).sum(axis=2)
+    usable = np.isfinite(gaps) & in_front
+    count = usable.sum(axis=2)
+    ordered = np.sort(np.where(usable, gaps, _FAR), axis=2)
+    last = np.maximum(np.ceil(_MOST_JOINTS * count).astype(int) - 1, 0)[..., np.newaxis]
+    meet = (count >= constants.least_joints) & (count >= _MOST_JOINTS * common)
+    return np.where(meet, np.take_along_axis(ordered, last, axis=2)[..., 0], _FAR)
 
 
 def ray_gaps(origin: np.ndarray, rays: np.ndarray, other: np.ndarray, others: np.ndarray
              ) -> Tuple[np.ndarray, np.ndarray]:
-    """Return how near rays come to each other, (K,) [m], and whether that is before both cameras, (K,) bool.
+    """Return how near rays come to each other, (..., K) [m], and whether that is before both cameras, (..., K) bool.
 
     Args:
         origin, other: (3,) [m], where the rays begin.
-        rays, others: (K, 3), unit vectors; NaN where missing.
+        rays, others: (..., K, 3), unit vectors; NaN where missing.
     """
     base = other - origin
-    cosine = (rays * others).sum(axis=1)
+    cosine = (rays * others).sum(axis=-1)
     along, along_other = rays @ base, others @ base
     with np.errstate(invalid='ignore', divide='ignore'):
         scale = 1.0 - cosine ** 2
         depth = (along - cosine * along_other) / scale
         depth_other = (cosine * along - along_other) / scale
-        gap = np.linalg.norm(origin + depth[:, np.newaxis] * rays - other - depth_other[:, np.newaxis] * others, axis=1)
+        gap = np.linalg.norm(depth[..., np.newaxis] * rays - base - depth_other[..., np.newaxis] * others, axis=-1)
         return np.where(scale > 1e-4, gap, np.nan), (depth > 0) & (depth_other > 0)
 
 

@@ -13,6 +13,8 @@ class AssociationConstants:
     """Which person of a camera is which fused person."""
 
     gate: float = constant(0.35, 'Greatest median distance of the joints, or of their rays.', unit='m')
+    ray_gate: float = constant(0.07, 'Greatest distance between the rays of two cameras to three of four joints of '
+                                     'somebody.', unit='m')
     gate_growth: float = constant(1.0, 'It grows by this while somebody is not seen.', unit='m/s')
     most_gate: float = constant(0.8, 'It grows up to this.', unit='m')
     known_share: float = constant(0.7, 'The distance to the person who had this id of the camera before counts this '
@@ -33,6 +35,8 @@ class EstimateConstants:
     inferred: float = constant(2.0, 'Factor of the sigma of INFERRED joints beside measured ones: what a camera infers '
                                     'comes from the joints that others see too.')
     pixel_sigma: float = constant(4.0, 'Error of a keypoint in the image per axis, for rays.', unit='px')
+    size_error: float = constant(0.05, 'Error of the distance of somebody whom one camera sees, and without depth, by '
+                                       'the size in the image, as a share of it.')
     common_sigma: float = constant(
         0.012, 'Error that all cameras have in common, per axis: keypoints lie beside the joints alike in all views.',
         unit='m')
@@ -54,6 +58,8 @@ class ShapeConstants:
                'out one sequence after the other')
     least_width: float = constant(0.05, 'Shoulders that are closer together, across the trunk, tell no direction.',
                                   unit='m', source='chosen')
+    size_gain: float = constant(0.2, 'Share by which the size of somebody whom one camera alone sees, without depth, '
+                                     'is corrected at each update.', source='chosen: 0 drifts, 1 is noisy')
 
 
 @dataclass(frozen=True)

@@ -5,17 +5,21 @@ from typing import Dict, Iterator, List, Mapping, NamedTuple, Optional, Sequence
 
 import numpy as np
 
-from openpose_ros_fusion.association import CameraPerson, associate, forget, pair_rays
+from openpose_ros_fusion.association import CameraPerson, associate, forget, pair_rays, ray_distances
 from openpose_ros_fusion.constants import FUSION
 from openpose_ros_fusion.estimate import Measurements, estimate_joints
-from openpose_ros_fusion.shape import depth_offsets, keypoint_offsets, with_bones
+from openpose_ros_fusion.shape import depth_offsets, keypoint_offsets, with_bones, with_size
 from openpose_ros_fusion.sightings import Sighting, is_inferred
 from openpose_ros_fusion.tracks import Tracks
+from openpose_ros_fusion.triangulation import moved_onto_rays
 from openpose_ros_pkg.people import FIRST_ID
 from openpose_ros_pkg.skeletons import COCO_18
+from skeleton_extract_3d.body.measures import expected_lengths
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
 
 _JOINTS = len(COCO_18.joints)
+# People of two cameras are different ones where their rays pass by each other by this many gates.
+_STRANGERS = 2.0
 
 
 class _Assigned(NamedTuple):
@@ -59,6 +63,7 @@ class PeopleFusion:
             for person, row in zip(sighting.ids.tolist(), rows.tolist()):
                 if row >= 0:
                     self._known[sighting.camera, person] = int(tracks.ids[row])
+        tracks = _at_the_distance_of_rays(tracks, assigned)
         tracks, status, confidence = _corrected(tracks, assigned)
         self._tracks, self._known = tracks, forget(self._known, tracks.ids)
         return _reported(tracks, status, confidence)
@@ -80,21 +85,33 @@ class PeopleFusion:
         return associate(sighting, tracks.at(sighting.stamp), tracks.ids, gates, self._known)
 
     def _begin_from_rays(self, tracks: Tracks, assigned: List[_Assigned]) -> Tuple[Tracks, List[_Assigned]]:
-        """Begin tracks of people whose rays of two cameras meet, and assign them in the other cameras."""
-        constants = FUSION.association
+        """Find people where the rays of two cameras meet, and assign them in the other cameras.
+
+        They are new, or a track whose place nobody knows: one that no camera sees, or one alone and without depth.
+        """
+        _part_strangers(len(tracks), assigned)
         for (first, rows), (second, others) in itertools.combinations(assigned, 2):
             if first.has_depth or second.has_depth:
                 continue
-            free, free_others = np.flatnonzero(rows < 0), np.flatnonzero(others < 0)
-            pairs = pair_rays(_select(first, free), _select(second, free_others), 0.3 * constants.gate,
-                              constants.least_joints)
+            # the last entry is for those who are nobody yet
+            alone = np.append(_seen_by(len(tracks), assigned)[:-1] == 1, True)
+            free, free_others = np.flatnonzero(alone[rows]), np.flatnonzero(alone[others])
+            pairs = pair_rays(_select(first, free), _select(second, free_others))
             for one, other in zip(free[pairs[0]], free_others[pairs[1]]):
-                rows[one] = others[other] = len(tracks)
-                owner = np.zeros(2, int)
-                points = np.concatenate([first.points(np.array([one])), second.points(np.array([other]))])
-                measured = Measurements(owner, points, _ray_information(first, one, second, other))
+                if rows[one] >= 0 and others[other] >= 0:
+                    continue  # each is somebody already
+                measured = Measurements(np.zeros(2, int), np.concatenate([first.points(np.array([one])),
+                                                                          second.points(np.array([other]))]),
+                                        _ray_information(first, one, second, other))
                 positions = estimate_joints(1, measured, FUSION.estimate).positions
-                tracks = tracks.joined(self._begun(tracks.stamp, positions))
+                row = max(rows[one], others[other])
+                if row < 0:
+                    row = _unseen_near(positions[0], tracks, _seen_by(len(tracks), assigned)[:-1])
+                if row < 0:
+                    row, tracks = len(tracks), tracks.joined(self._begun(tracks.stamp, positions))
+                else:
+                    tracks = tracks.placed(row, positions[0])
+                rows[one] = others[other] = row
             for sighting, more in assigned:
                 left = np.flatnonzero(more < 0)
                 if len(left) and len(pairs[0]):
@@ -117,6 +134,61 @@ def _ray_information(first: Sighting, one: int, second: Sighting, other: int) ->
     """Return the information of two people's rays for joints 3 m from the cameras, (2, 18, 3, 3)."""
     return np.concatenate([sighting.information(sighting.origin + 3.0 * sighting.directions[[row]], np.array([row]))
                            for sighting, row in ((first, one), (second, other))])
+
+
+def _part_strangers(tracks: int, assigned: Sequence[_Assigned]) -> None:
+    """Let nobody see tracks of which cameras without depth see different people: their rays do not meet."""
+    meet, miss = ([np.zeros(len(rows), int) for _, rows in assigned] for _ in range(2))
+    has_depth = [np.isin(np.arange(tracks), rows) for sighting, rows in assigned if sighting.has_depth]
+    known = np.any(has_depth, axis=0) if has_depth else np.zeros(tracks, bool)
+    for (i, (first, rows)), (j, (second, others)) in itertools.combinations(enumerate(assigned), 2):
+        if first.has_depth or second.has_depth:
+            continue
+        near = ray_distances(first, second) <= _STRANGERS * FUSION.association.ray_gate
+        for one, other in np.argwhere((rows[:, np.newaxis] == others) & (rows >= 0)[:, np.newaxis]):
+            if not known[rows[one]]:
+                counts = meet if near[one, other] else miss
+                counts[i][one] += 1
+                counts[j][other] += 1
+    for (_, rows), met, missed in zip(assigned, meet, miss):
+        rows[missed > met] = -1
+
+
+def _unseen_near(joints: np.ndarray, tracks: Tracks, seen_by: np.ndarray) -> int:
+    """Return the row of the track that nobody sees and that is nearest to joints (18, 3) [m]; -1: none is near."""
+    distances = np.linalg.norm(tracks.positions - joints, axis=2)
+    near = np.array([np.median(each[np.isfinite(each)]) if np.isfinite(each).any() else np.inf for each in distances])
+    near[seen_by > 0] = np.inf
+    return int(near.argmin()) if near.min(initial=np.inf) <= FUSION.association.most_gate else -1
+
+
+def _seen_by(tracks: int, assigned: Sequence[_Assigned]) -> np.ndarray:
+    """Return how many cameras see each track, (F + 1,) int; one with depth counts as two, as it tells the distance.
+
+    The last entry is 0, for people who are nobody's (row -1).
+    """
+    seen_by = np.zeros(tracks + 1, int)
+    for sighting, rows in assigned:
+        np.add.at(seen_by, rows[rows >= 0], 2 if sighting.has_depth else 1)
+    return seen_by
+
+
+def _at_the_distance_of_rays(tracks: Tracks, assigned: Sequence[_Assigned]) -> Tracks:
+    """Return the tracks with those whom one camera alone sees, and without depth, where their size puts them.
+
+    People are moved as they are expected, without a change of pose and as large as they are known to be, to where their
+    joints are nearest to the rays: how large they look tells how far away they are.
+    """
+    seen_by = _seen_by(len(tracks), assigned)
+    for sighting, rows in assigned:
+        for person in np.flatnonzero(seen_by[rows] == 1):
+            row = rows[person]
+            body = with_size(tracks.positions[row], expected_lengths(tracks.sizes.select(np.array([row])))[0])
+            moved = moved_onto_rays(body, sighting, person)
+            if moved is not None:
+                distance = float(np.linalg.norm(np.nanmean(body, axis=0) + moved - sighting.origin))
+                tracks = tracks.moved(row, body + moved, (FUSION.estimate.size_error * distance) ** 2)
+    return tracks
 
 
 def _corrected(tracks: Tracks, assigned: Sequence[_Assigned]) -> Tuple[Tracks, np.ndarray, np.ndarray]:
@@ -154,10 +226,14 @@ def _corrected(tracks: Tracks, assigned: Sequence[_Assigned]) -> Tuple[Tracks, n
     joints = estimate_joints(number, Measurements(np.concatenate(owners), np.concatenate(points),
                                                   np.concatenate(information)), FUSION.estimate)
     sizes, positions = with_bones(tracks.sizes, joints.positions, joints.covariance, measured_by >= 2, confidence)
+    # bones would be bent along the rays of a camera that is alone and measures no depth
+    alone = _seen_by(number, assigned)[:-1] == 1
+    positions[alone] = joints.positions[alone]
     known = np.isfinite(positions).all(axis=2)
     status[known] = INFERRED
     status[known & (measured_by >= 2)] = MEASURED
-    spread = np.trace(joints.covariance, axis1=2, axis2=3) / 3
+    spread = np.full(known.shape, np.nan)
+    spread[known] = np.linalg.eigvalsh(joints.covariance[known])[:, -1]
     after = tracks.corrected(positions, np.where(known, spread, variance))
     seen_now = cameras > 0
     return replace(after, sizes=sizes, seen=np.where(seen_now, tracks.stamp, after.seen),

@@ -12,7 +12,7 @@ import numpy as np
 from openpose_ros_fusion.constants import FUSION, ShapeConstants
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.body import measures
-from skeleton_extract_3d.body.body import HIPS, SHOULDERS
+from skeleton_extract_3d.body.body import HIPS, SATISFIED_BONES, SHOULDERS
 from skeleton_extract_3d.body.bone_constraints import satisfy_lengths
 
 
@@ -52,6 +52,19 @@ def keypoint_offsets(joints: np.ndarray) -> np.ndarray:
 def depth_offsets(directions: np.ndarray) -> np.ndarray:
     """Return a r of joints that were seen along directions (P, 18, 3), of the same shape [m]; zero where missing."""
     return np.nan_to_num(_DEEPER[:, np.newaxis] * directions)
+
+
+def with_size(joints: np.ndarray, lengths: np.ndarray) -> np.ndarray:
+    """Return a body (18, 3) [m] whose size is nearer to what lengths (8,) [m] of its bones say, in the same pose.
+
+    A part of the difference is corrected at a time, since noise of single frames makes bones look longer.
+    """
+    starts, ends, kinds = SATISFIED_BONES.T
+    found = np.linalg.norm(joints[starts] - joints[ends], axis=1)
+    known = np.isfinite(found)
+    scale = (lengths[kinds][known].sum() / found[known].sum()) ** FUSION.shape.size_gain if known.any() else 1.0
+    middle = np.nanmean(joints, axis=0)
+    return middle + scale * (joints - middle)
 
 
 def with_bones(sizes: measures.Sizes, positions: np.ndarray, covariance: np.ndarray, measured: np.ndarray,

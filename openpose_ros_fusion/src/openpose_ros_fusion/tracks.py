@@ -68,6 +68,24 @@ class Tracks:
         return Tracks(self.stamp, Sizes(*(np.concatenate(pair) for pair in zip(self.sizes, others.sizes))),
                       *(np.concatenate(pair) for pair in zip(self._arrays, others._arrays)))
 
+    def placed(self, row: int, joints: np.ndarray) -> 'Tracks':
+        """Return these people, with one of them at other joints (18, 3) [m], and its motion unknown."""
+        positions, velocities, covariance = self.positions.copy(), self.velocities.copy(), self.covariance.copy()
+        positions[row], velocities[row], covariance[row] = joints, 0.0, (1.0, 0.0, 0.0)
+        return replace(self, positions=positions, velocities=velocities, covariance=covariance)
+
+    def moved(self, row: int, joints: np.ndarray, most: float) -> 'Tracks':
+        """Return these people, with one of them at joints (18, 3) [m], and the variance of its positions [m^2] at most.
+
+        The body moves as one: velocities of its joints are the mean of what they were.
+        """
+        positions, velocities, covariance = self.positions.copy(), self.velocities.copy(), self.covariance.copy()
+        positions[row] = joints
+        velocities[row] = velocities[row].mean(axis=0)
+        share = np.minimum(most / np.maximum(covariance[row, :, 0], 1e-12), 1.0)
+        covariance[row, :, :2] *= share[:, np.newaxis]
+        return replace(self, positions=positions, velocities=velocities, covariance=covariance)
+
     @property
     def _arrays(self) -> Tuple[np.ndarray, ...]:
         return (self.ids, self.positions, self.velocities, self.covariance, self.born, self.seen, self.cameras)
