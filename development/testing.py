@@ -9,7 +9,9 @@ import time
 from pathlib import Path
 from typing import Callable, Dict, List, Mapping, Optional, Sequence
 
-from development import LOGS, PACKAGES, PYTHON, ROOT, VENV, VENV_FOCAL, VENV_PYTHON
+from development import LOGS, PACKAGES, ROOT, VENV, VENV_FOCAL, VENV_PYTHON
+from development.junit import summary
+from development.rostests import run_rostests
 from development.sanitize import sanitized
 from development.set_up import NUMPY, find_python_38
 from development.terminal import output_of, run_in_group, say, succeeds
@@ -37,7 +39,7 @@ def run_groups(names: Sequence[str]) -> int:
         failed |= not _one_test(results, 'processes', 'nothing is left running',
                                 lambda: end_processes(folder, signal.SIGTERM, ENDING_TIME))
         say('')
-        return not succeeds(PYTHON, '-B', 'tests/junit_summary.py', str(results), str(int(failed)))
+        return not summary(results, failed)
     finally:
         end_processes(folder, signal.SIGKILL, 0.0)
         shutil.rmtree(str(folder), ignore_errors=True)
@@ -83,13 +85,7 @@ def ros(results: Path) -> int:
     say('== tests/fuzz/ros, a few examples')
     failed += _pytest(results, 'fuzz_messages', [FUZZ_MESSAGES], environment)
     say('== rostests')
-    rostests = ROOT / 'build/test_results'
-    shutil.rmtree(str(rostests), ignore_errors=True)
-    failed += not succeeds('make', '-C', 'build', '-j1', '--no-print-directory', 'run_tests', env=environment)
-    if rostests.is_dir():  # run_tests succeeds although tests fail
-        failed += not succeeds('catkin_test_results', str(rostests), env=environment)
-        shutil.copytree(str(rostests), str(results / 'ros'))
-    return failed
+    return failed + (not run_rostests(results, environment))
 
 
 def faults(results: Path) -> int:
