@@ -9,12 +9,10 @@ from sensor_msgs.msg import CameraInfo
 
 from openpose_ros_fusion.node_params import FusionParams
 from openpose_ros_fusion.rig import Rig
-from openpose_ros_fusion.sightings import Sighting, from_image, from_space
+from openpose_ros_fusion.ros.convert import sighting_from_message
+from openpose_ros_fusion.sightings import Sighting
 from openpose_ros_pkg.errors import BadInputError, NoTransformError
-from openpose_ros_pkg.people import People2D
-from openpose_ros_pkg.ros import convert as convert_2d
 from openpose_ros_pkg.ros.images import InputSubscriber
-from openpose_ros_pkg.skeletons import SKELETONS
 from skeleton_extract_3d.points.transform import Transform
 from skeleton_extract_3d.ros import convert
 from skeleton_extract_3d.ros.transforms import Transforms
@@ -113,19 +111,10 @@ class CameraInput:
         self.stamp, self.frame_id, self.people = message.header.stamp, message.header.frame_id, len(message.persons)
         stamp = message.header.stamp.to_sec() + self.clock_offset
         self._stamps.append((stamp, message.header.stamp))
-        if self.has_depth:
-            people = convert.people_from_array(message)
-            return from_space(self.name, stamp, people, self._pose(message.header.stamp))
-        if self._info is None:
+        if not self.has_depth and self._info is None:
             raise BadInputError(f'no camera info yet on {self.inputs[1].resolved_name}')
-        model = convert.camera_from_message(self._info, self._rectified)
-        return from_image(self.name, stamp, self._people_2d(message), model, self._pose(message.header.stamp))
-
-    def _people_2d(self, message: PersonDetectionArray) -> People2D:
-        if message.pose_model not in SKELETONS:
-            raise BadInputError(f"{self.name}: pose_model '{message.pose_model}' is unknown, expected one of "
-                                f"{', '.join(SKELETONS)}")
-        return convert_2d.people_from_messages(message.persons, SKELETONS[message.pose_model])
+        model = None if self.has_depth else convert.camera_from_message(self._info, self._rectified)
+        return sighting_from_message(self.name, stamp, message, self._pose(message.header.stamp), model)
 
     def _pose(self, stamp: rospy.Time) -> Transform:
         if self._transforms is None:

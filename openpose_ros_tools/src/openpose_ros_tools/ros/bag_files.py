@@ -11,6 +11,8 @@ from typing import Any, Dict, Iterator, NamedTuple, Optional, Sequence, Tuple, T
 import genpy
 import rosbag
 import rosbag.bag
+from geometry_msgs.msg import TransformStamped
+from tf2_msgs.msg import TFMessage
 
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.output.files import naming
@@ -157,6 +159,14 @@ def new_bag(path: Path, compression: str = 'none') -> Iterator[rosbag.Bag]:
             with suppress(OSError):
                 file.close()
             raise
+
+
+def write_static_transforms(bag: rosbag.Bag, transforms: Sequence[TransformStamped], time: genpy.Time, program: str
+                            ) -> None:
+    """Write static transforms as a broadcaster has latched them: later subscribers get them as well."""
+    connection = {'topic': TF_TOPIC, 'type': TFMessage._type, 'md5sum': TFMessage._md5sum,
+                  'message_definition': TFMessage._full_text, 'callerid': f'/{program}', 'latching': '1'}
+    bag.write(TF_TOPIC, TFMessage(list(transforms)), time, connection_header=connection)
 
 
 def topic_types(bag: rosbag.Bag) -> Dict[str, str]:

@@ -45,6 +45,11 @@ def is_result(topic: str) -> bool:
     return bool(_RESULTS.search(topic))
 
 
+def is_within(topic: str, namespace: str) -> bool:
+    """Return whether a topic is in a namespace, with or without the leading slash of both."""
+    return f"/{topic.strip('/')}".startswith(f"/{namespace.strip('/')}/")
+
+
 def is_depth(topic: str, encoding: str) -> bool:
     """Return whether images with this encoding are depth: infrared cameras have mono16 as well."""
     return encoding in DEPTH_ENCODINGS and (encoding != 'mono16' or bool(_DEPTH_NAME.search(topic)))
@@ -64,6 +69,10 @@ def raw_topic(topic: str) -> str:
 class TopicFinder:
     """Finds the topics of a camera in a bag; streams are 'colour', 'depth', 'mask', 'points' and 'camera_info'.
 
+    Args:
+        bag: open.
+        namespace: topics outside of it are not there; empty: all are.
+
     Attributes:
         types: type of each topic, see `topic_types`.
         candidates: by stream the topics that may be it: without results of this project, and without compressed images
@@ -73,9 +82,10 @@ class TopicFinder:
         BadInputError: the bag is damaged.
     """
 
-    def __init__(self, bag: rosbag.Bag) -> None:
+    def __init__(self, bag: rosbag.Bag, namespace: str = '') -> None:
         self._bag = bag
-        self.types = topic_types(bag)
+        self.types = {topic: kind for topic, kind in topic_types(bag).items()
+                      if not namespace or is_within(topic, namespace)}
         self.candidates: Dict[str, List[str]] = {stream: [] for stream in _STREAMS}
         for topic, kind in sorted(self.types.items()):
             stream = None if is_result(topic) else self._stream_of(topic, kind)

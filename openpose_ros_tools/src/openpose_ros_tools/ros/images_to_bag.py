@@ -29,6 +29,12 @@ Topics are those that the launch files of this project listen to; stamps of the 
     /kinect2/qhd/camera_info        sensor_msgs/CameraInfo, for each stamp of a colour or depth image
     /tf_static                      from --world-frame to the camera, if its pose is known
 
+With --cameras, FOLDER holds such a folder for each of several cameras. The topics of each are then under /NAME/qhd, as
+cameras.launch has them, and its frame is NAME_rgb_optical_frame.
+
+    rosrun openpose_ros_tools images_to_bag stage/ -o stage.bag --cameras
+    rosrun openpose_ros_tools process_bag stage.bag -o people.bag --cameras cam0 cam1 cam2 --csv people.csv
+
 Exit status: 0 done; 1 done but for images that can not be decoded; 2 nothing was written, as the command line or the
 images are wrong; 130 interrupted, there is no bag.
 """
@@ -42,26 +48,26 @@ from contextlib import closing
 from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
-from typing import Dict, Optional, Sequence
+from typing import Dict, List, NamedTuple, Optional, Sequence
 
 import genpy
 import numpy as np
-import rosbag
+from geometry_msgs.msg import TransformStamped
 from scipy.spatial.transform import Rotation
 from std_msgs.msg import Header
-from tf2_msgs.msg import TFMessage
 from tqdm import tqdm
 
 from openpose_ros_pkg.calibration import Calibration, pinhole_calibration, read_calibration
 from openpose_ros_pkg.command_line import DONE, SOME_FAILED, run_command
 from openpose_ros_pkg.errors import ParameterError
+from openpose_ros_pkg.natural_order import natural_key
 from openpose_ros_tools.command_options import add_output, command_parser, positive_number
 from openpose_ros_tools.images.image_files import MILLIMETRES
 from openpose_ros_tools.images.image_layouts import LAYOUTS, LayoutOptions, Recording, find_recording
 from openpose_ros_tools.images.stamps import SECOND, UNITS, parse_stamp
 from openpose_ros_tools.outputs import output_file
 from openpose_ros_tools.parallel.threads import ordered_map
-from openpose_ros_tools.ros.bag_files import COMPRESSIONS, TF_TOPIC, new_bag
+from openpose_ros_tools.ros.bag_files import COMPRESSIONS, TF_TOPIC, new_bag, write_static_transforms
 from openpose_ros_tools.ros.camera_topics import CAMERA_NAMESPACE, TOPICS
 from openpose_ros_tools.ros.image_messages import DEPTH_ENCODINGS, BagOptions, MessageMaker, first_image, moments
 from skeleton_extract_3d.points.camera import calibrated_camera
@@ -82,8 +88,15 @@ class Report:
     rounded: float = 0.0
 
 
-def write_bag(path: Path, recording: Recording, options: BagOptions, compression: str = 'none') -> Report:
-    """Write a recording into a bag, in the order of the stamps.
+class Camera(NamedTuple):
+    """What a camera has recorded, and the messages that are made of it."""
+
+    recording: Recording
+    options: BagOptions
+
+
+def write_bag(path: Path, cameras: Sequence[Camera], compression: str = 'none') -> Report:
+    """Write the recordings of cameras into a bag, in the order of the stamps.
 
     Args:
         compression: one of COMPRESSIONS.
@@ -92,15 +105,18 @@ def write_bag(path: Path, recording: Recording, options: BagOptions, compression
         BadInputError: sizes or types of images do not fit.
         OSError: the bag can not be written.
     """
-    maker, report = MessageMaker(options, recording), Report()
-    planned = list(moments(recording))
+    report = Report()
+    makers = [MessageMaker(camera.options, camera.recording) for camera in cameras]
+    planned = sorted(((maker, moment) for maker, camera in zip(makers, cameras)
+                      for moment in moments(camera.recording)), key=lambda one: one[1].stamp)
     with new_bag(path, compression) as bag, \
             tqdm(total=len(planned), unit='frame', disable=None) as bar, \
-            closing(ordered_map(maker.messages, planned)) as results:
-        if options.T_world_camera is not None:
-            _write_pose(bag, options, options.T_world_camera, planned[0].stamp)
+            closing(ordered_map(lambda one: one[0].messages(one[1]), planned)) as results:
+        poses = _poses([camera.options for camera in cameras], planned[0][1].stamp)
+        if poses:
+            write_static_transforms(bag, poses, poses[0].header.stamp, _NAME)
             report.messages[TF_TOPIC] += 1
-        for made, moment in zip(results, planned):
+        for made, (_, moment) in zip(results, planned):
             for topic, message in made.messages:
                 bag.write(topic, message, genpy.Time(0, moment.stamp))
                 report.messages[topic] += 1
@@ -120,25 +136,50 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
 
 def _run(options: argparse.Namespace) -> int:
     began = time.monotonic()
+    cameras = [_camera(options)] if options.cameras is None else [
+        _camera(each) for each in _options_of_cameras(options)]
+    with output_file(options.output, options.overwrite) as part:
+        report = write_bag(part, cameras, options.compression)
+    sys.stdout.write(_summary(options.output, [camera.recording for camera in cameras], report,
+                              time.monotonic() - began))
+    return SOME_FAILED if report.failed else DONE
+
+
+def _camera(options: argparse.Namespace) -> Camera:
     recording = find_recording(options.folder, _layout_options(options))
     for remark in recording.remarks:
         _log.warning('%s', remark)
     if options.only_pairs:
         recording = recording.only_pairs()
-    bag_options = _bag_options(options, recording)
-    with output_file(options.output, options.overwrite) as part:
-        report = write_bag(part, recording, bag_options, options.compression)
-    sys.stdout.write(_summary(options.output, recording, report, time.monotonic() - began))
-    return SOME_FAILED if report.failed else DONE
+    return Camera(recording, _bag_options(options, recording))
 
 
-def _summary(path: Path, recording: Recording, report: Report, seconds: float) -> str:
-    count = len(recording.streams.get('colour') or recording.streams['depth'])
-    first = min(items[0].stamp for items in recording.streams.values())
-    last = max(items[-1].stamp for items in recording.streams.values())
+def _options_of_cameras(options: argparse.Namespace) -> List[argparse.Namespace]:
+    """Return the options for each camera: its folder, namespace and frame.
+
+    Raises:
+        ParameterError: an option is that of one camera, or there are no folders.
+    """
+    one = ('colour', 'depth', 'masks', 'frame_id', 'camera_pose', 'start', *(f'{key}_topic' for key in TOPICS))
+    given = [name for name in one if getattr(options, name) is not None]
+    if given or options.folder is None:
+        raise ParameterError('--cameras needs a folder that holds those of the cameras' if not given else
+                             f"--{given[0].replace('_', '-')} is for one camera, and contradicts --cameras")
+    folders = [options.folder / name for name in options.cameras] or sorted(
+        (path for path in options.folder.glob('*') if path.is_dir() and not path.name.startswith('.')), key=natural_key)
+    if not folders:
+        raise ParameterError(f'{options.folder} holds no folders of cameras')
+    return [argparse.Namespace(**{**vars(options), 'folder': folder, 'camera_namespace': f'{folder.name}/qhd',
+                                  'frame_id': f'{folder.name}_rgb_optical_frame'}) for folder in folders]
+
+
+def _summary(path: Path, recordings: Sequence[Recording], report: Report, seconds: float) -> str:
+    count = sum(len(recording.streams.get('colour') or recording.streams['depth']) for recording in recordings)
+    streams = [items for recording in recordings for items in recording.streams.values()]
+    first, last = min(items[0].stamp for items in streams), max(items[-1].stamp for items in streams)
     lines = [f'{path}: {count} frames over {(last - first) / SECOND:.3f} s, {path.stat().st_size / 1e6:.1f} MB; '
              f'{seconds:.1f} s, {count / seconds:.1f} frames/s',
-             f'  layout {recording.layout}, stamps from {recording.timing}']
+             f'  layout {recordings[0].layout}, stamps from {recordings[0].timing}']
     lines += [f'  {number:6d}  {topic}' for topic, number in report.messages.items()]
     if report.rounded:
         lines.append(f'  depth was rounded to 1 mm, by up to {1e3 * report.rounded:.3f} mm; --depth-encoding 32FC1 '
@@ -212,17 +253,18 @@ def _pose_matrix(values: Sequence[float]) -> np.ndarray:
     return matrix
 
 
-def _write_pose(bag: rosbag.Bag, options: BagOptions, pose: np.ndarray, stamp: int) -> None:
-    header = Header(stamp=genpy.Time(0, stamp), frame_id=options.world_frame)
-    transform = transform_from_matrix(pose, header, options.frame_id)
-    rotation = transform.transform.rotation
-    for key in rotation.__slots__:
-        # 12 digits, and no -0: then the way to a matrix and back gives the same bits
-        setattr(rotation, key, round(getattr(rotation, key), 12) + 0.0)
-    # latched, as of a static broadcaster: later subscribers get it as well
-    connection = {'topic': TF_TOPIC, 'type': TFMessage._type, 'md5sum': TFMessage._md5sum,
-                  'message_definition': TFMessage._full_text, 'callerid': f'/{_NAME}', 'latching': '1'}
-    bag.write(TF_TOPIC, TFMessage([transform]), genpy.Time(0, stamp), connection_header=connection)
+def _poses(cameras: Sequence[BagOptions], stamp: int) -> List[TransformStamped]:
+    """Return where the cameras stand of which this is known."""
+    transforms = []
+    for options in cameras:
+        if options.T_world_camera is not None:
+            header = Header(stamp=genpy.Time(0, stamp), frame_id=options.world_frame)
+            transforms.append(transform_from_matrix(options.T_world_camera, header, options.frame_id))
+    for rotation in (transform.transform.rotation for transform in transforms):
+        for key in rotation.__slots__:
+            # 12 digits, and no -0: then the way to a matrix and back gives the same bits
+            setattr(rotation, key, round(getattr(rotation, key), 12) + 0.0)
+    return transforms
 
 
 # ------------------------------------------------------------------------------------------------------ command line
@@ -233,6 +275,8 @@ def _parser() -> argparse.ArgumentParser:
     parser._negative_number_matcher = re.compile(r'^-\d+$|^-\d*\.\d+([eE][-+]?\d+)?$|^-\d+[eE][-+]?\d+$')
     parser.add_argument('folder', nargs='?', type=Path, metavar='FOLDER', help='recording, see above')
     add_output(parser, 'bag')
+    parser.add_argument('--cameras', nargs='*', metavar='NAME',
+                        help='FOLDER holds a folder for each camera, all recorded by one clock: these, or all')
     _add_images_and_stamps(parser)
     _add_camera(parser)
     group = parser.add_argument_group('bag')

@@ -34,6 +34,8 @@ _QUEUE = 50
 # Transforms are read ahead of the frame by this time [s], as they may be recorded later than the image; and kept for
 # this time [s].
 _TF_AHEAD, _TF_KEPT = 3.0, 30.0
+TF_TOPICS = ('/tf', '/tf_static', 'tf', 'tf_static')
+"""Topics of transforms in bags."""
 _CLASSES = {kind._type: kind for kind in (Image, CompressedImage, PointCloud2, CameraInfo)}
 
 
@@ -56,10 +58,11 @@ class _Part(NamedTuple):
     info: Optional[CameraInfo] = None
 
 
-def find_topics(bag: rosbag.Bag, wanted: Topics, only_2d: bool = False, prefer_depth: bool = False) -> Topics:
+def find_topics(finder: TopicFinder, wanted: Topics, only_2d: bool = False, prefer_depth: bool = False) -> Topics:
     """Return the topics of the camera in a bag.
 
     Args:
+        finder: of the bag.
         wanted: those that are named are taken; the others are found by their types and names.
         only_2d: whether to ignore points.
         prefer_depth: whether to take depth images where there are clouds as well.
@@ -67,7 +70,6 @@ def find_topics(bag: rosbag.Bag, wanted: Topics, only_2d: bool = False, prefer_d
     Raises:
         BadInputError: a topic is not there or has another type, or it is not clear which one to take.
     """
-    finder = TopicFinder(bag)
     image = finder.required('colour', wanted.image, finder.candidates['colour'])
     if only_2d:
         return Topics(image)
@@ -221,8 +223,7 @@ class Transforms:
 
     def __init__(self, bag: rosbag.Bag) -> None:
         types = bag.get_type_and_topic_info().topics
-        self._messages = stamped_messages(bag, [topic for topic in ('/tf', '/tf_static', 'tf', 'tf_static')
-                                                if topic in types])
+        self._messages = stamped_messages(bag, [topic for topic in TF_TOPICS if topic in types])
         self._next = next(self._messages, None)
         self._buffer = tf2_py.BufferCore(genpy.Duration.from_sec(_TF_KEPT))
 

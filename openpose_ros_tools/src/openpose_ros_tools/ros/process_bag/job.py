@@ -4,6 +4,7 @@ from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any, Callable, Dict, List, Mapping, Optional, Tuple
 
+from openpose_ros_fusion.rig import Rig, rig_text
 from openpose_ros_pkg.detect.detector import Detector, DetectorSettings, create_detector
 from openpose_ros_pkg.detect.following import FollowingParams
 from openpose_ros_pkg.detect.tracking import TrackingParams
@@ -46,7 +47,7 @@ class Topics:
     image: str = ''  # raw or compressed
     points: str = ''  # of clouds
     depth: str = ''  # of depth images aligned to the image, raw or compressed, in place of clouds
-    camera_info: str = ''  # of the depth images
+    camera_info: str = ''  # of the depth images, and of a camera without depth that is fused with others
 
     @property
     def in_space(self) -> bool:
@@ -56,7 +57,7 @@ class Topics:
 
 @dataclass(frozen=True)
 class BagJob:
-    """What is to be made of a bag. It can be pickled."""
+    """What is to be made of a camera in a bag. It can be pickled."""
 
     source: Path  # the bag
     output: Path  # bag to make
@@ -66,6 +67,8 @@ class BagJob:
     values: Mapping[str, Any] = field(default_factory=dict)
     topics: Topics = field(default_factory=Topics)  # of the camera, where they are named
     only_2d: bool = False  # whether points are ignored
+    camera: str = ''  # namespace of its results; in a bag of several cameras, of its topics too
+    is_alone: bool = True  # whether the bag has no other camera; then its topics may be in any namespace
     copied: Tuple[str, ...] = ()  # topics that are copied, or 'all'
     markers: bool = False  # whether markers are written
     # see `KeypointCsvWriter`. The table has people in space where there are any, else those in the image.
@@ -74,6 +77,11 @@ class BagJob:
     jobs: int = 1  # number of detector processes; 1: none beside this one
     threads: int = 0  # of each detector where the parameters leave it open; 0: one per core
     create: Callable[[DetectorSettings], Detector] = create_detector  # makes a detector of the parameters
+
+    @property
+    def sources(self) -> List[Path]:
+        """Files that are read."""
+        return [self.source]
 
     @property
     def outputs(self) -> List[Path]:
@@ -95,6 +103,49 @@ class BagJob:
                 'parameters': {key: value for key, value in self.values.items() if key not in _WITHOUT_EFFECT},
                 'only_2d': self.only_2d, 'copied': list(self.copied), 'markers': self.markers,
                 'csv_layout': self.csv_layout, 'compression': self.compression}
+
+
+@dataclass(frozen=True)
+class RigJob:
+    """What is to be made of several cameras that see the same people.
+
+    Attributes:
+        cameras: what is to be made of each camera. Their `output` is not used; their `json` are folders in that of all.
+        output: bag to make, with the people of each camera and the fused ones.
+        csv: table of the fused people, None: none.
+        json: folder with one for each camera, None: none.
+        fixed_frame: of the fused people.
+        rig: where the cameras stand; None: tf of their bags says so.
+        clock_offsets: are added to the stamps of each camera [s].
+        rectified: the images of cameras without depth are rectified.
+        only_fuse: the bags hold the people of the cameras.
+    """
+
+    cameras: Tuple[BagJob, ...]
+    output: Path
+    csv: Optional[Path]
+    json: Optional[Path]
+    fixed_frame: str
+    rig: Optional[Rig]
+    clock_offsets: Mapping[str, float]
+    rectified: bool = False
+    only_fuse: bool = False
+
+    @property
+    def sources(self) -> List[Path]:
+        """Files that are read."""
+        return list(dict.fromkeys(camera.source for camera in self.cameras))
+
+    @property
+    def outputs(self) -> List[Path]:
+        """Files and folder that are made."""
+        return [path for path in (self.output, self.csv, self.json) if path is not None]
+
+    def made_from(self) -> Dict[str, Any]:
+        """Return what the results depend on, as JSON has it; see `BagJob.made_from`."""
+        return {'cameras': [[camera.camera, camera.made_from()] for camera in self.cameras],
+                'fixed_frame': self.fixed_frame, 'rig': self.rig and rig_text(self.rig),
+                'clock_offsets': dict(self.clock_offsets), 'rectified': self.rectified, 'only_fuse': self.only_fuse}
 
 
 @dataclass

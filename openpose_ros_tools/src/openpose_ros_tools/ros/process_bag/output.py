@@ -7,6 +7,7 @@ from typing import Any, Dict, Iterator, NamedTuple, Optional, TextIO, Union
 
 import genpy
 import numpy as np
+import rosbag
 from std_msgs.msg import Header, String
 from tf2_msgs.msg import TFMessage
 
@@ -20,7 +21,7 @@ from openpose_ros_pkg.ros import convert as convert_2d
 from openpose_ros_tools.ros.bag_files import StampedMessage, new_bag, open_bag, undamaged
 from openpose_ros_tools.ros.keypoint_bag import write_people
 from openpose_ros_tools.ros.process_bag.input import Frame
-from openpose_ros_tools.ros.process_bag.job import BagJob, BagSettings
+from openpose_ros_tools.ros.process_bag.job import BagJob, BagSettings, RigJob
 from openpose_ros_tools.tables.keypoint_csv import KeypointCsvWriter
 from skeleton_extract_3d.estimator import Estimate
 from skeleton_extract_3d.landmarks import Landmarks, Points3D
@@ -29,7 +30,9 @@ from skeleton_extract_3d.ros import convert
 from skeleton_extract_3d.show.markers import LIMB_NAMESPACES, MarkerTracker
 
 # What a bag was made of, so that it is not made again.
-_RECORD = '/openpose_ros/process_bag'
+RECORD = '/openpose_ros/process_bag'
+# Namespaces of people, in that of their camera.
+IN_SPACE, IN_IMAGE = '/openpose_ros/skeleton_3d', '/openpose_ros'
 
 
 class Published(NamedTuple):
@@ -43,6 +46,68 @@ class Published(NamedTuple):
     people: People3D
     landmarks: Landmarks
     header: Header
+
+
+class PeopleWriter:
+    """Writes people in space as the nodes publish them, and as rows of a table.
+
+    Args:
+        bag: to write.
+        namespace: of the topics.
+        settings: of markers, and whether joints are written as frames.
+        table: None: none.
+        markers: whether markers are written.
+    """
+
+    def __init__(self, bag: rosbag.Bag, namespace: str, settings: BagSettings, table: Optional['Table'], markers: bool
+                 ) -> None:
+        self._bag, self._namespace, self._table = bag, namespace, table
+        self._publish_tf = settings.extractor.publish_tf
+        self._markers = MarkerTracker(settings.markers) if markers else None
+
+    def write(self, people: People3D, header: Header, time: genpy.Time) -> None:
+        """Write the people of a time, with the time of recording."""
+        array = convert.people_to_array(people, header)
+        self._bag.write(f'{self._namespace}/detected_poses_3d', array, time)
+        for person in array.persons:
+            self._bag.write(f'{self._namespace}/detected_poses_keypoints_3d', person, time)
+        if self._table is not None:
+            self._table.write(array)
+        if self._publish_tf and len(people):
+            self._bag.write('/tf', TFMessage(convert.people_to_transforms(people, header)), time)
+        if self._markers is not None:
+            for marker in self._markers.update(convert.people_from_array(array), header.stamp.to_sec(),
+                                               header.frame_id):
+                topic = 'visualization_skeleton' if marker.ns in LIMB_NAMESPACES else 'visualization_markers'
+                self._bag.write(f'{self._namespace}/{topic}', convert.marker_to_message(marker, header), time)
+
+
+class Table:
+    """A table of people; use it as a context manager.
+
+    Args:
+        path: of the file.
+        layout: one of LAYOUTS.
+        dimensions: 3 in space, 2 in the image.
+
+    Raises:
+        OSError: it can not be written.
+    """
+
+    def __init__(self, path: Path, layout: str, dimensions: int) -> None:
+        self._path, self._stack = path, ExitStack()
+        self._writer = KeypointCsvWriter(self._stack.enter_context(_text_file(path)), layout, dimensions)
+
+    def __enter__(self) -> 'Table':
+        return self
+
+    def __exit__(self, *error: Any) -> None:
+        self._stack.__exit__(*error)
+
+    def write(self, array: genpy.Message) -> None:
+        """Write the people of an array message."""
+        with naming(self._path):
+            write_people(self._writer, array)
 
 
 class Results:
@@ -61,17 +126,14 @@ class Results:
     """
 
     def __init__(self, job: BagJob, settings: BagSettings, in_space: bool) -> None:
-        self._namespace = '/openpose_ros/skeleton_3d' if in_space else '/openpose_ros'
+        self._namespace = (f'/{job.camera}' if job.camera else '') + (IN_SPACE if in_space else IN_IMAGE)
         self._json_folder, self._name, self._in_space = job.json, job.source.stem, in_space
-        self._publish_tf, self._scale = settings.extractor.publish_tf, settings.keypoint_scale
-        self._landmarks = settings.landmarks
-        self._markers = MarkerTracker(settings.markers) if job.markers else None
+        self._landmarks, self._scale = settings.landmarks, settings.keypoint_scale
         self._stack = ExitStack()
-        self._csv = job.csv
-        if job.csv is not None:
-            handle = self._stack.enter_context(_text_file(job.csv))
-            self._table = KeypointCsvWriter(handle, job.csv_layout, 3 if in_space else 2)
+        self._table = None if job.csv is None else self._stack.enter_context(
+            Table(job.csv, job.csv_layout, 3 if in_space else 2))
         self._bag = self._stack.enter_context(new_bag(job.output, job.compression))
+        self._people = PeopleWriter(self._bag, self._namespace, settings, self._table, job.markers)
 
     def __enter__(self) -> 'Results':
         return self
@@ -81,7 +143,7 @@ class Results:
 
     def record(self, made_from: Dict[str, Any], time: genpy.Time) -> None:
         """Note in the bag what it is made from; `made_from` of this module reads it."""
-        self._bag.write(_RECORD, String(data=json.dumps(made_from, sort_keys=True)), time)
+        record(self._bag, made_from, time)
 
     def copy(self, message: StampedMessage) -> None:
         """Write a message of the input as it was."""
@@ -102,18 +164,7 @@ class Results:
         """Write the people in space, and their hands and faces, also those in the image."""
         people, landmarks, header = published
         header.seq = number
-        array = convert.people_to_array(people, header)
-        self._write('detected_poses_3d', array, frame)
-        for person in array.persons:
-            self._write('detected_poses_keypoints_3d', person, frame)
-        self._write_rows(array)
-        if self._publish_tf and len(people):
-            self._bag.write('/tf', TFMessage(convert.people_to_transforms(people, header)), frame.time)
-        if self._markers is not None:
-            for marker in self._markers.update(convert.people_from_array(array), header.stamp.to_sec(),
-                                               header.frame_id):
-                topic = 'visualization_skeleton' if marker.ns in LIMB_NAMESPACES else 'visualization_markers'
-                self._write(topic, convert.marker_to_message(marker, header), frame)
+        self._people.write(people, header, frame.time)
         self._write_image_landmarks(frame, number, landmarks.in_image)
         if self._landmarks.hands:
             self._write('detected_hands_3d', convert.hands_to_array(landmarks.in_space.hands, header), frame)
@@ -131,8 +182,8 @@ class Results:
             messages = convert_2d.people_to_messages(people, header, scale_keypoints(people.keypoints, size, scale))
         for message in messages:
             self._write('detected_poses_keypoints', message, frame)
-        if not self._in_space:
-            self._write_rows(array)
+        if self._table is not None and not self._in_space:
+            self._table.write(array)
 
     def _write_image_landmarks(self, frame: Frame, number: int, landmarks: Landmarks2D) -> None:
         header = Header(seq=number, stamp=frame.header.stamp, frame_id=frame.header.frame_id)
@@ -146,11 +197,6 @@ class Results:
             path = self._json_folder / (frame_name(self._name, number) + JSON_SUFFIX)
             with naming(path):
                 path.write_text(people_to_json(people, in_space, fields))
-
-    def _write_rows(self, array: genpy.Message) -> None:
-        if self._csv is not None:
-            with naming(self._csv):
-                write_people(self._table, array)
 
     def _write(self, topic: str, message: genpy.Message, frame: Frame) -> None:
         self._bag.write(f'{self._namespace}/{topic}', message, frame.time)
@@ -167,17 +213,22 @@ def is_json_of(bag_name: str, file_name: str) -> bool:
     return bool(re.fullmatch(re.escape(bag_name) + r'_\d+' + re.escape(JSON_SUFFIX), file_name))
 
 
+def record(bag: rosbag.Bag, made_from: Dict[str, Any], time: genpy.Time) -> None:
+    """Note in a bag what it is made from; `made_from` of this module reads it."""
+    bag.write(RECORD, String(data=json.dumps(made_from, sort_keys=True)), time)
+
+
 def made_from(path: Path) -> Optional[Dict[str, Any]]:
     """Return what `Results.record` has noted in a bag; None: it is not of this program, or can not be read."""
     try:
         with open_bag(path) as bag:
-            record = next(undamaged(bag, bag.read_messages(topics=[_RECORD])), None)
+            record = next(undamaged(bag, bag.read_messages(topics=[RECORD])), None)
         return json.loads(record.message.data) if record else None
     except (BadInputError, ValueError, AttributeError):
         return None
 
 
-def is_done(job: BagJob) -> bool:
+def is_done(job: Union[BagJob, RigJob]) -> bool:
     """Return whether all outputs are there, made from the same."""
     return (job.output.is_file() and (job.csv is None or job.csv.is_file())
             and (job.json is None or job.json.is_dir()) and made_from(job.output) == job.made_from())

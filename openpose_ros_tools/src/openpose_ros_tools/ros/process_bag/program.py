@@ -19,6 +19,16 @@ its bag again. Bags that are done are skipped when the command is given again wi
     rosrun openpose_ros_tools process_bag recordings/ -o people/ --csv tables/ --workers 4
     rosrun openpose_ros_tools process_bag /data/recordings -o /data/people --scheduler tcp://192.168.1.10:8786
 
+With --cameras, the cameras of one bag, or of one bag each, see the same people: everybody is followed in each camera by
+itself, as above, then fused. OUT has the results of each camera under /NAME/openpose_ros/, and one set of people in
+the fixed frame on /people/openpose_ros/skeleton_3d/detected_poses_3d and .../detected_poses_keypoints_3d; --csv is the
+table of these. A camera without depth takes part with its images and camera info. Where the cameras stand, and by which
+time their clocks differ, tf in the bags says, or --rig and --clock-offset; tf is copied into OUT.
+
+    rosrun openpose_ros_tools process_bag room.bag -o people.bag --cameras left right door --csv people.csv
+    rosrun openpose_ros_tools process_bag left.bag door.bag -o people.bag --cameras left door --rig rig.yaml \\
+        --clock-offset door=0.07 --rgb-cameras door
+
 With --set hands=true and --set face=true there are detected_hands, detected_faces, and in space detected_hands_3d and
 detected_faces_3d; `keypoints_to_csv --hands` and `--faces` make tables of them.
 
@@ -35,7 +45,7 @@ import sys
 import time
 from contextlib import closing
 from pathlib import Path
-from typing import Any, Callable, Dict, List, Optional, Sequence
+from typing import Any, Callable, Dict, List, Optional, Sequence, Union
 
 from tqdm import tqdm
 
@@ -52,8 +62,9 @@ from openpose_ros_tools.outputs import delete_parts
 from openpose_ros_tools.parallel.task_cluster import run_on_cluster
 from openpose_ros_tools.parallel.task_pool import run_in_processes
 from openpose_ros_tools.ros.bag_files import COMPRESSIONS
-from openpose_ros_tools.ros.process_bag.job import BagJob, BagReport, BagSettings, Topics, build_settings
+from openpose_ros_tools.ros.process_bag.job import BagJob, BagReport, BagSettings, RigJob, Topics, build_settings
 from openpose_ros_tools.ros.process_bag.output import is_done, made_from
+from openpose_ros_tools.ros.process_bag.several_cameras import add_cameras, check_cameras, process_rig, rig_job
 from openpose_ros_tools.ros.process_bag.work import process
 from openpose_ros_tools.tables.keypoint_csv import LAYOUTS
 from skeleton_extract_3d.node_params import ExtractorSettings
@@ -112,10 +123,11 @@ def _run(options: argparse.Namespace, settings: Dict[str, Any],
     build_settings(values)  # before anything is done
     if bool(options.points) + bool(options.depth) + options.only_2d > 1:
         raise ParameterError('--points, --depth and --only-2d contradict each other; give one of them')
+    check_cameras(options)
     jobs = _jobs_of(options, values, create)
     for job in jobs:
         _check_outputs(job, options.overwrite)
-    by_workers = bool(options.scheduler) or _are_several(options.inputs)
+    by_workers = not options.cameras and (bool(options.scheduler) or _are_several(options.inputs))
     if by_workers and (options.jobs or 1) > 1:
         raise ParameterError('--jobs is for one bag on this machine; for several, or with a scheduler, there is '
                              '--workers')
@@ -126,18 +138,18 @@ def _run(options: argparse.Namespace, settings: Dict[str, Any],
     if not todo:
         return DONE
     if by_workers:
-        return _run_several(todo, options)
+        return _run_several([job for job in todo if isinstance(job, BagJob)], options)
     keep_large_blocks()
     return _run_one(todo[0])
 
 
-def _run_one(job: BagJob) -> int:
+def _run_one(job: Union[BagJob, RigJob]) -> int:
     with tqdm(unit='frame', disable=None) as progress:
         def show(done: int, total: int) -> None:
             progress.total = total
             progress.update(done - progress.n)
 
-        report = process(job, show)
+        report = process_rig(job, show) if isinstance(job, RigJob) else process(job, show)
     sys.stdout.write(f'{job.output}: {report.text()}\n')
     return DONE
 
@@ -214,6 +226,7 @@ def _parser() -> argparse.ArgumentParser:
                                                                     'compressedDepth, in place of clouds')
     group.add_argument('--camera-info', default='', metavar='TOPIC', help='calibration of the depth images')
     group.add_argument('--only-2d', action='store_true', help='ignore points: people in the images only')
+    add_cameras(parser)
     group = parser.add_argument_group('parameters')
     add_settings(group, 'of detection, tracking, lifting, pairing or markers; publish_tf=true writes joints to /tf')
     group.add_argument('--config', action='append', default=[], type=Path, metavar='FILE',
@@ -237,16 +250,17 @@ def _are_several(inputs: Sequence[Path]) -> bool:
     return len(inputs) > 1 or inputs[0].is_dir()
 
 
-def _jobs_of(options: argparse.Namespace, values: Dict[str, Any], create: Callable[..., Any]) -> List[BagJob]:
+def _jobs_of(options: argparse.Namespace, values: Dict[str, Any], create: Callable[..., Any]
+             ) -> Sequence[Union[BagJob, RigJob]]:
     """Return what is to be done.
 
     Raises:
         ParameterError: a bag is not there, a folder has none, or two have the same name.
     """
-    several = _are_several(options.inputs)
+    several = not options.cameras and _are_several(options.inputs)
     bags = _bags(options.inputs)
     names = [bag.name for bag in bags]
-    for bag in bags:
+    for bag in bags if several else ():
         if names.count(bag.name) > 1:
             raise ParameterError(f'several bags have the name {bag.name}, after which their results are named; give '
                                  'them in commands with folders of their own')
@@ -261,10 +275,10 @@ def _jobs_of(options: argparse.Namespace, values: Dict[str, Any], create: Callab
     for bag in bags:
         output, csv, json = (path and path.expanduser().absolute() / (name if several else '') for path, name in (
             (options.output, bag.name), (options.csv, f'{bag.stem}.csv'), (options.json, bag.stem)))
-        result.append(BagJob(bag, output, csv, json, values, topics, options.only_2d, tuple(options.copy),
-                             options.markers, options.csv_layout, options.compression, jobs,
-                             1 if options.scheduler else threads, create))
-    return result
+        result.append(BagJob(bag, output, csv, json, values, topics, options.only_2d, copied=tuple(options.copy),
+                             markers=options.markers, csv_layout=options.csv_layout, compression=options.compression,
+                             jobs=jobs, threads=1 if options.scheduler else threads, create=create))
+    return [rig_job(result, options)] if options.cameras else result
 
 
 def _bags(inputs: Sequence[Path]) -> List[Path]:
@@ -283,14 +297,15 @@ def _bags(inputs: Sequence[Path]) -> List[Path]:
     return list(bags)
 
 
-def _check_outputs(job: BagJob, overwrite: bool) -> None:
+def _check_outputs(job: Union[BagJob, RigJob], overwrite: bool) -> None:
     """Raise ParameterError if a result would take the place of something else, or can not be where it is to be."""
     files = [path for path in (job.output, job.csv) if path is not None]
-    places = [path.resolve() for path in (job.source, *files)]
-    if len(set(places)) < len(places):
-        twice = job.source if places[0] in places[1:] else job.output
-        raise ParameterError(f"{twice} is {'the input' if twice == job.source else 'named twice'}; name another file, "
-                             'or folder')
+    sources = {path.resolve(): path for path in job.sources}
+    places = [path.resolve() for path in files]
+    read = [sources[place] for place in places if place in sources]
+    if read or len(set(places)) < len(places):
+        raise ParameterError(f"{f'{read[0]} is the input' if read else f'{job.output} is named twice'}; name another "
+                             'file, or folder')
     for path in files:
         if path.is_dir():
             raise ParameterError(f'{path} is a folder; name a file')

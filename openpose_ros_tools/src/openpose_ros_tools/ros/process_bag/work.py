@@ -4,13 +4,15 @@ import logging
 from collections import deque
 from concurrent.futures import Future
 from contextlib import ExitStack, closing
-from dataclasses import replace
+from dataclasses import astuple, replace
 from pathlib import Path
-from typing import Callable, Deque, Iterable, Iterator, Optional, Tuple, Union
+from typing import Any, Callable, Deque, Dict, Iterable, Iterator, List, NamedTuple, Optional, Tuple, Union
 
 import genpy
+import rosbag
 
 from openpose_ros_pkg.detect.depth import DepthView
+from openpose_ros_pkg.detect.detector import Detector
 from openpose_ros_pkg.detect.stream_detector import StreamDetector
 from openpose_ros_pkg.errors import BadInputError, ModelError, NoTransformError
 from openpose_ros_pkg.landmarks.detector import create_landmark_detector
@@ -20,7 +22,8 @@ from openpose_ros_pkg.throttle import Throttle
 from openpose_ros_tools.outputs import PartFiles
 from openpose_ros_tools.parallel.detector_pool import DetectorPool, with_threads
 from openpose_ros_tools.parallel.threads import prefetched
-from openpose_ros_tools.ros.bag_files import StampedMessage, open_bag
+from openpose_ros_tools.ros.bag_files import StampedMessage, open_bag, topic_types
+from openpose_ros_tools.ros.camera_topics import TopicFinder, is_within
 from openpose_ros_tools.ros.process_bag.input import Frame, Recording, Transforms, copied_topics, find_topics
 from openpose_ros_tools.ros.process_bag.job import BagJob, BagReport, BagSettings, Topics, build_settings
 from openpose_ros_tools.ros.process_bag.output import Published, Results, is_json_of
@@ -52,41 +55,113 @@ def process(job: BagJob, on_frame: Callable[[int, int], None] = lambda done, tot
     settings = build_settings(job.values)
     made = job.made_from()
     with ExitStack() as stack:
-        bag = stack.enter_context(open_bag(job.source))
-        topics = find_topics(bag, job.topics, job.only_2d, settings.extractor.points_source == 'depth_image')
-        copied = copied_topics(bag, job.copied)
+        view = open_view(job, settings, stack)
         parts = stack.enter_context(PartFiles())
         json = None if job.json is None else parts.folder(job.json, lambda name: is_json_of(job.source.stem, name))
         csv = None if job.csv is None else parts.file(job.csv)
         # the bag is the last one to be moved: where it is, all outputs are
         unfinished = replace(job, output=parts.file(job.output), csv=csv, json=json)
-        pool, people = _finders(job, settings, stack)
-        lifter, transforms = _lifter(job.source, settings, topics, people, stack)
-        results = stack.enter_context(Results(unfinished, settings, topics.in_space))
-        results.record(made, genpy.Time.from_sec(bag.get_start_time()))
-        recording = Recording(bag, topics, copied, settings.pairing, lifter, settings.limits.max_image_megapixels)
-        images = bag.get_message_count(topics.image)
-        frames = _Frames(people, lifter, transforms, results, BagReport(counts=recording.counts, topics=topics))
+        return process_camera(unfinished, view, made, Networks(job, settings, stack), on_frame)
+
+
+class View(NamedTuple):
+    """An open bag, the topics of the camera in it, and those to copy."""
+
+    bag: rosbag.Bag
+    topics: Topics
+    copied: List[str]
+
+    @property
+    def images(self) -> int:
+        """Number of images."""
+        return self.bag.get_message_count(self.topics.image)
+
+
+def open_view(job: BagJob, settings: BagSettings, stack: ExitStack) -> View:
+    """Open the bag of a camera and find its topics.
+
+    Raises:
+        BadInputError: the bag can not be read, or has not what is wanted.
+    """
+    bag = stack.enter_context(open_bag(job.source))
+    namespace = job.camera
+    if namespace and job.is_alone and not any(is_within(topic, namespace) for topic in topic_types(bag)):
+        namespace = ''
+    finder = TopicFinder(bag, namespace)
+    if not finder.types and namespace:
+        raise BadInputError(f'{job.source} has no topics in the namespace /{namespace}; it has '
+                            f"{', '.join(sorted(topic_types(bag)))}")
+    topics = job.topics
+    if namespace:
+        topics = Topics(*(topic and f"/{namespace}/{topic.strip('/')}" for topic in astuple(topics)))
+    found = find_topics(finder, topics, job.only_2d, settings.extractor.points_source == 'depth_image')
+    if job.camera and not found.in_space:
+        beside = topics.camera_info or finder.camera_info_of(found.image) or ''
+        found = replace(found, camera_info=finder.required('camera_info', beside, finder.candidates['camera_info']))
+    return View(bag, found, copied_topics(bag, job.copied))
+
+
+class Networks:
+    """What finds people, hands and faces in the images of any number of cameras.
+
+    Args:
+        job: of one of the cameras.
+        settings: of all.
+        stack: ends the processes.
+
+    Attributes:
+        settings: those.
+        pool: what finds people in several images at a time; None where chains follow them, one image at a time.
+
+    Raises:
+        ParameterError, ModelError: a parameter or a network is wrong.
+    """
+
+    def __init__(self, job: BagJob, settings: BagSettings, stack: ExitStack) -> None:
+        self.settings = settings
+        detector = with_threads(settings.detector, job.threads)
+        self._landmarks = create_landmark_detector(settings.landmarks, detector.backend, detector.detector.model_folder)
+        if self._landmarks.missing:
+            raise ModelError(self._landmarks.faults)
+        self.pool: Optional[DetectorPool] = None
+        self._detector: Optional[Detector] = None
+        if settings.following.wanted(detector.detector):
+            self._detector = job.create(detector)
+        else:
+            self.pool = stack.enter_context(DetectorPool(job.jobs, detector, job.create))
+
+    def chain(self) -> PeopleChain:
+        """Return the chain of a camera that nobody has seen yet."""
+        settings, landmarks = self.settings, self._landmarks
+        if self._detector is not None:
+            stream = StreamDetector(self._detector, settings.tracking, settings.following)
+            return PeopleChain(stream.skeleton, settings.estimator, stream=stream, landmarks=landmarks)
+        return PeopleChain(self.pool.skeleton, settings.estimator, settings.tracking, landmarks=landmarks)
+
+
+def process_camera(job: BagJob, view: View, made: Dict[str, Any], networks: Networks,
+                   on_frame: Callable[[int, int], None]) -> BagReport:
+    """Write the results of a camera; arguments and errors as `process`.
+
+    Args:
+        job: its outputs are written in place.
+        view: of the camera.
+        made: what the results are made from.
+    """
+    settings, images, chain = networks.settings, view.images, networks.chain()
+    with ExitStack() as stack:
+        lifter, transforms = _lifter(job.source, settings, view.topics, chain, stack)
+        results = stack.enter_context(Results(job, settings, view.topics.in_space))
+        results.record(made, genpy.Time.from_sec(view.bag.get_start_time()))
+        recording = Recording(*view, settings.pairing, lifter, settings.limits.max_image_megapixels)
+        frames = _Frames(chain, lifter, transforms, results, BagReport(counts=recording.counts, topics=view.topics))
         events = stack.enter_context(closing(prefetched(recording, _AHEAD)))
-        for done in frames.run(events, pool):
+        for done in frames.run(events, networks.pool):
             on_frame(min(done, images), images)
         on_frame(images, images)
-        if frames.report.frames == 0:
-            raise BadInputError(f'{job.source} gave no frame with a result: {frames.report.text()}')
+    if frames.report.frames == 0:
+        raise BadInputError(f'{job.source} gave no frame with a result: {frames.report.text()}')
     return frames.report
-
-
-def _finders(job: BagJob, settings: BagSettings, stack: ExitStack) -> Tuple[Optional[DetectorPool], PeopleChain]:
-    """Return what finds people in several images at a time; None where the chain follows them, one image at a time."""
-    detector = with_threads(settings.detector, job.threads)
-    landmarks = create_landmark_detector(settings.landmarks, detector.backend, detector.detector.model_folder)
-    if landmarks.missing:
-        raise ModelError(landmarks.faults)
-    if settings.following.wanted(detector.detector):
-        stream = StreamDetector(job.create(detector), settings.tracking, settings.following)
-        return None, PeopleChain(stream.skeleton, settings.estimator, stream=stream, landmarks=landmarks)
-    pool = stack.enter_context(DetectorPool(job.jobs, detector, job.create))
-    return pool, PeopleChain(pool.skeleton, settings.estimator, settings.tracking, landmarks=landmarks)
 
 
 def _lifter(source: Path, settings: BagSettings, topics: Topics, chain: PeopleChain,

@@ -1,0 +1,38 @@
+"""Messages with the people of a camera, as sightings."""
+from typing import Any, Optional
+
+from openpose_ros_msgs.msg import PersonDetectionArray
+
+from openpose_ros_fusion.sightings import Sighting, from_image, from_space
+from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_pkg.people import People2D
+from openpose_ros_pkg.ros import convert as convert_2d
+from openpose_ros_pkg.skeletons import SKELETONS
+from skeleton_extract_3d.points.camera import CameraModel
+from skeleton_extract_3d.points.transform import Transform
+from skeleton_extract_3d.ros import convert
+
+
+def sighting_from_message(camera: str, stamp: float, message: Any, pose: Transform, model: Optional[CameraModel]
+                          ) -> Sighting:
+    """Return what a camera saw, in the fixed frame.
+
+    Args:
+        stamp: by the common clock [s].
+        message: PersonDetection_3dArray; of a camera without depth PersonDetectionArray.
+        pose: from the frame of the message to the fixed one.
+        model: of a camera without depth.
+
+    Raises:
+        BadInputError: the message can not be used.
+    """
+    if model is None:
+        return from_space(camera, stamp, convert.people_from_array(message), pose)
+    return from_image(camera, stamp, _people_2d(camera, message), model, pose)
+
+
+def _people_2d(camera: str, message: PersonDetectionArray) -> People2D:
+    if message.pose_model not in SKELETONS:
+        raise BadInputError(f"{camera}: pose_model '{message.pose_model}' is unknown, expected one of "
+                            f"{', '.join(SKELETONS)}")
+    return convert_2d.people_from_messages(message.persons, SKELETONS[message.pose_model])

@@ -1,0 +1,347 @@
+"""Several cameras that see the same people: each by itself, then fused, in one bag."""
+import argparse
+import heapq
+import itertools
+import math
+import tempfile
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Callable, Dict, Iterator, List, NamedTuple, Sequence, Tuple
+
+import genpy
+import numpy as np
+import rosbag
+from std_msgs.msg import Header
+from tqdm import tqdm
+
+from openpose_ros_fusion.rig import read_rig
+from openpose_ros_pkg.errors import BadInputError, ParameterError
+from openpose_ros_tools.outputs import PartFiles
+from openpose_ros_tools.ros.bag_files import (
+    StampedMessage,
+    new_bag,
+    open_bag,
+    stamped_messages,
+    topic_types,
+    write_static_transforms,
+)
+from openpose_ros_tools.ros.camera_topics import TopicFinder, is_within
+from openpose_ros_tools.ros.process_bag.fused_people import (
+    CameraPeople,
+    Fusion,
+    check_common_time,
+    clock_offset_of,
+    time_shift_of,
+)
+from openpose_ros_tools.ros.process_bag.input import TF_TOPICS, copied_topics
+from openpose_ros_tools.ros.process_bag.job import BagJob, BagReport, BagSettings, RigJob, build_settings
+from openpose_ros_tools.ros.process_bag.output import (
+    IN_IMAGE,
+    IN_SPACE,
+    RECORD,
+    PeopleWriter,
+    Table,
+    is_json_of,
+    record,
+)
+from openpose_ros_tools.ros.process_bag.work import Networks, View, open_view, process_camera
+from skeleton_extract_3d.points.rgbd_sequence import WORLD_FRAME
+from skeleton_extract_3d.ros.convert import transform_from_matrix
+
+FUSED = 'people'
+"""Namespace of the fused people, as people_fusion.launch has it."""
+
+
+@dataclass
+class RigReport:
+    """What became of several cameras."""
+
+    cameras: Dict[str, BagReport]  # of those whose networks ran
+    used: Dict[str, int]  # arrays of people by camera that were fused
+    left_out: Dict[str, Dict[str, int]]  # and those that were not, by the reason
+    frames: int = 0  # fused
+    people: int = 0  # in them, in sum
+
+    def text(self) -> str:
+        """Return the report in some lines."""
+        lines = [f'{self.frames} fused frames with {self.people} people, on /{FUSED}{IN_SPACE}/detected_poses_3d']
+        for name, reasons in self.left_out.items():
+            parts = [self.cameras[name].text()] if name in self.cameras else []
+            parts += [f'{self.used.get(name, 0)} fused']
+            parts += [f'{number} not: {reason}' for reason, number in reasons.items()]
+            lines.append(f'  {name}: ' + '; '.join(parts))
+        return '\n'.join(lines)
+
+
+# ------------------------------------------------------------------------------------------------------ command line
+
+def add_cameras(parser: argparse.ArgumentParser) -> None:
+    """Add the options for several cameras; `rig_job` reads them."""
+    group = parser.add_argument_group('several cameras that see the same people')
+    group.add_argument('--cameras', nargs='+', default=[], metavar='NAME',
+                       help='namespaces of the cameras in the bag; of several bags, names of their cameras in the same '
+                            'order. Topics that are named are in the namespace of each camera')
+    group.add_argument('--rgb-cameras', nargs='+', default=[], metavar='NAME',
+                       help='those of them whose points are ignored')
+    group.add_argument('--fixed-frame', default='', metavar='FRAME',
+                       help=f'of the fused people (default: {WORLD_FRAME}, or that of --rig)')
+    group.add_argument('--rig', type=Path, metavar='FILE',
+                       help='where the cameras stand, and by which time their clocks differ (default: tf says where)')
+    group.add_argument('--clock-offset', action='append', default=[], type=_named_seconds, metavar='NAME=S',
+                       help='is added to the stamps of a camera [s], in place of that of --rig; may be repeated')
+    group.add_argument('--rectified', action='store_true', help='images of cameras without depth are rectified')
+    group.add_argument('--only-fuse', action='store_true', help='the bags hold the people of each camera; fuse these')
+
+
+def check_cameras(options: argparse.Namespace) -> None:
+    """Raise ParameterError if an option of several cameras is given without any."""
+    for name in () if options.cameras else ('rgb_cameras', 'fixed_frame', 'rig', 'clock_offset', 'rectified',
+                                            'only_fuse'):
+        if getattr(options, name):
+            raise ParameterError(f"--{name.replace('_', '-')} belongs to --cameras")
+
+
+def rig_job(jobs: Sequence[BagJob], options: argparse.Namespace) -> RigJob:
+    """Return what is to be made of the cameras.
+
+    Args:
+        jobs: of the bags.
+
+    Raises:
+        ParameterError: options contradict each other.
+        BadInputError: the rig can not be read, or has not these cameras.
+    """
+    names = [name.strip('/') for name in options.cameras]
+    for name in names:
+        if names.count(name) > 1:
+            raise ParameterError(f"--cameras names '{name}' twice")
+        if name in ('', FUSED):
+            raise ParameterError(f"--cameras names '{name}', which is for the fused people; allowed: other names")
+    if len(jobs) not in (1, len(names)):
+        raise ParameterError(f'there are {len(jobs)} bags for {len(names)} cameras; give one bag, or one for each')
+    offsets = dict(options.clock_offset)
+    for option, named in (('--rgb-cameras', options.rgb_cameras), ('--clock-offset', offsets)):
+        unknown = [name for name in named if name.strip('/') not in names]
+        if unknown:
+            raise ParameterError(f'{option} {unknown[0]} is none of the cameras {", ".join(names)}')
+    if options.scheduler:
+        raise ParameterError('--scheduler is for several recordings; --cameras makes one of them')
+    if jobs[0].values.get('target_frame'):
+        raise ParameterError("parameter 'target_frame' contradicts --cameras; fused people are in the --fixed-frame")
+    rig = None if options.rig is None else read_rig(options.rig)
+    if rig is not None:
+        if options.fixed_frame not in ('', rig.fixed_frame):
+            raise ParameterError(f'--fixed-frame {options.fixed_frame} contradicts the rig, which has '
+                                 f"'{rig.fixed_frame}'")
+        offsets = {name: offsets.get(name, rig.camera(name).clock_offset) for name in names}
+    without_depth = {name.strip('/') for name in options.rgb_cameras}
+    cameras = tuple(replace(jobs[0 if len(jobs) == 1 else number], camera=name, is_alone=len(jobs) > 1, csv=None,
+                            json=options.json and jobs[0].json / name,
+                            only_2d=options.only_2d or name in without_depth) for number, name in enumerate(names))
+    frame = options.fixed_frame or (WORLD_FRAME if rig is None else rig.fixed_frame)
+    return RigJob(cameras, jobs[0].output, jobs[0].csv, jobs[0].json, frame, rig, offsets, options.rectified,
+                  options.only_fuse)
+
+
+def _named_seconds(text: str) -> Tuple[str, float]:
+    name, _, seconds = text.rpartition('=')
+    try:
+        value = float(seconds)
+    except ValueError:
+        value = math.nan
+    if not name or not math.isfinite(value):
+        raise argparse.ArgumentTypeError(f"'{text}': expected a camera and seconds, such as left=0.07")
+    return name.strip('/'), value
+
+
+# ------------------------------------------------------------------------------------------------------------- work
+
+def process_rig(job: RigJob, on_frame: Callable[[int, int], None] = lambda done, total: None) -> RigReport:
+    """Make the results of several cameras; they appear all at once, at the end.
+
+    Args:
+        on_frame: gets the number of images of all cameras that are done, and of all.
+
+    Raises:
+        BadInputError: a bag can not be read, has not what is wanted, or cameras have no common time or no transforms.
+        ParameterError, ModelError: a parameter or a network is wrong.
+        ProcessLostError: processes end again and again.
+        OSError: a result can not be written.
+    """
+    settings = build_settings(job.cameras[0].values)
+    made = job.made_from()
+    with ExitStack() as stack:
+        views = [] if job.only_fuse else [open_view(camera, settings, stack) for camera in job.cameras]
+        given = [_given_people(camera) for camera in job.cameras] if job.only_fuse else []
+        copied = {source: _copied(job, source) for source in job.sources}
+        check_common_time(_spans(job, [view.topics.image for view in views] or [one.topic for one in given]))
+        parts = stack.enter_context(PartFiles())
+        output, csv = parts.file(job.output), None if job.csv is None else parts.file(job.csv)
+        # named so that the next run deletes it, if this process is killed
+        folder = Path(stack.enter_context(tempfile.TemporaryDirectory('.part', f'.{job.output.name}.',
+                                                                      str(job.output.parent))))
+        reports: Dict[str, BagReport] = {}
+        if views:
+            # joints as frames would have the same names for each camera
+            alone = replace(settings, extractor=replace(settings.extractor, publish_tf=False))
+            networks = Networks(job.cameras[0], alone, stack)
+            done, total = 0, sum(view.images for view in views)
+            for camera, view in zip(job.cameras, views):
+                json = None if camera.json is None else parts.folder(
+                    camera.json, lambda name, stem=camera.source.stem: is_json_of(stem, name))
+                part = replace(camera, output=folder / f'{len(reports)}.bag', json=json)
+                reports[camera.camera] = process_camera(
+                    part, view, {}, networks, lambda now, _, done=done: on_frame(done + now, total))
+                done += view.images
+                given.append(_found_people(part, view))
+        report = _fuse(job, given, settings, (folder / 'fused.bag', csv), stack)
+        report.cameras.update(reports)
+        _merge(job, given, folder / 'fused.bag', copied, (output, made))
+    return report
+
+
+def _given_people(camera: BagJob) -> CameraPeople:
+    """Return where the people of a camera are in its bag.
+
+    Raises:
+        BadInputError: there are none, or the calibration of a camera without depth is not there.
+    """
+    with open_bag(camera.source) as bag:
+        types = topic_types(bag)
+        roots = [f'/{camera.camera}'] + [''] * camera.is_alone
+        wanted = [(f'{root}{IN_IMAGE}/detected_poses', root) for root in roots]
+        if not camera.only_2d:
+            wanted = [(f'{root}{IN_SPACE}/detected_poses_3d', root) for root in roots] + wanted
+        topic, root = next((each for each in wanted if each[0] in types), ('', ''))
+        if not topic:
+            raise BadInputError(f'{camera.source} has no people of the camera {camera.camera}: expected '
+                                f"{' or '.join(each for each, _ in wanted)}")
+        info = ''
+        if not topic.endswith('_3d'):
+            finder = TopicFinder(bag, root)
+            info = finder.required('camera_info', camera.topics.camera_info, finder.candidates['camera_info'])
+    return CameraPeople(camera.camera, camera.source, topic, camera.source, info)
+
+
+def _found_people(camera: BagJob, view: View) -> CameraPeople:
+    """Return where the people are that the networks have found."""
+    topic = f'{IN_SPACE}/detected_poses_3d' if view.topics.in_space else f'{IN_IMAGE}/detected_poses'
+    return CameraPeople(camera.camera, camera.output, f'/{camera.camera}{topic}', camera.source,
+                        '' if view.topics.in_space else view.topics.camera_info)
+
+
+def _spans(job: RigJob, topics: Sequence[str]) -> Dict[str, List[float]]:
+    """Return by camera its first and last stamp by the common clock [s]; the last is that of its bag."""
+    spans: Dict[str, List[float]] = {}
+    for camera, topic in zip(job.cameras, topics):
+        with open_bag(camera.source) as bag:
+            first = next(stamped_messages(bag, [topic]))
+            begin = 1e-9 * ((first.stamp or first.time) + clock_offset_of(job, camera.camera))
+            spans[camera.camera] = [begin, begin + bag.get_end_time() - 1e-9 * first.time]
+    return spans
+
+
+def _fuse(job: RigJob, people: Sequence[CameraPeople], settings: BagSettings, outputs: Tuple[Path, Any],
+          stack: ExitStack) -> RigReport:
+    """Write the fused people.
+
+    Args:
+        outputs: bag, and table or None.
+
+    Raises:
+        BadInputError: nothing could be fused.
+    """
+    fusion, numbers = Fusion(job, people, stack), itertools.count()
+    report = RigReport({}, fusion.used, {})
+    with ExitStack() as inner:
+        table = None if outputs[1] is None else inner.enter_context(
+            Table(outputs[1], job.cameras[0].csv_layout, 3))
+        bag = inner.enter_context(new_bag(outputs[0]))
+        writer = PeopleWriter(bag, f'/{FUSED}{IN_SPACE}', settings, table, job.cameras[0].markers)
+        for fused in tqdm(fusion, 'fusion', unit='frame', disable=None):
+            header = Header(next(numbers), genpy.Time(0, fused.stamp), job.fixed_frame)
+            writer.write(fused.people, header, genpy.Time(0, fused.time))
+            report.frames += 1
+            report.people += len(fused.people)
+    report.left_out = fusion.left_out
+    if report.frames == 0:
+        raise BadInputError(f'nothing could be fused: {report.text()}')
+    return report
+
+
+class _Content(NamedTuple):
+    """Messages that go into the output.
+
+    Attributes:
+        path: of their bag.
+        topics: by their names in it those in the output.
+        shift: is added to the times of recording [ns].
+    """
+
+    path: Path
+    topics: Dict[str, str]
+    shift: int
+
+    def messages(self, bag: rosbag.Bag) -> Iterator[StampedMessage]:
+        """Yield them as they are in the output, in the order of their times."""
+        for stored in stamped_messages(bag, list(self.topics)):
+            topic = self.topics[stored.topic]
+            yield stored._replace(topic=topic, time=stored.time + self.shift,
+                                  connection={**stored.connection, 'topic': topic})
+
+
+def _merge(job: RigJob, people: Sequence[CameraPeople], fused: Path, copied: Dict[Path, Dict[str, str]],
+           output: Tuple[Path, Dict[str, Any]]) -> None:
+    """Write the output: the people of the cameras, the fused ones, and what is copied."""
+    contents = []
+    for one in people:
+        root = one.topic[:one.topic.index(IN_IMAGE)]
+        with open_bag(one.bag) as bag:
+            topics = {topic: f'/{one.name}{topic[len(root):]}' for topic in topic_types(bag)
+                      if is_within(topic, f'{root}{IN_IMAGE}') and topic != RECORD}
+        contents.append(_Content(one.bag, topics, time_shift_of(job, one.name)))
+    with open_bag(fused) as bag:
+        contents.append(_Content(fused, {topic: topic for topic in topic_types(bag)}, 0))
+    cameras = {camera.source: camera.camera for camera in job.cameras}
+    contents += [_Content(source, topics, time_shift_of(job, cameras[source])) for source, topics in copied.items()]
+    with ExitStack() as stack:
+        made = stack.enter_context(new_bag(output[0], job.cameras[0].compression))
+        streams = [one.messages(stack.enter_context(open_bag(one.path))) for one in contents]
+        for number, stored in enumerate(heapq.merge(*streams, key=lambda stored: stored.time)):
+            time = genpy.Time(0, stored.time)
+            if number == 0:
+                record(made, output[1], time)
+                _write_rig(job, made, time)
+            made.write(stored.topic, stored.raw, time, raw=True, connection_header=stored.connection)
+
+
+def _write_rig(job: RigJob, bag: rosbag.Bag, time: genpy.Time) -> None:
+    """Write where the cameras stand, if the rig says so."""
+    if job.rig is None:
+        return
+    transforms = []
+    for camera in job.cameras:
+        stands = job.rig.camera(camera.camera)
+        matrix = np.eye(4)
+        matrix[:3, :3], matrix[:3, 3] = stands.pose
+        transforms.append(transform_from_matrix(matrix, Header(stamp=time, frame_id=job.fixed_frame), stands.frame_id))
+    write_static_transforms(bag, transforms, time, 'process_bag')
+
+
+def _copied(job: RigJob, source: Path) -> Dict[str, str]:
+    """Return the topics of a bag that are copied, and their names in the output.
+
+    Of several bags they are in the namespaces of the cameras, but for tf. Without a rig tf is copied in any case.
+
+    Raises:
+        BadInputError: a topic is not there, or is a result that is made anew.
+    """
+    name = next(camera.camera for camera in job.cameras if camera.source == source)
+    with open_bag(source) as bag:
+        copied = copied_topics(bag, job.cameras[0].copied)
+        if job.rig is None:
+            copied += [topic for topic in topic_types(bag) if topic in TF_TOPICS and topic not in copied]
+    alone = len(job.sources) > 1
+    return {topic: f"/{name}/{topic.strip('/')}" if alone and topic not in TF_TOPICS and not is_within(topic, name)
+            else topic for topic in copied}
