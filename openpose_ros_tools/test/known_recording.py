@@ -37,18 +37,18 @@ CAMERA = pinhole(320, 180)
 EMPTY = 2
 
 
-# Distance of a second camera, which looks at the first one [m].
-OPPOSITE = 6.0
+# x and z of a second camera, which looks along -x of the first one [m].
+ASIDE = (3.0, 3.05)
 
 
 @lru_cache(maxsize=None)
-def frame(number: int, opposite: bool = False) -> Frame:
-    """Return a frame and the truth about it; `opposite`: of the second camera."""
+def frame(number: int, aside: bool = False) -> Frame:
+    """Return a frame and the truth about it; `aside`: of the second camera."""
     places = [(x + 0.04 * number, z) for x, z in ((-0.9, 2.8), (0.5, 3.3))]
-    if opposite:
-        places = [(-x, OPPOSITE - z) for x, z in places]
-    people = [Person(i, x, z, walking(0.4 * number + i), yaw=np.pi * opposite) for i, (x, z) in enumerate(places)]
-    return render(CAMERA, people if number < FRAMES - EMPTY else [], Room(wall=5.0), seed=number + FRAMES * opposite)
+    if aside:
+        places = [(z - ASIDE[1], ASIDE[0] - x) for x, z in places]
+    people = [Person(i, x, z, walking(0.4 * number + i), yaw=-np.pi / 2 * aside) for i, (x, z) in enumerate(places)]
+    return render(CAMERA, people if number < FRAMES - EMPTY else [], Room(wall=5.0), seed=number + FRAMES * aside)
 
 
 def stamp_of(number: int) -> genpy.Time:
@@ -108,12 +108,12 @@ class KnowingDetector:
                  fails_at: Optional[int] = None, failed: Optional[Path] = None, slow: float = 0.0) -> None:
         self._notes, self._dies_at, self._died, self._slow = notes, dies_at, died, slow
         self._fails_at, self._failed = fails_at, failed
-        self._known = {zlib.crc32(frame(number, opposite).bgr.tobytes()): (number, opposite)
-                       for number in range(FRAMES) for opposite in (False, True)}
+        self._known = {zlib.crc32(frame(number, aside).bgr.tobytes()): (number, aside)
+                       for number in range(FRAMES) for aside in (False, True)}
 
     def detect(self, bgr: np.ndarray, depth: Optional[DepthView] = None) -> People2D:
         """Return the people of a frame; its depth comes too where it has any."""
-        number, opposite = self._known[zlib.crc32(np.ascontiguousarray(bgr).tobytes())]
+        number, aside = self._known[zlib.crc32(np.ascontiguousarray(bgr).tobytes())]
         if number == self._dies_at and not self._died.exists():
             self._died.touch()
             os.kill(os.getpid(), signal.SIGKILL)
@@ -124,9 +124,9 @@ class KnowingDetector:
             with self._notes.open('a') as handle:
                 handle.write(f'{number}\n')
         time.sleep(self._slow)
-        people = frame(number, opposite).people
+        people = frame(number, aside).people
         keypoints = people.keypoints.copy()
-        keypoints[frame(number, opposite).vis != 2] = (np.nan, np.nan, 0)
+        keypoints[frame(number, aside).vis != 2] = (np.nan, np.nan, 0)
         return People2D(COCO_18, keypoints, people.scores, people.ids)
 
 

@@ -169,6 +169,11 @@ def write_static_transforms(bag: rosbag.Bag, transforms: Sequence[TransformStamp
     bag.write(TF_TOPIC, TFMessage(list(transforms)), time, connection_header=connection)
 
 
+def end_time(bag: rosbag.Bag) -> float:
+    """Return the time of the last message [s]; rosbag takes the last chunk for the newest, which it need not be."""
+    return max((float(chunk.end_time.to_sec()) for chunk in bag._chunks), default=0.0)
+
+
 def topic_types(bag: rosbag.Bag) -> Dict[str, str]:
     """Return the type of each topic in a bag; topics whose messages are all lost, as after a reindex, are left out."""
     return {name: info.msg_type for name, info in bag.get_type_and_topic_info().topics.items() if info.message_count}

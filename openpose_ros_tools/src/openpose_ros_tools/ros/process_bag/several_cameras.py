@@ -20,6 +20,7 @@ from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_tools.outputs import PartFiles
 from openpose_ros_tools.ros.bag_files import (
     StampedMessage,
+    end_time,
     new_bag,
     open_bag,
     stamped_messages,
@@ -238,7 +239,7 @@ def _spans(job: RigJob, topics: Sequence[str]) -> Dict[str, List[float]]:
         with open_bag(camera.source) as bag:
             first = next(stamped_messages(bag, [topic]))
             begin = 1e-9 * ((first.stamp or first.time) + clock_offset_of(job, camera.camera))
-            spans[camera.camera] = [begin, begin + bag.get_end_time() - 1e-9 * first.time]
+            spans[camera.camera] = [begin, begin + end_time(bag) - 1e-9 * first.time]
     return spans
 
 
