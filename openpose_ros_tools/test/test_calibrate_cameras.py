@@ -20,6 +20,7 @@ from openpose_ros_fusion.rig import read_rig
 from openpose_ros_pkg.skeletons import COCO_18
 from openpose_ros_tools.ros import keypoints_to_csv
 from openpose_ros_tools.ros.calibrate_cameras import main
+from openpose_ros_tools.ros.camera_recordings import people_topics
 from simulated_room import FOCAL, around, record_all, rig_errors
 from skeleton_extract_3d.people import MEASURED, MISSING, People3D
 from skeleton_extract_3d.points.camera import CameraModel
@@ -151,6 +152,16 @@ def test_wrong_options(wrong, tmp_path):
     with pytest.raises(SystemExit) as ended:
         main([*wrong, '-o', str(tmp_path / 'rig')])
     assert ended.value.code == 2
+
+
+def test_fused_people_are_of_no_camera():
+    arrays = 'openpose_ros_msgs/PersonDetection_3dArray'
+    types = {f'/{name}/{SPACE}': arrays for name in ('left', 'people')}
+    types['/people/cameras'] = 'openpose_ros_msgs/FusedCameraArray'
+    types[f'/{SPACE}'] = arrays
+    types[f'/left/{IMAGE}'] = types[f'/hall/door/{IMAGE}'] = 'openpose_ros_msgs/PersonDetectionArray'
+    types[f'/right/{SPACE}'] = 'std_msgs/String'
+    assert people_topics(types) == {'': f'/{SPACE}', 'left': f'/left/{SPACE}', 'hall/door': f'/hall/door/{IMAGE}'}
 
 
 def test_unknown_cameras_are_named(tmp_path, cameras, capsys):

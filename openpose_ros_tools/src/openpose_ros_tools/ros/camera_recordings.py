@@ -29,6 +29,8 @@ from skeleton_extract_3d.ros.convert import camera_from_message, rotation_and_tr
 _TOPICS = ('openpose_ros/skeleton_3d/detected_poses_3d', 'openpose_ros/detected_poses')
 _INFO = 'sensor_msgs/CameraInfo'
 _STATIC = '/tf_static'
+# Beside the people of the fusion node there is a topic `cameras` of this type.
+_FUSED = 'openpose_ros_msgs/FusedCameraArray'
 _COLUMNS = [MESSAGE_JOINTS.index(joint) for joint in COCO_18.joints]
 _NO_PEOPLE = ('rosrun openpose_ros_tools process_bag BAG finds the people of images and depth images; '
               'calibrate_cameras reads what it writes')
@@ -64,7 +66,9 @@ class CameraOptions(NamedTuple):
 
 
 def people_topics(types: Mapping[str, str]) -> Dict[str, str]:
-    """Return the topic with people of each namespace ('' is the root), with depth before without.
+    """Return the topic with people of each camera's namespace ('' is the root), with depth before without.
+
+    People that the fusion node publishes are those of no camera.
 
     Args:
         types: of the topics.
@@ -73,7 +77,7 @@ def people_topics(types: Mapping[str, str]) -> Dict[str, str]:
     for ending in _TOPICS:
         for topic in sorted(types):
             match = re.fullmatch(f'/?(.*?)/?{ending}', topic)
-            if match and types[topic] in DIMENSIONS:
+            if match and types[topic] in DIMENSIONS and types.get(f'/{match.group(1)}/cameras') != _FUSED:
                 found.setdefault(match.group(1), topic)
     return found
 
