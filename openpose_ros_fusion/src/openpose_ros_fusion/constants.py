@@ -70,7 +70,8 @@ class MotionConstants:
     first_speed: float = constant(1.0, 'Standard deviation of the speed of a new joint per axis.', unit='m/s')
     most_gap: float = constant(1.0, 'Somebody who is not seen by any camera for longer is forgotten.', unit='s')
     reported_gap: float = constant(0.2, 'Somebody is reported where expected, while not seen for less.', unit='s')
-    confirmed: float = constant(0.15, 'Somebody whom one camera alone sees is reported after this time.', unit='s')
+    confirmed: float = constant(0.15, 'Somebody whom one camera alone sees is reported once seen for this time.',
+                                unit='s')
 
 
 @dataclass(frozen=True)

@@ -55,10 +55,10 @@ class PeopleFusion:
             stamp: [s]; a time before the last one begins anew.
         """
         if stamp < self._tracks.stamp or not len(self._tracks):
-            self._tracks, self._known = replace(Tracks.empty(stamp)), {}
+            self._tracks, self._known = Tracks.empty(stamp), {}
         tracks = self._tracks.predicted(stamp)
         tracks = tracks.select(stamp - tracks.seen <= FUSION.motion.most_gap)
-        tracks, assigned = self._assign(tracks, sightings)
+        tracks, assigned = _merged(*self._assign(tracks, sightings))
         for sighting, rows in assigned:
             for person, row in zip(sighting.ids.tolist(), rows.tolist()):
                 if row >= 0:
@@ -121,6 +121,28 @@ class PeopleFusion:
     def _begun(self, stamp: float, positions: np.ndarray) -> Tracks:
         """Return tracks of people (N, 18, 3) who were not seen before; their joints are known by what follows."""
         return Tracks.begun(stamp, np.array([next(self._ids) for _ in positions], np.int64), positions)
+
+
+def _merged(tracks: Tracks, assigned: Sequence[_Assigned]) -> Tuple[Tracks, Sequence[_Assigned]]:
+    """Return the tracks without those that are at the place of an older one, and who is who among the rest.
+
+    Two people whom one camera sees at once are two.
+    """
+    apart = np.linalg.norm(tracks.positions[:, np.newaxis] - tracks.positions, axis=3)
+    finite = np.isfinite(apart)
+    near = (np.where(finite, apart < FUSION.association.same_place, False).sum(axis=2) > 0.5 * finite.sum(axis=2))
+    becomes = np.arange(len(tracks))
+    for older, newer in zip(*np.nonzero(np.triu(near, 1))):
+        both = any(older in rows and newer in rows for _, rows in assigned)
+        if not both and becomes[older] == older and becomes[newer] == newer:
+            becomes[newer] = older
+            assigned = [_Assigned(one, np.where(rows == newer, older, rows)) for one, rows in assigned]
+    kept = np.flatnonzero(becomes == np.arange(len(tracks)))
+    if len(kept) < len(tracks):
+        place = np.cumsum(becomes == np.arange(len(tracks))) - 1
+        tracks = tracks.select(kept)
+        assigned = [_Assigned(one, np.where(rows < 0, -1, place[rows])) for one, rows in assigned]
+    return tracks, assigned
 
 
 def _select(sighting: Sighting, rows: np.ndarray) -> Sighting:
@@ -243,7 +265,7 @@ def _corrected(tracks: Tracks, assigned: Sequence[_Assigned]) -> Tuple[Tracks, n
 def _reported(tracks: Tracks, status: np.ndarray, confidence: np.ndarray) -> People3D:
     motion = FUSION.motion
     kept = np.flatnonzero((tracks.stamp - tracks.seen <= motion.reported_gap)
-                          & ((tracks.cameras > 1) | (tracks.stamp - tracks.born >= motion.confirmed)))
+                          & ((tracks.cameras > 1) | (tracks.seen - tracks.born >= motion.confirmed)))
     status = np.where(np.isfinite(tracks.positions).all(axis=2), status, MISSING)[kept]
     missing = status == MISSING
     xyz = np.where(missing[..., np.newaxis], np.nan, tracks.positions[kept])

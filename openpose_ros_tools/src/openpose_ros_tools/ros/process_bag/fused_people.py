@@ -146,7 +146,8 @@ class _Stream:
     """
 
     def __init__(self, job: RigJob, camera: CameraPeople, stack: ExitStack) -> None:
-        self.name, self.left_out = camera.name, Counter()
+        self.name = camera.name
+        self.left_out: Dict[str, int] = Counter()
         self._bag, self._topic = stack.enter_context(open_bag(camera.bag)), camera.topic
         self._offset = clock_offset_of(job, camera.name)
         self._shift = time_shift_of(job, camera.name)

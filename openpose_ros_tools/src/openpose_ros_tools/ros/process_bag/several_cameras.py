@@ -1,5 +1,6 @@
 """Several cameras that see the same people: each by itself, then fused, in one bag."""
 import argparse
+import functools
 import heapq
 import itertools
 import math
@@ -190,16 +191,21 @@ def process_rig(job: RigJob, on_frame: Callable[[int, int], None] = lambda done,
             done, total = 0, sum(view.images for view in views)
             for camera, view in zip(job.cameras, views):
                 json = None if camera.json is None else parts.folder(
-                    camera.json, lambda name, stem=camera.source.stem: is_json_of(stem, name))
+                    camera.json, functools.partial(is_json_of, camera.source.stem))
                 part = replace(camera, output=folder / f'{len(reports)}.bag', json=json)
                 reports[camera.camera] = process_camera(
-                    part, view, {}, networks, lambda now, _, done=done: on_frame(done + now, total))
+                    part, view, {}, networks, functools.partial(_count_on, on_frame, (done, total)))
                 done += view.images
                 given.append(_found_people(part, view))
         report = _fuse(job, given, settings, (folder / 'fused.bag', csv), stack)
         report.cameras.update(reports)
         _merge(job, given, folder / 'fused.bag', copied, (output, made))
     return report
+
+
+def _count_on(on_frame: Callable[[int, int], None], before: Tuple[int, int], done: int, _: int) -> None:
+    """Count the images of a camera as those of all; `before`: those done before it, and all."""
+    on_frame(before[0] + done, before[1])
 
 
 def _given_people(camera: BagJob) -> CameraPeople:

@@ -1,0 +1,231 @@
+"""Life stories: what becomes of people whom several cameras see."""
+from dataclasses import replace
+
+import numpy as np
+
+from openpose_ros_fusion.fusion import PeopleFusion
+from openpose_ros_pkg.skeletons import COCO_18
+from simulated_mocap import STANDING
+from simulated_rig import Room, around, walking
+from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING
+
+RATE = 15.0
+# Keypoints lie up to 20 mm beside the joints, which the simulated cameras see exactly; their noise comes to that [m].
+NEAR = 0.05
+
+
+def paths(*people, seconds=4.0):
+    """Return people who stand, or walk at a constant speed: each given by (x, y) at the start and at the end [m]."""
+    times = np.arange(0, seconds + 0.5, 1 / 60)
+    body = np.array([STANDING[joint] for joint in COCO_18.joints])
+    share = np.minimum(times / seconds, 1)[:, np.newaxis]
+    joints = []
+    for start, end in people:
+        place = np.array(start) + share * (np.array(end) - np.array(start))
+        joints.append(body + np.concatenate([place, np.zeros((len(times), 1))], axis=1)[:, np.newaxis])
+    return Room(times, np.array(joints))
+
+
+def live(room, cameras, seconds=3.0, sees=lambda camera, time: None, fusion=None, start=0.1):
+    """Let the cameras see people, and return time, fused people and truth of each frame.
+
+    `sees` tells whom a camera sees at a time: numbers of people, None for everybody, False if nothing comes of it.
+    """
+    fusion, story = PeopleFusion() if fusion is None else fusion, []
+    for time in start + np.arange(int(seconds * RATE)) / RATE:
+        seen = [(camera, sees(camera.name, time)) for camera in cameras]
+        sightings = [camera.see(room, time, chosen) for camera, chosen in seen if chosen is not False]
+        story.append((time, fusion.update(sightings, time), room.at(time)))
+    return story
+
+
+def who(people, truth):
+    """Return the id of each true person's fused one; each is at the place of one, and nobody else is there."""
+    apart = np.array([np.linalg.norm(people.xyz - joints, axis=2).mean(axis=1) for joints in truth])
+    assert apart.shape == (len(truth), len(truth)) and (apart.min(axis=1) < NEAR).all()
+    return people.ids[apart.argmin(axis=1)].tolist()
+
+
+def ids_of(story, settled=0.3):
+    """Return the ids of the true people, which do not change once the story has settled."""
+    found = [who(people, truth) for time, people, truth in story if time > story[0][0] + settled]
+    assert all(ids == found[0] for ids in found)
+    return found[0]
+
+
+def test_nobody_is_nobody():
+    for _, people, _ in live(paths(((0, 0), (0, 0))), around(3), 0.5, sees=lambda camera, time: ()):
+        assert len(people) == 0
+    assert len(PeopleFusion().update([], 0.0)) == 0
+
+
+def test_people_whom_all_cameras_see_are_there_once_from_the_first_frame_on():
+    story = live(walking(4, 4), around(3))
+    assert len(story[0][1]) == 4
+    assert sorted(ids_of(story, settled=0)) == [1, 2, 3, 4]
+    assert all((people.status == MEASURED).all() for _, people, _ in story)
+
+
+def test_fused_joints_are_nearer_than_those_of_a_camera():
+    def error(count):
+        story = live(walking(4, 1), around(count, noise=0.06))[5:]
+        return np.mean([np.linalg.norm(people.xyz[0] - truth[0], axis=1).mean() for _, people, truth in story])
+
+    assert error(4) < 0.8 * error(1)
+
+
+def test_people_who_pass_each_other_keep_their_ids():
+    # identical bodies, 0.5 m apart when they meet
+    assert ids_of(live(paths(((-1, 0), (1, 0)), ((1, 0.5), (-1, 0.5))), around(3)))
+
+
+def test_two_people_exchanged_in_one_camera_keep_their_ids():
+    cameras, room = around(3), paths(((-0.4, 0), (-0.4, 0)), ((0.4, 0), (0.4, 0)))
+    fusion = PeopleFusion()
+    before = ids_of(live(room, cameras, 1.0, fusion=fusion))
+    cameras[1].swapped = True
+    assert ids_of(live(room, cameras, 1.0, fusion=fusion, start=1.1), settled=0) == before
+
+
+def test_somebody_whom_one_camera_sees_is_reported_when_it_lasts():
+    story = live(paths(((0, 0), (0, 0))), around(3), 1.0, sees=lambda camera, time: None if camera == 'camera0' else ())
+    assert len(story[0][1]) == 0
+    assert ids_of(story, settled=0.2) == [1]
+
+
+def test_a_false_person_of_one_camera_in_a_single_frame_is_not_reported():
+    room = paths(((0, 0), (0, 0)), ((2, 0), (2, 0)))
+
+    def sees(camera, time):
+        return (0, 1) if camera == 'camera1' and abs(time - 1.1) < 0.01 else (0,)
+
+    for _, people, _ in live(room, around(3), 2.0, sees):
+        assert len(people) == 1
+
+
+def test_somebody_walks_through_cameras_that_do_not_overlap():
+    room = paths(((-2, 0), (2, 0)))
+    views = {'camera0': (-9, -0.5), 'camera1': (-0.4, 0.4), 'camera2': (0.5, 9)}
+
+    def sees(camera, time):
+        low, high = views[camera]
+        return None if low < room.at(time)[0, 1, 0] < high else ()
+
+    story = live(room, around(3), 4.0, sees)
+    found = [people.ids.tolist() for time, people, _ in story if time > 0.4]
+    assert all(ids in ([1], []) for ids in found) and found.count([1]) > 0.9 * len(found)
+
+
+def test_a_camera_that_dies_and_comes_back_with_new_ids_changes_nobody():
+    cameras, room = around(3), walking(5, 3)
+    fusion = PeopleFusion()
+    before = ids_of(live(room, cameras, 1.0, fusion=fusion))
+    assert ids_of(live(room, cameras[1:], 1.0, fusion=fusion, start=1.1), settled=0) == before
+    cameras[0].swapped = True
+    assert ids_of(live(room, cameras, 1.0, fusion=fusion, start=2.1), settled=0) == before
+
+
+def test_all_cameras_pause_and_people_get_new_ids():
+    room, cameras, fusion = paths(((0, 0), (0, 0))), around(2), PeopleFusion()
+    first = ids_of(live(room, cameras, 0.5, fusion=fusion))
+    gone = fusion.update([], 2.0)
+    assert len(gone) == 0
+    assert ids_of(live(room, cameras, 0.5, fusion=fusion, start=2.2)) != first
+
+
+def test_time_that_jumps_back_begins_anew():
+    room, cameras, fusion = paths(((0, 0), (0, 0))), around(2), PeopleFusion()
+    first = ids_of(live(room, cameras, 0.5, fusion=fusion, start=3.0))
+    again = ids_of(live(room, cameras, 0.5, fusion=fusion, start=0.1), settled=0)
+    assert len(again) == 1 and again != first
+
+
+def test_a_camera_at_a_wrong_place_doubles_nobody():
+    cameras = around(3)
+    cameras[2].moved = (0.1, 0.0, 0.0)
+    story = live(walking(4, 3), cameras)
+    for _, people, truth in story[5:]:
+        assert len(people) == 3
+        # two cameras out of three are right
+        assert np.median(np.linalg.norm(people.xyz[:, np.newaxis] - truth, axis=3).min(axis=1)) < NEAR
+
+
+def test_people_who_were_doubled_become_one_when_the_camera_is_put_right():
+    cameras, room, fusion = around(2), paths(((0, 0), (0, 0))), PeopleFusion()
+    cameras[1].moved = (1.0, 0.0, 0.0)
+    assert len(live(room, cameras, 1.0, fusion=fusion)[-1][1]) == 2
+    cameras[1].moved = (0.0, 0.0, 0.0)
+    assert ids_of(live(room, cameras, 2.0, fusion=fusion, start=1.1), settled=1.2) == [1]
+
+
+def test_two_people_near_each_other_stay_two():
+    # nearer than the greatest distance at which two fused people become one: a camera sees both
+    assert ids_of(live(paths(((0, 0), (0, 0)), ((0.3, 0), (0.3, 0))), around(3, noise=0.005)))
+
+
+def test_cameras_with_other_stamps_move_people_to_the_stamp_of_the_update():
+    room, cameras, fusion = paths(((-2, 0), (2, 0)), seconds=3.0), around(2), PeopleFusion()
+    errors = []
+    for number in range(40):
+        time = 0.2 + number / RATE
+        people = fusion.update([cameras[0].see(room, time), cameras[1].see(room, time - 0.06)], time)
+        errors.append((people.xyz[0] - room.at(time)[0])[:, 0].mean() if len(people) else np.nan)
+    # 1.3 m/s times half of 60 ms would be 40 mm
+    assert abs(np.mean(errors[20:])) < 0.015
+
+
+def test_a_slow_camera_does_not_disturb_the_others():
+    def sees(camera, time):
+        return None if camera != 'camera1' or round(time * RATE) % 3 == 0 else False
+
+    assert ids_of(live(walking(4, 3), around(3), sees=sees))
+
+
+def test_joints_that_no_camera_measures_are_inferred_and_uncertain():
+    room, fusion = paths(((0, 0), (0, 0))), PeopleFusion()
+    hidden = COCO_18.joints.index('left_wrist')
+    for number in range(10):
+        time = 0.1 + number / RATE
+        sightings = []
+        for camera in around(2):
+            seen = camera.see(room, time)
+            status, sigma = seen.status.copy(), seen.sigma.copy()
+            status[:, hidden], sigma[:, hidden] = INFERRED, 0.2
+            sightings.append(replace(seen, status=status, sigma=sigma))
+        people = fusion.update(sightings, time)
+    assert people.status[0, hidden] == INFERRED
+    assert people.sigma[0, hidden] > 2 * np.median(people.sigma[0])
+    assert (np.delete(people.status[0], hidden) == MEASURED).all()
+
+
+def test_a_joint_that_one_camera_measures_and_another_infers_is_measured():
+    room, fusion, wrist = paths(((0, 0), (0, 0))), PeopleFusion(), COCO_18.joints.index('left_wrist')
+    right, wrong = (camera.see(room, 0.5) for camera in around(2))
+    status, sigma, positions = wrong.status.copy(), wrong.sigma.copy(), wrong.positions.copy()
+    status[:, wrist], sigma[:, wrist] = INFERRED, 0.15
+    positions[:, wrist] += 0.3
+    people = fusion.update([right, replace(wrong, status=status, sigma=sigma, positions=positions)], 0.5)
+    assert people.status[0, wrist] == MEASURED
+    assert np.linalg.norm(people.xyz[0, wrist] - room.at(0.5)[0, wrist]) < NEAR
+
+
+def test_joints_that_no_camera_has_are_missing():
+    room, ankle = paths(((0, 0), (0, 0))), COCO_18.joints.index('left_ankle')
+    sightings = []
+    for camera in around(2):
+        seen = camera.see(room, 0.5)
+        arrays = {name: getattr(seen, name).copy() for name in ('positions', 'directions', 'sigma', 'status')}
+        for name in ('positions', 'directions', 'sigma'):
+            arrays[name][:, ankle] = np.nan
+        arrays['status'][:, ankle] = MISSING
+        sightings.append(replace(seen, **arrays))
+    people = PeopleFusion().update(sightings, 0.5)
+    assert people.status[0, ankle] == MISSING and np.isnan(people.xyz[0, ankle]).all()
+
+
+def test_sigma_covers_the_error_of_noise_that_cameras_tell():
+    room, ratios = paths(((0, 0), (0, 0))), []
+    for _, people, truth in live(room, around(3, noise=0.05), 3.0)[10:]:
+        ratios.append(np.linalg.norm(people.xyz[0] - truth[0], axis=1) / people.sigma[0])
+    assert np.mean(np.array(ratios) <= 1) > 0.5
+    assert np.mean(np.array(ratios) <= 2) > 0.95
