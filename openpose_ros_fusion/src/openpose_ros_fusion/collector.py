@@ -1,17 +1,23 @@
 """Which people of several cameras make one update: common stamps for cameras of any rates, that come and go.
 
-An update leaves as soon as every camera whose next message belongs to it has sent one, and after `patience` at the
-latest. Its stamp is the newest of its messages; what was seen a little earlier is moved to it by the fusion. So a slow
-camera never slows down the others, and a camera that has died costs `patience` until it counts as silent.
+An update leaves as soon as every camera whose next message belongs to it has sent one. Cameras that share a detector
+send people of one time one after the other: how much later a camera is than the first one is learnt, and it is waited
+for accordingly, `patience` at most. The stamp of an update is the newest of its messages; what was seen earlier is
+moved to it by the fusion. So a slow camera never slows down the others, and a camera that has died costs its usual
+delay until it counts as silent.
 
 A camera whose stamps are beside those of the others is out of time: its messages are dropped, unless no other camera
 sends any, as when a recording begins anew.
 """
+from collections import deque
 from dataclasses import dataclass
-from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Deque, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 from openpose_ros_fusion.constants import FUSION, CollectorConstants
 from openpose_ros_fusion.sightings import Sighting
+
+# Updates by which the delays of cameras are learnt.
+_REMEMBERED = 32
 
 
 class Update(NamedTuple):
@@ -29,7 +35,9 @@ class _Camera:
         pending: waits for the next update.
         stamp: of its newest message [s].
         arrival: time at which that came [s].
-        period: between its messages [s]; 0 while unknown.
+        interval: between its arrivals, a maximum that fades [s].
+        period: between its stamps [s]; 0 while unknown.
+        delay: from the first message of a time to that of this camera, a maximum that fades [s].
         dropped: messages that were replaced by newer ones before an update.
         out_of_time: messages that were left out.
         is_out_of_time: whether the newest one was.
@@ -38,7 +46,9 @@ class _Camera:
     pending: Optional[Sighting] = None
     stamp: float = float('-inf')
     arrival: float = float('-inf')
+    interval: float = 0.0
     period: float = 0.0
+    delay: float = 0.0
     dropped: int = 0
     out_of_time: int = 0
     is_out_of_time: bool = False
@@ -60,6 +70,8 @@ class Collector:
         self._begun: Optional[float] = None
         self._last = float('-inf')
         self._updated = float('-inf')
+        # stamps of updates, and when their first messages came [s]
+        self._began: Deque[Tuple[float, float]] = deque(maxlen=_REMEMBERED)
 
     @property
     def dropped(self) -> Dict[str, int]:
@@ -78,7 +90,11 @@ class Collector:
     @property
     def deadline(self) -> Optional[float]:
         """Time at which `due` has an update, whatever comes [s]; None while nothing waits."""
-        return None if self._begun is None else self._begun + self.patience
+        if self._begun is None:
+            return None
+        delay = max((camera.delay for camera in self._cameras.values() if self._is_expected(camera, self._begun)),
+                    default=0.0)
+        return self._begun + min(self._constants.least_wait + self._constants.delay_factor * delay, self.patience)
 
     def add(self, sighting: Sighting, now: float) -> List[Update]:
         """Take a sighting; return the updates that are complete by it.
@@ -103,10 +119,7 @@ class Collector:
                 updates.append(self._flush(now))
             else:
                 camera.dropped += 1
-        step = sighting.stamp - camera.stamp
-        if 0 < step < self._constants.silent:
-            # a lost message lengthens a step, nothing shortens it
-            camera.period = step if not camera.period else min(step, self._constants.growth * camera.period)
+        self._learn(camera, sighting.stamp, now)
         camera.pending, camera.stamp, camera.arrival = sighting, sighting.stamp, now
         if self._begun is None and sighting.stamp > self._last:
             self._begun = now
@@ -114,9 +127,24 @@ class Collector:
 
     def due(self, now: float) -> List[Update]:
         """Return the update that is complete, or has waited long enough; an empty list where there is none."""
-        if self._begun is None or (now < self._begun + self.patience and self._expects(now)):
+        deadline = self.deadline
+        if deadline is None or (now < deadline and any(self._is_expected(camera, now)
+                                                       for camera in self._cameras.values())):
             return []
         return [self._flush(now)]
+
+    def _learn(self, camera: _Camera, stamp: float, now: float) -> None:
+        """Learn how often and how late a camera sends."""
+        fading = self._constants.fading
+        step = stamp - camera.stamp
+        if 0 < step < self._constants.silent:
+            # a lost message lengthens a step, nothing shortens it
+            camera.period = step if not camera.period else min(step, self._constants.growth * camera.period)
+            camera.interval = max(now - camera.arrival, fading * camera.interval)
+        began = [begun for of, begun in self._began if abs(of - stamp) <= self._near]
+        if self._begun is not None and abs(self._newest - stamp) <= self._near:
+            began.append(self._begun)
+        camera.delay = max(now - began[-1] if began else 0.0, fading * camera.delay)
 
     def _in_time(self, stamp: float, now: float) -> bool:
         """Return whether a stamp is near the last update, which may be some time ago."""
@@ -129,14 +157,27 @@ class Collector:
         """Forget what came before, and expect something of every camera."""
         for camera in self._cameras.values():
             camera.pending, camera.stamp, camera.arrival, camera.period = None, float('-inf'), now, 0.0
+        self._began.clear()
 
-    def _expects(self, now: float) -> bool:
-        """Return whether a message of another camera is on its way that belongs to the open update."""
-        newest = max(camera.pending.stamp for camera in self._cameras.values() if camera.pending is not None)
+    @property
+    def _newest(self) -> float:
+        """Return the newest stamp that waits [s]."""
+        return max((camera.pending.stamp for camera in self._cameras.values() if camera.pending is not None),
+                   default=float('-inf'))
+
+    @property
+    def _near(self) -> float:
+        """Return how far apart stamps of one time are at most [s]."""
         periods = [camera.period for camera in self._cameras.values() if camera.period]
-        near = self._constants.near * min(periods) if periods else 0.0
-        return any(camera.pending is None and now - camera.arrival <= self._constants.silent
-                   and camera.stamp + camera.period <= newest + near for camera in self._cameras.values())
+        return min(self._constants.near * min(periods), self._constants.most_near) if periods else 0.0
+
+    def _is_expected(self, camera: _Camera, now: float) -> bool:
+        """Return whether a message of a camera is on its way that belongs to the open update."""
+        if now - camera.arrival > max(self._constants.silent, self._constants.delay_factor * camera.interval):
+            return False
+        if not camera.period:
+            return camera.pending is None
+        return camera.stamp + camera.period <= self._newest + self._near
 
     def _flush(self, now: float) -> Update:
         """Return the update of what waits; those whose stamps are beside those of most are left out."""
@@ -149,5 +190,8 @@ class Collector:
             camera.is_out_of_time = camera.pending not in sightings
             camera.out_of_time += camera.is_out_of_time
             camera.pending = None
-        self._begun, self._updated, self._last = None, now, max(sighting.stamp for sighting in sightings)
+        self._last = max(sighting.stamp for sighting in sightings)
+        if self._begun is not None:
+            self._began.append((self._last, self._begun))
+        self._begun, self._updated = None, now
         return Update(self._last, tuple(sightings))

@@ -79,7 +79,12 @@ class CollectorConstants:
     """Which messages of the cameras make one update."""
 
     near: float = constant(0.5, 'Messages whose stamps are this share of the shortest period apart belong together.')
-    silent: float = constant(1.0, 'Nothing is expected of a camera that sent nothing for longer.', unit='s')
+    most_near: float = constant(0.04, 'The same in seconds, at most: people move in between.', unit='s')
+    least_wait: float = constant(0.05, 'A camera that is never later than the others is waited for by this.', unit='s')
+    delay_factor: float = constant(1.5, 'A camera is waited for by its usual delay and longer by this factor.')
+    fading: float = constant(0.95, 'From message to message, what is remembered of the greatest delay of a camera.')
+    silent: float = constant(1.0, 'Nothing is expected of a camera that sent nothing for longer, or for longer than it '
+                                  'usually pauses.', unit='s')
     reset: float = constant(1.0, 'Stamps that are further from those of the others are out of time; when no others '
                                  'came for as long, all begins anew.', unit='s')
     growth: float = constant(1.1, 'From step to step, the period of a camera grows by this factor at most: lost '

@@ -29,6 +29,20 @@ class _Assigned(NamedTuple):
     rows: np.ndarray
 
 
+class _Seen(NamedTuple):
+    """What an update says of the joints of F people.
+
+    Attributes:
+        status: (F, 18) uint8.
+        confidence: (F, 18).
+        variance: (F, 18), mean over the axes [m^2].
+    """
+
+    status: np.ndarray
+    confidence: np.ndarray
+    variance: np.ndarray
+
+
 class PeopleFusion:
     """Follows people whom several cameras see; not thread-safe.
 
@@ -63,20 +77,24 @@ class PeopleFusion:
             for person, row in zip(sighting.ids.tolist(), rows.tolist()):
                 if row >= 0:
                     self._known[sighting.camera, person] = int(tracks.ids[row])
-        tracks = _at_the_distance_of_rays(tracks, assigned)
-        tracks, status, confidence = _corrected(tracks, assigned)
-        self._tracks, self._known = tracks, forget(self._known, tracks.ids)
-        return _reported(tracks, status, confidence)
+        if not all(sighting.has_depth for sighting in sightings):
+            tracks = _at_the_distance_of_rays(tracks, assigned)
+        self._tracks, seen = _corrected(tracks, assigned)
+        self._known = forget(self._known, tracks.ids)
+        return _reported(self._tracks, seen)
 
     def _assign(self, tracks: Tracks, sightings: Sequence[Sighting]) -> Tuple[Tracks, List[_Assigned]]:
         """Return the tracks with new ones, and who is who; cameras that measure depth come first."""
         assigned: List[_Assigned] = []
         for sighting in sorted(sightings, key=lambda one: not one.has_depth):
             rows = self._rows(tracks, sighting)
-            new = np.flatnonzero(rows < 0) if sighting.has_depth else np.zeros(0, int)
-            rows[new] = len(tracks) + np.arange(len(new))
-            tracks = tracks.joined(self._begun(tracks.stamp, sighting.positions[new]))
+            new = np.flatnonzero(rows < 0)
+            if sighting.has_depth and len(new):
+                rows[new] = len(tracks) + np.arange(len(new))
+                tracks = tracks.joined(self._begun(tracks.stamp, sighting.positions[new]))
             assigned.append(_Assigned(sighting, rows))
+        if all(sighting.has_depth for sighting in sightings):
+            return tracks, assigned
         return self._begin_from_rays(tracks, assigned)
 
     def _rows(self, tracks: Tracks, sighting: Sighting) -> np.ndarray:
@@ -213,8 +231,8 @@ def _at_the_distance_of_rays(tracks: Tracks, assigned: Sequence[_Assigned]) -> T
     return tracks
 
 
-def _corrected(tracks: Tracks, assigned: Sequence[_Assigned]) -> Tuple[Tracks, np.ndarray, np.ndarray]:
-    """Return the tracks with what cameras saw; status and confidence of their joints, (F, 18)."""
+def _corrected(tracks: Tracks, assigned: Sequence[_Assigned]) -> Tuple[Tracks, _Seen]:
+    """Return the tracks with what cameras saw, and what that says of their joints."""
     number = len(tracks)
     status = np.full((number, _JOINTS), MISSING, np.uint8)
     confidence = np.zeros((number, _JOINTS))
@@ -240,11 +258,12 @@ def _corrected(tracks: Tracks, assigned: Sequence[_Assigned]) -> Tuple[Tracks, n
         found = sighting.information(np.where(np.isfinite(prior[owner]), prior[owner], 0.0), people)
         factor = np.where(is_inferred(sighting)[people] & (measured_by[owner] > 0), FUSION.estimate.inferred ** -2, 1.0)
         owners.append(owner)
-        points.append(np.nan_to_num(sighting.points(people)) + moved - beside[owner])
+        points.append(sighting.points(people) + moved - beside[owner])
         if sighting.has_depth:
             points[-1] -= depth_offsets(sighting.directions[people])
-        information.append(found * factor[..., np.newaxis, np.newaxis])
-        np.maximum.at(confidence, owner, np.nan_to_num(sighting.confidence[people]))
+        found = found * factor[..., np.newaxis, np.newaxis]
+        information.append(_less_sure(found, tracks.spread_after(abs(tracks.stamp - sighting.stamp))[owner]))
+        np.fmax.at(confidence, owner, sighting.confidence[people])
     joints = estimate_joints(number, Measurements(np.concatenate(owners), np.concatenate(points),
                                                   np.concatenate(information)), FUSION.estimate)
     sizes, positions = with_bones(tracks.sizes, joints.positions, joints.covariance, measured_by >= 2, confidence)
@@ -259,16 +278,24 @@ def _corrected(tracks: Tracks, assigned: Sequence[_Assigned]) -> Tuple[Tracks, n
     after = tracks.corrected(positions, np.where(known, spread, variance))
     seen_now = cameras > 0
     return replace(after, sizes=sizes, seen=np.where(seen_now, tracks.stamp, after.seen),
-                   cameras=np.maximum(after.cameras, cameras)), status, confidence
+                   cameras=np.maximum(after.cameras, cameras)), _Seen(
+                       status, confidence, np.where(known, np.trace(joints.covariance, axis1=2, axis2=3) / 3, variance))
 
 
-def _reported(tracks: Tracks, status: np.ndarray, confidence: np.ndarray) -> People3D:
+def _less_sure(information: np.ndarray, variance: np.ndarray) -> np.ndarray:
+    """Return the information (..., 3, 3) of measurements after noise of a variance (...,) [m^2] per axis is added."""
+    if not variance.any():
+        return information
+    return np.matmul(information, np.linalg.inv(np.eye(3) + variance[..., np.newaxis, np.newaxis] * information))
+
+
+def _reported(tracks: Tracks, seen: _Seen) -> People3D:
     motion = FUSION.motion
     kept = np.flatnonzero((tracks.stamp - tracks.seen <= motion.reported_gap)
                           & ((tracks.cameras > 1) | (tracks.seen - tracks.born >= motion.confirmed)))
-    status = np.where(np.isfinite(tracks.positions).all(axis=2), status, MISSING)[kept]
+    status = np.where(np.isfinite(tracks.positions).all(axis=2), seen.status, MISSING)[kept]
     missing = status == MISSING
     xyz = np.where(missing[..., np.newaxis], np.nan, tracks.positions[kept])
-    sigma = np.sqrt(3 * (tracks.covariance[kept, :, 0] + FUSION.estimate.common_sigma ** 2))
-    return People3D(COCO_18, xyz, confidence[kept], status, np.where(missing, np.nan, sigma), tracks.ids[kept],
+    sigma = np.sqrt(3 * (seen.variance[kept] + FUSION.estimate.common_sigma ** 2))
+    return People3D(COCO_18, xyz, seen.confidence[kept], status, np.where(missing, np.nan, sigma), tracks.ids[kept],
                     np.where(missing[..., np.newaxis], np.nan, tracks.velocities[kept]))

@@ -28,8 +28,9 @@ class FusionParams(Parameters):
                              'clocks differ; empty: tf says where they stand at the stamp of their people.')
     tf_timeout: float = parameter(0.05, 'Wait this long for the transform of a camera, at its stamp; people without '
                                         'their transform are left out.', unit='s', minimum=0.0, maximum=10.0)
-    patience: float = parameter(0.05, 'People of one camera wait this long at most for those of the others that belong '
-                                      'to the same time.', unit='s', minimum=0.0, maximum=10.0)
+    patience: float = parameter(0.5, 'People of one camera wait this long at most for those of the others that belong '
+                                     'to the same time, and not longer than the others usually take.', unit='s',
+                                minimum=0.0, maximum=10.0)
     correct_clocks: bool = parameter(False, 'Correct the stamps of a camera whose clock is found to differ from those '
                                             'of the others.')
 

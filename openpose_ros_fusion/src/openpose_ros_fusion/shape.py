@@ -51,7 +51,8 @@ def keypoint_offsets(joints: np.ndarray) -> np.ndarray:
 
 def depth_offsets(directions: np.ndarray) -> np.ndarray:
     """Return a r of joints that were seen along directions (P, 18, 3), of the same shape [m]; zero where missing."""
-    return np.nan_to_num(_DEEPER[:, np.newaxis] * directions)
+    offsets = _DEEPER[:, np.newaxis] * directions
+    return np.where(np.isfinite(offsets), offsets, 0.0)
 
 
 def with_size(joints: np.ndarray, lengths: np.ndarray) -> np.ndarray:
@@ -78,7 +79,8 @@ def with_bones(sizes: measures.Sizes, positions: np.ndarray, covariance: np.ndar
         confidence: (P, 18) of the keypoints.
     """
     known = np.isfinite(positions).all(axis=2)
-    safe, noise = np.where(known[..., np.newaxis], positions, 0.0), np.nan_to_num(covariance)
+    safe = np.where(known[..., np.newaxis], positions, 0.0)
+    noise = np.where(known[..., np.newaxis, np.newaxis], covariance, 0.0)
     sizes = measures.learn(sizes, safe, measured & known, confidence)
     moved = satisfy_lengths(safe, noise, measures.expected_lengths(sizes), measures.length_spreads(sizes), known)
     return sizes, np.where(known[..., np.newaxis], moved, np.nan)

@@ -1,5 +1,6 @@
 """What cameras see at a time: people in space, or rays through their keypoints."""
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Optional
 
 import numpy as np
@@ -42,7 +43,7 @@ class Sighting:
     status: np.ndarray
     confidence: np.ndarray
 
-    @property
+    @cached_property
     def has_depth(self) -> bool:
         """Whether the camera measures positions."""
         return bool(np.isfinite(self.positions).any())

@@ -94,6 +94,11 @@ class Tracks:
         """Return where the joints are expected, (F, 18, 3) [m]."""
         return self.positions + (stamp - self.stamp) * self.velocities
 
+    def spread_after(self, step: float) -> np.ndarray:
+        """Return the variance per axis of how far joints move otherwise than expected in a time [s], (F, 18) [m^2]."""
+        noise = FUSION.motion.acceleration ** 2 * step ** 4 / 4
+        return step ** 2 * self.covariance[..., 2] + (noise if step > 0 else 0.0)
+
     def predicted(self, stamp: float, constants: MotionConstants = FUSION.motion) -> 'Tracks':
         """Return the people as they are expected at a later time [s]."""
         step = max(stamp - self.stamp, 0.0)

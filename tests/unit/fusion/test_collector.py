@@ -10,7 +10,7 @@ from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.people import People3D
 
 NOBODY = from_space('', 0.0, People3D.empty(COCO_18), (np.eye(3), np.zeros(3)))
-PATIENCE = 0.05
+PATIENCE = 0.5
 
 
 def play(arrivals, cameras='abc', end=None):
@@ -46,6 +46,27 @@ def test_cameras_with_one_shutter_make_one_update_each_time_without_waiting():
     updates, _ = play([each for camera in 'abc' for each in stream(camera, 30.0)])
     assert len(updates) == 60
     assert all(names(update) == 'abc' and time == pytest.approx(update.stamp + 0.01) for time, update in updates)
+
+
+@pytest.mark.parametrize('rate, delay, speed', [(10.0, 0.03, 1.0), (1.5, 0.2, 1.0), (0.8, 0.2, 0.1)])
+def test_cameras_whose_people_are_found_one_after_the_other_make_one_update_each_time(rate, delay, speed):
+    """As behind one detector: a camera is up to two delays later than the first one; also in slow motion."""
+    updates, _ = play([(arrival, camera, speed * stamp) for place, camera in enumerate('abc')
+                       for arrival, _, stamp in stream(camera, rate, 20.0, latency=0.1 + place * delay)])
+    settled = updates[3:]
+    assert len(settled) > 10 and all(names(update) == 'abc' for _, update in settled)
+    assert all(len({sighting.stamp for sighting in update.sightings}) == 1 for _, update in settled)
+    assert max(time - update.stamp / speed for time, update in settled) == pytest.approx(0.1 + 2 * delay)
+
+
+def test_a_camera_that_is_never_late_is_not_waited_for_long():
+    """Frames of c are lost; its people come with those of the others where they come."""
+    lossy = [each for number, each in enumerate(stream('c', 5.0, 6.0)) if number % 3]
+    updates, _ = play([*stream('a', 5.0, 6.0), *stream('b', 5.0, 6.0), *lossy])
+    waited = [time - update.stamp for time, update in updates if update.stamp > 1.0]
+    assert max(waited) < 0.01 + 0.06
+    assert sum(wait > 0.011 for wait in waited) == sum(each[2] > 1.0 for each in stream('a', 5.0, 6.0)
+                                                       if each[2] not in [stamp for _, _, stamp in lossy])
 
 
 def test_a_slow_camera_does_not_slow_down_the_others():

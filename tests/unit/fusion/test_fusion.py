@@ -229,3 +229,16 @@ def test_sigma_covers_the_error_of_noise_that_cameras_tell():
         ratios.append(np.linalg.norm(people.xyz[0] - truth[0], axis=1) / people.sigma[0])
     assert np.mean(np.array(ratios) <= 1) > 0.5
     assert np.mean(np.array(ratios) <= 2) > 0.95
+
+
+def test_what_was_seen_earlier_weighs_less():
+    """Somebody turns round at once; a camera that is late says where they were going."""
+    room = paths(((0, 0), (3, 0)), seconds=2.0)
+    joints = room.joints.copy()
+    joints[:, 60:] = joints[:, 60:61]
+    turned, cameras = Room(room.times, joints), around(2, noise=0.01)
+    fusion = PeopleFusion()
+    for time in np.arange(0.1, 1.0, 1 / RATE):
+        fusion.update([camera.see(turned, time) for camera in cameras], time)
+    people = fusion.update([cameras[0].see(turned, 1.2), cameras[1].see(turned, 0.95)], 1.2)
+    assert np.abs(people.xyz[0, :, 0] - turned.at(1.2)[0, :, 0]).max() < NEAR
