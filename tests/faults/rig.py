@@ -17,6 +17,7 @@ from sensor_msgs.msg import CameraInfo, CompressedImage
 from std_msgs.msg import Header
 from tf2_ros import StaticTransformBroadcaster
 
+from faults import fusion_cameras
 from faults.fault import Fault
 from openpose_ros_pkg.ros.convert import bgr_to_image
 from openpose_ros_pkg.ros.master.registration import WATCH
@@ -68,6 +69,9 @@ CHAINS: Dict[str, Dict[str, Program]] = {
     'two': {'service': Program('openpose_ros_pkg/scripts/openpose_ros_node_3d', _DETECTION),
             'extractor': Program('skeleton_extract_3d/scripts/skeleton_extract_3d_node', {'service_timeout': 1.0}),
             'markers': Program('skeleton_extract_3d/scripts/skeleton_extract_3d_visualization_node', {'lazy': False})},
+    'fusion': {'people': Program('openpose_ros_fusion/scripts/people_fusion_node', {
+        'cameras': ' '.join(fusion_cameras.WITH_DEPTH), 'rgb_cameras': fusion_cameras.WITHOUT_DEPTH,
+        'fixed_frame': ROOM})},
 }
 _REMAPPINGS = ('~image:=image', '~point_cloud:=points', '~depth_image:=points', '~camera_info:=camera_info',
                '~skeleton_2d_detector:=detect_poses_3d')
@@ -127,13 +131,9 @@ class Chain:
         self.kept: List[Any] = []
         self._results: List[PersonDetection_3dArray] = []
         self._last = rospy.Time()
-        self._good = _good_frame(name)
         self.processes = {f'{name}/{node}': start_node(session, f'{name}/{node}', program)
                           for node, program in CHAINS[name].items()}
-        suffixes = {'image': '/compressed', 'points': '/compressedDepth'} if name == 'compressed' else {}
-        messages = {'image': self._good.image, 'points': self._good.points, 'camera_info': self._good.info}
-        self.publishers = {topic: rospy.Publisher(self.topic(topic + suffixes.get(topic, '')), type(message),
-                                                  queue_size=10) for topic, message in messages.items()}
+        self.publishers = self._advertise()
         people = self.topic(f'{NAMESPACE}/detected_poses_3d')
         rospy.Subscriber(people, PersonDetection_3dArray, self._results.append)
         await_true(lambda: is_heard(people), f'{people} is published')
@@ -143,6 +143,14 @@ class Chain:
             self.reference = joints(self.result_of_good_frame())
         self.usage = self._usage()
 
+    def _advertise(self) -> Dict[str, rospy.Publisher]:
+        """Return what publishes each message of a frame."""
+        self._good = _good_frame(self.name)
+        suffixes = {'image': '/compressed', 'points': '/compressedDepth'} if self.name == 'compressed' else {}
+        messages = {'image': self._good.image, 'points': self._good.points, 'camera_info': self._good.info}
+        return {topic: rospy.Publisher(self.topic(topic + suffixes.get(topic, '')), type(message), queue_size=10)
+                for topic, message in messages.items()}
+
     def restart(self, node: str) -> None:
         """Start a node 'CHAIN/NODE' that was killed."""
         self.processes[node] = start_node(self._session, node, CHAINS[self.name][node.partition('/')[2]])
@@ -151,10 +159,10 @@ class Chain:
         """Return the name of a topic or service of this chain."""
         return f'/{self.name}/{name}'
 
-    def frame(self, stamp: Optional[rospy.Time] = None) -> Frame:
+    def frame(self, stamp: Optional[rospy.Time] = None) -> Any:
         """Return a good frame, of now unless it is said."""
         frame, now = copy.deepcopy(self._good), self._now() if stamp is None else stamp
-        for message in (frame.image, frame.points, frame.info):
+        for message in vars(frame).values():
             message.header.stamp = copy.copy(now)
         return frame
 
@@ -164,7 +172,7 @@ class Chain:
         self._last = rospy.Time.from_sec(time.time())
         return self._last
 
-    def send(self, frame: Frame) -> None:
+    def send(self, frame: Any) -> None:
         """Publish a frame."""
         self.publishers['camera_info'].publish(frame.info)
         self.publishers['image'].publish(frame.image)
@@ -176,9 +184,8 @@ class Chain:
 
         def result() -> Optional[PersonDetection_3dArray]:
             if not sent or time.time() - sent[-1].to_sec() > RESEND:
-                frame = self.frame()
-                sent.append(frame.image.header.stamp)
-                self.send(frame)
+                sent.append(self._now())
+                self.send(self.frame(sent[-1]))
             return next((each for each in self._results if each.header.stamp in sent), None)
 
         found: PersonDetection_3dArray = await_true(result, f'{self.name} answers a good frame')
@@ -230,6 +237,20 @@ class Chain:
                 for name, usage in self._usage().items()}
 
 
+class FusionChain(Chain):
+    """The fusion node and three cameras, whose frames are those of `fusion_cameras`."""
+
+    def _advertise(self) -> Dict[str, rospy.Publisher]:
+        self._good = fusion_cameras.good_frame()
+        return {name: rospy.Publisher(fusion_cameras.TOPICS[name], type(message), queue_size=10)
+                for name, message in vars(self._good).items()}
+
+    def send(self, frame: Any) -> None:
+        """Publish a frame; calibration comes first."""
+        for name in fusion_cameras.TOPICS:
+            self.publishers[name].publish(getattr(frame, name))
+
+
 class Rig:
     """The chains, each started when it is first asked for; faults of different chains are injected at the same time.
 
@@ -247,7 +268,9 @@ class Rig:
         WATCH.start()  # the camera and the subscribers of the tests register anew as well
         self.diagnostics = Diagnostics()
         self._room = StaticTransformBroadcaster()
-        self._room.sendTransform(TransformStamped(Header(frame_id=ROOM), FRAME_ID, Transform(rotation=Quaternion(w=1))))
+        self._room.sendTransform([
+            TransformStamped(Header(frame_id=ROOM), FRAME_ID, Transform(rotation=Quaternion(w=1))),
+            *fusion_cameras.transforms(ROOM)])
         self.chains: Dict[str, Chain] = {}
         workers = {name: ThreadPoolExecutor(1) for name in CHAINS}  # one fault at a time
         self.done = {id(fault): workers[fault.node.partition('/')[0]].submit(self._inject, fault) for fault in faults}
@@ -259,7 +282,8 @@ class Rig:
         """Return the chain of a node 'CHAIN/NODE'."""
         name = node.partition('/')[0]
         if name not in self.chains:
-            self.chains[name] = Chain(self.session, self.diagnostics, name)
+            kind = FusionChain if name == 'fusion' else Chain
+            self.chains[name] = kind(self.session, self.diagnostics, name)
         return self.chains[name]
 
 

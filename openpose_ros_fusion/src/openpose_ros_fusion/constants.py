@@ -34,6 +34,9 @@ class EstimateConstants:
     rounds: int = constant(5, 'Rounds of reweighting.')
     inferred: float = constant(2.0, 'Factor of the sigma of INFERRED joints beside measured ones: what a camera infers '
                                     'comes from the joints that others see too.')
+    least_sigma: float = constant(0.003, 'No camera measures a joint better, per axis.', unit='m')
+    unknown_sigma: float = constant(0.05, 'Sigma per axis of a joint whose message tells none: 0, negative or NaN.',
+                                    unit='m')
     pixel_sigma: float = constant(4.0, 'Error of a keypoint in the image per axis, for rays.', unit='px')
     size_error: float = constant(0.05, 'Error of the distance of somebody whom one camera sees, and without depth, by '
                                        'the size in the image, as a share of it.')

@@ -95,8 +95,11 @@ def from_space(camera: str, stamp: float, people: People3D, pose: Transform) -> 
     with np.errstate(invalid='ignore', divide='ignore'):
         directions = directions / np.linalg.norm(directions, axis=2, keepdims=True)
     sigma = _in_coco(people.sigma.astype(np.float64), people.skeleton, np.nan) / _AXES
-    return Sighting(camera, stamp, origin, people.ids, positions, directions, sigma,
-                    _in_coco(people.status, people.skeleton, MISSING),
+    status = _in_coco(people.status, people.skeleton, MISSING)
+    with np.errstate(invalid='ignore'):
+        sigma = np.where(sigma > 0, np.maximum(sigma, FUSION.estimate.least_sigma), FUSION.estimate.unknown_sigma)
+    return Sighting(camera, stamp, origin, people.ids, positions, directions,
+                    np.where(status == MISSING, np.nan, sigma), status,
                     _in_coco(people.confidence, people.skeleton, 0.0))
 
 

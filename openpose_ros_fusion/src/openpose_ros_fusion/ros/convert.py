@@ -1,6 +1,7 @@
 """Messages with the people of a camera, as sightings."""
 from typing import Any, Optional
 
+import numpy as np
 from openpose_ros_msgs.msg import PersonDetectionArray
 
 from openpose_ros_fusion.sightings import Sighting, from_image, from_space
@@ -11,6 +12,9 @@ from openpose_ros_pkg.skeletons import SKELETONS
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.transform import Transform
 from skeleton_extract_3d.ros import convert
+
+# More people of a camera, or people further away [m], are an error of who sends them.
+_MOST_PEOPLE, _FARTHEST = 200, 1000.0
 
 
 def sighting_from_message(camera: str, stamp: float, message: Any, pose: Transform, model: Optional[CameraModel]
@@ -26,8 +30,14 @@ def sighting_from_message(camera: str, stamp: float, message: Any, pose: Transfo
     Raises:
         BadInputError: the message can not be used.
     """
+    if len(message.persons) > _MOST_PEOPLE:
+        raise BadInputError(f'{camera}: {len(message.persons)} people at a time, expected {_MOST_PEOPLE} at most')
     if model is None:
-        return from_space(camera, stamp, convert.people_from_array(message), pose)
+        people = convert.people_from_array(message)
+        away = float(np.max(np.nan_to_num(np.abs(people.xyz)), initial=0.0))
+        if away > _FARTHEST:
+            raise BadInputError(f'{camera}: a joint is {away:g} m away, expected {_FARTHEST:g} m at most')
+        return from_space(camera, stamp, people, pose)
     return from_image(camera, stamp, _people_2d(camera, message), model, pose)
 
 

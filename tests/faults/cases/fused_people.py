@@ -1,0 +1,150 @@
+"""People of cameras that can not be fused, and cameras that can not be where they are said to be."""
+import copy
+from pathlib import Path
+from typing import Any, Callable, Dict
+
+from faults.fault import Fault, Scenario
+from faults.injectors import Injector, altered
+
+NAN, INF = float('nan'), float('inf')
+HOUR = 3600
+
+
+def left(change: Callable[[Any], None]) -> Injector:
+    """Return what sends a frame after a function changed the people of the left camera."""
+    return altered(lambda frame: change(frame.left))
+
+
+def every_joint(**values: Any) -> Callable[[Any], None]:
+    def change(message: Any) -> None:
+        for person in message.persons:
+            for slot in person.__slots__:
+                joint = getattr(person, slot)
+                for name, value in values.items():
+                    if hasattr(joint, name):
+                        setattr(joint, name, value)
+    return change
+
+
+def in_frame(name: str) -> Callable[[Any], None]:
+    def change(message: Any) -> None:
+        message.header.frame_id = name
+    return change
+
+
+def later(seconds: int) -> Callable[[Any], None]:
+    def change(message: Any) -> None:
+        message.header.stamp.secs += seconds
+    return change
+
+
+def without_stamp(message: Any) -> None:
+    message.header.stamp.secs = message.header.stamp.nsecs = 0
+
+
+def of_an_unknown_joint_set(message: Any) -> None:
+    message.pose_model = 'none_such'
+
+
+def a_thousand(message: Any) -> None:
+    message.persons = [copy.deepcopy(message.persons[0]) for _ in range(1000)]
+
+
+def one_id(message: Any) -> None:
+    for person in message.persons:
+        person.person_ID = 1
+
+
+def nobody(message: Any) -> None:
+    message.persons, message.velocities = [], []
+
+
+def info(**fields: Any) -> Injector:
+    """Return what sends a frame in which the calibration of the camera without depth has other values."""
+    def change(frame: Any) -> None:
+        for name, value in fields.items():
+            setattr(frame.info, name, value)
+    return altered(change)
+
+
+def all_stamps(seconds: int) -> Injector:
+    """Return what sends a frame of another time from all cameras."""
+    def change(frame: Any) -> None:
+        for message in vars(frame).values():
+            message.header.stamp.secs += seconds
+    return altered(change)
+
+
+def camera_dies(chain: Any) -> None:
+    import rospy
+
+    from openpose_ros_pkg.ros.session import await_true
+    publisher = chain.publishers['left']
+    topic = publisher.resolved_name
+    publisher.unregister()
+    for _ in range(5):
+        frame = chain.frame()
+        for name in ('info', 'door', 'right'):
+            chain.publishers[name].publish(getattr(frame, name))
+    chain.publishers['left'] = rospy.Publisher(topic, type(chain.frame().left), queue_size=10)
+    await_true(lambda: chain.publishers['left'].get_num_connections(), 'the fusion listens to the camera again')
+
+
+def refused(parameters: Dict[str, Any], *words: str) -> Callable[[Any], None]:
+    """Return what starts a fusion node with these parameters, which has to end with these words."""
+    def run(rig: Any) -> None:
+        from faults.rig import Program, says_when_it_ends
+        says_when_it_ends(rig, f'refused/fusion_{abs(hash(words))}',
+                          Program('openpose_ros_fusion/scripts/people_fusion_node', parameters), *words)
+    return run
+
+
+def refused_rig(text: str, *words: str) -> Callable[[Any], None]:
+    """Return what starts a fusion node with a rig file of this text, which has to end with these words."""
+    def run(rig: Any) -> None:
+        import tempfile
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / 'rig.yaml'
+            path.write_text(text)
+            refused({'rig': path, 'cameras': 'left'}, *words)(rig)
+    return run
+
+
+CAMERA = '{fixed_frame: room, cameras: [{name: left, frame_id: left, translation: [0, 0, 1], rotation: %s}]}'
+PEOPLE = 'fusion/people'
+ENDS = 'ends with 1 and names it'
+FAULTS = [
+    Fault('people of an unknown joint set', left(of_an_unknown_joint_set), PEOPLE,
+          words=("pose_model 'none_such' is unknown",)),
+    Fault('measured joints without positions', left(every_joint(x=NAN)), PEOPLE, words=('status must be MISSING',)),
+    Fault('joints at an infinite distance', left(every_joint(z=INF)), PEOPLE, words=('status must be MISSING',)),
+    Fault('joints a thousand kilometres away', left(every_joint(z=1e6)), PEOPLE, words=('1e+06 m away',)),
+    Fault('joints without sigma', left(every_joint(sigma=0.0)), PEOPLE, event=''),
+    Fault('sigma of NaN', left(every_joint(sigma=NAN)), PEOPLE, event=''),
+    Fault('negative sigma', left(every_joint(sigma=-1.0)), PEOPLE, event=''),
+    Fault('sigma of a nanometre', left(every_joint(sigma=1e-9)), PEOPLE, event=''),
+    Fault('sigma of a kilometre', left(every_joint(sigma=1e3)), PEOPLE, event=''),
+    Fault('a thousand people', left(a_thousand), PEOPLE, words=('1000 people at a time',)),
+    Fault('two people of one id', left(one_id), PEOPLE, event=''),
+    Fault('a camera sees nobody', left(nobody), PEOPLE, event=''),
+    Fault('frame that tf does not know', left(in_frame('none_such')), PEOPLE, 'no transform', ('none_such',)),
+    Fault('frame without a name', left(in_frame('')), PEOPLE, 'no transform'),
+    Fault('people without a stamp', left(without_stamp), PEOPLE, event=''),
+    Fault('people of an hour ago', left(later(-HOUR)), PEOPLE, event=''),
+    Fault('people of the next hour', left(later(HOUR)), PEOPLE, event=''),
+    Fault('all cameras are an hour ahead', all_stamps(HOUR), PEOPLE, event=''),
+    Fault('publisher of a camera dies and comes back', camera_dies, PEOPLE, event=''),
+    Fault('camera without depth: K of zeros', info(K=[0.0] * 9), PEOPLE, words=('camera is not calibrated',)),
+    Fault('camera without depth: focal length of 1e300 px', info(K=[1e300, 0, 0, 0, 1e300, 0, 0, 0, 1]), PEOPLE,
+          event=''),
+    Fault('camera without depth: D of -50', info(D=[-50.0] * 5), PEOPLE, event=''),
+    Scenario('fusion without cameras', refused({'cameras': "''"}, "'cameras'"), 'people_fusion_node', ENDS),
+    Scenario('a camera twice', refused({'cameras': 'left left'}, 'left twice'), 'people_fusion_node', ENDS),
+    Scenario('unknown name of a parameter of the fusion', refused({'camera': 'left'}, "'camera'"),
+             'people_fusion_node', ENDS),
+    Scenario('rig file that is no YAML', refused_rig('{', 'rig.yaml'), 'people_fusion_node', ENDS),
+    Scenario('rig file without a camera', refused_rig(CAMERA.replace('name: left', 'name: right') % [0, 0, 0, 1],
+                                                      "no camera 'left'"), 'people_fusion_node', ENDS),
+    Scenario('rig file with a rotation of no length', refused_rig(CAMERA % [0, 0, 0, 0], 'rig.yaml', 'rotation'),
+             'people_fusion_node', ENDS),
+]

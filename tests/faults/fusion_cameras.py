@@ -1,0 +1,45 @@
+"""Three cameras around two people who stand still: what they send to the fusion node, and where they stand."""
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Dict, List
+
+import numpy as np
+from geometry_msgs.msg import TransformStamped
+from std_msgs.msg import Header
+
+sys.path.insert(0, str(Path(__file__).parents[1] / 'support'))
+
+from openpose_ros_pkg.ros import convert as convert_2d
+from simulated_rig import CAMERA, around, walking
+from skeleton_extract_3d.ros import convert
+
+# Namespaces of the cameras.
+WITH_DEPTH, WITHOUT_DEPTH = ('fusion/left', 'fusion/right'), 'fusion/door'
+# Messages of a frame, by their place in it, in the order in which they are sent.
+TOPICS: Dict[str, str] = {'info': '/fusion/door/openpose_ros/camera_info',
+                          'door': '/fusion/door/openpose_ros/detected_poses',
+                          'left': '/fusion/left/openpose_ros/skeleton_3d/detected_poses_3d',
+                          'right': '/fusion/right/openpose_ros/skeleton_3d/detected_poses_3d'}
+_CAMERAS = around(3, noise=0.0)
+_NAMES = ('left', 'right', 'door')
+
+
+def transforms(fixed_frame: str) -> List[TransformStamped]:
+    """Return where the cameras stand; their frames have their names."""
+    result = []
+    for name, camera in zip(_NAMES, _CAMERAS):
+        matrix = np.eye(4)
+        matrix[:3, :3], matrix[:3, 3] = camera.pose
+        result.append(convert.transform_from_matrix(matrix, Header(frame_id=fixed_frame), name))
+    return result
+
+
+def good_frame() -> SimpleNamespace:
+    """Return what the cameras send at a time, without a stamp."""
+    room = walking(2.0, 2, seed=1)
+    left, right = (convert.people_to_array(camera.people(room, 1.0), Header(frame_id=name))
+                   for name, camera in zip(_NAMES[:2], _CAMERAS))
+    header, people = Header(frame_id='door'), _CAMERAS[2].keypoints(room, 1.0)
+    door = convert_2d.people_to_array(convert_2d.people_to_messages(people, header), header, people.skeleton)
+    return SimpleNamespace(info=convert.camera_to_message(CAMERA, header), door=door, left=left, right=right)
