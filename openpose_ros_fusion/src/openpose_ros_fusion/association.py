@@ -46,14 +46,14 @@ def median_distances(sighting: Sighting, joints: np.ndarray, least: int) -> np.n
     Measured joints count, or all, where fewer than `least` were measured.
     """
     distances = sighting.distances(joints)
-    measured = np.isfinite(distances) & (sighting.status == MEASURED)[:, np.newaxis]
-    use = np.where((measured.sum(axis=2) >= least)[..., np.newaxis], measured, np.isfinite(distances))
-    enough = use.sum(axis=2) >= least
+    found = np.isfinite(distances)
+    measured = found & (sighting.status == MEASURED)[:, np.newaxis]
+    use = np.where((measured.sum(axis=2) >= least)[..., np.newaxis], measured, found)
     count = use.sum(axis=2)
-    ordered = np.sort(np.where(use, distances, np.inf), axis=2)
-    middle = np.stack([np.maximum(count - 1, 0) // 2, count // 2], axis=2)
-    medians = np.take_along_axis(ordered, np.minimum(middle, ordered.shape[2] - 1), axis=2).mean(axis=2)
-    return np.where(enough, medians, _FAR)
+    ordered = np.sort(np.where(use, distances, _FAR), axis=2)
+    people, fused = np.ogrid[:len(sighting), :len(joints)]
+    medians = (ordered[people, fused, np.maximum(count - 1, 0) // 2] + ordered[people, fused, count // 2]) / 2
+    return np.where(count >= least, medians, _FAR)
 
 
 def pair_rays(first: Sighting, second: Sighting, constants: AssociationConstants = FUSION.association

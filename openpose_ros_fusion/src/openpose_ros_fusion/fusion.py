@@ -255,14 +255,14 @@ def _corrected(tracks: Tracks, assigned: Sequence[_Assigned]) -> Tuple[Tracks, _
         people = np.flatnonzero(rows >= 0)
         owner = rows[people]
         moved = (tracks.stamp - sighting.stamp) * tracks.velocities[owner]
-        found = sighting.information(np.where(np.isfinite(prior[owner]), prior[owner], 0.0), people)
         factor = np.where(is_inferred(sighting)[people] & (measured_by[owner] > 0), FUSION.estimate.inferred ** -2, 1.0)
+        # the variance is divided by the factor with that of the measurement
+        between = factor * tracks.spread_after(abs(tracks.stamp - sighting.stamp))[owner]
         owners.append(owner)
         points.append(sighting.points(people) + moved - beside[owner])
         if sighting.has_depth:
             points[-1] -= depth_offsets(sighting.directions[people])
-        found = found * factor[..., np.newaxis, np.newaxis]
-        information.append(_less_sure(found, tracks.spread_after(abs(tracks.stamp - sighting.stamp))[owner]))
+        information.append(factor[..., np.newaxis, np.newaxis] * sighting.information(prior[owner], people, between))
         np.fmax.at(confidence, owner, sighting.confidence[people])
     joints = estimate_joints(number, Measurements(np.concatenate(owners), np.concatenate(points),
                                                   np.concatenate(information)), FUSION.estimate)
@@ -280,13 +280,6 @@ def _corrected(tracks: Tracks, assigned: Sequence[_Assigned]) -> Tuple[Tracks, _
     return replace(after, sizes=sizes, seen=np.where(seen_now, tracks.stamp, after.seen),
                    cameras=np.maximum(after.cameras, cameras)), _Seen(
                        status, confidence, np.where(known, np.trace(joints.covariance, axis1=2, axis2=3) / 3, variance))
-
-
-def _less_sure(information: np.ndarray, variance: np.ndarray) -> np.ndarray:
-    """Return the information (..., 3, 3) of measurements after noise of a variance (...,) [m^2] per axis is added."""
-    if not variance.any():
-        return information
-    return np.matmul(information, np.linalg.inv(np.eye(3) + variance[..., np.newaxis, np.newaxis] * information))
 
 
 def _reported(tracks: Tracks, seen: _Seen) -> People3D:

@@ -46,7 +46,8 @@ def body_axes(joints: np.ndarray) -> np.ndarray:
 
 def keypoint_offsets(joints: np.ndarray) -> np.ndarray:
     """Return B b of the joints of people (P, 18, 3) [m], of the same shape; zero where the axes are not known."""
-    return np.nan_to_num(np.matmul(_BESIDE, np.swapaxes(body_axes(joints), 1, 2)))
+    offsets = np.matmul(_BESIDE, np.swapaxes(body_axes(joints), 1, 2))
+    return np.where(np.isfinite(offsets), offsets, 0.0)
 
 
 def depth_offsets(directions: np.ndarray) -> np.ndarray:

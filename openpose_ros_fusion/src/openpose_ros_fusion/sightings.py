@@ -1,7 +1,7 @@
 """What cameras see at a time: people in space, or rays through their keypoints."""
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Optional
+from typing import Optional, Union
 
 import numpy as np
 
@@ -53,27 +53,28 @@ class Sighting:
 
     def distances(self, joints: np.ndarray) -> np.ndarray:
         """Return the distances of joints (F, 18, 3) from these people, or from their rays, (P, F, 18) [m]."""
-        offsets = joints[np.newaxis] - self.origin
-        rays = self.directions[:, np.newaxis]
+        if self.has_depth:
+            return np.linalg.norm(joints - self.positions[:, np.newaxis], axis=-1)
+        offsets, rays = joints - self.origin, self.directions[:, np.newaxis]
         depth = (offsets * rays).sum(axis=-1, keepdims=True)
-        to_ray = np.linalg.norm(offsets - np.maximum(depth, 0.0) * rays, axis=-1)
-        to_position = np.linalg.norm(joints[np.newaxis] - self.positions[:, np.newaxis], axis=-1)
-        return np.where(np.isfinite(self.positions[:, np.newaxis, :, 0]), to_position, to_ray)
+        return np.linalg.norm(offsets - np.maximum(depth, 0.0) * rays, axis=-1)
 
-    def information(self, joints: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    def information(self, joints: np.ndarray, rows: np.ndarray, variance: Union[float, np.ndarray] = 0.0
+                    ) -> np.ndarray:
         """Return the inverse covariances of some people's joints, if these are at (N, 18, 3), (N, 18, 3, 3) [1/m^2].
 
         Zero where a joint is missing.
+
+        Args:
+            variance: of what else the joints err by, per axis, (N, 18) or of all [m^2].
         """
         estimate, directions, sigma = FUSION.estimate, self.directions[rows], self.sigma[rows]
-        has_depth = np.isfinite(self.positions[rows, :, 0])
-        distance = np.linalg.norm(joints - self.origin, axis=-1)
-        across = estimate.across * np.where(has_depth, sigma, sigma * distance)
-        weights = 1.0 / across ** 2
-        along = np.where(has_depth, 1.0 / (estimate.along * sigma) ** 2, 0.0)
-        squares = directions[..., :, np.newaxis] * directions[..., np.newaxis, :]
-        result = (weights[..., np.newaxis, np.newaxis] * (np.eye(3) - squares)
-                  + along[..., np.newaxis, np.newaxis] * squares)
+        distance = 1.0 if self.has_depth else np.linalg.norm(joints - self.origin, axis=-1)
+        across = (1.0 / ((estimate.across * sigma * distance) ** 2 + variance))[..., np.newaxis, np.newaxis]
+        along = 0.0
+        if self.has_depth:
+            along = (1.0 / ((estimate.along * sigma) ** 2 + variance))[..., np.newaxis, np.newaxis]
+        result = across * np.eye(3) + (along - across) * directions[..., :, np.newaxis] * directions[..., np.newaxis, :]
         return np.where(np.isfinite(result), result, 0.0)
 
     def points(self, rows: np.ndarray) -> np.ndarray:
