@@ -13,10 +13,10 @@ Steps are those of Gauss and Newton, the joints eliminated first. SciPy's least_
 took ten times as long.
 """
 from dataclasses import dataclass
-from typing import List, Sequence, Tuple
+from typing import Any, List, Sequence, Tuple
 
 import numpy as np
-from scipy.sparse import coo_matrix, csr_matrix
+from scipy.sparse import coo_matrix, csr_matrix, identity
 from scipy.sparse.linalg import splu
 from scipy.spatial.transform import Rotation
 
@@ -29,6 +29,8 @@ _BUNDLE = CALIBRATION.bundle
 _SETTLED, _HALVINGS = 1e-6, 6
 # Parameters of a camera: rotation vector, translation, clock.
 _OWN = 7
+# Of what a step moves a joint by, if its rays do not tell how far away it is: standard deviation [m].
+_JOINT_STEP = 10.0
 # Joints nearer to the plane of a camera than this are behind it [m].
 _NEAREST = 0.1
 # Standard deviation of a depth bias beside measurements that are taken as independent [m].
@@ -216,12 +218,17 @@ def _step(problem: _Problem, values: np.ndarray) -> np.ndarray:
     """Return the step of Gauss and Newton, with the joints, of which each is by itself, eliminated first (Schur)."""
     residuals, jacobian = problem.residuals(values), problem.jacobian(values)
     own, joints = jacobian[:, :problem.first_joint], jacobian[:, problem.first_joint:]
-    inner = splu((joints.T @ joints).tocsc())
+    inner = _factor(joints)
     mixed = (joints.T @ own).toarray()
     pull, pull_joints = own.T @ residuals, inner.solve(joints.T @ residuals)
     reduced = (own.T @ own).toarray() - mixed.T @ inner.solve(mixed)
     change = -np.linalg.lstsq(reduced, pull - mixed.T @ pull_joints, rcond=None)[0]
     return np.concatenate([change, -pull_joints - inner.solve(mixed @ change)])
+
+
+def _factor(joints: csr_matrix) -> Any:
+    """Return the factors of the normal equations of the joints, from the derivatives by them."""
+    return splu((joints.T @ joints + identity(joints.shape[1]) / _JOINT_STEP ** 2).tocsc())
 
 
 def _deviations(problem: _Problem, values: np.ndarray) -> np.ndarray:
@@ -233,7 +240,7 @@ def _deviations(problem: _Problem, values: np.ndarray) -> np.ndarray:
     residuals, jacobian = problem.residuals(values), problem.jacobian(values)
     own, joints = jacobian[:, :problem.first_joint], jacobian[:, problem.first_joint:]
     # derivatives by the cameras alone, when the joints follow
-    inner = splu((joints.T @ joints).tocsc())
+    inner = _factor(joints)
     own = own.toarray() - joints @ inner.solve((joints.T @ own).toarray())
     inverse = np.linalg.pinv(own.T @ own, rcond=1e-12)
     pulls = own * residuals[:, None]

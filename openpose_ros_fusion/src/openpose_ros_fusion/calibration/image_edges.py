@@ -3,6 +3,7 @@
 Who is who and the clocks are searched for: for each clock offset, pairs of people suggest a pose (OpenCV, RANSAC), and
 the pose by which most joints of all people meet their rays wins.
 """
+from functools import partial
 from typing import Callable, List, NamedTuple, Optional, Tuple
 
 import cv2
@@ -40,7 +41,7 @@ def resect(first: CameraPaths, second: CameraPaths, clock_offset: Optional[float
     Raises:
         BadInputError: joints of the one do not lie on the rays of the other.
     """
-    return _search(first, second, clock_offset, _pose_of_points, _image_distances)
+    return _search(first, second, clock_offset, (_pose_of_points, _pose_of_points), _image_distances)
 
 
 def relate_images(first: CameraPaths, second: CameraPaths, clock_offset: Optional[float]
@@ -50,16 +51,21 @@ def relate_images(first: CameraPaths, second: CameraPaths, clock_offset: Optiona
     Raises:
         BadInputError: rays do not meet.
     """
-    return _search(first, second, clock_offset, _pose_of_rays, _epipolar_distances)
+    # RANSAC spends all of its 1000 iterations on people who are not the same; LMedS needs 90, whoever they are
+    suggest = _pose_of_rays if clock_offset is not None else partial(_pose_of_rays, method=cv2.LMEDS)
+    return _search(first, second, clock_offset, (suggest, _pose_of_rays), _epipolar_distances)
 
 
-def _search(first: CameraPaths, second: CameraPaths, clock_offset: Optional[float], solve: Solve, distances: Distances
-            ) -> Tuple[Transform, float, float]:
+def _search(first: CameraPaths, second: CameraPaths, clock_offset: Optional[float], solves: Tuple[Solve, Solve],
+            distances: Distances) -> Tuple[Transform, float, float]:
+    """Search for the best pose: the first of `solves` suggests poses by single pairs of people, the other refines."""
+    suggest, solve = solves
     frames = first.times[np.unique(np.linspace(0, len(first.times) - 1, _EDGES.image_times).astype(int))]
     points = first.at(frames)
     steps = int(_EDGES.image_search / _EDGES.image_step)
     lags = _EDGES.image_step * np.arange(-steps, steps + 1) if clock_offset is None else np.array([clock_offset])
-    found = [one for lag in lags for one in _candidates(points, second.at(frames + lag), float(lag), solve, distances)]
+    found = [one for lag in lags.tolist()
+             for one in _candidates(points, second.at(frames + lag), lag, suggest, distances)]
     if not found:
         raise BadInputError('they do not see the same people at the same time')
     best = max(found, key=lambda one: one.merit)
@@ -143,8 +149,8 @@ def _pose_of_points(points: np.ndarray, rays: np.ndarray) -> Optional[Transform]
     return (cv2.Rodrigues(turn)[0], shift[:, 0]) if done and np.isfinite(shift).all() else None
 
 
-def _pose_of_rays(rays: np.ndarray, others: np.ndarray) -> Optional[Transform]:
-    essential, inliers = cv2.findEssentialMat(rays[:, :2], others[:, :2], 1.0, (0.0, 0.0), cv2.RANSAC, _CERTAINTY,
+def _pose_of_rays(rays: np.ndarray, others: np.ndarray, method: int = cv2.RANSAC) -> Optional[Transform]:
+    essential, inliers = cv2.findEssentialMat(rays[:, :2], others[:, :2], 1.0, (0.0, 0.0), method, _CERTAINTY,
                                               _RANSAC_ERROR / 2)
     if essential is None or essential.shape != (3, 3):
         return None
