@@ -26,7 +26,8 @@ from skeleton_extract_3d.people import MEASURED, MISSING, People3D
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.ros.convert import camera_to_message, people_to_array
 
-MODEL = CameraModel(960, 540, np.array([[FOCAL, 0, 480], [0, FOCAL, 270], [0, 0, 1]]))
+MODEL = CameraModel(960, 540, np.array([[FOCAL, 0, 480], [0, FOCAL, 270], [0, 0, 1]]), 'plumb_bob',
+                    np.array([-0.2, 0.05, 0.001, -0.001, 0]))
 SPACE, IMAGE = 'openpose_ros/skeleton_3d/detected_poses_3d', 'openpose_ros/detected_poses'
 
 
@@ -102,16 +103,21 @@ def test_a_bag_with_three_cameras(tmp_path, cameras, capsys):
 
 
 def test_a_camera_with_transforms_of_its_own(tmp_path, cameras):
-    """Its optical frame has a parent, which is published in its place."""
+    """Its optical frame has a parent, which is published in its place; where that was believed to stand is left out."""
     _, recordings = cameras
     bag = write(tmp_path / 'room.bag', recordings[:2])
     link = TransformStamped(header=Header(frame_id='base'), child_frame_id='camera_1_optical')
     link.transform.translation.x, link.transform.rotation.z, link.transform.rotation.w = 0.1, 0.6, 0.8
+    believed = [TransformStamped(header=Header(frame_id='world'), child_frame_id=frame)
+                for frame in ('base', 'camera_0_optical')]
+    for one in believed:
+        one.transform.rotation.w = 1
     with rosbag.Bag(str(bag), 'a') as more:
-        more.write('/tf_static', TFMessage([link]), genpy.Time(1_600_000_000))
+        more.write('/tf_static', TFMessage([link, *believed]), genpy.Time(1_600_000_000))
     assert main([str(bag), '-o', str(tmp_path / 'rig')]) == 0
     camera = read_rig(tmp_path / 'rig' / 'rig.yaml').cameras[1]
     nodes = ElementTree.parse(str(tmp_path / 'rig' / 'rig.launch')).getroot().findall('node')
+    assert nodes[0].get('args').split()[7:] == ['world', 'camera_0_optical']
     *numbers, parent, child = nodes[1].get('args').split()
     assert (parent, child) == ('world', 'base') and camera.frame_id == 'camera_1_optical'
     base = Rotation.from_quat([float(value) for value in numbers[3:]])
@@ -156,8 +162,8 @@ def test_wrong_options(wrong, tmp_path):
 
 def test_fused_people_are_of_no_camera():
     arrays = 'openpose_ros_msgs/PersonDetection_3dArray'
-    types = {f'/{name}/{SPACE}': arrays for name in ('left', 'people')}
-    types['/people/cameras'] = 'openpose_ros_msgs/FusedCameraArray'
+    types = {f'/{name}/{SPACE}': arrays for name in ('left', 'people', 'room')}
+    types['/room/cameras'] = 'openpose_ros_msgs/FusedCameraArray'
     types[f'/{SPACE}'] = arrays
     types[f'/left/{IMAGE}'] = types[f'/hall/door/{IMAGE}'] = 'openpose_ros_msgs/PersonDetectionArray'
     types[f'/right/{SPACE}'] = 'std_msgs/String'

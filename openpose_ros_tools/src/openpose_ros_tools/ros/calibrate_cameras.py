@@ -68,7 +68,7 @@ def _run(options: argparse.Namespace) -> int:
                     recordings_of_topics(options.seconds, cameras))
         found = calibrate(recorded.cameras, params, partial(tqdm, unit=' pairs', leave=False, disable=None))
         write_rig(folder / 'rig.yaml', found.rig)
-        (folder / 'rig.launch').write_text(launch_text(found.rig, recorded.mounts))
+        (folder / 'rig.launch').write_text(launch_text(found.rig, recorded.mounts(options.fixed_frame)))
         save_figure(rig_figure(found), folder / 'rig.png')
         text = report(found)
         (folder / 'report.txt').write_text(text)

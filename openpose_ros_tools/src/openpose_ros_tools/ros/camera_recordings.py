@@ -1,6 +1,7 @@
 """The people of several cameras, out of bags, tables and running topics, for the calibration of the cameras."""
 import re
 import time
+from collections import Counter
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Sequence, Set, Tuple
@@ -19,6 +20,7 @@ from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.skeletons import COCO_18, MESSAGE_JOINTS
 from openpose_ros_tools.ros.bag_files import open_bag, topic_types
 from openpose_ros_tools.ros.keypoint_bag import DIMENSIONS, bag_messages, read_keypoint_bag, rows_of
+from openpose_ros_tools.ros.process_bag.several_cameras import FUSED
 from openpose_ros_tools.tables.keypoint_csv import read_keypoint_csv
 from openpose_ros_tools.tables.keypoint_table import KeypointTable, PersonRow, measured_people, table_of
 from skeleton_extract_3d.points.camera import CameraModel, calibrated_camera
@@ -43,12 +45,36 @@ class Recorded(NamedTuple):
 
     Attributes:
         cameras: their recordings.
-        mounts: by optical frame the frame at the root of the camera's own static transforms, and the transform from the
-            former to the latter; of cameras that have such transforms.
+        links: static transforms by their child frames.
     """
 
     cameras: List[CameraRecording]
-    mounts: Dict[str, Tuple[str, Transform]]
+    links: Dict[str, TransformStamped]
+
+    def mounts(self, fixed_frame: str) -> Dict[str, Tuple[str, Transform]]:
+        """Return the frames at the roots of the cameras' own static transforms.
+
+        What is above them was known of where the cameras stand: the fixed frame, and frames that cameras share.
+
+        Returns:
+            by optical frame the root, and the transform from the former to the latter; of cameras that have such
+            transforms.
+        """
+        chains = {camera.frame_id: self._chain(camera.frame_id) for camera in self.cameras}
+        above = Counter(frame for chain in chains.values() for frame, _ in chain)
+        above[fixed_frame.strip('/')] += 2
+        own = {frame: [link for link in chain if above[link[0]] < 2] for frame, chain in chains.items()}
+        return {frame: links[-1] for frame, links in own.items() if links}
+
+    def _chain(self, frame: str) -> List[Tuple[str, Transform]]:
+        """Return the frames above a frame, each with the transform from the frame to it."""
+        rotation, shift = np.eye(3), np.zeros(3)
+        found: List[Tuple[str, Transform]] = []
+        while frame in self.links and len(found) < len(self.links):  # whatever the transforms say
+            turn, arm = rotation_and_translation(self.links[frame])
+            rotation, shift, frame = turn @ rotation, turn @ shift + arm, self.links[frame].header.frame_id.strip('/')
+            found.append((frame, (rotation, shift)))
+        return found
 
 
 class CameraOptions(NamedTuple):
@@ -68,7 +94,7 @@ class CameraOptions(NamedTuple):
 def people_topics(types: Mapping[str, str]) -> Dict[str, str]:
     """Return the topic with people of each camera's namespace ('' is the root), with depth before without.
 
-    People that the fusion node publishes are those of no camera.
+    Fused people are those of no camera: what has the namespace of `process_bag` for them, or comes from a fusion node.
 
     Args:
         types: of the topics.
@@ -77,8 +103,9 @@ def people_topics(types: Mapping[str, str]) -> Dict[str, str]:
     for ending in _TOPICS:
         for topic in sorted(types):
             match = re.fullmatch(f'/?(.*?)/?{ending}', topic)
-            if match and types[topic] in DIMENSIONS and types.get(f'/{match.group(1)}/cameras') != _FUSED:
-                found.setdefault(match.group(1), topic)
+            name = match.group(1) if match else FUSED
+            if name != FUSED and types[topic] in DIMENSIONS and types.get(f'/{name}/cameras') != _FUSED:
+                found.setdefault(name, topic)
     return found
 
 
@@ -164,20 +191,7 @@ def _recordings(tables: Mapping[str, KeypointTable], models: Mapping[str, Camera
             raise BadInputError(f"there is no camera '{name}'; there are {', '.join(sorted(tables))}")
     given = {name: calibrated_camera(read_calibration(path)) for name, path in options.calibrations.items()}
     cameras = [_recording(name, tables[name], given.get(name, models.get(name))) for name in names]
-    parents = {one.child_frame_id.strip('/'): one for one in static}
-    mounts = {camera.frame_id: _mount(camera.frame_id, parents) for camera in cameras if camera.frame_id in parents}
-    return Recorded(cameras, mounts)
-
-
-def _mount(frame: str, parents: Mapping[str, TransformStamped]) -> Tuple[str, Transform]:
-    """Return the frame above which there is none, and the transform to it."""
-    rotation, shift = np.eye(3), np.zeros(3)
-    for _ in parents:  # as many steps at most, whatever the transforms say
-        if frame not in parents:
-            break
-        turn, arm = rotation_and_translation(parents[frame])
-        rotation, shift, frame = turn @ rotation, turn @ shift + arm, parents[frame].header.frame_id.strip('/')
-    return frame, (rotation, shift)
+    return Recorded(cameras, {one.child_frame_id.strip('/'): one for one in static})
 
 
 def _recording(name: str, table: KeypointTable, model: Optional[CameraModel]) -> CameraRecording:
