@@ -15,11 +15,14 @@ class AssociationConstants:
     gate: float = constant(0.35, 'Greatest median distance of the joints, or of their rays.', unit='m')
     ray_gate: float = constant(0.07, 'Greatest distance between the rays of two cameras to three of four joints of '
                                      'somebody.', unit='m')
-    gate_growth: float = constant(1.0, 'It grows by this while somebody is not seen.', unit='m/s')
+    gate_growth: float = constant(1.0, 'It grows by this with the time between what is known of somebody and a '
+                                       'sighting.', unit='m/s')
     most_gate: float = constant(0.8, 'It grows up to this.', unit='m')
     known_share: float = constant(0.7, 'The distance to the person who had this id of the camera before counts this '
                                        'much: ids of a camera are mostly right.')
     least_joints: int = constant(4, 'Joints that have to be common to compare two people.')
+    most_late: float = constant(0.3, 'Sightings that are older, beside the newest one, begin nobody: where people were '
+                                     'is not known well enough to tell who is new.', unit='s')
     same_place: float = constant(0.15, 'Two fused people nearer than this (median of the joints) are one.', unit='m')
 
 
@@ -71,6 +74,7 @@ class MotionConstants:
 
     acceleration: float = constant(25.0, 'Standard deviation of the acceleration of a joint per axis.', unit='m/s^2')
     first_speed: float = constant(1.0, 'Standard deviation of the speed of a new joint per axis.', unit='m/s')
+    swing: float = constant(0.3, 'Time in which the motion of a joint beside that of its body fades (1 / e).', unit='s')
     most_gap: float = constant(1.0, 'Somebody who is not seen by any camera for longer is forgotten.', unit='s')
     reported_gap: float = constant(0.2, 'Somebody is reported where expected, while not seen for less.', unit='s')
     confirmed: float = constant(0.15, 'Somebody whom one camera alone sees is reported once seen for this time.',

@@ -89,7 +89,7 @@ class PeopleFusion:
         for sighting in sorted(sightings, key=lambda one: not one.has_depth):
             rows = self._rows(tracks, sighting)
             new = np.flatnonzero(rows < 0)
-            if sighting.has_depth and len(new):
+            if sighting.has_depth and len(new) and not _is_late(sighting, tracks):
                 rows[new] = len(tracks) + np.arange(len(new))
                 tracks = tracks.joined(self._begun(tracks.stamp, sighting.positions[new]))
             assigned.append(_Assigned(sighting, rows))
@@ -99,7 +99,8 @@ class PeopleFusion:
 
     def _rows(self, tracks: Tracks, sighting: Sighting) -> np.ndarray:
         constants = FUSION.association
-        gates = np.minimum(constants.gate + constants.gate_growth * (tracks.stamp - tracks.seen), constants.most_gate)
+        gates = np.minimum(constants.gate + constants.gate_growth * abs(sighting.stamp - tracks.seen),
+                           constants.most_gate)
         return associate(sighting, tracks.at(sighting.stamp), tracks.ids, gates, self._known)
 
     def _begin_from_rays(self, tracks: Tracks, assigned: List[_Assigned]) -> Tuple[Tracks, List[_Assigned]]:
@@ -109,7 +110,7 @@ class PeopleFusion:
         """
         _part_strangers(len(tracks), assigned)
         for (first, rows), (second, others) in itertools.combinations(assigned, 2):
-            if first.has_depth or second.has_depth:
+            if any(one.has_depth or _is_late(one, tracks) for one in (first, second)):
                 continue
             # the last entry is for those who are nobody yet
             alone = np.append(_seen_by(len(tracks), assigned)[:-1] == 1, True)
@@ -139,6 +140,10 @@ class PeopleFusion:
     def _begun(self, stamp: float, positions: np.ndarray) -> Tracks:
         """Return tracks of people (N, 18, 3) who were not seen before; their joints are known by what follows."""
         return Tracks.begun(stamp, np.array([next(self._ids) for _ in positions], np.int64), positions)
+
+
+def _is_late(sighting: Sighting, tracks: Tracks) -> bool:
+    return tracks.stamp - sighting.stamp > FUSION.association.most_late
 
 
 def _merged(tracks: Tracks, assigned: Sequence[_Assigned]) -> Tuple[Tracks, Sequence[_Assigned]]:
@@ -254,7 +259,7 @@ def _corrected(tracks: Tracks, assigned: Sequence[_Assigned]) -> Tuple[Tracks, _
     for sighting, rows in assigned:
         people = np.flatnonzero(rows >= 0)
         owner = rows[people]
-        moved = (tracks.stamp - sighting.stamp) * tracks.velocities[owner]
+        moved = -tracks.moves(sighting.stamp - tracks.stamp)[owner]
         factor = np.where(is_inferred(sighting)[people] & (measured_by[owner] > 0), FUSION.estimate.inferred ** -2, 1.0)
         # the variance is divided by the factor with that of the measurement
         between = factor * tracks.spread_after(abs(tracks.stamp - sighting.stamp))[owner]

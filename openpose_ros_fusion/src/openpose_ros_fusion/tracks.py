@@ -92,7 +92,17 @@ class Tracks:
 
     def at(self, stamp: float) -> np.ndarray:
         """Return where the joints are expected, (F, 18, 3) [m]."""
-        return self.positions + (stamp - self.stamp) * self.velocities
+        return self.positions + self.moves(stamp - self.stamp)
+
+    def moves(self, step: float) -> np.ndarray:
+        """Return by how much the joints move in a time [s], which may be negative, (F, 18, 3) [m].
+
+        Bodies go on; what a joint moves beside its body, as a swinging arm, fades. Covariances are those of joints that go
+        on alone.
+        """
+        fading = FUSION.motion.swing
+        body = self.velocities.mean(axis=1, keepdims=True)
+        return step * body + np.sign(step) * fading * (1 - np.exp(-abs(step) / fading)) * (self.velocities - body)
 
     def spread_after(self, step: float) -> np.ndarray:
         """Return the variance per axis of how far joints move otherwise than expected in a time [s], (F, 18) [m^2]."""
@@ -106,8 +116,10 @@ class Tracks:
         noise = constants.acceleration ** 2
         covariance = np.stack([place + 2 * step * mixed + step ** 2 * speed + noise * step ** 4 / 4,
                                mixed + step * speed + noise * step ** 3 / 2, speed + noise * step ** 2], axis=2)
-        return replace(self, stamp=self.stamp + step, positions=self.positions + step * self.velocities,
-                       covariance=covariance)
+        body = self.velocities.mean(axis=1, keepdims=True)
+        velocities = body + np.exp(-step / FUSION.motion.swing) * (self.velocities - body)
+        return replace(self, stamp=self.stamp + step, positions=self.positions + self.moves(step),
+                       velocities=velocities, covariance=covariance)
 
     def corrected(self, positions: np.ndarray, variance: np.ndarray) -> 'Tracks':
         """Return the people after a frame.

@@ -242,3 +242,21 @@ def test_what_was_seen_earlier_weighs_less():
         fusion.update([camera.see(turned, time) for camera in cameras], time)
     people = fusion.update([cameras[0].see(turned, 1.2), cameras[1].see(turned, 0.95)], 1.2)
     assert np.abs(people.xyz[0, :, 0] - turned.at(1.2)[0, :, 0]).max() < NEAR
+
+
+def test_frames_that_come_late_and_out_of_step_double_nobody():
+    """As on an overloaded computer: cameras send every 0.1 to 0.3 s, and every tenth frame is up to 0.8 s late."""
+    random, room, cameras, fusion = np.random.RandomState(0), walking(8, 4), around(4), PeopleFusion()
+    arrivals = []
+    for number in range(len(cameras)):
+        stamps = np.cumsum(random.uniform(0.1, 0.3, 35))
+        delays = np.where(random.rand(35) < 0.1, random.uniform(0.2, 0.8, 35), random.uniform(0, 0.1, 35))
+        arrivals += [(arrival, stamp, number) for arrival, stamp in zip(stamps + delays, stamps)]
+    newest, counts = 0.0, []
+    for _, stamp, number in sorted(arrivals):
+        newest = max(newest, stamp)
+        people = fusion.update([cameras[number].see(room, stamp)], newest)
+        counts.append(len(people))
+    assert max(counts) == 4
+    assert np.mean(np.array(counts[10:]) == 4) > 0.95
+    assert sorted(people.ids) == [1, 2, 3, 4]
