@@ -97,8 +97,8 @@ class Tracks:
     def moves(self, step: float) -> np.ndarray:
         """Return by how much the joints move in a time [s], which may be negative, (F, 18, 3) [m].
 
-        Bodies go on; what a joint moves beside its body, as a swinging arm, fades. Covariances are those of joints that go
-        on alone.
+        Bodies go on; what a joint moves beside its body, as a swinging arm, fades. Covariances are those of joints
+        that go on by themselves.
         """
         fading = FUSION.motion.swing
         body = self.velocities.mean(axis=1, keepdims=True)
