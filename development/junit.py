@@ -5,13 +5,27 @@ from typing import List
 
 from development.terminal import say
 
-UNSTEADY = 'unsteady.txt'  # in a folder of results: a line for each test that failed and then passed alone
+UNSTEADY = 'unsteady.txt'  # end of the name of a file with a line for each test that failed and then passed alone
 
 
 def failures(path: Path) -> List[str]:
     """Return the names of the tests of a file that failed."""
-    return [f"{case.get('classname') or path.stem}: {case.get('name')}" for case in _cases(path)
-            if {child.tag for child in case} & {'failure', 'error'}]
+    return [f"{case.get('classname') or path.stem}: {case.get('name')}" for case in _cases(path) if _has_failed(case)]
+
+
+def take_failures(path: Path) -> List[str]:
+    """Return the names of the tests of a file that failed, and take these tests out of it."""
+    names, tree = failures(path), ElementTree.parse(str(path))
+    for suite in list(tree.iter('testsuite')):
+        for case in suite.findall('testcase'):
+            if _has_failed(case):
+                suite.remove(case)
+    tree.write(str(path))
+    return names
+
+
+def _has_failed(case: ElementTree.Element) -> bool:
+    return case.find('failure') is not None or case.find('error') is not None
 
 
 def _cases(path: Path) -> List[ElementTree.Element]:
@@ -34,7 +48,7 @@ def summary(folder: Path, broken: bool) -> bool:
     if broken and not failed:
         failed = ['']
         say('FAILED: a test program ended with an error; see above')
-    unsteady = [line for path in sorted(folder.rglob(UNSTEADY)) for line in path.read_text().splitlines()]
+    unsteady = [line for path in sorted(folder.rglob(f'*{UNSTEADY}')) for line in path.read_text().splitlines()]
     for name in unsteady:
         say(f'UNSTEADY {name}: failed, and passed when it was run again alone')
     say(f'{passed} passed, {len(failed)} failed' + (f', {skipped} skipped' if skipped else ''))

@@ -1,13 +1,14 @@
 """The tests with nodes: those that fail among the others are run once more, alone."""
 import shutil
 from pathlib import Path
-from typing import Dict, List, Mapping
+from typing import Callable, Dict, List, Mapping
 
 from development import LOGS, ROOT
-from development.junit import UNSTEADY, failures
+from development.junit import UNSTEADY, failures, take_failures
 from development.terminal import say, succeeds
 
 FOLDER = ROOT / 'build/test_results'
+FAULTS = 'tests/faults'
 
 
 def run_rostests(results: Path, environment: Mapping[str, str]) -> bool:
@@ -53,3 +54,25 @@ def _run_again(failed: Mapping[Path, List[str]], environment: Mapping[str, str])
                     str(file.parent), file.name, env=environment):
             unsteady += names
     return unsteady
+
+
+def run_faults(results: Path, run: Callable[[str, List[str]], bool]) -> bool:
+    """Run the tests of faults, as `run_rostests` does the rostests; tell whether they passed.
+
+    Args:
+        run: pytest; called with the name of the file that it writes in `results`, and what it shall run.
+    """
+    first, again = results / 'faults.xml', results / 'faults_again.xml'
+    if run(first.stem, [FAULTS]):
+        return True
+    if not first.is_file() or not failures(first):
+        return False
+    kept = LOGS / 'test_ros' / 'results_of_first_run_faults.xml'
+    kept.parent.mkdir(parents=True, exist_ok=True)
+    shutil.copy(str(first), str(kept))
+    failed = take_failures(first)
+    say(f'== {len(failed)} of {FAULTS} once more, alone')
+    passed = run(again.stem, [f'{FAULTS}/test_faults.py::{name.partition(": ")[2]}' for name in failed])
+    still = failures(again) if again.is_file() else failed
+    (results / f'faults_{UNSTEADY}').write_text(''.join(f'{name}\n' for name in failed if name not in still))
+    return passed

@@ -11,7 +11,7 @@ from typing import Callable, Dict, List, Mapping, Optional, Sequence
 
 from development import LOGS, PACKAGES, ROOT, VENV, VENV_FOCAL, VENV_PYTHON
 from development.junit import summary
-from development.rostests import run_rostests
+from development.rostests import run_faults, run_rostests
 from development.sanitize import sanitized
 from development.set_up import NUMPY, find_python_38
 from development.terminal import output_of, run_in_group, say, succeeds
@@ -90,7 +90,8 @@ def ros(results: Path) -> int:
 
 def faults(results: Path) -> int:
     say('== tests/faults')
-    return _pytest(results, 'faults', ['tests/faults'], workspace_environment())
+    environment = workspace_environment()
+    return not run_faults(results, lambda name, paths: not _pytest(results, name, paths, environment))
 
 
 def fuzz(results: Path) -> int:

@@ -66,6 +66,38 @@ def test_what_fails_twice_fails(run, capfd):
     assert said.endswith('5 passed, 1 failed\n')
 
 
+@pytest.mark.parametrize('second, is_well', [(PASSED, True), (FAILED, False)])
+def test_faults_that_fail_are_injected_again(tmp_path, monkeypatch, capfd, second, is_well):
+    monkeypatch.setattr(rostests, 'LOGS', tmp_path / 'logs')
+    results, asked = tmp_path / 'results', []
+    results.mkdir()
+    written = iter((PASSED[:-len('</testsuite>')] + FAILED[len('<testsuite>'):].replace('test_all', 'test_fault[a: b]'),
+                    second.replace('test_all', 'test_fault[a: b]')))
+
+    def pytest_run(name, paths):
+        asked.append(paths)
+        (results / f'{name}.xml').write_text(next(written))
+        return second == PASSED and len(asked) == 2
+
+    assert rostests.run_faults(results, pytest_run) == is_well
+    assert asked == [['tests/faults'], ['tests/faults/test_faults.py::test_fault[a: b]']]
+    assert summary(results, not is_well) == is_well
+    said = capfd.readouterr().out
+    assert said.endswith('2 passed, 0 failed\n' if is_well else '1 passed, 1 failed\n')
+    assert ('UNSTEADY Check: test_fault[a: b]' in said) == is_well
+    assert 'failure' in (tmp_path / 'logs/test_ros/results_of_first_run_faults.xml').read_text()
+
+
+@pytest.mark.parametrize('left', [None, PASSED])
+def test_faults_that_break_without_a_failure_are_not_run_again(tmp_path, left):
+    def pytest_run(name, paths):
+        assert paths == ['tests/faults']
+        if left:
+            (tmp_path / f'{name}.xml').write_text(left)
+        return False
+    assert not rostests.run_faults(tmp_path, pytest_run)
+
+
 def test_a_program_that_breaks_and_no_tests_at_all_are_failures(tmp_path, capfd):
     assert not summary(tmp_path, broken=False)
     (tmp_path / 'one.xml').write_text(PASSED)
