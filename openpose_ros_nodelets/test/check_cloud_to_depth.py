@@ -63,7 +63,8 @@ class CloudToDepthTest(unittest.TestCase):
         cls.last = rospy.Time(1000)
 
     def listen(self, ns):
-        """Listen to both outputs until the end of the test."""
+        """Listen to both outputs until the end of the test, when nobody listens any more as in the one before."""
+        await_true(lambda: self.clouds[ns].get_num_connections() == 0, f'{ns} has unsubscribed')
         outputs = [Recorder(f'/{ns}/depth_registered/{topic}', kind)
                    for topic, kind in (('image_rect', Image), ('camera_info', CameraInfo))]
         for output in outputs:

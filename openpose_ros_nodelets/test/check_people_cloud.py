@@ -75,7 +75,9 @@ class PeopleCloudTest(unittest.TestCase):
         cls.last = rospy.Time(1000)
 
     def listen(self, ns, topic):
-        """Listen to an output until the end of the test."""
+        """Listen to an output until the end of the test, when nobody listens any more as in the one before."""
+        await_true(lambda: self.clouds[ns].get_num_connections() == self.people[ns].get_num_connections() == 0,
+                   f'{ns} has unsubscribed')
         output = Recorder(f'/{ns}/people_cloud/{topic}', PointCloud2)
         self.addCleanup(output.close)
         await_true(lambda: self.clouds[ns].get_num_connections() == self.people[ns].get_num_connections() == 1,

@@ -5,7 +5,6 @@ import signal
 import subprocess
 import sys
 import tempfile
-import time
 import unittest
 from pathlib import Path
 
@@ -14,9 +13,9 @@ import rostest
 from openpose_ros_msgs.msg import PersonDetection, PersonDetection_3d, PersonDetection_3dArray
 from std_msgs.msg import Header
 
+from openpose_ros_pkg.ros.session import PATIENCE, await_true
 from openpose_ros_tools.tables.keypoint_csv import columns, read_keypoint_csv
 
-PATIENCE = 30.0  # [s] for what takes a second or two on a machine that is not busy
 FRAMES = 50
 
 
@@ -30,15 +29,6 @@ def running(*command, **options):
         if child.poll() is None:
             child.kill()
         child.wait()
-
-
-def wait_for(condition, what):
-    """Wait until condition() holds."""
-    deadline = time.monotonic() + PATIENCE
-    while not condition():
-        if time.monotonic() > deadline:
-            raise AssertionError(f'not within {PATIENCE:g} s: {what}')
-        time.sleep(0.02)
 
 
 def person(kind, number):
@@ -61,7 +51,7 @@ class KeypointsToCsvTest(unittest.TestCase):
         """Publish the messages when so many listen."""
         publisher = rospy.Publisher(topic, kind, queue_size=FRAMES)
         self.addCleanup(publisher.unregister)
-        wait_for(lambda: publisher.get_num_connections() >= listeners, f'{listeners} listen to {topic}')
+        await_true(lambda: publisher.get_num_connections() >= listeners, f'{listeners} listen to {topic}')
         for message in messages:
             publisher.publish(message)
 
@@ -76,13 +66,13 @@ class KeypointsToCsvTest(unittest.TestCase):
                 running('rostopic', 'echo', '-p', '/in_space/people', stdout=out) as echo, \
                 running('rosrun', 'openpose_ros_tools', 'keypoints_to_csv', '--live', '--extended', '-o', ours,
                         stdout=subprocess.PIPE) as child:
-            wait_for(lambda: publisher.get_num_connections() == 2, 'both listen')
+            await_true(lambda: publisher.get_num_connections() == 2, 'both listen')
             self.assertFalse(ours.exists())
             for number in range(FRAMES):
                 publisher.publish(person(PersonDetection_3d, number))
-            wait_for(lambda: theirs.read_text().count('\n') == FRAMES + 1, 'all echoed')
+            await_true(lambda: theirs.read_text().count('\n') == FRAMES + 1, 'all echoed')
             part, = self.folder.glob('.ours.csv*')
-            wait_for(lambda: part.read_text().count('\n') == FRAMES + 1, 'who reads along sees all rows')
+            await_true(lambda: part.read_text().count('\n') == FRAMES + 1, 'who reads along sees all rows')
             child.send_signal(signal.SIGINT)
             echo.send_signal(signal.SIGINT)
             said = child.communicate(timeout=PATIENCE)[0].decode()
@@ -96,11 +86,11 @@ class KeypointsToCsvTest(unittest.TestCase):
     def test_a_topic_that_begins_later_and_a_name_below_a_namespace(self):
         output = self.folder / 'late.csv'
         with running('rosrun', 'openpose_ros_tools', 'keypoints_to_csv', '--topic', 'late', '-o', output,
-                     '__ns:=/robot', stdout=subprocess.DEVNULL) as child:
-            time.sleep(1)
+                     '__ns:=/robot', stdout=subprocess.DEVNULL, stderr=subprocess.PIPE) as child:
+            self.assertIn(b'waiting for /robot/late', child.stderr.readline())
             array = PersonDetection_3dArray(persons=[person(PersonDetection_3d, 1), person(PersonDetection_3d, 2)])
             self.publish('/robot/late', PersonDetection_3dArray, [array], 1)
-            wait_for(lambda: [path for path in self.folder.iterdir() if path.read_text().count('\n') == 3], 'two rows')
+            await_true(lambda: any(path.read_text().count('\n') == 3 for path in self.folder.iterdir()), 'two rows')
             child.send_signal(signal.SIGTERM)
             self.assertEqual(child.wait(PATIENCE), 0)
         names, *rows = output.read_text().splitlines()

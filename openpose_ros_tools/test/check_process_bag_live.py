@@ -3,10 +3,9 @@
 import io
 import sys
 import tempfile
-import time
 import unittest
 from pathlib import Path
-from typing import Any, Dict, List
+from typing import Any
 
 import rosbag
 import rospkg
@@ -17,6 +16,7 @@ from sensor_msgs.msg import Image, PointCloud2
 from std_msgs.msg import Header
 
 from openpose_ros_pkg.ros.convert import bgr_to_image
+from openpose_ros_pkg.ros.session import Recorder, await_true
 from openpose_ros_tools.ros.process_bag.program import main
 from skeleton_extract_3d.points.depth import cloud_from_depth
 from skeleton_extract_3d.points.rgbd_sequence import RgbdSequence
@@ -24,7 +24,6 @@ from skeleton_extract_3d.ros.convert import cloud_to_message
 
 # Of the shipped sequence, so many frames, every second one: the two people come in, and begin to cross.
 FRAMES, EVERY = 14, 2
-STARTUP, PATIENCE = 90.0, 30.0
 IN_SPACE, IN_IMAGE = '/openpose_ros/skeleton_3d/', '/openpose_ros/'
 TOPICS = {f'{IN_SPACE}detected_poses_3d': PersonDetection_3dArray,
           f'{IN_SPACE}detected_poses': PersonDetectionArray,
@@ -55,12 +54,11 @@ class ProcessBagLiveTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         rospy.init_node('check_process_bag_live')
-        cls.live: Dict[str, List[Any]] = {topic: [] for topic in TOPICS}
-        subscribers = [rospy.Subscriber(topic, kind, cls.live[topic].append) for topic, kind in TOPICS.items()]
+        recorders = {topic: Recorder(topic, kind) for topic, kind in TOPICS.items()}
+        cls.live = {topic: recorder.messages for topic, recorder in recorders.items()}
         images = rospy.Publisher('image', Image, queue_size=1)
         points = rospy.Publisher('points', PointCloud2, queue_size=1)
-        cls.wait_for(lambda: all(peer.get_num_connections() for peer in [*subscribers, points])
-                     and images.get_num_connections() == 2, STARTUP)
+        await_true(lambda: points.get_num_connections() and images.get_num_connections() == 2, 'listeners')
         cls.folder = tempfile.TemporaryDirectory()
         cls.addClassCleanup(cls.folder.cleanup)
         cls.recording = Path(cls.folder.name) / 'walk.bag'
@@ -71,15 +69,8 @@ class ProcessBagLiveTest(unittest.TestCase):
                 images.publish(image)
                 points.publish(cloud)
                 # one frame at a time, so that the nodes drop none
-                cls.wait_for(lambda wanted=number: all(len(found) == wanted for found in cls.live.values()), PATIENCE)
-
-    @staticmethod
-    def wait_for(there, seconds):
-        deadline = time.monotonic() + seconds
-        while not there():
-            if time.monotonic() > deadline:
-                raise AssertionError('the nodes did not answer')
-            time.sleep(0.01)
+                for recorder in recorders.values():
+                    recorder.wait(number)
 
     def process(self, *arguments: str) -> Path:
         output = Path(self.folder.name) / f'out{len(arguments)}.bag'

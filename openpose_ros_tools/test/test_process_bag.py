@@ -101,7 +101,7 @@ def with_static_transform(bag, begin=0):
     bag.write('/tf_static', TFMessage([transform]), stamp_of(begin))
 
 
-def running_in_group(group, patience=5):
+def running_in_group(group, patience=60):
     """Return the processes of a group that run on; not those that ended and whose parent does not ask for them."""
     for _ in range(patience * 10):
         found = []
@@ -504,7 +504,7 @@ def test_an_interrupt_leaves_nothing(recording, tmp_path):
             time.sleep(0.01)
         # a terminal sends Ctrl-C to the whole group; the processes of --jobs are just about to start
         (os.killpg if number == signal.SIGINT else os.kill)(command.pid, number)
-        assert command.wait(20) == 130
+        assert command.wait(60) == 130
         assert sorted(path.name for path in tmp_path.iterdir()) == ['command.py', 'errors', 'walk.bag']
         assert 'Traceback' not in (tmp_path / 'errors').read_text()
         assert running_in_group(command.pid) == []

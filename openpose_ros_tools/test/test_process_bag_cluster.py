@@ -119,7 +119,7 @@ def test_an_existing_cluster_does_it(folder, capsys):
     finally:
         for process in reversed(processes):
             process.terminate()
-            process.wait(20)
+            process.wait(60)
 
 
 def test_an_interrupt_leaves_nothing(folder):

@@ -14,7 +14,7 @@ from sensor_msgs.msg import CameraInfo, CompressedImage, Image, PointCloud2, Poi
 from std_msgs.msg import Header
 
 from openpose_ros_pkg.ros.convert import bgr_to_image
-from openpose_ros_pkg.ros.session import Diagnostics, await_true
+from openpose_ros_pkg.ros.session import Diagnostics, await_true, is_heard
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.ros.convert import camera_to_message
 
@@ -116,7 +116,7 @@ class CompressedDepthTest(unittest.TestCase):
     def test_the_cloud_of_depth_and_colours(self):
         clouds = []
         subscriber = rospy.Subscriber(f'{OUTPUT}/input_pointcloud', PointCloud2, clouds.append)
-        await_true(lambda: subscriber.get_num_connections() > 0, 'the extractor publishes clouds')
+        await_true(lambda: is_heard(f'{OUTPUT}/input_pointcloud'), 'the extractor publishes clouds')
         stamp = now()
         message, depth = in_millimetres(stamp)
         # a colour for each pixel of the depth image: red, green, blue

@@ -29,7 +29,7 @@ from openpose_ros_msgs.msg import BodypartDetection_3d, PersonDetection, PersonD
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2
 
 from openpose_ros_pkg.ros.convert import image_to_bgr
-from openpose_ros_pkg.ros.session import Diagnostics, await_true, is_heard
+from openpose_ros_pkg.ros.session import PATIENCE, Diagnostics, await_true, is_heard
 from skeleton_extract_3d.estimator import STAGES as ESTIMATOR_STAGES
 from skeleton_extract_3d.ros.convert import rotation_and_translation
 from skeleton_extract_3d.ros.extractor import AGE_STAGES, STAGES
@@ -217,7 +217,7 @@ class ExtractorTest(unittest.TestCase):
         stamp = self.camera.send_frame(7)
         found, = self.output.frame(stamp).persons
         transform = self.tf_buffer.lookup_transform(FRAME_ID, f'person_{found.person_ID}/nose', stamp,
-                                                    rospy.Duration(5))
+                                                    rospy.Duration(PATIENCE))
         rotation, translation = rotation_and_translation(transform)
         np.testing.assert_allclose(translation, position(found.nose), atol=1e-6)
         np.testing.assert_array_equal(rotation, np.eye(3))
@@ -230,8 +230,8 @@ class ExtractorTest(unittest.TestCase):
         self.assertTrue(np.isnan([neck.x, neck.y, neck.z]).all(), 'the neck is MISSING')
 
     def test_parameters_that_change_hold_from_the_next_frame_on(self):
-        client = Client(NODE, timeout=10)
-        before = client.get_configuration(timeout=10)['window']
+        client = Client(NODE, timeout=PATIENCE)
+        before = client.get_configuration(timeout=PATIENCE)['window']
         self.addCleanup(client.update_configuration, {'window': before})
         self.assertEqual(client.update_configuration({'window': 1})['window'], 1)
         nose = self.output.frame(self.camera.send_frame(7)).persons[0].nose

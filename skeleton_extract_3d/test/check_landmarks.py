@@ -19,7 +19,7 @@ from openpose_ros_msgs.msg import (
 from std_msgs.msg import Header
 
 from openpose_ros_pkg.ros.convert import bgr_to_image
-from openpose_ros_pkg.ros.session import await_true
+from openpose_ros_pkg.ros.session import await_true, is_heard
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.points.depth import cloud_from_depth
 from skeleton_extract_3d.ros.convert import cloud_to_message
@@ -30,6 +30,8 @@ TOPICS = {'detected_hands': HandDetectionArray, 'detected_faces': FaceDetectionA
           'detected_hands_3d': HandDetection_3dArray, 'detected_faces_3d': FaceDetection_3dArray}
 # A measured point of a hand is at most this far from the wrist of the body [m].
 HAND_REACH = 0.3
+# Of hands and faces where none are computed [ms]; the networks take longer for one person.
+NO_TIME = 2.0
 
 
 class LandmarksTest(unittest.TestCase):
@@ -47,25 +49,23 @@ class LandmarksTest(unittest.TestCase):
         self.camera.send(bgr_to_image(frame.bgr, header), cloud_to_message(cloud, header))
         return header.stamp, self.people.frame(header.stamp)
 
-    def longest_stage(self):
-        """Return how long hands and faces took at most, as reported since the last call [ms]."""
-        self.stages.clear()
+    def nothing_is_computed(self):
+        """Send a frame, and tell whether a report says that hands and faces took no time.
 
-        def report():
-            self.send(0)
-            return [stage.p95 for timing in list(self.stages) for stage in timing.stages
-                    if stage.stage == 'landmarks' and stage.count]
-
-        return max(await_true(report, 'a report of the stages'))
+        By the median: where other programs take the processor, a frame may take any time.
+        """
+        self.send(0)
+        return any(stage.p50 < NO_TIME for timing in list(self.stages) for stage in timing.stages
+                   if stage.stage == 'landmarks' and stage.count)
 
     def test_hands_and_faces_are_computed_for_who_listens(self):
-        self.assertLess(self.longest_stage(), 2.0)  # nobody does
+        await_true(self.nothing_is_computed, 'a report of frames without hands and faces, as nobody listens')
         arrays = {topic: [] for topic in TOPICS}
         subscribers = [rospy.Subscriber(f'{OUTPUT}/{topic}', kind, arrays[topic].append)
                        for topic, kind in TOPICS.items()]
         for subscriber in subscribers:
             self.addCleanup(subscriber.unregister)
-            await_true(subscriber.get_num_connections, 'the topics are there')
+            await_true(lambda topic=subscriber.name: is_heard(topic), 'the topics are there')
         found = dict.fromkeys(TOPICS, 0)
         for number in FRAMES:
             stamp, people = self.send(number)

@@ -15,7 +15,7 @@ from std_msgs.msg import Header
 from std_srvs.srv import SetBool
 
 from openpose_ros_pkg.ros.convert import bgr_to_image
-from openpose_ros_pkg.ros.session import Diagnostics, await_true
+from openpose_ros_pkg.ros.session import PATIENCE, Diagnostics, await_true, is_heard
 from skeleton_extract_3d.points.depth import cloud_from_depth
 from skeleton_extract_3d.ros.convert import cloud_to_message
 from skeleton_extract_3d.ros.extractor import AGE_STAGES, STAGES
@@ -36,6 +36,7 @@ class OneProcessTest(unittest.TestCase):
         cls.reports, cls.arrays_2d = [], []
         rospy.Subscriber('one/people/timing', Timing, cls.reports.append)
         rospy.Subscriber(f'one/{OUTPUT}/detected_poses', PersonDetectionArray, cls.arrays_2d.append)
+        await_true(lambda: is_heard(f'one/{OUTPUT}/detected_poses'), '2D results')
         rospy.wait_for_service('two/detect_poses_3d')
         cls.camera = Camera('/image', '/points', listeners=(2, 2))
 
@@ -91,8 +92,8 @@ class OneProcessTest(unittest.TestCase):
         self.assertGreater(stages['network'].p50, 0)
 
     def test_parameters_of_both_halves_change_while_it_runs(self):
-        client = Client('one/people', timeout=10)
-        before = client.get_configuration(timeout=10)
+        client = Client('one/people', timeout=PATIENCE)
+        before = client.get_configuration(timeout=PATIENCE)
         self.addCleanup(client.update_configuration, {name: before[name] for name in ('person_min_score', 'tracking')})
         changed = client.update_configuration({'person_min_score': 1.0, 'tracking': False})
         self.assertEqual((changed['person_min_score'], changed['tracking']), (1.0, False))

@@ -211,7 +211,7 @@ class PeopleTest(unittest.TestCase):
         for found in frame.array.persons:
             for joint, following in (('right_hip', 'right_knee'), ('left_knee', 'left_ankle')):
                 transform = self.tf_buffer.lookup_transform(FRAME_ID, f'person_{found.person_ID}/{joint}',
-                                                            frame.array.header.stamp, rospy.Duration(5))
+                                                            frame.array.header.stamp, rospy.Duration(PATIENCE))
                 rotation, translation = rotation_and_translation(transform)
                 np.testing.assert_allclose(translation, position(getattr(found, joint)), atol=1e-6)
                 along = position(getattr(found, following)) - translation
@@ -237,7 +237,7 @@ class PeopleTest(unittest.TestCase):
         reports: List[Timing] = []
         subscriber = rospy.Subscriber(f'{NODE}/timing', Timing, reports.append)
         self.addCleanup(subscriber.unregister)
-        await_true(subscriber.get_num_connections, 'a publisher of the timing')
+        await_true(lambda: is_heard(f'{NODE}/timing'), 'a publisher of the timing')
         self.play(range(4))
         stages = await_true(lambda: next(({stage.stage: stage for stage in report.stages} for report in list(reports)
                                           if report.rate > 0), None), 'a report')

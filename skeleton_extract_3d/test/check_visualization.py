@@ -200,7 +200,7 @@ class VisualizationTest(unittest.TestCase):
         markers = []
         listener = rospy.Subscriber(f'{OUTPUT}/visualization_{name}', Marker, markers.append)
         publisher = rospy.Publisher(f'{OUTPUT}/detected_{name}_3d', type(messages[0]), queue_size=10)
-        await_true(lambda: publisher.get_num_connections() and listener.get_num_connections(), f'the node for {name}')
+        await_true(lambda: publisher.get_num_connections() and is_heard(listener.name), f'the node for {name}')
         publisher.publish(messages[0])
         await_true(lambda: len(markers) == len(points), f'markers of {name}')
         self.assertEqual({(marker.ns, marker.id): len(marker.points) for marker in markers}, points)

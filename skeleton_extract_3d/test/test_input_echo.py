@@ -11,7 +11,7 @@ from skeleton_extract_3d.points.depth import XYZRGB
 from skeleton_extract_3d.ros.convert import cloud_from_message, cloud_to_message
 from skeleton_extract_3d.ros.input_echo import InputEcho, InputFrame
 
-PATIENCE = 10.0  # [s]
+PATIENCE = 60.0  # [s]
 
 
 class Topic:

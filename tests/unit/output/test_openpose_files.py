@@ -347,7 +347,7 @@ class HeldWriter:
 
     def write(self, frame, bgr, people, landmarks=None):
         self.busy.set()
-        assert self.go.wait(10)
+        assert self.go.wait(60)
         if frame == 'bad':
             raise RuntimeError('bad frame')
         self.frames.append(frame)
@@ -374,7 +374,7 @@ def test_a_full_queue_drops_new_frames_and_counts_them():
     writer, faults = HeldWriter(), []
     recorder = Recorder(writer, wait_when_full=False, queue_size=2, on_fault=faults.append)
     assert recorder.submit(0, GREY, NOBODY)
-    assert writer.busy.wait(10)  # frame 0 is being written, the queue is empty
+    assert writer.busy.wait(60)  # frame 0 is being written, the queue is empty
     assert [recorder.submit(number, GREY, NOBODY) for number in range(1, 6)] == [True, True, False, False, False]
     assert recorder.counters == {'written': 0, 'failed': 0, 'dropped': 3, 'waiting': 2}
     writer.go.set()
@@ -388,7 +388,7 @@ def test_a_waiting_recorder_loses_nothing_and_keeps_the_order():
     recorder = Recorder(writer, wait_when_full=True, queue_size=2)
     caller = threading.Thread(target=lambda: [recorder.submit(number, GREY, NOBODY) for number in range(30)])
     caller.start()
-    assert writer.busy.wait(10)
+    assert writer.busy.wait(60)
     caller.join(0.05)
     assert caller.is_alive()  # it waits for a place
     writer.go.set()

@@ -152,7 +152,7 @@ def test_threads_are_shared_unless_they_are_named():
 
 
 def _all_end(pids):
-    deadline = time.monotonic() + 10
+    deadline = time.monotonic() + 60
     while any(_lives(pid) for pid in pids) and time.monotonic() < deadline:
         time.sleep(0.01)
     return not any(_lives(pid) for pid in pids)

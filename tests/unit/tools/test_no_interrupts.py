@@ -19,7 +19,7 @@ def test_what_is_started_is_spared_for_good():
     found, go_on = [], threading.Event()
 
     def look():
-        go_on.wait(10)
+        go_on.wait(60)
         found.append(blocked_here())
         found.append(subprocess.run([sys.executable, '-c', BLOCKED], stdout=subprocess.PIPE, check=True).stdout)
 
