@@ -1,54 +1,22 @@
 """calibrate_cameras on bags and tables of simulated cameras: files it writes, what it refuses."""
-import sys
 import xml.etree.ElementTree as ElementTree
-from pathlib import Path
 
 import genpy
 import numpy as np
 import pytest
 import rosbag
+from camera_messages import IMAGE, SPACE, frames
 from geometry_msgs.msg import TransformStamped
-from openpose_ros_msgs.msg import BodypartDetection, PersonDetection, PersonDetectionArray
 from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import Image
 from std_msgs.msg import Header
 from tf2_msgs.msg import TFMessage
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / 'tests' / 'support'))
-
 from openpose_ros_fusion.rig import read_rig
-from openpose_ros_pkg.skeletons import COCO_18
 from openpose_ros_tools.ros import keypoints_to_csv
 from openpose_ros_tools.ros.calibrate_cameras import main
 from openpose_ros_tools.ros.camera_recordings import people_topics
-from simulated_room import FOCAL, around, record_all, rig_errors
-from skeleton_extract_3d.people import MEASURED, MISSING, People3D
-from skeleton_extract_3d.points.camera import CameraModel
-from skeleton_extract_3d.ros.convert import camera_to_message, people_to_array
-
-MODEL = CameraModel(960, 540, np.array([[FOCAL, 0, 480], [0, FOCAL, 270], [0, 0, 1]]), 'plumb_bob',
-                    np.array([-0.2, 0.05, 0.001, -0.001, 0]))
-SPACE, IMAGE = 'openpose_ros/skeleton_3d/detected_poses_3d', 'openpose_ros/detected_poses'
-
-
-def in_space(recording, rows, header):
-    """The message of a frame of a camera with depth."""
-    points = recording.points[rows]
-    known = np.isfinite(points).all(axis=2)
-    return people_to_array(People3D(COCO_18, points, known * 1.0, np.where(known, MEASURED, MISSING).astype(np.uint8),
-                                    np.where(known, recording.sigma[rows], np.nan), recording.ids[rows],
-                                    np.full(points.shape, np.nan)), header)
-
-
-def in_image(recording, rows, header):
-    """The message of a frame of a camera without depth."""
-    people = []
-    for points, number in zip(recording.points[rows], recording.ids[rows]):
-        pixels = MODEL.project(points)
-        parts = {joint: BodypartDetection(*pixel, 0.9) for joint, pixel in zip(COCO_18.joints, pixels)
-                 if np.isfinite(pixel).all()}
-        people.append(PersonDetection(header=header, num_people_detected=1, person_ID=number, **parts))
-    return PersonDetectionArray(header=header, pose_model='COCO_18', persons=people)
+from simulated_room import around, record_all, rig_errors
 
 
 def write(path, recordings, prefix='/'):
@@ -56,13 +24,9 @@ def write(path, recordings, prefix='/'):
     with rosbag.Bag(str(path), 'w') as bag:
         for recording in recordings:
             name = f'{prefix}{recording.name}/' if prefix else '/'
-            for stamp in np.unique(recording.stamps).tolist():
-                time = genpy.Time(stamp // 10 ** 9, stamp % 10 ** 9)
-                header = Header(stamp=time, frame_id=recording.frame_id)
-                rows = recording.stamps == stamp
-                make, topic = (in_space, SPACE) if recording.has_depth else (in_image, IMAGE)
-                bag.write(name + topic, make(recording, rows, header), time)
-                bag.write(f'{name}camera_info', camera_to_message(MODEL, header), time)
+            for time, messages in frames(recording):
+                for topic, message in messages.items():
+                    bag.write(name + topic, message, time)
     return path
 
 
