@@ -36,19 +36,21 @@ MEDIAN_ERROR = {'depth': 0.04, 'rays': 0.01}
 CONFIRMED = 5
 
 
-def write_camera(bag, name, clock=0.0, has_depth=True, tf=('left', 'right'), namespace=None):
-    """Write what a camera sees, with stamps and times of its clock [s]."""
+def write_camera(bag, name, clock=0.0, has_depth=True, tf=('left', 'right'), namespace=None, frames=FRAMES,
+                 has_info=True, jump=lambda number: 0.0):
+    """Write what a camera sees, with stamps and times of its clock [s]; `jump`: of the stamps alone [s]."""
     root = f'/{name if namespace is None else namespace}'.rstrip('/')
     shift = genpy.Duration.from_sec(clock)
     if name in tf:
         transform = transform_from_matrix(POSES[name], Header(0, stamp_of(0) + shift, 'world'), f'{name}_frame')
         write_static_transforms(bag, [transform], stamp_of(0) + shift, 'test')
-    for number in range(FRAMES):
+    for number in range(frames):
         shown, stamp = frame(number, name == 'right'), stamp_of(number) + shift
-        header = Header(number, stamp, f'{name}_frame')
         time = stamp + genpy.Duration.from_sec(0.02)
+        header = Header(number, stamp + genpy.Duration.from_sec(jump(number)), f'{name}_frame')
         bag.write(f'{root}/image_color', convert_2d.bgr_to_image(shown.bgr, header), time)
-        bag.write(f'{root}/camera_info', camera_to_message(CAMERA, header), time)
+        if has_info:
+            bag.write(f'{root}/camera_info', camera_to_message(CAMERA, header), time)
         if has_depth:
             bag.write(f'{root}/image_depth', depth_to_message(shown.depth, header), time)
 
@@ -230,6 +232,44 @@ def test_a_camera_without_transform_is_left_out_and_told(run, tmp_path, out, cap
     assert 'nothing could be fused' in capsys.readouterr().err
     assert not (tmp_path / 'b_out.bag').exists()
     assert [path.name for path in tmp_path.iterdir() if path.name.startswith('.')] == []
+
+
+def test_people_stay_when_a_bag_ends_early(run, tmp_path, out, capsys):
+    """The camera that lasts goes on alone, with the same ids."""
+    half = FRAMES // 2
+    bags = [write_room(tmp_path / 'left.bag', 'left'), write_room(tmp_path / 'right.bag', 'right', frames=half)]
+    assert run(bags) == 0
+    found = fused(out)
+    assert len(found) == FRAMES
+    assert np.median(errors_of(found)) < MEDIAN_ERROR['depth']
+    assert f'{half} fused' in capsys.readouterr().out
+
+
+def test_a_jump_of_the_time_in_one_bag_is_left_out_and_told(run, tmp_path, out, capsys):
+    half = FRAMES // 2
+    bags = [write_room(tmp_path / 'left.bag', 'left'),
+            write_room(tmp_path / 'right.bag', 'right', jump=lambda number: -10.0 * (number >= half))]
+    assert run(bags) == 0
+    found = fused(out)
+    assert len(found) == FRAMES
+    assert np.median(errors_of(found)) < MEDIAN_ERROR['depth']
+    assert f'{half} fused; {FRAMES - half} not: stamps not newer than before' in capsys.readouterr().out
+
+
+def test_where_the_time_of_all_bags_jumps_all_begins_anew(run, tmp_path, out):
+    half = FRAMES // 2
+    assert run([write_room(tmp_path / f'{name}.bag', name, jump=lambda number: -10.0 * (number >= half))
+                for name in POSES]) == 0
+    stamps = [array.header.stamp for array in fused(out)]
+    assert stamps == [stamp_of(number) - genpy.Duration(10 * (number >= half)) for number in range(FRAMES)]
+
+
+def test_a_camera_without_its_calibration_is_refused_by_name(run, tmp_path, out, capsys):
+    bags = [write_room(tmp_path / 'left.bag', 'left'),
+            write_room(tmp_path / 'right.bag', 'right', has_depth=False, has_info=False)]
+    assert run(bags) == 2
+    assert 'right' in capsys.readouterr().err
+    assert not out.exists()
 
 
 def test_people_that_are_there_are_fused_without_networks(run, room, out, tmp_path, capsys):

@@ -2,10 +2,11 @@
 import heapq
 import itertools
 import logging
+import math
 from collections import Counter
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Dict, Iterable, Iterator, List, NamedTuple, Optional, Sequence, Set
+from typing import Dict, Iterable, Iterator, List, NamedTuple, Optional, Sequence, Set, Tuple
 from weakref import WeakKeyDictionary
 
 import genpy
@@ -112,9 +113,10 @@ class Fusion:
         Raises:
             BadInputError: a bag is damaged.
         """
-        streams = [stream.seen(self._begin) for stream in self._streams]
-        names = [camera.name for camera in self._cameras]
         # where all stamps jump back, as in a recording of something that was played in a loop, all begins anew
+        jumps = min((stream.jumps() for stream in self._streams if stream.first is not None), default=0)
+        streams = [stream.seen(self._begin, jumps) for stream in self._streams]
+        names = [camera.name for camera in self._cameras]
         for _, part in itertools.groupby(heapq.merge(*streams, key=lambda one: one[:2]), lambda one: one.begun):
             collector = Collector(names, FusionParams.patience)
             yield from self._people(part, collector)
@@ -167,21 +169,21 @@ class _Stream:
         found = next(stamped_messages(self._bag, [self._topic]), None)
         return None if found is None else (found.stamp or 0) + self._offset
 
-    def seen(self, begin: int) -> Iterator[_Seen]:
+    def jumps(self) -> int:
+        """Return how often the stamps jump back."""
+        return max((begun for begun, *_ in self._parts(math.inf)), default=0)
+
+    def seen(self, begin: int, jumps: int) -> Iterator[_Seen]:
         """Yield what the camera saw.
 
         Args:
             begin: stamp that is 0 in the sightings [ns].
+            jumps: as often the stamps may jump back; after further jumps, what is not newer is left out.
         """
-        begun, newest = 0, 0
-        for stored in stamped_messages(self._bag, [self._topic]):
-            stamp = (stored.stamp or 0) + self._offset
-            if stamp < newest - PAIRING.reset_backstep:
-                begun, newest = begun + 1, 0
-            if stamp <= newest:
-                self.left_out['stamps not newer than the one before'] += 1
+        for begun, stamp, is_newer, stored in self._parts(jumps):
+            if not is_newer:
+                self.left_out['stamps not newer than before'] += 1
                 continue
-            newest = stamp
             try:
                 sighting = self._sighting(stored, (stamp - begin) / _NANOSECONDS)
             except NoTransformError as error:
@@ -190,6 +192,16 @@ class _Stream:
                 self._leave_out('they can not be used', error)
             else:
                 yield _Seen(begun, stamp, stored.time + self._shift, sighting)
+
+    def _parts(self, jumps: float) -> Iterator[Tuple[int, int, bool, StampedMessage]]:
+        """Yield messages: number of jumps before, stamp [ns], whether it is newer than all since, and the message."""
+        begun, newest = 0, 0
+        for stored in stamped_messages(self._bag, [self._topic]):
+            stamp = (stored.stamp or 0) + self._offset
+            if begun < jumps and stamp < newest - PAIRING.reset_backstep:
+                begun, newest = begun + 1, 0
+            yield begun, stamp, stamp > newest, stored
+            newest = max(stamp, newest)
 
     def _sighting(self, stored: StampedMessage, stamp: float) -> Sighting:
         message = deserialized(stored)
