@@ -131,7 +131,7 @@ def test_depths_that_all_cameras_misjudge_alike():
     bias = np.zeros(18)
     bias[[8, 11]], bias[[2, 5]] = 0.03, 0.02
     cameras = around(3, bias=bias)
-    check(calibrate(short(cameras)), cameras)
+    check(calibrate(short(cameras, seconds=5)), cameras)
 
 
 def test_a_camera_without_depth_beside_one_with_depth():
@@ -165,7 +165,7 @@ def test_four_images_of_people_partly_seen_by_a_detector_that_errs():
     """Keypoints are missing, or anywhere, or those of the other side of the body; legs are cut off by one image."""
     cameras = around(4, depth=False)
     random, recordings = np.random.RandomState(0), []
-    for recording in short(cameras, seconds=10):
+    for recording in short(cameras, seconds=8, people=1):
         points = recording.points.copy()
         mirrored = random.uniform(size=len(points)) < 0.03
         points[mirrored] = points[mirrored][:, COCO_18.swap]
@@ -176,7 +176,7 @@ def test_four_images_of_people_partly_seen_by_a_detector_that_errs():
     cut = recordings[3].points[..., 1] > 0.15
     recordings[3].points[cut] = np.nan
     found = calibrate(recordings, dataclasses.replace(IMAGES, distance=apart(cameras)))
-    check(found, cameras, angle=0.4, position=0.04)
+    check(found, cameras, angle=0.8, position=0.07)
 
 
 @pytest.mark.parametrize('depth', [True, False])
