@@ -36,12 +36,13 @@ class Players(threading.Thread):
         cameras: may be changed while it plays.
         silent: names of those that send nothing.
         every: of each camera, each which frame is sent.
+        times: of the frames [s], which are fewer than RATE where the machine is busy.
     """
 
     def __init__(self):
         super().__init__(name='players', daemon=True)
         self.room, self.cameras = walking(200.0, PEOPLE), around(4)
-        self.silent, self.every, self.begin = set(), {}, rospy.get_time()
+        self.silent, self.every, self.times, self.begin = set(), {}, [], rospy.get_time()
         self.broadcaster = tf2_ros.StaticTransformBroadcaster()
         self.people = [rospy.Publisher(f'/{camera.name}/{OUTPUT}/detected_poses_3d', PersonDetection_3dArray,
                                        queue_size=5) for camera in self.cameras[:3]]
@@ -57,6 +58,7 @@ class Players(threading.Thread):
         while not rospy.is_shutdown():
             try:
                 now = rospy.get_time()
+                self.times.append(now)
                 for camera in self.cameras:
                     if camera.name not in self.silent and number % self.every.get(camera.name, 1) == 0:
                         self.send(camera, now)
@@ -111,13 +113,14 @@ class PeopleFusionTest(unittest.TestCase):
                 [found.min(axis=0).max() if found.size else np.inf for found in errors], [len(p) for _, p in frames])
 
     def people_are_right(self, seconds=1.0):
-        """Check the frames of some time; return the ids of the people and the rate."""
+        """Check the frames of some time; return the ids of the people, and the share of the sent frames that came."""
         stamps, ids, errors, numbers = self.fused(seconds)
         self.assertTrue(np.all(np.diff(stamps) > 0))
         self.assertEqual(set(numbers), {PEOPLE})
         self.assertEqual(len({tuple(each) for each in ids}), 1, 'ids stay')
         self.assertLess(np.median(errors), WRONG)
-        return ids[0], (len(stamps) - 1) / (stamps[-1] - stamps[0])
+        sent = sum(stamps[0] < each <= stamps[-1] for each in self.players.times)
+        return ids[0], (len(stamps) - 1) / sent
 
     def await_state(self, name, state):
         def newest():
@@ -150,9 +153,9 @@ class PeopleFusionTest(unittest.TestCase):
 
         # one is slow
         self.players.every = {'camera1': 3}
-        slow, rate = self.people_are_right(2.0)
+        slow, share = self.people_are_right(2.0)
         self.assertEqual(slow, ids)
-        self.assertGreater(rate, 0.8 * RATE)
+        self.assertGreater(share, 0.8)
         self.players.every = {}
 
         # one comes back with its clock an hour back
