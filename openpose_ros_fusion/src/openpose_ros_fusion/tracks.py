@@ -100,6 +100,8 @@ class Tracks:
         Bodies go on; what a joint moves beside its body, as a swinging arm, fades. Covariances are those of joints
         that go on by themselves.
         """
+        if step == 0:
+            return np.zeros_like(self.velocities)
         fading = FUSION.motion.swing
         body = self.velocities.mean(axis=1, keepdims=True)
         return step * body + np.sign(step) * fading * (1 - np.exp(-abs(step) / fading)) * (self.velocities - body)
