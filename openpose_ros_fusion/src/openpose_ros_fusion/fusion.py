@@ -241,7 +241,7 @@ def _corrected(tracks: Tracks, assigned: Sequence[_Assigned]) -> Tuple[Tracks, _
     number = len(tracks)
     status = np.full((number, _JOINTS), MISSING, np.uint8)
     confidence = np.zeros((number, _JOINTS))
-    prior = np.where(np.isfinite(tracks.positions), tracks.positions, 0.0)
+    prior = tracks.assumed_positions
     variance = tracks.covariance[..., 0]
     beside = keypoint_offsets(tracks.positions)
     owners = [np.arange(number)]

@@ -90,6 +90,14 @@ class Tracks:
     def _arrays(self) -> Tuple[np.ndarray, ...]:
         return (self.ids, self.positions, self.velocities, self.covariance, self.born, self.seen, self.cameras)
 
+    @property
+    def assumed_positions(self) -> np.ndarray:
+        """Return the positions of the joints, (F, 18, 3) [m]; unknown ones are in the middle of the others."""
+        known = np.isfinite(self.positions)
+        middle = (np.where(known, self.positions, 0.0).sum(axis=1, keepdims=True)
+                  / np.maximum(known.sum(axis=1, keepdims=True), 1))
+        return np.where(known, self.positions, middle)
+
     def at(self, stamp: float) -> np.ndarray:
         """Return where the joints are expected, (F, 18, 3) [m]."""
         return self.positions + self.moves(stamp - self.stamp)

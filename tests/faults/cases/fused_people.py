@@ -8,6 +8,7 @@ from faults.injectors import Injector, altered
 
 NAN, INF = float('nan'), float('inf')
 HOUR = 3600
+PEOPLE, OUT_OF_TIME = 'fusion/people', 'messages out of time'
 
 
 def left(change: Callable[[Any], None]) -> Injector:
@@ -75,6 +76,19 @@ def all_stamps(seconds: int) -> Injector:
     return altered(change)
 
 
+def counted(inject: Injector) -> Injector:
+    """Return what injects a fault until the node has counted a message as out of time."""
+    def until_counted(chain: Any) -> None:
+        from openpose_ros_pkg.ros.session import await_true
+        before = chain.diagnostics.count(PEOPLE, OUT_OF_TIME)
+
+        def noticed() -> bool:
+            inject(chain)
+            return bool(chain.diagnostics.count(PEOPLE, OUT_OF_TIME) > before)
+        await_true(noticed, f'{OUT_OF_TIME} are counted')
+    return until_counted
+
+
 def camera_dies(chain: Any) -> None:
     import rospy
 
@@ -111,7 +125,6 @@ def refused_rig(text: str, *words: str) -> Callable[[Any], None]:
 
 
 CAMERA = '{fixed_frame: room, cameras: [{name: left, frame_id: left, translation: [0, 0, 1], rotation: %s}]}'
-PEOPLE = 'fusion/people'
 ENDS = 'ends with 1 and names it'
 FAULTS = [
     Fault('people of an unknown joint set', left(of_an_unknown_joint_set), PEOPLE,
@@ -129,9 +142,9 @@ FAULTS = [
     Fault('a camera sees nobody', left(nobody), PEOPLE, event=''),
     Fault('frame that tf does not know', left(in_frame('none_such')), PEOPLE, 'no transform', ('none_such',)),
     Fault('frame without a name', left(in_frame('')), PEOPLE, 'no transform'),
-    Fault('people without a stamp', left(without_stamp), PEOPLE, event=''),
-    Fault('people of an hour ago', left(later(-HOUR)), PEOPLE, event=''),
-    Fault('people of the next hour', left(later(HOUR)), PEOPLE, event=''),
+    Fault('people without a stamp: counted as out of time', counted(left(without_stamp)), PEOPLE, event=''),
+    Fault('people of an hour ago: counted as out of time', counted(left(later(-HOUR))), PEOPLE, event=''),
+    Fault('people of the next hour: counted as out of time', counted(left(later(HOUR))), PEOPLE, event=''),
     Fault('all cameras are an hour ahead', all_stamps(HOUR), PEOPLE, event=''),
     Fault('publisher of a camera dies and comes back', camera_dies, PEOPLE, event=''),
     Fault('camera without depth: K of zeros', info(K=[0.0] * 9), PEOPLE, words=('camera is not calibrated',)),

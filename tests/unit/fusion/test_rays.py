@@ -5,7 +5,9 @@ import pytest
 from openpose_ros_fusion.association import pair_rays
 from openpose_ros_fusion.fusion import PeopleFusion
 from openpose_ros_fusion.triangulation import moved_onto_rays
-from simulated_rig import around, walking
+from openpose_ros_pkg.skeletons import COCO_18
+from simulated_rig import Room, around, walking
+from skeleton_extract_3d.people import MISSING
 
 # Error of a keypoint [rad]: 4 px of a camera with 600 px focal length.
 ANGLE, RATE = 0.007, 15.0
@@ -78,3 +80,21 @@ def test_the_size_in_the_image_tells_how_far_away_somebody_is():
     moved = moved_onto_rays(truth + away + (0.05, 0.0, 0.02), camera.see(room, 1.0), 0)
     np.testing.assert_allclose(moved, -away - (0.05, 0.0, 0.02), atol=1e-6)
     assert moved_onto_rays(np.where(np.arange(18)[:, None] < 4, truth, np.nan), camera.see(room, 1.0), 0) is None
+
+
+def test_a_joint_that_appears_late_is_found_wherever_the_origin_of_the_room_is():
+    """Here it is in one of the cameras, as calibrate_cameras has it where no ankles tell the floor."""
+    room, cameras = walking(4.0, 1, seed=1), around(2, noise=0.002, angle=0.004)
+    origin, wrist = cameras[0].pose[1], COCO_18.index['right_wrist']
+    for camera in cameras:
+        camera.pose = camera.pose[0], camera.pose[1] - origin
+    room = Room(room.times, room.joints - origin)
+    fusion = PeopleFusion()
+    for number in range(30):
+        time = number / RATE
+        sightings = [camera.see(room, time) for camera in cameras]
+        for sighting in sightings[:2 if number < 10 else 0]:
+            sighting.directions[:, wrist], sighting.status[:, wrist] = np.nan, MISSING
+        people = fusion.update(sightings, time)
+        if number >= 10:
+            assert np.linalg.norm(people.xyz[0, wrist] - room.at(time)[0, wrist]) < 0.1

@@ -1,4 +1,5 @@
 """The people that one camera sends, as sightings in the fixed frame."""
+import threading
 import time
 from collections import deque
 from typing import Any, Callable, Deque, Optional, Tuple
@@ -65,6 +66,7 @@ class CameraInput:
             self.inputs[1].registerCallback(self._store_info)
         self.inputs[0].registerCallback(self._store)
         self._info: Optional[CameraInfo] = None
+        self._lock = threading.Lock()
         self._newest: Optional[Tuple[float, Any]] = None
         self._arrivals: Deque[float] = deque([-float('inf')], maxlen=200)
         self.stamp, self.frame_id, self.people, self.replaced = rospy.Time(), '', 0, 0
@@ -104,7 +106,8 @@ class CameraInput:
             BadInputError: it can not be used.
             NoTransformError: tf does not know where the camera stood.
         """
-        newest, self._newest = self._newest, None
+        with self._lock:
+            newest, self._newest = self._newest, None
         if newest is None:
             return None
         self.taken, message = newest
@@ -130,9 +133,10 @@ class CameraInput:
         return convert.rotation_and_translation(transform)
 
     def _store(self, message: Any) -> None:
-        self.replaced += self._newest is not None
         now = time.monotonic()
-        self._newest = now, message
+        with self._lock:
+            self.replaced += self._newest is not None
+            self._newest = now, message
         self._arrivals.append(now)
         self._arrived()
 
