@@ -1,55 +1,158 @@
-"""Thresholds of the definitions. Lengths are shares of the stature, so that they hold for children too."""
+"""Thresholds of the definitions. Lengths are shares of the stature, so that they hold for children too.
+
+A condition holds by a degree, which a `Ramp` tells: 0 at its first value, 1 at its second, linear between. A definition
+holds as far as the least of its conditions.
+"""
 from dataclasses import dataclass
 from typing import Tuple
 
 from openpose_ros_pkg.params.constants import constant
 
-# (0 at the first value, 1 at the second): how far a condition holds between two values.
 Ramp = Tuple[float, float]
 
 
 @dataclass(frozen=True)
-class TimeConstants:
-    """How long something has to hold."""
+class HoldConstants:
+    """When something is reported, by how far and how long its definition holds."""
 
-    begin: float = constant(0.15, 'A gesture is reported when it has held for this long.', unit='s')
-    end: float = constant(0.25, 'It ends when it has not held for this long.', unit='s')
-    posture: float = constant(0.25, 'A posture is reported when it has held for this long.', unit='s')
-    sure: float = constant(0.6, 'Degree to which the conditions of a definition have to hold to begin.')
-    unsure: float = constant(0.4, 'Below, it ends.')
-    memory: float = constant(1.2, 'Motions are looked for in the joints of this time.', unit='s')
-    gap: float = constant(0.5, 'After a gap of more between two frames a person begins anew.', unit='s')
+    sure: float = constant(0.6, 'It begins with this degree.')
+    unsure: float = constant(0.4, 'It ends below this degree.')
+    begin: float = constant(0.1, 'A gesture begins when it has held for this long.', unit='s')
+    end: float = constant(0.1, 'A gesture ends when it has not held for this long.', unit='s')
+    posture: float = constant(0.2, 'A posture begins when it has held for this long.', unit='s')
+    hidden: float = constant(0.4, 'What holds goes on for this long while its joints are hidden.', unit='s')
+    memory: float = constant(0.3, 'Time constant of the mean of the degrees that is the confidence.', unit='s')
+
+
+@dataclass(frozen=True)
+class PersonConstants:
+    """What is taken for known of a person, and who is the same person."""
+
+    most_sigma: float = constant(0.055, 'Joints with a greater sigma count as hidden.', unit='statures')
+    statures: int = constant(100, 'The stature is the median of this many newest frames.', unit='frames')
+    history: float = constant(1.2, 'Motions are looked for in the joints of this time.', unit='s')
+    gap: float = constant(1.0, 'Who was not seen for longer begins anew.', unit='s')
+    step: float = constant(0.25, 'A person with a new id whose trunk is this near to where somebody was lost is that '
+                                 'person.', unit='statures')
+    stride: float = constant(1.5, 'The distance grows with the time between by this.', unit='statures/s')
 
 
 @dataclass(frozen=True)
 class PostureConstants:
     """Postures, by the inclinations of trunk, thighs and shins."""
 
-    lying: Ramp = constant((50.0, 65.0), 'Inclination of the trunk.', unit='deg')
-    upright: Ramp = constant((65.0, 50.0), 'Inclination of the trunk of who sits, stands, kneels or crouches.',
-                             unit='deg')
-    thigh_down: Ramp = constant((60.0, 40.0), 'Angle of a thigh to straight down, of who stands.', unit='deg')
-    straight_knee: Ramp = constant((110.0, 135.0), 'Angle of the knee of who stands.', unit='deg')
+    lying: Ramp = constant((52.0, 65.0), 'Angle of the trunk to straight up, of who lies.', unit='deg')
+    thigh_not_down: Ramp = constant((45.0, 55.0), 'Angle of the thighs to straight down, of who lies and does not '
+                                                  'bend over.', unit='deg')
+    upright: Ramp = constant((70.0, 55.0), 'Angle of the trunk to straight up, of who sits or crouches.', unit='deg')
+    thigh_down: Ramp = constant((60.0, 40.0), 'Angle of both thighs to straight down, of who stands.', unit='deg')
+    straight_knee: Ramp = constant((110.0, 135.0), 'Angle of a knee of who stands.', unit='deg')
     thigh_level: Ramp = constant((40.0, 60.0), 'Angle of a thigh to straight down, of who sits.', unit='deg')
-    shin_level: Ramp = constant((50.0, 70.0), 'Angle of a shin to straight down, of who kneels.', unit='deg')
-    bent_knee: Ramp = constant((125.0, 110.0), 'Angle of the knee of who kneels or crouches.', unit='deg')
-    hip_to_ankle: Ramp = constant((0.34, 0.28), 'Distance of hip and ankle of who crouches.', unit='statures')
+    shin_level: Ramp = constant((50.0, 70.0), 'Angle of the shin to straight down, of a knee on the floor.',
+                                unit='deg')
+    bent_knee: Ramp = constant((125.0, 110.0), 'Angle of the knees of who kneels or crouches.', unit='deg')
+    over_knee: Ramp = constant((95.0, 75.0), 'Angle of the thigh to straight down, of who kneels.', unit='deg')
+    knee_on_floor: Ramp = constant((0.13, 0.08), 'Height of the knee of who kneels over the lowest foot.',
+                                   unit='statures')
+    low_hips: Ramp = constant((0.25, 0.20), 'Height of the hips of who crouches over the lower foot.',
+                              unit='statures')
+    off_floor: Ramp = constant((0.02, 0.06), 'The same, of who does not sit on the floor.', unit='statures')
+    balance: Ramp = constant((0.20, 0.14), 'Level distance of the middle of the trunk from the feet of who crouches.',
+                             unit='statures')
 
 
 @dataclass(frozen=True)
 class GestureConstants:
-    """Gestures, by where wrists and elbows are and how they move."""
+    """Gestures of an arm that is held, and of both."""
 
-    hand_up: Ramp = constant((-0.05, 0.02), 'Height of the wrist over the shoulder, of who waves.', unit='statures')
-    forearm_up: Ramp = constant((75.0, 55.0), 'Angle of the forearm to straight up, of who waves.', unit='deg')
-    over_head: Ramp = constant((0.02, 0.06), 'Height of the wrist over the eyes, of a raised hand.', unit='statures')
-    swing: Ramp = constant((0.035, 0.055), 'Way of the wrist to and fro, of who waves or beckons.', unit='statures')
-    still: Ramp = constant((0.35, 0.22), 'Speed of the wrist of an arm that is held.', unit='statures/s')
-    straight_arm: Ramp = constant((120.0, 138.0), 'Angle of the elbow of who points.', unit='deg')
-    arm_away: Ramp = constant((35.0, 48.0), 'Angle of the arm to straight down, of who points.', unit='deg')
-    arm_not_up: Ramp = constant((155.0, 140.0), 'The same: higher is a raised hand.', unit='deg')
-    crossed: Ramp = constant((0.0, 0.04), 'By how much each wrist is beyond the middle of the trunk.', unit='statures')
-    before_chest: Ramp = constant((0.0, 0.05), 'By how much the wrists are before the trunk.', unit='statures')
-    wrist_height: Ramp = constant((0.26, 0.20), 'Height of the shoulders over the wrists of crossed arms.',
-                                  unit='statures')
-    bent_elbow: Ramp = constant((125.0, 105.0), 'Angle of the elbows of crossed arms.', unit='deg')
+    held_time: float = constant(0.1, 'An arm is held if its wrist moved little for this long.', unit='s')
+    held: Ramp = constant((0.045, 0.03), 'Way of the wrist, beside the shoulder, in this time.', unit='statures')
+    over_eyes: Ramp = constant((0.01, 0.04), 'Height of the wrist over the eyes, of a raised hand.', unit='statures')
+    steep_arm: Ramp = constant((138.0, 146.0), 'Angle of the line from shoulder to wrist to straight down, of a '
+                                               'raised hand.', unit='deg')
+    open_elbow: Ramp = constant((70.0, 90.0), 'Angle of the elbow of a raised hand; less is a hand on the head.',
+                                unit='deg')
+    straight_arm: Ramp = constant((118.0, 135.0), 'Angle of the elbow of who points.', unit='deg')
+    arm_away: Ramp = constant((38.0, 48.0), 'Angle of the line from shoulder to wrist to straight down, of who '
+                                            'points.', unit='deg')
+    arm_not_up: Ramp = constant((146.0, 138.0), 'The same: steeper is a raised hand.', unit='deg')
+    stop_time: float = constant(0.3, 'A hand says stop if it is held for this long.', unit='s')
+    stop_forearm: Ramp = constant((50.0, 38.0), 'Angle of the forearm to straight up, of a hand that says stop.',
+                                  unit='deg')
+    stop_ahead: Ramp = constant((0.08, 0.12), 'How far the wrist is before the shoulder.', unit='statures')
+    stop_height: Ramp = constant((-0.10, -0.05), 'Height of the wrist over the shoulder.', unit='statures')
+    off_face: Ramp = constant((0.10, 0.14), 'Distance of the wrist from the nose; nearer, the hand is at the face.',
+                              unit='statures')
+    palm: Ramp = constant((50.0, 38.0), 'Angle of the palm to the line from shoulder to hand, and of the fingers to '
+                                        'straight up, where hands are seen.', unit='deg')
+    crossed: Ramp = constant((0.09, 0.06), 'How far the left wrist is left of the right one; negative when crossed.',
+                             unit='statures')
+    inward: Ramp = constant((0.50, 0.65), 'Share of each forearm that points to the other side.')
+    level_forearm: Ramp = constant((0.55, 0.42), 'Share of each forearm that points up or down.')
+    chest_height: Ramp = constant((0.24, 0.20), 'Height of the shoulders over each wrist.', unit='statures')
+    before_chest: Ramp = constant((0.0, 0.03), 'How far each wrist is before the trunk.', unit='statures')
+
+
+@dataclass(frozen=True)
+class SwingConstants:
+    """Gestures that move to and fro."""
+
+    pause: float = constant(0.7, 'Between two turns there is at most this time.', unit='s')
+    wave: Ramp = constant((0.015, 0.030), 'Way of the wrist to the side between two turns, of who waves.',
+                          unit='statures')
+    wave_level: float = constant(1.5, 'It is this many times the way upwards and the way forwards.')
+    wave_height: Ramp = constant((-0.06, -0.01), 'Height of the wrist over the shoulder.', unit='statures')
+    wave_forearm: Ramp = constant((75.0, 60.0), 'Angle of the forearm to straight up.', unit='deg')
+    wave_rising: float = constant(95.0, 'The motion counts from when the forearm is this near to straight up.',
+                                  unit='deg')
+    beckon: Ramp = constant((12.0, 24.0), 'Bending and stretching of the elbow between two turns, of who beckons.',
+                            unit='deg')
+    beckon_arm: Ramp = constant((25.0, 38.0), 'Angle of the line from shoulder to wrist to straight down.', unit='deg')
+    beckon_elbow: float = constant(142.0, 'Angle of the elbow: straighter, the motion does not count.', unit='deg')
+    beckon_ahead: Ramp = constant((0.03, 0.07), 'How far the wrist is before the shoulder.', unit='statures')
+    beckon_side: float = constant(0.6, 'The way of the wrist to the side is at most this share of its way.')
+
+
+@dataclass(frozen=True)
+class PointingConstants:
+    """The ray of who points."""
+
+    eyes: float = constant(0.75, 'Where the ray begins on the way from the shoulder (0) to the eyes (1): people point '
+                                 'with eyes and finger in line, or with the arm; most do the former.')
+    style: float = constant(0.3, 'Error by not knowing which: this share of the angle between both rays.')
+    cone: float = constant(2.0, 'Known targets within this many sigma of the ray are pointed at.', unit='sigma')
+    beyond: float = constant(0.15, 'Points of the cloud count from so far beyond the wrist.', unit='statures')
+    width: float = constant(2.0, 'The ray meets points this near to it.', unit='deg')
+    least_width: float = constant(0.04, 'Or this near.', unit='m')
+    surface: float = constant(0.15, 'Points of one surface are this near to each other along the ray.', unit='m')
+    least_points: int = constant(3, 'So many make a surface.')
+
+
+@dataclass(frozen=True)
+class MotionConstants:
+    """Walking and falling."""
+
+    time: float = constant(0.4, 'A speed is that over this time.', unit='s')
+    least_time: float = constant(0.2, 'Or over at least this time, of who just came.', unit='s')
+    moving: Ramp = constant((0.10, 0.22), 'Speed over the floor of who moves.', unit='statures/s')
+    fall_time: float = constant(2.5, 'Who was up longer before lying did not fall, but lay down.', unit='s')
+    fall_height: float = constant(0.25, 'Who falls comes down by this: the height of the shoulders.', unit='statures')
+    fall_begin: float = constant(0.15, 'A fall has begun when this share of the way is done.')
+    fall_speed: float = constant(0.6, 'Who comes down slower than this did not fall (greatest speed of the '
+                                      'shoulders).', unit='statures/s')
+
+
+@dataclass(frozen=True)
+class SignalConstants:
+    """All numbers of the signals."""
+
+    hold: HoldConstants = HoldConstants()
+    person: PersonConstants = PersonConstants()
+    posture: PostureConstants = PostureConstants()
+    gesture: GestureConstants = GestureConstants()
+    swing: SwingConstants = SwingConstants()
+    pointing: PointingConstants = PointingConstants()
+    motion: MotionConstants = MotionConstants()
+
+
+SIGNALS = SignalConstants()

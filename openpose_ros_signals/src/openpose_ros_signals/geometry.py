@@ -1,22 +1,31 @@
 """Lengths and angles of a body, from its joints; all in one frame with a known vertical."""
-from typing import NamedTuple
+from typing import NamedTuple, Tuple
 
 import numpy as np
 
-from openpose_ros_pkg.skeletons import COCO_18
-from openpose_ros_signals.constants import Ramp
-from skeleton_extract_3d.body.body import HIPS, SHOULDERS
-from skeleton_extract_3d.people import MEASURED, MISSING
+from openpose_ros_signals.constants import SIGNALS, Ramp
+from skeleton_extract_3d.body.body import (
+    BODY,
+    HIPS,
+    JOINTS,
+    MEASURED_BONES,
+    MEASURED_KINDS,
+    NECK,
+    SHOULDERS,
+    joint_indices,
+)
+from skeleton_extract_3d.people import MEASURED, MISSING, People3D
 
-INDEX = COCO_18.index
-# Length of the trunk (middle of the shoulders to middle of the hips) of an adult, as a share of the stature:
-# 0.51 m of 1.75 m, see `skeleton_extract_3d.body.constants`.
-TRUNK_SHARE = 0.291
 # Shoulder, elbow, wrist and hip, knee, ankle of the left and the right side, (2, 3).
-ARMS = np.array([[INDEX[f'{side}_{joint}'] for joint in ('shoulder', 'elbow', 'wrist')] for side in ('left', 'right')])
-LEGS = np.array([[INDEX[f'{side}_{joint}'] for joint in ('hip', 'knee', 'ankle')] for side in ('left', 'right')])
-EYES = np.array([INDEX['left_eye'], INDEX['right_eye']])
-SIDES = ('left', 'right')
+ARMS = np.stack([joint_indices(*(f'{side}_{joint}' for joint in ('shoulder', 'elbow', 'wrist')))
+                 for side in ('left', 'right')])
+LEGS = np.stack([joint_indices(*(f'{side}_{joint}' for joint in ('hip', 'knee', 'ankle')))
+                 for side in ('left', 'right')])
+EYES, EARS = joint_indices('left_eye', 'right_eye'), joint_indices('left_ear', 'right_ear')
+NOSE = int(joint_indices('nose')[0])
+# Stamps of frames are this exact [s].
+TICK = 0.005
+_NONE = np.full(3, np.nan)
 
 
 class Body(NamedTuple):
@@ -24,75 +33,128 @@ class Body(NamedTuple):
 
     Attributes:
         stamp: [s].
-        joints: (18, 3) [m]; NaN where missing.
-        measured: (18,) bool.
+        joints: (18, 3) [m], in the order of COCO_18; NaN where hidden.
+        sigma: (18,) [m]; NaN where hidden or not estimated.
         up: (3,) unit vector.
         stature: [m].
     """
 
     stamp: float
     joints: np.ndarray
-    measured: np.ndarray
+    sigma: np.ndarray
     up: np.ndarray
     stature: float
 
     @property
     def shoulders(self) -> np.ndarray:
         """Middle of the shoulders, (3,) [m]."""
-        return np.asarray(self.joints[SHOULDERS].mean(axis=0))
+        return middle(self.joints, SHOULDERS)
 
     @property
     def hips(self) -> np.ndarray:
         """Middle of the hips, (3,) [m]."""
-        return np.asarray(self.joints[HIPS].mean(axis=0))
+        return middle(self.joints, HIPS)
+
+    @property
+    def place(self) -> np.ndarray:
+        """Middle of the trunk, (3,) [m]."""
+        return np.asarray((self.shoulders + self.hips) / 2)
+
+    @property
+    def eyes(self) -> np.ndarray:
+        """Middle of the eyes, (3,) [m]; of nose or ears, where the eyes are hidden."""
+        for joints in (EYES, np.array([NOSE]), EARS):
+            known = self.joints[joints][np.isfinite(self.joints[joints, 0])]
+            if len(known):
+                return np.asarray(known.mean(axis=0))
+        return _NONE
 
     @property
     def left(self) -> np.ndarray:
         """Level unit vector to the person's left, by shoulders and hips, (3,)."""
-        across = (self.joints[SHOULDERS[0]] - self.joints[SHOULDERS[1]]
-                  + self.joints[HIPS[0]] - self.joints[HIPS[1]])
-        return _unit(across - (across @ self.up) * self.up)
+        pairs = np.array([self.joints[left] - self.joints[right] for left, right in (SHOULDERS, HIPS)])
+        known = np.isfinite(pairs[:, 0])
+        across = pairs[known].sum(axis=0) if known.any() else _NONE
+        return unit(across - (across @ self.up) * self.up)
 
     @property
     def forward(self) -> np.ndarray:
         """Level unit vector out of the chest, (3,)."""
         return np.cross(self.left, self.up)
 
-    def height(self, joint: int, over: np.ndarray) -> float:
-        """Return how far a joint is over a point (3,), in statures."""
-        return float((self.joints[joint] - over) @ self.up) / self.stature
+    def height(self, point: np.ndarray, over: np.ndarray) -> float:
+        """Return how far a point is over another, (3,) each, in statures."""
+        return float((point - over) @ self.up) / self.stature
+
+    def distance(self, point: np.ndarray, other: np.ndarray) -> float:
+        """Return how far two points (3,) are apart, in statures."""
+        return float(np.linalg.norm(point - other)) / self.stature
 
 
-def body_of(stamp: float, xyz: np.ndarray, status: np.ndarray, up: np.ndarray, stature: float) -> Body:
-    """Return a person of People3D as a body.
+def middle(joints: np.ndarray, pair: np.ndarray) -> np.ndarray:
+    """Return the middle of two of the joints, (3,); one where the other is hidden."""
+    first, second = joints[pair]
+    if np.isnan(first[0]):
+        return np.asarray(second)
+    return np.asarray(first if np.isnan(second[0]) else (first + second) / 2)
+
+
+def joints_of(people: People3D) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return joints (P, 18, 3) [m], status (P, 18) and sigma (P, 18) [m] in the order of COCO_18."""
+    index = people.skeleton.index
+    columns = np.array([index.get(joint, -1) for joint in JOINTS])
+    there = columns >= 0
+    status = np.where(there, people.status[:, columns], MISSING)
+    joints = np.where((status == MISSING)[..., np.newaxis], np.nan, people.xyz[:, columns].astype(np.float64))
+    return joints, status, np.where(status == MISSING, np.nan, people.sigma[:, columns].astype(np.float64))
+
+
+def body_of(stamp: float, joints: Tuple[np.ndarray, np.ndarray, np.ndarray], up: np.ndarray, stature: float) -> Body:
+    """Return a person without the joints whose place is not known well.
 
     Args:
-        xyz: (18, 3) [m].
-        status: (18,) uint8.
+        joints: (18, 3) [m], their status (18,) and sigma (18,) [m].
     """
-    joints = np.where((status == MISSING)[:, np.newaxis], np.nan, xyz.astype(np.float64))
-    return Body(stamp, joints, status == MEASURED, up, stature)
+    xyz, status, sigma = joints
+    with np.errstate(invalid='ignore'):
+        known = (sigma <= SIGNALS.person.most_sigma * stature) | (np.isnan(sigma) & (status == MEASURED))
+    return Body(stamp, np.where(known[:, np.newaxis], xyz, np.nan), np.where(known, sigma, np.nan), up, stature)
 
 
-def stature_of(joints: np.ndarray) -> float:
-    """Return the stature by the length of the trunk [m]; NaN where it is not known.
+def stature_of(joints: np.ndarray, status: np.ndarray) -> float:
+    """Return the stature, by the median bone [m]; NaN where too few are measured.
 
     Args:
         joints: (18, 3) [m].
+        status: (18,).
     """
-    return float(np.linalg.norm(joints[SHOULDERS].mean(axis=0) - joints[HIPS].mean(axis=0))) / TRUNK_SHARE
+    seen = np.where((status == MEASURED)[:, np.newaxis], joints, np.nan)
+    bones = seen[MEASURED_BONES]
+    trunk = seen[NECK] - seen[HIPS].mean(axis=0)
+    lengths = np.append(np.linalg.norm(bones[:, 0] - bones[:, 1], axis=1), np.linalg.norm(trunk))
+    ratios = (lengths / BODY.bone_lengths[MEASURED_KINDS])[np.isfinite(lengths)]
+    return float(np.median(ratios)) * BODY.adult_stature if len(ratios) >= 3 else np.nan
 
 
 def angle(first: np.ndarray, second: np.ndarray) -> float:
     """Return the angle between two vectors (3,) [deg]; NaN where one is not known."""
     cosine = first @ second / (np.linalg.norm(first) * np.linalg.norm(second) + 1e-12)
-    return float(np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0))))
+    return float(np.degrees(np.arccos(min(max(cosine, -1.0), 1.0)))) if np.isfinite(cosine) else np.nan
 
 
 def ramp(value: float, ends: Ramp) -> float:
     """Return how far a condition holds: 0 at the first end, 1 at the second, linear between; NaN of NaN."""
-    return float(np.clip((value - ends[0]) / (ends[1] - ends[0]), 0.0, 1.0))
+    share = (value - ends[0]) / (ends[1] - ends[0])
+    return share if np.isnan(share) else min(max(share, 0.0), 1.0)
 
 
-def _unit(vector: np.ndarray) -> np.ndarray:
-    return np.asarray(vector / max(float(np.linalg.norm(vector)), 1e-9))
+def least(*degrees: float) -> float:
+    """Return how far all conditions hold: 0 if one does not at all, else NaN if one is not known."""
+    lowest = min((degree for degree in degrees if not np.isnan(degree)), default=np.nan)
+    return lowest if lowest == 0 or not np.isnan(degrees).any() else np.nan
+
+
+def unit(vector: np.ndarray) -> np.ndarray:
+    """Return a vector (3,) with length 1; NaN of zeros."""
+    length = float(np.linalg.norm(vector))
+    return np.asarray(vector / length) if length > 1e-9 else _NONE

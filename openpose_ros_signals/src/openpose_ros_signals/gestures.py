@@ -1,83 +1,82 @@
 """Gestures of one arm or both; how far each one holds, by the joints of the last second."""
-from typing import Dict, List, Sequence, Tuple
+from typing import Dict, NamedTuple, Optional, Sequence
 
 import numpy as np
 
-from openpose_ros_signals.constants import GestureConstants
-from openpose_ros_signals.geometry import ARMS, EYES, Body, angle, ramp
+from openpose_ros_signals.arms import Arm, held_way
+from openpose_ros_signals.constants import SIGNALS
+from openpose_ros_signals.geometry import Body, angle, least, ramp
+from openpose_ros_signals.swings import beckon_degree, wave_degree
+from skeleton_extract_3d.body.body import SHOULDERS
+from skeleton_extract_3d.landmarks import Hands3D
+from skeleton_extract_3d.people import MISSING
 
 ARM_GESTURES = ('wave', 'raise_hand', 'beckon', 'stop', 'point')
-# Time over which a speed is measured [s].
-_SPEED_TIME = 0.2
-# Time in which a hand goes to and fro [s].
-_SWING_TIME = 0.6
+_GESTURE = SIGNALS.gesture
+# Points of a hand: wrist, first joints of index, middle and little finger.
+_PALM = np.array([0, 5, 9, 17])
+_LEFT, _RIGHT = SHOULDERS
 
 
-def arms_crossed(body: Body, constants: GestureConstants) -> float:
-    """Return how far the arms are crossed: both wrists before the chest, beyond its middle, elbows bent."""
-    degrees = []
-    for side, (shoulder, elbow, wrist) in zip((1, -1), ARMS):
-        offset = (body.joints[wrist] - body.shoulders) / body.stature
-        bend = angle(body.joints[shoulder] - body.joints[elbow], body.joints[wrist] - body.joints[elbow])
-        degrees.append(min(ramp(-side * offset @ body.left, constants.crossed),
-                           ramp(offset @ body.forward, constants.before_chest),
-                           ramp(-offset @ body.up, constants.wrist_height), ramp(bend, constants.bent_elbow)))
-    return min(degrees)
+class Palm(NamedTuple):
+    """How a hand is held: unit vectors (3,) out of the palm, and from the wrist along the fingers."""
+
+    normal: np.ndarray
+    fingers: np.ndarray
 
 
-def arm_degrees(bodies: Sequence[Body], arm: int, constants: GestureConstants) -> Dict[str, float]:
-    """Return how far each gesture of `ARM_GESTURES` holds for the left (0) or right (1) arm; NaN if unknown.
+def palm_of(hands: Hands3D, person: int, left: bool) -> Optional[Palm]:
+    """Return how the hand of a person is held, None if it was not found."""
+    for row in np.flatnonzero((hands.people == person) & (hands.left == left)):
+        points = hands.points.xyz[row, _PALM].astype(np.float64)
+        if (hands.points.status[row, _PALM] != MISSING).all():
+            normal = np.cross(points[1] - points[0], points[3] - points[0])
+            return Palm(-normal if left else normal, points[2] - points[0])
+    return None
+
+
+def arm_degrees(arms: Sequence[Arm], palm: Optional[Palm], body: Body) -> Dict[str, float]:
+    """Return how far each of `ARM_GESTURES` holds for one arm, 0 to 1; NaN if the arm is hidden.
 
     Args:
-        bodies: of the last second, the newest last.
+        arms: in the last second, the newest last.
+        palm: of this arm's hand; None: not known.
+        body: at the time of the newest.
     """
-    body = bodies[-1]
-    shoulder, elbow, wrist = (body.joints[joint] for joint in ARMS[arm])
-    fore = angle(wrist - elbow, body.up)
-    straight = angle(shoulder - elbow, wrist - elbow)
-    raised = angle(wrist - shoulder, -body.up)
-    speed, (across, ahead) = _motion(bodies, arm)
-    held = ramp(speed, constants.still)
-    over_head = ramp(body.height(ARMS[arm][2], body.joints[EYES].mean(axis=0)), constants.over_head)
-    up = min(ramp(body.height(ARMS[arm][2], body.joints[ARMS[arm][0]]), constants.hand_up),
-             ramp(fore, constants.forearm_up))
-    waving, beckoning = ramp(across, constants.swing), ramp(ahead, constants.swing)
-    extended = min(ramp(straight, constants.straight_arm), ramp(raised, constants.arm_away),
-                   ramp(raised, constants.arm_not_up))
-    return {'wave': min(up, waving, float(across >= ahead)),
-            'raise_hand': min(over_head, 1 - waving),
-            'beckon': min(1 - over_head, beckoning, float(ahead > across), ramp(raised, (20.0, 35.0)),
-                          ramp(straight, (165.0, 150.0))),
-            'stop': 0.0,
-            'point': min(extended, held)}
+    arm = arms[-1]
+    if not arm.known:
+        return dict.fromkeys(ARM_GESTURES, np.nan)
+    held = ramp(held_way(arms, _GESTURE.held_time), _GESTURE.held)
+    wave = wave_degree(arms)
+    beckon = least(beckon_degree(arms), 1 - wave)
+    raised = least(ramp(arm.over_eyes, _GESTURE.over_eyes), ramp(arm.raised, _GESTURE.steep_arm),
+                   ramp(arm.elbow, _GESTURE.open_elbow), held, 1 - wave)
+    stop = least(_says_stop(arms, palm, body), 1 - wave, 1 - beckon, 1 - raised)
+    point = least(ramp(arm.elbow, _GESTURE.straight_arm), ramp(arm.raised, _GESTURE.arm_away),
+                  ramp(arm.raised, _GESTURE.arm_not_up), held, 1 - wave, 1 - beckon, 1 - stop)
+    return {'wave': wave, 'raise_hand': raised, 'beckon': beckon, 'stop': stop, 'point': point}
 
 
-def _motion(bodies: Sequence[Body], arm: int) -> Tuple[float, Tuple[float, float]]:
-    """Return speed of a wrist [statures/s], and its way to and fro, across and not, relative to the shoulder."""
-    body = bodies[-1]
-    shoulder, _, wrist = ARMS[arm]
-    way = np.array([(one.joints[wrist] - one.joints[shoulder]) / body.stature for one in bodies])
-    stamps = np.array([one.stamp for one in bodies])
-    before = way[stamps >= body.stamp - _SPEED_TIME - 1e-3]
-    duration = body.stamp - stamps[stamps >= body.stamp - _SPEED_TIME - 1e-3][0]
-    speed = np.linalg.norm(before[-1] - before[0]) / duration if duration > 0 else np.inf
-    recent = way[stamps >= body.stamp - _SWING_TIME - 1e-3]
-    left = body.left
-    across = recent @ left
-    along = recent - across[:, np.newaxis] * left
-    forward = np.stack([along @ body.up, along @ body.forward], axis=1)
-    return float(speed), (_swing(across), max(_swing(forward[:, 0]), _swing(forward[:, 1])))
+def _says_stop(arms: Sequence[Arm], palm: Optional[Palm], body: Body) -> float:
+    """Return how far a hand says stop: by its palm, or without one by the arm."""
+    arm = arms[-1]
+    held = least(ramp(held_way(arms, _GESTURE.stop_time), _GESTURE.held), ramp(arm.wrist[1], _GESTURE.stop_ahead))
+    if palm is None:
+        return least(held, ramp(arm.forearm, _GESTURE.stop_forearm), ramp(arm.wrist[2], _GESTURE.stop_height),
+                     ramp(arm.from_nose, _GESTURE.off_face))
+    across, ahead = arm.wrist[:2]
+    outwards = across * body.left + ahead * body.forward
+    return least(held, ramp(angle(palm.normal, outwards), _GESTURE.palm), ramp(angle(palm.fingers, body.up),
+                                                                              _GESTURE.palm))
 
 
-def _swing(way: np.ndarray) -> float:
-    """Return how far something goes to and fro: the smaller of its greatest ways in the two directions."""
-    if len(way) < 3 or not np.isfinite(way).all():
-        return 0.0
-    there = float((way - np.minimum.accumulate(way)).max())
-    back = float((np.maximum.accumulate(way) - way).max())
-    return min(there, back)
-
-
-def strongest(degrees: Dict[str, float]) -> List[str]:
-    """Return gestures of one arm in the order of how far they hold."""
-    return sorted((name for name in degrees if degrees[name] > 0), key=lambda name: -degrees[name])
+def crossed_degree(left: Arm, right: Arm, body: Body) -> float:
+    """Return how far the arms are crossed before the chest, 0 to 1; NaN if an arm is hidden."""
+    if not (left.known and right.known):
+        return np.nan
+    apart = left.wrist[0] - right.wrist[0] + float((body.joints[_LEFT] - body.joints[_RIGHT]) @ body.left) / body.stature
+    degrees = [ramp(apart, _GESTURE.crossed), ramp(-left.fore[0], _GESTURE.inward), ramp(right.fore[0], _GESTURE.inward)]
+    for arm in (left, right):
+        degrees += [ramp(abs(arm.fore[2]), _GESTURE.level_forearm), ramp(-arm.wrist[2], _GESTURE.chest_height),
+                    ramp(arm.wrist[1], _GESTURE.before_chest)]
+    return least(*degrees)

@@ -1,37 +1,60 @@
 """Postures, by the inclinations of trunk, thighs and shins; how far each one holds."""
-from typing import Dict
+from typing import Dict, NamedTuple
 
 import numpy as np
 
-from openpose_ros_signals.constants import PostureConstants
-from openpose_ros_signals.geometry import LEGS, Body, angle, ramp
+from openpose_ros_signals.constants import SIGNALS
+from openpose_ros_signals.geometry import LEGS, Body, angle, least, ramp
+from openpose_ros_signals.records import POSTURES
 
-POSTURES = ('standing', 'sitting', 'crouching', 'kneeling', 'lying')
+_POSTURE = SIGNALS.posture
 
 
-def posture_degrees(body: Body, constants: PostureConstants) -> Dict[str, float]:
-    """Return how far each posture holds, 0 to 1; NaN where the joints do not tell."""
+class _Leg(NamedTuple):
+    """Angles of thigh and shin to straight down, and of the knee [deg]; height of the knee over a foot [statures]."""
+
+    thigh: float
+    shin: float
+    knee: float
+    knee_height: float
+
+
+def posture_degrees(body: Body) -> Dict[str, float]:
+    """Return how far each of `POSTURES` holds, 0 to 1; NaN where the joints do not tell."""
     trunk = angle(body.shoulders - body.hips, body.up)
-    upright = ramp(trunk, constants.upright)
-    legs = [_leg(body, leg, constants) for leg in LEGS]
-    known = [leg for leg in legs if not np.isnan(leg['standing'])]
-    result = {'lying': ramp(trunk, constants.lying)}
-    for posture in POSTURES[:-1]:
-        of_legs = [leg[posture] for leg in known]
-        # of one knee down and one up is kneeling; who stands has both legs straight
-        both = min(of_legs, default=np.nan) if posture == 'standing' else max(of_legs, default=np.nan)
-        result[posture] = min(upright, both) if upright > 0 and not np.isnan(both) else (0.0 if upright == 0 else both)
-    return result
+    heights = body.joints[LEGS[:, 2]] @ body.up
+    foot = float(np.nanmin(heights)) if np.isfinite(heights).any() else np.nan
+    legs = [leg for leg in (_leg(body, joints, foot) for joints in LEGS) if not np.isnan(leg.knee)]
+    if not legs:
+        flat = ramp(trunk, _POSTURE.lying)
+        return dict(dict.fromkeys(POSTURES, np.nan if flat < 1 else 0.0), lying=0.0 if flat == 0 else np.nan)
+    lying = least(ramp(trunk, _POSTURE.lying), *(ramp(leg.thigh, _POSTURE.thigh_not_down) for leg in legs))
+    standing = max(least(ramp(leg.thigh, _POSTURE.thigh_down), ramp(leg.knee, _POSTURE.straight_knee))
+                   for leg in legs)
+    kneeling = least(1 - standing, max(_kneeling(leg) for leg in legs))
+    crouching = least(1 - standing, 1 - kneeling, _crouching(body, legs, foot), ramp(trunk, _POSTURE.upright))
+    sitting = least(1 - standing, 1 - kneeling, 1 - crouching, ramp(trunk, _POSTURE.upright),
+                    max(ramp(leg.thigh, _POSTURE.thigh_level) for leg in legs))
+    return {'standing': standing, 'sitting': sitting, 'crouching': crouching, 'kneeling': kneeling, 'lying': lying}
 
 
-def _leg(body: Body, leg: np.ndarray, constants: PostureConstants) -> Dict[str, float]:
-    """Return how far each posture holds by one leg: hip, knee, ankle."""
-    hip, knee, ankle = body.joints[leg]
-    thigh, shin = angle(knee - hip, -body.up), angle(ankle - knee, -body.up)
-    bend = angle(hip - knee, ankle - knee)
-    near = float(np.linalg.norm(hip - ankle)) / body.stature
-    standing = min(ramp(thigh, constants.thigh_down), ramp(bend, constants.straight_knee))
-    kneeling = min(ramp(shin, constants.shin_level), ramp(bend, constants.bent_knee), 1 - ramp(thigh, (75.0, 95.0)))
-    crouching = min(ramp(near, constants.hip_to_ankle), ramp(bend, constants.bent_knee), 1 - kneeling)
-    sitting = min(ramp(thigh, constants.thigh_level), 1 - kneeling, 1 - crouching)
-    return {'standing': standing, 'sitting': sitting, 'crouching': crouching, 'kneeling': kneeling}
+def _leg(body: Body, joints: np.ndarray, foot: float) -> _Leg:
+    hip, knee, ankle = body.joints[joints]
+    return _Leg(angle(knee - hip, -body.up), angle(ankle - knee, -body.up), angle(hip - knee, ankle - knee),
+                (float(knee @ body.up) - foot) / body.stature)
+
+
+def _kneeling(leg: _Leg) -> float:
+    return least(ramp(leg.shin, _POSTURE.shin_level), ramp(leg.knee, _POSTURE.bent_knee),
+                 ramp(leg.thigh, _POSTURE.over_knee), ramp(leg.knee_height, _POSTURE.knee_on_floor))
+
+
+def _crouching(body: Body, legs: 'list[_Leg]', foot: float) -> float:
+    """Return how far the hips are low over the feet, the trunk over them, and all knees bent."""
+    over = (float(body.hips @ body.up) - foot) / body.stature
+    ankles = body.joints[LEGS[:, 2]]
+    feet = ankles[np.isfinite(ankles[:, 0])].mean(axis=0)
+    lean = body.place - feet
+    away = float(np.linalg.norm(lean - (lean @ body.up) * body.up)) / body.stature
+    return least(ramp(over, _POSTURE.low_hips), ramp(over, _POSTURE.off_floor), ramp(away, _POSTURE.balance),
+                 *(ramp(leg.knee, _POSTURE.bent_knee) for leg in legs))

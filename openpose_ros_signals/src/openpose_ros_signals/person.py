@@ -1,0 +1,161 @@
+"""One person over time: from joints to signals."""
+from collections import deque
+from typing import Deque, Dict, List, NamedTuple, Optional, Tuple
+
+import numpy as np
+
+from openpose_ros_signals.arms import Arm, arm_of
+from openpose_ros_signals.constants import SIGNALS
+from openpose_ros_signals.geometry import ARMS, Body, body_of, least, ramp, stature_of, unit
+from openpose_ros_signals.gestures import ARM_GESTURES, Palm, arm_degrees, crossed_degree
+from openpose_ros_signals.holding import Held
+from openpose_ros_signals.motion import FallWatch, facing_of, floor_velocity
+from openpose_ros_signals.pointing import hit_points, hit_target, pointing_of
+from openpose_ros_signals.postures import posture_degrees
+from openpose_ros_signals.records import (
+    BOTH,
+    LEFT,
+    POSTURES,
+    RIGHT,
+    UNKNOWN,
+    Facing,
+    Gesture,
+    PersonSignals,
+    Pointing,
+    Posture,
+    Target,
+    Walk,
+)
+from skeleton_extract_3d.body.body import BODY
+
+_PERSON, _HOLD, _MOTION = SIGNALS.person, SIGNALS.hold, SIGNALS.motion
+SIDES = (LEFT, RIGHT)
+
+
+class Surroundings(NamedTuple):
+    """What people may point at.
+
+    Attributes:
+        targets: known ones; they go before points.
+        points: (N, 3) [m] of a cloud, NaN where missing; None: not known.
+    """
+
+    targets: Tuple[Target, ...] = ()
+    points: Optional[np.ndarray] = None
+
+
+class Seen(NamedTuple):
+    """A person of a frame.
+
+    Attributes:
+        joints: (18, 3) [m], status (18,) and sigma (18,) [m] in the order of COCO_18.
+        trunk, head: (3, 3) axes of neck and nose, see `joint_frames`.
+        palms: of the left and the right hand.
+        face: where the head faces by its face; None: not known.
+    """
+
+    joints: Tuple[np.ndarray, np.ndarray, np.ndarray]
+    trunk: np.ndarray
+    head: np.ndarray
+    palms: Tuple[Optional[Palm], Optional[Palm]] = (None, None)
+    face: Optional[Facing] = None
+
+
+class Person:
+    """What is remembered of a person.
+
+    Attributes:
+        stamp: when the person was seen last [s].
+        place: (3,) where, the middle of the trunk; NaN if it was never seen.
+        stature: [m].
+    """
+
+    def __init__(self) -> None:
+        self.stamp = -np.inf
+        self.place = np.full(3, np.nan)
+        self.stature = BODY.adult_stature
+        self._statures: Deque[float] = deque(maxlen=_PERSON.statures)
+        self._bodies: Deque[Body] = deque()
+        self._arms: Tuple[Deque[Arm], Deque[Arm]] = (deque(), deque())
+        self._postures = {name: Held(_HOLD.posture) for name in POSTURES}
+        # motions last, so that waving and beckoning begin at once
+        self._gestures = [{name: Held(0.0) if name in ('wave', 'beckon') else Held() for name in ARM_GESTURES}
+                          for _ in SIDES]
+        self._crossed, self._moving, self._falls = Held(), Held(), FallWatch()
+        self._rays: List[Optional[Pointing]] = [None, None]
+
+    def update(self, name: int, stamp: float, seen: Seen, up: np.ndarray, around: Surroundings) -> PersonSignals:
+        """Return what the person does at a time [s].
+
+        Args:
+            name: id.
+            up: (3,) unit vector.
+        """
+        body = self._body(stamp, seen, up)
+        posture = self._posture(body)
+        self._falls.update(body, posture.name, posture.since)
+        gestures = self._all_gestures(body, seen, around)
+        trunk = facing_of(body, seen.trunk, head=False)
+        head = seen.face or facing_of(body, seen.head, head=True)
+        hidden = tuple(side for side, arms in zip(SIDES, self._arms) if not arms[-1].known)
+        return PersonSignals(name, body.place, posture, gestures, trunk, head, self._walk(body), self._falls.fall, hidden)
+
+    def _body(self, stamp: float, seen: Seen, up: np.ndarray) -> Body:
+        stature = stature_of(*seen.joints[:2])
+        if np.isfinite(stature):
+            self._statures.append(stature)
+            self.stature = float(np.median(self._statures))
+        body = body_of(stamp, seen.joints, up, self.stature)
+        self.stamp = stamp
+        if np.isfinite(body.place).all():
+            self.place = body.place
+        for values, value in zip((self._bodies, *self._arms), (body, arm_of(body, 0), arm_of(body, 1))):
+            values.append(value)
+            while values[0].stamp < stamp - _PERSON.history:
+                values.popleft()
+        return body
+
+    def _posture(self, body: Body) -> Posture:
+        degrees = posture_degrees(body)
+        for name, held in self._postures.items():
+            held.update(body.stamp, degrees[name])
+        on = [name for name, held in self._postures.items() if held.on]
+        if not on:
+            return Posture(UNKNOWN)
+        name = max(on, key=lambda one: self._postures[one].since)
+        return Posture(name, self._postures[name].since, self._postures[name].confidence)
+
+    def _all_gestures(self, body: Body, seen: Seen, around: Surroundings) -> Tuple[Gesture, ...]:
+        crossed = crossed_degree(self._arms[0][-1], self._arms[1][-1], body)
+        self._crossed.update(body.stamp, crossed)
+        found = []
+        for side, arm in enumerate(SIDES):
+            degrees = arm_degrees(list(self._arms[side]), seen.palms[side], body)
+            for name, held in self._gestures[side].items():
+                held.update(body.stamp, least(degrees[name], 1.0 if np.isnan(crossed) else 1 - crossed))
+            found += [Gesture(name, arm, held.since, held.confidence,
+                              self._pointing(side, body, degrees['point'], around) if name == 'point' else None)
+                      for name, held in self._gestures[side].items() if held.on]
+        if self._crossed.on:
+            found.append(Gesture('arms_crossed', BOTH, self._crossed.since, self._crossed.confidence))
+        return tuple(found)
+
+    def _pointing(self, side: int, body: Body, degree: float, around: Surroundings) -> Optional[Pointing]:
+        """Return the ray; while the arm is hidden or leaves, the one before."""
+        ray = pointing_of(body, side)
+        if ray is None or not degree >= _HOLD.unsure:
+            return self._rays[side]
+        hit = hit_target(ray, around.targets)
+        if hit is None and around.points is not None:
+            hit = hit_points(ray, around.points, body.joints[ARMS[side, 2]], body.stature)
+        self._rays[side] = Pointing(ray.origin, ray.direction, ray.sigma, hit)
+        return self._rays[side]
+
+    def _walk(self, body: Body) -> Optional[Walk]:
+        velocity = floor_velocity(self._bodies)
+        if velocity is None:
+            return None
+        speed = float(np.linalg.norm(velocity))
+        self._moving.update(body.stamp, ramp(speed / body.stature, _MOTION.moving))
+        moving = self._moving.on
+        return Walk(moving, speed, unit(velocity) if moving else np.zeros(3))

@@ -1,0 +1,102 @@
+"""What people do, from frame to frame."""
+from typing import Dict, List, Optional, Tuple
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+from scipy.spatial.transform import Rotation
+
+from openpose_ros_signals.constants import SIGNALS
+from openpose_ros_signals.geometry import joints_of
+from openpose_ros_signals.gestures import palm_of
+from openpose_ros_signals.person import Person, Seen, Surroundings
+from openpose_ros_signals.records import Facing, PersonSignals
+from skeleton_extract_3d.body.body import TRUNK
+from skeleton_extract_3d.body.joint_frames import joint_frames
+from skeleton_extract_3d.landmarks import Landmarks3D
+from skeleton_extract_3d.people import People3D
+
+_PERSON = SIGNALS.person
+_FAR = 1e6
+
+
+class SignalReader:
+    """Tells what the people of successive frames do; not thread-safe, and with no clock but the stamps."""
+
+    def __init__(self) -> None:
+        self._people: Dict[int, Person] = {}
+        self._stamp = -np.inf
+
+    def update(self, people: People3D, stamp: float, up: np.ndarray, around: Surroundings = Surroundings(),
+               landmarks: Optional[Landmarks3D] = None) -> Tuple[PersonSignals, ...]:
+        """Return what each person does, in the order of the people.
+
+        Args:
+            people: in a frame of reference in which the room stands still, or walking and falls are not told rightly.
+            stamp: [s]; if it is before that of the last frame, everybody begins anew.
+            up: (3,) upwards, any length.
+            around: what they may point at, in the same frame.
+            landmarks: their hands and faces, in the same frame; None: not known.
+        """
+        if stamp < self._stamp:
+            self._people.clear()
+        self._stamp = stamp
+        up = np.asarray(up, np.float64) / np.linalg.norm(up)
+        self._people = {name: person for name, person in self._people.items()
+                        if stamp - person.stamp <= _PERSON.gap}
+        joints = joints_of(people)
+        self._follow(people.ids.tolist(), joints[0], stamp)
+        seen = _all_seen(people, joints, landmarks or Landmarks3D.empty())
+        return tuple(self._people[name].update(name, stamp, one, up, around)
+                     for name, one in zip(people.ids.tolist(), seen))
+
+    def _follow(self, names: List[int], joints: np.ndarray, stamp: float) -> None:
+        """Give new ids, and those that have jumped, the memory of who was there."""
+        with np.errstate(invalid='ignore'):
+            places = np.array([_middle(row[TRUNK]) for row in joints]).reshape(-1, 3)
+        new = [row for row, name in enumerate(names)
+               if name not in self._people or self._steps(self._people[name], places[row], stamp) > 1]
+        kept = {names[row] for row in range(len(names)) if row not in new}
+        lost = [name for name in self._people if name not in kept]
+        steps = np.array([[min(self._steps(self._people[name], places[row], stamp), _FAR) for name in lost]
+                          for row in new]).reshape(len(new), len(lost))
+        memories = {new[row]: self._people[lost[column]] for row, column in zip(*linear_sum_assignment(steps))
+                    if steps[row, column] <= 1}
+        for row in new:
+            self._people.pop(names[row], None)
+        taken = {id(person) for person in memories.values()}
+        self._people = {name: person for name, person in self._people.items() if id(person) not in taken}
+        self._people.update({names[row]: memories.get(row, Person()) for row in new})
+
+    @staticmethod
+    def _steps(person: Person, place: np.ndarray, stamp: float) -> float:
+        """Return how far a place is from where a person was, as a share of how far the person may have gone."""
+        reach = (_PERSON.step + _PERSON.stride * (stamp - person.stamp)) * person.stature
+        steps = float(np.linalg.norm(place - person.place)) / reach
+        return 0.0 if np.isnan(steps) else steps
+
+
+def _middle(trunk: np.ndarray) -> np.ndarray:
+    known = trunk[np.isfinite(trunk[:, 0])]
+    return np.asarray(known.mean(axis=0)) if len(known) else np.full(3, np.nan)
+
+
+def _all_seen(people: People3D, joints: Tuple[np.ndarray, ...], landmarks: Landmarks3D) -> List[Seen]:
+    """Return the people of a frame one by one."""
+    frames, index = joint_frames(people), people.skeleton.index
+    neck, nose = (frames[:, index[name]] if name in index else np.full((len(people), 3, 3), np.nan)
+                  for name in ('neck', 'nose'))
+    seen = []
+    for row, name in enumerate(people.ids.tolist()):
+        palms = tuple(palm_of(landmarks.hands, name, left) for left in (True, False))
+        own = (joints[0][row], joints[1][row], joints[2][row])
+        seen.append(Seen(own, neck[row], nose[row], (palms[0], palms[1]), _face_of(landmarks, name)))
+    return seen
+
+
+def _face_of(landmarks: Landmarks3D, name: int) -> Optional[Facing]:
+    """Return which way the face of a person looks, None if it was not found."""
+    faces = landmarks.faces
+    for row in np.flatnonzero((faces.people == name) & np.isfinite(faces.orientations).all(axis=1)):
+        forward = Rotation.from_quat(faces.orientations[row]).apply([1.0, 0.0, 0.0])
+        return Facing(forward, float(faces.orientation_sigma[row]))
+    return None

@@ -1,0 +1,165 @@
+"""What people do: the types that pass between the core, markers and converters.
+
+All positions and directions are in the frame of the people.
+"""
+from dataclasses import dataclass
+from typing import NamedTuple, Optional, Tuple
+
+import numpy as np
+
+UNKNOWN = 'unknown'
+POSTURES = ('standing', 'sitting', 'crouching', 'kneeling', 'lying')
+GESTURES = ('wave', 'raise_hand', 'beckon', 'stop', 'point', 'arms_crossed')
+LEFT, RIGHT, BOTH = 'left', 'right', 'both'
+
+
+@dataclass(frozen=True)
+class Posture:
+    """How somebody's body is.
+
+    Attributes:
+        name: one of `POSTURES`, or `UNKNOWN`: joints are hidden, or one posture passes into another.
+        since: when its conditions began to hold [s]; NaN if unknown.
+        confidence: how far its conditions hold, 0 to 1; 0 if unknown.
+    """
+
+    name: str = UNKNOWN
+    since: float = np.nan
+    confidence: float = 0.0
+
+
+class Target(NamedTuple):
+    """Something that one can point at.
+
+    Attributes:
+        name: unique.
+        position: (3,) [m].
+    """
+
+    name: str
+    position: np.ndarray
+
+
+@dataclass(frozen=True)
+class Hit:
+    """What a pointing ray meets.
+
+    Attributes:
+        position: (3,) [m].
+        name: of a known target; '': a point of the cloud.
+        off: angle between it and the ray, at the ray's origin [rad].
+    """
+
+    position: np.ndarray
+    name: str = ''
+    off: float = 0.0
+
+
+@dataclass(frozen=True)
+class Pointing:
+    """Where somebody points.
+
+    Attributes:
+        origin: (3,) [m], between shoulder and eyes.
+        direction: (3,) unit vector, from there through the wrist.
+        sigma: [rad], root mean square angle between direction and target; the cone of half angle 2 sigma holds most
+            targets.
+        hit: what the ray meets; None: nothing known.
+    """
+
+    origin: np.ndarray
+    direction: np.ndarray
+    sigma: float
+    hit: Optional[Hit] = None
+
+
+@dataclass(frozen=True)
+class Gesture:
+    """Something that somebody tells with an arm or both.
+
+    Attributes:
+        name: one of `GESTURES`.
+        arm: `LEFT`, `RIGHT` or `BOTH`, the person's own.
+        since: when its conditions began to hold [s]; it is reported shortly after.
+        confidence: how far its conditions hold, 0 to 1.
+        pointing: where to, of `point`.
+    """
+
+    name: str
+    arm: str
+    since: float
+    confidence: float
+    pointing: Optional[Pointing] = None
+
+
+@dataclass(frozen=True)
+class Facing:
+    """Which way a body or a head faces.
+
+    Attributes:
+        direction: (3,) unit vector.
+        sigma: [rad], by the errors of the joints.
+    """
+
+    direction: np.ndarray
+    sigma: float
+
+
+@dataclass(frozen=True)
+class Walk:
+    """How somebody moves over the floor.
+
+    Attributes:
+        moving: or standing still.
+        speed: [m/s].
+        direction: (3,) level unit vector; zeros of who stands still.
+    """
+
+    moving: bool
+    speed: float
+    direction: np.ndarray
+
+
+@dataclass(frozen=True)
+class Fall:
+    """Somebody lies who was upright shortly before.
+
+    Attributes:
+        stamp: since when the person lies [s]. It names the fall: there is one per person and stamp.
+        duration: time from upright to lying [s].
+        speed: greatest speed downwards of the shoulders on the way [m/s].
+    """
+
+    stamp: float
+    duration: float
+    speed: float
+
+
+@dataclass(frozen=True)
+class PersonSignals:
+    """What one person does at one time.
+
+    Attributes:
+        id: of the person.
+        place: (3,) [m], the middle of the trunk; NaN if hidden.
+        posture: one of `POSTURES` or unknown.
+        gestures: of all that hold.
+        body, head: which way they face; None if hidden.
+        walk: None: the person was not seen for long enough.
+        fall: of who lies after a fall, until the person is up again; None: no fall.
+        hidden_arms: arms whose gestures are not known, `LEFT` and `RIGHT`.
+    """
+
+    id: int
+    place: np.ndarray
+    posture: Posture = Posture()
+    gestures: Tuple[Gesture, ...] = ()
+    body: Optional[Facing] = None
+    head: Optional[Facing] = None
+    walk: Optional[Walk] = None
+    fall: Optional[Fall] = None
+    hidden_arms: Tuple[str, ...] = ()
+
+    def gesture(self, name: str) -> Optional[Gesture]:
+        """Return the gesture of this name, None if it does not hold."""
+        return next((one for one in self.gestures if one.name == name), None)

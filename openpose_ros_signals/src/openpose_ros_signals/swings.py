@@ -1,0 +1,94 @@
+"""Gestures that move to and fro: turns of the motion of an arm, and how far waving and beckoning hold."""
+from typing import List, Sequence
+
+import numpy as np
+
+from openpose_ros_signals.arms import Arm
+from openpose_ros_signals.constants import SIGNALS
+from openpose_ros_signals.geometry import least, ramp
+
+_SWING, _GESTURE = SIGNALS.swing, SIGNALS.gesture
+
+
+def wave_degree(arms: Sequence[Arm]) -> float:
+    """Return how far a hand that is up goes to and fro sideways, 0 to 1; NaN if the arm is hidden.
+
+    Args:
+        arms: of one side, in the last second, the newest last.
+    """
+    arm = arms[-1]
+    posture = least(ramp(arm.wrist[2], _SWING.wave_height), ramp(arm.forearm, _SWING.wave_forearm))
+    if not posture > 0:
+        return posture
+    run = _while(arms, [one.forearm < _SWING.wave_rising for one in arms])
+    ways = np.array([one.wrist for one in run])
+    ends = turns(ways[:, 0], _SWING.wave[0])
+    if not _lively(run, ends):
+        return 0.0
+    before, last = np.abs(np.diff(ways[ends[-3:]], axis=0))
+    level = last[0] >= _SWING.wave_level * max(last[1], last[2])
+    return least(posture, ramp(min(before[0], last[0]), _SWING.wave)) if level else 0.0
+
+
+def beckon_degree(arms: Sequence[Arm]) -> float:
+    """Return how far the elbow of an arm before the body bends and stretches, 0 to 1; NaN if the arm is hidden.
+
+    Args:
+        arms: of one side, in the last second, the newest last.
+    """
+    arm = arms[-1]
+    posture = least(ramp(arm.raised, _SWING.beckon_arm), ramp(arm.wrist[1], _SWING.beckon_ahead),
+                    ramp(arm.from_nose, _GESTURE.off_face), 1 - ramp(arm.over_eyes, _GESTURE.over_eyes))
+    if not posture > 0:
+        return posture
+    run = _while(arms, [one.elbow < _SWING.beckon_elbow and one.raised > _SWING.beckon_arm[0] for one in arms])
+    elbows = np.array([one.elbow for one in run])
+    ends = turns(elbows, _SWING.beckon[0])
+    if not _lively(run, ends):
+        return 0.0
+    before, last = np.abs(np.diff(elbows[ends[-3:]]))
+    ways = np.diff([run[row].wrist for row in ends[-3:]], axis=0)
+    along = (np.abs(ways[:, 0]) <= _SWING.beckon_side * np.linalg.norm(ways, axis=1)).all()
+    return least(posture, ramp(min(before, last), _SWING.beckon)) if along else 0.0
+
+
+def turns(values: np.ndarray, least_way: float) -> List[int]:
+    """Return where a motion turns, as rows: its begin, each turn between ways of at least a length, its newest end.
+
+    Args:
+        values: (N,).
+    """
+    low = high = 0
+    ends: List[int] = []
+    rising = 0
+    for row, value in enumerate(values):
+        if rising >= 0 and value > values[high]:
+            high = row
+        if rising <= 0 and value < values[low]:
+            low = row
+        if rising >= 0 and value <= values[high] - least_way:  # it has turned downwards
+            ends.append(high)
+            rising, low = -1, row
+        elif rising <= 0 and value >= values[low] + least_way:
+            ends.append(low)
+            rising, high = 1, row
+    return [*ends, high if rising > 0 else low]
+
+
+def _lively(run: Sequence[Arm], ends: List[int]) -> bool:
+    """Return whether a motion goes to and fro, and still does."""
+    if len(ends) < 3:
+        return False
+    stamps = [run[row].stamp for row in ends[-3:]] + [run[-1].stamp]
+    return max(np.diff(stamps)) <= _SWING.pause
+
+
+def _while(arms: Sequence[Arm], holds: Sequence[bool]) -> List[Arm]:
+    """Return the newest arms in a row for which something holds; hidden ones are left out."""
+    run: List[Arm] = []
+    for arm, one in zip(arms[::-1], holds[::-1]):
+        if arm.known and not one:
+            break
+        if arm.known:
+            run.append(arm)
+    return run[::-1]
