@@ -19,6 +19,7 @@ class Arm(NamedTuple):
         forearm: angle of the forearm to straight up [deg].
         over_eyes: height of the wrist over the eyes [statures].
         from_nose: distance of the wrist from the nose [statures].
+        sigma: the greatest of the three joints [statures]; 0 if not estimated.
     """
 
     stamp: float
@@ -30,6 +31,7 @@ class Arm(NamedTuple):
     forearm: float
     over_eyes: float
     from_nose: float
+    sigma: float
 
     @property
     def known(self) -> bool:
@@ -45,7 +47,8 @@ def arm_of(body: Body, side: int) -> Arm:
     return Arm(body.stamp, axes @ reach / body.stature, wrist / body.stature,
                axes @ fore / (np.linalg.norm(fore) + 1e-12),
                angle(shoulder - elbow, fore), angle(reach, -body.up), angle(fore, body.up),
-               body.height(wrist, body.eyes), body.distance(wrist, body.joints[NOSE]))
+               body.height(wrist, body.eyes), body.distance(wrist, body.joints[NOSE]),
+               float(np.nan_to_num(body.sigma[ARMS[side]]).max()) / body.stature)
 
 
 def held_way(arms: Sequence[Arm], seconds: float) -> float:

@@ -20,6 +20,7 @@ class HoldConstants:
     begin: float = constant(0.1, 'A gesture begins when it has held for this long.', unit='s')
     end: float = constant(0.1, 'A gesture ends when it has not held for this long.', unit='s')
     posture: float = constant(0.2, 'A posture begins when it has held for this long.', unit='s')
+    lying: float = constant(0.05, 'Lying begins when it has held for this long: nothing else is like it.', unit='s')
     hidden: float = constant(0.4, 'What holds goes on for this long while its joints are hidden.', unit='s')
     memory: float = constant(0.3, 'Time constant of the mean of the degrees that is the confidence.', unit='s')
 
@@ -72,15 +73,17 @@ class GestureConstants:
                                                'raised hand.', unit='deg')
     open_elbow: Ramp = constant((70.0, 90.0), 'Angle of the elbow of a raised hand; less is a hand on the head.',
                                 unit='deg')
-    straight_arm: Ramp = constant((118.0, 135.0), 'Angle of the elbow of who points.', unit='deg')
-    arm_away: Ramp = constant((38.0, 48.0), 'Angle of the line from shoulder to wrist to straight down, of who '
+    straight_arm: Ramp = constant((125.0, 145.0), 'Angle of the elbow of who points.', unit='deg')
+    arm_away: Ramp = constant((42.0, 52.0), 'Angle of the line from shoulder to wrist to straight down, of who '
                                             'points.', unit='deg')
     arm_not_up: Ramp = constant((146.0, 138.0), 'The same: steeper is a raised hand.', unit='deg')
     stop_time: float = constant(0.3, 'A hand says stop if it is held for this long.', unit='s')
-    stop_forearm: Ramp = constant((50.0, 38.0), 'Angle of the forearm to straight up, of a hand that says stop.',
+    stop_forearm: Ramp = constant((65.0, 55.0), 'Angle of the forearm to straight up, of a hand that says stop.',
                                   unit='deg')
-    stop_ahead: Ramp = constant((0.08, 0.12), 'How far the wrist is before the shoulder.', unit='statures')
-    stop_height: Ramp = constant((-0.10, -0.05), 'Height of the wrist over the shoulder.', unit='statures')
+    stop_ahead: Ramp = constant((0.15, 0.19), 'How far the wrist is before the shoulder.', unit='statures')
+    stop_height: Ramp = constant((-0.08, -0.03), 'Height of the wrist over the shoulder.', unit='statures')
+    rising: Ramp = constant((0.35, 0.22), 'Speed up or down of the trunk: who falls, sits down or gets up tells nothing '
+                                          'with the arms.', unit='statures/s')
     off_face: Ramp = constant((0.10, 0.14), 'Distance of the wrist from the nose; nearer, the hand is at the face.',
                               unit='statures')
     palm: Ramp = constant((50.0, 38.0), 'Angle of the palm to the line from shoulder to hand, and of the fingers to '
@@ -97,16 +100,18 @@ class GestureConstants:
 class SwingConstants:
     """Gestures that move to and fro."""
 
-    pause: float = constant(0.7, 'Between two turns there is at most this time.', unit='s')
+    pause: float = constant(0.6, 'From turn to turn it takes at most this time.', unit='s')
+    most_sigma: float = constant(0.042, 'Greatest sigma of the joints of an arm where it turns.', unit='statures')
     wave: Ramp = constant((0.015, 0.030), 'Way of the wrist to the side between two turns, of who waves.',
                           unit='statures')
     wave_level: float = constant(1.5, 'It is this many times the way upwards and the way forwards.')
-    wave_height: Ramp = constant((-0.06, -0.01), 'Height of the wrist over the shoulder.', unit='statures')
+    wave_height: Ramp = constant((-0.04, 0.01), 'Height of the wrist over the shoulder.', unit='statures')
     wave_forearm: Ramp = constant((75.0, 60.0), 'Angle of the forearm to straight up.', unit='deg')
     wave_rising: float = constant(95.0, 'The motion counts from when the forearm is this near to straight up.',
                                   unit='deg')
-    beckon: Ramp = constant((12.0, 24.0), 'Bending and stretching of the elbow between two turns, of who beckons.',
+    beckon: Ramp = constant((16.0, 26.0), 'Bending and stretching of the elbow between two turns, of who beckons.',
                             unit='deg')
+    beckon_open: Ramp = constant((70.0, 80.0), 'Angle of the elbow where it is straightest in the motion.', unit='deg')
     beckon_arm: Ramp = constant((25.0, 38.0), 'Angle of the line from shoulder to wrist to straight down.', unit='deg')
     beckon_elbow: float = constant(142.0, 'Angle of the elbow: straighter, the motion does not count.', unit='deg')
     beckon_ahead: Ramp = constant((0.03, 0.07), 'How far the wrist is before the shoulder.', unit='statures')

@@ -35,11 +35,17 @@ def palm_of(hands: Hands3D, person: int, left: bool) -> Optional[Palm]:
     return None
 
 
-def arm_degrees(arms: Sequence[Arm], palm: Optional[Palm], body: Body) -> Dict[str, float]:
+def extended(arm: Arm) -> float:
+    """Return how far an arm is straight and away from the body, 0 to 1; NaN if it is hidden."""
+    return least(ramp(arm.elbow, _GESTURE.straight_arm), ramp(arm.raised, _GESTURE.arm_away))
+
+
+def arm_degrees(arms: Sequence[Arm], other: Arm, palm: Optional[Palm], body: Body) -> Dict[str, float]:
     """Return how far each of `ARM_GESTURES` holds for one arm, 0 to 1; NaN if the arm is hidden.
 
     Args:
         arms: in the last second, the newest last.
+        other: the other arm: who stretches out both does not point.
         palm: of this arm's hand; None: not known.
         body: at the time of the newest.
     """
@@ -52,8 +58,9 @@ def arm_degrees(arms: Sequence[Arm], palm: Optional[Palm], body: Body) -> Dict[s
     raised = least(ramp(arm.over_eyes, _GESTURE.over_eyes), ramp(arm.raised, _GESTURE.steep_arm),
                    ramp(arm.elbow, _GESTURE.open_elbow), held, 1 - wave)
     stop = least(_says_stop(arms, palm, body), 1 - wave, 1 - beckon, 1 - raised)
-    point = least(ramp(arm.elbow, _GESTURE.straight_arm), ramp(arm.raised, _GESTURE.arm_away),
-                  ramp(arm.raised, _GESTURE.arm_not_up), held, 1 - wave, 1 - beckon, 1 - stop)
+    both = extended(other)
+    point = least(extended(arm), ramp(arm.raised, _GESTURE.arm_not_up), held, 1 - wave, 1 - beckon, 1 - stop,
+                  1.0 if np.isnan(both) else 1 - both)
     return {'wave': wave, 'raise_hand': raised, 'beckon': beckon, 'stop': stop, 'point': point}
 
 

@@ -30,6 +30,20 @@ def floor_velocity(bodies: Sequence[Body]) -> Optional[np.ndarray]:
     return None
 
 
+def rising_speed(bodies: Sequence[Body]) -> float:
+    """Return the speed of the trunk up or down [statures/s]; 0 if it is not known.
+
+    Args:
+        bodies: of one person, the newest last.
+    """
+    newest = bodies[-1]
+    for body in bodies:
+        elapsed = newest.stamp - body.stamp
+        if TICK < elapsed <= _MOTION.least_time + TICK:
+            return float(np.nan_to_num(abs(newest.height(newest.place, body.place)))) / elapsed
+    return 0.0
+
+
 def facing_of(body: Body, frame: np.ndarray, head: bool) -> Optional[Facing]:
     """Return which way trunk or head face; None if their joints are hidden.
 

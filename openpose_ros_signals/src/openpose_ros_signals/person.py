@@ -9,7 +9,7 @@ from openpose_ros_signals.constants import SIGNALS
 from openpose_ros_signals.geometry import ARMS, Body, body_of, least, ramp, stature_of, unit
 from openpose_ros_signals.gestures import ARM_GESTURES, Palm, arm_degrees, crossed_degree
 from openpose_ros_signals.holding import Held
-from openpose_ros_signals.motion import FallWatch, facing_of, floor_velocity
+from openpose_ros_signals.motion import FallWatch, facing_of, floor_velocity, rising_speed
 from openpose_ros_signals.pointing import hit_points, hit_target, pointing_of
 from openpose_ros_signals.postures import posture_degrees
 from openpose_ros_signals.records import (
@@ -28,8 +28,10 @@ from openpose_ros_signals.records import (
 )
 from skeleton_extract_3d.body.body import BODY
 
-_PERSON, _HOLD, _MOTION = SIGNALS.person, SIGNALS.hold, SIGNALS.motion
+_PERSON, _HOLD, _MOTION, _GESTURE = SIGNALS.person, SIGNALS.hold, SIGNALS.motion, SIGNALS.gesture
 SIDES = (LEFT, RIGHT)
+# What also who lies on the floor tells.
+_ALSO_LYING = ('wave', 'raise_hand')
 
 
 class Surroundings(NamedTuple):
@@ -77,8 +79,8 @@ class Person:
         self._statures: Deque[float] = deque(maxlen=_PERSON.statures)
         self._bodies: Deque[Body] = deque()
         self._arms: Tuple[Deque[Arm], Deque[Arm]] = (deque(), deque())
-        self._postures = {name: Held(_HOLD.posture) for name in POSTURES}
-        # motions last, so that waving and beckoning begin at once
+        self._postures = {name: Held(_HOLD.lying if name == 'lying' else _HOLD.posture) for name in POSTURES}
+        # a motion to and fro lasts by itself, so that it is reported at once
         self._gestures = [{name: Held(0.0) if name in ('wave', 'beckon') else Held() for name in ARM_GESTURES}
                           for _ in SIDES]
         self._crossed, self._moving, self._falls = Held(), Held(), FallWatch()
@@ -128,11 +130,13 @@ class Person:
     def _all_gestures(self, body: Body, seen: Seen, around: Surroundings) -> Tuple[Gesture, ...]:
         crossed = crossed_degree(self._arms[0][-1], self._arms[1][-1], body)
         self._crossed.update(body.stamp, crossed)
+        settled = least(ramp(rising_speed(self._bodies), _GESTURE.rising), 1.0 if np.isnan(crossed) else 1 - crossed)
+        up = 0.0 if self._postures['lying'].on else 1.0
         found = []
         for side, arm in enumerate(SIDES):
-            degrees = arm_degrees(list(self._arms[side]), seen.palms[side], body)
+            degrees = arm_degrees(list(self._arms[side]), self._arms[1 - side][-1], seen.palms[side], body)
             for name, held in self._gestures[side].items():
-                held.update(body.stamp, least(degrees[name], 1.0 if np.isnan(crossed) else 1 - crossed))
+                held.update(body.stamp, least(degrees[name], settled, 1.0 if name in _ALSO_LYING else up))
             found += [Gesture(name, arm, held.since, held.confidence,
                               self._pointing(side, body, degrees['point'], around) if name == 'point' else None)
                       for name, held in self._gestures[side].items() if held.on]

@@ -49,7 +49,8 @@ def beckon_degree(arms: Sequence[Arm]) -> float:
     before, last = np.abs(np.diff(elbows[ends[-3:]]))
     ways = np.diff([run[row].wrist for row in ends[-3:]], axis=0)
     along = (np.abs(ways[:, 0]) <= _SWING.beckon_side * np.linalg.norm(ways, axis=1)).all()
-    return least(posture, ramp(min(before, last), _SWING.beckon)) if along else 0.0
+    opened = ramp(elbows[ends[-3:]].max(), _SWING.beckon_open)
+    return least(posture, opened, ramp(min(before, last), _SWING.beckon)) if along else 0.0
 
 
 def turns(values: np.ndarray, least_way: float) -> List[int]:
@@ -76,11 +77,12 @@ def turns(values: np.ndarray, least_way: float) -> List[int]:
 
 
 def _lively(run: Sequence[Arm], ends: List[int]) -> bool:
-    """Return whether a motion goes to and fro, and still does."""
+    """Return whether a motion goes to and fro, still does, and is seen well where it turns."""
     if len(ends) < 3:
         return False
-    stamps = [run[row].stamp for row in ends[-3:]] + [run[-1].stamp]
-    return max(np.diff(stamps)) <= _SWING.pause
+    begin, turn, end = (run[row] for row in ends[-3:])
+    return (max(turn.stamp - begin.stamp, run[-1].stamp - turn.stamp) <= _SWING.pause
+            and max(turn.sigma, end.sigma) <= _SWING.most_sigma)
 
 
 def _while(arms: Sequence[Arm], holds: Sequence[bool]) -> List[Arm]:
