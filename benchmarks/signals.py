@@ -5,14 +5,13 @@ Detects and lifts the people of each sequence, without ROS, and reads their sign
 accuracy_3d.py. Where gt.json labels gestures, these are scored with the given script, and the latency of each one, the
 pointing rays and what they meet are told. Without labels, gestures are compared with those that the true joints of all
 people give, within half a second; postures are compared with those of the true joints, frame by frame.
---step 2 leaves out every other frame after detection. --people keeps the people in a file, or reads them from there.
+--step 2 leaves out every other frame after detection.
 
     benchmarks/signals.py signals --evaluate evaluate_signals.py
-    benchmarks/signals.py signals floor wave turn group --people people.pickle
+    benchmarks/signals.py signals floor wave turn group --evaluate evaluate_signals.py --step 2
 """
 import csv
 import json
-import pickle
 import subprocess
 import sys
 import tempfile
@@ -52,7 +51,7 @@ Signals = List[Tuple[float, Tuple[PersonSignals, ...]]]
 
 
 @dataclass(frozen=True)
-class LabelledSequence:
+class Truth:
     """A sequence with its truth: the place of the camera in each frame, people and what they do."""
 
     folder: Path
@@ -76,12 +75,12 @@ class LabelledSequence:
         return frames
 
 
-def read_sequence(folder: Path) -> LabelledSequence:
+def read_truth(folder: Path) -> Truth:
     """Read the truth of a folder."""
     meta = json.loads((folder / 'meta.json').read_text())
     truth = json.loads((folder / 'gt.json').read_text())
     poses = meta.get('poses') or [meta['T_world_camera']] * len(truth['frames'])
-    return LabelledSequence(folder, truth, np.array(poses))
+    return Truth(folder, truth, np.array(poses))
 
 
 def detect(folders: Sequence[Path], raw: Dict[str, Any]) -> Dict[str, Frames]:
@@ -95,7 +94,7 @@ def detect(folders: Sequence[Path], raw: Dict[str, Any]) -> Dict[str, Frames]:
     return found
 
 
-def read_signals(sequence: LabelledSequence, frames: Frames, step: int, around: Optional[List[Surroundings]] = None) -> Signals:
+def read_signals(sequence: Truth, frames: Frames, step: int, around: Optional[List[Surroundings]] = None) -> Signals:
     """Return the signals of the people of a sequence, in the world where the camera moves, else in its frame."""
     reader, signals = SignalReader(), []
     moving = (sequence.poses != sequence.poses[0]).any()
@@ -109,7 +108,7 @@ def read_signals(sequence: LabelledSequence, frames: Frames, step: int, around: 
     return signals
 
 
-def clouds(sequence: LabelledSequence) -> List[Surroundings]:
+def clouds(sequence: Truth) -> List[Surroundings]:
     """Return what the depth images of a sequence show."""
     source = open_sequence(sequence.folder)
     rows, columns = np.mgrid[:source.camera.height:CLOUD_STEP, :source.camera.width:CLOUD_STEP]
@@ -147,8 +146,8 @@ def write_labels(path: Path, frames: Frames, signals: Signals) -> None:
                                          **(dict(zip(COLUMNS[7:], (*ray.origin, *ray.direction))) if ray else {})))
 
 
-def label_rows(sequence: LabelledSequence, frames: Frames, signals: Signals) -> Tuple[List[List[object]], List[float]]:
-    """Return a row for each labelled gesture with its latency, and the errors of the rays of labelled pointing [deg]."""
+def label_rows(sequence: Truth, frames: Frames, signals: Signals) -> Tuple[List[List[object]], List[float]]:
+    """Return a row for each labelled gesture with its latency, and the errors of the rays of true pointing [deg]."""
     there = {stamp: (pairs(true, people), persons) for (_, true), (stamp, people), persons in
              ((true, found, dict(signals).get(found[0], ())) for true, found in zip(sequence.true_people, frames))}
     rows, errors, open_rows = [], [], {}
@@ -179,7 +178,7 @@ def _ray_error(gesture: Any, detail: Dict[str, Any]) -> float:
     return float(np.degrees(np.arccos(np.clip(ray.direction @ to / np.linalg.norm(to), -1, 1))))
 
 
-def hits(sequence: LabelledSequence, signals: Signals) -> str:
+def hits(sequence: Truth, signals: Signals) -> str:
     """Return how often the rays of labelled pointing meet what was pointed at, as text."""
     right = count = 0
     labels = {frame['t']: [detail for person in frame['people'] for detail in person['detail']
@@ -190,8 +189,8 @@ def hits(sequence: LabelledSequence, signals: Signals) -> str:
                 if detail['arm'] == gesture.arm:
                     hit = gesture.pointing.hit if gesture.pointing else None
                     count += 1
-                    right += hit is not None and (hit.name == detail['target_name'] or not hit.name and bool(
-                        np.linalg.norm(hit.position - detail['target']) < AT_TARGET))
+                    right += hit is not None and (hit.name == detail['target_name'] or (not hit.name and bool(
+                        np.linalg.norm(hit.position - detail['target']) < AT_TARGET)))
     return f'{right} of {count}'
 
 
@@ -207,7 +206,7 @@ def intervals(signals: Signals) -> List[Tuple[float, float, int, str, str]]:
     return sorted(rows)
 
 
-def posture_rows(sequence: LabelledSequence, frames: Frames, signals: Signals) -> Dict[str, List[int]]:
+def posture_rows(sequence: Truth, frames: Frames, signals: Signals) -> Dict[str, List[int]]:
     """Return, by the posture of the true joints, in how many frames the same, unknown, or another one is told."""
     counts: Dict[str, List[int]] = {}
     persons_at = dict(signals)
@@ -224,7 +223,7 @@ def posture_rows(sequence: LabelledSequence, frames: Frames, signals: Signals) -
     return counts
 
 
-def tell(sequence: LabelledSequence, frames: Frames, step: int, script: Optional[Path]) -> Tuple[float, float, float]:
+def tell(sequence: Truth, frames: Frames, step: int, script: Optional[Path]) -> Tuple[float, float, float]:
     """Print what is told of a sequence; return its length [s], how many false gestures, and seconds per person."""
     begin = time.perf_counter()
     signals = read_signals(sequence, frames, step)
@@ -249,7 +248,7 @@ def tell(sequence: LabelledSequence, frames: Frames, step: int, script: Optional
     return signals[-1][0] - signals[0][0], false, cost
 
 
-def tell_labelled(sequence: LabelledSequence, frames: Frames, signals: Signals, step: int, script: Optional[Path]) -> None:
+def tell_labelled(sequence: Truth, frames: Frames, signals: Signals, step: int, script: Optional[Path]) -> None:
     """Print scores of labels, latencies, and how right the rays are."""
     if script:
         with tempfile.TemporaryDirectory() as folder:
@@ -275,20 +274,14 @@ def main() -> None:
     parser.add_settings('of the chain')
     parser.add_argument('--evaluate', type=Path, help='script that scores labels')
     parser.add_argument('--step', type=int, default=1, help='take every so many-th frame')
-    parser.add_argument('--people', type=Path, help='file of the people that were detected; it is written if missing')
     arguments = parser.parse_args()
     with errors_end_the_program():
-        if arguments.people and arguments.people.is_file():
-            found = pickle.loads(arguments.people.read_bytes())  # noqa: S301: a file of this program
-        else:
-            found = detect(arguments.sequences, parser.settings(arguments.set))
-            if arguments.people:
-                arguments.people.write_bytes(pickle.dumps(found))
-        told = [tell(read_sequence(folder), found[str(folder)], arguments.step, arguments.evaluate)
+        found = detect(arguments.sequences, parser.settings(arguments.set))
+        told = [tell(read_truth(folder), found[str(folder)], arguments.step, arguments.evaluate)
                 for folder in arguments.sequences]
     seconds, false, cost = np.array(told).T
-    print(f'\nfalse gestures: {false.sum():.0f} in {seconds.sum():.1f} s, {60 * false.sum() / seconds.sum():.2f} per minute'
-          f'\n{1e3 * np.median(cost):.2f} ms per person and frame')
+    print(f'\nfalse gestures: {false.sum():.0f} in {seconds.sum():.1f} s, {60 * false.sum() / seconds.sum():.2f} '
+          f'per minute\n{1e3 * np.median(cost):.2f} ms per person and frame')
 
 
 if __name__ == '__main__':

@@ -1,9 +1,10 @@
 """How an arm is held, and how it has moved of late."""
+import math
 from typing import NamedTuple, Sequence
 
 import numpy as np
 
-from openpose_ros_signals.geometry import ARMS, NOSE, TICK, Body, angle
+from openpose_ros_signals.geometry import ARMS, NOSE, TICK, Body, angle, length
 
 
 class Arm(NamedTuple):
@@ -20,6 +21,7 @@ class Arm(NamedTuple):
         over_eyes: height of the wrist over the eyes [statures].
         from_nose: distance of the wrist from the nose [statures].
         sigma: the greatest of the three joints [statures]; 0 if not estimated.
+        known: whether shoulder, elbow, wrist and the left of the body are seen.
     """
 
     stamp: float
@@ -32,23 +34,20 @@ class Arm(NamedTuple):
     over_eyes: float
     from_nose: float
     sigma: float
-
-    @property
-    def known(self) -> bool:
-        """Whether shoulder, elbow and wrist are seen."""
-        return bool(np.isfinite(self.elbow) and np.isfinite(self.wrist).all())
+    known: bool
 
 
 def arm_of(body: Body, side: int) -> Arm:
     """Return the left (0) or right (1) arm of a body."""
     shoulder, elbow, wrist = body.joints[ARMS[side]]
-    axes = np.array([body.left, body.forward, body.up])
+    axes = body.axes
     reach, fore = wrist - shoulder, wrist - elbow
-    return Arm(body.stamp, axes @ reach / body.stature, wrist / body.stature,
-               axes @ fore / (np.linalg.norm(fore) + 1e-12),
-               angle(shoulder - elbow, fore), angle(reach, -body.up), angle(fore, body.up),
-               body.height(wrist, body.eyes), body.distance(wrist, body.joints[NOSE]),
-               float(np.nan_to_num(body.sigma[ARMS[side]]).max()) / body.stature)
+    bend, place = angle(shoulder - elbow, fore), axes @ reach / body.stature
+    sigma = float(max(body.sigma[ARMS[side]])) / body.stature
+    return Arm(body.stamp, place, wrist / body.stature, axes @ fore / (length(fore) + 1e-12), bend,
+               angle(reach, -body.up), angle(fore, body.up), body.height(wrist, body.eyes),
+               body.distance(wrist, body.joints[NOSE]), 0.0 if math.isnan(sigma) else sigma,
+               not (math.isnan(bend) or math.isnan(place[0])))
 
 
 def held_way(arms: Sequence[Arm], seconds: float) -> float:
@@ -59,15 +58,10 @@ def held_way(arms: Sequence[Arm], seconds: float) -> float:
     Args:
         arms: of one side, the newest last.
     """
-    newest = arms[-1]
-    ways = [min(float(np.linalg.norm(newest.wrist - arm.wrist)), float(np.linalg.norm(newest.place - arm.place)))
-            for arm in arms]
-    most = 0.0
-    for arm, way in zip(arms[-2::-1], ways[-2::-1]):
+    newest, most = arms[-1], 0.0
+    for arm in (arm for arm in arms[-2::-1] if arm.known):
         age = newest.stamp - arm.stamp
-        if np.isnan(way):
-            continue
-        most = max(most, way)
+        most = max(most, min(length(newest.wrist - arm.wrist), length(newest.place - arm.place)))
         if age >= seconds - TICK:
             return most * seconds / age
     return np.inf

@@ -17,9 +17,8 @@ class HoldConstants:
 
     sure: float = constant(0.6, 'It begins with this degree.')
     unsure: float = constant(0.4, 'It ends below this degree.')
-    begin: float = constant(0.1, 'A gesture begins when it has held for this long.', unit='s')
-    end: float = constant(0.1, 'A gesture ends when it has not held for this long.', unit='s')
-    posture: float = constant(0.2, 'A posture begins when it has held for this long.', unit='s')
+    begin: float = constant(0.1, 'Postures and gestures begin when they have held for this long.', unit='s')
+    end: float = constant(0.1, 'They end when they have not held for this long.', unit='s')
     lying: float = constant(0.05, 'Lying begins when it has held for this long: nothing else is like it.', unit='s')
     hidden: float = constant(0.4, 'What holds goes on for this long while its joints are hidden.', unit='s')
     memory: float = constant(0.3, 'Time constant of the mean of the degrees that is the confidence.', unit='s')
@@ -55,6 +54,8 @@ class PostureConstants:
     over_knee: Ramp = constant((95.0, 75.0), 'Angle of the thigh to straight down, of who kneels.', unit='deg')
     knee_on_floor: Ramp = constant((0.13, 0.08), 'Height of the knee of who kneels over the lowest foot.',
                                    unit='statures')
+    foot_sigma: float = constant(0.04, 'Greatest sigma of the ankle of who kneels: hidden shins are guessed.',
+                                 unit='statures')
     low_hips: Ramp = constant((0.25, 0.20), 'Height of the hips of who crouches over the lower foot.',
                               unit='statures')
     off_floor: Ramp = constant((0.02, 0.06), 'The same, of who does not sit on the floor.', unit='statures')
@@ -82,8 +83,8 @@ class GestureConstants:
                                   unit='deg')
     stop_ahead: Ramp = constant((0.15, 0.19), 'How far the wrist is before the shoulder.', unit='statures')
     stop_height: Ramp = constant((-0.08, -0.03), 'Height of the wrist over the shoulder.', unit='statures')
-    rising: Ramp = constant((0.35, 0.22), 'Speed up or down of the trunk: who falls, sits down or gets up tells nothing '
-                                          'with the arms.', unit='statures/s')
+    rising: Ramp = constant((0.35, 0.22), 'Speed up or down of the trunk: who falls, sits down or gets up tells '
+                                          'nothing with the arms.', unit='statures/s')
     off_face: Ramp = constant((0.10, 0.14), 'Distance of the wrist from the nose; nearer, the hand is at the face.',
                               unit='statures')
     palm: Ramp = constant((50.0, 38.0), 'Angle of the palm to the line from shoulder to hand, and of the fingers to '

@@ -1,4 +1,5 @@
 """Lengths and angles of a body, from its joints; all in one frame with a known vertical."""
+import math
 from typing import NamedTuple, Tuple
 
 import numpy as np
@@ -72,15 +73,16 @@ class Body(NamedTuple):
     @property
     def left(self) -> np.ndarray:
         """Level unit vector to the person's left, by shoulders and hips, (3,)."""
-        pairs = np.array([self.joints[left] - self.joints[right] for left, right in (SHOULDERS, HIPS)])
-        known = np.isfinite(pairs[:, 0])
-        across = pairs[known].sum(axis=0) if known.any() else _NONE
+        shoulders, hips = (self.joints[left] - self.joints[right] for left, right in (SHOULDERS, HIPS))
+        across = hips if math.isnan(shoulders[0]) else shoulders if math.isnan(hips[0]) else shoulders + hips
         return unit(across - (across @ self.up) * self.up)
 
     @property
-    def forward(self) -> np.ndarray:
-        """Level unit vector out of the chest, (3,)."""
-        return np.cross(self.left, self.up)
+    def axes(self) -> np.ndarray:
+        """Unit vectors to the person's left, level and forwards out of the chest, and up: (3, 3), one per row."""
+        left, up = self.left, self.up
+        return np.array([left, (left[1] * up[2] - left[2] * up[1], left[2] * up[0] - left[0] * up[2],
+                                left[0] * up[1] - left[1] * up[0]), up])
 
     def height(self, point: np.ndarray, over: np.ndarray) -> float:
         """Return how far a point is over another, (3,) each, in statures."""
@@ -88,15 +90,15 @@ class Body(NamedTuple):
 
     def distance(self, point: np.ndarray, other: np.ndarray) -> float:
         """Return how far two points (3,) are apart, in statures."""
-        return float(np.linalg.norm(point - other)) / self.stature
+        return length(point - other) / self.stature
 
 
 def middle(joints: np.ndarray, pair: np.ndarray) -> np.ndarray:
     """Return the middle of two of the joints, (3,); one where the other is hidden."""
     first, second = joints[pair]
-    if np.isnan(first[0]):
+    if math.isnan(first[0]):
         return np.asarray(second)
-    return np.asarray(first if np.isnan(second[0]) else (first + second) / 2)
+    return np.asarray(first if math.isnan(second[0]) else (first + second) / 2)
 
 
 def joints_of(people: People3D) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -138,23 +140,34 @@ def stature_of(joints: np.ndarray, status: np.ndarray) -> float:
 
 def angle(first: np.ndarray, second: np.ndarray) -> float:
     """Return the angle between two vectors (3,) [deg]; NaN where one is not known."""
-    cosine = first @ second / (np.linalg.norm(first) * np.linalg.norm(second) + 1e-12)
-    return float(np.degrees(np.arccos(min(max(cosine, -1.0), 1.0)))) if np.isfinite(cosine) else np.nan
+    cosine = float(first @ second) / (length(first) * length(second) + 1e-12)
+    return math.nan if math.isnan(cosine) else math.degrees(math.acos(min(max(cosine, -1.0), 1.0)))
+
+
+def length(vector: np.ndarray) -> float:
+    """Return the length of a vector (3,)."""
+    return math.sqrt(vector @ vector)
 
 
 def ramp(value: float, ends: Ramp) -> float:
     """Return how far a condition holds: 0 at the first end, 1 at the second, linear between; NaN of NaN."""
     share = (value - ends[0]) / (ends[1] - ends[0])
-    return share if np.isnan(share) else min(max(share, 0.0), 1.0)
+    return share if math.isnan(share) else min(max(share, 0.0), 1.0)
 
 
 def least(*degrees: float) -> float:
     """Return how far all conditions hold: 0 if one does not at all, else NaN if one is not known."""
-    lowest = min((degree for degree in degrees if not np.isnan(degree)), default=np.nan)
-    return lowest if lowest == 0 or not np.isnan(degrees).any() else np.nan
+    if any(math.isnan(degree) for degree in degrees):
+        return 0.0 if 0.0 in degrees else math.nan
+    return min(degrees)
+
+
+def most(*degrees: float) -> float:
+    """Return how far any condition holds: 1 if one does wholly, else NaN if one is not known."""
+    return 1 - least(*(1 - degree for degree in degrees))
 
 
 def unit(vector: np.ndarray) -> np.ndarray:
     """Return a vector (3,) with length 1; NaN of zeros."""
-    length = float(np.linalg.norm(vector))
-    return np.asarray(vector / length) if length > 1e-9 else _NONE
+    size = length(vector)
+    return np.asarray(vector / size) if size > 1e-9 else _NONE

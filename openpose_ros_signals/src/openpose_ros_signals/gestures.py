@@ -7,7 +7,6 @@ from openpose_ros_signals.arms import Arm, held_way
 from openpose_ros_signals.constants import SIGNALS
 from openpose_ros_signals.geometry import Body, angle, least, ramp
 from openpose_ros_signals.swings import beckon_degree, wave_degree
-from skeleton_extract_3d.body.body import SHOULDERS
 from skeleton_extract_3d.landmarks import Hands3D
 from skeleton_extract_3d.people import MISSING
 
@@ -15,7 +14,6 @@ ARM_GESTURES = ('wave', 'raise_hand', 'beckon', 'stop', 'point')
 _GESTURE = SIGNALS.gesture
 # Points of a hand: wrist, first joints of index, middle and little finger.
 _PALM = np.array([0, 5, 9, 17])
-_LEFT, _RIGHT = SHOULDERS
 
 
 class Palm(NamedTuple):
@@ -71,8 +69,7 @@ def _says_stop(arms: Sequence[Arm], palm: Optional[Palm], body: Body) -> float:
     if palm is None:
         return least(held, ramp(arm.forearm, _GESTURE.stop_forearm), ramp(arm.wrist[2], _GESTURE.stop_height),
                      ramp(arm.from_nose, _GESTURE.off_face))
-    across, ahead = arm.wrist[:2]
-    outwards = across * body.left + ahead * body.forward
+    outwards = arm.wrist[:2] @ body.axes[:2]
     return least(held, ramp(angle(palm.normal, outwards), _GESTURE.palm), ramp(angle(palm.fingers, body.up),
                                                                               _GESTURE.palm))
 
@@ -81,8 +78,9 @@ def crossed_degree(left: Arm, right: Arm, body: Body) -> float:
     """Return how far the arms are crossed before the chest, 0 to 1; NaN if an arm is hidden."""
     if not (left.known and right.known):
         return np.nan
-    apart = left.wrist[0] - right.wrist[0] + float((body.joints[_LEFT] - body.joints[_RIGHT]) @ body.left) / body.stature
-    degrees = [ramp(apart, _GESTURE.crossed), ramp(-left.fore[0], _GESTURE.inward), ramp(right.fore[0], _GESTURE.inward)]
+    apart = float((left.place - right.place) @ body.left)
+    degrees = [ramp(apart, _GESTURE.crossed), ramp(-left.fore[0], _GESTURE.inward),
+               ramp(right.fore[0], _GESTURE.inward)]
     for arm in (left, right):
         degrees += [ramp(abs(arm.fore[2]), _GESTURE.level_forearm), ramp(-arm.wrist[2], _GESTURE.chest_height),
                     ramp(arm.wrist[1], _GESTURE.before_chest)]

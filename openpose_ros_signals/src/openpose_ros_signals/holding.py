@@ -16,11 +16,12 @@ class Held:
         confidence: mean degree of late.
 
     Args:
-        begin, end: it is reported when it has held, or has not, for this long [s].
+        begin: it is reported when it has held for this long [s].
+        at_once: it is reported at once when it holds wholly, after a part of `begin` when it holds less.
     """
 
-    def __init__(self, begin: float = _HOLD.begin, end: float = _HOLD.end) -> None:
-        self._begin, self._end = begin, end
+    def __init__(self, begin: float = _HOLD.begin, at_once: bool = False) -> None:
+        self._begin, self._at_once = begin, at_once
         self.on = False
         self.since = self.confidence = np.nan
         self._from = self._until = self._before = np.nan
@@ -35,11 +36,12 @@ class Held:
             share = min((stamp - self._before) / _HOLD.memory, 1.0)
             self.confidence += share * (degree - self.confidence)
             self._until = np.nan if degree >= _HOLD.unsure else _first(self._until, stamp)
-            self.on = not stamp - self._until >= self._end - TICK
+            self.on = not stamp - self._until >= _HOLD.end - TICK
             self._from = np.nan
         else:
             self._from = _first(self._from, stamp) if degree >= _HOLD.sure else np.nan
-            if stamp - self._from >= self._begin - TICK:
+            part = min((1 - degree) / (1 - _HOLD.sure), 1.0) if self._at_once else 1.0
+            if stamp - self._from >= part * self._begin - TICK:
                 self.on, self.since, self.confidence, self._until = True, self._from, degree, np.nan
         self._before = stamp
 

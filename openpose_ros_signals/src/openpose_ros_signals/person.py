@@ -1,6 +1,6 @@
 """One person over time: from joints to signals."""
 from collections import deque
-from typing import Deque, Dict, List, NamedTuple, Optional, Tuple
+from typing import Deque, List, NamedTuple, Optional, Tuple
 
 import numpy as np
 
@@ -32,6 +32,8 @@ _PERSON, _HOLD, _MOTION, _GESTURE = SIGNALS.person, SIGNALS.hold, SIGNALS.motion
 SIDES = (LEFT, RIGHT)
 # What also who lies on the floor tells.
 _ALSO_LYING = ('wave', 'raise_hand')
+# What moves to and fro.
+_SWINGS = ('wave', 'beckon')
 
 
 class Surroundings(NamedTuple):
@@ -79,9 +81,9 @@ class Person:
         self._statures: Deque[float] = deque(maxlen=_PERSON.statures)
         self._bodies: Deque[Body] = deque()
         self._arms: Tuple[Deque[Arm], Deque[Arm]] = (deque(), deque())
-        self._postures = {name: Held(_HOLD.lying if name == 'lying' else _HOLD.posture) for name in POSTURES}
-        # a motion to and fro lasts by itself, so that it is reported at once
-        self._gestures = [{name: Held(0.0) if name in ('wave', 'beckon') else Held() for name in ARM_GESTURES}
+        self._postures = {name: Held(_HOLD.lying if name == 'lying' else _HOLD.begin) for name in POSTURES}
+        # all of them look back: at a motion to and fro, or at a tenth of a second
+        self._gestures = [{name: Held(0.0) if name in _SWINGS else Held(at_once=True) for name in ARM_GESTURES}
                           for _ in SIDES]
         self._crossed, self._moving, self._falls = Held(), Held(), FallWatch()
         self._rays: List[Optional[Pointing]] = [None, None]
@@ -100,21 +102,25 @@ class Person:
         trunk = facing_of(body, seen.trunk, head=False)
         head = seen.face or facing_of(body, seen.head, head=True)
         hidden = tuple(side for side, arms in zip(SIDES, self._arms) if not arms[-1].known)
-        return PersonSignals(name, body.place, posture, gestures, trunk, head, self._walk(body), self._falls.fall, hidden)
+        return PersonSignals(name, body.place, posture, gestures, trunk, head, self._walk(body), self._falls.fall,
+                             hidden)
 
     def _body(self, stamp: float, seen: Seen, up: np.ndarray) -> Body:
         stature = stature_of(*seen.joints[:2])
         if np.isfinite(stature):
             self._statures.append(stature)
-            self.stature = float(np.median(self._statures))
+            self.stature = float(np.median(np.array(self._statures)))
         body = body_of(stamp, seen.joints, up, self.stature)
         self.stamp = stamp
         if np.isfinite(body.place).all():
             self.place = body.place
-        for values, value in zip((self._bodies, *self._arms), (body, arm_of(body, 0), arm_of(body, 1))):
-            values.append(value)
-            while values[0].stamp < stamp - _PERSON.history:
-                values.popleft()
+        self._bodies.append(body)
+        for side, arms in enumerate(self._arms):
+            arms.append(arm_of(body, side))
+        while self._bodies[0].stamp < stamp - _PERSON.history:
+            self._bodies.popleft()
+            for arms in self._arms:
+                arms.popleft()
         return body
 
     def _posture(self, body: Body) -> Posture:

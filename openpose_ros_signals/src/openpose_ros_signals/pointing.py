@@ -4,7 +4,7 @@ from typing import Optional, Sequence
 import numpy as np
 
 from openpose_ros_signals.constants import SIGNALS
-from openpose_ros_signals.geometry import ARMS, EYES, Body, angle, unit
+from openpose_ros_signals.geometry import ARMS, EYES, Body, angle, length, unit
 from openpose_ros_signals.records import Hit, Pointing, Target
 
 _POINTING = SIGNALS.pointing
@@ -23,7 +23,7 @@ def pointing_of(body: Body, side: int) -> Optional[Pointing]:
     style = _POINTING.style * np.radians(angle(wrist - body.eyes, wrist - shoulder))
     # sigma is that of the position; two of its three axes are across the ray
     errors = np.append(body.sigma[ARMS[side, [0, 2]]], body.sigma[EYES])
-    joints = np.sqrt(4 / 3) * np.nanmean(errors) / np.linalg.norm(reach) if np.isfinite(errors).any() else 0.0
+    joints = np.sqrt(4 / 3) * np.nanmean(errors) / length(reach) if np.isfinite(errors).any() else 0.0
     return Pointing(origin, unit(reach), float(np.hypot(style, joints)))
 
 

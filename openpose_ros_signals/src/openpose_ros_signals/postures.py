@@ -4,19 +4,25 @@ from typing import Dict, NamedTuple
 import numpy as np
 
 from openpose_ros_signals.constants import SIGNALS
-from openpose_ros_signals.geometry import LEGS, Body, angle, least, ramp
+from openpose_ros_signals.geometry import LEGS, Body, angle, least, most, ramp
 from openpose_ros_signals.records import POSTURES
 
 _POSTURE = SIGNALS.posture
 
 
 class _Leg(NamedTuple):
-    """Angles of thigh and shin to straight down, and of the knee [deg]; height of the knee over a foot [statures]."""
+    """A leg: angles to straight down of thigh and shin, angle of the knee [deg].
+
+    Attributes:
+        knee_height: over the lower foot [statures].
+        sigma: of the ankle [statures].
+    """
 
     thigh: float
     shin: float
     knee: float
     knee_height: float
+    sigma: float
 
 
 def posture_degrees(body: Body) -> Dict[str, float]:
@@ -29,23 +35,25 @@ def posture_degrees(body: Body) -> Dict[str, float]:
         flat = ramp(trunk, _POSTURE.lying)
         return dict(dict.fromkeys(POSTURES, np.nan if flat < 1 else 0.0), lying=0.0 if flat == 0 else np.nan)
     lying = least(ramp(trunk, _POSTURE.lying), *(ramp(leg.thigh, _POSTURE.thigh_not_down) for leg in legs))
-    standing = max(least(ramp(leg.thigh, _POSTURE.thigh_down), ramp(leg.knee, _POSTURE.straight_knee))
-                   for leg in legs)
-    kneeling = least(1 - standing, max(_kneeling(leg) for leg in legs))
+    standing = most(*(least(ramp(leg.thigh, _POSTURE.thigh_down), ramp(leg.knee, _POSTURE.straight_knee))
+                      for leg in legs))
+    kneeling = least(1 - standing, most(*(_kneeling(leg) for leg in legs)))
     crouching = least(1 - standing, 1 - kneeling, _crouching(body, legs, foot), ramp(trunk, _POSTURE.upright))
     sitting = least(1 - standing, 1 - kneeling, 1 - crouching, ramp(trunk, _POSTURE.upright),
-                    max(ramp(leg.thigh, _POSTURE.thigh_level) for leg in legs))
+                    most(*(ramp(leg.thigh, _POSTURE.thigh_level) for leg in legs)))
     return {'standing': standing, 'sitting': sitting, 'crouching': crouching, 'kneeling': kneeling, 'lying': lying}
 
 
 def _leg(body: Body, joints: np.ndarray, foot: float) -> _Leg:
     hip, knee, ankle = body.joints[joints]
     return _Leg(angle(knee - hip, -body.up), angle(ankle - knee, -body.up), angle(hip - knee, ankle - knee),
-                (float(knee @ body.up) - foot) / body.stature)
+                (float(knee @ body.up) - foot) / body.stature,
+                float(np.nan_to_num(body.sigma[joints[2]])) / body.stature)
 
 
 def _kneeling(leg: _Leg) -> float:
-    return least(ramp(leg.shin, _POSTURE.shin_level), ramp(leg.knee, _POSTURE.bent_knee),
+    seen = 1.0 if leg.sigma <= _POSTURE.foot_sigma else np.nan
+    return least(seen, ramp(leg.shin, _POSTURE.shin_level), ramp(leg.knee, _POSTURE.bent_knee),
                  ramp(leg.thigh, _POSTURE.over_knee), ramp(leg.knee_height, _POSTURE.knee_on_floor))
 
 

@@ -17,6 +17,7 @@ from skeleton_extract_3d.people import People3D
 
 _PERSON = SIGNALS.person
 _FAR = 1e6
+_NOTHING = Surroundings()
 
 
 class SignalReader:
@@ -26,7 +27,7 @@ class SignalReader:
         self._people: Dict[int, Person] = {}
         self._stamp = -np.inf
 
-    def update(self, people: People3D, stamp: float, up: np.ndarray, around: Surroundings = Surroundings(),
+    def update(self, people: People3D, stamp: float, up: np.ndarray, around: Surroundings = _NOTHING,
                landmarks: Optional[Landmarks3D] = None) -> Tuple[PersonSignals, ...]:
         """Return what each person does, in the order of the people.
 
