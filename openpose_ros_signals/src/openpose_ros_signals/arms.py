@@ -6,15 +6,18 @@ import numpy as np
 
 from openpose_ros_signals.geometry import ARMS, NOSE, TICK, Body, angle, length
 
+# Signs of the axes of a body for the left and the right arm: the first one points outwards.
+_OUTWARDS = np.array([[[1.0], [1.0], [1.0]], [[-1.0], [1.0], [1.0]]])
+
 
 class Arm(NamedTuple):
     """An arm at one time; NaN where joints are hidden.
 
     Attributes:
         stamp: [s].
-        wrist: (3,) from the shoulder to the person's left, forwards and up [statures].
-        place: (3,) of the wrist [statures].
+        wrist: (3,) from the shoulder outwards (to the person's left of the left arm), forwards and up [statures].
         fore: (3,) unit vector from elbow to wrist, likewise.
+        reach, place: (3,) of the wrist from the shoulder, and in space, in the frame of the people [statures].
         elbow: angle of the elbow [deg], 180 straight.
         raised: angle of the line from shoulder to wrist to straight down [deg].
         forearm: angle of the forearm to straight up [deg].
@@ -26,8 +29,9 @@ class Arm(NamedTuple):
 
     stamp: float
     wrist: np.ndarray
-    place: np.ndarray
     fore: np.ndarray
+    reach: np.ndarray
+    place: np.ndarray
     elbow: float
     raised: float
     forearm: float
@@ -40,14 +44,14 @@ class Arm(NamedTuple):
 def arm_of(body: Body, side: int) -> Arm:
     """Return the left (0) or right (1) arm of a body."""
     shoulder, elbow, wrist = body.joints[ARMS[side]]
-    axes = body.axes
+    axes = body.axes * _OUTWARDS[side]
     reach, fore = wrist - shoulder, wrist - elbow
-    bend, place = angle(shoulder - elbow, fore), axes @ reach / body.stature
+    bend, beside = angle(shoulder - elbow, fore), axes @ reach / body.stature
     sigma = float(max(body.sigma[ARMS[side]])) / body.stature
-    return Arm(body.stamp, place, wrist / body.stature, axes @ fore / (length(fore) + 1e-12), bend,
-               angle(reach, -body.up), angle(fore, body.up), body.height(wrist, body.eyes),
+    return Arm(body.stamp, beside, axes @ fore / (length(fore) + 1e-12), reach / body.stature,
+               wrist / body.stature, bend, angle(reach, -body.up), angle(fore, body.up), body.height(wrist, body.eyes),
                body.distance(wrist, body.joints[NOSE]), 0.0 if math.isnan(sigma) else sigma,
-               not (math.isnan(bend) or math.isnan(place[0])))
+               not (math.isnan(bend) or math.isnan(beside[0])))
 
 
 def held_way(arms: Sequence[Arm], seconds: float) -> float:

@@ -103,9 +103,15 @@ class SwingConstants:
 
     pause: float = constant(0.6, 'From turn to turn it takes at most this time.', unit='s')
     most_sigma: float = constant(0.042, 'Greatest sigma of the joints of an arm where it turns.', unit='statures')
-    wave: Ramp = constant((0.015, 0.030), 'Way of the wrist to the side between two turns, of who waves.',
-                          unit='statures')
-    wave_level: float = constant(1.5, 'It is this many times the way upwards and the way forwards.')
+    smooth: float = constant(0.05, 'A position is the mean of those that are at most this much earlier or later.',
+                             unit='s')
+    wave: Ramp = constant((0.04, 0.06), 'Way of the wrist to the side between two turns, of who waves: the longer of '
+                                        'the last two.', unit='statures')
+    wave_back: Ramp = constant((0.018, 0.030), 'The shorter of the last two, which may be under way.',
+                               unit='statures')
+    wave_level: float = constant(1.5, 'They are this many times the way up or forwards.')
+    wave_flat: float = constant(5.0, 'The last one is, if it goes outwards after a hand that came up: a hand that is '
+                                     'lowered does so too.')
     wave_height: Ramp = constant((-0.04, 0.01), 'Height of the wrist over the shoulder.', unit='statures')
     wave_forearm: Ramp = constant((75.0, 60.0), 'Angle of the forearm to straight up.', unit='deg')
     wave_rising: float = constant(95.0, 'The motion counts from when the forearm is this near to straight up.',

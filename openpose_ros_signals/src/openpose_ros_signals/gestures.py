@@ -69,7 +69,7 @@ def _says_stop(arms: Sequence[Arm], palm: Optional[Palm], body: Body) -> float:
     if palm is None:
         return least(held, ramp(arm.forearm, _GESTURE.stop_forearm), ramp(arm.wrist[2], _GESTURE.stop_height),
                      ramp(arm.from_nose, _GESTURE.off_face))
-    outwards = arm.wrist[:2] @ body.axes[:2]
+    outwards = arm.reach - (arm.reach @ body.up) * body.up
     return least(held, ramp(angle(palm.normal, outwards), _GESTURE.palm), ramp(angle(palm.fingers, body.up),
                                                                               _GESTURE.palm))
 
@@ -80,7 +80,7 @@ def crossed_degree(left: Arm, right: Arm, body: Body) -> float:
         return np.nan
     apart = float((left.place - right.place) @ body.left)
     degrees = [ramp(apart, _GESTURE.crossed), ramp(-left.fore[0], _GESTURE.inward),
-               ramp(right.fore[0], _GESTURE.inward)]
+               ramp(-right.fore[0], _GESTURE.inward)]
     for arm in (left, right):
         degrees += [ramp(abs(arm.fore[2]), _GESTURE.level_forearm), ramp(-arm.wrist[2], _GESTURE.chest_height),
                     ramp(arm.wrist[1], _GESTURE.before_chest)]

@@ -5,7 +5,7 @@ import numpy as np
 
 from openpose_ros_signals.arms import Arm
 from openpose_ros_signals.constants import SIGNALS
-from openpose_ros_signals.geometry import least, ramp
+from openpose_ros_signals.geometry import TICK, least, ramp
 
 _SWING, _GESTURE = SIGNALS.swing, SIGNALS.gesture
 
@@ -21,13 +21,24 @@ def wave_degree(arms: Sequence[Arm]) -> float:
     if not posture > 0:
         return posture
     run = _while(arms, [one.forearm < _SWING.wave_rising for one in arms])
-    ways = np.array([one.wrist for one in run])
-    ends = turns(ways[:, 0], _SWING.wave[0])
+    ways = _smoothed(run, np.array([one.wrist for one in run]))
+    ends = turns(ways[:, 0], _SWING.wave_back[0])
     if not _lively(run, ends):
         return 0.0
-    before, last = np.abs(np.diff(ways[ends[-3:]], axis=0))
-    level = last[0] >= _SWING.wave_level * max(last[1], last[2])
-    return least(posture, ramp(min(before[0], last[0]), _SWING.wave)) if level else 0.0
+    before, last = np.diff(ways[ends[-3:]], axis=0)
+    # who raises the hand and lowers it again by the side does not wave; at the top, a straight arm moves level
+    lowered = last[0] > 0 and _level(before) < _SWING.wave_level
+    if _level(last) < (_SWING.wave_flat if lowered else _SWING.wave_level):
+        return 0.0
+    if run[ends[-2]].elbow > _GESTURE.straight_arm[1] and len(ends) < 4:
+        return 0.0
+    shorter, longer = sorted((abs(before[0]), abs(last[0])))
+    return least(posture, ramp(longer, _SWING.wave), ramp(shorter, _SWING.wave if lowered else _SWING.wave_back))
+
+
+def _level(way: np.ndarray) -> float:
+    """Return how many times as far a way goes to the side as forwards or up."""
+    return float(abs(way[0]) / (max(abs(way[1]), abs(way[2])) + 1e-9))
 
 
 def beckon_degree(arms: Sequence[Arm]) -> float:
@@ -42,7 +53,7 @@ def beckon_degree(arms: Sequence[Arm]) -> float:
     if not posture > 0:
         return posture
     run = _while(arms, [one.elbow < _SWING.beckon_elbow and one.raised > _SWING.beckon_arm[0] for one in arms])
-    elbows = np.array([one.elbow for one in run])
+    elbows = _smoothed(run, np.array([one.elbow for one in run]))
     ends = turns(elbows, _SWING.beckon[0])
     if not _lively(run, ends):
         return 0.0
@@ -74,6 +85,13 @@ def turns(values: np.ndarray, least_way: float) -> List[int]:
             ends.append(low)
             rising, high = 1, row
     return [*ends, high if rising > 0 else low]
+
+
+def _smoothed(run: Sequence[Arm], values: np.ndarray) -> np.ndarray:
+    """Return values (N, ...) of an arm over time without their noise, whatever the rate of the frames."""
+    stamps = np.array([arm.stamp for arm in run])
+    near = np.abs(stamps[:, np.newaxis] - stamps) <= _SWING.smooth + TICK
+    return np.asarray(near @ values / near.sum(axis=1).reshape(-1, *(1,) * (values.ndim - 1)))
 
 
 def _lively(run: Sequence[Arm], ends: List[int]) -> bool:
