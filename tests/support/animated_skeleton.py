@@ -1,4 +1,4 @@
-"""A skeleton with an adult's proportions that holds poses and moves between them, z up, as an estimator would see it."""
+"""A skeleton with an adult's proportions that holds poses and moves between them, z up, as an estimator tells it."""
 from dataclasses import dataclass, replace
 from typing import Callable, Iterator, List, Sequence, Tuple
 
@@ -14,6 +14,7 @@ from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
 UP = np.array([0.0, 0.0, 1.0])
 ADULT, CHILD = 1.75, 1.10
 RATES = (5, 10, 30)
+NOTHING = Surroundings()
 # Noise of the joints per axis [m], and the sigma that the estimator tells of them [m].
 NOISE, SIGMA = 0.005, 0.03
 
@@ -162,7 +163,7 @@ def frames(motion: Motion, seconds: float, rate: float, hidden: Sequence[str] = 
         yield number / rate, people_of([motion(number / rate)], [1], random, hidden, stature)
 
 
-def watch(motion: Motion, seconds: float, rate: float = 10, around: Surroundings = Surroundings(), **how: object,
+def watch(motion: Motion, seconds: float, rate: float = 10, around: Surroundings = NOTHING, **how: object,
           ) -> List[Tuple[float, PersonSignals]]:
     """Return what is told of somebody who moves like this, by stamp [s]; see `frames`."""
     reader = SignalReader()

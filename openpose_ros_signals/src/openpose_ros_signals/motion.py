@@ -56,7 +56,7 @@ def facing_of(body: Body, frame: np.ndarray, head: bool) -> Optional[Facing]:
         return None
     left, right = pairs[0]
     # sigma is that of the position; one of its three axes turns the pair
-    error = np.sqrt(2 / 3) * float(np.nan_to_num(np.nanmean(body.sigma[[left, right]])))
+    error = np.sqrt(2 / 3) * float(np.nan_to_num(body.sigma[[left, right]]).mean())
     return Facing(frame[:, 0], error / float(np.linalg.norm(body.joints[left] - body.joints[right])))
 
 

@@ -3,6 +3,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from animated_skeleton import (
     ADULT,
     CHILD,
@@ -184,8 +185,8 @@ def test_who_falls_tells_nothing_with_the_arms():
 def palm_at(joints, side, out_of_palm, fingers):
     """Return the hand of person 1, with its palm and its fingers in two directions."""
     wrist = joints[COCO_18.index[f'{side}_wrist']]
-    across = np.cross(out_of_palm, fingers)  # from the little finger to the index of a left hand, the other way of a right
-    sign = -1 if side == 'left' else 1
+    # from the little finger to the index of a left hand, the other way of a right one
+    across, sign = np.cross(out_of_palm, fingers), -1 if side == 'left' else 1
     points = np.tile(wrist, (1, 21, 1))
     for number, sideways in ((5, 0.03), (9, 0.01), (17, -0.03)):
         points[0, number] = wrist + 0.09 * np.array(fingers) - sign * sideways * across

@@ -3,6 +3,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from animated_skeleton import (
     ADULT,
     BENT_OVER,

@@ -1,0 +1,103 @@
+"""Walking, facing and falling of a simulated body."""
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from animated_skeleton import (
+    ADULT,
+    CHILD,
+    CROUCHING,
+    LYING,
+    RATES,
+    SITTING,
+    STANDING,
+    held,
+    watch,
+)
+
+
+def walking(speed, seconds=3.0):
+    """Return a motion along x [m/s], and standing still after it."""
+    return held((0, STANDING), (seconds, replace(STANDING, place=(speed * seconds, 0.0))))
+
+
+def falls_of(signals):
+    return {person.fall for _, person in signals if person.fall}
+
+
+@pytest.mark.parametrize('rate', RATES)
+@pytest.mark.parametrize('speed', [0.6, 1.4])
+def test_walking_is_told_with_its_speed_and_direction(speed, rate):
+    signals = watch(walking(speed), 5, rate)
+    walks = [person.walk for stamp, person in signals if 0.6 < stamp < 2.9]
+    assert all(walk.moving for walk in walks)
+    assert np.median([walk.speed for walk in walks]) == pytest.approx(speed, abs=0.08)
+    assert np.median([walk.direction[0] for walk in walks]) > 0.97 and walks[0].direction[2] == 0
+    still = [person.walk for stamp, person in signals if stamp > 3.7]
+    assert not any(walk.moving for walk in still) and max(walk.speed for walk in still) < 0.1
+    assert (still[-1].direction == 0).all()
+
+
+def test_who_just_came_is_neither_moving_nor_still():
+    signals = watch(walking(1.0), 1, 30)
+    assert [person.walk is None for _, person in signals[:5]] == [True] * 5 and signals[7][1].walk is not None
+
+
+def test_who_sways_or_sits_down_does_not_walk():
+    sways = held(*[(0.5 * number, replace(STANDING, lean=5.0 * (-1) ** number)) for number in range(8)])
+    assert not any(person.walk.moving for stamp, person in watch(sways, 4) if stamp > 0.3)
+
+
+@pytest.mark.parametrize('facing', [0, 75, 180, 290])
+def test_body_and_head_face_somewhere(facing):
+    person = watch(held((0, replace(STANDING, facing=facing))), 0.5)[-1][1]
+    ahead = [np.cos(np.radians(facing)), np.sin(np.radians(facing)), 0]
+    assert person.body.direction @ ahead > np.cos(np.radians(6))
+    assert person.head.direction @ ahead > np.cos(np.radians(12))
+    assert 0.02 < person.body.sigma < person.head.sigma < 0.5
+
+
+def test_hidden_joints_tell_no_facing():
+    assert watch(held((0, STANDING)), 0.5, hidden=('left_shoulder',))[-1][1].body is None
+    assert watch(held((0, STANDING)), 0.5, hidden=('eye', 'ear'))[-1][1].head is None
+
+
+@pytest.mark.parametrize('stature', [ADULT, CHILD])
+@pytest.mark.parametrize('rate', RATES)
+@pytest.mark.parametrize('before', [STANDING, SITTING], ids=['standing', 'sitting'])
+def test_a_fall_is_told_once(before, rate, stature):
+    signals = watch(held((0, before), (1.5, before), (2.1, LYING), (4, LYING)), 4, rate, stature=stature)
+    falls = falls_of(signals)
+    assert len(falls) == 1
+    fall, = falls
+    assert 1.7 < fall.stamp <= 2.1 + 1 / rate and 0.2 < fall.duration < 0.9
+    first = next(stamp for stamp, person in signals if person.fall)
+    assert first <= fall.stamp + 0.06 + 1 / rate
+    assert all(person.fall is fall for stamp, person in signals if stamp >= first)
+
+
+def test_a_fall_is_told_with_its_speed():
+    drop = 1.4 - 0.1
+    slow, fast = (falls_of(watch(held((0, STANDING), (1, STANDING), (1 + seconds, LYING)), 4, 30)).pop()
+                  for seconds in (1.2, 0.6))
+    assert fast.speed > slow.speed > 0.6 * drop / 1.2
+    assert fast.speed < 4 * drop / 0.6 and fast.duration < slow.duration
+
+
+def test_who_gets_up_and_falls_again_falls_twice():
+    motion = held((0, STANDING), (1, STANDING), (1.6, LYING), (3, LYING), (4, STANDING), (6, STANDING), (6.6, LYING))
+    signals = watch(motion, 8, 10)
+    assert len(falls_of(signals)) == 2
+    assert not [stamp for stamp, person in signals if 4.3 < stamp < 6 and person.fall]
+
+
+@pytest.mark.parametrize('rate', RATES)
+@pytest.mark.parametrize('motion', [
+    held((0, LYING)), held((0, STANDING), (1, STANDING), (5.5, LYING)), held((0, SITTING), (1, SITTING), (4.5, LYING)),
+    held((0, STANDING), (1, STANDING), (1.4, CROUCHING), (2, CROUCHING)),
+    held((0, STANDING), (1, STANDING), (1.5, SITTING)),
+    held((0, STANDING), (1, STANDING), (1.5, replace(STANDING, lean=85)))],
+    ids=['lies when first seen', 'lies down', 'lies back', 'crouches', 'sits down', 'bends over'])
+def test_what_is_no_fall(motion, rate):
+    assert not falls_of(watch(motion, 6, rate))

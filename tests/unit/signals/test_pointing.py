@@ -1,0 +1,121 @@
+"""Where a simulated body points, and what is there."""
+import numpy as np
+import pytest
+
+from animated_skeleton import ADULT, CHILD, STANDING, Limb, held, joints_of, told, watch
+from openpose_ros_pkg.skeletons import COCO_18
+from openpose_ros_signals.geometry import Body
+from openpose_ros_signals.person import Surroundings
+from openpose_ros_signals.pointing import hit_points, hit_target, pointing_of
+from openpose_ros_signals.records import Pointing, Target
+
+RIGHT = 1
+AHEAD = Pointing(np.array([0.0, 0.0, 1.4]), np.array([1.0, 0.0, 0.0]), 0.12)
+
+
+def aimed(target, begin, stature=ADULT, side='right'):
+    """Return a pose whose straight arm holds the wrist between a target (3,) [m] and a joint or the eyes."""
+    def miss(way):
+        pose = STANDING.with_arm(side, Limb(tuple(way), tuple(way)))
+        joints = dict(zip(COCO_18.joints, joints_of(pose, stature)))
+        joints['eyes'] = (joints['left_eye'] + joints['right_eye']) / 2
+        to_wrist, to_target = joints[f'{side}_wrist'] - joints[begin], target - joints[begin]
+        return pose, to_target / np.linalg.norm(to_target) - to_wrist / np.linalg.norm(to_wrist)
+    sign, way = (1 if side == 'left' else -1), np.array([0.0, 1.0, 0.0])
+    for _ in range(200):
+        pose, error = miss(way)
+        way = way + 0.5 * np.array([sign * error[1], error[0], error[2]])
+        way = way / np.linalg.norm(way)
+    assert np.linalg.norm(error) < 0.02
+    return pose
+
+
+def ray_of(pose, stature=ADULT, side='right'):
+    signals = watch(held((0, pose)), 1, stature=stature)
+    gesture = signals[-1][1].gesture('point')
+    assert gesture is not None and gesture.arm == side
+    return gesture.pointing
+
+
+def off(ray, target):
+    to = target - ray.origin
+    return np.degrees(np.arccos(ray.direction @ to / np.linalg.norm(to)))
+
+
+TARGETS = {'ahead': (3.0, -0.5, 1.2), 'on the floor': (1.6, -0.4, 0.0), 'up high': (2.5, -1.0, 2.3),
+           'to the side': (1.0, -2.5, 1.0)}
+
+
+@pytest.mark.parametrize('stature', [ADULT, CHILD])
+@pytest.mark.parametrize('side', ['left', 'right'])
+@pytest.mark.parametrize('name', TARGETS)
+@pytest.mark.parametrize('begin, most', [('eyes', 14.0), ('shoulder', 24.0)])
+def test_the_ray_meets_what_is_pointed_at_with_the_eyes_or_with_the_arm(name, begin, most, side, stature):
+    target = np.array(TARGETS[name]) * (1, 1 if side == 'right' else -1, stature / ADULT)
+    begin = begin if begin == 'eyes' else f'{side}_shoulder'
+    ray = ray_of(aimed(target, begin, stature, side), stature, side)
+    assert off(ray, target) < most
+    assert hit_target(ray, [Target(name, target)]).name == name
+    assert np.linalg.norm(ray.direction) == pytest.approx(1)
+
+
+def test_the_cone_is_wider_where_joints_are_less_sure():
+    joints = joints_of(STANDING.with_arm('right', Limb((0.2, 1, 0), (0.2, 1, 0))))
+    def sigma(of_joints):
+        body = Body(0.0, joints, np.full(18, of_joints), np.array([0.0, 0.0, 1.0]), ADULT)
+        return pointing_of(body, RIGHT).sigma
+    assert sigma(0.01) < sigma(0.03) < sigma(0.08)
+    assert 0.05 < sigma(0.03) < 0.25
+
+
+def test_there_is_no_ray_without_head_or_wrist():
+    joints = joints_of(STANDING)
+    for hidden in (['right_wrist'], ['nose', 'left_eye', 'right_eye', 'left_ear', 'right_ear']):
+        seen = joints.copy()
+        seen[[COCO_18.index[name] for name in hidden]] = np.nan
+        assert pointing_of(Body(0.0, seen, np.full(18, 0.03), np.array([0.0, 0.0, 1.0]), ADULT), RIGHT) is None
+
+
+def test_the_nearest_known_target_within_the_cone_is_hit():
+    near, nearer = Target('near', np.array([2.0, 0.3, 1.4])), Target('nearer', np.array([2.0, 0.1, 1.5]))
+    beside = Target('beside', np.array([2.0, 1.0, 1.4]))
+    behind = Target('behind', np.array([-2.0, 0.0, 1.4]))
+    hit = hit_target(AHEAD, [behind, beside, near, nearer])
+    assert hit.name == 'nearer' and hit.position is nearer.position
+    assert hit.off == pytest.approx(np.arctan(np.hypot(0.1, 0.1) / 2.0), abs=0.002)
+    assert hit_target(AHEAD, [behind, beside]) is None and hit_target(AHEAD, []) is None
+
+
+def wall(distance, size=1.0):
+    """Return points of a wall across x, 2 cm apart."""
+    y, z = np.meshgrid(np.arange(-size, size, 0.02), 1.4 + np.arange(-size, size, 0.02))
+    return np.stack([np.full(y.shape, distance), y, z], axis=-1).reshape(-1, 3)
+
+
+def test_the_ray_meets_the_first_surface_beyond_the_hand():
+    wrist = np.array([0.6, 0.0, 1.4])
+    own_hand = np.array([[0.6, 0.0, 1.4], [0.7, 0.01, 1.4], [0.72, 0.0, 1.41], [0.75, 0.0, 1.4]])
+    lone_points = np.array([[1.5, 0.0, 1.4], [np.nan, np.nan, np.nan]])
+    scene = np.concatenate([wall(3.0), own_hand, lone_points])
+    assert hit_points(AHEAD, scene, wrist, ADULT).position == pytest.approx([3.0, 0.0, 1.4], abs=0.01)
+    assert hit_points(AHEAD, np.concatenate([scene, wall(2.0, 0.1)]), wrist, ADULT).position[0] == pytest.approx(2.0)
+    assert hit_points(AHEAD, own_hand, wrist, ADULT) is None
+    assert hit_points(AHEAD, np.zeros((0, 3)), wrist, ADULT) is None
+
+
+def test_signals_tell_known_targets_before_points():
+    target = np.array(TARGETS['ahead'])
+    pose, points = aimed(target, 'eyes'), wall(3.5, 2.0)
+    known = Surroundings((Target('cup', target),), points)
+    for around, name in ((known, 'cup'), (Surroundings(points=points), '')):
+        hit = watch(held((0, pose)), 1, around=around)[-1][1].gesture('point').pointing.hit
+        assert hit.name == name
+    assert watch(held((0, pose)), 1)[-1][1].gesture('point').pointing.hit is None
+
+
+def test_the_ray_stays_while_the_arm_is_hidden_for_a_moment():
+    pose = aimed(np.array(TARGETS['ahead']), 'eyes')
+    signals = watch(held((0, pose), (1.0, pose), (1.2, STANDING)), 2)
+    rays = [person.gesture('point').pointing for stamp, person in signals if person.gesture('point')]
+    assert all(off(ray, np.array(TARGETS['ahead'])) < 11 for ray in rays)
+    assert told(signals, 'point')[-1][0] < 1.4

@@ -1,0 +1,127 @@
+"""People of successive frames: ids, gaps, hidden joints, other skeletons."""
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from animated_skeleton import ADULT, CHILD, LYING, STANDING, UP, Limb, held, joints_of, people_of, without
+from openpose_ros_pkg.skeletons import COCO_18, MESSAGE_JOINTS
+from openpose_ros_signals.reader import SignalReader
+from skeleton_extract_3d.people import MISSING, People3D
+
+RAISED = STANDING.with_arm('right', Limb((0.2, 0.1, 1.0), (0.1, 0.0, 1.0)))
+LEFT, RIGHT = (0.0, 1.5), (0.0, -1.5)
+
+
+def read(poses_at, ids_at, seconds=3.0, rate=10, up=UP, turn=None):
+    """Return the signals by stamp: poses and ids are functions of time."""
+    reader, random = SignalReader(), np.random.RandomState(0)
+    result = {}
+    for number in range(int(seconds * rate) + 1):
+        stamp = number / rate
+        people = people_of(poses_at(stamp), ids_at(stamp), random)
+        if turn is not None:
+            people = replace(people, xyz=people.xyz @ turn.T)
+        result[stamp] = reader.update(people, stamp, up)
+    return result
+
+
+def test_nobody():
+    reader = SignalReader()
+    assert reader.update(People3D.empty(COCO_18), 0.0, UP) == ()
+
+
+def test_people_keep_their_order_and_their_ids():
+    signals = read(lambda _: [replace(STANDING, place=LEFT), replace(RAISED, place=RIGHT)], lambda _: [7, 3])
+    last = signals[3.0]
+    assert [person.id for person in last] == [7, 3]
+    assert [[gesture.name for gesture in person.gestures] for person in last] == [[], ['raise_hand']]
+    assert last[1].place == pytest.approx([0, -1.5, 1.1], abs=0.15)
+
+
+def test_any_direction_may_be_up():
+    camera = np.array([[0.0, -1, 0], [0, 0, -1], [1, 0, 0]])  # z forward, y down
+    person = read(lambda _: [RAISED], lambda _: [1], up=np.array([0.0, -2.0, 0.0]), turn=camera)[3.0][0]
+    assert person.posture.name == 'standing' and person.gesture('raise_hand').arm == 'right'
+    assert person.body.direction == pytest.approx([0, 0, 1], abs=0.1)
+
+
+def test_a_new_id_in_the_same_place_is_the_same_person():
+    signals = read(lambda _: [RAISED], lambda stamp: [1 if stamp < 1.55 else 2])
+    gestures = [people[0].gesture('raise_hand') for stamp, people in signals.items() if stamp > 0.5]
+    assert all(gestures) and len({gesture.since for gesture in gestures}) == 1
+    assert [people[0].id for people in signals.values()][::15] == [1, 1, 2]
+
+
+def test_exchanged_ids_do_not_exchange_what_people_do():
+    poses = [replace(STANDING, place=LEFT), replace(RAISED, place=RIGHT)]
+    signals = read(lambda _: poses, lambda stamp: [1, 2] if stamp < 1.55 else [2, 1])
+    assert all([bool(person.gestures) for person in people] == [False, True]
+               for stamp, people in signals.items() if stamp > 0.5)
+    assert not any(person.walk.moving for stamp, people in signals.items() if stamp > 1 for person in people)
+
+
+def test_somebody_else_with_the_same_id_begins_anew():
+    signals = read(lambda stamp: [RAISED if stamp < 1.5 else replace(LYING, place=(3.0, 0.0))], lambda _: [1])
+    assert signals[3.0][0].posture.name == 'lying' and signals[3.0][0].fall is None
+
+
+@pytest.mark.parametrize('gap, kept', [(0.5, True), (1.5, False)])
+def test_who_was_away_for_long_begins_anew(gap, kept):
+    def ids(stamp):
+        return [] if 1.0 < stamp < 1.0 + gap else [1]
+    signals = read(lambda stamp: [STANDING] * len(ids(stamp)), ids, 4)
+    back = min(stamp for stamp in signals if stamp > 1.0 and signals[stamp])
+    assert (signals[back][0].posture.name == 'standing') is kept
+
+
+def test_stamps_that_jump_back_begin_anew():
+    reader, random = SignalReader(), np.random.RandomState(0)
+    for stamp in (100.0, 100.1, 100.2, 100.3, 50.0):
+        person, = reader.update(people_of([STANDING], [1], random), stamp, UP)
+    assert person.posture.name == 'unknown' and person.walk is None
+
+
+@pytest.mark.parametrize('stature', [ADULT, CHILD])
+def test_a_child_is_measured_by_its_bones(stature):
+    reader, random = SignalReader(), np.random.RandomState(0)
+    for number in range(5):
+        reader.update(people_of([STANDING], [1], random, stature=stature), number / 10, UP)
+    assert reader._people[1].stature == pytest.approx(stature, rel=0.05)
+
+
+def test_missing_joints_are_no_trouble():
+    reader, random = SignalReader(), np.random.RandomState(0)
+    people = people_of([STANDING], [1], random)
+    for joint in COCO_18.joints:
+        reader.update(without(people, [joint]), 0.0, UP)
+    nobody = without(people, COCO_18.joints)
+    person, = reader.update(nobody, 0.1, UP)
+    assert person.posture.name == 'unknown' and person.gestures == () and person.hidden_arms == ('left', 'right')
+    assert person.body is None and person.head is None and np.isnan(person.place).all()
+
+
+def test_unknown_errors_count_as_known_where_joints_are_measured():
+    reader, people = SignalReader(), people_of([RAISED], [1], np.random.RandomState(0))
+    people = replace(people, sigma=np.full(people.status.shape, np.nan))
+    for number in range(6):
+        person, = reader.update(people, number / 10, UP)
+    assert person.posture.name == 'standing' and person.gesture('raise_hand')
+
+
+def test_other_skeletons_are_read_by_the_names_of_their_joints():
+    from openpose_ros_pkg.skeletons import BODY_25
+    joints = dict(zip(COCO_18.joints, joints_of(RAISED)))
+    xyz = np.array([[joints.get(name, np.full(3, np.nan)) for name in BODY_25.joints]])
+    status = np.where(np.isfinite(xyz[..., 0]), 1, MISSING)
+    reader = SignalReader()
+    for number in range(6):
+        person, = reader.update(People3D(BODY_25, xyz, status, status, np.where(status, 0.03, np.nan), [1]),
+                                number / 10, UP)
+    assert person.posture.name == 'standing' and person.gesture('raise_hand')
+    assert set(COCO_18.joints) <= set(MESSAGE_JOINTS)
+
+
+def test_two_readers_tell_the_same():
+    first, second = (read(lambda stamp: [held((0, STANDING), (1, RAISED))(stamp)], lambda _: [1]) for _ in range(2))
+    assert repr(first) == repr(second)
