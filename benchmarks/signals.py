@@ -178,19 +178,20 @@ def _ray_error(gesture: Any, detail: Dict[str, Any]) -> float:
     return float(np.degrees(np.arccos(np.clip(ray.direction @ to / np.linalg.norm(to), -1, 1))))
 
 
-def hits(sequence: Truth, signals: Signals) -> str:
+def hits(sequence: Truth, frames: Frames, signals: Signals) -> str:
     """Return how often the rays of labelled pointing meet what was pointed at, as text."""
     right = count = 0
-    labels = {frame['t']: [detail for person in frame['people'] for detail in person['detail']
-                           if detail['label'] == 'point'] for frame in sequence.truth['frames']}
-    for stamp, persons in signals:
-        for gesture in (gesture for person in persons for gesture in person.gestures if gesture.name == 'point'):
-            for detail in labels[stamp]:
-                if detail['arm'] == gesture.arm:
-                    hit = gesture.pointing.hit if gesture.pointing else None
-                    count += 1
-                    right += hit is not None and (hit.name == detail['target_name'] or (not hit.name and bool(
-                        np.linalg.norm(hit.position - detail['target']) < AT_TARGET)))
+    persons_at = dict(signals)
+    for frame, (_, true), (stamp, people) in zip(sequence.truth['frames'], sequence.true_people, frames):
+        names = pairs(true, people)
+        told = {names.get(person.id): person.gesture('point') for person in persons_at.get(stamp, ())}
+        for person in frame['people']:
+            gesture = told.get(person['id'])
+            for detail in (detail for detail in person['detail'] if detail['label'] == 'point' and gesture):
+                hit = gesture.pointing.hit if gesture.pointing else None
+                count += 1
+                right += hit is not None and (hit.name == detail['target_name'] or (not hit.name and bool(
+                    np.linalg.norm(hit.position - detail['target']) < AT_TARGET)))
     return f'{right} of {count}'
 
 
@@ -263,8 +264,8 @@ def tell_labelled(sequence: Truth, frames: Frames, signals: Signals, step: int, 
           f'{(answered <= 15).mean():.2f} of these, {(answered <= 15).sum() / len(errors):.2f} of all')
     targets = tuple(Target(name, np.array(place['camera'])) for name, place in sequence.truth['targets'].items())
     known = read_signals(sequence, frames, step, [Surroundings(targets)] * len(frames))
-    print('known targets hit:', hits(sequence, known), 'frames; points of the cloud at the target:',
-          hits(sequence, read_signals(sequence, frames, step, clouds(sequence))), 'frames')
+    print('known targets hit:', hits(sequence, frames, known), 'frames; points of the cloud at the target:',
+          hits(sequence, frames, read_signals(sequence, frames, step, clouds(sequence))), 'frames')
 
 
 def main() -> None:

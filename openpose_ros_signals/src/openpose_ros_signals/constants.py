@@ -52,8 +52,6 @@ class PostureConstants:
                                 unit='deg')
     bent_knee: Ramp = constant((125.0, 110.0), 'Angle of the knees of who kneels or crouches.', unit='deg')
     over_knee: Ramp = constant((95.0, 75.0), 'Angle of the thigh to straight down, of who kneels.', unit='deg')
-    knee_on_floor: Ramp = constant((0.13, 0.08), 'Height of the knee of who kneels over the lowest foot.',
-                                   unit='statures')
     foot_sigma: float = constant(0.04, 'Greatest sigma of the ankle of who kneels: hidden shins are guessed.',
                                  unit='statures')
     low_hips: Ramp = constant((0.25, 0.20), 'Height of the hips of who crouches over the lower foot.',
@@ -148,7 +146,8 @@ class MotionConstants:
     least_time: float = constant(0.2, 'Or over at least this time, of who just came.', unit='s')
     moving: Ramp = constant((0.10, 0.22), 'Speed over the floor of who moves.', unit='statures/s')
     fall_time: float = constant(2.5, 'Who was up longer before lying did not fall, but lay down.', unit='s')
-    fall_height: float = constant(0.25, 'Who falls comes down by this: the height of the shoulders.', unit='statures')
+    fall_height: float = constant(0.33, 'Who falls comes down by this: the height of the shoulders. Lying back from '
+                                        'sitting on the floor is less.', unit='statures')
     fall_begin: float = constant(0.15, 'A fall has begun when this share of the way is done.')
     fall_speed: float = constant(0.6, 'Who comes down slower than this did not fall (greatest speed of the '
                                       'shoulders).', unit='statures/s')

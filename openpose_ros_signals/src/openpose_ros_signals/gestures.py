@@ -67,8 +67,8 @@ def _says_stop(arms: Sequence[Arm], palm: Optional[Palm], body: Body) -> float:
     arm = arms[-1]
     held = least(ramp(held_way(arms, _GESTURE.stop_time), _GESTURE.held), ramp(arm.wrist[1], _GESTURE.stop_ahead))
     if palm is None:
-        return least(held, ramp(arm.forearm, _GESTURE.stop_forearm), ramp(arm.wrist[2], _GESTURE.stop_height),
-                     ramp(arm.from_nose, _GESTURE.off_face))
+        return least(held, 1 - ramp(arm.elbow, _GESTURE.straight_arm), ramp(arm.forearm, _GESTURE.stop_forearm),
+                     ramp(arm.wrist[2], _GESTURE.stop_height), ramp(arm.from_nose, _GESTURE.off_face))
     outwards = arm.reach - (arm.reach @ body.up) * body.up
     return least(held, ramp(angle(palm.normal, outwards), _GESTURE.palm), ramp(angle(palm.fingers, body.up),
                                                                               _GESTURE.palm))

@@ -85,7 +85,7 @@ class FallWatch:
             self._heights.append(_Height(body.stamp, height))
         while self._heights and self._heights[0].stamp < body.stamp - _MOTION.fall_time:
             self._heights.popleft()
-        if posture == 'lying' and self.fall is None:
+        if posture == 'lying' and self.fall is None and self._heights:
             self.fall = self._fall(since, body.stature)
         elif posture not in ('lying', 'unknown') and self.fall is not None:
             self.fall = None

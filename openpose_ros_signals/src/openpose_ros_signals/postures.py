@@ -14,14 +14,12 @@ class _Leg(NamedTuple):
     """A leg: angles to straight down of thigh and shin, angle of the knee [deg].
 
     Attributes:
-        knee_height: over the lower foot [statures].
         sigma: of the ankle [statures].
     """
 
     thigh: float
     shin: float
     knee: float
-    knee_height: float
     sigma: float
 
 
@@ -30,7 +28,7 @@ def posture_degrees(body: Body) -> Dict[str, float]:
     trunk = angle(body.shoulders - body.hips, body.up)
     heights = body.joints[LEGS[:, 2]] @ body.up
     foot = float(np.nanmin(heights)) if np.isfinite(heights).any() else np.nan
-    legs = [leg for leg in (_leg(body, joints, foot) for joints in LEGS) if not np.isnan(leg.knee)]
+    legs = [leg for leg in (_leg(body, joints) for joints in LEGS) if not np.isnan(leg.knee)]
     if not legs:
         flat = ramp(trunk, _POSTURE.lying)
         return dict(dict.fromkeys(POSTURES, np.nan if flat < 1 else 0.0), lying=0.0 if flat == 0 else np.nan)
@@ -44,17 +42,16 @@ def posture_degrees(body: Body) -> Dict[str, float]:
     return {'standing': standing, 'sitting': sitting, 'crouching': crouching, 'kneeling': kneeling, 'lying': lying}
 
 
-def _leg(body: Body, joints: np.ndarray, foot: float) -> _Leg:
+def _leg(body: Body, joints: np.ndarray) -> _Leg:
     hip, knee, ankle = body.joints[joints]
     return _Leg(angle(knee - hip, -body.up), angle(ankle - knee, -body.up), angle(hip - knee, ankle - knee),
-                (float(knee @ body.up) - foot) / body.stature,
                 float(np.nan_to_num(body.sigma[joints[2]])) / body.stature)
 
 
 def _kneeling(leg: _Leg) -> float:
     seen = 1.0 if leg.sigma <= _POSTURE.foot_sigma else np.nan
     return least(seen, ramp(leg.shin, _POSTURE.shin_level), ramp(leg.knee, _POSTURE.bent_knee),
-                 ramp(leg.thigh, _POSTURE.over_knee), ramp(leg.knee_height, _POSTURE.knee_on_floor))
+                 ramp(leg.thigh, _POSTURE.over_knee))
 
 
 def _crouching(body: Body, legs: 'list[_Leg]', foot: float) -> float:

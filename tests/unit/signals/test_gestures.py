@@ -142,6 +142,13 @@ def test_a_hand_that_is_up_and_moves_to_the_side_once_does_not_wave(rate):
     assert 'wave' not in all_told(watch(moves, 4, rate))
 
 
+@pytest.mark.parametrize('side', ARMS)
+def test_a_hand_that_goes_up_and_down_aslant_does_not_wave(side):
+    low, high = Limb((0.2, 0.3, -0.8), (0.05, 0.2, 1.0)), Limb((0.6, 0.4, 0.1), (0.05, 0.2, 1.0))
+    aslant = swinging(STANDING.with_arm(side, low), STANDING.with_arm(side, high), 1.5)
+    assert 'wave' not in all_told(watch(aslant, 3))
+
+
 @pytest.mark.parametrize('rate', RATES)
 def test_who_bends_the_elbow_once_does_not_beckon(rate):
     opened, bent = (STANDING.with_arm('right', arm) for arm in (BECKON_OPEN, BECKON_BENT))

@@ -11,6 +11,7 @@ from animated_skeleton import (
     LYING,
     RATES,
     SITTING,
+    SITTING_ON_FLOOR,
     STANDING,
     held,
     watch,
@@ -90,6 +91,12 @@ def test_who_gets_up_and_falls_again_falls_twice():
     signals = watch(motion, 8, 10)
     assert len(falls_of(signals)) == 2
     assert not [stamp for stamp, person in signals if 4.3 < stamp < 6 and person.fall]
+
+
+def test_who_sits_up_and_lies_back_did_not_fall_again():
+    sits = replace(SITTING_ON_FLOOR, lean=-10)
+    motion = held((0, STANDING), (1, STANDING), (1.5, LYING), (1.8, LYING), (2.3, sits), (2.5, sits), (3.1, LYING))
+    assert len(falls_of(watch(motion, 5, 15))) == 1
 
 
 @pytest.mark.parametrize('rate', RATES)

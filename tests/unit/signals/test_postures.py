@@ -57,6 +57,11 @@ def test_what_looks_like_another_posture(pose, posture):
     assert watch(held((0, pose)), 1)[-1][1].posture.name == posture
 
 
+def test_who_bends_down_and_up_again_stands_all_the_time():
+    signals = watch(held((0, STANDING), (1, STANDING), (1.5, BENT_OVER), (2.5, BENT_OVER), (3, STANDING)), 4)
+    assert {person.posture.name for stamp, person in signals if stamp > 0.34} == {'standing'}
+
+
 @pytest.mark.parametrize('facing', [0, 90, 200])
 def test_a_posture_does_not_depend_on_where_one_faces(facing):
     for pose, posture in ((SITTING, 'sitting'), (CROUCHING, 'crouching'), (KNEELING, 'kneeling')):
