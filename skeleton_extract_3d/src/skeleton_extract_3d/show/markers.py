@@ -175,7 +175,7 @@ def people_markers(people: People3D, params: MarkerParams, lifetime: float) -> L
 def trail_markers(paths: Dict[int, np.ndarray], params: MarkerParams, lifetime: float) -> List[MarkerSpec]:
     """Return a marker in ns 'trail' for each path of at least two places; the paths are those of `Trails`."""
     return [MarkerSpec('trail', person, 'add', 'line_list', np.repeat(path, 2, axis=0)[1:-1], params.trail_scale,
-                       (*_person_rgb(person), 1.0), lifetime=lifetime)
+                       (*person_rgb(person), 1.0), lifetime=lifetime)
             for person, path in paths.items() if len(path) > 1]
 
 
@@ -216,7 +216,7 @@ class _PersonMarkers:
 
     def _label(self) -> MarkerSpec:
         hidden = not (self._status == MEASURED).any()
-        rgb = _person_rgb(self._id) if self._params.colour_by_person else (1.0, 1.0, 1.0)
+        rgb = person_rgb(self._id) if self._params.colour_by_person else (1.0, 1.0, 1.0)
         return MarkerSpec('label', self._id, 'add', 'text', self._label_position(), self._params.label_scale,
                           (*rgb, 1.0), f'{self._id} (hidden)' if hidden else str(self._id), self._lifetime)
 
@@ -258,7 +258,7 @@ def marker_colour(params: MarkerParams, name: str, person: int) -> Rgba:
     red, green, blue, opacity = _rgba(name, getattr(params, name))
     if params.colour_by_person:
         white = 0.5 if 'inferred' in name else 0.0
-        red, green, blue = (white + (1 - white) * value for value in _person_rgb(person))
+        red, green, blue = (white + (1 - white) * value for value in person_rgb(person))
     return red, green, blue, opacity
 
 
@@ -280,7 +280,7 @@ def dashed(limbs: np.ndarray, dash: float) -> np.ndarray:
     return np.concatenate(pieces).astype(np.float32)
 
 
-def _person_rgb(person: int) -> Tuple[float, float, float]:
+def person_rgb(person: int) -> Tuple[float, float, float]:
     """Return the colour that the person's box has in the annotated image."""
     blue, green, red = person_colour(person)
     return red / 255, green / 255, blue / 255

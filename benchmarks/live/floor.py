@@ -6,8 +6,8 @@ A sequence folder holds rgb/, depth/ (16-bit PNG [mm]) and either meta.json (K, 
 for a moving camera, poses) or camera.yaml and sequence.yaml; in the world, z is up and the floor is z = 0. A plane is
 published when it was seen twice, so that the first cloud has none. Parameters of the node are given as in floor.yaml.
 
-    benchmarks/floor.py SEQUENCE [SEQUENCE ...]
-    benchmarks/floor.py SEQUENCE --set smoothing_time=0 --set points=50000
+    benchmarks/live/floor.py SEQUENCE [SEQUENCE ...]
+    benchmarks/live/floor.py SEQUENCE --set smoothing_time=0 --set points=50000
 """
 import sys
 import time

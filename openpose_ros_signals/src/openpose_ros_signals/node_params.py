@@ -1,0 +1,65 @@
+"""Which parameters the node of this package reads."""
+from dataclasses import dataclass
+from typing import Any, Dict, Tuple, Type
+
+import numpy as np
+
+from openpose_ros_pkg.errors import ParameterError
+from openpose_ros_pkg.params.nodes import DemandParams
+from openpose_ros_pkg.params.parameters import Parameters, parameter
+from openpose_ros_signals.show.markers import SignalMarkerParams
+
+
+@dataclass(frozen=True)
+class SignalsParams(Parameters):
+    """In which frame signals are read, and what people may point at."""
+
+    fixed_frame: str = parameter(
+        '', 'Frame in which the room stands still, z upwards (map, odom, world): signals are read and published there. '
+            'Empty: the frame of the people, which must not move then.')
+    up: str = parameter(
+        '0 -1 0', 'Upwards in the frame of the people, where fixed_frame is empty and there is no plane on ~floor: '
+                  'three numbers.')
+    use_floor: bool = parameter(
+        False, 'Without fixed_frame: upwards is the normal of the plane on ~floor (pcl_msgs/ModelCoefficients in the '
+               'frame of the people, as the nodelet floor publishes it).')
+    use_landmarks: bool = parameter(
+        False, 'Read hands and faces: palms tell stop, faces tell where heads face. These are computed for it then.')
+    use_cloud: bool = parameter(
+        False, 'Read the organized cloud on ~point_cloud: what pointing rays meet there is told.')
+    targets: str = parameter(
+        '', 'YAML file of what people may point at: a list of name, frame_id (any frame of tf) and position [m]; '
+            'empty: no known targets.')
+    tf_timeout: float = parameter(0.1, 'Wait this long for the transform to fixed_frame at the stamp of the people; '
+                                       'a frame without its transform is dropped.', unit='s', minimum=0.0, maximum=10.0)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        self.upwards  # noqa: B018 -- refuses what is no direction
+
+    @property
+    def upwards(self) -> np.ndarray:
+        """(3,) unit vector of `up`."""
+        try:
+            vector = np.array([float(word) for word in self.up.split()])
+        except ValueError:
+            vector = np.zeros(0)
+        if vector.shape != (3,) or not np.isfinite(vector).all() or not vector.any():
+            raise ParameterError(f"parameter 'up' = {self.up!r} is not allowed: three numbers, as '0 -1 0'", 'up')
+        return np.asarray(vector / np.linalg.norm(vector))
+
+
+@dataclass(frozen=True)
+class SignalsSettings:
+    """All that the node of signals reads."""
+
+    signals: SignalsParams
+    markers: SignalMarkerParams
+    demand: DemandParams
+
+
+# What dynamic_reconfigure may change in the running node.
+LIVE_PARAMETERS: Tuple[str, ...] = ('text_scale', 'facing_length', 'pointing_length', 'signal_lifetime')
+
+# The parameters of each file in config/; a node loads the file of its name.
+CONFIG_FILES: Dict[str, Type[Any]] = {'people_signals_node.yaml': SignalsSettings}

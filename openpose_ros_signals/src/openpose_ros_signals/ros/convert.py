@@ -1,0 +1,91 @@
+"""Turn signals into messages and back: the only place of this package that knows both."""
+from typing import Optional, Sequence, Tuple
+
+import numpy as np
+import rospy
+from geometry_msgs.msg import Point, Vector3
+from openpose_ros_msgs.msg import PersonGesture, PersonPointing, PersonSignals, PersonSignalsArray
+from std_msgs.msg import Header
+
+from openpose_ros_signals import records
+from openpose_ros_signals.records import Facing, Fall, Gesture, Hit, Pointing, Posture, Walk
+
+_NOWHERE = (np.nan, np.nan, np.nan)
+
+
+def signals_to_array(persons: Sequence[records.PersonSignals], header: Header) -> PersonSignalsArray:
+    """Return the message of one frame."""
+    return PersonSignalsArray(header=header, persons=[_person_to_message(person, header) for person in persons])
+
+
+def signals_from_array(message: PersonSignalsArray) -> Tuple[records.PersonSignals, ...]:
+    """Return what the people of one frame do."""
+    return tuple(_person_from_message(person) for person in message.persons)
+
+
+def _person_to_message(person: records.PersonSignals, header: Header) -> PersonSignals:
+    message = PersonSignals(
+        header=header, person_ID=max(person.id, 0), position=Point(*person.place), posture=person.posture.name,
+        posture_since=_time(person.posture.since), posture_confidence=person.posture.confidence,
+        gestures=[_gesture_to_message(gesture) for gesture in person.gestures], hidden_arms=list(person.hidden_arms))
+    message.body_facing, message.body_facing_sigma = _facing_values(person.body)
+    message.head_facing, message.head_facing_sigma = _facing_values(person.head)
+    walk, fall = person.walk, person.fall
+    message.moving, message.speed = walk is not None and walk.moving, np.nan if walk is None else walk.speed
+    message.walking_direction = Vector3(*(_NOWHERE if walk is None else walk.direction))
+    message.fallen, message.fall_stamp = fall is not None, _time(np.nan if fall is None else fall.stamp)
+    message.fall_duration, message.fall_speed = (np.nan, np.nan) if fall is None else (fall.duration, fall.speed)
+    return message
+
+
+def _person_from_message(message: PersonSignals) -> records.PersonSignals:
+    walk = None if np.isnan(message.speed) else Walk(message.moving, message.speed, _array(message.walking_direction))
+    fall = Fall(message.fall_stamp.to_sec(), message.fall_duration, message.fall_speed) if message.fallen else None
+    return records.PersonSignals(
+        message.person_ID, _array(message.position),
+        Posture(message.posture, _seconds(message.posture_since), message.posture_confidence),
+        tuple(_gesture_from_message(gesture) for gesture in message.gestures),
+        _facing(message.body_facing, message.body_facing_sigma),
+        _facing(message.head_facing, message.head_facing_sigma), walk, fall, tuple(message.hidden_arms))
+
+
+def _gesture_to_message(gesture: Gesture) -> PersonGesture:
+    return PersonGesture(name=gesture.name, arm=gesture.arm, since=_time(gesture.since), confidence=gesture.confidence,
+                         pointing=[] if gesture.pointing is None else [_pointing_to_message(gesture.pointing)])
+
+
+def _gesture_from_message(message: PersonGesture) -> Gesture:
+    pointing = _pointing_from_message(message.pointing[0]) if message.pointing else None
+    return Gesture(message.name, message.arm, _seconds(message.since), message.confidence, pointing)
+
+
+def _pointing_to_message(ray: Pointing) -> PersonPointing:
+    hit = Hit(np.array(_NOWHERE), '', np.nan) if ray.hit is None else ray.hit
+    return PersonPointing(origin=Point(*ray.origin), direction=Vector3(*ray.direction), sigma=ray.sigma,
+                          target=hit.name, hit=Point(*hit.position), hit_angle=hit.off)
+
+
+def _pointing_from_message(message: PersonPointing) -> Pointing:
+    hit = None if np.isnan(message.hit.x) else Hit(_array(message.hit), message.target, message.hit_angle)
+    return Pointing(_array(message.origin), _array(message.direction), message.sigma, hit)
+
+
+def _facing_values(facing: Optional[Facing]) -> Tuple[Vector3, float]:
+    return (Vector3(*_NOWHERE), np.nan) if facing is None else (Vector3(*facing.direction), facing.sigma)
+
+
+def _facing(direction: Vector3, sigma: float) -> Optional[Facing]:
+    return None if np.isnan(direction.x) else Facing(_array(direction), sigma)
+
+
+def _array(vector: Vector3) -> np.ndarray:
+    return np.array([vector.x, vector.y, vector.z])
+
+
+def _time(stamp: float) -> rospy.Time:
+    """Return a stamp [s] as a time; 0 where it is NaN."""
+    return rospy.Time() if np.isnan(stamp) else rospy.Time.from_sec(max(stamp, 0.0))
+
+
+def _seconds(time: rospy.Time) -> float:
+    return time.to_sec() if time else np.nan

@@ -1,0 +1,169 @@
+"""The node of signals: people in space to what they do, with markers."""
+from pathlib import Path
+from typing import Any, List, Optional, Set, Type
+
+import numpy as np
+from openpose_ros_msgs.msg import (
+    FaceDetection_3dArray,
+    HandDetection_3dArray,
+    PersonDetection_3dArray,
+    PersonSignals,
+    PersonSignalsArray,
+)
+from sensor_msgs.msg import PointCloud2
+from std_msgs.msg import Header
+from visualization_msgs.msg import Marker
+
+from openpose_ros_pkg.errors import NoTransformError
+from openpose_ros_pkg.ros.demand import Demand
+from openpose_ros_pkg.ros.health import Health
+from openpose_ros_pkg.ros.images import InputSubscriber
+from openpose_ros_pkg.ros.live_parameters import LiveParameters
+from openpose_ros_pkg.ros.node import introduce, run_node
+from openpose_ros_pkg.ros.people_publisher import PERSONS_QUEUE, RESULTS_QUEUE
+from openpose_ros_pkg.stream.newest_wins import NewestWinsWorker
+from openpose_ros_signals.node_params import LIVE_PARAMETERS, SignalsSettings
+from openpose_ros_signals.person import Surroundings
+from openpose_ros_signals.reader import SignalReader
+from openpose_ros_signals.records import Target
+from openpose_ros_signals.ros.convert import signals_to_array
+from openpose_ros_signals.show.markers import SignalMarkers
+from openpose_ros_signals.targets import read_targets
+from skeleton_extract_3d.landmarks import Landmarks3D
+from skeleton_extract_3d.points.transform import Transform, transform_landmarks, transform_people
+from skeleton_extract_3d.ros import convert
+from skeleton_extract_3d.ros.floor_input import FloorInput
+from skeleton_extract_3d.ros.transforms import Transforms
+
+_NAMESPACE = 'openpose_ros/skeleton_3d'
+# Text, two facings, and rays with cones of two arms.
+_MARKERS_QUEUE = 7 * PERSONS_QUEUE
+# Hands, faces and clouds belong to people whose stamp is this near [s]; hands are found after the people.
+_SAME_TIME = 0.3
+# One point of the cloud in this many rows and columns is looked at: 5 mm apart at 2.5 m.
+_CLOUD_STEP = 4
+_STILL = np.eye(3), np.zeros(3)
+
+
+class _Latest:
+    """An input whose newest message is kept."""
+
+    def __init__(self, topic: str, kind: Type[Any]) -> None:
+        self.input = InputSubscriber(topic, kind)
+        self.input.registerCallback(self._store)
+        self._message: Optional[Any] = None
+
+    def near(self, header: Header) -> Optional[Any]:
+        """Return the newest message if its time and frame are those of a header, else None."""
+        message = self._message
+        if message is None or message.header.frame_id != header.frame_id:
+            return None
+        return message if abs((message.header.stamp - header.stamp).to_sec()) <= _SAME_TIME else None
+
+    def _store(self, message: Any) -> None:
+        self._message = message
+
+
+class SignalsNode:
+    """Reads the signals of the newest people in a thread of its own."""
+
+    def __init__(self, settings: SignalsSettings) -> None:
+        params = self._params = settings.signals
+        self._targets = read_targets(Path(params.targets)) if params.targets else ()
+        self._lost: Set[str] = set()
+        self._transforms = Transforms(params.tf_timeout) if params.fixed_frame or self._targets else None
+        self._reader, self._markers, self._health = SignalReader(), SignalMarkers(settings.markers), Health()
+        self._live = LiveParameters(settings, LIVE_PARAMETERS, self._reconfigure)
+        demand = Demand(settings.demand.lazy, self._health)
+        self._array = demand.advertise(f'{_NAMESPACE}/people_signals', PersonSignalsArray, RESULTS_QUEUE)
+        self._persons = demand.advertise(f'{_NAMESPACE}/person_signals', PersonSignals, PERSONS_QUEUE)
+        self._shown = demand.advertise(f'{_NAMESPACE}/visualization_signals', Marker, _MARKERS_QUEUE)
+        self._worker = NewestWinsWorker(self._process, self._health.frame_failed, 'signals')
+        self._health.show_lasting(self._fault)
+        self._health.show(lambda: {'frames skipped': str(self._worker.replaced)})
+        people = InputSubscriber(f'{_NAMESPACE}/detected_poses_3d', PersonDetection_3dArray)
+        people.registerCallback(self._worker.submit)
+        self._floor = FloorInput()
+        self._hands = _Latest(f'{_NAMESPACE}/detected_hands_3d', HandDetection_3dArray)
+        self._faces = _Latest(f'{_NAMESPACE}/detected_faces_3d', FaceDetection_3dArray)
+        self._cloud = _Latest('~point_cloud', PointCloud2)
+        demand.read(people, *((self._floor.input,) if params.use_floor and not params.fixed_frame else ()),
+                    *((self._hands.input, self._faces.input) if params.use_landmarks else ()),
+                    *((self._cloud.input,) if params.use_cloud else ()))
+        introduce(demand.inputs, signals=f"in {params.fixed_frame or 'the frame of the people'}",
+                  targets=', '.join(target.name for target in self._targets) or 'none')
+
+    def _fault(self) -> str:
+        """Return which targets tf does not know; empty: it knows all."""
+        return f"no transform of {', '.join(sorted(self._lost))}" if self._lost else ''
+
+    def _reconfigure(self, settings: SignalsSettings) -> None:
+        self._markers.reconfigure(settings.markers)
+
+    def _process(self, message: PersonDetection_3dArray) -> None:
+        pose, up = self._pose(message.header), self._up(message.header)
+        header = Header(stamp=message.header.stamp, frame_id=self._params.fixed_frame or message.header.frame_id)
+        people = transform_people(convert.people_from_array(message), *pose)
+        around = Surroundings(tuple(self._known_targets(header)), self._points(message.header, pose))
+        persons = self._reader.update(people, header.stamp.to_sec(), up, around, self._landmarks(message.header, pose))
+        array = signals_to_array(persons, header)
+        self._array.publish(array)
+        for person in array.persons:
+            self._persons.publish(person)
+        if self._shown.get_num_connections() > 0:
+            for marker in self._markers.update(persons, header.stamp.to_sec(), up):
+                self._shown.publish(convert.marker_to_message(marker, header))
+        self._health.frame_done(header.stamp)
+
+    def _pose(self, header: Header) -> Transform:
+        if self._transforms is None or not self._params.fixed_frame:
+            return _STILL
+        return convert.rotation_and_translation(self._transforms.lookup(self._params.fixed_frame, header.frame_id,
+                                                                        header.stamp))
+
+    def _up(self, header: Header) -> np.ndarray:
+        if self._params.fixed_frame:
+            return np.array([0.0, 0.0, 1.0])
+        plane = self._floor.at(header)
+        return self._params.upwards if plane is None else plane[:3]
+
+    def _known_targets(self, header: Header) -> List[Target]:
+        """Return where the targets are now; those that tf does not know are left out."""
+        found: List[Target] = []
+        if self._transforms is None:
+            return found
+        for target in self._targets:
+            try:
+                # what was not there is not waited for, as that would hold up each frame
+                moved = self._transforms.lookup(header.frame_id, target.frame_id, header.stamp,
+                                                0.0 if target.name in self._lost else None)
+                rotation, translation = convert.rotation_and_translation(moved)
+            except NoTransformError as error:
+                if target.name not in self._lost:
+                    self._health.warn('target without transform', f'{target.name} is left out: {error.__cause__ or error}')
+                self._lost.add(target.name)
+                continue
+            self._lost.discard(target.name)
+            found.append(Target(target.name, rotation @ target.position + translation))
+        return found
+
+    def _points(self, header: Header, pose: Transform) -> Optional[np.ndarray]:
+        message = self._cloud.near(header)
+        if message is None:
+            return None
+        cloud = convert.cloud_from_message(message)
+        rows, columns = np.mgrid[:cloud.height:_CLOUD_STEP, :cloud.width:_CLOUD_STEP]
+        return np.asarray(cloud.window(columns.ravel(), rows.ravel(), 1)[:, 0] @ pose[0].T + pose[1])
+
+    def _landmarks(self, header: Header, pose: Transform) -> Optional[Landmarks3D]:
+        hands, faces, none = self._hands.near(header), self._faces.near(header), Landmarks3D.empty()
+        if hands is None and faces is None:
+            return None
+        found = Landmarks3D(none.hands if hands is None else convert.hands_from_array(hands),
+                            none.faces if faces is None else convert.faces_from_array(faces))
+        return transform_landmarks(found, *pose)
+
+
+def main() -> None:
+    """Run the node of signals."""
+    run_node('people_signals_node', SignalsSettings, SignalsNode)

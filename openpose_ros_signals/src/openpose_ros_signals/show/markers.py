@@ -1,0 +1,124 @@
+"""RViz markers of signals: what somebody does as text, where body and head face, where somebody points."""
+from dataclasses import dataclass
+from typing import List, Sequence
+
+import numpy as np
+
+from openpose_ros_pkg.params.parameters import Parameters, parameter
+from openpose_ros_signals.constants import SIGNALS
+from openpose_ros_signals.records import PersonSignals, Pointing
+from skeleton_extract_3d.show.markers import MarkerLifetime, MarkerSpec, Rgba, ShownMarkers, person_rgb
+
+# Height of the text over the middle of the trunk, over the head of who is upright and of who lies [m].
+_OVER_UPRIGHT, _OVER_LYING = 0.95, 0.4
+# Lines that show a cone, and each which one of them begins at its tip.
+_CONE_LINES, _CONE_EDGES = 24, 6
+# Diameter of the shaft of an arrow, as a share of its length, and of the lines of a cone [m].
+_SHAFT, _CONE_WIDTH = 0.06, 0.008
+_FACING_OPACITY, _HEAD_OPACITY, _CONE_OPACITY = 0.7, 0.4, 0.5
+
+
+@dataclass(frozen=True)
+class SignalMarkerParams(Parameters):
+    """How signals look in RViz."""
+
+    text_scale: float = parameter(0.13, 'Height of the letters.', unit='m', minimum=0.001, maximum=2.0)
+    facing_length: float = parameter(0.5, 'Length of the arrow that shows where a body faces; that of a head has half '
+                                          'of it. 0: none.', unit='m', minimum=0.0, maximum=5.0)
+    pointing_length: float = parameter(1.5, 'Length of the arrow that shows where somebody points, and of its cone; an '
+                                            'arrow that meets something ends there. 0: none.', unit='m', minimum=0.0,
+                                       maximum=20.0)
+    signal_lifetime: float = parameter(0.3, 'Markers of signals vanish when no frame has come for this long, or for '
+                                            'three frame periods.', unit='s', minimum=0.01, maximum=60.0)
+
+
+class SignalMarkers:
+    """Makes the markers of each frame, and deletes those that are no more."""
+
+    def __init__(self, params: SignalMarkerParams) -> None:
+        self._params = params
+        self._lifetime, self._shown = MarkerLifetime(), ShownMarkers()
+
+    def reconfigure(self, params: SignalMarkerParams) -> None:
+        """Use other parameters from the next frame on."""
+        self._params = params
+
+    def update(self, persons: Sequence[PersonSignals], stamp: float, up: np.ndarray) -> List[MarkerSpec]:
+        """Return what to publish for a frame: first the deletes, then the adds.
+
+        The namespaces are 'signals' (text), 'body_facing', 'head_facing', 'pointing' and 'pointing_cone'; the number is
+        the person's, for the right arm's pointing plus one of twice the person's.
+
+        Args:
+            stamp: [s].
+            up: (3,) unit vector.
+        """
+        lifetime = self._lifetime.update(stamp, self._params.signal_lifetime)
+        return self._shown.replaced([marker for person in persons if np.isfinite(person.place).all()
+                                     for marker in self._of_person(person, up, lifetime)])
+
+    def _of_person(self, person: PersonSignals, up: np.ndarray, lifetime: float) -> List[MarkerSpec]:
+        params, rgb = self._params, person_rgb(person.id)
+        over = _OVER_LYING if person.posture.name == 'lying' else _OVER_UPRIGHT
+        markers = [MarkerSpec('signals', person.id, 'add', 'text', _points(person.place + over * up),
+                              params.text_scale, (*rgb, 1.0), text_of(person), lifetime)]
+        for name, facing, length, opacity in (
+                ('body_facing', person.body, params.facing_length, _FACING_OPACITY),
+                ('head_facing', person.head, params.facing_length / 2, _HEAD_OPACITY)):
+            if facing is not None and length:
+                begin = person.place if name == 'body_facing' else person.place + over / 2 * up
+                markers.append(_arrow(name, person.id, (begin, begin + length * facing.direction), (*rgb, opacity),
+                                      lifetime))
+        for gesture in person.gestures:
+            if gesture.pointing is not None and params.pointing_length:
+                number = 2 * person.id + (gesture.arm == 'right')
+                ray = gesture.pointing
+                markers += [_arrow('pointing', number, (ray.origin, _end(ray, params.pointing_length)), (*rgb, 1.0),
+                                   lifetime),
+                            MarkerSpec('pointing_cone', number, 'add', 'line_list',
+                                       cone_lines(ray, params.pointing_length), _CONE_WIDTH, (*rgb, _CONE_OPACITY),
+                                       lifetime=lifetime)]
+        return markers
+
+
+def text_of(person: PersonSignals) -> str:
+    """Return what somebody does, in a few words, one line each."""
+    lines = [('fallen, ' if person.fall else '') + person.posture.name
+             + (f', {person.walk.speed:.1f} m/s' if person.walk and person.walk.moving else '')]
+    for gesture in person.gestures:
+        hit = gesture.pointing.hit if gesture.pointing else None
+        lines.append(f"{gesture.name.replace('_', ' ')} ({gesture.arm})" + (f' -> {hit.name}' if hit and hit.name
+                                                                            else ''))
+    return '\n'.join(lines)
+
+
+def cone_lines(ray: Pointing, length: float) -> np.ndarray:
+    """Return the cone that holds what is meant as lines, (N, 3) [m], two points each: a circle at its end, and edges.
+
+    Args:
+        length: of the ray [m].
+    """
+    side = np.cross(ray.direction, np.eye(3)[np.abs(ray.direction).argmin()])
+    side /= np.linalg.norm(side)
+    other = np.cross(ray.direction, side)
+    turns = np.linspace(0, 2 * np.pi, _CONE_LINES + 1)[:, np.newaxis]
+    radius = length * np.tan(min(SIGNALS.pointing.cone * ray.sigma, np.radians(80)))
+    circle = ray.origin + length * ray.direction + radius * (np.cos(turns) * side + np.sin(turns) * other)
+    edges = circle[:-1:_CONE_LINES // _CONE_EDGES]
+    tips = np.broadcast_to(ray.origin, edges.shape)
+    return _points(np.concatenate([np.stack([circle[:-1], circle[1:]], axis=1), np.stack([tips, edges], axis=1)]))
+
+
+def _end(ray: Pointing, length: float) -> np.ndarray:
+    if ray.hit is not None:
+        length = float(np.linalg.norm(ray.hit.position - ray.origin))
+    return np.asarray(ray.origin + length * ray.direction)
+
+
+def _arrow(name: str, number: int, ends: Sequence[np.ndarray], rgba: Rgba, lifetime: float) -> MarkerSpec:
+    thickness = _SHAFT * min(float(np.linalg.norm(ends[1] - ends[0])), 0.5)
+    return MarkerSpec(name, number, 'add', 'arrow', _points(np.array(ends)), thickness, rgba, lifetime=lifetime)
+
+
+def _points(points: np.ndarray) -> np.ndarray:
+    return np.asarray(points, np.float32).reshape(-1, 3)

@@ -1,0 +1,67 @@
+"""Signals become messages and come back as they were."""
+import numpy as np
+import pytest
+import rospy
+from openpose_ros_msgs.msg import PersonGesture, PersonSignals
+from std_msgs.msg import Header
+
+from openpose_ros_signals import records
+from openpose_ros_signals.records import Facing, Fall, Gesture, Hit, Pointing, Posture, Walk
+from openpose_ros_signals.ros.convert import signals_from_array, signals_to_array
+
+HEADER = Header(stamp=rospy.Time(12, 500000000), frame_id='room')
+X, Y = np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0])
+LAMP = Pointing(np.array([0.5, 0.0, 1.5]), X, 0.25, Hit(np.array([3.0, 0.0, 1.5]), 'lamp', 0.125))
+CLOUD = Pointing(LAMP.origin, Y, 0.25, Hit(np.array([0.5, 2.0, 1.5])))
+EVERYTHING = records.PersonSignals(
+    7, np.array([0.5, 0.25, 1.0]), Posture('sitting', 11.5, 0.75),
+    (Gesture('wave', 'left', 12.25, 0.5), Gesture('point', 'right', 12.0, 1.0, LAMP)),
+    Facing(X, 0.125), Facing(Y, 0.25), Walk(True, 1.5, Y), Fall(11.5, 0.75, 2.0), ('left',))
+NOTHING = records.PersonSignals(8, np.full(3, np.nan))
+SOME = records.PersonSignals(9, np.zeros(3), gestures=(Gesture('point', 'left', 12.0, 1.0, CLOUD),
+                                                       Gesture('arms_crossed', 'both', 12.0, 1.0),
+                                                       Gesture('point', 'right', 12.0, 1.0,
+                                                               Pointing(LAMP.origin, X, 0.25))),
+                             walk=Walk(False, 0.0, np.zeros(3)))
+
+
+def plain(value):
+    """Return a record as nested tuples that compare, with NaN as None."""
+    if isinstance(value, np.ndarray):
+        value = tuple(value.tolist())
+    if isinstance(value, tuple):
+        return tuple(plain(each) for each in value)
+    if hasattr(value, '__dataclass_fields__'):
+        return tuple(plain(getattr(value, name)) for name in value.__dataclass_fields__)
+    return None if isinstance(value, float) and np.isnan(value) else value
+
+
+def test_nobody():
+    array = signals_to_array([], HEADER)
+    assert (array.persons, array.header) == ([], HEADER)
+    assert signals_from_array(array) == ()
+
+
+@pytest.mark.parametrize('person', [EVERYTHING, NOTHING, SOME], ids=['everything', 'nothing', 'some'])
+def test_there_and_back(person):
+    array = signals_to_array([person], HEADER)
+    array.persons[0]._check_types()
+    assert array.persons[0].header == HEADER
+    assert plain(signals_from_array(array)[0]) == plain(person)
+
+
+def test_unknown_values_are_those_that_the_message_names():
+    message = signals_to_array([NOTHING], HEADER).persons[0]
+    assert (message.posture, message.posture_since, message.moving, message.fallen) == (
+        PersonSignals.UNKNOWN, rospy.Time(), False, False)
+    assert np.isnan([message.position.x, message.body_facing.x, message.head_facing_sigma, message.speed,
+                     message.fall_speed]).all()
+
+
+def test_the_words_of_the_messages_are_those_of_the_records():
+    assert {PersonGesture.WAVE, PersonGesture.RAISE_HAND, PersonGesture.BECKON, PersonGesture.STOP,
+            PersonGesture.POINT, PersonGesture.ARMS_CROSSED} == set(records.GESTURES)
+    assert {PersonSignals.STANDING, PersonSignals.SITTING, PersonSignals.CROUCHING, PersonSignals.KNEELING,
+            PersonSignals.LYING} == set(records.POSTURES)
+    assert PersonSignals.UNKNOWN == records.UNKNOWN
+    assert (PersonGesture.LEFT, PersonGesture.RIGHT, PersonGesture.BOTH) == (records.LEFT, records.RIGHT, records.BOTH)

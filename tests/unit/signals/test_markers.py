@@ -1,0 +1,82 @@
+"""What RViz shows of signals."""
+import numpy as np
+import pytest
+
+from openpose_ros_signals.records import Facing, Fall, Gesture, Hit, PersonSignals, Pointing, Posture, Walk
+from openpose_ros_signals.show.markers import SignalMarkerParams, SignalMarkers, cone_lines, text_of
+
+UP = np.array([0.0, 0.0, 1.0])
+RAY = Pointing(np.array([0.0, 0.0, 1.4]), np.array([1.0, 0.0, 0.0]), 0.1)
+
+
+def person(*gestures, name=1, **values):
+    values.setdefault('posture', Posture('standing', 0.0, 1.0))
+    return PersonSignals(name, np.array([0.0, 0.0, 1.1]), gestures=gestures, **values)
+
+
+def pointing(ray=RAY, arm='left'):
+    return Gesture('point', arm, 0.0, 1.0, ray)
+
+
+def shown(*persons, stamp=0.0, **params):
+    return {(marker.ns, marker.id): marker for marker in
+            SignalMarkers(SignalMarkerParams(**params)).update(persons, stamp, UP)}
+
+
+def test_nobody_has_no_markers():
+    assert SignalMarkers(SignalMarkerParams()).update([], 0.0, UP) == []
+
+
+def test_who_is_hidden_has_none():
+    assert shown(PersonSignals(1, np.full(3, np.nan))) == {}
+
+
+def test_text_says_what_somebody_does():
+    lamp = Pointing(RAY.origin, RAY.direction, 0.1, Hit(np.array([3.0, 0.0, 1.4]), 'lamp'))
+    walks = person(Gesture('raise_hand', 'right', 0.0, 1.0), pointing(lamp),
+                   walk=Walk(True, 1.23, np.array([1.0, 0, 0])))
+    assert text_of(walks) == 'standing, 1.2 m/s\nraise hand (right)\npoint (left) -> lamp'
+    assert text_of(person(posture=Posture('lying'), fall=Fall(1.0, 0.5, 2.0))) == 'fallen, lying'
+    assert text_of(person(posture=Posture(), walk=Walk(False, 0.02, np.zeros(3)))) == 'unknown'
+
+
+def test_text_is_over_the_person():
+    np.testing.assert_allclose(shown(person())['signals', 1].points[0], [0, 0, 2.05], atol=1e-6)
+
+
+def test_facing_arrows_have_their_lengths():
+    ahead = Facing(np.array([0.0, 1.0, 0.0]), 0.1)
+    markers = shown(person(body=ahead, head=ahead), facing_length=0.6)
+    for name, length in (('body_facing', 0.6), ('head_facing', 0.3)):
+        np.testing.assert_allclose(np.diff(markers[name, 1].points, axis=0)[0], [0, length, 0], atol=1e-6)
+    assert {ns for ns, _ in shown(person(body=ahead), facing_length=0.0)} == {'signals'}
+
+
+def test_pointing_arrow_ends_where_it_meets_something():
+    hit = Pointing(RAY.origin, RAY.direction, 0.1, Hit(np.array([3.0, 0.0, 1.4])))
+    for ray, length in ((RAY, 1.5), (hit, 3.0)):
+        np.testing.assert_allclose(shown(person(pointing(ray)))['pointing', 2].points, [[0, 0, 1.4], [length, 0, 1.4]],
+                                   atol=1e-6)
+
+
+def test_both_arms_have_arrows():
+    markers = shown(person(pointing(), pointing(arm='right'), name=3))
+    assert {key for key in markers if key[0].startswith('pointing')} == {
+        (ns, number) for ns in ('pointing', 'pointing_cone') for number in (6, 7)}
+
+
+@pytest.mark.parametrize('direction', [(1, 0, 0), (0, 1, 0), (0, 0, -1), (0.6, 0.0, 0.8)])
+def test_cone_is_two_sigma_wide(direction):
+    lines = cone_lines(Pointing(np.zeros(3), np.array(direction, float), 0.1), 2.0)
+    ends = lines[np.linalg.norm(lines, axis=1) > 0]
+    angles = np.arccos(ends @ np.array(direction) / np.linalg.norm(ends, axis=1))
+    np.testing.assert_allclose(angles, 0.2, atol=1e-5)
+    np.testing.assert_allclose(ends @ np.array(direction), 2.0, atol=1e-5)
+
+
+def test_markers_of_who_no_longer_points_are_deleted():
+    markers = SignalMarkers(SignalMarkerParams())
+    markers.update([person(pointing())], 0.0, UP)
+    after = markers.update([person()], 0.1, UP)
+    assert [(marker.ns, marker.id, marker.action) for marker in after] == [
+        ('pointing', 2, 'delete'), ('pointing_cone', 2, 'delete'), ('signals', 1, 'add')]

@@ -1,0 +1,50 @@
+"""Files of what people may point at, and the node's parameters."""
+import numpy as np
+import pytest
+
+from openpose_ros_pkg.errors import BadInputError, ParameterError
+from openpose_ros_signals.node_params import SignalsParams
+from openpose_ros_signals.targets import read_targets
+
+
+def test_targets(tmp_path):
+    path = tmp_path / 'targets.yaml'
+    path.write_text('- {name: lamp, frame_id: room, position: [1, 2, 3]}\n- {name: cup, frame_id: cup}\n')
+    lamp, cup = read_targets(path)
+    assert (lamp.name, lamp.frame_id, lamp.position.tolist()) == ('lamp', 'room', [1, 2, 3])
+    assert (cup.frame_id, cup.position.tolist()) == ('cup', [0, 0, 0])
+
+
+def test_no_targets(tmp_path):
+    (tmp_path / 'none.yaml').write_text('[]')
+    assert read_targets(tmp_path / 'none.yaml') == ()
+
+
+@pytest.mark.parametrize('text, says', [
+    ('lamp: [1, 2, 3]', 'expected a list'), ('- {name: lamp}', 'is no target'),
+    ('- {name: a, frame_id: room, position: [1, 2]}', 'is no target'), ('- {name: a, frame_id: 3}', 'is no target'),
+    ('- {name: a, frame_id: r, position: [1, 2, .nan]}', 'is no target'),
+    ('- {name: a, frame_id: r, position: [1, 2, x]}', 'targets'), ('- {name: a, frame_id: r, colour: red}', 'is no'),
+    ('- {name: a, frame_id: r}\n- {name: a, frame_id: r}', "two targets of the name 'a'"), ('- {', 'targets'),
+])
+def test_wrong_files_say_what_is_wrong(tmp_path, text, says):
+    path = tmp_path / 'wrong.yaml'
+    path.write_text(text)
+    with pytest.raises(BadInputError, match=says) as error:
+        read_targets(path)
+    assert str(path) in str(error.value)
+
+
+def test_missing_file(tmp_path):
+    with pytest.raises(BadInputError, match=r'no\.yaml'):
+        read_targets(tmp_path / 'no.yaml')
+
+
+def test_upwards_is_a_unit_vector():
+    np.testing.assert_allclose(SignalsParams(up='0 -3 4').upwards, [0, -0.6, 0.8])
+
+
+@pytest.mark.parametrize('up', ['', '0 0 0', '0 1', '1 2 x', 'nan 0 1'])
+def test_up_that_is_no_direction_is_refused(up):
+    with pytest.raises(ParameterError, match="'up'"):
+        SignalsParams(up=up)
