@@ -140,7 +140,8 @@ class SignalsNode:
                 rotation, translation = convert.rotation_and_translation(moved)
             except NoTransformError as error:
                 if target.name not in self._lost:
-                    self._health.warn('target without transform', f'{target.name} is left out: {error.__cause__ or error}')
+                    self._health.warn('target without transform',
+                                      f'{target.name} is left out: {error.__cause__ or error}')
                 self._lost.add(target.name)
                 continue
             self._lost.discard(target.name)
