@@ -22,6 +22,7 @@ from openpose_ros_tools.ros.plot_keypoints import main as plot_keypoints
 from openpose_ros_tools.ros.process_bag import work
 from openpose_ros_tools.ros.process_bag.program import main
 from openpose_ros_tools.tables.landmark_csv import landmark_columns
+from openpose_ros_tools.tables.signal_csv import SIGNAL_COLUMNS
 
 BOTH = ['--set', 'hands=true', '--set', 'face=true']
 
@@ -97,6 +98,19 @@ def test_without_the_parameters_there_are_neither(processed):
     out, frames = processed()
     assert messages(out, '/openpose_ros/skeleton_3d/detected_hands') == []
     assert all(person['hand_left_keypoints_2d'] == [] for people in frames for person in people)
+
+
+def test_signals_are_in_the_bag_for_each_frame_and_in_a_table(processed, tmp_path):
+    out, _ = processed('--signals')
+    people = messages(out, '/openpose_ros/skeleton_3d/detected_poses_3d')
+    signals = messages(out, '/openpose_ros/skeleton_3d/people_signals')
+    assert [(one.header.stamp, [person.person_ID for person in one.persons]) for one, _ in signals] == [
+        (one.header.stamp, [person.person_ID for person in one.persons]) for one, _ in people]
+    number = sum(len(one.persons) for one, _ in signals)
+    assert len(messages(out, '/openpose_ros/skeleton_3d/person_signals')) == number > 0
+    found = rows(tmp_path / 'signals.csv', out, '--signals')
+    assert tuple(found[0]) == SIGNAL_COLUMNS and len(found) >= number
+    assert found[0]['time'] == str(people[0][0].header.stamp.to_nsec())
 
 
 def test_images_alone_have_hands_in_the_image(processed):

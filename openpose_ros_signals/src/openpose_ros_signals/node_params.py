@@ -11,27 +11,12 @@ from openpose_ros_signals.show.markers import SignalMarkerParams
 
 
 @dataclass(frozen=True)
-class SignalsParams(Parameters):
-    """In which frame signals are read, and what people may point at."""
+class UprightParams(Parameters):
+    """Where up is."""
 
-    fixed_frame: str = parameter(
-        '', 'Frame in which the room stands still, z upwards (map, odom, world): signals are read and published there. '
-            'Empty: the frame of the people, which must not move then.')
     up: str = parameter(
-        '0 -1 0', 'Upwards in the frame of the people, where fixed_frame is empty and there is no plane on ~floor: '
-                  'three numbers.')
-    use_floor: bool = parameter(
-        False, 'Without fixed_frame: upwards is the normal of the plane on ~floor (pcl_msgs/ModelCoefficients in the '
-               'frame of the people, as the nodelet floor publishes it).')
-    use_landmarks: bool = parameter(
-        False, 'Read hands and faces: palms tell stop, faces tell where heads face. These are computed for it then.')
-    use_cloud: bool = parameter(
-        False, 'Read the organized cloud on ~point_cloud: what pointing rays meet there is told.')
-    targets: str = parameter(
-        '', 'YAML file of what people may point at: a list of name, frame_id (any frame of tf) and position [m]; '
-            'empty: no known targets.')
-    tf_timeout: float = parameter(0.1, 'Wait this long for the transform to fixed_frame at the stamp of the people; '
-                                       'a frame without its transform is dropped.', unit='s', minimum=0.0, maximum=10.0)
+        '0 -1 0', 'Upwards in the frame of the people, where no fixed frame and no plane of the floor says it: three '
+                  'numbers.')
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -50,10 +35,32 @@ class SignalsParams(Parameters):
 
 
 @dataclass(frozen=True)
+class SignalsParams(Parameters):
+    """In which frame signals are read, and what people may point at."""
+
+    fixed_frame: str = parameter(
+        '', 'Frame in which the room stands still, z upwards (map, odom, world): signals are read and published there. '
+            'Empty: the frame of the people, which must not move then.')
+    use_floor: bool = parameter(
+        False, 'Without fixed_frame: upwards is the normal of the plane on ~floor (pcl_msgs/ModelCoefficients in the '
+               'frame of the people, as the nodelet floor publishes it).')
+    use_landmarks: bool = parameter(
+        False, 'Read hands and faces: palms tell stop, faces tell where heads face. These are computed for it then.')
+    use_cloud: bool = parameter(
+        False, 'Read the organized cloud on ~point_cloud: what pointing rays meet there is told.')
+    targets: str = parameter(
+        '', 'YAML file of what people may point at: a list of name, frame_id (any frame of tf) and position [m]; '
+            'empty: no known targets.')
+    tf_timeout: float = parameter(0.1, 'Wait this long for the transform to fixed_frame at the stamp of the people; '
+                                       'a frame without its transform is dropped.', unit='s', minimum=0.0, maximum=10.0)
+
+
+@dataclass(frozen=True)
 class SignalsSettings:
     """All that the node of signals reads."""
 
     signals: SignalsParams
+    upright: UprightParams
     markers: SignalMarkerParams
     demand: DemandParams
 

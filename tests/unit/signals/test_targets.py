@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 from openpose_ros_pkg.errors import BadInputError, ParameterError
-from openpose_ros_signals.node_params import SignalsParams
+from openpose_ros_signals.node_params import UprightParams
 from openpose_ros_signals.targets import read_targets
 
 
@@ -41,10 +41,10 @@ def test_missing_file(tmp_path):
 
 
 def test_upwards_is_a_unit_vector():
-    np.testing.assert_allclose(SignalsParams(up='0 -3 4').upwards, [0, -0.6, 0.8])
+    np.testing.assert_allclose(UprightParams(up='0 -3 4').upwards, [0, -0.6, 0.8])
 
 
 @pytest.mark.parametrize('up', ['', '0 0 0', '0 1', '1 2 x', 'nan 0 1'])
 def test_up_that_is_no_direction_is_refused(up):
     with pytest.raises(ParameterError, match="'up'"):
-        SignalsParams(up=up)
+        UprightParams(up=up)

@@ -68,7 +68,8 @@ class SignalsNode:
     """Reads the signals of the newest people in a thread of its own."""
 
     def __init__(self, settings: SignalsSettings) -> None:
-        params = self._params = settings.signals
+        params, self._upwards = settings.signals, settings.upright.upwards
+        self._params = params
         self._targets = read_targets(Path(params.targets)) if params.targets else ()
         self._lost: Set[str] = set()
         self._transforms = Transforms(params.tf_timeout) if params.fixed_frame or self._targets else None
@@ -125,7 +126,7 @@ class SignalsNode:
         if self._params.fixed_frame:
             return np.array([0.0, 0.0, 1.0])
         plane = self._floor.at(header)
-        return self._params.upwards if plane is None else plane[:3]
+        return self._upwards if plane is None else plane[:3]
 
     def _known_targets(self, header: Header) -> List[Target]:
         """Return where the targets are now; those that tf does not know are left out."""

@@ -47,11 +47,12 @@ DIMENSIONS: Dict[str, int] = {
 PARTS: Dict[str, Dict[str, int]] = {
     'people': DIMENSIONS,
     'hands': {'openpose_ros_msgs/HandDetection_3dArray': 3, 'openpose_ros_msgs/HandDetectionArray': 2},
-    'faces': {'openpose_ros_msgs/FaceDetection_3dArray': 3, 'openpose_ros_msgs/FaceDetectionArray': 2}}
+    'faces': {'openpose_ros_msgs/FaceDetection_3dArray': 3, 'openpose_ros_msgs/FaceDetectionArray': 2},
+    'signals': {'openpose_ros_msgs/PersonSignalsArray': 3}}
 
 
 class KeypointTopic(NamedTuple):
-    """A topic with people, hands or faces; dimensions: 3 in space, 2 in the image; part: one of `PARTS`."""
+    """A topic with people, hands, faces or signals; dimensions: 3 in space, 2 in the image; part: one of `PARTS`."""
 
     name: str
     kind: str

@@ -5,11 +5,13 @@
     rosrun openpose_ros_tools keypoints_to_csv part_0.bag part_1.bag --tidy -o joints.csv
     rosrun openpose_ros_tools keypoints_to_csv recording.bag --topic /openpose_ros/detected_poses > poses_2d.csv
     rosrun openpose_ros_tools keypoints_to_csv recording.bag --hands -o hands.csv      # or --faces
+    rosrun openpose_ros_tools keypoints_to_csv recording.bag --signals -o signals.csv
     rosrun openpose_ros_tools keypoints_to_csv --live -o poses.csv        # until Ctrl-C; needs a running master
 
 The columns are those of the original project; --extended gives those of `rostopic echo -p`, with header, status, sigma
 and all joints; --tidy is the long form for pandas and R, one row per frame, person and joint. --hands and --faces write
-hands and faces in the long form, one row per frame, hand and point. docs/csv_columns.md says what each column means.
+hands and faces in the long form, one row per frame, hand and point; --signals what people do, one row per frame, person
+and gesture. docs/csv_columns.md says what each column means.
 Without --topic, joints in space come before those in the image, and a topic with one message per person before that
 with one per frame, which holds the same people.
 
@@ -33,6 +35,7 @@ from tqdm import tqdm
 from openpose_ros_pkg.command_line import DONE, run_command
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.output.files import naming
+from openpose_ros_signals.ros.convert import signals_from_array
 from openpose_ros_tools.command_options import command_parser
 from openpose_ros_tools.outputs import output_file
 from openpose_ros_tools.ros import keypoint_bag
@@ -40,12 +43,13 @@ from openpose_ros_tools.ros.bag_files import open_bag
 from openpose_ros_tools.ros.keypoint_bag import KeypointTopic
 from openpose_ros_tools.tables.keypoint_csv import KeypointCsvWriter
 from openpose_ros_tools.tables.landmark_csv import LandmarkCsvWriter
+from openpose_ros_tools.tables.signal_csv import SignalCsvWriter
 
 _log = logging.getLogger(__name__)
 
 _NAME = 'keypoints_to_csv'
-# Writes people, hands or faces.
-Writer = Union[KeypointCsvWriter, LandmarkCsvWriter]
+# Writes people, hands, faces or signals.
+Writer = Union[KeypointCsvWriter, LandmarkCsvWriter, SignalCsvWriter]
 # Period in which a topic is looked for that is not there yet, and longest wait for a message of a quiet one [s].
 _PAUSE = 0.2
 
@@ -109,16 +113,14 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     if options.missing_joints and options.layout != 'tidy' and options.part == 'people':
         parser.error('--missing-joints is for --tidy; the other layouts have all joints')
     if options.part != 'people' and options.layout == 'extended':
-        parser.error('hands and faces have the long form alone; give no --extended')
+        parser.error('hands, faces and signals have one form alone; give no --extended')
     return run_command(_NAME, lambda: _run(options))
 
 
 def _run(options: argparse.Namespace) -> int:
     with _output(options) as handle:
         topic = _topic(options)
-        writer: Writer = KeypointCsvWriter(
-            handle, options.layout, topic.dimensions, options.missing_joints) if topic.part == 'people' else (
-            LandmarkCsvWriter(handle, topic.part, topic.dimensions, options.missing_joints))
+        writer = _writer(handle, topic, options)
         # no progress bar where it would run into rows that are shown
         with tqdm(unit='message' if options.bags else 'row', disable=True if handle.isatty() else None) as bar:
             rows = (bags_to_csv(options.bags, topic, writer, options.time == 'stamp', bar) if options.bags else
@@ -128,8 +130,19 @@ def _run(options: argparse.Namespace) -> int:
     return DONE
 
 
+def _writer(handle: TextIO, topic: KeypointTopic, options: argparse.Namespace) -> Writer:
+    if topic.part == 'people':
+        return KeypointCsvWriter(handle, options.layout, topic.dimensions, options.missing_joints)
+    if topic.part == 'signals':
+        return SignalCsvWriter(handle)
+    return LandmarkCsvWriter(handle, topic.part, topic.dimensions, options.missing_joints)
+
+
 def _write(writer: Writer, message: Any, time: Optional[int] = None) -> int:
-    """Write what is in a message; return the number of people, hands or faces."""
+    """Write what is in a message; return the number of people, hands, faces or rows of signals."""
+    if isinstance(writer, SignalCsvWriter):
+        return writer.write(message.header.stamp.to_nsec() or time or 0, message.header.frame_id,
+                            signals_from_array(message))
     if isinstance(writer, LandmarkCsvWriter):
         return keypoint_bag.write_landmarks(writer, message, time)
     return keypoint_bag.write_people(writer, message, time)
@@ -191,6 +204,8 @@ def _parser() -> argparse.ArgumentParser:
                       help='hands in place of people: one row per frame, hand and point')
     part.add_argument('--faces', dest='part', action='store_const', const='faces',
                       help='faces in place of people: one row per frame, face and point')
+    part.add_argument('--signals', dest='part', action='store_const', const='signals',
+                      help='what people do: one row per frame, person and gesture')
     parser.add_argument('--topic', help='topic to read; without a bag: to listen to')
     parser.add_argument('--live', action='store_true', help='listen to a running topic until Ctrl-C')
     parser.add_argument('--time', choices=('recorded', 'stamp'),

@@ -14,6 +14,7 @@ from openpose_ros_pkg.output.keypoint_scale import KeypointScaleParams
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.stream.image_decoding import ImageLimitParams
 from openpose_ros_pkg.stream.pairing import PairingParams
+from openpose_ros_signals.node_params import UprightParams
 from skeleton_extract_3d.node_params import ExtractorParams
 from skeleton_extract_3d.settings import EstimatorSettings
 from skeleton_extract_3d.show.markers import MarkerParams
@@ -37,6 +38,7 @@ class BagSettings:
     estimator: EstimatorSettings
     pairing: PairingParams
     markers: MarkerParams
+    upright: UprightParams
     limits: ImageLimitParams
 
 
@@ -71,6 +73,7 @@ class BagJob:
     is_alone: bool = True  # whether the bag has no other camera; then its topics may be in any namespace
     copied: Tuple[str, ...] = ()  # topics that are copied, or 'all'
     markers: bool = False  # whether markers are written
+    signals: bool = False  # whether what people do is written
     # see `KeypointCsvWriter`. The table has people in space where there are any, else those in the image.
     csv_layout: str = 'original'
     compression: str = 'none'  # of the bag, one of COMPRESSIONS
@@ -102,7 +105,7 @@ class BagJob:
                 'topics': {part.name: getattr(self.topics, part.name) for part in fields(self.topics)},
                 'parameters': {key: value for key, value in self.values.items() if key not in _WITHOUT_EFFECT},
                 'only_2d': self.only_2d, 'copied': list(self.copied), 'markers': self.markers,
-                'csv_layout': self.csv_layout, 'compression': self.compression}
+                'signals': self.signals, 'csv_layout': self.csv_layout, 'compression': self.compression}
 
 
 @dataclass(frozen=True)

@@ -215,6 +215,8 @@ def _parser() -> argparse.ArgumentParser:
                        help='columns as keypoints_to_csv has them (default: %(default)s)')
     group.add_argument('--json', type=Path, metavar='DIR', help="also as OpenPose's JSON, one file per frame")
     group.add_argument('--markers', action='store_true', help='also the markers for RViz')
+    group.add_argument('--signals', action='store_true', help='also what people in space do: postures, gestures, '
+                                                                'pointing, falls')
     group.add_argument('--copy', action='append', default=[], metavar='TOPIC',
                        help="also an original topic, or 'all' of them but results; may be repeated")
     group.add_argument('--compression', choices=COMPRESSIONS, default='none', help='of OUT (default: %(default)s)')
@@ -276,8 +278,9 @@ def _jobs_of(options: argparse.Namespace, values: Dict[str, Any], create: Callab
         output, csv, json = (path and path.expanduser().absolute() / (name if several else '') for path, name in (
             (options.output, bag.name), (options.csv, f'{bag.stem}.csv'), (options.json, bag.stem)))
         result.append(BagJob(bag, output, csv, json, values, topics, options.only_2d, copied=tuple(options.copy),
-                             markers=options.markers, csv_layout=options.csv_layout, compression=options.compression,
-                             jobs=jobs, threads=1 if options.scheduler else threads, create=create))
+                             markers=options.markers, signals=options.signals, csv_layout=options.csv_layout,
+                             compression=options.compression, jobs=jobs,
+                             threads=1 if options.scheduler else threads, create=create))
     return [rig_job(result, options)] if options.cameras else result
 
 

@@ -265,7 +265,8 @@ def _fuse(job: RigJob, people: Sequence[CameraPeople], settings: BagSettings, ou
         table = None if outputs[1] is None else inner.enter_context(
             Table(outputs[1], job.cameras[0].csv_layout, 3))
         bag = inner.enter_context(new_bag(outputs[0]))
-        writer = PeopleWriter(bag, f'/{FUSED}{IN_SPACE}', settings, table, job.cameras[0].markers)
+        writer = PeopleWriter(bag, f'/{FUSED}{IN_SPACE}', settings, table, job.cameras[0].markers,
+                              np.array([0.0, 0.0, 1.0]) if job.cameras[0].signals else None)
         for fused in tqdm(fusion, 'fusion', unit='frame', disable=None):
             header = Header(next(numbers), genpy.Time(0, fused.stamp), job.fixed_frame)
             writer.write(fused.people, header, genpy.Time(0, fused.time))

@@ -1,0 +1,74 @@
+"""What people do as CSV: one row per frame, person and gesture. See docs/csv_columns.md."""
+from typing import Iterator, List, Optional, Sequence, TextIO, Union
+
+import numpy as np
+
+from openpose_ros_signals.records import Facing, Gesture, PersonSignals
+from openpose_ros_tools.tables.keypoint_csv import quoted
+
+SIGNAL_COLUMNS = (
+    'time', 'frame', 'frame_id', 'person_ID', 'x', 'y', 'z', 'posture', 'posture_since', 'posture_confidence',
+    'body_x', 'body_y', 'body_z', 'body_sigma', 'head_x', 'head_y', 'head_z', 'head_sigma', 'moving', 'speed',
+    'fallen', 'fall_stamp', 'gesture', 'arm', 'since', 'confidence', 'origin_x', 'origin_y', 'origin_z',
+    'direction_x', 'direction_y', 'direction_z', 'sigma', 'target', 'hit_x', 'hit_y', 'hit_z')
+_NOWHERE = (np.nan, np.nan, np.nan)
+
+
+class SignalCsvWriter:
+    """Writes what people do, in the order of the recording.
+
+    Args:
+        handle: gets the names of the columns at once.
+    """
+
+    part, dimensions = 'signals', 3
+
+    def __init__(self, handle: TextIO) -> None:
+        self._handle = handle
+        self._frame, self._time = -1, -1
+        self._write(SIGNAL_COLUMNS)
+
+    def write(self, time: int, frame_id: str, persons: Sequence[PersonSignals]) -> int:
+        """Add the people of a frame at a time [ns]; return how many rows that are."""
+        self._frame, self._time = self._frame + (time != self._time), time
+        rows = [[time, self._frame, quoted(frame_id), *row] for person in persons for row in _rows(person)]
+        for row in rows:
+            self._write(row)
+        return len(rows)
+
+    def _write(self, values: Sequence[object]) -> None:
+        self._handle.write(','.join(map(str, values)) + '\n')
+
+
+def _rows(person: PersonSignals) -> Iterator[List[object]]:
+    """Yield a row for each gesture, or one without a gesture."""
+    posture, walk, fall = person.posture, person.walk, person.fall
+    head = [person.id, *_short(person.place), posture.name, _nanoseconds(posture.since), *_short([posture.confidence]),
+            *_facing(person.body), *_facing(person.head), '' if walk is None else str(walk.moving).lower(),
+            *_short([np.nan if walk is None else walk.speed]), str(fall is not None).lower(),
+            _nanoseconds(np.nan if fall is None else fall.stamp)]
+    for gesture in person.gestures or (None,):
+        yield [*head, *_gesture(gesture)]
+
+
+def _gesture(gesture: Optional[Gesture]) -> List[object]:
+    if gesture is None:
+        return ['', '', '', *_short(np.full(8, np.nan)), '', *_short(_NOWHERE)]
+    ray = gesture.pointing
+    hit = None if ray is None else ray.hit
+    way = np.full(7, np.nan) if ray is None else np.array([*ray.origin, *ray.direction, ray.sigma])
+    return [gesture.name, gesture.arm, _nanoseconds(gesture.since), *_short([gesture.confidence, *way]),
+            quoted(hit.name) if hit else '', *_short(_NOWHERE if hit is None else hit.position)]
+
+
+def _facing(facing: Optional[Facing]) -> List[float]:
+    return _short(np.full(4, np.nan) if facing is None else [*facing.direction, facing.sigma])
+
+
+def _short(values: Union[Sequence[float], np.ndarray]) -> List[float]:
+    return [round(float(value), 4) for value in values]
+
+
+def _nanoseconds(stamp: float) -> object:
+    """Return a stamp [s] in ns; empty where it is NaN."""
+    return '' if np.isnan(stamp) else round(stamp * 1e9)
