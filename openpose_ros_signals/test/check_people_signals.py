@@ -9,7 +9,8 @@ import numpy as np
 import rospy
 import rostest
 import tf2_ros
-from openpose_ros_msgs.msg import PersonDetection_3d, PersonDetection_3dArray, PersonSignalsArray
+from openpose_ros_msgs.msg import PeopleSummary, PersonDetection_3d, PersonDetection_3dArray, PersonSignalsArray
+from openpose_ros_msgs.srv import GetPeople
 from std_msgs.msg import Header
 from visualization_msgs.msg import Marker
 
@@ -74,6 +75,7 @@ class PeopleSignalsTest(unittest.TestCase):
         cls.diagnostics = Diagnostics(NODE)
         cls.player = Player()
         cls.signals = Recorder(f'{OUTPUT}/people_signals', PersonSignalsArray)
+        cls.summaries = Recorder('/people_summary', PeopleSummary)
         cls.markers = Recorder(f'{OUTPUT}/visualization_signals', Marker)
         cls.player.start()
 
@@ -125,6 +127,15 @@ class PeopleSignalsTest(unittest.TestCase):
                            24)
         self.await_marker(lambda one: one.ns == 'pointing' and one.action == Marker.DELETE, 'arrow is deleted')
         self.diagnostics.await_text(NODE, 'ghost')
+
+        # for state machines: a service, and a topic that tells changes alone
+        answer = rospy.ServiceProxy('/get_people', GetPeople)().people
+        self.assertEqual([one.signals.person_ID for one in answer.persons], [name + 1])
+        self.assertLess(abs((answer.header.stamp - answer.persons[0].since).to_sec()), LENGTH)
+        postures = [[(one.signals.person_ID, one.signals.posture) for one in summary.persons]
+                    for summary in self.summaries.messages]
+        self.assertIn([(name, 'lying')], postures)
+        self.assertLess(len(postures), len(self.signals.messages) / 3)
 
         # what is no message of people is dropped, and the next one is read
         number = len(self.signals.messages)

@@ -48,6 +48,9 @@ class SignalsParams(Parameters):
         False, 'Read hands and faces: palms tell stop, faces tell where heads face. These are computed for it then.')
     use_cloud: bool = parameter(
         False, 'Read the organized cloud on ~point_cloud: what pointing rays meet there is told.')
+    summary: bool = parameter(
+        False, 'Serve get_people and publish people_summary whenever somebody comes, leaves or does something else: '
+               'for state machines. People are read then also while nobody subscribes.')
     targets: str = parameter(
         '', 'YAML file of what people may point at: a list of name, frame_id (any frame of tf) and position [m]; '
             'empty: no known targets.')

@@ -4,11 +4,19 @@ from typing import Optional, Sequence, Tuple
 import numpy as np
 import rospy
 from geometry_msgs.msg import Point, Vector3
-from openpose_ros_msgs.msg import PersonGesture, PersonPointing, PersonSignals, PersonSignalsArray
+from openpose_ros_msgs.msg import (
+    PeopleSummary,
+    PersonGesture,
+    PersonPointing,
+    PersonSignals,
+    PersonSignalsArray,
+    PersonSummary,
+)
 from std_msgs.msg import Header
 
 from openpose_ros_signals import records
 from openpose_ros_signals.records import Facing, Fall, Gesture, Hit, Pointing, Posture, Walk
+from openpose_ros_signals.show.summary import Present
 
 _NOWHERE = (np.nan, np.nan, np.nan)
 
@@ -16,6 +24,13 @@ _NOWHERE = (np.nan, np.nan, np.nan)
 def signals_to_array(persons: Sequence[records.PersonSignals], header: Header) -> PersonSignalsArray:
     """Return the message of one frame."""
     return PersonSignalsArray(header=header, persons=[_person_to_message(person, header) for person in persons])
+
+
+def summary_to_message(people: Sequence[Present], header: Header) -> PeopleSummary:
+    """Return the message of who is there."""
+    return PeopleSummary(header=header, persons=[
+        PersonSummary(since=_time(present.since), signals=_person_to_message(present.signals, header))
+        for present in people])
 
 
 def signals_from_array(message: PersonSignalsArray) -> Tuple[records.PersonSignals, ...]:

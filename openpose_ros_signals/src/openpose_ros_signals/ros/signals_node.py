@@ -26,6 +26,7 @@ from openpose_ros_signals.node_params import LIVE_PARAMETERS, SignalsSettings
 from openpose_ros_signals.person import Surroundings
 from openpose_ros_signals.reader import SignalReader
 from openpose_ros_signals.records import Target
+from openpose_ros_signals.ros.announcer import Announcer
 from openpose_ros_signals.ros.convert import signals_to_array
 from openpose_ros_signals.show.markers import SignalMarkers
 from openpose_ros_signals.targets import read_targets
@@ -75,10 +76,11 @@ class SignalsNode:
         self._transforms = Transforms(params.tf_timeout) if params.fixed_frame or self._targets else None
         self._reader, self._markers, self._health = SignalReader(), SignalMarkers(settings.markers), Health()
         self._live = LiveParameters(settings, LIVE_PARAMETERS, self._reconfigure)
-        demand = Demand(settings.demand.lazy, self._health)
+        demand = Demand(settings.demand.lazy and not params.summary, self._health)
         self._array = demand.advertise(f'{_NAMESPACE}/people_signals', PersonSignalsArray, RESULTS_QUEUE)
         self._persons = demand.advertise(f'{_NAMESPACE}/person_signals', PersonSignals, PERSONS_QUEUE)
         self._shown = demand.advertise(f'{_NAMESPACE}/visualization_signals', Marker, _MARKERS_QUEUE)
+        self._announcer = Announcer() if params.summary else None
         self._worker = NewestWinsWorker(self._process, self._health.frame_failed, 'signals')
         self._health.show_lasting(self._fault)
         self._health.show(lambda: {'frames skipped': str(self._worker.replaced)})
@@ -111,6 +113,8 @@ class SignalsNode:
         self._array.publish(array)
         for person in array.persons:
             self._persons.publish(person)
+        if self._announcer is not None:
+            self._announcer.update(persons, header)
         if self._shown.get_num_connections() > 0:
             for marker in self._markers.update(persons, header.stamp.to_sec(), up):
                 self._shown.publish(convert.marker_to_message(marker, header))
