@@ -35,6 +35,10 @@ class ModelError(OpenposeRosError):
     """Weights are missing or damaged, or a network computes wrong results; the text says how to get out of it."""
 
 
+class ForeignPackageError(OpenposeRosError):
+    """A package of other projects, whose messages are needed, is missing or has others; the text says how to get it."""
+
+
 class BadInputError(OpenposeRosError):
     """An image, depth image, cloud or message can not be used; the text names actual and expected value."""
 

@@ -18,6 +18,7 @@ from openpose_ros_pkg.networks.models import find_model
 from openpose_ros_pkg.params.nodes import ImageTransportParams
 from openpose_ros_pkg.ros import convert as convert_2d
 from openpose_ros_pkg.ros.camera_info import CameraInfoPublisher
+from openpose_ros_pkg.ros.client.service_client import DetectionClient
 from openpose_ros_pkg.ros.demand import Demand
 from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.ros.images import AnyImage, InputSubscriber, image_subscriber, raw_image
@@ -32,7 +33,6 @@ from openpose_ros_pkg.ros.people_publisher import (
     LandmarkPublisher,
     PeoplePublisher,
 )
-from openpose_ros_pkg.ros.service_client import DetectionClient
 from openpose_ros_pkg.ros.timing_report import TimingReport
 from openpose_ros_pkg.stream.pairing import PairingParams
 from openpose_ros_pkg.stream.pipeline import Pipeline

@@ -10,11 +10,11 @@ from openpose_ros_pkg.networks.models import find_model
 from openpose_ros_pkg.output.draw import draw_people
 from openpose_ros_pkg.params.nodes import ClientSettings
 from openpose_ros_pkg.ros import convert
+from openpose_ros_pkg.ros.client.service_client import REQUEST_LEAD, Call, DetectionClient
 from openpose_ros_pkg.ros.demand import Demand
 from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.ros.images import AnyImage, image_subscriber, raw_image
 from openpose_ros_pkg.ros.node import check_topic_name, introduce, run_node
-from openpose_ros_pkg.ros.service_client import REQUEST_LEAD, Call, DetectionClient
 from openpose_ros_pkg.stream.fair_lock import FairLock
 from openpose_ros_pkg.stream.pipeline import Pipeline
 
