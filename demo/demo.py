@@ -67,6 +67,8 @@ def parse_arguments() -> argparse.Namespace:
                                                          'may end in /compressedDepth')
     parser.add_argument('--camera-info', metavar='T', default='/kinect2/qhd/camera_info', help='camera info of --depth')
     parser.add_argument('--compressed', action='store_true', help='the bag holds T/compressed instead of T')
+    parser.add_argument('--signals', action='store_true',
+                        help='tell what people do too: postures, gestures, pointing (of one camera with depth)')
     parser.add_argument('--rviz', action='store_true', help='open the RViz window')
     parser.add_argument('--no-rviz', action='store_true', help='make no screenshot of RViz')
     parser.add_argument('--view', choices=('side', 'above'), default='side',
@@ -90,7 +92,8 @@ def launch_command(arguments: argparse.Namespace) -> List[str]:
         return ['roslaunch', 'openpose_ros_pkg', 'demo_2d.launch', f'source:={source}']
     if arguments.stage:
         return stage.launch_command(arguments.bag, arguments.rviz)
-    command = ['roslaunch', 'skeleton_extract_3d', 'demo.launch', f'rviz:={str(arguments.rviz).lower()}']
+    chain = 'skeleton_extract_3d demo.launch' if not arguments.signals else 'openpose_ros_signals demo_signals.launch'
+    command = ['roslaunch', *chain.split(), f'rviz:={str(arguments.rviz).lower()}']
     if arguments.bag:
         command += ['play:=false', f'image:={arguments.image}', f'points:={arguments.points}',
                     f"image_transport:={'compressed' if arguments.compressed else 'raw'}",
@@ -135,7 +138,7 @@ def record(session: Session, output: Path, dimension: str) -> List[subprocess.Po
         topics += ['detected_poses', 'detected_poses_image']
     if dimension != '2d':
         people['keypoints_3d.csv'] = 'detected_poses_keypoints_3d'
-        topics += ['detected_poses_3d', 'visualization_markers', 'visualization_skeleton']
+        topics += ['detected_poses_3d', 'visualization_markers', 'visualization_skeleton', 'people_signals']
     recorders = [session.start(f'rostopic_{name}', ['rostopic', 'echo', '-p', f'{space}/{topic}'], output / name)
                  for name, topic in people.items()]
     recorders.append(session.start('rosbag', [
@@ -173,6 +176,8 @@ def take_screenshots(session: Session, arguments: argparse.Namespace, command: L
     print('[demo] screenshot of RViz, on a screen in memory ...', flush=True)
     os.environ.update(screen.environment())
     rosparam.set_param('/use_sim_time', 'true')
+    if not arguments.stage:
+        command = [*command, 'target_rate:=0']  # frames come seldom: there is time for all
     if not arguments.bag:
         publish_slow_clock(SLOW_MOTION)
         command = [*command, f'rate:={SEQUENCE_RATE * SLOW_MOTION}']

@@ -42,6 +42,9 @@ def test_text_says_what_somebody_does():
 
 def test_text_is_over_the_person():
     np.testing.assert_allclose(shown(person())['signals', 1].points[0], [0, 0, 2.05], atol=1e-6)
+    # its last line stays there
+    height = shown(person(pointing()), text_scale=0.2)['signals', 1].points[0, 2]
+    assert height == pytest.approx(2.05 + 0.1, abs=1e-6)
 
 
 def test_facing_arrows_have_their_lengths():

@@ -60,8 +60,11 @@ class SignalMarkers:
     def _of_person(self, person: PersonSignals, up: np.ndarray, lifetime: float) -> List[MarkerSpec]:
         params, rgb = self._params, person_rgb(person.id)
         over = _OVER_LYING if person.posture.name == 'lying' else _OVER_UPRIGHT
-        markers = [MarkerSpec('signals', person.id, 'add', 'text', _points(person.place + over * up),
-                              params.text_scale, (*rgb, 1.0), text_of(person), lifetime)]
+        text = text_of(person)
+        # RViz puts the middle of the text there: its last line keeps its height
+        height = over + 0.5 * params.text_scale * text.count('\n')
+        markers = [MarkerSpec('signals', person.id, 'add', 'text', _points(person.place + height * up),
+                              params.text_scale, (*rgb, 1.0), text, lifetime)]
         for name, facing, length, opacity in (
                 ('body_facing', person.body, params.facing_length, _FACING_OPACITY),
                 ('head_facing', person.head, params.facing_length / 2, _HEAD_OPACITY)):
