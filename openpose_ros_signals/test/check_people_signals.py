@@ -9,6 +9,7 @@ import numpy as np
 import rospy
 import rostest
 import tf2_ros
+from geometry_msgs.msg import PoseArray
 from openpose_ros_msgs.msg import PeopleSummary, PersonDetection_3d, PersonDetection_3dArray, PersonSignalsArray
 from openpose_ros_msgs.srv import GetPeople
 from std_msgs.msg import Header
@@ -75,6 +76,7 @@ class PeopleSignalsTest(unittest.TestCase):
         cls.diagnostics = Diagnostics(NODE)
         cls.player = Player()
         cls.signals = Recorder(f'{OUTPUT}/people_signals', PersonSignalsArray)
+        cls.poses = Recorder(f'{OUTPUT}/people_poses', PoseArray)
         cls.summaries = Recorder('/people_summary', PeopleSummary)
         cls.markers = Recorder(f'{OUTPUT}/visualization_signals', Marker)
         cls.player.start()
@@ -98,6 +100,8 @@ class PeopleSignalsTest(unittest.TestCase):
         self.assertEqual(message.header.frame_id, 'room')
         np.testing.assert_allclose(person.place, [0.0, 0.0, 1.1], atol=0.15)
         np.testing.assert_allclose(person.body.direction, [1.0, 0.0, 0.0], atol=0.3)
+        np.testing.assert_allclose(person.floor.position, [*person.place[:2], 0.0], atol=1e-5)
+        self.assertIn(message.floor_pose, [pose for array in self.poses.messages for pose in array.poses])
 
         message, person = self.await_person(lambda one: one.gesture('wave'), 'somebody waves')
         self.assertEqual(person.gesture('wave').arm, 'right')

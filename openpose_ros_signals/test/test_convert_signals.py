@@ -6,8 +6,8 @@ from openpose_ros_msgs.msg import PersonGesture, PersonSignals
 from std_msgs.msg import Header
 
 from openpose_ros_signals import records
-from openpose_ros_signals.records import Facing, Fall, Gesture, Hit, Pointing, Posture, Walk
-from openpose_ros_signals.ros.convert import signals_from_array, signals_to_array
+from openpose_ros_signals.records import Facing, Fall, FloorPose, Gesture, Hit, Pointing, Posture, Walk
+from openpose_ros_signals.ros.convert import poses_of, signals_from_array, signals_to_array
 
 HEADER = Header(stamp=rospy.Time(12, 500000000), frame_id='room')
 X, Y = np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0])
@@ -16,7 +16,8 @@ CLOUD = Pointing(LAMP.origin, Y, 0.25, Hit(np.array([0.5, 2.0, 1.5])))
 EVERYTHING = records.PersonSignals(
     7, np.array([0.5, 0.25, 1.0]), Posture('sitting', 11.5, 0.75),
     (Gesture('wave', 'left', 12.25, 0.5), Gesture('point', 'right', 12.0, 1.0, LAMP)),
-    Facing(X, 0.125), Facing(Y, 0.25), Walk(True, 1.5, Y), Fall(11.5, 0.75, 2.0), ('left',))
+    Facing(X, 0.125), Facing(Y, 0.25), Walk(True, 1.5, Y), Fall(11.5, 0.75, 2.0), ('left',),
+    FloorPose(np.array([0.5, 0.25, 0.0]), np.array([0.0, 0.0, 0.6, 0.8])))
 NOTHING = records.PersonSignals(8, np.full(3, np.nan))
 SOME = records.PersonSignals(9, np.zeros(3), gestures=(Gesture('point', 'left', 12.0, 1.0, CLOUD),
                                                        Gesture('arms_crossed', 'both', 12.0, 1.0),
@@ -56,6 +57,15 @@ def test_unknown_values_are_those_that_the_message_names():
         PersonSignals.UNKNOWN, rospy.Time(), False, False)
     assert np.isnan([message.position.x, message.body_facing.x, message.head_facing_sigma, message.speed,
                      message.fall_speed]).all()
+
+
+def test_poses_are_those_of_people_with_known_joints():
+    assert poses_of(signals_to_array([], HEADER)).poses == []
+    array = poses_of(signals_to_array([NOTHING, EVERYTHING], HEADER))
+    assert array.header == HEADER
+    (pose,) = array.poses
+    assert (pose.position.x, pose.position.y, pose.position.z) == (0.5, 0.25, 0.0)
+    assert (pose.orientation.x, pose.orientation.y, pose.orientation.z, pose.orientation.w) == (0.0, 0.0, 0.6, 0.8)
 
 
 def test_the_words_of_the_messages_are_those_of_the_records():

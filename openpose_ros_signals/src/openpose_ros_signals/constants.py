@@ -154,6 +154,15 @@ class MotionConstants:
 
 
 @dataclass(frozen=True)
+class FloorConstants:
+    """Where on the floor somebody is."""
+
+    lying: float = constant(0.07, 'Height of the middle of the trunk over the floor, of who lies.', unit='statures')
+    most_rise: float = constant(60.0, 'Somebody whose body faces more steeply up or down than this has no direction on '
+                                      'the floor.', unit='deg')
+
+
+@dataclass(frozen=True)
 class SignalConstants:
     """All numbers of the signals."""
 
@@ -164,6 +173,7 @@ class SignalConstants:
     swing: SwingConstants = SwingConstants()
     pointing: PointingConstants = PointingConstants()
     motion: MotionConstants = MotionConstants()
+    floor: FloorConstants = FloorConstants()
 
 
 SIGNALS = SignalConstants()

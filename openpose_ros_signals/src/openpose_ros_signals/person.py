@@ -6,6 +6,7 @@ import numpy as np
 
 from openpose_ros_signals.arms import Arm, arm_of
 from openpose_ros_signals.constants import SIGNALS
+from openpose_ros_signals.floor import floor_pose, level_direction
 from openpose_ros_signals.geometry import ARMS, Body, body_of, least, ramp, stature_of, unit
 from openpose_ros_signals.gestures import ARM_GESTURES, Palm, arm_degrees, crossed_degree
 from openpose_ros_signals.holding import Held
@@ -37,15 +38,17 @@ _SWINGS = ('wave', 'beckon')
 
 
 class Surroundings(NamedTuple):
-    """What people may point at.
+    """What is around people.
 
     Attributes:
-        targets: known ones; they go before points.
+        targets: that people may point at; they go before points.
         points: (N, 3) [m] of a cloud, NaN where missing; None: not known.
+        floor: (4,) plane a, b, c, d with a x + b y + c z + d = 0 and (a, b, c) of length 1 upwards; None: not known.
     """
 
     targets: Tuple[Target, ...] = ()
     points: Optional[np.ndarray] = None
+    floor: Optional[np.ndarray] = None
 
 
 class Seen(NamedTuple):
@@ -102,8 +105,9 @@ class Person:
         trunk = facing_of(body, seen.trunk, head=False)
         head = seen.face or facing_of(body, seen.head, head=True)
         hidden = tuple(side for side, arms in zip(SIDES, self._arms) if not arms[-1].known)
-        return PersonSignals(name, body.place, posture, gestures, trunk, head, self._walk(body), self._falls.fall,
-                             hidden)
+        walk = self._walk(body)
+        floor = floor_pose(body, seen.joints[0], posture.name, level_direction(body, trunk, walk), around.floor)
+        return PersonSignals(name, body.place, posture, gestures, trunk, head, walk, self._falls.fall, hidden, floor)
 
     def _body(self, stamp: float, seen: Seen, up: np.ndarray) -> Body:
         stature = stature_of(*seen.joints[:2])

@@ -136,6 +136,19 @@ class Fall:
 
 
 @dataclass(frozen=True)
+class FloorPose:
+    """Where on the floor somebody is, and how turned.
+
+    Attributes:
+        position: (3,) [m], below the trunk.
+        orientation: (4,) unit quaternion x, y, z, w: x level to where the body faces, z upwards.
+    """
+
+    position: np.ndarray
+    orientation: np.ndarray
+
+
+@dataclass(frozen=True)
 class PersonSignals:
     """What one person does at one time.
 
@@ -147,6 +160,7 @@ class PersonSignals:
         body, head: which way they face; None if hidden.
         walk: None: the person was not seen for long enough.
         fall: of who lies after a fall, until the person is up again; None: no fall.
+        floor: where on the floor; None: no joint is known.
         hidden_arms: arms whose gestures are not known, `LEFT` and `RIGHT`.
     """
 
@@ -159,6 +173,7 @@ class PersonSignals:
     walk: Optional[Walk] = None
     fall: Optional[Fall] = None
     hidden_arms: Tuple[str, ...] = ()
+    floor: Optional[FloorPose] = None
 
     def gesture(self, name: str) -> Optional[Gesture]:
         """Return the gesture of this name, None if it does not hold."""

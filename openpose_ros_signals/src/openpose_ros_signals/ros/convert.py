@@ -3,7 +3,7 @@ from typing import Optional, Sequence, Tuple
 
 import numpy as np
 import rospy
-from geometry_msgs.msg import Point, Vector3
+from geometry_msgs.msg import Point, Pose, PoseArray, Quaternion, Vector3
 from openpose_ros_msgs.msg import (
     PeopleSummary,
     PersonGesture,
@@ -15,7 +15,7 @@ from openpose_ros_msgs.msg import (
 from std_msgs.msg import Header
 
 from openpose_ros_signals import records
-from openpose_ros_signals.records import Facing, Fall, Gesture, Hit, Pointing, Posture, Walk
+from openpose_ros_signals.records import Facing, Fall, FloorPose, Gesture, Hit, Pointing, Posture, Walk
 from openpose_ros_signals.show.summary import Present
 
 _NOWHERE = (np.nan, np.nan, np.nan)
@@ -24,6 +24,12 @@ _NOWHERE = (np.nan, np.nan, np.nan)
 def signals_to_array(persons: Sequence[records.PersonSignals], header: Header) -> PersonSignalsArray:
     """Return the message of one frame."""
     return PersonSignalsArray(header=header, persons=[_person_to_message(person, header) for person in persons])
+
+
+def poses_of(array: PersonSignalsArray) -> PoseArray:
+    """Return where on the floor the people of a frame are; those without any known joint are left out."""
+    return PoseArray(header=array.header, poses=[person.floor_pose for person in array.persons
+                                                 if not np.isnan(person.floor_pose.position.x)])
 
 
 def summary_to_message(people: Sequence[Present], header: Header) -> PeopleSummary:
@@ -50,6 +56,8 @@ def _person_to_message(person: records.PersonSignals, header: Header) -> PersonS
     message.walking_direction = Vector3(*(_NOWHERE if walk is None else walk.direction))
     message.fallen, message.fall_stamp = fall is not None, _time(np.nan if fall is None else fall.stamp)
     message.fall_duration, message.fall_speed = (np.nan, np.nan) if fall is None else (fall.duration, fall.speed)
+    message.floor_pose = Pose(Point(*_NOWHERE), Quaternion(*_NOWHERE, np.nan)) if person.floor is None else Pose(
+        Point(*person.floor.position), Quaternion(*person.floor.orientation))
     return message
 
 
@@ -61,7 +69,8 @@ def _person_from_message(message: PersonSignals) -> records.PersonSignals:
         Posture(message.posture, _seconds(message.posture_since), message.posture_confidence),
         tuple(_gesture_from_message(gesture) for gesture in message.gestures),
         _facing(message.body_facing, message.body_facing_sigma),
-        _facing(message.head_facing, message.head_facing_sigma), walk, fall, tuple(message.hidden_arms))
+        _facing(message.head_facing, message.head_facing_sigma), walk, fall, tuple(message.hidden_arms),
+        _floor_pose(message.floor_pose))
 
 
 def _gesture_to_message(gesture: Gesture) -> PersonGesture:
@@ -91,6 +100,12 @@ def _facing_values(facing: Optional[Facing]) -> Tuple[Vector3, float]:
 
 def _facing(direction: Vector3, sigma: float) -> Optional[Facing]:
     return None if np.isnan(direction.x) else Facing(_array(direction), sigma)
+
+
+def _floor_pose(pose: Pose) -> Optional[FloorPose]:
+    turned = pose.orientation
+    return None if np.isnan(pose.position.x) else FloorPose(
+        _array(pose.position), np.array([turned.x, turned.y, turned.z, turned.w]))
 
 
 def _array(vector: Vector3) -> np.ndarray:

@@ -3,6 +3,7 @@ from pathlib import Path
 from typing import Any, List, Optional, Set, Type
 
 import numpy as np
+from geometry_msgs.msg import PoseArray
 from openpose_ros_msgs.msg import (
     FaceDetection_3dArray,
     HandDetection_3dArray,
@@ -27,7 +28,7 @@ from openpose_ros_signals.person import Surroundings
 from openpose_ros_signals.reader import SignalReader
 from openpose_ros_signals.records import Target
 from openpose_ros_signals.ros.announcer import Announcer
-from openpose_ros_signals.ros.convert import signals_to_array
+from openpose_ros_signals.ros.convert import poses_of, signals_to_array
 from openpose_ros_signals.show.markers import SignalMarkers
 from openpose_ros_signals.targets import read_targets
 from skeleton_extract_3d.landmarks import Landmarks3D
@@ -44,6 +45,8 @@ _SAME_TIME = 0.3
 # One point of the cloud in this many rows and columns is looked at: 5 mm apart at 2.5 m.
 _CLOUD_STEP = 4
 _STILL = np.eye(3), np.zeros(3)
+# z = 0 of a fixed frame.
+_FIXED_FLOOR = np.array([0.0, 0.0, 1.0, 0.0])
 
 
 class _Latest:
@@ -79,6 +82,7 @@ class SignalsNode:
         demand = Demand(settings.demand.lazy and not params.summary, self._health)
         self._array = demand.advertise(f'{_NAMESPACE}/people_signals', PersonSignalsArray, RESULTS_QUEUE)
         self._persons = demand.advertise(f'{_NAMESPACE}/person_signals', PersonSignals, PERSONS_QUEUE)
+        self._poses = demand.advertise(f'{_NAMESPACE}/people_poses', PoseArray, RESULTS_QUEUE)
         self._shown = demand.advertise(f'{_NAMESPACE}/visualization_signals', Marker, _MARKERS_QUEUE)
         self._announcer = Announcer() if params.summary else None
         self._worker = NewestWinsWorker(self._process, self._health.frame_failed, 'signals')
@@ -104,13 +108,15 @@ class SignalsNode:
         self._markers.reconfigure(settings.markers)
 
     def _process(self, message: PersonDetection_3dArray) -> None:
-        pose, up = self._pose(message.header), self._up(message.header)
+        pose, floor = self._pose(message.header), self._floor_plane(message.header)
+        up = self._upwards if floor is None else floor[:3]
         header = Header(stamp=message.header.stamp, frame_id=self._params.fixed_frame or message.header.frame_id)
         people = transform_people(convert.people_from_array(message), *pose)
-        around = Surroundings(tuple(self._known_targets(header)), self._points(message.header, pose))
+        around = Surroundings(tuple(self._known_targets(header)), self._points(message.header, pose), floor)
         persons = self._reader.update(people, header.stamp.to_sec(), up, around, self._landmarks(message.header, pose))
         array = signals_to_array(persons, header)
         self._array.publish(array)
+        self._poses.publish(poses_of(array))
         for person in array.persons:
             self._persons.publish(person)
         if self._announcer is not None:
@@ -126,11 +132,8 @@ class SignalsNode:
         return convert.rotation_and_translation(self._transforms.lookup(self._params.fixed_frame, header.frame_id,
                                                                         header.stamp))
 
-    def _up(self, header: Header) -> np.ndarray:
-        if self._params.fixed_frame:
-            return np.array([0.0, 0.0, 1.0])
-        plane = self._floor.at(header)
-        return self._upwards if plane is None else plane[:3]
+    def _floor_plane(self, header: Header) -> Optional[np.ndarray]:
+        return _FIXED_FLOOR if self._params.fixed_frame else self._floor.at(header)
 
     def _known_targets(self, header: Header) -> List[Target]:
         """Return where the targets are now; those that tf does not know are left out."""

@@ -1,0 +1,97 @@
+"""Where people are on the floor, and how they are turned: below the trunk, x to where the body faces, z upwards."""
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from animated_skeleton import ADULT, CHILD, LYING, SITTING, STANDING, UP, Limb, held, people_of, watch, without
+from scipy.spatial.transform import Rotation
+
+from openpose_ros_pkg.skeletons import COCO_18
+from openpose_ros_signals.person import Surroundings
+from openpose_ros_signals.reader import SignalReader
+from skeleton_extract_3d.points.transform import transform_people
+
+GROUND = np.array([0.0, 0.0, 1.0, 0.0])
+# From the room's axes to those of a level camera: x right, y down, z forward.
+TO_CAMERA = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]]), np.array([0.5, 1.2, 3.0])
+BOW = replace(STANDING, left=Limb((0.0, 1.0, 0.0), (0.0, 1.0, 0.0)), facing=50.0, place=(2.0, -1.0))
+
+
+def pose_of(pose, floor=None, hidden=(), missing=(), stature=ADULT):
+    """Return the pose on the floor of somebody who holds a pose for a second."""
+    random, reader = np.random.RandomState(1), SignalReader()
+    for frame in range(10):
+        people = without(people_of([pose], [1], random, hidden, stature), missing)
+        (person,) = reader.update(people, frame / 10, UP, Surroundings(floor=floor))
+    return person.floor
+
+
+def axes_of(found):
+    """Return the axes of a pose, (3, 3), one per row."""
+    return Rotation.from_quat(found.orientation).apply(np.eye(3))
+
+
+def test_nobody_has_a_pose_without_joints():
+    assert pose_of(STANDING, missing=COCO_18.joints) is None
+
+
+@pytest.mark.parametrize('facing', [0.0, 50.0, 180.0, -90.0])
+def test_below_the_trunk_and_turned_to_where_the_body_faces(facing):
+    found = pose_of(replace(STANDING, facing=facing, place=(2.0, -1.0)), GROUND)
+    np.testing.assert_allclose(found.position, [2.0, -1.0, 0.0], atol=0.03)
+    turn = np.radians(facing)
+    np.testing.assert_allclose(axes_of(found), [[np.cos(turn), np.sin(turn), 0], [-np.sin(turn), np.cos(turn), 0], UP],
+                               atol=0.1)
+    np.testing.assert_allclose(axes_of(found)[2], UP, atol=1e-9)
+
+
+@pytest.mark.parametrize('floor', [GROUND, np.array([0.0, 0.0, 1.0, 0.7]), np.array([0.1, 0.0, 0.995, -0.2])])
+@pytest.mark.parametrize('pose', [STANDING, SITTING, LYING])
+def test_the_plane_is_the_floor_of_everybody(pose, floor):
+    assert pose_of(pose, floor).position @ floor[:3] + floor[3] == pytest.approx(0.0, abs=1e-6)
+
+
+@pytest.mark.parametrize('stature', [ADULT, CHILD])
+@pytest.mark.parametrize('pose', [STANDING, SITTING, LYING])
+def test_without_a_plane_the_body_tells_the_floor(pose, stature):
+    """The lowest joint of the skeleton is 6 cm over the floor, ankles of people in shoes are 11 cm over it."""
+    assert pose_of(pose, stature=stature).position[2] == pytest.approx(0.0, abs=0.08)
+
+
+def test_hidden_ankles_leave_the_height_of_who_stands():
+    assert pose_of(STANDING, hidden=('knee', 'ankle')).position[2] == pytest.approx(0.0, abs=0.08)
+
+
+def test_one_who_is_half_hidden_is_there_too():
+    found = pose_of(replace(STANDING, place=(2.0, -1.0)), GROUND, hidden=COCO_18.joints)
+    np.testing.assert_allclose(found.position, [2.0, -1.0, 0.0], atol=0.25)
+    head = pose_of(replace(STANDING, place=(2.0, -1.0)), GROUND, missing=[
+        name for name in COCO_18.joints if not name.endswith(('nose', 'eye', 'ear'))])
+    np.testing.assert_allclose(head.position, [2.0, -1.0, 0.0], atol=0.2)
+
+
+def test_whose_facing_is_hidden_is_turned_to_where_he_walks():
+    walk = held((0.0, replace(STANDING, place=(0.0, 0.0))), (2.0, replace(STANDING, place=(0.0, 2.0))))
+    _, person = watch(walk, 1.5, hidden=('shoulder',))[-1]
+    assert person.body is None
+    np.testing.assert_allclose(axes_of(person.floor)[0], [0.0, 1.0, 0.0], atol=0.1)
+
+
+def test_without_any_direction_it_is_that_of_the_frame():
+    np.testing.assert_allclose(axes_of(pose_of(BOW, hidden=('shoulder',))), np.eye(3), atol=1e-9)
+    # on the back the body faces upwards
+    np.testing.assert_allclose(axes_of(pose_of(replace(LYING, facing=50.0))), np.eye(3), atol=1e-9)
+
+
+def test_the_frame_of_a_camera_gives_the_same_place():
+    random, reader = np.random.RandomState(1), SignalReader()
+    rotation, translation = TO_CAMERA
+    up = rotation @ UP
+    for frame in range(5):
+        people = transform_people(people_of([BOW], [1], random), rotation, translation)
+        (person,) = reader.update(people, frame / 10, up, Surroundings(floor=np.append(up, -up @ translation)))
+    position = rotation.T @ (person.floor.position - translation)
+    np.testing.assert_allclose(position, [2.0, -1.0, 0.0], atol=0.03)
+    axes = axes_of(person.floor) @ rotation
+    np.testing.assert_allclose(axes[0], [np.cos(np.radians(50)), np.sin(np.radians(50)), 0.0], atol=0.1)
+    np.testing.assert_allclose(axes[2], UP, atol=1e-6)
