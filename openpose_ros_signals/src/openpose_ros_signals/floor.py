@@ -23,8 +23,8 @@ def floor_pose(body: Body, joints: np.ndarray, posture: str, forward: np.ndarray
     """Return the pose on the floor below the middle of the trunk; None if no joint is known.
 
     Where the trunk is hidden, its inferred joints tell where it is, then all others: who is half hidden is there too.
-    The floor is the plane. Where that is not known, the trunk of who lies is near it; the lower ankle of others stands on
-    it; where the ankles are hidden, the trunk is as high over it as that of who stands.
+    The floor is the plane. Where that is not known, the trunk of who lies is near it; the lower ankle of others stands
+    on it; where the ankles are hidden, the trunk is as high over it as that of who stands.
 
     Args:
         joints: (18, 3) [m] of this body, with those that are too uncertain for `body`.
@@ -51,8 +51,8 @@ def floor_pose(body: Body, joints: np.ndarray, posture: str, forward: np.ndarray
 def level_direction(body: Body, facing: Optional[Facing], walk: Optional[Walk]) -> np.ndarray:
     """Return where a body is turned on the floor, a level unit vector (3,).
 
-    It is where the body faces; where that is hidden, or up or down as of who lies, where the person walks; else x of the
-    frame, or its z if x is upwards.
+    It is where the body faces; where that is hidden, or up or down as of who lies, where the person walks; else x of
+    the frame, or its z if x is upwards.
     """
     if facing is not None and abs(facing.direction @ body.up) < math.sin(math.radians(_FLOOR.most_rise)):
         return _level(facing.direction, body.up)

@@ -3,9 +3,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from animated_skeleton import ADULT, CHILD, LYING, SITTING, STANDING, UP, Limb, held, people_of, watch, without
 from scipy.spatial.transform import Rotation
 
+from animated_skeleton import ADULT, CHILD, LYING, SITTING, STANDING, UP, Limb, held, people_of, watch, without
 from openpose_ros_pkg.skeletons import COCO_18
 from openpose_ros_signals.person import Surroundings
 from openpose_ros_signals.reader import SignalReader
