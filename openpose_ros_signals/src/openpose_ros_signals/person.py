@@ -6,11 +6,10 @@ import numpy as np
 
 from openpose_ros_signals.arms import Arm, arm_of
 from openpose_ros_signals.constants import SIGNALS
-from openpose_ros_signals.floor import floor_pose, level_direction
 from openpose_ros_signals.geometry import ARMS, Body, body_of, least, ramp, stature_of, unit
 from openpose_ros_signals.gestures import ARM_GESTURES, Palm, arm_degrees, crossed_degree
 from openpose_ros_signals.holding import Held
-from openpose_ros_signals.motion import FallWatch, facing_of, floor_velocity, rising_speed
+from openpose_ros_signals.motion import FallWatch, facing_of, floor_pose, floor_velocity, level_direction, rising_speed
 from openpose_ros_signals.pointing import hit_points, hit_target, pointing_of
 from openpose_ros_signals.postures import posture_degrees
 from openpose_ros_signals.records import (
