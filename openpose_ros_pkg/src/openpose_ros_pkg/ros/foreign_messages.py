@@ -33,8 +33,8 @@ class ForeignPackage(NamedTuple):
         except ImportError as error:
             raise ForeignPackageError(
                 f'the messages of the package {self.name} are not found ({error}). On Ubuntu: sudo apt install '
-                f"ros-$ROS_DISTRO-{self.name.replace('_', '-')}. Elsewhere build it in a workspace, of "
-                f'{self.source}, and source its setup.bash before this starts') from error
+                f"ros-$ROS_DISTRO-{self.name.replace('_', '-')}. Where there is no such package, build it in a "
+                f'workspace, of {self.source}, and source its setup.bash before this starts') from error
         except AttributeError as error:
             raise ForeignPackageError(f'the package {self.name} has no message {name}: take the release for ROS 1 of '
                                       f'{self.source}') from error

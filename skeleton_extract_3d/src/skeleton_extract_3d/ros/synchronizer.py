@@ -11,9 +11,6 @@ import message_filters
 from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.stream.pairing import PairingParams, StampMatcher
 
-# What /diagnostics calls messages of each input that found no partner.
-_ALONE = ('images without a partner', 'points without a partner')
-
 
 class StampSynchronizer(message_filters.SimpleFilter):
     """Passes on pairs of images and points, messages with a header, of the same moment.
@@ -25,13 +22,15 @@ class StampSynchronizer(message_filters.SimpleFilter):
         inputs: two filters, that of the images and that of the points: whatever has registerCallback.
         params: slop and queue size; None: the defaults.
         health: counts what can not be paired; None: one for this filter alone, in a node that has none.
+        names: what /diagnostics calls messages of each input that found no partner.
     """
 
     def __init__(self, inputs: Sequence[Any], params: Optional[PairingParams] = None,
-                 health: Optional[Health] = None) -> None:
+                 health: Optional[Health] = None, names: Tuple[str, str] = ('images', 'points')) -> None:
         super().__init__()
         self._matcher = StampMatcher(params or PairingParams())
         self._lock = threading.Lock()
+        self._alone = [f'{name} without a partner' for name in names]
         self._health = health or Health()
         self.received = (0, 0)
         """Messages with a stamp that came on each input."""
@@ -65,7 +64,7 @@ class StampSynchronizer(message_filters.SimpleFilter):
             jumped, stale, *alone = (now - then for now, then in zip(self._counts(), before))
             self.received = (self.received[0] + (stream == 0), self.received[1] + (stream == 1))
             self.pairs += pair is not None
-        for event, number in zip(_ALONE, alone):
+        for event, number in zip(self._alone, alone):
             if number:
                 self._health.count(event, number)
         if stale:

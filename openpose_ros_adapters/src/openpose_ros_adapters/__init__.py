@@ -1,0 +1,1 @@
+"""People in the messages of other packages."""

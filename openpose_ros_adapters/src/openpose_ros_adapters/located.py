@@ -1,0 +1,100 @@
+"""Where people are, how they move and how sure that is: what other packages ask for."""
+import math
+from dataclasses import dataclass
+from typing import Dict, List, Optional, Sequence, Tuple
+
+import numpy as np
+
+from openpose_ros_signals.records import UNKNOWN, FloorPose, PersonSignals
+from skeleton_extract_3d.body.body import JOINTS, TRUNK
+from skeleton_extract_3d.people import MEASURED, People3D
+
+_TRUNK = frozenset(JOINTS[joint] for joint in TRUNK)
+# Ages of so many people are remembered.
+_MOST_AGES = 1000
+
+
+@dataclass(frozen=True)
+class Located:
+    """A person whose place on the floor is known.
+
+    Attributes:
+        id: of the person.
+        position: (3,) on the floor below the trunk [m].
+        orientation: (4,) unit quaternion x, y, z, w: x level to where the body faces, z upwards.
+        velocity: (3,) over the floor [m/s], zeros of who stands still; None: not known yet.
+        sigma: root mean square distance of the true position [m]; NaN: not known.
+        turn_sigma: the same of the turn about z [rad]; NaN: not known.
+        reliability: mean confidence of the joints that were seen in the image, 0 to 1; 0: none was.
+        measured: whether any joint was measured in this frame; false: hidden, and estimated.
+        tags: names and values of what the person does.
+    """
+
+    id: int
+    position: np.ndarray
+    orientation: np.ndarray
+    velocity: Optional[np.ndarray]
+    sigma: float
+    turn_sigma: float
+    reliability: float
+    measured: bool
+    tags: Tuple[Tuple[str, str], ...]
+
+
+def located(people: People3D, signals: Sequence[PersonSignals]) -> List[Located]:
+    """Return the people of a frame whose place is known, by their joints and signals, in the order of these."""
+    rows = {name: row for row, name in enumerate(people.ids.tolist())}
+    return [_located(people, rows[person.id], person, person.floor) for person in signals
+            if person.floor is not None and person.id in rows]
+
+
+def sigma_of(people: People3D, row: int) -> float:
+    """Return the sigma of a person's place [m]: that of the joints of the trunk, else of all; NaN if none is known."""
+    trunk = np.array([name in _TRUNK for name in people.skeleton.joints])
+    for sigma in (people.sigma[row, trunk], people.sigma[row]):
+        known = sigma[np.isfinite(sigma)].astype(np.float64)
+        if len(known):
+            return float(np.sqrt(np.mean(known ** 2)))
+    return math.nan
+
+
+def reliability_of(confidence: np.ndarray) -> float:
+    """Return the mean of the confidences (K,) of joints that were seen, which is above 0; 0 if none was."""
+    seen = confidence[confidence > 0]
+    return float(min(seen.mean(dtype=np.float64), 1.0)) if len(seen) else 0.0
+
+
+def _located(people: People3D, row: int, person: PersonSignals, floor: FloorPose) -> Located:
+    # who lies faces up or down, which tells no direction on the floor
+    walk, body = person.walk, None if person.posture.name == 'lying' else person.body
+    return Located(
+        person.id, floor.position, floor.orientation,
+        None if walk is None else walk.speed * walk.direction, sigma_of(people, row),
+        math.nan if body is None else body.sigma, reliability_of(people.confidence[row]),
+        bool((people.status[row] == MEASURED).any()), tuple(_tags(person)))
+
+
+def _tags(person: PersonSignals) -> List[Tuple[str, str]]:
+    posture = [] if person.posture.name == UNKNOWN else [('posture', person.posture.name)]
+    return [*posture, *(('gesture', f'{gesture.name} {gesture.arm}') for gesture in person.gestures),
+            *([('fallen', 'true')] if person.fall is not None else [])]
+
+
+class Ages:
+    """For how long people have been known."""
+
+    def __init__(self) -> None:
+        self._first: Dict[int, float] = {}
+        self._stamp = -math.inf
+
+    def update(self, ids: Sequence[int], stamp: float) -> List[float]:
+        """Return the ages [s] of the people of a frame; all begin anew if its stamp [s] is before the last one's."""
+        if stamp < self._stamp:
+            self._first.clear()
+        self._stamp = stamp
+        for name in ids:
+            # the newest last
+            self._first[name] = self._first.pop(name, stamp)
+        for name in list(self._first)[:-_MOST_AGES]:
+            del self._first[name]
+        return [stamp - self._first[name] for name in ids]

@@ -1,0 +1,1 @@
+"""What knows ROS: the nodes, and the messages of other packages."""

@@ -1,0 +1,71 @@
+"""What all adapters have in common: inputs, a thread for each output, and diagnostics."""
+from functools import partial
+from typing import Any, Callable, Dict, NamedTuple, Sequence, Tuple, Type
+
+import genpy
+import rospy
+from openpose_ros_msgs.msg import PersonDetection_3dArray, PersonSignalsArray
+
+from openpose_ros_pkg.params.nodes import DemandParams
+from openpose_ros_pkg.ros.demand import Demand
+from openpose_ros_pkg.ros.health import Health
+from openpose_ros_pkg.ros.images import InputSubscriber
+from openpose_ros_pkg.ros.node import introduce
+from openpose_ros_pkg.ros.people_publisher import RESULTS_QUEUE
+from openpose_ros_pkg.stream.newest_wins import NewestWinsWorker
+from openpose_ros_pkg.stream.pairing import PairingParams
+from skeleton_extract_3d.ros.synchronizer import StampSynchronizer
+
+IN_SPACE = 'openpose_ros/skeleton_3d'
+# Topics of people, and of what they do.
+PEOPLE = (f'{IN_SPACE}/detected_poses_3d', PersonDetection_3dArray)
+SIGNALS = (f'{IN_SPACE}/people_signals', PersonSignalsArray)
+# Signals have the stamp of their people; half a millisecond is for those who round it [s].
+_SAME_STAMP = 0.0005
+
+
+class Output(NamedTuple):
+    """A topic that an adapter publishes.
+
+    Attributes:
+        topic, kind: name and message class.
+        inputs: topics and message classes of its input, or of two whose messages have the same stamp.
+        convert: makes the message of those of the inputs; raises BadInputError for what can not be used.
+    """
+
+    topic: str
+    kind: Type[genpy.Message]
+    inputs: Sequence[Tuple[str, Type[genpy.Message]]]
+    convert: Callable[..., genpy.Message]
+
+
+class Adapter:
+    """Publishes people in the messages of another package, while somebody wants them."""
+
+    def __init__(self, params: DemandParams, *outputs: Output) -> None:
+        self._health = Health()
+        demand = Demand(params.lazy, self._health)
+        needs: Dict[InputSubscriber, Sequence[rospy.Publisher]] = {}
+        workers = []
+        for output in outputs:
+            publisher = demand.advertise(output.topic, output.kind, RESULTS_QUEUE)
+            worker = NewestWinsWorker(partial(self._process, output, publisher), self._health.frame_failed,
+                                      output.topic)
+            sources = [InputSubscriber(topic, kind) for topic, kind in output.inputs]
+            newest = sources[0] if len(sources) == 1 else StampSynchronizer(
+                sources, PairingParams(slop=_SAME_STAMP), self._health, ('people', 'signals'))
+            newest.registerCallback(partial(_submit, worker))
+            needs.update({source: [publisher] for source in sources})
+            workers.append(worker)
+        self._health.show(lambda: {'frames skipped': str(sum(worker.replaced for worker in workers))})
+        demand.read(*needs, only_for=needs)
+        introduce(demand.inputs, messages=', '.join(output.kind._type for output in outputs))
+
+    def _process(self, output: Output, publisher: rospy.Publisher, messages: Tuple[Any, ...]) -> None:
+        result = output.convert(*messages)
+        publisher.publish(result)
+        self._health.frame_done(result.header.stamp)
+
+
+def _submit(worker: NewestWinsWorker, *messages: genpy.Message) -> None:
+    worker.submit(messages)
