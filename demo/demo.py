@@ -68,7 +68,7 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument('--camera-info', metavar='T', default='/kinect2/qhd/camera_info', help='camera info of --depth')
     parser.add_argument('--compressed', action='store_true', help='the bag holds T/compressed instead of T')
     parser.add_argument('--signals', action='store_true',
-                        help='tell what people do too: postures, gestures, pointing (of one camera with depth)')
+                        help='tell what people in space do too: postures, gestures, pointing')
     parser.add_argument('--rviz', action='store_true', help='open the RViz window')
     parser.add_argument('--no-rviz', action='store_true', help='make no screenshot of RViz')
     parser.add_argument('--view', choices=('side', 'above'), default='side',
@@ -91,7 +91,7 @@ def launch_command(arguments: argparse.Namespace) -> List[str]:
         source = arguments.camera if arguments.camera is not None else str(arguments.images.resolve())
         return ['roslaunch', 'openpose_ros_pkg', 'demo_2d.launch', f'source:={source}']
     if arguments.stage:
-        return stage.launch_command(arguments.bag, arguments.rviz)
+        return stage.launch_command(arguments.bag, arguments.rviz, arguments.signals)
     chain = 'skeleton_extract_3d demo.launch' if not arguments.signals else 'openpose_ros_signals demo_signals.launch'
     command = ['roslaunch', *chain.split(), f'rviz:={str(arguments.rviz).lower()}']
     if arguments.bag:

@@ -38,10 +38,11 @@ def cameras_of(bag: Path) -> List[str]:
     return sorted(topic[1:-len(_INFO_TOPIC)] for topic in topics if topic.endswith(_INFO_TOPIC))
 
 
-def launch_command(bag: Path, rviz: bool) -> List[str]:
-    """Return the roslaunch command that starts the chains of the cameras and their fusion."""
+def launch_command(bag: Path, rviz: bool, signals: bool) -> List[str]:
+    """Return the roslaunch command that starts the chains of the cameras, their fusion, and the node of signals."""
     return ['roslaunch', 'openpose_ros_fusion', 'several_cameras.launch', f"cameras:={' '.join(cameras_of(bag))}",
-            'points_source:=depth_image', 'target_rate:=0', f'rviz:={str(rviz).lower()}']
+            'points_source:=depth_image', 'target_rate:=0', f'rviz:={str(rviz).lower()}',
+            f'signals:={str(signals).lower()}']
 
 
 def rviz_configuration(bag: Path, folder: Path) -> Path:

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from development.systems import this_system
+from documented_programs import blocks, programs
 from workspaces import ROOT, SETTINGS, copy_checkout, plain_environment, shell
 
 PYTHON_PACKAGES = ('openpose_ros_pkg', 'skeleton_extract_3d', 'openpose_ros_fusion', 'openpose_ros_tools',
@@ -99,20 +100,22 @@ with tempfile.TemporaryDirectory() as folder, Session(Path(folder)) as session:
 END""", space.parent, environment)
 
 
-def check_a_package_of_a_user(space, folder, environment):
-    """The package that docs/from_cpp.md shows builds against this space."""
-    page = (ROOT / 'docs/from_cpp.md').read_text()
-    dependencies, rules, code = (re.search(rf'^```{kind}\n(.*?)^```', page, re.MULTILINE | re.DOTALL)[1]
-                                 for kind in ('xml', 'cmake', 'cpp'))
-    package = folder / 'src/reader'
+def build_programs_of(page, space, folder, environment):
+    """Build the programs in C++ that a page of the docs shows, in a package as the page says; return their folder."""
+    package = folder / 'src' / Path(page).stem
     (package / 'src').mkdir(parents=True)
-    (package / 'src/reader.cpp').write_text(code)
-    (package / 'CMakeLists.txt').write_text(f'cmake_minimum_required(VERSION 3.0.2)\nproject(reader)\n{rules}')
+    for name, code in programs(page, 'cpp').items():
+        (package / 'src' / f'{name}.cpp').write_text(code)
+    rules, dependencies = blocks(page, 'cmake')[0], blocks(page, 'xml')[0]
+    (package / 'CMakeLists.txt').write_text(f'cmake_minimum_required(VERSION 3.0.2)\nproject({package.name})\n{rules}')
     (package / 'package.xml').write_text(f"""<package format="3">
-        <name>reader</name><version>0.0.0</version><description>Reads people.</description>
+        <name>{package.name}</name><version>0.0.0</version><description>Reads people.</description>
         <maintainer email="user@example.com">user</maintainer><license>none</license>
         <buildtool_depend>catkin</buildtool_depend>{dependencies}</package>""")
-    shell(f'source {space}/setup.bash; catkin_make {SETTINGS}; test -x devel/lib/reader/reader', folder, environment)
+    shell(f'source {space}/setup.bash; catkin_make {SETTINGS}', folder, environment)
+    built = folder / 'devel/lib' / package.name
+    assert {path.name for path in built.iterdir()} == set(programs(page, 'cpp'))
+    return built
 
 
 def test_catkin_make_in_the_checkout_with_its_install_space_inside(tmp_path, environment):
@@ -120,6 +123,9 @@ def test_catkin_make_in_the_checkout_with_its_install_space_inside(tmp_path, env
     shell(f'catkin_make --source . -Dopenpose_ros_pkg_VENV={ROOT}/.venv install', checkout, environment)
     check_space(checkout / 'devel', environment)
     check_installed_files(checkout / 'install', environment)
+    compiled = build_programs_of('ten_things.md', checkout / 'devel', tmp_path / 'user', environment)
+    shell(f'source {checkout}/devel/setup.bash; rostest openpose_ros_signals ten_things.test compiled:={compiled}',
+          tmp_path, environment)
 
 
 def test_catkin_make_in_a_workspace(tmp_path, environment):
@@ -131,7 +137,7 @@ def test_catkin_make_in_a_workspace(tmp_path, environment):
     check_space(tmp_path / 'elsewhere/space', environment)
     check_installed_files(tmp_path / 'elsewhere/space', environment)
     check_nodes_run(tmp_path / 'elsewhere/space', environment)
-    check_a_package_of_a_user(tmp_path / 'elsewhere/space', tmp_path / 'user', environment)
+    build_programs_of('from_cpp.md', tmp_path / 'elsewhere/space', tmp_path / 'user', environment)
 
 
 @pytest.mark.skipif(not this_system().packages_of('catkin-tools'), reason=f'{this_system().name} has no catkin-tools')
