@@ -137,6 +137,7 @@ def test_detections_in_an_image(packages):
     assert (detection.bbox.size_x, detection.bbox.size_y) == (80.0, 240.0)
     (result,) = detection.results
     assert (result.id, result.score) == (1, 0.5)
+    np.testing.assert_array_equal(np.diag(np.reshape(result.pose.covariance, (6, 6))), UNKNOWN)
     with pytest.raises(BadInputError, match="pose_model 'no such' is unknown"):
         messages.convert_2d(PersonDetectionArray(pose_model='no such'))
 

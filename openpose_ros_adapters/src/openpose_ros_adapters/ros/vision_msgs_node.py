@@ -20,6 +20,7 @@ from skeleton_extract_3d.ros.convert import people_from_array
 
 PACKAGE = ForeignPackage('vision_msgs', 'https://github.com/ros-perception/vision_msgs (branch noetic-devel)')
 _NO_TURN = Quaternion(0.0, 0.0, 0.0, 1.0)
+_NOWHERE = PoseWithCovariance(Pose(Point(), _NO_TURN), covariance(np.nan, np.nan))
 
 
 class VisionMessages:
@@ -61,7 +62,7 @@ class VisionMessages:
             tight = box_round(keypoints[:, :2], 0.0)
             centre, size = box_round(keypoints[:, :2], self._params.margin_2d * float(tight.size.max()))
             detections.append(self._detection_2d(
-                header=message.header, results=[self._result(keypoints[:, 2], PoseWithCovariance())],
+                header=message.header, results=[self._result(keypoints[:, 2], _NOWHERE)],
                 bbox=self._box_2d(center=Pose2D(*centre, 0.0), size_x=size[0], size_y=size[1])))
         return self.array_2d(header=message.header, detections=detections)
 
