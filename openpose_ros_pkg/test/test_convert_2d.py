@@ -23,6 +23,7 @@ from openpose_ros_pkg.ros.convert import (
     image_rows,
     image_to_bgr,
     image_to_pixels,
+    people_from_array,
     people_from_messages,
     people_to_array,
     people_to_messages,
@@ -315,7 +316,12 @@ def test_people_there_and_back(skeleton):
     back = people_from_messages(messages, skeleton)
     np.testing.assert_array_equal(back.keypoints, people.keypoints)
     assert back.ids.tolist() == [7, 12]
-    assert people_to_array(messages, header, skeleton).pose_model == skeleton.name
+    array = people_to_array(messages, header, skeleton)
+    assert array.pose_model == skeleton.name
+    np.testing.assert_array_equal(people_from_array(array).keypoints, people.keypoints)
+    array.pose_model = 'none_such'
+    with pytest.raises(BadInputError, match="pose_model 'none_such' is unknown"):
+        people_from_array(array)
 
 
 @pytest.mark.parametrize('skeleton', SKELETONS.values(), ids=SKELETONS.keys())

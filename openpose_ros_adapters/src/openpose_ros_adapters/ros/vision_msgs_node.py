@@ -11,11 +11,9 @@ from openpose_ros_adapters.located import reliability_of, sigma_of
 from openpose_ros_adapters.node_params import VisionParams, VisionSettings
 from openpose_ros_adapters.ros.adapter import IN_SPACE, PEOPLE, Adapter, Output
 from openpose_ros_adapters.ros.covariance import covariance
-from openpose_ros_pkg.errors import BadInputError
-from openpose_ros_pkg.ros.convert import people_from_messages
+from openpose_ros_pkg.ros import convert as convert_2d
 from openpose_ros_pkg.ros.foreign_messages import ForeignPackage
 from openpose_ros_pkg.ros.node import run_node
-from openpose_ros_pkg.skeletons import SKELETONS
 from skeleton_extract_3d.ros.convert import people_from_array
 
 PACKAGE = ForeignPackage('vision_msgs', 'https://github.com/ros-perception/vision_msgs (branch noetic-devel)')
@@ -53,10 +51,7 @@ class VisionMessages:
         Raises:
             BadInputError: the message names an unknown joint set.
         """
-        if message.pose_model not in SKELETONS:
-            raise BadInputError(f"pose_model '{message.pose_model}' is unknown, expected one of "
-                                f"{', '.join(SKELETONS)}")
-        people = people_from_messages(message.persons, SKELETONS[message.pose_model])
+        people = convert_2d.people_from_array(message)
         detections = []
         for keypoints in people.keypoints[people.present.any(axis=1)]:
             tight = box_round(keypoints[:, :2], 0.0)

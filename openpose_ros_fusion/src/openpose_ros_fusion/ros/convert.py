@@ -2,13 +2,10 @@
 from typing import Any, Optional
 
 import numpy as np
-from openpose_ros_msgs.msg import PersonDetectionArray
 
 from openpose_ros_fusion.sightings import Sighting, from_image, from_space
 from openpose_ros_pkg.errors import BadInputError
-from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.ros import convert as convert_2d
-from openpose_ros_pkg.skeletons import SKELETONS
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.transform import Transform
 from skeleton_extract_3d.ros import convert
@@ -38,11 +35,4 @@ def sighting_from_message(camera: str, stamp: float, message: Any, pose: Transfo
         if away > _FARTHEST:
             raise BadInputError(f'{camera}: a joint is {away:g} m away, expected {_FARTHEST:g} m at most')
         return from_space(camera, stamp, people, pose)
-    return from_image(camera, stamp, _people_2d(camera, message), model, pose)
-
-
-def _people_2d(camera: str, message: PersonDetectionArray) -> People2D:
-    if message.pose_model not in SKELETONS:
-        raise BadInputError(f"{camera}: pose_model '{message.pose_model}' is unknown, expected one of "
-                            f"{', '.join(SKELETONS)}")
-    return convert_2d.people_from_messages(message.persons, SKELETONS[message.pose_model])
+    return from_image(camera, stamp, convert_2d.people_from_array(message), model, pose)

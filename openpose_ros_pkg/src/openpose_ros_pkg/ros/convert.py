@@ -21,7 +21,7 @@ from openpose_ros_pkg.calibration import Calibration
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.landmarks.records import FACE_POINTS, HAND_POINTS, MESH_POINTS, Faces2D, Hands2D
 from openpose_ros_pkg.people import People2D
-from openpose_ros_pkg.skeletons import SkeletonModel
+from openpose_ros_pkg.skeletons import SKELETONS, SkeletonModel
 from openpose_ros_pkg.stream.image_decoding import MOST_MEGAPIXELS, PNG, check_pixels, decode_image, image_kind
 
 # Plain OpenCV types hold colour in OpenCV's order; cv_bridge itself refuses to guess.
@@ -216,6 +216,18 @@ def people_to_array(messages: Sequence[PersonDetection], header: Header, skeleto
                     ) -> PersonDetectionArray:
     """Return the array message of one frame."""
     return PersonDetectionArray(header=header, pose_model=skeleton.name, persons=list(messages))
+
+
+def people_from_array(message: PersonDetectionArray) -> People2D:
+    """Return the people of one frame, see `people_from_messages`; BadInputError: the joint set is unknown."""
+    return people_from_messages(message.persons, skeleton_of(message.pose_model))
+
+
+def skeleton_of(pose_model: str) -> SkeletonModel:
+    """Return the joint set that a message names; BadInputError: it is unknown."""
+    if pose_model not in SKELETONS:
+        raise BadInputError(f"pose_model '{pose_model}' is unknown, expected one of {', '.join(SKELETONS)}")
+    return SKELETONS[pose_model]
 
 
 def people_from_messages(messages: Sequence[PersonDetection], skeleton: SkeletonModel) -> People2D:

@@ -21,8 +21,8 @@ from visualization_msgs.msg import Marker
 
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.landmarks.records import FACE_POINTS, HAND_POINTS
-from openpose_ros_pkg.ros.convert import check_side
-from openpose_ros_pkg.skeletons import SKELETONS, SkeletonModel
+from openpose_ros_pkg.ros.convert import check_side, skeleton_of
+from openpose_ros_pkg.skeletons import SkeletonModel
 from skeleton_extract_3d.body.joint_frames import joint_frames
 from skeleton_extract_3d.landmarks import Faces3D, Hands3D, Points3D
 from skeleton_extract_3d.people import MISSING, People3D
@@ -146,9 +146,7 @@ def people_from_array(message: PersonDetection_3dArray) -> People3D:
         BadInputError: the message names an unknown joint set, a joint has a status without a position, or there are
             velocities of some persons only.
     """
-    if message.pose_model not in SKELETONS:
-        raise BadInputError(f"pose_model '{message.pose_model}' is unknown, expected one of {', '.join(SKELETONS)}")
-    skeleton = SKELETONS[message.pose_model]
+    skeleton = skeleton_of(message.pose_model)
     values = np.array([[(part.x, part.y, part.z, part.confidence, part.sigma, part.status)
                         for part in (getattr(person, joint) for joint in skeleton.joints)]
                        for person in message.persons], np.float64).reshape(-1, len(skeleton.joints), 6)
