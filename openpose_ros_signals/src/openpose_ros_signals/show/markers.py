@@ -13,9 +13,11 @@ from skeleton_extract_3d.show.markers import MarkerLifetime, MarkerSpec, Rgba, S
 _OVER_UPRIGHT, _OVER_LYING = 0.95, 0.4
 # Lines that show a cone, and each which one of them begins at its tip.
 _CONE_LINES, _CONE_EDGES = 24, 6
-# Diameter of the shaft of an arrow, as a share of its length, and of the lines of a cone [m].
-_SHAFT, _CONE_WIDTH = 0.06, 0.008
-_FACING_OPACITY, _HEAD_OPACITY, _CONE_OPACITY = 0.7, 0.4, 0.5
+# Diameter of the shaft of an arrow, at most this share of its length, and of the lines of a cone [m].
+_SHAFT, _SHAFT_SHARE, _CONE_WIDTH = 0.03, 0.12, 0.008
+_CONE_OPACITY = 0.5
+# Share of white in the arrows of facing, which begin inside the skeleton.
+_WHITE = 0.6
 
 
 @dataclass(frozen=True)
@@ -65,13 +67,13 @@ class SignalMarkers:
         height = over + 0.5 * params.text_scale * text.count('\n')
         markers = [MarkerSpec('signals', person.id, 'add', 'text', _points(person.place + height * up),
                               params.text_scale, (*rgb, 1.0), text, lifetime)]
-        for name, facing, length, opacity in (
-                ('body_facing', person.body, params.facing_length, _FACING_OPACITY),
-                ('head_facing', person.head, params.facing_length / 2, _HEAD_OPACITY)):
+        red, green, blue = (_WHITE + (1 - _WHITE) * value for value in rgb)
+        for name, facing, length in (('body_facing', person.body, params.facing_length),
+                                     ('head_facing', person.head, params.facing_length / 2)):
             if facing is not None and length:
                 begin = person.place if name == 'body_facing' else person.place + over / 2 * up
-                markers.append(_arrow(name, person.id, (begin, begin + length * facing.direction), (*rgb, opacity),
-                                      lifetime))
+                markers.append(_arrow(name, person.id, (begin, begin + length * facing.direction),
+                                      (red, green, blue, 1.0), lifetime))
         for gesture in person.gestures:
             if gesture.pointing is not None and params.pointing_length:
                 number = 2 * person.id + (gesture.arm == 'right')
@@ -119,7 +121,7 @@ def _end(ray: Pointing, length: float) -> np.ndarray:
 
 
 def _arrow(name: str, number: int, ends: Sequence[np.ndarray], rgba: Rgba, lifetime: float) -> MarkerSpec:
-    thickness = _SHAFT * min(float(np.linalg.norm(ends[1] - ends[0])), 0.5)
+    thickness = min(_SHAFT, _SHAFT_SHARE * float(np.linalg.norm(ends[1] - ends[0])))
     return MarkerSpec(name, number, 'add', 'arrow', _points(np.array(ends)), thickness, rgba, lifetime=lifetime)
 
 
