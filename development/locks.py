@@ -55,7 +55,7 @@ def _compile(uv: Path, requirements: str, lock: Path, options: Sequence[str]) ->
     # the system's store of certificates, as pip uses it
     environment: Dict[str, str] = {**os.environ, 'SSL_CERT_FILE': '/etc/ssl/certs/ca-certificates.crt'}
     written = run([str(uv), '--no-cache', 'pip', 'compile', '-', '--quiet', '--no-header', '--no-annotate',
-                   '--generate-hashes', '--python-version', '3.8', *([] if is_focal else ['--universal']), *options],
+                   '--generate-hashes', '--python-version', '3.8.2', *([] if is_focal else ['--universal']), *options],
                   input=requirements, stdout=PIPE, text=True, check=True, env=environment)
     lock.write_text(_HEADER + written.stdout)
     say(str(lock))

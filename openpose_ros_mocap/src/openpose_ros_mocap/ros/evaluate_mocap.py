@@ -107,7 +107,7 @@ def read_poses(path: Path, topic: Optional[str] = None) -> KeypointTable:
     Raises:
         BadInputError: it can not be read, or holds nobody, or people in the image.
     """
-    if path.suffix.lower() == '.bag':
+    if path.is_dir() or path.suffix.lower() in ('.bag', '.mcap', '.db3'):
         from openpose_ros_tools.ros.keypoint_bag import read_keypoint_bag  # tables can be read without ROS
         poses = read_keypoint_bag(path, topic)
     elif topic is not None:

@@ -17,6 +17,7 @@ from tf2_msgs.msg import TFMessage
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.output.files import naming
 from openpose_ros_tools.ros.bag_definitions import TYPE_NAME, harmless_definition
+from openpose_ros_tools.ros.ros2_bags import MENDING, McapFile, Ros2Recording, is_ros2
 
 Item = TypeVar('Item')
 
@@ -101,13 +102,22 @@ def _decompressed(data: bytes, chunk: rosbag.bag._ChunkHeader) -> bytes:
     return content
 
 
+def is_bag(path: Path) -> bool:
+    """Return whether a path is that of a bag, or of a recording of ROS 2; recording.bag.csv is a table."""
+    return path.name.endswith(('.bag', '.bag.active')) or is_ros2(path)
+
+
 @contextmanager
 def open_bag(path: Path) -> Iterator[rosbag.Bag]:
-    """Open a bag to read it.
+    """Open a bag to read it, or a recording of ROS 2, which is then like a bag.
 
     Raises:
         BadInputError: it is not there, is no bag, has no index, or defines messages by what is no definition.
     """
+    if is_ros2(path):
+        with Ros2Recording(path) as recording:
+            yield recording
+        return
     try:
         bag = rosbag.Bag(_BagFile(io.FileIO(str(path))))
         bag._filename = str(path)  # which it does not know of a file that is open
@@ -136,11 +146,12 @@ def _make_harmless(bag: rosbag.Bag) -> None:
 
 
 @contextmanager
-def new_bag(path: Path, compression: str = 'none') -> Iterator[rosbag.Bag]:
+def new_bag(path: Path, compression: str = 'none', mcap: bool = False) -> Iterator[rosbag.Bag]:
     """Yield a bag to write; it is complete when the block has ended.
 
     Args:
         compression: one of COMPRESSIONS.
+        mcap: write a file for Foxglove and ROS 2 instead.
 
     Raises:
         ParameterError: this compression is not available.
@@ -148,7 +159,7 @@ def new_bag(path: Path, compression: str = 'none') -> Iterator[rosbag.Bag]:
     """
     with naming(path):
         try:
-            bag = rosbag.Bag(str(path), 'w', compression=compression)
+            bag = McapFile(path, compression) if mcap else rosbag.Bag(str(path), 'w', compression=compression)
         except (ValueError, rosbag.ROSBagException) as error:
             raise ParameterError(f'--compression {compression} is not available: {error}') from error
         file = bag._file  # for after an error, as the bag would write on while it closes
@@ -171,6 +182,8 @@ def write_static_transforms(bag: rosbag.Bag, transforms: Sequence[TransformStamp
 
 def end_time(bag: rosbag.Bag) -> float:
     """Return the time of the last message [s]; rosbag takes the last chunk for the newest, which it need not be."""
+    if isinstance(bag, Ros2Recording):
+        return bag.get_end_time()
     return max((float(chunk.end_time.to_sec()) for chunk in bag._chunks), default=0.0)
 
 
@@ -191,7 +204,8 @@ def undamaged(bag: rosbag.Bag, messages: Iterator[Item]) -> Iterator[Item]:
         except StopIteration:
             return
         except _DAMAGE as error:
-            raise BadInputError(f'{bag.filename} is damaged, near byte {bag._file.tell()} ({error}); `rosbag reindex` '
+            raise BadInputError(f'{bag.filename} is damaged ({error}); {MENDING}' if isinstance(bag, Ros2Recording) else
+                                f'{bag.filename} is damaged, near byte {bag._file.tell()} ({error}); `rosbag reindex` '
                                 'may save the rest') from error
         yield message
 

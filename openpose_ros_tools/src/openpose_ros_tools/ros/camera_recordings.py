@@ -18,7 +18,7 @@ from openpose_ros_fusion.calibration.recording import CameraRecording
 from openpose_ros_pkg.calibration import read_calibration
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.skeletons import COCO_18, MESSAGE_JOINTS
-from openpose_ros_tools.ros.bag_files import open_bag, topic_types
+from openpose_ros_tools.ros.bag_files import is_bag, open_bag, topic_types
 from openpose_ros_tools.ros.keypoint_bag import DIMENSIONS, bag_messages, read_keypoint_bag, rows_of
 from openpose_ros_tools.ros.process_bag.several_cameras import FUSED
 from openpose_ros_tools.tables.keypoint_csv import read_keypoint_csv
@@ -122,7 +122,7 @@ def recordings_of_files(paths: Sequence[Path], options: CameraOptions) -> Record
     models: Dict[str, CameraModel] = {}
     static: List[TransformStamped] = []
     for path in paths:
-        if not path.name.endswith('.bag'):
+        if not is_bag(path):
             tables.setdefault(path.stem, []).append(read_keypoint_csv(path))
             continue
         with open_bag(path) as bag:

@@ -37,7 +37,7 @@ from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
 from openpose_ros_tools.command_options import add_time_span, check_time_span, command_parser
 from openpose_ros_tools.plots import keypoint_plots
 from openpose_ros_tools.plots.plotting import FORMATS, save_figure
-from openpose_ros_tools.ros.bag_files import open_bag, stamped_messages, topic_types
+from openpose_ros_tools.ros.bag_files import is_bag, open_bag, stamped_messages, topic_types
 from openpose_ros_tools.ros.keypoint_bag import HAND_JOINTS, choose_topic, read_hand_bag, read_keypoint_bag
 from openpose_ros_tools.tables.keypoint_csv import read_keypoint_csv
 from openpose_ros_tools.tables.keypoint_selection import Selection, description, select
@@ -60,9 +60,9 @@ def read_keypoints(path: Path, topic: Optional[str] = None) -> Tuple[KeypointTab
     Raises:
         BadInputError: it can not be read.
     """
-    if not path.is_file():
-        raise BadInputError(f'{path}: there is no such file')
-    if not path.name.endswith(('.bag', '.bag.active')):  # recording.bag.csv is a table
+    if not is_bag(path):
+        if not path.is_file():
+            raise BadInputError(f'{path}: there is no such file')
         if topic is not None:
             raise BadInputError(f'{path}: --topic is for bags')
         return read_keypoint_csv(path), None
@@ -107,7 +107,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
 
 def _run(options: argparse.Namespace) -> int:
     if options.hand_points:
-        if not options.file.name.endswith('.bag'):
+        if not is_bag(options.file):
             raise BadInputError(f'{options.file}: --hand-points are for bags')
         table, frames, joints = read_hand_bag(options.file, options.topic), None, options.hand_points
     else:

@@ -15,6 +15,7 @@ from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.stream.image_decoding import ImageLimitParams
 from openpose_ros_pkg.stream.pairing import PairingParams
 from openpose_ros_signals.node_params import UprightParams
+from openpose_ros_tools.ros.ros2_bags import main_file
 from skeleton_extract_3d.node_params import ExtractorParams
 from skeleton_extract_3d.settings import EstimatorSettings
 from skeleton_extract_3d.show.markers import MarkerParams
@@ -77,6 +78,7 @@ class BagJob:
     # see `KeypointCsvWriter`. The table has people in space where there are any, else those in the image.
     csv_layout: str = 'original'
     compression: str = 'none'  # of the bag, one of COMPRESSIONS
+    mcap: bool = False  # whether the output is a file for Foxglove and ROS 2
     jobs: int = 1  # number of detector processes; 1: none beside this one
     threads: int = 0  # of each detector where the parameters leave it open; 0: one per core
     create: Callable[[DetectorSettings], Detector] = create_detector  # makes a detector of the parameters
@@ -98,7 +100,7 @@ class BagJob:
             BadInputError: the bag is not there.
         """
         try:
-            state = self.source.stat()
+            state = main_file(self.source).stat()
         except OSError as error:
             raise BadInputError(f'{self.source}: {error.strerror}') from error
         return {'version': _VERSION, 'bag': self.source.name, 'bytes': state.st_size, 'modified_ns': state.st_mtime_ns,

@@ -144,7 +144,7 @@ class Results:
         self._stack = ExitStack()
         self._table = None if job.csv is None else self._stack.enter_context(
             Table(job.csv, job.csv_layout, 3 if in_space else 2))
-        self._bag = self._stack.enter_context(new_bag(job.output, job.compression))
+        self._bag = self._stack.enter_context(new_bag(job.output, job.compression, job.mcap))
         self._people = PeopleWriter(self._bag, self._namespace, settings, self._table, job.markers,
                                     up_of(settings) if job.signals else None)
 

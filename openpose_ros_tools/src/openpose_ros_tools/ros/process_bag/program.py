@@ -11,6 +11,11 @@ anything took: the same bag with the same parameters gives the same table to the
     rosrun openpose_ros_tools process_bag walk.bag -o out.bag --image /cam/color/image_raw/compressed \\
         --depth /cam/aligned_depth_to_color/image_raw --config skeleton_extract_3d_node.yaml --json keypoints/
 
+Recordings of ROS 2 (rosbag2 in SQLite or MCAP) are read like bags. The name OUT.mcap makes a file for Foxglove and
+ROS 2.
+
+    rosrun openpose_ros_tools process_bag rosbag2_2026_11_20/ -o people.mcap
+
 Several bags, or a folder of them, are spread over processes of this machine; OUT and FILE of --csv are folders then.
 With --scheduler they are spread over the workers of an existing cluster (Dask distributed), which need this workspace
 in their environment, and the bags and outputs under the same paths. A worker that dies loses nothing: another one does
@@ -61,11 +66,12 @@ from openpose_ros_tools.command_options import command_parser, whole_number
 from openpose_ros_tools.outputs import delete_parts
 from openpose_ros_tools.parallel.task_cluster import run_on_cluster
 from openpose_ros_tools.parallel.task_pool import run_in_processes
-from openpose_ros_tools.ros.bag_files import COMPRESSIONS
+from openpose_ros_tools.ros.bag_files import COMPRESSIONS, is_bag
 from openpose_ros_tools.ros.process_bag.job import BagJob, BagReport, BagSettings, RigJob, Topics, build_settings
 from openpose_ros_tools.ros.process_bag.output import is_done, made_from
 from openpose_ros_tools.ros.process_bag.several_cameras import add_cameras, check_cameras, process_rig, rig_job
 from openpose_ros_tools.ros.process_bag.work import process
+from openpose_ros_tools.ros.ros2_bags import MCAP_SUFFIX, is_ros2
 from openpose_ros_tools.tables.keypoint_csv import LAYOUTS
 from skeleton_extract_3d.node_params import ExtractorSettings
 
@@ -205,9 +211,12 @@ def _told(job: BagJob, result: Any) -> str:
 
 def _parser() -> argparse.ArgumentParser:
     parser = command_parser('process_bag', __doc__)
-    parser.add_argument('inputs', nargs='+', type=Path, metavar='IN', help='a bag; several, or a folder of bags')
+    parser.add_argument('inputs', nargs='+', type=Path, metavar='IN',
+                        help='a bag, or a recording of ROS 2: a folder with metadata.yaml, .mcap or .db3; several, or '
+                             'a folder of them')
     parser.add_argument('-o', '--output', required=True, type=Path, metavar='OUT',
-                        help='bag with the results; for several, or a folder, a folder for bags of the same names')
+                        help='bag with the results, or with the suffix .mcap a file for Foxglove and ROS 2; for '
+                             'several, or a folder, a folder for files of the same names')
     group = parser.add_argument_group('results')
     group.add_argument('--csv', type=Path, metavar='FILE', help='also as a table: people in space, or in the image '
                                                                 'where the bag has no points')
@@ -249,7 +258,7 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _are_several(inputs: Sequence[Path]) -> bool:
-    return len(inputs) > 1 or inputs[0].is_dir()
+    return len(inputs) > 1 or (inputs[0].is_dir() and not is_ros2(inputs[0]))
 
 
 def _jobs_of(options: argparse.Namespace, values: Dict[str, Any], create: Callable[..., Any]
@@ -261,10 +270,10 @@ def _jobs_of(options: argparse.Namespace, values: Dict[str, Any], create: Callab
     """
     several = not options.cameras and _are_several(options.inputs)
     bags = _bags(options.inputs)
-    names = [bag.name for bag in bags]
-    for bag in bags if several else ():
-        if names.count(bag.name) > 1:
-            raise ParameterError(f'several bags have the name {bag.name}, after which their results are named; give '
+    names = [_result_name(bag) for bag in bags]
+    for name in names if several else ():
+        if names.count(name) > 1:
+            raise ParameterError(f'several bags have the name {name}, after which their results are named; give '
                                  'them in commands with folders of their own')
     jobs = 1
     if not several and not options.scheduler:
@@ -274,22 +283,28 @@ def _jobs_of(options: argparse.Namespace, values: Dict[str, Any], create: Callab
     threads = 0 if not several else max((os.cpu_count() or 1) // min(options.workers, len(bags)), 1)
     topics = Topics(options.image, options.points, options.depth, options.camera_info)
     result = []
-    for bag in bags:
-        output, csv, json = (path and path.expanduser().absolute() / (name if several else '') for path, name in (
-            (options.output, bag.name), (options.csv, f'{bag.stem}.csv'), (options.json, bag.stem)))
+    for bag, name in zip(bags, names):
+        output, csv, json = (path and path.expanduser().absolute() / (own if several else '') for path, own in (
+            (options.output, name), (options.csv, f'{bag.stem}.csv'), (options.json, bag.stem)))
         result.append(BagJob(bag, output, csv, json, values, topics, options.only_2d, copied=tuple(options.copy),
                              markers=options.markers, signals=options.signals, csv_layout=options.csv_layout,
-                             compression=options.compression, jobs=jobs,
+                             compression=options.compression, mcap=output.suffix == MCAP_SUFFIX, jobs=jobs,
                              threads=1 if options.scheduler else threads, create=create))
     return [rig_job(result, options)] if options.cameras else result
+
+
+def _result_name(bag: Path) -> str:
+    """Return the name of the results of one of several bags."""
+    return bag.name if bag.is_file() and bag.suffix in ('.bag', MCAP_SUFFIX) else bag.stem + MCAP_SUFFIX
 
 
 def _bags(inputs: Sequence[Path]) -> List[Path]:
     """Return the bags of files and folders, in natural order; one that is named twice is there once."""
     bags: Dict[Path, None] = {}
     for path in (path.expanduser().absolute() for path in inputs):
-        if path.is_dir():
-            held = sorted((bag for bag in path.glob('*.bag') if not bag.name.startswith('.')), key=natural_key)
+        if path.is_dir() and not is_ros2(path):
+            held = sorted((bag for bag in path.iterdir() if is_bag(bag) and not bag.name.startswith('.')),
+                          key=natural_key)
             if not held:
                 raise ParameterError(f'{path} holds no bags')
             bags.update(dict.fromkeys(held))

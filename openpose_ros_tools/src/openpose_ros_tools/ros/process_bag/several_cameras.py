@@ -192,7 +192,7 @@ def process_rig(job: RigJob, on_frame: Callable[[int, int], None] = lambda done,
             for camera, view in zip(job.cameras, views):
                 json = None if camera.json is None else parts.folder(
                     camera.json, functools.partial(is_json_of, camera.source.stem))
-                part = replace(camera, output=folder / f'{len(reports)}.bag', json=json)
+                part = replace(camera, output=folder / f'{len(reports)}.bag', json=json, mcap=False)
                 reports[camera.camera] = process_camera(
                     part, view, {}, networks, functools.partial(_count_on, on_frame, (done, total)))
                 done += view.images
@@ -314,7 +314,7 @@ def _merge(job: RigJob, people: Sequence[CameraPeople], fused: Path, copied: Dic
     cameras = {camera.source: camera.camera for camera in job.cameras}
     contents += [_Content(source, topics, time_shift_of(job, cameras[source])) for source, topics in copied.items()]
     with ExitStack() as stack:
-        made = stack.enter_context(new_bag(output[0], job.cameras[0].compression))
+        made = stack.enter_context(new_bag(output[0], job.cameras[0].compression, job.cameras[0].mcap))
         streams = [one.messages(stack.enter_context(open_bag(one.path))) for one in contents]
         for number, stored in enumerate(heapq.merge(*streams, key=lambda stored: stored.time)):
             time = genpy.Time(0, stored.time)
