@@ -4,7 +4,8 @@
 Detects and lifts the people of each sequence, without ROS, and reads their signals. A sequence folder is as in
 accuracy_3d.py. Where gt.json labels gestures, these are scored with the given script, and the latency of each one, the
 pointing rays and what they meet are told. Without labels, gestures are compared with those that the true joints of all
-people give, within half a second; postures are compared with those of the true joints, frame by frame.
+people give, within half a second; postures and places on the floor are compared with those of the true joints, frame
+by frame.
 --step 2 leaves out every other frame after detection.
 
     benchmarks/signals.py signals --evaluate evaluate_signals.py
@@ -22,6 +23,7 @@ from typing import Any, Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
+from scipy.spatial.transform import Rotation
 
 from accuracy_3d import ChainSettings, Finder, open_sequence, run_chain
 from common import Parser, errors_end_the_program, markdown
@@ -224,6 +226,32 @@ def posture_rows(sequence: Truth, frames: Frames, signals: Signals) -> Dict[str,
     return counts
 
 
+def tell_floor(sequence: Truth, frames: Frames, step: int) -> None:
+    """Print how far places on the floor, and how people are turned there, are from those of the true joints.
+
+    The floor is z = 0 of the world; its height is also told where only the body tells it.
+    """
+    moving = (sequence.poses != sequence.poses[0]).any()
+    around = [Surroundings(floor=np.array([0.0, 0.0, 1.0, 0.0]) if moving else pose[2]) for pose in sequence.poses]
+    true = read_signals(sequence, sequence.true_people, step, around)
+    found, alone = read_signals(sequence, frames, step, around), read_signals(sequence, frames, step)
+    away, heights, turned = [], [], []
+    for number, ((_, there), (_, persons), (_, bodies)) in enumerate(zip(true, found, alone)):
+        place, plane = {person.id: person.floor for person in there}, around[step * number].floor
+        names = pairs(sequence.true_people[step * number][1], frames[step * number][1])
+        for person, body in zip(persons, bodies):
+            if person.id in names and person.floor and place[names[person.id]]:
+                truth = place[names[person.id]]
+                away.append(np.linalg.norm(person.floor.position - truth.position))
+                heights.append(abs(body.floor.position @ plane[:3] + plane[3]))
+                forward, ahead = Rotation.from_quat([person.floor.orientation, truth.orientation]).apply([1, 0, 0])
+                if person.body is not None:
+                    turned.append(np.degrees(np.arccos(np.clip(forward @ ahead, -1, 1))))
+    print(f'places on the floor: {len(away)}, median and 90 % ' + '; '.join(
+        f'{name} {np.median(errors):.3f}, {np.percentile(errors, 90):.3f} {unit}' for name, errors, unit in (
+            ('off by', away, 'm'), ('floor by the body', heights, 'm'), ('turned by', turned, 'deg')) if errors))
+
+
 def tell(sequence: Truth, frames: Frames, step: int, script: Optional[Path]) -> Tuple[float, float, float]:
     """Print what is told of a sequence; return its length [s], how many false gestures, and seconds per person."""
     begin = time.perf_counter()
@@ -244,6 +272,7 @@ def tell(sequence: Truth, frames: Frames, step: int, script: Optional[Path]) -> 
     for posture, (same, unknown, other) in sorted(posture_rows(sequence, frames, signals).items()):
         print(f'{posture}: right {same}, unknown {unknown}, other {other}: {same / (same + unknown + other):.3f}')
     falls = {(person.id, person.fall) for _, persons in signals for person in persons if person.fall}
+    tell_floor(sequence, frames, step)
     for name, fall in falls:
         print(f'fall of {name}: lying since {fall.stamp:.2f} s, after {fall.duration:.2f} s, {fall.speed:.1f} m/s')
     return signals[-1][0] - signals[0][0], false, cost
