@@ -64,7 +64,8 @@ def facing_of(body: Body, frame: np.ndarray, head: bool) -> Optional[Facing]:
     left, right = pairs[0]
     # sigma is that of the position; one of its three axes turns the pair
     error = np.sqrt(2 / 3) * float(np.nan_to_num(body.sigma[[left, right]]).mean())
-    return Facing(frame[:, 0], error / float(np.linalg.norm(body.joints[left] - body.joints[right])))
+    return Facing(frame[:, 0], error / float(np.linalg.norm(body.joints[left] - body.joints[right])),
+                  body.joints[NOSE] if head else None)
 
 
 def floor_pose(body: Body, joints: np.ndarray, posture: str, forward: np.ndarray, floor: Optional[np.ndarray],

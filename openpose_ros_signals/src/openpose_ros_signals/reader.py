@@ -99,5 +99,6 @@ def _face_of(landmarks: Landmarks3D, name: int) -> Optional[Facing]:
     faces = landmarks.faces
     for row in np.flatnonzero((faces.people == name) & np.isfinite(faces.orientations).all(axis=1)):
         forward = Rotation.from_quat(faces.orientations[row]).apply([1.0, 0.0, 0.0])
-        return Facing(forward, float(faces.orientation_sigma[row]))
+        return Facing(forward, float(faces.orientation_sigma[row]),
+                      np.nanmean(faces.points.xyz[row], axis=0))
     return None

@@ -99,10 +99,12 @@ class Facing:
     Attributes:
         direction: (3,) unit vector.
         sigma: [rad], by the errors of the joints.
+        begin: (3,) [m], the face; None of bodies, which face out of the middle of the trunk, and of messages.
     """
 
     direction: np.ndarray
     sigma: float
+    begin: Optional[np.ndarray] = None
 
 
 @dataclass(frozen=True)

@@ -55,6 +55,13 @@ def test_facing_arrows_have_their_lengths():
     assert {ns for ns, _ in shown(person(body=ahead), facing_length=0.0)} == {'signals'}
 
 
+def test_the_arrow_of_a_head_begins_at_the_face():
+    ahead, face = np.array([0.0, 1.0, 0.0]), np.array([0.4, 0.0, 0.3])
+    markers = shown(person(body=Facing(ahead, 0.1), head=Facing(ahead, 0.1, face)))
+    np.testing.assert_allclose(markers['body_facing', 1].points[0], [0, 0, 1.1], atol=1e-6)
+    np.testing.assert_allclose(markers['head_facing', 1].points[0], face, atol=1e-6)
+
+
 def test_pointing_arrow_ends_where_it_meets_something():
     hit = Pointing(RAY.origin, RAY.direction, 0.1, Hit(np.array([3.0, 0.0, 1.4])))
     for ray, length in ((RAY, 1.5), (hit, 3.0)):

@@ -13,9 +13,13 @@ from animated_skeleton import (
     SITTING,
     SITTING_ON_FLOOR,
     STANDING,
+    UP,
     held,
+    people_of,
     watch,
 )
+from openpose_ros_signals.reader import SignalReader
+from skeleton_extract_3d.landmarks import Faces3D, Landmarks3D, Points3D
 
 
 def walking(speed, seconds=3.0):
@@ -57,6 +61,19 @@ def test_body_and_head_face_somewhere(facing):
     assert person.body.direction @ ahead > np.cos(np.radians(6))
     assert person.head.direction @ ahead > np.cos(np.radians(12))
     assert 0.02 < person.body.sigma < person.head.sigma < 0.5
+    assert person.body.begin is None and (person.head.begin - person.place) @ UP > 0.3
+
+
+def test_the_face_tells_where_a_head_faces_if_it_was_found():
+    points, status = np.full((1, 70, 3), np.nan), np.zeros((1, 70))
+    points[0, :2], status[0, :2] = [[0.1, 0.0, 1.6], [0.1, 0.1, 1.6]], 1
+    half = np.radians(60) / 2  # to the left of x
+    face = Faces3D(Points3D(points, status, status, np.full((1, 70), np.nan)), np.ones(1), np.ones(1, int),
+                   np.array([[0, 0, np.sin(half), np.cos(half)]]), np.array([0.1]))
+    people = people_of([STANDING], [1], np.random.RandomState(0))
+    head = SignalReader().update(people, 0.0, UP, landmarks=Landmarks3D(Landmarks3D.empty().hands, face))[0].head
+    np.testing.assert_allclose(head.direction, [0.5, 3 ** 0.5 / 2, 0], atol=1e-6)
+    np.testing.assert_allclose(head.begin, [0.1, 0.05, 1.6], atol=1e-6)
 
 
 def test_hidden_joints_tell_no_facing():

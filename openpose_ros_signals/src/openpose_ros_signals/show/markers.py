@@ -10,7 +10,7 @@ from openpose_ros_signals.records import PersonSignals, Pointing
 from skeleton_extract_3d.show.markers import MarkerLifetime, MarkerSpec, Rgba, ShownMarkers, person_rgb
 
 # Height of the text over the middle of the trunk, over the head of who is upright and of who lies [m].
-_OVER_UPRIGHT, _OVER_LYING = 0.95, 0.4
+_OVER_UPRIGHT, _OVER_LYING = 0.95, 0.6
 # Lines that show a cone, and each which one of them begins at its tip.
 _CONE_LINES, _CONE_EDGES = 24, 6
 # Diameter of the shaft of an arrow, at most this share of its length, and of the lines of a cone [m].
@@ -71,7 +71,7 @@ class SignalMarkers:
         for name, facing, length in (('body_facing', person.body, params.facing_length),
                                      ('head_facing', person.head, params.facing_length / 2)):
             if facing is not None and length:
-                begin = person.place if name == 'body_facing' else person.place + over / 2 * up
+                begin = person.place if facing.begin is None else facing.begin
                 markers.append(_arrow(name, person.id, (begin, begin + length * facing.direction),
                                       (red, green, blue, 1.0), lifetime))
         for gesture in person.gestures:
