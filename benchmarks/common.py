@@ -13,7 +13,8 @@ import yaml
 
 sys.path.extend(str(Path(__file__).resolve().parents[1] / folder) for folder in (
     'openpose_ros_pkg/src', 'skeleton_extract_3d/src', 'openpose_ros_fusion/src',
-    'openpose_ros_signals/src', 'openpose_ros_adapters/src', 'openpose_ros_tools/src', 'openpose_ros_mocap/src',
+    'openpose_ros_signals/src', 'openpose_ros_adapters/src', 'openpose_ros_hri/src',
+    'openpose_ros_tools/src', 'openpose_ros_mocap/src',
     'tests/support', 'devel/lib/python3/dist-packages'))
 
 from openpose_ros_pkg.command_line import setting_values

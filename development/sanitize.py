@@ -19,7 +19,8 @@ UNIT_TESTS = ('tests/unit/decode', 'tests/unit/lift', 'tests/unit/estimator')
 NODELETS = 'openpose_ros_nodelets'
 GTESTS = ('test_floor', 'test_organized_cloud', 'test_people_cloud')
 SOURCES = ('openpose_ros_pkg/src', 'skeleton_extract_3d/src', 'openpose_ros_fusion/src',
-           'openpose_ros_signals/src', 'openpose_ros_adapters/src', 'openpose_ros_tools/src', 'openpose_ros_mocap/src',
+           'openpose_ros_signals/src', 'openpose_ros_adapters/src', 'openpose_ros_hri/src',
+           'openpose_ros_tools/src', 'openpose_ros_mocap/src',
            'tests/support', '.', *(f'build/sanitize/{module}' for module in MODULES))
 
 

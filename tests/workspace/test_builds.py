@@ -15,7 +15,7 @@ from documented_programs import blocks, programs
 from workspaces import ROOT, SETTINGS, copy_checkout, plain_environment, shell
 
 PYTHON_PACKAGES = ('openpose_ros_pkg', 'skeleton_extract_3d', 'openpose_ros_fusion', 'openpose_ros_tools',
-                   'openpose_ros_signals', 'openpose_ros_adapters', 'openpose_ros_mocap')
+                   'openpose_ros_signals', 'openpose_ros_adapters', 'openpose_ros_hri', 'openpose_ros_mocap')
 
 
 @pytest.fixture(scope='module')
@@ -43,7 +43,7 @@ def check_space(space, environment):
         rospack find openpose_ros_msgs; rospack find openpose_ros_pkg; rospack find skeleton_extract_3d
         rospack find openpose_ros_tools; rospack find openpose_ros_mocap; rospack find openpose_ros_nodelets
         rospack find openpose_ros_fusion; rospack find openpose_ros_signals
-        rospack find openpose_ros_adapters
+        rospack find openpose_ros_adapters; rospack find openpose_ros_hri
         rosmsg show openpose_ros_msgs/PersonDetection_3d | grep '^uint32 person_ID$'
         rossrv show openpose_ros_msgs/GetPersons | grep '^sensor_msgs/Image image$'
         /usr/bin/python3 - <<'END'

@@ -9,7 +9,8 @@ import yaml
 
 ROOT = Path(__file__).parents[2]
 PACKAGES = ('openpose_ros_msgs', 'openpose_ros_pkg', 'skeleton_extract_3d', 'openpose_ros_fusion', 'openpose_ros_tools',
-            'openpose_ros_signals', 'openpose_ros_adapters', 'openpose_ros_mocap', 'openpose_ros_nodelets')
+            'openpose_ros_signals', 'openpose_ros_adapters', 'openpose_ros_hri', 'openpose_ros_mocap',
+            'openpose_ros_nodelets')
 # Modules that are named otherwise than the rosdep key that brings them. OpenVINO has none; ./run setup
 # brings it.
 ROSDEP_KEYS = {'cv2': 'python3-opencv', 'jinja2': 'python3-jinja2', 'matplotlib': 'python3-matplotlib',
@@ -18,7 +19,7 @@ ROSDEP_KEYS = {'cv2': 'python3-opencv', 'jinja2': 'python3-jinja2', 'matplotlib'
 ROS_MODULES = {'cv_bridge', 'diagnostic_updater', 'dynamic_reconfigure', 'genpy', 'message_filters', 'rosbag',
                'rosgraph', 'roslib', 'rospy', 'tf2_py', 'tf2_ros'}
 PYTHON_PACKAGES = ('openpose_ros_pkg', 'skeleton_extract_3d', 'openpose_ros_fusion', 'openpose_ros_tools',
-                   'openpose_ros_signals', 'openpose_ros_adapters', 'openpose_ros_mocap')
+                   'openpose_ros_signals', 'openpose_ros_adapters', 'openpose_ros_hri', 'openpose_ros_mocap')
 
 
 def manifest(package):

@@ -8,7 +8,8 @@ import pytest
 ROOT = Path(__file__).parents[3]
 MODULE_LINES, FUNCTION_LINES, ARGUMENTS, MODULES = 400, 50, 6, 14
 FOLDERS = ('openpose_ros_pkg/src', 'skeleton_extract_3d/src', 'openpose_ros_fusion/src',
-           'openpose_ros_signals/src', 'openpose_ros_adapters/src', 'openpose_ros_tools/src', 'openpose_ros_mocap/src',
+           'openpose_ros_signals/src', 'openpose_ros_adapters/src', 'openpose_ros_hri/src',
+           'openpose_ros_tools/src', 'openpose_ros_mocap/src',
            'openpose_ros_nodelets/src', 'benchmarks', 'demo', 'development')
 SUFFIXES = ('.py', '.cpp', '.h')
 FILES = sorted(path for folder in FOLDERS for path in (ROOT / folder).rglob('*') if path.suffix in SUFFIXES)

@@ -1,0 +1,1 @@
+"""People as REP-155 (ROS4HRI) has them."""

@@ -1,0 +1,176 @@
+"""Bodies as REP-155 has them: points of the 2D skeleton, links and joints of the kinematic model.
+
+Sources: REP-155, "Kinematic Model of the Human" and "Body Frames"; hri_msgs/Skeleton2D; the axes and signs of the
+joints are those of urdf/human-tpl.xacro in https://github.com/ros4hri/human_description.
+"""
+import warnings
+from dataclasses import dataclass
+from typing import Dict, NamedTuple, Optional, Tuple
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from openpose_ros_pkg.skeletons import COCO_18, SkeletonModel
+from skeleton_extract_3d.body.joint_frames import joint_frames
+from skeleton_extract_3d.people import MISSING, People3D
+
+# hri_msgs/Skeleton2D counts as OpenPose does, but for the face, where its left is first.
+_LEFT_FIRST = {'right_eye': 'left_eye', 'left_eye': 'right_eye', 'right_ear': 'left_ear', 'left_ear': 'right_ear'}
+SKELETON_2D = tuple(_LEFT_FIRST.get(joint, joint) for joint in COCO_18.joints)
+"""Joints of hri_msgs/Skeleton2D in its order."""
+
+# Links whose frames are told, by the joint where they begin; the URDF has the torso's where the neck begins.
+_ARMS_AND_LEGS = {f'{side[0]}_{joint}': f'{side}_{joint}' for side in ('left', 'right')
+                  for joint in ('shoulder', 'elbow', 'wrist', 'hip', 'knee', 'ankle')}
+# Limbs of the URDF go along -z, those of `joint_frames` along x: columns x, y, z of the former in the latter.
+_OF_LIMB = np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])
+_EARS, _HIPS = ('left_ear', 'right_ear'), ('left_hip', 'right_hip')
+
+
+class Pose(NamedTuple):
+    """Where a link is.
+
+    Attributes:
+        position: (3,) [m].
+        rotation: (3, 3), columns are its axes.
+    """
+
+    position: np.ndarray
+    rotation: np.ndarray
+
+
+@dataclass(frozen=True)
+class BodyPose:
+    """A person in space.
+
+    Attributes:
+        root: of link `body`, in the frame of the people: in the middle of the hips, x out of the body, z to the head.
+        links: poses of the other links whose joints are known, in that of the root, by their names without id.
+        joints: angles of the joints that are known [rad], by their names without id.
+        velocity: (3,) of the root [m/s]; NaN: not estimated.
+    """
+
+    root: Pose
+    links: Dict[str, Pose]
+    joints: Dict[str, float]
+    velocity: np.ndarray
+
+
+class _Chain(NamedTuple):
+    """Joints in a row that turn one link against another.
+
+    Attributes:
+        parent, child: links; `known` are the joints of the child that have to be known.
+        axes: as `Rotation.as_euler` has them, intrinsic.
+        names, signs: of the angles.
+    """
+
+    parent: str
+    child: str
+    known: Tuple[str, ...]
+    axes: str
+    names: Tuple[str, str, str]
+    signs: Tuple[int, int, int]
+
+
+def _chains() -> Tuple[_Chain, ...]:
+    chains = [_Chain('torso', 'head', ('nose',), 'XZY', ('r_head', 'y_head', 'p_head'), (1, 1, -1))]
+    for side, full, sign in (('l', 'left', 1), ('r', 'right', -1)):
+        for parent, part, further, axes, signs in (
+                ('torso', 'shoulder', 'elbow', 'ZXZ', (-sign, sign, sign)),
+                ('body', 'hip', 'knee', 'ZXY', (-1, sign, -1))):
+            chains.append(_Chain(parent, f'{side}_{part}', (f'{full}_{part}', f'{full}_{further}'), axes,
+                                 tuple(f'{side}_{letter}_{part}' for letter in 'ypr'), signs))  # type: ignore[arg-type]
+    return tuple(chains)
+
+
+_CHAINS = _chains()
+# Elbows bend forwards, knees backwards.
+_HINGES = {f'{side[0]}_{joint}': (tuple(f'{side}_{part}' for part in parts), sign) for side in ('left', 'right')
+           for joint, parts, sign in (('elbow', ('shoulder', 'elbow', 'wrist'), 1),
+                                      ('knee', ('hip', 'knee', 'ankle'), -1))}
+
+
+def skeleton_2d(keypoints: np.ndarray, skeleton: SkeletonModel, size: Tuple[int, int]) -> np.ndarray:
+    """Return the points of hri_msgs/Skeleton2D, (18, 3): x, y as shares of the image, confidence; 0 what is missing.
+
+    Args:
+        keypoints: (K, 3) x, y [px] and score.
+        size: width and height of the image [px].
+    """
+    points = np.zeros((len(SKELETON_2D), 3))
+    for row, joint in enumerate(SKELETON_2D):
+        if joint in skeleton.index and keypoints[skeleton.index[joint], 2] > 0:
+            points[row] = keypoints[skeleton.index[joint]] / (*size, 1.0)
+    return np.asarray(np.clip(points, 0.0, 1.0))
+
+
+def body_poses(people: People3D) -> Dict[int, BodyPose]:
+    """Return the bodies of the people whose hips are known, by their ids."""
+    frames, index = joint_frames(people), people.skeleton.index
+    bodies = {}
+    for row, name in enumerate(people.ids.tolist()):
+        known = {joint: (people.xyz[row, column].astype(np.float64), frames[row, column])
+                 for joint, column in index.items() if people.status[row, column] != MISSING}
+        if set(_HIPS) <= set(known) and 'neck' in known:
+            bodies[name] = _body(known, people.velocity[row, [index[hip] for hip in _HIPS]])
+    return bodies
+
+
+def _body(known: Dict[str, Tuple[np.ndarray, np.ndarray]], velocities: np.ndarray) -> BodyPose:
+    places = {joint: place for joint, (place, _) in known.items()}
+    # the pelvis: as the trunk stands, turned as the hips are
+    root = Pose((places[_HIPS[0]] + places[_HIPS[1]]) / 2, _upright(places['neck'], places[_HIPS[0]], places[_HIPS[1]]))
+    links = {'body': root, 'torso': Pose(*known['neck'])}
+    links.update({link: Pose(known[joint][0], known[joint][1] @ _OF_LIMB)
+                  for link, joint in _ARMS_AND_LEGS.items() if joint in known})
+    if 'nose' in known and any(ear in known for ear in _EARS):
+        links['head'] = Pose(np.mean([places[ear] for ear in _EARS if ear in known], axis=0), known['nose'][1])
+    return BodyPose(root, {link: _within(root, pose) for link, pose in links.items() if link != 'body'},
+                    _angles(places, links), velocities.astype(np.float64).mean(axis=0))
+
+
+def _upright(neck: np.ndarray, left: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """Return the axes (3, 3) with z from the hips to the neck and y as far to the left as that allows."""
+    up = neck - (left + right) / 2
+    up = up / (np.linalg.norm(up) + 1e-9)
+    across = left - right
+    across = across - (across @ up) * up
+    across = across / (np.linalg.norm(across) + 1e-9)
+    return np.stack([np.cross(across, up), across, up], axis=1)
+
+
+def _within(root: Pose, pose: Pose) -> Pose:
+    return Pose(root.rotation.T @ (pose.position - root.position), root.rotation.T @ pose.rotation)
+
+
+def _angles(places: Dict[str, np.ndarray], links: Dict[str, Pose]) -> Dict[str, float]:
+    """Return the angles of the joints that are known, by their names [rad]."""
+    angles = {'waist': 0.0}  # the line from the hips to the neck is straight
+    for chain in _CHAINS:
+        if chain.child in links and set(chain.known) <= set(places):
+            turn = links[chain.parent].rotation.T @ links[chain.child].rotation
+            angles.update(zip(chain.names, _euler(turn, chain)))
+    for name, (joints, sign) in _HINGES.items():
+        bend = _bend(*(places.get(joint) for joint in joints))
+        if bend is not None:
+            angles[name] = sign * bend
+    return angles
+
+
+def _euler(turn: np.ndarray, chain: _Chain) -> np.ndarray:
+    with warnings.catch_warnings():
+        # of an arm that hangs straight down, the sum of the first and third angle is known; the third is 0 then
+        warnings.simplefilter('ignore')
+        angles = Rotation.from_matrix(turn).as_euler(chain.axes)
+    if chain.axes == 'ZXZ' and chain.signs[1] < 0:  # the same turn, with the second angle as the URDF's limits have it
+        angles = angles * (1, -1, 1) + (np.pi, 0, np.pi)
+    return np.asarray(chain.signs * ((angles + np.pi) % (2 * np.pi) - np.pi))
+
+
+def _bend(first: Optional[np.ndarray], middle: Optional[np.ndarray], last: Optional[np.ndarray]) -> Optional[float]:
+    """Return by what a limb is bent in the middle [rad], 0: straight; None: not known."""
+    if first is None or middle is None or last is None:
+        return None
+    upper, lower = middle - first, last - middle
+    return float(np.arctan2(np.linalg.norm(np.cross(upper, lower)), upper @ lower))

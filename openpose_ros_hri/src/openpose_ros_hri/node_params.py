@@ -1,0 +1,43 @@
+"""Which parameters the node of this package reads."""
+from dataclasses import dataclass
+from typing import Any, Dict, Type
+
+from openpose_ros_pkg.params.nodes import DemandParams
+from openpose_ros_pkg.params.parameters import Parameters, parameter
+
+
+@dataclass(frozen=True)
+class HriParams(Parameters):
+    """What is published of people, and how they are named."""
+
+    id_prefix: str = parameter(
+        'p', 'Bodies are named by this and the number of the person. Letters, digits and underscores, a letter first. '
+             'Where several chains have people of their own, each needs another one.')
+    persons: bool = parameter(
+        False, 'Publish each body also as an anonymous person below /humans/persons, with its frame at the head. Where '
+               'another node manages persons, leave that to it.')
+    publish_tf: bool = parameter(
+        True, 'Publish the frames body_ID, and those of the links whose joints are known, on /tf. The node works then '
+              'also while nobody subscribes to its topics.')
+    image_width: int = parameter(0, 'Width of the images, where no camera info says it. 0: camera info does.',
+                                 unit='px', minimum=0, maximum=100_000)
+    image_height: int = parameter(0, 'Height of the images, where no camera info says it. 0: camera info does.',
+                                  unit='px', minimum=0, maximum=100_000)
+    roi_margin: float = parameter(
+        0.1, 'Regions are wider than the keypoints by this share of their longer side, on each side.', minimum=0.0,
+        maximum=1.0)
+    forget: float = parameter(
+        2.0, 'The topics of a body end when it has not been tracked for this long.', unit='s', minimum=0.0,
+        maximum=3600.0)
+
+
+@dataclass(frozen=True)
+class HriSettings:
+    """All that the node reads."""
+
+    hri: HriParams
+    demand: DemandParams
+
+
+# The parameters of each file in config/; a node loads the file of its name.
+CONFIG_FILES: Dict[str, Type[Any]] = {'hri_node.yaml': HriSettings}

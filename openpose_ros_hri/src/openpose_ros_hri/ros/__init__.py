@@ -1,0 +1,1 @@
+"""What knows ROS: the node, and the messages of REP-155."""
