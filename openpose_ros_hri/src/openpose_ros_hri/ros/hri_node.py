@@ -29,6 +29,8 @@ from skeleton_extract_3d.ros import convert
 
 _NAMESPACE = 'openpose_ros/skeleton_3d'
 BODIES, PERSONS = '/humans/bodies', '/humans/persons'
+# Images may come for so long before the camera info that tells their size [s].
+_BEFORE_INFO = 2.0
 
 
 class _Topics:
@@ -69,7 +71,7 @@ class HriNode:
             raise ParameterError(f'id_prefix: {params.id_prefix!r} is no beginning of a name, expected letters, digits '
                                  'and underscores, a letter first')
         self._messages, self._health = HriMessages(), Health()
-        self._size = np.array([params.image_width, params.image_height])
+        self._size, self._first_image = np.array([params.image_width, params.image_height]), float('inf')
         self._lock = threading.Lock()
         self._bodies, self._persons = _Topics(BODIES, params.forget), _Topics(PERSONS, params.forget)
         self._demand = Demand(settings.demand.lazy and not params.publish_tf, self._health)
@@ -139,6 +141,9 @@ class HriNode:
 
     def _in_image(self, message: PersonDetectionArray) -> None:
         if not self._size.all():
+            self._first_image = min(self._first_image, time.monotonic())
+            if time.monotonic() - self._first_image < _BEFORE_INFO:
+                return
             raise BadInputError('the size of the images is not known: there is no camera info, and image_width and '
                                 'image_height are not set')
         people = convert_2d.people_from_array(message)
