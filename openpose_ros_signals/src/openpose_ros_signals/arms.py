@@ -22,7 +22,7 @@ class Arm(NamedTuple):
         raised: angle of the line from shoulder to wrist to straight down [deg].
         forearm: angle of the forearm to straight up [deg].
         over_eyes: height of the wrist over the eyes [statures].
-        from_nose: distance of the wrist from the nose [statures].
+        from_nose: distance of the wrist from the nose, or the eyes or ears of who turns away [statures].
         sigma: the greatest of the three joints [statures]; 0 if not estimated.
         known: whether shoulder, elbow, wrist and the left of the body are seen.
     """
@@ -48,9 +48,10 @@ def arm_of(body: Body, side: int) -> Arm:
     reach, fore = wrist - shoulder, wrist - elbow
     bend, beside = angle(shoulder - elbow, fore), axes @ reach / body.stature
     sigma = float(max(body.sigma[ARMS[side]])) / body.stature
+    nose = body.joints[NOSE] if np.isfinite(body.joints[NOSE, 0]) else body.eyes
     return Arm(body.stamp, beside, axes @ fore / (length(fore) + 1e-12), reach / body.stature,
                wrist / body.stature, bend, angle(reach, -body.up), angle(fore, body.up), body.height(wrist, body.eyes),
-               body.distance(wrist, body.joints[NOSE]), 0.0 if math.isnan(sigma) else sigma,
+               body.distance(wrist, nose), 0.0 if math.isnan(sigma) else sigma,
                not (math.isnan(bend) or math.isnan(beside[0])))
 
 

@@ -76,6 +76,8 @@ class GestureConstants:
     arm_away: Ramp = constant((42.0, 52.0), 'Angle of the line from shoulder to wrist to straight down, of who '
                                             'points.', unit='deg')
     arm_not_up: Ramp = constant((146.0, 138.0), 'The same: steeper is a raised hand.', unit='deg')
+    over_hips: Ramp = constant((-0.06, 0.0), 'Height of the wrist over the hips, of who points; lower, somebody '
+                                             'reaches down.', unit='statures')
     stop_time: float = constant(0.3, 'A hand says stop if it is held for this long.', unit='s')
     stop_forearm: Ramp = constant((65.0, 55.0), 'Angle of the forearm to straight up, of a hand that says stop.',
                                   unit='deg')
@@ -85,11 +87,12 @@ class GestureConstants:
                                           'nothing with the arms.', unit='statures/s')
     off_face: Ramp = constant((0.10, 0.14), 'Distance of the wrist from the nose; nearer, the hand is at the face.',
                               unit='statures')
+    off_head: Ramp = constant((0.13, 0.17), 'The same, of a raised or waving hand: not at the head.', unit='statures')
     palm: Ramp = constant((50.0, 38.0), 'Angle of the palm to the line from shoulder to hand, and of the fingers to '
                                         'straight up, where hands are seen.', unit='deg')
     crossed: Ramp = constant((0.09, 0.06), 'How far the left wrist is left of the right one; negative when crossed.',
                              unit='statures')
-    inward: Ramp = constant((0.50, 0.65), 'Share of each forearm that points to the other side.')
+    inward: Ramp = constant((0.58, 0.70), 'Share of each forearm that points to the other side.')
     level_forearm: Ramp = constant((0.55, 0.42), 'Share of each forearm that points up or down.')
     chest_height: Ramp = constant((0.24, 0.20), 'Height of the shoulders over each wrist.', unit='statures')
     before_chest: Ramp = constant((0.0, 0.03), 'How far each wrist is before the trunk.', unit='statures')
@@ -117,6 +120,8 @@ class SwingConstants:
     beckon: Ramp = constant((16.0, 26.0), 'Bending and stretching of the elbow between two turns, of who beckons.',
                             unit='deg')
     beckon_open: Ramp = constant((70.0, 80.0), 'Angle of the elbow where it is straightest in the motion.', unit='deg')
+    beckon_bent: Ramp = constant((100.0, 88.0), 'The same, where it is most bent; more open, hands are shaken.',
+                                 unit='deg')
     beckon_arm: Ramp = constant((25.0, 38.0), 'Angle of the line from shoulder to wrist to straight down.', unit='deg')
     beckon_elbow: float = constant(142.0, 'Angle of the elbow: straighter, the motion does not count.', unit='deg')
     beckon_ahead: Ramp = constant((0.03, 0.07), 'How far the wrist is before the shoulder.', unit='statures')
@@ -149,8 +154,8 @@ class MotionConstants:
     fall_height: float = constant(0.33, 'Who falls comes down by this: the height of the shoulders. Lying back from '
                                         'sitting on the floor is less.', unit='statures')
     fall_begin: float = constant(0.15, 'A fall has begun when this share of the way is done.')
-    fall_speed: float = constant(0.6, 'Who comes down slower than this did not fall (greatest speed of the '
-                                      'shoulders).', unit='statures/s')
+    fall_speed: float = constant(0.75, 'Who comes down slower than this did not fall (greatest speed of the '
+                                       'shoulders): 1.3 m/s of an adult.', unit='statures/s')
 
 
 @dataclass(frozen=True)

@@ -162,6 +162,11 @@ def least(*degrees: float) -> float:
     return min(degrees)
 
 
+def unless_hidden(degree: float) -> float:
+    """Return how far a condition holds that is left out where its joints are hidden."""
+    return 1.0 if math.isnan(degree) else degree
+
+
 def most(*degrees: float) -> float:
     """Return how far any condition holds: 1 if one does wholly, else NaN if one is not known."""
     return 1 - least(*(1 - degree for degree in degrees))

@@ -5,7 +5,7 @@ import numpy as np
 
 from openpose_ros_signals.arms import Arm, held_way
 from openpose_ros_signals.constants import SIGNALS
-from openpose_ros_signals.geometry import Body, angle, least, ramp
+from openpose_ros_signals.geometry import Body, angle, least, ramp, unless_hidden
 from openpose_ros_signals.swings import beckon_degree, wave_degree
 from skeleton_extract_3d.landmarks import Hands3D
 from skeleton_extract_3d.people import MISSING
@@ -54,11 +54,11 @@ def arm_degrees(arms: Sequence[Arm], other: Arm, palm: Optional[Palm], body: Bod
     wave = wave_degree(arms)
     beckon = least(beckon_degree(arms), 1 - wave)
     raised = least(ramp(arm.over_eyes, _GESTURE.over_eyes), ramp(arm.raised, _GESTURE.steep_arm),
-                   ramp(arm.elbow, _GESTURE.open_elbow), held, 1 - wave)
+                   ramp(arm.elbow, _GESTURE.open_elbow), ramp(arm.from_nose, _GESTURE.off_head), held, 1 - wave)
     stop = least(_says_stop(arms, palm, body), 1 - wave, 1 - beckon, 1 - raised)
-    both = extended(other)
+    over_hips = body.height(arm.place * body.stature, body.hips)
     point = least(extended(arm), ramp(arm.raised, _GESTURE.arm_not_up), held, 1 - wave, 1 - beckon, 1 - stop,
-                  1.0 if np.isnan(both) else 1 - both)
+                  unless_hidden(1 - extended(other)), unless_hidden(ramp(over_hips, _GESTURE.over_hips)))
     return {'wave': wave, 'raise_hand': raised, 'beckon': beckon, 'stop': stop, 'point': point}
 
 

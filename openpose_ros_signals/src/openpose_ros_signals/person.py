@@ -6,7 +6,7 @@ import numpy as np
 
 from openpose_ros_signals.arms import Arm, arm_of
 from openpose_ros_signals.constants import SIGNALS
-from openpose_ros_signals.geometry import ARMS, Body, body_of, least, ramp, stature_of, unit
+from openpose_ros_signals.geometry import ARMS, Body, body_of, least, ramp, stature_of, unit, unless_hidden
 from openpose_ros_signals.gestures import ARM_GESTURES, Palm, arm_degrees, crossed_degree
 from openpose_ros_signals.holding import Held
 from openpose_ros_signals.motion import FallWatch, facing_of, floor_pose, floor_velocity, level_direction, rising_speed
@@ -139,7 +139,7 @@ class Person:
     def _all_gestures(self, body: Body, seen: Seen, around: Surroundings) -> Tuple[Gesture, ...]:
         crossed = crossed_degree(self._arms[0][-1], self._arms[1][-1], body)
         self._crossed.update(body.stamp, crossed)
-        settled = least(ramp(rising_speed(self._bodies), _GESTURE.rising), 1.0 if np.isnan(crossed) else 1 - crossed)
+        settled = least(ramp(rising_speed(self._bodies), _GESTURE.rising), unless_hidden(1 - crossed))
         up = 0.0 if self._postures['lying'].on else 1.0
         found = []
         for side, arm in enumerate(SIDES):

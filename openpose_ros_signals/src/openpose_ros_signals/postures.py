@@ -4,7 +4,7 @@ from typing import Dict, NamedTuple
 import numpy as np
 
 from openpose_ros_signals.constants import SIGNALS
-from openpose_ros_signals.geometry import LEGS, Body, angle, least, most, ramp
+from openpose_ros_signals.geometry import LEGS, Body, angle, least, most, ramp, unless_hidden
 from openpose_ros_signals.records import POSTURES
 
 _POSTURE = SIGNALS.posture
@@ -32,11 +32,13 @@ def posture_degrees(body: Body) -> Dict[str, float]:
     if not legs:
         flat = ramp(trunk, _POSTURE.lying)
         return dict(dict.fromkeys(POSTURES, np.nan if flat < 1 else 0.0), lying=0.0 if flat == 0 else np.nan)
-    lying = least(ramp(trunk, _POSTURE.lying), *(ramp(leg.thigh, _POSTURE.thigh_not_down) for leg in legs))
+    crouched = _crouching(body, legs, foot)
+    lying = least(ramp(trunk, _POSTURE.lying), unless_hidden(1 - crouched),
+                  *(ramp(leg.thigh, _POSTURE.thigh_not_down) for leg in legs))
     standing = most(*(least(ramp(leg.thigh, _POSTURE.thigh_down), ramp(leg.knee, _POSTURE.straight_knee))
                       for leg in legs))
     kneeling = least(1 - standing, most(*(_kneeling(leg) for leg in legs)))
-    crouching = least(1 - standing, 1 - kneeling, _crouching(body, legs, foot), ramp(trunk, _POSTURE.upright))
+    crouching = least(1 - standing, 1 - kneeling, crouched, ramp(trunk, _POSTURE.upright))
     sitting = least(1 - standing, 1 - kneeling, 1 - crouching, ramp(trunk, _POSTURE.upright),
                     most(*(ramp(leg.thigh, _POSTURE.thigh_level) for leg in legs)))
     return {'standing': standing, 'sitting': sitting, 'crouching': crouching, 'kneeling': kneeling, 'lying': lying}

@@ -5,7 +5,7 @@ import numpy as np
 
 from openpose_ros_signals.arms import Arm
 from openpose_ros_signals.constants import SIGNALS
-from openpose_ros_signals.geometry import TICK, least, ramp
+from openpose_ros_signals.geometry import TICK, least, ramp, unless_hidden
 
 _SWING, _GESTURE = SIGNALS.swing, SIGNALS.gesture
 
@@ -17,7 +17,8 @@ def wave_degree(arms: Sequence[Arm]) -> float:
         arms: of one side, in the last second, the newest last.
     """
     arm = arms[-1]
-    posture = least(ramp(arm.wrist[2], _SWING.wave_height), ramp(arm.forearm, _SWING.wave_forearm))
+    posture = least(ramp(arm.wrist[2], _SWING.wave_height), ramp(arm.forearm, _SWING.wave_forearm),
+                    unless_hidden(ramp(arm.from_nose, _GESTURE.off_head)))
     if not posture > 0:
         return posture
     run = _while(arms, [one.forearm < _SWING.wave_rising for one in arms])
@@ -61,7 +62,8 @@ def beckon_degree(arms: Sequence[Arm]) -> float:
     ways = np.diff([run[row].wrist for row in ends[-3:]], axis=0)
     along = (np.abs(ways[:, 0]) <= _SWING.beckon_side * np.linalg.norm(ways, axis=1)).all()
     opened = ramp(elbows[ends[-3:]].max(), _SWING.beckon_open)
-    return least(posture, opened, ramp(min(before, last), _SWING.beckon)) if along else 0.0
+    bent = ramp(elbows[ends[-3:]].min(), _SWING.beckon_bent)
+    return least(posture, opened, bent, ramp(min(before, last), _SWING.beckon)) if along else 0.0
 
 
 def turns(values: np.ndarray, least_way: float) -> List[int]:

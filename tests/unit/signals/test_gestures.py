@@ -7,6 +7,7 @@ import pytest
 from animated_skeleton import (
     ADULT,
     CHILD,
+    CROUCHING,
     HANGING,
     KNEELING,
     LYING,
@@ -153,6 +154,26 @@ def test_a_hand_that_goes_up_and_down_aslant_does_not_wave(side):
 def test_who_bends_the_elbow_once_does_not_beckon(rate):
     opened, bent = (STANDING.with_arm('right', arm) for arm in (BECKON_OPEN, BECKON_BENT))
     assert 'beckon' not in all_told(watch(held((0, opened), (1, opened), (1.4, bent)), 4, rate))
+
+
+@pytest.mark.parametrize('rate', RATES)
+def test_who_shakes_hands_does_not_beckon(rate):
+    low, high = (STANDING.with_arm('right', Limb((0.1, 0.4, -0.9), (-0.1, 1.0, up))) for up in (-0.35, 0.1))
+    assert all_told(watch(swinging(low, high, 2.5), 3, rate)) == set()
+
+
+@pytest.mark.parametrize('rate', RATES)
+def test_who_reaches_down_does_not_point(rate):
+    reaches = replace(CROUCHING, right=Limb((0.1, 0.75, -0.65), (0.0, 0.75, -0.65)))
+    assert 'point' in all_told(watch(held((0, replace(reaches, left_leg=KNEELING.left_leg,
+                                                      right_leg=KNEELING.right_leg, lean=0.0))), 2, rate))
+    assert all_told(watch(held((0, replace(reaches, lean=60.0))), 2, rate)) == set()
+
+
+@pytest.mark.parametrize('hidden', [('nose', 'eye'), ('nose', 'eye', 'ear')], ids=['from behind', 'head is cut'])
+def test_who_does_not_show_the_face_waves(hidden):
+    wave = swinging(STANDING.with_arm('right', WAVE_IN), STANDING.with_arm('right', WAVE_OUT), 1.5)
+    assert 'wave' in all_told(watch(wave, 2, 15, hidden=hidden))
 
 
 @pytest.mark.parametrize('rate', RATES)

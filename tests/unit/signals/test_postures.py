@@ -31,6 +31,7 @@ _ON_A_BED = replace(LYING, left_leg=Limb((0, 1, 0), (0, 0, -1)), right_leg=Limb(
 _ON_THE_BELLY = Pose(left_leg=Limb((0, -1, 0), (0, -1, 0)), right_leg=Limb((0, -1, 0), (0, -1, 0)), lean=90.0)
 _KNEES_UP = replace(LYING, left_leg=Limb((0, 0.6, 0.8), (0, 0.6, -0.8)), right_leg=Limb((0, 0.6, 0.8), (0, 0.6, -0.8)))
 _FOOT_ON_A_STEP = replace(STANDING, right_leg=Limb((0, 0.9, -0.4), (0, -0.1, -1)))
+_PICKS_SOMETHING_UP = replace(CROUCHING, lean=60.0)
 _FOOT_HELD_BEHIND = replace(STANDING, right_leg=Limb((0, -0.1, -1), (0, -0.6, 0.7)))
 
 
@@ -50,9 +51,9 @@ def test_each_posture_is_told_within_a_third_of_a_second(pose, posture, rate, st
     (BENT_OVER, 'standing'), (_WIDE_STEP, 'standing'), (RUNNING, 'standing'), (_FOOT_ON_A_STEP, 'standing'),
     (_FOOT_HELD_BEHIND, 'standing'), (SITTING_ON_FLOOR, 'sitting'), (CROSS_LEGGED, 'sitting'),
     (ON_ONE_KNEE, 'kneeling'), (ON_ALL_FOURS, 'kneeling'), (_ON_A_BED, 'lying'), (_ON_THE_BELLY, 'lying'),
-    (_KNEES_UP, 'lying')],
+    (_KNEES_UP, 'lying'), (_PICKS_SOMETHING_UP, 'crouching')],
     ids=('bent over', 'wide step', 'running', 'foot on a step', 'foot held behind', 'on the floor', 'cross-legged',
-         'on one knee', 'on all fours', 'legs hang from a bed', 'on the belly', 'knees up'))
+         'on one knee', 'on all fours', 'legs hang from a bed', 'on the belly', 'knees up', 'picks something up'))
 def test_what_looks_like_another_posture(pose, posture):
     assert watch(held((0, pose)), 1)[-1][1].posture.name == posture
 
