@@ -97,7 +97,7 @@ def launch_command(arguments: argparse.Namespace) -> List[str]:
     if arguments.bag:
         command += ['play:=false', f'image:={arguments.image}', f'points:={arguments.points}',
                     f"image_transport:={'compressed' if arguments.compressed else 'raw'}",
-                    f'camera_frame:={bag_frame(arguments)}']
+                    f'camera_frame:={bag_frame(arguments)}', f'world_tf:={str(not knows_world(arguments.bag)).lower()}']
         if arguments.depth:
             depth, found, _ = arguments.depth.rpartition('/compressedDepth')
             command += ['points_source:=depth_image', f'depth:={depth if found else arguments.depth}',
@@ -119,6 +119,13 @@ def bag_frame(arguments: argparse.Namespace) -> str:
             return message.header.frame_id
         topics = ', '.join(sorted(bag.get_type_and_topic_info().topics))
     raise SessionError(f'{arguments.bag} has no messages on {topic}; its topics: {topics}')
+
+
+def knows_world(path: Path) -> bool:
+    """Return whether static transforms in a bag say where things are in the frame world."""
+    with rosbag.Bag(str(path)) as bag:
+        return any('world' in (one.header.frame_id, one.child_frame_id)
+                   for _, message, _ in bag.read_messages(topics=['/tf_static']) for one in message.transforms)
 
 
 def show_rate(results: ResultWatch, seconds: float, source: Optional[subprocess.Popen]) -> None:

@@ -403,6 +403,17 @@ def test_joints_are_given_in_another_frame(run, tmp_path, out):
         np.testing.assert_allclose(positions(there), np.stack([x, z, 1 - y], axis=2), atol=1e-5)
 
 
+def test_signals_are_those_of_the_people_and_the_floor_is_at_z_0_of_the_target_frame(run, tmp_path, out):
+    source = write_recording(tmp_path / 'a.bag', others=with_static_transform)
+    assert run(source, '--signals', target_frame='world', tracking_frame='world') == 0
+    frames, people = arrays(out, 'people_signals'), arrays(out)
+    assert [len(frame.persons) for frame in frames] == [len(frame.persons) for frame in people]
+    told = [person for frame in frames for person in frame.persons]
+    assert {person.header.frame_id for person in told} == {'world'}
+    assert {person.posture for person in told} == {'unknown', 'standing'}  # unknown until it has held for a moment
+    np.testing.assert_allclose([person.floor_pose.position.z for person in told], 0.0, atol=1e-6)
+
+
 def test_frames_without_their_transform_are_counted(run, tmp_path, out, capsys):
     def moving_camera(bag):
         for number in range(4, FRAMES):

@@ -18,6 +18,7 @@ from openpose_ros_pkg.output.keypoint_scale import KeypointScaleParams, scale_ke
 from openpose_ros_pkg.output.openpose_json import JSON_SUFFIX, Fields, landmark_fields, people_to_json
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.ros import convert as convert_2d
+from openpose_ros_signals.person import Surroundings
 from openpose_ros_signals.reader import SignalReader
 from openpose_ros_signals.ros.convert import signals_to_array
 from openpose_ros_tools.ros.bag_files import StampedMessage, new_bag, open_bag, undamaged
@@ -50,6 +51,22 @@ class Published(NamedTuple):
     header: Header
 
 
+class Upright(NamedTuple):
+    """Where the floor is, to tell what people do.
+
+    Attributes:
+        up: (3,) upwards in the frame of the people.
+        around: with the plane of the floor, where that is known.
+    """
+
+    up: np.ndarray
+    around: Surroundings
+
+
+ON_FLOOR = Upright(np.array([0.0, 0.0, 1.0]), Surroundings(floor=np.array([0.0, 0.0, 1.0, 0.0])))
+"""Of a frame of the room: z is upwards, and 0 on the floor."""
+
+
 class PeopleWriter:
     """Writes people in space as the nodes publish them, and as rows of a table.
 
@@ -59,15 +76,15 @@ class PeopleWriter:
         settings: of markers, and whether joints are written as frames.
         table: None: none.
         markers: whether markers are written.
-        up: (3,) upwards in the frame of the people, to write what they do; None: that is not written.
+        upright: to write what people do; None: that is not written.
     """
 
     def __init__(self, bag: rosbag.Bag, namespace: str, settings: BagSettings, table: Optional['Table'], markers: bool,
-                 up: Optional[np.ndarray] = None) -> None:
+                 upright: Optional[Upright] = None) -> None:
         self._bag, self._namespace, self._table = bag, namespace, table
         self._publish_tf = settings.extractor.publish_tf
         self._markers = MarkerTracker(settings.markers) if markers else None
-        self._up, self._signals = up, SignalReader()
+        self._upright, self._signals = upright, SignalReader()
 
     def write(self, people: People3D, header: Header, time: genpy.Time) -> None:
         """Write the people of a time, with the time of recording."""
@@ -77,8 +94,8 @@ class PeopleWriter:
             self._bag.write(f'{self._namespace}/detected_poses_keypoints_3d', person, time)
         if self._table is not None:
             self._table.write(array)
-        if self._up is not None:
-            self._write_signals(people, header, time)
+        if self._upright is not None:
+            self._write_signals(people, header, time, self._upright)
         if self._publish_tf and len(people):
             self._bag.write('/tf', TFMessage(convert.people_to_transforms(people, header)), time)
         if self._markers is not None:
@@ -87,8 +104,8 @@ class PeopleWriter:
                 topic = 'visualization_skeleton' if marker.ns in LIMB_NAMESPACES else 'visualization_markers'
                 self._bag.write(f'{self._namespace}/{topic}', convert.marker_to_message(marker, header), time)
 
-    def _write_signals(self, people: People3D, header: Header, time: genpy.Time) -> None:
-        array = signals_to_array(self._signals.update(people, header.stamp.to_sec(), self._up), header)
+    def _write_signals(self, people: People3D, header: Header, time: genpy.Time, upright: Upright) -> None:
+        array = signals_to_array(self._signals.update(people, header.stamp.to_sec(), *upright), header)
         self._bag.write(f'{self._namespace}/people_signals', array, time)
         for person in array.persons:
             self._bag.write(f'{self._namespace}/person_signals', person, time)
@@ -146,7 +163,7 @@ class Results:
             Table(job.csv, job.csv_layout, 3 if in_space else 2))
         self._bag = self._stack.enter_context(new_bag(job.output, job.compression, job.mcap))
         self._people = PeopleWriter(self._bag, self._namespace, settings, self._table, job.markers,
-                                    up_of(settings) if job.signals else None)
+                                    _upright(settings) if job.signals else None)
 
     def __enter__(self) -> 'Results':
         return self
@@ -215,9 +232,9 @@ class Results:
         self._bag.write(f'{self._namespace}/{topic}', message, frame.time)
 
 
-def up_of(settings: BagSettings) -> np.ndarray:
-    """Return upwards (3,) in the frame in which people are published: z of a frame that is named."""
-    return np.array([0.0, 0.0, 1.0]) if settings.extractor.target_frame else settings.upright.upwards
+def _upright(settings: BagSettings) -> Upright:
+    """Return where the floor is in the frame in which people are published: below z of a frame that is named."""
+    return ON_FLOOR if settings.extractor.target_frame else Upright(settings.upright.upwards, Surroundings())
 
 
 @contextmanager

@@ -41,6 +41,7 @@ from openpose_ros_tools.ros.process_bag.job import BagJob, BagReport, BagSetting
 from openpose_ros_tools.ros.process_bag.output import (
     IN_IMAGE,
     IN_SPACE,
+    ON_FLOOR,
     RECORD,
     PeopleWriter,
     Table,
@@ -266,7 +267,7 @@ def _fuse(job: RigJob, people: Sequence[CameraPeople], settings: BagSettings, ou
             Table(outputs[1], job.cameras[0].csv_layout, 3))
         bag = inner.enter_context(new_bag(outputs[0]))
         writer = PeopleWriter(bag, f'/{FUSED}{IN_SPACE}', settings, table, job.cameras[0].markers,
-                              np.array([0.0, 0.0, 1.0]) if job.cameras[0].signals else None)
+                              ON_FLOOR if job.cameras[0].signals else None)
         for fused in tqdm(fusion, 'fusion', unit='frame', disable=None):
             header = Header(next(numbers), genpy.Time(0, fused.stamp), job.fixed_frame)
             writer.write(fused.people, header, genpy.Time(0, fused.time))
