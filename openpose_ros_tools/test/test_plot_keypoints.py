@@ -52,8 +52,8 @@ def test_nobody_in_the_bag(tmp_path, capsys):
 def test_plots_of_a_csv(tmp_path, poses, capsys):
     assert main([str(poses), '-o', str(tmp_path / 'plots'), '--confidence', '--format', 'svg']) == 0
     names = sorted(path.name for path in (tmp_path / 'plots').iterdir())
-    assert names == ['confidence_person_0.svg', 'confidence_person_4.svg', 'detections.svg', 'top_view.svg',
-                     'trajectory_neck.svg', 'visibility_person_0.svg', 'visibility_person_4.svg']
+    assert names == ['confidence_person_0.svg', 'confidence_person_4.svg', 'detections.svg', 'signals.svg',
+                     'top_view.svg', 'trajectory_neck.svg', 'visibility_person_0.svg', 'visibility_person_4.svg']
     assert sorted(line.rpartition('/')[2] for line in capsys.readouterr().out.splitlines()) == names
 
 
@@ -75,7 +75,7 @@ def test_several_frames_of_reference_are_told(tmp_path, poses, capsys):
 def test_chosen_people_and_joints(tmp_path, poses):
     assert main([str(poses), '-o', str(tmp_path), '--persons', '4', '--joints', 'neck', '--end', '0.15']) == 0
     assert sorted(path.name for path in tmp_path.glob('*.png')) == [
-        'detections.png', 'top_view.png', 'trajectory_neck.png', 'visibility_person_4.png']
+        'detections.png', 'signals.png', 'top_view.png', 'trajectory_neck.png', 'visibility_person_4.png']
 
 
 def test_list_writes_no_files(tmp_path, poses, capsys):

@@ -29,6 +29,19 @@ def check_time_span(parser: argparse.ArgumentParser, options: argparse.Namespace
         parser.error('--start must be less than --end')
 
 
+def add_up(parser: argparse.ArgumentParser) -> None:
+    """Add --up, for those who compute what people do; `check_up` checks it."""
+    parser.add_argument('--up', type=float, nargs=3, metavar=('X', 'Y', 'Z'),
+                        help='compute what people do, with this upwards in the frame of the people (default: what the '
+                             'recording has; where it has nothing, the axis along which people are most of the time)')
+
+
+def check_up(parser: argparse.ArgumentParser, options: argparse.Namespace) -> None:
+    """End the program if --up is no direction."""
+    if options.up is not None and not 1e-6 < sum(value * value for value in options.up) < float('inf'):
+        parser.error('--up must be three numbers that are not all 0')
+
+
 def positive_number(kind: Callable[[str], Any]) -> Callable[[str], Any]:
     """Return the reader of an option that is a finite number above 0.
 

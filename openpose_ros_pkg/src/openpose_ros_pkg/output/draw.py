@@ -36,7 +36,7 @@ class DrawParams(Parameters):
 
 
 def draw_people(bgr: np.ndarray, people: People2D, params: DrawParams, hidden: Optional[np.ndarray] = None,
-                landmarks: Optional[Landmarks2D] = None) -> np.ndarray:
+                landmarks: Optional[Landmarks2D] = None, boxes: bool = True) -> np.ndarray:
     """Return a copy of the image with people drawn into it.
 
     Limbs and joints have OpenPose's colours. A box and, where people have ids, a label in a colour of its own tell
@@ -47,6 +47,7 @@ def draw_people(bgr: np.ndarray, people: People2D, params: DrawParams, hidden: O
         hidden: (P, K) bool: joints that the network named although something hides them. They are drawn as hollow
             circles, limbs that end there thin and dashed. None: no joint is.
         landmarks: hands and faces, drawn in the same manner; None: none.
+        boxes: whether boxes and labels are drawn.
 
     Returns:
         (H, W, 3) uint8 BGR.
@@ -67,7 +68,7 @@ def draw_people(bgr: np.ndarray, people: People2D, params: DrawParams, hidden: O
         _draw_points(canvas, FACE_70, faces.keypoints, faces.hidden, params.render_threshold)
     if not params.disable_blending:
         canvas = cv2.addWeighted(canvas, params.alpha_pose, image, 1 - params.alpha_pose, 0)
-    if params.disable_blending or params.alpha_pose > 0:
+    if boxes and (params.disable_blending or params.alpha_pose > 0):
         for i in shown:
             _draw_box(canvas, people.xy[i][visible[i]], i, int(people.ids[i]))
     return canvas

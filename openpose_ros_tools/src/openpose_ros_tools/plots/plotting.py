@@ -34,7 +34,7 @@ def new_figure(width: float, height: float) -> Figure:
 
 
 def save_figure(figure: Figure, path: Path) -> Path:
-    """Write a figure atomically, in the format of the path's suffix; the same figure gives the same bytes.
+    """Write a figure atomically, in the format of the path's suffix.
 
     Returns:
         The path.
@@ -46,13 +46,18 @@ def save_figure(figure: Figure, path: Path) -> Path:
     kind = path.suffix[1:].lower()
     if kind not in FORMATS:
         raise ValueError(f'{path.name}: the suffix must be one of {", ".join(FORMATS)}')
+    write_whole(path, figure_content(figure, kind))
+    return path
+
+
+def figure_content(figure: Figure, kind: str) -> bytes:
+    """Return a figure as a file of one of FORMATS; the same figure gives the same bytes."""
     # the date, and random names of clip paths, would make each file another one
     metadata: Dict[str, Any] = {'pdf': {'CreationDate': None}, 'svg': {'Date': None}}.get(kind, {})
     content = io.BytesIO()
     with matplotlib.rc_context({'svg.hashsalt': 'openpose_ros_tools', 'pdf.fonttype': 42}):
         figure.savefig(content, format=kind, dpi=DOTS_PER_INCH, metadata=metadata)
-    write_whole(path, content.getvalue())
-    return path
+    return content.getvalue()
 
 
 def person_colours(ids: Sequence[int]) -> Dict[int, str]:

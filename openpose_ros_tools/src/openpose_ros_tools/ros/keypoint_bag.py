@@ -1,7 +1,7 @@
 """Keypoints in messages and bags: which topic has them, their rows for tables, and messages of rows."""
 from operator import attrgetter
 from pathlib import Path
-from typing import Any, Dict, Iterable, Iterator, List, Mapping, NamedTuple, Optional, Tuple
+from typing import Any, Dict, Iterable, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 import genpy
 import numpy as np
@@ -18,7 +18,8 @@ from std_msgs.msg import Header
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.landmarks.records import HAND_POINT_NAMES
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
-from openpose_ros_tools.ros.bag_files import open_bag, topic_types, undamaged
+from openpose_ros_signals.ros.convert import signals_from_array
+from openpose_ros_tools.ros.bag_files import is_bag, open_bag, topic_types, undamaged
 from openpose_ros_tools.tables.keypoint_csv import KeypointCsvWriter
 from openpose_ros_tools.tables.keypoint_table import (
     FIELDS,
@@ -30,6 +31,7 @@ from openpose_ros_tools.tables.keypoint_table import (
     table_of,
 )
 from openpose_ros_tools.tables.landmark_csv import LandmarkCsvWriter, LandmarkRow
+from openpose_ros_tools.tables.signal_timeline import SignalTimeline, timeline_of
 
 # Points of the hands of a person, as joints of a table.
 HAND_JOINTS = tuple(f'{side}_hand_{name}' for side in ('left', 'right') for name in HAND_POINT_NAMES)
@@ -144,6 +146,28 @@ def read_hand_bag(path: Path, topic: Optional[str] = None) -> KeypointTable:
         rows = (row for message, time in bag_messages(bag, chosen.name)
                 for row in _hands_of(message, chosen.dimensions, time))
         return table_of(rows, chosen.dimensions, HAND_JOINTS)
+
+
+def read_timeline(path: Path, table: KeypointTable, topic: Optional[str] = None,
+                  up: Optional[Sequence[float]] = None) -> Tuple[SignalTimeline, bool]:
+    """Return what people do, and whether that is of the recording; else it is computed here, from the joints.
+
+    Args:
+        path: bag, or table.
+        table: all its people, in space.
+        topic: of the people in a bag; their signals are beside it, as the nodes and process_bag publish them.
+        up: (3,) compute it, with this upwards; None: where the recording lacks it, see `timeline_of`.
+    """
+    if is_bag(path) and up is None:
+        with open_bag(path) as bag:
+            types = topic_types(bag)
+            beside = choose_topic(types, str(path), topic).name.rpartition('/')[0] + '/people_signals'
+            if {_absolute(name): kind for name, kind in types.items()}.get(beside) in PARTS['signals']:
+                timeline = SignalTimeline()
+                for message, time in bag_messages(bag, beside):
+                    timeline.add(message.header.stamp.to_sec() or 1e-9 * time, signals_from_array(message))
+                return timeline, True
+    return timeline_of(table, up), False
 
 
 def _hands_of(message: Any, dimensions: int, time: int) -> Iterator[PersonRow]:

@@ -4,6 +4,7 @@ FILE is a CSV of keypoints (of keypoints_to_csv, process_bag or `rostopic echo -
 nodes, in space or in the image. No master is needed. The plots in FOLDER:
 
     detections             marks of frames and people over time, rates, number of people in view
+    signals                of people in space: postures and gestures over time, walking, falls
     top_view               paths of the people from above (of keypoints in the image: image_paths)
     trajectory_JOINT       coordinates of a joint over time
     visibility_person_ID   when each joint was measured, inferred or missing
@@ -15,6 +16,9 @@ nodes, in space or in the image. No master is needed. The plots in FOLDER:
     rosrun openpose_ros_tools plot_keypoints recording.bag -o plots/ --joints right_wrist,left_wrist --persons 0,2
     rosrun openpose_ros_tools plot_keypoints recording.bag -o plots/ --hand-points right_hand_index_4
     rosrun openpose_ros_tools plot_keypoints recording.bag -o plots/ --start 12 --end 20 --format pdf
+
+What people do is that of the topic people_signals beside the people; where a recording has none, it is computed from
+their joints, with that axis upwards along which they are most of the time, or --up.
 
 Exit status: 0 done; 2 nothing was done, as the command line or the file is wrong; 130 interrupted, the finished plots
 are complete.
@@ -34,14 +38,21 @@ from openpose_ros_pkg.command_line import DONE, run_command
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.output.files import writable_folder
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
-from openpose_ros_tools.command_options import add_time_span, check_time_span, command_parser
-from openpose_ros_tools.plots import keypoint_plots
+from openpose_ros_tools.command_options import add_time_span, add_up, check_time_span, check_up, command_parser
+from openpose_ros_tools.plots import keypoint_plots, signal_plots
 from openpose_ros_tools.plots.plotting import FORMATS, save_figure
 from openpose_ros_tools.ros.bag_files import is_bag, open_bag, stamped_messages, topic_types
-from openpose_ros_tools.ros.keypoint_bag import HAND_JOINTS, choose_topic, read_hand_bag, read_keypoint_bag
+from openpose_ros_tools.ros.keypoint_bag import (
+    HAND_JOINTS,
+    choose_topic,
+    read_hand_bag,
+    read_keypoint_bag,
+    read_timeline,
+)
 from openpose_ros_tools.tables.keypoint_csv import read_keypoint_csv
 from openpose_ros_tools.tables.keypoint_selection import Selection, description, select
 from openpose_ros_tools.tables.keypoint_table import KeypointTable
+from openpose_ros_tools.tables.signal_timeline import SignalTimeline
 
 _log = logging.getLogger(__name__)
 
@@ -81,12 +92,14 @@ def trajectories(selection: Selection, joints: Sequence[str]) -> List[Tuple[str,
     return [(f'trajectory_{joint}', partial(keypoint_plots.trajectory, selection, joint)) for joint in joints]
 
 
-def plots(selection: Selection, joints: Sequence[str],
-          with_confidence: bool) -> List[Tuple[str, Callable[[], Figure]]]:
-    """Return the names of the plots, and what draws each of them."""
+def plots(selection: Selection, joints: Sequence[str], with_confidence: bool,
+          timeline: Optional[SignalTimeline]) -> List[Tuple[str, Callable[[], Figure]]]:
+    """Return the names of the plots, and what draws each of them; timeline: of people in space."""
     paths = keypoint_plots.top_view if selection.table.dimensions == 3 else keypoint_plots.image_paths
     found: List[Tuple[str, Callable[[], Figure]]] = [('detections', partial(keypoint_plots.detections, selection)),
                                                      (paths.__name__, partial(paths, selection))]
+    if timeline is not None:
+        found.append(('signals', partial(signal_plots.signals, selection, timeline)))
     found += trajectories(selection, joints)
     for person in selection.persons:
         found.append((f'visibility_person_{person}', partial(keypoint_plots.visibility, selection, person)))
@@ -102,6 +115,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     if options.output is None and not options.list:
         parser.error('give -o FOLDER for the plots, or --list')
     check_time_span(parser, options)
+    check_up(parser, options)
     return run_command('plot_keypoints', lambda: _run(options))
 
 
@@ -130,7 +144,12 @@ def _run(options: argparse.Namespace) -> int:
                      selection.left_out)
     chosen = selection.joints if joints or options.joints else [each for each in _TRAJECTORIES
                                                                 if each in selection.joints]
-    found = trajectories(selection, chosen) if options.hand_points else plots(selection, chosen, options.confidence)
+    if options.hand_points:
+        found = trajectories(selection, chosen)
+    else:
+        timeline = (read_timeline(options.file, table, options.topic, options.up)[0] if table.dimensions == 3
+                    else None)
+        found = plots(selection, chosen, options.confidence, timeline)
     bar = tqdm(found, unit=' plots', leave=False, disable=None)
     for name, draw in bar:
         try:
@@ -177,6 +196,7 @@ def _parser() -> argparse.ArgumentParser:
                         'right_hand_index_4 (the tip of the index finger), ...')
     parser.add_argument('--persons', type=_ids, metavar='I,J', help='only these ids (default: the 8 with most rows)')
     add_time_span(parser, 'the first frame')
+    add_up(parser)
     parser.add_argument('--confidence', action='store_true', help='draw the confidence of the joints as well')
     parser.add_argument('--format', choices=FORMATS, default='png', help='of the plots (default: %(default)s)')
     return parser

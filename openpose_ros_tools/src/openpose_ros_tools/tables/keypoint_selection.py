@@ -68,16 +68,21 @@ class Selection:
     @property
     def first_moment(self) -> str:
         """The stamp of the recording's first frame, as a date where it is one."""
-        seconds = self.begin // 1000000000
-        if seconds < _FIRST_DATE:
-            return f'{self.begin * 1e-9:.3f} s'
-        moment = datetime.fromtimestamp(seconds, timezone.utc).strftime('%Y-%m-%d %H:%M:%S')
-        return f'{moment}.{self.begin % 1000000000 // 1000000:03d} UTC'
+        return moment_text(self.begin)
 
     @property
     def frame_id(self) -> str:
         """Frame of reference; several are joined."""
         return ', '.join(sorted(set(self.all_people.frame_ids.tolist()) - {''}))
+
+
+def moment_text(stamp: int) -> str:
+    """Return a stamp [ns] as a date where it is one."""
+    seconds = stamp // 1000000000
+    if seconds < _FIRST_DATE:
+        return f'{stamp * 1e-9:.3f} s'
+    moment = datetime.fromtimestamp(seconds, timezone.utc).strftime('%Y-%m-%d %H:%M:%S')
+    return f'{moment}.{stamp % 1000000000 // 1000000:03d} UTC'
 
 
 def select(table: KeypointTable, frames: Optional[np.ndarray] = None, joints: Optional[Sequence[str]] = None,

@@ -1,0 +1,125 @@
+"""What people did in a recording, as spans of time: postures, gestures, walking, and falls."""
+from dataclasses import dataclass
+from typing import Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple
+
+import numpy as np
+
+from openpose_ros_pkg.skeletons import COCO_18
+from openpose_ros_signals.constants import SIGNALS
+from openpose_ros_signals.reader import SignalReader
+from openpose_ros_signals.records import Fall, Gesture, PersonSignals, Pointing
+from openpose_ros_tools.tables.keypoint_selection import vertical_axis
+from openpose_ros_tools.tables.keypoint_table import KeypointTable
+from skeleton_extract_3d.people import People3D
+
+POSTURE, GESTURE, WALKING = 'posture', 'gesture', 'walking'
+
+
+@dataclass
+class Span:
+    """A time in which one thing held of one person, without a gap.
+
+    Attributes:
+        person: id.
+        kind: `POSTURE`, `GESTURE` or `WALKING`.
+        name: of the posture, which may be unknown, or of the gesture; '' of walking.
+        arm: of gestures.
+        begin: [s], the stamp of its first frame; of gestures when it began, which is a little earlier.
+        end: [s], the stamp of the first frame in which it did not hold, or of the person's last one.
+        confidence: the greatest one; 0 of walking.
+        pointing: the ray where the confidence was greatest, of who pointed.
+    """
+
+    person: int
+    kind: str
+    name: str
+    arm: str
+    begin: float
+    end: float
+    confidence: float = 0.0
+    pointing: Optional[Pointing] = None
+
+
+class PersonFall(NamedTuple):
+    """Somebody fell."""
+
+    person: int
+    fall: Fall
+
+
+class SignalTimeline:
+    """Spans in the order of their begin, and falls, of frames that are added in the order of time.
+
+    It grows with what people do, not with the number of frames.
+    """
+
+    def __init__(self) -> None:
+        self.spans: List[Span] = []
+        self._held: Dict[int, List[Span]] = {}
+        self._seen: Dict[int, float] = {}
+        self._falls: Dict[Tuple[int, int], PersonFall] = {}
+
+    @property
+    def falls(self) -> List[PersonFall]:
+        """Return each fall once."""
+        return list(self._falls.values())
+
+    def of(self, kind: str, person: Optional[int] = None) -> List[Span]:
+        """Return the spans of a kind, of one person or of all."""
+        return [span for span in self.spans if span.kind == kind and person in (None, span.person)]
+
+    def add(self, stamp: float, persons: Tuple[PersonSignals, ...]) -> None:
+        """Add a frame; stamp [s]."""
+        for person in persons:
+            follows = 0 <= stamp - self._seen.get(person.id, -np.inf) <= SIGNALS.person.gap
+            before = self._held.get(person.id, []) if follows else []
+            for span in before:
+                span.end = stamp
+            self._seen[person.id] = stamp
+            self._held[person.id] = [self._continued(before, span) for span in _spans_of(person, stamp)]
+            if person.fall is not None:
+                self._falls[person.id, round(1e3 * person.fall.stamp)] = PersonFall(person.id, person.fall)
+
+    def _continued(self, before: List[Span], new: Span) -> Span:
+        """Return the span that goes on, or the new one."""
+        for old in before:
+            if (old.kind, old.name, old.arm) == (new.kind, new.name, new.arm):
+                if new.confidence > old.confidence:
+                    old.confidence, old.pointing = new.confidence, new.pointing or old.pointing
+                return old
+        self.spans.append(new)
+        return new
+
+
+def _spans_of(person: PersonSignals, stamp: float) -> Iterator[Span]:
+    yield Span(person.id, POSTURE, person.posture.name, '', stamp, stamp, person.posture.confidence)
+    if person.walk is not None and person.walk.moving:
+        yield Span(person.id, WALKING, '', '', stamp, stamp)
+    for gesture in person.gestures:
+        yield Span(person.id, GESTURE, gesture.name, gesture.arm, _begin(gesture, stamp), stamp, gesture.confidence,
+                   gesture.pointing)
+
+
+def _begin(gesture: Gesture, stamp: float) -> float:
+    return stamp if np.isnan(gesture.since) else min(gesture.since, stamp)
+
+
+def timeline_of(table: KeypointTable, up: Optional[Sequence[float]] = None) -> SignalTimeline:
+    """Return what people do by their joints, where a recording does not have it.
+
+    Args:
+        table: in space.
+        up: (3,) upwards, any length; None: the axis along which people are most of the time, of a level frame.
+    """
+    axis, sign = vertical_axis(table)
+    upwards = sign * np.eye(3)[axis] if up is None else np.array(up, np.float64)
+    reader, timeline = SignalReader(), SignalTimeline()
+    columns = np.array([table.joints.index(joint) for joint in COCO_18.joints])
+    order = np.argsort(table.stamps, kind='stable')
+    stamps, starts = np.unique(table.stamps[order], return_index=True)
+    for stamp, rows in zip(stamps.tolist(), np.split(order, starts[1:])):
+        cells = np.ix_(rows, columns)
+        people = People3D(COCO_18, table.positions[cells], table.confidence[cells], table.status[cells],
+                          table.sigma[cells], table.ids[rows])
+        timeline.add(stamp * 1e-9, reader.update(people, stamp * 1e-9, upwards))
+    return timeline

@@ -1,0 +1,218 @@
+"""The report of a recording: spans of what a simulated person did, numbers of people, crops, the page."""
+import base64
+import re
+from dataclasses import replace
+from html.parser import HTMLParser
+
+import cv2
+import numpy as np
+import pytest
+
+from animated_skeleton import ADULT, LYING, SITTING, STANDING, Limb, frames, held, swinging, then, watch
+from openpose_ros_pkg.skeletons import COCO_18, MESSAGE_JOINTS
+from openpose_ros_signals.records import Gesture, Hit, PersonSignals, Pointing, Posture
+from openpose_ros_tools.plots.plotting import figure_content
+from openpose_ros_tools.plots.signal_plots import signals
+from openpose_ros_tools.report.crops import choose_crops, cut
+from openpose_ros_tools.report.facts import (
+    RecordingFacts,
+    ReportFacts,
+    TopicFacts,
+    empty_frames,
+    people_facts,
+)
+from openpose_ros_tools.report.page import page
+from openpose_ros_tools.tables.keypoint_selection import select
+from openpose_ros_tools.tables.keypoint_table import KeypointTable
+from openpose_ros_tools.tables.signal_timeline import GESTURE, POSTURE, WALKING, SignalTimeline, timeline_of
+from skeleton_extract_3d.people import MISSING
+
+RATE = 10
+WAVE_IN, WAVE_OUT = Limb((0.4, 0.5, -0.5), (-0.35, 0.2, 1.0)), Limb((0.4, 0.5, -0.5), (0.6, 0.2, 1.0))
+AFTER_WAVE = 4.0
+MOTION = then((0.0, held((0.0, STANDING))),
+              (2.0, swinging(STANDING.with_arm('right', WAVE_IN), STANDING.with_arm('right', WAVE_OUT), 1.5, 2.0)),
+              (AFTER_WAVE, held((AFTER_WAVE, STANDING), (6.0, STANDING), (6.5, SITTING), (9.0, SITTING))))
+FALL = then((0.0, held((0.0, STANDING), (1.5, STANDING), (2.1, LYING), (5.0, LYING))))
+RECORDING = RecordingFacts('walk.bag', 2500000, '10.0 s', 9.0, (TopicFacts('/people', 'some/Type', 90, 10.0),))
+
+
+def table_of(motion, seconds, number=1, offset=10.0):
+    """Return the table of a person who moves like this, who is the person of a number from 10 s on."""
+    columns = [MESSAGE_JOINTS.index(joint) for joint in COCO_18.joints]
+    found = list(frames(motion, seconds, RATE))
+    shape = (len(found), len(MESSAGE_JOINTS))
+    positions, sigma = np.full((*shape, 3), np.nan), np.full(shape, np.nan)
+    confidence, status = np.zeros(shape), np.full(shape, MISSING)
+    for row, (_, people) in enumerate(found):
+        positions[row, columns], sigma[row, columns] = people.xyz[0], people.sigma[0]
+        confidence[row, columns], status[row, columns] = people.confidence[0], people.status[0]
+    stamps = np.array([round(1e9 * (stamp + offset)) for stamp, _ in found])
+    return KeypointTable(stamps, np.full(len(found), 'room'), np.full(len(found), number), positions, confidence,
+                         status, sigma)
+
+
+def image_table(joints, people, stamps):
+    """Return a table in the image of joints (R, 18, 3)."""
+    columns = [MESSAGE_JOINTS.index(joint) for joint in COCO_18.joints]
+    positions = np.full((len(joints), len(MESSAGE_JOINTS), 2), np.nan)
+    confidence = np.zeros(positions.shape[:2])
+    positions[:, columns], confidence[:, columns] = joints[..., :2], joints[..., 2]
+    return KeypointTable(stamps, np.full(len(joints), 'camera'), people, positions, confidence,
+                         np.isfinite(positions[..., 0]), np.full(confidence.shape, np.nan))
+
+
+def facts_of(table, stamps=None):
+    selection, timeline = select(table, stamps), timeline_of(table)
+    return ReportFacts(RECORDING, people_facts(selection, timeline), selection, timeline, len(selection.frames),
+                       empty_frames(selection))
+
+
+class Checker(HTMLParser):
+    """Holds that elements are closed in order, and collects text and sources of images."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.open, self.text, self.images, self.names = [], '', [], set()
+        self.feed(text)
+        self.close()
+        assert self.open == []
+
+    def handle_starttag(self, tag, attributes):
+        self.names.add(tag)
+        if tag == 'img':
+            self.images.append(dict(attributes)['src'])
+        elif tag != 'meta':
+            self.open.append(tag)
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        self.text += data + '\n'
+
+
+def test_nobody_has_no_spans():
+    timeline = SignalTimeline()
+    timeline.add(1.0, ())
+    assert timeline.spans == []
+    assert timeline.falls == []
+
+
+def test_spans_of_a_simulated_person_are_when_the_person_did_it():
+    timeline = timeline_of(table_of(MOTION, 9.0))
+    postures = [span for span in timeline.of(POSTURE) if span.name != 'unknown']
+    assert [span.name for span in postures] == ['standing', 'sitting']
+    assert postures[0].end - 10 == pytest.approx(6.3, abs=0.3)
+    assert postures[1].end - 10 == pytest.approx(9.0, abs=0.01)
+    gesture, = timeline.of(GESTURE)
+    assert (gesture.name, gesture.arm, gesture.person) == ('wave', 'right', 1)
+    # waving is told by two ways, of 1/3 s each here
+    assert gesture.begin - 10 == pytest.approx(2.3, abs=0.35)
+    assert gesture.end - 10 == pytest.approx(AFTER_WAVE, abs=0.5)
+
+
+def test_a_fall_is_told_once():
+    (person, fall), = timeline_of(table_of(FALL, 5.0), (0, 0, 2)).falls
+    assert person == 1
+    assert fall.stamp - 10 == pytest.approx(2.0, abs=0.3)
+
+
+def test_what_is_recorded_is_what_is_computed():
+    recorded = SignalTimeline()
+    for stamp, person in watch(MOTION, 9.0, RATE):
+        recorded.add(stamp + 10, (person,))
+    told, computed = ([(span.kind, span.name, round(span.end, 3)) for span in timeline.spans]
+                      for timeline in (recorded, timeline_of(table_of(MOTION, 9.0))))
+    assert told == computed
+
+
+def test_who_was_away_begins_anew():
+    timeline = SignalTimeline()
+    for stamp in (0.0, 0.1, 5.0, 5.1):
+        timeline.add(stamp, (PersonSignals(1, np.zeros(3), Posture('standing', 0.0, 1.0)),))
+    assert [(span.begin, span.end) for span in timeline.of(POSTURE)] == [(0.0, 0.1), (5.0, 5.1)]
+
+
+def test_numbers_of_a_person():
+    person, = facts_of(table_of(MOTION, 9.0)).people
+    assert (person.person, person.frames, person.joints) == (1, 91, 18)
+    assert (person.begin, person.end, person.seen) == pytest.approx((0.0, 9.0, 9.1))
+    assert (person.measured, person.inferred) == (1.0, 0.0)
+    assert person.stature == pytest.approx(ADULT, abs=0.03)
+    assert person.walked == 0.0
+
+
+def test_walking_is_told_in_seconds():
+    walking = then((0.0, held((0.0, STANDING), (2.0, STANDING), (6.0, replace(STANDING, place=(4.0, 0.0))))))
+    facts = facts_of(table_of(walking, 8.0))
+    assert facts.people[0].walked == pytest.approx(4.0, abs=0.6)
+    assert len(facts.timeline.of(WALKING)) == 1
+
+
+def test_frames_without_people_are_counted():
+    table = table_of(MOTION, 1.0)
+    stamps = np.append(table.stamps, table.stamps[-1] + np.arange(1, 6) * 10 ** 8)
+    assert empty_frames(select(table, stamps)) == 5
+    assert empty_frames(select(table)) is None
+
+
+def test_the_page_is_whole_and_shows_the_numbers():
+    facts = facts_of(table_of(MOTION, 9.0))
+    plot = figure_content(signals(facts.selection, facts.timeline), 'svg')
+    checked = Checker(page(facts, {'signals': plot}))
+    for text in ('walk.bag', 'wave', 'right', '/people', 'Nobody fell.', '100 %', '91 frames'):
+        assert text in checked.text
+    assert re.search(r'standing 6\.\d s, sitting 2\.\d s', checked.text)
+    assert 'script' not in checked.names
+    content, = checked.images
+    assert base64.b64decode(content.partition('base64,')[2]) == plot
+
+
+def test_the_page_needs_no_network():
+    text = page(facts_of(table_of(MOTION, 9.0)), {})
+    assert not re.search(r'(src|href)\s*=\s*"(?!data:)|@import|url\(', text)
+
+
+def test_nothing_in_a_recording_becomes_html():
+    bad = '<script>alert("&")</script>'
+    ray = Pointing(np.zeros(3), np.array([1.0, 0.0, 0.0]), 0.1, Hit(np.ones(3), bad))
+    timeline = SignalTimeline()
+    timeline.add(10.0, (PersonSignals(1, np.zeros(3), Posture(bad, 10.0, 1.0), (Gesture(bad, bad, 10.0, 1.0, ray),)),))
+    facts = replace(facts_of(table_of(MOTION, 1.0)), timeline=timeline, notes=(bad,),
+                    recording=RecordingFacts(bad, 1, bad, 1.0, (TopicFacts(bad, bad, 1, 1.0),)))
+    text = page(facts, {'signals': figure_content(signals(facts.selection, timeline), 'svg')})
+    assert '<script' not in text
+    assert Checker(text).text.count(bad) == 10
+
+
+def test_a_page_of_nobody_says_so():
+    checked = Checker(page(ReportFacts(RECORDING, (), frames=7, empty=7, notes=('Nobody was found.',)), {}))
+    assert '7 frames, 7 of them without people · 0 people' in checked.text
+    assert 'Nobody was found.' in checked.text
+    assert 'Gestures' not in checked.text
+
+
+def test_crops_show_people_where_they_are_seen_best():
+    joints = np.full((4, 18, 3), (np.nan, np.nan, 0.0))
+    for row, size in enumerate((40, 100, 60, 20)):
+        joints[row, :4] = [(200, 100, 0.9), (200, 100 + size, 0.9), (190, 120, 0.9), (210, 120, 0.9)]
+    crops = choose_crops(image_table(joints, [7, 7, 7, 7], np.arange(4) * 10 ** 8), [7], 2)
+    assert list(crops) == [10 ** 8, 2 * 10 ** 8]
+    image = np.zeros((480, 640, 3), np.uint8)
+    image[:, :150] = 255
+    thumbnail = cut(image, crops[10 ** 8][0])
+    pixels = cv2.imdecode(np.frombuffer(thumbnail.jpeg, np.uint8), cv2.IMREAD_COLOR)
+    assert (thumbnail.person, pixels.shape[0]) == (7, 220)
+    assert pixels.shape[1] == pytest.approx(220 * (20 + 36) / (100 + 36), abs=4)
+    assert pixels[:, :10].max() < 100  # what is white is outside
+
+
+def test_crops_at_the_border_and_of_nothing():
+    joints = np.full((1, 18, 3), (np.nan, np.nan, 0.0))
+    assert choose_crops(image_table(joints, [1], [0]), [1], 2) == {}
+    joints[0, :2] = [(-5, -5, 0.9), (30, 500, 0.9)]
+    (crop,), = choose_crops(image_table(joints, [1], [0]), [1], 2).values()
+    assert cut(np.zeros((48, 64, 3), np.uint8), crop).jpeg
+    far = crop._replace(joints=joints[0] + (500, 500, 0))
+    assert cut(np.zeros((48, 64, 3), np.uint8), far).jpeg == b''
