@@ -2,6 +2,7 @@
 from pathlib import Path
 from typing import List, Sequence
 
+from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.ros.convert import any_image_to_bgr
 from openpose_ros_tools.report.crops import Thumbnail, choose_crops, cut
 from openpose_ros_tools.report.facts import RecordingFacts, TopicFacts
@@ -51,6 +52,8 @@ def read_thumbnails(people: Path, images: Path, image_topic: str, persons: Seque
     crops = choose_crops(read_keypoint_bag(people, topic), persons, number)
     with open_bag(images) as bag:
         finder = TopicFinder(bag)
+        if not image_topic and not finder.candidates['colour']:
+            raise BadInputError(f'{images.name} has no topic of colour images')
         chosen = finder.required('colour', image_topic, finder.candidates['colour'])
         found: List[Thumbnail] = []
         for message in stamped_messages(bag, [chosen]):
