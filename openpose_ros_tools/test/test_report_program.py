@@ -80,6 +80,12 @@ def test_crops_come_out_of_the_images(tmp_path):
     assert report(results, '--images', tmp_path / 'images.bag', '--crops', 3).count('data:image/jpeg') == 3
 
 
+def test_images_may_be_fewer_than_frames(tmp_path):
+    results = write_results(tmp_path / 'a.bag', image=True)
+    write_recording(tmp_path / 'images.bag', image=IMAGE, without_image={n for n in range(FRAMES) if n not in (3, 8)})
+    assert report(results, '--images', tmp_path / 'images.bag').count('data:image/jpeg') == 2
+
+
 def test_missing_images_are_named_on_the_page(tmp_path):
     text = report(write_results(tmp_path / 'a.bag', image=True))
     assert 'There are no images of the people' in text

@@ -2,6 +2,9 @@
 from pathlib import Path
 from typing import List, Sequence
 
+import genpy
+import numpy as np
+
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.ros.convert import any_image_to_bgr
 from openpose_ros_tools.report.crops import Thumbnail, choose_crops, cut
@@ -49,14 +52,20 @@ def read_thumbnails(people: Path, images: Path, image_topic: str, persons: Seque
     with open_bag(people) as bag:
         in_image = {name: kind for name, kind in topic_types(bag).items() if DIMENSIONS.get(kind) == 2}
         topic = choose_topic(in_image, f'{people.name}, keypoints in the image', None).name
-    crops = choose_crops(read_keypoint_bag(people, topic), persons, number)
+    table = read_keypoint_bag(people, topic)
     with open_bag(images) as bag:
         finder = TopicFinder(bag)
         if not image_topic and not finder.candidates['colour']:
             raise BadInputError(f'{images.name} has no topic of colour images')
         chosen = finder.required('colour', image_topic, finder.candidates['colour'])
+        # images may have been recorded at a lower rate than people
+        times = {message.stamp or 0: genpy.Time(0, message.time) for message in stamped_messages(bag, [chosen])}
+        there = table.select(np.isin(table.stamps, list(times)))
         found: List[Thumbnail] = []
-        for message in stamped_messages(bag, [chosen]):
-            for crop in crops.pop(message.stamp or 0, ()):
-                found.append(cut(any_image_to_bgr(deserialized(message)), crop))
+        for stamp, crops in choose_crops(there, persons, number).items():
+            for message in stamped_messages(bag, [chosen], times[stamp], times[stamp]):
+                if message.stamp == stamp:
+                    bgr = any_image_to_bgr(deserialized(message))
+                    found += [cut(bgr, crop) for crop in crops]
+                    break
     return found
