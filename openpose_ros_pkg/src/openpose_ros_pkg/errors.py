@@ -45,6 +45,12 @@ class BadInputError(OpenposeRosError):
     event = 'bad input'
 
 
+class NoStampError(OpenposeRosError):
+    """A message has no stamp, so nobody knows when it was."""
+
+    event = 'stamp 0'
+
+
 class ServiceCallError(OpenposeRosError):
     """The service did not answer this request; the next one may succeed."""
 

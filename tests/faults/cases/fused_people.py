@@ -142,7 +142,7 @@ FAULTS = [
     Fault('a camera sees nobody', left(nobody), PEOPLE, event=''),
     Fault('frame that tf does not know', left(in_frame('none_such')), PEOPLE, 'no transform', ('none_such',)),
     Fault('frame without a name', left(in_frame('')), PEOPLE, 'no transform'),
-    Fault('people without a stamp: counted as out of time', counted(left(without_stamp)), PEOPLE, event=''),
+    Fault('people without a stamp', left(without_stamp), PEOPLE, 'stamp 0', ('driver has to',)),
     Fault('people of an hour ago: counted as out of time', counted(left(later(-HOUR))), PEOPLE, event=''),
     Fault('people of the next hour: counted as out of time', counted(left(later(HOUR))), PEOPLE, event=''),
     Fault('all cameras are an hour ahead', all_stamps(HOUR), PEOPLE, event=''),

@@ -12,7 +12,7 @@ from openpose_ros_fusion.node_params import FusionParams
 from openpose_ros_fusion.rig import Rig
 from openpose_ros_fusion.ros.convert import sighting_from_message
 from openpose_ros_fusion.sightings import Sighting
-from openpose_ros_pkg.errors import BadInputError, NoTransformError
+from openpose_ros_pkg.errors import BadInputError, NoStampError, NoTransformError
 from openpose_ros_pkg.ros.images import InputSubscriber
 from skeleton_extract_3d.points.transform import Transform
 from skeleton_extract_3d.ros import convert
@@ -104,6 +104,7 @@ class CameraInput:
 
         Raises:
             BadInputError: it can not be used.
+            NoStampError: it has no stamp.
             NoTransformError: tf does not know where the camera stood.
         """
         with self._lock:
@@ -112,7 +113,10 @@ class CameraInput:
             return None
         self.taken, message = newest
         self.stamp, self.frame_id, self.people = message.header.stamp, message.header.frame_id, len(message.persons)
-        stamp = message.header.stamp.to_sec() + self.clock_offset
+        if self.stamp.is_zero():
+            raise NoStampError(f'people on {self.inputs[0].resolved_name} have no stamp and can not be fused: the '
+                               'driver has to fill header.stamp')
+        stamp = self.stamp.to_sec() + self.clock_offset
         self._stamps.append((stamp, message.header.stamp))
         if not self.has_depth and self._info is None:
             raise BadInputError(f'no camera info yet on {self.inputs[1].resolved_name}')
@@ -123,9 +127,10 @@ class CameraInput:
         if self._transforms is None:
             return self._rig_pose
         try:
-            # who was not there is not waited for, as that would hold up the other cameras
+            # who is not there is not waited for, as that would hold up the other cameras; who is only late, is
+            waits = self.has_transform or self._transforms.may_come(self._fixed_frame, self.frame_id, stamp)
             transform = self._transforms.lookup(self._fixed_frame, self.frame_id, stamp,
-                                                self._tf_timeout if self.has_transform else 0.0)
+                                                self._tf_timeout if waits else 0.0)
         except NoTransformError:
             self.has_transform = False
             raise

@@ -11,6 +11,8 @@ from openpose_ros_pkg.stream.pairing import PAIRING
 
 # Period of looking [s].
 _LOOK_PERIOD = 0.005
+# A transform whose newest time is nearer to a stamp may still come for that stamp [s].
+_ON_ITS_WAY = 1.0
 
 
 class Transforms:
@@ -28,6 +30,14 @@ class Transforms:
         self._newest = rospy.Time()
         self._buffer = tf2_ros.Buffer()
         self._listener = tf2_ros.TransformListener(self._buffer)
+
+    def may_come(self, target: str, source: str, stamp: rospy.Time) -> bool:
+        """Return whether tf connects the frames shortly before a stamp, so that waiting for it is of use."""
+        try:
+            newest = self._buffer.get_latest_common_time(target, source)
+        except tf2_ros.TransformException:
+            return False
+        return bool(abs((stamp - newest).to_sec()) <= _ON_ITS_WAY)
 
     def lookup(self, target: str, source: str, stamp: rospy.Time, timeout: Optional[float] = None
                ) -> TransformStamped:
