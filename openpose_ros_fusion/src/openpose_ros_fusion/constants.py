@@ -112,6 +112,22 @@ class CameraConstants:
 
 
 @dataclass(frozen=True)
+class WayConstants:
+    """Who is one person at two places, by how they move: cameras that have nobody in common."""
+
+    memory: float = constant(3.0, 'Time over which ways are compared.', unit='s')
+    period: float = constant(0.2, 'Between the times at which they are.', unit='s')
+    least_time: float = constant(2.0, 'Two people are compared who were both seen for this long.', unit='s')
+    least_joints: int = constant(100, 'Joints that both cameras must have measured in that time.')
+    least_walk: float = constant(0.25, 'Least extent of the way of a body (standard deviation): those who stand all '
+                                       'look alike.', unit='m')
+    gate: float = constant(0.07, 'Distance of the joints after the rigid motion (median): limbs of different people '
+                                 'swing at different times.', unit='m')
+    most_apart: float = constant(1.5, 'Joints further apart (median) are of different people.', unit='m')
+    most_turned: float = constant(0.5, 'Cameras that would have to be turned by more see different people.', unit='rad')
+
+
+@dataclass(frozen=True)
 class FusionConstants:
     """All numbers of the fusion."""
 
@@ -121,6 +137,7 @@ class FusionConstants:
     motion: MotionConstants = MotionConstants()
     collector: CollectorConstants = CollectorConstants()
     cameras: CameraConstants = CameraConstants()
+    ways: WayConstants = WayConstants()
 
 
 FUSION = FusionConstants()

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from openpose_ros_fusion.cameras import CameraJudge
+from openpose_ros_fusion.fusion import PeopleFusion
 from openpose_ros_pkg.skeletons import COCO_18
 from simulated_rig import around, walking
 from skeleton_extract_3d.people import MEASURED, People3D
@@ -86,3 +87,46 @@ def test_what_was_long_ago_is_forgotten():
     assert np.isfinite(judge.judgements()['camera0'].error)
     judge.update([], nobody, 9.0, {})
     assert np.isnan(judge.judgements()['camera0'].error)
+
+
+def fused_and_judged(cameras, room, seconds=4.0, seen=None):
+    """Let the cameras see people who are fused, and return the judgements and how many people there were at most."""
+    fusion, judge, most = PeopleFusion(), CameraJudge([camera.name for camera in cameras]), 0
+    for number in range(int(seconds * RATE)):
+        time = 0.2 + number / RATE
+        sightings = [camera.see(room, time, seen and seen[camera.name]) for camera in cameras]
+        people = fusion.update(sightings, time)
+        judge.update(sightings, people, time, fusion.known)
+        most = max(most, len(people))
+    return judge.judgements(), most
+
+
+def named(found):
+    return [name for name, camera in found.items() if camera.disagrees]
+
+
+@pytest.mark.parametrize('distance', [0.1, 0.2, 0.3, 0.4, 0.5, 0.8, 1.2])
+@pytest.mark.parametrize('people', [1, 2, 3])
+def test_a_camera_that_stands_elsewhere_is_named_whether_or_not_people_double(distance, people):
+    cameras = around(3)
+    cameras[1].moved = (0.6 * distance, -0.8 * distance, 0.0)
+    found, _ = fused_and_judged(cameras, walking(6.0, people, seed=1))
+    assert named(found) == ['camera1']
+    if distance >= 0.4:
+        assert found['camera1'].error == pytest.approx(distance, abs=0.1)
+
+
+@pytest.mark.parametrize('seed', range(4))
+def test_cameras_that_see_different_people_do_not_disagree(seed):
+    """As those that do not overlap: nobody is seen by two of them."""
+    seen = {'camera0': (0,), 'camera1': (1,), 'camera2': (2,)}
+    found, most = fused_and_judged(around(3), walking(6.0, 3, seed=seed), seen=seen)
+    assert named(found) == [] and most == 3
+
+
+def test_of_people_who_stand_still_nobody_tells_that_a_camera_stands_far_away():
+    room = walking(6.0, 2, seed=1)
+    still = replace(room, joints=np.repeat(room.joints[:, :1], len(room.times), axis=1))
+    cameras = around(3)
+    cameras[1].moved = (0.8, 0.0, 0.0)
+    assert named(fused_and_judged(cameras, still)[0]) == []
