@@ -4,11 +4,11 @@ from typing import Optional, Tuple
 
 import numpy as np
 
-from openpose_ros_fusion.sightings import Sighting, from_space, without_depth
+from openpose_ros_fusion.sightings import Sighting, from_space
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18, MESSAGE_JOINTS
 from simulated_mocap import walkers
-from skeleton_extract_3d.people import MEASURED, People3D
+from skeleton_extract_3d.people import MEASURED, MISSING, People3D
 from skeleton_extract_3d.points.camera import CameraModel
 
 # Of all cameras: 640 x 480, 65 degrees wide.
@@ -106,6 +106,20 @@ class SimulatedCamera:
         pixels = people.xyz.astype(np.float64) @ CAMERA.matrix.T
         values = np.concatenate([pixels[..., :2] / pixels[..., 2:], np.full((*pixels.shape[:2], 1), 0.9)], axis=2)
         return People2D(COCO_18, values, np.full(len(people), 0.9), people.ids)
+
+
+def without_depth(sighting: Sighting, angle: float) -> Sighting:
+    """Return what the same camera would see without depth: rays to the joints that it measured.
+
+    Args:
+        angle: error of a ray per axis [rad].
+    """
+    measured = sighting.status == MEASURED
+    return Sighting(sighting.camera, sighting.stamp, sighting.origin, sighting.ids,
+                    np.full(sighting.positions.shape, np.nan),
+                    np.where(measured[..., np.newaxis], sighting.directions, np.nan),
+                    np.where(measured, angle, np.nan), np.where(measured, MEASURED, MISSING).astype(np.uint8),
+                    sighting.confidence)
 
 
 def around(count: int, **differences: object) -> Tuple[SimulatedCamera, ...]:

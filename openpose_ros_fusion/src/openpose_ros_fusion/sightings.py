@@ -136,20 +136,6 @@ def _in_coco(values: np.ndarray, skeleton: SkeletonModel, missing: float) -> np.
     return result
 
 
-def without_depth(sighting: Sighting, angle: float) -> Sighting:
-    """Return what the same camera would see without depth: rays to the joints that it measured.
-
-    Args:
-        angle: error of a ray per axis [rad].
-    """
-    measured = sighting.status == MEASURED
-    return Sighting(sighting.camera, sighting.stamp, sighting.origin, sighting.ids,
-                    np.full(sighting.positions.shape, np.nan),
-                    np.where(measured[..., np.newaxis], sighting.directions, np.nan),
-                    np.where(measured, angle, np.nan), np.where(measured, MEASURED, MISSING).astype(np.uint8),
-                    sighting.confidence)
-
-
 def is_inferred(sighting: Sighting) -> np.ndarray:
     """Return which joints a camera did not see but inferred, (P, 18) bool."""
     return sighting.status == INFERRED

@@ -21,12 +21,13 @@ class Story:
 
     Attributes:
         events: (stage, item) as they begin.
+        began: times at which these were, time.monotonic() [s].
         seconds: spent in each stage so far.
         gates: one for each stage; open at first.
     """
 
     def __init__(self, lock=None, lead=0.0, **durations):
-        self.events, self.errors, self.seconds = [], [], Counter()
+        self.events, self.errors, self.began, self.seconds = [], [], {}, Counter()
         self.gates = {stage: threading.Event() for stage in ('prepare', 'compute', 'finish')}
         for gate in self.gates.values():
             gate.set()
@@ -36,8 +37,8 @@ class Story:
 
     def _stage(self, stage):
         def work(item):
+            begin = self.began[stage, item] = time.monotonic()
             self.events.append((stage, item))
-            begin = time.monotonic()
             time.sleep(self._durations.get(stage, 0.0))
             self.seconds[stage] += time.monotonic() - begin
             assert self.gates[stage].wait(TIMEOUT)
@@ -158,16 +159,18 @@ def test_finishing_that_does_not_keep_up_holds_computing_back():
 
 def test_computing_has_no_gaps():
     """A source twice as fast as the computation."""
-    story = Story(prepare=0.002, compute=0.04, finish=0.03)
-    begin = time.monotonic()
-    for number in range(60):
-        story.submit(number)
-        time.sleep(max(0.0, begin + 0.02 * (number + 1) - time.monotonic()))
-    elapsed = time.monotonic() - begin
-    story.pipeline.stop()
-    # without overlap it would be 0.55; the margin is for a machine that is busy otherwise
-    assert story.seconds['compute'] >= 0.7 * elapsed
-    assert story.items('finish') == sorted(story.items('finish'))
+    def share_of_computing():
+        story = Story(prepare=0.002, compute=0.04, finish=0.03)
+        begin = time.monotonic()
+        for number in range(60):
+            story.submit(number)
+            time.sleep(max(0.0, begin + 0.02 * (number + 1) - time.monotonic()))
+        elapsed = time.monotonic() - begin
+        story.pipeline.stop()
+        assert story.items('finish') == sorted(story.items('finish'))
+        return story.seconds['compute'] / elapsed
+    # without overlap it is 0.55 at most, however often it is tried; with it a busy machine may need some attempts
+    wait_for(lambda: share_of_computing() >= 0.7)
 
 
 def test_nothing_is_prepared_in_vain():
@@ -180,10 +183,11 @@ def test_nothing_is_prepared_in_vain():
     story.begun('compute', 'c')
     for item in 'def':
         story.submit(item)
-        time.sleep(0.02)
     story.begun('finish', 'f')
     story.pipeline.stop()
-    assert story.items('prepare') == story.items('compute') == ['a', 'b', 'c', 'f']
+    # a busy machine makes it later, never earlier
+    following = story.items('prepare')[3]
+    assert story.began['prepare', following] - story.began['compute', 'c'] >= 0.2
 
 
 def test_stop_forgets_what_waits():
@@ -229,17 +233,17 @@ def test_what_fails_elsewhere_lets_the_one_behind_it_pass():
 
 def test_with_a_lead_preparing_begins_earlier():
     """Once the durations are known: by the lead before the computation is expected to end."""
-    began = {}
-    for lead in (0.0, 0.2):
+    def prepared_after(lead):
         story = Story(lead=lead, compute=0.4)
         for item in 'ab':
             story.submit(item)
             story.begun('finish', item)
         story.submit('c')
         story.begun('compute', 'c')
-        begin = time.monotonic()
         story.submit('d')
         story.begun('prepare', 'd')
-        began[lead] = time.monotonic() - begin
         story.pipeline.stop()
-    assert 0.1 < began[0.0] - began[0.2] < 0.35
+        return story.began['prepare', 'd'] - story.began['compute', 'c']
+    assert prepared_after(lead=0.0) >= 0.3
+    # a busy machine makes it later, never earlier
+    wait_for(lambda: 0.1 <= prepared_after(lead=0.2) < 0.3)
