@@ -29,6 +29,8 @@ MENDING = '`ros2 bag reindex` and `mcap recover` may mend it'
 """What may help where a recording is damaged."""
 
 _SUFFIXES, _METADATA = (MCAP_SUFFIX, '.db3'), 'metadata.yaml'
+# The newest metadata that rosbags reads before its 0.10.
+_OLD_VERSION = 8
 # Types that ROS 2 has as its own, and ROS 1 as part of its language.
 _HEADER = 'MSG: std_msgs/Header\n'
 _BUILT_IN = ('std_msgs/msg/Header', 'builtin_interfaces/msg/Time', 'builtin_interfaces/msg/Duration')
@@ -287,30 +289,49 @@ def _header_of(topic: str, kind: Type[genpy.Message]) -> Dict[str, str]:
 
 @contextmanager
 def _readable(path: Path) -> Iterator[Path]:
-    """Yield what rosbags reads: before 0.10 only folders with metadata, which is made here for a single file."""
-    if path.is_dir() or path.suffix in _library('rosbags', '').rosbag2.Reader.STORAGE_PLUGINS:
+    """Yield what rosbags reads: before 0.10 only folders, with metadata up to version 8; such a one is made then."""
+    folder = path if path.is_dir() else path.parent
+    if MCAP_SUFFIX in _library('rosbags', '').rosbag2.Reader.STORAGE_PLUGINS:
         yield path
         return
+    if path.is_dir():
+        metadata = yaml.safe_load((path / _METADATA).read_text())
+        if not _make_old(metadata['rosbag2_bagfile_information']):
+            yield path
+            return
+    else:
+        metadata = _metadata_of(path)
+    with TemporaryDirectory() as made:
+        for name in metadata['rosbag2_bagfile_information']['relative_file_paths']:
+            Path(made, name).symlink_to(folder.absolute() / name)
+        Path(made, _METADATA).write_text(yaml.safe_dump(metadata))
+        yield Path(made)
+
+
+def _make_old(information: Dict[str, Any]) -> bool:
+    """Make metadata of version 9, that of ROS 2 Jazzy, those of version 8; return whether they were."""
+    if information['version'] != _OLD_VERSION + 1:
+        return False
+    information['version'] = _OLD_VERSION
+    for topic in information['topics_with_message_count']:
+        topic['topic_metadata']['offered_qos_profiles'] = ''  # a list before, which is not read here
+    return True
+
+
+def _metadata_of(path: Path) -> Dict[str, Any]:
+    """Return the metadata of rosbag2 for a single file."""
     if path.suffix != MCAP_SUFFIX:
         raise ValueError(f'name its folder, which holds {_METADATA}')
     with path.open('rb') as file:
         summary = _library('mcap', 'read single files of MCAP').reader.make_reader(file).get_summary()
     if summary is None or summary.statistics is None:
         raise ValueError('it has no summary')
-    with TemporaryDirectory() as folder:
-        Path(folder, path.name).symlink_to(path.absolute())
-        Path(folder, _METADATA).write_text(yaml.safe_dump(_metadata_of(path.name, summary)))
-        yield Path(folder)
-
-
-def _metadata_of(name: str, summary: Any) -> Dict[str, Any]:
-    """Return the metadata of rosbag2 for a file of MCAP with this summary."""
     figures = summary.statistics
     topics = [{'message_count': figures.channel_message_counts.get(number, 0), 'topic_metadata': {
         'name': channel.topic, 'type': summary.schemas[channel.schema_id].name,
         'serialization_format': channel.message_encoding}} for number, channel in summary.channels.items()]
     return {'rosbag2_bagfile_information': {
-        'version': 5, 'storage_identifier': 'mcap', 'relative_file_paths': [name],
+        'version': _OLD_VERSION, 'storage_identifier': 'mcap', 'relative_file_paths': [path.name],
         'message_count': figures.message_count,
         'starting_time': {'nanoseconds_since_epoch': figures.message_start_time},
         'duration': {'nanoseconds': figures.message_end_time - figures.message_start_time},
