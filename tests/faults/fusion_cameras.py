@@ -1,4 +1,4 @@
-"""Three cameras around two people who stand still: what they send to the fusion node, and where they stand."""
+"""Three cameras around two people who stand still: what they send to fusion and signals, and where they stand."""
 import sys
 from pathlib import Path
 from types import SimpleNamespace
@@ -6,13 +6,16 @@ from typing import Dict, List
 
 import numpy as np
 from geometry_msgs.msg import TransformStamped
+from openpose_ros_msgs.msg import FaceDetection_3dArray, HandDetection_3dArray
 from std_msgs.msg import Header
 
 sys.path.insert(0, str(Path(__file__).parents[1] / 'support'))
 
 from openpose_ros_pkg.ros import convert as convert_2d
 from simulated_rig import CAMERA, around, walking
+from skeleton_extract_3d.points.depth import cloud_from_depth
 from skeleton_extract_3d.ros import convert
+from skeleton_extract_3d.ros.extractor import NAMESPACE
 
 # Namespaces of the cameras.
 WITH_DEPTH, WITHOUT_DEPTH = ('fusion/left', 'fusion/right'), 'fusion/door'
@@ -21,6 +24,10 @@ TOPICS: Dict[str, str] = {'info': '/fusion/door/openpose_ros/camera_info',
                           'door': '/fusion/door/openpose_ros/detected_poses',
                           'left': '/fusion/left/openpose_ros/skeleton_3d/detected_poses_3d',
                           'right': '/fusion/right/openpose_ros/skeleton_3d/detected_poses_3d'}
+# The same of a frame for the node of signals.
+SIGNALS_TOPICS: Dict[str, str] = {'cloud': 'points', 'hands': f'{NAMESPACE}/detected_hands_3d',
+                                  'faces': f'{NAMESPACE}/detected_faces_3d',
+                                  'people': f'{NAMESPACE}/detected_poses_3d'}
 _CAMERAS = around(3, noise=0.0)
 _NAMES = ('left', 'right', 'door')
 
@@ -43,3 +50,11 @@ def good_frame() -> SimpleNamespace:
     header, people = Header(frame_id='door'), _CAMERAS[2].keypoints(room, 1.0)
     door = convert_2d.people_to_array(convert_2d.people_to_messages(people, header), header, people.skeleton)
     return SimpleNamespace(info=convert.camera_to_message(CAMERA, header), door=door, left=left, right=right)
+
+
+def frame_for_signals() -> SimpleNamespace:
+    """Return what the node of signals reads at a time, without a stamp: the people of the left camera, and a wall."""
+    header, small = Header(frame_id='left'), CAMERA.scaled(32, 24)
+    wall = cloud_from_depth(np.full((24, 32), 4.0), small, np.zeros((24, 32, 3), np.uint8))
+    return SimpleNamespace(cloud=convert.cloud_to_message(wall, header), hands=HandDetection_3dArray(header=header),
+                           faces=FaceDetection_3dArray(header=header), people=good_frame().left)

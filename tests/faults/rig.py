@@ -5,14 +5,14 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Sequence
+from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple, Type
 
 import cv2
 import numpy as np
 import psutil
 import rospy
 from geometry_msgs.msg import Quaternion, Transform, TransformStamped
-from openpose_ros_msgs.msg import PersonDetection_3dArray
+from openpose_ros_msgs.msg import PersonDetection_3dArray, PersonSignalsArray
 from sensor_msgs.msg import CameraInfo, CompressedImage
 from std_msgs.msg import Header
 from tf2_ros import StaticTransformBroadcaster
@@ -23,6 +23,7 @@ from openpose_ros_pkg.ros.convert import bgr_to_image
 from openpose_ros_pkg.ros.master.registration import WATCH
 from openpose_ros_pkg.ros.session import Diagnostics, Session, await_true, is_heard
 from openpose_ros_pkg.skeletons import COCO_18
+from openpose_ros_signals.records import POSTURES
 from skeleton_extract_3d.points.depth import cloud_from_depth
 from skeleton_extract_3d.points.rgbd_sequence import RgbdSequence
 from skeleton_extract_3d.ros.convert import camera_to_message, cloud_to_message, depth_to_message
@@ -48,6 +49,8 @@ SETTLED = 15
 # Frames after which what nodes allocate once is there.
 WARM_UP = 10
 
+# A lamp in the room.
+TARGETS = Path(__file__).with_name('targets.yaml')
 PEOPLE = 'skeleton_extract_3d/scripts/people_3d_node'
 # The same networks in each, and nothing that depends on how long they take.
 _DETECTION = {'mode': 'fast', 'precision': 'f32', 'following': 'never', 'publish_results': False}
@@ -72,6 +75,8 @@ CHAINS: Dict[str, Dict[str, Program]] = {
     'fusion': {'people': Program('openpose_ros_fusion/scripts/people_fusion_node', {
         'cameras': ' '.join(fusion_cameras.WITH_DEPTH), 'rgb_cameras': fusion_cameras.WITHOUT_DEPTH,
         'fixed_frame': ROOM})},
+    'signals': {'people': Program('openpose_ros_signals/scripts/people_signals_node', {
+        'fixed_frame': ROOM, 'use_cloud': True, 'use_landmarks': True, 'summary': True, 'targets': TARGETS})},
 }
 _REMAPPINGS = ('~image:=image', '~point_cloud:=points', '~depth_image:=points', '~camera_info:=camera_info',
                '~skeleton_2d_detector:=detect_poses_3d')
@@ -126,22 +131,29 @@ class Chain:
         kept: what a fault leaves open until a later one.
     """
 
+    # Topic and type of what comes of a frame.
+    answer: Tuple[str, Type[Any]] = (f'{NAMESPACE}/detected_poses_3d', PersonDetection_3dArray)
+
     def __init__(self, session: Session, diagnostics: Diagnostics, name: str) -> None:
         self.name, self.diagnostics, self._session = name, diagnostics, session
         self.kept: List[Any] = []
-        self._results: List[PersonDetection_3dArray] = []
+        self._results: List[Any] = []
         self._last = rospy.Time()
         self.processes = {f'{name}/{node}': start_node(session, f'{name}/{node}', program)
                           for node, program in CHAINS[name].items()}
         self.publishers = self._advertise()
-        people = self.topic(f'{NAMESPACE}/detected_poses_3d')
-        rospy.Subscriber(people, PersonDetection_3dArray, self._results.append)
+        people, kind = self.topic(self.answer[0]), self.answer[1]
+        rospy.Subscriber(people, kind, self._results.append)
         await_true(lambda: is_heard(people), f'{people} is published')
         await_true(lambda: all(publisher.get_num_connections() for publisher in self.publishers.values()),
                    f'{name} reads its inputs')
         for _ in range(WARM_UP):
-            self.reference = joints(self.result_of_good_frame())
+            self.reference = self.figures(self.result_of_good_frame())
         self.usage = self._usage()
+
+    def figures(self, answer: Any) -> np.ndarray:
+        """Return what has to be the same after a fault: joints, (P, 18, 3) [m]."""
+        return joints(answer)
 
     def _advertise(self) -> Dict[str, rospy.Publisher]:
         """Return what publishes each message of a frame."""
@@ -178,17 +190,17 @@ class Chain:
         self.publishers['image'].publish(frame.image)
         self.publishers['points'].publish(frame.points)
 
-    def result_of_good_frame(self) -> PersonDetection_3dArray:
-        """Send a good frame, again if it is lost, and return the people in it."""
+    def result_of_good_frame(self) -> Any:
+        """Send a good frame, again if it is lost, and return its answer."""
         sent: List[rospy.Time] = []
 
-        def result() -> Optional[PersonDetection_3dArray]:
+        def result() -> Optional[Any]:
             if not sent or time.time() - sent[-1].to_sec() > RESEND:
                 sent.append(self._now())
                 self.send(self.frame(sent[-1]))
             return next((each for each in self._results if each.header.stamp in sent), None)
 
-        found: PersonDetection_3dArray = await_true(result, f'{self.name} answers a good frame')
+        found = await_true(result, f'{self.name} answers a good frame')
         self._results.clear()
         return found
 
@@ -215,7 +227,7 @@ class Chain:
     def work_as_before(self) -> None:
         """Assert that all nodes are the processes that they were, and good frames give the same joints."""
         for _ in range(SETTLED):
-            found = joints(self.result_of_good_frame())
+            found = self.figures(self.result_of_good_frame())
             is_same = (found.shape == self.reference.shape
                        and np.allclose(found, self.reference, 0, SAME_JOINTS, equal_nan=True))
             if is_same:
@@ -251,6 +263,30 @@ class FusionChain(Chain):
             self.publishers[name].publish(getattr(frame, name))
 
 
+class SignalsChain(Chain):
+    """The node of signals; it reads the people of a camera of `fusion_cameras`, with a cloud and no hands and faces."""
+
+    answer = f'{NAMESPACE}/people_signals', PersonSignalsArray
+
+    def figures(self, answer: PersonSignalsArray) -> np.ndarray:
+        """Return where people are and face, and their postures as numbers, (P, 7), from left to right."""
+        rows = np.array([(*(getattr(person.position, axis) for axis in 'xyz'),
+                          *(getattr(person.body_facing, axis) for axis in 'xyz'),
+                          POSTURES.index(person.posture) if person.posture in POSTURES else -1)
+                         for person in answer.persons]).reshape(-1, 7)
+        return rows[np.argsort(rows[:, 0])]
+
+    def _advertise(self) -> Dict[str, rospy.Publisher]:
+        self._good = fusion_cameras.frame_for_signals()
+        return {name: rospy.Publisher(self.topic(fusion_cameras.SIGNALS_TOPICS[name]), type(message), queue_size=10)
+                for name, message in vars(self._good).items()}
+
+    def send(self, frame: Any) -> None:
+        """Publish a frame; the people come last."""
+        for name in fusion_cameras.SIGNALS_TOPICS:
+            self.publishers[name].publish(getattr(frame, name))
+
+
 class Rig:
     """The chains, each started when it is first asked for; faults of different chains are injected at the same time.
 
@@ -282,8 +318,8 @@ class Rig:
         """Return the chain of a node 'CHAIN/NODE'."""
         name = node.partition('/')[0]
         if name not in self.chains:
-            kind = FusionChain if name == 'fusion' else Chain
-            self.chains[name] = kind(self.session, self.diagnostics, name)
+            kinds = {'fusion': FusionChain, 'signals': SignalsChain}
+            self.chains[name] = kinds.get(name, Chain)(self.session, self.diagnostics, name)
         return self.chains[name]
 
 

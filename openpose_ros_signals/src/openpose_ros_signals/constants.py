@@ -30,6 +30,7 @@ class PersonConstants:
 
     most_sigma: float = constant(0.055, 'Joints with a greater sigma count as hidden.', unit='statures')
     statures: int = constant(100, 'The stature is the median of this many newest frames.', unit='frames')
+    least_stature: float = constant(0.4, 'Bones of who would be smaller tell nothing: they are wrong.', unit='m')
     history: float = constant(1.2, 'Motions are looked for in the joints of this time.', unit='s')
     gap: float = constant(1.0, 'Who was not seen for longer begins anew.', unit='s')
     step: float = constant(0.25, 'A person with a new id whose trunk is this near to where somebody was lost is that '
@@ -120,7 +121,7 @@ class SwingConstants:
     beckon: Ramp = constant((16.0, 26.0), 'Bending and stretching of the elbow between two turns, of who beckons.',
                             unit='deg')
     beckon_open: Ramp = constant((70.0, 80.0), 'Angle of the elbow where it is straightest in the motion.', unit='deg')
-    beckon_bent: Ramp = constant((100.0, 88.0), 'The same, where it is most bent; more open, hands are shaken.',
+    beckon_bent: Ramp = constant((90.0, 78.0), 'The same, where it is most bent; more open, hands are shaken.',
                                  unit='deg')
     beckon_arm: Ramp = constant((25.0, 38.0), 'Angle of the line from shoulder to wrist to straight down.', unit='deg')
     beckon_elbow: float = constant(142.0, 'Angle of the elbow: straighter, the motion does not count.', unit='deg')

@@ -124,7 +124,7 @@ def body_of(stamp: float, joints: Tuple[np.ndarray, np.ndarray, np.ndarray], up:
 
 
 def stature_of(joints: np.ndarray, status: np.ndarray) -> float:
-    """Return the stature, by the median bone [m]; NaN where too few are measured.
+    """Return the stature, by the median bone [m]; NaN where too few are measured, or it is none of a human being.
 
     Args:
         joints: (18, 3) [m].
@@ -135,7 +135,8 @@ def stature_of(joints: np.ndarray, status: np.ndarray) -> float:
     trunk = seen[NECK] - seen[HIPS].mean(axis=0)
     lengths = np.append(np.linalg.norm(bones[:, 0] - bones[:, 1], axis=1), np.linalg.norm(trunk))
     ratios = (lengths / BODY.bone_lengths[MEASURED_KINDS])[np.isfinite(lengths)]
-    return float(np.median(ratios)) * BODY.adult_stature if len(ratios) >= 3 else np.nan
+    stature = float(np.median(ratios)) * BODY.adult_stature if len(ratios) >= 3 else np.nan
+    return stature if stature >= SIGNALS.person.least_stature else np.nan
 
 
 def angle(first: np.ndarray, second: np.ndarray) -> float:

@@ -62,10 +62,12 @@ def facing_of(body: Body, frame: np.ndarray, head: bool) -> Optional[Facing]:
     if not pairs or (head and not known[NOSE]) or not np.isfinite(frame).all():
         return None
     left, right = pairs[0]
+    apart = float(np.linalg.norm(body.joints[left] - body.joints[right]))
+    if apart == 0:
+        return None
     # sigma is that of the position; one of its three axes turns the pair
     error = np.sqrt(2 / 3) * float(np.nan_to_num(body.sigma[[left, right]]).mean())
-    return Facing(frame[:, 0], error / float(np.linalg.norm(body.joints[left] - body.joints[right])),
-                  body.joints[NOSE] if head else None)
+    return Facing(frame[:, 0], error / apart, body.joints[NOSE] if head else None)
 
 
 def floor_pose(body: Body, joints: np.ndarray, posture: str, forward: np.ndarray, floor: Optional[np.ndarray],

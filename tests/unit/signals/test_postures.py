@@ -75,6 +75,13 @@ def test_hidden_legs_tell_no_posture():
     assert np.isnan(signals[-1][1].posture.since) and signals[-1][1].posture.confidence == 0
 
 
+@pytest.mark.parametrize('pose', [STANDING, LYING], ids=['upright', 'flat'])
+def test_a_trunk_alone_at_the_border_tells_no_posture(pose):
+    signals = watch(held((0, pose)), 1, hidden=('knee', 'ankle', 'eye', 'ear', 'nose', 'wrist'))
+    assert {person.posture.name for _, person in signals} == {'unknown'}
+    assert not any(person.fall or person.gestures for _, person in signals)
+
+
 def test_one_leg_that_is_seen_is_enough():
     assert watch(held((0, SITTING)), 1, hidden=('left_knee', 'left_ankle'))[-1][1].posture.name == 'sitting'
 

@@ -61,6 +61,20 @@ def test_exchanged_ids_do_not_exchange_what_people_do():
     assert not any(person.walk.moving for stamp, people in signals.items() if stamp > 1 for person in people)
 
 
+def test_who_is_hidden_by_a_passer_by_goes_on_under_a_new_id():
+    def poses(stamp):
+        passes = replace(STANDING, place=(-0.8, 1.2 * (stamp - 1.6)))
+        return [passes] if 1.4 < stamp < 1.75 else [passes, RAISED]
+
+    def ids(stamp):
+        return [2, 1 if stamp < 1.6 else 3][:len(poses(stamp))]
+    signals = read(poses, ids)
+    gestures = [person.gesture('raise_hand') for stamp, people in signals.items() if stamp > 0.5
+                for person in people[1:]]
+    assert all(gestures) and len({gesture.since for gesture in gestures}) == 1
+    assert not any(people[0].gestures for people in signals.values())
+
+
 def test_somebody_else_with_the_same_id_begins_anew():
     signals = read(lambda stamp: [RAISED if stamp < 1.5 else replace(LYING, place=(3.0, 0.0))], lambda _: [1])
     assert signals[3.0][0].posture.name == 'lying' and signals[3.0][0].fall is None
@@ -99,6 +113,13 @@ def test_missing_joints_are_no_trouble():
     person, = reader.update(nobody, 0.1, UP)
     assert person.posture.name == 'unknown' and person.gestures == () and person.hidden_arms == ('left', 'right')
     assert person.body is None and person.head is None and np.isnan(person.place).all()
+
+
+def test_joints_in_one_point_tell_nothing():
+    reader, people = SignalReader(), people_of([RAISED], [1], np.random.RandomState(0))
+    for number in range(6):
+        person, = reader.update(replace(people, xyz=np.ones_like(people.xyz)), number / 10, UP)
+    assert person.gestures == () and person.fall is None and person.body is None and person.head is None
 
 
 def test_unknown_errors_count_as_known_where_joints_are_measured():
