@@ -46,7 +46,7 @@ def exchanged(message: Any) -> None:
 
 
 def back_and_forth(chain: Any) -> None:
-    for seconds in (HOUR, -HOUR, 0) * 3:
+    for seconds in (HOUR, -HOUR, 2**32 - 1 - 1_800_000_000, 0) * 3:
         frame = chain.frame()
         later(seconds)(frame.people)
         chain.send(frame)
@@ -98,7 +98,8 @@ FAULTS = [
     Fault('frame that tf does not know', people(in_frame('none_such')), SIGNALS, 'no transform', ('none_such',)),
     Fault('frame without a name', people(in_frame('')), SIGNALS, 'no transform'),
     Fault('people without a stamp', people(without_stamp), SIGNALS, event=''),
-    Fault('stamps an hour forth and back, three times', back_and_forth, SIGNALS, event=''),
+    Fault('stamps an hour forth and back, and after 2038, three times', back_and_forth, SIGNALS, 'no transform',
+          ('2038',)),
     Fault('cloud without fields', cloud(fields=[]), SIGNALS, words=('cloud',)),
     Fault('cloud with half of its data', altered(lambda frame: setattr(
         frame.cloud, 'data', frame.cloud.data[:len(frame.cloud.data) // 2])), SIGNALS, words=('cloud',)),

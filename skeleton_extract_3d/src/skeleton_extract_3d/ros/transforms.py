@@ -2,6 +2,7 @@
 import time
 from typing import Optional
 
+import genpy
 import rospy
 import tf2_ros
 from geometry_msgs.msg import TransformStamped
@@ -13,6 +14,14 @@ from openpose_ros_pkg.stream.pairing import PAIRING
 _LOOK_PERIOD = 0.005
 # A transform whose newest time is nearer to a stamp may still come for that stamp [s].
 _ON_ITS_WAY = 1.0
+# tf2_py ends the process where it would return a later stamp, in 2038 [s].
+_LAST_STAMP = 2 ** 31 - 1
+
+
+def check_stamp(stamp: genpy.Time) -> None:
+    """Raise NoTransformError for a stamp at which tf2_py must not look up a transform."""
+    if stamp.secs > _LAST_STAMP:
+        raise NoTransformError(f'the frame is dropped: its stamp is {stamp.secs} s, and tf knows none after 2038')
 
 
 class Transforms:
@@ -35,7 +44,7 @@ class Transforms:
         """Return whether tf connects the frames shortly before a stamp, so that waiting for it is of use."""
         try:
             newest = self._buffer.get_latest_common_time(target, source)
-        except tf2_ros.TransformException:
+        except (tf2_ros.TransformException, TypeError):  # the latter of such a time, see `check_stamp`
             return False
         return bool(abs((stamp - newest).to_sec()) <= _ON_ITS_WAY)
 
@@ -49,6 +58,7 @@ class Transforms:
         Raises:
             NoTransformError: it did not come in time.
         """
+        check_stamp(stamp)
         if (self._newest - stamp).to_nsec() > PAIRING.reset_backstep:
             self._buffer.clear()
             self._newest = stamp

@@ -22,6 +22,7 @@ from openpose_ros_tools.ros.camera_topics import TopicFinder, is_result
 from openpose_ros_tools.ros.process_bag.job import Counts, Topics
 from skeleton_extract_3d.points.point_grid import PointGrid
 from skeleton_extract_3d.ros.lifter import Lifter
+from skeleton_extract_3d.ros.transforms import check_stamp
 
 _log = logging.getLogger(__name__)
 
@@ -244,6 +245,7 @@ class Transforms:
         Raises:
             NoTransformError: there is none.
         """
+        check_stamp(stamp)
         try:
             return self._buffer.lookup_transform_core(target, source, stamp)
         except tf2_py.TransformException as error:
