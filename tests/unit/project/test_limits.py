@@ -43,3 +43,11 @@ def test_module(path):
 def test_folders():
     modules = Counter(path.parent for path in FILES if path.name != '__init__.py')
     assert {str(folder): number for folder, number in modules.items() if number > MODULES} == {}
+
+
+@pytest.mark.parametrize('pattern', ['tests/unit/*/test_*.py', '*/test/test_*.py'])
+def test_names_of_test_files_differ(pattern):
+    """Pytest imports those of one run by their names alone."""
+    names = Counter(path.name for path in ROOT.glob(pattern) if 'devel' not in path.parts and 'build' not in path.parts)
+    assert [name for name, number in names.items() if number > 1] == []
+    assert len(names) > 10
