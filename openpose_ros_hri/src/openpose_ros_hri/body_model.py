@@ -8,11 +8,11 @@ from dataclasses import dataclass
 from typing import Dict, NamedTuple, Optional, Tuple
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from openpose_ros_pkg.skeletons import COCO_18, SkeletonModel
 from skeleton_extract_3d.body.joint_frames import joint_frames
 from skeleton_extract_3d.people import MISSING, People3D
+from skeleton_extract_3d.points.transform import rotation_of
 
 # hri_msgs/Skeleton2D counts as OpenPose does, but for the face, where its left is first.
 _LEFT_FIRST = {'right_eye': 'left_eye', 'left_eye': 'right_eye', 'right_ear': 'left_ear', 'left_ear': 'right_ear'}
@@ -162,7 +162,7 @@ def _euler(turn: np.ndarray, chain: _Chain) -> np.ndarray:
     with warnings.catch_warnings():
         # of an arm that hangs straight down, the sum of the first and third angle is known; the third is 0 then
         warnings.simplefilter('ignore')
-        angles = Rotation.from_matrix(turn).as_euler(chain.axes)
+        angles = rotation_of(turn).as_euler(chain.axes)
     if chain.axes == 'ZXZ' and chain.signs[1] < 0:  # the same turn, with the second angle as the URDF's limits have it
         angles = angles * (1, -1, 1) + (np.pi, 0, np.pi)
     return np.asarray(chain.signs * ((angles + np.pi) % (2 * np.pi) - np.pi))

@@ -9,6 +9,7 @@ from animated_skeleton import KNEELING, RUNNING, SITTING, STANDING, Limb, joints
 from openpose_ros_hri.body_model import SKELETON_2D, body_poses, skeleton_2d
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.people import MEASURED, People3D
+from skeleton_extract_3d.points.transform import rotation_of
 
 POSES = {
     'stands': STANDING, 'sits': SITTING, 'kneels': KNEELING, 'runs': RUNNING,
@@ -42,7 +43,7 @@ def direction(vector):
     (SHOULDER, ('shoulder', 'elbow', 'wrist'), 'torso'), (HIP, ('hip', 'knee', 'ankle'), None)])
 def test_the_model_with_these_angles_has_the_limbs_that_were_seen(pose, side, reflect, axes, parts, parent):
     found = body(pose)
-    turn = Rotation.from_matrix(found.root.rotation @ (found.links[parent].rotation if parent else np.eye(3)))
+    turn = rotation_of(found.root.rotation @ (found.links[parent].rotation if parent else np.eye(3)))
     for letter, axis, mirrored in axes:
         angle = found.joints[f'{side[0]}_{letter}_{parts[0]}']
         turn = turn * Rotation.from_rotvec(np.multiply(axis, (reflect if mirrored else 1) * angle))
