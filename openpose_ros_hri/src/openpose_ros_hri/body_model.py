@@ -10,7 +10,7 @@ from typing import Dict, NamedTuple, Optional, Tuple
 import numpy as np
 
 from openpose_ros_pkg.skeletons import COCO_18, SkeletonModel
-from skeleton_extract_3d.body.joint_frames import joint_frames
+from skeleton_extract_3d.body.joint_frames import joint_frames, pelvis_frames
 from skeleton_extract_3d.people import MISSING, People3D
 from skeleton_extract_3d.points.transform import rotation_of
 
@@ -107,20 +107,19 @@ def skeleton_2d(keypoints: np.ndarray, skeleton: SkeletonModel, size: Tuple[int,
 
 def body_poses(people: People3D) -> Dict[int, BodyPose]:
     """Return the bodies of the people whose hips are known, by their ids."""
-    frames, index = joint_frames(people), people.skeleton.index
+    frames, pelvises, index = joint_frames(people), pelvis_frames(people), people.skeleton.index
     bodies = {}
     for row, name in enumerate(people.ids.tolist()):
         known = {joint: (people.xyz[row, column].astype(np.float64), frames[row, column])
                  for joint, column in index.items() if people.status[row, column] != MISSING}
         if set(_HIPS) <= set(known) and 'neck' in known:
-            bodies[name] = _body(known, people.velocity[row, [index[hip] for hip in _HIPS]])
+            bodies[name] = _body(known, pelvises[row], people.velocity[row, [index[hip] for hip in _HIPS]])
     return bodies
 
 
-def _body(known: Dict[str, Tuple[np.ndarray, np.ndarray]], velocities: np.ndarray) -> BodyPose:
+def _body(known: Dict[str, Tuple[np.ndarray, np.ndarray]], pelvis: np.ndarray, velocities: np.ndarray) -> BodyPose:
     places = {joint: place for joint, (place, _) in known.items()}
-    # the pelvis: as the trunk stands, turned as the hips are
-    root = Pose((places[_HIPS[0]] + places[_HIPS[1]]) / 2, _upright(places['neck'], places[_HIPS[0]], places[_HIPS[1]]))
+    root = Pose((places[_HIPS[0]] + places[_HIPS[1]]) / 2, pelvis)
     links = {'body': root, 'torso': Pose(*known['neck'])}
     links.update({link: Pose(known[joint][0], known[joint][1] @ _OF_LIMB)
                   for link, joint in _ARMS_AND_LEGS.items() if joint in known})
@@ -128,16 +127,6 @@ def _body(known: Dict[str, Tuple[np.ndarray, np.ndarray]], velocities: np.ndarra
         links['head'] = Pose(np.mean([places[ear] for ear in _EARS if ear in known], axis=0), known['nose'][1])
     return BodyPose(root, {link: _within(root, pose) for link, pose in links.items() if link != 'body'},
                     _angles(places, links), velocities.astype(np.float64).mean(axis=0))
-
-
-def _upright(neck: np.ndarray, left: np.ndarray, right: np.ndarray) -> np.ndarray:
-    """Return the axes (3, 3) with z from the hips to the neck and y as far to the left as that allows."""
-    up = neck - (left + right) / 2
-    up = up / (np.linalg.norm(up) + 1e-9)
-    across = left - right
-    across = across - (across @ up) * up
-    across = across / (np.linalg.norm(across) + 1e-9)
-    return np.stack([np.cross(across, up), across, up], axis=1)
 
 
 def _within(root: Pose, pose: Pose) -> Pose:

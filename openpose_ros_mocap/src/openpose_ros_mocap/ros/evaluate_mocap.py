@@ -42,6 +42,7 @@ from openpose_ros_pkg.command_line import DONE, run_command
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.structured_text import json_value
 from openpose_ros_tools.command_options import add_time_span, check_time_span, command_parser, positive_number
+from openpose_ros_tools.recording_paths import is_bag
 from openpose_ros_tools.tables.keypoint_csv import read_keypoint_csv
 from openpose_ros_tools.tables.keypoint_table import KeypointTable, measured_people
 
@@ -107,7 +108,7 @@ def read_poses(path: Path, topic: Optional[str] = None) -> KeypointTable:
     Raises:
         BadInputError: it can not be read, or holds nobody, or people in the image.
     """
-    if path.is_dir() or path.suffix.lower() in ('.bag', '.mcap', '.db3'):
+    if is_bag(path):
         from openpose_ros_tools.ros.keypoint_bag import read_keypoint_bag  # tables can be read without ROS
         poses = read_keypoint_bag(path, topic)
     elif topic is not None:

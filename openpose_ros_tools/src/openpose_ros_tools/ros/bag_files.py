@@ -16,8 +16,9 @@ from tf2_msgs.msg import TFMessage
 
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.output.files import naming
+from openpose_ros_tools.recording_paths import is_ros2
 from openpose_ros_tools.ros.bag_definitions import TYPE_NAME, harmless_definition
-from openpose_ros_tools.ros.ros2_bags import MENDING, McapFile, Ros2Recording, is_ros2
+from openpose_ros_tools.ros.ros2_bags import MENDING, McapFile, Ros2Recording
 
 Item = TypeVar('Item')
 
@@ -100,11 +101,6 @@ def _decompressed(data: bytes, chunk: rosbag.bag._ChunkHeader) -> bytes:
         raise rosbag.ROSBagException(f'a chunk has {"more" if len(content) > size else "less"} than the {size} bytes '
                                      'that its header says')
     return content
-
-
-def is_bag(path: Path) -> bool:
-    """Return whether a path is that of a bag, or of a recording of ROS 2; recording.bag.csv is a table."""
-    return path.name.endswith(('.bag', '.bag.active')) or is_ros2(path)
 
 
 @contextmanager

@@ -19,7 +19,8 @@ from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.landmarks.records import HAND_POINT_NAMES
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
 from openpose_ros_signals.ros.convert import signals_from_array
-from openpose_ros_tools.ros.bag_files import is_bag, open_bag, topic_types, undamaged
+from openpose_ros_tools.recording_paths import is_bag
+from openpose_ros_tools.ros.bag_files import open_bag, topic_types, undamaged
 from openpose_ros_tools.tables.keypoint_csv import KeypointCsvWriter
 from openpose_ros_tools.tables.keypoint_table import (
     FIELDS,

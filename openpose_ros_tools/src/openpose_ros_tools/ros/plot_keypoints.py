@@ -42,7 +42,8 @@ from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
 from openpose_ros_tools.command_options import add_time_span, add_up, check_time_span, check_up, command_parser
 from openpose_ros_tools.plots import keypoint_plots, signal_plots
 from openpose_ros_tools.plots.plotting import FORMATS, save_figure
-from openpose_ros_tools.ros.bag_files import is_bag, open_bag, stamped_messages, topic_types
+from openpose_ros_tools.recording_paths import is_bag
+from openpose_ros_tools.ros.bag_files import open_bag, stamped_messages, topic_types
 from openpose_ros_tools.ros.keypoint_bag import (
     HAND_JOINTS,
     choose_topic,

@@ -20,15 +20,12 @@ from rosbag.bag import BagMessage, BagMessageWithConnectionHeader
 from roslib.message import get_message_class
 
 from openpose_ros_pkg.errors import BadInputError, ParameterError
+from openpose_ros_tools.recording_paths import MCAP_SUFFIX, METADATA
 from openpose_ros_tools.ros.bag_definitions import harmless_definition
-
-MCAP_SUFFIX = '.mcap'
-"""Of files that are written."""
 
 MENDING = '`ros2 bag reindex` and `mcap recover` may mend it'
 """What may help where a recording is damaged."""
 
-_SUFFIXES, _METADATA = (MCAP_SUFFIX, '.db3'), 'metadata.yaml'
 # The newest metadata that rosbags reads before its 0.10.
 _OLD_VERSION = 8
 # Types that ROS 2 has as its own, and ROS 1 as part of its language.
@@ -40,16 +37,6 @@ _LATCHED = yaml.safe_dump([{
     'history': 1, 'depth': 1, 'reliability': 1, 'durability': 1, 'deadline': {'sec': 0, 'nsec': 0},
     'lifespan': {'sec': 0, 'nsec': 0}, 'liveliness': 1, 'liveliness_lease_duration': {'sec': 0, 'nsec': 0},
     'avoid_ros_namespace_conventions': False}])
-
-
-def is_ros2(path: Path) -> bool:
-    """Return whether a path is that of a recording of ROS 2: a folder with metadata.yaml, .mcap or .db3."""
-    return (path / _METADATA).is_file() or (path.suffix in _SUFFIXES and path.is_file())
-
-
-def main_file(path: Path) -> Path:
-    """Return the file that changes when a recording is made anew: of a folder, that of its metadata."""
-    return path / _METADATA if path.is_dir() else path
 
 
 class Ros2Recording:
@@ -295,7 +282,7 @@ def _readable(path: Path) -> Iterator[Path]:
         yield path
         return
     if path.is_dir():
-        metadata = yaml.safe_load((path / _METADATA).read_text())
+        metadata = yaml.safe_load((path / METADATA).read_text())
         if not _make_old(metadata['rosbag2_bagfile_information']):
             yield path
             return
@@ -304,7 +291,7 @@ def _readable(path: Path) -> Iterator[Path]:
     with TemporaryDirectory() as made:
         for name in metadata['rosbag2_bagfile_information']['relative_file_paths']:
             Path(made, name).symlink_to(folder.absolute() / name)
-        Path(made, _METADATA).write_text(yaml.safe_dump(metadata))
+        Path(made, METADATA).write_text(yaml.safe_dump(metadata))
         yield Path(made)
 
 
@@ -321,7 +308,7 @@ def _make_old(information: Dict[str, Any]) -> bool:
 def _metadata_of(path: Path) -> Dict[str, Any]:
     """Return the metadata of rosbag2 for a single file."""
     if path.suffix != MCAP_SUFFIX:
-        raise ValueError(f'name its folder, which holds {_METADATA}')
+        raise ValueError(f'name its folder, which holds {METADATA}')
     with path.open('rb') as file:
         summary = _library('mcap', 'read single files of MCAP').reader.make_reader(file).get_summary()
     if summary is None or summary.statistics is None:

@@ -39,10 +39,7 @@ _NOSE_DOWN = np.arctan2(*BODY.head_points[0, 1:])
 @np.errstate(invalid='ignore', divide='ignore')
 def joint_frames(people: People3D) -> np.ndarray:
     """Return the axes of the frames of all joints, (P, K, 3, 3) float64: columns x, y, z in the frame of the people."""
-    index, count = people.skeleton.index, len(people)
-    missing = np.full((count, 3), np.nan)
-    at = {joint: people.xyz[:, index[joint]].astype(np.float64) if joint in index else missing
-          for joint in MESSAGE_JOINTS}
+    at = _positions(people)
     thorax, pelvis = _trunk(at)
     frames = {'neck': thorax, 'chest': thorax, 'mid_hip': pelvis, **dict.fromkeys(_HEAD, _frame_or(_head(at), thorax))}
     limbs = np.array([[at[joint] for joint in joints] for joints in _LIMBS])
@@ -53,6 +50,19 @@ def joint_frames(people: People3D) -> np.ndarray:
         foot = _frame_or(_swung(frames[ankle], _unit(at[toe] - at[ankle])), frames[ankle])
         frames.update(dict.fromkeys((ankle, toe, f'{side}_small_toe', f'{side}_heel'), foot))
     return np.stack([frames[joint] for joint in people.skeleton.joints], axis=1)
+
+
+@np.errstate(invalid='ignore', divide='ignore')
+def pelvis_frames(people: People3D) -> np.ndarray:
+    """Return the axes of the frame of mid_hip, also of joint sets without it; see `joint_frames`, (P, 3, 3) float64."""
+    return _trunk(_positions(people))[1]
+
+
+def _positions(people: People3D) -> Dict[str, np.ndarray]:
+    """Return the positions of all joints of messages, (P, 3) each [m]; NaN where missing."""
+    index, missing = people.skeleton.index, np.full((len(people), 3), np.nan)
+    return {joint: people.xyz[:, index[joint]].astype(np.float64) if joint in index else missing
+            for joint in MESSAGE_JOINTS}
 
 
 def _trunk(at: Dict[str, np.ndarray]) -> Tuple[np.ndarray, np.ndarray]:

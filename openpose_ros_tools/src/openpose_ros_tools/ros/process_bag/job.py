@@ -15,7 +15,7 @@ from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.stream.image_decoding import ImageLimitParams
 from openpose_ros_pkg.stream.pairing import PairingParams
 from openpose_ros_signals.node_params import UprightParams
-from openpose_ros_tools.ros.ros2_bags import main_file
+from openpose_ros_tools.recording_paths import main_file
 from skeleton_extract_3d.node_params import ExtractorParams
 from skeleton_extract_3d.settings import EstimatorSettings
 from skeleton_extract_3d.show.markers import MarkerParams

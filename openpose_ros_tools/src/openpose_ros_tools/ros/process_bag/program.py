@@ -66,12 +66,12 @@ from openpose_ros_tools.command_options import command_parser, whole_number
 from openpose_ros_tools.outputs import delete_parts
 from openpose_ros_tools.parallel.task_cluster import run_on_cluster
 from openpose_ros_tools.parallel.task_pool import run_in_processes
-from openpose_ros_tools.ros.bag_files import COMPRESSIONS, is_bag
+from openpose_ros_tools.recording_paths import MCAP_SUFFIX, is_bag, is_ros2
+from openpose_ros_tools.ros.bag_files import COMPRESSIONS
 from openpose_ros_tools.ros.process_bag.job import BagJob, BagReport, BagSettings, RigJob, Topics, build_settings
 from openpose_ros_tools.ros.process_bag.output import is_done, made_from
 from openpose_ros_tools.ros.process_bag.several_cameras import add_cameras, check_cameras, process_rig, rig_job
 from openpose_ros_tools.ros.process_bag.work import process
-from openpose_ros_tools.ros.ros2_bags import MCAP_SUFFIX, is_ros2
 from openpose_ros_tools.tables.keypoint_csv import LAYOUTS
 from skeleton_extract_3d.node_params import ExtractorSettings
 

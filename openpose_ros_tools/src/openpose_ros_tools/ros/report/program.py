@@ -29,10 +29,10 @@ from openpose_ros_tools.command_options import add_up, check_up, command_parser,
 from openpose_ros_tools.outputs import output_file
 from openpose_ros_tools.plots import keypoint_plots, signal_plots
 from openpose_ros_tools.plots.plotting import figure_content
+from openpose_ros_tools.recording_paths import is_bag
 from openpose_ros_tools.report.crops import Thumbnail
 from openpose_ros_tools.report.facts import ReportFacts, empty_frames, people_facts
 from openpose_ros_tools.report.page import page
-from openpose_ros_tools.ros.bag_files import is_bag
 from openpose_ros_tools.ros.keypoint_bag import read_timeline
 from openpose_ros_tools.ros.plot_keypoints import read_keypoints
 from openpose_ros_tools.ros.report.reading import has_people, read_thumbnails, recording_facts

@@ -1,0 +1,23 @@
+"""Which paths are those of recordings; knows no ROS."""
+from pathlib import Path
+
+MCAP_SUFFIX = '.mcap'
+METADATA = 'metadata.yaml'
+"""Of a folder of rosbag2."""
+
+_ROS1_SUFFIXES, _ROS2_SUFFIXES = ('.bag', '.bag.active'), (MCAP_SUFFIX, '.db3')
+
+
+def is_bag(path: Path) -> bool:
+    """Return whether a path is that of a bag, or of a recording of ROS 2; recording.bag.csv is a table."""
+    return path.name.endswith(_ROS1_SUFFIXES) or is_ros2(path)
+
+
+def is_ros2(path: Path) -> bool:
+    """Return whether a path is that of a recording of ROS 2: a folder with metadata.yaml, .mcap or .db3."""
+    return (path / METADATA).is_file() or (path.suffix in _ROS2_SUFFIXES and path.is_file())
+
+
+def main_file(path: Path) -> Path:
+    """Return the file that changes when a recording is made anew: of a folder, that of its metadata."""
+    return path / METADATA if path.is_dir() else path
