@@ -363,6 +363,18 @@ def test_points_that_begin_later_are_paired_from_their_first_frame_on(run, tmp_p
     assert numbers_of(arrays(out, 'detected_poses')) == list(range(4, FRAMES))
 
 
+def test_what_is_said_where_nothing_pairs_makes_it_pair(run, tmp_path, out, capsys):
+    others = [number for number in range(FRAMES) if number != 3]
+    source = write_recording(tmp_path / 'a.bag', offset=0.21, without_image=others, without_points=others)
+    assert run(source) == 2
+    said = capsys.readouterr().err
+    assert f'the nearest stamps of {IMAGE} and {DEPTH} differ by 0.21 s, allowed are 0.005 s; --set slop=0.3' in said
+    assert run(source, slop=0.3) == 0
+    (found,) = arrays(out)
+    assert [person.person_ID for person in found.persons] == [1, 2]
+    assert 'nearest stamps' not in capsys.readouterr().out
+
+
 def test_two_runs_give_the_same_bytes_whatever_the_number_of_processes(run, recording, tmp_path):
     tables = []
     for number, jobs in enumerate((1, 1, 2)):

@@ -77,6 +77,8 @@ class DepthImageTest(unittest.TestCase):
         stamp = self.send(1)
         self.diagnostics.await_event('by_depth/extractor', 'bad input', 1, ['no camera info', '/camera_info'])
         self.by_cloud.frame(stamp)
+        self.diagnostics.await_text('by_depth/extractor', 'no message on /camera_info: published by ',
+                                    'which sends nothing')
         good = self.camera_info_comes()
         first, second = self.by_cloud.frame(good), self.by_depth.frame(good)
         self.assertEqual((first.header.stamp, first.header.frame_id), (second.header.stamp, second.header.frame_id))
@@ -118,12 +120,17 @@ class DepthImageTest(unittest.TestCase):
             self.cloud_camera.images.publish(image(1, stamp))
             points.publish(cloud(np.ones((HEIGHT, WIDTH, 3)), stamp - rospy.Duration(3)))
             rospy.sleep(0.05)
-            return (self.diagnostics.count('half_blind/extractor', 'input missing')
+            return (self.diagnostics.count('half_blind/extractor', 'no message on /no_such_points')
                     and self.diagnostics.count('unsynchronised/extractor', 'no pairs'))
 
         await_true(named, 'both are counted')
-        self.diagnostics.await_event('half_blind/extractor', 'input missing', 1, ['/image', 'none on /no_such_points'])
-        self.diagnostics.await_event('unsynchronised/extractor', 'no pairs', 1, ['/image', '/points_of_long_ago'])
+        self.diagnostics.await_text('half_blind/extractor', 'no message on /no_such_points: no node publishes it',
+                                    'other topics of type sensor_msgs/PointCloud2: ', '/points')
+        self.diagnostics.await_text('unsynchronised/extractor', 'no pairs: the nearest stamps of /image and '
+                                    '/points_of_long_ago differ by', '/points_of_long_ago is 3 s behind /image')
+        self.assertNotIn('no message on /image', self.diagnostics.texts('half_blind/extractor')[-1])
+        # the other extractor pairs on
+        self.assertEqual(self.diagnostics.count('by_cloud/extractor', 'no pairs'), 0)
 
 
 if __name__ == '__main__':

@@ -56,6 +56,8 @@ class SimTimeTest(unittest.TestCase):
         output.arrays.clear()
         self.play(clock, camera, output, ROUNDS)
         self.assertEqual(diagnostics.count('extractor', 'frame failed'), 0)
+        # the bag is paused
+        diagnostics.await_text('extractor', 'no message on /image: simulated time stands still at')
 
     def play(self, clock, camera, output, number):
         for i in range(FRAMES):

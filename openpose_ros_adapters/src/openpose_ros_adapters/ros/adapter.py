@@ -4,6 +4,7 @@ from typing import Any, Callable, Dict, NamedTuple, Sequence, Tuple, Type
 
 import genpy
 import rospy
+from message_filters import SimpleFilter
 from openpose_ros_msgs.msg import PersonDetection_3dArray, PersonSignalsArray
 
 from openpose_ros_pkg.params.nodes import DemandParams
@@ -52,8 +53,11 @@ class Adapter:
             worker = NewestWinsWorker(partial(self._process, output, publisher), self._health.frame_failed,
                                       output.topic)
             sources = [InputSubscriber(topic, kind) for topic, kind in output.inputs]
-            newest = sources[0] if len(sources) == 1 else StampSynchronizer(
-                sources, PairingParams(slop=_SAME_STAMP), self._health, ('people', 'signals'))
+            newest: SimpleFilter = sources[0]
+            if len(sources) == 2:
+                newest = StampSynchronizer(sources, PairingParams(slop=_SAME_STAMP), self._health,
+                                           ('people', 'signals'))
+                newest.watch_pairs(demand.watch, sources, setting='')
             newest.registerCallback(partial(_submit, worker))
             needs.update({source: [publisher] for source in sources})
             workers.append(worker)

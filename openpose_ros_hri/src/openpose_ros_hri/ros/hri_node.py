@@ -81,19 +81,19 @@ class HriNode:
                               for name in lists]
         self._tf = rospy.Publisher('/tf', TFMessage, queue_size=RESULTS_QUEUE) if params.publish_tf else None
         self._workers: List[NewestWinsWorker] = []
-        inputs = [self._input(f'{_NAMESPACE}/{topic}', kind, process) for topic, kind, process in (
-            ('detected_poses_3d', PersonDetection_3dArray, self._in_space),
-            ('detected_poses', PersonDetectionArray, self._in_image),
-            ('people_signals', PersonSignalsArray, self._signals),
-            ('camera_info', CameraInfo, self._camera_info))]
+        people = self._input('detected_poses_3d', PersonDetection_3dArray, self._in_space)
+        # what these add to the bodies is missing without them
+        self._info = self._input('camera_info', CameraInfo, self._camera_info, optional=True)
+        in_image = self._input('detected_poses', PersonDetectionArray, self._in_image, optional=True)
+        signals = self._input('people_signals', PersonSignalsArray, self._signals, optional=True)
         self._health.show(lambda: {'frames skipped': str(sum(worker.replaced for worker in self._workers))})
-        self._demand.read(*inputs)
+        self._demand.read(people, in_image, signals, self._info)
         introduce(self._demand.inputs, bodies=f'{BODIES}/{params.id_prefix}ID')
 
-    def _input(self, topic: str, kind: Type[Any], process: Any) -> InputSubscriber:
+    def _input(self, topic: str, kind: Type[Any], process: Any, optional: bool = False) -> InputSubscriber:
         worker = NewestWinsWorker(process, self._health.frame_failed, topic)
         self._workers.append(worker)
-        subscriber = InputSubscriber(topic, kind)
+        subscriber = InputSubscriber(f'{_NAMESPACE}/{topic}', kind, optional)
         subscriber.registerCallback(worker.submit)
         return subscriber
 
@@ -144,8 +144,8 @@ class HriNode:
             self._first_image = min(self._first_image, time.monotonic())
             if time.monotonic() - self._first_image < _BEFORE_INFO:
                 return
-            raise BadInputError('the size of the images is not known: there is no camera info, and image_width and '
-                                'image_height are not set')
+            raise BadInputError('the size of the images is not known: there is no camera info on '
+                                f'{self._info.resolved_name}, and image_width and image_height are not set')
         people = convert_2d.people_from_array(message)
         with self._lock:
             for row, person in enumerate(people.ids.tolist()):

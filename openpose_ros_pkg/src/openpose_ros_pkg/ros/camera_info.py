@@ -19,6 +19,7 @@ class CameraInfoPublisher:
         source: topic of the input's camera info.
         health: counts images of another size than that camera info.
         demand: gets to know who listens.
+        needed: the node does nothing without the camera info of the input.
 
     Attributes:
         input: subscriber of the input's camera info, for `demand` to read.
@@ -26,11 +27,11 @@ class CameraInfoPublisher:
         source: resolved name of its topic.
     """
 
-    def __init__(self, namespace: str, source: str, health: Health, demand: Demand) -> None:
+    def __init__(self, namespace: str, source: str, health: Health, demand: Demand, needed: bool = False) -> None:
         self.newest: Optional[CameraInfo] = None
         self._health = health
         self._publisher = demand.advertise(f'{namespace}/camera_info', CameraInfo, queue_size=1)
-        self.input = InputSubscriber(demand.resolve(source), CameraInfo)
+        self.input = InputSubscriber(demand.resolve(source), CameraInfo, optional=not needed)
         self.input.registerCallback(self._store)
         self.source = self.input.resolved_name
 

@@ -8,6 +8,7 @@ from std_srvs.srv import SetBool, SetBoolRequest, SetBoolResponse
 
 from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.ros.images import InputSubscriber
+from openpose_ros_pkg.ros.input_watch import InputWatch
 
 # rospy tells of a lost connection within half a second, but may do so before it has removed it: look again [s].
 _LOOK_PERIOD = 1.0
@@ -41,12 +42,14 @@ class Demand(rospy.SubscribeListener):
 
     Args:
         lazy: false: the results are always wanted, e.g. as they are saved.
-        health: shows on /diagnostics why the node rests, and how many messages of each input were lost on the way.
+        health: shows on /diagnostics why the node rests, which inputs are silent, and how many messages of each were
+            lost on the way.
         camera: one of several in this node, whose results are wanted or not by themselves, see `in_camera`.
 
     Attributes:
         enabled: whether `~enable` lets it work.
         inputs: what it reads.
+        watch: tells what is wrong with the inputs.
     """
 
     def __init__(self, lazy: bool, health: Health, camera: str = '') -> None:
@@ -57,6 +60,7 @@ class Demand(rospy.SubscribeListener):
         self._only_for: Needs = {}
         self._since: Optional[float] = None
         self._health = health
+        self.watch = InputWatch(health)
         self._lock = threading.Lock()
         self._changed = threading.Event()
         health.show(lambda: {'enabled': str(self.enabled).lower()})
@@ -88,6 +92,7 @@ class Demand(rospy.SubscribeListener):
         if self.why_resting():
             self._log()
         threading.Thread(target=self._keep_looking, name='demand', daemon=True).start()
+        self.watch.start(inputs)
 
     @property
     def seconds(self) -> float:

@@ -1,5 +1,6 @@
 """Message filters that subscribe to the nodes' inputs; images raw or compressed, by one parameter."""
 import functools
+import time
 from typing import Any, Callable, Optional, Tuple, Type, Union
 
 import genpy
@@ -19,17 +20,25 @@ class InputSubscriber(message_filters.SimpleFilter):
     It rests until `subscribe` is called. Only the newest message waits until the callbacks have taken the one before.
     Callbacks that are registered stay.
 
+    Args:
+        optional: the node does without its messages: it says nothing while none comes.
+
     Attributes:
         resolved_name: of the topic.
+        kind: type of its messages, as package/Type.
+        optional: as given.
         lost: messages that were sent while it was subscribed and did not come, as they were replaced by newer ones in
             the publisher's queue or in that of rospy: gaps in `header.seq`, which publishers of ROS 1 count up. Of
             several publishers on the topic, whose messages take turns, they are not counted.
         on_error: called with a BadInputError for bytes that are no message of this type; they are not passed on.
     """
 
-    def __init__(self, topic: str, message_type: Any) -> None:
+    def __init__(self, topic: str, message_type: Any, optional: bool = False) -> None:
         super().__init__()
         self.resolved_name: str = rospy.resolve_name(topic)
+        self.kind: str = message_type._type
+        self.optional = optional
+        self._waits_since = 0.0
         self.lost = 0
         self.on_error: Callable[[Exception], None] = lambda error: None
         self._message_type = _tolerant(message_type)
@@ -38,6 +47,7 @@ class InputSubscriber(message_filters.SimpleFilter):
 
     def subscribe(self) -> None:
         """Let messages come."""
+        self._waits_since = time.monotonic()
         self._subscriber = message_filters.Subscriber(self.resolved_name, self._message_type, queue_size=1)
         self._subscriber.registerCallback(self._receive)
 
@@ -46,6 +56,18 @@ class InputSubscriber(message_filters.SimpleFilter):
         """Whether messages may come."""
         return self._subscriber is not None
 
+    @property
+    def silence(self) -> float:
+        """For how long no message has come while it was subscribed [s]; 0 while it is not."""
+        return time.monotonic() - self._waits_since if self.subscribed else 0.0
+
+    @property
+    def connected(self) -> bool:
+        """Whether there is a connection to a publisher."""
+        subscriber = self._subscriber
+        connections = subscriber and subscriber.sub.impl  # None, too, where it is just being ended
+        return connections is not None and connections.get_num_connections() > 0
+
     def unsubscribe(self) -> None:
         """Let no message come, and let the publisher know, until `subscribe` is called."""
         if self._subscriber is not None:
@@ -53,6 +75,7 @@ class InputSubscriber(message_filters.SimpleFilter):
             self._subscriber = None
 
     def _receive(self, message: Any) -> None:
+        self._waits_since = time.monotonic()
         if message.unreadable is not None:
             self.on_error(BadInputError(f'{self.resolved_name}: {message.unreadable} bytes are no '
                                         f'{message._type}: its publisher is damaged'))

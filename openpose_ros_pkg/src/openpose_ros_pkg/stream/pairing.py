@@ -23,6 +23,7 @@ class PairingConstants:
     first_slop: float = constant(0.005, 'Largest deviation until period and difference are known.', unit='s')
     least_slop: float = constant(0.0005, 'Least value of the largest deviation.', unit='s')
     history: int = constant(64, 'Stamps of each stream to learn from.')
+    arrivals: int = constant(256, 'Messages of both streams by which a report says why none pair.')
     min_periods: int = constant(4, 'Differences between stamps that a period needs.')
     min_offsets: int = constant(7, 'Pairs that the usual difference needs.')
     offset_share: float = constant(
@@ -58,17 +59,20 @@ class StampMatcher:
     """Pairs the messages of stream 0 and stream 1; not thread-safe.
 
     Attributes:
+        params: as given.
         unpaired: messages of each stream that were dropped without a partner.
         out_of_order: messages older than, or as old as, the one before them in their stream; they are not used.
         resets: number of times that stamps jumped back and all waiting messages were dropped.
+        arrivals: stream and stamp of the messages that came lately, in the order in which they came.
     """
 
     def __init__(self, params: PairingParams) -> None:
-        self._params = params
+        self.params = params
         self._queues: Tuple[Deque[Tuple[int, Any]], ...] = (deque(), deque())
         self._stamps: Tuple[Deque[int], ...] = (deque(maxlen=PAIRING.history), deque(maxlen=PAIRING.history))
         self._periods: List[Optional[float]] = [None, None]
         self._offset: Optional[float] = None
+        self.arrivals: Deque[Tuple[int, int]] = deque(maxlen=PAIRING.arrivals)
         self.unpaired = [0, 0]
         self.out_of_order = 0
         self.resets = 0
@@ -76,7 +80,7 @@ class StampMatcher:
     @property
     def slop(self) -> float:
         """Largest deviation from the usual difference that pairs at present [s]."""
-        return self._params.slop or self._sure_slop
+        return self.params.slop or self._sure_slop
 
     @property
     def offset(self) -> float:
@@ -100,6 +104,7 @@ class StampMatcher:
             self.out_of_order += 1
             return None
         self._stamps[stream].append(stamp)
+        self.arrivals.append((stream, stamp))
         self._learn(stream)
         self._queues[stream].append((stamp, item))
         pair = self._take_pair()
@@ -143,6 +148,7 @@ class StampMatcher:
     def _reset(self) -> None:
         """Forget all messages; period and offset stay, as the devices are the same."""
         self.resets += 1
+        self.arrivals.clear()
         for stream in (0, 1):
             self.unpaired[stream] += len(self._queues[stream])
             self._queues[stream].clear()
@@ -204,8 +210,8 @@ class StampMatcher:
         return passed and all(abs(distance) >= self.slop for distance in distances)
 
     def _bound(self, stream: int) -> int:
-        if self._params.queue_size:
-            return self._params.queue_size
+        if self.params.queue_size:
+            return self.params.queue_size
         period, greatest = self._periods[stream], PAIRING.queue_greatest[stream]
         if not period:
             return greatest

@@ -52,8 +52,8 @@ _FIXED_FLOOR = np.array([0.0, 0.0, 1.0, 0.0])
 class _Latest:
     """An input whose newest message is kept."""
 
-    def __init__(self, topic: str, kind: Type[Any]) -> None:
-        self.input = InputSubscriber(topic, kind)
+    def __init__(self, topic: str, kind: Type[Any], optional: bool = False) -> None:
+        self.input = InputSubscriber(topic, kind, optional)
         self.input.registerCallback(self._store)
         self._message: Optional[Any] = None
 
@@ -91,8 +91,9 @@ class SignalsNode:
         people = InputSubscriber(f'{_NAMESPACE}/detected_poses_3d', PersonDetection_3dArray)
         people.registerCallback(self._worker.submit)
         self._floor = FloorInput()
-        self._hands = _Latest(f'{_NAMESPACE}/detected_hands_3d', HandDetection_3dArray)
-        self._faces = _Latest(f'{_NAMESPACE}/detected_faces_3d', FaceDetection_3dArray)
+        # without `hands`, or `face`, the extractor publishes nothing there
+        self._hands = _Latest(f'{_NAMESPACE}/detected_hands_3d', HandDetection_3dArray, optional=True)
+        self._faces = _Latest(f'{_NAMESPACE}/detected_faces_3d', FaceDetection_3dArray, optional=True)
         self._cloud = _Latest('~point_cloud', PointCloud2)
         demand.read(people, *((self._floor.input,) if params.use_floor and not params.fixed_frame else ()),
                     *((self._hands.input, self._faces.input) if params.use_landmarks else ()),

@@ -1,5 +1,4 @@
 """The extractor node: pairs images and points, has people found in the images, and tracks them in 3D."""
-import threading
 import time
 from typing import Any, Dict, NamedTuple, Optional, Tuple
 
@@ -56,8 +55,6 @@ from skeleton_extract_3d.ros.transforms import Transforms
 from skeleton_extract_3d.settings import EstimatorSettings
 from skeleton_extract_3d.show.report import frame_report
 
-# Period at which the node checks that its inputs arrive and pair [s].
-WATCH_PERIOD = 5.0
 NAMESPACE = 'openpose_ros/skeleton_3d'
 # A greater latency [s] is that of a recording played without its clock, and not reported.
 _GREATEST_LATENCY = 10.0
@@ -147,7 +144,6 @@ class Extractor:
         self._health.show(self._values_of_points)
         self._health.show(lambda: {'frames skipped': str(self._pipeline.replaced)})
         self._subscribe(settings.pairing, settings.transport)
-        threading.Thread(target=self._watch_inputs, name='input watch', daemon=True).start()
 
     def stop(self) -> None:
         """Let what is computed end, and begin nothing any more."""
@@ -163,18 +159,19 @@ class Extractor:
             self._tf_broadcaster = tf2_ros.TransformBroadcaster()
 
     def _subscribe(self, pairing: PairingParams, transport: ImageTransportParams) -> None:
-        self._camera_info = CameraInfoPublisher(NAMESPACE, '~camera_info', self._health, self._demand)
+        self._camera_info = CameraInfoPublisher(NAMESPACE, '~camera_info', self._health, self._demand,
+                                                needed=self._params.points_source == 'depth_image')
         images = image_subscriber(self._demand.resolve('~image'), transport.image_transport)
         if self._params.points_source == 'point_cloud':
             points = InputSubscriber(self._demand.resolve('~point_cloud'), PointCloud2)
         else:
             points = image_subscriber(self._demand.resolve('~depth_image'), self._params.depth_transport)
-        self._inputs = (images, points)
-        self._synchronizer = StampSynchronizer(self._inputs, pairing, self._health)
+        self._synchronizer = StampSynchronizer((images, points), pairing, self._health)
         self._synchronizer.registerCallback(self._submit)
+        self._synchronizer.watch_pairs(self._demand.watch, (images, points), '{}:={}')
         self._health.show(lambda: {'images received': str(self._synchronizer.received[0])})
         self._floor = FloorInput(self._demand.resolve('~floor')) if self._params.use_floor else None
-        self._demand.read(self._camera_info.input, *self._inputs, *([self._floor.input] if self._floor else []))
+        self._demand.read(self._camera_info.input, images, points, *([self._floor.input] if self._floor else []))
 
     def describe(self, estimator: EstimatorSettings) -> Dict[str, str]:
         """Return what is at work, for `introduce`."""
@@ -298,24 +295,6 @@ class Extractor:
         summary = self._summary
         return {} if summary is None else {'share of valid points': f'{summary.valid:.3f}',
                                            'median depth of the points [m]': f'{summary.depth:.3g}'}
-
-    def _watch_inputs(self) -> None:
-        names = [source.resolved_name for source in self._inputs]
-        before, pairs_before = (0, 0), 0
-        while not rospy.is_shutdown():
-            time.sleep(WATCH_PERIOD)
-            received, pairs = self._synchronizer.received, self._synchronizer.pairs
-            if self._demand.seconds < WATCH_PERIOD:
-                before, pairs_before = received, pairs
-                continue
-            came = [now > then for now, then in zip(received, before)]
-            if came[0] != came[1]:
-                there, absent = (names[0], names[1]) if came[0] else (names[1], names[0])
-                self._health.warn('input missing', f'messages come on {there} but none on {absent}')
-            elif all(came) and pairs == pairs_before:
-                self._health.warn('no pairs', f'{names[0]} and {names[1]} both come, but no two stamps are within '
-                                              f'{self._synchronizer.slop:.3f} s of each other')
-            before, pairs_before = received, pairs
 
 
 def _camera_of(points: PointGrid, image: Image) -> Optional[CameraInfo]:

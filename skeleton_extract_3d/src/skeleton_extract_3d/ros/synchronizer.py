@@ -3,13 +3,18 @@
 That one pairs wrongly when frames drop, since it takes the first pair within its slop, and calls back while holding
 its lock, so that an exception in the callback stops it for good.
 """
+import math
 import threading
-from typing import Any, Optional, Sequence, Tuple
+import time
+from typing import Any, List, Optional, Sequence, Tuple
 
 import message_filters
 
 from openpose_ros_pkg.ros.health import Health
+from openpose_ros_pkg.ros.images import InputSubscriber
+from openpose_ros_pkg.ros.input_watch import PATIENCE, InputWatch
 from openpose_ros_pkg.stream.pairing import PairingParams, StampMatcher
+from openpose_ros_pkg.stream.pairing_report import pairing_report
 
 
 class StampSynchronizer(message_filters.SimpleFilter):
@@ -36,6 +41,8 @@ class StampSynchronizer(message_filters.SimpleFilter):
         """Messages with a stamp that came on each input."""
         self.pairs = 0
         """Pairs that were found."""
+        self._came: List[float] = [-math.inf, -math.inf]  # newest message of each input since the last pair
+        self._unpaired_since = math.inf
         self.connectInput(inputs)
 
     def connectInput(self, inputs: Sequence[Any]) -> None:  # noqa: N802 - as other message filters call it
@@ -44,10 +51,26 @@ class StampSynchronizer(message_filters.SimpleFilter):
         images.registerCallback(self._add, 0)
         points.registerCallback(self._add, 1)
 
-    @property
-    def slop(self) -> float:
-        """Largest difference of stamps that pairs at present [s]."""
-        return self._matcher.slop
+    def watch_pairs(self, watch: InputWatch, inputs: Sequence[InputSubscriber], setting: str) -> None:
+        """Have it told when messages come on both inputs but do not pair.
+
+        Args:
+            inputs: from which the messages come.
+            setting: how the user sets slop and queue size, see `PairingReport.text`.
+        """
+        names = [source.resolved_name for source in inputs]
+        watch.add('no pairs', lambda: self._pairs_nothing() and all(source.subscribed for source in inputs),
+                  lambda: self._why_unpaired(names, setting))
+
+    def _pairs_nothing(self) -> bool:
+        """Tell whether both inputs came for a while without a pair: lately, or there never was one."""
+        now = time.monotonic()
+        return now - self._unpaired_since >= PATIENCE and (self.pairs == 0 or now - min(self._came) < PATIENCE)
+
+    def _why_unpaired(self, names: Sequence[str], setting: str) -> str:
+        with self._lock:
+            report = pairing_report(self._matcher)
+        return f'stamps of {" and ".join(names)} jump' if report is None else report.text(names, setting)
 
     def _counts(self) -> Tuple[int, ...]:
         return (self._matcher.resets, self._matcher.out_of_order, *self._matcher.unpaired)
@@ -64,6 +87,7 @@ class StampSynchronizer(message_filters.SimpleFilter):
             jumped, stale, *alone = (now - then for now, then in zip(self._counts(), before))
             self.received = (self.received[0] + (stream == 0), self.received[1] + (stream == 1))
             self.pairs += pair is not None
+            self._note_arrival(stream, pair is not None)
         for event, number in zip(self._alone, alone):
             if number:
                 self._health.count(event, number)
@@ -75,3 +99,11 @@ class StampSynchronizer(message_filters.SimpleFilter):
                                                   'again? Waiting messages are forgotten')
         if pair is not None:
             self.signalMessage(*pair)
+
+    def _note_arrival(self, stream: int, pairs: bool) -> None:
+        if pairs:
+            self._came, self._unpaired_since = [-math.inf, -math.inf], math.inf
+            return
+        self._came[stream] = now = time.monotonic()
+        if self._unpaired_since == math.inf and min(self._came) > -math.inf:
+            self._unpaired_since = now

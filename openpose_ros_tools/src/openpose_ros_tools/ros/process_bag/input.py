@@ -17,6 +17,7 @@ from openpose_ros_pkg.errors import BadInputError, NoTransformError
 from openpose_ros_pkg.ros.convert import any_image_to_bgr
 from openpose_ros_pkg.stream.image_decoding import MOST_MEGAPIXELS
 from openpose_ros_pkg.stream.pairing import PairingParams, StampMatcher
+from openpose_ros_pkg.stream.pairing_report import pairing_report
 from openpose_ros_tools.ros.bag_files import StampedMessage, deserialized, stamped_messages
 from openpose_ros_tools.ros.camera_topics import TopicFinder, is_result
 from openpose_ros_tools.ros.process_bag.job import Counts, Topics
@@ -149,8 +150,12 @@ class Recording:
                 yield from self._frames_of(message)
         if self._matcher is not None:
             for pair in self._matcher.finish():
+                self.counts.pairs += 1
                 yield self._frame(*pair)
             self.counts.alone = self._matcher.unpaired
+            report = pairing_report(self._matcher) if self.counts.few_pairs else None
+            if report is not None:
+                self.counts.advice = report.text((self._topics.image, self._points_topic), '--set {}={}')
 
     def _frames_of(self, stored: StampedMessage) -> Iterator[Union[Frame, BadInputError]]:
         """Yield the frame, or error, that a message completes, if any."""
@@ -172,6 +177,7 @@ class Recording:
             self.counts.unusable += matcher.out_of_order - before
             self.counts.alone, self.counts.resets = matcher.unpaired, matcher.resets
             if pair is not None:
+                self.counts.pairs += 1
                 yield self._frame(*pair)
 
     def _frame(self, image: _Part, points: Optional[_Part] = None) -> Union[Frame, BadInputError]:

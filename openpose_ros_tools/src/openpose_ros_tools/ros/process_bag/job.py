@@ -158,9 +158,16 @@ class Counts:
     """What a recording has that became no frame."""
 
     images: int = 0  # all images that were read
+    pairs: int = 0  # of image and points
     alone: List[int] = field(default_factory=lambda: [0, 0])  # images, and points, without a partner
     unusable: int = 0  # messages without a stamp, or not newer than the one before
     resets: int = 0  # times that the stamps jumped back
+    advice: str = ''  # why few messages pair, and how more do
+
+    @property
+    def few_pairs(self) -> bool:
+        """Whether half of the images that could have a partner, or more, have none."""
+        return 0 < min(self.alone) >= self.pairs
 
 
 @dataclass
@@ -186,6 +193,7 @@ class BagReport:
                              (counts.resets, 'times the stamps jumped back')):
             if number:
                 parts.append(f'{number} {what}')
+        parts += [counts.advice] if counts.advice else []
         return '; '.join(parts)
 
 

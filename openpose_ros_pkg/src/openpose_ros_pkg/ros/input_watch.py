@@ -1,0 +1,101 @@
+"""Tell the user which inputs of a node are silent, and why."""
+import threading
+import time
+from functools import partial
+from typing import Callable, Dict, List, Mapping, NamedTuple, Sequence
+
+import rosgraph
+import rospy
+
+from openpose_ros_pkg.ros.health import Health
+from openpose_ros_pkg.ros.images import InputSubscriber
+from openpose_ros_pkg.ros.master.calls import CALL_ERRORS, call_master
+from openpose_ros_pkg.stream.silent_topic import PublishedTopic, why_clock_stands, why_silent
+from openpose_ros_pkg.throttle import Throttle
+
+PATIENCE = 5.0
+"""An input without a message for this long is silent [s], in wall time."""
+# Period of looking; of asking the master again while something is wrong; of telling it again in the log [s].
+_PERIOD, _REFRESH_PERIOD, _LOG_PERIOD = 1.0, 5.0, 60.0
+
+
+class _Check(NamedTuple):
+    """Something that may be wrong: what it is called, whether it is so now, and why in words."""
+
+    event: str
+    lasts: Callable[[], bool]
+    why: Callable[[], str]
+
+
+class InputWatch:
+    """Logs what is wrong with the inputs of a node, seldom, and keeps its status at WARN while it lasts."""
+
+    def __init__(self, health: Health) -> None:
+        self._health = health
+        self._checks: List[_Check] = []
+        self._faults: Dict[str, str] = {}
+        self._refresh, self._log = Throttle(_REFRESH_PERIOD), Throttle(_LOG_PERIOD)
+        self._clock = rospy.Time(), time.monotonic()
+        health.show_lasting(lambda: '; '.join(f'{event}: {text}' for event, text in list(self._faults.items())))
+
+    def start(self, inputs: Sequence[InputSubscriber]) -> None:
+        """Begin to look, in a thread of its own, which inputs that the node needs are silent."""
+        for source in inputs:
+            if not source.optional:
+                self.add(f'no message on {source.resolved_name}', partial(_is_silent, source),
+                         partial(self._why_silent, source))
+        threading.Thread(target=self._keep_looking, name='input watch', daemon=True).start()
+
+    def add(self, event: str, lasts: Callable[[], bool], why: Callable[[], str]) -> None:
+        """Look for something else that may be wrong; `why` is asked for only while it `lasts`."""
+        self._checks.append(_Check(event, lasts, why))
+
+    def _keep_looking(self) -> None:
+        while not rospy.is_shutdown():
+            time.sleep(_PERIOD)
+            try:
+                self._look()
+            except Exception as error:  # it goes on looking
+                self._health.warn('inputs not watched', repr(error))
+
+    def _look(self) -> None:
+        now = rospy.get_rostime()
+        if now != self._clock[0]:
+            self._clock = now, time.monotonic()
+        checks = [check for check in self._checks if check.lasts()]
+        for check in checks:
+            if check.event not in self._faults:
+                self._health.count(check.event)
+        is_due = bool(checks) and self._refresh.is_due('')
+        faults = {check.event: check.why() if is_due or check.event not in self._faults else self._faults[check.event]
+                  for check in checks}
+        for event, text in faults.items():
+            if self._log.is_due(event):
+                rospy.logwarn('%s: %s', event, text)
+        self._faults = faults
+
+    def _why_silent(self, source: InputSubscriber) -> str:
+        try:
+            text = why_silent(source.resolved_name, source.kind, _published_topics(), source.connected,
+                              rospy.get_name())
+        except CALL_ERRORS:
+            text = f'the ROS master {rosgraph.get_master_uri()} does not answer'
+        stamp, since = self._clock
+        if not rospy.rostime.is_wallclock() and time.monotonic() - since >= PATIENCE:
+            return f'{why_clock_stands(stamp.to_sec())}; {text}'
+        return text
+
+
+def _is_silent(source: InputSubscriber) -> bool:
+    return source.silence >= PATIENCE
+
+
+def _published_topics() -> Mapping[str, PublishedTopic]:
+    """Return all topics that are published, by their names.
+
+    Raises:
+        CALL_ERRORS: the master does not answer.
+    """
+    (_, _, state), (_, _, types) = call_master([('getSystemState',), ('getTopicTypes',)])
+    kinds = dict(types)
+    return {topic: PublishedTopic(kinds.get(topic, ''), nodes) for topic, nodes in state[0]}

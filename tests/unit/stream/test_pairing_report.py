@@ -1,0 +1,62 @@
+"""Why two streams do not pair, and that the parameters which the report suggests pair them."""
+import pytest
+
+from openpose_ros_pkg.stream.pairing import PairingParams, StampMatcher
+from openpose_ros_pkg.stream.pairing_report import pairing_report
+from two_streams import EPOCH
+
+IMAGE, CLOUD = 0, 1
+NAMES = '/image', '/points'
+
+
+def played(arrivals, **params):
+    """Return a matcher that got messages, (stream, stamp [s]), and the number of pairs."""
+    matcher = StampMatcher(PairingParams(**params))
+    return matcher, sum(matcher.add(stream, EPOCH + round(stamp * 1e9), None) is not None for stream, stamp in arrivals)
+
+
+def by_arrival(count, period, offset=0.0, delay=0.0):
+    """Return what came until the last image: clouds have stamps that differ by `offset` and come after `delay` [s]."""
+    sent = [(i * period, IMAGE, i * period) for i in range(count)]
+    sent += [(i * period + max(offset, 0) + delay, CLOUD, i * period + offset) for i in range(count)]
+    return [(stream, stamp) for time, stream, stamp in sorted(sent) if time < count * period]
+
+
+def test_one_stream_alone_has_no_report():
+    assert pairing_report(StampMatcher(PairingParams())) is None
+    assert pairing_report(played([(IMAGE, 0.0), (IMAGE, 0.1)])[0]) is None
+
+
+@pytest.mark.parametrize('arrivals, params, words, settings', [
+    # one frame, as in recordings of single frames
+    (by_arrival(1, 1.0, 0.21), {}, 'differ by 0.21 s, allowed are 0.005 s; slop:=0.3 pairs them', {'slop': 0.3}),
+    # a slop of the user that is too small for a slow camera
+    (by_arrival(6, 1.0, 0.21), {'slop': 0.03}, 'differ by 0.21 s, allowed are 0.03 s; slop:=0.3 pairs them',
+     {'slop': 0.3}),
+    # clouds that come after two seconds: the images that they belong to wait no longer
+    (by_arrival(80, 1 / 15, 0.0, 2.0), {}, '/points is 2 s behind /image: does its clock differ?; if it only '
+     'comes late, queue_size:=40 pairs them', {'queue_size': 40}),
+])
+def test_what_the_report_suggests_pairs_the_streams(arrivals, params, words, settings):
+    matcher, pairs = played(arrivals, **params)
+    assert pairs == 0
+    report = pairing_report(matcher)
+    assert words in report.text(NAMES, '{}:={}')
+    assert report.settings == settings
+    matcher, pairs = played(arrivals, **{**params, **settings})
+    assert pairs + len(matcher.finish()) == sum(stream == CLOUD for stream, _ in arrivals)
+
+
+def test_clocks_that_differ_are_named_and_no_parameter_is_suggested():
+    matcher, pairs = played([(stream, i / 30 + shift) for i in range(100) for stream, shift in ((IMAGE, 0.0),
+                                                                                                (CLOUD, 1000.0))])
+    assert pairs == 0
+    report = pairing_report(matcher)
+    assert report.settings == {}
+    assert '/image is 1e+03 s behind /points: does its clock differ?' in report.text(NAMES, '{}:={}')
+
+
+def test_where_no_parameter_can_be_set_none_is_named():
+    matcher, _ = played([(IMAGE, 0.0), (CLOUD, 0.21)])
+    assert pairing_report(matcher).text(NAMES, '') == ('the nearest stamps of /image and /points differ by 0.21 s, '
+                                                       'allowed are 0.005 s')
