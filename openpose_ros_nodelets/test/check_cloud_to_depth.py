@@ -115,7 +115,13 @@ class CloudToDepthTest(unittest.TestCase):
     def test_3_metres_and_given_camera_alone(self):
         depths, infos = self.listen('alone')
         xyz = surface()
+        me = rospy.get_name()
+        self.diagnostics.await_text('alone/cloud_to_depth', *(
+            f'no message on /alone/{topic}: published by {me}, which sends nothing; other topics of type '
+            f'sensor_msgs/{kind}: /managed/' for topic, kind in (('points', 'PointCloud2'), ('camera_info', 'CameraInfo'))))
+        self.assertEqual(self.diagnostics.reports('alone/cloud_to_depth')[-1].level, 'WARN')
         self.send('alone', cloud(xyz, rospy.Time()))
+        await_true(lambda: '/alone/points' not in self.diagnostics.texts('alone/cloud_to_depth')[-1], 'clouds came')
         self.diagnostics.await_event('alone/cloud_to_depth', 'bad clouds', 1, ['no camera info', '/alone/camera_info'])
         given = CameraInfo(header=Header(stamp=rospy.Time(5), frame_id=FRAME_ID), width=WIDTH, height=HEIGHT, K=K,
                            distortion_model='plumb_bob', D=[0.0] * 5, P=[49.0, 0, CX, 0, 0, FY, CY, 0, 0, 0, 1, 0])

@@ -43,9 +43,12 @@ private:
 
   void subscribe() override
   {
-    if (camera_ != "fit")
+    if (camera_ == "topic" && !info_)
+      info_subscriber_ = listen<sensor_msgs::CameraInfo>(
+          "camera_info", 1, [this](const auto& info) { storeInfo(info); }, true);
+    else if (camera_ != "fit")
       info_subscriber_ = nh_->subscribe("camera_info", 1, &CloudToDepth::storeInfo, this);
-    cloud_subscriber_ = nh_->subscribe("points", 1, &CloudToDepth::convert, this);
+    cloud_subscriber_ = listen<sensor_msgs::PointCloud2>("points", 1, [this](const auto& cloud) { convert(cloud); });
   }
 
   void unsubscribe() override

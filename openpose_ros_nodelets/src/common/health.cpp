@@ -73,6 +73,12 @@ void Health::explainRest(std::function<std::string()> why)
   why_resting_ = std::move(why);
 }
 
+void Health::showLasting(std::function<std::string()> fault)
+{
+  std::lock_guard<std::mutex> lock(mutex_);
+  lasting_fault_ = std::move(fault);
+}
+
 void Health::show(const std::string& key, std::function<std::string()> value)
 {
   std::lock_guard<std::mutex> lock(mutex_);
@@ -90,6 +96,8 @@ void Health::report(diagnostic_updater::DiagnosticStatusWrapper& status)
     status.summary(diagnostic_msgs::DiagnosticStatus::OK, rest);
   else
     status.summaryf(diagnostic_msgs::DiagnosticStatus::OK, "%.1f Hz", rate);
+  if (const std::string fault = lasting_fault_(); !fault.empty())
+    status.mergeSummary(diagnostic_msgs::DiagnosticStatus::WARN, shown(fault));
   status.addf("rate [Hz]", "%.1f", rate);
   if (!latencies_.empty())
   {

@@ -33,6 +33,9 @@ public:
   /// the nodelet spins.
   void explainRest(std::function<std::string()> why);
 
+  /// Keep the status at WARN while `fault` returns a text. Call it before the nodelet spins.
+  void showLasting(std::function<std::string()> fault);
+
   /// Add a value to every report. Call it before the nodelet spins.
   void show(const std::string& key, std::function<std::string()> value);
 
@@ -45,6 +48,7 @@ private:
   std::vector<std::pair<std::string, std::function<std::string()>>> values_;
   std::vector<double> latencies_;  ///< of the frames since the report before this one [s]
   std::function<std::string()> why_resting_ = [] { return std::string(); };
+  std::function<std::string()> lasting_fault_ = [] { return std::string(); };
   std::string last_warning_;
   ros::WallTime last_warning_time_, last_report_;
   std::string name_;

@@ -10,7 +10,9 @@ void StreamNodelet::onInit()
 {
   nodelet_topic_tools::NodeletLazy::onInit();
   timer_ever_subscribed_.stop();  // being lazy is no reason for a warning
+  input_watch_ = std::make_unique<InputWatch>(getName());
   health_ = std::make_unique<Health>(*nh_, *pnh_, getName());
+  health_->showLasting([this] { return input_watch_->faults(); });
   health_->show("enabled", [this] { return enabled_ ? "true" : "false"; });
   health_->explainRest([this]() -> std::string {
     if (isWanted())
@@ -30,6 +32,7 @@ void StreamNodelet::onInit()
     // now what uses a queue, and throw a type that stays.
     shutdown();
     health_.reset();
+    input_watch_.reset();
     throw std::runtime_error(error.what());
   }
   enable_service_ = pnh_->advertiseService("enable", &StreamNodelet::enable, this);
@@ -81,7 +84,10 @@ void StreamNodelet::update()
   if (wanted)
     subscribe();
   else
+  {
     unsubscribe();
+    input_watch_->clear();
+  }
   connection_status_ = wanted ? nodelet_topic_tools::SUBSCRIBED : nodelet_topic_tools::NOT_SUBSCRIBED;
 }
 

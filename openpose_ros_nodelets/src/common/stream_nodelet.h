@@ -9,6 +9,7 @@
 #include "common/health.h"
 #include "common/parameter_reader.h"
 #include "common/registration_watch.h"
+#include "inputs/input_watch.h"
 
 namespace openpose_ros_nodelets
 {
@@ -17,7 +18,7 @@ namespace openpose_ros_nodelets
 /// (service ~enable), counts its faults, and refuses parameters that it does not know.
 ///
 /// A nodelet derives from it, reads its parameters in `configure`, advertises with `NodeletLazy::advertise`, and
-/// subscribes and unsubscribes in the functions of these names. One that publishes in another way calls `update` when
+/// subscribes (with `listen`) and unsubscribes in the functions of these names. One that publishes in another way calls `update` when
 /// subscribers come and go, counts them in `isHeard`, and ends its publishers in `shutdown`.
 class StreamNodelet : public nodelet_topic_tools::NodeletLazy
 {
@@ -34,6 +35,15 @@ protected:
   /// Subscribe to the inputs if the results are wanted, else unsubscribe.
   void update();
 
+  /// Subscribe to an input without whose messages there are no results: it is told while it is silent. `once`: one
+  /// message suffices.
+  template <typename Message>
+  ros::Subscriber listen(const std::string& topic, int queue_size, const InputWatch::Callback<Message>& callback,
+                         bool once = false)
+  {
+    return input_watch_->subscribe<Message>(*nh_, topic, queue_size, callback, once);
+  }
+
   Health& health()
   {
     return *health_;
@@ -46,7 +56,8 @@ private:
   bool isWanted() const;
 
   std::atomic<bool> enabled_{ true };
-  std::unique_ptr<Health> health_;
+  std::unique_ptr<InputWatch> input_watch_;
+  std::unique_ptr<Health> health_;  ///< shows what the watch tells
   std::shared_ptr<RegistrationWatch> registration_;
   ros::ServiceServer enable_service_;
 };

@@ -125,7 +125,7 @@ private:
 
   void subscribe() override
   {
-    subscriber_ = nh_->subscribe("points", 1, &FloorNodelet::take, this);
+    subscriber_ = listen<sensor_msgs::PointCloud2>("points", 1, [this](const auto& cloud) { take(cloud); });
   }
 
   void unsubscribe() override

@@ -7,7 +7,7 @@
 
 #include <boost/make_shared.hpp>
 #include <geometry_msgs/TransformStamped.h>
-#include <message_filters/subscriber.h>
+#include <message_filters/pass_through.h>
 #include <message_filters/sync_policies/exact_time.h>
 #include <message_filters/synchronizer.h>
 #include <openpose_ros_msgs/PersonDetection_3dArray.h>
@@ -82,14 +82,15 @@ private:
     synchronizer_->getPolicy()->setReset(true);
     synchronizer_->registerCallback(&PeopleCloud::label, this);
     synchronizer_->getPolicy()->registerDropCallback(&PeopleCloud::countDropped, this);
-    clouds_.subscribe(*nh_, "points", queue_size_);
-    people_.subscribe(*nh_, "people", queue_size_);
+    cloud_subscriber_ = listen<PointCloud2>("points", queue_size_, [this](const auto& cloud) { clouds_.add(cloud); });
+    people_subscriber_ =
+        listen<PersonDetection_3dArray>("people", queue_size_, [this](const auto& people) { people_.add(people); });
   }
 
   void unsubscribe() override
   {
-    clouds_.unsubscribe();
-    people_.unsubscribe();
+    cloud_subscriber_.shutdown();
+    people_subscriber_.shutdown();
     synchronizer_.reset();  // and the clouds that wait
   }
 
@@ -157,8 +158,9 @@ private:
   int queue_size_;
   tf2_ros::Buffer transform_buffer_;
   std::unique_ptr<tf2_ros::TransformListener> transforms_;
-  message_filters::Subscriber<PointCloud2> clouds_;
-  message_filters::Subscriber<PersonDetection_3dArray> people_;
+  message_filters::PassThrough<PointCloud2> clouds_;
+  message_filters::PassThrough<PersonDetection_3dArray> people_;
+  ros::Subscriber cloud_subscriber_, people_subscriber_;
   std::unique_ptr<message_filters::Synchronizer<Policy>> synchronizer_;
   ros::Publisher labelled_publisher_, without_people_publisher_;
 };

@@ -6,7 +6,7 @@ from typing import Any, Callable, Optional, Tuple, Type, Union
 import genpy
 import message_filters
 import rospy
-from sensor_msgs.msg import CompressedImage, Image
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.ros import convert
@@ -41,6 +41,7 @@ class InputSubscriber(message_filters.SimpleFilter):
         self._waits_since = 0.0
         self.lost = 0
         self.on_error: Callable[[Exception], None] = lambda error: None
+        self._suffices = message_type is CameraInfo  # one message, which holds for those that follow
         self._message_type = _tolerant(message_type)
         self._subscriber: Optional[message_filters.Subscriber] = None
         self._newest: Tuple[Any, int] = None, 0
@@ -58,8 +59,12 @@ class InputSubscriber(message_filters.SimpleFilter):
 
     @property
     def silence(self) -> float:
-        """For how long no message has come while it was subscribed [s]; 0 while it is not."""
-        return time.monotonic() - self._waits_since if self.subscribed else 0.0
+        """For how long no message has come while it was subscribed [s]; 0 while it is not.
+
+        A camera info holds until the next one: after the first, it is never silent.
+        """
+        holds = self._suffices and self._newest[0] is not None
+        return time.monotonic() - self._waits_since if self.subscribed and not holds else 0.0
 
     @property
     def connected(self) -> bool:
