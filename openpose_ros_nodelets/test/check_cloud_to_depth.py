@@ -118,7 +118,7 @@ class CloudToDepthTest(unittest.TestCase):
         me = rospy.get_name()
         self.diagnostics.await_text('alone/cloud_to_depth', *(
             f'no message on /alone/{topic}: published by {me}, which sends nothing; other topics of type '
-            f'sensor_msgs/{kind}: /managed/' for topic, kind in (('points', 'PointCloud2'), ('camera_info', 'CameraInfo'))))
+            f'{kind._type}: /managed/' for topic, kind in (('points', PointCloud2), ('camera_info', CameraInfo))))
         self.assertEqual(self.diagnostics.reports('alone/cloud_to_depth')[-1].level, 'WARN')
         self.send('alone', cloud(xyz, rospy.Time()))
         await_true(lambda: '/alone/points' not in self.diagnostics.texts('alone/cloud_to_depth')[-1], 'clouds came')

@@ -1,10 +1,9 @@
 """What all adapters have in common: inputs, a thread for each output, and diagnostics."""
 from functools import partial
-from typing import Any, Callable, Dict, NamedTuple, Sequence, Tuple, Type
+from typing import Any, Callable, Dict, NamedTuple, Sequence, Tuple, Type, Union
 
 import genpy
 import rospy
-from message_filters import SimpleFilter
 from openpose_ros_msgs.msg import PersonDetection_3dArray, PersonSignalsArray
 
 from openpose_ros_pkg.params.nodes import DemandParams
@@ -53,7 +52,7 @@ class Adapter:
             worker = NewestWinsWorker(partial(self._process, output, publisher), self._health.frame_failed,
                                       output.topic)
             sources = [InputSubscriber(topic, kind) for topic, kind in output.inputs]
-            newest: SimpleFilter = sources[0]
+            newest: Union[InputSubscriber, StampSynchronizer] = sources[0]
             if len(sources) == 2:
                 newest = StampSynchronizer(sources, PairingParams(slop=_SAME_STAMP), self._health,
                                            ('people', 'signals'))

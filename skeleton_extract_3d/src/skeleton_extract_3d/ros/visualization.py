@@ -52,7 +52,7 @@ class Visualization:
                                          f'trails of {params.trail_seconds:g} s, lifetime {params.lifetime:g} s')
 
     def _input(self, topic: str, kind: Type[Any], process: Callable[[Any], None]) -> InputSubscriber:
-        """Return an input whose messages are processed in a thread of its own; it is silent without `hands` or `face`."""
+        """Return an input, silent without `hands` or `face`, whose messages are processed in a thread of its own."""
         source = InputSubscriber(f'{_NAMESPACE}/{topic}', kind, optional=True)
         source.registerCallback(NewestWinsWorker(process, self._health.frame_failed, topic).submit)
         return source
