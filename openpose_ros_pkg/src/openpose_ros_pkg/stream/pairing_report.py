@@ -23,7 +23,8 @@ class PairingReport(NamedTuple):
         difference: of the nearest stamps, the median of each message's [s].
         allowed: largest difference that pairs at present [s].
         behind: newest stamp of stream 0 minus that of stream 1 [s].
-        settings: parameters of PairingParams with which they would pair; empty: none does.
+        settings: parameters of PairingParams with which they would pair; empty: none does, or the present ones do as
+            soon as more messages come.
     """
 
     difference: float
@@ -44,6 +45,8 @@ class PairingReport(NamedTuple):
         if is_behind:
             late, early = names if self.behind < 0 else names[::-1]
             parts.append(f'{late} is {abs(self.behind):.3g} s behind {early}: does its clock differ?')
+        elif self.difference < self.allowed and not self.settings:
+            parts.append('they wait for the next messages, which may be nearer')
         if setting and self.settings:
             values = ' '.join(setting.format(*each) for each in self.settings.items())
             parts.append(f'{"if it only comes late, " if is_behind else ""}{values} pairs them')
@@ -67,7 +70,8 @@ def pairing_report(matcher: StampMatcher) -> Optional[PairingReport]:
     now = matcher.params
     slop, queue_size = _rounded_up(float(np.quantile(nearest, 0.9))), math.ceil(_rounded_up(waiting))
     settings: Dict[str, float] = {}
-    for tried in _allowed((slop, now.queue_size), (now.slop, queue_size), (slop, queue_size)):
+    for tried in _allowed((now.slop, now.queue_size), (slop, now.queue_size), (now.slop, queue_size),
+                          (slop, queue_size)):
         within = np.count_nonzero(nearest < (tried.slop or matcher.slop))
         if _pairs(arrivals, tried) >= max(_LEAST_SHARE * within, 1):
             changed = {'slop': tried.slop != now.slop, 'queue_size': tried.queue_size != now.queue_size}
