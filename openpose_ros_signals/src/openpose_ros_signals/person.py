@@ -71,13 +71,13 @@ class Person:
     """What is remembered of a person.
 
     Attributes:
-        stamp: when the person was seen last [s].
+        since, stamp: when the person was seen first and last [s].
         place, placed: (3,) where the trunk was last, see `trunk_place`, and when [s]; NaN if it was never seen.
         stature: [m].
     """
 
-    def __init__(self) -> None:
-        self.stamp = -np.inf
+    def __init__(self, since: float) -> None:
+        self.since = self.stamp = since
         self.place, self.placed = np.full(3, np.nan), np.nan
         self.stature = BODY.adult_stature
         self._statures: Deque[float] = deque(maxlen=_PERSON.statures)

@@ -26,6 +26,11 @@ class SignalReader:
         self._people: Dict[int, Person] = {}
         self._stamp = -np.inf
 
+    @property
+    def known(self) -> Dict[int, float]:
+        """Since when people are there [s], by id: those of the last frame, and those seen at most `gap` before."""
+        return {name: person.since for name, person in self._people.items()}
+
     def update(self, people: People3D, stamp: float, up: np.ndarray, around: Surroundings = _NOTHING,
                landmarks: Optional[Landmarks3D] = None) -> Tuple[PersonSignals, ...]:
         """Return what each person does, in the order of the people.
@@ -65,7 +70,7 @@ class SignalReader:
             self._people.pop(names[row], None)
         taken = {id(person) for person in memories.values()}
         self._people = {name: person for name, person in self._people.items() if id(person) not in taken}
-        self._people.update({names[row]: memories.get(row, Person()) for row in new})
+        self._people.update({names[row]: memories.get(row) or Person(stamp) for row in new})
 
     @staticmethod
     def _steps(person: Person, place: np.ndarray, stamp: float) -> float:
