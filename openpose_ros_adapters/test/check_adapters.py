@@ -41,6 +41,7 @@ class Player(threading.Thread):
         super().__init__(name='player', daemon=True)
         self.space = rospy.Publisher(f'{INPUT}/detected_poses_3d', PersonDetection_3dArray, queue_size=5)
         self.image = rospy.Publisher(f'{INPUT}/detected_poses', PersonDetectionArray, queue_size=5)
+        self.sends = True
 
     def run(self):
         rate, random, begin = rospy.Rate(RATE), np.random.RandomState(1), rospy.get_time()
@@ -52,8 +53,9 @@ class Player(threading.Thread):
             people = people_of([WALK(now - begin)], [5], random)
             persons = convert_2d.people_to_messages(People2D(COCO_18, keypoints, np.ones(1), people.ids), header)
             try:
-                self.image.publish(convert_2d.people_to_array(persons, header, COCO_18))
-                self.space.publish(convert.people_to_array(people, header))
+                if self.sends:
+                    self.image.publish(convert_2d.people_to_array(persons, header, COCO_18))
+                    self.space.publish(convert.people_to_array(people, header))
                 rate.sleep()
             except rospy.ROSException:
                 return  # the test has ended
@@ -107,6 +109,24 @@ class AdaptersTest(unittest.TestCase):
         (detection,) = self.space.wait(1)[0].detections
         self.assertAlmostEqual(detection.bbox.center.position.x, 2.0, delta=0.1)
         self.assertAlmostEqual(detection.bbox.size.z, 1.75, delta=0.25)
+
+    def test_the_input_ends(self):
+        def last():
+            return len(self.people.messages[-1].people), len(self.tracks.messages[-1].tracks)
+        self.people.wait(1), self.tracks.wait(1)
+        self.player.sends = False
+        await_true(lambda: last() == (0, 0), 'lists without people')
+        self.assertEqual(self.people.messages[-1].header.frame_id, 'room')
+        self.player.sends = True
+        await_true(lambda: last() == (1, 1), 'people again')
+        self.assertEqual([len(message.people) for message in self.people.messages].count(0), 1)
+        self.assertEqual([len(message.tracks) for message in self.tracks.messages].count(0), 1)
+        # ids may be those of others now
+        again = next(one for one in self.tracks.messages[::-1] if not one.tracks)
+        first = self.tracks.messages[self.tracks.messages.index(again) + 1]
+        self.assertEqual(first.tracks[0].age.to_sec(), 0.0)
+        # an image without detections would say that nobody was seen in it
+        self.assertTrue(all(message.detections for message in self.images.messages))
 
     def test_what_is_no_people_is_dropped(self):
         def is_told():

@@ -52,6 +52,7 @@ class Player(threading.Thread):
         table = np.eye(3), np.array([1.0, 2.0, 0.7])
         self.broadcaster.sendTransform([still('camera', CAMERA), still('table', table)])
         self.topic = rospy.Publisher(f'{OUTPUT}/detected_poses_3d', PersonDetection_3dArray, queue_size=5)
+        self.sends = True
 
     def run(self):
         rate, random, begin = rospy.Rate(RATE), np.random.RandomState(1), rospy.get_time()
@@ -62,8 +63,9 @@ class Player(threading.Thread):
             people = people_of([MOTION(time)], [1 + int(round_number)], random)
             seen = transform_people(people, rotation.T, -rotation.T @ translation)
             try:
-                self.topic.publish(convert.people_to_array(seen, Header(stamp=rospy.Time.from_sec(now),
-                                                                        frame_id='camera')))
+                if self.sends:
+                    self.topic.publish(convert.people_to_array(seen, Header(stamp=rospy.Time.from_sec(now),
+                                                                            frame_id='camera')))
                 rate.sleep()
             except rospy.ROSException:
                 return  # the test has ended
@@ -133,8 +135,11 @@ class PeopleSignalsTest(unittest.TestCase):
         self.diagnostics.await_text(NODE, 'ghost')
 
         # for state machines: a service, and a topic that tells changes alone
-        answer = rospy.ServiceProxy('/get_people', GetPeople)().people
-        self.assertEqual([one.signals.person_ID for one in answer.persons], [name + 1])
+        get_people = rospy.ServiceProxy('/get_people', GetPeople)
+        # who was there before stays for a second
+        await_true(lambda: [one.signals.person_ID for one in get_people().people.persons] == [name + 1], 'one person')
+        answer = get_people().people
+        self.assertEqual(answer.persons[0].signals.header.stamp, answer.header.stamp)
         self.assertLess(abs((answer.header.stamp - answer.persons[0].since).to_sec()), LENGTH)
         postures = [[(one.signals.person_ID, one.signals.posture) for one in summary.persons]
                     for summary in self.summaries.messages]
@@ -147,6 +152,16 @@ class PeopleSignalsTest(unittest.TestCase):
                                                           pose_model='no such', persons=[PersonDetection_3d()]))
         self.diagnostics.await_text(NODE, 'no such')
         await_true(lambda: len(self.signals.messages) > number + 2, 'signals after it')
+
+        # when no people come any more, nobody is known to be there; when they come again, they are
+        self.assertTrue(self.summaries.messages[-1].persons)
+        self.player.sends = False
+        await_true(lambda: not self.summaries.messages[-1].persons, 'an empty summary')
+        with self.assertRaisesRegex(rospy.ServiceException, 'no people came for 2 s'):
+            get_people()
+        self.player.sends = True
+        await_true(lambda: self.summaries.messages[-1].persons, 'people again')
+        self.assertTrue(get_people().people.persons)
 
 
 if __name__ == '__main__':

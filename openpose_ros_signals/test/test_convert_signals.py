@@ -7,7 +7,8 @@ from std_msgs.msg import Header
 
 from openpose_ros_signals import records
 from openpose_ros_signals.records import Facing, Fall, FloorPose, Gesture, Hit, Pointing, Posture, Walk
-from openpose_ros_signals.ros.convert import poses_of, signals_from_array, signals_to_array
+from openpose_ros_signals.ros.convert import poses_of, signals_from_array, signals_to_array, summary_to_message
+from openpose_ros_signals.show.summary import Present
 
 HEADER = Header(stamp=rospy.Time(12, 500000000), frame_id='room')
 X, Y = np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0])
@@ -75,3 +76,14 @@ def test_the_words_of_the_messages_are_those_of_the_records():
             PersonSignals.LYING} == set(records.POSTURES)
     assert PersonSignals.UNKNOWN == records.UNKNOWN
     assert (PersonGesture.LEFT, PersonGesture.RIGHT, PersonGesture.BOTH) == (records.LEFT, records.RIGHT, records.BOTH)
+
+
+def test_a_summary_says_when_each_person_was_seen():
+    header = Header(stamp=rospy.Time(1700000000, 123456789), frame_id='room')
+    now = header.stamp.to_sec()
+    message = summary_to_message((Present(now - 9.0, now, EVERYTHING), Present(now - 5.0, now - 0.25, SOME)), header)
+    assert message.header == header
+    here, missed = (person.signals for person in message.persons)
+    assert (here.header, here.person_ID, missed.header.frame_id, missed.person_ID) == (header, 7, 'room', 9)
+    assert (header.stamp - missed.header.stamp).to_sec() == pytest.approx(0.25, abs=1e-6)
+    assert [round((header.stamp - person.since).to_sec(), 6) for person in message.persons] == [9.0, 5.0]

@@ -33,16 +33,18 @@ TIMEOUT = 30.0
 
 
 class Scene:
-    """Sends what a camera sees, until it is told that somebody leaves."""
+    """Sends what a camera sees, until it is told that somebody leaves, or that it is to be silent."""
 
     def __init__(self):
-        self.ids = [5, 6]
+        self.ids, self.sends = [5, 6], True
         self._space = rospy.Publisher(f'{INPUT}/detected_poses_3d', PersonDetection_3dArray, queue_size=5)
         self._image = rospy.Publisher(f'{INPUT}/detected_poses', PersonDetectionArray, queue_size=5)
         self._info = rospy.Publisher(f'{INPUT}/camera_info', CameraInfo, queue_size=5)
         self._timer = rospy.Timer(rospy.Duration(0.1), self._send)
 
     def _send(self, _event):
+        if not self.sends:
+            return
         header = Header(stamp=rospy.Time.now(), frame_id='room')
         people = people_of([POSES[name] for name in self.ids], self.ids, np.random.RandomState(0))
         keypoints = np.full((len(self.ids), 18, 3), (np.nan, np.nan, 0.0), np.float32)
@@ -92,6 +94,28 @@ def check(session):
     wait_until(lambda: not any('p5' in topic for topic, _ in rospy.get_published_topics('/humans')),
                'the topics of who has left end')
     assert any('p6' in topic for topic, _ in rospy.get_published_topics('/humans'))
+    check_end(scene, [Recorder(f'{BODIES}/tracked', IdsList), Recorder(f'{PERSONS}/tracked', IdsList),
+                      Recorder(f'{PERSONS}/known', IdsList)])
+
+
+def check_end(scene, lists):
+    def topics():
+        return [topic for topic, _ in rospy.get_published_topics('/humans') if 'p6' in topic]
+
+    def last(ids):
+        return all(one.messages and one.messages[-1].ids == wanted for one, wanted in zip(lists, ids))
+    here = [['p6'], ['anonymous_p6'], ['anonymous_p6']]
+    wait_until(lambda: last(here), 'one is there')
+    scene.sends = False
+    wait_until(lambda: last([[], [], []]), 'lists are empty when no people come any more')
+    wait_until(lambda: not topics(), 'all topics of bodies and persons end')
+    assert all([message.ids for message in one.messages].count([]) == 1 for one in lists)
+    assert lists[0].messages[-1].header.frame_id == 'room'
+    scene.sends = True
+    wait_until(lambda: last(here), 'one is there again')
+    assert newest(f'{PERSONS}/anonymous_p6/body_id', String).data == 'p6'
+    assert newest(f'{BODIES}/p6/joint_states', JointState).name
+    assert len(topics()) > 6, topics()
 
 
 def check_space(frames):

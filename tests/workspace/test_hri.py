@@ -5,7 +5,7 @@ import pytest
 
 from workspaces import ROOT, SETTINGS, plain_environment, shell
 
-# Release 0.9.0 for ROS 1, beside the checkout; no system that this project supports has it as a package.
+# Release 0.9.0 for ROS 1, beside the checkout; as a package, ROS noetic alone has it.
 SOURCE = ROOT.parent / 'shared' / 'data' / 'hri_msgs'
 CHECK = ROOT / 'tests' / 'workspace' / 'check_hri.py'
 

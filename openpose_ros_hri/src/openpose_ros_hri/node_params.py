@@ -11,8 +11,7 @@ class HriParams(Parameters):
     """What is published of people, and how they are named."""
 
     id_prefix: str = parameter(
-        'p', 'Bodies are named by this and the number of the person. Letters, digits and underscores, a letter first. '
-             'Where several chains have people of their own, each needs another one.')
+        'p', 'Bodies are named by this and the number of the person. Letters, digits and underscores, a letter first.')
     persons: bool = parameter(
         False, 'Publish each body also as an anonymous person below /humans/persons, with its frame at the head. Where '
                'another node manages persons, leave that to it.')
@@ -27,8 +26,8 @@ class HriParams(Parameters):
         0.1, 'Regions are wider than the keypoints by this share of their longer side, on each side.', minimum=0.0,
         maximum=1.0)
     forget: float = parameter(
-        2.0, 'The topics of a body end when it has not been tracked for this long.', unit='s', minimum=0.0,
-        maximum=3600.0)
+        2.0, 'The topics of a body end when it has not been tracked for this long, or when the input ends.', unit='s',
+        minimum=0.0, maximum=3600.0)
 
 
 @dataclass(frozen=True)

@@ -1,30 +1,45 @@
 // A program that runs one nodelet: OPENPOSE_ROS_NODELET is its name, as in nodelets.xml and in config/.
 #include <unistd.h>
 
-#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <exception>
+#include <fstream>
+#include <iostream>
 #include <string>
 
 #include <nodelet/loader.h>
+#include <nodelet/nodelet.h>
+#include <pluginlib/class_loader.hpp>
 #include <ros/ros.h>
 
 namespace
 {
 
 const std::string NODELET = OPENPOSE_ROS_NODELET;
+const std::string CLASS = "openpose_ros_nodelets/" + NODELET;
 
-/// Tell how to start the program; return its exit status, which is 0 for --help.
-int showUsage(const char* argument)
+/// Print what the nodelet does, how to start it, and its parameters; needs no master.
+void showHelp()
 {
-  std::printf("usage: rosrun openpose_ros_nodelets %s_node [_PARAMETER:=VALUE] [TOPIC:=TOPIC]\n"
-              "Parameters and what they do: config/%s.yaml of the package openpose_ros_nodelets.\n",
-              NODELET.c_str(), NODELET.c_str());
-  if (std::strcmp(argument, "--help") == 0 || std::strcmp(argument, "-h") == 0)
+  pluginlib::ClassLoader<nodelet::Nodelet> classes("nodelet", "nodelet::Nodelet");
+  const std::string manifest = classes.getPluginManifestPath(CLASS);
+  std::ifstream parameters(manifest.substr(0, manifest.rfind('/')) + "/config/" + NODELET + ".yaml");
+  std::cout << classes.getClassDescription(CLASS) << "\n\nusage: rosrun openpose_ros_nodelets " << NODELET
+            << "_node [_PARAMETER:=VALUE] [TOPIC:=TOPIC]\n\n" << parameters.rdbuf();
+}
+
+/// Answer an argument that is not of ROS; return the exit status.
+int answer(const char* argument)
+{
+  if (std::strcmp(argument, "--help") == 0 || std::strcmp(argument, "-help") == 0 || std::strcmp(argument, "-h") == 0)
+  {
+    showHelp();
     return 0;
-  std::fprintf(stderr, "unknown argument: %s\n", argument);
-  return 2;
+  }
+  std::cerr << NODELET << "_node: argument '" << argument
+            << "' is not allowed: parameters are set as _NAME:=VALUE; --help lists them\n";
+  return 1;
 }
 
 }  // namespace
@@ -33,13 +48,13 @@ int main(int argc, char** argv)
 {
   ros::init(argc, argv, NODELET);  // takes ROS' own arguments out
   if (argc > 1)
-    return showUsage(argv[1]);
+    return answer(argv[1]);
   ros::NodeHandle handle;  // keeps the node up when the nodelet could not be made
   nodelet::Loader loader;
   bool loaded = false;
   try
   {
-    loaded = loader.load(ros::this_node::getName(), "openpose_ros_nodelets/" + NODELET, ros::names::getRemappings(), {});
+    loaded = loader.load(ros::this_node::getName(), CLASS, ros::names::getRemappings(), {});
   }
   catch (const std::exception&)
   {

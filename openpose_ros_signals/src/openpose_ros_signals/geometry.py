@@ -13,6 +13,7 @@ from skeleton_extract_3d.body.body import (
     MEASURED_KINDS,
     NECK,
     SHOULDERS,
+    TRUNK,
     joint_indices,
 )
 from skeleton_extract_3d.people import MEASURED, MISSING, People3D
@@ -109,6 +110,12 @@ def joints_of(people: People3D) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
     status = np.where(there, people.status[:, columns], MISSING)
     joints = np.where((status == MISSING)[..., np.newaxis], np.nan, people.xyz[:, columns].astype(np.float64))
     return joints, status, np.where(status == MISSING, np.nan, people.sigma[:, columns].astype(np.float64))
+
+
+def trunk_place(joints: np.ndarray) -> np.ndarray:
+    """Return the middle of the joints (18, 3) of the trunk that are known or inferred, (3,) [m]; NaN if none is."""
+    known = joints[TRUNK][np.isfinite(joints[TRUNK, 0])]
+    return np.asarray(known.mean(axis=0)) if len(known) else _NONE
 
 
 def body_of(stamp: float, joints: Tuple[np.ndarray, np.ndarray, np.ndarray], up: np.ndarray, stature: float) -> Body:

@@ -36,7 +36,8 @@ class Held:
             share = min((stamp - self._before) / _HOLD.memory, 1.0)
             self.confidence += share * (degree - self.confidence)
             self._until = np.nan if degree >= _HOLD.unsure else _first(self._until, stamp)
-            self.on = not stamp - self._until >= _HOLD.end - TICK
+            unseen = stamp - self._before > _HOLD.hidden
+            self.on = np.isnan(self._until) or not (unseen or stamp - self._until >= _HOLD.end - TICK)
             self._from = np.nan
         else:
             self._from = _first(self._from, stamp) if degree >= _HOLD.sure else np.nan

@@ -6,7 +6,7 @@ import numpy as np
 
 from openpose_ros_signals.arms import Arm, arm_of
 from openpose_ros_signals.constants import SIGNALS
-from openpose_ros_signals.geometry import ARMS, Body, body_of, least, ramp, stature_of, unit, unless_hidden
+from openpose_ros_signals.geometry import ARMS, Body, body_of, least, ramp, stature_of, trunk_place, unit, unless_hidden
 from openpose_ros_signals.gestures import ARM_GESTURES, Palm, arm_degrees, crossed_degree
 from openpose_ros_signals.holding import Held
 from openpose_ros_signals.motion import FallWatch, facing_of, floor_pose, floor_velocity, level_direction, rising_speed
@@ -71,14 +71,14 @@ class Person:
     """What is remembered of a person.
 
     Attributes:
-        stamp: when the person was seen last [s].
-        place: (3,) where, the middle of the trunk; NaN if it was never seen.
+        since, stamp: when the person was seen first and last [s].
+        place, placed: (3,) where the trunk was last, see `trunk_place`, and when [s]; NaN if it was never seen.
         stature: [m].
     """
 
-    def __init__(self) -> None:
-        self.stamp = -np.inf
-        self.place = np.full(3, np.nan)
+    def __init__(self, since: float) -> None:
+        self.since = self.stamp = since
+        self.place, self.placed = np.full(3, np.nan), np.nan
         self.stature = BODY.adult_stature
         self._statures: Deque[float] = deque(maxlen=_PERSON.statures)
         self._bodies: Deque[Body] = deque()
@@ -88,7 +88,7 @@ class Person:
         self._gestures = [{name: Held(0.0) if name in _SWINGS else Held(at_once=True) for name in ARM_GESTURES}
                           for _ in SIDES]
         self._crossed, self._moving, self._falls = Held(), Held(), FallWatch()
-        self._rays: List[Optional[Pointing]] = [None, None]
+        self._rays: List[Tuple[float, Optional[Pointing]]] = [(-np.inf, None)] * 2
 
     def update(self, name: int, stamp: float, seen: Seen, up: np.ndarray, around: Surroundings) -> PersonSignals:
         """Return what the person does at a time [s].
@@ -115,8 +115,9 @@ class Person:
             self.stature = float(np.median(np.array(self._statures)))
         body = body_of(stamp, seen.joints, up, self.stature)
         self.stamp = stamp
-        if np.isfinite(body.place).all():
-            self.place = body.place
+        place = trunk_place(seen.joints[0])
+        if np.isfinite(place).all():
+            self.place, self.placed = place, stamp
         self._bodies.append(body)
         for side, arms in enumerate(self._arms):
             arms.append(arm_of(body, side))
@@ -154,19 +155,22 @@ class Person:
         return tuple(found)
 
     def _pointing(self, side: int, body: Body, degree: float, around: Surroundings) -> Optional[Pointing]:
-        """Return the ray; while the arm is hidden or leaves, the one before."""
+        """Return the ray; for a moment after arm or head are hidden or the arm leaves, the last one of the gesture."""
         ray = pointing_of(body, side)
         if ray is None or not degree >= _HOLD.unsure:
-            return self._rays[side]
+            stamp, last = self._rays[side]
+            return last if stamp >= max(self._gestures[side]['point'].since, body.stamp - _HOLD.hidden) else None
         hit = hit_target(ray, around.targets)
         if hit is None and around.points is not None:
             hit = hit_points(ray, around.points, body.joints[ARMS[side, 2]], body.stature)
-        self._rays[side] = Pointing(ray.origin, ray.direction, ray.sigma, hit)
-        return self._rays[side]
+        pointing = Pointing(ray.origin, ray.direction, ray.sigma, hit)
+        self._rays[side] = body.stamp, pointing
+        return pointing
 
     def _walk(self, body: Body) -> Optional[Walk]:
         velocity = floor_velocity(self._bodies)
         if velocity is None:
+            self._moving.update(body.stamp, np.nan)
             return None
         speed = float(np.linalg.norm(velocity))
         self._moving.update(body.stamp, ramp(speed / body.stature, _MOTION.moving))

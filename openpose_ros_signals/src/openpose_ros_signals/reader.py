@@ -6,11 +6,10 @@ from scipy.optimize import linear_sum_assignment
 from scipy.spatial.transform import Rotation
 
 from openpose_ros_signals.constants import SIGNALS
-from openpose_ros_signals.geometry import joints_of
+from openpose_ros_signals.geometry import joints_of, trunk_place
 from openpose_ros_signals.gestures import palm_of
 from openpose_ros_signals.person import Person, Seen, Surroundings
 from openpose_ros_signals.records import Facing, PersonSignals
-from skeleton_extract_3d.body.body import TRUNK
 from skeleton_extract_3d.body.joint_frames import joint_frames
 from skeleton_extract_3d.landmarks import Landmarks3D
 from skeleton_extract_3d.people import People3D
@@ -26,6 +25,11 @@ class SignalReader:
     def __init__(self) -> None:
         self._people: Dict[int, Person] = {}
         self._stamp = -np.inf
+
+    @property
+    def known(self) -> Dict[int, float]:
+        """Since when people are there [s], by id: those of the last frame, and those seen at most `gap` before."""
+        return {name: person.since for name, person in self._people.items()}
 
     def update(self, people: People3D, stamp: float, up: np.ndarray, around: Surroundings = _NOTHING,
                landmarks: Optional[Landmarks3D] = None) -> Tuple[PersonSignals, ...]:
@@ -53,32 +57,30 @@ class SignalReader:
     def _follow(self, names: List[int], joints: np.ndarray, stamp: float) -> None:
         """Give new ids, and those that have jumped, the memory of who was there."""
         with np.errstate(invalid='ignore'):
-            places = np.array([_middle(row[TRUNK]) for row in joints]).reshape(-1, 3)
+            places = np.array([trunk_place(row) for row in joints]).reshape(-1, 3)
         new = [row for row, name in enumerate(names)
                if name not in self._people or self._steps(self._people[name], places[row], stamp) > 1]
         kept = {names[row] for row in range(len(names)) if row not in new}
         lost = [name for name in self._people if name not in kept]
-        steps = np.array([[min(self._steps(self._people[name], places[row], stamp), _FAR) for name in lost]
-                          for row in new]).reshape(len(new), len(lost))
+        steps = np.nan_to_num(np.array([[self._steps(self._people[name], places[row], stamp) for name in lost]
+                                        for row in new]).reshape(len(new), len(lost)), nan=_FAR)
         memories = {new[row]: self._people[lost[column]] for row, column in zip(*linear_sum_assignment(steps))
                     if steps[row, column] <= 1}
         for row in new:
             self._people.pop(names[row], None)
         taken = {id(person) for person in memories.values()}
         self._people = {name: person for name, person in self._people.items() if id(person) not in taken}
-        self._people.update({names[row]: memories.get(row, Person()) for row in new})
+        self._people.update({names[row]: memories.get(row) or Person(stamp) for row in new})
 
     @staticmethod
     def _steps(person: Person, place: np.ndarray, stamp: float) -> float:
-        """Return how far a place is from where a person was, as a share of how far the person may have gone."""
-        reach = (_PERSON.step + _PERSON.stride * (stamp - person.stamp)) * person.stature
-        steps = float(np.linalg.norm(place - person.place)) / reach
-        return 0.0 if np.isnan(steps) else steps
+        """Return how far a place is from where a person was, as a share of how far the person may have gone.
 
-
-def _middle(trunk: np.ndarray) -> np.ndarray:
-    known = trunk[np.isfinite(trunk[:, 0])]
-    return np.asarray(known.mean(axis=0)) if len(known) else np.full(3, np.nan)
+        It is NaN where the place is not known, or that of the person was not for longer than `gap`.
+        """
+        age = stamp - person.placed
+        reach = (_PERSON.step + _PERSON.stride * age) * person.stature
+        return float(np.linalg.norm(place - person.place)) / reach if age <= _PERSON.gap else np.nan
 
 
 def _all_seen(people: People3D, joints: Tuple[np.ndarray, ...], landmarks: Landmarks3D) -> List[Seen]:

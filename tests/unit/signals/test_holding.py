@@ -55,6 +55,13 @@ def test_it_goes_on_for_a_while_when_hidden_and_then_ends():
     assert not play(Held(), lambda stamp: np.nan, 10)[1].any()
 
 
+def test_what_holds_no_more_after_a_while_without_the_person_ends_at_once():
+    held = Held()
+    play(held, lambda stamp: 1.0, 10)
+    held.update(3.8, 0.0)
+    assert not held.on
+
+
 def test_what_was_sure_before_it_was_hidden_does_not_count_after():
     held = Held()
     for stamp, degree in ((0.0, 1.0), (0.05, np.nan), (1.0, np.nan), (1.1, 1.0)):

@@ -14,12 +14,16 @@ from animated_skeleton import (
     SITTING_ON_FLOOR,
     STANDING,
     UP,
+    frames,
     held,
     people_of,
     watch,
+    without,
 )
 from openpose_ros_signals.reader import SignalReader
 from skeleton_extract_3d.landmarks import Faces3D, Landmarks3D, Points3D
+
+TRUNK = ('neck', 'left_shoulder', 'right_shoulder', 'left_hip', 'right_hip')
 
 
 def walking(speed, seconds=3.0):
@@ -47,6 +51,15 @@ def test_walking_is_told_with_its_speed_and_direction(speed, rate):
 def test_who_just_came_is_neither_moving_nor_still():
     signals = watch(walking(1.0), 1, 30)
     assert [person.walk is None for _, person in signals[:5]] == [True] * 5 and signals[7][1].walk is not None
+
+
+def test_a_person_who_stopped_with_a_hidden_trunk_does_not_move_when_seen_again():
+    reader, walks = SignalReader(), {}
+    for stamp, people in frames(walking(1.0, 1.0), 8, 10):
+        seen = without(people, TRUNK) if 0.95 < stamp < 6 else people
+        walks[stamp] = reader.update(seen, stamp, UP)[0].walk
+    again = [walk for stamp, walk in walks.items() if stamp > 6 and walk is not None]
+    assert walks[0.9].moving and len(again) > 10 and not any(walk.moving for walk in again)
 
 
 def test_who_sways_or_sits_down_does_not_walk():

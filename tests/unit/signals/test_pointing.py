@@ -2,11 +2,12 @@
 import numpy as np
 import pytest
 
-from animated_skeleton import ADULT, CHILD, STANDING, Limb, held, joints_of, told, watch
+from animated_skeleton import ADULT, CHILD, STANDING, UP, Limb, frames, held, joints_of, told, watch, without
 from openpose_ros_pkg.skeletons import COCO_18
 from openpose_ros_signals.geometry import Body
 from openpose_ros_signals.person import Surroundings
 from openpose_ros_signals.pointing import hit_points, hit_target, pointing_of
+from openpose_ros_signals.reader import SignalReader
 from openpose_ros_signals.records import Pointing, Target
 
 RIGHT = 1
@@ -119,3 +120,31 @@ def test_the_ray_stays_while_the_arm_is_hidden_for_a_moment():
     rays = [person.gesture('point').pointing for stamp, person in signals if person.gesture('point')]
     assert all(off(ray, np.array(TARGETS['ahead'])) < 11 for ray in rays)
     assert told(signals, 'point')[-1][0] < 1.4
+
+
+HEAD = ('nose', 'left_eye', 'right_eye', 'left_ear', 'right_ear')
+# The head does not matter for the gesture itself where the arm is stretched out sideways.
+SIDEWAYS = STANDING.with_arm('right', Limb((1.0, 0.0, 0.0), (1.0, 0.0, 0.0)))
+
+
+def pointing_while_the_head_leaves(motion, seconds, headless, around):
+    """Return the pointing gestures by stamp; the head is out of the image from a time on [s]."""
+    reader = SignalReader()
+    return {stamp: reader.update(people if stamp < headless else without(people, HEAD), stamp, UP, around)[0].gesture(
+        'point') for stamp, people in frames(motion, seconds, 10)}
+
+
+def test_without_a_head_the_ray_ends_after_a_moment():
+    found = pointing_while_the_head_leaves(held((0, SIDEWAYS)), 3, 1.0, Surroundings())
+    assert all(found[stamp].pointing is not None for stamp in found if 0.2 <= stamp < 1.35)
+    assert all(found[stamp] and found[stamp].pointing is None for stamp in found if stamp > 1.45)
+
+
+def test_without_a_head_there_is_no_ray_of_an_earlier_gesture():
+    target = np.array(TARGETS['ahead'])
+    at_lamp = aimed(target, 'eyes')
+    motion = held((0, at_lamp), (1.0, at_lamp), (1.2, STANDING), (1.4, STANDING), (1.5, SIDEWAYS))
+    found = pointing_while_the_head_leaves(motion, 3, 1.25, Surroundings((Target('lamp', target),)))
+    assert found[0.9].pointing.hit.name == 'lamp'
+    later = [gesture for stamp, gesture in found.items() if stamp > 1.45 and gesture]
+    assert len(later) > 5 and all(gesture.pointing is None for gesture in later)

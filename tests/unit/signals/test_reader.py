@@ -9,6 +9,7 @@ from openpose_ros_pkg.skeletons import COCO_18, MESSAGE_JOINTS
 from openpose_ros_signals.reader import SignalReader
 from skeleton_extract_3d.people import MISSING, People3D
 
+TRUNK = ('neck', 'left_shoulder', 'right_shoulder', 'left_hip', 'right_hip')
 RAISED = STANDING.with_arm('right', Limb((0.2, 0.1, 1.0), (0.1, 0.0, 1.0)))
 LEFT, RIGHT = (0.0, 1.5), (0.0, -1.5)
 
@@ -78,6 +79,27 @@ def test_who_is_hidden_by_a_passer_by_goes_on_under_a_new_id():
 def test_somebody_else_with_the_same_id_begins_anew():
     signals = read(lambda stamp: [RAISED if stamp < 1.5 else replace(LYING, place=(3.0, 0.0))], lambda _: [1])
     assert signals[3.0][0].posture.name == 'lying' and signals[3.0][0].fall is None
+
+
+def after_a_fall(poses_at, ids_at):
+    """Return what is told from 2 s on: a person falls at 1 s, and from 3 to 6 s the trunk is hidden."""
+    reader, random, falls = SignalReader(), np.random.RandomState(0), held((0, STANDING), (1, STANDING), (1.5, LYING))
+    told = []
+    for number in range(71):
+        stamp = number / 10
+        people = people_of([falls(stamp) if stamp < 3 else poses_at(stamp)], [ids_at(stamp)], random)
+        told += reader.update(without(people, TRUNK) if 3 <= stamp < 6 else people, stamp, UP)
+    return told[20:]
+
+
+def test_a_person_who_fell_and_crawls_off_with_a_hidden_trunk_is_the_same():
+    told = after_a_fall(lambda stamp: replace(LYING, place=(0.0 if stamp < 6 else 2.5, 0.0)), lambda _: 1)
+    assert told[-1].posture.name == 'lying' and len({person.fall for person in told}) == 1 and told[0].fall is not None
+
+
+def test_a_new_person_with_a_hidden_trunk_did_not_fall():
+    told = after_a_fall(lambda _: replace(LYING, place=(4.0, 0.0)), lambda stamp: 1 if stamp < 3 else 2)
+    assert [person.fall is not None for person in told] == [person.id == 1 for person in told]
 
 
 @pytest.mark.parametrize('gap, kept', [(0.5, True), (1.5, False)])

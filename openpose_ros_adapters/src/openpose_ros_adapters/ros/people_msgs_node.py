@@ -2,6 +2,7 @@
 import genpy
 from geometry_msgs.msg import Point
 from openpose_ros_msgs.msg import PersonDetection_3dArray, PersonSignalsArray
+from std_msgs.msg import Header
 
 from openpose_ros_adapters.located import Located, located
 from openpose_ros_adapters.node_params import AdapterSettings
@@ -35,6 +36,10 @@ class PeopleMessages:
         persons = located(people_from_array(people), signals_from_array(signals))
         return self.kind(header=signals.header, people=[self._of(person) for person in persons])
 
+    def end(self, header: Header) -> genpy.Message:
+        """Return the message without people."""
+        return self.kind(header=header)
+
     def _of(self, person: Located) -> genpy.Message:
         # the message knows no unknown velocity, and its readers no NaN
         velocity = (0.0, 0.0, 0.0) if person.velocity is None else person.velocity
@@ -45,7 +50,7 @@ class PeopleMessages:
 
 def _make(settings: AdapterSettings) -> Adapter:
     messages = PeopleMessages()
-    return Adapter(settings.demand, Output('people', messages.kind, (PEOPLE, SIGNALS), messages.convert))
+    return Adapter(settings.demand, Output('people', messages.kind, (PEOPLE, SIGNALS), messages.convert, messages.end))
 
 
 def main() -> None:

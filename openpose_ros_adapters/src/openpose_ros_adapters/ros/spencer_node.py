@@ -5,6 +5,7 @@ import numpy as np
 import rospy
 from geometry_msgs.msg import Point, Pose, PoseWithCovariance, Quaternion, Twist, TwistWithCovariance, Vector3
 from openpose_ros_msgs.msg import PersonDetection_3dArray, PersonSignalsArray
+from std_msgs.msg import Header
 
 from openpose_ros_adapters.located import Ages, Located, located
 from openpose_ros_adapters.node_params import AdapterSettings
@@ -45,6 +46,11 @@ class SpencerMessages:
         ages = self._ages.update([person.id for person in persons], signals.header.stamp.to_sec())
         return self.kind(header=signals.header, tracks=[self._of(person, age) for person, age in zip(persons, ages)])
 
+    def end(self, header: Header) -> genpy.Message:
+        """Return the message without people, and forget all: an extractor that is started again counts ids anew."""
+        self._ages = Ages()
+        return self.kind(header=header)
+
     def _of(self, person: Located, age: float) -> genpy.Message:
         pose = PoseWithCovariance(Pose(Point(*person.position), Quaternion(*person.orientation)),
                                   covariance(person.sigma, person.turn_sigma))
@@ -63,7 +69,8 @@ def _twist(person: Located) -> TwistWithCovariance:
 
 def _make(settings: AdapterSettings) -> Adapter:
     messages = SpencerMessages()
-    return Adapter(settings.demand, Output('tracked_persons', messages.kind, (PEOPLE, SIGNALS), messages.convert))
+    return Adapter(settings.demand, Output('tracked_persons', messages.kind, (PEOPLE, SIGNALS), messages.convert,
+                                           messages.end))
 
 
 def main() -> None:

@@ -24,6 +24,7 @@ from openpose_ros_pkg.ros.images import InputSubscriber
 from openpose_ros_pkg.ros.node import introduce, run_node
 from openpose_ros_pkg.ros.people_publisher import RESULTS_QUEUE
 from openpose_ros_pkg.stream.newest_wins import NewestWinsWorker
+from openpose_ros_signals.ros.input_end import InputEnd
 from skeleton_extract_3d.points.transform import quaternions
 from skeleton_extract_3d.ros import convert
 
@@ -56,7 +57,14 @@ class _Topics:
         """Take who is tracked now, and end the topics of those who were not for a while."""
         now = time.monotonic()
         self._seen.update(dict.fromkeys(names, now))
-        for name in [name for name, seen in self._seen.items() if now - seen > self._forget]:
+        self._end([name for name, seen in self._seen.items() if now - seen > self._forget])
+
+    def clear(self) -> None:
+        """End the topics of all."""
+        self._end(list(self._seen))
+
+    def _end(self, names: Sequence[str]) -> None:
+        for name in names:
             del self._seen[name]
             for publisher in self._publishers.pop(name, {}).values():
                 publisher.unregister()
@@ -79,6 +87,7 @@ class HriNode:
         lists = ('tracked', 'known') if params.persons else ()
         self._person_lists = [self._demand.advertise(f'{PERSONS}/{name}', self._messages.ids, RESULTS_QUEUE)
                               for name in lists]
+        self._frame_id, self._people = '', InputEnd(self._clear, self._health.frame_failed)
         self._tf = rospy.Publisher('/tf', TFMessage, queue_size=RESULTS_QUEUE) if params.publish_tf else None
         self._workers: List[NewestWinsWorker] = []
         people = self._input('detected_poses_3d', PersonDetection_3dArray, self._in_space)
@@ -108,7 +117,9 @@ class HriNode:
         people, header = convert.people_from_array(message), message.header
         names = [self._name(person) for person in people.ids.tolist()]
         bodies = {self._name(person): body for person, body in body_poses(people).items()}
+        self._people.heard()
         with self._lock:
+            self._frame_id = header.frame_id
             self._bodies.keep(names)
             self._tracked.publish(self._messages.ids(header=header, ids=names))
             for name, body in bodies.items():
@@ -119,6 +130,15 @@ class HriNode:
             self._tf.publish(TFMessage([transform for name, body in bodies.items()
                                         for transform in transforms_of(name, body, header, self._params)]))
         self._health.frame_done(header.stamp)
+
+    def _clear(self) -> None:
+        """Tell that no body is tracked, and end all topics: readers keep a list until the next one."""
+        with self._lock:
+            none = self._messages.ids(header=Header(stamp=rospy.get_rostime(), frame_id=self._frame_id))
+            for publisher in (self._tracked, *self._person_lists):
+                publisher.publish(none)
+            self._bodies.clear()
+            self._persons.clear()
 
     def _publish_body(self, name: str, body: BodyPose, header: Header) -> None:
         self._bodies.publish(name, 'position', PointStamped(header, Point(*body.root.position)))

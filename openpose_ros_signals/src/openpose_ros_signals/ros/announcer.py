@@ -1,7 +1,6 @@
 """Who is there, for state machines: a latched topic, and a service."""
 import threading
-import time
-from typing import Sequence
+from typing import Callable, Mapping, Sequence
 
 import rospy
 from openpose_ros_msgs.msg import PeopleSummary
@@ -10,32 +9,44 @@ from std_msgs.msg import Header
 
 from openpose_ros_signals.records import PersonSignals
 from openpose_ros_signals.ros.convert import summary_to_message
+from openpose_ros_signals.ros.input_end import SILENCE, InputEnd
 from openpose_ros_signals.show.summary import Summary
-
-# Older people are no answer [s].
-_OLDEST = 2.0
 
 
 class Announcer:
-    """Publishes who is there on `people_summary` when that changes, and answers `get_people`."""
+    """Publishes who is there on `people_summary` when that changes, and answers `get_people`.
 
-    def __init__(self) -> None:
+    Args:
+        on_error: called with what fails in the thread that notices that no people come any more.
+    """
+
+    def __init__(self, on_error: Callable[[Exception], None]) -> None:
         self._lock = threading.Lock()
-        self._summary, self._header, self._arrival = Summary(), Header(), -float('inf')
+        self._summary, self._header = Summary(), Header()
         self._topic = rospy.Publisher('people_summary', PeopleSummary, queue_size=10, latch=True)
+        self._input = InputEnd(self._clear, on_error)
         self._service = rospy.Service('get_people', GetPeople, self._answer)
 
-    def update(self, persons: Sequence[PersonSignals], header: Header) -> None:
-        """Take the people of a frame."""
+    def update(self, persons: Sequence[PersonSignals], header: Header, known: Mapping[int, float]) -> None:
+        """Take the people of a frame, see `Summary.update`."""
+        self._input.heard()
         with self._lock:
-            changed = self._summary.update(persons, header.stamp.to_sec())
-            self._header, self._arrival = header, time.monotonic()
+            changed = self._summary.update(persons, header.stamp.to_sec(), known)
+            self._header = header
         if changed:
             self._topic.publish(summary_to_message(self._summary.people, header))
 
+    def _clear(self) -> None:
+        """Publish an empty summary: the topic tells changes, so that its silence would say that all people stay."""
+        with self._lock:
+            changed = self._summary.clear()
+        if changed:
+            self._topic.publish(PeopleSummary(header=Header(stamp=rospy.get_rostime(),
+                                                            frame_id=self._header.frame_id)))
+
     def _answer(self, _request: GetPeopleRequest) -> GetPeopleResponse:
         """Return who is there; raises rospy.ServiceException while no people come: that is not the same as nobody."""
+        if self._input.silent:
+            raise rospy.ServiceException(f'no people came for {SILENCE:g} s: is the extractor running?')
         with self._lock:
-            if time.monotonic() - self._arrival > _OLDEST:
-                raise rospy.ServiceException(f'no people came for {_OLDEST:g} s: is the extractor running?')
             return GetPeopleResponse(summary_to_message(self._summary.people, self._header))

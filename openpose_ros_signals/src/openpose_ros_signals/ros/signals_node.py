@@ -84,7 +84,7 @@ class SignalsNode:
         self._persons = demand.advertise(f'{_NAMESPACE}/person_signals', PersonSignals, PERSONS_QUEUE)
         self._poses = demand.advertise(f'{_NAMESPACE}/people_poses', PoseArray, RESULTS_QUEUE)
         self._shown = demand.advertise(f'{_NAMESPACE}/visualization_signals', Marker, _MARKERS_QUEUE)
-        self._announcer = Announcer() if params.summary else None
+        self._announcer = Announcer(self._health.frame_failed) if params.summary else None
         self._worker = NewestWinsWorker(self._process, self._health.frame_failed, 'signals')
         self._health.show_lasting(self._fault)
         self._health.show(lambda: {'frames skipped': str(self._worker.replaced)})
@@ -121,7 +121,7 @@ class SignalsNode:
         for person in array.persons:
             self._persons.publish(person)
         if self._announcer is not None:
-            self._announcer.update(persons, header)
+            self._announcer.update(persons, header, self._reader.known)
         if self._shown.get_num_connections() > 0:
             for marker in self._markers.update(persons, header.stamp.to_sec(), up):
                 self._shown.publish(convert.marker_to_message(marker, header))

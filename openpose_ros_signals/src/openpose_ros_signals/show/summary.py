@@ -1,7 +1,6 @@
 """Who is there, since when, and whether that changed."""
-from typing import Dict, List, NamedTuple, Sequence, Set, Tuple
+from typing import Dict, Mapping, NamedTuple, Optional, Sequence, Set, Tuple
 
-from openpose_ros_signals.constants import SIGNALS
 from openpose_ros_signals.records import PersonSignals
 
 # What changes a summary: posture, walking, fallen, gestures with arm and target.
@@ -9,46 +8,49 @@ _State = Tuple[str, bool, bool, Tuple[Tuple[str, str, str], ...]]
 
 
 class Present(NamedTuple):
-    """Somebody who is there.
+    """A person in the summary.
 
     Attributes:
         since: when the person was seen first [s].
-        signals: of the newest frame.
+        seen: when the person was seen last [s].
+        signals: of then.
     """
 
     since: float
+    seen: float
     signals: PersonSignals
 
 
 class Summary:
-    """Remembers who is there.
-
-    Attributes:
-        people: of the newest frame.
-    """
+    """Remembers who is there."""
 
     def __init__(self) -> None:
-        self.people: List[Present] = []
-        self._first: Dict[int, float] = {}
-        self._last: Dict[int, float] = {}
-        self._told: Set[Tuple[int, _State]] = set()
-        self._begun = False
+        self._present: Dict[int, Present] = {}
+        self._told: Optional[Set[Tuple[int, _State]]] = None
 
-    def update(self, persons: Sequence[PersonSignals], stamp: float) -> bool:
-        """Take the people of a frame at a time [s]; return whether somebody came, left, or does something else.
+    @property
+    def people(self) -> Tuple[Present, ...]:
+        """The people of the newest frame, and those who were seen shortly before."""
+        return tuple(self._present.values())
 
-        Who is back within a second has not left.
+    def update(self, persons: Sequence[PersonSignals], stamp: float, known: Mapping[int, float]) -> bool:
+        """Take the people of a frame at a time [s]; return whether a person came, left, or does something else.
+
+        Args:
+            known: since when the people are there who have not left, by id, see `SignalReader.known`.
         """
-        gone = [name for name, last in self._last.items() if not 0 <= stamp - last <= SIGNALS.person.gap]
-        for name in gone:
-            del self._first[name], self._last[name]
-        for person in persons:
-            self._first.setdefault(person.id, stamp)
-            self._last[person.id] = stamp
-        self.people = [Present(self._first[person.id], person) for person in persons]
-        told = {(person.id, _state(person)) for person in persons}
-        changed = told != self._told or not self._begun
-        self._told, self._begun = told, True
+        self._present = {name: present for name, present in self._present.items() if name in known}
+        self._present.update({person.id: Present(known[person.id], stamp, person) for person in persons})
+        return self._changed()
+
+    def clear(self) -> bool:
+        """Forget all people, as the input has ended; return whether there were any."""
+        self._present.clear()
+        return self._changed()
+
+    def _changed(self) -> bool:
+        told = {(name, _state(present.signals)) for name, present in self._present.items()}
+        changed, self._told = told != self._told, told
         return changed
 
 

@@ -1,0 +1,38 @@
+"""The end of an input is noticed once, and again after more came."""
+import threading
+import time
+
+from openpose_ros_signals.ros.input_end import InputEnd
+
+SILENCE, TIMEOUT = 0.3, 30.0
+
+
+class Ends:
+    """Counts the ends of an input; the first one fails."""
+
+    def __init__(self):
+        self.times, self.errors, self._changed = [], [], threading.Condition()
+        self.input = InputEnd(self._ended, self.errors.append, SILENCE)
+
+    def _ended(self):
+        with self._changed:
+            self.times.append(time.monotonic())
+            self._changed.notify()
+        if len(self.times) == 1:
+            raise OSError('first')
+
+    def come(self, number, timeout=TIMEOUT):
+        """Return whether the input has ended so often, or does so within a time [s]."""
+        with self._changed:
+            return self._changed.wait_for(lambda: len(self.times) >= number, timeout)
+
+
+def test_each_end_is_noticed_once_also_after_one_failed():
+    ends = Ends()
+    assert ends.input.silent  # it has not begun: that is no end
+    for number in (1, 2):
+        begin = time.monotonic()
+        ends.input.heard()
+        assert ends.come(number) and ends.times[-1] - begin > SILENCE and ends.input.silent
+    assert not ends.come(3, 2 * SILENCE)
+    assert [str(error) for error in ends.errors] == ['first']
