@@ -103,6 +103,14 @@ class CameraModel:
         matrix[:2, 2] = (self.matrix[:2, 2] + 0.5) * ratio - 0.5
         return CameraModel(width, height, matrix, self.distortion_model, self.distortion)
 
+    def focal_in(self, image_size: Tuple[int, int]) -> float:
+        """Return the focal length, mean of both axes, in the pixels of an image of the same view [px].
+
+        Args:
+            image_size: width and height [px].
+        """
+        return float(np.mean(self.matrix[[0, 1], [0, 1]] * np.divide(image_size, (self.width, self.height))))
+
     @np.errstate(all='ignore')  # where the distortion can not be inverted, anything comes out
     def rays(self, uv: np.ndarray) -> np.ndarray:
         """Return where the lines of sight of pixels meet the plane z = 1.
