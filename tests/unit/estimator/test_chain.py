@@ -9,6 +9,7 @@ from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.chain import PeopleChain
 from skeleton_extract_3d.estimator import PeopleEstimator
 from skeleton_extract_3d.frame import CameraFrame
+from skeleton_extract_3d.people import MISSING
 from skeleton_extract_3d.points.cloud import OrganizedCloud
 from skeleton_extract_3d.points.depth import DepthImage
 from skeleton_extract_3d.points.depth_view import depth_view
@@ -82,6 +83,22 @@ def test_a_driver_may_change_size_and_aspect_ratio_of_its_images(chain):
     both = expected.present & wide.people.present
     assert both.sum() > 10 and np.abs(expected.xy - wide.people.xy)[both].max() < 3
     assert chain.expected('left', 0.2, FRAME.size) is None
+
+
+@pytest.mark.parametrize('of_image, of_depth', [(1, 0), (0, 1), (1, 1)])
+def test_image_and_depth_may_change_their_resolutions(chain, of_image, of_depth):
+    sizes = FRAME, render(pinhole(640, 360), FRAME_PEOPLE, Room(wall=4.0))
+    for number, (image, depth) in enumerate([(0, 0)] * 5 + [(of_image, of_depth)] * 5 + [(0, 0)] * 5):
+        seen, measured = sizes[image], sizes[depth]
+        points, stamp = DepthImage(measured.depth, measured.camera), number / 15
+        estimate = chain.in_space(seen.people, CameraFrame(seen.size, points, stamp, seen.bgr, camera='left'))
+        assert estimate.people.ids.tolist() == [1] and estimate.doubts == ()
+        known = estimate.people.status[0] != MISSING
+        assert np.abs(estimate.people.xyz - FRAME.xyz)[0, known].max() < 0.1 and known.sum() == 18
+        # somebody who stands
+        assert number == 0 or np.abs(estimate.people.velocity[0]).max() < 0.3
+        expected = chain.expected('left', stamp + 1 / 15, seen.size)
+        assert np.abs(expected.xy - seen.people.xy).max() < 0.02 * seen.size[0]
 
 
 def test_points_of_another_size_without_depth_are_seen_by_the_same_camera(chain):
