@@ -8,7 +8,7 @@ import numpy as np
 import rospy
 import rostest
 from harness import FRAME_ID, cloud
-from sensor_msgs.msg import CameraInfo, Image, PointCloud2
+from sensor_msgs.msg import CameraInfo, Image, PointCloud2, RegionOfInterest
 from std_msgs.msg import Header
 from std_srvs.srv import SetBool
 
@@ -123,8 +123,10 @@ class CloudToDepthTest(unittest.TestCase):
         self.send('alone', cloud(xyz, rospy.Time()))
         await_true(lambda: '/alone/points' not in self.diagnostics.texts('alone/cloud_to_depth')[-1], 'clouds came')
         self.diagnostics.await_event('alone/cloud_to_depth', 'bad clouds', 1, ['no camera info', '/alone/camera_info'])
-        given = CameraInfo(header=Header(stamp=rospy.Time(5), frame_id=FRAME_ID), width=WIDTH, height=HEIGHT, K=K,
-                           distortion_model='plumb_bob', D=[0.0] * 5, P=[49.0, 0, CX, 0, 0, FY, CY, 0, 0, 0, 1, 0])
+        # of a part of the sensor, with binning
+        given = CameraInfo(header=Header(stamp=rospy.Time(5), frame_id=FRAME_ID), width=3 * WIDTH, height=HEIGHT + 7,
+                           K=K, distortion_model='plumb_bob', D=[0.0] * 5, P=[49.0, 0, CX, 0, 0, FY, CY, 0, 0, 0, 1, 0],
+                           binning_x=2, roi=RegionOfInterest(x_offset=5, y_offset=7, width=2 * WIDTH, height=HEIGHT))
         self.infos['alone'].publish(given)
         stamp = await_true(lambda: (sent := self.send('alone', cloud(xyz, rospy.Time()))) and infos.messages and sent,
                            'a camera info')
@@ -144,7 +146,8 @@ class CloudToDepthTest(unittest.TestCase):
 
     def test_5_a_camera_of_another_view_is_refused(self):
         self.listen('managed')
-        self.infos['managed'].publish(CameraInfo(header=Header(frame_id=FRAME_ID), width=2 * WIDTH, height=HEIGHT, K=K))
+        self.infos['managed'].publish(CameraInfo(header=Header(frame_id=FRAME_ID), width=4 * WIDTH, height=HEIGHT, K=K,
+                                                 binning_x=2))
         await_true(lambda: self.send('managed', cloud(surface(), rospy.Time()))
                    and 'camera info is of' in ' '.join(self.diagnostics.texts('managed/cloud_to_depth')), 'a warning')
         self.diagnostics.await_event('managed/cloud_to_depth', 'bad clouds', 1, ['64 x 48', '128 x 48', FRAME_ID])

@@ -237,10 +237,16 @@ def test_the_tum_layout_has_its_scale_and_its_stamps(tmp_path):
     assert np.abs(image_to_pixels(found[f'{NS}/image_depth_rect'][0])[0] - recorded['depth'][0] / 5).max() <= 0.5
 
 
-def test_the_extractor_can_use_the_messages(tmp_path):
+@pytest.mark.parametrize('is_part', [False, True])
+def test_the_extractor_can_use_the_messages(tmp_path, is_part):
     recorded = make_recording(tmp_path / 'in')
     lens = {**LENS, 'distortion_coefficients': {'rows': 1, 'cols': 5, 'data': [0.0] * 5}}
-    describe(tmp_path / 'in', lens)
+    sensor = dict(lens)
+    if is_part:  # the images are what binning leaves of a region of the sensor
+        fx, _, cx, _, fy, cy, *last = lens['camera_matrix']['data']
+        sensor['camera_matrix'] = {'rows': 3, 'cols': 3, 'data': [2 * fx, 0, 2 * cx + 6, 0, 2 * fy, 2 * cy + 4, *last]}
+        sensor.update(image_width=2 * W + 9, image_height=2 * H + 4, binning=[2, 2], roi=[6, 4, 2 * H, 2 * W, False])
+    describe(tmp_path / 'in', sensor)
     assert to_bag(tmp_path / 'in', tmp_path / 'out.bag', '--cloud') == DONE
     found = messages(tmp_path / 'out.bag')
     for i in range(FRAMES):
@@ -253,7 +259,8 @@ def test_the_extractor_can_use_the_messages(tmp_path):
         # float32 of the cloud
         np.testing.assert_allclose(points.depths(u, v), z, rtol=1e-6)
         np.testing.assert_allclose(depth_image_from_messages(depth, info).depths(u, v), z, rtol=1e-12)
-        assert camera_from_message(info).matrix[0, 0] == 10.1
+        assert camera_from_message(info).matrix[0, 0] == pytest.approx(10.1)
+        assert info.K[0] == (20.2 if is_part else 10.1)
         seen = points.camera_model()
         np.testing.assert_allclose(seen.matrix, CameraModel(W, H, lens['camera_matrix']['data']).matrix, atol=1e-3)
         np.testing.assert_array_equal(image_to_bgr(image), recorded['rgb'][i])

@@ -10,7 +10,7 @@ from openpose_ros_msgs.msg import (
     PersonDetection_3d,
     PersonDetection_3dArray,
 )
-from sensor_msgs.msg import CameraInfo, PointCloud2, PointField
+from sensor_msgs.msg import CameraInfo, PointCloud2, PointField, RegionOfInterest
 from std_msgs.msg import Header
 from visualization_msgs.msg import Marker
 
@@ -152,6 +152,24 @@ def test_missing_depth_is_missing():
     info = convert.camera_to_message(LENS, HEADER)
     points = all_points(convert.depth_image_from_messages(depth_message(z, '32FC1'), info))
     assert np.isnan(points[0, :4]).all() and np.isfinite(points[0, 4:]).all() and np.isfinite(points[1:]).all()
+
+
+@pytest.mark.parametrize('rectified', [False, True])
+def test_a_depth_image_of_a_region_of_interest_has_its_part_of_the_camera(rectified):
+    sensor = CameraModel(1280, 720, [900, 0, 640, 0, 900, 360, 0, 0, 1])
+    info = convert.camera_to_message(sensor, HEADER)
+    info.roi = RegionOfInterest(x_offset=320, y_offset=180, width=640, height=360)
+    depth = convert.depth_to_message(np.full((360, 640), 3000), HEADER)
+    grid = convert.depth_image_from_messages(depth, sent(info), rectified)
+    point = grid.window(np.array([0]), np.array([0]), 1)[0]
+    np.testing.assert_allclose(point, [((320 - 640) / 300, (180 - 360) / 300, 3)])
+    # of the same view at another resolution as well
+    info.binning_x = info.binning_y = 2
+    point = convert.depth_image_from_messages(depth, sent(info), rectified).window(np.array([0]), np.array([0]), 1)[0]
+    np.testing.assert_allclose(point, [((320 - 640) / 300, (180 - 360) / 300, 3)], atol=0.01)
+    with pytest.raises(BadInputError, match='640 x 360'):
+        info.binning_x = info.binning_y = 0
+        convert.depth_image_from_messages(convert.depth_to_message(np.ones((480, 640)), HEADER), sent(info))
 
 
 def test_rectified_images_use_p_and_no_distortion():

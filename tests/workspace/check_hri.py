@@ -52,7 +52,7 @@ class Scene:
         keypoints[:, COCO_18.index['right_eye']] = (304, 120, 0.75)
         in_image = People2D(COCO_18, keypoints, np.ones(len(self.ids)), people.ids)
         persons = convert_2d.people_to_messages(in_image, header)
-        self._info.publish(CameraInfo(header=header, width=SIZE[0], height=SIZE[1]))
+        self._info.publish(CameraInfo(header=header, width=2 * SIZE[0], height=2 * SIZE[1], binning_x=2, binning_y=2))
         self._image.publish(convert_2d.people_to_array(persons, header, COCO_18))
         self._space.publish(convert.people_to_array(people, header))
 

@@ -1,5 +1,6 @@
 #include "cloud_to_depth/cloud_camera.h"
 
+#include <algorithm>
 #include <optional>
 #include <sstream>
 #include <vector>
@@ -32,6 +33,13 @@ std::vector<openpose_ros_pkg::SeenPoint> pointsOfGrid(const OrganizedCloud& clou
 }
 
 }  // namespace
+
+std::pair<std::uint32_t, std::uint32_t> imageSize(const sensor_msgs::CameraInfo& info)
+{
+  // 0 stands for the whole sensor and for no binning
+  return { (info.roi.width ? info.roi.width : info.width) / std::max(info.binning_x, 1U),
+           (info.roi.height ? info.roi.height : info.height) / std::max(info.binning_y, 1U) };
+}
 
 sensor_msgs::CameraInfo fittedCamera(const OrganizedCloud& cloud)
 {

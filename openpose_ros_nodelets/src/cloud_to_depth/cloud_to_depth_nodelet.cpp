@@ -93,10 +93,11 @@ private:
       throw BadInputError("no camera info has come on " + info_subscriber_.getTopic());
     if (!info)
       return fittedCamera(cloud);
-    if (info->width != cloud.width() || info->height != cloud.height() || info->header.frame_id != frame)
+    const auto [width, height] = imageSize(*info);
+    if (width != cloud.width() || height != cloud.height() || info->header.frame_id != frame)
       throw BadInputError("cloud is " + std::to_string(cloud.width()) + " x " + std::to_string(cloud.height()) +
-                          " in frame '" + frame + "', but the camera info is of " + std::to_string(info->width) +
-                          " x " + std::to_string(info->height) + " in frame '" + info->header.frame_id + "'");
+                          " in frame '" + frame + "', but the camera info is of " + std::to_string(width) +
+                          " x " + std::to_string(height) + " in frame '" + info->header.frame_id + "'");
     return *info;
   }
 

@@ -10,12 +10,11 @@
 #include <pcl_msgs/ModelCoefficients.h>
 #include <pluginlib/class_list_macros.hpp>
 #include <sensor_msgs/PointCloud2.h>
-#include <tf2_ros/buffer.h>
 #include <tf2_ros/transform_broadcaster.h>
-#include <tf2_ros/transform_listener.h>
 
 #include "common/organized_cloud.h"
 #include "common/stream_nodelet.h"
+#include "common/transforms.h"
 #include "floor/floor_finder.h"
 #include "floor/floor_tracker.h"
 
@@ -93,7 +92,7 @@ private:
     publish_tf_ = parameters.flag("publish_tf", false);
     floor_frame_ = parameters.text("floor_frame", "floor");
     if (!gravity_frame_.empty())
-      listener_ = std::make_unique<tf2_ros::TransformListener>(buffer_);
+      transforms_ = std::make_unique<Transforms>(*nh_);
     if (publish_tf_)
     {
       broadcaster_ = std::make_unique<tf2_ros::TransformBroadcaster>();
@@ -202,8 +201,7 @@ private:
   {
     if (gravity_frame_.empty())
       return up_;
-    const auto& rotation =
-        buffer_.lookupTransform(header.frame_id, gravity_frame_, ros::Time(0)).transform.rotation;
+    const auto& rotation = transforms_->newest(header.frame_id, gravity_frame_, header.stamp).transform.rotation;
     return Eigen::Quaterniond(rotation.w, rotation.x, rotation.y, rotation.z).cast<float>() * Eigen::Vector3f::UnitZ();
   }
 
@@ -214,8 +212,7 @@ private:
   bool publish_tf_;
   FloorSettings settings_;
   std::unique_ptr<FloorTracker> tracker_;
-  tf2_ros::Buffer buffer_;
-  std::unique_ptr<tf2_ros::TransformListener> listener_;
+  std::unique_ptr<Transforms> transforms_;
   std::unique_ptr<tf2_ros::TransformBroadcaster> broadcaster_;
   ros::Publisher publisher_;
   ros::Subscriber subscriber_;

@@ -14,8 +14,6 @@
 #include <openpose_ros_msgs/joints.h>
 #include <pluginlib/class_list_macros.hpp>
 #include <sensor_msgs/PointCloud2.h>
-#include <tf2_ros/buffer.h>
-#include <tf2_ros/transform_listener.h>
 
 #include "common/depth_check.h"
 #include "common/stream_nodelet.h"
@@ -71,7 +69,7 @@ private:
     settings.floor_margin = parameters.number("floor_margin", settings.floor_margin, 0.001, 0.2);
     labeller_ = std::make_unique<PeopleLabeller>(settings);
     queue_size_ = parameters.integer("queue_size", 30, 1, 1000);
-    transforms_ = std::make_unique<tf2_ros::TransformListener>(transform_buffer_, *nh_);
+    transforms_ = std::make_unique<Transforms>(*nh_);
     labelled_publisher_ = advertise<PointCloud2>(*pnh_, "labelled", 1);
     without_people_publisher_ = advertise<PointCloud2>(*pnh_, "without_people", 1);
   }
@@ -148,7 +146,7 @@ private:
     if (frame == cloud.frame_id)
       return transform;
     const geometry_msgs::Transform found =
-        lookup(transform_buffer_, cloud.frame_id, frame, cloud.stamp, ros::WallDuration(TRANSFORM_PATIENCE)).transform;
+        transforms_->lookup(cloud.frame_id, frame, cloud.stamp, ros::WallDuration(TRANSFORM_PATIENCE)).transform;
     transform.translate(Eigen::Vector3f(found.translation.x, found.translation.y, found.translation.z));
     transform.rotate(Eigen::Quaternionf(found.rotation.w, found.rotation.x, found.rotation.y, found.rotation.z));
     return transform;
@@ -156,8 +154,7 @@ private:
 
   std::unique_ptr<PeopleLabeller> labeller_;
   int queue_size_;
-  tf2_ros::Buffer transform_buffer_;
-  std::unique_ptr<tf2_ros::TransformListener> transforms_;
+  std::unique_ptr<Transforms> transforms_;
   message_filters::PassThrough<PointCloud2> clouds_;
   message_filters::PassThrough<PersonDetection_3dArray> people_;
   ros::Subscriber cloud_subscriber_, people_subscriber_;

@@ -123,7 +123,7 @@ class PeopleEstimator:
 
     def expected(self, stamp: float, image_size: Tuple[int, int]) -> Optional[People2D]:
         """Return where the people who are followed will be in an image; see `Memory.expected`."""
-        return self._memory.expected(stamp, image_size, self._settings.smoothing)
+        return self._memory.expected(stamp, image_size, self._settings)
 
 
 def check_points(points: PointGrid, image_size: Tuple[int, int], settings: EstimatorSettings) -> None:
@@ -178,7 +178,7 @@ class _Following:
                ) -> Tuple[Memory, Estimate]:
         """See `_Method`."""
         settings, clock = self._settings, Stopwatch()
-        camera = frame.points.camera_model() or memory.camera
+        camera = frame.points.camera_model() or memory.camera_of((frame.points.width, frame.points.height))
         if camera is None:
             return memory, _nobody(people_2d)
         if not has_depth:

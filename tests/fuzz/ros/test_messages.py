@@ -18,7 +18,7 @@ from fuzzing import mutated, survives
 from openpose_ros_pkg.errors import OpenposeRosError
 from openpose_ros_pkg.ros import convert as convert_2d
 from openpose_ros_pkg.skeletons import BODY_25, COCO_18
-from openpose_ros_tools.ros.image_messages import calibration_from_message, file_of_message
+from openpose_ros_tools.ros.image_messages import file_of_message
 from openpose_ros_tools.ros.keypoint_bag import rows_of
 from openpose_ros_tools.tables.keypoint_table import table_of
 from skeleton_extract_3d.people import MEASURED, MISSING, People3D
@@ -192,7 +192,7 @@ def test_camera_info(rectified, message):
     read = survives(camera_with_rays, message, rectified, size=1000)
     if read is not None:
         assert np.isfinite(read[0].matrix).all() and not np.isinf(read[1]).any()
-    calibration = survives(calibration_from_message, message, size=1000)
+    calibration = survives(convert_2d.calibration_from_message, message, size=1000)
     assert calibration is None or calibration.width == message.width
 
 

@@ -9,13 +9,16 @@ from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.chain import PeopleChain
 from skeleton_extract_3d.estimator import PeopleEstimator
 from skeleton_extract_3d.frame import CameraFrame
+from skeleton_extract_3d.people import MISSING
+from skeleton_extract_3d.points.cloud import OrganizedCloud
 from skeleton_extract_3d.points.depth import DepthImage
 from skeleton_extract_3d.points.depth_view import depth_view
 from skeleton_extract_3d.settings import EstimatorSettings
 from synthetic_scene import Person, Room, pinhole, render, standing
 
 SETTINGS = build(EstimatorSettings, {})
-FRAME = render(pinhole(320, 180), [Person(0, 0.1, 2.6, standing())], Room(wall=4.0))
+FRAME_PEOPLE = [Person(0, 0.1, 2.6, standing())]
+FRAME = render(pinhole(320, 180), FRAME_PEOPLE, Room(wall=4.0))
 POINTS = DepthImage(FRAME.depth, FRAME.camera)
 
 
@@ -60,6 +63,53 @@ def test_people_in_space_are_expected_in_the_next_image(chain):
     assert both.sum() > 10 and np.abs(expected.xy - FRAME.people.xy)[both].max() < 3
     np.testing.assert_allclose(larger.xy[both] + 0.5, 2 * (expected.xy[both] + 0.5), atol=1e-3)
     assert chain.expected('right', 0.1, size) is None
+
+
+@pytest.mark.parametrize('stamp, told', [(99.6, True), (100.2, True), (99.0, False), (0.0, False), (103.0, False)])
+def test_nobody_is_expected_after_a_gap_or_where_the_clock_was_reset(chain, stamp, told):
+    in_space(chain, FRAME.people, 'left', 100.0)
+    assert (chain.expected('left', stamp, FRAME.size) is not None) == told
+
+
+def test_a_driver_may_change_size_and_aspect_ratio_of_its_images(chain):
+    ids = in_space(chain, FRAME.people, 'left').people.ids.tolist()
+    wide = render(pinhole(320, 240, focal=0.6), FRAME_PEOPLE, Room(wall=4.0))
+    # where people will be in the new image is not known before its points say of which camera it is
+    assert chain.expected('left', 0.1, wide.size) is None
+    estimate = chain.in_space(wide.people, CameraFrame(wide.size, DepthImage(wide.depth, wide.camera), 0.1, wide.bgr,
+                                                       camera='left'))
+    assert estimate.people.ids.tolist() == ids, 'in space, nobody has moved'
+    expected = chain.expected('left', 0.2, wide.size)
+    both = expected.present & wide.people.present
+    assert both.sum() > 10 and np.abs(expected.xy - wide.people.xy)[both].max() < 3
+    assert chain.expected('left', 0.2, FRAME.size) is None
+
+
+@pytest.mark.parametrize('of_image, of_depth', [(1, 0), (0, 1), (1, 1)])
+def test_image_and_depth_may_change_their_resolutions(chain, of_image, of_depth):
+    sizes = FRAME, render(pinhole(640, 360), FRAME_PEOPLE, Room(wall=4.0))
+    for number, (image, depth) in enumerate([(0, 0)] * 5 + [(of_image, of_depth)] * 5 + [(0, 0)] * 5):
+        seen, measured = sizes[image], sizes[depth]
+        points, stamp = DepthImage(measured.depth, measured.camera), number / 15
+        estimate = chain.in_space(seen.people, CameraFrame(seen.size, points, stamp, seen.bgr, camera='left'))
+        assert estimate.people.ids.tolist() == [1] and estimate.doubts == ()
+        known = estimate.people.status[0] != MISSING
+        assert np.abs(estimate.people.xyz - FRAME.xyz)[0, known].max() < 0.1 and known.sum() == 18
+        # somebody who stands
+        assert number == 0 or np.abs(estimate.people.velocity[0]).max() < 0.3
+        expected = chain.expected('left', stamp + 1 / 15, seen.size)
+        assert np.abs(expected.xy - seen.people.xy).max() < 0.02 * seen.size[0]
+
+
+def test_points_of_another_size_without_depth_are_seen_by_the_same_camera(chain):
+    ids = in_space(chain, FRAME.people, 'left').people.ids.tolist()
+    covered = OrganizedCloud.without_points(2 * FRAME.size[0], 2 * FRAME.size[1])
+    estimate = chain.in_space(FRAME.people, CameraFrame(FRAME.size, covered, 0.1, FRAME.bgr, camera='left'))
+    assert estimate.people.ids.tolist() == ids
+    # nor is there a camera for covered points of another view
+    narrow = CameraFrame((240, 320), OrganizedCloud.without_points(240, 320), 0.2, None, camera='left')
+    estimate = chain.in_space(FRAME.people, narrow)
+    assert len(estimate.people) == 0 and len(estimate.unplaced) == 1
 
 
 def test_people_are_found_where_the_chain_has_networks():

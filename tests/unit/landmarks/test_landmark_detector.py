@@ -164,6 +164,16 @@ def test_what_is_old_or_someone_elses_is_not_followed(detector, reader, stamp, i
     assert reader.passes == 4
 
 
+def test_what_was_seen_in_an_image_of_another_size_is_not_followed(detector):
+    detector.reconfigure(HANDS)
+    image, hands = scene()
+    detector.detect(image, people(body()), None, 'c', 1.0)
+    larger = people(body() * [2, 2, 1])
+    found = detector.detect(cv2.resize(image, None, fx=2, fy=2), larger, None, 'c', 1.1, seconds=0.0).hands
+    assert len(found) == 1  # in the time that there is; the other one is not carried along in the old pixels
+    np.testing.assert_allclose(found.keypoints[0, :, :2], 2 * hands[bool(found.left[0])], atol=2.0)
+
+
 def test_hand_that_left_the_wrist_is_looked_for_by_the_body(detector):
     detector.detect(scene()[0], people(body()), None, 'c', 1.0)
     image, hands = scene(left=(150, 400))  # the body is there; the old place is empty

@@ -89,21 +89,33 @@ def test_a_hand_far_from_the_wrist_of_the_person_is_not_theirs():
     assert len(lifted(hand(1.0), wall(2.0), with_wrist(1.0, person=2))) == 1  # somebody else's wrist
 
 
-def two_hands(depth, gap):
-    """Return the points of a left hand whose surface is seen, and of the right one behind it by a gap [m]."""
+def two_hands(depth, gap, binning=1):
+    """Return the points of a left hand whose surface is seen, and of the right one behind it by a gap [m].
+
+    The depth image has one pixel for each binning x binning pixels of the image.
+    """
     front, back = hand(depth), hand(depth, middle=(0.103, 0.05), left=False)
     both = Hands2D(np.concatenate([front.keypoints, back.keypoints]), [0.9, 0.9], [1, 1], [True, False])
     xyz, status = np.full((1, 18, 3), np.nan), np.zeros((1, 18))
     for side, z in (('left', depth), ('right', depth + gap)):
         xyz[0, COCO_18.index[f'{side}_wrist']], status[0, COCO_18.index[f'{side}_wrist']] = (0.1, 0.05, z), MEASURED
     people = People3D(COCO_18, xyz, np.ones((1, 18)), status, np.full((1, 18), 0.03), [1])
-    return lifted(both, wall(depth), people).points
+    return lifted(both, wall(depth)[::binning, ::binning], people).points
 
 
 def test_points_behind_another_hand_are_inferred_between_its_surface_and_the_own_wrist():
     points = two_hands(1.0, gap=0.1)
     assert (points.status[0] == MEASURED).all() and (points.status[1] == INFERRED).all()
     assert points.xyz[1, 8, 2] == pytest.approx(1.06 + FLESH[4], abs=1e-3)  # of 1.02 and 1.10
+
+
+@pytest.mark.parametrize('binning', [2, 4])
+def test_a_coarser_depth_image_tells_the_same_of_the_hands_of_an_image(binning):
+    same, coarse = two_hands(1.0, 0.1), two_hands(1.0, 0.1, binning)
+    np.testing.assert_array_equal(coarse.status, same.status)
+    np.testing.assert_allclose(coarse.xyz, same.xyz, atol=1e-3)
+    # the surface is flat, and a point in the image is as exact as before
+    np.testing.assert_allclose(coarse.sigma, same.sigma, rtol=1e-3)
 
 
 def test_of_two_hands_at_one_depth_none_is_behind_the_other():

@@ -171,6 +171,8 @@ def test_buffers_of_every_layout_are_read(dtype, unit, padding, order):
     ({'step': 31}, 'row_step of the depth image is 31 bytes, expected at least 32'),
     ({'data': b'12'}, 'truncated: 2 bytes, expected 288'),
     ({'height': 8, 'width': 10}, '10 x 8'),
+    ({'height': 1, 'width': 1}, 'depth image is 1 x 1, expected at least 2 x 2'),
+    ({'height': 1}, 'depth image is 16 x 1, expected'),
 ], ids=lambda value: value if isinstance(value, str) else ','.join(value))
 def test_bad_buffers_are_refused(change, text):
     with pytest.raises(BadInputError, match=text):

@@ -1,6 +1,7 @@
 """Points that can be read and are no depth of the view all the same, and people who do not fit their depth."""
 import warnings
 
+import cv2
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -123,6 +124,13 @@ def test_depth_that_stands_still_is_said_while_the_image_moves():
     assert 'depth stands still' in events(estimates(lambda i: cloud(), bgr=lambda i: moving[i])[-1])
     assert not events(estimates(lambda i: cloud(), bgr=lambda i: noisy[i])[-1])
     assert not events(estimates(lambda i: cloud(1 + i * 1e-5), bgr=lambda i: moving[i])[-1])
+
+
+def test_an_image_of_another_size_is_no_moving_one():
+    # a still scene of fine texture without noise, as simulators have it, in one size and then in another
+    fine = np.random.default_rng(0).integers(0, 256, FRAME.bgr.shape).astype(np.uint8)
+    images = [fine, cv2.resize(fine, None, fx=2, fy=2)]
+    assert not events(estimates(lambda i: cloud(), bgr=lambda i: images[i >= 3])[-1])
 
 
 # ------------------------------------------------------------------------------------------ any camera, any points

@@ -1,5 +1,6 @@
 """Calibrations: read in all formats, written so that the same is read again."""
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -67,6 +68,28 @@ def test_the_camera_is_that_of_the_values():
     assert (camera.width, camera.height, camera.distortion_model) == (64, 48, 'plumb_bob')
     np.testing.assert_array_equal(camera.matrix, [[50, 0, 31], [0, 51, 23], [0, 0, 1]])
     assert camera.distortion[0] == 0.1
+
+
+@pytest.mark.parametrize('region, binning, size', [
+    ((0, 0, 0, 0, False), (0, 0), (640, 480)), ((160, 120, 240, 320, False), (0, 1), (320, 240)),
+    ((0, 0, 0, 0, False), (2, 4), (320, 120)), ((600, 8, 200, 40, False), (2, 2), (20, 100))])
+@pytest.mark.parametrize('rectified', [False, True])
+def test_the_camera_is_that_of_the_images_after_the_region_and_binning(region, binning, size, rectified):
+    values = (640, 480, 'plumb_bob', (0.1, -0.05, 0, 0, 0), (500, 0, 310, 0, 510, 250, 0, 0, 1), (1,) + (0,) * 8,
+              (490, 0, 300, 7, 0, 495, 245, 0, 0, 0, 1, 0), '')
+    sensor, camera = (calibrated_camera(Calibration(*values, *part), rectified) for part in ((), (binning, region)))
+    assert (camera.width, camera.height) == size
+    points = [(0.4, -0.3, 1.5), (-0.1, 0.2, 2.0)]
+    # as image_geometry has it
+    expected = (sensor.project(points) - region[:2]) / np.maximum(binning, 1)
+    np.testing.assert_allclose(camera.project(points), expected, atol=1e-9)
+    np.testing.assert_allclose(camera.scaled(2 * size[0], 2 * size[1]).project(points), 2 * expected + 0.5, atol=1e-9)
+
+
+@pytest.mark.parametrize('region', [(600, 0, 480, 320, False), (0, 1, 480, 640, False), (2, 0, 0, 0, False)])
+def test_a_region_beyond_the_sensor_is_refused(region):
+    with pytest.raises(BadInputError, match=rf'at \({region[0]}, {region[1]}\) .* 640 x 480'):
+        calibrated_camera(replace(PLAIN, region=region))
 
 
 def test_the_size_of_images_is_that_after_binning_and_the_region():

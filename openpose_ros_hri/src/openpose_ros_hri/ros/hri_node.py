@@ -111,7 +111,7 @@ class HriNode:
 
     def _camera_info(self, message: CameraInfo) -> None:
         if message.width and message.height and not self._params.image_width:
-            self._size = np.array([message.width, message.height])
+            self._size = np.array(convert_2d.calibration_from_message(message).image_size)
 
     def _in_space(self, message: PersonDetection_3dArray) -> None:
         people, header = convert.people_from_array(message), message.header

@@ -34,9 +34,12 @@ class _Camera:
     def __init__(self) -> None:
         self.seen: Dict[Hashable, Seen] = {}
         self.looked: Dict[Hashable, float] = {}
+        self._shape: Tuple[int, ...] = ()
 
-    def begin(self, stamp: float) -> None:
-        """Forget what is too old to be followed, and everything where stamps jump back."""
+    def begin(self, stamp: float, shape: Tuple[int, ...]) -> None:
+        """Forget what is too old to be followed, and everything where stamps jump back or images have another size."""
+        if shape != self._shape:
+            self.seen, self.looked, self._shape = {}, {}, shape
         self.looked = {name: looked for name, looked in self.looked.items()
                        if -TRACKING.reset_backstep <= stamp - looked <= LOOK.follow_time}
         self.seen = {name: seen for name, seen in self.seen.items()
@@ -114,7 +117,7 @@ class LandmarkDetector:
         """
         params, memory = self._params, self._cameras.of(camera)
         with self._lock:
-            memory.begin(stamp)
+            memory.begin(stamp, bgr.shape)
             tasks = [_Task(self._lookers[kind], target, memory.seen.get(target.name))
                      for kind, target in _targets(people, hidden, params)
                      if kind in self._lookers and not memory.waits(target, stamp)]

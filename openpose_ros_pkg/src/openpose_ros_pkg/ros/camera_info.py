@@ -6,6 +6,7 @@ import rospy
 from sensor_msgs.msg import CameraInfo
 from std_msgs.msg import Header
 
+from openpose_ros_pkg.ros.convert import calibration_from_message
 from openpose_ros_pkg.ros.demand import Demand
 from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.ros.images import InputSubscriber
@@ -52,8 +53,9 @@ class CameraInfoPublisher:
             info.header = header
             self._publisher.publish(info)
         elif newest is not None:
-            self._health.warn('camera info of another image', f'{self.source} has {_image_size(newest)} px and focal '
-                                                              f'length {newest.K[0]:g}, but the image {size} px')
+            of_info = calibration_from_message(newest).image_size
+            self._health.warn('camera info of another image', f'{self.source} has {of_info} px and focal length '
+                                                              f'{newest.K[0]:g}, but the image {size} px')
 
     def _store(self, message: CameraInfo) -> None:
         self.newest = message
@@ -67,10 +69,4 @@ def sibling_camera_info(image_topic: str) -> str:
 
 def _is_of_image(info: CameraInfo, size: Tuple[int, int]) -> bool:
     """Tell whether the camera is calibrated, which K[0] = 0 denies, and gives images of this size."""
-    return info.K[0] != 0 and _image_size(info) == size
-
-
-def _image_size(info: CameraInfo) -> Tuple[int, int]:
-    """Return width and height of the images that belong to a camera info: region of interest and binning applied."""
-    return ((info.roi.width or info.width) // max(info.binning_x, 1),
-            (info.roi.height or info.height) // max(info.binning_y, 1))
+    return info.K[0] != 0 and calibration_from_message(info).image_size == size

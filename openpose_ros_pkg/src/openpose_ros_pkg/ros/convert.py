@@ -317,3 +317,10 @@ def calibration_to_message(calibration: Calibration, header: Header) -> CameraIn
                       K=list(calibration.matrix), R=list(calibration.rectification), P=list(calibration.projection),
                       binning_x=calibration.binning[0], binning_y=calibration.binning[1],
                       roi=RegionOfInterest(*calibration.region))
+
+
+def calibration_from_message(message: CameraInfo) -> Calibration:
+    """Return the calibration of a CameraInfo."""
+    return Calibration(message.width, message.height, message.distortion_model, message.D, message.K, message.R,
+                       message.P, '', (message.binning_x, message.binning_y),
+                       tuple(getattr(message.roi, key) for key in message.roi.__slots__))

@@ -40,6 +40,7 @@ from tqdm import tqdm
 from openpose_ros_pkg.calibration import Calibration
 from openpose_ros_pkg.command_line import DONE, SOME_FAILED, run_command
 from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_pkg.ros.convert import calibration_from_message
 from openpose_ros_tools.command_options import add_output, command_parser, positive_number
 from openpose_ros_tools.images import folder_writer
 from openpose_ros_tools.images.folder_writer import WrittenFile
@@ -50,7 +51,7 @@ from openpose_ros_tools.outputs import output_folder
 from openpose_ros_tools.parallel.threads import ordered_map
 from openpose_ros_tools.ros.bag_files import TF_TOPIC, StampedMessage, deserialized, open_bag, stamped_messages
 from openpose_ros_tools.ros.camera_topics import CLOUD, TopicFinder
-from openpose_ros_tools.ros.image_messages import calibration_from_message, file_of_message
+from openpose_ros_tools.ros.image_messages import file_of_message
 from skeleton_extract_3d.points.rgbd_sequence import WORLD_FRAME
 from skeleton_extract_3d.ros.convert import rotation_and_translation
 

@@ -5,7 +5,7 @@ from typing import Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple
 
 import genpy
 import numpy as np
-from sensor_msgs.msg import CameraInfo, CompressedImage
+from sensor_msgs.msg import CompressedImage
 from std_msgs.msg import Header
 
 from openpose_ros_pkg.calibration import Calibration
@@ -186,8 +186,6 @@ class MessageMaker:
             return
         if calibration is None or not calibration.is_calibrated:
             raise ParameterError('--cloud needs a calibration: --camera FILE, or --intrinsics FX FY CX CY')
-        if calibration.image_size != (calibration.width, calibration.height):
-            raise ParameterError('--cloud can not be made with a calibration that has binning or a region of interest')
         if not {'colour', 'depth'} <= set(sizes) or sizes['colour'] != sizes['depth']:
             raise ParameterError('--cloud needs colour and depth images of one size; there are '
                                  + ', '.join(f'{stream} {_times(size)}' for stream, size in sizes.items()))
@@ -247,13 +245,6 @@ def file_of_message(stream: str, message: genpy.Message, depth_scale: Optional[f
         # Bayer and YUV images are converted; errors of any other kind are raised again
         pixels = image_to_bgr(message)
     return '.png', image_files.encode_image(pixels, '.png', source), 0.0
-
-
-def calibration_from_message(message: CameraInfo) -> Calibration:
-    """Return the calibration of a CameraInfo."""
-    return Calibration(message.width, message.height, message.distortion_model, message.D, message.K, message.R,
-                       message.P, '', (message.binning_x, message.binning_y),
-                       tuple(getattr(message.roi, key) for key in message.roi.__slots__))
 
 
 def _depth_of(message: genpy.Message) -> np.ndarray:

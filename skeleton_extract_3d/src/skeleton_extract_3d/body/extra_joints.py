@@ -98,7 +98,7 @@ def _at_the_end(people: People3D, uv: np.ndarray, points: PointGrid, camera: Cam
     parent = COCO_18.index[hanging.parent]
     near = people.xyz[:len(uv), parent].astype(np.float64)
     known = np.isfinite(uv).all(axis=1) & np.isfinite(near).all(axis=1)
-    focal = float(camera.matrix[0, 0] + camera.matrix[1, 1]) / 2
+    focal = camera.focal_in((points.width, points.height))
     radius = np.clip(_EXTRA.window * focal / np.where(known, near[:, 2], 1.0), *_EXTRA.window_limits)
     depth = window_depths(points, uv[:, None], radius)[:, 0] + hanging.offset
     own = np.abs(depth - near[:, 2:]) < hanging.reach

@@ -30,12 +30,12 @@ _BONES = np.array([(0, 1), *((base, base + 1) for base in range(1, 20) if base %
 
 
 class _Seen(NamedTuple):
-    """Points of N hands or faces on the grid of the points of the view.
+    """Points of N hands or faces in an image, and the surfaces there; the points of the view may have another grid.
 
     Attributes:
         rays: (N, K, 3), with z = 1; NaN where a point is missing.
         depth: (N, K) [m]; NaN where there is none.
-        focal: of the grid [px].
+        focal: focal length [px of the image].
     """
 
     rays: np.ndarray
@@ -104,7 +104,7 @@ def _behind(hands: Hands2D, seen: _Seen, wrists: np.ndarray) -> np.ndarray:
     Args:
         wrists: (H,) depth of the wrists, or of the hands [m].
     """
-    xy = hands.keypoints[..., :2].astype(np.float64)
+    xy = hands.keypoints[..., :2].astype(np.float64)  # [px of the image]
     behind = np.full(xy.shape[:2], np.nan)
     with np.errstate(invalid='ignore'):
         near = _LANDMARKS.half_finger * seen.focal / wrists  # [px]
@@ -153,8 +153,7 @@ def _lift_faces(faces: Faces2D, points: PointGrid, image_size: Tuple[int, int], 
         return Faces3D.empty()
     seen = _look(faces.keypoints, points, image_size, camera)
     # depth of the points beside that of the whole face, by the network [px of the image] and then [m]
-    relief = face_points(faces.mesh.astype(np.float64))[..., 2] * points.width / image_size[0] / seen.focal
-    relief = relief * _median(seen.depth)[:, np.newaxis]
+    relief = face_points(faces.mesh.astype(np.float64))[..., 2] / seen.focal * _median(seen.depth)[:, np.newaxis]
     with np.errstate(invalid='ignore'):
         base = _median(seen.depth - relief)[:, np.newaxis]
         measured = np.abs(seen.depth - relief - base) <= _LANDMARKS.face_depth
@@ -164,7 +163,7 @@ def _lift_faces(faces: Faces2D, points: PointGrid, image_size: Tuple[int, int], 
 
 
 def _look(keypoints: np.ndarray, points: PointGrid, image_size: Tuple[int, int], camera: CameraModel) -> _Seen:
-    """Return rays and depths of points (N, K, 3) of an image: x, y [px], score."""
+    """Return rays and depths of points (N, K, 3) of an image: x, y [px], score; beyond, all is in its pixels."""
     uv = grid_positions(keypoints[..., :2], image_size, (points.width, points.height))
     shape = uv.shape[:2]
     rays = camera.rays(uv.reshape(-1, 2)).reshape(*shape, 3)
@@ -174,7 +173,7 @@ def _look(keypoints: np.ndarray, points: PointGrid, image_size: Tuple[int, int],
     depth = np.full(len(window), np.nan)
     if enough.any():
         depth[enough] = np.nanmedian(window[enough], axis=1)
-    return _Seen(rays, depth.reshape(shape), float(camera.matrix[0, 0] + camera.matrix[1, 1]) / 2)
+    return _Seen(rays, depth.reshape(shape), camera.focal_in(image_size))
 
 
 def _placed(seen: _Seen, depth: np.ndarray, measured: np.ndarray, confidence: np.ndarray) -> Points3D:

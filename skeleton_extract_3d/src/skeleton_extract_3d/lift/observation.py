@@ -36,14 +36,15 @@ def observe(people: People2D, image_size: Tuple[int, int], points: PointGrid, ca
         rays = np.where(finite[..., None], rays, [0.0, 0.0, 1.0])
     if not known.all():
         scores[~known], uv[~known] = 0.0, np.nan
-    focal = float(camera.matrix[0, 0] + camera.matrix[1, 1]) / 2
+    focal = camera.focal_in((points.width, points.height))
     adult_depth = surfaces.size_depth(rays, scores)
     windows = METHOD.windows
     radius = windows.half_side * focal / np.where(np.isfinite(adult_depth), adult_depth, windows.usual_depth)
     radius = np.minimum(np.maximum(radius, windows.limits[0]), windows.limits[1])
     samples = surfaces.window_depths(points, uv, radius)
     evidence = surfaces.root_evidence(samples, scores)
-    return ObservedPeople(people, image_size, uv, scores, known, rays, samples, adult_depth, evidence, focal)
+    return ObservedPeople(people, image_size, uv, scores, known, rays, samples, adult_depth, evidence, focal,
+                          camera.focal_in(image_size))
 
 
 def grid_positions(xy: np.ndarray, image_size: Tuple[int, int], grid_size: Tuple[int, int]) -> np.ndarray:

@@ -1,6 +1,6 @@
 """Cameras: from pixels to rays and back."""
 import functools
-from dataclasses import dataclass, field
+from dataclasses import InitVar, dataclass, field
 from typing import Dict, Optional, Tuple
 
 import cv2
@@ -35,6 +35,7 @@ class CameraModel:
         matrix: K, (3, 3) float64 [px]; integer coordinates are pixel centres.
         distortion_model: 'plumb_bob', 'rational_polynomial', 'equidistant' ('fisheye'), or 'none' (or empty).
         distortion: D, (N,) float64; empty or all zero: no distortion.
+        is_checked: of a camera that was made of a checked one, whose image may be a small part far from the centre.
 
     Raises:
         BadInputError: the camera is not calibrated, the distortion model is unknown or does not fit D, or no camera
@@ -46,8 +47,9 @@ class CameraModel:
     matrix: np.ndarray
     distortion_model: str = ''
     distortion: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    is_checked: InitVar[bool] = False
 
-    def __post_init__(self) -> None:
+    def __post_init__(self, is_checked: bool) -> None:
         if self.width < 1 or self.height < 1:
             raise BadInputError(f'camera has size {self.width} x {self.height}, expected at least 1 x 1')
         matrix = np.array(self.matrix, np.float64).reshape(-1)
@@ -68,7 +70,8 @@ class CameraModel:
                                 f"{' or '.join(map(str, lengths)) or 'no'} finite values, got {distortion.tolist()}")
         object.__setattr__(self, 'matrix', matrix.reshape(3, 3))
         object.__setattr__(self, 'distortion', distortion if distortion.any() else np.zeros(0))
-        self._check_limits()
+        if not is_checked:
+            self._check_limits()
 
     def _check_limits(self) -> None:
         sizes = (self.width, self.height)
@@ -101,7 +104,15 @@ class CameraModel:
         matrix[[0, 1], [0, 1]] *= ratio
         # the corner of the image is at -0.5, since integers are centres
         matrix[:2, 2] = (self.matrix[:2, 2] + 0.5) * ratio - 0.5
-        return CameraModel(width, height, matrix, self.distortion_model, self.distortion)
+        return CameraModel(width, height, matrix, self.distortion_model, self.distortion, is_checked=True)
+
+    def focal_in(self, image_size: Tuple[int, int]) -> float:
+        """Return the focal length, mean of both axes, in the pixels of an image of the same view [px].
+
+        Args:
+            image_size: width and height [px].
+        """
+        return float(np.mean(self.matrix[[0, 1], [0, 1]] * np.divide(image_size, (self.width, self.height))))
 
     @np.errstate(all='ignore')  # where the distortion can not be inverted, anything comes out
     def rays(self, uv: np.ndarray) -> np.ndarray:
@@ -163,14 +174,31 @@ class CameraModel:
         return self.rays(np.stack([u.ravel(), v.ravel()], axis=-1)).reshape(self.height, self.width, 3)
 
 
-def calibrated_camera(calibration: Calibration) -> CameraModel:
-    """Return the checked camera of the whole sensor, without binning and region of interest.
+def calibrated_camera(calibration: Calibration, rectified: bool = False) -> CameraModel:
+    """Return the checked camera of the images: K is of the whole sensor, these may be a part of it, with binning.
+
+    Args:
+        rectified: the images are rectified: take the focal lengths and centre of P, and no distortion.
 
     Raises:
-        BadInputError: not calibrated, or an unknown distortion model.
+        BadInputError: not calibrated, an unknown distortion model, or a region of interest beyond the sensor.
+
+    Source: image_geometry, PinholeCameraModel::fromCameraInfo.
     """
-    return CameraModel(calibration.width, calibration.height, np.array(calibration.matrix),
-                       calibration.distortion_model, np.array(calibration.distortion))
+    size, (x, y, height, width, _) = (calibration.width, calibration.height), calibration.region
+    if rectified:
+        sensor = CameraModel(*size, np.reshape(calibration.projection, (3, 4))[:, :3])
+    else:
+        sensor = CameraModel(*size, np.array(calibration.matrix), calibration.distortion_model,
+                             np.array(calibration.distortion))
+    width, height = width or size[0], height or size[1]
+    if x + width > size[0] or y + height > size[1]:
+        raise BadInputError(f'region of interest of {width} x {height} px at ({x}, {y}) is not within the camera '
+                            f'info, which is of {size[0]} x {size[1]} px')
+    matrix = sensor.matrix.copy()
+    matrix[:2, 2] -= x, y
+    matrix[:2] /= np.maximum(calibration.binning, 1)[:, None]
+    return CameraModel(*calibration.image_size, matrix, sensor.distortion_model, sensor.distortion, is_checked=True)
 
 
 def check_same_aspect(name: str, size: Tuple[int, int], other_name: str, other_size: Tuple[int, int]) -> None:

@@ -43,7 +43,7 @@ class DepthImage(PointGrid):
         camera: of the image it is aligned to; another resolution of the same view is scaled.
 
     Raises:
-        BadInputError: other shape, type or aspect ratio.
+        BadInputError: other shape, type or aspect ratio, or less than 2 x 2 pixels.
     """
 
     _range_step = 4  # undistortion takes a microsecond per pixel
@@ -51,6 +51,8 @@ class DepthImage(PointGrid):
     def __init__(self, depth: np.ndarray, camera: CameraModel) -> None:
         if depth.ndim != 2 or depth.size == 0 or depth.dtype.kind + str(depth.dtype.itemsize) not in ('u2', 'f4'):
             raise BadInputError(f'depth image: expected (H, W) uint16 or float32, got {depth.shape} {depth.dtype}')
+        if min(depth.shape) < 2:
+            raise BadInputError(f'depth image is {depth.shape[1]} x {depth.shape[0]}, expected at least 2 x 2 pixels')
         super().__init__(depth, 0.001 if depth.dtype.kind == 'u' else 1.0)
         self.camera = camera.scaled(self.width, self.height)
 

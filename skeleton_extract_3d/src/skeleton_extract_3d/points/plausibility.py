@@ -64,11 +64,13 @@ class Stillness(NamedTuple):
 
     Attributes:
         sample: see `PointSummary`.
-        green: of the image when this depth came first, in the pixels of a grid.
+        shape: of the image when this depth came first.
+        green: of that image, in the pixels of a grid.
         frames: that have the same depth and another image than that, in a row.
     """
 
     sample: np.ndarray
+    shape: Tuple[int, ...]
     green: np.ndarray
     frames: int = 0
 
@@ -84,9 +86,9 @@ def stillness(before: Optional[Stillness], summary: PointSummary, bgr: np.ndarra
     """Return since when the depth is the same, after a frame; `before` is None in the first one."""
     columns, rows = _sample_pixels(bgr.shape[1], bgr.shape[0])
     green = bgr[rows, columns, 1].astype(np.int16)
-    if (before is None or before.green.shape != green.shape
+    if (before is None or before.shape != bgr.shape
             or before.sample.tobytes() != summary.sample.tobytes()):
-        return Stillness(summary.sample, green)
+        return Stillness(summary.sample, bgr.shape, green)
     has_changed = (np.abs(green - before.green) > _PLAUSIBLE.changed_by).mean() > _PLAUSIBLE.changed
     return before._replace(frames=before.frames + 1 if has_changed else 0)
 

@@ -21,12 +21,12 @@ from visualization_msgs.msg import Marker
 
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.landmarks.records import FACE_POINTS, HAND_POINTS
-from openpose_ros_pkg.ros.convert import check_side, skeleton_of
+from openpose_ros_pkg.ros.convert import calibration_from_message, check_side, skeleton_of
 from openpose_ros_pkg.skeletons import SkeletonModel
 from skeleton_extract_3d.body.joint_frames import joint_frames
 from skeleton_extract_3d.landmarks import Faces3D, Hands3D, Points3D
 from skeleton_extract_3d.people import MISSING, People3D
-from skeleton_extract_3d.points.camera import CameraModel
+from skeleton_extract_3d.points.camera import CameraModel, calibrated_camera
 from skeleton_extract_3d.points.cloud import CloudLayout, OrganizedCloud
 from skeleton_extract_3d.points.depth import XYZRGB, DepthImage, ImageLayout
 from skeleton_extract_3d.points.transform import quaternions
@@ -69,19 +69,8 @@ def cloud_to_message(cloud: np.ndarray, header: Header) -> PointCloud2:
 
 
 def camera_from_message(message: CameraInfo, rectified: bool = False) -> CameraModel:
-    """Return the camera of a CameraInfo.
-
-    Args:
-        rectified: the images are rectified: take the focal lengths and centre of P, and no distortion.
-
-    Raises:
-        BadInputError: not calibrated, or an unknown distortion model.
-    """
-    if rectified:
-        projection = np.array(message.P).reshape(3, 4)
-        return CameraModel(message.width, message.height, projection[:, :3])
-    return CameraModel(message.width, message.height, np.array(message.K), message.distortion_model,
-                       np.array(message.D))
+    """Return the camera of the images of a CameraInfo; see `calibrated_camera`."""
+    return calibrated_camera(calibration_from_message(message), rectified)
 
 
 def camera_to_message(camera: CameraModel, header: Header) -> CameraInfo:

@@ -5,6 +5,7 @@ from typing import Optional, Tuple
 import numpy as np
 
 from openpose_ros_pkg.detect.tracking import TRACKING
+from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.constants import METHOD
@@ -13,7 +14,7 @@ from skeleton_extract_3d.lift.agreement import Agreement
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.plausibility import PointSummary, Stillness, stillness
 from skeleton_extract_3d.points.transform import Transform
-from skeleton_extract_3d.settings import IdentityParams, SmoothingParams
+from skeleton_extract_3d.settings import EstimatorSettings, IdentityParams
 from skeleton_extract_3d.track.tracks import Tracks, frame_change
 
 _MEMORY = METHOD.track.memory
@@ -26,7 +27,7 @@ class Memory:
     Attributes:
         tracks: of the people, at `stamp`, in the frame of the points then.
         stamp: of the newest frame [s]; None before the first.
-        camera: of the points; None until they tell.
+        camera: of the newest points; None until they tell.
         tracking_from_points: from the points to where the room stands still; None: the camera does not move.
         still: since when the depth is the same; None before the first frame with an image.
         agreement: how people fitted the depth.
@@ -46,6 +47,13 @@ class Memory:
     def with_points(self, frame: CameraFrame, summary: PointSummary) -> 'Memory':
         """Return what is remembered after a look at the points of a frame."""
         return self if frame.bgr is None else replace(self, still=stillness(self.still, summary, frame.bgr))
+
+    def camera_of(self, size: Tuple[int, int]) -> Optional[CameraModel]:
+        """Return the camera at a resolution, width and height [px]; None if it is not known, or shows another view."""
+        try:
+            return self.camera and self.camera.scaled(*size)
+        except BadInputError:  # the driver has another mode now, and the next points tell its camera
+            return None
 
     def at(self, frame: CameraFrame, camera: CameraModel, params: IdentityParams) -> Tuple['Memory', View]:
         """Return what is remembered at the time and the place of a frame, and these.
@@ -76,9 +84,10 @@ class Memory:
         elapsed = 0.0 if before is None else max(stamp - before, 0.0)
         return memory, View(frame.points, camera, stamp, elapsed, frame.floor)
 
-    def expected(self, stamp: float, image_size: Tuple[int, int], params: SmoothingParams) -> Optional[People2D]:
+    def expected(self, stamp: float, image_size: Tuple[int, int], settings: EstimatorSettings) -> Optional[People2D]:
         """Return where the tracks will be in an image, with their ids; None where no track can tell.
 
+        None as well after a gap that ends all tracks, when the clock was reset, and for an image of an unknown camera.
         Everybody moves on with constant velocity; the camera stands still since the newest frame. Joints that were
         never placed, or lie behind the camera, are missing. Joints may lie outside the image. All scores are 1.
 
@@ -86,11 +95,15 @@ class Memory:
             stamp: of the image [s].
             image_size: width and height [px].
         """
-        if self.camera is None or self.stamp is None:
+        camera = self.camera_of(image_size)
+        if camera is None or self.stamp is None:
             return None
-        tracks = self.tracks.predicted(stamp - self.stamp, params)
+        elapsed = stamp - self.stamp
+        if not -_MEMORY.greatest_backstep <= elapsed <= settings.identity.track_timeout:
+            return None
+        tracks = self.tracks.predicted(elapsed, settings.smoothing)
         position = tracks.joints.position
-        uv = self.camera.scaled(*image_size).project(position.reshape(-1, 3)).reshape(*position.shape[:2], 2)
+        uv = camera.project(position.reshape(-1, 3)).reshape(*position.shape[:2], 2)
         there = tracks.has & np.isfinite(uv).all(axis=2)
         keypoints = np.concatenate([np.where(there[..., None], uv, np.nan), there[..., None]], axis=2)
         return People2D(COCO_18, keypoints, np.ones(len(tracks)), tracks.ids)

@@ -1,8 +1,9 @@
 """The input of process_bag: the topics of a camera in a bag, its frames, transforms."""
 import itertools
 import logging
+from collections import deque
 from dataclasses import dataclass
-from typing import Any, Iterator, List, NamedTuple, Optional, Sequence, Union
+from typing import Any, Dict, Iterable, Iterator, List, NamedTuple, Optional, Sequence, Union
 
 import genpy
 import numpy as np
@@ -16,7 +17,7 @@ from tf2_msgs.msg import TFMessage
 from openpose_ros_pkg.errors import BadInputError, NoTransformError
 from openpose_ros_pkg.ros.convert import any_image_to_bgr
 from openpose_ros_pkg.stream.image_decoding import MOST_MEGAPIXELS
-from openpose_ros_pkg.stream.pairing import PairingParams, StampMatcher
+from openpose_ros_pkg.stream.pairing import PAIRING, PairingParams, StampMatcher
 from openpose_ros_pkg.stream.pairing_report import pairing_report
 from openpose_ros_tools.ros.bag_files import StampedMessage, deserialized, stamped_messages
 from openpose_ros_tools.ros.camera_topics import TopicFinder, is_result
@@ -33,9 +34,9 @@ _LEARNT = 9
 # Number of images and clouds that may wait for their partner where `queue_size` leaves it open: enough for any
 # recording, whose reader can wait.
 _QUEUE = 50
-# Transforms are read ahead of the frame by this time [s], as they may be recorded later than the image; and kept for
-# this time [s].
-_TF_AHEAD, _TF_KEPT = 3.0, 30.0
+# Transforms are read ahead of the frame by this time [ns], as they may be recorded later than the image; and kept for
+# this time.
+_TF_AHEAD, _TF_KEPT = 3_000_000_000, genpy.Duration(30)
 TF_TOPICS = ('/tf', '/tf_static', 'tf', 'tf_static')
 """Topics of transforms in bags."""
 _CLASSES = {kind._type: kind for kind in (Image, CompressedImage, PointCloud2, CameraInfo)}
@@ -221,8 +222,46 @@ class Recording:
         return next(stamped_messages(self._bag, [topic]))
 
 
+class _Run:
+    """What tf knew between two resets of the clock.
+
+    Args:
+        time: from which on it is of the bag [ns].
+        static: transforms that do not change.
+
+    Attributes:
+        begun, ended: time of recording of the first and the last transforms [ns].
+        transforms: these, and the static ones.
+    """
+
+    def __init__(self, time: int, static: Iterable[TransformStamped]) -> None:
+        self.begun = self.ended = time
+        self.transforms = tf2_py.BufferCore(_TF_KEPT)
+        self.set_static(static)
+        self._stamps: Dict[str, int] = {}  # newest one of each child frame [ns]
+
+    def set_static(self, transforms: Iterable[TransformStamped]) -> None:
+        """Take transforms that do not change."""
+        for transform in transforms:
+            self.transforms.set_transform_static(transform, 'bag')
+
+    def add(self, transforms: Sequence[TransformStamped], time: int) -> bool:
+        """Take the transforms of a message, recorded at a time [ns]; false: their stamps jump back, none is taken."""
+        stamps = {transform.child_frame_id: transform.header.stamp.to_nsec() for transform in transforms}
+        if any(stamp < self._stamps.get(frame, stamp) - PAIRING.reset_backstep for frame, stamp in stamps.items()):
+            return False
+        self._stamps.update(stamps)
+        self.ended = time
+        for transform in transforms:
+            self.transforms.set_transform(transform, 'bag')
+        return True
+
+
 class Transforms:
     """The transforms of a bag, read on as the frames come.
+
+    Where stamps jump back, as in recordings of a simulation that was restarted and of a bag that was played in a loop,
+    all but static transforms are forgotten. Those of the next run of the clock are read before its first frame comes.
 
     Args:
         bag: open, and read by nobody else meanwhile.
@@ -232,27 +271,57 @@ class Transforms:
         types = bag.get_type_and_topic_info().topics
         self._messages = stamped_messages(bag, [topic for topic in TF_TOPICS if topic in types])
         self._next = next(self._messages, None)
-        self._buffer = tf2_py.BufferCore(genpy.Duration.from_sec(_TF_KEPT))
+        self._static: Dict[str, TransformStamped] = {}  # by child frame
+        self._runs = deque([_Run(0, ())])  # that of the frames, and those that may come after it
+        self._time = 0  # of recording of the newest frame [ns]
+        self._newest: Optional[int] = None  # stamp of the frames in their run [ns]; None: their run has to be found
 
     def read_until(self, time: genpy.Time) -> None:
-        """Read what was recorded until a while after this time."""
-        until = (time + genpy.Duration.from_sec(_TF_AHEAD)).to_nsec()
-        while self._next is not None and self._next.time <= until:
-            for transform in deserialized(self._next, TFMessage).transforms:
-                if self._next.topic.endswith('tf_static'):
-                    self._buffer.set_transform_static(transform, 'bag')
-                else:
-                    self._buffer.set_transform(transform, 'bag')
+        """Read what was recorded until a while after this time, at which a frame was recorded."""
+        self._time = time.to_nsec()
+        while self._next is not None and self._next.time <= self._time + _TF_AHEAD:
+            transforms = deserialized(self._next, TFMessage).transforms
+            if self._next.topic.endswith('tf_static'):
+                self._static.update({transform.child_frame_id: transform for transform in transforms})
+                self._runs[-1].set_static(transforms)
+            else:
+                self._add(transforms, self._next.time)
             self._next = next(self._messages, None)
+        while len(self._runs) > 1 and self._runs[1].begun + _TF_AHEAD < self._time:
+            if self._runs[0].ended >= self._runs[1].begun:
+                del self._runs[1]  # neither frames nor the other transforms jumped: it was no reset
+            else:
+                self._runs.popleft()
+                self._newest = None
+
+    def _add(self, transforms: Sequence[TransformStamped], time: int) -> None:
+        taken = [run.add(transforms, time) for run in list(self._runs)[::max(len(self._runs) - 1, 1)]]
+        if not taken[-1]:
+            self._runs.append(_Run(time, self._static.values()))
+            self._runs[-1].add(transforms, time)
+
+    def _find_run(self, stamp: int) -> None:
+        """Go on to the run of the newest frame, by its stamp [ns]."""
+        if self._newest is not None and stamp >= self._newest - PAIRING.reset_backstep:
+            self._newest = max(stamp, self._newest)
+            return
+        if self._newest is not None:
+            if len(self._runs) == 1:  # no transform was recorded since the reset
+                self._runs.append(_Run(self._time, self._static.values()))
+            self._runs.popleft()
+        while len(self._runs) > 1 and self._runs[1].begun <= self._time:
+            self._runs.popleft()
+        self._newest = stamp
 
     def lookup(self, target: str, source: str, stamp: genpy.Time) -> TransformStamped:
-        """Return the transform from `source` to `target` at a time.
+        """Return the transform from `source` to `target` at a time, that of the frame for which was read.
 
         Raises:
             NoTransformError: there is none.
         """
         check_stamp(stamp)
+        self._find_run(stamp.to_nsec())
         try:
-            return self._buffer.lookup_transform_core(target, source, stamp)
+            return self._runs[0].transforms.lookup_transform_core(target, source, stamp)
         except tf2_py.TransformException as error:
             raise NoTransformError(str(error)) from error
