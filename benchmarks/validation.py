@@ -48,7 +48,7 @@ def validate(sequence: Path, folder: Path, settings: List[str]) -> Dict[str, Any
             *(part for setting in settings for part in ('--set', setting)))
     command(truth_as_mocap.main, sequence, mocap, '--noise', 1, '--clock-offset', CLOCK_OFFSET, '--overwrite',
             '--rotate-degrees', *DEGREES, '--move', *PLACE)
-    command(evaluate_mocap.main, poses, mocap, '-o', folder / 'report')
+    command(evaluate_mocap.main, poses, mocap, '-o', folder / 'report', '--overwrite')
     bag.unlink()
     return json.loads((folder / 'report' / 'summary.json').read_text())
 
