@@ -169,6 +169,11 @@ def _options_of_cameras(options: argparse.Namespace) -> List[argparse.Namespace]
         (path for path in options.folder.glob('*') if path.is_dir() and not path.name.startswith('.')), key=natural_key)
     if not folders:
         raise ParameterError(f'{options.folder} holds no folders of cameras')
+    first: Dict[str, Path] = {}
+    for folder in folders:
+        if first.setdefault(folder.name, folder) != folder:
+            raise ParameterError(f'{first[folder.name]} and {folder} would both be written to topics below '
+                                 f'/{folder.name}, as cameras are named after their folders; rename one of them')
     return [argparse.Namespace(**{**vars(options), 'folder': folder, 'camera_namespace': f'{folder.name}/qhd',
                                   'frame_id': f'{folder.name}_rgb_optical_frame'}) for folder in folders]
 

@@ -68,11 +68,15 @@ def bag_messages(bag: rosbag.Bag, topic: str) -> Iterator[Tuple[Any, int]]:
     """Yield the messages of a topic and their time of recording [ns], in its order.
 
     Raises:
-        BadInputError: the bag is damaged.
+        BadInputError: the bag is damaged, or the messages are of several types.
     """
-    names = [name for name in topic_types(bag) if _absolute(name) == _absolute(topic)]
+    types = topic_types(bag)
+    names = [name for name in types if _absolute(name) == _absolute(topic)]
     if not names:
         return
+    for name in names:
+        if ' and ' in types[name]:
+            raise BadInputError(f'{bag.filename}: messages on {name} are of several types: {types[name]}')
     for _, message, time in undamaged(bag, bag.read_messages(topics=names)):
         yield message, time.to_nsec()
 
