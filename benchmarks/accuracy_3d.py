@@ -33,7 +33,7 @@ import numpy as np
 import pandas as pd
 from scipy.optimize import linear_sum_assignment
 
-from common import Parser, errors_end_the_program
+from common import Parser, errors_end_the_program, new_path
 from openpose_ros_fusion.alignment.people import pair_people
 from openpose_ros_pkg.detect.detector import Detector, DetectorSettings, Networks
 from openpose_ros_pkg.detect.following import FollowingParams
@@ -297,7 +297,7 @@ def lag(paths: List[Tuple[np.ndarray, np.ndarray]]) -> float:
 
 def write_csv(path: Path, frames: List[Tuple[float, People3D]]) -> None:
     """Write one row per person and frame, with the columns of the per-person 3D message."""
-    with path.open('w', newline='') as handle:
+    with path.open('x', newline='') as handle:
         writer = csv.writer(handle)
         writer.writerow(['%time', 'field.header.stamp', 'field.num_people_detected', 'field.person_ID',
                          *(f'field.{joint}.{part}' for joint in COCO_18.joints for part in PART_FIELDS)])
@@ -318,7 +318,7 @@ def main() -> None:
     parser.add_argument('--budget', type=float, default=0.0, help='follow people with this work per frame')
     parser.add_argument('--floor', action='store_true', help='the true floor is known, as with use_floor')
     parser.add_argument('--lag', action='store_true', help='tell the delay of the smoothed joints')
-    parser.add_argument('--out', type=Path, help='folder for the CSV files (default: a temporary one)')
+    parser.add_argument('--out', type=new_path, help='folder for the CSV files (default: a temporary one)')
     parser.add_argument('--evaluate', type=Path, help='script that scores pairs of sequence folder and CSV')
     arguments = parser.parse_args()
     with errors_end_the_program():

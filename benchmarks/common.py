@@ -53,6 +53,14 @@ class Parser(argparse.ArgumentParser):
         return setting_values(self, texts)
 
 
+def new_path(text: str) -> Path:
+    """Return the path of an output, as `type` of an option; a file or a filled folder that is there is refused."""
+    path = Path(text)
+    if path.is_file() or (path.is_dir() and any(path.iterdir())):
+        raise argparse.ArgumentTypeError(f'{path} is there already; give another name')
+    return path
+
+
 @contextlib.contextmanager
 def errors_end_the_program() -> Iterator[None]:
     """Tell errors of this project, and of files, in one line."""

@@ -19,14 +19,14 @@ import sys
 import tempfile
 import time
 from pathlib import Path
-from typing import Dict, Iterator, List, NamedTuple, Sequence, Tuple
+from typing import Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple
 
 import cv2
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from accuracy_3d import ChainSettings, open_sequence
-from common import Parser, errors_end_the_program
+from common import Parser, errors_end_the_program, new_path
 from openpose_ros_pkg.detect.detector import create_detector
 from openpose_ros_pkg.detect.stream_detector import StreamDetector
 from openpose_ros_pkg.landmarks.detector import LandmarkDetector
@@ -101,7 +101,7 @@ class Found(NamedTuple):
     in_space: Landmarks3D
 
 
-def find(folder: Path, settings: ChainSettings, landmarks: Landmarks, pictures: str) -> List[Found]:
+def find(folder: Path, settings: ChainSettings, landmarks: Landmarks, pictures: Optional[Path]) -> List[Found]:
     """Return hands and faces of each frame of a sequence; write pictures where a folder is given."""
     sequence = open_sequence(folder)
     stream = StreamDetector(create_detector(settings.detector, settings.following), settings.tracking,
@@ -117,7 +117,7 @@ def find(folder: Path, settings: ChainSettings, landmarks: Landmarks, pictures: 
         answer = detector.detect(frame.bgr, estimate.people_2d, hidden_joints(estimate), '', frame.time)
         found.append(Found(frame.time, answer, lift_landmarks(answer, points, size, estimate.people)))
         if pictures:
-            path = Path(pictures) / f'{folder.resolve().parent.name}_{folder.resolve().name}_{i:04d}.jpg'
+            path = pictures / f'{folder.resolve().parent.name}_{folder.resolve().name}_{i:04d}.jpg'
             cv2.imwrite(str(path), drawn(frame.bgr, answer))
     return found
 
@@ -226,7 +226,7 @@ def main() -> None:
     parser = Parser(__doc__)
     parser.add_argument('sequences', nargs='+', type=Path, help='sequence folders')
     parser.add_settings('of the chain')
-    parser.add_argument('--pictures', default='', help='folder for images with the points')
+    parser.add_argument('--pictures', type=new_path, help='folder for images with the points')
     parser.add_argument('--evaluate', type=Path, help='script that scores a sequence folder and a CSV')
     arguments = parser.parse_args()
     with errors_end_the_program(), tempfile.TemporaryDirectory() as temporary:
@@ -234,7 +234,7 @@ def main() -> None:
         backend = settings.detector.backend
         landmarks = Landmarks(backend, settings.detector.detector.model_folder)
         if arguments.pictures:
-            Path(arguments.pictures).mkdir(parents=True, exist_ok=True)
+            arguments.pictures.mkdir(parents=True, exist_ok=True)
         frames = []
         for folder in arguments.sequences:
             found = find(folder, settings, landmarks, arguments.pictures)

@@ -24,7 +24,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from accuracy_3d import PART_FIELDS, VISIBLE, open_sequence
-from common import ROOT, Parser, errors_end_the_program, markdown
+from common import ROOT, Parser, errors_end_the_program, markdown, new_path
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.people import MEASURED
 from skeleton_extract_3d.points.rgbd_sequence import RgbdSequence
@@ -235,7 +235,7 @@ def main() -> None:
     parser.add_argument('--joints', type=Path,
                         help='folder of the CSV files of accuracy_3d.py (default: the true joints)')
     parser.add_argument('--every', type=int, default=1, help='look at every so many frames (default: 1)')
-    parser.add_argument('--images', type=Path, help='folder for images of the labels')
+    parser.add_argument('--images', type=new_path, help='folder for images of the labels')
     arguments = parser.parse_args()
     rows: List[List[str]] = [['sequence', 'found', 'taken', 'ms', 'most ms']]
     with errors_end_the_program():

@@ -26,7 +26,7 @@ import rospy
 from openpose_ros_msgs.msg import PersonDetection_3dArray
 from sensor_msgs.msg import Image
 
-from common import Figures, Parser, tell
+from common import Figures, Parser, new_path, tell
 from openpose_ros_pkg.errors import BadInputError, OpenposeRosError
 from openpose_ros_pkg.ros.convert import image_to_bgr
 from openpose_ros_pkg.ros.session import Session, wait_for
@@ -56,7 +56,7 @@ def parse_arguments() -> argparse.Namespace:
                         help='intrinsics [px]')
     parser.add_argument('--rate', type=float, default=4.0, help='frames per second (default %(default)s)')
     parser.add_argument('--repeat', type=int, default=1, help='times to play the images (default %(default)s)')
-    parser.add_argument('--output', type=Path, required=True, help='folder for annotated images and figures.json')
+    parser.add_argument('--output', type=new_path, required=True, help='folder for annotated images and figures.json')
     parser.add_argument('launch_arguments', nargs='*', metavar='NAME:=VALUE',
                         help='passed on to openpose_skeleton_extract.launch')
     return parser.parse_args()

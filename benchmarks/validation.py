@@ -16,7 +16,7 @@ from typing import Any, Callable, Dict, List, Sequence
 
 import numpy as np
 
-from common import Parser, markdown
+from common import Parser, markdown, new_path
 from openpose_ros_mocap import truth_as_mocap
 from openpose_ros_mocap.ros import evaluate_mocap
 from openpose_ros_tools.ros import images_to_bag
@@ -41,12 +41,12 @@ def command(main: Callable[[Sequence[str]], int], *arguments: object) -> None:
 
 def validate(sequence: Path, folder: Path, settings: List[str]) -> Dict[str, Any]:
     """Return the summary of a sequence's report."""
-    folder.mkdir(parents=True, exist_ok=True)
+    folder.mkdir(parents=True)  # sequences of one name would share it
     bag, people, poses, mocap = (folder / name for name in ('camera.bag', 'people.bag', 'poses.csv', 'mocap.csv'))
-    command(images_to_bag.main, sequence, '-o', bag, '--overwrite')
-    command(process_bag.main, bag, '-o', people, '--csv', poses, '--csv-layout', 'extended', '--overwrite',
+    command(images_to_bag.main, sequence, '-o', bag)
+    command(process_bag.main, bag, '-o', people, '--csv', poses, '--csv-layout', 'extended',
             *(part for setting in settings for part in ('--set', setting)))
-    command(truth_as_mocap.main, sequence, mocap, '--noise', 1, '--clock-offset', CLOCK_OFFSET, '--overwrite',
+    command(truth_as_mocap.main, sequence, mocap, '--noise', 1, '--clock-offset', CLOCK_OFFSET,
             '--rotate-degrees', *DEGREES, '--move', *PLACE)
     command(evaluate_mocap.main, poses, mocap, '-o', folder / 'report')
     bag.unlink()
@@ -73,7 +73,7 @@ def main() -> None:
     """Run the benchmark from the command line; print a Markdown table."""
     parser = Parser(__doc__)
     parser.add_argument('sequences', nargs='+', type=Path, help='sequence folders with gt.json')
-    parser.add_argument('--out', type=Path, required=True, help='folder for tables, bags of people and reports')
+    parser.add_argument('--out', type=new_path, required=True, help='folder for tables, bags of people and reports')
     parser.add_settings('of process_bag')
     options = parser.parse_args()
     rows: List[Sequence[str]] = [COLUMNS]

@@ -26,6 +26,7 @@ from openpose_ros_msgs.msg import PersonDetection_3dArray, PersonDetectionArray
 from screen import RVIZ_SIZE, HeadlessScreen, publish_slow_clock, take_screenshot
 
 from openpose_ros_pkg.errors import OpenposeRosError
+from openpose_ros_pkg.output.files import check_outputs
 from openpose_ros_pkg.ros.session import ResultWatch, Session, SessionError, wait_for
 from skeleton_extract_3d.points.rgbd_sequence import RgbdSequence
 
@@ -33,6 +34,7 @@ NAMESPACE = {'2d': '/openpose_ros', '3d': '/openpose_ros/skeleton_3d', 'stage': 
 RESULTS = {'2d': (NAMESPACE['2d'] + '/detected_poses', PersonDetectionArray),
            '3d': (NAMESPACE['3d'] + '/detected_poses_3d', PersonDetection_3dArray),
            'stage': (NAMESPACE['stage'] + '/detected_poses_3d', PersonDetection_3dArray)}
+OWN_FOLDER = Path(__file__).resolve().parents[1] / 'demo_output'
 OUTPUTS = ('keypoints_2d.csv', 'keypoints_3d.csv', 'output.bag', 'annotated.mp4', 'rviz.png')
 # Time for the network to load and the first result to come [s].
 START_TIMEOUT = 90.0
@@ -76,12 +78,18 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument('--screenshots', type=int, default=1, metavar='N',
                         help='screenshots of RViz, of every second frame; more than one: rviz_00.png, rviz_01.png, ...')
     parser.add_argument('--seconds', type=float, default=20.0, help='how long to record (default %(default)s)')
-    parser.add_argument('--output', type=Path, default=Path(__file__).resolve().parents[1] / 'demo_output',
-                        help='output folder (default: demo_output in the checkout)')
+    parser.add_argument('--output', type=Path, default=OWN_FOLDER,
+                        help='output folder (default: demo_output in the checkout, which each demo fills anew)')
+    parser.add_argument('--overwrite', action='store_true', help='replace the outputs in another folder')
     arguments = parser.parse_args()
     for path in (arguments.bag, arguments.images, arguments.stage):
         if path is not None and not path.exists():
             parser.error(f'{path} does not exist')
+    try:
+        check_outputs([arguments.output / name for name in OUTPUTS],
+                      arguments.overwrite or arguments.output.resolve() == OWN_FOLDER)
+    except OpenposeRosError as error:
+        parser.error(str(error))
     return arguments
 
 

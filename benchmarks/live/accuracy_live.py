@@ -23,7 +23,7 @@ import rospy
 from openpose_ros_msgs.msg import PersonDetection_3dArray
 
 from accuracy_3d import ChainSettings, Finder, open_sequence, run_chain, write_csv
-from common import Figures, Parser, markdown, run_live
+from common import Figures, Parser, markdown, new_path, run_live
 from live.camera import TOPICS, Unit, make_bag, played_stamps, start_camera
 from live.figures import SCORE_COLUMNS, Answers, misordered, score, score_row
 from openpose_ros_pkg.params.parameters import build
@@ -51,8 +51,8 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument('--t0', type=int, default=0, help='stamp of the first frames in the CSV [ns] (default 0)')
     parser.add_settings('of the chain without ROS (default: mode=balanced)', '--offline')
     parser.add_argument('--no-offline', action='store_true', help='only the running nodes')
-    parser.add_argument('--out', type=Path, help='folder for the CSV files (default: a temporary one)')
-    parser.add_argument('--json', type=Path, help='write the figures here')
+    parser.add_argument('--out', type=new_path, help='folder for the CSV files (default: a temporary one)')
+    parser.add_argument('--json', type=new_path, help='write the figures here')
     arguments = parser.parse_named('launch')
     arguments.sequences = [path.resolve() for path in arguments.sequences]
     arguments.offline = parser.settings(arguments.offline or ['mode=balanced'])

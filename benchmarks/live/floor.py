@@ -22,7 +22,7 @@ from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Header
 
 from accuracy_3d import open_sequence, true_floors
-from common import Figures, Parser, markdown, run_live
+from common import Figures, Parser, markdown, new_path, run_live
 from openpose_ros_pkg.ros.session import Session, wait_for
 from skeleton_extract_3d.points.depth import cloud_from_depth
 from skeleton_extract_3d.ros.convert import cloud_to_message
@@ -97,7 +97,7 @@ def main() -> int:
     parser = Parser(__doc__)
     parser.add_argument('sequences', nargs='+', type=Path, help='sequence folders')
     parser.add_settings('of the node')
-    parser.add_argument('--json', type=Path, help='write the times here')
+    parser.add_argument('--json', type=new_path, help='write the times here')
     arguments = parser.parse_args()
     settings = parser.settings(arguments.set)
     return run_live(lambda session, _: run(session, arguments.sequences, settings), arguments.json)

@@ -35,7 +35,7 @@ from openpose_ros_msgs.srv import GetPersons
 from sensor_msgs.msg import Image
 from std_msgs.msg import Header
 
-from common import DEMO, ROOT, Figures, Parser, Usage, markdown, run_live
+from common import DEMO, ROOT, Figures, Parser, Usage, markdown, new_path, run_live
 from live.camera import Unit
 from live.crowd import make_crowd
 from live.figures import by_stage
@@ -74,7 +74,7 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument('--client-rate', type=float, default=10.0, help='of each [Hz] (default %(default)s)')
     parser.add_argument('--no-stream', action='store_true', help='only the clients, no stream and no camera')
     parser.add_argument('--draw', action='store_true', help='subscribe to the annotated image as well')
-    parser.add_argument('--json', type=Path, help='write the figures here')
+    parser.add_argument('--json', type=new_path, help='write the figures here')
     parser.add_argument('--role', choices=('camera', 'bare', 'client'), help=argparse.SUPPRESS)
     parser.add_argument('--name', default='', help=argparse.SUPPRESS)
     parser.add_argument('parameters', nargs='*', metavar='NAME:=VALUE', help='parameters of the service node')

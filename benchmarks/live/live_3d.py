@@ -28,7 +28,7 @@ import rospy
 from openpose_ros_msgs.msg import PersonDetection_3dArray, Timing
 
 from accuracy_3d import open_sequence
-from common import Figures, Parser, Usage, elapsed, markdown, run_live
+from common import Figures, Parser, Usage, elapsed, markdown, new_path, run_live
 from live.camera import NAMESPACE, Unit, make_bag, node_processes, start_camera, start_cloud_to_depth
 from live.crowd import make_crowd
 from live.figures import by_stage, median_and_95, wanted_rate
@@ -65,7 +65,7 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument('--seconds', type=float, default=15.0, help='to measure a row (default %(default)s)')
     parser.add_argument('--warm-up', type=float, default=5.0, help='not measured at first [s] (default %(default)s)')
     parser.add_argument('--rests', action='store_true', help='measure the first result after a rest as well')
-    parser.add_argument('--json', type=Path, help='write the figures here')
+    parser.add_argument('--json', type=new_path, help='write the figures here')
     parser.add_argument('launch_arguments', nargs='*', metavar='NAME:=VALUE', help='passed on to demo.launch')
     return parser.parse_named('launch_arguments')
 

@@ -17,7 +17,7 @@ import rospy
 from openpose_ros_msgs.msg import PersonDetection_3dArray, Timing
 from std_msgs.msg import Header
 
-from common import Figures, Parser, Usage, run_live
+from common import Figures, Parser, Usage, new_path, run_live
 from live.camera import node_process
 from openpose_ros_fusion.rig import Rig, rig_camera, rig_text
 from openpose_ros_pkg.ros.session import ResultWatch, Session, wait_for
@@ -36,7 +36,7 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument('--people', type=int, nargs='+', default=[1, 3, 5], help='(default 1 3 5)')
     parser.add_argument('--rate', type=float, default=30.0, help='of each camera [Hz] (default %(default)s)')
     parser.add_argument('--seconds', type=float, default=20.0, help='for each number (default %(default)s)')
-    parser.add_argument('--json', type=Path, help='write the figures here')
+    parser.add_argument('--json', type=new_path, help='write the figures here')
     return parser.parse_args()
 
 

@@ -16,7 +16,7 @@ import psutil
 import rospy
 from sensor_msgs.msg import Image, PointCloud2
 
-from common import DEMO, Figures, Parser, Usage, run_live
+from common import DEMO, Figures, Parser, Usage, new_path, run_live
 from live.camera import NAMESPACE, make_bag, start_camera, start_cloud_to_depth
 from openpose_ros_pkg.ros.session import Session, wait_for
 
@@ -32,7 +32,7 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument('--seconds', type=float, default=3.0, help='of a measurement (default %(default)s)')
     parser.add_argument('--rate', type=float, default=15.0, help='frames per second (default %(default)s)')
     parser.add_argument('--folder', type=Path, default=DEMO, help='sequence folder (default: the shipped one)')
-    parser.add_argument('--json', type=Path, help='write the figures here')
+    parser.add_argument('--json', type=new_path, help='write the figures here')
     return parser.parse_args()
 
 

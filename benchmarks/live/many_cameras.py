@@ -27,7 +27,7 @@ import numpy as np
 import rospy
 from openpose_ros_msgs.msg import PersonDetection_3dArray
 
-from common import Figures, Parser, Usage, markdown, run_live
+from common import Figures, Parser, Usage, markdown, new_path, run_live
 from live.camera import NAMESPACE, TOPICS, Unit, make_bag, node_processes, start_camera
 from live.crowd import make_crowd
 from live.figures import median_and_95
@@ -53,7 +53,7 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument('--folder', type=Path, nargs='+', help='sequence folders to play instead of --people')
     parser.add_argument('--seconds', type=float, default=15.0, help='to measure a row (default %(default)s)')
     parser.add_argument('--warm-up', type=float, default=8.0, help='not measured at first [s] (default %(default)s)')
-    parser.add_argument('--json', type=Path, help='write the figures here')
+    parser.add_argument('--json', type=new_path, help='write the figures here')
     parser.add_argument('launch_arguments', nargs='*', metavar='NAME:=VALUE', help='passed on to cameras.launch')
     return parser.parse_named('launch_arguments')
 

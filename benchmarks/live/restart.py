@@ -11,7 +11,6 @@ import argparse
 import subprocess
 import sys
 import time
-from pathlib import Path
 from typing import Any, Callable, Dict, List
 
 import numpy as np
@@ -21,7 +20,7 @@ from openpose_ros_msgs.msg import PersonDetection_3dArray
 from sensor_msgs.msg import Image
 from visualization_msgs.msg import Marker
 
-from common import Figures, Parser, run_live
+from common import Figures, Parser, new_path, run_live
 from live.camera import node_process
 from openpose_ros_pkg.ros.master.registration import WATCH
 from openpose_ros_pkg.ros.session import Session, wait_for
@@ -41,7 +40,7 @@ def parse_arguments() -> argparse.Namespace:
     """Read the command line."""
     parser = Parser(__doc__)
     parser.add_argument('--rounds', type=int, default=3, help='how often each is killed (default %(default)s)')
-    parser.add_argument('--json', type=Path, help='write the figures here')
+    parser.add_argument('--json', type=new_path, help='write the figures here')
     return parser.parse_args()
 
 

@@ -35,7 +35,7 @@ import rospy
 from dynamic_reconfigure.client import Client
 from sensor_msgs.msg import Image
 
-from common import Figures, Parser, markdown, run_live
+from common import Figures, Parser, markdown, new_path, run_live
 from live.camera import NAMESPACE, TOPICS, make_bag, node_process, played_stamps, start_camera
 from live.crowd import make_crowd
 from live.soak_figures import (
@@ -110,8 +110,8 @@ def parse_arguments() -> argparse.Namespace:
     """Read the command line."""
     parser = Parser(__doc__)
     parser.add_argument('--minutes', type=float, default=60.0, help='of the run (default %(default)s)')
-    parser.add_argument('--json', type=Path, help='write the figures here')
-    parser.add_argument('--picture', type=Path, help='draw memory, threads, files and age here (PNG)')
+    parser.add_argument('--json', type=new_path, help='write the figures here')
+    parser.add_argument('--picture', type=new_path, help='draw memory, threads, files and age here (PNG)')
     return parser.parse_args()
 
 

@@ -24,9 +24,9 @@ class SavingTest(unittest.TestCase):
     def test_json_and_video(self):
         with tempfile.TemporaryDirectory() as folder:
             results, video = Path(folder) / 'json', Path(folder) / 'people.avi'
-            with node('openpose_ros_node', '_pose_model:=mobilenet_thin', '_net_input_width:=464',
-                      '_net_input_height:=256', f'_write_json:={results}', f'_write_video:={video}',
-                      name='openpose_ros_service_node') as service:
+            options = ('openpose_ros_node', '_pose_model:=mobilenet_thin', '_net_input_width:=464',
+                       '_net_input_height:=256', f'_write_json:={results}', f'_write_video:={video}')
+            with node(*options, name='openpose_ros_service_node') as service:
                 rospy.wait_for_service('detect_poses', PATIENCE)
                 detect = rospy.ServiceProxy('detect_poses', GetPersons)
                 found = [detect(image(bgr, 1.0 + number)).detections
@@ -44,6 +44,15 @@ class SavingTest(unittest.TestCase):
                     nose = written['pose_keypoints_2d'][:3]
                     expected = (person.nose.x, person.nose.y, person.nose.confidence)
                     self.assertLess(np.abs(np.subtract(nose, expected)).max(), 0.01)
+            before = {path.name: path.read_bytes() for path in (*files, video)}
+            with node(*options, name='openpose_ros_service_node') as service:
+                rospy.wait_for_service('detect_poses', PATIENCE)
+                rospy.ServiceProxy('detect_poses', GetPersons)(image(BLACK, 9.0))
+                await_true((results / f'{3:012d}_keypoints.json').exists, 'a file after those of the earlier run')
+                service.send_signal(signal.SIGINT)
+                service.wait(PATIENCE)
+            self.assertEqual({path.name: path.read_bytes() for path in (*files, video)}, before)
+            self.assertTrue((Path(folder) / 'people_2.avi').exists())
             frames = cv2.VideoCapture(str(video))
             shapes = [frames.read()[1].shape for _ in range(3)]
             self.assertEqual(shapes, [(540, 960, 3)] * 3)

@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 """keypoints_to_csv listens to running topics as rostopic echo does; Ctrl-C and SIGTERM leave a complete file."""
 import contextlib
+import resource
 import signal
 import subprocess
 import sys
@@ -67,12 +68,10 @@ class KeypointsToCsvTest(unittest.TestCase):
                 running('rosrun', 'openpose_ros_tools', 'keypoints_to_csv', '--live', '--extended', '-o', ours,
                         stdout=subprocess.PIPE) as child:
             await_true(lambda: publisher.get_num_connections() == 2, 'both listen')
-            self.assertFalse(ours.exists())
             for number in range(FRAMES):
                 publisher.publish(person(PersonDetection_3d, number))
             await_true(lambda: theirs.read_text().count('\n') == FRAMES + 1, 'all echoed')
-            part, = self.folder.glob('.ours.csv*')
-            await_true(lambda: part.read_text().count('\n') == FRAMES + 1, 'who reads along sees all rows')
+            await_true(lambda: ours.read_text().count('\n') == FRAMES + 1, 'a program that reads along has all rows')
             child.send_signal(signal.SIGINT)
             echo.send_signal(signal.SIGINT)
             said = child.communicate(timeout=PATIENCE)[0].decode()
@@ -98,6 +97,36 @@ class KeypointsToCsvTest(unittest.TestCase):
         # the header of the array has no stamp
         self.assertEqual([row.split(',')[:4] for row in rows], [['0', '1', '3', '1.100000023841858'],
                                                                 ['0', '1', '3', '2.0999999046325684']])
+
+    def test_rows_stay_when_the_program_is_killed_and_started_again(self):
+        output = self.folder / 'live.csv'
+        command = ('rosrun', 'openpose_ros_tools', 'keypoints_to_csv', '--topic', '/killed', '-o', output)
+        with running(*command) as child:
+            self.publish('/killed', PersonDetection_3d, [person(PersonDetection_3d, 1)], 1)
+            await_true(lambda: output.exists() and output.read_text().count('\n') == 2, 'a row')
+            child.kill()
+        rows = output.read_text()
+        with running(*command, stderr=subprocess.PIPE) as child:
+            self.assertIn(b'live.csv is there already', child.communicate(timeout=PATIENCE)[1])
+            self.assertEqual(child.returncode, 2)
+        self.assertEqual(output.read_text(), rows)
+
+    def test_a_full_disk_leaves_the_rows_before(self):
+        output = self.folder / 'full.csv'
+        with running('rosrun', 'openpose_ros_tools', 'keypoints_to_csv', '--topic', '/full', '-o', output,
+                     stderr=subprocess.PIPE) as child:
+            self.assertIn(b'waiting for /full', child.stderr.readline())
+            # stands for a full disk
+            resource.prlimit(child.pid, resource.RLIMIT_FSIZE, (10000, resource.RLIM_INFINITY))
+            self.publish('/full', PersonDetection_3d, [person(PersonDetection_3d, number) for number in range(FRAMES)],
+                         1)
+            told = child.communicate(timeout=PATIENCE)[1].decode()
+        table = read_keypoint_csv(output)
+        self.assertEqual(child.returncode, 1)
+        self.assertTrue(output.read_text().endswith('\n'))
+        self.assertIn(f'{output}: File too large; it has the {len(table)} rows before\n', told)
+        self.assertEqual((table.stamps - 1_700_000_000 * 10 ** 9).tolist(), list(range(len(table))))
+        self.assertTrue(0 < len(table) < FRAMES)
 
     def test_an_interrupt_before_there_is_a_topic_leaves_nothing(self):
         output = self.folder / 'nothing.csv'

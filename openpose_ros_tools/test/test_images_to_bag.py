@@ -405,6 +405,12 @@ def camera_items(image='/cam/color/image_raw', depth='/cam/aligned_depth/image_r
         yield '/cam/color/camera_info', CameraInfo(width=W, height=H, K=[9, 0, 5, 0, 9, 4, 0, 0, 1]), stamp
 
 
+def test_cameras_whose_topics_would_have_one_name_are_refused(tmp_path, capsys):
+    command = [str(tmp_path), '-o', str(tmp_path / 'out.bag'), '--cameras', 'day1/left', 'day2/left']
+    assert images_to_bag.main(command) == 2
+    assert f"{tmp_path / 'day1/left'} and {tmp_path / 'day2/left'} would both be written" in capsys.readouterr().err
+
+
 def test_topics_of_other_cameras_are_found(tmp_path):
     others = [('/cam/infra1/image_raw', GREY_IMAGE, 10 ** 12),
               ('/cam/color/image_raw/compressed', CompressedImage(format='jpeg', data=b'x'), 10 ** 12),

@@ -179,7 +179,7 @@ def test_a_bag_that_was_cut_short_is_refused(run, recording, capsys):
 
 def test_nothing_else_is_overwritten(run, recording, out, capsys):
     assert run(recording, output=recording) == 2
-    assert 'is the input' in capsys.readouterr().err
+    assert 'is an input' in capsys.readouterr().err
     out.write_text('a diary')
     assert run(recording) == 2
     assert 'is there already' in capsys.readouterr().err
@@ -188,7 +188,7 @@ def test_nothing_else_is_overwritten(run, recording, out, capsys):
 
 
 @pytest.mark.parametrize(('option', 'place', 'words'), [
-    ('--csv', 'walk.bag', 'is the input'), ('--csv', 'out.bag', 'is named twice'), ('--csv', 'folder', 'is a folder'),
+    ('--csv', 'walk.bag', 'is an input'), ('--csv', 'out.bag', 'is named twice'), ('--csv', 'folder', 'is a folder'),
     ('--json', 'diary.txt', 'diary.txt is a file'), ('--csv', 'diary.txt/a.csv', 'diary.txt is a file')])
 def test_places_where_no_result_can_be_are_refused_before_the_work(run, recording, tmp_path, capsys, option, place,
                                                                    words):
@@ -399,10 +399,37 @@ def test_a_bag_that_is_done_is_skipped_until_something_changes(run, recording, t
     assert '1 of 1 bags are done already' in capsys.readouterr().out
     assert out.stat().st_mtime_ns == made
     (tmp_path / 'a.csv').unlink()
-    for values in ({}, {'smoothing': 'false'}):
-        assert run(recording, '--csv', tmp_path / 'a.csv', **values) == 0
-        assert out.stat().st_mtime_ns > made
-        made = out.stat().st_mtime_ns
+    assert run(recording, '--csv', tmp_path / 'a.csv') == 0
+    assert out.stat().st_mtime_ns > made
+    made = out.stat().st_mtime_ns
+    assert run(recording, '--csv', tmp_path / 'a.csv', smoothing='false') == 2
+    assert f'{out} is there already' in capsys.readouterr().err
+    assert out.stat().st_mtime_ns == made
+    assert run(recording, '--csv', tmp_path / 'a.csv', '--overwrite', smoothing='false') == 0
+    assert out.stat().st_mtime_ns > made
+
+
+def test_each_output_is_known_by_itself(run, recording, tmp_path, out, capsys):
+    """A table and JSON files beside a bag that is done are neither replaced nor taken for done."""
+    table, folder = tmp_path / 'a.csv', tmp_path / 'json'
+    assert run(recording) == 0
+    folder.mkdir()
+    for path, option in ((table, ('--csv', table)),
+                         (folder / 'walk_000000000000_keypoints.json', ('--json', folder))):
+        path.write_text('a diary')
+        assert run(recording, *option, create=None) == 2
+        error = capsys.readouterr().err
+        assert f'{option[1]} is there already' in error and '--overwrite' in error
+        assert path.read_text() == 'a diary'
+        path.unlink()
+        assert run(recording, *option) == 0
+        assert 'done already' not in capsys.readouterr().out
+        assert path.read_text() != 'a diary'
+    for options in (('--csv', table), ('--csv', table, '--json', folder)):
+        assert run(recording, *options, create=None) == 0
+        assert '1 of 1 bags are done already' in capsys.readouterr().out
+    table.write_text(table.read_text().replace('0', '1', 1))
+    assert run(recording, '--csv', table, create=None) == 2
 
 
 def test_joints_are_given_in_another_frame(run, tmp_path, out):
@@ -486,7 +513,7 @@ def test_json_markers_and_tf(run, recording, tmp_path, out):
     assert [path.name for path in files] == [f'walk_{number:012d}_keypoints.json' for number in range(FRAMES)]
     (tmp_path / 'json/of_another_000000000000_keypoints.json').write_text('{}')
     shorter = write_recording(tmp_path / 'walk.bag', without_image=(0,))
-    assert run(shorter, '--json', tmp_path / 'json', '--markers', publish_tf='true') == 0
+    assert run(shorter, '--json', tmp_path / 'json', '--markers', '--overwrite', publish_tf='true') == 0
     assert len(list((tmp_path / 'json').glob('walk_*'))) == FRAMES - 1
     assert (tmp_path / 'json/of_another_000000000000_keypoints.json').exists()
     array, files = arrays(out)[3], sorted((tmp_path / 'json').glob('walk_*'))

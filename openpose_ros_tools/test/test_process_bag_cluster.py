@@ -49,7 +49,17 @@ def test_what_can_not_be_done_is_refused(folder, capsys):
     assert run(folder, '--jobs', '2') == 2
     assert '--workers' in capsys.readouterr().err
     assert run(folder, output='in') == 2
-    assert 'is the input' in capsys.readouterr().err
+    assert 'is an input' in capsys.readouterr().err
+    assert not (folder / 'out').exists()
+
+
+@pytest.mark.parametrize('other, output', [('more/a.bag', 'out/a.bag'), ('more/a.mcap', 'out/a.csv')])
+def test_recordings_whose_outputs_have_one_name_are_refused_before_the_work(folder, capsys, other, output):
+    (folder / 'more').mkdir()
+    (folder / other).write_bytes(b'')
+    assert run(folder, inputs=('in/a.bag', 'in/b.bag', other), create=None) == 2
+    error = capsys.readouterr().err
+    assert f'{folder}/in/a.bag and {folder / other} would both be written to {folder / output}' in error
     assert not (folder / 'out').exists()
 
 

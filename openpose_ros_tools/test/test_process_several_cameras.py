@@ -286,8 +286,9 @@ def test_what_is_done_is_not_done_again_until_something_changes(run, room, capsy
     assert run(room) == 0
     assert run(room) == 0
     assert '1 of 1 bags are done already' in capsys.readouterr().out
-    assert run(room, '--clock-offset', 'left=0.001') == 0
-    assert 'done already' not in capsys.readouterr().out
+    assert run(room, '--clock-offset', 'left=0.001') == 2
+    assert 'is there already' in capsys.readouterr().err
+    assert run(room, '--clock-offset', 'left=0.001', '--overwrite') == 0
 
 
 @pytest.mark.parametrize(('cameras', 'arguments', 'words'), [

@@ -1,5 +1,6 @@
 """Recordings of ROS 2 give what the same recordings of ROS 1 give; results can be files for Foxglove and ROS 2."""
 import csv
+import re
 import sqlite3
 from importlib import import_module
 from io import BytesIO
@@ -244,6 +245,22 @@ def test_a_missing_file_of_a_folder_and_an_unknown_storage_are_told(recording, t
     next(folder.glob('*.db3')).unlink()
     with pytest.raises(BadInputError, match=str(folder)):
         all_of(folder)
+
+
+@pytest.mark.parametrize('name', ['../planted', '/planted', '..', ''])
+def test_files_outside_of_the_folder_are_refused(tmp_path, monkeypatch, name):
+    """The library before 0.10 is given a folder of links to the files, which must not get out of it."""
+    folder, made = tmp_path / 'walk', tmp_path / 'made'
+    folder.mkdir()
+    made.mkdir()
+    metadata = {'rosbag2_bagfile_information': {'version': 9, 'relative_file_paths': [name],
+                                                'topics_with_message_count': []}}
+    (folder / 'metadata.yaml').write_text(yaml.safe_dump(metadata))
+    monkeypatch.setattr(Reader, 'STORAGE_PLUGINS', {})
+    monkeypatch.setattr('tempfile.tempdir', str(made))
+    with pytest.raises(BadInputError, match=rf"metadata\.yaml names the file '{re.escape(name)}', expected a name"):
+        all_of(folder)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ['made', 'walk'] and not any(made.iterdir())
 
 
 def test_compressions_of_mcap(tmp_path):

@@ -91,6 +91,20 @@ def test_report_of_a_chain(tmp_path, capsys):
         'delay_distribution.png', 'delays.csv', 'delays_over_time.png', 'summary.json', 'time_report.md']
 
 
+def test_a_report_is_replaced_only_when_asked_for(tmp_path, capsys):
+    path, folder = write_bag(tmp_path / 'live.bag'), tmp_path / 'report'
+    folder.mkdir()
+    (folder / 'notes').write_text('of the user')
+    (folder / 'summary.json').write_text('of another tool')
+    assert main([str(path), '-o', str(folder)]) == 2
+    assert f"{folder / 'summary.json'} is there already" in capsys.readouterr().err
+    assert (folder / 'summary.json').read_text() == 'of another tool'
+    for options in ((), ('--format', 'svg')):
+        assert main([str(path), '-o', str(folder), '--overwrite', *options]) == 0
+    assert sorted(path.name for path in folder.iterdir()) == [
+        'delay_distribution.svg', 'delays.csv', 'delays_over_time.svg', 'notes', 'summary.json', 'time_report.md']
+
+
 def test_part_of_a_bag(tmp_path):
     recording = read_recording(write_bag(tmp_path / 'live.bag'), 0.25, 0.65)
     camera = recording.cameras[0]
@@ -182,6 +196,20 @@ def test_files_that_are_no_bags(tmp_path, capsys):
         assert main([str(path)]) == 2
         error = capsys.readouterr().err
         assert error.startswith('time_report: ') and word in error and error.count('\n') == 1
+
+
+@pytest.mark.parametrize('seconds', ['nan', 'inf', '1e300', '-1e5000000'])
+def test_times_that_ros_can_not_have(seconds, capsys):
+    with pytest.raises(SystemExit):
+        main(['a.bag', f'--start={seconds}'])
+    assert f"'{seconds}': expected a number of seconds below 2^32" in capsys.readouterr().err
+
+
+def test_a_part_may_begin_before_all_time(tmp_path):
+    path = tmp_path / 'early.bag'
+    with rosbag.Bag(str(path), 'w') as bag:
+        bag.write(f'{SPACE}/detected_poses_3d', PersonDetection_3dArray(header=Header(stamp=time(MS))), time(MS))
+    assert len(read_recording(path, start=-1e6).results) == 1
 
 
 def test_start_after_end(tmp_path):

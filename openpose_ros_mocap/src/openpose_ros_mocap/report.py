@@ -20,6 +20,9 @@ from openpose_ros_tools.plots.plotting import STATUS_NAMES, joint_title, save_fi
 
 _TEMPLATES = Path(__file__).resolve().parent / 'data'
 _HTML, _MARKDOWN, _FACTS, _TABLE = 'mocap_report.html', 'mocap_report.md', 'mocap_facts.txt', 'mocap_table.txt'
+# Files of a report beside the trajectories.
+_FILES = ('report.html', 'report.md', 'summary.json', 'joints.csv', 'bones.csv', 'errors.csv', 'error_per_joint.png',
+          'error_over_time.png', 'stick_figures.png', 'clock_correlation.png')
 # Version of the layout of summary.json, for those who read it.
 _LAYOUT = 1
 # Which way offset and transform go.
@@ -68,8 +71,8 @@ def facts(values: Figures) -> List[Tuple[str, str]]:
 def write_report(folder: Path, comparison: Comparison, alignment: Alignment, values: Figures) -> List[Path]:
     """Write report.html, report.md, summary.json, joints.csv, bones.csv, errors.csv and the plots into a folder.
 
-    All is made in a hidden folder beside and moved at the end, so that an interrupt leaves an older report as it was.
-    Plots of people whom an older one had go then.
+    All is made in a hidden folder beside and moved at the end, in place of an older report, so that an interrupt leaves
+    that as it was.
 
     Returns:
         The files, in the order of names.
@@ -79,7 +82,7 @@ def write_report(folder: Path, comparison: Comparison, alignment: Alignment, val
     """
     folder = writable_folder('output', folder).resolve()
     with PartFiles() as parts:
-        part = parts.folder(folder, is_old=lambda name: name.startswith(TRAJECTORIES) and name.endswith('.png'))
+        part = parts.folder(folder, is_of_report)
         plots = []
         for name, (caption, figure) in all_figures(comparison, alignment).items():
             path = save_figure(figure, part / f'{name}.png')
@@ -93,6 +96,11 @@ def write_report(folder: Path, comparison: Comparison, alignment: Alignment, val
         (part / 'summary.json').write_text(json.dumps(values, indent=1, ensure_ascii=False) + '\n', encoding='utf-8')
         names = sorted(path.name for path in part.iterdir())
     return [folder / name for name in names]
+
+
+def is_of_report(name: str) -> bool:
+    """Return whether a file's name is that of a part of a report."""
+    return name in _FILES or (name.startswith(TRAJECTORIES) and name.endswith('.png'))
 
 
 def render(template: str, values: Figures, plots: Sequence[Dict[str, str]]) -> str:

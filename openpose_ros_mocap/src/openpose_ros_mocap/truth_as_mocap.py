@@ -26,6 +26,7 @@ from openpose_ros_mocap.files import SUFFIXES, MarkerRecording, write_mocap
 from openpose_ros_mocap.joints import JointRecording
 from openpose_ros_pkg.command_line import DONE, run_command
 from openpose_ros_pkg.errors import BadInputError, ParameterError
+from openpose_ros_pkg.output.files import check_outputs
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
 from openpose_ros_pkg.structured_text import json_value
 from openpose_ros_tools.command_options import command_parser
@@ -130,8 +131,7 @@ def _run(options: argparse.Namespace) -> int:
         raise ParameterError('--clock-offset, --rotate-degrees, --move: expected finite numbers')
     if out.suffix.lower() not in SUFFIXES:
         raise ParameterError(f"{out}: the suffix says which format to write, expected one of {', '.join(SUFFIXES)}")
-    if out.exists() and not options.overwrite:
-        raise ParameterError(f'{out} is there already; name another file, or give --overwrite')
+    check_outputs([out], options.overwrite)
     truth = read_truth(options.sequence.expanduser())
     transform = rigid_transform(options.rotate_degrees, options.move)
     recording = as_markers(resample(truth, options.rate, options.clock_offset), transform, options.noise / 1000,

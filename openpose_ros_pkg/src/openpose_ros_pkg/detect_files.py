@@ -1,8 +1,9 @@
 """Find people in images and videos and save them as OpenPose does; no ROS master is needed.
 
 A folder stands for all images and videos directly in it, in natural order (image2 before image10). Persons keep
-their ids through a video; people in single images have none. Inputs whose files
-are all there already are skipped, unless a video is written, which needs every frame.
+their ids through a video; people in single images have none. A file that is
+there already stays as it is, unless --overwrite is given; inputs whose files are all there
+are skipped, unless a video is written, which needs every frame.
 
     rosrun openpose_ros_pkg detect_files images/ --write-json keypoints/ --write-images annotated/
     rosrun openpose_ros_pkg detect_files walk.mp4 --write-video annotated.mp4 --set mode=accurate
@@ -13,6 +14,7 @@ done, as the command line, a parameter or the network is wrong; 130 interrupted,
 """
 import argparse
 import logging
+import re
 import sys
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
@@ -31,8 +33,8 @@ from openpose_ros_pkg.landmarks.detector import LandmarkDetector, create_landmar
 from openpose_ros_pkg.landmarks.params import LandmarkParams
 from openpose_ros_pkg.natural_order import natural_key
 from openpose_ros_pkg.output.draw import DrawParams
-from openpose_ros_pkg.output.files import frame_name
-from openpose_ros_pkg.output.frame_writer import FrameWriter, SaveParams
+from openpose_ros_pkg.output.files import check_outputs, frame_name
+from openpose_ros_pkg.output.frame_writer import REPLACE, SKIP, FrameWriter, SaveParams
 from openpose_ros_pkg.output.keypoint_scale import KeypointScaleParams
 from openpose_ros_pkg.output.recorder import Recorder
 from openpose_ros_pkg.params.parameters import build
@@ -139,6 +141,9 @@ def check_names(inputs: Sequence[InputFile]) -> None:
     first: Dict[Tuple[str, bool], Path] = {}
     for item in inputs:
         other = first.setdefault((item.path.stem, item.is_video), item.path)
+        of_video = re.fullmatch(r'(.*)_\d{12}', item.path.stem)
+        if of_video and not item.is_video:  # an image with the name of a frame
+            other = next((video.path for video in inputs if video.is_video and video.path.stem == of_video[1]), other)
         if other != item.path:
             raise ParameterError(f'{other} and {item.path} would write the same files, which are named after the input '
                                  'without its suffix; give them in two commands with folders of their own')
@@ -211,7 +216,7 @@ def _run(options: argparse.Namespace, values: Dict[str, Any],
     check_names(inputs)
     _check_video(save, inputs, options.overwrite)
     rate = next((item.rate for item in inputs if item.rate), None)
-    writer = FrameWriter(save, settings.draw, settings.keypoint_scale, rate)
+    writer = FrameWriter(save, settings.draw, settings.keypoint_scale, rate, REPLACE if options.overwrite else SKIP)
     recorder = None
     try:
         with ExitStack() as stack:
@@ -253,7 +258,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument('--write-video', metavar='FILE', help='annotated video of all frames, .mp4 or .avi')
     parser.add_argument('--write-keypoint', metavar='DIR', help='keypoints as a matrix in files of OpenCV')
     add_settings(parser, 'of the detector, of drawing, tracking or saving')
-    parser.add_argument('--overwrite', action='store_true', help='do inputs again whose files are there')
+    parser.add_argument('--overwrite', action='store_true', help='do inputs again, and replace what is there')
     return parser
 
 
@@ -283,14 +288,8 @@ def _is_result(path: Path, save: SaveParams) -> bool:
 
 def _check_video(save: SaveParams, inputs: Sequence[InputFile], overwrite: bool) -> None:
     """Raise ParameterError if the video is an input, or there already."""
-    if not save.write_video:
-        return
-    video = Path(save.write_video).expanduser()
-    if any(item.path.resolve() == video.resolve() for item in inputs):
-        raise ParameterError(f"parameter 'write_video': {video} is an input; name another file")
-    if video.exists() and not overwrite:
-        raise ParameterError(f"parameter 'write_video': {video} is there already; name another file, or give "
-                             '--overwrite')
+    video = [Path(save.write_video).expanduser()] if save.write_video else []
+    check_outputs(video, overwrite, [item.path for item in inputs])
 
 
 def _is_done(item: InputFile, writer: FrameWriter) -> bool:

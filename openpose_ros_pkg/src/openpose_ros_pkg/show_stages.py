@@ -24,7 +24,7 @@ from openpose_ros_pkg.detect.views import averaged_fields, decode_views
 from openpose_ros_pkg.networks.models import Model
 from openpose_ros_pkg.networks.preprocess import ImageToNet
 from openpose_ros_pkg.output.draw import DrawParams, draw_people, person_colour
-from openpose_ros_pkg.output.files import write_image
+from openpose_ros_pkg.output.files import check_outputs, write_image
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import SkeletonModel
@@ -46,6 +46,7 @@ def argument_parser(depth_required: bool) -> argparse.ArgumentParser:
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument('image', type=Path, help='image file')
     parser.add_argument('-o', '--output', type=Path, required=True, metavar='FOLDER', help='where the images go')
+    parser.add_argument('--overwrite', action='store_true', help='replace images that are there')
     parser.add_argument('--depth', type=Path, metavar='FILE', required=depth_required, help='16-bit PNG [mm]')
     parser.add_argument('--camera', type=Path, metavar='FILE', required=depth_required, help='its camera.yaml')
     add_settings(parser, 'of the detector')
@@ -79,18 +80,24 @@ def detect_and_draw(settings: DetectorSettings, bgr: np.ndarray, depth: Optional
                     ('people', draw_people(bgr, people, DrawParams()))]
 
 
-def write_stages(stages: Stages, folder: Path, sheet: str, columns: int) -> None:
-    """Write images of one aspect, one by one and all together as a file of the given name."""
+def write_stages(stages: Stages, folder: Path, sheet: Path, columns: int, overwrite: bool) -> None:
+    """Write images of one aspect into a folder, one by one, and all together as a file.
+
+    Raises:
+        ParameterError: one of them is there already.
+    """
+    paths = [folder / f"{number}_{title.replace(' ', '_')}.jpg" for number, (title, _) in enumerate(stages, start=1)]
+    check_outputs([*paths, sheet], overwrite)
     folder.mkdir(parents=True, exist_ok=True)
     cells, width = [], _WIDTH // columns
-    for number, (title, image) in enumerate(stages, start=1):
-        write_image(folder / f"{number}_{title.replace(' ', '_')}.jpg", image, _QUALITY)
+    for path, (title, image) in zip(paths, stages):
+        write_image(path, image, _QUALITY)
         cell = cv2.resize(image, (width, round(width * image.shape[0] / image.shape[1])), interpolation=cv2.INTER_AREA)
         cells.append(cv2.copyMakeBorder(cell, _TITLE, 0, 0, 0, cv2.BORDER_CONSTANT, value=(255, 255, 255)))
         write_text(cells[-1], title, (4, _TITLE - 9), (0, 0, 0))
     cells += [np.full_like(cells[0], 255)] * (-len(cells) % columns)
     rows = [cv2.hconcat(cells[i:i + columns]) for i in range(0, len(cells), columns)]
-    write_image(folder / sheet, cv2.vconcat(rows), _QUALITY)
+    write_image(sheet, cv2.vconcat(rows), _QUALITY)
 
 
 def write_text(canvas: np.ndarray, text: str, at: Tuple[int, int], colour: Tuple[int, int, int]) -> None:
@@ -158,7 +165,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     def work() -> int:
         settings = build(DetectorSettings, setting_values(parser, options.settings))
         _, stages = detect_and_draw(settings, read_image(options.image))
-        write_stages(stages, options.output, 'stages_2d.jpg', 3)
+        write_stages(stages, options.output, options.output / 'stages_2d.jpg', 3, options.overwrite)
         return DONE
 
     return run_command(parser.prog, work)

@@ -1,7 +1,11 @@
 """Parts of the command lines that the programs share."""
 import argparse
+import math
 from pathlib import Path
 from typing import Any, Callable, Optional
+
+# Stamps of ROS have 32-bit unsigned seconds.
+_MOST_SECONDS = 2.0 ** 32
 
 
 def command_parser(name: str, description: Optional[str]) -> argparse.ArgumentParser:
@@ -19,8 +23,8 @@ def add_output(parser: argparse.ArgumentParser, kind: str) -> None:
 
 def add_time_span(parser: argparse._ActionsContainer, since: str) -> None:
     """Add --start and --end; `check_time_span` checks them. `since`: what begins at 0, such as 'the first frame'."""
-    parser.add_argument('--start', type=float, metavar='S', help=f'leave out what is before: [s] since {since}')
-    parser.add_argument('--end', type=float, metavar='S', help='leave out what is after')
+    parser.add_argument('--start', type=seconds, metavar='S', help=f'leave out what is before: [s] since {since}')
+    parser.add_argument('--end', type=seconds, metavar='S', help='leave out what is after')
 
 
 def check_time_span(parser: argparse.ArgumentParser, options: argparse.Namespace) -> None:
@@ -40,6 +44,17 @@ def check_up(parser: argparse.ArgumentParser, options: argparse.Namespace) -> No
     """End the program if --up is no direction."""
     if options.up is not None and not 1e-6 < sum(value * value for value in options.up) < float('inf'):
         parser.error('--up must be three numbers that are not all 0')
+
+
+def seconds(text: str) -> float:
+    """Return a time [s] that ROS can have, as `type` of an option."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not abs(value) < _MOST_SECONDS:
+        raise argparse.ArgumentTypeError(f"'{text[:40]}': expected a number of seconds below 2^32")
+    return value
 
 
 def positive_number(kind: Callable[[str], Any]) -> Callable[[str], Any]:

@@ -1,50 +1,82 @@
-"""Files and folders that appear whole or not at all: made under a temporary name, moved to their places at the end."""
+"""Files and folders that appear whole or not at all: made under a temporary name, moved to their places at the end.
+
+An output that is there already is never replaced unless the command is told to.
+"""
 import errno
-import glob
+import fcntl
 import os
+import re
 import shutil
-import socket
 import uuid
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Callable, Iterator, List, Optional, Sequence, Tuple
+from typing import Callable, Iterator, List, NamedTuple, Optional, Sequence
 
 from openpose_ros_pkg.errors import ParameterError
-from openpose_ros_pkg.output.files import naming
+from openpose_ros_pkg.output.files import check_outputs, naming
+
+_DIGITS = 8
+
+
+class _Output(NamedTuple):
+    """An output that is made.
+
+    Attributes:
+        part: its temporary path.
+        path: its place.
+        is_there: tells whether the place is taken.
+        was_there: whether it was when the work began.
+        move: puts the part in its place; None: it is deleted at the end.
+    """
+
+    part: Path
+    path: Path
+    is_there: Callable[[], bool]
+    was_there: bool
+    move: Optional[Callable[[], object]]
 
 
 class PartFiles:
     """The outputs of one piece of work; use it as a context manager.
 
-    On leaving without an error they are moved to their places, in the order in which they were named; on an error or
-    an interrupt they are deleted. Temporary names contain the name of the output, so that the next run can delete what
-    a killed process has left, and are unique even within a process: a cluster's worker may still write an output that
-    another thread begins anew; it then finds nothing to move. Methods raise OSError where nothing can be written; such
-    errors, and those of the block that name a temporary path, name the output.
+    On leaving without an error they are moved to their places, in the order in which they were named, if these are
+    not taken by then; on an error or an interrupt they are deleted. A part is locked while its process runs: the next
+    one that makes the same output deletes what a killed process has left, and nothing else. Where the file system has
+    no locks, that stays. Methods raise OSError where nothing can be written; such errors, and those of the block that
+    name a temporary path, name the output.
+
+    Args:
+        run: of `new_run`, if `delete_parts` is to find what is left; empty: one of its own.
     """
 
-    def __init__(self) -> None:
-        self._moves: List[Tuple[Path, Path, Callable[[Path], object]]] = []
+    def __init__(self, run: str = '') -> None:
+        self._run = run or new_run()
+        self._outputs: List[_Output] = []
+        self._locks: List[int] = []
 
     def file(self, path: Path) -> Path:
         """Return the temporary path to write a file to; its folder is made."""
-        return self._part(path, lambda part: _move(part, path))
+        part = self._part(path, path.exists, lambda: part.replace(path))
+        self._lock(os.open(str(part), os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666))
+        return part
 
-    def folder(self, path: Path, is_old: Callable[[str], bool] = lambda name: False) -> Path:
+    def folder(self, path: Path, is_own: Callable[[str], bool]) -> Path:
         """Return a new folder, whose files will be moved into the folder `path`, beside the files that it has already.
 
         Args:
-            is_old: tells by its name whether a file there is of an earlier run, and is deleted.
+            is_own: tells by its name whether a file there is one of this output; older ones are deleted.
         """
-        part = self._part(path, lambda part: _merge(part, path, is_old))
-        part.mkdir()
-        return part
+        part = self._part(path, lambda: bool(files_of(path, is_own)), lambda: _merge(part, path, is_own))
+        return self._made(part)
 
     def new_folder(self, path: Path) -> Path:
         """Return a new folder that will take the place of the folder `path`."""
-        part = self._part(path, lambda part: _exchange(part, path))
-        part.mkdir()
-        return part
+        part = self._part(path, lambda: path.is_dir() and any(path.iterdir()), lambda: _exchange(part, path))
+        return self._made(part)
+
+    def scratch_folder(self, path: Path) -> Path:
+        """Return a new folder for intermediate files of an output, which is deleted at the end."""
+        return self._made(self._part(path, lambda: False, None))
 
     def __enter__(self) -> 'PartFiles':
         return self
@@ -52,43 +84,70 @@ class PartFiles:
     def __exit__(self, kind: object, error: Optional[BaseException], _: object) -> None:
         try:
             if kind is None:
-                for part, _path, move in self._moves:
-                    move(part)
+                self._move_all()
         except OSError as failed:
             self._name_output(failed)
             raise
         finally:
             if isinstance(error, OSError):
                 self._name_output(error)
-            for part, _path, _move in self._moves:
-                _delete(part)
+            for output in self._outputs:
+                _delete(output.part)
+            for lock in self._locks:
+                os.close(lock)
 
-    def _part(self, path: Path, move: Callable[[Path], object]) -> Path:
-        """Return the temporary path of an output, after unfinished ones of earlier runs are deleted."""
+    def _part(self, path: Path, is_there: Callable[[], bool], move: Optional[Callable[[], object]]) -> Path:
+        """Return the temporary path of an output, after unfinished ones of processes that have ended are deleted."""
         path.parent.mkdir(parents=True, exist_ok=True)
-        delete_parts(path)
-        part = path.with_name(f'.{path.name}.{socket.gethostname()}-{os.getpid()}-{uuid.uuid4().hex[:8]}.part')
-        self._moves.append((part, path, move))
+        for left in _parts_of(path):
+            _delete_unless_locked(left)
+        part = path.with_name(f'.{path.name}.{self._run}-{new_run()}.part')
+        self._outputs.append(_Output(part, path, is_there, is_there(), move))
         return part
+
+    def _made(self, part: Path) -> Path:
+        part.mkdir()
+        self._lock(os.open(str(part), os.O_RDONLY))
+        return part
+
+    def _lock(self, opened: int) -> None:
+        """Lock a part until it is in its place; a file stays locked whoever else opens it."""
+        self._locks.append(opened)
+        with suppress(OSError):  # a file system without locks
+            fcntl.flock(opened, fcntl.LOCK_EX | fcntl.LOCK_NB)
+
+    def _move_all(self) -> None:
+        """Move all outputs one right after the other, when the disk has all of them."""
+        moved = [(output, output.move) for output in self._outputs if output.move is not None]
+        for output, _ in moved:
+            if not output.part.exists():
+                raise FileNotFoundError(errno.ENOENT, 'another program deleted it', str(output.part))
+            for file in (output.part, *output.part.rglob('*')):
+                _sync(file)
+        for output, _ in moved:
+            if output.is_there() and not output.was_there:
+                raise FileExistsError(errno.EEXIST, 'another program has made it in the meantime', str(output.path))
+        for _, move in moved:
+            move()
 
     def _name_output(self, error: OSError) -> None:
         """Let an error that names a temporary path name the output instead."""
-        for part, path, _ in self._moves:
-            if str(error.filename).startswith(str(part)):
-                error.filename = str(path) + str(error.filename)[len(str(part)):]
+        for output in self._outputs:
+            if str(error.filename).startswith(str(output.part)):
+                error.filename = str(output.path) + str(error.filename)[len(str(output.part)):]
 
 
 @contextmanager
-def output_file(path: Path, overwrite: bool) -> Iterator[Path]:
+def output_file(path: Path, overwrite: bool, inputs: Sequence[Path] = ()) -> Iterator[Path]:
     """Yield the path to write the only output of a command to.
 
+    Args:
+        inputs: which are never replaced.
+
     Raises:
-        ParameterError: the file exists already, is a folder, or can not be written.
+        ParameterError: the file exists already, is a folder or an input, or can not be written.
     """
-    if path.is_dir():
-        raise ParameterError(f'{path} is a folder; name a file')
-    if path.exists() and not overwrite:
-        raise ParameterError(f'{path} is there already; name another file, or give --overwrite')
+    check_outputs([path], overwrite, inputs)
     with _told(path), PartFiles() as parts:
         yield parts.file(path)
 
@@ -109,8 +168,8 @@ def output_folder(path: Path, overwrite: bool, own: Sequence[str]) -> Iterator[P
     if path.exists() and not path.is_dir():
         raise ParameterError(f'{path} is a file; name a folder')
     if content and not overwrite:
-        raise ParameterError(f'{path} is there already, with {len(content)} files or folders in it; name another one, '
-                             'or give --overwrite')
+        raise ParameterError(f'{path} is there already, with {len(content)} files or folders in it; give another '
+                             'name, or --overwrite')
     foreign = [name for name in content if name not in own]
     if foreign:
         raise ParameterError(f"{path} holds '{foreign[0]}', which is not this command's, so it is not overwritten; "
@@ -119,10 +178,42 @@ def output_folder(path: Path, overwrite: bool, own: Sequence[str]) -> Iterator[P
         yield parts.new_folder(path.resolve())
 
 
-def delete_parts(path: Path) -> None:
-    """Delete unfinished outputs for this path."""
-    for part in path.parent.glob(f'.{glob.escape(path.name)}.*.part'):
+def files_of(folder: Path, is_own: Callable[[str], bool]) -> List[Path]:
+    """Return the files of a folder whose names are told to be those of an output, by name; none where it is not there.
+
+    Raises:
+        ParameterError: it is no folder.
+    """
+    if folder.exists() and not folder.is_dir():
+        raise ParameterError(f'{folder} is a file; name a folder')
+    return sorted(path for path in folder.iterdir() if is_own(path.name)) if folder.is_dir() else []
+
+
+def new_run() -> str:
+    """Return an identifier for the parts of a run."""
+    return uuid.uuid4().hex[:_DIGITS]
+
+
+def delete_parts(path: Path, run: str) -> None:
+    """Delete what a run has left of an unfinished output, also where a worker of it still writes."""
+    for part in _parts_of(path, run):
         _delete(part)
+
+
+def _parts_of(path: Path, run: str = f'[0-9a-f]{{{_DIGITS}}}') -> List[Path]:
+    """Return the parts of exactly this output; `run`: of that run."""
+    name = re.compile(rf'\.{re.escape(path.name)}\.{run}-[0-9a-f]{{{_DIGITS}}}\.part')
+    return [part for part in path.parent.iterdir() if name.fullmatch(part.name)] if path.parent.is_dir() else []
+
+
+def _delete_unless_locked(part: Path) -> None:
+    with suppress(OSError):  # it is locked, its file system has no locks, or it has just been moved
+        opened = os.open(str(part), os.O_RDONLY if part.is_dir() else os.O_RDWR)
+        try:
+            fcntl.flock(opened, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            _delete(part)
+        finally:
+            os.close(opened)
 
 
 @contextmanager
@@ -133,14 +224,6 @@ def _told(path: Path) -> Iterator[None]:
         raise ParameterError(f'{error.filename or path} can not be written: {error.strerror or error}') from error
 
 
-def _move(part: Path, path: Path) -> None:
-    """Move a file to its place when the disk has it."""
-    if not part.exists():
-        raise FileNotFoundError(errno.ENOENT, 'another program began to write it, or deleted it', str(part))
-    _sync(part)
-    part.replace(path)
-
-
 def _sync(path: Path) -> None:
     """Wait until the disk has a file."""
     if path.is_file():
@@ -148,23 +231,27 @@ def _sync(path: Path) -> None:
             os.fsync(handle.fileno())
 
 
-def _merge(part: Path, path: Path, is_old: Callable[[str], bool]) -> None:
+def _merge(part: Path, path: Path, is_own: Callable[[str], bool]) -> None:
     new = {file.name for file in part.iterdir()}
     path.mkdir(parents=True, exist_ok=True)
     for name in new:
-        _move(part / name, path / name)
-    for file in path.iterdir():
-        if file.name not in new and is_old(file.name):
+        (part / name).replace(path / name)
+    for file in files_of(path, is_own):
+        if file.name not in new:
             file.unlink()
 
 
 def _exchange(part: Path, path: Path) -> None:
-    for file in part.rglob('*'):
-        _sync(file)
-    old = path.with_name(f'{part.name[:-len(".part")]}.old.part')
+    """Put a folder in the place of another one, which is back there if that fails."""
+    old = part.with_suffix('.old')
     if path.exists():
         path.replace(old)
-    part.replace(path)
+    try:
+        part.replace(path)
+    except BaseException:
+        if old.exists():
+            old.replace(path)
+        raise
     _delete(old)
 
 

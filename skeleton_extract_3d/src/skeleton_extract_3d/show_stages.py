@@ -105,9 +105,10 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
         settings = build(DetectorSettings, setting_values(parser, options.settings))
         camera = read_camera(options.camera)
         people, stages = show_stages.detect_and_draw(settings, bgr, depth_view(DepthImage(depth, camera)))
-        show_stages.write_stages(stages, options.output, 'stages_2d.jpg', 3)
-        show_stages.write_stages(lift_and_draw(people, bgr, depth, camera), options.output / '3d',
-                     '../stages_3d.jpg', 2)
+        folder = options.output
+        show_stages.write_stages(stages, folder, folder / 'stages_2d.jpg', 3, options.overwrite)
+        show_stages.write_stages(lift_and_draw(people, bgr, depth, camera), folder / '3d', folder / 'stages_3d.jpg', 2,
+                                 options.overwrite)
         return DONE
 
     return run_command(parser.prog, work)

@@ -196,6 +196,15 @@ class TestCommand:
         assert values['inputs']['frame of the camera'] == 'camera'
         assert values['inputs']['marker map'] == 'joint_names, chosen by the names of the markers'
 
+    def test_a_report_is_replaced_only_when_asked_for(self, files, tmp_path, capsys):
+        (tmp_path / 'summary.json').write_text('of another tool')
+        command = [str(files / 'poses.csv'), str(files / 'mocap.csv'), '-o', str(tmp_path), '--joints', 'nose,neck']
+        assert main(command) == 2
+        assert f"{tmp_path / 'summary.json'} is there already" in capsys.readouterr().err
+        assert [path.name for path in tmp_path.iterdir()] == ['summary.json']
+        assert main([*command, '--overwrite']) == 0
+        assert json.loads((tmp_path / 'summary.json').read_text())
+
     def test_given_alignment(self, files, capsys):
         arguments = [str(files / 'poses.csv'), str(files / 'mocap.csv'), '--clock-offset', str(12.5 - 1.6e9),
                      '--transform', '0', '0', '0', '0', '0', '0', '1', '--joints', 'nose, right wrist']

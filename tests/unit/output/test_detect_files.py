@@ -141,6 +141,18 @@ def test_what_is_there_is_skipped_unless_overwritten(run, detector, tmp_path, ca
     assert detector.levels[6:] == [10, 30, 20, 20]
 
 
+def test_files_that_are_there_stay_unless_overwritten(run, tmp_path):
+    """One of them, which another program made; the missing one is written."""
+    command = (picture(tmp_path / 'a.png', 10), '--write-json', tmp_path / 'j', '--write-keypoint', tmp_path / 'k')
+    (tmp_path / 'j').mkdir()
+    (tmp_path / 'j/a_keypoints.json').write_text('of OpenPose')
+    assert run(*command) == 0
+    assert names(tmp_path / 'k') == ['a_pose.yml']
+    assert (tmp_path / 'j/a_keypoints.json').read_text() == 'of OpenPose'
+    assert run(*command, '--overwrite') == 0
+    assert (tmp_path / 'j/a_keypoints.json').read_text() != 'of OpenPose'
+
+
 def test_no_network_is_loaded_when_all_is_there(run, tmp_path):
     command = (str(picture(tmp_path / 'a.png', 10)), '--write-json', str(tmp_path / 'j'))
     assert run(*command) == 0
@@ -171,6 +183,9 @@ def test_results_in_the_folder_of_the_inputs_are_no_inputs(run, detector, tmp_pa
 
 def test_inputs_of_the_same_name_are_refused(run, tmp_path, capsys):
     inputs = picture(tmp_path / 'one/a.png', 10), picture(tmp_path / 'two/a.jpg', 10)
+    assert run(*inputs, '--write-json', tmp_path / 'j') == 2
+    assert 'would write the same files' in capsys.readouterr().err
+    inputs = video(tmp_path / 'v.avi', [10, 10]), picture(tmp_path / 'v_000000000001.png', 10)
     assert run(*inputs, '--write-json', tmp_path / 'j') == 2
     assert 'would write the same files' in capsys.readouterr().err
 

@@ -13,7 +13,7 @@ import pytest
 from disk_limits import file_size_limit
 from openpose_ros_pkg.output import video_file
 from openpose_ros_pkg.output.files import free_name, write_whole
-from openpose_ros_pkg.output.frame_writer import FrameWriter, SaveParams
+from openpose_ros_pkg.output.frame_writer import REFUSE, SKIP, FrameWriter, SaveParams
 from openpose_ros_pkg.output.recorder import Recorder
 from openpose_ros_pkg.output.video_file import VideoFile
 from openpose_ros_pkg.people import People2D
@@ -135,14 +135,38 @@ def test_what_is_no_file_is_refused(tmp_path):
 def test_an_older_video_can_be_kept(tmp_path):
     params = SaveParams(write_video=str(tmp_path / 'v.avi'))
     for _ in range(3):
-        writer = FrameWriter(params, keep_video=True)
+        writer = FrameWriter(params, existing=SKIP)
         writer.write(0, NOISE, NOBODY)
         assert writer.close() == ''
     assert names(tmp_path) == ['v.avi', 'v_2.avi', 'v_3.avi']
     assert free_name(tmp_path / 'new.avi') == tmp_path / 'new.avi'
 
 
+def test_of_two_that_keep_what_is_there_each_has_a_video_of_its_own(tmp_path):
+    """Their names are free when both begin."""
+    params = SaveParams(write_video=str(tmp_path / 'v.avi'))
+    writers = [FrameWriter(params, existing=REFUSE) for _ in range(2)]
+    for count, writer in enumerate(writers, 1):
+        for number in range(count):
+            writer.write(number, NOISE, NOBODY)
+        assert writer.close() == ''
+    assert [readable(tmp_path / name) for name in ('v.avi', 'v_2.avi')] == [1, 2]
+
+
 # --- all files of a frame
+
+def test_files_of_an_earlier_run_stay_and_the_numbers_go_on_after_them(tmp_path):
+    params = SaveParams(write_json=str(tmp_path / 'j'), write_images=str(tmp_path / 'i'))
+    writer = FrameWriter(params, existing=REFUSE)
+    assert writer.next_number() == 0
+    writer.write(0, NOISE, NOBODY)
+    (tmp_path / 'i/000000000007_rendered.png').write_text('older')
+    (tmp_path / 'j/000000000009_rendered.png').write_text('no JSON')
+    after = FrameWriter(params, existing=REFUSE)
+    assert after.next_number() == 8
+    assert 'i/000000000007_rendered.png: is there already' in after.write(7, NOISE, NOBODY)
+    assert (after.written, after.failed) == (1, 1)
+    assert (tmp_path / 'i/000000000007_rendered.png').read_text() == 'older'
 
 
 def test_faults_last_until_it_can_be_saved_again_and_the_rest_is_written(tmp_path):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from openpose_ros_pkg import show_stages
-from openpose_ros_pkg.errors import ModelError
+from openpose_ros_pkg.errors import ModelError, ParameterError
 from openpose_ros_pkg.networks.models import MOBILENET_THIN, MOVENET_MULTIPOSE, weights_path
 from openpose_ros_pkg.networks.preprocess import fit_image
 from openpose_ros_pkg.people import People2D
@@ -79,9 +79,13 @@ def test_nobody_has_no_chart(standing):
 
 def test_a_sheet_has_all_images(tmp_path):
     stages = [('first', np.full((60, 100, 3), 40, np.uint8)), ('so to say', np.full((60, 100, 3), 200, np.uint8))]
-    show_stages.write_stages(stages, tmp_path / 'new', 'sheet.jpg', 2)
+    folder = tmp_path / 'new'
+    show_stages.write_stages(stages, folder, folder / 'sheet.jpg', 2, False)
     assert sorted(path.name for path in (tmp_path / 'new').iterdir()) == ['1_first.jpg', '2_so_to_say.jpg', 'sheet.jpg']
     sheet = cv2.imread(str(tmp_path / 'new' / 'sheet.jpg'))
+    with pytest.raises(ParameterError, match=r'1_first\.jpg is there already; .*--overwrite'):
+        show_stages.write_stages(stages, folder, folder / 'other.jpg', 2, False)
+    show_stages.write_stages(stages, folder, folder / 'sheet.jpg', 2, True)
     assert sheet.shape[1] == 1260
     assert abs(int(sheet[200, 300].mean()) - 40) < 5 and abs(int(sheet[200, 900].mean()) - 200) < 5
 

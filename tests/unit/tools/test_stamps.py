@@ -11,9 +11,20 @@ from openpose_ros_tools.images.stamps import associate, detect_unit, number_in_n
 @pytest.mark.parametrize('text, unit, stamp', [
     ('1305031102.175304', 's', 1305031102175304000), ('1305031102.123456789', 's', 1305031102123456789),
     ('0', 's', 0), (' 12 ', 'ms', 12000000), ('1622547800123456', 'us', 1622547800123456000),
-    ('1403636579763555584', 'ns', 1403636579763555584), ('0.0000000004', 's', 0), ('0.0000000006', 's', 1)])
+    ('1403636579763555584', 'ns', 1403636579763555584), ('1.305031102175304e+09', 's', 1305031102175304000),
+    ('0.0000000004', 's', 0), ('0.0000000006', 's', 1)])
 def test_stamps_keep_all_digits(text, unit, stamp):
     assert parse_stamp(text, unit) == stamp
+
+
+@pytest.mark.parametrize('text', ['', 'x', 'nan', '1/3', '1_0', '1e5000000', '1e-5000000', '9' * 100000])
+def test_what_is_no_stamp_is_refused_at_once(tmp_path, text):
+    with pytest.raises(ValueError, match='is no number, or has too many digits'):
+        parse_stamp(text, 's')
+    (tmp_path / 'stamps').write_text(f'frame,colour [s]\n0,1.0\n1,{text or "-"}\n')
+    with pytest.raises(BadInputError, match='is no number, or has too many digits'):
+        read_stamp_table(tmp_path / 'stamps')
+    assert detect_unit([text]) is None
 
 
 @pytest.mark.parametrize('texts, unit', [

@@ -37,11 +37,13 @@ from openpose_ros_mocap.evaluation import EvaluationParams, compare
 from openpose_ros_mocap.files import read_mocap
 from openpose_ros_mocap.joints import chosen_map, joints_of
 from openpose_ros_mocap.marker_map import MarkerMap, read_marker_map
-from openpose_ros_mocap.report import facts, summary, table, write_report
+from openpose_ros_mocap.report import facts, is_of_report, summary, table, write_report
 from openpose_ros_pkg.command_line import DONE, run_command
 from openpose_ros_pkg.errors import BadInputError, ParameterError
+from openpose_ros_pkg.output.files import check_outputs
 from openpose_ros_pkg.structured_text import json_value
 from openpose_ros_tools.command_options import add_time_span, check_time_span, command_parser, positive_number
+from openpose_ros_tools.outputs import files_of
 from openpose_ros_tools.recording_paths import is_bag
 from openpose_ros_tools.tables.keypoint_csv import read_keypoint_csv
 from openpose_ros_tools.tables.keypoint_table import KeypointTable, measured_people
@@ -127,6 +129,8 @@ def read_poses(path: Path, topic: Optional[str] = None) -> KeypointTable:
 
 
 def _run(options: argparse.Namespace) -> int:
+    if options.output is not None:
+        check_outputs(files_of(options.output, is_of_report), options.overwrite)
     transform = None if options.transform is None else transform_of(options.transform)
     if options.transform_from is not None:
         transform = transform_from(options.transform_from)
@@ -177,6 +181,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument('poses', type=Path, metavar='POSES', help='people in space: .csv, or .bag')
     parser.add_argument('mocap', type=Path, metavar='MOCAP', help='motion capture: .csv of Motive, .c3d or .trc')
     parser.add_argument('-o', '--output', type=Path, metavar='FOLDER', help='write report, figures and plots here')
+    parser.add_argument('--overwrite', action='store_true', help='replace the report that is there')
     parser.add_argument('--topic', help='of the people, where a bag has several')
     parser.add_argument('--markers', metavar='MAP', help='which markers make up which joint: a YAML file, or the name '
                         'of a shipped map (default: chosen by the names of the markers)')

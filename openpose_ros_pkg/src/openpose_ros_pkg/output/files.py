@@ -3,7 +3,7 @@ import itertools
 import os
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Iterator
+from typing import Iterator, Sequence
 
 import cv2
 import numpy as np
@@ -60,6 +60,18 @@ def write_whole(path: Path, content: bytes) -> None:
 def write_image(path: Path, image: np.ndarray, quality: int = 95) -> None:
     """Write an image, (H, W) or (H, W, 3), like `write_whole`; the suffix tells the format, `quality` is of JPEG."""
     write_whole(path, cv2.imencode(path.suffix, image, [cv2.IMWRITE_JPEG_QUALITY, quality])[1].tobytes())
+
+
+def check_outputs(paths: Sequence[Path], overwrite: bool, inputs: Sequence[Path] = ()) -> None:
+    """Raise ParameterError if an output of a command is an input or a folder, or there already while that is kept."""
+    read = {path.resolve() for path in inputs}
+    for path in paths:
+        if path.resolve() in read:
+            raise ParameterError(f'{path} is an input; name another file')
+        if path.is_dir():
+            raise ParameterError(f'{path} is a folder; name a file')
+        if os.path.lexists(str(path)) and not overwrite:
+            raise ParameterError(f'{path} is there already; give another name, or --overwrite')
 
 
 def free_name(path: Path) -> Path:

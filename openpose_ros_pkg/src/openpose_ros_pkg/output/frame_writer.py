@@ -1,4 +1,7 @@
 """Write all files of a frame that the parameters ask for, under OpenPose's names."""
+import errno
+import os
+import re
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Callable, Dict, Optional, Tuple, Union
@@ -9,7 +12,7 @@ import numpy as np
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.landmarks.records import Landmarks2D
 from openpose_ros_pkg.output.draw import DrawParams, draw_people
-from openpose_ros_pkg.output.files import frame_name, free_name, writable_folder, write_image
+from openpose_ros_pkg.output.files import frame_name, writable_folder, write_image
 from openpose_ros_pkg.output.joint_order import in_joint_set
 from openpose_ros_pkg.output.keypoint_file import FORMATS, write_keypoint
 from openpose_ros_pkg.output.keypoint_scale import KeypointScaleParams, scale_keypoints
@@ -19,6 +22,8 @@ from openpose_ros_pkg.params.parameters import Parameters, parameter
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import SKELETONS
 
+# What becomes of a file that is there already: it is replaced; it stays; it stays, and that is a fault.
+REPLACE, SKIP, REFUSE = 'replace', 'skip', 'refuse'
 # Frame rate of a video whose source names none, as of a folder of images [Hz].
 DEFAULT_RATE = 10.0
 
@@ -64,7 +69,7 @@ class FrameWriter:
         draw: how people are drawn into images and video.
         scale: units of the keypoints in JSON and keypoint files.
         source_rate: of the frames [Hz], for the video; None: unknown.
-        keep_video: a video that is there already is kept, and the new one gets a number: NAME_2.mp4.
+        existing: REPLACE, SKIP or REFUSE. A video beside one that stays gets a number: NAME_2.mp4.
 
     Raises:
         ParameterError: a folder can not be made or written to, or the name of the video does not tell its format.
@@ -72,10 +77,10 @@ class FrameWriter:
 
     def __init__(self, params: SaveParams, draw: Optional[DrawParams] = None,
                  scale: Optional[KeypointScaleParams] = None, source_rate: Optional[float] = None,
-                 keep_video: bool = False) -> None:
+                 existing: str = REPLACE) -> None:
         self._written = self._failed = 0
         self._failing: Dict[str, Tuple[int, str]] = {}  # frames in a row, and the latest error, by output
-        self._draw = draw or DrawParams()
+        self._draw, self._existing = draw or DrawParams(), existing
         self._scale = scale or KeypointScaleParams()
         self._joint_set = SKELETONS.get(params.write_joint_set)
         folders = {'write_json': params.write_json, 'write_images': params.write_images,
@@ -88,10 +93,8 @@ class FrameWriter:
         if params.write_video:
             rate = params.write_video_fps if params.write_video_fps > 0 else source_rate or DEFAULT_RATE
             path = Path(params.write_video).expanduser()
-            self._video = VideoFile(path, rate)
+            self._video = VideoFile(path, rate, keep=existing != REPLACE)
             writable_folder('write_video', path.parent)
-            if keep_video:
-                self._video.path = free_name(path)
 
     @property
     def written(self) -> int:
@@ -111,6 +114,12 @@ class FrameWriter:
         """
         return '; '.join(f'{error} ({count} frames in a row)' for count, error in list(self._failing.values())
                          if count >= least)
+
+    def next_number(self) -> int:
+        """Return the number after the greatest one of the frames whose files are there; 0 where there are none."""
+        found = [re.match(r'\d{12}', path.name) for key, folder in self._folders.items() for path in folder.iterdir()
+                 if path.name.endswith(self._suffixes[key])]
+        return max((int(match[0]) + 1 for match in found if match), default=0)
 
     def reconfigure(self, draw: DrawParams) -> None:
         """Use other drawing parameters from the next frame on."""
@@ -177,7 +186,11 @@ class FrameWriter:
                            replace(faces, keypoints=scale_keypoints(faces.keypoints, size, self._scale)))
 
     def _attempt(self, key: str, write: Callable[..., None], *values: Any) -> str:
-        """Return why it could not be written; empty: it is."""
+        """Return why it could not be written; empty: it is, or stays as it was."""
+        if key != 'write_video' and self._existing != REPLACE and os.path.lexists(str(values[0])):
+            if self._existing == SKIP:
+                return ''
+            write = _refuse
         if error := _told(write, *values):
             self._failed += 1
             self._failing[key] = (self._failing.get(key, (0, ''))[0] + 1, error)
@@ -185,6 +198,10 @@ class FrameWriter:
         self._failing.pop(key, None)
         self._written += key != 'write_video'
         return ''
+
+
+def _refuse(path: Path, *_: Any) -> None:
+    raise FileExistsError(errno.EEXIST, 'is there already', str(path))
 
 
 def _told(write: Callable[..., None], *values: Any) -> str:

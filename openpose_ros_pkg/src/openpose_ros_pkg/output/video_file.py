@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 
 from openpose_ros_pkg.errors import ParameterError
-from openpose_ros_pkg.output.files import naming
+from openpose_ros_pkg.output.files import free_name, naming
 
 # Codecs that OpenCV's own packages bring along, and that players know.
 _CODECS = {'.mp4': 'mp4v', '.avi': 'MJPG'}
@@ -29,8 +29,10 @@ class VideoFile:
         path: ends in .mp4 (MPEG-4; unreadable if the program is killed) or .avi (motion JPEG; can be read up to the
             last 0.3 MB then).
         rate: frames per second [Hz].
+        keep: whether a file that is there already stays; the video gets a number then: NAME_2.mp4.
 
     Attributes:
+        path: of the video, when it has a frame.
         frames: number of frames in the video.
         lost: number of those that it has lost.
 
@@ -38,12 +40,12 @@ class VideoFile:
         ParameterError: the path ends otherwise.
     """
 
-    def __init__(self, path: Path, rate: float) -> None:
+    def __init__(self, path: Path, rate: float, keep: bool = False) -> None:
         if path.suffix.lower() not in _CODECS:
             raise ParameterError(f"video '{path}': expected a file ending in {' or '.join(_CODECS)}")
         self.path = path
         self.frames = self.lost = 0
-        self._rate = rate
+        self._rate, self._keep = rate, keep
         self._writer: Optional[cv2.VideoWriter] = None
         self._lock: Optional[BinaryIO] = None
         self._size = (0, 0)
@@ -97,9 +99,11 @@ class VideoFile:
 
     def _open(self, size: Tuple[int, int]) -> cv2.VideoWriter:
         """Begin the file, which no other program writes at the same time."""
+        if self._keep:
+            self.path = free_name(self.path)
         if self.path.exists() and not self.path.is_file():
             raise FileExistsError(errno.EEXIST, 'is no file', str(self.path))  # opening a pipe would block
-        lock = self.path.open('ab')
+        lock = self.path.open('xb' if self._keep else 'ab')
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError as error:

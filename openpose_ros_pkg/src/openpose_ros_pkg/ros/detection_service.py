@@ -18,7 +18,7 @@ from openpose_ros_pkg.detect.stream_detector import StreamDetector, StreamFrame
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.landmarks.detector import create_landmark_detector
 from openpose_ros_pkg.landmarks.records import Landmarks2D
-from openpose_ros_pkg.output.frame_writer import FrameWriter
+from openpose_ros_pkg.output.frame_writer import REFUSE, FrameWriter
 from openpose_ros_pkg.output.keypoint_scale import scale_keypoints
 from openpose_ros_pkg.output.recorder import Recorder
 from openpose_ros_pkg.params.nodes import LIVE_PARAMETERS, ServiceSettings
@@ -121,13 +121,14 @@ class DetectionService:
         if settings.detector.detector.mode != 'accurate':  # for recordings, and slow: nobody waits for a first result
             self._stream.warm_up()
         self._recorder: Optional[Recorder] = None
+        self._numbers = itertools.count()
         if settings.save.active:
-            writer = FrameWriter(settings.save, settings.draw, settings.keypoint_scale, keep_video=True)
+            writer = FrameWriter(settings.save, settings.draw, settings.keypoint_scale, existing=REFUSE)
+            self._numbers = itertools.count(writer.next_number())
             self._recorder = Recorder(writer, wait_when_full=False,
                                       on_fault=lambda fault: health.warn('frame not saved', fault))
             health.show_lasting(self._recorder.fault)
             health.show_lasting(lambda: self._recorder.fault(_LASTING), DiagnosticStatus.ERROR)
-        self._numbers = itertools.count()
         self._health, self._timing, self._demand = health, timing, demand
         self._health.show_lasting(lambda: self._detector.faults)
         self._health.show(self._recorder_counters)

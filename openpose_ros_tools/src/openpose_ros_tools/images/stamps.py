@@ -16,6 +16,9 @@ STAMP_END = 2 ** 32 * SECOND
 # Unix times between 1973 and 2286 [s]: the size of such a number determines its unit.
 _EPOCH = (10 ** 8, 10 ** 10)
 _NUMBER = re.compile(r'\d+(?:\.\d+)?')
+# Exact fractions of numbers such as 1e5000000 take seconds and megabytes: longest text of a number, and its form.
+_LONGEST = 60
+_DECIMAL = re.compile(r'[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d{1,2})?', re.ASCII)
 _HEADER_UNIT = re.compile(r'\[(s|ms|us|ns)\]')
 # Stream by the title of its column.
 _COLUMNS = {'colour': 'colour', 'color': 'colour', 'rgb': 'colour', 'depth': 'depth', 'mask': 'mask', 'masks': 'mask'}
@@ -29,6 +32,18 @@ class StampTable(NamedTuple):
     stamps: List[Dict[str, int]]
 
 
+def exact_number(text: str) -> Fraction:
+    """Return a decimal number exactly.
+
+    Raises:
+        ValueError: the text is none, is longer than 60 characters, or its exponent has more than two digits.
+    """
+    text = text.strip()
+    if len(text) > _LONGEST or not _DECIMAL.fullmatch(text):
+        raise ValueError(f"'{text[:_LONGEST]}' is no number, or has too many digits")
+    return Fraction(text)
+
+
 def parse_stamp(text: str, unit: str) -> int:
     """Return a stamp, exactly rounded to nanoseconds.
 
@@ -36,9 +51,9 @@ def parse_stamp(text: str, unit: str) -> int:
         unit: key of UNITS.
 
     Raises:
-        ValueError: the text is no number.
+        ValueError: see `exact_number`.
     """
-    return round(Fraction(text.strip()) * UNITS[unit])
+    return round(exact_number(text) * UNITS[unit])
 
 
 def detect_unit(texts: Sequence[str]) -> Optional[str]:
@@ -46,7 +61,7 @@ def detect_unit(texts: Sequence[str]) -> Optional[str]:
 
     A number with a fraction is in seconds; an integer has the unit that makes it a time between 1973 and 2286.
     """
-    if not texts or not all(_NUMBER.fullmatch(text) for text in texts):
+    if not texts or not all(len(text) <= _LONGEST and _NUMBER.fullmatch(text) for text in texts):
         return None
     if all('.' in text for text in texts):
         return 's'

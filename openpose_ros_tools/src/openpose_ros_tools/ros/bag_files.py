@@ -18,7 +18,7 @@ from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.output.files import naming
 from openpose_ros_tools.recording_paths import is_ros2
 from openpose_ros_tools.ros.bag_definitions import TYPE_NAME, harmless_definition
-from openpose_ros_tools.ros.ros2_bags import MENDING, McapFile, Ros2Recording
+from openpose_ros_tools.ros.ros2_bags import MENDING, McapFile, Ros2Recording, joined_types
 
 Item = TypeVar('Item')
 
@@ -184,8 +184,14 @@ def end_time(bag: rosbag.Bag) -> float:
 
 
 def topic_types(bag: rosbag.Bag) -> Dict[str, str]:
-    """Return the type of each topic in a bag; topics whose messages are all lost, as after a reindex, are left out."""
-    return {name: info.msg_type for name, info in bag.get_type_and_topic_info().topics.items() if info.message_count}
+    """Return the type of each topic in a bag, of a topic with messages of several types all of them: 'A and B'.
+
+    Topics whose messages are all lost, as after a reindex, are left out.
+    """
+    if isinstance(bag, Ros2Recording):
+        return bag.types()
+    return joined_types((one.topic, one.datatype) for one in bag._get_connections()
+                        if bag._connection_indexes.get(one.id))
 
 
 def undamaged(bag: rosbag.Bag, messages: Iterator[Item]) -> Iterator[Item]:

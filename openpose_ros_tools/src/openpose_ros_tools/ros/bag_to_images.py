@@ -41,7 +41,7 @@ from openpose_ros_pkg.calibration import Calibration
 from openpose_ros_pkg.command_line import DONE, SOME_FAILED, run_command
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.ros.convert import calibration_from_message
-from openpose_ros_tools.command_options import add_output, command_parser, positive_number
+from openpose_ros_tools.command_options import add_output, command_parser, positive_number, seconds
 from openpose_ros_tools.images import folder_writer
 from openpose_ros_tools.images.folder_writer import WrittenFile
 from openpose_ros_tools.images.image_files import MILLIMETRES
@@ -299,7 +299,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument('--depth-scale', type=positive_number(float), metavar='UNITS',
                         help='write depth as 16-bit PNG with this number of units per metre: 5000 for tools of the TUM '
                              'benchmark; the rounding error is reported')
-    parser.add_argument('--max-difference', type=positive_number(float), default=0.02, metavar='SECONDS',
+    parser.add_argument('--max-difference', type=positive_number(seconds), default=0.02, metavar='SECONDS',
                         help='of the stamps of the images of a frame (default: %(default)s)')
     parser.add_argument('--only-pairs', action='store_true',
                         help='leave out colour images without depth image, and the other way round')

@@ -96,7 +96,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
 
 
 def _run(options: argparse.Namespace) -> int:
-    with output_file(options.output, options.overwrite) as part:
+    with output_file(options.output, options.overwrite, [options.csv]) as part:
         file = read_csv(options.csv)
         joints = known_joints(file)
         model = options.pose_model or pose_model_of(joints)

@@ -61,10 +61,10 @@ from openpose_ros_pkg.calibration import Calibration, pinhole_calibration, read_
 from openpose_ros_pkg.command_line import DONE, SOME_FAILED, run_command
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.natural_order import natural_key
-from openpose_ros_tools.command_options import add_output, command_parser, positive_number
+from openpose_ros_tools.command_options import add_output, command_parser, positive_number, seconds
 from openpose_ros_tools.images.image_files import MILLIMETRES
 from openpose_ros_tools.images.image_layouts import LAYOUTS, LayoutOptions, Recording, find_recording
-from openpose_ros_tools.images.stamps import SECOND, UNITS, parse_stamp
+from openpose_ros_tools.images.stamps import SECOND, UNITS, exact_number, parse_stamp
 from openpose_ros_tools.outputs import output_file
 from openpose_ros_tools.parallel.threads import ordered_map
 from openpose_ros_tools.ros.bag_files import COMPRESSIONS, TF_TOPIC, new_bag, write_static_transforms
@@ -169,6 +169,11 @@ def _options_of_cameras(options: argparse.Namespace) -> List[argparse.Namespace]
         (path for path in options.folder.glob('*') if path.is_dir() and not path.name.startswith('.')), key=natural_key)
     if not folders:
         raise ParameterError(f'{options.folder} holds no folders of cameras')
+    first: Dict[str, Path] = {}
+    for folder in folders:
+        if first.setdefault(folder.name, folder) != folder:
+            raise ParameterError(f'{first[folder.name]} and {folder} would both be written to topics below '
+                                 f'/{folder.name}, as cameras are named after their folders; rename one of them')
     return [argparse.Namespace(**{**vars(options), 'folder': folder, 'camera_namespace': f'{folder.name}/qhd',
                                   'frame_id': f'{folder.name}_rgb_optical_frame'}) for folder in folders]
 
@@ -309,10 +314,10 @@ def _add_images_and_stamps(parser: argparse.ArgumentParser) -> None:
                        help='units of 16-bit depth per metre (default: as sequence.yaml says; 5000 for tum, else 1000)')
     group.add_argument('--only-pairs', action='store_true',
                        help='leave out colour images without depth image, and the other way round')
-    group.add_argument('--max-difference', type=positive_number(float), default=0.02, metavar='SECONDS',
+    group.add_argument('--max-difference', type=positive_number(seconds), default=0.02, metavar='SECONDS',
                        help='of the stamps of a pair, where names do not tell pairs (default: %(default)s)')
     group = parser.add_argument_group('stamps')
-    group.add_argument('--rate', type=positive_number(Fraction), metavar='HZ',
+    group.add_argument('--rate', type=positive_number(_ratio), metavar='HZ',
                        help='of numbered images; may be a fraction such as 30000/1001 (default: fps of sequence.yaml '
                             'or meta.json)')
     group.add_argument('--stamps', type=Path, metavar='FILE', help='table of stamps')
@@ -339,6 +344,11 @@ def _add_camera(parser: argparse.ArgumentParser) -> None:
                        help='of the optical frame in the world frame [m], for /tf_static (default: T_world_camera of '
                             'sequence.yaml or meta.json)')
     group.add_argument('--world-frame', default=WORLD_FRAME, metavar='FRAME', help='default: %(default)s')
+
+
+def _ratio(text: str) -> Fraction:
+    above, _, below = text.partition('/')
+    return exact_number(above) / exact_number(below or '1')
 
 
 def _stamp(text: str) -> int:

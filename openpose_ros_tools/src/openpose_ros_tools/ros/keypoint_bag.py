@@ -21,6 +21,7 @@ from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
 from openpose_ros_signals.ros.convert import signals_from_array
 from openpose_ros_tools.recording_paths import is_bag
 from openpose_ros_tools.ros.bag_files import open_bag, topic_types, undamaged
+from openpose_ros_tools.ros.ros2_bags import joined_types
 from openpose_ros_tools.tables.keypoint_csv import KeypointCsvWriter
 from openpose_ros_tools.tables.keypoint_table import (
     FIELDS,
@@ -67,11 +68,15 @@ def bag_messages(bag: rosbag.Bag, topic: str) -> Iterator[Tuple[Any, int]]:
     """Yield the messages of a topic and their time of recording [ns], in its order.
 
     Raises:
-        BadInputError: the bag is damaged.
+        BadInputError: the bag is damaged, or the messages are of several types.
     """
-    names = [name for name in topic_types(bag) if _absolute(name) == _absolute(topic)]
+    types = topic_types(bag)
+    names = [name for name in types if _absolute(name) == _absolute(topic)]
     if not names:
         return
+    for name in names:
+        if ' and ' in types[name]:
+            raise BadInputError(f'{bag.filename}: messages on {name} are of several types: {types[name]}')
     for _, message, time in undamaged(bag, bag.read_messages(topics=names)):
         yield message, time.to_nsec()
 
@@ -116,12 +121,12 @@ def choose_topic(types: Mapping[str, str], where: str, topic: Optional[str] = No
 
 
 def merged_types(paths: Iterable[Path]) -> Dict[str, str]:
-    """Return the type of each topic in any of the bags; errors as `open_bag`."""
-    types: Dict[str, str] = {}
+    """Return the type of each topic in any of the bags, see `joined_types`; errors as `open_bag`."""
+    found: List[Tuple[str, str]] = []
     for path in paths:
         with open_bag(path) as bag:
-            types.update(topic_types(bag))
-    return types
+            found += topic_types(bag).items()
+    return joined_types(found)
 
 
 def read_keypoint_bag(path: Path, topic: Optional[str] = None) -> KeypointTable:

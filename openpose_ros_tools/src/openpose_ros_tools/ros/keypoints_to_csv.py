@@ -15,8 +15,12 @@ and gesture. docs/csv_columns.md says what each column means.
 Without --topic, joints in space come before those in the image, and a topic with one message per person before that
 with one per frame, which holds the same people.
 
-Exit status: 0 done, also when Ctrl-C ends a running topic; 2 nothing was written, as the command line or an input is
-wrong; 130 interrupted before a bag was done, and then there is no file.
+What comes from a running topic is in FILE at once, and stays there whatever happens; the table of bags appears when it
+is complete.
+
+Exit status: 0 done, also when Ctrl-C ends a running topic; 1 the disk refused rows of a running topic, those before are
+in the file; 2 nothing was written, as the command line or an input is wrong; 130 interrupted before a bag was done, or
+before there was a topic, and then there is no file.
 """
 import argparse
 import logging
@@ -25,16 +29,16 @@ import sys
 import time
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Iterator, Optional, Sequence, TextIO, Union
+from typing import Any, Iterator, Optional, Sequence, TextIO, Union, cast
 
 import rosgraph
 import roslib.message
 import rospy
 from tqdm import tqdm
 
-from openpose_ros_pkg.command_line import DONE, run_command
+from openpose_ros_pkg.command_line import DONE, SOME_FAILED, run_command
 from openpose_ros_pkg.errors import BadInputError
-from openpose_ros_pkg.output.files import naming
+from openpose_ros_pkg.output.files import check_outputs, naming
 from openpose_ros_signals.ros.convert import signals_from_array
 from openpose_ros_tools.command_options import command_parser
 from openpose_ros_tools.outputs import output_file
@@ -43,6 +47,7 @@ from openpose_ros_tools.ros.bag_files import open_bag
 from openpose_ros_tools.ros.keypoint_bag import KeypointTopic
 from openpose_ros_tools.tables.keypoint_csv import KeypointCsvWriter
 from openpose_ros_tools.tables.landmark_csv import LandmarkCsvWriter
+from openpose_ros_tools.tables.live_file import LiveFile
 from openpose_ros_tools.tables.signal_csv import SignalCsvWriter
 
 _log = logging.getLogger(__name__)
@@ -84,7 +89,7 @@ def follow_topic(topic: KeypointTopic, writer: Writer, handle: TextIO, bar: tqdm
     try:
         while not rospy.is_shutdown():
             if messages.empty():
-                handle.flush()  # somebody may read along
+                handle.flush()  # of stdout, for a program that reads along
             try:
                 count = _write(writer, messages.get(timeout=_PAUSE))
             except queue.Empty:
@@ -118,16 +123,31 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
 
 
 def _run(options: argparse.Namespace) -> int:
+    if options.output:
+        check_outputs([options.output], options.overwrite, options.bags)
+    topic = _topic(options)
     with _output(options) as handle:
-        topic = _topic(options)
-        writer = _writer(handle, topic, options)
-        # no progress bar where it would run into rows that are shown
-        with tqdm(unit='message' if options.bags else 'row', disable=True if handle.isatty() else None) as bar:
-            rows = (bags_to_csv(options.bags, topic, writer, options.time == 'stamp', bar) if options.bags else
-                    follow_topic(topic, writer, handle, bar))
+        try:
+            rows = _write_all(topic, handle, options)
+        except OSError as error:
+            if not isinstance(handle, LiveFile):
+                raise
+            sys.stderr.write(f'{_NAME}: {error.filename}: {error.strerror}; it has the {max(handle.lines - 1, 0)} rows '
+                             'before\n')
+            return SOME_FAILED
     if options.output:
         sys.stdout.write(f'{rows} detections of {topic.part} from {topic.name} in {options.output}\n')
     return DONE
+
+
+def _write_all(topic: KeypointTopic, handle: TextIO, options: argparse.Namespace) -> int:
+    """Write everything; return how many people, hands, faces or rows of signals that are."""
+    writer = _writer(handle, topic, options)
+    # no progress bar where it would run into rows that are shown
+    with tqdm(unit='message' if options.bags else 'row', disable=True if handle.isatty() else None) as bar:
+        if options.bags:
+            return bags_to_csv(options.bags, topic, writer, options.time == 'stamp', bar)
+        return follow_topic(topic, writer, handle, bar)
 
 
 def _writer(handle: TextIO, topic: KeypointTopic, options: argparse.Namespace) -> Writer:
@@ -150,12 +170,17 @@ def _write(writer: Writer, message: Any, time: Optional[int] = None) -> int:
 
 @contextmanager
 def _output(options: argparse.Namespace) -> Iterator[TextIO]:
-    """Give the file to write to, which is in its place when the block ends; or stdout."""
+    """Give the file to write to, which for bags is in its place when the block ends; or stdout."""
     if not options.output:
         with naming(Path('stdout')):
             yield sys.stdout
         return
-    with output_file(options.output, options.overwrite) as part, part.open('w', newline='', encoding='utf-8') as handle:
+    if not options.bags:
+        with LiveFile(options.output, options.overwrite) as live:
+            yield cast(TextIO, live)
+        return
+    with output_file(options.output, options.overwrite, options.bags) as part, \
+            part.open('w', newline='', encoding='utf-8') as handle:
         yield handle
 
 
@@ -211,5 +236,5 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument('--time', choices=('recorded', 'stamp'),
                         help='what %%time is: when the message was recorded, as rostopic echo -p -b has it (default), '
                              "or the camera's stamp, equal for all people of a frame, as on a running topic")
-    parser.add_argument('--overwrite', action='store_true', help='write the file again if it is there')
+    parser.add_argument('--overwrite', action='store_true', help='replace the file if it is there')
     return parser

@@ -37,7 +37,7 @@ from tqdm import tqdm
 
 from openpose_ros_pkg.command_line import DONE, run_command
 from openpose_ros_pkg.errors import BadInputError, ParameterError
-from openpose_ros_pkg.output.files import writable_folder
+from openpose_ros_pkg.output.files import check_outputs, writable_folder
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
 from openpose_ros_tools.command_options import add_time_span, add_up, check_time_span, check_up, command_parser
 from openpose_ros_tools.plots import keypoint_plots, signal_plots
@@ -162,10 +162,11 @@ def _run(options: argparse.Namespace) -> int:
         timeline = (read_timeline(options.file, table, options.topic, options.up)[0] if table.dimensions == 3
                     else None)
         found = plots(selection, chosen, options.confidence, timeline)
-    bar = tqdm(found, unit=' plots', leave=False, disable=None)
-    for name, draw in bar:
+    paths = [folder / f'{name}.{options.format}' for name, _ in found]
+    check_outputs(paths, options.overwrite)
+    for path, (_, draw) in zip(paths, tqdm(found, unit=' plots', leave=False, disable=None)):
         try:
-            path = save_figure(draw(), folder / f'{name}.{options.format}')
+            save_figure(draw(), path)
         except OSError as error:
             raise ParameterError(f'can not write into {folder}: {error.strerror or error}') from error
         tqdm.write(str(path))
@@ -199,6 +200,7 @@ def _parser() -> argparse.ArgumentParser:
     parser = command_parser('plot_keypoints', __doc__)
     parser.add_argument('file', type=Path, metavar='FILE', help='CSV of keypoints, or bag')
     parser.add_argument('-o', '--output', type=Path, metavar='FOLDER', help='where the plots go')
+    parser.add_argument('--overwrite', action='store_true', help='replace plots that are there')
     parser.add_argument('--list', action='store_true', help='print what is in the file: time, people, joints')
     parser.add_argument('--topic', help='of the bag (default: its only one with people, in space before in the image)')
     parser.add_argument('--joints', type=_names, metavar='A,B', help='only these joints, and a trajectory of each; or '

@@ -10,7 +10,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from threading import get_ident
 from types import ModuleType, SimpleNamespace
-from typing import Any, Collection, Dict, Iterator, List, NamedTuple, Optional, Tuple, Type
+from typing import Any, Collection, Dict, Iterable, Iterator, List, NamedTuple, Optional, Set, Tuple, Type
 
 import genpy
 import genpy.dynamic
@@ -81,6 +81,10 @@ class Ros2Recording:
             known = topics.setdefault(one.topic, SimpleNamespace(msg_type=_ros1_name(one.msgtype), message_count=0))
             known.message_count += one.msgcount
         return SimpleNamespace(topics=topics)
+
+    def types(self) -> Dict[str, str]:
+        """Return the type of each topic that has messages, see `joined_types`."""
+        return joined_types((one.topic, _ros1_name(one.msgtype)) for one in self._connections if one.msgcount)
 
     def get_message_count(self, topic: str) -> int:
         """Return the number of messages of a topic."""
@@ -174,7 +178,7 @@ class McapFile:
         self._file = path.open('wb')
         self._writer = mcap.writer.Writer(self._file, compression=kinds[compression])
         self._writer.start(profile='ros2', library='openpose_ros')
-        self._channels: Dict[str, _Channel] = {}
+        self._channels: Dict[Tuple[str, str], _Channel] = {}  # by topic and type, of which a topic may have several
         self._schemas: Dict[str, int] = {}
 
     def write(self, topic: str, message: Any, time: genpy.Time, raw: bool = False,
@@ -196,15 +200,28 @@ class McapFile:
         self._file.close()
 
     def _channel(self, topic: str, kind: Type[genpy.Message], latched: bool) -> _Channel:
-        if topic not in self._channels:
+        key = topic, kind._type
+        if key not in self._channels:
             name, store = _ros2_name(kind._type), _store_of(kind, self._ros2)
             if name not in self._schemas:
                 text, _ = store.generate_msgdef(name, ros_version=2)
                 self._schemas[name] = self._writer.register_schema(name, 'ros2msg', text.encode())
             qos = {'offered_qos_profiles': _LATCHED} if latched else {}
             number = self._writer.register_channel(topic, 'cdr', self._schemas[name], qos)
-            self._channels[topic] = _Channel(number, name, store)
-        return self._channels[topic]
+            self._channels[key] = _Channel(number, name, store)
+        return self._channels[key]
+
+
+def joined_types(found: Iterable[Tuple[str, str]]) -> Dict[str, str]:
+    """Return the type of each topic; of one with messages of several types all of them, which no reader expects.
+
+    Args:
+        found: topics and types, in any order.
+    """
+    types: Dict[str, Set[str]] = {}
+    for topic, kind in found:
+        types.setdefault(topic, set()).add(kind)
+    return {topic: ' and '.join(sorted(kinds)) for topic, kinds in types.items()}
 
 
 def _library(name: str, purpose: str) -> ModuleType:
@@ -290,6 +307,8 @@ def _readable(path: Path) -> Iterator[Path]:
         metadata = _metadata_of(path)
     with TemporaryDirectory() as made:
         for name in metadata['rosbag2_bagfile_information']['relative_file_paths']:
+            if Path(name).name != name or name in ('', '..'):  # it would be a link somewhere else
+                raise ValueError(f'{METADATA} names the file {name!r}, expected a name without folders')
             Path(made, name).symlink_to(folder.absolute() / name)
         Path(made, METADATA).write_text(yaml.safe_dump(metadata))
         yield Path(made)

@@ -27,21 +27,22 @@ import re
 import sys
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Dict, List, Optional, Sequence, Tuple
+from typing import Dict, List, Optional, Sequence, Tuple
 
 import genpy
 from tqdm import tqdm
 
 from openpose_ros_pkg.command_line import DONE, run_command
 from openpose_ros_pkg.errors import BadInputError, ParameterError
-from openpose_ros_pkg.output.files import writable_folder, write_whole
+from openpose_ros_pkg.output.files import check_outputs, writable_folder
 from openpose_ros_tools.command_options import add_time_span, check_time_span, command_parser
 from openpose_ros_tools.delays import stage_delays as roles
 from openpose_ros_tools.delays.delay_plots import delay_distribution, delays_over_time
 from openpose_ros_tools.delays.delay_report import CSV_COLUMNS, csv_rows, markdown, summary
 from openpose_ros_tools.delays.stage_delays import Chain, Stage, build_chains, cameras_of_none
+from openpose_ros_tools.outputs import PartFiles, files_of
 from openpose_ros_tools.plots.plotting import FORMATS, save_figure
-from openpose_ros_tools.ros.bag_files import StampedMessage, deserialized, open_bag, stamped_messages
+from openpose_ros_tools.ros.bag_files import StampedMessage, deserialized, open_bag, stamped_messages, topic_types
 from openpose_ros_tools.ros.camera_topics import CLOUD, COMPRESSED, IMAGE, is_depth, is_packed_depth, raw_topic
 
 _PEOPLE = {f'openpose_ros_msgs/{kind}{array}': role for kind, role in (
@@ -53,6 +54,9 @@ _OTHERS = {'input_image': roles.TAKEN, 'input_rgb': roles.TAKEN, 'input_pointclo
 _CAMERA = {IMAGE: roles.IMAGE, COMPRESSED: roles.IMAGE, 'theora_image_transport/Packet': roles.IMAGE,
            CLOUD: roles.CLOUD}
 _CLOCK = 'rosgraph_msgs/Clock'
+# Files of a report.
+_REPORT, _DELAYS, _SUMMARY = 'time_report.md', 'delays.csv', 'summary.json'
+_PLOTS = {'delays_over_time': delays_over_time, 'delay_distribution': delay_distribution}
 
 
 @dataclass
@@ -89,8 +93,9 @@ def read_recording(path: Path, start: Optional[float] = None, end: Optional[floa
     """
     with open_bag(path) as bag:
         info = bag.get_type_and_topic_info().topics
-        topics = _find_topics({name: topic.msg_type for name, topic in info.items()}, cameras, path)
-        limits = [None if offset is None else genpy.Time.from_sec(bag.get_start_time() + offset)
+        types = topic_types(bag)
+        topics = _find_topics(types, cameras, path)
+        limits = [None if offset is None else genpy.Time.from_sec(max(bag.get_start_time() + offset, 0.0))
                   for offset in (start, end)] if info else [None, None]
         total = sum(info[name].message_count for name in topics) if start is None and end is None else None
         without_header = set()
@@ -113,7 +118,7 @@ def read_recording(path: Path, start: Optional[float] = None, end: Optional[floa
                 Stage.of_messages(name, topic.role, topic.stamps, topic.arrivals, topic.frame_id))
     camera_stages = tuple(stages.pop('', []))
     if not stages:
-        raise BadInputError(_no_results(path, info, sorted(without_header)))
+        raise BadInputError(_no_results(path, types, sorted(without_header)))
     simulated = any(topic.msg_type == _CLOCK for topic in info.values())
     return Recording({name: tuple(found) for name, found in stages.items()}, camera_stages, simulated,
                      tuple(sorted(without_header)))
@@ -157,36 +162,43 @@ def _is_depth(message: StampedMessage) -> bool:
     return is_packed_depth(message.topic)
 
 
-def _no_results(path: Path, info: Dict[str, Any], without_header: Sequence[str]) -> str:
+def _no_results(path: Path, types: Dict[str, str], without_header: Sequence[str]) -> str:
     if without_header:
         return (f'{path}: the messages on {", ".join(sorted(without_header))} have no header, as those of the original '
                 'project: without a stamp no delay can be told')
-    there = ', '.join(f'{name} ({topic.msg_type})' for name, topic in sorted(info.items())) or 'none'
+    there = ', '.join(f'{name} ({kind})' for name, kind in sorted(types.items())) or 'none'
     return (f'{path} has no results of the nodes in the part that was read (openpose_ros_msgs, or topics below '
             f'openpose_ros/); its topics: {there}')
 
 
-def write_report(folder: Path, text: str, chains: Sequence[Chain], kind: str) -> List[Path]:
-    """Write tables, delays, figures and plots into a folder; return the files.
+def write_report(folder: Path, text: str, chains: Sequence[Chain], kind: str) -> List[str]:
+    """Write tables, delays, figures and plots into a folder, all at once, in place of an older report.
 
     Args:
         text: the report in Markdown.
         kind: one of FORMATS.
+
+    Returns:
+        The names of the files.
     """
     rows = io.StringIO()
     csv.writer(rows, lineterminator='\n').writerows([CSV_COLUMNS, *(row for one in chains for row in csv_rows(one))])
     values = json.dumps({'chains': [summary(chain) for chain in chains]}, indent=2) + '\n'
-    files, plots = [], []
-    for chain in chains:
-        suffix = '' if len(chains) == 1 else '_' + (chain.namespace.strip('/').replace('/', '_') or 'root')
-        if chain.is_live:
-            for name, draw in (('delays_over_time', delays_over_time), ('delay_distribution', delay_distribution)):
-                plots.append(save_figure(draw(chain), folder / f'{name}{suffix}.{kind}'))
-    links = ''.join(f'\n![{path.stem}]({path.name})\n' for path in plots)
-    for name, content in (('time_report.md', text + links), ('delays.csv', rows.getvalue()), ('summary.json', values)):
-        write_whole(folder / name, content.encode())
-        files.append(folder / name)
-    return files + plots
+    with PartFiles() as parts:
+        part, plots = parts.folder(folder, _is_of_report), []
+        for chain in chains:
+            suffix = '' if len(chains) == 1 else '_' + (chain.namespace.strip('/').replace('/', '_') or 'root')
+            if chain.is_live:
+                plots += [save_figure(draw(chain), part / f'{name}{suffix}.{kind}') for name, draw in _PLOTS.items()]
+        links = ''.join(f'\n![{path.stem}]({path.name})\n' for path in plots)
+        for name, content in ((_REPORT, text + links), (_DELAYS, rows.getvalue()), (_SUMMARY, values)):
+            (part / name).write_text(content, encoding='utf-8')
+    return [_REPORT, _DELAYS, _SUMMARY, *(path.name for path in plots)]
+
+
+def _is_of_report(name: str) -> bool:
+    stem, _, kind = name.rpartition('.')
+    return name in (_REPORT, _DELAYS, _SUMMARY) or (stem.startswith(tuple(_PLOTS)) and kind in FORMATS)
 
 
 def main(arguments: Optional[Sequence[str]] = None) -> int:
@@ -198,7 +210,10 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
 
 
 def _run(options: argparse.Namespace) -> int:
-    folder = writable_folder('output', options.output) if options.output else None
+    folder = None
+    if options.output:
+        check_outputs(files_of(options.output, _is_of_report), options.overwrite)
+        folder = writable_folder('output', options.output)
     recording = read_recording(options.bag, options.start, options.end, options.camera)
     chains = build_chains(recording.results, recording.cameras, recording.simulated, options.counted_from)
     text = report_text(options.bag.name, recording, chains)
@@ -208,7 +223,7 @@ def _run(options: argparse.Namespace) -> int:
             files = write_report(folder, text, chains, options.format)
         except OSError as error:
             raise ParameterError(f'can not write into {folder}: {error.strerror or error}') from error
-        sys.stderr.write(''.join(f'{path}\n' for path in files))
+        sys.stderr.write(''.join(f'{folder / name}\n' for name in files))
     return DONE
 
 
@@ -224,6 +239,7 @@ def _parser() -> argparse.ArgumentParser:
     parser = command_parser('time_report', __doc__)
     parser.add_argument('bag', type=Path, help='bag with the topics of camera and nodes, recorded live')
     parser.add_argument('-o', '--output', type=Path, metavar='FOLDER', help='write tables, delays and plots here')
+    parser.add_argument('--overwrite', action='store_true', help='replace the report that is there')
     add_time_span(parser, 'the beginning of the bag')
     parser.add_argument('--camera', action='append', default=[], metavar='TOPIC',
                         help='a camera topic that counts; may be repeated (default: all with the stamps of results)')

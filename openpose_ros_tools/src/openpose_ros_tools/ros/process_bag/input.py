@@ -19,7 +19,7 @@ from openpose_ros_pkg.ros.convert import any_image_to_bgr
 from openpose_ros_pkg.stream.image_decoding import MOST_MEGAPIXELS
 from openpose_ros_pkg.stream.pairing import PAIRING, PairingParams, StampMatcher
 from openpose_ros_pkg.stream.pairing_report import pairing_report
-from openpose_ros_tools.ros.bag_files import StampedMessage, deserialized, stamped_messages
+from openpose_ros_tools.ros.bag_files import StampedMessage, deserialized, stamped_messages, topic_types
 from openpose_ros_tools.ros.camera_topics import TopicFinder, is_result
 from openpose_ros_tools.ros.process_bag.job import Counts, Topics
 from skeleton_extract_3d.points.point_grid import PointGrid
@@ -98,15 +98,17 @@ def copied_topics(bag: rosbag.Bag, wanted: Sequence[str]) -> List[str]:
     Raises:
         BadInputError: a topic is not there, or is a result that is made anew.
     """
-    there = sorted(bag.get_type_and_topic_info().topics)
-    if 'all' in wanted:
-        return [topic for topic in there if not is_result(topic)]
-    for topic in wanted:
+    types = topic_types(bag)
+    there = sorted(types)
+    copied = [topic for topic in there if not is_result(topic)] if 'all' in wanted else list(wanted)
+    for topic in copied:
         if topic not in there:
             raise BadInputError(f"--copy {topic}: not in the bag, which has {', '.join(there)}")
         if is_result(topic):
             raise BadInputError(f'--copy {topic}: that is a result, which is made anew')
-    return list(wanted)
+        if ' and ' in types[topic]:
+            raise BadInputError(f'--copy {topic}: its messages are of several types, {types[topic]}')
+    return copied
 
 
 class Recording:

@@ -20,7 +20,7 @@ from skeleton_extract_3d.node_params import ExtractorParams
 from skeleton_extract_3d.settings import EstimatorSettings
 from skeleton_extract_3d.show.markers import MarkerParams
 
-# Incremented when the same parameters give other results, so that outputs of older versions are made again.
+# Incremented when the same parameters give other results, so that outputs of older versions do not pass for done.
 _VERSION = 2
 # Parameters that do not change results.
 _WITHOUT_EFFECT = ('threads', 'compiled_cache')
@@ -82,6 +82,12 @@ class BagJob:
     jobs: int = 1  # number of detector processes; 1: none beside this one
     threads: int = 0  # of each detector where the parameters leave it open; 0: one per core
     create: Callable[[DetectorSettings], Detector] = create_detector  # makes a detector of the parameters
+    run: str = ''  # identifier of what its unfinished outputs are part of, see `PartFiles`
+
+    @property
+    def cameras(self) -> Tuple['BagJob', ...]:
+        """The camera, as `RigJob` has several."""
+        return (self,)
 
     @property
     def sources(self) -> List[Path]:

@@ -1,9 +1,11 @@
 """The output of process_bag: a bag with the nodes' topics, a table, a JSON file of each frame."""
+import hashlib
 import json
 import re
 from contextlib import ExitStack, contextmanager
+from functools import partial
 from pathlib import Path
-from typing import Any, Dict, Iterator, NamedTuple, Optional, TextIO, Union
+from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Sequence, TextIO, Union
 
 import genpy
 import numpy as np
@@ -11,7 +13,7 @@ import rosbag
 from std_msgs.msg import Header, String
 from tf2_msgs.msg import TFMessage
 
-from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.landmarks.records import Landmarks2D
 from openpose_ros_pkg.output.files import frame_name, naming
 from openpose_ros_pkg.output.keypoint_scale import KeypointScaleParams, scale_keypoints
@@ -21,6 +23,7 @@ from openpose_ros_pkg.ros import convert as convert_2d
 from openpose_ros_signals.person import Surroundings
 from openpose_ros_signals.reader import SignalReader
 from openpose_ros_signals.ros.convert import signals_to_array
+from openpose_ros_tools.outputs import files_of
 from openpose_ros_tools.ros.bag_files import StampedMessage, new_bag, open_bag, undamaged
 from openpose_ros_tools.ros.keypoint_bag import write_people
 from openpose_ros_tools.ros.process_bag.input import Frame
@@ -125,7 +128,8 @@ class Table:
 
     def __init__(self, path: Path, layout: str, dimensions: int) -> None:
         self._path, self._stack = path, ExitStack()
-        self._writer = KeypointCsvWriter(self._stack.enter_context(_text_file(path)), layout, dimensions)
+        self._handle = self._stack.enter_context(_text_file(path))
+        self._writer = KeypointCsvWriter(self._handle, layout, dimensions)
 
     def __enter__(self) -> 'Table':
         return self
@@ -137,6 +141,11 @@ class Table:
         """Write the people of an array message."""
         with naming(self._path):
             write_people(self._writer, array)
+
+    def flush(self) -> None:
+        """Have the rows in the file."""
+        with naming(self._path):
+            self._handle.flush()
 
 
 class Results:
@@ -156,7 +165,7 @@ class Results:
 
     def __init__(self, job: BagJob, settings: BagSettings, in_space: bool) -> None:
         self._namespace = (f'/{job.camera}' if job.camera else '') + (IN_SPACE if in_space else IN_IMAGE)
-        self._json_folder, self._name, self._in_space = job.json, job.source.stem, in_space
+        self._job, self._in_space = job, in_space
         self._landmarks, self._scale = settings.landmarks, settings.keypoint_scale
         self._stack = ExitStack()
         self._table = None if job.csv is None else self._stack.enter_context(
@@ -172,8 +181,10 @@ class Results:
         self._stack.__exit__(*error)
 
     def record(self, made_from: Dict[str, Any], time: genpy.Time) -> None:
-        """Note in the bag what it is made from; `made_from` of this module reads it."""
-        record(self._bag, made_from, time)
+        """Note in the bag what all is made from, when it is complete; see `record`."""
+        if self._table is not None:
+            self._table.flush()
+        record(self._bag, {**made_from, **digests([self._job], self._job.csv)}, time)
 
     def copy(self, message: StampedMessage) -> None:
         """Write a message of the input as it was."""
@@ -223,8 +234,8 @@ class Results:
             self._write('detected_faces', convert_2d.faces_to_array(landmarks.faces, header), frame)
 
     def _write_json(self, number: int, people: People2D, in_space: Optional[np.ndarray], fields: Fields) -> None:
-        if self._json_folder is not None:
-            path = self._json_folder / (frame_name(self._name, number) + JSON_SUFFIX)
+        if self._job.json is not None:
+            path = self._job.json / (frame_name(self._job.source.stem, number) + JSON_SUFFIX)
             with naming(path):
                 path.write_text(people_to_json(people, in_space, fields))
 
@@ -248,25 +259,55 @@ def is_json_of(bag_name: str, file_name: str) -> bool:
     return bool(re.fullmatch(re.escape(bag_name) + r'_\d+' + re.escape(JSON_SUFFIX), file_name))
 
 
-def record(bag: rosbag.Bag, made_from: Dict[str, Any], time: genpy.Time) -> None:
-    """Note in a bag what it is made from; `made_from` of this module reads it."""
-    bag.write(RECORD, String(data=json.dumps(made_from, sort_keys=True)), time)
+def json_files(cameras: Sequence[BagJob]) -> List[Path]:
+    """Return the JSON files of cameras that are there; those of other bags in the same folders are left out."""
+    return [path for camera in cameras if camera.json is not None
+            for path in files_of(camera.json, partial(is_json_of, camera.source.stem))]
 
 
-def made_from(path: Path) -> Optional[Dict[str, Any]]:
-    """Return what `Results.record` has noted in a bag; None: it is not of this program, or can not be read."""
+def digests(cameras: Sequence[BagJob], csv: Optional[Path]) -> Dict[str, str]:
+    """Return checksums of the table and of the JSON files, by which they are known later; of those that are there."""
+    found = {'csv': [csv] if csv is not None and csv.is_file() else [], 'json': json_files(cameras)}
+    return {kind: _digest(files) for kind, files in found.items() if files}
+
+
+def _digest(files: Sequence[Path]) -> str:
+    digest = hashlib.sha256()
+    for file in files:
+        digest.update(hashlib.sha256(file.read_bytes()).digest())
+    return digest.hexdigest()
+
+
+def record(bag: rosbag.Bag, made: Dict[str, Any], time: genpy.Time) -> None:
+    """Note in a bag what it is made from, and `digests` of what is made with it; `finished_record` reads it."""
+    bag.write(RECORD, String(data=json.dumps(made, sort_keys=True)), time)
+
+
+def finished_record(job: Union[BagJob, RigJob]) -> Optional[Dict[str, Any]]:
+    """Return what a finished run of the same has noted in the output with `record`; None: it is none, or not there."""
     try:
-        with open_bag(path) as bag:
-            record = next(undamaged(bag, bag.read_messages(topics=[RECORD])), None)
-        return json.loads(record.message.data) if record else None
-    except (BadInputError, ValueError, AttributeError):
+        with open_bag(job.output) as bag:
+            stored = next(undamaged(bag, bag.read_messages(topics=[RECORD])), None)
+        noted = dict(json.loads(stored.message.data)) if stored else {}
+    except (BadInputError, ValueError, TypeError, AttributeError):
         return None
+    return noted if all(noted.get(key) == value for key, value in job.made_from().items()) else None
 
 
 def is_done(job: Union[BagJob, RigJob]) -> bool:
-    """Return whether all outputs are there, made from the same."""
-    return (job.output.is_file() and (job.csv is None or job.csv.is_file())
-            and (job.json is None or job.json.is_dir()) and made_from(job.output) == job.made_from())
+    """Return whether all outputs are there. Of some of them all are made again, which gives the same.
+
+    Raises:
+        ParameterError: one is there that a finished run has not made of the same.
+    """
+    noted, there = finished_record(job), digests(job.cameras, job.csv)
+    places = {'csv': job.csv, 'json': job.json}
+    foreign = [job.output] if noted is None and job.output.exists() else []
+    foreign += [places[kind] for kind, digest in there.items() if (noted or {}).get(kind) != digest]
+    if foreign:
+        raise ParameterError(f'{foreign[0]} is there already, and no finished run has made it of this input with these '
+                             'parameters; give another name, or --overwrite')
+    return noted is not None and all(kind in there for kind, place in places.items() if place is not None)
 
 
 def _with_hidden(people_2d: People2D, people: People3D) -> People2D:

@@ -19,7 +19,10 @@ ROS 2.
 Several bags, or a folder of them, are spread over processes of this machine; OUT and FILE of --csv are folders then.
 With --scheduler they are spread over the workers of an existing cluster (Dask distributed), which need this workspace
 in their environment, and the bags and outputs under the same paths. A worker that dies loses nothing: another one does
-its bag again. Bags that are done are skipped when the command is given again with the same parameters.
+its bag again.
+
+Bags that are done are skipped when the command is given again with the same parameters. Anything else that is there
+already in the place of a result is never replaced without --overwrite.
 
     rosrun openpose_ros_tools process_bag recordings/ -o people/ --csv tables/ --workers 4
     rosrun openpose_ros_tools process_bag /data/recordings -o /data/people --scheduler tcp://192.168.1.10:8786
@@ -63,13 +66,13 @@ from openpose_ros_pkg.params.nodes import ServiceSettings
 from openpose_ros_pkg.params.parameters import parameter_fields
 from openpose_ros_pkg.structured_text import yaml_value
 from openpose_ros_tools.command_options import command_parser, whole_number
-from openpose_ros_tools.outputs import delete_parts
+from openpose_ros_tools.outputs import delete_parts, new_run
 from openpose_ros_tools.parallel.task_cluster import run_on_cluster
 from openpose_ros_tools.parallel.task_pool import run_in_processes
 from openpose_ros_tools.recording_paths import MCAP_SUFFIX, is_bag, is_ros2
 from openpose_ros_tools.ros.bag_files import COMPRESSIONS
 from openpose_ros_tools.ros.process_bag.job import BagJob, BagReport, BagSettings, RigJob, Topics, build_settings
-from openpose_ros_tools.ros.process_bag.output import is_done, made_from
+from openpose_ros_tools.ros.process_bag.output import is_done
 from openpose_ros_tools.ros.process_bag.several_cameras import add_cameras, check_cameras, process_rig, rig_job
 from openpose_ros_tools.ros.process_bag.work import process
 from openpose_ros_tools.tables.keypoint_csv import LAYOUTS
@@ -131,8 +134,7 @@ def _run(options: argparse.Namespace, settings: Dict[str, Any],
         raise ParameterError('--points, --depth and --only-2d contradict each other; give one of them')
     check_cameras(options)
     jobs = _jobs_of(options, values, create)
-    for job in jobs:
-        _check_outputs(job, options.overwrite)
+    _check_outputs(jobs)
     by_workers = not options.cameras and (bool(options.scheduler) or _are_several(options.inputs))
     if by_workers and (options.jobs or 1) > 1:
         raise ParameterError('--jobs is for one bag on this machine; for several, or with a scheduler, there is '
@@ -183,7 +185,7 @@ def _run_several(jobs: Sequence[BagJob], options: argparse.Namespace) -> int:
     finally:
         for job in jobs:  # what workers that were ended have left
             for path in job.outputs:
-                delete_parts(path)
+                delete_parts(path, job.run)
     sys.stdout.write(f'{len(jobs) - failed} bags done, {failed} failed\n')
     return SOME_FAILED if failed else DONE
 
@@ -229,7 +231,7 @@ def _parser() -> argparse.ArgumentParser:
     group.add_argument('--copy', action='append', default=[], metavar='TOPIC',
                        help="also an original topic, or 'all' of them but results; may be repeated")
     group.add_argument('--compression', choices=COMPRESSIONS, default='none', help='of OUT (default: %(default)s)')
-    group.add_argument('--overwrite', action='store_true', help='make again what is there')
+    group.add_argument('--overwrite', action='store_true', help='make again, and replace, what is there')
     group = parser.add_argument_group('topics; found by type and name where there is only one to choose')
     group.add_argument('--image', default='', metavar='TOPIC', help='colour images, raw or compressed')
     group.add_argument('--points', default='', metavar='TOPIC', help='organized clouds registered to the images')
@@ -266,15 +268,10 @@ def _jobs_of(options: argparse.Namespace, values: Dict[str, Any], create: Callab
     """Return what is to be done.
 
     Raises:
-        ParameterError: a bag is not there, a folder has none, or two have the same name.
+        ParameterError: a bag is not there, or a folder has none.
     """
     several = not options.cameras and _are_several(options.inputs)
     bags = _bags(options.inputs)
-    names = [_result_name(bag) for bag in bags]
-    for name in names if several else ():
-        if names.count(name) > 1:
-            raise ParameterError(f'several bags have the name {name}, after which their results are named; give '
-                                 'them in commands with folders of their own')
     jobs = 1
     if not several and not options.scheduler:
         on_processor = values.get('device', 'cpu') == 'cpu'
@@ -282,14 +279,14 @@ def _jobs_of(options: argparse.Namespace, values: Dict[str, Any], create: Callab
     # workers share the cores of this machine; those of another cluster are told how many there are by its owner
     threads = 0 if not several else max((os.cpu_count() or 1) // min(options.workers, len(bags)), 1)
     topics = Topics(options.image, options.points, options.depth, options.camera_info)
-    result = []
-    for bag, name in zip(bags, names):
+    result, run = [], new_run()
+    for bag in bags:
         output, csv, json = (path and path.expanduser().absolute() / (own if several else '') for path, own in (
-            (options.output, name), (options.csv, f'{bag.stem}.csv'), (options.json, bag.stem)))
+            (options.output, _result_name(bag)), (options.csv, f'{bag.stem}.csv'), (options.json, bag.stem)))
         result.append(BagJob(bag, output, csv, json, values, topics, options.only_2d, copied=tuple(options.copy),
                              markers=options.markers, signals=options.signals, csv_layout=options.csv_layout,
                              compression=options.compression, mcap=output.suffix == MCAP_SUFFIX, jobs=jobs,
-                             threads=1 if options.scheduler else threads, create=create))
+                             threads=1 if options.scheduler else threads, create=create, run=run))
     return [rig_job(result, options)] if options.cameras else result
 
 
@@ -315,15 +312,27 @@ def _bags(inputs: Sequence[Path]) -> List[Path]:
     return list(bags)
 
 
-def _check_outputs(job: Union[BagJob, RigJob], overwrite: bool) -> None:
-    """Raise ParameterError if a result would take the place of something else, or can not be where it is to be."""
+def _check_outputs(jobs: Sequence[Union[BagJob, RigJob]]) -> None:
+    """Raise ParameterError if a result would take the place of an input or another result, or can not be there."""
+    sources = {source.resolve() for job in jobs for source in job.sources}
+    first: Dict[Path, Union[BagJob, RigJob]] = {}
+    for job in jobs:
+        for path in job.outputs:
+            other = first.setdefault(path.resolve(), job)
+            if other is not job:
+                raise ParameterError(f'{other.sources[0]} and {job.sources[0]} would both be written to {path}, as '
+                                     'results are named after their recording; give them in commands with folders of '
+                                     'their own')
+            if path.resolve() in sources:
+                raise ParameterError(f'{path} is an input; name another file, or folder')
+        if len({path.resolve() for path in job.outputs}) < len(job.outputs):
+            raise ParameterError(f'{job.output} is named twice; name another file, or folder')
+        _check_places(job)
+
+
+def _check_places(job: Union[BagJob, RigJob]) -> None:
+    """Raise ParameterError if a file is where a folder is to be, or the other way round."""
     files = [path for path in (job.output, job.csv) if path is not None]
-    sources = {path.resolve(): path for path in job.sources}
-    places = [path.resolve() for path in files]
-    read = [sources[place] for place in places if place in sources]
-    if read or len(set(places)) < len(places):
-        raise ParameterError(f"{f'{read[0]} is the input' if read else f'{job.output} is named twice'}; name another "
-                             'file, or folder')
     for path in files:
         if path.is_dir():
             raise ParameterError(f'{path} is a folder; name a file')
@@ -332,8 +341,3 @@ def _check_outputs(job: Union[BagJob, RigJob], overwrite: bool) -> None:
         in_the_way = next((path for path in (folder, *folder.parents) if path.exists() and not path.is_dir()), None)
         if in_the_way is not None:
             raise ParameterError(f'{in_the_way} is a file; name a folder')
-    ours = job.output.is_file() and made_from(job.output) is not None
-    for path in files:
-        if path.exists() and not ours and not overwrite:
-            raise ParameterError(f'{path} is there already, and not of this program; name another file, or give '
-                                 '--overwrite')

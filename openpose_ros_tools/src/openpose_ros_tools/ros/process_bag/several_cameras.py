@@ -4,7 +4,6 @@ import functools
 import heapq
 import itertools
 import math
-import tempfile
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -45,6 +44,8 @@ from openpose_ros_tools.ros.process_bag.output import (
     RECORD,
     PeopleWriter,
     Table,
+    digests,
+    finished_record,
     is_json_of,
     record,
 )
@@ -132,6 +133,8 @@ def rig_job(jobs: Sequence[BagJob], options: argparse.Namespace) -> RigJob:
         raise ParameterError('--scheduler is for several recordings; --cameras makes one of them')
     if jobs[0].values.get('target_frame'):
         raise ParameterError("parameter 'target_frame' contradicts --cameras; fused people are in the --fixed-frame")
+    if options.only_fuse and options.json:
+        raise ParameterError('--json contradicts --only-fuse, which reads no images')
     rig = None if options.rig is None else read_rig(options.rig)
     if rig is not None:
         if options.fixed_frame not in ('', rig.fixed_frame):
@@ -173,7 +176,7 @@ def process_rig(job: RigJob, on_frame: Callable[[int, int], None] = lambda done,
         OSError: a result can not be written.
     """
     settings = build_settings(job.cameras[0].values)
-    made = job.made_from()
+    made = finished_record(job) or job.made_from()
     with ExitStack() as stack:
         views = [] if job.only_fuse else [open_view(camera, settings, stack) for camera in job.cameras]
         given = [_given_people(camera) for camera in job.cameras] if job.only_fuse else []
@@ -181,9 +184,7 @@ def process_rig(job: RigJob, on_frame: Callable[[int, int], None] = lambda done,
         check_common_time(_spans(job, [view.topics.image for view in views] or [one.topic for one in given]))
         parts = stack.enter_context(PartFiles())
         output, csv = parts.file(job.output), None if job.csv is None else parts.file(job.csv)
-        # named so that the next run deletes it, if this process is killed
-        folder = Path(stack.enter_context(tempfile.TemporaryDirectory('.part', f'.{job.output.name}.',
-                                                                      str(job.output.parent))))
+        folder, done_cameras = parts.scratch_folder(job.output), []
         reports: Dict[str, BagReport] = {}
         if views:
             # joints as frames would have the same names for each camera
@@ -194,13 +195,14 @@ def process_rig(job: RigJob, on_frame: Callable[[int, int], None] = lambda done,
                 json = None if camera.json is None else parts.folder(
                     camera.json, functools.partial(is_json_of, camera.source.stem))
                 part = replace(camera, output=folder / f'{len(reports)}.bag', json=json, mcap=False)
+                done_cameras.append(part)
                 reports[camera.camera] = process_camera(
                     part, view, {}, networks, functools.partial(_count_on, on_frame, (done, total)))
                 done += view.images
                 given.append(_found_people(part, view))
         report = _fuse(job, given, settings, (folder / 'fused.bag', csv), stack)
         report.cameras.update(reports)
-        _merge(job, given, folder / 'fused.bag', copied, (output, made))
+        _merge(job, given, folder / 'fused.bag', copied, (output, {**made, **digests(done_cameras, csv)}))
     return report
 
 

@@ -26,7 +26,7 @@ from openpose_ros_tools.ros.bag_files import StampedMessage, open_bag, topic_typ
 from openpose_ros_tools.ros.camera_topics import TopicFinder, is_within
 from openpose_ros_tools.ros.process_bag.input import Frame, Recording, Transforms, copied_topics, find_topics
 from openpose_ros_tools.ros.process_bag.job import BagJob, BagReport, BagSettings, Topics, build_settings
-from openpose_ros_tools.ros.process_bag.output import Published, Results, is_json_of
+from openpose_ros_tools.ros.process_bag.output import Published, Results, finished_record, is_json_of
 from skeleton_extract_3d.chain import PeopleChain
 from skeleton_extract_3d.points.depth_view import depth_view
 from skeleton_extract_3d.points.point_grid import PointGrid
@@ -53,15 +53,16 @@ def process(job: BagJob, on_frame: Callable[[int, int], None] = lambda done, tot
         OSError: a result can not be written.
     """
     settings = build_settings(job.values)
-    made = job.made_from()
+    made = finished_record(job) or job.made_from()
     with ExitStack() as stack:
         view = open_view(job, settings, stack)
-        parts = stack.enter_context(PartFiles())
+        networks = Networks(job, settings, stack)
+        parts = stack.enter_context(PartFiles(job.run))
         json = None if job.json is None else parts.folder(job.json, lambda name: is_json_of(job.source.stem, name))
         csv = None if job.csv is None else parts.file(job.csv)
         # the bag is the last one to be moved: where it is, all outputs are
         unfinished = replace(job, output=parts.file(job.output), csv=csv, json=json)
-        return process_camera(unfinished, view, made, Networks(job, settings, stack), on_frame)
+        return process_camera(unfinished, view, made, networks, on_frame)
 
 
 class View(NamedTuple):
@@ -152,12 +153,12 @@ def process_camera(job: BagJob, view: View, made: Dict[str, Any], networks: Netw
     with ExitStack() as stack:
         lifter, transforms = _lifter(job.source, settings, view.topics, chain, stack)
         results = stack.enter_context(Results(job, settings, view.topics.in_space))
-        results.record(made, genpy.Time.from_sec(view.bag.get_start_time()))
         recording = Recording(*view, settings.pairing, lifter, settings.limits.max_image_megapixels)
         frames = _Frames(chain, lifter, transforms, results, BagReport(counts=recording.counts, topics=view.topics))
         events = stack.enter_context(closing(prefetched(recording, _AHEAD)))
         for done in frames.run(events, networks.pool):
             on_frame(min(done, images), images)
+        results.record(made, genpy.Time.from_sec(view.bag.get_start_time()))
         on_frame(images, images)
     if frames.report.frames == 0:
         raise BadInputError(f'{job.source} gave no frame with a result: {frames.report.text()}')

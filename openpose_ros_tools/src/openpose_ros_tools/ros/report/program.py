@@ -52,7 +52,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     parser.add_argument('recording', type=Path, metavar='BAG', help='a bag, or a recording of ROS 2')
     parser.add_argument('-o', '--output', type=Path, metavar='FILE',
                         help='page to write (default: that of the recording, with the suffix .html)')
-    parser.add_argument('--overwrite', action='store_true', help='write the page again if it is there')
+    parser.add_argument('--overwrite', action='store_true', help='replace the page if it is there')
     parser.add_argument('--topic', help='of the people (default: the only one, in space before in the image)')
     parser.add_argument('--images', type=Path, metavar='BAG',
                         help='recording with the images, where that of the results has none')
@@ -73,7 +73,7 @@ def _run(options: argparse.Namespace) -> int:
         if not is_bag(path):
             raise BadInputError(f'{path} is neither a bag nor a recording of ROS 2')
     output = options.output or recording.with_name(f'{recording.name.partition(".")[0]}.html')
-    with output_file(output, options.overwrite) as part:
+    with output_file(output, options.overwrite, [recording]) as part:
         part.write_text(_report(options), encoding='utf-8')
     sys.stdout.write(f'{output}\n')
     return DONE

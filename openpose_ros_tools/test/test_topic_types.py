@@ -1,0 +1,66 @@
+"""A topic whose messages are of two types is told of, by name and types, and is neither read nor copied."""
+import genpy
+import pytest
+import rosbag
+from openpose_ros_msgs.msg import PersonDetection_3dArray
+from std_msgs.msg import Header, String
+
+from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_tools.ros import calibrate_cameras, keypoints_to_csv, plot_keypoints, time_report
+from openpose_ros_tools.ros.bag_files import open_bag, topic_types
+from openpose_ros_tools.ros.keypoint_bag import bag_messages, merged_types
+from openpose_ros_tools.ros.process_bag.input import copied_topics
+from openpose_ros_tools.ros.process_bag.program import main as process_bag
+
+TOPIC, NOTES = '/openpose_ros/skeleton_3d/detected_poses_3d', '/notes_1'
+BOTH = 'openpose_ros_msgs/PersonDetection_3dArray and std_msgs/String'
+
+
+@pytest.fixture
+def recording(tmp_path):
+    """A bag as a recorder writes it when two nodes publish different types on a topic."""
+    path = tmp_path / 'two.bag'
+    people = PersonDetection_3dArray(header=Header(stamp=genpy.Time(7), frame_id='camera'))
+    with rosbag.Bag(str(path), 'w') as bag:
+        for topic, message in ((TOPIC, people), (TOPIC[:-1] + '~', String('a')), (NOTES, people),
+                               (NOTES[:-1] + '~', String('b'))):
+            bag.write(topic, message, genpy.Time(7))
+    content = path.read_bytes()
+    for topic in (TOPIC, NOTES):
+        content = content.replace((topic[:-1] + '~').encode(), topic.encode())
+    path.write_bytes(content)
+    return path
+
+
+@pytest.mark.parametrize('main, options', [
+    (keypoints_to_csv.main, ('-o', 'a.csv')), (keypoints_to_csv.main, ('-o', 'a.csv', '--topic', TOPIC)),
+    (plot_keypoints.main, ('--list',)), (time_report.main, ()), (process_bag, ('-o', 'out.bag')),
+    (process_bag, ('-o', 'out.bag', '--image', TOPIC))])
+def test_it_is_told_with_its_types(recording, tmp_path, capsys, main, options):
+    assert main([str(recording), *(str(tmp_path / word) if '.' in word else word for word in options)]) == 2
+    assert BOTH in capsys.readouterr().err
+
+
+def test_no_program_takes_it_for_people(recording, tmp_path, capsys):
+    assert calibrate_cameras.main([str(recording), '-o', str(tmp_path / 'rig')]) == 2
+    assert 'has no people of a camera' in capsys.readouterr().err
+
+
+def test_types_in_several_bags_are_those_of_all(recording, tmp_path):
+    with rosbag.Bag(str(tmp_path / 'one.bag'), 'w') as bag:
+        bag.write('/only', String('a'), genpy.Time(7))
+    assert merged_types([]) == {}
+    assert merged_types([recording, tmp_path / 'one.bag']) == {TOPIC: BOTH, NOTES: BOTH, '/only': 'std_msgs/String'}
+
+
+def test_its_messages_are_not_read(recording):
+    with open_bag(recording) as bag, pytest.raises(BadInputError, match=f'messages on {NOTES} are of several types'):
+        next(bag_messages(bag, NOTES))
+
+
+@pytest.mark.parametrize('wanted', [NOTES, 'all'])
+def test_it_is_not_copied(recording, wanted):
+    with open_bag(recording) as bag:
+        assert topic_types(bag)[NOTES] == BOTH
+        with pytest.raises(BadInputError, match=f'--copy {NOTES}: its messages are of several types, {BOTH}'):
+            copied_topics(bag, [wanted])
