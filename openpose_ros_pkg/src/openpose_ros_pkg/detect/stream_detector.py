@@ -216,9 +216,11 @@ class StreamDetector:
             full = memory.begin(plan, size, stamp, self._full, beside)
             if full:
                 people, seconds = self._search_all(image, plan, memory, stamp, ids)
+                foreseen = plan.search(size) + len(people) * plan.of_person
             else:
                 people, seconds = _follow(image, plan, memory, stamp, ids, expected)
-            taken = memory.budget.spent if plan.pace.fixed else time.perf_counter() - begin
+                foreseen = memory.budget.spent
+            taken = foreseen if plan.pace.fixed else time.perf_counter() - begin
             self._full += taken if full else 0.0
             memory.end(taken, self._full)
         return StreamFrame(seconds, camera, stamp, people)
@@ -266,7 +268,6 @@ class StreamDetector:
         for part in camera.schedule.parts:
             camera.schedule.done(part, stamp)
         camera.changes.columns(frame.bgr, [])
-        camera.budget.spend(plan.search(computed.image_size) + len(opinions) * plan.of_person)
         camera.people = len(kept)
         return camera.follower.update(people, [persons[i] for i in kept], stamp, ids), computed.network_seconds
 
