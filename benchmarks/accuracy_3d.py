@@ -62,6 +62,8 @@ SAME_PERSON, LAG_FRAMES = 0.3, 20
 SAME_IN_IMAGE, LEAST_VISIBLE, NEAR = 0.5, 4, 20
 # Work per pixel of the input, as measured with OpenVINO on two cores.
 WORK = {'mobilenet_thin': 1 / (656 * 368), 'movenet_multipose': 0.35 / (512 * 288), 'movenet_thunder': 0.14 / 256 ** 2}
+# Stamp of the first frame of a sequence [s]; one of 0 means that there is none.
+BEGIN = 1.0
 PART_FIELDS = ('x', 'y', 'z', 'confidence', 'status', 'sigma')
 
 # From the number of a frame and its image to the people in it.
@@ -208,14 +210,15 @@ def run_chain(sequence: RgbdSequence, chain: PeopleChain, find: Optional[FindPeo
     run, size = Run(), (sequence.camera.width, sequence.camera.height)
     for i, frame in enumerate(sequence):
         done, began = finder.networks.done if finder else 0.0, time.perf_counter()
+        stamp = BEGIN + frame.time
         points, floor = DepthImage(frame.depth, sequence.camera), None if floors is None else floors[i]
-        people = (chain.in_image(find(i, frame.bgr), '', frame.time) if find
-                  else chain.detect(frame.bgr, '', frame.time, depth_view(points)))
+        people = (chain.in_image(find(i, frame.bgr), '', stamp) if find
+                  else chain.detect(frame.bgr, '', stamp, depth_view(points)))
         found = time.perf_counter()
         run.people.append(people)
         run.work.append(finder.networks.done - done if finder else 0.0)
         began_space = time.perf_counter()
-        answer = chain.in_space(people, CameraFrame(size, points, frame.time, frame.bgr, floor=floor))
+        answer = chain.in_space(people, CameraFrame(size, points, stamp, frame.bgr, floor=floor))
         run.estimating.append(1e3 * (time.perf_counter() - began_space))
         run.detecting.append(1e3 * (found - began))
         run.frames.append((frame.time, answer.people))

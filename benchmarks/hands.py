@@ -25,7 +25,7 @@ import cv2
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from accuracy_3d import ChainSettings, open_sequence
+from accuracy_3d import BEGIN, ChainSettings, open_sequence
 from common import Parser, errors_end_the_program, new_path
 from openpose_ros_pkg.detect.detector import create_detector
 from openpose_ros_pkg.detect.stream_detector import StreamDetector
@@ -112,9 +112,9 @@ def find(folder: Path, settings: ChainSettings, landmarks: Landmarks, pictures: 
     for i, frame in enumerate(sequence):
         size = frame.bgr.shape[1], frame.bgr.shape[0]
         points = DepthImage(frame.depth, sequence.camera)
-        estimate = chain.in_space(chain.detect(frame.bgr, '', frame.time),
-                                  CameraFrame(size, points, frame.time, frame.bgr))
-        answer = detector.detect(frame.bgr, estimate.people_2d, hidden_joints(estimate), '', frame.time)
+        stamp = BEGIN + frame.time
+        estimate = chain.in_space(chain.detect(frame.bgr, '', stamp), CameraFrame(size, points, stamp, frame.bgr))
+        answer = detector.detect(frame.bgr, estimate.people_2d, hidden_joints(estimate), '', stamp)
         found.append(Found(frame.time, answer, lift_landmarks(answer, points, size, estimate.people)))
         if pictures:
             path = pictures / f'{folder.resolve().parent.name}_{folder.resolve().name}_{i:04d}.jpg'

@@ -39,7 +39,7 @@ class ServiceTest(unittest.TestCase):
 
     @classmethod
     def setUpClass(cls):
-        for name in ('detect_poses', 'scaled/detect_poses'):
+        for name in ('detect_poses', 'scaled/detect_poses', 'followed/detect_poses'):
             rospy.wait_for_service(name, PATIENCE)
         cls.detect = staticmethod(rospy.ServiceProxy('detect_poses', GetPersons))
         cls.persons = Recorder('openpose_ros/detected_poses_keypoints', PersonDetection)
@@ -107,6 +107,16 @@ class ServiceTest(unittest.TestCase):
                 bgr[:, half] = 0  # one of the two people is there, another one before each camera
                 detect = rospy.ServiceProxy('detect_poses', GetPersons, headers={'callerid': f'/{client}/client'})
                 self.assertEqual([person.person_ID for person in detect(image(bgr, stamp, 'same')).detections], [1])
+
+    def test_requests_far_apart_and_without_a_stamp_are_searched_in_full(self):
+        """At a rate for which the network would see a part of each picture alone; nobody comes from one before."""
+        detect, seen = rospy.ServiceProxy('followed/detect_poses', GetPersons), set()
+        for number, stamp in ((0, 100.0), (8, 160.0), (0, 220.0), (0, 0.0), (8, 0.0), (0, 0.0)):
+            detections = detect(image(picture(number), stamp, 'far apart')).detections
+            self.assert_people_found(people_of(detections), true_people(number))
+            ids = {person.person_ID for person in detections}
+            self.assertFalse(ids & seen)
+            seen |= ids
 
     def test_encodings_of_the_same_picture(self):
         bgr = picture(0)

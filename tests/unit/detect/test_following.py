@@ -16,7 +16,7 @@ from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
 from stand_in_networks import MovenetNetwork, ThunderNetwork, Together, chart, in_order, person_at
 
-IMAGE, PERIOD = chart(640, 480), 4
+IMAGE, PERIOD, BEGIN = chart(640, 480), 4, 1000.0
 LEFT, RIGHT = person_at(130, 120, 250), person_at(480, 150, 220)
 # Of a pixel of the networks' inputs: the whole image takes MoveNet 10 ms, a crop 3 ms.
 PACE = {'movenet_multipose': 0.010 / (384 * 288), 'movenet_thunder': 0.003 / 256 ** 2}
@@ -26,20 +26,24 @@ RATE, BUDGET = 50.0, SCHEDULE.network_share / 50
 class Scene:
     """A camera before people, and networks that see them truly."""
 
-    def __init__(self, people, **params):
+    def __init__(self, people, pace=PACE, **params):
         self.searching, self.looking = MovenetNetwork(), ThunderNetwork()
         settings = build(DetectorSettings, {'mode': 'fast', **params})
         networks = Together(movenet_multipose=self.searching, movenet_thunder=self.looking)
         following = FollowingParams(following='always', search_period=PERIOD)
-        self.stream = StreamDetector(Detector(settings, networks, following), TrackingParams(), following, PACE)
+        self.stream = StreamDetector(Detector(settings, networks, following), TrackingParams(), following, pace)
         self.people = people
 
     def frame(self, stamp, people=None, image=IMAGE, camera='camera', **kwargs):
-        """Return the people of the next frame, searches and looks at crops, and what they took [s]."""
+        """Return the people of the next frame, searches and looks at crops, and what they took [s].
+
+        Args:
+            stamp: since `BEGIN` [s].
+        """
         self.people = self.people if people is None else people
         self.searching.people = self.looking.people = self.people
         before = len(self.searching.inputs), len(self.looking.inputs)
-        found = self.stream.detect(image, camera, stamp, **kwargs)
+        found = self.stream.detect(image, camera, BEGIN + stamp, **kwargs)
         searches, looks = self.searching.inputs[before[0]:], self.looking.inputs[before[1]:]
         seconds = sum(one.shape[0] * one.shape[1] * PACE['movenet_multipose'] for one in searches)
         return found, len(searches), len(looks), seconds + 0.003 * len(looks)
@@ -175,17 +179,12 @@ def test_stamps_that_jump_begin_anew(after):
     assert searches == 1 and len(found) == 1 and near(found.xy[0], RIGHT)
 
 
-def test_without_stamps_every_image_is_searched():
-    scene = Scene([LEFT])
-    assert [scene.frame(0.0)[1] for _ in range(3)] == [1, 1, 1]
-
-
 def test_an_image_that_is_not_to_be_followed_is_searched():
     scene = Scene([LEFT])
     scene.frame(0.0)
     prepared = scene.stream.prepare(IMAGE, follow=False)
     with scene.stream.lock:
-        computed = scene.stream.compute(prepared, 'camera', 0.1)
+        computed = scene.stream.compute(prepared, 'camera', BEGIN + 0.1)
     np.testing.assert_array_equal(scene.stream.finish(computed).xy, scene.stream.detector.detect(IMAGE).xy)
 
 

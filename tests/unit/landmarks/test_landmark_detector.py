@@ -267,6 +267,33 @@ def test_what_is_never_found_does_not_starve_what_is_followed(detector):
     assert sum((found.scores > 0.9).any() for found in sure) >= 5
 
 
+@pytest.mark.parametrize('stamp', [0.0, -1.0])
+def test_without_a_stamp_nothing_is_remembered(detector, reader, stamp):
+    """A hand that is gone is not carried along, and one that appears is looked for at once."""
+    detector.reconfigure(HANDS)
+    image, hands = scene()
+    nothing = np.full_like(image, 90)
+    for shown, count in ((image, 2), (nothing, 0), (image, 2)):
+        assert len(detector.detect(shown, people(body()), None, 'c', stamp).hands) == count
+    only_right, _ = scene(left=(450, 200))
+    draw(only_right, hands[False], True)
+    assert len(detector.detect(only_right, people(body(left=(440, 215))), None, 'c', stamp).hands) == 1
+
+
+def test_places_in_images_of_another_size_are_not_used(detector, reader):
+    """It is looked for by the body, as in the first image of a camera."""
+    detector.reconfigure(HANDS)
+    detector.detect(scene()[0], people(body()), None, 'c', 1.0)
+    image, _ = scene()
+    small = cv2.resize(image, (320, 240), interpolation=cv2.INTER_AREA)
+    reader.passes = 0
+    detector.detect(small, people(body() * np.float32((0.5, 0.5, 1))), None, 'c', 1.1)
+    fresh = reader.passes
+    reader.passes = 0
+    detector.detect(small, people(body() * np.float32((0.5, 0.5, 1))), None, 'another', 1.1)
+    assert fresh == reader.passes
+
+
 def test_face_is_where_the_network_sees_it(detector):
     found = detector.detect(scene()[0], people(body(), ids=[5]), None, 'c', 1.0).faces
     assert found.people.tolist() == [5] and found.scores == pytest.approx([1 / (1 + np.exp(-5))])

@@ -8,7 +8,13 @@ import numpy as np
 from openpose_ros_pkg.decode.direct import DirectDecodeParams
 from openpose_ros_pkg.decode.paf import DecodeParams
 from openpose_ros_pkg.detect.depth import DepthView
-from openpose_ros_pkg.detect.ensemble import EnsembleParams, accepted, candidate_thresholds, vote_on_people
+from openpose_ros_pkg.detect.ensemble import (
+    EnsembleParams,
+    Opinions,
+    accepted,
+    candidate_thresholds,
+    vote_on_people,
+)
 from openpose_ros_pkg.detect.following import NOBODY, FollowingParams
 from openpose_ros_pkg.detect.missed import Missed, find_missed
 from openpose_ros_pkg.detect.recipes import DetectorParams, Recipe, recipe_of
@@ -67,7 +73,7 @@ class PreparedFrame:
 
     Attributes:
         bgr: (H, W, 3) uint8, the image.
-        views: of each pass of the recipe; none where people are followed.
+        views: of each pass of the recipe; none: they are prepared when all of the image is computed.
         depth: of the image; None: it is not known.
     """
 
@@ -85,12 +91,15 @@ class ComputedFrame:
         image_size: (width, height) [px].
         poses: in pixels of the image; of several opinions also people and joints below the thresholds.
         network_seconds: that the networks took [s].
+        opinions: of the networks on these people, but those at the end, whom only the depth told; none where there is
+            one opinion.
     """
 
     image_size: Tuple[int, int]
     poses: Poses
     network_seconds: float
     setup: Setup
+    opinions: Sequence[Opinions] = ()
 
 
 class Networks:
@@ -247,16 +256,9 @@ class Detector:
             computed = self.compute(prepared)
         return self.finish(computed)
 
-    def prepare(self, bgr: np.ndarray, views: bool = True, depth: Optional[DepthView] = None) -> PreparedFrame:
-        """Check an image and bring it to the sizes that the networks want; see `detect`.
-
-        Args:
-            views: False: only check it, as the networks will not see all of it.
-        """
-        _check_image(bgr)
-        setup = self._setup
-        prepared = [prepare_views(bgr, one) for one in setup.recipe.passes] if views else []
-        return PreparedFrame(bgr, prepared, setup, depth)
+    def prepare(self, bgr: np.ndarray, depth: Optional[DepthView] = None) -> PreparedFrame:
+        """Check an image and bring it to the sizes that the networks want; see `detect`."""
+        return prepare_frame(bgr, self._setup, depth=depth)
 
     def compute(self, frame: PreparedFrame) -> ComputedFrame:
         """Compute the networks for a prepared image, and find the people, with `lock` held.
@@ -264,21 +266,23 @@ class Detector:
         Crop refinement needs the people of the full image, so decoding lies between the networks.
         """
         setup, recipe = frame.setup, frame.setup.recipe
+        prepared = frame.views or _views(frame.bgr, recipe)
         views = [[view.compute(setup.networks[one.model.name]) for view in of_pass]
-                 for one, of_pass in zip(recipe.passes, frame.views)]
+                 for one, of_pass in zip(recipe.passes, prepared)]
         seconds = sum(view.seconds for of_pass in views for view in of_pass)
-        opinions = [poses for one, of_pass in zip(recipe.passes, views)
-                    for poses in decode_views(one, of_pass, setup.decode, setup.direct)]
-        poses = opinions[0]
+        found = [poses for one, of_pass in zip(recipe.passes, views)
+                 for poses in decode_views(one, of_pass, setup.decode, setup.direct)]
+        poses, opinions = found[0], []
         if recipe.is_ensemble:
-            people = vote_on_people(opinions, recipe)._replace(depth=frame.depth)
+            people = vote_on_people(found, recipe)._replace(depth=frame.depth)
             if recipe.refinements:
                 people, crop_seconds = refine(people, frame.bgr, recipe, setup.networks, setup.direct,
                                               setup.settings.decode.person_min_score)
                 seconds += crop_seconds
+            opinions = people.opinions
             poses, missed = with_missed(people.poses, frame)
             seconds += missed.seconds
-        return ComputedFrame((frame.bgr.shape[1], frame.bgr.shape[0]), poses, seconds, setup)
+        return ComputedFrame((frame.bgr.shape[1], frame.bgr.shape[0]), poses, seconds, setup, opinions)
 
     def finish(self, frame: ComputedFrame) -> People2D:
         """Return the people of a computed image; see `detect`."""
@@ -305,6 +309,17 @@ def create_detector(settings: DetectorSettings, following: FollowingParams = NOB
     return Detector(settings, Networks(settings.backend, settings.detector.model_folder), following)
 
 
+def prepare_frame(bgr: np.ndarray, setup: Setup, views: bool = True, depth: Optional[DepthView] = None
+                  ) -> PreparedFrame:
+    """Check an image and bring it to the sizes that the networks want; see `Detector.detect`.
+
+    Args:
+        views: False: only check it, as the networks may not see all of it.
+    """
+    _check_image(bgr)
+    return PreparedFrame(bgr, _views(bgr, setup.recipe) if views else [], setup, depth)
+
+
 def people_of(poses: Poses, setup: Setup, image_size: Tuple[int, int]) -> Tuple[People2D, np.ndarray]:
     """Return who is accepted of the people in an image of (width, height) [px], without ids, and their indices."""
     kept = np.arange(len(poses.scores))
@@ -325,6 +340,10 @@ def with_missed(poses: Poses, frame: PreparedFrame) -> Tuple[Poses, Missed]:
     missed = find_missed(people.keypoints, image, frame.depth, setup.recipe, setup.networks, setup.direct)
     return Poses(np.concatenate([poses.keypoints, missed.poses.keypoints]),
                  np.concatenate([poses.scores, missed.poses.scores])), missed
+
+
+def _views(bgr: np.ndarray, recipe: Recipe) -> List[List[PreparedView]]:
+    return [prepare_views(bgr, one) for one in recipe.passes]
 
 
 def _setup(recipe: Recipe, networks: Dict[str, Backend], settings: DetectorSettings) -> Setup:

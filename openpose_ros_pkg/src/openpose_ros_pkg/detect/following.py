@@ -7,7 +7,7 @@ import numpy as np
 from openpose_ros_pkg.detect.ensemble import ENSEMBLE, vote_with_crops
 from openpose_ros_pkg.detect.others import Foreground
 from openpose_ros_pkg.detect.recipes import DetectorParams, Recipe
-from openpose_ros_pkg.detect.tracking import KeypointTracker, TrackingParams, person_sizes
+from openpose_ros_pkg.detect.tracking import KeypointTracker, PersonIds, TrackingParams, person_sizes
 from openpose_ros_pkg.oks import extent, sigmas, similarity
 from openpose_ros_pkg.params.constants import constant
 from openpose_ros_pkg.params.parameters import Parameters, parameter
@@ -53,7 +53,9 @@ class FollowingConstants:
         0.05, 'Added to that distance where people wait for a crop: who moves unforeseen is looked at sooner.')
     unlooked_time: float = constant(
         0.15, 'Somebody who has to wait for a crop is reported where expected for this long.', unit='s')
-    lost_time: float = constant(0.6, 'Somebody who is not seen is looked for on crops for this long.', unit='s')
+    lost_time: float = constant(
+        0.6, 'A person who is not seen is looked for on crops for this long. After a longer gap between stamps no '
+             'person is expected anywhere, so the image is searched in full.', unit='s')
     same_in_space: float = constant(
         0.5, 'Greatest such distance between where somebody is expected in the image and by a track in space; it grows '
              'in the same way.')
@@ -61,7 +63,6 @@ class FollowingConstants:
     sure_joint: float = constant(0.2, 'Joints with a lower score do not count for the box of a person.')
     fading: float = constant(0.25, 'Time in which the weight of an opinion fades to 1/e.', unit='s')
     least_weight: float = constant(0.1, 'Opinions whose weight faded to less are forgotten.')
-    most_gap: float = constant(1.0, 'After a gap between stamps of more, following begins anew.', unit='s')
 
 
 FOLLOWING = FollowingConstants()
@@ -223,6 +224,15 @@ class Follower:
         self.tracker = KeypointTracker(tracking)
         self._known: Dict[int, Known] = {}
 
+    @property
+    def memory(self) -> float:
+        """How long a person who is not seen is expected somewhere [s]."""
+        return min(FOLLOWING.lost_time, self.tracker.timeout)
+
+    def forget(self) -> None:
+        """Forget what is known of people; their tracks, and so their ids, stay."""
+        self._known = {}
+
     def expected(self, stamp: float, in_space: Optional[People2D]) -> List[Followed]:
         """Return the people who are looked for, where tracks in space tell, if they do.
 
@@ -242,13 +252,14 @@ class Follower:
             _expect_in_space(people, keypoints_in(in_space.keypoints, in_space.skeleton, self._skeleton))
         return people
 
-    def update(self, people: People2D, persons: Sequence[Followed], stamp: float) -> People2D:
+    def update(self, people: People2D, persons: Sequence[Followed], stamp: float, ids: PersonIds) -> People2D:
         """Return the people of a frame with their ids, and remember what is known of them.
 
         Args:
             persons: one for each of the people.
+            ids: of those who are new.
         """
-        people = self.tracker.update(people, stamp)
+        people = self.tracker.update(people, stamp, ids)
         for i, person in enumerate(persons):
             self._known[int(people.ids[i])] = person.remembered(people.keypoints[i], stamp)
         followed = set(self.tracker.expected(stamp)[0])

@@ -1,19 +1,21 @@
-"""Let networks look at a part of an image: at strips of it for anybody, and at crops for people who are expected."""
+"""How an image is searched: its strips for any person, and crops for people who are expected."""
 import time
 from collections import deque
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from statistics import median
-from typing import Dict, List, NamedTuple, Sequence, Tuple
+from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
-from openpose_ros_pkg.detect.detector import PreparedFrame, Setup
+from openpose_ros_pkg.detect.detector import Detector, PreparedFrame, Setup
 from openpose_ros_pkg.detect.ensemble import group, vote
-from openpose_ros_pkg.detect.following import FOLLOWING, Followed
+from openpose_ros_pkg.detect.following import FOLLOWING, Followed, FollowingParams
 from openpose_ros_pkg.detect.others import foregrounds
 from openpose_ros_pkg.detect.recipes import Recipe
 from openpose_ros_pkg.detect.refinement import decode_crop, prepare_crop
-from openpose_ros_pkg.detect.schedule import Part
+from openpose_ros_pkg.detect.schedule import SCHEDULE, Part, strips
+from openpose_ros_pkg.detect.target_rate import RATE, seconds_per_pixel
+from openpose_ros_pkg.detect.tracking import TRACKING
 from openpose_ros_pkg.detect.views import ComputedView, compute_views, decode_views, prepare_views, views_of
 from openpose_ros_pkg.oks import extent, sigmas
 
@@ -36,11 +38,14 @@ class Pace:
     Args:
         seconds: per pixel of the input at first, by the models' names.
         fixed: it stays what it is, so that results do not depend on the machine.
+
+    Attributes:
+        fixed: see above.
     """
 
     def __init__(self, seconds: Dict[str, float], fixed: bool = False) -> None:
         self._runs = {model: deque([one] * _PACE_RUNS, _PACE_RUNS) for model, one in seconds.items()}
-        self._fixed = fixed
+        self.fixed = fixed
 
     def of_part(self, part: Part, setup: Setup, height: int) -> float:
         """Return what a part takes of an image of a height [px], [s]."""
@@ -54,13 +59,84 @@ class Pace:
 
     def learn(self, model: str, views: Sequence[ComputedView], seconds: float) -> None:
         """Take into account how long views took with all that belongs to them, from the image to poses [s]."""
-        if not self._fixed and model in self._runs and views:
+        if not self.fixed and model in self._runs and views:
             pixels = sum(view.view.plan.net_size[0] * view.view.plan.net_size[1] for view in views)
             self._runs[model].append(seconds / pixels)
 
     def _of(self, model: str, size: Tuple[int, int]) -> float:
         runs = self._runs.get(model)
         return median(runs) * size[0] * size[1] if runs else 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """How the images of all cameras are searched.
+
+    Attributes:
+        setup: that they are computed with.
+        follows: whether people are followed.
+        rate: that is wanted [Hz]; 0: none.
+        period: without a rate, every image of this number is searched in full.
+        pace: what the networks take.
+        cuts: parts by the size of the images, of the newest sizes. They stay, as a network is compiled for each size of
+            a part.
+    """
+
+    setup: Setup
+    follows: bool
+    rate: float
+    period: int
+    pace: Pace
+    cuts: Dict[Tuple[int, int], List[Part]] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, detector: Detector, following: FollowingParams, fixed: Optional[Dict[str, float]]) -> 'Plan':
+        """Return the plan for the present parameters, after measuring the networks where none are given."""
+        setup = detector.setup
+        params = setup.settings.detector
+        follows = bool(setup.recipe.refinements) and following.wanted(params)
+        pace = fixed or {}
+        if follows and params.target_rate > 0 and fixed is None:
+            pace = seconds_per_pixel(setup.recipe, setup.networks, detector.threads)
+        return cls(setup, follows, params.target_rate, following.search_period, Pace(pace, fixed is not None))
+
+    def parts(self, size: Tuple[int, int]) -> List[Part]:
+        """Return the parts of a search of an image of (width, height) [px]."""
+        if size not in self.cuts:
+            self.cuts[size] = self._cut(size)
+        parts = self.cuts[size]
+        if len(self.cuts) > TRACKING.most_cameras:
+            del self.cuts[next(iter(self.cuts))]
+        return parts
+
+    def least(self, size: Tuple[int, int]) -> float:
+        """Return what there is time for in any frame [s]."""
+        return SCHEDULE.least_work * (self.search(size) + RATE.expected_people * self.of_person)
+
+    def search(self, size: Tuple[int, int]) -> float:
+        """Return what all parts of an image of (width, height) [px] take [s]."""
+        return sum(self.of_part(part, size) for part in self.parts(size))
+
+    def of_part(self, part: Part, size: Tuple[int, int]) -> float:
+        """Return what a part of an image of (width, height) [px] takes [s]."""
+        return self.pace.of_part(part, self.setup, size[1])
+
+    @property
+    def of_person(self) -> float:
+        """What the crops of a person take [s]."""
+        return self.pace.of_person(self.setup)
+
+    def _cut(self, size: Tuple[int, int]) -> List[Part]:
+        """Cut each pass into as many strips as it takes to fit into a frame beside the expected number of people."""
+        width = size[0]
+        most = min(SCHEDULE.most_strips, width) if self.rate > 0 else 1
+        left = 1 / self.rate - RATE.expected_people * self.of_person if self.rate > 0 else 0.0
+        parts = []
+        for number, one in enumerate(self.setup.recipe.passes):
+            counts = range(1, 2 if one.model.input.fixed_size else most + 1)
+            cuts = [[Part(number, *columns, width) for columns in strips(width, count)] for count in counts]
+            parts += next((cut for cut in cuts if self.of_part(cut[0], size) <= left), cuts[-1])
+        return parts
 
 
 def search(setup: Setup, bgr: np.ndarray, part: Part, pace: Pace) -> Tuple[List[Found], float]:

@@ -86,7 +86,9 @@ def heads(view: DepthView) -> List[Head]:
     """Return what looks like a head, largest area first."""
     height, width = view.depth.shape
     scale = max(max(width, height) / MISSED.grid, 1.0)
-    rows, columns = (((np.arange(int(size / scale)) + 0.5) * scale).astype(np.int64) for size in (height, width))
+    # a long thin image has one row or column at least: OpenCV ends the process where there is none
+    rows, columns = (np.minimum((np.arange(max(int(size / scale), 1)) + 0.5) * scale, size - 1).astype(np.int64)
+                     for size in (height, width))
     depth, focal = view.depth[rows[:, None], columns], view.focal / scale
     near = _head_like(depth, focal)
     count, labels, stats, middles = cv2.connectedComponentsWithStats(near.astype(np.uint8), connectivity=8)

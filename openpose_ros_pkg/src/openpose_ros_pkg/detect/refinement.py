@@ -54,7 +54,7 @@ def refine(people: Candidates, bgr: np.ndarray, recipe: Recipe, networks: Dict[s
         min_score: of a person, before the recipe's acceptance.
 
     Returns:
-        The people, and the time that the networks took [s].
+        The people with what crops show of them, and the time that the networks took [s].
     """
     joint_sigmas, scores = sigmas(recipe.skeleton), person_scores(people.keypoints)
     surest = np.argsort(-scores, kind='stable')[:recipe.max_refined]
@@ -66,17 +66,17 @@ def refine(people: Candidates, bgr: np.ndarray, recipe: Recipe, networks: Dict[s
     begin = time.perf_counter()
     computed = [compute_views(views, networks[one.model.name]) for one, views in zip(recipe.refinements, crops)]
     seconds = time.perf_counter() - begin
-    opinions: List[Opinions] = [dict(people.opinions[i]) for i in refined]
+    opinions: List[Opinions] = [dict(known) for known in people.opinions]
     for number, (one, views) in enumerate(zip(recipe.refinements, computed), start=recipe.pass_opinions):
-        for i, crop, known in zip(refined, views, opinions):
+        for i, crop in zip(refined, views):
             found = decode_crop(crop, one.model, direct, recipe.skeleton).keypoints
             pose = most_alike(found, people.keypoints[i], joint_sigmas)
             if pose is not None and not _shows_another(pose, people.keypoints[i], shown, joint_sigmas):
-                known[number] = pose
+                opinions[i][number] = pose
     keypoints = people.keypoints.copy()
-    for i, known, foreground in zip(refined, opinions, before):
-        keypoints[i] = vote_behind(known, foreground, recipe, recipe.weights, recipe.place_weights)
-    return people._replace(keypoints=keypoints), seconds
+    for i, foreground in zip(refined, before):
+        keypoints[i] = vote_behind(opinions[i], foreground, recipe, recipe.weights, recipe.place_weights)
+    return people._replace(opinions=opinions, keypoints=keypoints), seconds
 
 
 def prepare_crop(bgr: np.ndarray, person: np.ndarray, refinement: CropRefinement, people: Sequence[np.ndarray],

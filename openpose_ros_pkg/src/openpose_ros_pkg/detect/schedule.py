@@ -150,6 +150,9 @@ class Budget:
 
     Args:
         rate: that is wanted [Hz]; 0: they may take any time.
+
+    Attributes:
+        spent: in the newest frame so far [s].
     """
 
     def __init__(self, rate: float) -> None:
@@ -157,18 +160,19 @@ class Budget:
         self._intervals: Deque[float] = deque(maxlen=SCHEDULE.recent_intervals)
         self._seconds = float('inf') if rate <= 0 else SCHEDULE.network_share / rate
         self._saved = float('inf') if rate <= 0 else 0.0
-        self._crops = self._search = 0.0
+        self._crops = self._search = self.spent = 0.0
 
     def begin(self, interval: float, least: float = 0.0, crops: float = 0.0, search: float = 0.0,
               beside: Sequence['Budget'] = ()) -> None:
         """Begin a frame.
 
         Args:
-            interval: since the one before [s]; 0: the first.
+            interval: since the one before [s]; 0: the first, or it does not tell how often images come.
             least: what there is time for in any case [s].
             crops, search: what it would take to look at everybody, and to search the whole image [s].
             beside: of the other cameras that show something.
         """
+        self.spent = 0.0
         if self._rate > 0:
             if interval > 0:
                 self._intervals.append(interval)
@@ -192,6 +196,7 @@ class Budget:
 
     def save(self, spent: float) -> None:
         """Save what is left of the frame's time after crops took a part of it [s]."""
+        self.spent += spent
         # a crop that takes longer than a frame does not take from the search
         left = max(self._seconds - spent, SCHEDULE.search_share * self._seconds)
         self._saved = min(self._saved + left, SCHEDULE.most_saved * self._seconds)
@@ -202,4 +207,5 @@ class Budget:
 
     def spend(self, seconds: float) -> None:
         """Spend what was saved; a debt is one frame's time at most."""
+        self.spent += seconds
         self._saved = max(self._saved - seconds, -self._seconds) if self._rate > 0 else self._saved

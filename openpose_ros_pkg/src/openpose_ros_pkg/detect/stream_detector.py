@@ -1,6 +1,7 @@
 """A detector for streams: it remembers, for each camera, who was seen where, and looks there first."""
 import threading
-from dataclasses import dataclass, field
+import time
+from dataclasses import dataclass, replace
 from typing import Callable, Dict, Hashable, List, Optional, Sequence, Tuple, Union
 
 import numpy as np
@@ -13,17 +14,16 @@ from openpose_ros_pkg.detect.detector import (
     PreparedFrame,
     Setup,
     people_of,
+    prepare_frame,
     with_missed,
 )
-from openpose_ros_pkg.detect.ensemble import person_scores
+from openpose_ros_pkg.detect.ensemble import Opinions, person_scores
 from openpose_ros_pkg.detect.following import FOLLOWING, Followed, Follower, FollowingParams, refuse_slides
-from openpose_ros_pkg.detect.looking import Found, Pace, assign, look, search
+from openpose_ros_pkg.detect.looking import Found, Pace, Plan, assign, look, search
 from openpose_ros_pkg.detect.missed import MISSED
-from openpose_ros_pkg.detect.recipes import DetectorParams
-from openpose_ros_pkg.detect.schedule import SCHEDULE, Budget, Changes, Part, Schedule, strips
-from openpose_ros_pkg.detect.target_rate import RATE, seconds_per_pixel
-from openpose_ros_pkg.detect.tracking import TRACKING, PerCamera, TrackingParams
-from openpose_ros_pkg.people import People2D, Poses
+from openpose_ros_pkg.detect.schedule import SCHEDULE, Budget, Changes, Part, Schedule
+from openpose_ros_pkg.detect.tracking import TRACKING, PerCamera, PersonIds, TrackingParams
+from openpose_ros_pkg.people import FIRST_ID, People2D, Poses
 from openpose_ros_pkg.skeletons import SkeletonModel
 from openpose_ros_pkg.stream.fair_lock import FairLock
 
@@ -45,95 +45,58 @@ class StreamFrame:
     found: Union[ComputedFrame, People2D]
 
 
-@dataclass(frozen=True, eq=False)
-class _Plan:
-    """How the images of all cameras are searched.
+@dataclass(frozen=True)
+class PreparedStreamFrame:
+    """An image of a stream that is ready for the networks, and how it is searched, whatever is reconfigured."""
 
-    Attributes:
-        made_for: parameters of the detector.
-        follows: whether people are followed.
-        rate: that is wanted [Hz]; 0: none.
-        period: without a rate, every image of this number is searched in full.
-        pace: what the networks take.
-        cuts: parts by the size of the images, of the newest sizes. They stay, as a network is compiled for each size of
-            a part.
-    """
-
-    made_for: DetectorParams
-    follows: bool
-    rate: float
-    period: int
-    pace: Pace
-    cuts: Dict[Tuple[int, int], List[Part]] = field(default_factory=dict)
-
-    @classmethod
-    def of(cls, detector: Detector, following: FollowingParams, fixed: Optional[Dict[str, float]]) -> '_Plan':
-        """Return the plan for the present parameters, after measuring the networks where none are given."""
-        setup = detector.setup
-        params = setup.settings.detector
-        follows = bool(setup.recipe.refinements) and following.wanted(params)
-        pace = fixed or {}
-        if follows and params.target_rate > 0 and fixed is None:
-            pace = seconds_per_pixel(setup.recipe, setup.networks, detector.threads)
-        return cls(params, follows, params.target_rate, following.search_period, Pace(pace, fixed is not None))
-
-    def parts(self, setup: Setup, size: Tuple[int, int]) -> List[Part]:
-        """Return the parts of a search of an image of (width, height) [px]."""
-        if size not in self.cuts:
-            self.cuts[size] = self._cut(setup, size)
-        parts = self.cuts[size]
-        if len(self.cuts) > TRACKING.most_cameras:
-            del self.cuts[next(iter(self.cuts))]
-        return parts
-
-    def least(self, setup: Setup, size: Tuple[int, int]) -> float:
-        """Return what there is time for in any frame [s]."""
-        return SCHEDULE.least_work * (self.search(setup, size) + RATE.expected_people * self.pace.of_person(setup))
-
-    def search(self, setup: Setup, size: Tuple[int, int]) -> float:
-        """Return what all parts of an image of (width, height) [px] take [s]."""
-        return sum(self.pace.of_part(part, setup, size[1]) for part in self.parts(setup, size))
-
-    def _cut(self, setup: Setup, size: Tuple[int, int]) -> List[Part]:
-        """Cut each pass into as many strips as it takes to fit into a frame beside the expected number of people."""
-        most, (width, height) = SCHEDULE.most_strips if self.rate > 0 else 1, size
-        left = 1 / self.rate - RATE.expected_people * self.pace.of_person(setup) if self.rate > 0 else 0.0
-        parts = []
-        for number, one in enumerate(setup.recipe.passes):
-            counts = range(1, 2 if one.model.input.fixed_size else most + 1)
-            cuts = [[Part(number, *columns, width) for columns in strips(width, count)] for count in counts]
-            parts += next((cut for cut in cuts if self.pace.of_part(cut[0], setup, height) <= left), cuts[-1])
-        return parts
+    image: PreparedFrame
+    plan: Plan
 
 
 class _Camera:
-    """What is remembered of a camera."""
+    """What is remembered of the images of one size of a camera."""
 
     def __init__(self, tracking: TrackingParams, skeleton: SkeletonModel) -> None:
         self.follower = Follower(tracking, skeleton)
         self._stamp = 0.0  # of the newest frame [s]
         self._searched_by: Tuple[object, ...] = ()  # what makes the schedule
+        self._taken = 0.0  # by the newest frame [s]
+        self._full = 0.0  # time that full searches of all cameras took until then [s]
         self.budget = Budget(0.0)
         self.people = 0  # in the newest frame
 
     def shows(self, stamp: float) -> bool:
         """Return whether images come from the camera at a time [s]."""
-        return abs(stamp - self._stamp) <= FOLLOWING.most_gap
+        return abs(stamp - self._stamp) <= FOLLOWING.lost_time
 
-    def begin(self, plan: _Plan, setup: Setup, size: Tuple[int, int], stamp: float, beside: Sequence[Budget]) -> bool:
-        """Begin a frame beside the budgets of other cameras; return whether it is the first of a stream."""
+    def begin(self, plan: Plan, size: Tuple[int, int], stamp: float, full: float, beside: Sequence[Budget]) -> bool:
+        """Begin a frame; return whether it is to be searched in full, as no person is expected.
+
+        Args:
+            full: time that full searches of all cameras took so far [s].
+            beside: budgets of other cameras.
+        """
         interval, self._stamp = stamp - self._stamp, max(stamp, self._stamp)
-        searched_by = (plan, setup.recipe, size)
-        first = self._searched_by != searched_by or not -TRACKING.reset_backstep <= interval <= FOLLOWING.most_gap
-        if first:
+        # an interval that the networks were at work is none of the camera's: on a slow machine, each full search would
+        # make a gap that asks for the next one
+        busy = plan.rate > 0 and self._taken + full - self._full > SCHEDULE.network_share * interval
+        searched_by = (plan.pace, plan.setup.recipe)
+        anew = (self._searched_by != searched_by or interval < -TRACKING.reset_backstep
+                or (interval > self.follower.memory and not busy))
+        if anew:
             self._searched_by, self._stamp, self.people = searched_by, stamp, 0
-            self.schedule, self.changes = Schedule(plan.parts(setup, size)), Changes()
+            self.schedule, self.changes = Schedule(plan.parts(size)), Changes()
             self.budget = Budget(plan.rate)
             self.frames = -1  # since the image was searched in full
+            self.follower.forget()
         self.frames += 1
-        self.budget.begin(0.0 if first else interval, plan.least(setup, size), self.people * plan.pace.of_person(setup),
-                          plan.search(setup, size), beside)
-        return first
+        self.budget.begin(0.0 if anew or busy else interval, plan.least(size), self.people * plan.of_person,
+                          plan.search(size), beside)
+        return anew
+
+    def end(self, taken: float, full: float) -> None:
+        """Note what the frame took, and full searches of all cameras until now [s]."""
+        self._taken, self._full = taken, full
 
 
 class StreamDetector:
@@ -143,8 +106,10 @@ class StreamDetector:
     `compute` and `finish` separately, the latter two in the order of the frames of a camera.
 
     With following, networks look at crops round the people who are expected in an image. The search for others is cut
-    into parts, one pass over one strip of the image each, which are spread over the frames as the time allows. Stamps
-    that jump and a new size of the images begin anew. An image with a stamp of 0 is searched in full.
+    into parts, one pass over one strip of the image each, which are spread over the frames as the time allows. Where no
+    person is expected, in the first image, after a gap or when stamps jump back, the image is searched in full, as
+    `Detector.detect` does. What is remembered is that of images of one size; where the resolution of a camera changes,
+    ids stay. An image with a stamp of 0 or less has no history: it is searched in full, and its people get new ids.
 
     Args:
         detector: what finds the people.
@@ -157,10 +122,13 @@ class StreamDetector:
                  pace: Optional[Dict[str, float]] = None) -> None:
         self.detector = detector
         self._tracking, self._following = tracking, following
-        self._cameras = PerCamera(lambda: _Camera(self._tracking, self.skeleton))
+        self._cameras = PerCamera(lambda: _Camera(self._tracking, self.skeleton))  # by camera and size of the images
+        self._first_id = FIRST_ID  # of a camera that is not remembered
+        self._ids = PerCamera(lambda: PersonIds(self._first_id), self._forget_ids)
+        self._full = 0.0  # time that full searches of all cameras took so far [s]
         self._tracking_lock = threading.Lock()
         self._fixed_pace = pace
-        self._plan = _Plan.of(detector, following, pace)
+        self._plan = Plan.of(detector, following, pace)
 
     @property
     def skeleton(self) -> SkeletonModel:
@@ -186,25 +154,22 @@ class StreamDetector:
             self._tracking = tracking
             for camera in self._cameras.all():
                 camera.follower.tracker.reconfigure(tracking)
-            if self._plan.made_for != self.detector.setup.settings.detector:
-                self._plan = _Plan.of(self.detector, self._following, self._fixed_pace)
+            setup = self.detector.setup
+            if self._plan.setup.settings.detector == setup.settings.detector:
+                self._plan = replace(self._plan, setup=setup)
+            else:
+                self._plan = Plan.of(self.detector, self._following, self._fixed_pace)
 
     def warm_up(self) -> None:
-        """Let the networks see blank images, as `Detector.warm_up` does, but the parts that they will see."""
-        setup = self.detector.setup
-        if not self._plan.follows:
-            self.detector.warm_up()
-            return
-        width, height = USUAL_SIZE
+        """Let the networks see blank images, as `Detector.warm_up` does, and the parts that they will see."""
+        self.detector.warm_up()
+        plan, (width, height) = self._plan, USUAL_SIZE
         blank = np.zeros((height, width, 3), np.uint8)
-        by_size = {(part.number, part.right - part.left): part for part in self._plan.parts(setup, USUAL_SIZE)}
-        somebody = np.full((len(self.skeleton.joints), 3), 1.0, np.float32)
-        somebody[0, :2] = width / 2, height - 1
+        parts = plan.parts(USUAL_SIZE) if plan.follows else []
+        by_size = {(part.number, part.right - part.left): part for part in parts if part.right - part.left < width}
         with self.lock:
             for part in by_size.values():
-                search(setup, blank, part, self._plan.pace)
-            for people in (1, 2):  # several are computed side by side, by a network that is compiled for it
-                look(PreparedFrame(blank, [], setup), [Followed(somebody)] * people, [], self._plan.pace)
+                search(plan.setup, blank, part, plan.pace)
 
     def detect(self, bgr: np.ndarray, camera: Hashable, stamp: float, expected: Optional[People2D] = None,
                depth: Optional[DepthView] = None) -> People2D:
@@ -226,79 +191,144 @@ class StreamDetector:
             computed = self.compute(prepared, camera, stamp, expected)
         return self.finish(computed)
 
-    def prepare(self, bgr: np.ndarray, follow: bool = True, depth: Optional[DepthView] = None) -> PreparedFrame:
+    def prepare(self, bgr: np.ndarray, follow: bool = True, depth: Optional[DepthView] = None) -> PreparedStreamFrame:
         """Check an image and bring it to the sizes that the networks want; see `detect`.
 
         Args:
             follow: False: search this image in full in any case.
         """
-        return self.detector.prepare(bgr, not (follow and self._plan.follows), depth)
+        plan = self._plan
+        return PreparedStreamFrame(prepare_frame(bgr, plan.setup, not (follow and plan.follows), depth), plan)
 
-    def compute(self, frame: PreparedFrame, camera: Hashable, stamp: float, expected: Optional[People2D] = None
+    def compute(self, frame: PreparedStreamFrame, camera: Hashable, stamp: float, expected: Optional[People2D] = None
                 ) -> StreamFrame:
         """Compute the networks for a prepared image, with `lock` held; see `detect`."""
-        if frame.views:
-            computed = self.detector.compute(frame)
+        plan, image = frame.plan, frame.image
+        size, begin = (image.bgr.shape[1], image.bgr.shape[0]), time.perf_counter()
+        if image.views or stamp <= 0:
+            computed = self.detector.compute(image)
+            with self._tracking_lock:
+                self._full += plan.search(size) if plan.pace.fixed else time.perf_counter() - begin
             return StreamFrame(computed.network_seconds, camera, stamp, computed)
         with self._tracking_lock:
-            people, seconds = self._follow(frame, self._cameras.of(camera), stamp, expected)
+            memory, ids = self._remembered(camera, size, stamp), self._ids.of(camera)
+            beside = [other.budget for other in self._cameras.all() if other is not memory and other.shows(stamp)]
+            full = memory.begin(plan, size, stamp, self._full, beside)
+            if full:
+                people, seconds = self._search_all(image, plan, memory, stamp, ids)
+                foreseen = plan.search(size) + len(people) * plan.of_person
+            else:
+                people, seconds = _follow(image, plan, memory, stamp, ids, expected)
+                foreseen = memory.budget.spent
+            taken = foreseen if plan.pace.fixed else time.perf_counter() - begin
+            self._full += taken if full else 0.0
+            memory.end(taken, self._full)
         return StreamFrame(seconds, camera, stamp, people)
 
     def finish(self, computed: StreamFrame) -> People2D:
         """Return the people of a computed image; see `detect`."""
         if isinstance(computed.found, People2D):
             return computed.found
-        people = self.detector.finish(computed.found)
+        people, stamp = self.detector.finish(computed.found), computed.stamp
         with self._tracking_lock:
-            return self._cameras.of(computed.camera).follower.tracker.update(people, computed.stamp)
+            ids = self._ids.of(computed.camera)
+            if stamp <= 0:
+                return replace(people, ids=ids.give(len(people)))
+            camera = self._remembered(computed.camera, computed.found.image_size, stamp)
+            return camera.follower.tracker.update(people, stamp, ids)
 
-    def _follow(self, frame: PreparedFrame, camera: _Camera, stamp: float, expected: Optional[People2D]
-                ) -> Tuple[People2D, float]:
-        setup, bgr, plan = frame.setup, frame.bgr, self._plan
-        size = (bgr.shape[1], bgr.shape[0])
-        beside = [other.budget for other in self._cameras.all() if other is not camera and other.shows(stamp)]
-        first = camera.begin(plan, setup, size, stamp, beside)
-        people = camera.follower.expected(stamp, expected)
-        camera.schedule.changed(camera.changes.columns(bgr, [person.box for person in people]))
-        cost = plan.pace.of_person(setup)
-        looked = sorted(people, key=lambda person: -person.urgency)[:camera.budget.crops(cost)]
-        seconds = look(frame, looked, people, plan.pace)
-        refuse_slides(people, setup.recipe)
-        camera.budget.save(cost * len(looked))
-        parts = _due(camera, plan, stamp, first, people, lambda part: plan.pace.of_part(part, setup, size[1]))
-        found, more = self._search(frame, camera, stamp, parts)
-        new = _likely(assign(found, people, setup.recipe), setup)
-        seconds += more + look(frame, new, [*people, *new], plan.pace)
-        camera.budget.spend(cost * len(new))
-        refuse_slides([*people, *new], setup.recipe)
-        reported = [person for person in (*people, *new) if person.reported]
-        keypoints = np.array([person.voted(setup.recipe, stamp) for person in reported], np.float32)
-        keypoints = keypoints.reshape(-1, len(setup.recipe.skeleton.joints), 3)
-        poses = Poses(keypoints, person_scores(keypoints))
-        if parts and camera.budget.affords(MISSED.most * cost):
-            poses, missed = with_missed(poses, frame)
-            camera.budget.spend(cost * missed.crops)
-            seconds += missed.seconds
-            reported += [Followed(pose, crop=pose, opinions={setup.recipe.pass_opinions: pose})
-                         for pose in missed.poses.keypoints]
-        accepted, kept = people_of(poses, setup, size)
-        camera.people = len(kept)
-        return camera.follower.update(accepted, [reported[i] for i in kept], stamp), seconds
+    def _remembered(self, name: Hashable, size: Tuple[int, int], stamp: float) -> _Camera:
+        """Return what is remembered of images of (width, height) [px] of a camera.
 
-    def _search(self, frame: PreparedFrame, camera: _Camera, stamp: float, parts: Sequence[Part]
-                ) -> Tuple[List[Found], float]:
-        found: List[Found] = []
-        seconds = 0.0
-        for part in parts:
-            more, taken = search(frame.setup, frame.bgr, part, self._plan.pace)
-            found += more
-            seconds += taken
+        Where that is nothing, as the camera showed images of another resolution just now, their tracks go on.
+        """
+        camera = self._cameras.of((name, size))
+        tracker = camera.follower.tracker
+        if not tracker.shows(stamp):
+            for key, other in reversed(self._cameras.items()):  # the newest first
+                scale = np.divide(size, key[1])
+                if (key[0] == name and abs(scale[0] / scale[1] - 1) <= TRACKING.same_aspect
+                        and other.follower.tracker.shows(stamp)):
+                    tracker.take_over(other.follower.tracker, scale)
+                    break
+        return camera
+
+    def _forget_ids(self, ids: PersonIds) -> None:
+        """Let no camera have ids that one had that is forgotten: it may be the same."""
+        self._first_id = max(self._first_id, ids.next)
+
+    def _search_all(self, frame: PreparedFrame, plan: Plan, camera: _Camera, stamp: float, ids: PersonIds
+                    ) -> Tuple[People2D, float]:
+        """Return the people of an image that is searched in full, remember them, and the time of the networks [s]."""
+        computed = self.detector.compute(frame)
+        poses, opinions, setup = computed.poses, computed.opinions, plan.setup
+        persons = [_person(pose, of_person, setup) for pose, of_person in zip(poses.keypoints, opinions)]
+        persons += [_missed(pose, setup) for pose in poses.keypoints[len(persons):]]
+        people, kept = people_of(poses, setup, computed.image_size)
+        for part in camera.schedule.parts:
             camera.schedule.done(part, stamp)
-        return found, seconds
+        camera.changes.columns(frame.bgr, [])
+        camera.people = len(kept)
+        return camera.follower.update(people, [persons[i] for i in kept], stamp, ids), computed.network_seconds
 
 
-def _due(camera: _Camera, plan: _Plan, stamp: float, first: bool, people: Sequence[Followed],
-         cost: Callable[[Part], float]) -> List[Part]:
+def _follow(frame: PreparedFrame, plan: Plan, camera: _Camera, stamp: float, ids: PersonIds,
+            expected: Optional[People2D]) -> Tuple[People2D, float]:
+    """Return the people of an image, expected ones and those in parts that are searched, and the networks' time [s]."""
+    setup, bgr, size = plan.setup, frame.bgr, (frame.bgr.shape[1], frame.bgr.shape[0])
+    people = camera.follower.expected(stamp, expected)
+    camera.schedule.changed(camera.changes.columns(bgr, [person.box for person in people]))
+    cost = plan.of_person
+    looked = sorted(people, key=lambda person: -person.urgency)[:camera.budget.crops(cost)]
+    seconds = look(frame, looked, people, plan.pace)
+    refuse_slides(people, setup.recipe)
+    camera.budget.save(cost * len(looked))
+    parts = _due(camera, plan, stamp, people, lambda part: plan.of_part(part, size))
+    found, more = _search(frame, camera, stamp, parts, plan.pace)
+    new = _likely(assign(found, people, setup.recipe), setup)
+    seconds += more + look(frame, new, [*people, *new], plan.pace)
+    camera.budget.spend(cost * len(new))
+    refuse_slides([*people, *new], setup.recipe)
+    reported = [person for person in (*people, *new) if person.reported]
+    keypoints = np.array([person.voted(setup.recipe, stamp) for person in reported], np.float32)
+    keypoints = keypoints.reshape(-1, len(setup.recipe.skeleton.joints), 3)
+    poses = Poses(keypoints, person_scores(keypoints))
+    if parts and camera.budget.affords(MISSED.most * cost):
+        poses, missed = with_missed(poses, frame)
+        camera.budget.spend(cost * missed.crops)
+        seconds += missed.seconds
+        reported += [_missed(pose, setup) for pose in missed.poses.keypoints]
+    accepted, kept = people_of(poses, setup, size)
+    camera.people = len(kept)
+    return camera.follower.update(accepted, [reported[i] for i in kept], stamp, ids), seconds
+
+
+def _person(pose: np.ndarray, opinions: Opinions, setup: Setup) -> Followed:
+    """Return a person, (K, 3), of whom a full search has opinions; sources without one did not find the person."""
+    crops = [opinions[number] for number in sorted(opinions) if number >= setup.recipe.pass_opinions]
+    return Followed(pose, crop=crops[0] if crops else None,
+                    opinions={number: opinions.get(number) for number in range(len(setup.recipe.weights))})
+
+
+def _missed(pose: np.ndarray, setup: Setup) -> Followed:
+    """Return a person, (K, 3), whom the depth alone told."""
+    return Followed(pose, crop=pose, opinions={setup.recipe.pass_opinions: pose})
+
+
+def _search(frame: PreparedFrame, camera: _Camera, stamp: float, parts: Sequence[Part], pace: Pace
+            ) -> Tuple[List[Found], float]:
+    found: List[Found] = []
+    seconds = 0.0
+    for part in parts:
+        more, taken = search(frame.setup, frame.bgr, part, pace)
+        found += more
+        seconds += taken
+        camera.schedule.done(part, stamp)
+    return found, seconds
+
+
+def _due(camera: _Camera, plan: Plan, stamp: float, people: Sequence[Followed], cost: Callable[[Part], float]
+         ) -> List[Part]:
     """Return the parts that are searched in a frame."""
     just_lost = False
     for person in people:
@@ -306,15 +336,14 @@ def _due(camera: _Camera, plan: _Plan, stamp: float, first: bool, people: Sequen
             low, high = person.box
             camera.schedule.urge(low[0], high[0], SCHEDULE.lost)
             just_lost |= person.unseen <= FOLLOWING.unlooked_time
-    if stamp <= 0 or (plan.rate <= 0 and (first or just_lost or camera.frames >= plan.period)):
+    if plan.rate <= 0:
+        if not just_lost and camera.frames < plan.period:
+            return []
         camera.frames = 0
         return camera.schedule.parts
-    if plan.rate <= 0:
-        return []
     due: List[Part] = []
-    for part in sorted(camera.schedule.parts, key=cost) if first else camera.schedule.order(stamp):
-        # the first frame searches something in any case: nobody is known
-        if not camera.budget.affords(cost(part)) and (due or not first):
+    for part in camera.schedule.order(stamp):
+        if not camera.budget.affords(cost(part)):
             break
         camera.budget.spend(cost(part))
         due.append(part)

@@ -1,7 +1,7 @@
 """Track people from frame to frame: ids from the positions of their keypoints in the image."""
 import threading
 from dataclasses import dataclass, replace
-from typing import Callable, Dict, Generic, Hashable, List, Optional, Tuple, TypeVar
+from typing import Any, Callable, Dict, Generic, Hashable, List, Optional, Tuple, TypeVar
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
@@ -36,6 +36,9 @@ class TrackingConstants:
     most_cameras: int = constant(
         32, 'Cameras whose people are remembered; of more, the one that sent nothing for longest is forgotten, as '
              'each run of a program that calls the detection service may be a camera of its own.')
+    same_aspect: float = constant(
+        0.01, 'Images of a camera at two resolutions show the same view where the ratios of their sides differ by no '
+              'more than this share.')
     most_tracks: int = constant(
         1000, 'People who are remembered of a camera; with stamps that stand still nobody is ever gone for long.')
 
@@ -80,6 +83,22 @@ class _Track:
         return self.velocity * np.clip(stamp - self.stamp, 0.0, TRACKING.extrapolation)
 
 
+class PersonIds:
+    """Gives ids, each of them once; not thread-safe.
+
+    Attributes:
+        next: the id that comes next.
+    """
+
+    def __init__(self, first: int = FIRST_ID) -> None:
+        self.next = first
+
+    def give(self, count: int) -> np.ndarray:
+        """Return new ids, (count,) int64."""
+        self.next += count
+        return np.arange(self.next - count, self.next, dtype=np.int64)
+
+
 class KeypointTracker:
     """Gives people ids that stay the same while they are in view: one tracker per camera; not thread-safe.
 
@@ -90,14 +109,34 @@ class KeypointTracker:
     def __init__(self, params: TrackingParams) -> None:
         self._params = params
         self._tracks: List[_Track] = []
-        self._next_id = FIRST_ID
+        self._ids = PersonIds()
         self._newest: Optional[float] = None
+
+    @property
+    def timeout(self) -> float:
+        """How long a person who is not seen is remembered [s]."""
+        return self._params.track_timeout
 
     def reconfigure(self, params: TrackingParams) -> None:
         """Use other limits from the next frame on; ids stay."""
         self._params = params
 
-    def update(self, people: People2D, stamp: float) -> People2D:
+    def shows(self, stamp: float) -> bool:
+        """Return whether people may be remembered at a time [s]: frames came shortly before."""
+        return self._newest is not None and (
+            -TRACKING.reset_backstep <= stamp - self._newest <= self._params.track_timeout)
+
+    def take_over(self, other: 'KeypointTracker', scale: np.ndarray) -> None:
+        """Go on with the tracks of another tracker of the same view, in images of another resolution.
+
+        Args:
+            scale: pixels of the images of this one per pixel of the other's, along x and y, (2,).
+        """
+        self._newest = other._newest
+        self._tracks = [replace(track, xy=(track.xy + 0.5) * scale - 0.5, velocity=track.velocity * scale,
+                                size=track.size * float(scale.mean())) for track in other._tracks]
+
+    def update(self, people: People2D, stamp: float, ids: Optional[PersonIds] = None) -> People2D:
         """Return the people of a frame with their ids.
 
         A frame that is delivered twice, or a little late, gets the ids of the people that it shows. Stamps that jump
@@ -105,6 +144,7 @@ class KeypointTracker:
 
         Args:
             stamp: of the frame [s].
+            ids: of those who are new; None: the tracker's own.
         """
         if self._newest is not None and stamp < self._newest - TRACKING.reset_backstep:
             self._tracks = []
@@ -112,17 +152,17 @@ class KeypointTracker:
         self._newest = stamp if self._newest is None else max(stamp, self._newest)
         self._tracks = [track for track in self._tracks if stamp - track.stamp <= self._params.track_timeout]
         sizes = person_sizes(people.xy)
-        ids = np.full(len(people), -1, np.int64)
+        given = np.full(len(people), -1, np.int64)
         for t, p in self._match(people, sizes, stamp):
             self._tracks[t] = _continued(self._tracks[t], people.xy[p].astype(np.float64), sizes[p], stamp)
-            ids[p] = self._tracks[t].id
-        for p in np.flatnonzero(ids < 0):
-            ids[p] = self._next_id
-            self._next_id += 1
+            given[p] = self._tracks[t].id
+        new = np.flatnonzero(given < 0)
+        given[new] = (ids or self._ids).give(len(new))
+        for p in new:
             self._tracks.append(
-                _Track(int(ids[p]), people.xy[p].astype(np.float64), np.zeros(2), float(sizes[p]), stamp))
+                _Track(int(given[p]), people.xy[p].astype(np.float64), np.zeros(2), float(sizes[p]), stamp))
         self._tracks = self._tracks[-TRACKING.most_tracks:]
-        return replace(people, ids=ids)
+        return replace(people, ids=given)
 
     def expected(self, stamp: float) -> Tuple[List[int], List[np.ndarray]]:
         """Return the ids of the tracks, and where their joints are expected, (K, 2) float64 [px] each.
@@ -153,10 +193,11 @@ class PerCamera(Generic[Value]):
 
     Args:
         create: makes it for a new camera.
+        forgotten: called with what is forgotten.
     """
 
-    def __init__(self, create: Callable[[], Value]) -> None:
-        self._create = create
+    def __init__(self, create: Callable[[], Value], forgotten: Callable[[Value], None] = lambda value: None) -> None:
+        self._create, self._forgotten = create, forgotten
         self._values: Dict[Hashable, Value] = {}  # the longest unused first
         self._lock = threading.Lock()
 
@@ -166,13 +207,18 @@ class PerCamera(Generic[Value]):
             value = self._values.pop(camera) if camera in self._values else self._create()
             self._values[camera] = value
             if len(self._values) > TRACKING.most_cameras:
-                del self._values[next(iter(self._values))]
+                self._forgotten(self._values.pop(next(iter(self._values))))
             return value
 
     def all(self) -> List[Value]:
         """Return what there is of all cameras."""
         with self._lock:
             return list(self._values.values())
+
+    def items(self) -> List[Tuple[Any, Value]]:
+        """Return all cameras, with what there is of each."""
+        with self._lock:
+            return list(self._values.items())
 
 
 def joint_distances(first: np.ndarray, second: np.ndarray) -> np.ndarray:

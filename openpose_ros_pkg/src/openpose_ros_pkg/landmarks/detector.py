@@ -24,7 +24,7 @@ Found = List[Tuple[Target, Seen]]
 
 
 class _Camera:
-    """What was seen in the images of a camera.
+    """What was seen in the images of one size of a camera.
 
     Attributes:
         seen: what was seen, by the names of the targets.
@@ -111,11 +111,13 @@ class LandmarkDetector:
             hidden: (P, K) bool: joints of which it is known that they are hidden: such a hand or face is left out;
                 None: nothing is known.
             camera: whatever tells the cameras apart.
-            stamp: of the image [s].
+            stamp: of the image [s]; 0 or less: it is not known, so nothing is followed.
             seconds: that this may take; what was looked at longest ago comes first, one in any case. Others are carried
                 along for a moment, then left out. None: any time.
         """
-        params, memory = self._params, self._cameras.of(camera)
+        # without a stamp there is no history; places in images of another size are other places
+        memory = self._cameras.of((camera, bgr.shape[:2])) if stamp > 0 else _Camera()
+        params = self._params
         with self._lock:
             memory.begin(stamp, bgr.shape)
             tasks = [_Task(self._lookers[kind], target, memory.seen.get(target.name))

@@ -13,8 +13,8 @@ from sensor_msgs.msg import Image
 from std_msgs.msg import Header
 
 from openpose_ros_pkg.detect.depth import DepthView
-from openpose_ros_pkg.detect.detector import PreparedFrame, create_detector
-from openpose_ros_pkg.detect.stream_detector import StreamDetector, StreamFrame
+from openpose_ros_pkg.detect.detector import create_detector
+from openpose_ros_pkg.detect.stream_detector import PreparedStreamFrame, StreamDetector, StreamFrame
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.landmarks.detector import create_landmark_detector
 from openpose_ros_pkg.landmarks.records import Landmarks2D
@@ -64,7 +64,7 @@ class _Prepared:
 
     header: Header
     bgr: np.ndarray
-    frame: PreparedFrame
+    frame: PreparedStreamFrame
     received: float
     worked: float
     sender: str
@@ -274,7 +274,8 @@ class DetectionService:
     def _prepare(self, header: Header, bgr: np.ndarray, received: float, decoding: float = 0.0, sender: str = '',
                  depth: Optional[DepthView] = None) -> _Prepared:
         begin = time.monotonic()
-        follow = not sender.startswith('/') or self._settings.following.follow_requests
+        follow = not header.stamp.is_zero() and (
+            not sender.startswith('/') or self._settings.following.follow_requests)
         frame = self._stream.prepare(bgr, follow, depth)
         preparing = time.monotonic() - begin
         self._timing.add('preprocess', preparing)

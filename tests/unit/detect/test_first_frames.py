@@ -1,0 +1,220 @@
+"""Frames without a usable history are searched in full, and what is remembered of other images stays out of them."""
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from test_following import BEGIN, CROWD, IMAGE, LEFT, PACE, RATE, RIGHT, Scene, near, right_of
+from test_missed import BEHIND, FOCAL, SEEN, SIZE, the_scene
+
+from openpose_ros_pkg.detect.depth import DepthView
+from openpose_ros_pkg.detect.detector import Detector, DetectorSettings, create_detector
+from openpose_ros_pkg.detect.following import FollowingParams
+from openpose_ros_pkg.detect.stream_detector import StreamDetector
+from openpose_ros_pkg.detect.tracking import TRACKING, TrackingParams
+from openpose_ros_pkg.errors import BadInputError, ModelError
+from openpose_ros_pkg.networks.models import MOBILENET_THIN, MOVENET_MULTIPOSE, MOVENET_THUNDER, weights_path
+from openpose_ros_pkg.params.parameters import build
+from stand_in_networks import MovenetNetwork, PafNetwork, ThunderNetwork, Together, chart, in_order
+
+SHIPPED = Path(__file__).resolve().parents[3] / 'skeleton_extract_3d' / 'demo' / 'cross'
+FOLLOWING = FollowingParams(following='always')
+PACES = {**PACE, 'mobilenet_thin': 1e-7}
+
+
+def assert_same(found, expected):
+    np.testing.assert_array_equal(found.keypoints, expected.keypoints)
+    np.testing.assert_array_equal(found.scores, expected.scores)
+
+
+def make_stream(networks, **params):
+    detector = Detector(build(DetectorSettings, {'mode': 'balanced', 'target_rate': 30.0, **params}), networks,
+                        FOLLOWING)
+    return StreamDetector(detector, TrackingParams(), FOLLOWING, SLOW)
+
+
+def slower(factor):
+    """Return what the networks take for a pixel on a machine that is slower by a factor."""
+    return {name: factor * seconds for name, seconds in PACES.items()}
+
+
+# Every pass is cut, and a full search takes longer than 20 frames.
+SLOW = slower(100)
+
+
+def balanced(people, size=(640, 480)):
+    """Return networks of the modes balanced and fast that see people truly."""
+    return Together(mobilenet_thin=PafNetwork(people, size), movenet_multipose=MovenetNetwork(people, size),
+                    movenet_thunder=ThunderNetwork(people, size))
+
+
+# --- after a gap ----------------------------------------------------------------------------------------------------
+
+def test_nobody_is_searched_for_everywhere_after_each_gap():
+    scene = Scene([], target_rate=RATE)
+    assert [scene.frame(2.0 * i)[1:3] for i in range(3)] == [(1, 0)] * 3
+
+
+@pytest.mark.parametrize('params', [{'target_rate': RATE}, {}], ids=['with a rate', 'without'])
+@pytest.mark.parametrize('interval', [0.7, 0.9, 1.1, 2.0])
+def test_images_far_apart_show_all_people(interval, params):
+    """They walk on between the images, so that none is where the last image lets expect."""
+    scene = Scene([], pace=slower(10), **params)
+    for i in range(6):
+        found = scene.frame(interval * i, [right_of(person, 40.0 * (i % 2)) for person in CROWD])[0]
+        assert len(found) == len(CROWD)
+        assert_same(found, scene.stream.detector.detect(IMAGE))
+
+
+def test_shipped_images_far_apart_show_the_people_of_a_full_search():
+    """With the networks themselves, and the depth of the images."""
+    try:
+        for model in (MOBILENET_THIN, MOVENET_MULTIPOSE, MOVENET_THUNDER):
+            weights_path(model)
+    except ModelError as error:
+        pytest.skip(str(error))
+    settings = build(DetectorSettings, {'mode': 'balanced', 'target_rate': 30.0})
+    full = create_detector(build(DetectorSettings, {'mode': 'balanced'}))
+    stream = StreamDetector(create_detector(settings, FOLLOWING), TrackingParams(), FOLLOWING, slower(20))
+    for i, name in enumerate(('000', '005', '030')):
+        image = cv2.imread(str(SHIPPED / 'rgb' / f'{name}.jpg'))
+        depth = cv2.imread(str(SHIPPED / 'depth' / f'{name}.png'), cv2.IMREAD_UNCHANGED).astype(np.float32) / 1000
+        view = DepthView(np.where(depth > 0, depth, np.float32(np.nan)), 540.7 * depth.shape[1] / image.shape[1])
+        found = stream.detect(image, 'camera', BEGIN + 2.0 * i, depth=view)
+        assert len(found) >= 1
+        assert_same(found, full.detect(image, view))
+
+
+def test_who_is_known_by_the_depth_alone_is_among_the_first_and_is_followed():
+    networks = balanced([SEEN], SIZE)
+    networks.networks['movenet_thunder'].people = [SEEN, BEHIND]
+    stream, view = make_stream(networks), DepthView(the_scene(), FOCAL)
+    found = stream.detect(chart(*SIZE), 'camera', BEGIN, depth=view)
+    assert len(found) == 2
+    assert_same(found, stream.detector.detect(chart(*SIZE), view))
+    assert sorted(stream.detect(chart(*SIZE), 'camera', BEGIN + 0.03, depth=view).ids) == sorted(found.ids)
+
+
+def test_a_burst_of_requests_does_not_cut_the_slow_ones_after_it():
+    scene = Scene(CROWD, pace=slower(10), target_rate=10.0)
+    assert [len(scene.frame(stamp)[0]) for stamp in (0.0, 0.05, 0.75, 0.8, 1.5, 1.55, 2.25, 2.95)] == [5] * 8
+
+
+@pytest.mark.parametrize('cameras, factor', [(1, 10), (1, 30), (1, 50), (3, 20)])
+def test_a_live_chain_on_a_slow_machine_lags_for_one_frame_of_each_camera(cameras, factor):
+    """The gap that full searches make is not searched in full again, nor does it make the next frames long."""
+    scene = Scene([LEFT, RIGHT], pace=slower(factor), target_rate=RATE)
+    time, taken = 0.0, []
+    for i in range(20 * cameras):  # the networks work on the newest image at any time
+        stamp = np.ceil(time * RATE) / RATE
+        taken.append(factor * scene.frame(stamp, camera=i % cameras)[3])
+        time = stamp + max(taken[-1], 1e-3)
+    assert min(taken[:cameras]) == pytest.approx(0.016 * factor, rel=0.01)
+    long = np.array(taken[cameras:]) > 0.7 * min(taken[:cameras])
+    assert not long[:cameras].any() and long.mean() <= 0.05
+
+
+# --- without stamps -------------------------------------------------------------------------------------------------
+
+@pytest.mark.parametrize('params', [{'target_rate': RATE}, {}, {'look_closer': 0}],
+                         ids=['with a rate', 'without', 'not followed'])
+@pytest.mark.parametrize('stamp', [0.0, -1.0])
+def test_without_a_stamp_there_is_no_history(stamp, params):
+    """Each image has the people of a full search, with new ids, and streams beside know nothing of it."""
+    scene = Scene([LEFT, RIGHT], pace=SLOW, **params)
+    ids = scene.frame(1.0)[0].ids.tolist()
+    for i in range(3):
+        found, *_ = scene.frame(stamp - BEGIN, [right_of(LEFT, 10.0 * i), RIGHT])
+        assert_same(found, scene.stream.detector.detect(IMAGE))
+        ids += found.ids.tolist()
+    assert sorted(ids) == list(range(1, 9))
+    assert scene.frame(1.02, [LEFT, RIGHT])[0].ids.tolist() == ids[:2]
+
+
+# --- other sizes ----------------------------------------------------------------------------------------------------
+
+def frame_of(scene, stamp, size, people, camera='camera'):
+    """Return the people of a frame of another size, and the number of searches; `people` are in its pixels."""
+    scene.searching.size = scene.looking.size = size
+    return scene.frame(stamp, people, chart(*size), camera)[:2]
+
+
+@pytest.mark.parametrize('params', [{'target_rate': RATE}, {'look_closer': 0}], ids=['followed', 'searched'])
+def test_another_resolution_keeps_the_ids_and_finds_people_there(params):
+    scene = Scene([], **params)
+    ids = [scene.frame(0.02 * i, [LEFT, RIGHT])[0].ids.tolist() for i in range(3)][-1]
+    for i in range(3, 6):
+        found, _ = frame_of(scene, 0.02 * i, (320, 240), [LEFT / 2, RIGHT / 2])
+        assert found.ids.tolist() == ids
+        assert all(near(one, person) for one, person in zip(in_order(found), (LEFT / 2, RIGHT / 2)))
+    found, _ = frame_of(scene, 0.14, (320, 180), [LEFT * (0.5, 0.375)])
+    assert found.ids.tolist() == [3]  # another aspect shows another view
+
+
+@pytest.mark.parametrize('sizes', [((640, 480), (320, 240)), ((640, 480), (480, 270))], ids=['one aspect', 'two'])
+def test_cameras_of_one_frame_id_and_different_sizes_do_not_disturb_each_other(sizes):
+    """Each is searched in full once, and its people keep their ids."""
+    scene = Scene([], pace=slower(3), target_rate=RATE)
+    people = [[person * (size[0] / 640, size[1] / 480) for person in (LEFT, RIGHT)] for size in sizes]
+    frames = [[frame_of(scene, 0.02 * i, size, shown) for size, shown in zip(sizes, people)] for i in range(10)]
+    for camera in zip(*frames):
+        assert {tuple(sorted(found.ids)) for found, _ in camera} == {tuple(sorted(camera[0][0].ids))}
+        assert sum(searches for _, searches in camera[1:]) <= 4
+    assert all(len(found) == 2 for frame in frames for found, _ in frame)
+
+
+def test_ids_are_not_used_again_after_a_camera_was_forgotten():
+    scene = Scene([LEFT])
+    for number in range(TRACKING.most_cameras + 1):
+        assert scene.frame(1.0, camera=number)[0].ids.tolist() == [1]
+    assert scene.frame(1.02, camera=0)[0].ids.tolist() == [2]
+
+
+@pytest.mark.parametrize('size', [(1, 1), (1, 2000), (2000, 1), (2, 3), (3, 2), (1, 40), (17, 1)])
+@pytest.mark.parametrize('rate', [0.0, 30.0])
+def test_tiny_images_show_nobody_or_are_refused_as_too_thin(size, rate):
+    stream = make_stream(balanced([]), target_rate=rate)
+    for i in range(3):
+        try:
+            assert len(stream.detect(np.full((size[1], size[0], 3), 100, np.uint8), 'camera', BEGIN + 0.1 * i)) == 0
+        except BadInputError as error:
+            assert f'{size[0]}x{size[1]}' in str(error) and 'at most' in str(error)
+
+
+# --- other parameters -----------------------------------------------------------------------------------------------
+
+def test_a_frame_is_computed_as_it_was_prepared_whatever_is_reconfigured_meanwhile():
+    """The modes have one and two passes."""
+    networks = balanced([LEFT, RIGHT])
+    stream = make_stream(networks)
+    stamps = iter(BEGIN + 0.03 * np.arange(100))
+
+    def compute(prepared):
+        with stream.lock:
+            computed = stream.compute(prepared, 'camera', next(stamps))
+        return stream.finish(computed)
+
+    def reconfigure(mode, between):
+        stream.detector.reconfigure(build(DetectorSettings, {'mode': mode, 'target_rate': 30.0}))
+        between()
+        stream.reconfigure(TrackingParams())
+
+    for mode in ('fast', 'balanced') * 2:
+        before, during = stream.prepare(IMAGE), []
+        reconfigure(mode, lambda during=during: during.append(stream.prepare(IMAGE)))
+        for prepared in (before, *during, *(stream.prepare(IMAGE) for _ in range(5))):
+            assert sorted(compute(prepared).ids) == [1, 2]
+    before = [len(network.inputs) for network in networks.networks.values()]
+    for _ in range(60):
+        compute(stream.prepare(IMAGE))
+    assert all(len(network.inputs) > count for network, count in zip(networks.networks.values(), before))
+
+
+def test_new_thresholds_hold_for_the_next_frame_and_do_not_begin_anew():
+    scene = Scene([LEFT, RIGHT], target_rate=RATE)
+    scene.frame(0.0)
+    settings = {'mode': 'fast', 'target_rate': RATE}
+    scene.stream.detector.reconfigure(build(DetectorSettings, {**settings, 'person_min_score': 0.99}))
+    scene.stream.reconfigure(TrackingParams())
+    found, searches, looks, _ = scene.frame(0.02)
+    assert (len(found), searches, looks) == (0, 0, 2)
