@@ -100,9 +100,16 @@ def test_a_burst_of_requests_does_not_cut_the_slow_ones_after_it():
     assert [len(scene.frame(stamp)[0]) for stamp in (0.0, 0.05, 0.75, 0.8, 1.5, 1.55, 2.25, 2.95)] == [5] * 8
 
 
+@pytest.mark.parametrize('factor', [23, 26, 30])
+def test_a_machine_that_a_full_search_keeps_busy_until_the_next_request_shows_all_people(factor):
+    """A full search takes 0.7 to 0.95 s of each second."""
+    scene = Scene(CROWD, pace=slower(factor), target_rate=RATE)
+    assert [len(scene.frame(1.0 * i)[0]) for i in range(8)] == [5] * 8
+
+
 @pytest.mark.parametrize('cameras, factor', [(1, 10), (1, 30), (1, 50), (3, 20)])
-def test_a_live_chain_on_a_slow_machine_lags_for_one_frame_of_each_camera(cameras, factor):
-    """The gap that full searches make is not searched in full again, nor does it make the next frames long."""
+def test_a_live_chain_on_a_slow_machine_lags_for_two_frames_of_each_camera(cameras, factor):
+    """The gap that full searches make does not let the search of each frame make the next gap."""
     scene = Scene([LEFT, RIGHT], pace=slower(factor), target_rate=RATE)
     time, taken = 0.0, []
     for i in range(20 * cameras):  # the networks work on the newest image at any time
@@ -111,7 +118,7 @@ def test_a_live_chain_on_a_slow_machine_lags_for_one_frame_of_each_camera(camera
         time = stamp + max(taken[-1], 1e-3)
     assert min(taken[:cameras]) == pytest.approx(0.016 * factor, rel=0.01)
     long = np.array(taken[cameras:]) > 0.7 * min(taken[:cameras])
-    assert not long[:cameras].any() and long.mean() <= 0.05
+    assert not long[cameras:2 * cameras].any() and long.mean() <= 0.06
 
 
 # --- without stamps -------------------------------------------------------------------------------------------------

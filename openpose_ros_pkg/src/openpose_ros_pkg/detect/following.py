@@ -233,17 +233,18 @@ class Follower:
         """Forget what is known of people; their tracks, and so their ids, stay."""
         self._known = {}
 
-    def expected(self, stamp: float, in_space: Optional[People2D]) -> List[Followed]:
+    def expected(self, stamp: float, in_space: Optional[People2D], waited: float = 0.0) -> List[Followed]:
         """Return the people who are looked for, where tracks in space tell, if they do.
 
         Args:
             stamp: [s].
             in_space: who is expected in the image by tracks in space; None: there are none.
+            waited: time since the frame before in which no image could be looked at; it makes no person lost [s].
         """
         people = []
         for number, xy in zip(*self.tracker.expected(stamp)):
             known = self._known.get(number)
-            if known is not None and stamp - known.seen <= FOLLOWING.lost_time:
+            if known is not None and stamp - known.seen <= FOLLOWING.lost_time + waited:
                 there = np.isfinite(xy).all(axis=1)
                 scores = np.where(there, np.maximum(known.scores, _LEAST_SCORE), 0.0)
                 pose = np.concatenate([xy, scores[:, None]], axis=1).astype(np.float32)

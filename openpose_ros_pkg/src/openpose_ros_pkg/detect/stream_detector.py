@@ -64,6 +64,7 @@ class _Camera:
         self._full = 0.0  # time that full searches of all cameras took until then [s]
         self.budget = Budget(0.0)
         self.people = 0  # in the newest frame
+        self.waited = 0.0  # time before the newest frame in which the networks were at work, not the camera silent [s]
 
     def shows(self, stamp: float) -> bool:
         """Return whether images come from the camera at a time [s]."""
@@ -79,7 +80,9 @@ class _Camera:
         interval, self._stamp = stamp - self._stamp, max(stamp, self._stamp)
         # an interval that the networks were at work is none of the camera's: on a slow machine, each full search would
         # make a gap that asks for the next one
-        busy = plan.rate > 0 and self._taken + full - self._full > SCHEDULE.network_share * interval
+        worked = self._taken + full - self._full
+        busy = plan.rate > 0 and worked > SCHEDULE.network_share * interval
+        late = busy and interval > self.follower.memory
         searched_by = (plan.pace, plan.setup.recipe)
         anew = (self._searched_by != searched_by or interval < -TRACKING.reset_backstep
                 or (interval > self.follower.memory and not busy))
@@ -90,7 +93,10 @@ class _Camera:
             self.frames = -1  # since the image was searched in full
             self.follower.forget()
         self.frames += 1
-        self.budget.begin(0.0 if anew or busy else interval, plan.least(size), self.people * plan.of_person,
+        self.waited = interval if late else 0.0
+        # a client that asks seldom gives time, also where a full search takes most of it
+        gives_time = not busy or (late and interval - worked > 1 / plan.rate)
+        self.budget.begin(interval if gives_time and not anew else 0.0, plan.least(size), self.people * plan.of_person,
                           plan.search(size), beside)
         return anew
 
@@ -276,7 +282,7 @@ def _follow(frame: PreparedFrame, plan: Plan, camera: _Camera, stamp: float, ids
             expected: Optional[People2D]) -> Tuple[People2D, float]:
     """Return the people of an image, expected ones and those in parts that are searched, and the networks' time [s]."""
     setup, bgr, size = plan.setup, frame.bgr, (frame.bgr.shape[1], frame.bgr.shape[0])
-    people = camera.follower.expected(stamp, expected)
+    people = camera.follower.expected(stamp, expected, camera.waited)
     camera.schedule.changed(camera.changes.columns(bgr, [person.box for person in people]))
     cost = plan.of_person
     looked = sorted(people, key=lambda person: -person.urgency)[:camera.budget.crops(cost)]
