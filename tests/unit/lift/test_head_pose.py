@@ -1,15 +1,10 @@
 """Which way heads look: heads of known pose are projected and found again."""
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.body.body import BODY, HEAD
-from skeleton_extract_3d.lift.head_pose import estimate_head_pose, heads_of, left_of_heads
-from skeleton_extract_3d.lift.observation import observe
-from skeleton_extract_3d.points.depth import DepthImage
-from synthetic_scene import Person, pinhole, render, standing
+from skeleton_extract_3d.lift.head_pose import estimate_head_pose
 
 DEPTH = 2.5
 NOSE, RIGHT_EYE, LEFT_EYE, RIGHT_EAR, LEFT_EAR = range(5)
@@ -123,14 +118,3 @@ def test_the_surface_is_the_front_of_the_head():
     assert under[NOSE] == pytest.approx(2 * BODY.head_axes[2], abs=0.05)
     for head in (front, side, back):
         assert (head.surface <= head.depths).all()
-
-
-@pytest.mark.parametrize('binning, tells', [(1, False), (2, True)])
-def test_pixels_of_the_image_and_not_of_the_depth_image_tell_whether_a_head_is_large_enough(binning, tells):
-    frame, root, scale = render(pinhole(320, 180), [Person(0, 0.0, 2.6, standing())]), np.array([2.6]), np.ones(1)
-    half = (binning - 1) / 2  # integers are the centres of pixels
-    people = replace(frame.people, keypoints=frame.people.keypoints * [binning, binning, 1] + [half, half, 0])
-    size = (binning * frame.size[0], binning * frame.size[1])
-    seen = observe(people, size, DepthImage(frame.depth, frame.camera), frame.camera)
-    left = left_of_heads(seen, heads_of(seen, root, scale), root, scale)
-    assert (left[0, 0] > 0.8) == tells, left  # faces the camera: its left is the camera's right

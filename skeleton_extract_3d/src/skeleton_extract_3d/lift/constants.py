@@ -164,8 +164,8 @@ class HeadConstants:
 
     weight: float = constant(0.6, 'Weight of each of the five keypoints: together one opinion more than two.')
     least_joints: int = constant(3, 'Keypoints that a head must have to tell where its person faces.', source='chosen')
-    most_pixel: float = constant(0.012, 'Greatest size of a pixel of the image on a head that tells where its person '
-                                        'faces.', unit='m')
+    most_pixel: float = constant(0.012, 'Greatest size of a pixel on a head that tells where its person faces.',
+                                 unit='m')
     error: float = constant(0.015, 'Error of the keypoints of a head.', unit='m')
     cosine_spread: float = constant(0.5, 'Standard deviation of the cosine of the yaw, given the shoulders.')
     sine_spread: float = constant(0.7, 'Standard deviation of the sine of the yaw.')

@@ -62,5 +62,5 @@ def left_of_heads(seen: ObservedPeople, head: HeadPose, root: np.ndarray, scale:
     """
     nose, _, _, right_ear, left_ear = head.depths.T / scale
     left = np.stack([-nose / _NOSE_AHEAD, np.zeros_like(nose), (left_ear - right_ear) / _EARS_APART], axis=1)
-    seen_well = (seen.known[:, HEAD].sum(axis=1) >= _HEAD.least_joints) & (root / seen.image_focal < _HEAD.most_pixel)
+    seen_well = (seen.known[:, HEAD].sum(axis=1) >= _HEAD.least_joints) & (root / seen.focal < _HEAD.most_pixel)
     return np.where(seen_well[:, None], left, 0.0)

@@ -43,8 +43,7 @@ def observe(people: People2D, image_size: Tuple[int, int], points: PointGrid, ca
     radius = np.minimum(np.maximum(radius, windows.limits[0]), windows.limits[1])
     samples = surfaces.window_depths(points, uv, radius)
     evidence = surfaces.root_evidence(samples, scores)
-    return ObservedPeople(people, image_size, uv, scores, known, rays, samples, adult_depth, evidence, focal,
-                          camera.focal_in(image_size))
+    return ObservedPeople(people, image_size, uv, scores, known, rays, samples, adult_depth, evidence, focal)
 
 
 def grid_positions(xy: np.ndarray, image_size: Tuple[int, int], grid_size: Tuple[int, int]) -> np.ndarray:

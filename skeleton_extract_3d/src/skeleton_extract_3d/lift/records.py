@@ -25,8 +25,7 @@ class ObservedPeople:
         adult_depth: (P,) float64 depth at which an adult would look as large as the person [m]; infinite where unknown.
         trunk_evidence: (P, depths) float64 log likelihood of the depths of the trunk by the samples alone, of
             `surfaces.root_evidence`.
-        focal: focal length, mean of both axes [px of the points' grid].
-        image_focal: the same [px of the image].
+        focal: focal length [px], mean of both axes.
     """
 
     people_2d: People2D
@@ -39,7 +38,6 @@ class ObservedPeople:
     adult_depth: np.ndarray
     trunk_evidence: np.ndarray
     focal: float
-    image_focal: float
 
     def __len__(self) -> int:
         return len(self.uv)
