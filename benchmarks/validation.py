@@ -11,12 +11,13 @@ the errors. Reports and images stay in --out.
 import contextlib
 import io
 import json
+import tempfile
 from pathlib import Path
 from typing import Any, Callable, Dict, List, Sequence
 
 import numpy as np
 
-from common import Parser, markdown
+from common import Parser, errors_end_the_program, markdown
 from openpose_ros_mocap import truth_as_mocap
 from openpose_ros_mocap.ros import evaluate_mocap
 from openpose_ros_tools.ros import images_to_bag
@@ -41,15 +42,16 @@ def command(main: Callable[[Sequence[str]], int], *arguments: object) -> None:
 
 def validate(sequence: Path, folder: Path, settings: List[str]) -> Dict[str, Any]:
     """Return the summary of a sequence's report."""
-    folder.mkdir(parents=True, exist_ok=True)
-    bag, people, poses, mocap = (folder / name for name in ('camera.bag', 'people.bag', 'poses.csv', 'mocap.csv'))
-    command(images_to_bag.main, sequence, '-o', bag, '--overwrite')
-    command(process_bag.main, bag, '-o', people, '--csv', poses, '--csv-layout', 'extended', '--overwrite',
-            *(part for setting in settings for part in ('--set', setting)))
-    command(truth_as_mocap.main, sequence, mocap, '--noise', 1, '--clock-offset', CLOCK_OFFSET, '--overwrite',
+    folder.mkdir(parents=True)
+    people, poses, mocap = (folder / name for name in ('people.bag', 'poses.csv', 'mocap.csv'))
+    with tempfile.TemporaryDirectory(prefix='openpose_ros_bench_') as temporary:
+        bag = Path(temporary, 'camera.bag')
+        command(images_to_bag.main, sequence, '-o', bag)
+        command(process_bag.main, bag, '-o', people, '--csv', poses, '--csv-layout', 'extended',
+                *(part for setting in settings for part in ('--set', setting)))
+    command(truth_as_mocap.main, sequence, mocap, '--noise', 1, '--clock-offset', CLOCK_OFFSET,
             '--rotate-degrees', *DEGREES, '--move', *PLACE)
     command(evaluate_mocap.main, poses, mocap, '-o', folder / 'report')
-    bag.unlink()
     return json.loads((folder / 'report' / 'summary.json').read_text())
 
 
@@ -73,13 +75,14 @@ def main() -> None:
     """Run the benchmark from the command line; print a Markdown table."""
     parser = Parser(__doc__)
     parser.add_argument('sequences', nargs='+', type=Path, help='sequence folders with gt.json')
-    parser.add_argument('--out', type=Path, required=True, help='folder for tables, bags of people and reports')
+    parser.add_argument('--out', type=Path, required=True, help='folder for tables, bags of people and reports of sequences that it does not have yet')
     parser.add_settings('of process_bag')
     options = parser.parse_args()
     rows: List[Sequence[str]] = [COLUMNS]
-    for sequence in options.sequences:
-        name = sequence.resolve().name
-        rows.append(row(name, validate(sequence, options.out / name, options.set)))
+    with errors_end_the_program():
+        for sequence in options.sequences:
+            name = sequence.resolve().name
+            rows.append(row(name, validate(sequence, options.out / name, options.set)))
     print(markdown(rows))
 
 

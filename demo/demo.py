@@ -33,6 +33,7 @@ NAMESPACE = {'2d': '/openpose_ros', '3d': '/openpose_ros/skeleton_3d', 'stage': 
 RESULTS = {'2d': (NAMESPACE['2d'] + '/detected_poses', PersonDetectionArray),
            '3d': (NAMESPACE['3d'] + '/detected_poses_3d', PersonDetection_3dArray),
            'stage': (NAMESPACE['stage'] + '/detected_poses_3d', PersonDetection_3dArray)}
+OWN_FOLDER = Path(__file__).resolve().parents[1] / 'demo_output'
 OUTPUTS = ('keypoints_2d.csv', 'keypoints_3d.csv', 'output.bag', 'annotated.mp4', 'rviz.png')
 # Time for the network to load and the first result to come [s].
 START_TIMEOUT = 90.0
@@ -76,13 +77,20 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument('--screenshots', type=int, default=1, metavar='N',
                         help='screenshots of RViz, of every second frame; more than one: rviz_00.png, rviz_01.png, ...')
     parser.add_argument('--seconds', type=float, default=20.0, help='how long to record (default %(default)s)')
-    parser.add_argument('--output', type=Path, default=Path(__file__).resolve().parents[1] / 'demo_output',
-                        help='output folder (default: demo_output in the checkout)')
+    parser.add_argument('--output', type=Path, default=OWN_FOLDER,
+                        help='new or empty folder (default: demo_output in the checkout, which is written again)')
     arguments = parser.parse_args()
     for path in (arguments.bag, arguments.images, arguments.stage):
         if path is not None and not path.exists():
             parser.error(f'{path} does not exist')
+    check_output(arguments.output)
     return arguments
+
+
+def check_output(output: Path) -> None:
+    """Refuse a folder with files that this demo may not have made: it deletes and replaces its outputs."""
+    if output.resolve() != OWN_FOLDER and output.exists() and not (output.is_dir() and not any(output.iterdir())):
+        raise SystemExit(f'{output} is there already, and not an empty folder; name another one')
 
 
 def launch_command(arguments: argparse.Namespace) -> List[str]:
