@@ -75,7 +75,8 @@ def main() -> None:
     """Run the benchmark from the command line; print a Markdown table."""
     parser = Parser(__doc__)
     parser.add_argument('sequences', nargs='+', type=Path, help='sequence folders with gt.json')
-    parser.add_argument('--out', type=Path, required=True, help='folder for tables, bags of people and reports of sequences that it does not have yet')
+    parser.add_argument('--out', type=Path, required=True,
+                        help='folder for tables, bags of people and reports; a new folder in it for each sequence')
     parser.add_settings('of process_bag')
     options = parser.parse_args()
     rows: List[Sequence[str]] = [COLUMNS]

@@ -25,6 +25,7 @@ from annotated_video import write_annotated_video
 from openpose_ros_msgs.msg import PersonDetection_3dArray, PersonDetectionArray
 from screen import RVIZ_SIZE, HeadlessScreen, publish_slow_clock, take_screenshot
 
+from openpose_ros_pkg.command_line import INTERRUPTED, all_ends_are_interrupts
 from openpose_ros_pkg.errors import OpenposeRosError
 from openpose_ros_pkg.ros.session import ResultWatch, Session, SessionError, wait_for
 from skeleton_extract_3d.points.rgbd_sequence import RgbdSequence
@@ -256,8 +257,9 @@ def main() -> int:
     for name in OUTPUTS:
         (output / name).unlink(missing_ok=True)
     try:
-        results = run(arguments, output)
-        write_annotated_video(output / 'output.bag', output / 'annotated.mp4')
+        with all_ends_are_interrupts():
+            results = run(arguments, output)
+            write_annotated_video(output / 'output.bag', output / 'annotated.mp4')
     except (OpenposeRosError, rospy.ROSException) as error:
         print(f'[demo] failed: {error}; the logs are in {output}/log', file=sys.stderr)
         nodes_log = output / 'log' / 'nodes.log'
@@ -265,7 +267,7 @@ def main() -> int:
             print(*nodes_log.read_text(errors='replace').splitlines()[-15:], sep='\n', file=sys.stderr)
         return 1
     except KeyboardInterrupt:
-        return 130
+        return INTERRUPTED
     with_people = sum(people > 0 for people in results.people)
     print(f'[demo] {results.line().strip()}; people in {with_people} of {len(results.people)} frames')
     for path in (output / name for name in OUTPUTS):

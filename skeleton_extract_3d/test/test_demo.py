@@ -1,10 +1,7 @@
 """What the demo leaves alone."""
-import os
 import subprocess
 import sys
 from pathlib import Path
-
-import pytest
 
 DEMO = Path(__file__).resolve().parents[2] / 'demo' / 'demo.py'
 TIMEOUT = 120.0  # [s]
