@@ -310,7 +310,8 @@ class Rig:
         self.chains: Dict[str, Chain] = {}
         # one fault at a time; kept, as nodes end with the thread that started them
         self._workers = {name: ThreadPoolExecutor(1) for name in CHAINS}
-        self.done = {id(fault): self._workers[fault.node.partition('/')[0]].submit(self._inject, fault) for fault in faults}
+        self.done = {id(fault): self._workers[fault.node.partition('/')[0]].submit(self._inject, fault)
+                     for fault in faults}
 
     def _inject(self, fault: Fault) -> None:
         self.chain(fault.node).survives(fault)
