@@ -17,7 +17,7 @@ sys.path.extend(str(Path(__file__).resolve().parents[1] / folder) for folder in 
     'openpose_ros_tools/src', 'openpose_ros_mocap/src',
     'tests/support', 'devel/lib/python3/dist-packages'))
 
-from openpose_ros_pkg.command_line import setting_values
+from openpose_ros_pkg.command_line import INTERRUPTED, all_ends_are_interrupts, setting_values
 from openpose_ros_pkg.errors import OpenposeRosError
 
 if TYPE_CHECKING:
@@ -63,9 +63,12 @@ def new_path(text: str) -> Path:
 
 @contextlib.contextmanager
 def errors_end_the_program() -> Iterator[None]:
-    """Tell errors of this project, and of files, in one line."""
+    """Tell errors of this project, and of files, in one line; let signals end the program as Ctrl-C does."""
     try:
-        yield
+        with all_ends_are_interrupts():
+            yield
+    except KeyboardInterrupt:
+        raise SystemExit(INTERRUPTED) from None
     except (OpenposeRosError, OSError) as error:
         raise SystemExit(f'error: {error}') from error
 
@@ -128,7 +131,7 @@ def run_live(measure: Callable[['Session', Path], Figures], path: Optional[Path]
         path: of the figures as JSON; None: not written.
     """
     from openpose_ros_pkg.ros.session import Session  # most benchmarks need no ROS
-    with tempfile.TemporaryDirectory(prefix='openpose_ros_bench_') as folder:
+    with errors_end_the_program(), tempfile.TemporaryDirectory(prefix='openpose_ros_bench_') as folder:
         try:
             with Session(Path(folder)) as session:
                 figures = measure(session, Path(folder))

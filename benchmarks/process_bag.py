@@ -28,11 +28,12 @@ import genpy
 import rosbag
 from std_msgs.msg import Header
 
-from common import DEMO, ROOT, Parser
+from common import DEMO, ROOT, Parser, errors_end_the_program
 from openpose_ros_pkg.allocator import keep_large_blocks
 from openpose_ros_pkg.detect.detector import DetectorSettings, create_detector
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.ros.convert import bgr_to_image
+from openpose_ros_pkg.ros.session import ENDS_WITH_PARENT
 from openpose_ros_tools.ros.process_bag.job import BagJob
 from openpose_ros_tools.ros.process_bag.work import process
 from skeleton_extract_3d.points.depth import DepthImage, cloud_from_depth
@@ -152,7 +153,8 @@ def settings(options: argparse.Namespace) -> List[str]:
 def run_command(arguments: Sequence[str], expected: int = 0) -> Tuple[float, int]:
     """Run the command as a process; return its wall time [s] and peak memory [kB]."""
     began = time.perf_counter()
-    command = subprocess.Popen([sys.executable, str(COMMAND), *arguments], stdout=subprocess.DEVNULL)
+    command = subprocess.Popen([*ENDS_WITH_PARENT, sys.executable, str(COMMAND), *arguments],
+                               stdout=subprocess.DEVNULL)
     _, status, usage = os.wait4(command.pid, 0)
     seconds = time.perf_counter() - began
     if os.WEXITSTATUS(status) != expected:
@@ -174,7 +176,7 @@ def main() -> None:
     options = parser.parse_args()
     values = parser.settings(options.set)
     sequence = RgbdSequence.read(options.sequence)
-    with tempfile.TemporaryDirectory() as name:
+    with errors_end_the_program(), tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         if 'throughput' in options.measure:
             throughput(folder, sequence, options, values)

@@ -26,7 +26,7 @@ import rospy
 from openpose_ros_msgs.msg import PersonDetection_3dArray
 from sensor_msgs.msg import Image
 
-from common import Figures, Parser, new_path, tell
+from common import Figures, Parser, errors_end_the_program, new_path, tell
 from openpose_ros_pkg.errors import BadInputError, OpenposeRosError
 from openpose_ros_pkg.ros.convert import image_to_bgr
 from openpose_ros_pkg.ros.session import Session, wait_for
@@ -189,7 +189,7 @@ def main() -> int:
     """Run the benchmark; return the exit status."""
     arguments = parse_arguments()
     arguments.output.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(prefix='openpose_ros_bench_') as folder:
+    with errors_end_the_program(), tempfile.TemporaryDirectory(prefix='openpose_ros_bench_') as folder:
         try:
             values = run(arguments, Path(folder) / 'sequence')
         except (OpenposeRosError, rospy.ROSException) as error:

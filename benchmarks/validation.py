@@ -11,12 +11,13 @@ the errors. Reports and images stay in --out.
 import contextlib
 import io
 import json
+import tempfile
 from pathlib import Path
 from typing import Any, Callable, Dict, List, Sequence
 
 import numpy as np
 
-from common import Parser, markdown, new_path
+from common import Parser, errors_end_the_program, markdown, new_path
 from openpose_ros_mocap import truth_as_mocap
 from openpose_ros_mocap.ros import evaluate_mocap
 from openpose_ros_tools.ros import images_to_bag
@@ -42,14 +43,15 @@ def command(main: Callable[[Sequence[str]], int], *arguments: object) -> None:
 def validate(sequence: Path, folder: Path, settings: List[str]) -> Dict[str, Any]:
     """Return the summary of a sequence's report."""
     folder.mkdir(parents=True)  # sequences of one name would share it
-    bag, people, poses, mocap = (folder / name for name in ('camera.bag', 'people.bag', 'poses.csv', 'mocap.csv'))
-    command(images_to_bag.main, sequence, '-o', bag)
-    command(process_bag.main, bag, '-o', people, '--csv', poses, '--csv-layout', 'extended',
-            *(part for setting in settings for part in ('--set', setting)))
+    people, poses, mocap = (folder / name for name in ('people.bag', 'poses.csv', 'mocap.csv'))
+    with tempfile.TemporaryDirectory(prefix='openpose_ros_bench_') as temporary:
+        bag = Path(temporary, 'camera.bag')
+        command(images_to_bag.main, sequence, '-o', bag)
+        command(process_bag.main, bag, '-o', people, '--csv', poses, '--csv-layout', 'extended',
+                *(part for setting in settings for part in ('--set', setting)))
     command(truth_as_mocap.main, sequence, mocap, '--noise', 1, '--clock-offset', CLOCK_OFFSET,
             '--rotate-degrees', *DEGREES, '--move', *PLACE)
     command(evaluate_mocap.main, poses, mocap, '-o', folder / 'report')
-    bag.unlink()
     return json.loads((folder / 'report' / 'summary.json').read_text())
 
 
@@ -77,9 +79,10 @@ def main() -> None:
     parser.add_settings('of process_bag')
     options = parser.parse_args()
     rows: List[Sequence[str]] = [COLUMNS]
-    for sequence in options.sequences:
-        name = sequence.resolve().name
-        rows.append(row(name, validate(sequence, options.out / name, options.set)))
+    with errors_end_the_program():
+        for sequence in options.sequences:
+            name = sequence.resolve().name
+            rows.append(row(name, validate(sequence, options.out / name, options.set)))
     print(markdown(rows))
 
 

@@ -25,8 +25,8 @@ from annotated_video import write_annotated_video
 from openpose_ros_msgs.msg import PersonDetection_3dArray, PersonDetectionArray
 from screen import RVIZ_SIZE, HeadlessScreen, publish_slow_clock, take_screenshot
 
+from openpose_ros_pkg.command_line import INTERRUPTED, all_ends_are_interrupts
 from openpose_ros_pkg.errors import OpenposeRosError
-from openpose_ros_pkg.output.files import check_outputs
 from openpose_ros_pkg.ros.session import ResultWatch, Session, SessionError, wait_for
 from skeleton_extract_3d.points.rgbd_sequence import RgbdSequence
 
@@ -79,18 +79,21 @@ def parse_arguments() -> argparse.Namespace:
                         help='screenshots of RViz, of every second frame; more than one: rviz_00.png, rviz_01.png, ...')
     parser.add_argument('--seconds', type=float, default=20.0, help='how long to record (default %(default)s)')
     parser.add_argument('--output', type=Path, default=OWN_FOLDER,
-                        help='output folder (default: demo_output in the checkout, which each demo fills anew)')
+                        help='new or empty folder (default: demo_output in the checkout, which each demo fills anew)')
     parser.add_argument('--overwrite', action='store_true', help='replace the outputs in another folder')
     arguments = parser.parse_args()
     for path in (arguments.bag, arguments.images, arguments.stage):
         if path is not None and not path.exists():
             parser.error(f'{path} does not exist')
-    try:
-        check_outputs([arguments.output / name for name in OUTPUTS],
-                      arguments.overwrite or arguments.output.resolve() == OWN_FOLDER)
-    except OpenposeRosError as error:
-        parser.error(str(error))
+    if not (arguments.overwrite or arguments.output.resolve() == OWN_FOLDER):
+        check_new(arguments.output)
     return arguments
+
+
+def check_new(output: Path) -> None:
+    """Refuse a folder with files that no demo may have made: outputs in it would be replaced."""
+    if output.exists() and not (output.is_dir() and not any(output.iterdir())):
+        raise SystemExit(f'{output} is there already, and not an empty folder; name another one, or give --overwrite')
 
 
 def launch_command(arguments: argparse.Namespace) -> List[str]:
@@ -256,8 +259,9 @@ def main() -> int:
     for name in OUTPUTS:
         (output / name).unlink(missing_ok=True)
     try:
-        results = run(arguments, output)
-        write_annotated_video(output / 'output.bag', output / 'annotated.mp4')
+        with all_ends_are_interrupts():
+            results = run(arguments, output)
+            write_annotated_video(output / 'output.bag', output / 'annotated.mp4')
     except (OpenposeRosError, rospy.ROSException) as error:
         print(f'[demo] failed: {error}; the logs are in {output}/log', file=sys.stderr)
         nodes_log = output / 'log' / 'nodes.log'
@@ -265,7 +269,7 @@ def main() -> int:
             print(*nodes_log.read_text(errors='replace').splitlines()[-15:], sep='\n', file=sys.stderr)
         return 1
     except KeyboardInterrupt:
-        return 130
+        return INTERRUPTED
     with_people = sum(people > 0 for people in results.people)
     print(f'[demo] {results.line().strip()}; people in {with_people} of {len(results.people)} frames')
     for path in (output / name for name in OUTPUTS):

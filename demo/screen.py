@@ -10,6 +10,8 @@ from typing import Dict, Optional
 import rospy
 from rosgraph_msgs.msg import Clock
 
+from openpose_ros_pkg.ros.session import ENDS_WITH_PARENT
+
 # Width and height of the screen [px]; the RViz configuration opens its window at this size.
 RVIZ_SIZE = (1440, 900)
 
@@ -26,7 +28,8 @@ class HeadlessScreen:
     def __enter__(self) -> 'HeadlessScreen':
         read_end, write_end = os.pipe()
         self._server = subprocess.Popen(
-            ['Xvfb', '-displayfd', str(write_end), '-screen', '0', self._size, '+extension', 'GLX', '-nolisten', 'tcp'],
+            [*ENDS_WITH_PARENT, 'Xvfb', '-displayfd', str(write_end), '-screen', '0', self._size, '+extension', 'GLX',
+             '-nolisten', 'tcp'],
             pass_fds=[write_end], stderr=subprocess.DEVNULL, start_new_session=True)
         os.close(write_end)
         with os.fdopen(read_end) as announced:

@@ -43,6 +43,8 @@ headers = os.path.join(sysconfig.get_path('include'), 'Python.h')
 sys.exit(sys.version_info[:2] != (3, 8) or not os.path.exists(headers))
 """
 FOCAL_STAMP = VENV_FOCAL / '.complete'
+# In an environment of set-up, from its first moment on.
+MADE_BY_RUN = '.made_by_run'
 MODELS = ('mobilenet_thin', 'movenet_multipose')
 # Large packages, which not every machine reaches: what is missing without them.
 OPTIONAL_MODELS = {
@@ -157,6 +159,7 @@ def _set_up_venv(openvino: Optional[str]) -> None:
     if stamp == wanted and succeeds(VENV_PYTHON, '-B', '-c', CHECK_VENV, openvino, quiet=True):
         say(f'[2/4] Python packages: .venv is right, {openvino} OpenVINO{why}')
     else:
+        check_own(VENV)
         step(f'[2/4] Python packages: making .venv {openvino} OpenVINO{why}', 'venv',
              'check the network; where PyPI can not be reached: ./run setup --without-openvino',
              _make_venv, openvino, numpy, wanted)
@@ -172,13 +175,25 @@ def _default_openvino(stamp: str) -> Tuple[str, str]:
 
 
 def _make_venv(openvino: str, numpy: str, wanted: str) -> None:
-    shutil.rmtree(str(VENV), ignore_errors=True)
+    _clear(VENV)
     run([PYTHON, '-m', 'venv', '--system-site-packages', str(VENV)], check=True)
     NUMPY.write_text(numpy)
     if openvino == 'with':
         run([*PIP_BESIDE_NUMPY, '--only-binary', 'openvino', '-r', str(lock_of(REQUIREMENTS))], check=True)
     run([VENV_PYTHON, '-B', '-c', CHECK_VENV, openvino], check=True)
     VENV_STAMP.write_text(wanted)
+
+
+def check_own(environment: Path) -> None:
+    """End the program where the user has an environment of this name: it would be deleted."""
+    if environment.exists() and not any((environment / name).exists() for name in (MADE_BY_RUN, VENV_STAMP.name)):
+        die(f'{environment} was not made by ./run setup, which needs this name; move it away')
+
+
+def _clear(folder: Path) -> None:
+    shutil.rmtree(str(folder), ignore_errors=True)
+    folder.mkdir()
+    (folder / MADE_BY_RUN).touch()
 
 
 def _set_up_test_tools() -> None:
@@ -203,12 +218,13 @@ def find_python_38() -> Optional[str]:
 def _set_up_focal(python: str) -> None:
     wanted = _hash(f'{ROOT} {python} {output_of(python, "--version")}', lock_of(FOCAL_REQUIREMENTS))
     if _read(FOCAL_STAMP) != wanted:
+        check_own(VENV_FOCAL)
         step(f'[2/4] Python packages: making .venv_focal, the libraries of Ubuntu 20.04, with {python}', 'focal',
              'check the network; the libraries come from PyPI', _make_focal, python, wanted)
 
 
 def _make_focal(python: str, wanted: str) -> None:
-    shutil.rmtree(str(VENV_FOCAL), ignore_errors=True)
+    _clear(VENV_FOCAL)
     run([python, '-m', 'venv', str(VENV_FOCAL)], check=True)
     run([str(VENV_FOCAL / 'bin/python3'), *PIP, '-r', str(lock_of(FOCAL_REQUIREMENTS))], check=True)
     FOCAL_STAMP.write_text(wanted)

@@ -64,11 +64,13 @@ def run_in_group(activity: str, function: Callable[..., Any], *args: Any, log: O
     The status is the integer that the function returns (None: 0), or 1 where it raises.
     """
     global _group, _activity
+    signal.pthread_sigmask(signal.SIG_BLOCK, INTERRUPTS)  # until it is known which group they end
     child = os.fork()
     if child == 0:
         _lead_group(function, args, log)
     os.setpgid(child, child)  # here as well, whoever comes first
     _group, _activity = child, activity
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, INTERRUPTS)
     status = _wait_with_progress(child, log) if log else os.waitpid(child, 0)[1]
     _group = None
     return 128 + os.WTERMSIG(status) if os.WIFSIGNALED(status) else os.WEXITSTATUS(status)
@@ -80,6 +82,7 @@ def _lead_group(function: Callable[..., Any], args: Any, log: Optional[Path]) ->
         os.setpgid(0, 0)
         for number in INTERRUPTS:
             signal.signal(number, signal.SIG_DFL)
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, INTERRUPTS)
         os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
         if log:
             os.dup2(os.open(str(log), os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o666), 1)

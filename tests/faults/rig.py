@@ -308,8 +308,10 @@ class Rig:
             TransformStamped(Header(frame_id=ROOM), FRAME_ID, Transform(rotation=Quaternion(w=1))),
             *fusion_cameras.transforms(ROOM)])
         self.chains: Dict[str, Chain] = {}
-        workers = {name: ThreadPoolExecutor(1) for name in CHAINS}  # one fault at a time
-        self.done = {id(fault): workers[fault.node.partition('/')[0]].submit(self._inject, fault) for fault in faults}
+        # one fault at a time; kept, as nodes end with the thread that started them
+        self._workers = {name: ThreadPoolExecutor(1) for name in CHAINS}
+        self.done = {id(fault): self._workers[fault.node.partition('/')[0]].submit(self._inject, fault)
+                     for fault in faults}
 
     def _inject(self, fault: Fault) -> None:
         self.chain(fault.node).survives(fault)

@@ -4,6 +4,7 @@ Each output channel of `fields` is a weighted sum of the mean colours of 8 x 8 p
 scale, layout, order of the outputs and of the channels, position and batch all show.
 """
 import importlib.util
+import os
 import subprocess
 import sys
 from dataclasses import replace
@@ -335,7 +336,7 @@ def test_throughput_gives_what_latency_gives(pooled):
 
 
 def blobs(folder):
-    return sorted(folder.glob('*.blob'))
+    return sorted((folder / 'openpose_ros_compiled').glob('*.blob'))
 
 
 def test_compiled_network_is_kept_and_the_file_not_read_again(pooled, tmp_path, monkeypatch):
@@ -400,6 +401,25 @@ def test_old_compiled_networks_go_when_there_are_too_many(pooled, tmp_path, monk
     for size in (16, 24, 32):
         backend.infer(np.zeros((1, size, 16, 3), np.uint8))
     assert len(blobs(cache)) == 2 and first not in blobs(cache)
+
+
+def test_the_cache_deletes_only_what_it_wrote(pooled, tmp_path, monkeypatch):
+    model, path, _ = pooled
+    cache, hexadecimal = tmp_path / 'cache', 16 * 'a1'
+    own = cache / 'openpose_ros_compiled'
+    own.mkdir(parents=True)
+    of_user = [tmp_path / 'elsewhere.bag', cache / 'walk.bag', cache / f'{hexadecimal}.blob', own / 'notes.txt',
+               own / 'camera.blob', own / f'{hexadecimal}.blob.old', own / f'{hexadecimal}.blob' / 'walk.bag']
+    for file in of_user:
+        file.parent.mkdir(exist_ok=True)
+        file.write_bytes(bytes(100))
+        os.utime(str(file), (0, 0))
+    link = own / f'{16 * "b2"}.blob'
+    link.symlink_to(of_user[0])
+    monkeypatch.setattr('openpose_ros_pkg.networks.backends.compiled_cache._MAX_BYTES', 10)
+    load(model, path, 'openvino', compiled_cache=str(cache))
+    assert [file for file in of_user if not file.is_file()] == [] and link.is_symlink()
+    assert set(blobs(cache)) == {link, own / 'camera.blob', own / f'{hexadecimal}.blob'}  # its own were too large
 
 
 def test_only_the_first_sizes_are_kept_on_disk(pooled, tmp_path):

@@ -241,6 +241,14 @@ def test_frames_of_another_size_are_fitted_into_a_video(tmp_path):
     assert frame[:, 50:].mean() == pytest.approx(0, abs=4)
 
 
+def test_video_that_can_not_be_begun_leaves_what_was_there(tmp_path):
+    (tmp_path / 'earlier.mp4').write_bytes(b'a video')
+    for name in ('earlier.mp4', 'new.mp4'):
+        with VideoFile(tmp_path / name, 10.0) as video, pytest.raises(OSError, match=f'70000x16 pixels.*{name}'):
+            video.write(np.zeros((16, 70000, 3), np.uint8))
+    assert [(path.name, path.read_bytes()) for path in tmp_path.iterdir()] == [('earlier.mp4', b'a video')]
+
+
 def test_video_of_an_unknown_kind_is_refused(tmp_path):
     with pytest.raises(ParameterError, match=r'v\.gif.*\.mp4 or \.avi'):
         VideoFile(tmp_path / 'v.gif', 10.0)

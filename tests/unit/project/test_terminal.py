@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from development import terminal
-from development.testing import end_processes
+from development.testing import MARK, end_processes
 
 ROOT = Path(__file__).parents[3]
 TIMEOUT = 30.0  # [s]
@@ -78,6 +78,29 @@ terminal.run_in_group('sleeping', subprocess.run, ['sh', '-c', 'sleep 600 & echo
     while is_alive(child):
         assert time.monotonic() < deadline
         time.sleep(0.05)
+
+
+def test_an_interrupt_ends_a_group_that_was_just_begun(tmp_path):
+    program = f"""
+import os, signal, subprocess, sys
+sys.path.insert(0, {str(ROOT)!r})
+from development import terminal
+terminal.handle_signals()
+fork = os.fork
+
+def interrupted_fork():
+    child = fork()
+    if child:
+        os.kill(os.getpid(), signal.SIGTERM)
+    return child
+
+os.fork = interrupted_fork
+terminal.run_in_group('sleeping', subprocess.run, ['sleep', '600'])
+"""
+    done = subprocess.run([sys.executable, '-c', program], env={**os.environ, MARK: str(tmp_path)}, text=True,
+                          stderr=subprocess.PIPE, timeout=TIMEOUT, check=False)
+    assert end_processes(tmp_path, signal.SIGKILL, TIMEOUT)
+    assert (done.returncode, 'Interrupted: sleeping.' in done.stderr) == (128 + signal.SIGTERM, True)
 
 
 def test_what_a_test_run_leaves_running_is_named_and_ended(tmp_path, capsys):

@@ -44,6 +44,19 @@ def test_a_video_file_gives_its_frames_and_its_rate(tmp_path):
     np.testing.assert_allclose([frame.mean() for frame in source.frames()], [40, 120, 200], atol=3)
 
 
+def test_a_video_file_that_is_cut_off_says_so(tmp_path, caplog):
+    path = tmp_path / 'video.avi'
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter_fourcc(*'MJPG'), 12.0, (64, 48))
+    noise = np.random.default_rng(1).integers(0, 256, (48, 64, 3), dtype=np.uint8)
+    for _ in range(40):
+        writer.write(noise)
+    writer.release()
+    assert len(list(VideoSource(str(path)).frames())) == 40 and not caplog.text
+    path.write_bytes(path.read_bytes()[:path.stat().st_size // 2])
+    number = len(list(VideoSource(str(path)).frames()))
+    assert 10 < number < 30 and f'video.avi ended after {number} of 40 frames' in caplog.text
+
+
 def test_what_is_neither_device_nor_path_is_refused():
     with pytest.raises(BadInputError, match='neither a device number nor an existing file'):
         VideoSource('no/such/place')
@@ -55,3 +68,16 @@ def test_a_file_that_is_no_picture_is_named(folder):
     next(frames)
     with pytest.raises(BadInputError, match=r'b\.png'):
         next(frames)
+    skipped = []
+    frames = VideoSource(str(folder)).frames(skip=skipped.append)
+    assert [frame[0, 0, 0] for frame in frames] == [10, 30]
+    assert [path for error in skipped for path in ('a.png', 'b.png', 'c.png') if path in str(error)] == ['b.png']
+
+
+def test_a_folder_without_a_readable_picture_ends_a_loop(folder):
+    for path in folder.iterdir():
+        path.write_text('broken')
+    skipped = []
+    with pytest.raises(BadInputError, match='not a single frame'):
+        next(VideoSource(str(folder)).frames(loop=True, skip=skipped.append))
+    assert len(skipped) == 3

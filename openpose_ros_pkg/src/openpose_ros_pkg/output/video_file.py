@@ -114,8 +114,9 @@ class VideoFile:
         codec = cv2.VideoWriter_fourcc(*_CODECS[self.path.suffix.lower()])
         writer = cv2.VideoWriter(str(self.path), codec, self._rate, size)
         if not writer.isOpened():
+            if os.fstat(lock.fileno()).st_size == 0:  # what was there before stays
+                self.path.unlink()
             lock.close()
-            self.path.unlink()
             raise OSError(errno.EINVAL, f'OpenCV can not write a video of {size[0]}x{size[1]} pixels', str(self.path))
         self._lock, self._writer, self._size = lock, writer, size
         return writer

@@ -26,7 +26,7 @@ _OF_EVERY_NODE = ('rosout', 'diagnostics', 'get_loggers', 'set_logger_level', 'p
                   'parameter_updates', 'set_parameters')
 
 
-def run_node(name: str, kind: Type[Settings], make: Callable[[Settings], Any]) -> None:
+def run_node(name: str, kind: Type[Settings], make: Callable[[Settings], Any]) -> int:
     """Initialise the node, build it of its parameters and serve until shutdown; exit with 1 when it can not be built.
 
     Arguments of the command line are private parameters too, as --NAME=VALUE (see `read_flags`); they win over what the
@@ -37,12 +37,15 @@ def run_node(name: str, kind: Type[Settings], make: Callable[[Settings], Any]) -
         name: default node name.
         kind: parameter class or record of the private parameters.
         make: builds the node of them and returns it; raises OpenposeRosError for what the user has to mend.
+
+    Returns:
+        The exit status: 1 where the node has a `Playback` that failed.
     """
     if {'-h', '-help', '--help'} & set(sys.argv[1:]):
         sys.stdout.write(f'{sys.modules[make.__module__].__doc__}\n'
                          'Private parameters, in a launch file, as _NAME:=VALUE or --NAME=VALUE (bools: --NAME, '
                          f'--noNAME):\n\n{to_yaml(kind)}')
-        return
+        return 0
     flags, others = _read_arguments(name, kind)
     keep_large_blocks()
     give_back_free_memory()
@@ -55,8 +58,9 @@ def run_node(name: str, kind: Type[Settings], make: Callable[[Settings], Any]) -
             raise
         _wait()  # for the end, which was asked for
     is_built.set()
-    rospy.spin()
-    del node  # lives until here: its publishers and threads serve while spinning
+    rospy.spin()  # the node lives until here: its publishers and threads serve while spinning
+    playback = getattr(node, 'playback', None)
+    return int(playback is not None and playback.failed)
 
 
 def _start(name: str, kind: Type[Settings], make: Callable[[Settings], Any], flags: Dict[str, Any],

@@ -18,10 +18,14 @@ import rosgraph
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray
 
+from openpose_ros_pkg.command_line import all_ends_are_interrupts
 from openpose_ros_pkg.errors import OpenposeRosError
 
 PATIENCE = 60.0
 """Time for what takes a few seconds on a machine that is not busy [s]."""
+
+ENDS_WITH_PARENT = ('setpriv', '--pdeathsig', 'TERM', '--')
+"""Before a command: it gets SIGTERM when the thread that starts it has ended, even if that was killed."""
 
 # A child has this long to end after each of these signals [s].
 _STOPPING = ((signal.SIGINT, 20.0), (signal.SIGTERM, 5.0), (signal.SIGKILL, 5.0))
@@ -37,6 +41,7 @@ class SessionError(OpenposeRosError):
 class Session:
     """A ROS master on a free port and child processes that use it; all end on leaving.
 
+    Within it, SIGTERM and SIGHUP are interrupts, as Ctrl-C is; when the program is killed, its children end as well.
     Sets the ROS variables of this process, so that it can take part with `rospy.init_node`.
 
     Args:
@@ -50,31 +55,33 @@ class Session:
 
     def __enter__(self) -> 'Session':
         self._log_folder.mkdir(parents=True, exist_ok=True)
-        self._ros_home = tempfile.mkdtemp(prefix='openpose_ros_')
         with socket.socket() as probe:
             probe.bind(('localhost', 0))
-            port = probe.getsockname()[1]
-        os.environ.update(ROS_MASTER_URI=f'http://localhost:{port}', ROS_HOSTNAME='localhost',
-                          ROS_HOME=self._ros_home, ROS_LOG_DIR=str(Path(self._ros_home) / 'log'))
-        self._port = port
-        try:
+            self._port = probe.getsockname()[1]
+        with ExitStack() as stack:
+            stack.enter_context(all_ends_are_interrupts())
+            ros_home = tempfile.mkdtemp(prefix='openpose_ros_')
+            stack.callback(shutil.rmtree, ros_home, ignore_errors=True)
+            stack.callback(self._stop_all)
+            os.environ.update(ROS_MASTER_URI=f'http://localhost:{self._port}', ROS_HOSTNAME='localhost',
+                              ROS_HOME=ros_home, ROS_LOG_DIR=str(Path(ros_home) / 'log'))
             self.start_master()
-        except SessionError:
-            self.__exit__()
-            raise
+            self._leaving = stack.pop_all()
         return self
 
     def start_master(self) -> subprocess.Popen:
         """Start the master, again where the one before was stopped, and wait for it."""
         master = self.start('roscore', ['roscore', '-p', str(self._port)])
-        wait_for(rosgraph.is_master_online, _MASTER_TIMEOUT, 'ROS master', master)
+        wait_for(_is_master_online, _MASTER_TIMEOUT, 'ROS master', master)
         self.master = master
         return master
 
     def __exit__(self, *_: object) -> None:
+        self._leaving.close()
+
+    def _stop_all(self) -> None:
         for child in reversed(self._children.copy()):
             self.stop(child)
-        shutil.rmtree(self._ros_home, ignore_errors=True)
 
     def start(self, name: str, command: List[str], stdout: Optional[Path] = None) -> subprocess.Popen:
         """Start a command in a process group of its own; its output goes to `stdout` or to its log."""
@@ -82,7 +89,8 @@ class Session:
         with ExitStack() as files:
             log = files.enter_context(path.open('w'))
             out = files.enter_context(stdout.open('w')) if stdout else log
-            child = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=out, stderr=log, start_new_session=True)
+            child = subprocess.Popen([*ENDS_WITH_PARENT, *command], stdin=subprocess.DEVNULL, stdout=out, stderr=log,
+                                     start_new_session=True)
         self._children.append(child)
         self._logs[child.pid] = path
         return child
@@ -103,6 +111,15 @@ class Session:
                 continue
         if child in self._children:
             self._children.remove(child)
+
+
+def _is_master_online() -> bool:
+    """Return whether the master answers, as `rosgraph.is_master_online` does, which takes an interrupt for a no."""
+    try:
+        rosgraph.Master('/session').getPid()
+    except Exception:
+        return False
+    return True
 
 
 def wait_for(condition: Callable[[], bool], timeout: float, what: str, watched: subprocess.Popen) -> None:

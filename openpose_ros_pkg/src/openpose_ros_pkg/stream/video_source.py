@@ -1,6 +1,7 @@
 """Images from a webcam, a video file or a folder, one after the other."""
+import logging
 from pathlib import Path
-from typing import Iterator, Optional
+from typing import Callable, Iterator, Optional
 
 import cv2
 import numpy as np
@@ -8,7 +9,11 @@ import numpy as np
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.stream.image_decoding import MOST_MEGAPIXELS, check_pixels, decode_image, read_file
 
+_log = logging.getLogger(__name__)
+
 IMAGE_SUFFIXES = ('.jpg', '.jpeg', '.png', '.bmp', '.tif', '.tiff', '.webp')
+# Videos that state their number of frames; of others OpenCV only knows an estimate.
+_COUNTED = ('.avi', '.mp4', '.m4v', '.mov')
 
 
 def read_image(path: Path, flags: int = cv2.IMREAD_COLOR, most: float = MOST_MEGAPIXELS) -> np.ndarray:
@@ -57,15 +62,26 @@ class VideoSource:
         self.rate = capture.get(cv2.CAP_PROP_FPS) or None
         self._capture = capture
 
-    def frames(self, loop: bool = False) -> Iterator[np.ndarray]:
+    def frames(self, loop: bool = False, skip: Optional[Callable[[BadInputError], object]] = None
+               ) -> Iterator[np.ndarray]:
         """Yield (H, W, 3) uint8 BGR images; from the beginning again at the end if `loop`.
 
+        Args:
+            skip: is told of each image of a folder that can not be read, and the next one follows; None: it is raised.
+
         Raises:
-            BadInputError: an image of a folder can not be read, or a file has not a single frame.
+            BadInputError: an image can not be read, there is not a single one, or a webcam gives no more.
         """
         while True:
-            yield from self._frames_of_files() if self._files else self._frames_of_capture()
-            if not loop or self.live:
+            count = 0
+            for image in self._frames_of_files(skip) if self._files else self._frames_of_capture():
+                count += 1
+                yield image
+            if self.live:
+                raise BadInputError(f'camera {self._source} gives no more images')
+            if count == 0:
+                raise BadInputError(f'not a single frame came from {self._source}')
+            if not loop:
                 return
             if not self._files:
                 self._capture = self._open()
@@ -80,11 +96,19 @@ class VideoSource:
                      int(capture.get(cv2.CAP_PROP_FRAME_HEIGHT)), self._most)
         return capture
 
-    def _frames_of_files(self) -> Iterator[np.ndarray]:
-        return (read_image(path, most=self._most) for path in self._files)
+    def _frames_of_files(self, skip: Optional[Callable[[BadInputError], object]]) -> Iterator[np.ndarray]:
+        for path in self._files:
+            try:
+                image = read_image(path, most=self._most)
+            except BadInputError as error:
+                if skip is None:
+                    raise
+                skip(error)
+            else:
+                yield image
 
     def _frames_of_capture(self) -> Iterator[np.ndarray]:
-        count = 0
+        count, stated = 0, int(self._capture.get(cv2.CAP_PROP_FRAME_COUNT))
         while True:
             try:
                 there, image = self._capture.read()
@@ -95,5 +119,6 @@ class VideoSource:
             count += 1
             yield image
         self._capture.release()
-        if count == 0:
-            raise BadInputError(f'not a single frame came from {self._source}')
+        if count < stated and Path(self._source).suffix.lower() in _COUNTED:
+            _log.warning('%s ended after %d of %d frames: it is cut off, or parts of it can not be read', self._source,
+                         count, stated)

@@ -1,8 +1,7 @@
 """The RGB-D player node: publishes a sequence folder on the topics of a camera driver, in place of a camera."""
-import threading
 import time
 from pathlib import Path
-from typing import Dict, Tuple
+from typing import Dict, Optional, Set, Tuple
 
 import rospkg
 import rospy
@@ -10,14 +9,17 @@ import tf2_ros
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2
 from std_msgs.msg import Header
 
+from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.ros.convert import bgr_to_image
 from openpose_ros_pkg.ros.node import run_node
+from openpose_ros_pkg.ros.playback import Playback
 from skeleton_extract_3d.node_params import PlayerParams
 from skeleton_extract_3d.points.depth import cloud_from_depth
 from skeleton_extract_3d.points.rgbd_sequence import DEFAULT_FRAME, WORLD_FRAME, RgbdSequence, play_order
 from skeleton_extract_3d.ros import convert
 
 _DEFAULT_RATE = 15.0
+_Messages = Tuple[Image, PointCloud2, Image, CameraInfo]
 
 
 class RgbdPlayer:
@@ -33,9 +35,11 @@ class RgbdPlayer:
         self._points_publisher = rospy.Publisher('points', PointCloud2, queue_size=1)
         self._depth_publisher = rospy.Publisher('image_depth_rect', Image, queue_size=1)
         self._info_publisher = rospy.Publisher('camera_info', CameraInfo, queue_size=1)
-        self._kept: Dict[int, Tuple[Image, PointCloud2, Image, CameraInfo]] = {}
+        self._kept: Dict[int, _Messages] = {}
+        self._unreadable: Set[int] = set()
         self._publish_pose()
-        threading.Thread(target=self._run, name='player', daemon=True).start()
+        self.playback = Playback(folder, self._play)
+        self.playback.start()
 
     def _publish_pose(self) -> None:
         if self._sequence.T_world_camera is not None:
@@ -43,20 +47,20 @@ class RgbdPlayer:
             self._broadcaster.sendTransform(convert.transform_from_matrix(
                 self._sequence.T_world_camera, Header(stamp=rospy.Time.now(), frame_id=WORLD_FRAME), self._frame_id))
 
-    def _run(self) -> None:
+    def _play(self) -> None:
         self._wait_for_subscribers()
         period = 1.0 / (self._params.rate or self._sequence.fps or _DEFAULT_RATE)
         # wall time: a stand-in for hardware does not follow a simulated clock
         next_time = time.monotonic()
         for index in play_order(len(self._sequence), self._params.playback if self._params.loop else 'once'):
-            messages = self._messages(index)
+            messages = self._readable(index)
             time.sleep(max(0.0, next_time - time.monotonic()))
             next_time = max(next_time + period, time.monotonic())
             if rospy.is_shutdown():
                 return
-            self._publish(*messages)
-        rospy.loginfo('end of the sequence')
-        rospy.signal_shutdown('end of the sequence')
+            if messages is not None:
+                self._publish(*messages)
+        time.sleep(max(0.0, next_time - time.monotonic()))  # the last frame is sent before the topics close
 
     def _wait_for_subscribers(self) -> None:
         deadline = time.monotonic() + self._params.wait_for_subscribers
@@ -66,7 +70,24 @@ class RgbdPlayer:
                 return
             time.sleep(0.01)
 
-    def _messages(self, index: int) -> Tuple[Image, PointCloud2, Image, CameraInfo]:
+    def _readable(self, index: int) -> Optional[_Messages]:
+        """Return the messages of a frame; None: its files can not be read.
+
+        Raises:
+            BadInputError: those of no frame can.
+        """
+        try:
+            messages = self._messages(index)
+        except BadInputError as error:
+            self.playback.skip(error)
+            self._unreadable.add(index)
+            if len(self._unreadable) == len(self._sequence):
+                raise BadInputError('no frame of the sequence can be read') from error
+            return None
+        self._unreadable.discard(index)
+        return messages
+
+    def _messages(self, index: int) -> _Messages:
         """Return image, cloud, depth image and camera info of a frame; the first keep_frames frames are made once."""
         if index in self._kept:
             return self._kept[index]
@@ -87,6 +108,6 @@ class RgbdPlayer:
                 publisher.publish(message)
 
 
-def main() -> None:
-    """Run the player node."""
-    run_node('rgbd_player_node', PlayerParams, RgbdPlayer)
+def main() -> int:
+    """Run the player node; return the exit status."""
+    return run_node('rgbd_player_node', PlayerParams, RgbdPlayer)

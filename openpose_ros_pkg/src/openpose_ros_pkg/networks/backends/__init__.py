@@ -78,8 +78,9 @@ class BackendParams(Parameters):
                'by onnxruntime-gpu with TensorRT.', choices=('cpu', 'cuda', 'tensorrt'))
     num_gpu_start: int = parameter(0, 'Number of the GPU; without effect where device is cpu.', minimum=0)
     compiled_cache: str = text_parameter(
-        '', 'Folder in which networks that OpenVINO has compiled are kept, for a faster start; empty: the folder '
-            "compiled beside that of the models in the user's cache; off: nowhere. It holds 1 GB at most.",
+        '', 'Folder in which networks that OpenVINO has compiled are kept, in its subfolder openpose_ros_compiled, for '
+            "a faster start; empty: the folder compiled beside that of the models in the user's cache; off: nowhere. "
+            '1 GB at most; those unused for the longest time are deleted.',
         words=('off',))
 
 

@@ -7,6 +7,8 @@ checksum, and those unused for the longest time go.
 import hashlib
 import logging
 import os
+import re
+import stat
 from pathlib import Path
 from typing import Optional
 
@@ -18,6 +20,8 @@ _log = logging.getLogger(__name__)
 # The default network takes 8 MB for each size of its input, the largest of OpenPose's about 200 MB.
 _MAX_BYTES = 1 << 30
 _DIGEST_BYTES = hashlib.sha256().digest_size
+# Names of its files, and of what a killed process left of one: nothing else is ever deleted.
+_OWN_NAME = re.compile(r'[0-9a-f]{32}\.blob|\.[0-9a-f]{32}\.blob\.[0-9]+\.part')
 
 
 class CompiledCache:
@@ -58,10 +62,11 @@ class CompiledCache:
         return self._folder / f'{hashlib.sha256(key.encode()).hexdigest()[:32]}.blob'
 
     def _prune(self) -> None:
-        files = sorted(((path.stat(), path) for path in self._folder.iterdir() if path.is_file()),
-                       key=lambda item: item[0].st_mtime, reverse=True)
+        own = [(path.lstat(), path) for path in self._folder.iterdir() if _OWN_NAME.fullmatch(path.name)]
         total = 0
-        for status, path in files:
+        for status, path in sorted(own, key=lambda item: item[0].st_mtime, reverse=True):
+            if not stat.S_ISREG(status.st_mode):
+                continue
             total += status.st_size
             if total > _MAX_BYTES:
                 path.unlink()
@@ -73,7 +78,11 @@ class CompiledCache:
 
 
 def open_cache(folder: str) -> Optional[CompiledCache]:
-    """Return the cache that the parameter `compiled_cache` names: '' the default one, 'off' none."""
+    """Return the cache that the parameter `compiled_cache` names: '' the default one, 'off' none.
+
+    It has a folder of its own within the one that the user names, which may hold other files.
+    """
     if folder == 'off':
         return None
-    return CompiledCache(Path(folder).expanduser() if folder else default_model_folder().parent / 'compiled')
+    return CompiledCache(Path(folder).expanduser() / 'openpose_ros_compiled' if folder
+                         else default_model_folder().parent / 'compiled')

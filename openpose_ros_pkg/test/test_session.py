@@ -1,0 +1,63 @@
+"""A benchmark or demo that is ended, whatever ends it, ends the master and the nodes that it started."""
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from development.testing import MARK, end_processes
+from openpose_ros_pkg.ros.session import PATIENCE, await_true
+
+ROOT = Path(__file__).resolve().parents[2]
+BENCHMARK = """
+import sys, time
+from common import run_live
+
+def measure(session, folder):
+    session.start('node', ['sleep', '600'])
+    print('started', flush=True)
+    time.sleep(600)
+
+sys.exit(run_live(measure))
+"""
+# A master that takes connections, and answers nothing.
+SILENT_MASTER = """#!{python}
+import pathlib, socket, sys, time
+with socket.create_server(('localhost', int(sys.argv[2]))) as server:
+    connection = server.accept()
+    pathlib.Path('{folder}/is_asked').touch()
+    time.sleep(600)
+"""
+
+
+@pytest.fixture
+def start(tmp_path):
+    """What starts a program; every process that it leaves is found at the end by a variable."""
+    environment = {**os.environ, MARK: str(tmp_path), 'TMPDIR': str(tmp_path)}
+    environment['PYTHONPATH'] = os.pathsep.join([str(ROOT / 'benchmarks'), environment.get('PYTHONPATH', '')])
+    yield lambda *command, **variables: subprocess.Popen(
+        [sys.executable, *command], env={**environment, **variables}, text=True, stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    assert end_processes(tmp_path, signal.SIGKILL, PATIENCE), 'processes were left running'
+
+
+@pytest.mark.parametrize('number, status', [
+    (signal.SIGINT, 130), (signal.SIGTERM, 130), (signal.SIGHUP, 130), (signal.SIGKILL, -signal.SIGKILL)])
+def test_benchmark_that_is_ended(start, number, status, tmp_path):
+    benchmark = start('-c', BENCHMARK)
+    assert benchmark.stdout.readline() == 'started\n'
+    benchmark.send_signal(number)
+    assert (benchmark.wait(PATIENCE), 'Traceback' in benchmark.stderr.read()) == (status, False)
+    assert number == signal.SIGKILL or list(tmp_path.iterdir()) == []
+
+
+def test_demo_that_is_ended_while_it_waits_for_its_master(start, tmp_path):
+    (tmp_path / 'roscore').write_text(SILENT_MASTER.format(python=sys.executable, folder=tmp_path))
+    (tmp_path / 'roscore').chmod(0o755)
+    demo = start(str(ROOT / 'demo/demo.py'), '--output', str(tmp_path / 'output'),
+                 PATH=f'{tmp_path}{os.pathsep}{os.environ["PATH"]}')
+    await_true((tmp_path / 'is_asked').exists, 'a question to the master')
+    demo.send_signal(signal.SIGTERM)
+    assert demo.wait(PATIENCE) == 130

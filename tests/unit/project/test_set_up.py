@@ -1,0 +1,15 @@
+"""What set-up deletes and leaves alone."""
+import pytest
+
+from development import set_up
+
+
+def test_environment_of_the_user_is_left_alone(tmp_path):
+    environment = tmp_path / '.venv'
+    set_up.check_own(environment)  # there is none
+    environment.mkdir()
+    (environment / 'pyvenv.cfg').touch()
+    with pytest.raises(SystemExit, match=r'\.venv was not made by \./run setup.*move it away'):
+        set_up.check_own(environment)
+    (environment / set_up.MADE_BY_RUN).touch()
+    set_up.check_own(environment)
