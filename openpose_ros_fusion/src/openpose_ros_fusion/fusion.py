@@ -5,7 +5,7 @@ from typing import Dict, Iterator, List, Mapping, NamedTuple, Optional, Sequence
 
 import numpy as np
 
-from openpose_ros_fusion.association import CameraPerson, associate, forget, pair_rays, ray_distances
+from openpose_ros_fusion.association import CameraPerson, associate, pair_rays, ray_distances
 from openpose_ros_fusion.constants import FUSION
 from openpose_ros_fusion.estimate import Measurements, estimate_joints
 from openpose_ros_fusion.innovations import Innovations
@@ -55,6 +55,8 @@ class PeopleFusion:
         self._ids = itertools.count(FIRST_ID) if ids is None else ids
         self._tracks = Tracks.empty(0.0)
         self._known: Dict[CameraPerson, int] = {}
+        # when a camera saw each of them last [s]
+        self._known_at: Dict[CameraPerson, float] = {}
 
     @property
     def known(self) -> Mapping[CameraPerson, int]:
@@ -70,7 +72,7 @@ class PeopleFusion:
             stamp: [s]; a time before the last one begins anew.
         """
         if stamp < self._tracks.stamp or not len(self._tracks):
-            self._tracks, self._known = Tracks.empty(stamp), {}
+            self._tracks, self._known, self._known_at = Tracks.empty(stamp), {}, {}
         tracks = self._tracks.predicted(stamp)
         tracks = tracks.select(stamp - tracks.seen <= FUSION.motion.most_gap)
         tracks, assigned = _merged(*self._assign(tracks, sightings))
@@ -78,18 +80,28 @@ class PeopleFusion:
             for person, row in zip(sighting.ids.tolist(), rows.tolist()):
                 if row >= 0:
                     self._known[sighting.camera, person] = int(tracks.ids[row])
+                    self._known_at[sighting.camera, person] = stamp
         if not all(sighting.has_depth for sighting in sightings):
             tracks = _at_the_distance_of_rays(tracks, assigned)
         self._tracks, seen = _corrected(tracks, assigned)
-        self._known = forget(self._known, tracks.ids)
+        self._forget()
         return _reported(self._tracks, seen)
+
+    def _forget(self) -> None:
+        """Forget the persons of cameras that were not seen for long, or whose fused people are gone."""
+        alive = set(self._tracks.ids.tolist())
+        self._known_at = {person: at for person, at in self._known_at.items() if self._known[person] in alive
+                          and self._tracks.stamp - at <= FUSION.motion.most_gap}
+        self._known = {person: self._known[person] for person in self._known_at}
 
     def _assign(self, tracks: Tracks, sightings: Sequence[Sighting]) -> Tuple[Tracks, List[_Assigned]]:
         """Return the tracks with new ones, and who is who; cameras that measure depth come first."""
         assigned: List[_Assigned] = []
         for sighting in sorted(sightings, key=lambda one: not one.has_depth):
             rows = self._rows(tracks, sighting)
-            new = np.flatnonzero(rows < 0)
+            known = np.isfinite(sighting.positions).all(axis=2).sum(axis=1)
+            # who shows fewer joints would not be recognized, and so be somebody new in each frame
+            new = np.flatnonzero((rows < 0) & (known >= FUSION.association.least_joints))
             if sighting.has_depth and len(new) and not _is_late(sighting, tracks):
                 rows[new] = len(tracks) + np.arange(len(new))
                 tracks = tracks.joined(self._begun(tracks.stamp, sighting.positions[new]))
