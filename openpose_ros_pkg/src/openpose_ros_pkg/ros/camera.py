@@ -1,5 +1,4 @@
 """The camera node: publishes a webcam, a video file or a folder of images as a camera driver would."""
-import threading
 import time
 from pathlib import Path
 from typing import Any, Optional
@@ -13,6 +12,7 @@ from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.params.nodes import CameraParams
 from openpose_ros_pkg.ros.convert import bgr_to_image, calibration_to_message
 from openpose_ros_pkg.ros.node import run_node
+from openpose_ros_pkg.ros.threads import play
 from openpose_ros_pkg.stream.video_source import VideoSource
 
 
@@ -46,7 +46,7 @@ class Camera:
             raise ParameterError(f"parameter 'source' = {self._params.source!r} is not allowed: {error}",
                                  'source') from error
         self._publisher = rospy.Publisher('image_raw', Image, queue_size=1)
-        threading.Thread(target=self._run, name='camera', daemon=True).start()
+        play(self._run, 'camera', f'end of {params.source}')
 
     def _run(self) -> None:
         rate = self._params.rate or (self._source.rate or 10.0)
@@ -54,23 +54,18 @@ class Camera:
         while self._publisher.get_num_connections() == 0 and time.monotonic() < deadline and not rospy.is_shutdown():
             time.sleep(0.01)
         next_time = time.monotonic()
-        try:
-            for bgr in self._source.frames(self._params.loop):
-                if rospy.is_shutdown():
-                    return
-                # wall time: a stand-in for hardware does not follow a simulated clock
-                wait = next_time - time.monotonic()
-                if self._source.live:
-                    if self._params.rate and wait > 0:
-                        continue  # a webcam's frames are read at its rate, or their latency grows in its buffer
-                else:
-                    time.sleep(max(0.0, wait))
-                next_time = max(next_time + 1.0 / rate, time.monotonic())
-                self._publish(bgr)
-        except BadInputError as error:
-            rospy.logerr('%s', error)
-        rospy.loginfo('end of %s', self._params.source)
-        rospy.signal_shutdown('end of the source')
+        for bgr in self._source.frames(self._params.loop):
+            if rospy.is_shutdown():
+                return
+            # wall time: a stand-in for hardware does not follow a simulated clock
+            wait = next_time - time.monotonic()
+            if self._source.live:
+                if self._params.rate and wait > 0:
+                    continue  # a webcam's frames are read at its rate, or their latency grows in its buffer
+            else:
+                time.sleep(max(0.0, wait))
+            next_time = max(next_time + 1.0 / rate, time.monotonic())
+            self._publish(bgr)
 
     def _publish(self, bgr: Any) -> None:
         message = bgr_to_image(bgr, Header(stamp=rospy.Time.now(), frame_id=self._params.frame_id))

@@ -1,5 +1,4 @@
 """The extractor node: pairs images and points, has people found in the images, and tracks them in 3D."""
-import threading
 import time
 from typing import Any, Dict, NamedTuple, Optional, Tuple
 
@@ -33,6 +32,7 @@ from openpose_ros_pkg.ros.people_publisher import (
     LandmarkPublisher,
     PeoplePublisher,
 )
+from openpose_ros_pkg.ros.threads import repeat
 from openpose_ros_pkg.ros.timing_report import TimingReport
 from openpose_ros_pkg.stream.pairing import PairingParams
 from openpose_ros_pkg.stream.pipeline import Pipeline
@@ -147,7 +147,7 @@ class Extractor:
         self._health.show(self._values_of_points)
         self._health.show(lambda: {'frames skipped': str(self._pipeline.replaced)})
         self._subscribe(settings.pairing, settings.transport)
-        threading.Thread(target=self._watch_inputs, name='input watch', daemon=True).start()
+        repeat(self._watch_inputs, 'input watch')
 
     def stop(self) -> None:
         """Let what is computed end, and begin nothing any more."""

@@ -1,5 +1,4 @@
 """The RGB-D player node: publishes a sequence folder on the topics of a camera driver, in place of a camera."""
-import threading
 import time
 from pathlib import Path
 from typing import Dict, Tuple
@@ -12,6 +11,7 @@ from std_msgs.msg import Header
 
 from openpose_ros_pkg.ros.convert import bgr_to_image
 from openpose_ros_pkg.ros.node import run_node
+from openpose_ros_pkg.ros.threads import play
 from skeleton_extract_3d.node_params import PlayerParams
 from skeleton_extract_3d.points.depth import cloud_from_depth
 from skeleton_extract_3d.points.rgbd_sequence import DEFAULT_FRAME, WORLD_FRAME, RgbdSequence, play_order
@@ -35,7 +35,7 @@ class RgbdPlayer:
         self._info_publisher = rospy.Publisher('camera_info', CameraInfo, queue_size=1)
         self._kept: Dict[int, Tuple[Image, PointCloud2, Image, CameraInfo]] = {}
         self._publish_pose()
-        threading.Thread(target=self._run, name='player', daemon=True).start()
+        play(self._run, 'player', 'end of the sequence')
 
     def _publish_pose(self) -> None:
         if self._sequence.T_world_camera is not None:
@@ -55,8 +55,6 @@ class RgbdPlayer:
             if rospy.is_shutdown():
                 return
             self._publish(*messages)
-        rospy.loginfo('end of the sequence')
-        rospy.signal_shutdown('end of the sequence')
 
     def _wait_for_subscribers(self) -> None:
         deadline = time.monotonic() + self._params.wait_for_subscribers
