@@ -279,8 +279,8 @@ def _corrected(tracks: Tracks, assigned: Sequence[_Assigned]) -> Tuple[Tracks, _
     shares = innovations.averaged(tracks.innovations, tracks.stamp - tracks.seen)
     filtered = np.where(known, np.trace(joints.covariance, axis1=2, axis2=3) / 3, place)
     variance = innovations.variances(shares, 1 - joints.leverage[:number], place, filtered)
-    # The filter never gets surer than with independent errors. Along the rays of two cameras a position is worse than on
-    # the mean, and one of them may be alone in the next frame.
+    # The filter never gets surer than with independent errors. Along the rays of two cameras a position is worse than
+    # on the mean, and one of them may be alone in the next frame.
     worst = np.linalg.eigvalsh(np.where(known[..., np.newaxis, np.newaxis], joints.covariance, 0.0))[..., -1]
     worst = np.where(known, worst, place)
     independent = np.where(with_depth, 1 / (1 / place + 1 / innovations.measured), worst)

@@ -48,7 +48,8 @@ def innovations(apart, variance=0.01, noise=0.01, people=800):
     found = Innovations(people, measured, np.ones(shape), np.zeros((*shape, 3)), np.full(shape, variance),
                         np.ones(shape, bool))
     shares = found.averaged(np.ones(people), np.full(people, 1e9))
-    return shares.mean(), found.variances(np.full(people, shares.mean()), np.full(shape, 0.5), np.full(shape, 0.5), np.zeros(shape)).mean()
+    halves = np.full(shape, 0.5)
+    return shares.mean(), found.variances(np.full(people, shares.mean()), halves, halves, np.zeros(shape)).mean()
 
 
 @pytest.mark.parametrize('apart, share, variance', [

@@ -112,7 +112,7 @@ class Health:
     def _report(self, status: diagnostic_updater.DiagnosticStatusWrapper) -> diagnostic_updater.DiagnosticStatusWrapper:
         rest = self._ask(self._why_resting, '')
         lasting_faults = [(self._ask(fault, ''), level) for fault, level in self._lasting_faults]
-        shown = [self._ask(values, {}) for values in self._values]
+        shown: List[Dict[str, str]] = [self._ask(values, {}) for values in self._values]
         now = time.monotonic()
         with self._lock:
             counts = dict(self._counts)
