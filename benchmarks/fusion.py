@@ -11,8 +11,12 @@ folder and writes its figures as JSON (recall, precision, errors of joints by th
 Coverage is the share of visible joints whose error is within 1 and 2 sigma; an error in space within 1 sigma, the root
 mean square, is had by 0.61 of the joints of a normal distribution, within 2 by 0.993.
 
+Sigma (--sigma): the same shares for simulated people who walk, seen by 1 to 3 cameras of 5 to 60 Hz whose errors are as
+large as they say: independent from frame to frame, or fading within --correlation seconds (1 / e).
+
     benchmarks/fusion.py
     benchmarks/fusion.py --cameras 4 --people 2
+    benchmarks/fusion.py --sigma
     benchmarks/fusion.py --stage STAGE --evaluate evaluate_world.py
 """
 import itertools
@@ -35,6 +39,8 @@ from openpose_ros_fusion.sightings import Sighting, from_image, from_space
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
+from simulated_errors import cameras as erring_cameras
+from simulated_errors import fusion_shares, striding
 from simulated_rig import around, walking
 from skeleton_extract_3d.chain import PeopleChain
 from skeleton_extract_3d.people import People3D
@@ -45,6 +51,8 @@ from skeleton_extract_3d.points.transform import Transform
 SAME_PERSON = 0.6
 # Rate of the simulated cameras [Hz], updates that are timed, and those before them that are not.
 RATE, UPDATES, WARM_UP = 30.0, 300, 30
+# Rates of the cameras whose sigma is checked [Hz], for how long [s], and the error of their joints per axis [m].
+RATES, SECONDS, NOISE = (5.0, 10.0, 15.0, 30.0, 60.0), 6.0, 0.06
 
 Fused = List[Tuple[float, People3D]]
 
@@ -180,6 +188,17 @@ def accuracy(stage: Path, recorded: Sequence[Recorded], script: Path, chosen: st
     return markdown(rows)
 
 
+def sigma(correlation: float) -> str:
+    """Return the table of the shares of joints within 1 and 2 sigma, by cameras and rate."""
+    rows: List[Sequence[object]] = [('cameras', 'errors last', *(f'{rate:g} Hz' for rate in RATES))]
+    room = striding(SECONDS + 1, 5)
+    for count, lasting in itertools.product((1, 2, 3), (0.0, correlation)):
+        shares = [fusion_shares(room, erring_cameras(count, NOISE, lasting), rate, SECONDS) for rate in RATES]
+        rows.append((count, f'{lasting:g} s' if lasting else 'a frame',
+                     *(f'{found.within_1:.2f}, {found.within_2:.2f}' for found in shares)))
+    return markdown(rows)
+
+
 def speed(cameras: int, people: int) -> str:
     """Return what an update takes, as text."""
     rig = around(cameras)
@@ -203,11 +222,16 @@ def main() -> None:
     parser.add_argument('--people', type=int, default=5, help='number of simulated people (default: 5)')
     parser.add_argument('--stage', type=Path, help='folder with the sequences of cameras and gt_world.json')
     parser.add_argument('--evaluate', type=Path, help='script that scores a CSV file against the folder')
+    parser.add_argument('--sigma', action='store_true', help='check sigma on simulated people, at all rates')
+    parser.add_argument('--correlation', type=float, default=0.5, help='time in which errors fade [s] (default: 0.5)')
     parser.add_argument('--case', default='', help='only the cases whose title contains this')
     arguments = parser.parse_args()
     if arguments.stage and not arguments.evaluate:
         parser.error('--stage needs --evaluate')
     with errors_end_the_program():
+        if arguments.sigma:
+            sys.stdout.write(sigma(arguments.correlation))
+            return
         sys.stdout.write(speed(arguments.cameras, arguments.people))
         if arguments.stage:
             sys.stdout.write(accuracy(arguments.stage, record(arguments.stage), arguments.evaluate, arguments.case))

@@ -1,5 +1,5 @@
 """Which person of a camera is which fused person."""
-from typing import Dict, Mapping, Tuple
+from typing import Mapping, Tuple
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
@@ -29,10 +29,10 @@ def associate(sighting: Sighting, joints: np.ndarray, ids: np.ndarray, gates: np
     rows = np.full(len(sighting), -1)
     if not len(sighting) or not len(joints):
         return rows
-    distances = median_distances(sighting, joints, constants.least_joints)
-    cost = distances.copy()
-    for person, number in enumerate(sighting.ids.tolist()):
-        cost[person, ids == known.get((sighting.camera, number))] *= constants.known_share
+    was = ids == np.array([known.get((sighting.camera, number), -1) for number in sighting.ids.tolist()])[:, np.newaxis]
+    # of who was known before, any joint tells
+    distances = median_distances(sighting, joints, constants.least_joints, np.where(was, 1, constants.least_joints))
+    cost = np.where(was, constants.known_share, 1.0) * distances
     cost[distances > gates] = _FAR
     for person, row in zip(*linear_sum_assignment(cost)):
         if cost[person, row] < _FAR:
@@ -40,10 +40,14 @@ def associate(sighting: Sighting, joints: np.ndarray, ids: np.ndarray, gates: np
     return rows
 
 
-def median_distances(sighting: Sighting, joints: np.ndarray, least: int) -> np.ndarray:
+def median_distances(sighting: Sighting, joints: np.ndarray, least: int, common: np.ndarray) -> np.ndarray:
     """Return the median distance of people, or of their rays, from fused ones, (P, F) [m]; far where they share little.
 
     Measured joints count, or all, where fewer than `least` were measured.
+
+    Args:
+        joints: (F, 18, 3) [m].
+        common: (P, F) joints that two must share.
     """
     distances = sighting.distances(joints)
     found = np.isfinite(distances)
@@ -53,7 +57,7 @@ def median_distances(sighting: Sighting, joints: np.ndarray, least: int) -> np.n
     ordered = np.sort(np.where(use, distances, _FAR), axis=2)
     people, fused = np.ogrid[:len(sighting), :len(joints)]
     medians = (ordered[people, fused, np.maximum(count - 1, 0) // 2] + ordered[people, fused, count // 2]) / 2
-    return np.where(count >= least, medians, _FAR)
+    return np.where(count >= common, medians, _FAR)
 
 
 def pair_rays(first: Sighting, second: Sighting, constants: AssociationConstants = FUSION.association
@@ -99,9 +103,3 @@ def ray_gaps(origin: np.ndarray, rays: np.ndarray, other: np.ndarray, others: np
         depth_other = (cosine * along - along_other) / scale
         gap = np.linalg.norm(depth[..., np.newaxis] * rays - base - depth_other[..., np.newaxis] * others, axis=-1)
         return np.where(scale > 1e-4, gap, np.nan), (depth > 0) & (depth_other > 0)
-
-
-def forget(known: Dict[CameraPerson, int], ids: np.ndarray) -> Dict[CameraPerson, int]:
-    """Return the associations with those fused people who still exist."""
-    alive = set(ids.tolist())
-    return {person: number for person, number in known.items() if number in alive}

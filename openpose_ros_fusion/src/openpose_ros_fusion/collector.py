@@ -180,15 +180,21 @@ class Collector:
         return camera.stamp + camera.period <= self._newest + self._near
 
     def _flush(self, now: float) -> Update:
-        """Return the update of what waits; those whose stamps are beside those of most are left out."""
+        """Return the update of what waits; those whose stamps are beside those of most are left out.
+
+        What came too late for the update before joins this one where it is near, but does not tell its stamp.
+        """
         waiting = sorted((camera for camera in self._cameras.values() if camera.pending is not None),
                          key=lambda camera: camera.stamp)
-        middle = waiting[(len(waiting) - 1) // 2].stamp
+        new = [camera for camera in waiting if camera.stamp > self._last]
+        middle = new[(len(new) - 1) // 2].stamp
         sightings = [camera.pending for camera in waiting
                      if camera.pending is not None and abs(camera.stamp - middle) <= self._constants.reset]
         for camera in waiting:
-            camera.is_out_of_time = camera.pending not in sightings
+            left_out = camera.pending not in sightings
+            camera.is_out_of_time = left_out and camera in new
             camera.out_of_time += camera.is_out_of_time
+            camera.dropped += left_out and camera not in new
             camera.pending = None
         self._last = max(sighting.stamp for sighting in sightings)
         if self._begun is not None:

@@ -3,6 +3,9 @@
 A measurement i has a point p_i and an information matrix L_i (inverse covariance), which for a ray is 0 along it. The
 joint is where sum_i w_i (x - p_i)' L_i (x - p_i) is least, with weights w_i = 1 / (1 + d_i^2 / c^2) of its distance
 d_i = ((x - p_i)' L_i (x - p_i))^0.5 (Cauchy), found by reweighting.
+
+(sum_i w_i L_i)^-1 is greater than its covariance, as d_i^2 is 3 on the mean where errors are as they are said to be.
+Weights for that are v_i = min((u^2 + c^2) / (d_i^2 + c^2), 1), which are 1 up to a usual distance u, and fall like w_i.
 """
 from typing import NamedTuple, Tuple
 
@@ -36,13 +39,17 @@ class Joints(NamedTuple):
 
     Attributes:
         positions: (F, K, 3) [m]; NaN where nothing tells them.
-        covariance: (F, K, 3, 3) [m^2].
-        weights: (M, K) of the measurements [0..1].
+        covariance: (F, K, 3, 3) of weighted least squares [m^2]; too great where all measurements agree.
+        weights: (M, K) of the measurements, w_i [0..1].
+        trust: (M, K) the same without the usual errors, v_i [0..1].
+        leverage: (M, K) by how much a position moves with a measurement, mean over the axes [0..1].
     """
 
     positions: np.ndarray
     covariance: np.ndarray
     weights: np.ndarray
+    trust: np.ndarray
+    leverage: np.ndarray
 
 
 def estimate_joints(people: int, measured: Measurements, constants: EstimateConstants) -> Joints:
@@ -63,11 +70,20 @@ def estimate_joints(people: int, measured: Measurements, constants: EstimateCons
         inverse = inverse / np.where(known, determinant, 1.0)
         positions = _times(inverse, of_person @ (weights * right))
         offsets = positions[:, owner] - points
-        weights = 1.0 / (1.0 + np.einsum('imk,ijmk,jmk->mk', offsets, information, offsets)
-                         / constants.outlier ** 2)
+        used, squares = weights, np.einsum('imk,ijmk,jmk->mk', offsets, information, offsets)
+        weights = 1.0 / (1.0 + squares / constants.outlier ** 2)
+    leverage = used * np.einsum('ijmk,ijmk->mk', inverse[:, :, owner], information) / 3
+    trust = np.minimum((constants.usual ** 2 + constants.outlier ** 2) * weights / constants.outlier ** 2, 1.0)
     covariance = np.moveaxis(inverse, (0, 1), (2, 3))
     return Joints(np.where(known[..., np.newaxis], np.moveaxis(positions, 0, 2), np.nan),
-                  np.where(known[..., np.newaxis, np.newaxis], covariance, np.nan), weights)
+                  np.where(known[..., np.newaxis, np.newaxis], covariance, np.nan), weights, trust, leverage)
+
+
+def mean_variances(information: np.ndarray) -> np.ndarray:
+    """Return the mean variances over the axes (...) [m^2] of information matrices (..., 3, 3); inf: not of all axes."""
+    _, determinant, minors = _adjugate(np.moveaxis(information, (-2, -1), (0, 1)))
+    known = determinant > _LEAST_INFORMATION * minors
+    return np.where(known, minors / np.where(known, 3 * determinant, 1.0), np.inf)
 
 
 def _times(matrices: np.ndarray, vectors: np.ndarray) -> np.ndarray:

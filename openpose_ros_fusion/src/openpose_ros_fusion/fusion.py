@@ -5,9 +5,10 @@ from typing import Dict, Iterator, List, Mapping, NamedTuple, Optional, Sequence
 
 import numpy as np
 
-from openpose_ros_fusion.association import CameraPerson, associate, forget, pair_rays, ray_distances
+from openpose_ros_fusion.association import CameraPerson, associate, pair_rays, ray_distances
 from openpose_ros_fusion.constants import FUSION
 from openpose_ros_fusion.estimate import Measurements, estimate_joints
+from openpose_ros_fusion.innovations import Innovations
 from openpose_ros_fusion.shape import depth_offsets, keypoint_offsets, with_bones, with_size
 from openpose_ros_fusion.sightings import Sighting, is_inferred
 from openpose_ros_fusion.tracks import Tracks
@@ -54,6 +55,8 @@ class PeopleFusion:
         self._ids = itertools.count(FIRST_ID) if ids is None else ids
         self._tracks = Tracks.empty(0.0)
         self._known: Dict[CameraPerson, int] = {}
+        # when a camera saw each of them last [s]
+        self._known_at: Dict[CameraPerson, float] = {}
 
     @property
     def known(self) -> Mapping[CameraPerson, int]:
@@ -69,7 +72,7 @@ class PeopleFusion:
             stamp: [s]; a time before the last one begins anew.
         """
         if stamp < self._tracks.stamp or not len(self._tracks):
-            self._tracks, self._known = Tracks.empty(stamp), {}
+            self._tracks, self._known, self._known_at = Tracks.empty(stamp), {}, {}
         tracks = self._tracks.predicted(stamp)
         tracks = tracks.select(stamp - tracks.seen <= FUSION.motion.most_gap)
         tracks, assigned = _merged(*self._assign(tracks, sightings))
@@ -77,18 +80,28 @@ class PeopleFusion:
             for person, row in zip(sighting.ids.tolist(), rows.tolist()):
                 if row >= 0:
                     self._known[sighting.camera, person] = int(tracks.ids[row])
+                    self._known_at[sighting.camera, person] = stamp
         if not all(sighting.has_depth for sighting in sightings):
             tracks = _at_the_distance_of_rays(tracks, assigned)
         self._tracks, seen = _corrected(tracks, assigned)
-        self._known = forget(self._known, tracks.ids)
+        self._forget()
         return _reported(self._tracks, seen)
+
+    def _forget(self) -> None:
+        """Forget the persons of cameras that were not seen for long, or whose fused people are gone."""
+        alive = set(self._tracks.ids.tolist())
+        self._known_at = {person: at for person, at in self._known_at.items() if self._known[person] in alive
+                          and self._tracks.stamp - at <= FUSION.motion.most_gap}
+        self._known = {person: self._known[person] for person in self._known_at}
 
     def _assign(self, tracks: Tracks, sightings: Sequence[Sighting]) -> Tuple[Tracks, List[_Assigned]]:
         """Return the tracks with new ones, and who is who; cameras that measure depth come first."""
         assigned: List[_Assigned] = []
         for sighting in sorted(sightings, key=lambda one: not one.has_depth):
             rows = self._rows(tracks, sighting)
-            new = np.flatnonzero(rows < 0)
+            known = np.isfinite(sighting.positions).all(axis=2).sum(axis=1)
+            # who shows fewer joints would not be recognized, and so be somebody new in each frame
+            new = np.flatnonzero((rows < 0) & (known >= FUSION.association.least_joints))
             if sighting.has_depth and len(new) and not _is_late(sighting, tracks):
                 rows[new] = len(tracks) + np.arange(len(new))
                 tracks = tracks.joined(self._begun(tracks.stamp, sighting.positions[new]))
@@ -239,23 +252,52 @@ def _at_the_distance_of_rays(tracks: Tracks, assigned: Sequence[_Assigned]) -> T
 def _corrected(tracks: Tracks, assigned: Sequence[_Assigned]) -> Tuple[Tracks, _Seen]:
     """Return the tracks with what cameras saw, and what that says of their joints."""
     number = len(tracks)
-    status = np.full((number, _JOINTS), MISSING, np.uint8)
-    confidence = np.zeros((number, _JOINTS))
-    prior = tracks.assumed_positions
-    variance = tracks.covariance[..., 0]
-    beside = keypoint_offsets(tracks.positions)
-    owners = [np.arange(number)]
-    points = [prior]
-    old = (tracks.born < tracks.stamp)[:, np.newaxis] & np.isfinite(tracks.positions).all(axis=2)
-    information = [np.where(old, 1 / variance, 0.0)[..., np.newaxis, np.newaxis] * np.eye(3)]
-    cameras = np.zeros(number, np.int64)
+    confidence, cameras = np.zeros((number, _JOINTS)), np.zeros(number, np.int64)
     measured_by = np.zeros((number, _JOINTS), np.int64)
+    with_depth = np.zeros((number, _JOINTS), bool)
     for sighting, rows in assigned:
         people = np.flatnonzero(rows >= 0)
         owner = rows[people]
         seen = sighting.status[people] == MEASURED
         np.add.at(measured_by, owner, seen * (2 if sighting.has_depth else 1))
         np.add.at(cameras, owner, 1)
+        with_depth[owner] |= sighting.has_depth & (sighting.status[people] != MISSING)
+        np.fmax.at(confidence, owner, sighting.confidence[people])
+    measured = _measurements(tracks, assigned, measured_by)
+    old = (tracks.born < tracks.stamp)[:, np.newaxis] & np.isfinite(tracks.positions).all(axis=2)
+    place = tracks.covariance[..., 0]
+    expected = Measurements(np.arange(number), tracks.assumed_positions,
+                            np.where(old, 1 / place, 0.0)[..., np.newaxis, np.newaxis] * np.eye(3))
+    joints = estimate_joints(number, Measurements(*map(np.concatenate, zip(expected, measured))), FUSION.estimate)
+    sizes, positions = with_bones(tracks.sizes, joints.positions, joints.covariance, measured_by >= 2, confidence)
+    # bones would be bent along the rays of a camera that is alone and measures no depth
+    alone = _seen_by(number, assigned)[:-1] == 1
+    positions[alone] = joints.positions[alone]
+    known = np.isfinite(positions).all(axis=2)
+    status = np.where(known, np.where(measured_by >= 2, MEASURED, INFERRED), MISSING).astype(np.uint8)
+    innovations = Innovations(number, measured, joints.trust[number:], expected.points, tracks.variance, old)
+    shares = innovations.averaged(tracks.innovations, tracks.stamp - tracks.seen)
+    filtered = np.where(known, np.trace(joints.covariance, axis1=2, axis2=3) / 3, place)
+    variance = innovations.variances(shares, 1 - joints.leverage[:number], place, filtered)
+    # The filter never gets surer than with independent errors. Along the rays of two cameras a position is worse than
+    # on the mean, and one of them may be alone in the next frame.
+    worst = np.linalg.eigvalsh(np.where(known[..., np.newaxis, np.newaxis], joints.covariance, 0.0))[..., -1]
+    worst = np.where(known, worst, place)
+    independent = np.where(with_depth, 1 / (1 / place + 1 / innovations.measured), worst)
+    after = tracks.corrected(positions, np.where(with_depth, np.maximum(variance, independent), worst), independent)
+    after = replace(after, sizes=sizes, variance=variance, innovations=shares,
+                    seen=np.where(cameras > 0, tracks.stamp, after.seen), cameras=np.maximum(after.cameras, cameras))
+    return after, _Seen(status, confidence, variance)
+
+
+def _measurements(tracks: Tracks, assigned: Sequence[_Assigned], measured_by: np.ndarray) -> Measurements:
+    """Return what cameras measured of the joints of tracks, moved to their stamp.
+
+    Args:
+        measured_by: (F, 18), how often each joint was measured, and not inferred.
+    """
+    beside, assumed = keypoint_offsets(tracks.positions), tracks.assumed_positions
+    owners, points, information = ([np.zeros((0, *shape))] for shape in ((), (_JOINTS, 3), (_JOINTS, 3, 3)))
     for sighting, rows in assigned:
         people = np.flatnonzero(rows >= 0)
         owner = rows[people]
@@ -267,24 +309,8 @@ def _corrected(tracks: Tracks, assigned: Sequence[_Assigned]) -> Tuple[Tracks, _
         points.append(sighting.points(people) + moved - beside[owner])
         if sighting.has_depth:
             points[-1] -= depth_offsets(sighting.directions[people])
-        information.append(factor[..., np.newaxis, np.newaxis] * sighting.information(prior[owner], people, between))
-        np.fmax.at(confidence, owner, sighting.confidence[people])
-    joints = estimate_joints(number, Measurements(np.concatenate(owners), np.concatenate(points),
-                                                  np.concatenate(information)), FUSION.estimate)
-    sizes, positions = with_bones(tracks.sizes, joints.positions, joints.covariance, measured_by >= 2, confidence)
-    # bones would be bent along the rays of a camera that is alone and measures no depth
-    alone = _seen_by(number, assigned)[:-1] == 1
-    positions[alone] = joints.positions[alone]
-    known = np.isfinite(positions).all(axis=2)
-    status[known] = INFERRED
-    status[known & (measured_by >= 2)] = MEASURED
-    spread = np.full(known.shape, np.nan)
-    spread[known] = np.linalg.eigvalsh(joints.covariance[known])[:, -1]
-    after = tracks.corrected(positions, np.where(known, spread, variance))
-    seen_now = cameras > 0
-    return replace(after, sizes=sizes, seen=np.where(seen_now, tracks.stamp, after.seen),
-                   cameras=np.maximum(after.cameras, cameras)), _Seen(
-                       status, confidence, np.where(known, np.trace(joints.covariance, axis1=2, axis2=3) / 3, variance))
+        information.append(factor[..., np.newaxis, np.newaxis] * sighting.information(assumed[owner], people, between))
+    return Measurements(np.concatenate(owners).astype(np.int64), np.concatenate(points), np.concatenate(information))
 
 
 def _reported(tracks: Tracks, seen: _Seen) -> People3D:

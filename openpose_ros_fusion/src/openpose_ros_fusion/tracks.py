@@ -16,7 +16,7 @@ _JOINTS = len(COCO_18.joints)
 class Tracks:
     """F fused people at one time.
 
-    The covariance of a joint is the same along all axes.
+    The covariance of a joint is the same along all axes: where rays alone tell it, that of the worst one.
 
     Attributes:
         stamp: [s].
@@ -26,6 +26,8 @@ class Tracks:
         velocities: (F, 18, 3) [m/s].
         covariance: (F, 18, 3): variance of the position [m^2], covariance of position and velocity [m^2/s], variance
             of the velocity [m^2/s^2], of an axis.
+        variance: (F, 18) of the position when it was corrected last, mean over the axes [m^2].
+        innovations: (F,) mean square, as a share of what independent errors make, see `Innovations`.
         born, seen: (F,) stamps at which each was seen first and last [s].
         cameras: (F,) int, greatest number of cameras that saw each at a time.
     """
@@ -36,6 +38,8 @@ class Tracks:
     positions: np.ndarray
     velocities: np.ndarray
     covariance: np.ndarray
+    variance: np.ndarray
+    innovations: np.ndarray
     born: np.ndarray
     seen: np.ndarray
     cameras: np.ndarray
@@ -54,7 +58,8 @@ class Tracks:
         unknown[..., 0] = 1.0
         times = np.full(number, stamp)
         return cls(stamp, Sizes.assumed(np.full(number, BODY.adult_stature)), ids, positions,
-                   np.zeros((number, _JOINTS, 3)), unknown, times, times, np.zeros(number, np.int64))
+                   np.zeros((number, _JOINTS, 3)), unknown, np.ones((number, _JOINTS)), np.zeros(number), times,
+                   times, np.zeros(number, np.int64))
 
     def __len__(self) -> int:
         return len(self.ids)
@@ -88,7 +93,8 @@ class Tracks:
 
     @property
     def _arrays(self) -> Tuple[np.ndarray, ...]:
-        return (self.ids, self.positions, self.velocities, self.covariance, self.born, self.seen, self.cameras)
+        return (self.ids, self.positions, self.velocities, self.covariance, self.variance, self.innovations,
+                self.born, self.seen, self.cameras)
 
     @property
     def assumed_positions(self) -> np.ndarray:
@@ -131,12 +137,13 @@ class Tracks:
         return replace(self, stamp=self.stamp + step, positions=self.positions + self.moves(step),
                        velocities=velocities, covariance=covariance)
 
-    def corrected(self, positions: np.ndarray, variance: np.ndarray) -> 'Tracks':
+    def corrected(self, positions: np.ndarray, variance: np.ndarray, independent: np.ndarray) -> 'Tracks':
         """Return the people after a frame.
 
         Args:
             positions: (F, 18, 3) [m], estimates that the prediction is a part of; NaN where there are none.
             variance: (F, 18) [m^2], their variance per axis.
+            independent: (F, 18) [m^2], the same if errors of frames were independent.
         """
         place, mixed, speed = np.moveaxis(self.covariance, 2, 0)
         known = np.isfinite(self.positions).all(axis=2)
@@ -145,7 +152,7 @@ class Tracks:
         gain = mixed / np.maximum(place, 1e-12)
         moved = np.where(both, positions - self.positions, 0.0)
         velocities = self.velocities + gain[..., np.newaxis] * moved
-        rest = variance / np.maximum(place, 1e-12)
+        rest = independent / np.maximum(place, 1e-12)
         after = np.stack([variance, mixed * rest, speed - gain * mixed * (1 - rest)], axis=2)
         first = np.stack([variance, np.zeros_like(variance),
                           np.full_like(variance, FUSION.motion.first_speed ** 2)], axis=2)

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <exception>
 #include <utility>
 
 namespace openpose_ros_nodelets
@@ -33,7 +34,24 @@ Health::Health(const ros::NodeHandle& handle, const ros::NodeHandle& private_han
   updater_.add(name.substr(name.find_first_not_of('/')), this, &Health::report);
   // wall time, so that diagnostics do not stop with the simulated clock
   timer_ = ros::NodeHandle(handle).createWallTimer(ros::WallDuration(REPORT_PERIOD),
-                                                   [this](const ros::WallTimerEvent&) { updater_.force_update(); });
+                                                   [this](const ros::WallTimerEvent&) { update(); });
+}
+
+void Health::update()
+{
+  // what left this function would end the nodelet manager with all its nodelets
+  try
+  {
+    updater_.force_update();
+  }
+  catch (const std::exception& error)
+  {
+    warn("report failed", error.what());
+  }
+  catch (...)
+  {
+    warn("report failed", "an exception of an unknown type");
+  }
 }
 
 void Health::count(const std::string& event, std::size_t number)

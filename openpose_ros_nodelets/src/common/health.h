@@ -40,6 +40,7 @@ public:
   void show(const std::string& key, std::function<std::string()> value);
 
 private:
+  void update();
   void report(diagnostic_updater::DiagnosticStatusWrapper& status);
 
   std::mutex mutex_;

@@ -1,6 +1,7 @@
 #include "common/registration_watch.h"
 
 #include <chrono>
+#include <exception>
 
 #include <ros/connection_manager.h>
 #include <ros/master.h>
@@ -12,6 +13,7 @@
 #include <ros/topic_manager.h>
 #include <ros/xmlrpc_manager.h>
 #include <xmlrpcpp/XmlRpcClient.h>
+#include <xmlrpcpp/XmlRpcException.h>
 
 namespace openpose_ros_nodelets
 {
@@ -99,7 +101,24 @@ void RegistrationWatch::keepLooking()
   std::unique_lock<std::mutex> lock(mutex_);
   while (!ended_.wait_for(lock, PERIOD, [this] { return ends_; }))
     if (ros::ok())
-      look();
+      lookSafely();
+}
+
+void RegistrationWatch::lookSafely()
+{
+  // what left a thread would end the nodelet manager with all its nodelets
+  try
+  {
+    look();
+  }
+  catch (const XmlRpc::XmlRpcException& error)
+  {
+    ROS_WARN_THROTTLE(5.0, "the ROS master answered with nonsense: %s", error.getMessage().c_str());
+  }
+  catch (const std::exception& error)
+  {
+    ROS_WARN_THROTTLE(5.0, "looking whether this node is registered failed: %s", error.what());
+  }
 }
 
 void RegistrationWatch::look()

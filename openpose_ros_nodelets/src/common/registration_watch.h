@@ -29,6 +29,7 @@ public:
 
 private:
   void keepLooking();
+  void lookSafely();
   void look();
   /// Note what is registered.
   void remember();

@@ -1,9 +1,11 @@
 #include "inputs/input_watch.h"
 
 #include <chrono>
+#include <exception>
 #include <map>
 
 #include <ros/master.h>
+#include <xmlrpcpp/XmlRpcException.h>
 #include <xmlrpcpp/XmlRpcValue.h>
 
 #include "inputs/silent_topic.h"
@@ -84,8 +86,20 @@ void InputWatch::keepLooking()
   while (!ended_.wait_for(lock, PERIOD, [this] { return ends_; }))
   {
     lock.unlock();  // the master may not answer
-    if (ros::ok())
-      look();
+    try
+    {
+      if (ros::ok())
+        look();
+    }
+    catch (const std::exception& error)  // what left a thread would end the nodelet manager
+    {
+      ROS_WARN_THROTTLE_NAMED(LOG_PERIOD, name_, "%s: inputs are not watched: %s", name_.c_str(), error.what());
+    }
+    catch (const XmlRpc::XmlRpcException& error)
+    {
+      ROS_WARN_THROTTLE_NAMED(LOG_PERIOD, name_, "%s: the ROS master answered with nonsense: %s", name_.c_str(),
+                              error.getMessage().c_str());
+    }
     lock.lock();
   }
 }

@@ -130,3 +130,14 @@ def test_a_pause_of_all_cameras_is_no_jump():
     later = [(time + 8.0, camera, stamp) for camera in 'ab' for time, _, stamp in stream(camera, 30.0, phase=2.0)]
     _, collector = play([*stream('a', 30.0), *stream('b', 30.0), *later], 'ab')
     assert collector.out_of_time == {'a': 0, 'b': 0}
+
+
+def test_a_late_message_that_waits_through_a_pause_neither_sets_back_the_stamps_nor_puts_others_out_of_time():
+    """b is late by half a second when all pause for more than the time to begin anew; then all go on."""
+    late = (1.05, 'b', 0.5)
+    before = [(time, camera, stamp) for camera in 'ac' for time, _, stamp in stream(camera, 30.0, 1.0)]
+    after = [(time, camera, stamp) for camera in 'abc' for time, _, stamp in stream(camera, 30.0, phase=2.0)]
+    updates, collector = play([*before, late, *after])
+    assert np.all(np.diff([update.stamp for _, update in updates]) > 0)
+    assert collector.out_of_time == {'a': 0, 'b': 0, 'c': 0}
+    assert sum(update.stamp >= 2.0 for _, update in updates) == 60

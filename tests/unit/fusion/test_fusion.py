@@ -260,3 +260,43 @@ def test_frames_that_come_late_and_out_of_step_double_nobody():
     assert max(counts) == 4
     assert np.mean(np.array(counts[10:]) == 4) > 0.95
     assert sorted(people.ids) == [1, 2, 3, 4]
+
+
+def with_joints(sighting, names):
+    """Return a sighting of which some joints are seen, and the others are missing."""
+    hidden = [row for row, joint in enumerate(COCO_18.joints) if joint not in names]
+    arrays = {name: getattr(sighting, name).copy() for name in ('positions', 'directions', 'sigma', 'status')}
+    for name in ('positions', 'directions', 'sigma'):
+        arrays[name][:, hidden] = np.nan
+    arrays['status'][:, hidden] = MISSING
+    return replace(sighting, **arrays)
+
+
+def test_somebody_with_three_joints_takes_no_ids():
+    room, fusion, cameras = paths(((0, 0), (0, 0))), PeopleFusion(), around(2)
+    for time in np.arange(0.1, 2.0, 1 / RATE):
+        seen = [with_joints(camera.see(room, time), ('nose', 'left_eye', 'right_eye')) for camera in cameras]
+        assert len(fusion.update(seen, time)) == 0
+    people = fusion.update([camera.see(room, 2.1) for camera in cameras], 2.1)
+    assert people.ids.tolist() == [1]
+
+
+def test_somebody_who_is_hidden_but_for_three_joints_keeps_the_id():
+    room, fusion, cameras = paths(((0, 0), (0, 0))), PeopleFusion(), around(2)
+    live(room, cameras, 0.5, fusion=fusion)
+    for time in np.arange(0.6, 3.0, 1 / RATE):
+        seen = [with_joints(camera.see(room, time), ('nose', 'left_eye', 'right_eye')) for camera in cameras]
+        people = fusion.update(seen, time)
+    assert people.ids.tolist() == [1]
+    assert ids_of(live(room, cameras, 0.5, fusion=fusion, start=3.0), settled=0) == [1]
+
+
+def test_ids_that_a_camera_gives_no_more_are_forgotten():
+    """A camera that gives somebody a new id in each frame, for ten minutes."""
+    room, fusion, camera = paths(((0, 0), (0, 0))), PeopleFusion(), around(1)[0]
+    for number in range(600 * 2):
+        stamp = 0.1 + number / 2
+        seen = camera.see(room, 0.1)
+        people = fusion.update([replace(seen, stamp=stamp, ids=np.array([number + 1], np.int64))], stamp)
+    assert people.ids.tolist() == [1]
+    assert len(fusion.known) <= 3

@@ -53,3 +53,25 @@ def test_stop_ends_the_thread_without_working_on_what_waits():
     worker.stop()
     worker.submit('late')
     assert seen == []
+
+
+def test_the_worker_goes_on_when_what_is_told_of_an_error_raises():
+    done = threading.Event()
+
+    def work(item):
+        if item == 'bad':
+            raise ValueError('bad item')
+        done.set()
+
+    told = threading.Event()
+
+    def tell(error):
+        told.set()
+        raise OSError('no space left for the log')
+
+    worker = NewestWinsWorker(work, on_error=tell, name='test')
+    worker.submit('bad')
+    assert told.wait(TIMEOUT)
+    worker.submit('good')
+    assert done.wait(TIMEOUT)
+    worker.stop()

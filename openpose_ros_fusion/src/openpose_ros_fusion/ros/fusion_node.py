@@ -2,7 +2,7 @@
 import threading
 import time
 from pathlib import Path
-from typing import Dict, List
+from typing import Dict, List, Mapping
 
 import rospy
 from openpose_ros_msgs.msg import FusedCamera, FusedCameraArray, PersonDetection_3d, PersonDetection_3dArray
@@ -20,7 +20,9 @@ from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.ros.live_parameters import LiveParameters
 from openpose_ros_pkg.ros.node import introduce, run_node
 from openpose_ros_pkg.ros.people_publisher import PERSONS_QUEUE, RESULTS_QUEUE
+from openpose_ros_pkg.ros.threads import repeat
 from openpose_ros_pkg.ros.timing_report import TimingReport
+from skeleton_extract_3d.people import People3D
 from skeleton_extract_3d.ros import convert
 
 # As an extractor's, so that whatever reads one camera reads the fused people as well.
@@ -29,6 +31,8 @@ NAMESPACE = 'openpose_ros/skeleton_3d'
 STAGES = ('collect', 'convert', 'fuse', 'publish', 'total')
 STATES = {FusedCamera.OK: 'ok', FusedCamera.SILENT: 'silent', FusedCamera.NO_TRANSFORM: 'no transform',
           FusedCamera.OUT_OF_TIME: 'out of time', FusedCamera.DISAGREES: 'disagrees'}
+# What is known of the cameras is judged anew this often, or with each message on it [s].
+_JUDGED_PERIOD = 0.5
 # Clock offsets below this are not corrected [s].
 _LEAST_CORRECTION = 0.01
 
@@ -45,6 +49,9 @@ class PeopleFusionNode:
         self._arrived = threading.Condition()
         self._fusion, self._collector = PeopleFusion(), Collector(params.names, params.patience)
         self._judge = CameraJudge(params.names)
+        # the judge is the fusion thread's; diagnostics read this, which is replaced and never changed
+        self._judged: Mapping[str, CameraJudgement] = {name: CameraJudgement() for name in params.names}
+        self._judged_at = -float('inf')
         demand = Demand(settings.demand.lazy, self._health)
         self._array = demand.advertise(f'{NAMESPACE}/detected_poses_3d', PersonDetection_3dArray, RESULTS_QUEUE)
         self._persons = demand.advertise(f'{NAMESPACE}/detected_poses_keypoints_3d', PersonDetection_3d, PERSONS_QUEUE)
@@ -56,7 +63,7 @@ class PeopleFusionNode:
         self._health.show(self._values)
         self._health.show_lasting(self._fault)
         self._live = LiveParameters(settings, LIVE_PARAMETERS, self._reconfigure)
-        threading.Thread(target=self._run, name='fusion', daemon=True).start()
+        repeat(self._work, 'fusion')
         demand.read(*(source for camera in self._cameras for source in camera.inputs))
         introduce(demand.inputs, people=f'in {self._fixed_frame}',
                   cameras=f"{len(self._cameras)}, where they stand by {params.rig or 'tf'}")
@@ -71,16 +78,15 @@ class PeopleFusionNode:
         with self._arrived:
             self._arrived.notify()
 
-    def _run(self) -> None:
-        while not rospy.is_shutdown():
-            with self._arrived:
-                if not any(camera.waits for camera in self._cameras):
-                    deadline = self._collector.deadline
-                    self._arrived.wait(1.0 if deadline is None else max(deadline - time.monotonic(), 0.0))
-            try:
-                self._step()
-            except Exception as error:  # whatever a message does, the next one is fused
-                self._health.frame_failed(error)
+    def _work(self) -> None:
+        with self._arrived:
+            if not any(camera.waits for camera in self._cameras):
+                deadline = self._collector.deadline
+                self._arrived.wait(1.0 if deadline is None else max(deadline - time.monotonic(), 0.0))
+        try:
+            self._step()
+        except Exception as error:  # whatever a message does, the next one is fused
+            self._health.frame_failed(error)
 
     def _step(self) -> None:
         """Fuse what has come, and what has waited long enough."""
@@ -101,7 +107,7 @@ class PeopleFusionNode:
     def _fuse(self, update: Update) -> None:
         started = time.monotonic()
         people = self._fusion.update(update.sightings, update.stamp)
-        self._judge.update(update.sightings, people, update.stamp, self._fusion.known)
+        self._judge_cameras(update, people)
         fused = time.monotonic()
         newest = max(update.sightings, key=lambda sighting: sighting.stamp)
         header = Header(stamp=self._by_name[newest.camera].exact(update.stamp), frame_id=self._fixed_frame)
@@ -111,8 +117,6 @@ class PeopleFusionNode:
             self._persons.publish(person)
         if self._states.get_num_connections() > 0:
             self._states.publish(FusedCameraArray(header=header, cameras=self._camera_states()))
-        if self._params.correct_clocks:
-            self._correct_clocks()
         end = time.monotonic()
         arrival = min(self._by_name[sighting.camera].taken for sighting in update.sightings)
         for stage, seconds in (('collect', started - arrival), ('fuse', fused - started), ('publish', end - fused),
@@ -122,7 +126,7 @@ class PeopleFusionNode:
 
     def _camera_states(self) -> List[FusedCamera]:
         """Return what is known of each camera now."""
-        judged = self._judge.judgements()
+        judged = self._judged
         return [FusedCamera(name=camera.name, frame_id=camera.frame_id, stamp=camera.stamp,
                             state=self._state(camera, judged[camera.name]), has_depth=camera.has_depth,
                             people=camera.people, rate=camera.rate,
@@ -138,8 +142,16 @@ class PeopleFusionNode:
             return FusedCamera.OUT_OF_TIME
         return FusedCamera.DISAGREES if judged.disagrees else FusedCamera.OK
 
+    def _judge_cameras(self, update: Update, people: People3D) -> None:
+        self._judge.update(update.sightings, people, update.stamp, self._fusion.known)
+        now = time.monotonic()
+        if self._states.get_num_connections() > 0 or now - self._judged_at >= _JUDGED_PERIOD:
+            self._judged, self._judged_at = self._judge.judgements(), now
+            if self._params.correct_clocks:
+                self._correct_clocks()
+
     def _correct_clocks(self) -> None:
-        for name, judged in self._judge.judgements().items():
+        for name, judged in self._judged.items():
             if abs(judged.clock_offset) > _LEAST_CORRECTION:
                 self._by_name[name].clock_offset += judged.clock_offset
                 self._judge.forget(name)

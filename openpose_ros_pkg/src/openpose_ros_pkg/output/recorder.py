@@ -2,6 +2,7 @@
 import logging
 import threading
 from collections import deque
+from contextlib import suppress
 from typing import Callable, Deque, Dict, Optional, Tuple, Union
 
 import numpy as np
@@ -114,8 +115,13 @@ class Recorder:
                     self._broken += 1
                 fault = repr(error)
             if fault:
-                self._on_fault(fault)
-        if fault := self._writer.close():
+                with suppress(Exception):  # nor may what tells of it end the thread
+                    self._on_fault(fault)
+        try:
+            fault = self._writer.close()
+        except Exception as error:  # it is told as the other faults of closing are
+            fault = repr(error)
+        if fault:
             _log.error('%s', fault)
 
     def _log_fault(self, fault: str) -> None:

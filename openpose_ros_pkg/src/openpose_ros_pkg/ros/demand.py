@@ -9,6 +9,7 @@ from std_srvs.srv import SetBool, SetBoolRequest, SetBoolResponse
 from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.ros.images import InputSubscriber
 from openpose_ros_pkg.ros.input_watch import InputWatch
+from openpose_ros_pkg.ros.threads import repeat
 
 # rospy tells of a lost connection within half a second, but may do so before it has removed it: look again [s].
 _LOOK_PERIOD = 1.0
@@ -91,7 +92,7 @@ class Demand(rospy.SubscribeListener):
         self._update()
         if self.why_resting():
             self._log()
-        threading.Thread(target=self._keep_looking, name='demand', daemon=True).start()
+        repeat(self._look, 'demand')
         self.watch.start(inputs)
 
     @property
@@ -118,11 +119,10 @@ class Demand(rospy.SubscribeListener):
         """See rospy.SubscribeListener. Called with locks of rospy held, so the inputs are left to another thread."""
         self._changed.set()
 
-    def _keep_looking(self) -> None:
-        while not rospy.is_shutdown():
-            self._changed.wait(_LOOK_PERIOD)
-            self._changed.clear()
-            self._update()
+    def _look(self) -> None:
+        self._changed.wait(_LOOK_PERIOD)
+        self._changed.clear()
+        self._update()
 
     def _enable(self, request: SetBoolRequest) -> SetBoolResponse:
         self.enabled = request.data

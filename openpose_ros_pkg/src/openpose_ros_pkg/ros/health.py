@@ -2,7 +2,7 @@
 import threading
 import time
 from collections import Counter, deque
-from typing import Callable, Deque, Dict, List, Tuple
+from typing import Callable, Deque, Dict, List, Tuple, TypeVar
 
 import diagnostic_updater
 import rospy
@@ -10,12 +10,15 @@ from diagnostic_msgs.msg import DiagnosticStatus
 
 from openpose_ros_pkg.errors import BadInputError, OpenposeRosError
 from openpose_ros_pkg.ros.master import registration
+from openpose_ros_pkg.ros.threads import repeat
 from openpose_ros_pkg.throttle import Throttle
 
 # Time over which the rate is measured and a warning keeps the status at WARN [s].
 RECENT = 5.0
 # Longest text of a warning [characters].
 _LONGEST_TEXT = 1000
+
+_Value = TypeVar('_Value')
 
 
 class Health:
@@ -41,7 +44,7 @@ class Health:
         self._updater = diagnostic_updater.Updater()
         self._updater.setHardwareID('none')
         self._updater.add((name or rospy.get_name()).strip('/'), self._report)
-        threading.Thread(target=self._keep_reporting, name='diagnostics', daemon=True).start()
+        repeat(self._update, 'diagnostics', period=1.0)
 
     def count(self, event: str, number: int = 1) -> None:
         """Count something that is no fault."""
@@ -92,30 +95,41 @@ class Health:
         else:
             self.warn('frame failed', repr(error))
 
-    def _keep_reporting(self) -> None:
-        # wall time, so that diagnostics do not stop with the simulated clock
-        while not rospy.is_shutdown():
+    def _update(self) -> None:
+        try:
             self._updater.force_update()
-            time.sleep(1.0)
+        except Exception as error:  # /diagnostics must not end with one report
+            self.warn('report failed', repr(error))
+
+    def _ask(self, ask: Callable[[], _Value], otherwise: _Value) -> _Value:
+        """Return what a part of the node says of itself; otherwise, counted and warned of, where it raises."""
+        try:
+            return ask()
+        except Exception as error:  # one part that can not tell must not hide the others
+            self.warn('report failed', f'{getattr(ask, "__qualname__", ask)}: {error!r}')
+            return otherwise
 
     def _report(self, status: diagnostic_updater.DiagnosticStatusWrapper) -> diagnostic_updater.DiagnosticStatusWrapper:
+        rest = self._ask(self._why_resting, '')
+        lasting_faults = [(self._ask(fault, ''), level) for fault, level in self._lasting_faults]
+        shown: List[Dict[str, str]] = [self._ask(values, {}) for values in self._values]
         now = time.monotonic()
         with self._lock:
             counts = dict(self._counts)
             latencies = sorted(latency for when, latency in self._latencies if now - when <= RECENT)
             text, when = self._last_warning
-        status.summary(DiagnosticStatus.OK, self._why_resting() or f'{len(latencies) / RECENT:.1f} Hz')
+        status.summary(DiagnosticStatus.OK, rest or f'{len(latencies) / RECENT:.1f} Hz')
         if now - when <= RECENT:
             status.mergeSummary(DiagnosticStatus.WARN, text)
-        for fault, level in self._lasting_faults:
-            if lasting := fault():
+        for lasting, level in lasting_faults:
+            if lasting:
                 status.mergeSummary(level, lasting)
         status.add('rate [Hz]', f'{len(latencies) / RECENT:.1f}')
         if latencies:
             status.add('age of the result, median [s]', f'{latencies[len(latencies) // 2]:.3f}')
         for event, number in sorted(counts.items()):
             status.add(event, str(number))
-        for values in self._values:
-            for key, value in values().items():
+        for values in shown:
+            for key, value in values.items():
                 status.add(key, value)
         return status

@@ -1,5 +1,4 @@
 """Tell the user which inputs of a node are silent, and why."""
-import threading
 import time
 from functools import partial
 from typing import Callable, Dict, List, Mapping, NamedTuple, Sequence
@@ -10,6 +9,7 @@ import rospy
 from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.ros.images import InputSubscriber
 from openpose_ros_pkg.ros.master.calls import CALL_ERRORS, call_master
+from openpose_ros_pkg.ros.threads import repeat
 from openpose_ros_pkg.stream.silent_topic import PublishedTopic, why_clock_stands, why_silent
 from openpose_ros_pkg.throttle import Throttle
 
@@ -44,19 +44,11 @@ class InputWatch:
             if not source.optional:
                 self.add(f'no message on {source.resolved_name}', partial(_is_silent, source),
                          partial(self._why_silent, source))
-        threading.Thread(target=self._keep_looking, name='input watch', daemon=True).start()
+        repeat(self._look, 'input watch', _PERIOD)
 
     def add(self, event: str, lasts: Callable[[], bool], why: Callable[[], str]) -> None:
         """Look for something else that may be wrong; `why` is asked for only while it `lasts`."""
         self._checks.append(_Check(event, lasts, why))
-
-    def _keep_looking(self) -> None:
-        while not rospy.is_shutdown():
-            time.sleep(_PERIOD)
-            try:
-                self._look()
-            except Exception as error:  # it goes on looking
-                self._health.warn('inputs not watched', repr(error))
 
     def _look(self) -> None:
         now = rospy.get_rostime()

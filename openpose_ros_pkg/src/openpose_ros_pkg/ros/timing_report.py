@@ -1,5 +1,4 @@
 """Report how long the stages of a node take: on a topic, and as values for /diagnostics."""
-import threading
 import time
 from typing import Dict, Sequence
 
@@ -7,6 +6,7 @@ import rospy
 from openpose_ros_msgs.msg import StageTiming as StageTimingMessage
 from openpose_ros_msgs.msg import Timing
 
+from openpose_ros_pkg.ros.threads import repeat
 from openpose_ros_pkg.stream.stage_timing import StageTiming
 
 # How far the report looks back [s].
@@ -26,7 +26,7 @@ class TimingReport:
         self._timing = StageTiming(stages, WINDOW)
         self._result = result
         self._publisher = rospy.Publisher(topic, Timing, queue_size=1)
-        threading.Thread(target=self._keep_publishing, name='timing', daemon=True).start()
+        repeat(self._publish, 'timing', period=1.0)
 
     def add(self, stage: str, seconds: float) -> None:
         """Note that a stage ended now and took that long [s]."""
@@ -37,12 +37,9 @@ class TimingReport:
         return {f'{summary.stage}, median [ms]': f'{1000 * summary.p50:.2f}'
                 for summary in self._timing.summaries(time.monotonic()) if summary.count}
 
-    def _keep_publishing(self) -> None:
-        # wall time, as in /diagnostics
-        while not rospy.is_shutdown():
-            if self._publisher.get_num_connections() > 0:
-                self._publisher.publish(self._message())
-            time.sleep(1.0)
+    def _publish(self) -> None:
+        if self._publisher.get_num_connections() > 0:
+            self._publisher.publish(self._message())
 
     def _message(self) -> Timing:
         summaries = self._timing.summaries(time.monotonic())

@@ -1,5 +1,6 @@
 """One worker thread that always works on the newest item: old frames are dropped, never new ones."""
 import threading
+from contextlib import suppress
 from typing import Any, Callable, Optional
 
 
@@ -47,4 +48,5 @@ class NewestWinsWorker:
             try:
                 self._work(item)
             except Exception as error:  # an error of one frame must not end the thread
-                self._on_error(error)
+                with suppress(Exception):  # nor may what tells of it
+                    self._on_error(error)

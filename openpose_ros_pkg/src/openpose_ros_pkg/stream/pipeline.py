@@ -2,6 +2,7 @@
 import threading
 import time
 from collections import deque
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Callable, Deque, Generic, TypeVar
 
@@ -88,7 +89,8 @@ class Pipeline(Generic[Item, Prepared, Computed]):
             try:
                 run()
             except Exception as error:  # an error of one item must not end the threads
-                self._on_error(error)
+                with suppress(Exception):  # nor may what tells of it
+                    self._on_error(error)
 
     def _prepare_next(self) -> None:
         with self._to_prepare:

@@ -12,7 +12,7 @@ from std_msgs.msg import Header
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.ros.convert import bgr_to_image
 from openpose_ros_pkg.ros.node import run_node
-from openpose_ros_pkg.ros.playback import Playback
+from openpose_ros_pkg.ros.player.playback import Playback
 from skeleton_extract_3d.node_params import PlayerParams
 from skeleton_extract_3d.points.depth import cloud_from_depth
 from skeleton_extract_3d.points.rgbd_sequence import DEFAULT_FRAME, WORLD_FRAME, RgbdSequence, play_order

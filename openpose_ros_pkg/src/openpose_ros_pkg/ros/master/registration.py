@@ -3,7 +3,6 @@
 What two nodes say to each other needs no master, so a chain goes on without one. But clients, new subscribers and nodes
 that are started again find only what is registered.
 """
-import threading
 import time
 from typing import Any, Callable, Dict, Sequence
 
@@ -13,6 +12,7 @@ from rospy.core import is_shutdown_requested
 from rospy.impl import registration
 
 from openpose_ros_pkg.ros.master.calls import CALL_ERRORS, call_master, is_listening
+from openpose_ros_pkg.ros.threads import repeat
 
 # Period of looking, in wall time: one request of a few milliseconds [s].
 PERIOD = 1.0
@@ -35,7 +35,7 @@ class RegistrationWatch:
 
     def start(self) -> None:
         """Begin to look, in a thread of its own."""
-        threading.Thread(target=self._keep_looking, name='registration', daemon=True).start()
+        repeat(self._keep_looking, 'registration')
 
     def fault(self) -> str:
         """Return what keeps others from finding this node; empty: nothing."""

@@ -12,7 +12,7 @@ from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.params.nodes import CameraParams
 from openpose_ros_pkg.ros.convert import bgr_to_image, calibration_to_message
 from openpose_ros_pkg.ros.node import run_node
-from openpose_ros_pkg.ros.playback import Playback
+from openpose_ros_pkg.ros.player.playback import Playback
 from openpose_ros_pkg.stream.video_source import VideoSource
 
 
