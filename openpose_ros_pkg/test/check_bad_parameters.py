@@ -10,9 +10,10 @@ from pathlib import Path
 
 import rospy
 import rostest
+from harness import node
 
-from openpose_ros_pkg.networks.models import MOBILENET_THIN, find_weights
-from openpose_ros_pkg.ros.session import PATIENCE, Diagnostics
+from openpose_ros_pkg.networks.models import MOBILENET_THIN, MOVENET_MULTIPOSE, find_weights
+from openpose_ros_pkg.ros.session import PATIENCE, Diagnostics, await_true
 
 WEIGHTS = 'mobilenet_thin/graph_opt.pb'
 # The master keeps the parameters of a node that has ended.
@@ -92,6 +93,18 @@ class BadParametersTest(unittest.TestCase):
                                             './run model get mobilenet_thin', 'without network',
                                             f'copy graph_opt.pb from there to {empty}/mobilenet_thin'),
                 f'_model_folder:={full}': ('damaged', str(damaged), '10 bytes', 'sha256', './run model get')})
+
+    def test_optional_weights_that_are_not_there_are_no_warning(self):
+        """The node is well, and says in /diagnostics what it finds people without."""
+        with tempfile.TemporaryDirectory() as folder:
+            for model in (MOBILENET_THIN, MOVENET_MULTIPOSE):
+                (Path(folder) / model.name).symlink_to(find_weights(model))
+            with node('openpose_ros_node', f'_model_folder:={folder}', name='without_thunder'):
+                diagnostics = Diagnostics()
+                text = await_true(lambda: diagnostics.value('without_thunder', 'movenet_thunder'), 'the entry')
+                self.assertEqual(diagnostics.reports('without_thunder')[-1].level, 'OK')
+                self.assertIn('is not installed, so people are found less accurately', text)
+                self.assertIn('./run model get movenet_thunder', text)
 
     def test_a_network_that_is_missing_beside_others_is_a_lasting_warning(self):
         """The node finds people without it, and /diagnostics says so as long as it lives."""

@@ -12,10 +12,11 @@ import cv2
 import numpy as np
 import rospy
 import rostest
-from harness import FRAME_ID, OUTPUT, VISIBLE, Camera, now, position
+from harness import FRAME_ID, OUTPUT, VISIBLE, Camera, need_weights, now, position
 from openpose_ros_msgs.msg import BodypartDetection_3d, FaceDetection_3dArray, HandDetection, HandDetection_3dArray
 from std_msgs.msg import Header
 
+from openpose_ros_pkg.networks.models import FACE_LANDMARK, HAND_LANDMARK
 from openpose_ros_pkg.ros.convert import bgr_to_image
 from openpose_ros_pkg.ros.session import Recorder
 from skeleton_extract_3d.points.camera import CameraModel
@@ -32,6 +33,7 @@ class HandsSequenceTest(unittest.TestCase):
     def test_hands_are_where_they_are(self):
         if not (FOLDER / 'gt.json').is_file():
             self.skipTest(f'{FOLDER} is not there')
+        need_weights(HAND_LANDMARK), need_weights(FACE_LANDMARK)
         truth, meta = (json.loads((FOLDER / name).read_text()) for name in ('gt.json', 'meta.json'))
         rospy.init_node('check_hands_sequence')
         hands = Recorder(f'{OUTPUT}/detected_hands_3d', HandDetection_3dArray)

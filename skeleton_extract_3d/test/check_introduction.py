@@ -11,7 +11,7 @@ import rostest
 NODES = {
     ('openpose_ros_pkg', 'openpose_ros_node', '_mode:=fast', '_image_topic:=/cam/image', '_target_rate:=0.1'): (
         'mode: fast, pose_model auto, joints COCO_18',
-        'networks: movenet_multipose 384x384 + 1 crop refinement by movenet_thunder at 256 px',
+        'networks: movenet_multipose 384x384 + 1 crop refinement by movenet_',  # Thunder is optional
         'runtime: movenet_multipose on ', '(precision auto', 'target_rate: 0.1 Hz', 'subscribes to: /cam/image',
         '/openpose_ros/detected_poses_keypoints', 'serves: /detect_poses, ', '/openpose_ros_service_node/enable'),
     ('openpose_ros_pkg', 'openpose_ros_node_firephinx', '_camera_topic:=/cam/image', '_image_transport:=compressed'): (

@@ -6,7 +6,7 @@ import unittest
 import numpy as np
 import rospy
 import rostest
-from harness import FRAME_ID, OUTPUT, Camera, Output, ShippedSequence, joints_of, now
+from harness import FRAME_ID, OUTPUT, Camera, Output, ShippedSequence, joints_of, need_weights, now
 from openpose_ros_msgs.msg import (
     BodypartDetection_3d,
     FaceDetection_3dArray,
@@ -18,6 +18,7 @@ from openpose_ros_msgs.msg import (
 )
 from std_msgs.msg import Header
 
+from openpose_ros_pkg.networks.models import FACE_LANDMARK, HAND_LANDMARK
 from openpose_ros_pkg.ros.convert import bgr_to_image
 from openpose_ros_pkg.ros.session import await_true, is_heard
 from openpose_ros_pkg.skeletons import COCO_18
@@ -59,6 +60,7 @@ class LandmarksTest(unittest.TestCase):
                    if stage.stage == 'landmarks' and stage.count)
 
     def test_hands_and_faces_are_computed_for_who_listens(self):
+        need_weights(HAND_LANDMARK), need_weights(FACE_LANDMARK)
         await_true(self.nothing_is_computed, 'a report of frames without hands and faces, as nobody listens')
         arrays = {topic: [] for topic in TOPICS}
         subscribers = [rospy.Subscriber(f'{OUTPUT}/{topic}', kind, arrays[topic].append)

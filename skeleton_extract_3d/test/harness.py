@@ -3,6 +3,7 @@
 Frames carry their number, in pixel (0, 0) of the image and in z of the cloud, so that a wrong pair shows.
 """
 import json
+import sys
 import time
 from pathlib import Path
 from typing import Any, Callable, List, Mapping, NamedTuple, Optional, Tuple
@@ -21,6 +22,9 @@ from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.points.depth import XYZRGB
 from skeleton_extract_3d.points.rgbd_sequence import RgbdSequence
 from skeleton_extract_3d.ros.convert import cloud_to_message
+
+sys.path.append(str(Path(__file__).resolve().parents[2] / 'tests/support'))
+from optional_weights import need_weights as need_weights
 
 WIDTH, HEIGHT = 64, 48
 FRAME_ID = 'test_optical_frame'

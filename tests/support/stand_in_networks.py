@@ -133,7 +133,7 @@ class Together:
     params = BackendParams(threads=1)
 
     def __init__(self, **networks):
-        self.faults = {}
+        self.faults, self.not_installed = {}, {}
         self.networks = networks
 
     def load(self, recipe):

@@ -35,6 +35,10 @@ class ModelError(OpenposeRosError):
     """Weights are missing or damaged, or a network computes wrong results; the text says how to get out of it."""
 
 
+class MissingWeightsError(ModelError):
+    """Weights are not there; the text says how to get them."""
+
+
 class ForeignPackageError(OpenposeRosError):
     """A package of other projects, whose messages are needed, is missing or has others; the text says how to get it."""
 

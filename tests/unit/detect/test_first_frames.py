@@ -12,9 +12,10 @@ from openpose_ros_pkg.detect.detector import Detector, DetectorSettings, create_
 from openpose_ros_pkg.detect.following import FollowingParams
 from openpose_ros_pkg.detect.stream_detector import StreamDetector
 from openpose_ros_pkg.detect.tracking import TRACKING, TrackingParams
-from openpose_ros_pkg.errors import BadInputError, ModelError
-from openpose_ros_pkg.networks.models import MOBILENET_THIN, MOVENET_MULTIPOSE, MOVENET_THUNDER, weights_path
+from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_pkg.networks.models import MOBILENET_THIN, MOVENET_MULTIPOSE, MOVENET_THUNDER
 from openpose_ros_pkg.params.parameters import build
+from optional_weights import need_weights
 from stand_in_networks import MovenetNetwork, PafNetwork, ThunderNetwork, Together, chart, in_order
 
 SHIPPED = Path(__file__).resolve().parents[3] / 'skeleton_extract_3d' / 'demo' / 'cross'
@@ -68,11 +69,8 @@ def test_images_far_apart_show_all_people(interval, params):
 
 def test_shipped_images_far_apart_show_the_people_of_a_full_search():
     """With the networks themselves, and the depth of the images."""
-    try:
-        for model in (MOBILENET_THIN, MOVENET_MULTIPOSE, MOVENET_THUNDER):
-            weights_path(model)
-    except ModelError as error:
-        pytest.skip(str(error))
+    for model in (MOBILENET_THIN, MOVENET_MULTIPOSE, MOVENET_THUNDER):
+        need_weights(model)
     settings = build(DetectorSettings, {'mode': 'balanced', 'target_rate': 30.0})
     full = create_detector(build(DetectorSettings, {'mode': 'balanced'}))
     stream = StreamDetector(create_detector(settings, FOLLOWING), TrackingParams(), FOLLOWING, slower(20))

@@ -2,14 +2,14 @@
 import numpy as np
 import pytest
 
-from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.landmarks.detector import create_landmark_detector
 from openpose_ros_pkg.landmarks.params import LandmarkParams
 from openpose_ros_pkg.networks.backends import BackendParams
 from openpose_ros_pkg.networks.backends.self_check import reference_path
-from openpose_ros_pkg.networks.models import FACE_LANDMARK, HAND_LANDMARK, weights_path
+from openpose_ros_pkg.networks.models import FACE_LANDMARK, HAND_LANDMARK
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
+from optional_weights import need_weights
 
 WIDTH = 700
 # Where the images of the self-check lie; in them the wrist, and the middle between the eyes, are about there.
@@ -19,10 +19,7 @@ HAND_AT, FACE_AT, WRIST, NOSE = (80, 60), (420, 40), (112, 172), (96, 110)
 @pytest.fixture(scope='module')
 def detector():
     pytest.importorskip('openvino', reason='openvino is not installed: pip install openvino')
-    try:
-        weights_path(HAND_LANDMARK), weights_path(FACE_LANDMARK)
-    except ModelError as error:
-        pytest.skip(str(error))
+    need_weights(HAND_LANDMARK), need_weights(FACE_LANDMARK)
     return create_landmark_detector(LandmarkParams(hands=True, face=True), BackendParams())
 
 

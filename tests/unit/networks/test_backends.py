@@ -17,7 +17,8 @@ from openpose_ros_pkg.networks import backends
 from openpose_ros_pkg.networks.backends import BackendParams, create_backend
 from openpose_ros_pkg.networks.backends.opencv_dnn import has_cuda
 from openpose_ros_pkg.networks.backends.self_check import reference_path
-from openpose_ros_pkg.networks.models import MOBILENET_THIN, MODELS, MOVENET_MULTIPOSE, weights_path
+from openpose_ros_pkg.networks.models import MOBILENET_THIN, MODELS, MOVENET_MULTIPOSE
+from optional_weights import need_weights
 
 NAMES = ('openvino', 'opencv_dnn')
 # Largest difference of float32 runtimes on fields that reach 1: they add up in another order (5e-6 measured).
@@ -27,13 +28,6 @@ TOLERANCE = 1e-4
 def need(name):
     if name != 'opencv_dnn' and importlib.util.find_spec(name) is None:
         pytest.skip(f'{name} is not installed: pip install {name}')
-
-
-def need_weights(model):
-    try:
-        return weights_path(model)
-    except ModelError as error:
-        pytest.skip(str(error))
 
 
 @pytest.fixture(scope='module')

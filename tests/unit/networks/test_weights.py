@@ -428,6 +428,9 @@ def test_networks_that_users_describe_are_listed_checked_and_get_their_files(cac
     assert 'wrong: ' in out and "unknown key 'nonsense'" in out
     (tmp_path / 'download.onnx').write_bytes(CONTENT)
     assert weights.main(['get', 'mine', '--from', str(tmp_path / 'download.onnx')]) == 0
+    capsys.readouterr()
+    assert weights.main(['get', 'body_25', 'mine']) == 1  # the other is got all the same
+    assert 'net.onnx is there and right' in capsys.readouterr().out
     assert weights_path(find_model('mine')) == cache / 'mine' / 'net.onnx'
     assert weights.main(['check']) == 1  # of the one that is wrong; the other is checked all the same
     out, err = capsys.readouterr()

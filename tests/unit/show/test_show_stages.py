@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 
 from openpose_ros_pkg import show_stages
-from openpose_ros_pkg.errors import ModelError, ParameterError
-from openpose_ros_pkg.networks.models import MOBILENET_THIN, MOVENET_MULTIPOSE, weights_path
+from openpose_ros_pkg.errors import ParameterError
+from openpose_ros_pkg.networks.models import MOBILENET_THIN, MOVENET_MULTIPOSE
 from openpose_ros_pkg.networks.preprocess import fit_image
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
+from optional_weights import need_weights
 from skeleton_extract_3d import show_stages as show_stages_3d
 from skeleton_extract_3d.points.camera import CameraModel
 
@@ -107,10 +108,7 @@ def test_with_depth_the_program_of_the_3d_package_takes_over(monkeypatch):
 
 def test_the_shipped_sequence(tmp_path):
     for model in (MOBILENET_THIN, MOVENET_MULTIPOSE):
-        try:
-            weights_path(model)
-        except ModelError as error:
-            pytest.skip(str(error))
+        need_weights(model)
     arguments = [str(SHIPPED / 'rgb' / '012.jpg'), '--depth', str(SHIPPED / 'depth' / '012.png'), '--camera',
                  str(SHIPPED / 'camera.yaml'), '-o', str(tmp_path)]
     assert show_stages_3d.main(arguments) == 0

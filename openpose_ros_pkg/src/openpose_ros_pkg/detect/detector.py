@@ -21,9 +21,9 @@ from openpose_ros_pkg.detect.recipes import DetectorParams, Recipe, recipe_of
 from openpose_ros_pkg.detect.refinement import prepare_crop, refine
 from openpose_ros_pkg.detect.target_rate import fitted_to_rate
 from openpose_ros_pkg.detect.views import PreparedView, compute_views, decode_views, prepare_views
-from openpose_ros_pkg.errors import BadInputError, ModelError, ParameterError
+from openpose_ros_pkg.errors import BadInputError, MissingWeightsError, ModelError, ParameterError
 from openpose_ros_pkg.networks.backends import Backend, BackendParams, LiveBackendParams, create_backend
-from openpose_ros_pkg.networks.models import Model, weights_path
+from openpose_ros_pkg.networks.models import OPTIONAL, Model, weights_path
 from openpose_ros_pkg.people import People2D, Poses
 from openpose_ros_pkg.skeletons import SkeletonModel
 from openpose_ros_pkg.stream.fair_lock import FairLock
@@ -112,6 +112,7 @@ class Networks:
     Attributes:
         faults: what is missing or computed by something slower than the parameters ask for, and why, by the names of
             the networks.
+        not_installed: optional networks whose weights are not there, and what that changes: no fault.
     """
 
     def __init__(self, params: BackendParams, model_folder: str = '') -> None:
@@ -119,6 +120,7 @@ class Networks:
         self._model_folder = model_folder
         self._loaded: Dict[str, Backend] = {}
         self.faults: Dict[str, str] = {}
+        self.not_installed: Dict[str, str] = {}
 
     def load(self, recipe: Recipe) -> Tuple[Recipe, Dict[str, Backend]]:
         """Load the networks of a recipe; without a network that is missing, unless it is the first, it computes less.
@@ -141,15 +143,19 @@ class Networks:
                     raise
                 missing.append(model)
                 wanted = recipe.without(missing)
-                self.faults[model.name] = (f'{model.name} is missing, so people are found less accurately, by '
-                                           f'{wanted.description}: {error}')
-                _log.warning('%s', self.faults[model.name])
+                is_fault = model not in OPTIONAL or not isinstance(error, MissingWeightsError)
+                told = self.faults if is_fault else self.not_installed
+                what = 'missing' if is_fault else 'not installed'
+                told[model.name] = (f'{model.name} is {what}, so people are found less accurately, by '
+                                    f'{wanted.description}: {error}')
+                _log.warning('%s', told[model.name])
 
     def _network(self, model: Model) -> Backend:
         if model.name not in self._loaded:
             backend = create_backend(model, weights_path(model, self._model_folder), self.params)
             self._loaded[model.name] = backend
             self.faults.pop(model.name, None)
+            self.not_installed.pop(model.name, None)
             if backend.fallback:
                 self.faults[model.name] = f'{backend.description} computes {model.name}: {backend.fallback}'
         return self._loaded[model.name]
@@ -210,6 +216,11 @@ class Detector:
     def faults(self) -> str:
         """What is missing or computed by something slower than the parameters ask for, and why; empty: nothing."""
         return '; '.join(self._networks.faults.values())
+
+    @property
+    def not_installed(self) -> Dict[str, str]:
+        """Names of optional networks that the parameters ask for and that are not there, and what that changes."""
+        return dict(self._networks.not_installed)
 
     def reconfigure(self, settings: DetectorSettings) -> None:
         """Take other parameters for all frames that are prepared from now on; runtime and model folder stay.

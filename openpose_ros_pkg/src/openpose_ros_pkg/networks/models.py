@@ -4,7 +4,7 @@ import os
 from pathlib import Path
 from typing import List, Optional
 
-from openpose_ros_pkg.errors import ModelError, ParameterError
+from openpose_ros_pkg.errors import MissingWeightsError, ModelError, ParameterError
 from openpose_ros_pkg.networks.model_description import read_description
 from openpose_ros_pkg.networks.model_registry import (
     ALIASES,
@@ -17,6 +17,7 @@ from openpose_ros_pkg.networks.model_registry import (
     MODELS,
     MOVENET_MULTIPOSE,
     MOVENET_THUNDER,
+    OPTIONAL,
 )
 from openpose_ros_pkg.networks.model_types import (
     Archive,
@@ -31,8 +32,8 @@ from openpose_ros_pkg.networks.network_file import NETWORK_SUFFIXES, read_networ
 
 __all__ = [
     'ALIASES', 'AUTO', 'FACE_LANDMARK', 'FETCHED', 'HAND_LANDMARK', 'LANDMARK_MODELS', 'MOBILENET_THIN', 'MODELS',
-    'MOVENET_MULTIPOSE', 'MOVENET_THUNDER', 'Archive', 'InputRecipe', 'Model', 'NpmArchive', 'PypiArchive', 'UserFiles',
-    'WeightsFile', 'default_model_folder', 'described_models', 'file_digest', 'file_fault', 'find_model',
+    'MOVENET_MULTIPOSE', 'MOVENET_THUNDER', 'OPTIONAL', 'Archive', 'InputRecipe', 'Model', 'NpmArchive', 'PypiArchive',
+    'UserFiles', 'WeightsFile', 'default_model_folder', 'described_models', 'file_digest', 'file_fault', 'find_model',
     'find_weights', 'how_to_get', 'model_folder_of', 'weights_path']
 
 
@@ -113,13 +114,14 @@ def weights_path(model: Model, model_folder: str = '') -> Path:
         model_folder: folder to look in; empty for `default_model_folder`.
 
     Raises:
-        ModelError: a file is missing or not the expected one; the text says how to get it.
+        MissingWeightsError: a file is missing; the text says how to get it.
+        ModelError: it is not the expected one.
     """
     folder = model_folder_of(model_folder)
     how = how_to_get(model, folder)
     place = find_weights(model, model_folder)
     if place is None:
-        raise ModelError(f'weights of {model.name} not found (looked for {_missing(model, folder)}): {how}')
+        raise MissingWeightsError(f'weights of {model.name} not found (looked for {_missing(model, folder)}): {how}')
     for file in model.files:
         fault = file_fault(place / file.name, file)
         if fault:

@@ -47,10 +47,20 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
             _say_list(options.model_folder)
         elif options.command == 'get':
             licence = options.licence.read_text() if options.licence else ''
-            for name in options.models or [model.name for model in FETCHED]:
-                get(_find(name, options.model_folder), options.model_folder, licence, options.brought)
+            wanted = options.models or [model.name for model in FETCHED]
+            return max([_get(name, options.model_folder, licence, options.brought) for name in wanted])
         else:
             return _check(options.models, options.model_folder)
+    except (OpenposeRosError, OSError) as error:
+        sys.stderr.write(f'error: {error}\n')
+        return 1
+    return 0
+
+
+def _get(name: str, model_folder: str, licence: str, brought: Sequence[Path]) -> int:
+    """Fetch the weights of a model and return the exit status: one that can not be fetched keeps no other from it."""
+    try:
+        get(_find(name, model_folder), model_folder, licence, brought)
     except (OpenposeRosError, OSError) as error:
         sys.stderr.write(f'error: {error}\n')
         return 1

@@ -131,6 +131,7 @@ class DetectionService:
             health.show_lasting(lambda: self._recorder.fault(_LASTING), DiagnosticStatus.ERROR)
         self._health, self._timing, self._demand = health, timing, demand
         self._health.show_lasting(lambda: self._detector.faults)
+        self._health.show(lambda: self._detector.not_installed)
         self._health.show(self._recorder_counters)
         self._publisher: Optional[PeoplePublisher] = None
         self._camera_info: Optional[CameraInfoPublisher] = None
