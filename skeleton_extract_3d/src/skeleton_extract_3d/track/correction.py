@@ -57,7 +57,8 @@ def correct(tracks: Tracks, people: Sightings, stamp: float, params: OcclusionPa
                                  np.ones((len(tracks), 1), bool))
     tracks = replace(
         tracks, joints=joints, root=root, errors=errors, innovations=shares, has=has,
-        seen=np.where(trusted, stamp, tracks.seen), last_seen=np.full(len(tracks), stamp), sightings=tracks.sightings + 1, left=lifted.left,
+        seen=np.where(trusted, stamp, tracks.seen), last_seen=np.full(len(tracks), stamp),
+        sightings=tracks.sightings + 1, left=lifted.left,
         down=_down(tracks.down, joints.position, trusted[:, _CORNERS].all(axis=1)),
         sizes=measures.learn(tracks.sizes, lifted.xyz, lifted.measured, people.observed.scores),
         clothes=tracks.clothes.learnt(people.clothes, sure))
