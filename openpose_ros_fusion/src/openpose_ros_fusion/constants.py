@@ -53,16 +53,6 @@ class EstimateConstants:
 
 
 @dataclass(frozen=True)
-class InnovationConstants:
-    """What innovations tell of the error of an estimate."""
-
-    memory: float = constant(0.5, 'Time over which the innovations of a person are averaged.', unit='s',
-                             source='simulated errors of 20 and 60 mm, 5 to 60 Hz: with 1 s slower to know, no better')
-    most: float = constant(10.0, 'Greatest mean square of the innovations of a frame, as a share of what independent '
-                                 'errors make: one wrong frame is soon forgotten.')
-
-
-@dataclass(frozen=True)
 class ShapeConstants:
     """What is known of bodies beside what cameras measure."""
 
@@ -147,7 +137,6 @@ class FusionConstants:
 
     association: AssociationConstants = AssociationConstants()
     estimate: EstimateConstants = EstimateConstants()
-    innovation: InnovationConstants = InnovationConstants()
     shape: ShapeConstants = ShapeConstants()
     motion: MotionConstants = MotionConstants()
     collector: CollectorConstants = CollectorConstants()

@@ -34,6 +34,19 @@ class JointFilterConstants:
 
 
 @dataclass(frozen=True)
+class InnovationConstants:
+    """What innovations tell of the error of an estimate."""
+
+    memory: float = constant(0.5, 'Time over which the innovations of a person are averaged.', unit='s',
+                             source='simulated errors of 20 and 60 mm, 5 to 60 Hz: with 1 s slower to know, no better')
+    independent: float = constant(0.95, 'Errors of frames are independent where the mean square of innovations is this '
+                                        'share, or more, of what independent errors make.', source='as `memory`')
+    repeated: float = constant(0.25, 'Errors repeat in full where it is less.', source='as `memory`')
+    most: float = constant(10.0, 'Greatest mean square of the innovations of a frame, as a share of what independent '
+                                 'errors make: one wrong frame is soon forgotten.')
+
+
+@dataclass(frozen=True)
 class BirthConstants:
     """What is known of a person in the first frame."""
 
@@ -223,6 +236,7 @@ class TrackConstants:
 
     memory: MemoryConstants = MemoryConstants()
     joint_filter: JointFilterConstants = JointFilterConstants()
+    innovation: InnovationConstants = InnovationConstants()
     birth: BirthConstants = BirthConstants()
     identity: IdentityConstants = IdentityConstants()
     appearance: AppearanceConstants = AppearanceConstants()

@@ -4,12 +4,30 @@ The state of a point is (x, v), its covariance [[P_xx, P_xv], [P_xv^T, P_vv]]; b
 acceleration a: Q = a^2 [[dt^4/4, dt^3/2], [dt^3/2, dt^2]] per axis (Bar-Shalom, Li and Kirubarajan, Estimation with
 Applications to Tracking and Navigation, 2001, section 6.3.2). A filter with constant velocity does not lag behind
 steady motion.
+
+**How far estimates err.** Errors of a camera repeat from frame to frame, for a time that nobody knows: a filter that
+takes them for independent gets too sure, the more so the more frames it gets; one that expects them to repeat is not
+sure enough where they do not. An estimate x + k (z - x) of what was expected, x with the variance p, and what is
+measured, z with the variance r, has the variance
+
+    (1 - k)^2 p + k^2 r + 2 k (1 - k) c
+
+with c the covariance of the errors of x and z. The mean square s of the innovations z - x is p + r - 2 c, which tells
+the two that are unknown. With p_0, the variance after the frame before, and the share u = s / (p_0 + r):
+
+    u >= 1    no error repeats: c = 0; joints moved otherwise than expected since: p = s - r, but not more than the
+              motion model says
+    u < 1     errors repeat: p = p_0, c = (1 - u) (p_0 + r) / 2, but not more than (p_0 r)^0.5
+
+As motion adds to innovations and they are known but roughly, 1 - u counts as 0 from `independent` on, and as 1 up to
+`repeated`.
 """
 from typing import NamedTuple
 
 import numpy as np
 
-from skeleton_extract_3d.constants import COMPILED
+from skeleton_extract_3d.constants import COMPILED, METHOD
+from skeleton_extract_3d.track.constants import InnovationConstants
 
 _IDENTITY = np.eye(3)
 
@@ -101,3 +119,45 @@ def along_rays(rays: np.ndarray, across: np.ndarray, along: np.ndarray) -> np.nd
 def isotropic(sigma: np.ndarray) -> np.ndarray:
     """Return covariances of points with the root mean square error sigma, (..., 3, 3) [m^2]."""
     return (sigma ** 2 / 3)[..., None, None] * _IDENTITY
+
+
+def mean_innovations(squares: np.ndarray, independent: np.ndarray, used: np.ndarray) -> np.ndarray:
+    """Return the mean squares of the innovations of a frame as shares of those of independent errors, (N,).
+
+    Args:
+        squares: (N, K) [m^2].
+        independent: (N, K) what they are on the mean with independent errors, in the same unit.
+        used: (N, K) bool; 0 for who has none.
+    """
+    shares = np.where(used, squares / np.where(used, independent, 1.0), 0.0)
+    return shares.sum(axis=1) / np.maximum(used.sum(axis=1), 1)
+
+
+def averaged_innovations(shares: np.ndarray, new: np.ndarray, elapsed: np.ndarray,
+                         constants: InnovationConstants = METHOD.track.innovation) -> np.ndarray:
+    """Return shares averaged over time, (N,).
+
+    Args:
+        shares, new: (N,) before a frame, and of the frame.
+        elapsed: (N,) time in between [s].
+    """
+    weight = 1 - np.exp(-elapsed / constants.memory)
+    return shares + weight * (np.minimum(new, constants.most) - shares)
+
+
+def error_variances(shares: np.ndarray, gains: np.ndarray, before: np.ndarray, measured: np.ndarray,
+                    expected: np.ndarray, constants: InnovationConstants = METHOD.track.innovation) -> np.ndarray:
+    """Return the variances of estimates, (N, K) [m^2].
+
+    Args:
+        shares: (N,) as `averaged_innovations` gives them, u.
+        gains: (N, K) k.
+        before: (N, K) variances after the frame before, p_0.
+        measured: (N, K) variances of what was measured, r.
+        expected: (N, K) variances of what was expected, by the motion model.
+    """
+    share, independent = shares[:, np.newaxis], before + measured
+    place = np.minimum(before + np.maximum(share - 1, 0.0) * independent, np.maximum(expected, before))
+    part = np.clip((constants.independent - share) / (constants.independent - constants.repeated), 0.0, 1.0)
+    repeated = np.minimum(part * independent / 2, np.sqrt(before * measured))
+    return (1 - gains) ** 2 * place + gains ** 2 * measured + 2 * gains * (1 - gains) * repeated

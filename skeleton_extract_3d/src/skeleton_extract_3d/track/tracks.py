@@ -30,6 +30,8 @@ class Tracks:
         sightings: (T,) int64 frames in which they were detected.
         has: (T, 18) bool, joints that were ever placed.
         seen: (T, 18) stamp of when each joint was last detected [s].
+        errors: (T, 18) mean square error of each joint when it was placed last, all axes together [m^2].
+        innovations: (T,) mean square of the innovations, as a share of that of independent errors.
         left, down: (T, 3) unit vectors of the trunk.
         sizes: stature and bones.
         clothes: mean colours.
@@ -44,6 +46,8 @@ class Tracks:
     sightings: np.ndarray
     has: np.ndarray
     seen: np.ndarray
+    errors: np.ndarray
+    innovations: np.ndarray
     left: np.ndarray
     down: np.ndarray
     sizes: Sizes
@@ -74,7 +78,8 @@ class Tracks:
             JointFilter.at_rest(np.where(known[..., None], xyz, 0.0), _BIRTH.joint_sigma, _BIRTH.speed),
             JointFilter.at_rest(root[:, None], _BIRTH.root_sigma, _BIRTH.speed),
             ids, born=stamps, last_seen=stamps, alone=np.full(count, -np.inf), sightings=np.zeros(count, np.int64),
-            has=np.zeros(known.shape, bool), seen=np.full(known.shape, stamp), left=left,
+            has=np.zeros(known.shape, bool), seen=np.full(known.shape, stamp),
+            errors=np.full(known.shape, 3 * _BIRTH.joint_sigma ** 2), innovations=np.zeros(count), left=left,
             down=np.broadcast_to([0.0, 1.0, 0.0], (count, 3)), sizes=Sizes.assumed(stature),
             clothes=Clothes.unknown(count))
 
