@@ -105,6 +105,30 @@ def test_a_machine_that_a_full_search_keeps_busy_until_the_next_request_shows_al
     assert [len(scene.frame(1.0 * i)[0]) for i in range(8)] == [5] * 8
 
 
+@pytest.mark.parametrize('factor, pause', [(8, 0.05), (32, 0.3), (32, 0.5), (80, 0.3), (80, 1.0)])
+def test_a_client_that_waits_for_each_answer_is_shown_all_people(factor, pause):
+    """Full searches take 0.25, 1.0 and 2.5 s, the last longer than tracks are kept."""
+    scene = Scene(CROWD, pace=slower(factor), target_rate=RATE)
+    time = 0.0
+    for _ in range(8):
+        found, *_, seconds = scene.frame(time)
+        assert len(found) == len(CROWD)
+        time += factor * seconds + pause
+
+
+@pytest.mark.parametrize('factor', [4, 7, 10, 40])
+def test_a_live_chain_on_a_slow_machine_shows_both_people(factor):
+    """Where there is time for one crop per frame, the other person is reported until the turn comes."""
+    scene = Scene([LEFT, RIGHT], pace=slower(factor), target_rate=15.0)
+    time, counts = 0.0, []
+    for _ in range(30):
+        stamp = np.ceil(time * 15) / 15
+        found, *_, seconds = scene.frame(stamp)
+        counts.append(len(found))
+        time = stamp + max(factor * seconds, 1 / 15)
+    assert counts == [2] * 30
+
+
 @pytest.mark.parametrize('cameras, factor', [(1, 10), (1, 30), (1, 50), (3, 20)])
 def test_a_live_chain_on_a_slow_machine_lags_for_two_frames_of_each_camera(cameras, factor):
     """The gap that full searches make does not let the search of each frame make the next gap."""

@@ -64,6 +64,7 @@ class _Camera:
         self._full = 0.0  # time that full searches of all cameras took until then [s]
         self.budget = Budget(0.0)
         self.people = 0  # in the newest frame
+        self.interval = 0.0  # between the newest two frames [s]
         self.waited = 0.0  # time before the newest frame in which the networks were at work, not the camera silent [s]
 
     def shows(self, stamp: float) -> bool:
@@ -82,10 +83,10 @@ class _Camera:
         # make a gap that asks for the next one
         worked = self._taken + full - self._full
         busy = plan.rate > 0 and worked > SCHEDULE.network_share * interval
-        late = busy and interval > self.follower.memory
         searched_by = (plan.pace, plan.setup.recipe)
         anew = (self._searched_by != searched_by or interval < -TRACKING.reset_backstep
-                or (interval > self.follower.memory and not busy))
+                or interval >= self.follower.tracker.timeout or (interval > self.follower.memory and not busy))
+        late = busy and interval > self.follower.memory and not anew
         if anew:
             self._searched_by, self._stamp, self.people = searched_by, stamp, 0
             self.schedule, self.changes = Schedule(plan.parts(size)), Changes()
@@ -93,7 +94,7 @@ class _Camera:
             self.frames = -1  # since the image was searched in full
             self.follower.forget()
         self.frames += 1
-        self.waited = interval if late else 0.0
+        self.interval, self.waited = interval, interval if late else 0.0
         # a client that asks seldom gives time, also where a full search takes most of it
         gives_time = not busy or (late and interval - worked > 1 / plan.rate)
         self.budget.begin(interval if gives_time and not anew else 0.0, plan.least(size), self.people * plan.of_person,
@@ -114,7 +115,7 @@ class StreamDetector:
     With following, networks look at crops round the people who are expected in an image. The search for others is cut
     into parts, one pass over one strip of the image each, which are spread over the frames as the time allows. Where no
     person is expected, in the first image, after a gap or when stamps jump back, the image is searched in full, as
-    `Detector.detect` does. What is remembered is that of images of one size; where the resolution of a camera changes,
+    `Detector.detect` does. What is remembered is that of images of one size; where a camera changes to a new resolution,
     ids stay. An image with a stamp of 0 or less has no history: it is searched in full, and its people get new ids.
 
     Args:
@@ -285,7 +286,7 @@ def _follow(frame: PreparedFrame, plan: Plan, camera: _Camera, stamp: float, ids
     people = camera.follower.expected(stamp, expected, camera.waited)
     camera.schedule.changed(camera.changes.columns(bgr, [person.box for person in people]))
     cost = plan.of_person
-    looked = sorted(people, key=lambda person: -person.urgency)[:camera.budget.crops(cost)]
+    looked = sorted(people, key=lambda person: -person.urgency)[:_crops(camera, len(people), cost)]
     seconds = look(frame, looked, people, plan.pace)
     refuse_slides(people, setup.recipe)
     camera.budget.save(cost * len(looked))
@@ -307,6 +308,17 @@ def _follow(frame: PreparedFrame, plan: Plan, camera: _Camera, stamp: float, ids
     accepted, kept = people_of(poses, setup, size)
     camera.people = len(kept)
     return camera.follower.update(accepted, [reported[i] for i in kept], stamp, ids), seconds
+
+
+def _crops(camera: _Camera, people: int, cost: float) -> int:
+    """Return how many people are looked at on crops that take some seconds each.
+
+    All are where frames are so rare that a person who waits for the next one would not be reported any more.
+    """
+    fits = people * cost <= SCHEDULE.network_share * camera.interval
+    if camera.interval > FOLLOWING.unlooked_time or (fits and 2 * camera.interval > FOLLOWING.unlooked_time):
+        return people
+    return camera.budget.crops(cost)
 
 
 def _person(pose: np.ndarray, opinions: Opinions, setup: Setup) -> Followed:
