@@ -120,6 +120,7 @@ def tell(figures: Figures, path: Optional[Path]) -> None:
 
     print(yaml.safe_dump(short(figures), sort_keys=False, default_flow_style=None, width=120))
     if path:
+        path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(json.dumps(figures, indent=1))
 
 

@@ -186,7 +186,8 @@ def _make_venv(openvino: str, numpy: str, wanted: str) -> None:
 
 def check_own(environment: Path) -> None:
     """End the program where the user has an environment of this name: it would be deleted."""
-    if environment.exists() and not any((environment / name).exists() for name in (MADE_BY_RUN, VENV_STAMP.name)):
+    own = any((environment / name).exists() for name in (MADE_BY_RUN, VENV_STAMP.name))
+    if environment.is_symlink() or (environment.exists() and not own):
         die(f'{environment} was not made by ./run setup, which needs this name; move it away')
 
 

@@ -36,3 +36,14 @@ def test_each_end_is_noticed_once_also_after_one_failed():
         assert ends.come(number) and ends.times[-1] - begin > SILENCE and ends.input.silent
     assert not ends.come(3, 2 * SILENCE)
     assert [str(error) for error in ends.errors] == ['first']
+
+
+def test_an_input_of_a_long_period_has_not_ended_between_its_messages():
+    """But for the first one, after which the period is not known."""
+    ends = Ends()
+    ends.input.heard()
+    assert ends.come(1)
+    for _ in range(3):
+        ends.input.heard()
+        assert not ends.come(2, 2 * SILENCE)
+    assert ends.come(2)

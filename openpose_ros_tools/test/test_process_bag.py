@@ -403,7 +403,7 @@ def test_a_bag_that_is_done_is_skipped_until_something_changes(run, recording, t
     assert out.stat().st_mtime_ns > made
     made = out.stat().st_mtime_ns
     assert run(recording, '--csv', tmp_path / 'a.csv', smoothing='false') == 2
-    assert f'{out} is there already' in capsys.readouterr().err
+    assert f'{out} and {tmp_path / "a.csv"} are there already' in capsys.readouterr().err
     assert out.stat().st_mtime_ns == made
     assert run(recording, '--csv', tmp_path / 'a.csv', '--overwrite', smoothing='false') == 0
     assert out.stat().st_mtime_ns > made
@@ -430,6 +430,10 @@ def test_each_output_is_known_by_itself(run, recording, tmp_path, out, capsys):
         assert '1 of 1 bags are done already' in capsys.readouterr().out
     table.write_text(table.read_text().replace('0', '1', 1))
     assert run(recording, '--csv', table, create=None) == 2
+    table.unlink()
+    table.symlink_to(tmp_path / 'unmounted.csv')
+    assert run(recording, '--csv', table, create=None) == 2
+    assert table.is_symlink()
 
 
 def test_joints_are_given_in_another_frame(run, tmp_path, out):

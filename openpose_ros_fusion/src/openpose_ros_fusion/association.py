@@ -30,7 +30,7 @@ def associate(sighting: Sighting, joints: np.ndarray, ids: np.ndarray, gates: np
     if not len(sighting) or not len(joints):
         return rows
     was = ids == np.array([known.get((sighting.camera, number), -1) for number in sighting.ids.tolist()])[:, np.newaxis]
-    # of who was known before, any joint tells
+    # a person who was known before is recognized by any joint
     distances = median_distances(sighting, joints, constants.least_joints, np.where(was, 1, constants.least_joints))
     cost = np.where(was, constants.known_share, 1.0) * distances
     cost[distances > gates] = _FAR

@@ -100,7 +100,7 @@ class PeopleFusion:
         for sighting in sorted(sightings, key=lambda one: not one.has_depth):
             rows = self._rows(tracks, sighting)
             known = np.isfinite(sighting.positions).all(axis=2).sum(axis=1)
-            # who shows fewer joints would not be recognized, and so be somebody new in each frame
+            # a person with fewer joints would not be recognized, and take a new id in each frame
             new = np.flatnonzero((rows < 0) & (known >= FUSION.association.least_joints))
             if sighting.has_depth and len(new) and not _is_late(sighting, tracks):
                 rows[new] = len(tracks) + np.arange(len(new))

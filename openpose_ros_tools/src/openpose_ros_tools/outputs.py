@@ -56,7 +56,7 @@ class PartFiles:
 
     def file(self, path: Path) -> Path:
         """Return the temporary path to write a file to; its folder is made."""
-        part = self._part(path, path.exists, lambda: part.replace(path))
+        part = self._part(path, lambda: os.path.lexists(str(path)), lambda: part.replace(path))
         self._lock(os.open(str(part), os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666))
         return part
 

@@ -51,7 +51,7 @@ def balanced(people, size=(640, 480)):
 
 # --- after a gap ----------------------------------------------------------------------------------------------------
 
-def test_nobody_is_searched_for_everywhere_after_each_gap():
+def test_an_empty_image_is_searched_in_full_after_each_gap():
     scene = Scene([], target_rate=RATE)
     assert [scene.frame(2.0 * i)[1:3] for i in range(3)] == [(1, 0)] * 3
 
@@ -201,7 +201,7 @@ def test_ids_are_not_used_again_after_a_camera_was_forgotten():
 
 @pytest.mark.parametrize('size', [(1, 1), (1, 2000), (2000, 1), (2, 3), (3, 2), (1, 40), (17, 1)])
 @pytest.mark.parametrize('rate', [0.0, 30.0])
-def test_tiny_images_show_nobody_or_are_refused_as_too_thin(size, rate):
+def test_tiny_images_show_no_person_or_are_refused_as_too_thin(size, rate):
     stream = make_stream(balanced([]), target_rate=rate)
     for i in range(3):
         try:

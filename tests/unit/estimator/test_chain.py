@@ -66,7 +66,7 @@ def test_people_in_space_are_expected_in_the_next_image(chain):
 
 
 @pytest.mark.parametrize('stamp, told', [(99.6, True), (100.2, True), (99.0, False), (0.0, False), (103.0, False)])
-def test_nobody_is_expected_after_a_gap_or_where_the_clock_was_reset(chain, stamp, told):
+def test_no_person_is_expected_after_a_gap_or_where_the_clock_was_reset(chain, stamp, told):
     in_space(chain, FRAME.people, 'left', 100.0)
     assert (chain.expected('left', stamp, FRAME.size) is not None) == told
 

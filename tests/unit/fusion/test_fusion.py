@@ -272,7 +272,7 @@ def with_joints(sighting, names):
     return replace(sighting, **arrays)
 
 
-def test_somebody_with_three_joints_takes_no_ids():
+def test_a_person_with_three_joints_takes_no_ids():
     room, fusion, cameras = paths(((0, 0), (0, 0))), PeopleFusion(), around(2)
     for time in np.arange(0.1, 2.0, 1 / RATE):
         seen = [with_joints(camera.see(room, time), ('nose', 'left_eye', 'right_eye')) for camera in cameras]
@@ -281,7 +281,7 @@ def test_somebody_with_three_joints_takes_no_ids():
     assert people.ids.tolist() == [1]
 
 
-def test_somebody_who_is_hidden_but_for_three_joints_keeps_the_id():
+def test_a_person_hidden_but_for_three_joints_keeps_the_id():
     room, fusion, cameras = paths(((0, 0), (0, 0))), PeopleFusion(), around(2)
     live(room, cameras, 0.5, fusion=fusion)
     for time in np.arange(0.6, 3.0, 1 / RATE):

@@ -33,7 +33,7 @@ def test_rays_of_three_cameras(correlation):
     assert shares.within_2 > 0.96
 
 
-def test_nobody_has_no_innovations():
+def test_without_people_there_are_no_innovations():
     nothing = Measurements(np.zeros(0, int), np.zeros((0, 18, 3)), np.zeros((0, 18, 3, 3)))
     found = Innovations(0, nothing, np.zeros((0, 18)), np.zeros((0, 18, 3)), np.zeros((0, 18)), np.zeros((0, 18), bool))
     assert found.averaged(np.zeros(0), np.zeros(0)).shape == (0,)

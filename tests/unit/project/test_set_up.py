@@ -13,3 +13,7 @@ def test_environment_of_the_user_is_left_alone(tmp_path):
         set_up.check_own(environment)
     (environment / set_up.MADE_BY_RUN).touch()
     set_up.check_own(environment)
+    link = tmp_path / 'link'
+    link.symlink_to(environment)
+    with pytest.raises(SystemExit, match='link was not made by'):
+        set_up.check_own(link)

@@ -91,7 +91,7 @@ class ComputedFrame:
         image_size: (width, height) [px].
         poses: in pixels of the image; of several opinions also people and joints below the thresholds.
         network_seconds: that the networks took [s].
-        opinions: of the networks on these people, but those at the end, whom only the depth told; none where there is
+        opinions: of the networks on these people, except those at the end, found by the depth; none where there is
             one opinion.
     """
 

@@ -322,14 +322,14 @@ def _crops(camera: _Camera, people: int, cost: float) -> int:
 
 
 def _person(pose: np.ndarray, opinions: Opinions, setup: Setup) -> Followed:
-    """Return a person, (K, 3), of whom a full search has opinions; sources without one did not find the person."""
+    """Return a person, (K, 3), as a full search found them; sources without an opinion did not find the person."""
     crops = [opinions[number] for number in sorted(opinions) if number >= setup.recipe.pass_opinions]
     return Followed(pose, crop=crops[0] if crops else None,
                     opinions={number: opinions.get(number) for number in range(len(setup.recipe.weights))})
 
 
 def _missed(pose: np.ndarray, setup: Setup) -> Followed:
-    """Return a person, (K, 3), whom the depth alone told."""
+    """Return a person, (K, 3), found by the depth alone."""
     return Followed(pose, crop=pose, opinions={setup.recipe.pass_opinions: pose})
 
 

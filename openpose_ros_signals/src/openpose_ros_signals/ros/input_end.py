@@ -1,10 +1,13 @@
 """The end of an input, for topics whose readers keep each list of people until the next one comes."""
+import math
 import threading
 import time
 from typing import Callable, Optional
 
 # An input from which nothing came for this long has ended [s]; by wall time, as simulated time may stand still.
 SILENCE = 2.0
+# One that comes more rarely has ended after this many of its periods, which count up to this length [s].
+_PERIODS, _LONGEST_PERIOD = 3, 10.0
 
 
 class InputEnd:
@@ -21,18 +24,21 @@ class InputEnd:
         self._ended, self._on_error, self._silence = ended, on_error, silence
         self._lock = threading.Lock()
         self._last: Optional[float] = None
+        self._newest, self._period = -math.inf, 0.0
         threading.Thread(target=self._watch, name='input end', daemon=True).start()
 
     def heard(self) -> None:
         """Take that something came."""
         with self._lock:
-            self._last = time.monotonic()
+            now = time.monotonic()
+            self._period = min(now - self._newest, _LONGEST_PERIOD) if self._newest > -math.inf else 0.0
+            self._last = self._newest = now
 
     @property
     def silent(self) -> bool:
         """Whether the input has ended, or has not begun."""
         last = self._last
-        return last is None or time.monotonic() - last > self._silence
+        return last is None or time.monotonic() - last > max(self._silence, _PERIODS * self._period)
 
     def _watch(self) -> None:
         while True:

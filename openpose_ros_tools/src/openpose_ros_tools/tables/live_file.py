@@ -34,7 +34,8 @@ class LiveFile(io.TextIOBase):
             raise BlockingIOError(errno.EAGAIN, 'another program is writing it', str(path)) from None
         except OSError:
             pass  # a file system without locks
-        os.ftruncate(self._file, 0)
+        with naming(path):
+            os.ftruncate(self._file, 0)
 
     def writable(self) -> bool:
         """Return True."""

@@ -1,6 +1,7 @@
 """The output of process_bag: a bag with the nodes' topics, a table, a JSON file of each frame."""
 import hashlib
 import json
+import os
 import re
 from contextlib import ExitStack, contextmanager
 from functools import partial
@@ -267,14 +268,15 @@ def json_files(cameras: Sequence[BagJob]) -> List[Path]:
 
 def digests(cameras: Sequence[BagJob], csv: Optional[Path]) -> Dict[str, str]:
     """Return checksums of the table and of the JSON files, by which they are known later; of those that are there."""
-    found = {'csv': [csv] if csv is not None and csv.is_file() else [], 'json': json_files(cameras)}
+    found = {'csv': [csv] if csv is not None and os.path.lexists(str(csv)) else [], 'json': json_files(cameras)}
     return {kind: _digest(files) for kind, files in found.items() if files}
 
 
 def _digest(files: Sequence[Path]) -> str:
     digest = hashlib.sha256()
     for file in files:
-        digest.update(hashlib.sha256(file.read_bytes()).digest())
+        # a link to nothing is a file of the user too
+        digest.update(hashlib.sha256(file.read_bytes() if file.exists() else b'').digest())
     return digest.hexdigest()
 
 
@@ -302,11 +304,13 @@ def is_done(job: Union[BagJob, RigJob]) -> bool:
     """
     noted, there = finished_record(job), digests(job.cameras, job.csv)
     places = {'csv': job.csv, 'json': job.json}
-    foreign = [job.output] if noted is None and job.output.exists() else []
+    foreign = [job.output] if noted is None and os.path.lexists(str(job.output)) else []
     foreign += [places[kind] for kind, digest in there.items() if (noted or {}).get(kind) != digest]
     if foreign:
-        raise ParameterError(f'{foreign[0]} is there already, and no finished run has made it of this input with these '
-                             'parameters; give another name, or --overwrite')
+        names = ' and '.join(map(str, foreign))
+        raise ParameterError(f'{names} {"is" if len(foreign) == 1 else "are"} there already, and not as a finished run '
+                             'of this version makes it of this input with these parameters; give another name, or '
+                             '--overwrite')
     return noted is not None and all(kind in there for kind, place in places.items() if place is not None)
 
 
