@@ -5,7 +5,7 @@ acceleration a: Q = a^2 [[dt^4/4, dt^3/2], [dt^3/2, dt^2]] per axis (Bar-Shalom,
 Applications to Tracking and Navigation, 2001, section 6.3.2). A filter with constant velocity does not lag behind
 steady motion.
 
-**How far estimates err.** Errors of a camera repeat from frame to frame, for a time that nobody knows: a filter that
+**How far estimates err.** Errors of a camera repeat from frame to frame, for an unknown time: a filter that
 takes them for independent gets too sure, the more so the more frames it gets; one that expects them to repeat is not
 sure enough where they do not. An estimate x + k (z - x) of what was expected, x with the variance p, and what is
 measured, z with the variance r, has the variance
