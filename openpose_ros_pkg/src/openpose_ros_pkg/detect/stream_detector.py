@@ -115,8 +115,9 @@ class StreamDetector:
     With following, networks look at crops round the people who are expected in an image. The search for others is cut
     into parts, one pass over one strip of the image each, which are spread over the frames as the time allows. Where no
     person is expected, in the first image, after a gap or when stamps jump back, the image is searched in full, as
-    `Detector.detect` does. What is remembered is that of images of one size; where a camera changes to a new resolution,
-    ids stay. An image with a stamp of 0 or less has no history: it is searched in full, and its people get new ids.
+    `Detector.detect` does. What is remembered is that of images of one size; where a camera changes to a new one of the
+    same aspect, ids stay. An image with a stamp of 0 or less has no history: it is searched in full, and its people get
+    new ids.
 
     Args:
         detector: what finds the people.
