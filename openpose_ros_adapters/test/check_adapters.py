@@ -125,7 +125,7 @@ class AdaptersTest(unittest.TestCase):
         again = next(one for one in self.tracks.messages[::-1] if not one.tracks)
         first = self.tracks.messages[self.tracks.messages.index(again) + 1]
         self.assertEqual(first.tracks[0].age.to_sec(), 0.0)
-        # an image without detections would say that nobody was seen in it
+        # an image without detections would say that no person was seen in it
         self.assertTrue(all(message.detections for message in self.images.messages))
 
     def test_what_is_no_people_is_dropped(self):

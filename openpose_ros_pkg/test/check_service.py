@@ -109,7 +109,7 @@ class ServiceTest(unittest.TestCase):
                 self.assertEqual([person.person_ID for person in detect(image(bgr, stamp, 'same')).detections], [1])
 
     def test_requests_far_apart_and_without_a_stamp_are_searched_in_full(self):
-        """At a rate for which the network would see a part of each picture alone; nobody comes from one before."""
+        """At a rate for which the network would see a part of each picture alone; no person is carried over."""
         detect, seen = rospy.ServiceProxy('followed/detect_poses', GetPersons), set()
         for number, stamp in ((0, 100.0), (8, 160.0), (0, 220.0), (0, 0.0), (8, 0.0), (0, 0.0)):
             detections = detect(image(picture(number), stamp, 'far apart')).detections

@@ -33,7 +33,7 @@ TIMEOUT = 30.0
 
 
 class Scene:
-    """Sends what a camera sees, until it is told that somebody leaves, or that it is to be silent."""
+    """Sends what a camera sees, until it is told that a person leaves, or that it is to be silent."""
 
     def __init__(self):
         self.ids, self.sends = [5, 6], True

@@ -78,7 +78,7 @@ def test_a_driver_may_change_size_and_aspect_ratio_of_its_images(chain):
     assert chain.expected('left', 0.1, wide.size) is None
     estimate = chain.in_space(wide.people, CameraFrame(wide.size, DepthImage(wide.depth, wide.camera), 0.1, wide.bgr,
                                                        camera='left'))
-    assert estimate.people.ids.tolist() == ids, 'in space, nobody has moved'
+    assert estimate.people.ids.tolist() == ids, 'in space, no person has moved'
     expected = chain.expected('left', 0.2, wide.size)
     both = expected.present & wide.people.present
     assert both.sum() > 10 and np.abs(expected.xy - wide.people.xy)[both].max() < 3
@@ -95,7 +95,7 @@ def test_image_and_depth_may_change_their_resolutions(chain, of_image, of_depth)
         assert estimate.people.ids.tolist() == [1] and estimate.doubts == ()
         known = estimate.people.status[0] != MISSING
         assert np.abs(estimate.people.xyz - FRAME.xyz)[0, known].max() < 0.1 and known.sum() == 18
-        # somebody who stands
+        # a person who stands
         assert number == 0 or np.abs(estimate.people.velocity[0]).max() < 0.3
         expected = chain.expected('left', stamp + 1 / 15, seen.size)
         assert np.abs(expected.xy - seen.people.xy).max() < 0.02 * seen.size[0]

@@ -292,7 +292,7 @@ def test_a_person_hidden_but_for_three_joints_keeps_the_id():
 
 
 def test_ids_that_a_camera_gives_no_more_are_forgotten():
-    """A camera that gives somebody a new id in each frame, for ten minutes."""
+    """A camera that gives a person a new id in each frame, for ten minutes."""
     room, fusion, camera = paths(((0, 0), (0, 0))), PeopleFusion(), around(1)[0]
     for number in range(600 * 2):
         stamp = 0.1 + number / 2

@@ -26,7 +26,8 @@ _OF_EVERY_NODE = ('rosout', 'diagnostics', 'get_loggers', 'set_logger_level', 'p
                   'parameter_updates', 'set_parameters')
 
 
-def run_node(name: str, kind: Type[Settings], make: Callable[[Settings], Any]) -> int:
+def run_node(name: str, kind: Type[Settings], make: Callable[[Settings], Any],
+             failed: Callable[[Any], bool] = lambda node: False) -> int:
     """Initialise the node, build it of its parameters and serve until shutdown; exit with 1 when it can not be built.
 
     Arguments of the command line are private parameters too, as --NAME=VALUE (see `read_flags`); they win over what the
@@ -37,9 +38,10 @@ def run_node(name: str, kind: Type[Settings], make: Callable[[Settings], Any]) -
         name: default node name.
         kind: parameter class or record of the private parameters.
         make: builds the node of them and returns it; raises OpenposeRosError for what the user has to mend.
+        failed: tells at the end whether the node could not do all of its work.
 
     Returns:
-        The exit status: 1 where the node has a `Playback` that failed.
+        The exit status: 1 where it failed.
     """
     if {'-h', '-help', '--help'} & set(sys.argv[1:]):
         sys.stdout.write(f'{sys.modules[make.__module__].__doc__}\n'
@@ -58,9 +60,8 @@ def run_node(name: str, kind: Type[Settings], make: Callable[[Settings], Any]) -
             raise
         _wait()  # for the end, which was asked for
     is_built.set()
-    rospy.spin()  # the node lives until here: its publishers and threads serve while spinning
-    playback = getattr(node, 'playback', None)
-    return int(playback is not None and playback.failed)
+    rospy.spin()
+    return int(failed(node))  # the node lives until here: its publishers and threads serve while spinning
 
 
 def _start(name: str, kind: Type[Settings], make: Callable[[Settings], Any], flags: Dict[str, Any],

@@ -12,7 +12,7 @@ _THROTTLE = Throttle()
 _LEAST_PAUSE = 0.1
 
 
-def report(name: str, error: Exception) -> None:
+def _report(name: str, error: Exception) -> None:
     """Log what a thread met, at most once in a time for each thread (`Throttle`)."""
     if _THROTTLE.is_due(name) and not rospy.is_shutdown():
         rospy.logerr('thread %s: %r; it goes on', name, error)
@@ -30,7 +30,7 @@ def repeat(work: Callable[[], object], name: str, period: float = 0.0) -> None:
             try:
                 work()
             except Exception as error:  # the thread must outlive it
-                report(name, error)
+                _report(name, error)
                 time.sleep(_LEAST_PAUSE)  # what raises at once must not take all time
             time.sleep(period)
 

@@ -9,7 +9,7 @@ from std_msgs.msg import Header
 
 from openpose_ros_signals.records import PersonSignals
 from openpose_ros_signals.ros.convert import summary_to_message
-from openpose_ros_signals.ros.input_end import SILENCE, InputEnd
+from openpose_ros_signals.ros.input_end import InputEnd
 from openpose_ros_signals.show.summary import Summary
 
 
@@ -45,8 +45,8 @@ class Announcer:
                                                             frame_id=self._header.frame_id)))
 
     def _answer(self, _request: GetPeopleRequest) -> GetPeopleResponse:
-        """Return who is there; raises rospy.ServiceException while no people come: that is not the same as nobody."""
+        """Return who is there; raises rospy.ServiceException while no messages come."""
         if self._input.silent:
-            raise rospy.ServiceException(f'no people came for {SILENCE:g} s: is the extractor running?')
+            raise rospy.ServiceException('no people come: is the extractor running?')
         with self._lock:
             return GetPeopleResponse(summary_to_message(self._summary.people, self._header))

@@ -110,4 +110,4 @@ class RgbdPlayer:
 
 def main() -> int:
     """Run the player node; return the exit status."""
-    return run_node('rgbd_player_node', PlayerParams, RgbdPlayer)
+    return run_node('rgbd_player_node', PlayerParams, RgbdPlayer, lambda player: player.playback.failed)

@@ -79,4 +79,4 @@ class Camera:
 
 def main() -> int:
     """Run the camera node; return the exit status."""
-    return run_node('camera_node', CameraParams, Camera)
+    return run_node('camera_node', CameraParams, Camera, lambda camera: camera.playback.failed)
