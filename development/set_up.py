@@ -273,7 +273,7 @@ def _set_up_build() -> None:
 def _fingerprint() -> str:
     sums = hashlib.sha256(f'{ROOT} {output_of(PYTHON, "--version")}'.encode())
     sums.update(output_of('dpkg-query', '--show', 'catkin', 'ros-noetic-catkin').encode())
-    files = [path for package in PACKAGES for path in sorted((ROOT / package).rglob('*')) if path.is_file()]
+    files = [path for folder in PACKAGES.values() for path in sorted(folder.rglob('*')) if path.is_file()]
     for path in [ROOT / 'CMakeLists.txt', *files]:
         is_read = path.name in BUILT_NAMES or path.suffix in BUILT_SUFFIXES or path.parent.name == 'env-hooks'
         if is_read or path.suffix == '.test' or path.parent.name == 'scripts':

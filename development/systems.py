@@ -1,4 +1,4 @@
-"""What each operating system gives by apt; the only place that knows. The rest comes from PyPI (requirements*.txt).
+"""What each operating system gives by apt; the only place that knows. The rest: locks/requirements*.in.
 
 The dependencies of the packages are read from their package.xml files, the tables say what they are called here.
 docs/support.md says on which of the systems what was run.
@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Dict, List, Mapping, Optional, Set, Tuple
 
-from development import PACKAGES, ROOT
+from development import PACKAGES
 
 FROM_PYPI = ''
 NOT_THERE = ''
@@ -118,7 +118,7 @@ def _version(words: Mapping[str, str]) -> Tuple[float, ...]:
 
 def dependencies() -> Set[str]:
     """Return the rosdep keys of everything that the package.xml files name, but for these packages themselves."""
-    manifests = [ElementTree.parse(str(ROOT / package / 'package.xml')).getroot() for package in PACKAGES]
+    manifests = [ElementTree.parse(str(folder / 'package.xml')).getroot() for folder in PACKAGES.values()]
     return {str(child.text) for manifest in manifests for child in manifest if 'depend' in child.tag} - set(PACKAGES)
 
 

@@ -60,7 +60,7 @@ def lint(results: Path) -> int:
     # NumPy 2 annotates shapes and takes right code for wrong (`known.any(axis=1)` may be a scalar): there without types
     types = [] if NUMPY.read_text().startswith('numpy==1.') else ['--no-site-packages']
     checks = {
-        'ruff check': [str(VENV / 'bin/ruff'), 'check', '--no-cache', 'benchmarks', 'demo', 'development', *PACKAGES,
+        'ruff check': [str(VENV / 'bin/ruff'), 'check', '--no-cache', 'development', *map(str, PACKAGES.values()),
                        'tests'],
         'mypy': [str(VENV / 'bin/mypy'), *types],
         'shellcheck': ['shellcheck', 'run', '.ci/run'],
@@ -80,7 +80,7 @@ def unit(results: Path) -> int:
 def ros(results: Path) -> int:
     environment = workspace_environment()
     say('== tests with ROS messages')
-    scripts = sorted(str(path) for package in PACKAGES for path in (ROOT / package).glob('test/test_*.py'))
+    scripts = sorted(str(path) for folder in PACKAGES.values() for path in folder.glob('test/test_*.py'))
     failed = _pytest(results, 'messages', scripts, environment)
     say('== tests/fuzz/ros, a few examples')
     failed += _pytest(results, 'fuzz_messages', [FUZZ_MESSAGES], environment)

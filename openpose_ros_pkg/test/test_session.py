@@ -36,7 +36,8 @@ with socket.create_server(('localhost', int(sys.argv[2]))) as server:
 def start(tmp_path):
     """What starts a program; every process that it leaves is found at the end by a variable."""
     environment = {**os.environ, MARK: str(tmp_path), 'TMPDIR': str(tmp_path)}
-    environment['PYTHONPATH'] = os.pathsep.join([str(ROOT / 'benchmarks'), environment.get('PYTHONPATH', '')])
+    environment['PYTHONPATH'] = os.pathsep.join([str(ROOT / 'development/benchmarks'),
+                                                 environment.get('PYTHONPATH', '')])
     yield lambda *command, **variables: subprocess.Popen(
         [sys.executable, *command], env={**environment, **variables}, text=True, stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE, stderr=subprocess.PIPE)
@@ -56,7 +57,7 @@ def test_benchmark_that_is_ended(start, number, status, tmp_path):
 def test_demo_that_is_ended_while_it_waits_for_its_master(start, tmp_path):
     (tmp_path / 'roscore').write_text(SILENT_MASTER.format(python=sys.executable, folder=tmp_path))
     (tmp_path / 'roscore').chmod(0o755)
-    demo = start(str(ROOT / 'demo/demo.py'), '--output', str(tmp_path / 'output'),
+    demo = start(str(ROOT / 'development/demo/demo.py'), '--output', str(tmp_path / 'output'),
                  PATH=f'{tmp_path}{os.pathsep}{os.environ["PATH"]}')
     await_true((tmp_path / 'is_asked').exists, 'a question to the master')
     demo.send_signal(signal.SIGTERM)

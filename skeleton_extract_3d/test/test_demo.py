@@ -3,7 +3,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-DEMO = Path(__file__).resolve().parents[2] / 'demo' / 'demo.py'
+DEMO = Path(__file__).resolve().parents[2] / 'development' / 'demo' / 'demo.py'
 TIMEOUT = 120.0  # [s]
 
 

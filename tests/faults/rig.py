@@ -71,10 +71,10 @@ CHAINS: Dict[str, Dict[str, Program]] = {
     'two': {'service': Program('openpose_ros_pkg/scripts/openpose_ros_node_3d', _DETECTION),
             'extractor': Program('skeleton_extract_3d/scripts/skeleton_extract_3d_node', {'service_timeout': 1.0}),
             'markers': Program('skeleton_extract_3d/scripts/skeleton_extract_3d_visualization_node', {'lazy': False})},
-    'fusion': {'people': Program('openpose_ros_fusion/scripts/people_fusion_node', {
+    'fusion': {'people': Program('extensions/openpose_ros_fusion/scripts/people_fusion_node', {
         'cameras': ' '.join(fusion_cameras.WITH_DEPTH), 'rgb_cameras': fusion_cameras.WITHOUT_DEPTH,
         'fixed_frame': ROOM})},
-    'signals': {'people': Program('openpose_ros_signals/scripts/people_signals_node', {
+    'signals': {'people': Program('extensions/openpose_ros_signals/scripts/people_signals_node', {
         'fixed_frame': ROOM, 'use_cloud': True, 'use_landmarks': True, 'summary': True, 'targets': TARGETS})},
 }
 _REMAPPINGS = ('~image:=image', '~point_cloud:=points', '~depth_image:=points', '~camera_info:=camera_info',

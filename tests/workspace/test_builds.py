@@ -10,12 +10,12 @@ from pathlib import Path
 
 import pytest
 
+from development import PACKAGES
 from development.systems import this_system
 from documented_programs import blocks, programs
 from workspaces import ROOT, SETTINGS, copy_checkout, plain_environment, shell
 
-PYTHON_PACKAGES = ('openpose_ros_pkg', 'skeleton_extract_3d', 'openpose_ros_fusion', 'openpose_ros_tools',
-                   'openpose_ros_signals', 'openpose_ros_adapters', 'openpose_ros_hri', 'openpose_ros_mocap')
+PYTHON_PACKAGES = [name for name, folder in PACKAGES.items() if (folder / 'setup.py').is_file()]
 
 
 @pytest.fixture(scope='module')
@@ -30,7 +30,7 @@ def check_space(space, environment):
         modules += ', openvino'
     node_imports = ''
     for package in PYTHON_PACKAGES:
-        scripts = sorted(path for path in (ROOT / package / 'scripts').iterdir() if path.is_file())
+        scripts = sorted(path for path in (PACKAGES[package] / 'scripts').iterdir() if path.is_file())
         assert scripts
         for script in scripts:
             program = space / 'lib' / package / script.name
@@ -61,17 +61,17 @@ def check_installed_files(space, environment):
     """The install space stands alone: it holds all files that the nodes read."""
     for package in ('openpose_ros_pkg', 'skeleton_extract_3d', 'openpose_ros_nodelets'):
         for name in ('config', 'launch', 'rviz', 'demo'):
-            for path in (ROOT / package / name).rglob('*'):
-                installed = space / 'share' / package / path.relative_to(ROOT / package)
+            for path in (PACKAGES[package] / name).rglob('*'):
+                installed = space / 'share' / package / path.relative_to(PACKAGES[package])
                 assert installed.exists() and not installed.is_symlink(), installed
-        launch_files = ' '.join(path.name for path in (ROOT / package / 'launch').glob('*.launch'))
+        launch_files = ' '.join(path.name for path in (PACKAGES[package] / 'launch').glob('*.launch'))
         shell(f'source {space}/setup.bash\nfor file in {launch_files}; do roslaunch --files {package} $file; done',
               space.parent, environment)
     for package in PYTHON_PACKAGES:
         find = f'source {space}/setup.bash\n/usr/bin/python3 -c "import {package} as p; print(p.__file__)"'
         module = Path(shell(find, space.parent, environment).strip()).parent
         assert space in module.parents
-        source = ROOT / package / 'src' / package
+        source = PACKAGES[package] / 'src' / package
         data = {path.relative_to(source) for path in source.glob('**/data/**/*')}
         assert {path.relative_to(module) for path in module.glob('**/data/**/*')} == data
 

@@ -8,7 +8,8 @@ import xml.etree.ElementTree as ElementTree
 
 import pytest
 
-from workspaces import NOT_SOURCE, ROOT, SETTINGS, plain_environment, shell
+from development import PACKAGES as FOLDERS
+from workspaces import NOT_SOURCE, SETTINGS, plain_environment, shell
 
 CHECK = """
 import importlib, importlib.util, pkgutil, sys
@@ -24,13 +25,12 @@ if sys.argv[1] != 'openpose_ros_nodelets':  # C++ alone
 def needed_by(package):
     """Packages of this repository that a package names for its build or for running, and those that these name."""
     kinds = ('depend', 'build_depend', 'exec_depend', 'build_export_depend')
-    root = ElementTree.parse(str(ROOT / package / 'package.xml')).getroot()
-    named = [element.text for kind in kinds for element in root.iter(kind) if (ROOT / element.text).is_dir()]
+    root = ElementTree.parse(str(FOLDERS[package] / 'package.xml')).getroot()
+    named = [element.text for kind in kinds for element in root.iter(kind) if element.text in FOLDERS]
     return sorted({*named, *(further for name in named for further in needed_by(name))})
 
 
-PACKAGES = sorted((path.parent.name for path in ROOT.glob('*/package.xml')),
-                  key=lambda package: len(needed_by(package)))
+PACKAGES = sorted(FOLDERS, key=lambda package: len(needed_by(package)))
 
 
 @pytest.fixture(scope='module')
@@ -54,7 +54,7 @@ def test_package_alone(package, spaces, environment, tmp_path):
     """It builds, installs, imports all its modules and answers --help with nothing but what it names."""
     needed = needed_by(package)
     assert all((spaces / name).is_dir() for name in needed), 'what it needs could not be installed'
-    shutil.copytree(str(ROOT / package), str(tmp_path / 'src' / package), symlinks=True, ignore=NOT_SOURCE)
+    shutil.copytree(str(FOLDERS[package]), str(tmp_path / 'src' / package), symlinks=True, ignore=NOT_SOURCE)
     sources = '\n'.join(f'source {spaces / name}/setup.bash --extend' for name in needed)
     build = f'catkin_make_isolated --install --install-space {spaces / package} {SETTINGS}'
     shell(f'{sources}\n{build}', tmp_path, environment)

@@ -109,7 +109,7 @@ def refused(parameters: Dict[str, Any], *words: str) -> Callable[[Any], None]:
     def run(rig: Any) -> None:
         from faults.rig import Program, says_when_it_ends
         says_when_it_ends(rig, f'refused/fusion_{abs(hash(words))}',
-                          Program('openpose_ros_fusion/scripts/people_fusion_node', parameters), *words)
+                          Program('extensions/openpose_ros_fusion/scripts/people_fusion_node', parameters), *words)
     return run
 
 

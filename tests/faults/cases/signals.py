@@ -62,7 +62,7 @@ def refused(parameters: Dict[str, Any], *words: str) -> Callable[[Any], None]:
     def run(rig: Any) -> None:
         from faults.rig import Program, says_when_it_ends
         says_when_it_ends(rig, f'refused/signals_{abs(hash(words))}',
-                          Program('openpose_ros_signals/scripts/people_signals_node', parameters), *words)
+                          Program('extensions/openpose_ros_signals/scripts/people_signals_node', parameters), *words)
     return run
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.people import People3D
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[3] / 'benchmarks'))
+sys.path.insert(0, str(Path(__file__).resolve().parents[3] / 'development' / 'benchmarks'))
 
 import accuracy_3d
 

@@ -1,6 +1,4 @@
 """The YAML files in config/ say what the parameter classes say: same keys, same defaults, same words."""
-from pathlib import Path
-
 import pytest
 import yaml
 
@@ -10,12 +8,12 @@ import openpose_ros_hri.node_params
 import openpose_ros_pkg.params.nodes
 import openpose_ros_signals.node_params
 import skeleton_extract_3d.node_params
+from development import PACKAGES
 from openpose_ros_pkg.networks.backends import BackendParams
 from openpose_ros_pkg.networks.backends.compiled_cache import open_cache
 from openpose_ros_pkg.params.parameters import build, flat_values, parameter_fields, to_yaml
 
-ROOT = Path(__file__).parents[3]
-FILES = [(ROOT / package.__name__.split('.')[0] / 'config' / name, kind)
+FILES = [(PACKAGES[package.__name__.split('.')[0]] / 'config' / name, kind)
          for package in (openpose_ros_pkg.params.nodes, skeleton_extract_3d.node_params,
                          openpose_ros_fusion.node_params, openpose_ros_signals.node_params,
                          openpose_ros_adapters.node_params, openpose_ros_hri.node_params)
@@ -59,5 +57,5 @@ def test_no_key_is_in_two_classes_of_a_node(path, kind):
 def test_every_file_in_config_belongs_to_a_node():
     there = {path for package in ('openpose_ros_pkg', 'skeleton_extract_3d', 'openpose_ros_fusion',
                                         'openpose_ros_signals', 'openpose_ros_adapters', 'openpose_ros_hri')
-             for path in (ROOT / package / 'config').iterdir()}
+             for path in (PACKAGES[package] / 'config').iterdir()}
     assert there == {path for path, _ in FILES}

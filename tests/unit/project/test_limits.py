@@ -1,18 +1,15 @@
 """No module, folder or function is larger than a reader can hold; CONTRIBUTING.md has the limits."""
 import ast
 from collections import Counter
-from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parents[3]
+from development import PACKAGES, ROOT
+
 MODULE_LINES, FUNCTION_LINES, ARGUMENTS, MODULES = 400, 50, 6, 14
-FOLDERS = ('openpose_ros_pkg/src', 'skeleton_extract_3d/src', 'openpose_ros_fusion/src',
-           'openpose_ros_signals/src', 'openpose_ros_adapters/src', 'openpose_ros_hri/src',
-           'openpose_ros_tools/src', 'openpose_ros_mocap/src',
-           'openpose_ros_nodelets/src', 'benchmarks', 'demo', 'development')
+FOLDERS = (*(folder / 'src' for folder in PACKAGES.values()), ROOT / 'development')
 SUFFIXES = ('.py', '.cpp', '.h')
-FILES = sorted(path for folder in FOLDERS for path in (ROOT / folder).rglob('*') if path.suffix in SUFFIXES)
+FILES = sorted(path for folder in FOLDERS for path in folder.rglob('*') if path.suffix in SUFFIXES)
 
 
 def functions(text):
@@ -45,7 +42,7 @@ def test_folders():
     assert {str(folder): number for folder, number in modules.items() if number > MODULES} == {}
 
 
-@pytest.mark.parametrize('pattern', ['tests/unit/*/test_*.py', '*/test/test_*.py'])
+@pytest.mark.parametrize('pattern', ['tests/unit/*/test_*.py', 'tests/openpose*/test_*.py'])
 def test_names_of_test_files_differ(pattern):
     """Pytest imports those of one run by their names alone."""
     names = Counter(path.name for path in ROOT.glob(pattern) if 'devel' not in path.parts and 'build' not in path.parts)

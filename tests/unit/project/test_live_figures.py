@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[3] / 'benchmarks'))
+sys.path.insert(0, str(Path(__file__).resolve().parents[3] / 'development' / 'benchmarks'))
 
 from common import DEMO
 from live.crowd import make_crowd

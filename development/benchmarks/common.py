@@ -1,0 +1,141 @@
+"""What the benchmarks share: the packages of this repository, settings, tables, processes, runs on a ROS master."""
+import argparse
+import contextlib
+import json
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Callable, Dict, Iterator, Optional, Sequence, Tuple
+
+import psutil
+import yaml
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.extend([*map(str, ROOT.glob('*/src')), *map(str, ROOT.glob('extensions/*/src')), str(ROOT / 'tests/support'),
+                 str(ROOT / 'devel/lib/python3/dist-packages')])
+
+from openpose_ros_pkg.command_line import INTERRUPTED, all_ends_are_interrupts, setting_values
+from openpose_ros_pkg.errors import OpenposeRosError
+
+if TYPE_CHECKING:
+    from openpose_ros_pkg.ros.session import Session
+
+# The sequence that is part of this repository.
+DEMO = ROOT / 'skeleton_extract_3d' / 'demo' / 'cross'
+
+Figures = Dict[str, Any]
+
+
+class Parser(argparse.ArgumentParser):
+    """A command line whose help is the docstring of the benchmark, as it is."""
+
+    def __init__(self, doc: str) -> None:
+        super().__init__(description=doc, formatter_class=argparse.RawDescriptionHelpFormatter)
+
+    def add_settings(self, whose: str, option: str = '--set') -> None:
+        """Add an option for parameters, which `settings` reads."""
+        self.add_argument(option, metavar='KEY=VALUE', action='append', default=[],
+                          help=f'a parameter {whose}; may be repeated')
+
+    def parse_named(self, name: str) -> argparse.Namespace:
+        """Return the arguments of the command line; those like NAME:=VALUE may stand anywhere, and come as `name`."""
+        named = [text for text in sys.argv[1:] if ':=' in text]
+        arguments = self.parse_args([text for text in sys.argv[1:] if text not in named])
+        setattr(arguments, name, named)
+        return arguments
+
+    def settings(self, texts: Sequence[str]) -> Dict[str, Any]:
+        """Return the parameters of KEY=VALUE texts, values read as YAML."""
+        return setting_values(self, texts)
+
+
+def new_path(text: str) -> Path:
+    """Return the path of an output, as `type` of an option; a file or a filled folder that is there is refused."""
+    path = Path(text)
+    if path.is_file() or (path.is_dir() and any(path.iterdir())):
+        raise argparse.ArgumentTypeError(f'{path} is there already; give another name')
+    return path
+
+
+@contextlib.contextmanager
+def errors_end_the_program() -> Iterator[None]:
+    """Tell errors of this project, and of files, in one line; let signals end the program as Ctrl-C does."""
+    try:
+        with all_ends_are_interrupts():
+            yield
+    except KeyboardInterrupt:
+        raise SystemExit(INTERRUPTED) from None
+    except (OpenposeRosError, OSError) as error:
+        raise SystemExit(f'error: {error}') from error
+
+
+def elapsed(call: Callable[[], Any]) -> Tuple[float, Any]:
+    """Return the milliseconds that a call takes, and its result."""
+    began = time.perf_counter()
+    result = call()
+    return 1e3 * (time.perf_counter() - began), result
+
+
+def markdown(rows: Sequence[Sequence[object]]) -> str:
+    """Return rows, the first with the names of the columns, as a table in Markdown."""
+    lines = [f"| {' | '.join(map(str, row))} |" for row in rows]
+    lines.insert(1, '| --- |' + ' ---: |' * (len(rows[0]) - 1))
+    return '\n'.join(lines) + '\n'
+
+
+class Usage:
+    """Processor and memory of processes."""
+
+    def __init__(self, processes: Dict[str, psutil.Process]) -> None:
+        self._processes = processes
+        self._begin, self._before = time.monotonic(), self._seconds()
+
+    def _seconds(self) -> Dict[str, float]:
+        return {name: sum(process.cpu_times()[:2]) for name, process in self._processes.items()}
+
+    def processor(self) -> Dict[str, float]:
+        """Return what each took since the last call [% of a core]."""
+        now, seconds = time.monotonic(), self._seconds()
+        shares = {name: 100 * (seconds[name] - self._before[name]) / (now - self._begin) for name in seconds}
+        self._begin, self._before = now, seconds
+        return shares
+
+    def memory(self) -> Dict[str, float]:
+        """Return the resident memory of each [MB]."""
+        return {name: process.memory_info().rss / 1e6 for name, process in self._processes.items()}
+
+
+def tell(figures: Figures, path: Optional[Path]) -> None:
+    """Print figures as YAML, and write them as JSON if a path is given."""
+    def short(value: Any) -> Any:
+        if isinstance(value, dict):
+            return {str(key): short(part) for key, part in value.items()}
+        if isinstance(value, (list, tuple)):
+            return [short(part) for part in value]
+        return float(f'{value:.4g}') if isinstance(value, float) else value
+
+    print(yaml.safe_dump(short(figures), sort_keys=False, default_flow_style=None, width=120))
+    if path:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(json.dumps(figures, indent=1))
+
+
+def run_live(measure: Callable[['Session', Path], Figures], path: Optional[Path] = None) -> int:
+    """Measure nodes on a ROS master of their own and tell the figures; return the exit status.
+
+    Args:
+        measure: is given the session and its folder, and returns the figures.
+        path: of the figures as JSON; None: not written.
+    """
+    from openpose_ros_pkg.ros.session import Session  # most benchmarks need no ROS
+    with errors_end_the_program(), tempfile.TemporaryDirectory(prefix='openpose_ros_bench_') as folder:
+        try:
+            with Session(Path(folder)) as session:
+                figures = measure(session, Path(folder))
+        except OpenposeRosError as error:
+            print(error, *(log.read_text(errors='replace') for log in Path(folder).glob('*.log')), sep='\n',
+                  file=sys.stderr)
+            return 1
+    tell(figures, path)
+    return 0

@@ -1,0 +1,379 @@
+#!/usr/bin/python3
+"""The programs of docs/ten_things.md do what the page says, on messages that a test makes by hand."""
+import subprocess
+import sys
+import tempfile
+import threading
+import unittest
+from pathlib import Path
+
+import numpy as np
+import rospy
+import rostest
+from geometry_msgs.msg import Point, PointStamped, Pose, PoseStamped, Quaternion, Twist, Vector3
+from openpose_ros_msgs.msg import (
+    BodypartDetection_3d,
+    FaceDetection_3d,
+    FaceDetection_3dArray,
+    PeopleSummary,
+    PersonDetection_3d,
+    PersonDetection_3dArray,
+    PersonGesture,
+    PersonPointing,
+    PersonSignals,
+    PersonSignalsArray,
+    PersonSummary,
+    PersonVelocity_3d,
+)
+from openpose_ros_msgs.srv import GetPeople, GetPeopleResponse
+from sensor_msgs import point_cloud2
+from sensor_msgs.msg import PointCloud2
+from std_msgs.msg import Bool, Header, Int32, String
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[3] / 'tests' / 'support'))
+
+from documented_programs import programs
+from openpose_ros_pkg.ros.session import PATIENCE, Recorder, await_true
+
+PEOPLE, SIGNALS, FACES = (f'openpose_ros/skeleton_3d/{name}'
+                          for name in ('detected_poses_3d', 'people_signals', 'detected_faces_3d'))
+PARTS = PersonDetection_3d.__slots__[3:]
+MEASURED, INFERRED = BodypartDetection_3d.MEASURED, BodypartDetection_3d.INFERRED
+NAN = float('nan')
+RATE = 20.0
+
+
+def part(x, y, z, status=MEASURED, sigma=0.02):
+    """Return a joint in the camera's frame that is at x, y, z of base_link."""
+    return BodypartDetection_3d(x=-y, y=1.2 - z, z=x, confidence=0.9, status=status, sigma=sigma)
+
+
+def joints(number, speed=0.0, **parts):
+    """Return a person with some joints, the others are missing; and their velocities."""
+    missing = BodypartDetection_3d(x=NAN, y=NAN, z=NAN, sigma=NAN)
+    return (PersonDetection_3d(person_ID=number, **{name: parts.get(name, missing) for name in PARTS}),
+            PersonVelocity_3d(person_ID=number, **{name: Vector3(speed, 0.0, 0.0) for name in PARTS}))
+
+
+def people(*persons):
+    return lambda header: PersonDetection_3dArray(
+        header=Header(stamp=header.stamp, frame_id='camera'), pose_model='COCO_18',
+        persons=[person for person, _ in persons], velocities=[velocity for _, velocity in persons])
+
+
+def does(number, x=NAN, y=NAN, z=1.1, *gestures, **values):
+    """Return the signals of a person at a place of the room."""
+    told_else = {'posture': PersonSignals.STANDING, 'speed': NAN, 'walking_direction': Vector3(NAN, NAN, NAN), **values}
+    return PersonSignals(person_ID=number, position=Point(x, y, z), floor_pose=Pose(position=Point(x, y, 0.0)),
+                         gestures=list(gestures), **told_else)
+
+
+def signals(*persons):
+    return lambda header: PersonSignalsArray(header=header, persons=list(persons))
+
+
+def told(name, arm='right', since=None, ray=()):
+    return PersonGesture(name=name, arm=arm, since=since or rospy.Time(1), confidence=1.0, pointing=list(ray))
+
+
+class Feed(threading.Thread):
+    """Publishes what it is told on a topic, again and again with new stamps, to a program that has subscribed."""
+
+    def __init__(self, topic, kind, make):
+        super().__init__(daemon=True)
+        self._topic, self.make, self.sent = rospy.Publisher(topic, kind, queue_size=5), make, 0
+        await_true(self._topic.get_num_connections, f'a reader of {topic}')
+        self._ended = threading.Event()
+
+    def run(self):
+        while not self._ended.wait(1 / RATE):
+            self._topic.publish(self.make(Header(stamp=rospy.Time.now(), frame_id='map')))
+            self.sent += 1
+
+    def __enter__(self):
+        self.start()
+        return self
+
+    def __exit__(self, *_):
+        self._ended.set()
+        self.join()
+
+    def send(self, make, frames=0):
+        """Publish something else from now on; return after some frames of it."""
+        self.make, end = make, self.sent + 1 + frames
+        await_true(lambda: self.sent >= end, 'frames are sent')
+
+
+class TenThingsTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        rospy.init_node('check_ten_things')
+        cls.folder = tempfile.TemporaryDirectory()
+        compiled = Path(rospy.get_param('~compiled') or cls.folder.name)
+        cls.children = []
+        for name, code in programs('ten_things.md', 'python').items():
+            program = Path(cls.folder.name) / f'{name}.py'
+            program.write_text(code)
+            command = [str(compiled / name)] if (compiled / name).is_file() else ['/usr/bin/python3', str(program)]
+            cls.children.append(subprocess.Popen([*command, f'__ns:=/{name}']))
+
+    @classmethod
+    def tearDownClass(cls):
+        for child in cls.children:
+            child.terminate()
+        for child in cls.children:
+            child.wait(PATIENCE)
+        cls.folder.cleanup()
+
+    def test_the_page_has_ten_programs(self):
+        self.assertEqual(len(self.children), 10)
+        self.assertLessEqual(set(programs('ten_things.md', 'cpp')), set(programs('ten_things.md', 'python')))
+
+    def test_stop_near_people(self):
+        ns = '/stop_near_people'
+        output = Recorder(f'{ns}/cmd_vel', Twist)
+        forwards = Twist(linear=Vector3(0.3, 0.0, 0.0))
+
+        def newest(speed):
+            await_true(lambda: [each.linear.x for each in output.messages[-3:]] == 3 * [speed], f'{ns}: {speed} m/s')
+
+        newest(0.0)  # no people yet
+        far, near = (joints(1, nose=part(x, 0.0, 1.6), left_wrist=part(x - 0.2, 0.1, 1.0, INFERRED))
+                     for x in (1.7, 1.0))
+        with Feed(f'{ns}/cmd_vel_in', Twist, lambda _: forwards), \
+                Feed(f'{ns}/{PEOPLE}', PersonDetection_3dArray, people()) as feed:
+            newest(0.3)  # nobody is there
+            feed.send(people(far))
+            newest(0.3)
+            feed.send(people(far, near))  # a hidden wrist at 0.8 m
+            newest(0.0)
+            feed.send(people(far))
+            newest(0.3)
+            feed.send(lambda header: people(far)(Header(stamp=header.stamp - rospy.Duration(5.0))))
+            newest(0.0)  # frames of five seconds ago
+            feed.send(people(far))
+            newest(0.3)
+            feed.__exit__()
+            newest(0.0)  # no people any more
+
+    def test_follow_who_waved(self):
+        ns = '/follow_who_waved'
+        output = Recorder(f'{ns}/cmd_vel', Twist)
+
+        def drives(linear, angular):
+            await_true(lambda: output.messages and np.allclose(
+                [output.messages[-1].linear.x, output.messages[-1].angular.z], [linear, angular], atol=0.01),
+                lambda: f'{ns} drives at {linear}, {angular}; {output.messages[-1:]}')
+
+        others = does(1, 1.0, -2.0)
+        with Feed(f'{ns}/{SIGNALS}', PersonSignalsArray, signals(others, does(2, 3.0, 0.3))) as feed:
+            drives(0.0, 0.0)
+            feed.send(signals(others, does(2, 3.0, 0.3, 1.1, told(PersonGesture.WAVE))))
+            drives(0.5, 1.5 * np.arctan2(0.3, 3.0))
+            feed.send(signals(others, does(2, 1.5, 0.0)))  # waves no more, is near
+            drives(0.3, 0.0)
+            feed.send(signals(others, does(9, 1.4, 0.0)))  # has another id
+            drives(0.2, 0.0)
+            feed.send(signals(others, does(9)))  # hidden
+            drives(0.0, 0.0)
+            feed.send(signals(others, does(9, 3.0, 0.0)))
+            drives(0.5, 0.0)
+            feed.send(signals(others, does(9, 3.0, 0.0, 1.1, told(PersonGesture.STOP))))
+            drives(0.0, 0.0)
+            feed.send(signals(others, does(9, 3.0, 0.0)), frames=10)
+            drives(0.0, 0.0)
+
+    def test_look_at_who_faces_me(self):
+        ns = '/look_at_who_faces_me'
+        output = Recorder(f'{ns}/look_at', PointStamped)
+
+        def face(number, x, turn):
+            """Return a face 2 m before the camera that is turned from it by an angle [deg]."""
+            half = np.radians(turn + 90.0) / 2  # x of the camera, turned about y by 90 degrees, is -z
+            keypoints = [BodypartDetection_3d(x=x + dx, y=-0.3, z=2.0, status=MEASURED) for dx in (-0.03, 0.03)]
+            return FaceDetection_3d(person_ID=number, orientation=Quaternion(0.0, np.sin(half), 0.0, np.cos(half)),
+                                    keypoints=(keypoints + 68 * [BodypartDetection_3d(x=NAN, y=NAN, z=NAN)]))
+
+        def faces(*found):
+            return lambda header: FaceDetection_3dArray(header=Header(stamp=header.stamp, frame_id='camera'),
+                                                        faces=list(found))
+
+        def looks_at(x):
+            await_true(lambda: output.messages and np.allclose(
+                [getattr(output.messages[-1].point, axis) for axis in 'xyz'], [x, -0.3, 2.0], atol=1e-5), f'{ns}: {x}')
+
+        hidden = face(3, 0.0, 0.0)
+        hidden.orientation = Quaternion(NAN, NAN, NAN, NAN)
+        with Feed(f'{ns}/{FACES}', FaceDetection_3dArray, faces(hidden, face(1, 0.5, 60.0))) as feed:
+            feed.send(faces(hidden, face(1, 0.5, 60.0)), frames=10)  # nobody who faces it
+            feed.send(faces(hidden, face(2, 0.1, 0.0), face(1, 0.5, 60.0)))
+            looks_at(0.1)
+            self.assertEqual({round(message.point.x, 3) for message in output.messages}, {0.1})
+            feed.send(faces(face(2, 0.1, 12.0), face(1, 0.0, 8.0)), frames=5)
+            looks_at(0.1)  # keeps it
+            feed.send(faces(face(2, 0.1, 20.0), face(1, 0.0, 0.0)))
+            looks_at(0.0)
+
+    def test_count_in_zone(self):
+        ns = '/count_in_zone'
+        output = Recorder(f'{ns}/people_in_zone', Int32)
+
+        def counts(number):
+            await_true(lambda: output.messages and output.messages[-1].data == number, f'{ns} counts {number}')
+
+        counts(-1)
+        with Feed(f'{ns}/{SIGNALS}', PersonSignalsArray, signals()) as feed:
+            counts(0)
+            feed.send(signals(does(1, 1.5, 0.5), does(2, 2.9, -0.9), does(3, 3.1, 0.0), does(4, 2.0, -1.1), does(5)))
+            counts(2)
+            feed.send(signals(does(1), does(2, 2.9, -0.9)))  # of one no joint is known
+            counts(1)
+        counts(-1)
+
+    def test_alarm_on_fall(self):
+        ns = '/alarm_on_fall'
+        alarms, watch = Recorder(f'{ns}/fall_alarm', PointStamped), Recorder(f'{ns}/fall_watch', Bool)
+
+        def watches(value):
+            await_true(lambda: watch.messages and watch.messages[-1].data == value, f'{ns} watches: {value}')
+
+        def fell(number, stamp, *place):
+            return does(number, *place, posture='lying', fallen=True, fall_stamp=rospy.Time(stamp), fall_duration=0.8)
+
+        watches(False)
+        lies = does(1, 1.0, 1.0, 0.2, posture='lying')  # was found so
+        with Feed(f'{ns}/{SIGNALS}', PersonSignalsArray, signals(lies, does(2, 2.0, 0.0))) as feed:
+            watches(True)
+            feed.send(signals(lies, fell(2, 100, 2.0, 0.0, NAN)), frames=5)  # the trunk is hidden
+            feed.send(signals(lies, fell(7, 100, 2.0, 0.1, 0.2)), frames=5)  # has another id
+            feed.send(signals(lies, fell(7, 200, 2.0, 0.1, 0.2)), frames=5)  # got up and fell again
+            await_true(lambda: len(alarms.messages) >= 2, 'two alarms')
+        watches(False)
+        self.assertEqual([(each.header.stamp.secs, each.header.frame_id, each.point.x, each.point.y)
+                          for each in alarms.messages], [(100, 'map', 2.0, 0.0), (200, 'map', 2.0, 0.1)])
+
+    def test_hand_over(self):
+        ns = '/hand_over'
+        output = Recorder(f'{ns}/hand_over', PointStamped)
+
+        def with_wrist(wrist, number=1, speed=0.0):
+            return joints(number, speed, right_wrist=wrist, right_shoulder=part(1.3, -0.2, 1.4),
+                          right_hip=part(1.3, -0.2, 0.9))
+
+        refused = {'hidden': with_wrist(part(0.8, -0.2, 1.1, INFERRED)),
+                   'inexact': with_wrist(part(0.8, -0.2, 1.1, sigma=0.1)),
+                   'moves': with_wrist(part(0.8, -0.2, 1.1), speed=0.5), 'hangs': with_wrist(part(1.2, -0.2, 0.8)),
+                   'up': with_wrist(part(0.9, -0.2, 1.6)), 'near the body': with_wrist(part(1.2, -0.2, 1.1)),
+                   'no shoulder': joints(1, right_wrist=part(0.8, -0.2, 1.1), right_hip=part(1.3, -0.2, 0.9)),
+                   'speed not known': with_wrist(part(0.8, -0.2, 1.1), speed=NAN)}
+        with Feed(f'{ns}/{PEOPLE}', PersonDetection_3dArray, people()) as feed:
+            feed.send(people(*refused.values()), frames=10)
+            feed.send(people(*refused.values(), with_wrist(part(0.9, -0.3, 1.1), 2)))
+            first = output.wait(1)[0]
+        self.assertEqual(first.header.frame_id, 'base_link')
+        np.testing.assert_allclose([first.point.x, first.point.y, first.point.z], [0.9, -0.3, 1.1], atol=1e-4)
+
+    def test_go_where_pointed(self):
+        ns = '/go_where_pointed'
+        output = Recorder(f'{ns}/move_base_simple/goal', PoseStamped)
+        nowhere = Point(NAN, NAN, NAN)
+
+        def pointing(number, since, direction, sigma=0.15, hit=nowhere, target=''):
+            ray = PersonPointing(origin=Point(1.0, 0.0, 1.5), direction=Vector3(*direction), sigma=sigma,
+                                 target=target, hit=hit)
+            return does(number, 1.0, 0.0, 1.1, told('point', since=since, ray=[ray]))
+
+        long_ago = rospy.Time.now() - rospy.Duration(2.0)
+        down, level = (0.6, 0.0, -0.8), (1.0, 0.0, 0.0)
+        refused = [pointing(1, rospy.Time.now() + rospy.Duration(60.0), down), pointing(2, long_ago, level),
+                   pointing(3, long_ago, down, sigma=0.6), does(4, 1.0, 0.0, 1.1, told('point', since=long_ago))]
+        with Feed(f'{ns}/{SIGNALS}', PersonSignalsArray, signals(*refused)) as feed:
+            feed.send(signals(*refused), frames=10)
+            feed.send(signals(*refused, pointing(5, long_ago, down)), frames=10)
+            lamp = pointing(6, long_ago, (0.0, 1.0, 0.0), hit=Point(1.0, 4.0, 1.2), target='lamp')
+            feed.send(signals(*refused, pointing(5, long_ago, down), lamp), frames=10)
+            output.wait(2)
+        self.assertEqual([each.header.frame_id for each in output.messages], ['map', 'map'])  # one goal each
+        floor, lamp = (each.pose for each in output.messages)
+        np.testing.assert_allclose([floor.position.x, floor.position.y, floor.position.z], [2.125, 0.0, 0.0], atol=1e-5)
+        np.testing.assert_allclose([lamp.position.x, lamp.position.y, lamp.position.z], [1.0, 4.0, 0.0], atol=1e-5)
+        np.testing.assert_allclose([lamp.orientation.z, lamp.orientation.w], [0.5 ** 0.5, 0.5 ** 0.5], atol=1e-5)
+
+    def test_who_sits_at_the_table(self):
+        ns = '/who_sits_at_the_table'
+        persons = []
+
+        def answer(_):
+            if not persons:
+                raise rospy.ServiceException('no people come')
+            now = rospy.Time.now()
+            summary = PeopleSummary(header=Header(stamp=now, frame_id='map'))
+            for person in persons:
+                person.posture_since = now - rospy.Duration(person.posture_confidence)
+                summary.persons.append(PersonSummary(signals=person))
+            return GetPeopleResponse(summary)
+
+        def sits(number, seconds, x=2.5):
+            return does(number, x, 0.5, 0.8, posture='sitting', posture_confidence=seconds)
+
+        output = Recorder(f'{ns}/at_table', String)
+        service = rospy.Service(f'{ns}/get_people', GetPeople, answer)
+        await_true(lambda: [each.data for each in output.messages[-1:]] == ['unknown'], 'it is not known')
+        persons += [sits(7, 20.0), sits(3, 9.0, 1.5), sits(4, 1.0), sits(5, 20.0, 4.0), does(6, 2.0, 0.0), does(8),
+                    does(9, 2.0, 0.0, 1.1, posture='unknown'), does(10, 2.0, 0.0, NAN, posture='unknown')]
+        await_true(lambda: [each.data for each in output.messages[-1:]] == ['3 7'], 'two sit there')
+        service.shutdown()
+
+    def test_lying_people(self):
+        ns = '/lying_people'
+        output = Recorder(f'{ns}/lying_people', PointCloud2)
+
+        def newest():
+            return [[round(x, 3) for x, _, _ in point_cloud2.read_points(cloud)] for cloud in output.messages[-1:]]
+
+        def shows(*xs):
+            await_true(lambda: newest() == [list(xs)], lambda: f'{ns} shows {xs}: {newest()}')
+
+        stamps = rospy.Publisher(f'{ns}/{PEOPLE}', PersonDetection_3dArray, queue_size=5)
+        await_true(stamps.get_num_connections, 'a reader of people')
+        seen = people(joints(1, nose=part(2.0, -0.5, 0.2), neck=part(2.0, -0.25, 0.2, INFERRED)),
+                      joints(2, nose=part(3.0, 1.0, 1.6)))
+
+        def both(*persons):
+            def make(header):
+                stamps.publish(seen(header))
+                return signals(*persons)(header)
+            return make
+
+        with Feed(f'{ns}/{SIGNALS}', PersonSignalsArray, both(does(1, posture='unknown'), does(2))) as feed:
+            shows()
+            feed.send(both(does(1, posture='lying'), does(2)))
+            shows(0.5, 0.25)
+            self.assertEqual(output.messages[-1].header.frame_id, 'camera')
+            feed.send(both(does(1, posture='unknown'), does(2)), frames=5)  # lay, and is half hidden now
+            shows(0.5, 0.25)
+            feed.send(both(does(1, posture='sitting'), does(2)))
+            shows()
+
+    def test_greet_who_comes(self):
+        ns = '/greet_who_comes'
+        output = Recorder(f'{ns}/say', String)
+
+        def walks(number, x, direction):
+            return does(number, x, 0.0, moving=True, speed=1.0, walking_direction=Vector3(direction, 0.0, 0.0))
+
+        refused = [does(1, 2.0, 0.0), walks(2, 2.0, 1.0), walks(3, 4.0, -1.0), does(4), does(5, 2.0, 0.0, moving=True)]
+        with Feed(f'{ns}/{SIGNALS}', PersonSignalsArray, signals(*refused)) as feed:
+            feed.send(signals(*refused), frames=10)
+            self.assertEqual(output.messages, [])
+            feed.send(signals(walks(6, 2.8, -1.0)), frames=10)
+            output.wait(1)
+            feed.send(signals(walks(7, 2.2, -1.0)), frames=10)  # has another id
+            self.assertEqual(len(output.messages), 1)
+            feed.send(signals(does(7, 1.0, 0.0)), frames=5)
+            feed.send(signals(does(7, 1.0, 0.0), walks(8, 2.8, -1.0)))
+            output.wait(2)
+
+
+if __name__ == '__main__':
+    rostest.rosrun('openpose_ros_signals', 'check_ten_things', TenThingsTest)
