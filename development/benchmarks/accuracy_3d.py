@@ -37,9 +37,9 @@ from common import Parser, errors_end_the_program, new_path
 from openpose_ros_fusion.alignment.people import pair_people
 from openpose_ros_pkg.detect.detector import Detector, DetectorSettings, Networks
 from openpose_ros_pkg.detect.following import FollowingParams
+from openpose_ros_pkg.detect.network_detection import NetworkDetection
 from openpose_ros_pkg.detect.recipes import Recipe
 from openpose_ros_pkg.detect.schedule import SCHEDULE
-from openpose_ros_pkg.detect.stream_detector import StreamDetector
 from openpose_ros_pkg.detect.tracking import TrackingParams
 from openpose_ros_pkg.networks.backends import Backend, BackendParams
 from openpose_ros_pkg.params.parameters import build
@@ -173,9 +173,9 @@ class Finder:
         self.networks = CountedNetworks(detector.backend, detector.detector.model_folder)
         self._detector = Detector(detector, self.networks, self._following)
 
-    def stream(self) -> StreamDetector:
+    def stream(self) -> NetworkDetection:
         """Return a detector that has seen nothing yet."""
-        return StreamDetector(self._detector, self._settings.tracking, self._following, self._pace)
+        return NetworkDetection(self._detector, self._settings.tracking, self._following, self._pace)
 
 
 @dataclass

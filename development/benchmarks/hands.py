@@ -28,7 +28,7 @@ from scipy.spatial.transform import Rotation
 from accuracy_3d import BEGIN, ChainSettings, open_sequence
 from common import Parser, errors_end_the_program, new_path
 from openpose_ros_pkg.detect.detector import create_detector
-from openpose_ros_pkg.detect.stream_detector import StreamDetector
+from openpose_ros_pkg.detect.network_detection import NetworkDetection
 from openpose_ros_pkg.landmarks.detector import LandmarkDetector
 from openpose_ros_pkg.landmarks.looking import FACE, HAND, Kind
 from openpose_ros_pkg.landmarks.params import LandmarkParams
@@ -104,7 +104,7 @@ class Found(NamedTuple):
 def find(folder: Path, settings: ChainSettings, landmarks: Landmarks, pictures: Optional[Path]) -> List[Found]:
     """Return hands and faces of each frame of a sequence; write pictures where a folder is given."""
     sequence = open_sequence(folder)
-    stream = StreamDetector(create_detector(settings.detector, settings.following), settings.tracking,
+    stream = NetworkDetection(create_detector(settings.detector, settings.following), settings.tracking,
                             settings.following)
     chain = PeopleChain(COCO_18, settings.estimator, settings.tracking, stream)
     detector = LandmarkDetector(LandmarkParams(hands=True, face=True), landmarks.load)

@@ -6,8 +6,8 @@ import numpy as np
 
 from openpose_ros_fusion.constants import FUSION
 from openpose_ros_fusion.fusion import PeopleFusion
+from openpose_ros_fusion.observations import Sighting, from_space
 from openpose_ros_fusion.shape import depth_offsets, keypoint_offsets
-from openpose_ros_fusion.sightings import Sighting, from_space
 from openpose_ros_pkg.skeletons import COCO_18
 from simulated_mocap import STANDING
 from simulated_rig import Room, looking_at_the_middle, without_depth

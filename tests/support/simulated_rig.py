@@ -4,7 +4,7 @@ from typing import Optional, Tuple
 
 import numpy as np
 
-from openpose_ros_fusion.sightings import Sighting, from_space
+from openpose_ros_fusion.observations import Sighting, from_space
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18, MESSAGE_JOINTS
 from simulated_mocap import walkers

@@ -40,7 +40,7 @@ from live.camera import Unit
 from live.crowd import make_crowd
 from live.figures import by_stage
 from openpose_ros_pkg.detect.detector import create_detector
-from openpose_ros_pkg.detect.stream_detector import StreamDetector
+from openpose_ros_pkg.detect.network_detection import NetworkDetection
 from openpose_ros_pkg.params.nodes import ServiceSettings
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.ros.convert import bgr_to_image
@@ -110,7 +110,7 @@ def run_bare(arguments: argparse.Namespace) -> None:
     """Compute prepared images one after the other; print when each computation ended [s], time.monotonic()."""
     rospy.init_node('bare_network')
     settings = build(ServiceSettings, given_parameters(arguments))
-    stream = StreamDetector(create_detector(settings.detector), settings.tracking, settings.following)
+    stream = NetworkDetection(create_detector(settings.detector), settings.tracking, settings.following)
     subscriber = rospy.Subscriber(TOPIC, rospy.AnyMsg, queue_size=1)
     frames = [stream.prepare(bgr) for bgr in images(arguments.folder)]
     for frame in itertools.cycle(frames):

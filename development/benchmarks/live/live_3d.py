@@ -33,7 +33,7 @@ from live.camera import NAMESPACE, Unit, make_bag, node_processes, start_camera,
 from live.crowd import make_crowd
 from live.figures import by_stage, median_and_95, wanted_rate
 from openpose_ros_pkg.detect.detector import create_detector
-from openpose_ros_pkg.detect.stream_detector import StreamDetector
+from openpose_ros_pkg.detect.network_detection import NetworkDetection
 from openpose_ros_pkg.params.nodes import ServiceSettings
 from openpose_ros_pkg.params.parameters import build, parameter_fields
 from openpose_ros_pkg.ros.session import ResultWatch, Session, wait_for
@@ -91,7 +91,7 @@ def networks_alone(sequence: Path, stamps: Sequence[float]) -> float:
     names = {field.name for field in parameter_fields(ServiceSettings)}
     values = next(rospy.get_param(node) for node in SERVICES if 'target_rate' in rospy.get_param(node, {}))
     settings = build(ServiceSettings, {name: value for name, value in values.items() if name in names})
-    stream = StreamDetector(create_detector(settings.detector), settings.tracking, settings.following)
+    stream = NetworkDetection(create_detector(settings.detector), settings.tracking, settings.following)
     stream.warm_up()
     images = [frame.bgr for frame in open_sequence(sequence)]
     there_and_back = images + images[-2:0:-1]

@@ -10,7 +10,7 @@ from typing import Hashable, Optional, Tuple
 import numpy as np
 
 from openpose_ros_pkg.detect.depth import DepthView
-from openpose_ros_pkg.detect.stream_detector import StreamDetector
+from openpose_ros_pkg.detect.network_detection import NetworkDetection
 from openpose_ros_pkg.detect.tracking import KeypointTracker, PerCamera, TrackingParams
 from openpose_ros_pkg.landmarks.detector import LandmarkDetector
 from openpose_ros_pkg.landmarks.records import Landmarks2D
@@ -43,7 +43,7 @@ class PeopleChain:
     """
 
     def __init__(self, skeleton: SkeletonModel, settings: EstimatorSettings, tracking: Optional[TrackingParams] = None,
-                 stream: Optional[StreamDetector] = None,
+                 stream: Optional[NetworkDetection] = None,
                  landmarks: Optional[LandmarkDetector] = None) -> None:
         self.skeleton = skeleton
         self._settings = settings

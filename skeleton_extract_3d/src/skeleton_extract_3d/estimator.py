@@ -18,17 +18,17 @@ from skeleton_extract_3d.points.cloud import OrganizedCloud
 from skeleton_extract_3d.points.plausibility import Doubt, PointSummary, summarize
 from skeleton_extract_3d.points.point_grid import PointGrid
 from skeleton_extract_3d.settings import EstimatorSettings
-from skeleton_extract_3d.track.answer import report
 from skeleton_extract_3d.track.appearance import observe_clothes
 from skeleton_extract_3d.track.completion import Completion, complete
 from skeleton_extract_3d.track.correction import correct
 from skeleton_extract_3d.track.expectation import expect
+from skeleton_extract_3d.track.floor_contact import stand
 from skeleton_extract_3d.track.identity import assign, joined
 from skeleton_extract_3d.track.memory import Memory
+from skeleton_extract_3d.track.observations import Sightings, apart, separate
 from skeleton_extract_3d.track.out_of_sight import hidden_and_there, walk_on
-from skeleton_extract_3d.track.returning import welcome, without
-from skeleton_extract_3d.track.sightings import Sightings, apart, separate
-from skeleton_extract_3d.track.standing import stand
+from skeleton_extract_3d.track.output import report
+from skeleton_extract_3d.track.reidentification import welcome, without
 from skeleton_extract_3d.track.tracks import Tracks
 
 # Stages of `Estimate.timing`, in order.

@@ -10,7 +10,7 @@ from test_missed import BEHIND, FOCAL, SEEN, SIZE, the_scene
 from openpose_ros_pkg.detect.depth import DepthView
 from openpose_ros_pkg.detect.detector import Detector, DetectorSettings, create_detector
 from openpose_ros_pkg.detect.following import FollowingParams
-from openpose_ros_pkg.detect.stream_detector import StreamDetector
+from openpose_ros_pkg.detect.network_detection import NetworkDetection
 from openpose_ros_pkg.detect.tracking import TRACKING, TrackingParams
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.networks.models import MOBILENET_THIN, MOVENET_MULTIPOSE, MOVENET_THUNDER
@@ -31,7 +31,7 @@ def assert_same(found, expected):
 def make_stream(networks, **params):
     detector = Detector(build(DetectorSettings, {'mode': 'balanced', 'target_rate': 30.0, **params}), networks,
                         FOLLOWING)
-    return StreamDetector(detector, TrackingParams(), FOLLOWING, SLOW)
+    return NetworkDetection(detector, TrackingParams(), FOLLOWING, SLOW)
 
 
 def slower(factor):
@@ -73,7 +73,7 @@ def test_shipped_images_far_apart_show_the_people_of_a_full_search():
         need_weights(model)
     settings = build(DetectorSettings, {'mode': 'balanced', 'target_rate': 30.0})
     full = create_detector(build(DetectorSettings, {'mode': 'balanced'}))
-    stream = StreamDetector(create_detector(settings, FOLLOWING), TrackingParams(), FOLLOWING, slower(20))
+    stream = NetworkDetection(create_detector(settings, FOLLOWING), TrackingParams(), FOLLOWING, slower(20))
     for i, name in enumerate(('000', '005', '030')):
         image = cv2.imread(str(SHIPPED / 'rgb' / f'{name}.jpg'))
         depth = cv2.imread(str(SHIPPED / 'depth' / f'{name}.png'), cv2.IMREAD_UNCHANGED).astype(np.float32) / 1000

@@ -6,10 +6,10 @@ import pytest
 
 from openpose_ros_pkg.detect.detector import Detector, DetectorSettings
 from openpose_ros_pkg.detect.following import FOLLOWING, Followed, FollowingParams, Known, Opinion, disagreement
+from openpose_ros_pkg.detect.network_detection import NetworkDetection
 from openpose_ros_pkg.detect.recipes import MODES
 from openpose_ros_pkg.detect.refinement import CROP, prepare_crop
 from openpose_ros_pkg.detect.schedule import SCHEDULE
-from openpose_ros_pkg.detect.stream_detector import StreamDetector
 from openpose_ros_pkg.detect.tracking import TRACKING, TrackingParams
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import People2D
@@ -31,7 +31,7 @@ class Scene:
         settings = build(DetectorSettings, {'mode': 'fast', **params})
         networks = Together(movenet_multipose=self.searching, movenet_thunder=self.looking)
         following = FollowingParams(following='always', search_period=PERIOD)
-        self.stream = StreamDetector(Detector(settings, networks, following), TrackingParams(), following, pace)
+        self.stream = NetworkDetection(Detector(settings, networks, following), TrackingParams(), following, pace)
         self.people = people
 
     def frame(self, stamp, people=None, image=IMAGE, camera='camera', **kwargs):

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from openpose_ros_fusion.collector import Collector
-from openpose_ros_fusion.sightings import from_space
+from openpose_ros_fusion.observations import from_space
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.people import People3D
 

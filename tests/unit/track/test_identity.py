@@ -14,7 +14,7 @@ from skeleton_extract_3d.points.depth import DepthImage
 from skeleton_extract_3d.settings import IdentityParams
 from skeleton_extract_3d.track.appearance import Clothes
 from skeleton_extract_3d.track.identity import assign, joined, stature_spread
-from skeleton_extract_3d.track.sightings import repeated
+from skeleton_extract_3d.track.observations import repeated
 from skeleton_extract_3d.track.tracks import Tracks, middle_of_trunk
 from synthetic_scene import Person, Room, pinhole, render, standing
 

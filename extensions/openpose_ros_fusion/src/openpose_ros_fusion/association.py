@@ -5,7 +5,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from openpose_ros_fusion.constants import FUSION, AssociationConstants
-from openpose_ros_fusion.sightings import Sighting
+from openpose_ros_fusion.observations import Sighting
 from skeleton_extract_3d.people import MEASURED
 
 # More than any distance [m].

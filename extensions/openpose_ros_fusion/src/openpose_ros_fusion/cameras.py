@@ -17,9 +17,9 @@ from typing import Deque, Dict, List, Mapping, NamedTuple, Sequence, Set, Tuple
 import numpy as np
 
 from openpose_ros_fusion.association import CameraPerson
+from openpose_ros_fusion.camera_delays import Ways
 from openpose_ros_fusion.constants import FUSION, CameraConstants
-from openpose_ros_fusion.sightings import Sighting
-from openpose_ros_fusion.ways import Ways
+from openpose_ros_fusion.observations import Sighting
 from skeleton_extract_3d.people import MEASURED, People3D
 
 # A pair of cameras, by name.

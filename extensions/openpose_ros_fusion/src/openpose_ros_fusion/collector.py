@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from typing import Deque, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 from openpose_ros_fusion.constants import FUSION, CollectorConstants
-from openpose_ros_fusion.sightings import Sighting
+from openpose_ros_fusion.observations import Sighting
 
 # Updates by which the delays of cameras are learnt.
 _REMEMBERED = 32

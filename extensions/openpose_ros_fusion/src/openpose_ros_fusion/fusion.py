@@ -9,8 +9,8 @@ from openpose_ros_fusion.association import CameraPerson, associate, pair_rays, 
 from openpose_ros_fusion.constants import FUSION
 from openpose_ros_fusion.estimate import Measurements, estimate_joints
 from openpose_ros_fusion.innovations import Innovations
+from openpose_ros_fusion.observations import Sighting, is_inferred
 from openpose_ros_fusion.shape import depth_offsets, keypoint_offsets, with_bones, with_size
-from openpose_ros_fusion.sightings import Sighting, is_inferred
 from openpose_ros_fusion.tracks import Tracks
 from openpose_ros_fusion.triangulation import moved_onto_rays
 from openpose_ros_pkg.people import FIRST_ID

@@ -3,7 +3,7 @@ from typing import Optional
 
 import numpy as np
 
-from openpose_ros_fusion.sightings import Sighting
+from openpose_ros_fusion.observations import Sighting
 
 # Joints by which a body is placed.
 _LEAST_JOINTS = 6

@@ -16,7 +16,7 @@ from openpose_ros_pkg.detect.ensemble import (
     vote_on_people,
 )
 from openpose_ros_pkg.detect.following import NOBODY, FollowingParams
-from openpose_ros_pkg.detect.missed import Missed, find_missed
+from openpose_ros_pkg.detect.head_recovery import Missed, find_missed
 from openpose_ros_pkg.detect.recipes import DetectorParams, Recipe, recipe_of
 from openpose_ros_pkg.detect.refinement import prepare_crop, refine
 from openpose_ros_pkg.detect.target_rate import fitted_to_rate

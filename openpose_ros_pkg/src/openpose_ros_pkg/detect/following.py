@@ -5,7 +5,7 @@ from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
 import numpy as np
 
 from openpose_ros_pkg.detect.ensemble import ENSEMBLE, vote_with_crops
-from openpose_ros_pkg.detect.others import Foreground
+from openpose_ros_pkg.detect.occlusion_masks import Foreground
 from openpose_ros_pkg.detect.recipes import DetectorParams, Recipe
 from openpose_ros_pkg.detect.tracking import KeypointTracker, PersonIds, TrackingParams, person_sizes
 from openpose_ros_pkg.oks import extent, sigmas, similarity

@@ -13,7 +13,7 @@ from openpose_ros_pkg.detect.ensemble import (
     most_alike,
     person_scores,
 )
-from openpose_ros_pkg.detect.others import COVER, Foreground, cover_others, foregrounds, vote_behind
+from openpose_ros_pkg.detect.occlusion_masks import COVER, Foreground, cover_others, foregrounds, vote_behind
 from openpose_ros_pkg.detect.recipes import CropRefinement, Recipe
 from openpose_ros_pkg.detect.views import ComputedView, PreparedView, View, compute_views
 from openpose_ros_pkg.networks.backends import Backend

@@ -14,7 +14,7 @@ from std_msgs.msg import Header
 
 from openpose_ros_pkg.detect.depth import DepthView
 from openpose_ros_pkg.detect.detector import create_detector
-from openpose_ros_pkg.detect.stream_detector import PreparedStreamFrame, StreamDetector, StreamFrame
+from openpose_ros_pkg.detect.network_detection import NetworkDetection, PreparedStreamFrame, StreamFrame
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.landmarks.detector import create_landmark_detector
 from openpose_ros_pkg.landmarks.records import Landmarks2D
@@ -117,7 +117,7 @@ class DetectionService:
         if settings.stream.image_topic:
             check_topic_name('image_topic', settings.stream.image_topic)
         self._detector = create_detector(settings.detector, settings.following)
-        self._stream = StreamDetector(self._detector, settings.tracking, settings.following)
+        self._stream = NetworkDetection(self._detector, settings.tracking, settings.following)
         if settings.detector.detector.mode != 'accurate':  # for recordings, and slow: nobody waits for a first result
             self._stream.warm_up()
         self._recorder: Optional[Recorder] = None
@@ -183,7 +183,7 @@ class DetectionService:
         return self._prepare(image.header, bgr, time.monotonic(), sender=camera, depth=depth)
 
     def compute(self, prepared: _Prepared, expected: Optional[People2D] = None) -> _Computed:
-        """Find the people in a prepared image, with `lock` held; see `StreamDetector.detect`."""
+        """Find the people in a prepared image, with `lock` held; see `NetworkDetection.detect`."""
         begin = time.monotonic()
         header = prepared.header
         frame = self._stream.compute(prepared.frame, (prepared.sender, header.frame_id), header.stamp.to_sec(),

@@ -18,7 +18,7 @@ from skeleton_extract_3d.track.joint_filter import (
     isotropic,
     mean_innovations,
 )
-from skeleton_extract_3d.track.sightings import Sightings
+from skeleton_extract_3d.track.observations import Sightings
 from skeleton_extract_3d.track.tracks import Tracks, middle_of_trunk
 
 _CORRECTION = METHOD.track.correction

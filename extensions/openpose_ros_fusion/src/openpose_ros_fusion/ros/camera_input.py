@@ -9,9 +9,9 @@ from openpose_ros_msgs.msg import PersonDetection_3dArray, PersonDetectionArray
 from sensor_msgs.msg import CameraInfo
 
 from openpose_ros_fusion.node_params import FusionParams
+from openpose_ros_fusion.observations import Sighting
 from openpose_ros_fusion.rig import Rig
 from openpose_ros_fusion.ros.convert import sighting_from_message
-from openpose_ros_fusion.sightings import Sighting
 from openpose_ros_pkg.errors import BadInputError, NoStampError, NoTransformError
 from openpose_ros_pkg.ros.images import InputSubscriber
 from skeleton_extract_3d.points.transform import Transform

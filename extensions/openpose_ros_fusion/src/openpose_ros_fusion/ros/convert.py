@@ -3,7 +3,7 @@ from typing import Any, Optional
 
 import numpy as np
 
-from openpose_ros_fusion.sightings import Sighting, from_image, from_space
+from openpose_ros_fusion.observations import Sighting, from_image, from_space
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.ros import convert as convert_2d
 from skeleton_extract_3d.points.camera import CameraModel

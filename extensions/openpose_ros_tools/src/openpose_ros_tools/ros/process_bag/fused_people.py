@@ -15,8 +15,8 @@ from sensor_msgs.msg import CameraInfo
 from openpose_ros_fusion.collector import Collector, Update
 from openpose_ros_fusion.fusion import PeopleFusion
 from openpose_ros_fusion.node_params import FusionParams
+from openpose_ros_fusion.observations import Sighting
 from openpose_ros_fusion.ros.convert import sighting_from_message
-from openpose_ros_fusion.sightings import Sighting
 from openpose_ros_pkg.errors import BadInputError, NoTransformError
 from openpose_ros_pkg.stream.pairing import PAIRING
 from openpose_ros_tools.ros.bag_files import StampedMessage, deserialized, open_bag, stamped_messages

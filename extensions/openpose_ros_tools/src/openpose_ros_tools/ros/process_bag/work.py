@@ -13,7 +13,7 @@ import rosbag
 
 from openpose_ros_pkg.detect.depth import DepthView
 from openpose_ros_pkg.detect.detector import Detector
-from openpose_ros_pkg.detect.stream_detector import StreamDetector
+from openpose_ros_pkg.detect.network_detection import NetworkDetection
 from openpose_ros_pkg.errors import BadInputError, ModelError, NoTransformError
 from openpose_ros_pkg.landmarks.detector import create_landmark_detector
 from openpose_ros_pkg.people import People2D
@@ -135,7 +135,7 @@ class Networks:
         """Return the chain of a camera that nobody has seen yet."""
         settings, landmarks = self.settings, self._landmarks
         if self._detector is not None:
-            stream = StreamDetector(self._detector, settings.tracking, settings.following)
+            stream = NetworkDetection(self._detector, settings.tracking, settings.following)
             return PeopleChain(stream.skeleton, settings.estimator, stream=stream, landmarks=landmarks)
         return PeopleChain(self.pool.skeleton, settings.estimator, settings.tracking, landmarks=landmarks)
 

@@ -4,8 +4,8 @@ import pytest
 
 from openpose_ros_pkg.detect.detector import Detector, DetectorSettings
 from openpose_ros_pkg.detect.following import FollowingParams
+from openpose_ros_pkg.detect.network_detection import NetworkDetection
 from openpose_ros_pkg.detect.recipes import DetectorParams
-from openpose_ros_pkg.detect.stream_detector import StreamDetector
 from openpose_ros_pkg.detect.tracking import TrackingParams
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.params.parameters import build
@@ -24,7 +24,7 @@ def network():
 def stream(network):
     settings = build(DetectorSettings, {'mode': 'fast', 'look_closer': 0})
     detector = Detector(settings, Together(movenet_multipose=network))
-    return StreamDetector(detector, TrackingParams(), FollowingParams())
+    return NetworkDetection(detector, TrackingParams(), FollowingParams())
 
 
 def test_nobody_is_seen(stream, network):

@@ -10,7 +10,7 @@ import numpy as np
 from openpose_ros_pkg.detect.detector import Detector, PreparedFrame, Setup
 from openpose_ros_pkg.detect.ensemble import group, vote
 from openpose_ros_pkg.detect.following import FOLLOWING, Followed, FollowingParams
-from openpose_ros_pkg.detect.others import foregrounds
+from openpose_ros_pkg.detect.occlusion_masks import foregrounds
 from openpose_ros_pkg.detect.recipes import Recipe
 from openpose_ros_pkg.detect.refinement import decode_crop, prepare_crop
 from openpose_ros_pkg.detect.schedule import SCHEDULE, Part, strips

@@ -13,7 +13,7 @@ import numpy as np
 
 from openpose_ros_pkg.decode.direct import DirectDecodeParams
 from openpose_ros_pkg.detect.depth import DepthView
-from openpose_ros_pkg.detect.others import Foreground, cover_others
+from openpose_ros_pkg.detect.occlusion_masks import Foreground, cover_others
 from openpose_ros_pkg.detect.recipes import CropRefinement, Recipe
 from openpose_ros_pkg.detect.refinement import decode_crop
 from openpose_ros_pkg.detect.views import PreparedView, View, compute_views

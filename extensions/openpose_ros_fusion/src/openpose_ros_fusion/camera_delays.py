@@ -11,7 +11,7 @@ import numpy as np
 
 from openpose_ros_fusion.alignment.candidates import rigid_transform
 from openpose_ros_fusion.constants import FUSION, WayConstants
-from openpose_ros_fusion.sightings import Sighting
+from openpose_ros_fusion.observations import Sighting
 from skeleton_extract_3d.people import MEASURED
 
 

@@ -6,6 +6,7 @@ from typing import Callable, Dict, Hashable, List, Optional, Sequence, Tuple, Un
 
 import numpy as np
 
+from openpose_ros_pkg.detect.crop_search import Found, Pace, Plan, assign, look, search
 from openpose_ros_pkg.detect.depth import DepthView
 from openpose_ros_pkg.detect.detector import (
     USUAL_SIZE,
@@ -19,8 +20,7 @@ from openpose_ros_pkg.detect.detector import (
 )
 from openpose_ros_pkg.detect.ensemble import Opinions, person_scores
 from openpose_ros_pkg.detect.following import FOLLOWING, Followed, Follower, FollowingParams, refuse_slides
-from openpose_ros_pkg.detect.looking import Found, Pace, Plan, assign, look, search
-from openpose_ros_pkg.detect.missed import MISSED
+from openpose_ros_pkg.detect.head_recovery import MISSED
 from openpose_ros_pkg.detect.schedule import SCHEDULE, Budget, Changes, Part, Schedule
 from openpose_ros_pkg.detect.tracking import TRACKING, PerCamera, PersonIds, TrackingParams
 from openpose_ros_pkg.people import FIRST_ID, People2D, Poses
@@ -106,7 +106,7 @@ class _Camera:
         self._taken, self._full = taken, full
 
 
-class StreamDetector:
+class NetworkDetection:
     """Find people in the images of any number of cameras; they keep their ids. Any thread may call it.
 
     `detect` does it all. To prepare the next image and finish the last one while the networks are busy, call `prepare`,

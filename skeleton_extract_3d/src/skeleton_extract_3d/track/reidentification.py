@@ -13,7 +13,7 @@ from skeleton_extract_3d.settings import IdentityParams
 from skeleton_extract_3d.track.appearance import Clothes, clothes_evidence, log_normal
 from skeleton_extract_3d.track.identity import stature_spread
 from skeleton_extract_3d.track.memory import Memory
-from skeleton_extract_3d.track.sightings import Sightings, begin_tracks, newcomers
+from skeleton_extract_3d.track.observations import Sightings, begin_tracks, newcomers
 from skeleton_extract_3d.track.tracks import Tracks, middle_of_trunk
 
 _BODY, _RETURNING = METHOD.body, METHOD.track.returning

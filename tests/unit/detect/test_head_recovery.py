@@ -6,8 +6,8 @@ import pytest
 from openpose_ros_pkg.detect.depth import DepthView
 from openpose_ros_pkg.detect.detector import Detector, DetectorSettings
 from openpose_ros_pkg.detect.following import FollowingParams
-from openpose_ros_pkg.detect.missed import heads
-from openpose_ros_pkg.detect.stream_detector import StreamDetector
+from openpose_ros_pkg.detect.head_recovery import heads
+from openpose_ros_pkg.detect.network_detection import NetworkDetection
 from openpose_ros_pkg.detect.tracking import TrackingParams
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.skeletons import COCO_18
@@ -163,7 +163,7 @@ def test_depth_without_the_network_of_crops_changes_nothing(networks):
 
 
 def test_who_was_missed_is_followed(detector):
-    stream = StreamDetector(detector, TrackingParams(), FollowingParams(following='always', search_period=3))
+    stream = NetworkDetection(detector, TrackingParams(), FollowingParams(following='always', search_period=3))
     view = DepthView(the_scene(), FOCAL)
     frames = [stream.detect(image(), 'camera', 1 + 0.1 * i, depth=view) for i in range(8)]
     assert [len(people) for people in frames] == 8 * [2]

@@ -7,7 +7,7 @@ import pytest
 from openpose_ros_pkg.decode.direct import DirectDecodeParams
 from openpose_ros_pkg.detect.depth import DepthView
 from openpose_ros_pkg.detect.ensemble import Candidates
-from openpose_ros_pkg.detect.others import COVER, foregrounds, vote_behind
+from openpose_ros_pkg.detect.occlusion_masks import COVER, foregrounds, vote_behind
 from openpose_ros_pkg.detect.recipes import MODES, MULTIPOSE_CROP, THUNDER_CROP
 from openpose_ros_pkg.detect.refinement import prepare_crop, refine
 from openpose_ros_pkg.networks.models import MOVENET_THUNDER

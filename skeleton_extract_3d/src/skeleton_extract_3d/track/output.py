@@ -6,7 +6,7 @@ from skeleton_extract_3d.constants import METHOD
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
 from skeleton_extract_3d.settings import EstimatorSettings
 from skeleton_extract_3d.track.completion import Completion
-from skeleton_extract_3d.track.sightings import Sightings
+from skeleton_extract_3d.track.observations import Sightings
 from skeleton_extract_3d.track.tracks import Tracks
 
 _CORRECTION = METHOD.track.correction
