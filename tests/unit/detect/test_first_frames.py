@@ -5,7 +5,7 @@ import cv2
 import numpy as np
 import pytest
 from test_following import BEGIN, CROWD, IMAGE, LEFT, PACE, RATE, RIGHT, Scene, near, right_of
-from test_missed import BEHIND, FOCAL, SEEN, SIZE, the_scene
+from test_head_recovery import BEHIND, FOCAL, SEEN, SIZE, the_scene
 
 from openpose_ros_pkg.detect.depth import DepthView
 from openpose_ros_pkg.detect.detector import Detector, DetectorSettings, create_detector
