@@ -71,22 +71,20 @@ def to_bgr8(image: np.ndarray) -> np.ndarray:
     return image[..., :3]
 
 
-def encode_image(image: np.ndarray, suffix: str, source: str, quality: int = 95) -> bytes:
-    """Return the content of an image file.
+def encode_image(image: np.ndarray, suffix: str, source: str) -> bytes:
+    """Return the content of an image file without loss.
 
     Args:
-        suffix: '.png', or '.tiff' for float32, which are lossless; or '.jpg'.
-        quality: of a JPEG, 1..100.
+        suffix: '.png', or '.tiff' for float32.
 
     Raises:
         BadInputError: OpenCV can not write it.
     """
     try:
-        _, content = cv2.imencode(suffix, image, [cv2.IMWRITE_JPEG_QUALITY, quality] if suffix == '.jpg' else [])
+        return cv2.imencode(suffix, image)[1].tobytes()
     except cv2.error as error:
         raise BadInputError(f'{source}: OpenCV can not write {suffix} of {image.dtype} {image.shape}: '
                             f'{error}') from error
-    return content.tobytes()
 
 
 def depth_to_metres(depth: np.ndarray, units_per_metre: float) -> np.ndarray:
@@ -117,21 +115,3 @@ def depth_to_units(depth: np.ndarray, units_per_metre: float, source: str) -> Tu
     # compared in float32, whose own rounding is no error
     errors = np.abs(depth_to_metres(rounded, units_per_metre) - depth)[known]
     return rounded.astype(np.uint16), float(errors.max(initial=0))
-
-
-def convert_depth(depth: np.ndarray, units_per_metre: float, wanted: Optional[float], source: str
-                  ) -> Tuple[np.ndarray, float]:
-    """Return depth in other units, and the greatest rounding error [m].
-
-    Args:
-        depth: (H, W) uint16 in these units, or float32 [m].
-        wanted: units per metre of (H, W) uint16; None: (H, W) float32 [m].
-
-    Raises:
-        BadInputError: a depth is too great for 16 bits.
-    """
-    if depth.dtype != np.float32:
-        if units_per_metre == wanted:
-            return depth, 0.0
-        depth = depth_to_metres(depth, units_per_metre)
-    return (depth, 0.0) if wanted is None else depth_to_units(depth, wanted, source)

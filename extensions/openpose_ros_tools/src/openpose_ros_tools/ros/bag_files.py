@@ -111,8 +111,7 @@ def open_bag(path: Path) -> Iterator[rosbag.Bag]:
         BadInputError: it is not there, is no bag, has no index, or defines messages by what is no definition.
     """
     if is_ros2(path):
-        with Ros2Recording(path) as recording:
-            yield recording
+        yield Ros2Recording(path)
         return
     try:
         bag = rosbag.Bag(_BagFile(io.FileIO(str(path))))

@@ -1,22 +1,22 @@
-"""Write the images of a camera in a bag as files; no ROS master is needed.
+"""Write the images of a camera in a bag as an RGB-D folder; no ROS master is needed.
 
     rosrun openpose_ros_tools bag_to_images walk.bag -o walk/
-    rosrun openpose_ros_tools bag_to_images walk.bag -o walk/ --layout tum --depth-scale 5000
+    rosrun openpose_ros_tools bag_to_images walk.bag -o walk/ --only-pairs --depth-scale 1000
     rosrun openpose_ros_tools bag_to_images lab.bag -o lab/ --image /camera/color/image_raw/compressed \\
         --depth /camera/aligned_depth_to_color/image_raw --camera-info /camera/color/camera_info
 
-The folder has one of these layouts; images_to_bag makes of either the same images, stamps, calibration and frame_id
-again.
+images_to_bag makes of the folder the same images, stamps, calibration and frame_id again, tools of the TUM RGB-D
+benchmark read its lists (--depth-scale 5000 for their unit), and rgbd_player_node plays it if each frame has both
+images (--only-pairs) and depth is in mm.
 
-    sequence   rgb/, depth/ and masks/ with the same name for the images of a frame, 000000 and so on; stamps.csv with
-               the stamps [ns]; rgbd_player_node plays it if each frame has both images and depth is in mm
-    tum        rgb/, depth/ and masks/ with the stamps as names; rgb.txt, depth.txt and masks.txt as in the TUM RGB-D
-               benchmark, with all nine digits
+    rgb/, depth/        images with the same name for those of a frame, 000000 and so on
+    rgb.txt, depth.txt  the stamp of each image [s], with nine decimals
+    camera.yaml         as camera_calibration writes it
+    sequence.yaml       fps, frame_id, depth_scale, and the camera's pose in world where /tf_static has it
 
-Both have camera.yaml, as camera_calibration writes it, and sequence.yaml with the frame_id and, where /tf_static says
-it, the camera's pose. Nothing is rounded: compressed images are written as they came (.jpg, .png), others as PNG, depth
-in mm as 16-bit PNG and depth in m as TIFF of float32. Only raw Bayer and YUV images are converted, to bgr8. Where the
-bag has clouds and no depth image, depth is the z of the cloud.
+Nothing is rounded: compressed images are written as they came (.jpg, .png), others as PNG, depth in mm as 16-bit PNG
+and depth in m as TIFF of float32. Only raw Bayer and YUV images are converted, to bgr8. Where the bag has clouds and no
+depth image, depth is the z of the cloud.
 
 Topics are found by their types, encodings and names, or named. The folder appears when all is written.
 
@@ -41,12 +41,12 @@ from openpose_ros_pkg.calibration import Calibration
 from openpose_ros_pkg.command_line import DONE, SOME_FAILED, run_command
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.ros.convert import calibration_from_message
-from openpose_ros_tools.command_options import add_output, command_parser, positive_number, seconds
-from openpose_ros_tools.images import folder_writer
-from openpose_ros_tools.images.folder_writer import WrittenFile
+from openpose_ros_tools.command_options import add_output, command_parser, positive_number
+from openpose_ros_tools.images import rgbd_folder_writer
 from openpose_ros_tools.images.image_files import MILLIMETRES
-from openpose_ros_tools.images.image_layouts import FOLDERS, STAMPS_FILE, STREAMS, TUM_LISTS
-from openpose_ros_tools.images.stamps import SECOND
+from openpose_ros_tools.images.rgbd_folder import FOLDERS, LISTS, OLD_STAMPS
+from openpose_ros_tools.images.rgbd_folder_writer import WrittenFile
+from openpose_ros_tools.images.stamps import seconds_text
 from openpose_ros_tools.outputs import output_folder
 from openpose_ros_tools.parallel.threads import ordered_map
 from openpose_ros_tools.ros.bag_files import TF_TOPIC, StampedMessage, deserialized, open_bag, stamped_messages
@@ -58,17 +58,15 @@ from skeleton_extract_3d.ros.convert import rotation_and_translation
 _log = logging.getLogger(__name__)
 
 _NAME = 'bag_to_images'
-LAYOUTS = ('sequence', 'tum')
-# Everything that this command writes, in both layouts.
-_OWN = (*(names[0] for names in FOLDERS.values()), *(names[0] for names in TUM_LISTS.values()), STAMPS_FILE,
-        'camera.yaml', 'sequence.yaml')
+# Everything that this command writes, or has written as version 1.0.
+_OWN = (*(names[0] for names in FOLDERS.values()), *LISTS.values(), OLD_STAMPS, 'camera.yaml', 'sequence.yaml')
 
 
 @dataclass
-class Scan:
-    """What was read of a bag before the images."""
+class BagContent:
+    """The stamps, the calibration and the static transforms of a bag."""
 
-    # by stream those of its messages [ns], in the order of the bag
+    # by stream [ns], in the order of the bag
     stamps: Dict[str, List[int]] = field(default_factory=dict)
     frame_ids: Dict[str, str] = field(default_factory=dict)  # by stream that of its first message
     of_clouds: bool = False  # depth is that of clouds
@@ -86,7 +84,7 @@ class Scan:
 # ----------------------------------------------------------------------------------------------------------- reading
 
 def find_topics(bag: rosbag.Bag, wanted: Dict[str, Optional[str]]) -> Dict[str, str]:
-    """Return by stream the topics of the camera in a bag: 'colour', 'depth', 'mask' and 'camera_info', as far as there.
+    """Return by stream the topics of the camera in a bag: 'colour', 'depth' and 'camera_info', as far as there.
 
     Args:
         wanted: by stream the topic; None: to be found; 'none': none.
@@ -97,7 +95,7 @@ def find_topics(bag: rosbag.Bag, wanted: Dict[str, Optional[str]]) -> Dict[str, 
     finder = TopicFinder(bag)
     topics = {stream: finder.named(stream, topic, *[CLOUD] * (stream == 'depth'))
               for stream, topic in wanted.items() if topic not in (None, '', 'none')}
-    for stream in STREAMS:
+    for stream in LISTS:
         if wanted[stream] is None:
             found = finder.candidates[stream] or (finder.organized_clouds() if stream == 'depth' else [])
             topics[stream] = finder.choose(stream, found)
@@ -115,7 +113,7 @@ def find_topics(bag: rosbag.Bag, wanted: Dict[str, Optional[str]]) -> Dict[str, 
     return topics
 
 
-def scan(bag: rosbag.Bag, topics: Dict[str, str], bag_time: bool) -> Scan:
+def scan(bag: rosbag.Bag, topics: Dict[str, str], bag_time: bool) -> BagContent:
     """Read the stamps, the calibration and the static transforms; no image is decoded.
 
     Args:
@@ -124,7 +122,7 @@ def scan(bag: rosbag.Bag, topics: Dict[str, str], bag_time: bool) -> Scan:
     Raises:
         BadInputError: a stamp is missing, or there twice, or the bag is damaged.
     """
-    found = Scan(stamps={stream: [] for stream in STREAMS if stream in topics})
+    found = BagContent(stamps={stream: [] for stream in LISTS if stream in topics})
     stream_of = {topic: stream for stream, topic in topics.items()}
     names = [*stream_of, TF_TOPIC]
     for message in tqdm(stamped_messages(bag, names), total=bag.get_message_count(names), desc='stamps',
@@ -149,19 +147,14 @@ def scan(bag: rosbag.Bag, topics: Dict[str, str], bag_time: bool) -> Scan:
     return found
 
 
-def pose_in(world_frame: str, frame_id: str, parents: Dict[str, Tuple[str, np.ndarray]]
-            ) -> Tuple[Optional[np.ndarray], str]:
-    """Return the pose of a frame in another one by static transforms.
-
-    Returns:
-        (4, 4) from frame_id to world_frame, None where they are not connected; and the topmost frame above frame_id.
-    """
-    matrix, frame, seen = np.eye(4), frame_id.lstrip('/'), set()
-    while frame != world_frame and frame in parents and frame not in seen:
-        seen.add(frame)
+def pose_in_world(frame_id: str, parents: Dict[str, Tuple[str, np.ndarray]]) -> Optional[np.ndarray]:
+    """Return the pose of a frame by static transforms, (4, 4) from frame_id to WORLD_FRAME [m]; None: not connected."""
+    matrix, frame, passed = np.eye(4), frame_id.lstrip('/'), set()
+    while frame != WORLD_FRAME and frame in parents and frame not in passed:
+        passed.add(frame)
         frame, step = parents[frame]
         matrix = step @ matrix
-    return (matrix if frame == world_frame and seen else None), frame
+    return matrix if frame == WORLD_FRAME and passed else None
 
 
 def _stamp_of(message: StampedMessage, bag_time: bool) -> int:
@@ -209,7 +202,7 @@ def write_images(folder: Path, bag: rosbag.Bag, topics: Dict[str, str], stems: D
 def _write_image(folder: Path, depth_scale: Optional[float], item: Tuple[WrittenFile, StampedMessage]) -> WrittenFile:
     """Write an image; the result has the reason if it can not be decoded."""
     file, message = item
-    source = f'{file.stream} image of {folder_writer.seconds_text(file.stamp)} s'
+    source = f'{file.stream} image of {seconds_text(file.stamp)} s'
     try:
         suffix, content, rounded = file_of_message(file.stream, deserialized(message), depth_scale, source)
     except BadInputError as error:
@@ -229,25 +222,19 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
 
 def _run(options: argparse.Namespace) -> int:
     began = time.monotonic()
-    wanted = {'colour': options.image, 'depth': options.depth, 'mask': options.mask,
-              'camera_info': options.camera_info}
+    wanted = {'colour': options.image, 'depth': options.depth, 'camera_info': options.camera_info}
     with open_bag(options.bag) as bag, output_folder(options.output, options.overwrite, _OWN) as part:
         topics = find_topics(bag, wanted)
         found = scan(bag, topics, options.bag_time)
-        stems, remarks = folder_writer.file_stems(found.stamps, options.layout, round(options.max_difference * SECOND),
-                                    options.only_pairs)
-        pose, top = pose_in(options.world_frame, found.frame_id, found.parents)
+        stems, remarks = rgbd_folder_writer.file_stems(found.stamps, options.only_pairs)
         for remark in remarks + _remarks(topics, found):
             _log.warning('%s', remark)
-        if pose is None and found.parents and top != found.frame_id:
-            _log.warning("%s does not lead from '%s' to '%s' but to '%s'; --world-frame %s takes that one for the room",
-                         TF_TOPIC, found.frame_id, options.world_frame, top, top)
         files = write_images(part, bag, topics, stems, options)
-        is_tum = options.layout == 'tum'
-        (folder_writer.write_tum_lists if is_tum else folder_writer.write_stamps)(part, files)
-        folder_writer.write_description(part, found.calibration, found.stamps.get('colour') or found.stamps['depth'],
-                          frame_id=found.frame_id, depth_scale=options.depth_scale or (MILLIMETRES if is_tum else None),
-                          T_world_camera=None if pose is None else pose.tolist())
+        rgbd_folder_writer.write_lists(part, files)
+        pose = pose_in_world(found.frame_id, found.parents)
+        rgbd_folder_writer.write_description(
+            part, found.calibration, found.stamps.get('colour') or found.stamps['depth'], frame_id=found.frame_id,
+            depth_scale=options.depth_scale or MILLIMETRES, T_world_camera=None if pose is None else pose.tolist())
     sys.stdout.write(_summary(options, topics, found, files, time.monotonic() - began))
     return SOME_FAILED if any(file.path is None for file in files) else DONE
 
@@ -269,7 +256,7 @@ def _remarks(topics: Dict[str, str], found: Scan) -> List[str]:
 def _summary(options: argparse.Namespace, topics: Dict[str, str], found: Scan, files: Sequence[WrittenFile],
              seconds: float) -> str:
     failed = sum(file.path is None for file in files)
-    lines = [f'{options.output}: {len(files) - failed} images, layout {options.layout}; {seconds:.1f} s, '
+    lines = [f'{options.output}: {len(files) - failed} images; {seconds:.1f} s, '
              f'{len(files) / seconds:.1f} images/s']
     for stream in found.stamps:
         count = sum(file.stream == stream and file.path is not None for file in files)
@@ -287,20 +274,14 @@ def _summary(options: argparse.Namespace, topics: Dict[str, str], found: Scan, f
 
 def _parser() -> argparse.ArgumentParser:
     parser = command_parser(_NAME, __doc__)
-    parser.add_argument('bag', type=Path, metavar='BAG', help='bag to read')
+    parser.add_argument('bag', type=Path, metavar='BAG', help='with the topics of a camera')
     add_output(parser, 'folder')
-    parser.add_argument('--layout', choices=LAYOUTS, default=LAYOUTS[0], help='default: %(default)s')
-    parser.add_argument('--image', metavar='TOPIC', help="colour images, raw or compressed; 'none' for none")
-    parser.add_argument('--depth', metavar='TOPIC', help='depth images, raw or compressed, or clouds whose z is taken')
-    parser.add_argument('--mask', metavar='TOPIC', help='masks')
-    parser.add_argument('--camera-info', metavar='TOPIC', help='calibration')
-    parser.add_argument('--world-frame', default=WORLD_FRAME, metavar='FRAME',
-                        help='upright frame in which the camera stands, of T_world_camera (default: %(default)s)')
+    for option, what in (('--image', 'colour images'), ('--depth', 'depth images or clouds'),
+                         ('--camera-info', 'the calibration')):
+        parser.add_argument(option, metavar='TOPIC', help=f"of {what} (default: found); 'none': none")
     parser.add_argument('--depth-scale', type=positive_number(float), metavar='UNITS',
                         help='write depth as 16-bit PNG with this number of units per metre: 5000 for tools of the TUM '
                              'benchmark; the rounding error is reported')
-    parser.add_argument('--max-difference', type=positive_number(seconds), default=0.02, metavar='SECONDS',
-                        help='of the stamps of the images of a frame (default: %(default)s)')
     parser.add_argument('--only-pairs', action='store_true',
                         help='leave out colour images without depth image, and the other way round')
     parser.add_argument('--bag-time', action='store_true',
