@@ -239,7 +239,7 @@ def _run(options: argparse.Namespace) -> int:
     return SOME_FAILED if any(file.path is None for file in files) else DONE
 
 
-def _remarks(topics: Dict[str, str], found: Scan) -> List[str]:
+def _remarks(topics: Dict[str, str], found: BagContent) -> List[str]:
     remarks = []
     if found.calibration is None:
         remarks.append('no calibration: there will be no camera.yaml')
@@ -253,7 +253,7 @@ def _remarks(topics: Dict[str, str], found: Scan) -> List[str]:
     return remarks
 
 
-def _summary(options: argparse.Namespace, topics: Dict[str, str], found: Scan, files: Sequence[WrittenFile],
+def _summary(options: argparse.Namespace, topics: Dict[str, str], found: BagContent, files: Sequence[WrittenFile],
              seconds: float) -> str:
     failed = sum(file.path is None for file in files)
     lines = [f'{options.output}: {len(files) - failed} images; {seconds:.1f} s, '
