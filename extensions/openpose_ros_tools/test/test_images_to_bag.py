@@ -318,7 +318,8 @@ def image_of(name, array):
 @pytest.mark.parametrize('damage, arguments, words', [
     (image_of('rgb/1.png', np.zeros((H, W + 1, 3), np.uint8)), (), ['1.png is 13 x 8', 'expected 12 x 8']),
     (image_of('rgb/1.png', np.zeros((H, W), np.uint8)), (), ['1 channels', 'expected 12 x 8 with 3 channels']),
-    (lambda folder: [path.write_bytes(b'') for path in (folder / 'depth').iterdir()], (), ['none of the 3 depth images']),
+    (lambda folder: [path.write_bytes(b'') for path in (folder / 'depth').iterdir()], (),
+     ['none of the 3 depth images']),
     (lambda folder: describe(folder, {**LENS, 'image_width': 13}), (), ['12 x 8', "calibration's 13 x 8"]),
     (lambda folder: (folder / 'camera.yaml').unlink(), ('--cloud',), ['--cloud needs a calibration']),
     (None, ('--camera', 'nowhere.yaml'), ['nowhere.yaml can not be read']),

@@ -27,7 +27,8 @@ def test_text_of_a_stamp_is_the_stamp():
 @pytest.mark.parametrize('first, second, difference, pairs', [
     ([], [], 5, []), ([1], [], 5, []), ([], [1], 5, []), ([10], [10], 0, [(0, 0)]), ([10], [16], 5, []),
     # the nearest pair comes first
-    ([10, 20], [14, 21], 5, [(0, 0), (1, 1)]), ([10, 20], [18], 9, [(1, 0)]), ([10, 12], [11], 5, [(0, 0)]), ([10, 20, 30], [19, 31], 50, [(1, 0), (2, 1)])])
+    ([10, 20], [14, 21], 5, [(0, 0), (1, 1)]), ([10, 20], [18], 9, [(1, 0)]), ([10, 12], [11], 5, [(0, 0)]),
+    ([10, 20, 30], [19, 31], 50, [(1, 0), (2, 1)])])
 def test_associated_pairs(first, second, difference, pairs):
     assert associate(first, second, difference) == pairs
 

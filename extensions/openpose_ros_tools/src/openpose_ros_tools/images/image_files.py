@@ -1,5 +1,5 @@
 """Image files, pixel for pixel: read as they are stored, written without loss."""
-from typing import Optional, Tuple
+from typing import Tuple
 
 import cv2
 import numpy as np

@@ -82,10 +82,11 @@ def read_rgbd_folder(folder: Path, rate: Optional[Fraction] = None, start: Optio
         raise BadInputError(f'folder {folder} does not exist')
     values, calibration = _description(folder)
     lists = {stream: folder / name for stream, name in LISTS.items() if (folder / name).is_file()}
+    remarks: List[str] = []
     if lists and rate is None:
         streams = {stream: _listed(path) for stream, path in lists.items()}
         colour_of = _associated(streams)
-        timing, remarks = ' and '.join(path.name for path in lists.values()), []
+        timing = ' and '.join(path.name for path in lists.values())
     else:
         if rate is None and (folder / OLD_STAMPS).is_file():
             raise BadInputError(f'{folder} has its stamps in {OLD_STAMPS}, which is not read any more: write it again '
@@ -184,8 +185,8 @@ def _by_number(place: Path, suffixes: Sequence[str]) -> Dict[int, Path]:
             continue
         number = _NUMBER.search(path.stem)
         if number is None:
-            raise BadInputError(f"{path}: expected a name that ends in the number of the frame, as 'frame_0012'; stamps "
-                                'belong into rgb.txt and depth.txt')
+            raise BadInputError(f"{path}: expected a name that ends in the number of the frame, as 'frame_0012'; "
+                                'stamps belong into rgb.txt and depth.txt')
         if files.setdefault(int(number[1]), path) != path:
             raise BadInputError(f'{files[int(number[1])]} and {path} have one number')
     return files
@@ -197,8 +198,8 @@ def _shifted(streams: Streams, start: Optional[int]) -> Tuple[Streams, int]:
     shift = 0 if start is None else start - min(stamps)
     first, last = min(stamps) + shift, max(stamps) + shift
     if first <= 0 or last >= STAMP_END:
-        raise BadInputError(f'stamps go from {first / SECOND:.9f} to {last / SECOND:.9f} s, expected more than 0 (which '
-                            f'means "no stamp" in ROS) and less than {STAMP_END // SECOND}; give --start')
+        raise BadInputError(f'stamps go from {seconds_text(first)} to {seconds_text(last)} s, expected more than 0 '
+                            f'(which means "no stamp" in ROS) and less than {STAMP_END // SECOND}; give --start')
     return {stream: [StampedFile(file.stamp + shift, file.path) for file in files]
             for stream, files in streams.items()}, shift
 

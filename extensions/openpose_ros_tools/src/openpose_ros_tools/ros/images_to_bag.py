@@ -11,8 +11,8 @@ FOLDER holds, as bag_to_images writes it and rgbd_player_node plays it:
     camera.yaml         calibration, as camera_calibration writes it
     sequence.yaml       fps, frame_id, T_world_camera, depth_scale (units per metre, 1000 where nothing is said)
     meta.json           in place of these two: K, width, height, and the keys of sequence.yaml
-    rgb.txt, depth.txt  a stamp [s] and a file on each line, as in the TUM RGB-D benchmark, whose folders are read as they
-                        are: without depth_scale, 5000 units are then 1 m
+    rgb.txt, depth.txt  a stamp [s] and a file on each line, as in the TUM RGB-D benchmark, whose folders are read as
+                        they are: without depth_scale, 5000 units are then 1 m
 
 All but the images may be missing. Stamps are those of the lists, to the nanosecond; without lists they follow from the
 numbers and the rate: where numbers are missing, time passes all the same. Images without a partner are counted, and

@@ -212,7 +212,7 @@ def _types_of(kind: Type[genpy.Message]) -> Dict[str, Any]:
 
 
 def _is_same(kind: Type[genpy.Message], store: Any) -> bool:
-    """Return whether a type of ROS 1 has the same fields as in a store, whatever their names: CameraInfo has K and k."""
+    """Return whether the fields of a type have the same types in a store; names may differ: CameraInfo has K and k."""
     known = _definitions(store)
     return all(name in known and [field[1] for field in known[name][1]] == [field[1] for field in definition[1]]
                for name, definition in _types_of(kind).items())
