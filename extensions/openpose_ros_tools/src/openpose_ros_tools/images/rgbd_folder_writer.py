@@ -13,66 +13,74 @@ from openpose_ros_tools.images.stamps import MAX_DIFFERENCE, SECOND, associate, 
 
 
 class WrittenFile(NamedTuple):
-    """An image that was written; path is None where it could not be, for the reason. rounded: greatest error [m]."""
+    """An image that was written."""
 
     stream: str
-    stamp: int
-    stem: str
-    path: Optional[Path]
-    reason: str = ''
-    rounded: float = 0.0
+    stamp: int  # [ns]
+    path: Path  # in the folder
+    rounded: float = 0.0  # greatest error of depth [m]
 
 
-def file_stems(stamps: Dict[str, List[int]], only_pairs: bool) -> Tuple[Dict[str, Dict[int, str]], List[str]]:
-    """Return by stream and stamp the names of the files, without suffix, and remarks on images without a partner.
+def number_files(folder: Path, files: Sequence[WrittenFile], only_pairs: bool
+                 ) -> Tuple[List[WrittenFile], List[str]]:
+    """Rename the images of a folder to the numbers of their frames.
 
     Args:
-        stamps: by stream [ns], which differ.
-        only_pairs: leave out images without a partner.
+        only_pairs: delete images without a partner.
+
+    Returns:
+        The files under their new names, and remarks on images without a partner.
+
+    Raises:
+        ParameterError: no image would be left.
     """
-    colour, depth = (sorted(stamps.get(stream, ())) for stream in LISTS)
-    pairs = associate(colour, depth)
-    frames: List[Dict[str, int]] = [{'colour': colour[i], 'depth': depth[j]} for i, j in pairs]
-    remarks = []
-    for stream, of_stream in (('colour', colour), ('depth', depth)) if colour and depth else ():
-        if len(of_stream) > len(pairs):
-            remarks.append(f'{len(of_stream) - len(pairs)} of {len(of_stream)} {stream} images have no partner within '
-                           f'{MAX_DIFFERENCE / SECOND:g} s')
-    if only_pairs and not pairs:
-        raise ParameterError('no image has a partner, so --only-pairs leaves nothing')
+    colour, depth = (sorted((file for file in files if file.stream == stream), key=lambda file: file.stamp)
+                     for stream in LISTS)
+    pairs = associate([file.stamp for file in colour], [file.stamp for file in depth])
+    frames = [[colour[i], depth[j]] for i, j in pairs]
+    alone = sorted({*colour, *depth} - {file for frame in frames for file in frame})
+    remarks = [f'{len(of_stream) - len(pairs)} of {len(of_stream)} {of_stream[0].stream} images have no partner within '
+               f'{MAX_DIFFERENCE / SECOND:g} s' for of_stream in (colour, depth)
+               if colour and depth and len(of_stream) > len(pairs)]
     if not only_pairs:
-        paired = {stream: {frame[stream] for frame in frames} for stream in LISTS}
-        frames += [{stream: stamp} for stream, of_stream in (('colour', colour), ('depth', depth))
-                   for stamp in of_stream if stamp not in paired[stream]]
-    frames.sort(key=lambda frame: min(frame.values()))
-    stems: Dict[str, Dict[int, str]] = {stream: {} for stream in LISTS if stamps.get(stream)}
-    for number, frame in enumerate(frames):
-        for stream, stamp in frame.items():
-            stems[stream][stamp] = f'{number:06d}'
-    return stems, remarks
+        frames += [[file] for file in alone]
+    elif not frames:
+        raise ParameterError('no image has a partner, so --only-pairs leaves nothing')
+    else:
+        for file in alone:
+            (folder / file.path).unlink()
+    numbered = []
+    for number, frame in enumerate(sorted(frames, key=lambda frame: min(file.stamp for file in frame))):
+        for file in frame:
+            path = file.path.with_name(f'{number:06d}{file.path.suffix}')
+            (folder / file.path).rename(folder / path)
+            numbered.append(file._replace(path=path))
+    return numbered, remarks
 
 
 def write_lists(folder: Path, files: Sequence[WrittenFile]) -> None:
     """Write rgb.txt and depth.txt."""
-    for stream in {file.stream for file in files}:
-        items = sorted((file.stamp, file.path) for file in files if file.stream == stream and file.path is not None)
-        lines = [f'# {stream} images', '# timestamp filename',
-                 *(f'{seconds_text(stamp)} {path.as_posix()}' for stamp, path in items)]
-        (folder / LISTS[stream]).write_text('\n'.join(lines) + '\n')
+    for stream, name in LISTS.items():
+        of_stream = sorted(file for file in files if file.stream == stream)
+        if of_stream:
+            lines = [f'{seconds_text(file.stamp)} {file.path.as_posix()}\n' for file in of_stream]
+            (folder / name).write_text(f'# {stream} images\n# timestamp filename\n' + ''.join(lines))
 
 
-def write_description(folder: Path, calibration: Optional[Calibration], stamps: Sequence[int], **known: Any) -> None:
+def write_description(folder: Path, calibration: Optional[Calibration], files: Sequence[WrittenFile], **known: Any
+                      ) -> None:
     """Write camera.yaml and sequence.yaml.
 
     Args:
-        stamps: of the colour or depth images [ns].
+        files: whose stamps tell the rate.
         known: values of sequence.yaml; None: left out.
     """
     if calibration is not None:
         (folder / 'camera.yaml').write_text(calibration_text(calibration))
     values: Dict[str, Any] = {}
+    stamps = sorted(file.stamp for file in files if file.stream == files[0].stream)
     if len(stamps) > 1:
-        rate = round(SECOND / statistics.median(np.diff(np.sort(np.array(stamps, np.int64))).tolist()), 3)
+        rate = round(SECOND / statistics.median(np.diff(np.array(stamps, np.int64)).tolist()), 3)
         if 0 < rate <= 1000:
             values['fps'] = rate
     values.update((key, value) for key, value in known.items() if value is not None)
