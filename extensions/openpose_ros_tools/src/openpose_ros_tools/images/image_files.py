@@ -1,6 +1,4 @@
 """Image files, pixel for pixel: read as they are stored, written without loss."""
-from typing import Tuple
-
 import cv2
 import numpy as np
 
@@ -94,24 +92,21 @@ def depth_to_metres(depth: np.ndarray, units_per_metre: float) -> np.ndarray:
     return metres
 
 
-def depth_to_units(depth: np.ndarray, units_per_metre: float, source: str) -> Tuple[np.ndarray, float]:
-    """Return depth as integers.
+def depth_to_units(depth: np.ndarray, units_per_metre: float, source: str) -> np.ndarray:
+    """Return depth as integers, rounded.
 
     Args:
         depth: (H, W) float [m]; 0, negative or not finite where missing.
 
     Returns:
-        (H, W) uint16, 0 = missing, and the greatest rounding error [m].
+        (H, W) uint16, 0 = missing.
 
     Raises:
         BadInputError: a depth is too great for 16 bits.
     """
     known = np.isfinite(depth) & (depth > 0)
-    units = np.where(known, depth, 0).astype(np.float64) * units_per_metre
-    rounded = np.rint(units)
-    if rounded.max(initial=0) > _MOST_UNITS:
+    units = np.rint(np.where(known, depth, 0).astype(np.float64) * units_per_metre)
+    if units.max(initial=0) > _MOST_UNITS:
         raise BadInputError(f'{source}: depth of {units.max() / units_per_metre:.3f} m does not fit 16 bits with '
                             f'{units_per_metre:g} units per metre, which reach {_MOST_UNITS / units_per_metre:.3f} m')
-    # compared in float32, whose own rounding is no error
-    errors = np.abs(depth_to_metres(rounded, units_per_metre) - depth)[known]
-    return rounded.astype(np.uint16), float(errors.max(initial=0))
+    return units.astype(np.uint16)

@@ -18,7 +18,6 @@ class WrittenFile(NamedTuple):
     stream: str
     stamp: int  # [ns]
     path: Path  # in the folder
-    rounded: float = 0.0  # greatest error of depth [m]
 
 
 def number_files(folder: Path, files: Sequence[WrittenFile], only_pairs: bool

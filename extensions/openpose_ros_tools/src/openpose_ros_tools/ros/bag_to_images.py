@@ -190,13 +190,13 @@ def _write_image(folder: Path, depth_scale: Optional[float], image: RecordedImag
     """Write an image; return why if it can not be decoded."""
     source = f'{image.stream} image of {seconds_text(image.stamp)} s'
     try:
-        suffix, content, rounded = file_of_message(image.stream, deserialized(image.message), depth_scale, source)
+        suffix, content = file_of_message(image.stream, deserialized(image.message), depth_scale, source)
     except BadInputError as error:
         return f'{source}: {error}'
     path = Path(FOLDERS[image.stream][0]) / (seconds_text(image.stamp) + suffix)
     (folder / path).parent.mkdir(exist_ok=True)
     (folder / path).write_bytes(content)
-    return WrittenFile(image.stream, image.stamp, path, rounded)
+    return WrittenFile(image.stream, image.stamp, path)
 
 
 # ------------------------------------------------------------------------------------------------------ command line
@@ -246,9 +246,6 @@ def _summary(folder: Path, topics: Dict[str, str], files: Sequence[WrittenFile],
         if stream in topics:
             count = sum(file.stream == stream for file in files)
             lines.append(f'  {count:6d}  {FOLDERS[stream][0]}/ of {topics[stream]}')
-    rounded = max((file.rounded for file in files), default=0.0)
-    if rounded:
-        lines.append(f'  depth was rounded by up to {1e3 * rounded:.3f} mm, as --depth-scale asks for')
     if any(file.path.suffix == '.tiff' for file in files):
         lines.append('  depth is in m as TIFF of float32, since the bag has it so; --depth-scale 1000 makes PNG in mm')
     if failed:
@@ -265,7 +262,7 @@ def _parser() -> argparse.ArgumentParser:
         parser.add_argument(option, metavar='TOPIC', help=f"of {what} (default: found); 'none': none")
     parser.add_argument('--depth-scale', type=positive_number(float), metavar='UNITS',
                         help='write depth as 16-bit PNG with this number of units per metre: 5000 for tools of the TUM '
-                             'benchmark; the rounding error is reported')
+                             'benchmark, 1000 for rgbd_player_node')
     parser.add_argument('--only-pairs', action='store_true',
                         help='leave out colour images without depth image, and the other way round')
     parser.add_argument('--bag-time', action='store_true',

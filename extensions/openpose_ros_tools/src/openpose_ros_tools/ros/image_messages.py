@@ -193,15 +193,12 @@ def first_image(stream: str, files: Sequence[StampedFile]) -> Tuple[np.ndarray, 
 
 
 def file_of_message(stream: str, message: genpy.Message, depth_scale: Optional[float], source: str
-                    ) -> Tuple[str, bytes, float]:
-    """Return the file of an image message, or of the depth in a cloud.
+                    ) -> Tuple[str, bytes]:
+    """Return suffix and content of the file of an image message, or of the depth in a cloud.
 
     Args:
         depth_scale: units per metre of 16-bit depth; None: mm stay, and metres become a TIFF.
         source: of the message, for errors.
-
-    Returns:
-        Suffix and content of the file, and the greatest rounding error of depth [m].
 
     Raises:
         BadInputError: the message contains no image; its text does not begin with `source`.
@@ -213,25 +210,24 @@ def file_of_message(stream: str, message: genpy.Message, depth_scale: Optional[f
         kind = image_kind(message.data)
         if kind is None:
             raise BadInputError(f"{len(message.data)} bytes of format '{message.format}' are neither JPEG nor PNG")
-        return _SUFFIXES[kind], message.data, 0.0
+        return _SUFFIXES[kind], message.data
     try:
         pixels = image_to_pixels(message)[0]
     except BadInputError:
         # Bayer and YUV images are converted; errors of any other kind are raised again
         pixels = image_to_bgr(message)
-    return '.png', image_files.encode_image(pixels, '.png', source), 0.0
+    return '.png', image_files.encode_image(pixels, '.png', source)
 
 
-def _depth_file(depth: np.ndarray, depth_scale: Optional[float], source: str) -> Tuple[str, bytes, float]:
-    rounded = 0.0
+def _depth_file(depth: np.ndarray, depth_scale: Optional[float], source: str) -> Tuple[str, bytes]:
     if depth_scale is not None:
         metres = depth if depth.dtype == np.float32 else image_files.depth_to_metres(depth, MILLIMETRES)
         try:
-            depth, rounded = image_files.depth_to_units(metres, depth_scale, source)
+            depth = image_files.depth_to_units(metres, depth_scale, source)
         except BadInputError as error:
             raise ParameterError(str(error)) from error
     suffix = '.tiff' if depth.dtype == np.float32 else '.png'
-    return suffix, image_files.encode_image(depth, suffix, source), rounded
+    return suffix, image_files.encode_image(depth, suffix, source)
 
 
 def _depth_of(message: genpy.Message) -> np.ndarray:

@@ -52,15 +52,11 @@ class Ros2Recording:
                                 ) from error
 
     def get_type_and_topic_info(self) -> Any:
-        """Return `topics`: type and number of messages of each topic."""
-        types = joined_types((one.topic, _ros1_name(one.msgtype)) for one in self._connections)
+        """Return `topics` that have messages: type (see `joined_types`) and number of messages."""
+        types = joined_types((one.topic, _ros1_name(one.msgtype)) for one in self._connections if one.msgcount)
         return SimpleNamespace(topics={
             topic: SimpleNamespace(msg_type=kind, message_count=self.get_message_count(topic))
             for topic, kind in types.items()})
-
-    def types(self) -> Dict[str, str]:
-        """Return the type of each topic that has messages, see `joined_types`."""
-        return joined_types((one.topic, _ros1_name(one.msgtype)) for one in self._connections if one.msgcount)
 
     def get_message_count(self, topic: str) -> int:
         """Return the number of messages of a topic."""
