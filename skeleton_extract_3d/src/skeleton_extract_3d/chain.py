@@ -9,7 +9,7 @@ from typing import Hashable, Optional, Tuple
 
 import numpy as np
 
-from openpose_ros_pkg.detect.depth import DepthView
+from openpose_ros_pkg.detect.detection import DepthView, ImageFrame
 from openpose_ros_pkg.detect.network_detection import NetworkDetection
 from openpose_ros_pkg.detect.tracking import KeypointTracker, PerCamera, TrackingParams
 from openpose_ros_pkg.landmarks.detector import LandmarkDetector
@@ -87,7 +87,7 @@ class PeopleChain:
         if self._stream is None:
             raise ValueError('this chain has no networks')
         expected = self.expected(camera, stamp, (bgr.shape[1], bgr.shape[0]))
-        return self._stream.detect(bgr, camera, stamp, expected, depth)
+        return self._stream.detect(ImageFrame(camera, stamp, bgr, depth), expected)
 
     def expected(self, camera: Hashable, stamp: float, image_size: Tuple[int, int]) -> Optional[People2D]:
         """Return where the people who are followed in space will be in an image; None where nobody was yet.

@@ -114,8 +114,8 @@ def test_points_of_another_size_without_depth_are_seen_by_the_same_camera(chain)
 
 def test_people_are_found_where_the_chain_has_networks():
     class Stream:
-        def detect(self, bgr, camera, stamp, expected, depth):
-            self.given = (camera, stamp, expected, depth)
+        def detect(self, frame, expected):
+            self.given = (frame.camera, frame.stamp, expected, frame.depth)
             return FRAME.people
 
     stream = Stream()
