@@ -34,7 +34,6 @@ import pandas as pd
 from scipy.optimize import linear_sum_assignment
 
 from common import Parser, errors_end_the_program, new_path
-from openpose_ros_fusion.alignment.people import pair_people
 from openpose_ros_pkg.detect.detector import Detector, DetectorSettings, Networks
 from openpose_ros_pkg.detect.following import FollowingParams
 from openpose_ros_pkg.detect.network_detection import NetworkDetection
@@ -45,6 +44,7 @@ from openpose_ros_pkg.networks.backends import Backend, BackendParams
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
+from openpose_ros_tools.alignment.people import pair_people
 from skeleton_extract_3d.chain import PeopleChain
 from skeleton_extract_3d.frame import Frame
 from skeleton_extract_3d.people import MEASURED, People3D
