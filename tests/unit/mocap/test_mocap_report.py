@@ -9,7 +9,6 @@ import cv2
 import numpy as np
 import pytest
 
-from openpose_ros_fusion.alignment.alignment import align
 from openpose_ros_mocap import report as mocap_report
 from openpose_ros_mocap import truth_as_mocap
 from openpose_ros_mocap.evaluation import compare
@@ -17,6 +16,7 @@ from openpose_ros_mocap.report import facts, summary, table, write_report
 from openpose_ros_mocap.ros.evaluate_mocap import main, transform_from, transform_of
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
+from openpose_ros_tools.alignment.alignment import align
 from openpose_ros_tools.tables.keypoint_table import measured_people
 from simulated_mocap import sequence_truth, simulate
 

@@ -10,11 +10,11 @@ import numpy as np
 import pandas as pd
 from scipy.spatial.transform import Rotation
 
-from openpose_ros_fusion.alignment.alignment import Alignment
 from openpose_ros_mocap.evaluation import Comparison
 from openpose_ros_mocap.figures import PCK_KEYS, Figures, number_or_none, summarize
 from openpose_ros_mocap.plots import TRAJECTORIES, all_figures
 from openpose_ros_pkg.output.files import writable_folder
+from openpose_ros_tools.alignment.alignment import Alignment
 from openpose_ros_tools.outputs import PartFiles
 from openpose_ros_tools.plots.plotting import STATUS_NAMES, joint_title, save_figure
 

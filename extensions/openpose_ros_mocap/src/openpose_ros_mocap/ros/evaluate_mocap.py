@@ -32,7 +32,6 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 from tqdm import tqdm
 
-from openpose_ros_fusion.alignment.alignment import AlignmentParams, align
 from openpose_ros_mocap.evaluation import EvaluationParams, compare
 from openpose_ros_mocap.files import read_mocap
 from openpose_ros_mocap.joints import chosen_map, joints_of
@@ -42,6 +41,7 @@ from openpose_ros_pkg.command_line import DONE, run_command
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.output.files import check_outputs
 from openpose_ros_pkg.structured_text import json_value
+from openpose_ros_tools.alignment.alignment import AlignmentParams, align
 from openpose_ros_tools.command_options import add_time_span, check_time_span, command_parser, positive_number
 from openpose_ros_tools.outputs import files_of
 from openpose_ros_tools.recording_paths import is_bag
