@@ -6,8 +6,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from openpose_ros_fusion.alignment.alignment import Alignment
-from openpose_ros_mocap.evaluation import Comparison
 from openpose_ros_pkg.skeletons import COCO_18
+from openpose_ros_tools.mocap.evaluation import Comparison
 from openpose_ros_tools.plots.plotting import (
     HELP_COLOUR,
     STATUS_COLOURS,
