@@ -7,8 +7,8 @@ from typing import Tuple
 import cv2
 import numpy as np
 
-from openpose_ros_fusion.alignment.alignment import Alignment
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
+from openpose_ros_tools.alignment.alignment import Alignment
 from openpose_ros_tools.mocap.joints import JointRecording
 from openpose_ros_tools.tables.keypoint_table import KeypointTable
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING

@@ -4,9 +4,9 @@ import dataclasses
 import numpy as np
 import pytest
 
-from openpose_ros_fusion.alignment.alignment import Alignment
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
+from openpose_ros_tools.alignment.alignment import Alignment
 from openpose_ros_tools.mocap.evaluation import EvaluationParams, compare
 from openpose_ros_tools.mocap.figures import summarize
 from openpose_ros_tools.mocap.joints import JointRecording

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 import truth_as_mocap
-from openpose_ros_fusion.alignment.alignment import align
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
+from openpose_ros_tools.alignment.alignment import align
 from openpose_ros_tools.mocap import report as mocap_report
 from openpose_ros_tools.mocap.evaluation import compare
 from openpose_ros_tools.mocap.report import facts, summary, table, write_report

@@ -5,8 +5,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from openpose_ros_fusion.alignment.alignment import Alignment
 from openpose_ros_pkg.skeletons import COCO_18
+from openpose_ros_tools.alignment.alignment import Alignment
 from openpose_ros_tools.mocap.evaluation import Comparison
 from openpose_ros_tools.plots.plotting import (
     HELP_COLOUR,

@@ -10,8 +10,8 @@ import numpy as np
 import pandas as pd
 from scipy.spatial.transform import Rotation
 
-from openpose_ros_fusion.alignment.alignment import Alignment
 from openpose_ros_pkg.output.files import writable_folder
+from openpose_ros_tools.alignment.alignment import Alignment
 from openpose_ros_tools.mocap.evaluation import Comparison
 from openpose_ros_tools.mocap.figures import PCK_KEYS, Figures, number_or_none, summarize
 from openpose_ros_tools.mocap.plots import TRAJECTORIES, all_figures

@@ -32,11 +32,11 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 from tqdm import tqdm
 
-from openpose_ros_fusion.alignment.alignment import AlignmentParams, align
 from openpose_ros_pkg.command_line import DONE, run_command
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.output.files import check_outputs
 from openpose_ros_pkg.structured_text import json_value
+from openpose_ros_tools.alignment.alignment import AlignmentParams, align
 from openpose_ros_tools.command_options import add_time_span, check_time_span, command_parser, positive_number
 from openpose_ros_tools.mocap.evaluation import EvaluationParams, compare
 from openpose_ros_tools.mocap.files import read_mocap

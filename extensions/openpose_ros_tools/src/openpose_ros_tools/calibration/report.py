@@ -4,8 +4,8 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from openpose_ros_fusion.calibration.calibrate import Calibrated
 from openpose_ros_fusion.rig import Rig, rig_camera
+from openpose_ros_tools.calibration.calibrate import Calibrated
 from skeleton_extract_3d.points.transform import Transform
 
 

@@ -6,10 +6,10 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import breadth_first_order, connected_components, minimum_spanning_tree
 
-from openpose_ros_fusion.alignment.alignment import AlignmentParams, align
-from openpose_ros_fusion.calibration.constants import CALIBRATION
-from openpose_ros_fusion.calibration.recording import CameraPaths, overlap
 from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_tools.alignment.alignment import AlignmentParams, align
+from openpose_ros_tools.calibration.constants import CALIBRATION
+from openpose_ros_tools.calibration.recording import CameraPaths, overlap
 from skeleton_extract_3d.points.transform import Transform
 
 # Alignments with larger residuals are of other people [m].

@@ -9,8 +9,8 @@ from typing import NamedTuple, Optional
 
 import numpy as np
 
-from openpose_ros_fusion.calibration.constants import CALIBRATION
 from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_tools.calibration.constants import CALIBRATION
 from skeleton_extract_3d.body.body import NECK, joint_indices
 from skeleton_extract_3d.points.transform import Transform
 

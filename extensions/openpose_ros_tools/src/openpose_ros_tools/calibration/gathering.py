@@ -7,11 +7,11 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from openpose_ros_fusion.association import ray_gaps
-from openpose_ros_fusion.calibration.constants import CALIBRATION
-from openpose_ros_fusion.calibration.edges import Standing
-from openpose_ros_fusion.calibration.recording import CameraPaths
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.skeletons import COCO_18
+from openpose_ros_tools.calibration.constants import CALIBRATION
+from openpose_ros_tools.calibration.edges import Standing
+from openpose_ros_tools.calibration.recording import CameraPaths
 
 _GATHER = CALIBRATION.gather
 # Rays that meet at a smaller angle tell no position: least eigenvalue of the sum of their projections.

@@ -9,10 +9,10 @@ from typing import Callable, List, NamedTuple, Optional, Tuple
 import cv2
 import numpy as np
 
-from openpose_ros_fusion.alignment.candidates import merit
-from openpose_ros_fusion.calibration.constants import CALIBRATION
-from openpose_ros_fusion.calibration.recording import CameraPaths
 from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_tools.alignment.candidates import merit
+from openpose_ros_tools.calibration.constants import CALIBRATION
+from openpose_ros_tools.calibration.recording import CameraPaths
 from skeleton_extract_3d.points.transform import Transform
 
 _EDGES = CALIBRATION.edges

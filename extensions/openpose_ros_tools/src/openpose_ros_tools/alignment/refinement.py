@@ -5,8 +5,8 @@ from typing import Tuple
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from openpose_ros_fusion.alignment.candidates import Observed, Solution, least_points, merit, robust_weights
-from openpose_ros_fusion.alignment.clock import JointPaths
+from openpose_ros_tools.alignment.candidates import Observed, Solution, least_points, merit, robust_weights
+from openpose_ros_tools.alignment.clock import JointPaths
 
 _PERSON_GATE = 0.5  # [m] who is nearer to a subject, by the median of the joints, is that subject
 _MERIT_GATE = 0.12  # [m] joints that meet within this count for the merit

@@ -11,17 +11,17 @@ from typing import Callable, Dict, Iterable, List, NamedTuple, Optional, Sequenc
 
 import numpy as np
 
-from openpose_ros_fusion.calibration.bundle import Adjusted, adjust
-from openpose_ros_fusion.calibration.constants import CALIBRATION
-from openpose_ros_fusion.calibration.edges import Edge, Standing, align_in_space, check_motion, spanning_tree
-from openpose_ros_fusion.calibration.floor import Floor, find_floor, room_frame, up_of_tilt
-from openpose_ros_fusion.calibration.gathering import gather
-from openpose_ros_fusion.calibration.image_edges import relate_images, resect
-from openpose_ros_fusion.calibration.quality import EdgeQuality, doubts, edge_qualities
-from openpose_ros_fusion.calibration.recording import CameraPaths, CameraRecording, paths_of
-from openpose_ros_fusion.calibration.scale import scale_of_bones, scaled
 from openpose_ros_fusion.rig import Rig, rig_camera
 from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_tools.calibration.bundle import Adjusted, adjust
+from openpose_ros_tools.calibration.constants import CALIBRATION
+from openpose_ros_tools.calibration.edges import Edge, Standing, align_in_space, check_motion, spanning_tree
+from openpose_ros_tools.calibration.floor import Floor, find_floor, room_frame, up_of_tilt
+from openpose_ros_tools.calibration.gathering import gather
+from openpose_ros_tools.calibration.image_edges import relate_images, resect
+from openpose_ros_tools.calibration.quality import EdgeQuality, doubts, edge_qualities
+from openpose_ros_tools.calibration.recording import CameraPaths, CameraRecording, paths_of
+from openpose_ros_tools.calibration.scale import scale_of_bones, scaled
 from skeleton_extract_3d.constants import METHOD
 from skeleton_extract_3d.points.transform import Transform
 

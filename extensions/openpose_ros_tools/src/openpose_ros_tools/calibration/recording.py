@@ -4,11 +4,11 @@ from typing import List, Tuple
 
 import numpy as np
 
-from openpose_ros_fusion.alignment.alignment import MeasuredPeople
-from openpose_ros_fusion.alignment.clock import JointPaths, bridged_gap
-from openpose_ros_fusion.alignment.people import steady_ids
-from openpose_ros_fusion.calibration.constants import CALIBRATION
 from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_tools.alignment.alignment import MeasuredPeople
+from openpose_ros_tools.alignment.clock import JointPaths, bridged_gap
+from openpose_ros_tools.alignment.people import steady_ids
+from openpose_ros_tools.calibration.constants import CALIBRATION
 
 # Joints between two samples of a camera are interpolated over this time, as in the alignment [s].
 _MAX_GAP = 0.1

@@ -20,9 +20,9 @@ from scipy.sparse import coo_matrix, csr_matrix, identity
 from scipy.sparse.linalg import splu
 from scipy.spatial.transform import Rotation
 
-from openpose_ros_fusion.calibration.constants import CALIBRATION
-from openpose_ros_fusion.calibration.edges import Standing
-from openpose_ros_fusion.calibration.gathering import Gathered
+from openpose_ros_tools.calibration.constants import CALIBRATION
+from openpose_ros_tools.calibration.edges import Standing
+from openpose_ros_tools.calibration.gathering import Gathered
 
 _BUNDLE = CALIBRATION.bundle
 # Steps end where no camera changes by more [rad, m, s]; a step that makes it worse is halved so many times at most.

@@ -16,11 +16,11 @@ from typing import Callable, Iterable, List, Optional, Protocol, Tuple
 
 import numpy as np
 
-from openpose_ros_fusion.alignment.candidates import Observed, Solution, find_candidates, least_points, likely_lags
-from openpose_ros_fusion.alignment.clock import Correlations, JointPaths, bridged_gap, correlate_speeds, moving_speed
-from openpose_ros_fusion.alignment.people import steady_ids
-from openpose_ros_fusion.alignment.refinement import Refined, refine
 from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_tools.alignment.candidates import Observed, Solution, find_candidates, least_points, likely_lags
+from openpose_ros_tools.alignment.clock import Correlations, JointPaths, bridged_gap, correlate_speeds, moving_speed
+from openpose_ros_tools.alignment.people import steady_ids
+from openpose_ros_tools.alignment.refinement import Refined, refine
 
 # Rows by which candidates are refined, and then the best one; steps of each.
 _REFINING_ROWS, _FINAL_ROWS, _REFINING_STEPS, _FINAL_STEPS = 3000, 20000, 8, 40

@@ -4,9 +4,9 @@ from typing import List, Sequence
 
 import numpy as np
 
-from openpose_ros_fusion.calibration.edges import Standing
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.skeletons import COCO_18
+from openpose_ros_tools.calibration.edges import Standing
 from skeleton_extract_3d.constants import METHOD
 
 _BODY = METHOD.body

@@ -4,9 +4,9 @@ import dataclasses
 import numpy as np
 import pytest
 
-from openpose_ros_fusion.calibration.calibrate import CalibrationParams, calibrate
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.skeletons import COCO_18
+from openpose_ros_tools.calibration.calibrate import CalibrationParams, calibrate
 from simulated_mocap import walkers
 from simulated_room import Camera, around, record_all, rig_errors, up_error
 

@@ -4,8 +4,8 @@ from typing import List, NamedTuple, Sequence
 
 import numpy as np
 
-from openpose_ros_fusion.calibration.bundle import Adjusted
-from openpose_ros_fusion.calibration.recording import CameraPaths
+from openpose_ros_tools.calibration.bundle import Adjusted
+from openpose_ros_tools.calibration.recording import CameraPaths
 
 # Standard deviations above make the result doubtful [degrees, m, s].
 _LARGE = (1.0, 0.05, 0.02)
