@@ -10,15 +10,15 @@ import numpy as np
 import pandas as pd
 from scipy.spatial.transform import Rotation
 
-from openpose_ros_mocap.evaluation import Comparison
-from openpose_ros_mocap.figures import PCK_KEYS, Figures, number_or_none, summarize
-from openpose_ros_mocap.plots import TRAJECTORIES, all_figures
 from openpose_ros_pkg.output.files import writable_folder
 from openpose_ros_tools.alignment.alignment import Alignment
+from openpose_ros_tools.mocap.evaluation import Comparison
+from openpose_ros_tools.mocap.figures import PCK_KEYS, Figures, number_or_none, summarize
+from openpose_ros_tools.mocap.plots import TRAJECTORIES, all_figures
 from openpose_ros_tools.outputs import PartFiles
 from openpose_ros_tools.plots.plotting import STATUS_NAMES, joint_title, save_figure
 
-_TEMPLATES = Path(__file__).resolve().parent / 'data'
+_TEMPLATES = Path(__file__).resolve().parents[1] / 'data'
 _HTML, _MARKDOWN, _FACTS, _TABLE = 'mocap_report.html', 'mocap_report.md', 'mocap_facts.txt', 'mocap_table.txt'
 # Files of a report beside the trajectories.
 _FILES = ('report.html', 'report.md', 'summary.json', 'joints.csv', 'bones.csv', 'errors.csv', 'error_per_joint.png',

@@ -44,7 +44,7 @@ from openpose_ros_tools.plots import keypoint_plots, signal_plots
 from openpose_ros_tools.plots.plotting import FORMATS, save_figure
 from openpose_ros_tools.recording_paths import is_bag
 from openpose_ros_tools.ros.bag_files import open_bag, stamped_messages, topic_types
-from openpose_ros_tools.ros.keypoint_bag import (
+from openpose_ros_tools.ros.keypoints.keypoint_bag import (
     HAND_JOINTS,
     choose_topic,
     read_hand_bag,

@@ -4,8 +4,8 @@ from typing import Any, Dict, Optional
 import numpy as np
 import pandas as pd
 
-from openpose_ros_mocap.evaluation import Comparison
 from openpose_ros_pkg.skeletons import BODY_25, COCO_18, MPI_15
+from openpose_ros_tools.mocap.evaluation import Comparison
 from skeleton_extract_3d.people import INFERRED, MEASURED
 
 # Distances within which a joint counts as right, for the percentage of correct keypoints [m].

@@ -11,10 +11,10 @@ from typing import Callable, Dict, List, Mapping, Optional, Sequence, Tuple
 
 import numpy as np
 
-from openpose_ros_mocap.files.recording import MarkerRecording, checked
-from openpose_ros_mocap.marker_map import AUTOMATIC, MarkerMap, read_marker_map, shipped_maps
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
+from openpose_ros_tools.mocap.files.recording import MarkerRecording, checked
+from openpose_ros_tools.mocap.marker_map import AUTOMATIC, MarkerMap, read_marker_map, shipped_maps
 
 _log = logging.getLogger(__name__)
 

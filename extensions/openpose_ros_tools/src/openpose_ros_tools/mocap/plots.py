@@ -5,9 +5,9 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from openpose_ros_mocap.evaluation import Comparison
 from openpose_ros_pkg.skeletons import COCO_18
 from openpose_ros_tools.alignment.alignment import Alignment
+from openpose_ros_tools.mocap.evaluation import Comparison
 from openpose_ros_tools.plots.plotting import (
     HELP_COLOUR,
     STATUS_COLOURS,

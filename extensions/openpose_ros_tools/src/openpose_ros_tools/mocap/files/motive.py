@@ -24,9 +24,9 @@ from typing import List, NamedTuple, Sequence, Tuple
 
 import numpy as np
 
-from openpose_ros_mocap.files.recording import MarkerRecording, unique_names
-from openpose_ros_mocap.files.text import metres_in, read_numbers
 from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_tools.mocap.files.recording import MarkerRecording, unique_names
+from openpose_ros_tools.mocap.files.text import metres_in, read_numbers
 
 _log = logging.getLogger(__name__)
 

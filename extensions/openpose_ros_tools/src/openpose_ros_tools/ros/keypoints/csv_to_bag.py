@@ -32,7 +32,7 @@ from openpose_ros_pkg.skeletons import BODY_25, COCO_18, MESSAGE_JOINTS, MPI_15,
 from openpose_ros_tools.command_options import add_output, command_parser
 from openpose_ros_tools.outputs import output_file
 from openpose_ros_tools.ros.bag_files import new_bag
-from openpose_ros_tools.ros.keypoint_bag import person_message
+from openpose_ros_tools.ros.keypoints.keypoint_bag import person_message
 from openpose_ros_tools.tables.keypoint_csv import KeypointCsv, read_csv
 from openpose_ros_tools.tables.keypoint_table import frames_of
 from skeleton_extract_3d.people import MISSING

@@ -2,13 +2,13 @@
 from pathlib import Path
 from typing import Callable, Dict, Union
 
-from openpose_ros_mocap.files.c3d_file import c3d_bytes, is_c3d, read_c3d
-from openpose_ros_mocap.files.motive import is_motive_csv, motive_csv_bytes, read_motive_csv
-from openpose_ros_mocap.files.recording import MarkerRecording
-from openpose_ros_mocap.files.text import decode
-from openpose_ros_mocap.files.trc import is_trc, read_trc, trc_bytes
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.output.files import write_whole
+from openpose_ros_tools.mocap.files.c3d_file import c3d_bytes, is_c3d, read_c3d
+from openpose_ros_tools.mocap.files.motive import is_motive_csv, motive_csv_bytes, read_motive_csv
+from openpose_ros_tools.mocap.files.recording import MarkerRecording
+from openpose_ros_tools.mocap.files.text import decode
+from openpose_ros_tools.mocap.files.trc import is_trc, read_trc, trc_bytes
 
 # What makes a recording, under the name of its file, into bytes.
 _WRITERS: Dict[str, Callable[[MarkerRecording, str], bytes]] = {

@@ -6,11 +6,11 @@ both relate: the clock offset is found by the speeds of the joints, which are th
 the camera by laying joints on joints. Who is who is found out as well. People must move for that; what is known may be
 given.
 
-    rosrun openpose_ros_mocap evaluate_mocap poses.csv mocap.csv -o report
-    rosrun openpose_ros_mocap evaluate_mocap people.bag take.c3d --markers my_markers.yaml -o report
-    rosrun openpose_ros_mocap evaluate_mocap poses.csv mocap.trc --clock-offset 0 \\
+    rosrun openpose_ros_tools evaluate_mocap poses.csv mocap.csv -o report
+    rosrun openpose_ros_tools evaluate_mocap people.bag take.c3d --markers my_markers.yaml -o report
+    rosrun openpose_ros_tools evaluate_mocap poses.csv mocap.trc --clock-offset 0 \\
         --transform 0.1 0 1.35 -0.5 0.5 -0.5 0.5
-    rosrun openpose_ros_mocap evaluate_mocap others.csv others_mocap.csv --transform-from report/summary.json
+    rosrun openpose_ros_tools evaluate_mocap others.csv others_mocap.csv --transform-from report/summary.json
 
 The table goes to stdout: of each joint the share that is answered, mean (MPJPE), median and 90th percentile of the
 error [mm], the share within 50, 100 and 150 mm of all joints that the reference has (PCK), and how many joints were
@@ -32,17 +32,17 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 from tqdm import tqdm
 
-from openpose_ros_mocap.evaluation import EvaluationParams, compare
-from openpose_ros_mocap.files import read_mocap
-from openpose_ros_mocap.joints import chosen_map, joints_of
-from openpose_ros_mocap.marker_map import MarkerMap, read_marker_map
-from openpose_ros_mocap.report import facts, is_of_report, summary, table, write_report
 from openpose_ros_pkg.command_line import DONE, run_command
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.output.files import check_outputs
 from openpose_ros_pkg.structured_text import json_value
 from openpose_ros_tools.alignment.alignment import AlignmentParams, align
 from openpose_ros_tools.command_options import add_time_span, check_time_span, command_parser, positive_number
+from openpose_ros_tools.mocap.evaluation import EvaluationParams, compare
+from openpose_ros_tools.mocap.files import read_mocap
+from openpose_ros_tools.mocap.joints import chosen_map, joints_of
+from openpose_ros_tools.mocap.marker_map import MarkerMap, read_marker_map
+from openpose_ros_tools.mocap.report import facts, is_of_report, summary, table, write_report
 from openpose_ros_tools.outputs import files_of
 from openpose_ros_tools.recording_paths import is_bag
 from openpose_ros_tools.tables.keypoint_csv import read_keypoint_csv
@@ -111,7 +111,7 @@ def read_poses(path: Path, topic: Optional[str] = None) -> KeypointTable:
         BadInputError: it can not be read, or holds nobody, or people in the image.
     """
     if is_bag(path):
-        from openpose_ros_tools.ros.keypoint_bag import read_keypoint_bag  # tables can be read without ROS
+        from openpose_ros_tools.ros.keypoints.keypoint_bag import read_keypoint_bag  # tables can be read without ROS
         poses = read_keypoint_bag(path, topic)
     elif topic is not None:
         raise ParameterError(f'--topic is for bags, and {path} is none')

@@ -25,7 +25,7 @@ from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
 from openpose_ros_pkg.structured_text import yaml_value
 
 AUTOMATIC = 'automatic'
-_FOLDER = Path(__file__).resolve().parent / 'data' / 'marker_maps'
+_FOLDER = Path(__file__).resolve().parents[1] / 'data' / 'marker_maps'
 _KINDS = ('markers', 'joints', 'hip_centre', 'first_of')
 _SIDES = ('left', 'right')
 

@@ -5,12 +5,12 @@ from typing import Callable, Iterable, List, Optional, Sequence, Tuple
 import numpy as np
 import pandas as pd
 
-from openpose_ros_mocap.joints import JointRecording
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
 from openpose_ros_tools.alignment.alignment import Alignment
 from openpose_ros_tools.alignment.clock import SAME_TIME, JointPaths, bridged_gap
 from openpose_ros_tools.alignment.people import pair_people
+from openpose_ros_tools.mocap.joints import JointRecording
 from openpose_ros_tools.tables.keypoint_table import KeypointTable
 from skeleton_extract_3d.people import MISSING
 

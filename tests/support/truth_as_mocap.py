@@ -7,8 +7,8 @@ is written while its person is out of the image. The suffix says which format: .
 .trc, or .c3d.
 
     DEMO=$(rospack find skeleton_extract_3d)/demo/cross
-    rosrun openpose_ros_mocap truth_as_mocap $DEMO cross_mocap.csv
-    rosrun openpose_ros_mocap truth_as_mocap $DEMO cross_mocap.trc --rate 100 --noise 2 --clock-offset 12.345 \\
+    python3 tests/support/truth_as_mocap.py $DEMO cross_mocap.csv
+    python3 tests/support/truth_as_mocap.py $DEMO cross_mocap.trc --rate 100 --noise 2 --clock-offset 12.345 \\
         --rotate-degrees 90 0 30 --move 1 2 0.5
 
 Exit status: 0 done; 2 nothing was done, as the command line or an input is wrong; 130 interrupted.
@@ -22,14 +22,14 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
-from openpose_ros_mocap.files import SUFFIXES, MarkerRecording, write_mocap
-from openpose_ros_mocap.joints import JointRecording
 from openpose_ros_pkg.command_line import DONE, run_command
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.output.files import check_outputs
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
 from openpose_ros_pkg.structured_text import json_value
 from openpose_ros_tools.command_options import command_parser
+from openpose_ros_tools.mocap.files import SUFFIXES, MarkerRecording, write_mocap
+from openpose_ros_tools.mocap.joints import JointRecording
 
 # Samples that are this close to the ends of a person's stay belong to it [s].
 _ROUNDING = 1e-6
@@ -168,3 +168,7 @@ def _parser() -> argparse.ArgumentParser:
                         help='then move [m] (default: none)')
     parser.add_argument('--overwrite', action='store_true', help='replace the file if it is there')
     return parser
+
+
+if __name__ == '__main__':
+    sys.exit(main())
