@@ -317,11 +317,12 @@ def image_of(name, array):
 
 @pytest.mark.parametrize('damage, arguments, words', [
     (image_of('rgb/1.png', np.zeros((H, W + 1, 3), np.uint8)), (), ['1.png is 13 x 8', 'expected 12 x 8']),
-    (image_of('rgb/1.png', np.zeros((H, W), np.uint8)), (), ['1 channels', 'expected 12 x 8 with 3 channels']),
-    (lambda folder: [path.write_bytes(b'') for path in (folder / 'depth').iterdir()], (),
-     ['none of the 3 depth images']),
+    (image_of('depth/1.png', np.zeros((H, W + 1), np.uint16)), (), ['1.png is 13 x 8', 'colour image is 12 x 8']),
+    (image_of('depth/1.png', np.zeros((2 * H, 2 * W), np.uint16)), ('--cloud',), ['cloud of 12 x 8', '(16, 24)']),
+    (lambda folder: [path.write_bytes(b'') for path in (folder / 'rgb').iterdir()], (),
+     ['none of the 3 colour images']),
     (lambda folder: describe(folder, {**LENS, 'image_width': 13}), (), ['12 x 8', "calibration's 13 x 8"]),
-    (lambda folder: (folder / 'camera.yaml').unlink(), ('--cloud',), ['--cloud needs a calibration']),
+    (lambda folder: (folder / 'camera.yaml').unlink(), ('--cloud',), ['--cloud needs', 'a calibration']),
     (None, ('--camera', 'nowhere.yaml'), ['nowhere.yaml can not be read']),
     (None, ('--intrinsics', '0', '1', '2', '3'), ['not calibrated']),
     (None, ('--start', '0'), ['more than 0'])])

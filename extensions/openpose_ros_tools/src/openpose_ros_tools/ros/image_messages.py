@@ -20,7 +20,7 @@ from openpose_ros_pkg.ros.convert import (
 from openpose_ros_pkg.stream.image_decoding import image_kind, read_file
 from openpose_ros_tools.images import image_files
 from openpose_ros_tools.images.image_files import MILLIMETRES
-from openpose_ros_tools.images.rgbd_folder import RgbdFolder, StampedFile
+from openpose_ros_tools.images.rgbd_folder import RgbdFolder
 from openpose_ros_tools.ros.camera_topics import CLOUD, COMPRESSED, DEPTH_ENCODINGS, TOPICS
 from skeleton_extract_3d.points.camera import calibrated_camera, check_same_aspect
 from skeleton_extract_3d.points.depth import cloud_from_depth
@@ -49,13 +49,6 @@ class Moment(NamedTuple):
     colour_of_cloud: Optional[Path]  # the colour image that belongs to the depth image here; its stamp may differ
 
 
-class MomentMessages(NamedTuple):
-    """The messages of a moment."""
-
-    messages: List[Tuple[str, genpy.Message]]  # topic and message, in the order of writing
-    failed: List[str]  # reasons of files that can not be decoded
-
-
 def moments(folder: RgbdFolder) -> Iterator[Moment]:
     """Yield the images of a folder by stamp, ascending."""
     by_stamp: Dict[int, Dict[str, Tuple[int, Path]]] = {}
@@ -72,7 +65,7 @@ class MessageMaker:
 
     Args:
         options: of the messages.
-        folder: its first images set the sizes and types that all others must have.
+        folder: its first image sets the size of all.
 
     Raises:
         BadInputError: sizes do not fit each other or the calibration.
@@ -81,20 +74,26 @@ class MessageMaker:
 
     def __init__(self, options: MessageOptions, folder: RgbdFolder) -> None:
         self._options = options
-        self._first = {stream: first_image(stream, files) for stream, files in folder.streams.items()}
+        self._main = next(iter(folder.streams))
+        self._size, calibration = first_size(folder), options.calibration
+        if calibration is not None and calibration.image_size != self._size:
+            raise BadInputError(f"the {self._main} images are {_times(self._size)}, expected the calibration's "
+                                f'{_times(calibration.image_size)}')
         self._topics = {key: f'{options.namespace}/{name}' for key, name in TOPICS.items()}
         if options.compressed:
             self._topics['image'] += '/compressed'
-        self._check_sizes()
-        if options.cloud and options.calibration is not None:
-            self._camera = calibrated_camera(options.calibration)
+        if options.cloud:
+            if calibration is None or not calibration.is_calibrated or len(folder.streams) < 2:
+                raise ParameterError('--cloud needs colour and depth images, and a calibration: --camera FILE, or '
+                                     '--intrinsics FX FY CX CY')
+            self._camera = calibrated_camera(calibration)
             self._rays = self._camera.ray_grid()
 
-    def messages(self, moment: Moment) -> MomentMessages:
-        """Return the messages of one stamp.
+    def messages(self, moment: Moment) -> Tuple[List[Tuple[str, genpy.Message]], List[str]]:
+        """Return topics and messages of one stamp in the order of writing, and reasons of files that failed to decode.
 
         Raises:
-            BadInputError: an image has another size or type than the first of its stream.
+            BadInputError: an image has another size than the first one.
         """
         options, failed = self._options, []
         made: Dict[str, genpy.Message] = {}
@@ -116,10 +115,12 @@ class MessageMaker:
                 made.setdefault('camera_info', calibration_to_message(options.calibration, header))
         if options.cloud and 'depth' in decoded and moment.colour_of_cloud is not None:
             try:
-                made['points'] = self._cloud_message(moment, moment.colour_of_cloud, decoded)
+                bgr = self._colour_of_cloud(moment, moment.colour_of_cloud, decoded)
             except BadInputError as error:
                 failed.append(f'no cloud: {error}')
-        return MomentMessages([(self._topics[key], made[key]) for key in TOPICS if key in made], failed)
+            else:
+                made['points'] = self._cloud_message(moment, decoded['depth'], bgr)
+        return [(self._topics[key], made[key]) for key in TOPICS if key in made], failed
 
     def _header(self, stamp: int, number: int) -> Header:
         return Header(seq=number, stamp=genpy.Time(0, stamp), frame_id=self._options.frame_id)
@@ -142,51 +143,37 @@ class MessageMaker:
         metres = depth if depth.dtype == np.float32 else image_files.depth_to_metres(depth, scale)
         return pixels_to_image(metres, '32FC1', header)
 
-    def _cloud_message(self, moment: Moment, colour: Path, decoded: Dict[str, np.ndarray]) -> genpy.Message:
-        bgr = decoded.get('colour')  # of the same stamp, which the partner of the depth image need not have
-        if bgr is None or moment.files['colour'][1] != colour:
-            bgr = _read_image('colour', colour)[1]
-            self._check('colour', colour, bgr)
-        depth = decoded['depth']
+    @staticmethod
+    def _colour_of_cloud(moment: Moment, path: Path, decoded: Dict[str, np.ndarray]) -> np.ndarray:
+        """Return the colour image of a depth image; its stamp may be another one."""
+        is_here = 'colour' in decoded and moment.files['colour'][1] == path
+        return image_files.to_bgr8(decoded['colour'] if is_here else _read_image('colour', path)[1])
+
+    def _cloud_message(self, moment: Moment, depth: np.ndarray, bgr: np.ndarray) -> genpy.Message:
         # as the player makes it, so that both give the same cloud
         depth = depth if depth.dtype == np.float32 else depth * (1.0 / self._options.depth_scale)
-        return cloud_to_message(cloud_from_depth(depth, self._camera, image_files.to_bgr8(bgr), self._rays),
+        return cloud_to_message(cloud_from_depth(depth, self._camera, bgr, self._rays),
                                 self._header(moment.stamp, moment.files['depth'][0]))
 
     def _check(self, stream: str, path: Path, pixels: np.ndarray) -> None:
-        first, first_path = self._first[stream]
-        if (pixels.shape, pixels.dtype) != (first.shape, first.dtype):
-            raise BadInputError(f'{path} is {_shape_text(pixels)}, expected {_shape_text(first)} as {first_path} is')
-
-    def _check_sizes(self) -> None:
-        """Raise BadInputError or ParameterError if the streams and the calibration are not of one view."""
-        sizes = {stream: (first.shape[1], first.shape[0]) for stream, (first, _) in self._first.items()}
-        names = {stream: f'{stream} image {path}' for stream, (_, path) in self._first.items()}
-        calibration, main = self._options.calibration, next(iter(sizes))
-        if calibration is not None and calibration.image_size != sizes[main]:
-            raise BadInputError(f"{names[main]} is {_times(sizes[main])}, expected the calibration's "
-                                f'{_times(calibration.image_size)}')
-        for stream, size in sizes.items():
-            check_same_aspect(names[stream], size, names[main], sizes[main])
-        if not self._options.cloud:
-            return
-        if calibration is None or not calibration.is_calibrated:
-            raise ParameterError('--cloud needs a calibration: --camera FILE, or --intrinsics FX FY CX CY')
-        if len(sizes) < 2 or sizes['colour'] != sizes['depth']:
-            raise ParameterError('--cloud needs colour and depth images of one size; there are '
-                                 + ', '.join(f'{stream} {_times(size)}' for stream, size in sizes.items()))
+        size = pixels.shape[1], pixels.shape[0]
+        if stream == self._main and size != self._size:
+            raise BadInputError(f'{path} is {_times(size)}, expected {_times(self._size)} as the first image')
+        check_same_aspect(str(path), size, f'the first {self._main} image', self._size)
 
 
-def first_image(stream: str, files: Sequence[StampedFile]) -> Tuple[np.ndarray, Path]:
-    """Return the first image of a stream that can be decoded, and its path.
+def first_size(folder: RgbdFolder) -> Tuple[int, int]:
+    """Return width and height of the first colour image that can be decoded, of depth where there is no colour.
 
     Raises:
         BadInputError: none can be decoded.
     """
+    stream, files = next(iter(folder.streams.items()))
     reason: Optional[BadInputError] = None
     for _, path in files:
         try:
-            return _read_image(stream, path)[1], path
+            pixels = _read_image(stream, path)[1]
+            return pixels.shape[1], pixels.shape[0]
         except BadInputError as error:
             reason = reason or error
     raise BadInputError(f'none of the {len(files)} {stream} images can be decoded: {reason}')
@@ -248,10 +235,6 @@ def _read_image(stream: str, path: Path) -> Tuple[bytes, np.ndarray]:
     """Return the content of an image file, and the image."""
     content = read_file(path)
     return content, (image_files.decode_depth if stream == 'depth' else image_files.decode_image)(content, str(path))
-
-
-def _shape_text(image: np.ndarray) -> str:
-    return f'{_times(image.shape[1::-1])} with {image.shape[2] if image.ndim == 3 else 1} channels of {image.dtype}'
 
 
 def _times(size: Sequence[int]) -> str:

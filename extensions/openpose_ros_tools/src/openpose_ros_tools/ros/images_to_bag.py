@@ -62,7 +62,7 @@ from openpose_ros_tools.outputs import output_file
 from openpose_ros_tools.parallel.threads import ordered_map
 from openpose_ros_tools.ros.bag_files import COMPRESSIONS, TF_TOPIC, new_bag, write_static_transforms
 from openpose_ros_tools.ros.camera_topics import CAMERA_NAMESPACE
-from openpose_ros_tools.ros.image_messages import MessageMaker, MessageOptions, first_image, moments
+from openpose_ros_tools.ros.image_messages import MessageMaker, MessageOptions, first_size, moments
 from skeleton_extract_3d.points.camera import calibrated_camera
 from skeleton_extract_3d.points.rgbd_sequence import DEFAULT_FRAME, WORLD_FRAME
 from skeleton_extract_3d.ros.convert import transform_from_matrix
@@ -108,13 +108,13 @@ def write_bag(path: Path, cameras: Sequence[CameraImages], compression: str = 'n
         if poses:
             write_static_transforms(bag, poses, poses[0].header.stamp, _NAME)
             report.messages[TF_TOPIC] += 1
-        for made, (_, moment) in zip(results, planned):
-            for topic, message in made.messages:
+        for (messages, failed), (_, moment) in zip(results, planned):
+            for topic, message in messages:
                 bag.write(topic, message, genpy.Time(0, moment.stamp))
                 report.messages[topic] += 1
-            for reason in made.failed:
+            for reason in failed:
                 _log.warning('%s; left out', reason)
-            report.failed += len(made.failed)
+            report.failed += len(failed)
             bar.update()
     return report
 
@@ -182,8 +182,7 @@ def _calibration(options: argparse.Namespace, folder: RgbdFolder) -> Optional[Ca
     if not options.intrinsics:
         return folder.calibration
     fx, fy, cx, cy = options.intrinsics
-    height, width = first_image(*next(iter(folder.streams.items())))[0].shape[:2]
-    return pinhole_calibration(width, height, (fx, fy), (cx, cy))
+    return pinhole_calibration(*first_size(folder), (fx, fy), (cx, cy))
 
 
 def _poses(cameras: Sequence[CameraImages], stamp: int) -> List[TransformStamped]:
