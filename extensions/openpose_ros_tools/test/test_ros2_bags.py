@@ -229,12 +229,12 @@ def test_a_smashed_message_is_damage(recording, tmp_path, capsys):
     with sqlite3.connect(file) as database:
         database.execute("UPDATE messages SET data = x'0001000007'")
     assert main([str(folder), '-o', str(tmp_path / 'out.bag')], knowing_detector) == 2
-    told = capsys.readouterr().err
-    assert f'{folder} is damaged' in told and '`ros2 bag reindex`' in told
+    error = capsys.readouterr().err
+    assert f'{folder} is damaged' in error and '`ros2 bag reindex`' in error
     assert not (tmp_path / 'out.bag').exists()
 
 
-def test_a_missing_file_of_a_folder_and_an_unknown_storage_are_told(recording, tmp_path):
+def test_a_missing_file_of_a_folder_and_an_unknown_storage_are_refused(recording, tmp_path):
     folder = to_ros2(recording, tmp_path / 'walk')
     metadata = folder / 'metadata.yaml'
     metadata.write_text(metadata.read_text().replace('sqlite3', 'parquet'))
@@ -259,7 +259,7 @@ def test_compressions_of_mcap(tmp_path):
     assert (tmp_path / 'lz4.mcap').stat().st_size < (tmp_path / 'none.mcap').stat().st_size
 
 
-def test_without_the_library_it_says_what_to_install(results, monkeypatch):
+def test_a_missing_library_is_named(results, monkeypatch):
     def missing(name):
         raise ImportError(f'No module named {name!r}')
     monkeypatch.setattr(ros2_bags, 'import_module', missing)

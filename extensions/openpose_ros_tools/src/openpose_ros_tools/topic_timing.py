@@ -109,7 +109,7 @@ def notes(timings: Sequence[TopicTiming], other_clock: float = OTHER_CLOCK) -> L
     if other:
         found.append(f"{', '.join(other)}: the stamps are of another clock than the times of recording. The recording "
                      'was played without its clock, or the clocks of the computers differ; differences between topics '
-                     'still tell the delay between them.')
+                     'are still the delays between them.')
     ahead = [one.topic for one in timings if one.topic not in other and one.delay.least < 0]
     if ahead:
         found.append(f"{', '.join(ahead)}: messages were recorded before their stamp: the clock that stamps is ahead, "

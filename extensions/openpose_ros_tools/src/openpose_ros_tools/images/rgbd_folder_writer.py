@@ -71,7 +71,7 @@ def write_description(folder: Path, calibration: Optional[Calibration], files: S
     """Write camera.yaml and sequence.yaml.
 
     Args:
-        files: whose stamps tell the rate.
+        files: their stamps give the rate.
         known: values of sequence.yaml; None: left out.
     """
     if calibration is not None:

@@ -82,8 +82,8 @@ def _run(options: argparse.Namespace) -> int:
     if options.output is not None:
         with output_file(options.output, options.overwrite, [options.bag]) as part, part.open('w', newline='') as file:
             csv.writer(file, lineterminator='\n').writerows([COLUMNS, *map(cells, timings)])
-    told = [f'# Time report of {options.bag.name}\n', *(f'Note: {note}\n' for note in notes(timings))]
-    sys.stdout.write('\n'.join([*told, markdown(timings)]))
+    lines = [f'# Time report of {options.bag.name}\n', *(f'Note: {note}\n' for note in notes(timings))]
+    sys.stdout.write('\n'.join([*lines, markdown(timings)]))
     return DONE
 
 
