@@ -26,7 +26,6 @@ bag is wrong; 130 interrupted, there is no folder.
 import argparse
 import logging
 import sys
-import time
 from contextlib import closing
 from pathlib import Path
 from typing import Dict, Iterator, List, NamedTuple, Optional, Sequence, Set, Tuple, Union
@@ -208,7 +207,6 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
 
 
 def _run(options: argparse.Namespace) -> int:
-    began = time.monotonic()
     wanted = {'colour': options.image, 'depth': options.depth, 'camera_info': options.camera_info}
     with open_bag(options.bag) as bag, output_folder(options.output, options.overwrite, _OWN) as part:
         topics = find_topics(bag, wanted)
@@ -222,7 +220,7 @@ def _run(options: argparse.Namespace) -> int:
         write_description(part, camera.calibration, files, frame_id=camera.frame_id,
                           depth_scale=options.depth_scale or MILLIMETRES,
                           T_world_camera=None if pose is None else pose.tolist())
-    sys.stdout.write(_summary(options.output, topics, files, failed, time.monotonic() - began))
+    sys.stdout.write(_summary(options.output, topics, files, failed))
     return SOME_FAILED if failed else DONE
 
 
@@ -240,8 +238,8 @@ def _remarks(topics: Dict[str, str], camera: RecordedCamera) -> List[str]:
     return remarks
 
 
-def _summary(folder: Path, topics: Dict[str, str], files: Sequence[WrittenFile], failed: int, seconds: float) -> str:
-    lines = [f'{folder}: {len(files)} images; {seconds:.1f} s, {len(files) / seconds:.1f} images/s']
+def _summary(folder: Path, topics: Dict[str, str], files: Sequence[WrittenFile], failed: int) -> str:
+    lines = [f'{folder}: {len(files)} images']
     for stream in LISTS:
         if stream in topics:
             count = sum(file.stream == stream for file in files)

@@ -37,13 +37,11 @@ images are wrong; 130 interrupted, there is no bag.
 import argparse
 import logging
 import sys
-import time
 from collections import Counter
 from contextlib import closing
-from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
-from typing import Dict, List, NamedTuple, Optional, Sequence
+from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 import genpy
 from geometry_msgs.msg import TransformStamped
@@ -72,14 +70,6 @@ _log = logging.getLogger(__name__)
 _NAME = 'images_to_bag'
 
 
-@dataclass
-class Report:
-    """Number of messages by topic, and of images that could not be decoded."""
-
-    messages: Dict[str, int] = field(default_factory=Counter)
-    failed: int = 0
-
-
 class CameraImages(NamedTuple):
     """The images of a camera, and the messages that are made of them."""
 
@@ -87,17 +77,20 @@ class CameraImages(NamedTuple):
     options: MessageOptions
 
 
-def write_bag(path: Path, cameras: Sequence[CameraImages], compression: str = 'none') -> Report:
+def write_bag(path: Path, cameras: Sequence[CameraImages], compression: str = 'none') -> Tuple[Dict[str, int], int]:
     """Write the images of cameras into a bag, in the order of the stamps.
 
     Args:
         compression: one of COMPRESSIONS.
 
+    Returns:
+        Number of messages by topic, and of images that could not be decoded.
+
     Raises:
         BadInputError: sizes or types of images do not fit.
         OSError: the bag can not be written.
     """
-    report = Report()
+    counts: Dict[str, int] = Counter()
     makers = [MessageMaker(camera.options, camera.folder) for camera in cameras]
     planned = sorted(((maker, moment) for maker, camera in zip(makers, cameras)
                       for moment in moments(camera.folder)), key=lambda one: one[1].stamp)
@@ -107,16 +100,17 @@ def write_bag(path: Path, cameras: Sequence[CameraImages], compression: str = 'n
         poses = _poses(cameras, planned[0][1].stamp)
         if poses:
             write_static_transforms(bag, poses, poses[0].header.stamp, _NAME)
-            report.messages[TF_TOPIC] += 1
-        for (messages, failed), (_, moment) in zip(results, planned):
+            counts[TF_TOPIC] += 1
+        failed = 0
+        for (messages, reasons), (_, moment) in zip(results, planned):
             for topic, message in messages:
                 bag.write(topic, message, genpy.Time(0, moment.stamp))
-                report.messages[topic] += 1
-            for reason in failed:
+                counts[topic] += 1
+            for reason in reasons:
                 _log.warning('%s; left out', reason)
-            report.failed += len(failed)
+            failed += len(reasons)
             bar.update()
-    return report
+    return counts, failed
 
 
 def main(arguments: Optional[Sequence[str]] = None) -> int:
@@ -126,7 +120,6 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
 
 
 def _run(options: argparse.Namespace) -> int:
-    began = time.monotonic()
     if options.cameras is None:
         cameras = [_camera(options, options.folder, options.camera_namespace, options.frame_id)]
     elif options.frame_id is not None or options.start is not None:
@@ -135,10 +128,9 @@ def _run(options: argparse.Namespace) -> int:
         cameras = [_camera(options, folder, f'{folder.name}/qhd', f'{folder.name}_rgb_optical_frame')
                    for folder in _camera_folders(options.folder, options.cameras)]
     with output_file(options.output, options.overwrite) as part:
-        report = write_bag(part, cameras, options.compression)
-    sys.stdout.write(_summary(options.output, [camera.folder for camera in cameras], report,
-                              time.monotonic() - began))
-    return SOME_FAILED if report.failed else DONE
+        counts, failed = write_bag(part, cameras, options.compression)
+    sys.stdout.write(_summary(options.output, [camera.folder for camera in cameras], counts, failed))
+    return SOME_FAILED if failed else DONE
 
 
 def _camera(options: argparse.Namespace, place: Path, namespace: str, frame_id: Optional[str]) -> CameraImages:
@@ -197,15 +189,12 @@ def _poses(cameras: Sequence[CameraImages], stamp: int) -> List[TransformStamped
     return transforms
 
 
-def _summary(path: Path, folders: Sequence[RgbdFolder], report: Report, seconds: float) -> str:
-    count = sum(len(next(iter(folder.streams.values()))) for folder in folders)
-    streams = [files for folder in folders for files in folder.streams.values()]
-    first, last = min(files[0].stamp for files in streams), max(files[-1].stamp for files in streams)
-    lines = [f'{path}: {count} frames over {(last - first) / SECOND:.3f} s, {path.stat().st_size / 1e6:.1f} MB; '
-             f'{seconds:.1f} s, {count / seconds:.1f} frames/s', f'  stamps from {folders[0].timing}']
-    lines += [f'  {number:6d}  {topic}' for topic, number in report.messages.items()]
-    if report.failed:
-        lines.append(f'  {report.failed} images left out, see the warnings')
+def _summary(path: Path, folders: Sequence[RgbdFolder], counts: Dict[str, int], failed: int) -> str:
+    stamps = [file.stamp for folder in folders for files in folder.streams.values() for file in files]
+    lines = [f'{path}: {(max(stamps) - min(stamps)) / SECOND:.3f} s, {path.stat().st_size / 1e6:.1f} MB; stamps from '
+             f'{folders[0].timing}', *(f'  {number:6d}  {topic}' for topic, number in counts.items())]
+    if failed:
+        lines.append(f'  {failed} images left out, see the warnings')
     return '\n'.join(lines) + '\n'
 
 
