@@ -49,12 +49,14 @@ def model(arguments: Sequence[str]) -> NoReturn:
 
 def bench(arguments: Sequence[str]) -> NoReturn:
     folder = ROOT / 'development/benchmarks'
-    programs = {path.stem: path for path in folder.rglob('*.py') if path.read_text().startswith('#!')}
-    if not arguments or arguments[0] not in programs:
-        die(f'usage: ./run bench NAME ARGS, NAME one of: {" ".join(sorted(programs))}')
+    programs = {path.relative_to(folder).with_suffix('').parts: path for path in sorted(folder.rglob('*.py'))
+                if path.read_text().startswith('#!')}
+    words = next((words for words in programs if words == tuple(arguments[:len(words)])), None)
+    if words is None:
+        die('usage: ./run bench PROGRAM ARGS, PROGRAM one of: ' + ', '.join(map(' '.join, programs)))
     # what they share is found from every folder
-    os.environ['PYTHONPATH'] = os.pathsep.join([str(folder), os.environ.get('PYTHONPATH', '')])
-    enter_workspace([PYTHON, str(programs[arguments[0]]), *arguments[1:]])
+    os.environ['PYTHONPATH'] = os.pathsep.join([str(folder), str(ROOT / 'tests/support')])
+    enter_workspace([PYTHON, str(programs[words]), *arguments[len(words):]])
 
 
 def test(arguments: Sequence[str]) -> NoReturn:

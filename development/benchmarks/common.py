@@ -6,7 +6,7 @@ import sys
 import tempfile
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Callable, Dict, Iterator, Optional, Sequence, Tuple
+from typing import TYPE_CHECKING, Any, Callable, Dict, Iterator, Sequence, Tuple
 
 import psutil
 import yaml
@@ -19,7 +19,7 @@ from openpose_ros_pkg.command_line import INTERRUPTED, all_ends_are_interrupts, 
 from openpose_ros_pkg.errors import OpenposeRosError
 
 if TYPE_CHECKING:
-    from openpose_ros_pkg.ros.session import Session
+    from session import Session
 
 # The sequence that is part of this repository.
 DEMO = ROOT / 'skeleton_extract_3d' / 'demo' / 'cross'
@@ -28,21 +28,32 @@ Figures = Dict[str, Any]
 
 
 class Parser(argparse.ArgumentParser):
-    """A command line whose help is the docstring of the benchmark, as it is."""
+    """A command line whose help is the docstring of the benchmark."""
 
     def __init__(self, doc: str) -> None:
         super().__init__(description=doc, formatter_class=argparse.RawDescriptionHelpFormatter)
 
-    def add_settings(self, whose: str, option: str = '--set') -> None:
-        """Add an option for parameters, which `settings` reads."""
-        self.add_argument(option, metavar='KEY=VALUE', action='append', default=[],
-                          help=f'a parameter {whose}; may be repeated')
+    def add_sequences(self) -> None:
+        """Add sequence folders."""
+        self.add_argument('sequences', nargs='+', type=Path, help='sequence folders')
 
-    def parse_named(self, name: str) -> argparse.Namespace:
-        """Return the arguments of the command line; those like NAME:=VALUE may stand anywhere, and come as `name`."""
+    def add_settings(self, target: str, option: str = '--set') -> None:
+        """Add an option for the parameters of something, which `settings` reads."""
+        self.add_argument(option, metavar='KEY=VALUE', action='append', default=[],
+                          help=f'a parameter {target}; may be repeated')
+
+    def add_live(self, seconds: float, warm_up: float) -> None:
+        """Add the options of a table of running nodes, with the default times of a row [s]."""
+        self.add_argument('--seconds', type=float, default=seconds, help='to measure a row (default %(default)s)')
+        self.add_argument('--warm-up', type=float, default=warm_up, help='before that [s] (default %(default)s)')
+        self.add_argument('--json', type=new_path, help='write the figures here')
+        self.add_argument('launch', nargs='*', metavar='NAME:=VALUE', help='arguments of the launch file')
+
+    def parse_live(self) -> argparse.Namespace:
+        """Return the arguments of the command line; those like NAME:=VALUE may stand anywhere, and come as `launch`."""
         named = [text for text in sys.argv[1:] if ':=' in text]
         arguments = self.parse_args([text for text in sys.argv[1:] if text not in named])
-        setattr(arguments, name, named)
+        arguments.launch = named
         return arguments
 
     def settings(self, texts: Sequence[str]) -> Dict[str, Any]:
@@ -51,7 +62,7 @@ class Parser(argparse.ArgumentParser):
 
 
 def new_path(text: str) -> Path:
-    """Return the path of an output, as `type` of an option; a file or a filled folder that is there is refused."""
+    """Return the path of an output, as `type` of an option; an existing file or filled folder is refused."""
     path = Path(text)
     if path.is_file() or (path.is_dir() and any(path.iterdir())):
         raise argparse.ArgumentTypeError(f'{path} is there already; give another name')
@@ -60,7 +71,7 @@ def new_path(text: str) -> Path:
 
 @contextlib.contextmanager
 def errors_end_the_program() -> Iterator[None]:
-    """Tell errors of this project, and of files, in one line; let signals end the program as Ctrl-C does."""
+    """Print errors of this project, and of files, in one line; let signals end the program as Ctrl-C does."""
     try:
         with all_ends_are_interrupts():
             yield
@@ -95,47 +106,42 @@ class Usage:
         return {name: sum(process.cpu_times()[:2]) for name, process in self._processes.items()}
 
     def processor(self) -> Dict[str, float]:
-        """Return what each took since the last call [% of a core]."""
+        """Return what each took since the beginning [% of a core]."""
         now, seconds = time.monotonic(), self._seconds()
-        shares = {name: 100 * (seconds[name] - self._before[name]) / (now - self._begin) for name in seconds}
-        self._begin, self._before = now, seconds
-        return shares
+        return {name: 100 * (seconds[name] - self._before[name]) / (now - self._begin) for name in seconds}
 
     def memory(self) -> Dict[str, float]:
         """Return the resident memory of each [MB]."""
         return {name: process.memory_info().rss / 1e6 for name, process in self._processes.items()}
 
 
-def tell(figures: Figures, path: Optional[Path]) -> None:
-    """Print figures as YAML, and write them as JSON if a path is given."""
-    def short(value: Any) -> Any:
-        if isinstance(value, dict):
-            return {str(key): short(part) for key, part in value.items()}
-        if isinstance(value, (list, tuple)):
-            return [short(part) for part in value]
-        return float(f'{value:.4g}') if isinstance(value, float) else value
-
-    print(yaml.safe_dump(short(figures), sort_keys=False, default_flow_style=None, width=120))
-    if path:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(json.dumps(figures, indent=1))
-
-
-def run_live(measure: Callable[['Session', Path], Figures], path: Optional[Path] = None) -> int:
-    """Measure nodes on a ROS master of their own and tell the figures; return the exit status.
+def run_live(measure: Callable[['Session', Path, argparse.Namespace], Figures], arguments: argparse.Namespace) -> int:
+    """Measure nodes on a ROS master of their own, print the figures as YAML; return the exit status.
 
     Args:
-        measure: is given the session and its folder, and returns the figures.
-        path: of the figures as JSON; None: not written.
+        measure: takes the session, its folder and the arguments, and returns the figures.
+        arguments: `json` is the path of the figures as JSON; None: not written.
     """
-    from openpose_ros_pkg.ros.session import Session  # most benchmarks need no ROS
+    from session import Session  # most benchmarks need no ROS
     with errors_end_the_program(), tempfile.TemporaryDirectory(prefix='openpose_ros_bench_') as folder:
         try:
             with Session(Path(folder)) as session:
-                figures = measure(session, Path(folder))
+                figures = measure(session, Path(folder), arguments)
         except OpenposeRosError as error:
             print(error, *(log.read_text(errors='replace') for log in Path(folder).glob('*.log')), sep='\n',
                   file=sys.stderr)
             return 1
-    tell(figures, path)
+    print(yaml.safe_dump(_short(figures), sort_keys=False, default_flow_style=None, width=120))
+    if arguments.json:
+        arguments.json.parent.mkdir(parents=True, exist_ok=True)
+        arguments.json.write_text(json.dumps(figures, indent=1))
     return 0
+
+
+def _short(value: Any) -> Any:
+    """Return figures with numbers of four digits."""
+    if isinstance(value, dict):
+        return {str(key): _short(part) for key, part in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_short(part) for part in value]
+    return float(f'{value:.4g}') if isinstance(value, float) else value

@@ -1,15 +1,15 @@
 #!/usr/bin/python3
 """Measure how well cameras are placed to one another by the people that they see, without a prior.
 
-Told are the largest errors of all cameras to the first one: angle [degrees], position [mm], clock [ms], what the
-calibration itself expects of the worst camera (1 sigma), and of the vertical [degrees].
+Printed are the largest errors of all cameras to the first one: angle [degrees], position [mm], clock [ms], the errors
+that the calibration itself expects of the worst camera (1 sigma), and the error of the vertical [degrees].
 
 Simulated rigs: cameras around walking people, 10 s at 15 Hz, errors of 15 mm per axis; medians and worst of --seeds.
---stage: a folder with one sequence per camera (see fusion.py), on which the chain of the project runs, mode balanced. A
-camera that sees late has its joints interpolated between its frames, so that they are those of an earlier time.
+--stage: a folder with one sequence per camera (see cameras/fusion.py). The joints of a camera that sees late are
+interpolated between its frames, so that they are those of an earlier time.
 
-    benchmarks/calibration.py --seeds 5
-    benchmarks/calibration.py --seeds 0 --stage STAGE
+    ./run bench cameras calibration --seeds 5
+    ./run bench cameras calibration --seeds 0 --stage STAGE
 """
 import sys
 from dataclasses import dataclass, field, replace
@@ -27,7 +27,7 @@ from simulated_room import around, record_all
 from skeleton_extract_3d.people import MEASURED
 from skeleton_extract_3d.points.transform import Transform
 
-# Frames of a recording begin at this time [s].
+# Time of the first frame of a recording [s].
 BEGIN = 100.0
 HEAD = ('case', 'angle deg', 'position mm', 'clock ms', 'expected', 'up deg', 'seconds')
 
@@ -37,9 +37,9 @@ class Case:
     """How the recorded cameras are given to the calibration.
 
     Attributes:
-        rgb: numbers of those whose depth is withheld.
-        stamped, seen: by which the stamps of a camera, and what it sees, are late [s].
-        scale: 'stature' or 'distance': what is told of a rig without depth.
+        rgb: numbers of the cameras whose depth is withheld.
+        stamped, seen: delays of the stamps and of the images of cameras, by their numbers [s].
+        scale: 'stature' or 'distance': what is known of a rig without depth.
     """
 
     title: str
@@ -63,7 +63,7 @@ def cases(number: int) -> List[Case]:
 
 
 def recording(camera: Recorded, has_depth: bool, stamped: float, seen: float) -> CameraRecording:
-    """Return what one camera saw, as the calibration takes it."""
+    """Return the people of one camera, as the calibration takes them."""
     stamps, ids, points, sigma = [], [], [], []
     for stamp, people, image in camera.frames:
         measured = people.status == MEASURED

@@ -1,23 +1,21 @@
 #!/usr/bin/python3
 """Measure the fusion of several cameras, without ROS: time per update, and accuracy on a sequence with known joints.
 
-Time: simulated people who are seen by cameras around them (--cameras, --people), median and 99th percentile, and median
-of the time of the processor, which other programs disturb less.
+Time: simulated people before simulated cameras, median and 99th percentile; the time of the processor is disturbed less
+by other programs.
 
-Accuracy: a folder with one sequence per camera (cam0, cam1, ...: see accuracy_3d.py), seen at the same instants, with
-T_world_camera in each meta.json. The chain of the project runs on each camera, in mode balanced, then the fusion, once
-for each case of the table. --evaluate names the script that scores a CSV file in the frame of the world against the
-folder and writes its figures as JSON (recall, precision, errors of joints by the number of cameras that see them).
-Coverage is the share of visible joints whose error is within 1 and 2 sigma; an error in space within 1 sigma, the root
-mean square, is had by 0.61 of the joints of a normal distribution, within 2 by 0.993.
+Accuracy (--stage): a folder with one sequence per camera (cam0, cam1, ...: see chain_runs.py) of the same instants, with
+T_world_camera in each meta.json. The chain runs on each camera, mode balanced, then the fusion, once for each case of
+the table. The script of --evaluate scores a CSV file in the frame of the world against the folder and writes its
+figures as JSON. Coverage: share of visible joints whose error in space is within 1 and 2 sigma; 0.61 and 0.993 of a
+normal distribution are.
 
 Sigma (--sigma): the same shares for simulated people who walk, seen by 1 to 3 cameras of 5 to 60 Hz whose errors are as
 large as they say: independent from frame to frame, or fading within --correlation seconds (1 / e).
 
-    benchmarks/fusion.py
-    benchmarks/fusion.py --cameras 4 --people 2
-    benchmarks/fusion.py --sigma
-    benchmarks/fusion.py --stage STAGE --evaluate evaluate_world.py
+    ./run bench cameras fusion --cameras 4 --people 2
+    ./run bench cameras fusion --sigma
+    ./run bench cameras fusion --stage STAGE --evaluate evaluate_world.py
 """
 import itertools
 import json
@@ -31,35 +29,31 @@ from typing import Callable, Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
 
-from accuracy_3d import VISIBLE, ChainSettings, Finder, open_sequence, run_chain, write_csv
 from common import Parser, elapsed, errors_end_the_program, markdown
+from chain_runs import VISIBLE, Finder, Frames, camera_poses, open_sequence, read_truth, write_csv
 from openpose_ros_fusion.fusion import PeopleFusion
 from openpose_ros_fusion.observations import Sighting, from_image, from_space
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import People2D
-from openpose_ros_pkg.skeletons import COCO_18
 from openpose_ros_tools.alignment.people import pair_people
 from simulated_errors import cameras as erring_cameras
 from simulated_errors import fusion_shares, striding
 from simulated_rig import around, walking
-from skeleton_extract_3d.chain import PeopleChain
+from skeleton_extract_3d.chain_settings import ChainSettings
 from skeleton_extract_3d.people import People3D
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.transform import Transform
 
-# Greatest median distance of a fused person from the true one [m].
+# Maximum median distance of a fused person from the true one [m].
 SAME_PERSON = 0.6
-# Rate of the simulated cameras [Hz], updates that are timed, and those before them that are not.
+# Rate of the simulated cameras [Hz], timed updates, and those before them.
 RATE, UPDATES, WARM_UP = 30.0, 300, 30
-# Rates of the cameras whose sigma is checked [Hz], for how long [s], and the error of their joints per axis [m].
+# Sigma: rates of the cameras [Hz], length [s], error of the joints per axis [m].
 RATES, SECONDS, NOISE = (5.0, 10.0, 15.0, 30.0, 60.0), 6.0, 0.06
-
-Fused = List[Tuple[float, People3D]]
-
 
 @dataclass(frozen=True)
 class Recorded:
-    """What one camera saw: its name, model and pose in the world, and stamp [s] and people of each frame."""
+    """Name, model and pose of a camera in the world, and stamp [s] and people of its frames."""
 
     name: str
     model: CameraModel
@@ -72,11 +66,11 @@ class Case:
     """How the recorded cameras are given to the fusion.
 
     Attributes:
-        cameras: numbers of those that take part; None: all.
-        rgb: numbers of those whose depth is withheld.
-        moved: by which the camera of a number is believed to stand elsewhere [m].
-        sees: whether the camera of a number sends its frame of a number.
-        late: by which the stamps of a camera and frame are too great [s].
+        cameras: numbers of the cameras that take part; None: all.
+        rgb: numbers of the cameras whose depth is withheld.
+        moved: error of the believed position, by the number of the camera [m].
+        sees: whether a camera sends a frame, by their numbers.
+        late: error of the stamp of a frame, by their numbers [s].
     """
 
     title: str
@@ -89,14 +83,10 @@ class Case:
 
 def record(stage: Path) -> List[Recorded]:
     """Run the chain on each camera of a folder."""
-    settings = build(ChainSettings, {'mode': 'balanced'})
-    recorded = []
+    settings, recorded = build(ChainSettings, {'mode': 'balanced'}), []
     for folder in sorted(stage.glob('cam*')):
         sequence = open_sequence(folder)
-        finder = Finder(settings, 0.0, sequence.fps or 1.0)
-        chain = PeopleChain(finder.stream(), settings.estimator)
-        run = run_chain(sequence, chain, finder)
-        pose = np.array(json.loads((folder / 'meta.json').read_text())['T_world_camera'])
+        run, pose = Finder(settings, rate=sequence.fps).run(sequence), camera_poses(folder, sequence)[0]
         frames = [(stamp, people, image) for (stamp, people), image in zip(run.frames, run.people)]
         recorded.append(Recorded(folder.name, sequence.camera, (pose[:3, :3], pose[:3, 3]), frames))
     return recorded
@@ -123,7 +113,7 @@ def cases(number: int, frames: int) -> List[Case]:
     ]
 
 
-def fuse(recorded: Sequence[Recorded], case: Case) -> Tuple[Fused, List[float]]:
+def fuse(recorded: Sequence[Recorded], case: Case) -> Tuple[Frames, List[float]]:
     """Return the fused people of each frame, and what the updates took [ms]."""
     fusion, fused, times = PeopleFusion(), [], []
     for frame in range(min(len(camera.frames) for camera in recorded)):
@@ -146,10 +136,9 @@ def _sighting(camera: Recorded, frame: int, case: Case, number: int) -> Sighting
     return from_space(camera.name, stamp, people, pose)
 
 
-def coverage(stage: Path, fused: Fused) -> Tuple[float, float]:
+def coverage(stage: Path, fused: Frames) -> Tuple[float, float]:
     """Return the share of visible joints whose error is within 1 and 2 sigma."""
-    truth = json.loads((stage / 'gt_world.json').read_text())
-    order = [truth['joints'].index(joint) for joint in COCO_18.joints]
+    truth, order = read_truth(stage, 'gt_world.json')
     ratios: List[np.ndarray] = []
     for (_, people), frame in zip(fused, truth['frames']):
         joints = np.array([person['xyz'] for person in frame['people']])[:, order]
@@ -162,8 +151,8 @@ def coverage(stage: Path, fused: Fused) -> Tuple[float, float]:
     return float((ratio <= 1).mean()), float((ratio <= 2).mean())
 
 
-def score(stage: Path, fused: Fused, script: Path) -> Dict:
-    """Return what a script says of the fused people."""
+def score(stage: Path, fused: Frames, script: Path) -> Dict:
+    """Return the figures of a script about the fused people."""
     with tempfile.TemporaryDirectory() as folder:
         people, figures = Path(folder) / 'people.csv', Path(folder) / 'figures.json'
         write_csv(people, fused)

@@ -1,0 +1,183 @@
+#!/usr/bin/python3
+"""Measure the 3D chain, without ROS, on RGB-D sequences with known joints (see chain_runs.py).
+
+Writes the joints of each sequence as the CSV that `rostopic echo -p` makes of the per-person 3D message; the script of
+--evaluate scores them. --lag: the frames are estimated a second time without smoothing, and the delays of both against
+the truth are printed. --budget: people are followed, and the networks may do that much work per frame, in units of one
+pass of mobilenet_thin over 656 x 368 pixels. Work counts the pixels that networks see, so that results do not depend on
+the machine. With --set following=always alone, every search_period-th image is searched in full.
+
+    ./run bench accuracy 3d SEQUENCE [SEQUENCE ...] --evaluate evaluate.py --lag
+    ./run bench accuracy 3d SEQUENCE --exact-2d --out FOLDER
+    ./run bench accuracy 3d SEQUENCE --evaluate evaluate.py --set lifting=mean3x3 --set tracking=false   # the original
+"""
+import sys
+import tempfile
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, List, Sequence, Tuple
+
+import numpy as np
+import pandas as pd
+from scipy.optimize import linear_sum_assignment
+
+from common import Parser, errors_end_the_program, new_path
+from chain_runs import (
+    VISIBLE,
+    Finder,
+    Frames,
+    Run,
+    camera_poses,
+    evaluate,
+    exact_joints,
+    exact_people,
+    known_people,
+    name_of,
+    open_sequence,
+    read_truth,
+    run_chain,
+    write_csv,
+)
+from openpose_ros_pkg.params.parameters import build
+from openpose_ros_tools.alignment.people import pair_people
+from skeleton_extract_3d.chain import PeopleChain
+from skeleton_extract_3d.chain_settings import ChainSettings
+from skeleton_extract_3d.people import MEASURED
+
+# Maximum median distance of the joints of a person from the true ones [m]; frames of a path that tells a lag.
+SAME_PERSON, LAG_FRAMES = 0.3, 20
+# In the image: that distance in half diagonals; visible joints of a person that counts; a joint is near [px].
+SAME_IN_IMAGE, LEAST_VISIBLE, NEAR = 0.5, 4, 20
+
+Paths = List[Tuple[np.ndarray, np.ndarray]]
+
+
+def report_2d(folders: Sequence[Path], runs: Sequence[Run]) -> str:
+    """Return the people found in the images, how exactly, and the work, as text."""
+    count = found = joints = near = 0
+    for folder, run in zip(folders, runs):
+        for true, people in zip(exact_joints(folder), run.people):
+            apart = np.array([[_apart(xy, uv, labels) for xy in people.xy] for uv, labels in true])
+            pairs = linear_sum_assignment(apart) if apart.size else ((), ())
+            match = {row: column for row, column in zip(*pairs) if apart[row, column] < SAME_IN_IMAGE}
+            for row, (uv, labels) in enumerate(true):
+                visible = labels == VISIBLE
+                if visible.sum() >= LEAST_VISIBLE:
+                    count, joints, found = count + 1, joints + visible.sum(), found + (row in match)
+                    there = people.xy[match[row]] if row in match else np.full_like(uv, np.nan)
+                    near += (np.linalg.norm(there - uv, axis=1)[visible] < NEAR).sum()
+    text = f'in the image: {found / count:.3f} of the people, {near / joints:.3f} of the visible joints within 20 px\n'
+    work = pd.DataFrame([(len(people), done) for run in runs for people, done in zip(run.people, run.work)])
+    by_people = ', '.join(f'{number}: {mean:.2f}' for number, mean in work.groupby(0)[1].mean().items())
+    return f'{text}work per frame: {work[1].mean():.2f}, at most {work[1].max():.2f}; by people {by_people}\n'
+
+
+def _apart(xy: np.ndarray, uv: np.ndarray, labels: np.ndarray) -> float:
+    """Return the median distance of the joints in the image, as a share of half the diagonal of their true box."""
+    distances = np.linalg.norm(xy - uv, axis=1)[labels > 0]
+    if not np.isfinite(distances).any():
+        return 1e3
+    return float(np.nanmedian(distances) / max(np.linalg.norm(np.ptp(uv[labels > 0], axis=0)) / 2, 1.0))
+
+
+def report_warnings(folders: Sequence[Path], runs: Sequence[Run]) -> str:
+    """Return in how many frames the points of a sequence were doubted, as text."""
+    lines = [f'{folder}: {event} in {number} of {len(run.frames)} frames\n'
+             for folder, run in zip(folders, runs) for event, number in run.warnings.items()]
+    return ''.join(lines) or 'no warning of points\n'
+
+
+def measured_paths(folder: Path, frames: Frames) -> Paths:
+    """Return the measured and true positions of each visible joint in consecutive frames, (F, 3) [m]."""
+    truth, order = read_truth(folder)
+    rows: List[Tuple[float, ...]] = []
+    for number, ((_, found), frame) in enumerate(zip(frames, truth['frames'])):
+        people = [(person['id'], np.array(person['xyz'])[order], np.array(person['vis'])[order] == VISIBLE)
+                  for person in frame['people']]
+        for row, other in pair_people(found.xyz, np.array([xyz for _, xyz, _ in people]), SAME_PERSON):
+            person, xyz, visible = people[other]
+            rows += [(person, joint, number, *found.xyz[row, joint], *xyz[joint])
+                     for joint in np.flatnonzero(visible & (found.status[row] == MEASURED))]
+    runs = [run for _, path in pd.DataFrame(rows).groupby([0, 1])
+            for _, run in path.groupby((path[2].diff() > 1).cumsum())]
+    return [(run[[3, 4, 5]].to_numpy(), run[[6, 7, 8]].to_numpy()) for run in runs if len(run) >= LAG_FRAMES]
+
+
+def lag(paths: Paths) -> float:
+    """Return the delay of the measured paths with the least squared error [frames].
+
+    The mean difference of each path does not count.
+    """
+    delays = np.arange(-2, 3.001, 0.05)
+    errors = np.zeros(len(delays))
+    for measured, true in paths:
+        number = np.arange(len(true))
+        inner = number[3:-3]
+        for i, delay in enumerate(delays):
+            then = np.stack([np.interp(inner - delay, number, axis) for axis in true.T], axis=1)
+            off = measured[inner] - then
+            errors[i] += ((off - off.mean(axis=0)) ** 2).sum()
+    return float(delays[errors.argmin()])
+
+
+def run_all(arguments: Any, settings: ChainSettings) -> List[Run]:
+    """Return what the chain finds in each sequence."""
+    runs, finder = [], None
+    for folder in arguments.sequences:
+        sequence = open_sequence(folder)
+        floors = camera_poses(folder, sequence)[:, 2] if arguments.floor else None  # z of the world by the camera's
+        if arguments.exact_2d:
+            detection = known_people(exact_people(folder), settings.tracking)
+            runs.append(run_chain(sequence, PeopleChain(detection, settings.estimator), floors=floors))
+        else:
+            finder = finder or Finder(settings, arguments.budget, sequence.fps or 1.0)
+            runs.append(finder.run(sequence, floors))
+    return runs
+
+
+def report_lag(folders: Sequence[Path], runs: Sequence[Run], settings: ChainSettings) -> str:
+    """Return the delays with smoothing and of single frames, as text."""
+    raw = replace(settings.estimator, smoothing=replace(settings.estimator.smoothing, smoothing=False))
+    paths, raw_paths = [], []
+    for folder, run in zip(folders, runs):
+        again = run_chain(open_sequence(folder), PeopleChain(known_people(run.people, settings.tracking), raw))
+        paths += measured_paths(folder, run.frames)
+        raw_paths += measured_paths(folder, again.frames)
+    return f'lag in frames: smoothed {lag(paths):.2f}, single frames {lag(raw_paths):.2f}\n'
+
+
+def main() -> None:
+    """Run the benchmark from the command line."""
+    parser = Parser(__doc__)
+    parser.add_sequences()
+    parser.add_argument('--exact-2d', action='store_true', help='take the true pixels instead of the detector')
+    parser.add_settings('of the chain')
+    parser.add_argument('--budget', type=float, default=0.0, help='follow people with this work per frame')
+    parser.add_argument('--floor', action='store_true', help='the true floor is known, as with use_floor')
+    parser.add_argument('--lag', action='store_true', help='print the delay of the smoothed joints')
+    parser.add_argument('--out', type=new_path, help='folder for the CSV files (default: a temporary one)')
+    parser.add_argument('--evaluate', type=Path, help='script that scores pairs of sequence folder and CSV')
+    arguments = parser.parse_args()
+    folders = arguments.sequences
+    with errors_end_the_program(), tempfile.TemporaryDirectory() as temporary:
+        settings = build(ChainSettings, parser.settings(arguments.set))
+        out = arguments.out or Path(temporary)
+        out.mkdir(parents=True, exist_ok=True)
+        runs = run_all(arguments, settings)
+        tables = [out / f'{name_of(folder)}.csv' for folder in folders]
+        for path, run in zip(tables, runs):
+            write_csv(path, run.frames)
+        detecting, estimating = ([each for run in runs for each in getattr(run, name)]
+                                 for name in ('detecting', 'estimating'))
+        sys.stdout.write(f'median ms per frame: 2D {np.median(detecting):.1f}, 3D {np.median(estimating):.2f}\n')
+        sys.stdout.write(report_warnings(folders, runs))
+        if not arguments.exact_2d:
+            sys.stdout.write(report_2d(folders, runs))
+        if arguments.lag:
+            sys.stdout.write(report_lag(folders, runs, settings))
+        if arguments.evaluate:
+            raise SystemExit(evaluate(arguments.evaluate, [item for pair in zip(folders, tables) for item in pair]))
+
+
+if __name__ == '__main__':
+    main()

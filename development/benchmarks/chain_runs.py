@@ -1,0 +1,225 @@
+"""The chain over RGB-D sequences with known joints, without ROS: the truth, counted networks, runs, their CSV.
+
+A sequence folder holds rgb/, depth/ (16-bit PNG [mm]), gt.json and either meta.json (K, width, height, fps) or
+camera.yaml and sequence.yaml.
+"""
+import csv
+import json
+import subprocess
+import sys
+import time
+from collections import Counter
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, Dict, List, Optional, Sequence, Tuple
+
+import numpy as np
+
+from openpose_ros_pkg.detect.detector import Detector, Networks
+from openpose_ros_pkg.detect.independent_detection import IndependentDetection
+from openpose_ros_pkg.detect.network_detection import NetworkDetection
+from openpose_ros_pkg.detect.recipes import Recipe
+from openpose_ros_pkg.detect.schedule import SCHEDULE
+from openpose_ros_pkg.detect.tracking import TrackingParams
+from openpose_ros_pkg.networks.backends import Backend, BackendParams
+from openpose_ros_pkg.people import People2D
+from openpose_ros_pkg.skeletons import COCO_18
+from skeleton_extract_3d.chain import PeopleChain
+from skeleton_extract_3d.chain_settings import ChainSettings
+from skeleton_extract_3d.frame import Frame
+from skeleton_extract_3d.people import People3D
+from skeleton_extract_3d.points.camera import CameraModel
+from skeleton_extract_3d.points.depth import DepthImage
+from skeleton_extract_3d.points.rgbd_sequence import RgbdSequence
+
+# Label of visible joints in gt.json.
+VISIBLE = 2
+# Work per pixel of the input, in units of one pass of mobilenet_thin over 656 x 368, as measured with OpenVINO.
+WORK = {'mobilenet_thin': 1 / (656 * 368), 'movenet_multipose': 0.35 / (512 * 288), 'movenet_thunder': 0.14 / 256 ** 2}
+# Stamp of the first frame of a sequence [s]; one of 0 means that there is none.
+BEGIN = 1.0
+PART_FIELDS = ('x', 'y', 'z', 'confidence', 'status', 'sigma')
+
+# Stamp [s] and people of each frame.
+Frames = List[Tuple[float, People3D]]
+
+
+def open_sequence(folder: Path) -> RgbdSequence:
+    """Open a sequence with the camera of its camera.yaml or meta.json."""
+    if (folder / 'camera.yaml').is_file():
+        return RgbdSequence.read(folder)
+    meta = json.loads((folder / 'meta.json').read_text())
+    camera = CameraModel(meta['width'], meta['height'], meta['K'])
+    return RgbdSequence(folder, camera, meta['fps'], meta.get('frame_id', ''))
+
+
+def name_of(folder: Path) -> str:
+    """Return a name for files of a sequence."""
+    return f'{folder.resolve().parent.name}_{folder.resolve().name}'
+
+
+def read_truth(folder: Path, file: str = 'gt.json') -> Tuple[Dict[str, Any], List[int]]:
+    """Return a file of true joints, and the rows of its joints in the order of COCO_18."""
+    truth = json.loads((folder / file).read_text())
+    return truth, [truth['joints'].index(joint) for joint in COCO_18.joints]
+
+
+def camera_poses(folder: Path, sequence: RgbdSequence) -> np.ndarray:
+    """Return T_world_camera of each frame, (F, 4, 4); in the world, z is up and the floor is z = 0."""
+    path = folder / 'meta.json'
+    meta = json.loads(path.read_text()) if path.is_file() else {'T_world_camera': sequence.T_world_camera}
+    return np.array(meta.get('poses') or [meta['T_world_camera']] * len(sequence))
+
+
+def exact_joints(folder: Path) -> List[List[Tuple[np.ndarray, np.ndarray]]]:
+    """Return the true pixels (18, 2) and labels (18,) of the joints of each person in each frame; 0: out of the image.
+    """
+    truth, order = read_truth(folder)
+    return [[(np.array(person['uv'], np.float64)[order], np.array(person['vis'])[order]) for person in frame['people']]
+            for frame in truth['frames']]
+
+
+def exact_people(folder: Path) -> List[People2D]:
+    """Return the people of each frame by the true pixels: every joint within the image, hidden or not."""
+    found = []
+    for frame in exact_joints(folder):
+        keypoints = np.full((len(frame), len(COCO_18.joints), 3), (np.nan, np.nan, 0), np.float32)
+        for row, (uv, labels) in zip(keypoints, frame):
+            row[labels > 0, :2], row[labels > 0, 2] = uv[labels > 0], 1
+        found.append(People2D(COCO_18, keypoints, np.ones(len(keypoints)), np.full(len(keypoints), -1)))
+    return found
+
+
+def known_people(people: Sequence[People2D], tracking: TrackingParams) -> IndependentDetection:
+    """Return a detection that knows the people of each frame; `source` of a frame is its number."""
+    return IndependentDetection(COCO_18, lambda frame: lambda: people[frame.source], tracking)
+
+
+class CountedNetwork:
+    """A network that counts its passes, and their pixels [px]."""
+
+    def __init__(self, network: Backend) -> None:
+        self._network, self.passes, self.pixels = network, 0, 0
+        self.name, self.description, self.fallback = network.name, network.description, network.fallback
+
+    def infer(self, images: np.ndarray) -> Tuple[np.ndarray, ...]:
+        """See `Backend`."""
+        return self.infer_many([images])[0]
+
+    def infer_many(self, images: Sequence[np.ndarray]) -> List[Tuple[np.ndarray, ...]]:
+        """See `Backend`."""
+        self.passes += len(images)
+        self.pixels += sum(image.shape[1] * image.shape[2] for image in images)
+        return self._network.infer_many(images)
+
+
+class CountedNetworks(Networks):
+    """Networks that count their work."""
+
+    def __init__(self, params: BackendParams, model_folder: str) -> None:
+        super().__init__(params, model_folder)
+        self._counted: Dict[str, CountedNetwork] = {}
+
+    def load(self, recipe: Recipe) -> Tuple[Recipe, Dict[str, Backend]]:
+        """See `Networks`."""
+        recipe, networks = super().load(recipe)
+        for name, network in networks.items():
+            self._counted.setdefault(name, CountedNetwork(network))
+        return recipe, {name: self._counted[name] for name in networks}
+
+    @property
+    def done(self) -> float:
+        """Work of all networks so far, in units of one pass of mobilenet_thin over 656 x 368 pixels."""
+        return sum(WORK.get(name, np.nan) * network.pixels for name, network in self._counted.items())
+
+
+@dataclass
+class Run:
+    """What was found in the frames of a sequence.
+
+    Attributes:
+        people: in each image.
+        frames: stamp [s], and people in space.
+        work: of the networks for each image.
+        detecting, estimating: time of each frame [ms].
+        warnings: number of frames that each warning of the points is about.
+    """
+
+    people: List[People2D] = field(default_factory=list)
+    frames: Frames = field(default_factory=list)
+    work: List[float] = field(default_factory=list)
+    detecting: List[float] = field(default_factory=list)
+    estimating: List[float] = field(default_factory=list)
+    warnings: Counter = field(default_factory=Counter)
+
+
+def run_chain(sequence: RgbdSequence, chain: PeopleChain, networks: Optional[CountedNetworks] = None,
+              floors: Optional[np.ndarray] = None) -> Run:
+    """Find the people in each image and in space.
+
+    Args:
+        networks: whose work is counted.
+        floors: (F, 4) the floor in each frame; None: it is not known.
+    """
+    run = Run()
+    for number, frame in enumerate(sequence):
+        done, began = networks.done if networks else 0.0, time.perf_counter()
+        prepared = chain.prepare(Frame('', BEGIN + frame.time, frame.bgr, DepthImage(frame.depth, sequence.camera),
+                                       floor=None if floors is None else floors[number], source=number))
+        with chain.detection.lock:
+            computed = chain.compute(prepared)
+        result = chain.finish(computed)
+        found = time.perf_counter()
+        run.people.append(result.people_2d)
+        run.work.append(networks.done - done if networks else 0.0)
+        began_space = time.perf_counter()
+        result = chain.lift(result)
+        run.estimating.append(1e3 * (time.perf_counter() - began_space))
+        run.detecting.append(1e3 * (found - began))
+        run.frames.append((frame.time, result.people_3d))
+        run.warnings.update(doubt.event for doubt in result.doubts)
+    return run
+
+
+class Finder:
+    """Finds the people of sequences with the same networks, and counts their work.
+
+    Args:
+        budget: work of the networks per frame; 0: what the settings say.
+        rate: of the images [Hz].
+    """
+
+    def __init__(self, settings: ChainSettings, budget: float = 0.0, rate: float = 0.0) -> None:
+        self._settings, self._following, detector = settings, settings.following, settings.detector
+        self._pace = None
+        if budget > 0:
+            self._following = replace(self._following, following='always')
+            detector = replace(detector, detector=replace(detector.detector, target_rate=rate))
+            self._pace = {name: work * SCHEDULE.network_share / rate / budget for name, work in WORK.items()}
+        self._networks = CountedNetworks(detector.backend, detector.detector.model_folder)
+        self._detector = Detector(detector, self._networks, self._following)
+
+    def run(self, sequence: RgbdSequence, floors: Optional[np.ndarray] = None) -> Run:
+        """Return what a chain that has seen nothing before finds; see `run_chain`."""
+        detection = NetworkDetection(self._detector, self._settings.tracking, self._following, self._pace)
+        return run_chain(sequence, PeopleChain(detection, self._settings.estimator), self._networks, floors)
+
+
+def write_csv(path: Path, frames: Frames) -> None:
+    """Write one row per person and frame, with the columns that `rostopic echo -p` makes of the per-person message."""
+    with path.open('x', newline='') as handle:
+        writer = csv.writer(handle)
+        writer.writerow(['%time', 'field.header.stamp', 'field.num_people_detected', 'field.person_ID',
+                         *(f'field.{joint}.{part}' for joint in COCO_18.joints for part in PART_FIELDS)])
+        for seconds, people in frames:
+            stamp = round(seconds * 1e9)
+            values = np.concatenate([people.xyz, people.confidence[..., None], people.status[..., None],
+                                     people.sigma[..., None]], axis=2)
+            for person, row in zip(people.ids.tolist(), values):
+                writer.writerow([stamp, stamp, len(people), person, *row.ravel().tolist()])
+
+
+def evaluate(script: Path, items: Sequence[object]) -> int:
+    """Let a script score pairs of sequence folder and CSV; return its exit status."""
+    sys.stdout.flush()
+    return subprocess.call([sys.executable, str(script), *map(str, items)])
