@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from openpose_ros_pkg.errors import ModelError, ParameterError
+from openpose_ros_pkg.networks.model_folder import default_model_folder
 from openpose_ros_pkg.networks.models import (
     ALIASES,
     LANDMARK_MODELS,
@@ -14,7 +15,6 @@ from openpose_ros_pkg.networks.models import (
     Archive,
     UserFiles,
     WeightsFile,
-    default_model_folder,
     described_models,
     file_digest,
     file_fault,

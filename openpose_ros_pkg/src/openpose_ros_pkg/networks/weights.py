@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Optional, Sequence
 
 from openpose_ros_pkg.errors import ModelError, OpenposeRosError
+from openpose_ros_pkg.networks.model_folder import model_folder_of
 from openpose_ros_pkg.networks.models import (
     ALIASES,
     FETCHED,
@@ -16,7 +17,6 @@ from openpose_ros_pkg.networks.models import (
     described_models,
     find_model,
     find_weights,
-    model_folder_of,
     weights_path,
 )
 from openpose_ros_pkg.networks.weights_install import get, origin, say

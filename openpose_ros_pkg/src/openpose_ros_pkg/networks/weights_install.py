@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Dict, List, Optional, Sequence
 
 from openpose_ros_pkg.errors import ModelError
+from openpose_ros_pkg.networks.model_folder import model_folder_of
 from openpose_ros_pkg.networks.models import (
     Archive,
     Model,
@@ -25,7 +26,6 @@ from openpose_ros_pkg.networks.models import (
     file_digest,
     file_fault,
     how_to_get,
-    model_folder_of,
     weights_path,
 )
 from openpose_ros_pkg.networks.tfjs import frozen_graph

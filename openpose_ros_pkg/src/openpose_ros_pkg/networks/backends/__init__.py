@@ -8,7 +8,7 @@ import numpy as np
 
 from openpose_ros_pkg.errors import ModelError, ParameterError
 from openpose_ros_pkg.networks.backends.self_check import check_backend
-from openpose_ros_pkg.networks.models import Model
+from openpose_ros_pkg.networks.model_types import Model
 from openpose_ros_pkg.params.parameters import Parameters, parameter, text_parameter
 
 _log = logging.getLogger(__name__)

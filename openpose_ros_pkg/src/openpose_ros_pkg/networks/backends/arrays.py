@@ -2,7 +2,7 @@
 import cv2
 import numpy as np
 
-from openpose_ros_pkg.networks.models import InputRecipe, Model
+from openpose_ros_pkg.networks.model_types import InputRecipe, Model
 
 
 def network_input(images: np.ndarray, recipe: InputRecipe) -> np.ndarray:

@@ -8,7 +8,7 @@ import numpy as np
 from openpose_ros_pkg.errors import ModelError, ParameterError
 from openpose_ros_pkg.networks.backends import BackendParams
 from openpose_ros_pkg.networks.backends.arrays import network_input, own_output
-from openpose_ros_pkg.networks.models import InputRecipe, Model
+from openpose_ros_pkg.networks.model_types import InputRecipe, Model
 
 
 class OpencvBackend:
