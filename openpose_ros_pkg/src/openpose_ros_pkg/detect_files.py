@@ -1,9 +1,8 @@
 """Find people in images and videos and save them as OpenPose does; no ROS master is needed.
 
-A folder stands for all images and videos directly in it, in natural order (image2 before image10). Persons keep
-their ids through a video; people in single images have none. A file that is
-there already stays as it is, unless --overwrite is given; inputs whose files are all there
-are skipped, unless a video is written, which needs every frame.
+A folder stands for all images and videos directly in it, in natural order (image2 before image10). People keep their
+ids through a video; in single images they have none. Existing files stay, unless --overwrite is given; inputs whose
+files all exist are skipped, unless a video is written, which needs every frame.
 
     rosrun openpose_ros_pkg detect_files images/ --write-json keypoints/ --write-images annotated/
     rosrun openpose_ros_pkg detect_files walk.mp4 --write-video annotated.mp4 --set mode=accurate
@@ -44,13 +43,13 @@ from openpose_ros_pkg.stream.video_source import IMAGE_SUFFIXES, VideoSource, re
 _log = logging.getLogger(__name__)
 
 VIDEO_SUFFIXES = ('.mp4', '.avi', '.mov', '.mkv', '.webm', '.m4v', '.mpg', '.mpeg', '.wmv')
-# Frame rate by which people are followed through videos that name none [Hz].
+# Frame rate of tracking in videos that have none [Hz].
 _VIDEO_RATE = 25.0
 
 
 @dataclass(frozen=True)
 class FileSettings:
-    """All parameters that the command takes."""
+    """All parameters of the command."""
 
     detector: DetectorSettings
     tracking: TrackingParams
@@ -66,8 +65,8 @@ class InputFile:
     """An image or a video.
 
     Attributes:
-        frames: number of frames; of a video as far as it tells.
-        rate: frames per second of a video [Hz], None where it names none.
+        frames: number of frames; 0 for a video of unknown length.
+        rate: of a video [Hz]; None: unknown.
         most: `max_image_megapixels`.
     """
 
@@ -117,10 +116,10 @@ class Report:
 
 def find_inputs(paths: Sequence[Path], outputs: Callable[[Path], bool], most: float = MOST_MEGAPIXELS
                 ) -> Tuple[List[InputFile], List[Path]]:
-    """Return the images and videos of files and folders, and what holds none or is not there.
+    """Return the images and videos of files and folders, and the paths without any.
 
     Args:
-        outputs: tells which files of a folder are results of this program.
+        outputs: returns whether a file of a folder is a result of this program.
         most: `max_image_megapixels`.
     """
     files: List[Path] = []
@@ -132,7 +131,7 @@ def find_inputs(paths: Sequence[Path], outputs: Callable[[Path], bool], most: fl
             (files if held else bad).extend(held or [path])
         else:
             (files if path.is_file() else bad).append(path)
-    # a file that is named twice, as itself and with its folder, is done once
+    # a file named twice, itself and by its folder, is done once
     return [_input_file(path, most) for path in {path.resolve(): path for path in files}.values()], bad
 
 
@@ -150,13 +149,7 @@ def check_names(inputs: Sequence[InputFile]) -> None:
 
 
 class Networks(NamedTuple):
-    """What finds people, and their hands and faces, in images.
-
-    Attributes:
-        detector: has `detect`, as `Detector` does.
-        landmarks: finds hands and faces; None: nothing does.
-        tracking: limits of following people through videos.
-    """
+    """Detector of people, of their hands and faces (None: not wanted), and the parameters of tracking in videos."""
 
     detector: Any
     landmarks: Optional[LandmarkDetector]
@@ -165,17 +158,17 @@ class Networks(NamedTuple):
 
 def detect_inputs(inputs: Sequence[InputFile], networks: Networks, recorder: Recorder, progress: tqdm,
                   report: Report) -> None:
-    """Find the people in all inputs and hand them to the recorder; what can not be read is logged and reported.
+    """Find the people in all inputs and hand them to the recorder; unreadable inputs are logged and reported.
 
     Args:
-        report: filled in as the work goes on, so that it is right after an interrupt as well.
+        report: updated with each frame: it is right after an interrupt.
     """
     for item in inputs:
         tracker = KeypointTracker(networks.tracking) if item.is_video else None
         try:
             for number, bgr in enumerate(item.read()):
                 people, stamp = networks.detector.detect(bgr), number / (item.rate or _VIDEO_RATE)
-                # negative ids are none; different ones tell whose hands are whose
+                # negative ids are none; different ones assign hands to people
                 people = (replace(people, ids=-1 - np.arange(len(people))) if tracker is None
                           else tracker.update(people, stamp))
                 found = (None if networks.landmarks is None
@@ -236,11 +229,7 @@ def _run(options: argparse.Namespace, values: Dict[str, Any],
 
 
 def _networks(settings: FileSettings, create: Callable[[DetectorSettings], Detector]) -> Networks:
-    """Load what the parameters ask for.
-
-    Raises:
-        ModelError: a network is missing.
-    """
+    """Load the networks of the parameters; raise ModelError if one is missing."""
     params = settings.detector
     landmarks = create_landmark_detector(settings.landmarks, params.backend, params.detector.model_folder)
     if landmarks.missing:
@@ -279,7 +268,7 @@ def _input_file(path: Path, most: float) -> InputFile:
 
 
 def _is_result(path: Path, save: SaveParams) -> bool:
-    """Say whether a file is an annotated image or the video of this command."""
+    """Return whether a file is an annotated image or the video of this command."""
     if save.write_video and path.resolve() == Path(save.write_video).expanduser().resolve():
         return True
     return (bool(save.write_images) and path.stem.endswith('_rendered')
@@ -287,12 +276,12 @@ def _is_result(path: Path, save: SaveParams) -> bool:
 
 
 def _check_video(save: SaveParams, inputs: Sequence[InputFile], overwrite: bool) -> None:
-    """Raise ParameterError if the video is an input, or there already."""
+    """Raise ParameterError if the video is an input or exists."""
     video = [Path(save.write_video).expanduser()] if save.write_video else []
     check_outputs(video, overwrite, [item.path for item in inputs])
 
 
 def _is_done(item: InputFile, writer: FrameWriter) -> bool:
-    """Say whether all files of an input are there."""
+    """Return whether all files of an input exist."""
     return item.frames > 0 and all(path.exists() for number in range(item.frames) for path in
                                    writer.files(item.name(number)).values())

@@ -1,6 +1,6 @@
 """Joint sets of pose networks, by name: joints, limbs, part affinity channels, left/right swap and colours.
 
-No other module holds joint indices; a decoder, a painter or a test asks the `SkeletonModel`.
+No other module holds joint indices: they come from the `SkeletonModel`.
 """
 from dataclasses import dataclass
 from typing import Dict, Sequence, Tuple
@@ -38,13 +38,12 @@ class SkeletonModel:
     Attributes:
         name: as published in `pose_model` of the array messages.
         joints: names in channel order; those of bodies are among `MESSAGE_JOINTS`.
-        limbs: all pairs with a part affinity field, in the order in which people are assembled; none for networks
-            that give people at once.
-        drawn_limbs: pairs of joint names that make up the drawn skeleton.
+        limbs: all pairs with a part affinity field, in the order of assembly; none for networks without fields.
+        drawn_limbs: pairs of joint names of the drawn skeleton.
         colours: RGB per joint, as OpenPose draws them.
 
     Raises:
-        ValueError: the parts do not fit together, or left and right are not each other's mirror image.
+        ValueError: the parts contradict each other, or left and right are no mirror images.
     """
 
     name: str
@@ -75,18 +74,18 @@ class SkeletonModel:
 
     @property
     def swap(self) -> Tuple[int, ...]:
-        """Channel of each joint's mirror partner: what a joint is called in the mirrored image."""
+        """Channel of each joint's mirror partner."""
         index = self.index
         return tuple(index[mirrored_joint(joint)] for joint in self.joints)
 
 
 def starting_limbs(limbs: Sequence[Limb]) -> Tuple[Tuple[str, str], ...]:
-    """Return the ends of the limbs that start a person, which are those that OpenPose draws."""
+    """Return the ends of the limbs that start a person: OpenPose draws those."""
     return tuple((limb.start, limb.end) for limb in limbs if limb.starts_person)
 
 
 def mirrored_joint(joint: str) -> str:
-    """Return what a joint is called in the mirror image."""
+    """Return the name of a joint in the mirror image."""
     if joint.startswith('left_'):
         return 'right_' + joint[len('left_'):]
     if joint.startswith('right_'):

@@ -21,7 +21,7 @@ from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks.backends import BackendParams, create_backend
 from openpose_ros_pkg.networks.models import MOBILENET_THIN, MODELS, MOVENET_MULTIPOSE, InputRecipe, WeightsFile
 
-BODY_25, LIGHTWEIGHT, RTMO = MODELS['body_25'], MODELS['lightweight_openpose'], MODELS['rtmo_s']
+LIGHTWEIGHT = MODELS['lightweight_openpose']
 RUNTIMES = ('openvino', 'onnxruntime', 'opencv_dnn')
 OPENCV = tuple(int(number) for number in cv2.__version__.split('.')[:2])
 IMAGES = np.random.default_rng(1).integers(0, 256, (2, 48, 64, 3), dtype=np.uint8)
@@ -156,42 +156,10 @@ def test_output_that_the_file_does_not_have_is_named_with_those_it_has(runtime, 
         load(own(MOBILENET_THIN, outputs=('concat',)), path, runtime)
 
 
-def test_wrong_number_of_channels_is_caught_at_start(runtime, tmp_path):
-    path = onnx_file(tmp_path, tiny_networks.onnx_fields([weights_of(57)]))
-    with pytest.raises(ModelError, match=r'outputs fields .*\(1, 57, 16, 12\).*expected .* with 78 channels in all'):
-        load(own(BODY_25, outputs=('fields',)), path, runtime)
-
-
 def test_damaged_file(runtime, tmp_path):
     content = tiny_networks.onnx_fields([weights_of(57)])
     with pytest.raises(ModelError, match=r'tiny\.onnx'):
         load(own(MOBILENET_THIN), onnx_file(tmp_path, content[:len(content) // 2]), runtime)
-
-
-def test_input_of_one_size_only(runtime, tmp_path):
-    """As Lightweight OpenPose is exported; the self-check uses that size as well."""
-    weights = weights_of(57)
-    path = onnx_file(tmp_path, tiny_networks.onnx_fields([weights], height=48, width=64))
-    model = own(MOBILENET_THIN, input=InputRecipe(fixed_size=(64, 48)), outputs=('fields',), output_layout='NCHW')
-    assert_fields(load(model, path, runtime).infer(IMAGES[:1])[0], expected_fields(IMAGES[:1], model.input, weights))
-
-
-def test_sizes_are_kept_compiled_within_a_limit_of_memory_the_last_used_ones(pooled, monkeypatch):
-    """Three of them here."""
-    from openpose_ros_pkg.networks.backends import openvino
-    model, path, _ = pooled
-    compiled = []
-    compile_network = openvino.OpenvinoBackend._compile
-
-    def counted(backend, shape, config):
-        compiled.append(shape[2])
-        return compile_network(backend, shape, config)
-    monkeypatch.setattr(openvino.OpenvinoBackend, '_compile', counted)
-    backend = openvino.OpenvinoBackend(model, path, BackendParams(compiled_cache='off', threads=1))
-    monkeypatch.setattr(openvino, '_KEPT_BYTES', 3 * backend._bytes_of(((1, 8, 56, 3), 1)))
-    for width in (56, 48, 40, 56, 32, 56, 40, 48):
-        backend.infer(np.zeros((1, 8, width, 3), np.uint8))
-    assert compiled == [56, 48, 40, 32, 48]
 
 
 def test_more_sizes_than_are_kept_and_results_that_stay(runtime, tmp_path, monkeypatch):
@@ -259,20 +227,9 @@ def movenet(tmp_path):
         tmp_path, tiny_networks.onnx_people({'people': people}, layout='NHWC', kind=tiny_networks.UINT8))
 
 
-@pytest.fixture
-def rtmo(tmp_path):
-    boxes = np.array([[[10, 20, 110, 220, 0.9]]], np.float32)
-    joints = one_person(0.8)[np.newaxis, np.newaxis] * np.array([640, 640, 1], np.float32)
-    return own(RTMO), onnx_file(tmp_path, tiny_networks.onnx_people({'keypoints': joints, 'dets': boxes}))
-
-
-def without_opencv(runtime):
+def test_movenet_from_picture_to_named_joints(runtime, movenet):
     if runtime == 'opencv_dnn':
         pytest.skip('OpenCV 4.6 does not load the operations of this network')
-
-
-def test_movenet_from_picture_to_named_joints(runtime, movenet):
-    without_opencv(runtime)
     model, path = movenet
     outputs = load(model, path, runtime).infer(grey(64, 96, 1))
     assert [output.shape for output in outputs] == [(1, 6, 56)]
@@ -281,18 +238,6 @@ def test_movenet_from_picture_to_named_joints(runtime, movenet):
     nose, wrist = (keypoints[0, model.skeleton.index[joint]] for joint in ('nose', 'right_wrist'))
     np.testing.assert_allclose(nose, [0.1 * 96 - 0.5, 0.81 * 64 - 0.5, 0.8], rtol=1e-5)
     np.testing.assert_allclose(wrist, [0.6 * 96 - 0.5, 0.4 ** 2 * 64 - 0.5, 0.8], rtol=1e-4)
-
-
-def test_rtmo_from_picture_to_named_joints(runtime, rtmo):
-    without_opencv(runtime)
-    model, path = rtmo
-    outputs = load(model, path, runtime).infer(grey(640, 640, 1))
-    assert [output.shape for output in outputs] == [(1, 1, 5), (1, 1, 17, 3)]  # boxes first, as the model says
-    keypoints, scores = decode_direct([output[0] for output in outputs], model, DirectDecodeParams(), (640, 640))
-    assert scores == pytest.approx([0.9])
-    np.testing.assert_allclose(keypoints[0, model.skeleton.index['nose']], [64, 0.81 * 640, 0.8], rtol=1e-5)
-    np.testing.assert_allclose(keypoints[0, model.skeleton.index['left_eye']], [0.15 * 640, 0.85 ** 2 * 640, 0.8],
-                               rtol=1e-5)
 
 
 # --- the whole way --------------------------------------------------------------------------------------------------
@@ -420,14 +365,6 @@ def test_the_cache_deletes_only_what_it_wrote(pooled, tmp_path, monkeypatch):
     load(model, path, 'openvino', compiled_cache=str(cache))
     assert [file for file in of_user if not file.is_file()] == [] and link.is_symlink()
     assert set(blobs(cache)) == {link, own / 'camera.blob', own / f'{hexadecimal}.blob'}  # its own were too large
-
-
-def test_only_the_first_sizes_are_kept_on_disk(pooled, tmp_path):
-    model, path, _ = pooled
-    backend = load(model, path, 'openvino', compiled_cache=str(tmp_path / 'cache'))
-    for size in range(8, 88, 8):
-        backend.infer(np.zeros((1, size, 16, 3), np.uint8))
-    assert len(blobs(tmp_path / 'cache')) == 8
 
 
 # --- signals --------------------------------------------------------------------------------------------------------

@@ -56,20 +56,6 @@ def test_a_damaged_reference_is_an_error_that_names_it(tmp_path, monkeypatch):
             check_backend(known_output(MOBILENET_THIN), MOBILENET_THIN, exact=True)
 
 
-def test_reference_of_the_default_network_shows_a_person():
-    with np.load(str(reference_path(MOBILENET_THIN))) as reference:
-        fields = reference['output_0'][0]
-    assert fields.shape == (57, 16, 12)
-    # Values that a wrong network could not hit by being silent: most joints and fields are excited.
-    assert np.median(fields[:18].max(axis=(1, 2))) > 0.5 and np.abs(fields[19:]).max() > 0.9
-
-
-def test_reference_of_movenet_shows_two_people():
-    with np.load(str(reference_path(MOVENET_MULTIPOSE))) as reference:
-        people = reference['output_0'][0]
-    assert people.shape == (6, 56) and (people[:, 55] > 0.3).sum() == 2
-
-
 @pytest.mark.parametrize('model', [MOBILENET_THIN, MOVENET_MULTIPOSE, MOVENET_THUNDER, *LANDMARK_MODELS.values()],
                          ids=lambda model: model.name)
 def test_right_network_passes(model):
@@ -164,17 +150,6 @@ def test_what_is_chance_in_movenet_does_not_count(spoil):
 def test_wrong_movenet_is_caught(spoil):
     with pytest.raises(ModelError, match='computes movenet_multipose wrongly: its output for a known image is off'):
         check_backend(known_output(MOVENET_MULTIPOSE, spoil), MOVENET_MULTIPOSE, exact=True)
-
-
-def test_movenet_in_reduced_precision_is_judged_by_its_people():
-    """Box and score of a person do not matter; where the joints are and their scores do."""
-    check_backend(known_output(MOVENET_MULTIPOSE, changed(0, slice(51, 55), 0.1)), MOVENET_MULTIPOSE, exact=False)
-    check_backend(known_output(MOVENET_MULTIPOSE, changed(1, slice(0, 51), 0.001)), MOVENET_MULTIPOSE, exact=False)
-    with pytest.raises(ModelError, match=r'off by 1\.\d\d px'):
-        check_backend(known_output(MOVENET_MULTIPOSE, changed(1, slice(0, 51), 0.005)), MOVENET_MULTIPOSE, exact=False)
-    with pytest.raises(ModelError, match=r'0\.060 in score'):
-        check_backend(known_output(MOVENET_MULTIPOSE, changed(1, slice(2, 51, 3), 0.06)), MOVENET_MULTIPOSE,
-                      exact=False)
 
 
 def test_crash_in_the_runtime_is_a_model_error():

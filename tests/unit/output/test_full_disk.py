@@ -12,9 +12,8 @@ import pytest
 
 from disk_limits import file_size_limit
 from openpose_ros_pkg.output import video_file
-from openpose_ros_pkg.output.files import free_name, write_whole
-from openpose_ros_pkg.output.frame_writer import REFUSE, SKIP, FrameWriter, SaveParams
-from openpose_ros_pkg.output.recorder import Recorder
+from openpose_ros_pkg.output.files import write_whole
+from openpose_ros_pkg.output.frame_writer import REFUSE, FrameWriter, SaveParams
 from openpose_ros_pkg.output.video_file import VideoFile
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
@@ -132,16 +131,6 @@ def test_what_is_no_file_is_refused(tmp_path):
             video.write(NOISE)
 
 
-def test_an_older_video_can_be_kept(tmp_path):
-    params = SaveParams(write_video=str(tmp_path / 'v.avi'))
-    for _ in range(3):
-        writer = FrameWriter(params, existing=SKIP)
-        writer.write(0, NOISE, NOBODY)
-        assert writer.close() == ''
-    assert names(tmp_path) == ['v.avi', 'v_2.avi', 'v_3.avi']
-    assert free_name(tmp_path / 'new.avi') == tmp_path / 'new.avi'
-
-
 def test_of_two_that_keep_what_is_there_each_has_a_video_of_its_own(tmp_path):
     """Their names are free when both begin."""
     params = SaveParams(write_video=str(tmp_path / 'v.avi'))
@@ -181,14 +170,3 @@ def test_faults_last_until_it_can_be_saved_again_and_the_rest_is_written(tmp_pat
     (tmp_path / 'j').mkdir()
     assert writer.write(5, NOISE, NOBODY) == writer.fault() == ''
     assert (writer.written, writer.failed) == (7, 5)
-
-
-def test_a_recorder_tells_each_frame_that_is_not_saved(tmp_path):
-    faults = []
-    with Recorder(FrameWriter(SaveParams(write_json=str(tmp_path / 'j'))), True, on_fault=faults.append) as recorder:
-        (tmp_path / 'j').rmdir()
-        for number in range(3):
-            recorder.submit(number, NOISE, NOBODY)
-    assert len(faults) == 3
-    assert recorder.counters['failed'] == 3
-    assert 'No such file' in recorder.fault()

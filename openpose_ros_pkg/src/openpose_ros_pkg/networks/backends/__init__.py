@@ -18,9 +18,9 @@ class Backend(Protocol):
     """A network, loaded by one runtime.
 
     Attributes:
-        name: value of the `backend` parameter that demands it.
+        name: value of the parameter `backend` for this runtime.
         description: runtime, version and precision, for the log.
-        fallback: why something slower computes than the parameters ask for; empty: what they ask for does.
+        fallback: why it is slower than what the parameters ask for; empty: it is not.
     """
 
     name: str
@@ -30,23 +30,19 @@ class Backend(Protocol):
     def infer(self, images: np.ndarray) -> Tuple[np.ndarray, ...]:
         """Compute the network; not thread-safe.
 
-        The backend follows the model's `InputRecipe` in all but the size: colours, layout, type, mean and scale.
+        The backend applies the model's `InputRecipe` but for the size: colours, layout, type, mean and scale.
 
         Args:
             images: (1, H, W, 3) uint8 BGR, H and W multiples of the recipe's `multiple_of`, or its `fixed_size`.
-                A batch of several gains nothing (docs/decisions.md).
+                Batches gain nothing (docs/decisions.md).
 
         Returns:
-            One float32 array for each of the model's `outputs`, in their order, the caller's own. With decoder 'paf':
-            (1, C, H / stride, W / stride). Others: as the network gives them.
+            A float32 array, not shared, for each of the model's `outputs`. Decoder 'paf': (1, C, H / stride, W /
+            stride); others: as the network gives them.
         """
 
     def infer_many(self, images: Sequence[np.ndarray]) -> List[Tuple[np.ndarray, ...]]:
-        """Compute the network for images of one size, side by side where the runtime can; not thread-safe.
-
-        Returns:
-            For each image what `infer` returns for it.
-        """
+        """Return what `infer` returns for each image of one size; computed side by side where the runtime can."""
 
 
 def _precision(default: str) -> str:
@@ -92,15 +88,15 @@ class LiveBackendParams(BackendParams):
 
 
 def create_backend(model: Model, weights: Path, params: BackendParams) -> Backend:
-    """Load a network, check that it computes right results, and log which runtime was chosen and why.
+    """Load a network, check its results, and log the chosen runtime with the reason.
 
     Args:
         weights: the first of the model's files.
 
     Raises:
-        ParameterError: the runtime that `params.backend` demands is not installed, does not read such files, or does
-            not compute on the device.
-        ModelError: the weights can not be loaded, or the network computes wrong results.
+        ParameterError: the runtime of `params.backend` is not installed, does not read such files, or does not compute
+            on the device.
+        ModelError: the weights can not be loaded, or the results are wrong.
     """
     if params.backend != 'auto':
         backend = _demanded(model, weights, params)
@@ -132,13 +128,13 @@ def create_backend(model: Model, weights: Path, params: BackendParams) -> Backen
 
 
 def _fall_back(backend: Backend, model: Model, why: str) -> None:
-    """Let a backend say that it is slower than what the parameters ask for, and why."""
+    """Note and log why a backend is slower than what the parameters ask for."""
     backend.fallback = '; '.join(filter(None, (why, backend.fallback)))
     _log.warning('%s computes %s, slower than asked for: %s', backend.description, model.name, why)
 
 
 def _demanded(model: Model, weights: Path, params: BackendParams) -> Backend:
-    """Load the backend that the parameter names; for its errors see `create_backend`."""
+    """Load the backend that the parameter names; raises as `create_backend` does."""
     name, runtime = params.backend, _RUNTIMES[params.backend]
     others = ', '.join(other for other in _RUNTIMES if weights.suffix in _RUNTIMES[other].reads)
     if weights.suffix not in runtime.reads:
@@ -152,12 +148,11 @@ def _demanded(model: Model, weights: Path, params: BackendParams) -> Backend:
 
 
 def _load(name: str, model: Model, weights: Path, params: BackendParams) -> Backend:
-    """Load and check one backend; with f32 where another precision computes wrong results.
+    """Load and check one backend, in f32 if another precision gives wrong results.
 
     Raises:
         ImportError: its runtime is not installed.
-        ParameterError: it does not compute on the device.
-        ModelError: it can not load the weights, or computes wrong results.
+        ParameterError, ModelError: as `create_backend`.
     """
     if name == 'openvino' and params.device != 'cpu':
         raise ParameterError(f"parameter 'device' = {params.device!r} is not available in openvino: it computes on cpu")
@@ -175,7 +170,7 @@ def _load(name: str, model: Model, weights: Path, params: BackendParams) -> Back
 
 
 class _Runtime(NamedTuple):
-    """What is known of a runtime before it is imported: suffixes of a model's first file, and how to install it."""
+    """A runtime before it is imported: suffixes of the first files that it reads, and how to install it."""
 
     reads: Tuple[str, ...]
     install: str
@@ -190,11 +185,7 @@ _RUNTIMES = {
 
 
 def _backend_class(name: str) -> Callable[[Model, Path, BackendParams], Backend]:
-    """Return the class of a runtime.
-
-    Raises:
-        ImportError: the runtime is not installed.
-    """
+    """Return the class of a runtime; raise ImportError if it is not installed."""
     if name == 'openvino':
         from openpose_ros_pkg.networks.backends.openvino import OpenvinoBackend
         return OpenvinoBackend

@@ -33,7 +33,7 @@ class OnnxruntimeBackend:
         options = ort.SessionOptions()
         options.intra_op_num_threads = params.threads
         options.log_severity_level = 3  # errors; its warnings are about single nodes of the graph
-        # A fixed count of threads that sleep while there is nothing to compute: other nodes need the processor as well.
+        # Idle threads sleep: other nodes need the processor as well.
         options.add_session_config_entry('session.intra_op.allow_spinning', '0')
         try:
             self._session = ort.InferenceSession(str(weights), options, providers=_providers(params))
@@ -63,7 +63,7 @@ def _no_device(device: str, reason: str) -> ParameterError:
 
 
 def _providers(params: BackendParams) -> List[Any]:
-    """Return the execution providers of a device with their options; each takes what the one before it can not."""
+    """Return the execution providers of a device with their options, in the order of preference."""
     # TF32 keeps 11 bits of each number.
     cuda: Dict[str, Any] = {'device_id': params.num_gpu_start, 'use_tf32': int(params.precision == 'auto')}
     tensorrt: Dict[str, Any] = {'device_id': params.num_gpu_start, 'trt_fp16_enable': params.precision == 'auto'}

@@ -44,7 +44,7 @@ class OpencvBackend:
         else:
             self._net.setPreferableBackend(cv2.dnn.DNN_BACKEND_OPENCV)
         self._net.setPreferableTarget(target)
-        # What the importers of TensorFlow and Caffe make is NCHW, whatever the file had; that of ONNX changes nothing.
+        # The importers of TensorFlow and Caffe make NCHW of any layout; that of ONNX keeps it.
         onnx = weights.suffix == '.onnx'
         self._recipe = InputRecipe(model.input.channels, model.input.layout if onnx else 'NCHW', 'float32',
                                    model.input.mean, model.input.scale)
@@ -54,7 +54,7 @@ class OpencvBackend:
     def infer(self, images: np.ndarray) -> Tuple[np.ndarray, ...]:
         """Compute the network; see `Backend.infer`."""
         self._net.setInput(network_input(images, self._recipe))
-        # Copies: OpenCV writes into the memory of its results again.
+        # Copies: OpenCV overwrites the memory of its results.
         return tuple(own_output(output, self._model, self._layout) for output in self._net.forward(self._outputs))
 
     def infer_many(self, images: Sequence[np.ndarray]) -> List[Tuple[np.ndarray, ...]]:
@@ -63,13 +63,13 @@ class OpencvBackend:
 
 
 def has_cuda() -> bool:
-    """Whether this OpenCV computes networks on a GPU of this machine; versions that can not tell (4.2) can not."""
+    """Return whether this OpenCV computes networks on a GPU of this machine; 4.2 never does."""
     targets = getattr(cv2.dnn, 'getAvailableTargets', None)
     return targets is not None and len(targets(cv2.dnn.DNN_BACKEND_CUDA)) > 0
 
 
 def _target(device: str, precision: str) -> int:
-    """Return OpenCV's number for where to compute."""
+    """Return OpenCV's number of the device and precision."""
     if device == 'cpu':
         return cv2.dnn.DNN_TARGET_CPU
     # Without CUDA it would fall back to the processor without an error.
@@ -81,12 +81,7 @@ def _target(device: str, precision: str) -> int:
 
 
 def _read(model: Model, weights: Path) -> Any:
-    """Read a network.
-
-    Raises:
-        ModelError: this OpenCV has no reader for it, or one of Caffe's two files is missing.
-        cv2.error: the file is damaged.
-    """
+    """Read a network; raises cv2.error for a damaged file, ModelError without a reader or one of Caffe's files."""
     # The new engine of OpenCV 5.0.0 computes networks wrongly from ONNX files; the classic one is right for all.
     engine = {'engine': cv2.dnn.ENGINE_CLASSIC} if int(cv2.__version__.split('.')[0]) >= 5 else {}
     if weights.suffix == '.onnx':
