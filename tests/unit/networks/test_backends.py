@@ -87,18 +87,6 @@ def test_auto_takes_the_first_that_works_and_says_so(monkeypatch, caplog, tmp_pa
     assert 'Fake 1.0 computes mobilenet_thin (backend auto: the fastest that is available)' in caplog.text
 
 
-def test_auto_tries_openvino_then_onnxruntime_then_opencv(monkeypatch, tmp_path):
-    tried = []
-
-    def fails(name):
-        tried.append(name)
-        raise ImportError
-    with_loaders(monkeypatch, **{name: lambda name=name: fails(name) for name in backends._RUNTIMES})
-    with pytest.raises(ModelError):
-        create_backend(MOBILENET_THIN, tmp_path / 'graph.onnx', BackendParams())
-    assert tried == ['openvino', 'onnxruntime', 'opencv_dnn']
-
-
 def test_auto_skips_a_wrong_network_with_a_warning(monkeypatch, caplog, tmp_path):
     right = FakeBackend()
     with_loaders(monkeypatch, openvino=lambda: FakeBackend(np.zeros_like), opencv_dnn=lambda: right)

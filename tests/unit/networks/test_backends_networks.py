@@ -75,10 +75,9 @@ def own(model, **changes):
 # --- input recipe ---------------------------------------------------------------------------------------------------
 
 RECIPES = [
-    InputRecipe(), InputRecipe(channels='RGB'), InputRecipe(mean=128.0, scale=1 / 256),
-    InputRecipe(channels='RGB', mean=127.5, scale=1 / 127.5), InputRecipe(layout='NHWC'),
+    InputRecipe(), InputRecipe(channels='RGB', mean=127.5, scale=1 / 127.5), InputRecipe(layout='NHWC'),
     InputRecipe(layout='NHWC', channels='RGB', mean=10.0, scale=0.5), InputRecipe(layout='NHWC', dtype='uint8'),
-    InputRecipe(layout='NHWC', dtype='uint8', channels='RGB'), InputRecipe(dtype='uint8', channels='RGB')]
+    InputRecipe(dtype='uint8', channels='RGB')]
 
 
 @pytest.mark.parametrize('recipe', RECIPES, ids=lambda recipe: (
@@ -96,16 +95,6 @@ def test_onnx_gets_the_picture_as_its_recipe_says(runtime, recipe, tmp_path):
     fields, = infer_all(load(model, path, runtime), IMAGES)
     assert_fields(fields, expected_fields(IMAGES, recipe, weights))
     np.testing.assert_array_equal(IMAGES, before)
-
-
-def test_part_of_a_larger_picture_is_taken_as_it_is(runtime, tmp_path):
-    """Rows that do not follow each other in memory."""
-    weights = weights_of(57)
-    path = onnx_file(tmp_path, tiny_networks.onnx_fields([weights]))
-    model = own(MOBILENET_THIN, input=InputRecipe(), outputs=('fields',), output_layout='NCHW')
-    part = IMAGES[:, 8:40, 16:48]
-    part.flags.writeable = False
-    assert_fields(infer_all(load(model, path, runtime), part)[0], expected_fields(part, model.input, weights))
 
 
 @pytest.mark.parametrize('runtime_name', ['openvino', 'opencv_dnn'])
@@ -311,10 +300,9 @@ def test_compiled_network_of_something_else_is_not_taken(pooled, tmp_path, chang
     assert_fields(infer_all(backend, IMAGES)[0], expected)
 
 
-@pytest.mark.parametrize('damage', [
-    lambda content: b'', lambda content: content[:10], lambda content: content[:len(content) // 2],
-    lambda content: content[:-100] + bytes(100), lambda content: b'x' + content],
-    ids=['empty', 'start only', 'half', 'end overwritten', 'shifted'])
+@pytest.mark.parametrize('damage', [lambda content: b'', lambda content: content[:len(content) // 2],
+                                    lambda content: content[:-100] + bytes(100)],
+                         ids=['empty', 'half', 'end overwritten'])
 def test_damaged_compiled_network_is_compiled_again(pooled, tmp_path, caplog, damage):
     model, path, expected = pooled
     cache = tmp_path / 'cache'
@@ -335,17 +323,6 @@ def test_cache_that_can_not_be_written_does_not_stop_the_start(pooled, tmp_path,
     backend = load(model, path, 'openvino', compiled_cache=str(tmp_path / place))
     assert_fields(infer_all(backend, IMAGES)[0], expected)
     assert caplog.text.count('the cache of compiled networks can not be used') == 1
-
-
-def test_old_compiled_networks_go_when_there_are_too_many(pooled, tmp_path, monkeypatch):
-    model, path, _ = pooled
-    cache = tmp_path / 'cache'
-    backend = load(model, path, 'openvino', compiled_cache=str(cache))
-    first, = blobs(cache)
-    monkeypatch.setattr('openpose_ros_pkg.networks.backends.compiled_cache._MAX_BYTES', int(2.5 * first.stat().st_size))
-    for size in (16, 24, 32):
-        backend.infer(np.zeros((1, size, 16, 3), np.uint8))
-    assert len(blobs(cache)) == 2 and first not in blobs(cache)
 
 
 def test_the_cache_deletes_only_what_it_wrote(pooled, tmp_path, monkeypatch):

@@ -66,12 +66,6 @@ def test_no_model_lacks_licence_source_or_skeleton():
             assert isinstance(model.source, UserFiles) and model.source.where
 
 
-@pytest.mark.parametrize('name', LANDMARK_MODELS)
-def test_networks_of_hands_and_faces_are_no_pose_networks(name):
-    with pytest.raises(ParameterError, match=f"'pose_model' = '{name}' is not allowed"):
-        find_model(name)
-
-
 def test_openpose_networks_share_one_recipe():
     """Its src/openpose/utilities/openCv.cpp: pixel / 256 - 0.5."""
     for name in ('body_25', 'openpose_coco', 'mpi', 'mpi_4_layers'):
@@ -99,15 +93,8 @@ def test_missing_weights_that_users_bring_name_source_licence_and_command(tmp_pa
         assert text in str(caught.value)
 
 
-@pytest.mark.parametrize('place', ['graph_opt.pb', 'mobilenet_thin/graph_opt.pb'])
-def test_weights_may_lie_in_the_folder_or_in_the_models_own(tmp_path, place):
-    (tmp_path / place).parent.mkdir(exist_ok=True)
-    (tmp_path / place).write_bytes(CONTENT)
-    assert weights_path(MODEL, str(tmp_path)) == tmp_path / place
-
-
 @pytest.mark.parametrize('place', ['body_25', '.', 'pose/body_25'])
-def test_openposes_folder_of_models_serves_as_it_is(tmp_path, place):
+def test_weights_may_lie_in_the_models_folder_beside_it_or_as_openpose_has_them(tmp_path, place):
     put_caffe(tmp_path / place)
     assert weights_path(CAFFE, str(tmp_path)) == tmp_path / place / 'net.prototxt'
 
@@ -142,11 +129,6 @@ def test_damaged_weights_show_actual_and_expected(tmp_path, content):
 def test_what_is_known_of_a_file_is_compared(tmp_path, expected, fault):
     (tmp_path / 'f').write_bytes(CONTENT)
     assert file_fault(tmp_path / 'f', expected) == fault
-
-
-def test_an_empty_file_is_never_right(tmp_path):
-    (tmp_path / 'f').write_bytes(b'')
-    assert file_fault(tmp_path / 'f', WeightsFile('f')) == 'has 0 bytes, expected a file that is not empty'
 
 
 # --- folders --------------------------------------------------------------------------------------------------------

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from disk_limits import file_size_limit
-from openpose_ros_pkg.detect_files import find_inputs, main
+from openpose_ros_pkg.detect_files import main
 from openpose_ros_pkg.output.keypoint_file import read_keypoint
 from openpose_ros_pkg.output.openpose_json import read_json
 from openpose_ros_pkg.people import People2D
@@ -80,14 +80,6 @@ def test_pictures_are_saved_under_their_names_without_ids(run, tmp_path, capsys)
     assert capsys.readouterr().out == '2 frames with 2 people; 6 files and video frames written\n'
 
 
-def test_a_folder_is_worked_through_in_natural_order(run, detector, tmp_path):
-    for name, level in (('image10.png', 30), ('image2.png', 20), ('Image1.PNG', 10)):
-        picture(tmp_path / 'in' / name, level)
-    (tmp_path / 'in/notes.txt').write_text('not a picture')
-    assert run(tmp_path / 'in', '--write-json', tmp_path / 'j') == 0
-    assert detector.levels == [10, 20, 30]
-
-
 def test_people_of_a_video_have_ids_and_the_frames_openpose_names(run, tmp_path):
     source = video(tmp_path / 'walk.avi', [20, 20, 10])
     assert run(source, '--write-json', tmp_path / 'j', '--write-video', tmp_path / 'out.avi') == 0
@@ -127,12 +119,6 @@ def test_what_is_there_is_skipped_unless_overwritten(run, detector, tmp_path, ca
     assert detector.levels[6:] == [10, 30, 20, 20]
 
 
-def test_no_network_is_loaded_when_all_is_there(run, tmp_path):
-    command = (str(picture(tmp_path / 'a.png', 10)), '--write-json', str(tmp_path / 'j'))
-    assert run(*command) == 0
-    assert main(command, create=lambda *_: pytest.fail('not needed')) == 0
-
-
 def test_a_video_that_is_there_is_not_written_over_unless_asked(run, tmp_path, capsys):
     source = picture(tmp_path / 'a.png', 10)
     command = (source, '--write-video', tmp_path / 'v.avi')
@@ -164,12 +150,6 @@ def test_inputs_of_the_same_name_are_refused(run, tmp_path, capsys):
     assert 'would write the same files' in capsys.readouterr().err
 
 
-def test_a_file_named_twice_is_done_once(tmp_path):
-    path = picture(tmp_path / 'a.png', 10)
-    inputs, bad = find_inputs([path, tmp_path], lambda _: False)
-    assert ([item.path for item in inputs], bad) == ([path], [])
-
-
 @pytest.mark.parametrize('setting, text', [
     ('peak_treshold=0.1', "did you mean 'peak_threshold'"), ('alpha_pose=2', 'float in 0 .. 1')])
 def test_wrong_parameters_are_refused(run, tmp_path, capsys, setting, text):
@@ -177,7 +157,7 @@ def test_wrong_parameters_are_refused(run, tmp_path, capsys, setting, text):
     assert text in capsys.readouterr().err
 
 
-@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
 def test_an_interrupt_leaves_complete_files(run, detector, tmp_path, capsys, number):
     source = video(tmp_path / 'v.avi', [10] * 10)
     detect = detector.detect

@@ -56,13 +56,6 @@ def test_joint_has_its_own_colour_at_its_place(joint):
     assert tuple(drawn[100, 200]) == COCO_18.colours[COCO_18.index[joint]][::-1]  # BGR
 
 
-def test_limb_has_the_colour_of_its_second_joint():
-    image = np.zeros((270, 480, 3), np.uint8)
-    person = only(right_elbow=(100.0, 100.0), right_wrist=(200.0, 100.0))
-    drawn = draw_people(image, people_of(person), DrawParams(alpha_pose=1.0))
-    assert tuple(drawn[100, 150]) == COCO_18.colours[COCO_18.index['right_wrist']][::-1]
-
-
 @pytest.mark.parametrize('alpha', [0.0, 0.3, 0.6, 1.0])
 def test_opacity(alpha):
     image = np.full((270, 480, 3), 100, np.uint8)
@@ -71,13 +64,6 @@ def test_opacity(alpha):
     np.testing.assert_allclose(drawn[100, 200], alpha * colour + (1 - alpha) * 100, atol=1)
     if alpha == 0:
         np.testing.assert_array_equal(drawn, image)
-
-
-def test_without_blending_skeletons_are_opaque_on_black(photo):
-    drawn = draw_people(photo, people_of(standing_person(240, 40, 200)), DrawParams(disable_blending=True))
-    nose = COCO_18.colours[0][::-1]
-    assert tuple(drawn[40, 240]) == nose
-    assert not drawn[:, :100].any() and not drawn[:, 380:].any()
 
 
 def hidden_joints(*names):

@@ -9,10 +9,9 @@ import pytest
 
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.output.draw import DrawParams, draw_people
-from openpose_ros_pkg.output.files import frame_name
 from openpose_ros_pkg.output.frame_writer import FrameWriter, SaveParams
 from openpose_ros_pkg.output.joint_order import in_joint_set
-from openpose_ros_pkg.output.keypoint_file import FORMATS, read_keypoint, write_keypoint
+from openpose_ros_pkg.output.keypoint_file import read_keypoint, write_keypoint
 from openpose_ros_pkg.output.keypoint_scale import KeypointScaleParams
 from openpose_ros_pkg.output.openpose_json import people_from_json, people_to_json, read_json, write_json
 from openpose_ros_pkg.output.recorder import Recorder
@@ -47,11 +46,8 @@ def assert_same(read, people, ids=True):
 # --- JSON
 
 
-def test_json_of_nobody_has_the_layout_of_openpose():
+def test_json_has_the_layout_of_openpose():
     assert people_to_json(People2D.empty(COCO_18)) == '{"version":1.3,"people":[]}'
-
-
-def test_json_of_a_person_has_the_layout_of_openpose():
     keypoints = np.full((1, 18, 3), np.nan, np.float32)
     keypoints[..., 2] = 0
     keypoints[0, 1] = (320.5, 0.1, 0.9)
@@ -109,23 +105,18 @@ def test_json_with_an_unknown_or_another_joint_set_is_refused():
 # --- keypoint files
 
 
-@pytest.mark.parametrize('file_format', FORMATS)
-@pytest.mark.parametrize('people', [People2D.empty(COCO_18), some_people(), some_people(BODY_25, count=1)],
-                         ids=['nobody', 'three', 'one BODY_25'])
+@pytest.mark.parametrize('people, file_format', [
+    (People2D.empty(COCO_18), 'yml'), (People2D.empty(COCO_18), 'xml'), (some_people(), 'yml'), (some_people(), 'xml'),
+    (some_people(), 'json'), (some_people(BODY_25, count=1), 'yaml')])
 def test_keypoint_file_gives_the_same_people_back(tmp_path, people, file_format):
     path = tmp_path / f'a_pose.{file_format}'
     write_keypoint(path, people)
+    if (len(people), file_format) == (3, 'yml'):  # three axes, as OpenPose writes it
+        assert path.read_text().startswith(
+            '%YAML:1.0\n---\npose_0: !!opencv-nd-matrix\n   sizes: [ 3, 18, 3 ]\n   dt: f\n   data: [')
     read = read_keypoint(path, people.skeleton)
     assert_same(read, people, ids=False)
     assert (read.ids == -1).all()
-
-
-def test_keypoint_file_holds_a_matrix_of_three_axes_as_that_of_openpose(tmp_path):
-    write_keypoint(tmp_path / 'a_pose.yml', some_people(count=2))
-    text = (tmp_path / 'a_pose.yml').read_text()
-    assert text.startswith('%YAML:1.0\n---\npose_0: !!opencv-nd-matrix\n   sizes: [ 2, 18, 3 ]\n   dt: f\n   data: [')
-    storage = cv2.FileStorage(str(tmp_path / 'a_pose.yml'), cv2.FILE_STORAGE_READ)
-    assert storage.getNode('pose_0').mat().shape == (2, 18, 3)
 
 
 @pytest.mark.parametrize('text', ['', 'nonsense', '%YAML:1.0\n---\nother: 3\n', '%YAML:1.0\n---\npose_0: 3\n'])
@@ -164,13 +155,6 @@ def test_neck_and_mid_hip_are_in_the_middle_where_both_sides_are_there(source, t
 
 
 # --- names and files
-
-
-@pytest.mark.parametrize('base, number, name', [
-    ('', 0, '000000000000'), ('walk', 12, 'walk_000000000012'),
-    ('/robot/head_camera', 3, 'robot_head_camera_000000000003')])
-def test_frames_are_numbered_as_openpose_does(base, number, name):
-    assert frame_name(base, number) == name
 
 
 def test_a_reader_never_sees_half_a_file(tmp_path):
@@ -324,15 +308,6 @@ class HeldWriter:
 NOBODY = People2D.empty(COCO_18)
 
 
-def test_a_recorder_without_frames_closes():
-    writer = HeldWriter()
-    recorder = Recorder(writer, wait_when_full=True)
-    recorder.close()
-    recorder.close()
-    assert writer.closed
-    assert recorder.counters == {'written': 0, 'failed': 0, 'dropped': 0, 'waiting': 0}
-
-
 def test_a_full_queue_drops_new_frames_and_counts_them():
     writer, faults = HeldWriter(), []
     recorder = Recorder(writer, wait_when_full=False, queue_size=2, on_fault=faults.append)
@@ -367,14 +342,9 @@ def test_a_frame_that_fails_does_not_end_the_recorder():
     with Recorder(writer, wait_when_full=True) as recorder:
         for frame in ('a', 'bad', 'b'):
             recorder.submit(frame, GREY, NOBODY)
-    assert writer.frames == ['a', 'b']
-    assert recorder.counters['failed'] == 1
-
-
-def test_a_closed_recorder_takes_no_frames():
-    recorder = Recorder(HeldWriter(), wait_when_full=True)
-    recorder.close()
+    assert writer.frames == ['a', 'b'] and writer.closed
     assert not recorder.submit('late', GREY, NOBODY)
+    assert recorder.counters['failed'] == 1
 
 
 def test_people_in_space_stand_beside_those_in_the_image():

@@ -11,7 +11,6 @@ from openpose_ros_pkg.params.parameters import (
     build,
     flat_values,
     parameter,
-    parameter_fields,
     text_parameter,
     to_yaml,
 )
@@ -85,13 +84,6 @@ def test_flat_values_are_what_it_is_built_of():
     assert build(Tripod, flat_values(made)) == made
     assert set(flat_values(made)) == {'rate', 'width', 'encoding', 'loop', 'frame_id', 'focal_length', 'pan'}
     assert flat_values(Lens()) == {'focal_length': 0.0}
-
-
-def test_parameters_come_in_the_order_of_the_record():
-    assert [field.name for field in parameter_fields(Optics)] == [
-        'rate', 'width', 'encoding', 'loop', 'frame_id', 'focal_length']
-    assert [field.name for field in parameter_fields(Lens, Aim)] == ['focal_length', 'pan', 'rate']
-    assert parameter_fields() == []
 
 
 @pytest.mark.parametrize('name, value, allowed', [

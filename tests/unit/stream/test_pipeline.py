@@ -92,20 +92,6 @@ def test_the_newest_wins_even_when_an_older_one_is_prepared():
     assert story.pipeline.replaced == 2
 
 
-def test_what_waits_to_be_prepared_is_replaced_too():
-    story = Story()
-    story.gates['prepare'].clear()
-    story.submit('a')
-    story.begun('prepare', 'a')
-    for item in 'bcd':
-        story.submit(item)
-    story.gates['prepare'].set()
-    story.begun('finish', 'd')
-    story.pipeline.stop()
-    assert story.items('prepare') == ['a', 'd']
-    assert story.pipeline.replaced == 2 + (story.items('compute') == ['d'])
-
-
 def test_an_item_that_fails_does_not_stop_the_others():
     story = Story()
     for stage in ('prepare', 'compute', 'finish'):
