@@ -1,6 +1,5 @@
 """Networks that users describe in a YAML file; docs/models.md shows the format."""
 import difflib
-import math
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -109,27 +108,22 @@ class _Section:
         return self._given(key, default, lambda value: isinstance(value, bool), 'true or false')
 
     def integer(self, key: str, minimum: int, maximum: int, default: Any = _REQUIRED) -> int:
-        return self._given(key, default, lambda value: _is_integer(value) and minimum <= value <= maximum,
+        return self._given(key, default, lambda value: type(value) is int and minimum <= value <= maximum,
                            f'a whole number in {minimum} .. {maximum}')
 
-    def number(self, key: str, minimum: float, maximum: float, default: Any = _REQUIRED) -> float:
-        value = self._given(key, default, lambda value: (_is_integer(value) or isinstance(value, float))
-                            and math.isfinite(value) and minimum <= value <= maximum,
+    def number(self, key: str, minimum: float, maximum: float, default: float) -> float:
+        value = self._given(key, default, lambda value: type(value) in (int, float) and minimum <= value <= maximum,
                             f'a number in {minimum:g} .. {maximum:g}')
         return float(value)
 
     def pair(self, key: str, minimum: int, maximum: int, default: Any = _REQUIRED) -> Any:
         value = self._given(key, default, lambda value: isinstance(value, list) and len(value) == 2 and all(
-            _is_integer(item) and minimum <= item <= maximum for item in value),
+            type(item) is int and minimum <= item <= maximum for item in value),
             f'two whole numbers in {minimum} .. {maximum}')
         return value if value is None else (value[0], value[1])
 
     def items(self, key: str, default: Any = _REQUIRED) -> List[Any]:
         return self._given(key, default, lambda value: isinstance(value, list) and value, 'a list')
-
-
-def _is_integer(value: Any) -> bool:
-    return isinstance(value, int) and not isinstance(value, bool)
 
 
 def _input(top: _Section, decoder: str, stride: int) -> InputRecipe:

@@ -58,18 +58,16 @@ def get(model: Model, model_folder: str = '', licence_text: str = '', brought: S
     fresh = True
     if brought:
         _copy_brought(model, brought, target)
-        say(f'{model.name}: {path} is in place')
     else:
         try:
             path, fresh = weights_path(model, model_folder), False
-            say(f'{model.name}: {path} is there and right')
         except ModelError:
             if not isinstance(model.source, Archive):
                 raise
             if path.is_file():
                 say(f'{model.name}: {path} is damaged, it is fetched again')
             legal = _fetch(model, target, model.source)
-            say(f'{model.name}: {path} is in place and right')
+    say(f'{model.name}: {path} is {"in place" if fresh else "there and right"}')
     if path.parent == target and model.description is None:
         _keep_legal(model, target, legal, licence_text, fresh)
     return path
@@ -168,8 +166,7 @@ def _copy_brought(model: Model, brought: Sequence[Path], target: Path) -> None:
     """Check what a user brought and copy it to its folder; raise ModelError for a missing or wrong file."""
     sources = _brought_files(model, [path.expanduser() for path in brought])
     for file, source in zip(model.files, sources):
-        fault = file_fault(source, file)
-        if fault:
+        if fault := file_fault(source, file):
             raise ModelError(f'{source} is not {file.name} of {model.name}: it {fault}')
     for file, source in zip(model.files, sources):
         say(f'{model.name}: copying {source}' + ('' if file.sha256 or file.md5 else ' (no checksum is known)'))
@@ -247,8 +244,7 @@ def _content(archive: Path, source: Archive, folder: Path) -> bytes:
 
 def _check_file(path: Path, expected: WeightsFile, what: str) -> None:
     """Raise ModelError if a file is not the expected one."""
-    fault = file_fault(path, expected)
-    if fault:
+    if fault := file_fault(path, expected):
         raise ModelError(f'{what} {fault}')
 
 

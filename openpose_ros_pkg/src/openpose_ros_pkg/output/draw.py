@@ -18,6 +18,8 @@ _SHIFT = 3
 # [diameters]; both shrink with the share of the image that the person fills.
 _CIRCLE_RATIO = 1 / 75
 _LINE_RATIO = 0.75
+# Size of hands and faces in radii of their joints, which are as wide as their lines.
+_RADII_OF_HAND = 30
 # Limbs with a hidden end: width as a share of other limbs', length of dashes and gaps in widths of other limbs.
 _HIDDEN_WIDTH = 0.4
 _DASH = 1.2
@@ -56,15 +58,14 @@ def draw_people(bgr: np.ndarray, people: People2D, params: DrawParams, hidden: O
     if len(people) == 0:
         return image
     canvas = image.copy()
-    visible = people.confidence >= max(params.render_threshold, np.finfo(np.float32).tiny)
-    hidden = np.zeros(visible.shape, bool) if hidden is None else hidden
-    shown = [i for i in range(len(people)) if visible[i].any()]
-    for i in shown:
-        _draw_skeleton(canvas, people, i, visible[i], hidden[i])
+    least = max(params.render_threshold, np.finfo(np.float32).tiny)
+    visible = people.confidence >= least
+    shown = np.flatnonzero(visible.any(axis=1)).tolist()
+    _draw_skeletons(canvas, people.skeleton, people.keypoints, hidden, least)
     if landmarks is not None:
         hands, faces = landmarks.hands, landmarks.faces
-        _draw_points(canvas, HAND_21, hands.keypoints, hands.hidden, params.render_threshold)
-        _draw_points(canvas, FACE_70, faces.keypoints, faces.hidden, params.render_threshold)
+        _draw_skeletons(canvas, HAND_21, hands.keypoints, hands.hidden, least)
+        _draw_skeletons(canvas, FACE_70, faces.keypoints, faces.hidden, least)
     if not params.disable_blending:
         canvas = cv2.addWeighted(canvas, params.alpha_pose, image, 1 - params.alpha_pose, 0)
     if boxes and (params.disable_blending or params.alpha_pose > 0):
@@ -79,37 +80,32 @@ def person_colour(number: int) -> Tuple[int, int, int]:
     return round(255 * blue), round(255 * green), round(255 * red)
 
 
-def _draw_skeleton(canvas: np.ndarray, people: People2D, person: int, visible: np.ndarray, hidden: np.ndarray
-                   ) -> None:
-    """Draw visible limbs in the colour of their second joint, then visible joints."""
-    skeleton, xy = people.skeleton, people.xy[person]
-    radius = _joint_radius(canvas.shape, xy[visible])
-    width = max(1, round(2 * radius * _LINE_RATIO))
-    index = skeleton.index
-    for start, end in ((index[a], index[b]) for a, b in skeleton.drawn_limbs):
-        if visible[start] and visible[end]:
-            draw = _draw_dashed if hidden[start] or hidden[end] else _draw_line
-            draw(canvas, xy[start], xy[end], skeleton.colours[end][::-1], width)
-    for joint in np.flatnonzero(visible):
-        _draw_joint(canvas, xy[joint], skeleton.colours[joint][::-1], radius, hidden[joint])
+def _draw_skeletons(canvas: np.ndarray, skeleton: SkeletonModel, keypoints: np.ndarray, hidden: Optional[np.ndarray],
+                    least: float) -> None:
+    """Draw people, hands or faces, (N, K, 3): limbs in the colour of their second joint, then joints.
 
-
-def _draw_points(canvas: np.ndarray, skeleton: SkeletonModel, keypoints: np.ndarray, hidden: Optional[np.ndarray],
-                 threshold: float) -> None:
-    """Draw hands or faces, (N, K, 3), in OpenPose's colours; line width: 1/30 of their size, at least 1 px."""
+    Args:
+        hidden: (N, K) bool; None: none is.
+        least: score of the joints that are drawn; a limb needs both.
+    """
     hidden = np.zeros(keypoints.shape[:2], bool) if hidden is None else hidden
+    limbs = [(skeleton.index[start], skeleton.index[end]) for start, end in skeleton.drawn_limbs]
     for points, behind in zip(keypoints, hidden):
-        shown = points[:, 2] >= max(threshold, np.finfo(np.float32).tiny)
+        shown, xy = points[:, 2] >= least, points[:, :2]
         if not shown.any():
             continue
-        xy = points[:, :2]
-        width = max(1, round(float((xy[shown].max(axis=0) - xy[shown].min(axis=0)).max()) / 30))
-        for start, end in ((skeleton.index[a], skeleton.index[b]) for a, b in skeleton.drawn_limbs):
+        if skeleton in (HAND_21, FACE_70):
+            size = float((xy[shown].max(axis=0) - xy[shown].min(axis=0)).max())
+            radius = width = max(1, round(size / _RADII_OF_HAND))
+        else:
+            radius = _joint_radius(canvas.shape, xy[shown])
+            width = max(1, round(2 * radius * _LINE_RATIO))
+        for start, end in limbs:
             if shown[start] and shown[end]:
                 draw = _draw_dashed if behind[start] or behind[end] else _draw_line
                 draw(canvas, xy[start], xy[end], skeleton.colours[end][::-1], width)
-        for point in np.flatnonzero(shown):
-            _draw_joint(canvas, xy[point], skeleton.colours[point][::-1], width, behind[point])
+        for joint in np.flatnonzero(shown):
+            _draw_joint(canvas, xy[joint], skeleton.colours[joint][::-1], radius, behind[joint])
 
 
 def _draw_joint(canvas: np.ndarray, xy: np.ndarray, colour: Tuple[int, ...], radius: int, hidden: bool) -> None:
