@@ -4,7 +4,7 @@ import time
 from collections import Counter
 
 from openpose_ros_pkg.stream.fair_lock import FairLock
-from openpose_ros_pkg.stream.pipeline import Pipeline
+from openpose_ros_pkg.stream.pipeline import Pipeline, Stages
 
 TIMEOUT = 30.0
 
@@ -32,8 +32,8 @@ class Story:
         for gate in self.gates.values():
             gate.set()
         self._durations = durations
-        self.pipeline = Pipeline(*(self._stage(stage) for stage in self.gates), self.errors.append, lock or FairLock(),
-                                 lead)
+        self.pipeline = Pipeline(Stages(*(self._stage(stage) for stage in self.gates)), self.errors.append,
+                                 lock or FairLock(), lead)
 
     def _stage(self, stage):
         def work(item):

@@ -58,7 +58,7 @@ def draw_people(bgr: np.ndarray, people: People2D, params: DrawParams, hidden: O
     if len(people) == 0:
         return image
     canvas = image.copy()
-    least = max(params.render_threshold, np.finfo(np.float32).tiny)
+    least = max(params.render_threshold, float(np.finfo(np.float32).tiny))
     visible = people.confidence >= least
     shown = np.flatnonzero(visible.any(axis=1)).tolist()
     _draw_skeletons(canvas, people.skeleton, people.keypoints, hidden, least)

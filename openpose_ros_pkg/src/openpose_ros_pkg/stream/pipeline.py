@@ -27,6 +27,21 @@ class PipelineConstants:
 PIPELINE = PipelineConstants()
 
 
+@dataclass(frozen=True)
+class Stages(Generic[Item, Prepared, Computed]):
+    """The stages of a pipeline.
+
+    Attributes:
+        prepare: called with the newest item.
+        compute: the long stage, called with what `prepare` returned, with the pipeline's lock held.
+        finish: called with what `compute` returned.
+    """
+
+    prepare: Callable[[Item], Prepared]
+    compute: Callable[[Prepared], Computed]
+    finish: Callable[[Computed], object]
+
+
 class Pipeline(Generic[Item, Prepared, Computed]):
     """Prepares the newest item and finishes the last one while the one between is computed.
 
@@ -35,9 +50,6 @@ class Pipeline(Generic[Item, Prepared, Computed]):
     order of the items.
 
     Args:
-        prepare: first stage, called with the newest item.
-        compute: the long stage, called with what `prepare` returned, with `lock` held.
-        finish: last stage, called with what `compute` returned.
         on_error: called with any exception of a stage, whose item is dropped.
         lock: shared with others that compute.
         lead: time that another process works on what `prepare` has sent until it can be computed [s]. Preparing begins
@@ -47,10 +59,9 @@ class Pipeline(Generic[Item, Prepared, Computed]):
         replaced: number of items that a newer one replaced before they were computed.
     """
 
-    def __init__(self, prepare: Callable[[Item], Prepared], compute: Callable[[Prepared], Computed],
-                 finish: Callable[[Computed], object], on_error: Callable[[Exception], None], lock: FairLock,
+    def __init__(self, stages: Stages[Item, Prepared, Computed], on_error: Callable[[Exception], None], lock: FairLock,
                  lead: float = 0.0, constants: PipelineConstants = PIPELINE) -> None:
-        self._prepare, self._compute, self._finish = prepare, compute, finish
+        self._stages = stages
         self._lock, self._lead, self._constants = lock, lead, constants
         self.replaced = 0
         self._submitted: Deque[Item] = deque(maxlen=1)
@@ -83,7 +94,7 @@ class Pipeline(Generic[Item, Prepared, Computed]):
                 return False
             item = self._submitted.popleft()
         begin = time.monotonic()
-        prepared = self._prepare(item)
+        prepared = self._stages.prepare(item)
         with self._changed:
             self._prepare_seconds.append(time.monotonic() - begin)
             self.replaced += len(self._prepared)
@@ -106,7 +117,7 @@ class Pipeline(Generic[Item, Prepared, Computed]):
                                       - self._constants.margin)
                 self._changed.notify_all()
             try:
-                computed = self._compute(prepared)
+                computed = self._stages.compute(prepared)
             finally:
                 with self._changed:
                     self._compute_seconds.append(time.monotonic() - begin)
@@ -124,7 +135,7 @@ class Pipeline(Generic[Item, Prepared, Computed]):
                 return False
             computed = self._computed.popleft()
             self._changed.notify_all()
-        self._finish(computed)
+        self._stages.finish(computed)
         return True
 
     def _may_prepare(self) -> bool:
