@@ -191,15 +191,3 @@ def test_both_backends_compute_the_same(weights):
     one, other = (create_backend(MOBILENET_THIN, weights, params(backend=name)).infer(image)[0] for name in NAMES)
     assert one[0, :18].max() > 0.5  # there is something to compare
     np.testing.assert_allclose(one, other, atol=TOLERANCE)
-
-
-def test_movenet_finds_two_people_and_their_mirror_images():
-    need('openvino')
-    backend = create_backend(MOVENET_MULTIPOSE, need_weights(MOVENET_MULTIPOSE), params())
-    with np.load(str(reference_path(MOVENET_MULTIPOSE))) as reference:
-        image = reference['image']
-    people = np.concatenate([backend.infer(seen[np.newaxis])[0] for seen in (image, image[:, ::-1])])
-    assert people.shape == (2, 6, 56) and people.dtype == np.float32
-    np.testing.assert_array_equal((people[..., 55] > 0.3).sum(axis=1), [2, 2])
-    boxes = np.sort(people[:, :2, [52, 54]], axis=1)
-    np.testing.assert_allclose(boxes[0], np.sort(1 - people[1, :2][:, [54, 52]], axis=0), atol=0.03)  # mirrored

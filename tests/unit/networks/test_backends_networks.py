@@ -15,11 +15,9 @@ import numpy as np
 import pytest
 
 import tiny_networks
-from openpose_ros_pkg.decode.direct import DirectDecodeParams, decode_direct
-from openpose_ros_pkg.decode.paf import DecodeParams, decode_fields
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks.backends import BackendParams, create_backend
-from openpose_ros_pkg.networks.models import MOBILENET_THIN, MODELS, MOVENET_MULTIPOSE, InputRecipe, WeightsFile
+from openpose_ros_pkg.networks.models import MOBILENET_THIN, MODELS, InputRecipe, WeightsFile
 
 LIGHTWEIGHT = MODELS['lightweight_openpose']
 RUNTIMES = ('openvino', 'onnxruntime', 'opencv_dnn')
@@ -191,65 +189,6 @@ def test_after_an_error_the_next_images_are_computed(pooled):
         backend.infer_many([IMAGES[:1], IMAGES[:1], IMAGES[:1, 8:], IMAGES[:1]])
     many = backend.infer_many([IMAGES[i:i + 1] for i in range(len(IMAGES))])
     assert_fields(np.concatenate([fields for fields, in many]), expected)
-
-
-# --- networks that find people themselves ---------------------------------------------------------------------------
-
-def one_person(score):
-    """(17, 3) x, y, score with joints in places of their own, within 0.1 .. 0.9."""
-    x = np.linspace(0.1, 0.9, 17)
-    return np.column_stack([x, x[::-1] ** 2, np.full(17, score)]).astype(np.float32)
-
-
-def grey(height, width, *levels):
-    """Pictures of one grey level each; what the networks below find is multiplied by it."""
-    return np.stack([np.full((height, width, 3), level, np.uint8) for level in levels])
-
-
-@pytest.fixture
-def movenet(tmp_path):
-    """MoveNet's input and output; right for pictures that are 1 everywhere."""
-    people = np.zeros((1, 6, 56), np.float32)
-    people[0, 0, :51] = one_person(0.8)[:, [1, 0, 2]].ravel()
-    people[0, 0, 55] = 0.9
-    return own(MOVENET_MULTIPOSE, outputs=('people',)), onnx_file(
-        tmp_path, tiny_networks.onnx_people({'people': people}, layout='NHWC', kind=tiny_networks.UINT8))
-
-
-def test_movenet_from_picture_to_named_joints(runtime, movenet):
-    if runtime == 'opencv_dnn':
-        pytest.skip('OpenCV 4.6 does not load the operations of this network')
-    model, path = movenet
-    outputs = load(model, path, runtime).infer(grey(64, 96, 1))
-    assert [output.shape for output in outputs] == [(1, 6, 56)]
-    keypoints, scores = decode_direct([output[0] for output in outputs], model, DirectDecodeParams(), (96, 64))
-    assert scores == pytest.approx([0.9])
-    nose, wrist = (keypoints[0, model.skeleton.index[joint]] for joint in ('nose', 'right_wrist'))
-    np.testing.assert_allclose(nose, [0.1 * 96 - 0.5, 0.81 * 64 - 0.5, 0.8], rtol=1e-5)
-    np.testing.assert_allclose(wrist, [0.6 * 96 - 0.5, 0.4 ** 2 * 64 - 0.5, 0.8], rtol=1e-4)
-
-
-# --- the whole way --------------------------------------------------------------------------------------------------
-
-def test_a_person_painted_in_colours_is_found_by_a_network_that_reads_them(runtime, tmp_path):
-    """Blue is the joint's confidence map here, green and red the limb's field: fields of stride 8 in, a person out."""
-    model = own(MOBILENET_THIN, input=InputRecipe(channels='RGB', scale=1 / 255), outputs=('fields',),
-                output_layout='NCHW')
-    neck, shoulder = model.skeleton.index['neck'], model.skeleton.index['right_shoulder']
-    limb = next(limb for limb in model.skeleton.limbs if (limb.start, limb.end) == ('neck', 'right_shoulder'))
-    weights = np.zeros((model.channels, 3), np.float32)  # of red, green, blue
-    weights[neck, 2], weights[shoulder, 1], weights[model.heatmaps + limb.paf[0], 0] = 1, 1, -1
-    cells = np.zeros((12, 20, 3), np.uint8)
-    cells[6, 13], cells[6, 5] = (255, 0, 255), (0, 255, 255)  # neck to the right, shoulder to the left, as BGR
-    cells[6, 6:13, 2] = 255  # between them the limb's field points to the left
-    image = cv2.resize(cells, None, fx=8, fy=8, interpolation=cv2.INTER_NEAREST)
-    backend = load(model, onnx_file(tmp_path, tiny_networks.onnx_fields([weights])), runtime)
-    fields = backend.infer(image[np.newaxis])[0][0]
-    keypoints, scores = decode_fields(fields, model, DecodeParams(person_min_joints=2), (160, 96))
-    assert len(scores) == 1
-    np.testing.assert_allclose(keypoints[0, neck], [13.5 * 8 - 0.5, 6.5 * 8 - 0.5, 1], atol=0.5)
-    np.testing.assert_allclose(keypoints[0, shoulder], [5.5 * 8 - 0.5, 6.5 * 8 - 0.5, 1], atol=0.5)
-    assert (keypoints[0, :, 2] > 0).sum() == 2
 
 
 # --- OpenVINO: hints, compiled networks on disk ---------------------------------------------------------------------

@@ -36,16 +36,6 @@ def known_output(model, spoil=lambda output: output):
 
 # --- with a known output --------------------------------------------------------------------------------------------
 
-@pytest.mark.parametrize('model', [MOBILENET_THIN, MOVENET_MULTIPOSE, MOVENET_THUNDER, *LANDMARK_MODELS.values()],
-                         ids=lambda model: model.name)
-def test_references_are_small_and_of_a_size_that_the_network_takes(model):
-    assert reference_path(model).stat().st_size < 50000
-    with np.load(str(reference_path(model))) as reference:
-        image = reference['image']
-    assert image.dtype == np.uint8 and image.shape[2] == 3
-    assert image.shape[0] % model.input.multiple_of == image.shape[1] % model.input.multiple_of == 0
-
-
 def test_a_damaged_reference_is_an_error_that_names_it(tmp_path, monkeypatch):
     path = tmp_path / 'known.npz'
     content = reference_path(MOBILENET_THIN).read_bytes()
@@ -108,19 +98,11 @@ def moved(pixels, joints=slice(0, 18)):
 @pytest.mark.parametrize('spoil, text', [
     (moved(2), r'off by [12]\.\d+ px \(median\)'), (lambda fields: 0.9 * fields, r'0\.0\d+ in score'),
     (lambda fields: fields[:, ::-1], 'does not find|off by'), (np.zeros_like, 'does not find a person'),
+    (lambda maps: np.where(np.arange(57)[:, None, None] == 0, np.roll(maps, 2, axis=2), maps), 'px at most'),
     (lambda fields: fields * np.nan, 'not finite')],
-    ids=['joints moved by 2 px', 'scores a tenth lower', 'channels in another order', 'zero', 'NaN'])
+    ids=['all moved by 2 px', 'scores a tenth lower', 'channels in another order', 'zero', 'one joint moved', 'NaN'])
 def test_wrong_people_of_reduced_precision_are_caught(spoil, text):
     with pytest.raises(ModelError, match=text):
-        check_backend(known_output(MOBILENET_THIN, spoil), MOBILENET_THIN, exact=False)
-
-
-def test_one_joint_elsewhere_is_caught_in_reduced_precision():
-    nose = MOBILENET_THIN.skeleton.index['nose']
-
-    def spoil(fields):
-        return np.where(np.arange(57)[:, None, None] == nose, np.roll(fields, 2, axis=2), fields)
-    with pytest.raises(ModelError, match='px at most'):
         check_backend(known_output(MOBILENET_THIN, spoil), MOBILENET_THIN, exact=False)
 
 
@@ -179,7 +161,7 @@ def people(boxes, joints):
     (BODY_25, fields(78)), (LIGHTWEIGHT, fields(19, 38)), (RTMO, people((1, 9, 5), (1, 9, 17, 3))),
     (RTMO, people((1, 0, 5), (1, 0, 17, 3))),
     (replace(MOVENET_MULTIPOSE, name='own'), Network(lambda images: (np.zeros((1, 6, 56), np.float32),)))],
-    ids=['one output', 'two outputs', 'RTMO', 'RTMO sees nobody', 'MoveNet of another file'])
+    ids=['one output', 'two outputs', 'RTMO', 'RTMO without people', 'MoveNet of another file'])
 def test_right_structure_passes(model, network):
     assert not reference_path(model).exists()
     check_backend(network, model, exact=True)

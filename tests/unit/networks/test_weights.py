@@ -330,18 +330,6 @@ def test_list_shows_every_network_with_licence_size_and_origin(cache, capsys):
         assert f'{name}: ' in out
 
 
-def test_check_without_a_name_looks_at_all_that_are_here(cache, capsys):
-    for name in ('rtmo_s', 'rtmo_m'):
-        (cache / name).mkdir(parents=True)
-        (cache / name / 'end2end.onnx').write_bytes(CONTENT)
-    (cache / 'mobilenet_thin').mkdir()
-    (cache / 'mobilenet_thin' / 'graph_opt.pb').write_bytes(b'damaged')
-    assert weights.main(['check']) == 1
-    out, err = capsys.readouterr()
-    assert out == ''.join(f'{name}: {cache / name / "end2end.onnx"} is right\n' for name in ('rtmo_s', 'rtmo_m'))
-    assert 'mobilenet_thin are damaged' in err and 'body_25' not in err
-
-
 def test_from_copies_and_takes_one_name(cache, tmp_path, capsys):
     (tmp_path / 'mine.onnx').write_bytes(CONTENT)
     assert weights.main(['get', 'rtmo_l', '--from', str(tmp_path / 'mine.onnx')]) == 0

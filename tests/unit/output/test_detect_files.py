@@ -150,13 +150,6 @@ def test_inputs_of_the_same_name_are_refused(run, tmp_path, capsys):
     assert 'would write the same files' in capsys.readouterr().err
 
 
-@pytest.mark.parametrize('setting, text', [
-    ('peak_treshold=0.1', "did you mean 'peak_threshold'"), ('alpha_pose=2', 'float in 0 .. 1')])
-def test_wrong_parameters_are_refused(run, tmp_path, capsys, setting, text):
-    assert run(picture(tmp_path / 'a.png', 10), '--write-json', tmp_path / 'j', '--set', setting) == 2
-    assert text in capsys.readouterr().err
-
-
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
 def test_an_interrupt_leaves_complete_files(run, detector, tmp_path, capsys, number):
     source = video(tmp_path / 'v.avi', [10] * 10)

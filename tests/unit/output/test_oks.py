@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 from known_fields import FRONT
-from openpose_ros_pkg.oks import area, extent, sigmas, similarity
+from openpose_ros_pkg.oks import area, sigmas, similarity
 from openpose_ros_pkg.skeletons import COCO_17, COCO_18, SKELETONS
 
 SIGMAS = sigmas(COCO_18)
@@ -31,12 +31,6 @@ def test_left_and_right_are_as_sure_as_each_other(skeleton):
     values = sigmas(skeleton)
     assert values.shape == (len(skeleton.joints),) and (values > 0).all()
     np.testing.assert_array_equal(values[list(skeleton.swap)], values)
-
-
-def test_extent_leaves_missing_joints_out():
-    low, high = extent(without('left_wrist', 'right_wrist', 'left_eye', 'right_eye'))
-    np.testing.assert_allclose(low, [-16, -1])
-    np.testing.assert_allclose(high, [16, 100])
 
 
 @pytest.mark.parametrize('places, expected', [

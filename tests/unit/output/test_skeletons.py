@@ -76,7 +76,7 @@ def test_joints_limbs_and_channels_are_the_published_ones(skeleton):
 
 
 @pytest.mark.parametrize('skeleton', WITH_PAF, ids=by_name)
-def test_only_ear_to_shoulder_limbs_start_nobody(skeleton):
+def test_only_ear_to_shoulder_limbs_start_no_person(skeleton):
     only_join = {(limb.start, limb.end) for limb in skeleton.limbs if not limb.starts_person}
     ears = {('right_shoulder', 'right_ear'), ('left_shoulder', 'left_ear')}
     assert only_join == (ears if 'nose' in skeleton.joints else set())

@@ -1,4 +1,4 @@
-"""Two streams are paired by stamp: a message whose partner was lost stays alone, whatever the order of arrival."""
+"""Two streams are paired by stamp: a message whose partner was lost stays alone, in any order of arrival."""
 from dataclasses import dataclass
 from typing import List, Tuple
 

@@ -3,7 +3,7 @@ import math
 
 import pytest
 
-from openpose_ros_pkg.stream.stage_timing import StageTiming, Stopwatch
+from openpose_ros_pkg.stream.stage_timing import StageTiming
 
 
 def test_nothing_yet():
@@ -40,13 +40,3 @@ def test_memory_is_bounded():
         timing.add('network', float(i), float(i))
     summary, = timing.summaries(1e4)
     assert summary.count == 2000 and summary.p50 == 9000.0
-
-
-def test_a_stopwatch_measures_stages_and_leaves_out_what_is_between(monkeypatch):
-    times = iter([1.0, 1.5, 3.0, 3.25])
-    monkeypatch.setattr('time.perf_counter', lambda: next(times))
-    watch = Stopwatch()
-    watch.lap('first')
-    watch.restart()
-    watch.lap('second')
-    assert watch.laps == {'first': 0.5, 'second': 0.25}
