@@ -16,9 +16,9 @@ import logging
 import re
 import sys
 from contextlib import ExitStack
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Callable, Dict, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Callable, Dict, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Tuple, Union
 
 import cv2
 import numpy as np
@@ -92,14 +92,21 @@ class InputFile:
             yield read_image(self.path, most=self.most)
 
 
-@dataclass
+@dataclass(frozen=True)
 class Report:
     """Results of all inputs."""
 
     frames: int = 0
     people: int = 0
     skipped: int = 0
-    unreadable: List[Path] = field(default_factory=list)
+    unreadable: Tuple[Path, ...] = ()
+
+    def added(self, item: InputFile, result: Union[int, BadInputError]) -> 'Report':
+        """Return the report with a frame's number of people, or an input's error, which is logged."""
+        if isinstance(result, BadInputError):
+            _log.warning('%s', result)
+            return replace(self, unreadable=(*self.unreadable, item.path))
+        return replace(self, frames=self.frames + 1, people=self.people + result)
 
     def text(self, counters: Mapping[str, int]) -> str:
         """Return the report in one line."""
@@ -156,13 +163,9 @@ class Networks(NamedTuple):
     tracking: TrackingParams
 
 
-def detect_inputs(inputs: Sequence[InputFile], networks: Networks, recorder: Recorder, progress: tqdm,
-                  report: Report) -> None:
-    """Find the people in all inputs and hand them to the recorder; unreadable inputs are logged and reported.
-
-    Args:
-        report: updated with each frame: it is right after an interrupt.
-    """
+def detect_inputs(inputs: Sequence[InputFile], networks: Networks, recorder: Recorder
+                  ) -> Iterator[Tuple[InputFile, Union[int, BadInputError]]]:
+    """Hand the people of all inputs to the recorder; yield the number of each frame's people, or an input's error."""
     for item in inputs:
         tracker = KeypointTracker(networks.tracking) if item.is_video else None
         try:
@@ -174,12 +177,9 @@ def detect_inputs(inputs: Sequence[InputFile], networks: Networks, recorder: Rec
                 found = (None if networks.landmarks is None
                          else networks.landmarks.detect(bgr, people, None, item.path, stamp))
                 recorder.submit(item.name(number), bgr, people, found)
-                report.frames += 1
-                report.people += len(people)
-                progress.update()
+                yield item, len(people)
         except BadInputError as error:
-            _log.warning('%s', error)
-            report.unreadable.append(item.path)
+            yield item, error
 
 
 def main(arguments: Optional[Sequence[str]] = None,
@@ -203,7 +203,7 @@ def _run(options: argparse.Namespace, values: Dict[str, Any],
         raise ParameterError('nothing to save: give --write-json, --write-images, --write-video or --write-keypoint')
     inputs, bad = find_inputs(options.inputs, lambda path: _is_result(path, save),
                               settings.limits.max_image_megapixels)
-    report = Report(unreadable=list(bad))
+    report = Report(unreadable=tuple(bad))
     for path in bad:
         _log.warning('%s %s', path, 'holds no images or videos' if path.is_dir() else 'does not exist')
     check_names(inputs)
@@ -215,12 +215,13 @@ def _run(options: argparse.Namespace, values: Dict[str, Any],
         with ExitStack() as stack:
             may_skip = not options.overwrite and not save.write_video  # a video needs every frame
             todo = [item for item in inputs if not (may_skip and _is_done(item, writer))]
-            report.skipped = len(inputs) - len(todo)
+            report = replace(report, skipped=len(inputs) - len(todo))
             networks = _networks(settings, create) if todo else None
             recorder = stack.enter_context(Recorder(writer, wait_when_full=True))
             progress = stack.enter_context(tqdm(total=sum(item.frames for item in todo), unit='frame', disable=None))
-            if networks is not None:
-                detect_inputs(todo, networks, recorder, progress, report)
+            for item, result in detect_inputs(todo, networks, recorder) if networks is not None else ():
+                report = report.added(item, result)
+                progress.update(not isinstance(result, BadInputError))
     finally:
         counters = {'written': 0, 'failed': 0} if recorder is None else recorder.counters
         if report.frames or report.skipped or report.unreadable:

@@ -75,7 +75,13 @@ def with_loaders(monkeypatch, **loaders):
     def absent():
         raise ImportError('no such library')
     loaders = {name: loaders.get(name, absent) for name in ('openvino', 'onnxruntime', 'opencv_dnn')}
-    monkeypatch.setattr(backends, '_backend_class', lambda name: lambda model, weights, params: loaders[name]())
+
+    def load(name, fallback):
+        backend = loaders[name]()
+        backend.fallback = fallback
+        return backend
+    monkeypatch.setattr(backends, '_backend_class', lambda name: lambda model, weights, params, fallback: load(
+        name, fallback))
 
 
 def test_auto_takes_the_first_that_works_and_says_so(monkeypatch, caplog, tmp_path):
@@ -105,9 +111,11 @@ def off_by(fields):
 def test_wrong_in_reduced_precision_it_is_f32_of_the_same_runtime(monkeypatch, caplog, tmp_path):
     made = []
 
-    def load(model, weights, params):
+    def load(model, weights, params, fallback):
         made.append(params.precision)
-        return FakeBackend(off_by if params.precision == 'auto' else lambda fields: fields)
+        backend = FakeBackend(off_by if params.precision == 'auto' else lambda fields: fields)
+        backend.fallback = fallback
+        return backend
     monkeypatch.setattr(backends, '_backend_class', lambda name: load)
     backend = create_backend(MOBILENET_THIN, tmp_path / 'graph.pb', params(precision='auto'))
     assert made == ['auto', 'f32']

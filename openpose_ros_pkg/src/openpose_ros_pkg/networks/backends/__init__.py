@@ -109,7 +109,7 @@ def create_backend(model: Model, weights: Path, params: BackendParams) -> Backen
             reasons.append(f'{name} does not read {weights.name}')
             continue
         try:
-            backend = _load(name, model, weights, params)
+            backend = _load(name, model, weights, params, '; '.join(faults))
         except ImportError as error:
             reasons.append(f'{name} is not importable: {error} ({runtime.install})')
             continue
@@ -119,18 +119,10 @@ def create_backend(model: Model, weights: Path, params: BackendParams) -> Backen
         except ModelError as error:
             faults.append(f'{name} does not work: {error}')
             continue
-        if faults:
-            _fall_back(backend, model, '; '.join(faults))
         why = '; '.join(reasons) if reasons else 'the fastest that is available'
         _log.info('%s computes %s (backend auto: %s)', backend.description, model.name, why)
         return backend
     raise ModelError(f'no backend can compute {model.name} on {params.device}: ' + '; '.join(reasons + faults))
-
-
-def _fall_back(backend: Backend, model: Model, why: str) -> None:
-    """Note and log why a backend is slower than what the parameters ask for."""
-    backend.fallback = '; '.join(filter(None, (why, backend.fallback)))
-    _log.warning('%s computes %s, slower than asked for: %s', backend.description, model.name, why)
 
 
 def _demanded(model: Model, weights: Path, params: BackendParams) -> Backend:
@@ -147,8 +139,11 @@ def _demanded(model: Model, weights: Path, params: BackendParams) -> Backend:
                              f'({runtime.install}) or set backend to auto or one of {others}') from error
 
 
-def _load(name: str, model: Model, weights: Path, params: BackendParams) -> Backend:
+def _load(name: str, model: Model, weights: Path, params: BackendParams, fallback: str = '') -> Backend:
     """Load and check one backend, in f32 if another precision gives wrong results.
+
+    Args:
+        fallback: see `Backend`.
 
     Raises:
         ImportError: its runtime is not installed.
@@ -156,7 +151,7 @@ def _load(name: str, model: Model, weights: Path, params: BackendParams) -> Back
     """
     if name == 'openvino' and params.device != 'cpu':
         raise ParameterError(f"parameter 'device' = {params.device!r} is not available in openvino: it computes on cpu")
-    backend = _backend_class(name)(model, weights, params)
+    backend = _backend_class(name)(model, weights, params, fallback)
     # GPUs use tensor cores with fewer bits where a library chooses so.
     exact = params.precision == 'f32' and params.device == 'cpu'
     try:
@@ -164,8 +159,10 @@ def _load(name: str, model: Model, weights: Path, params: BackendParams) -> Back
     except ModelError as error:
         if params.precision == 'f32':
             raise
-        backend = _load(name, model, weights, replace(params, precision='f32'))
-        _fall_back(backend, model, str(error))
+        faults = '; '.join(filter(None, (fallback, str(error))))
+        return _load(name, model, weights, replace(params, precision='f32'), faults)
+    if fallback:
+        _log.warning('%s computes %s, slower than asked for: %s', backend.description, model.name, fallback)
     return backend
 
 
@@ -184,7 +181,7 @@ _RUNTIMES = {
     'opencv_dnn': _Runtime(('.pb', '.onnx', '.prototxt', '.caffemodel'), 'apt install python3-opencv')}
 
 
-def _backend_class(name: str) -> Callable[[Model, Path, BackendParams], Backend]:
+def _backend_class(name: str) -> Callable[[Model, Path, BackendParams, str], Backend]:
     """Return the class of a runtime; raise ImportError if it is not installed."""
     if name == 'openvino':
         from openpose_ros_pkg.networks.backends.openvino import OpenvinoBackend

@@ -22,10 +22,9 @@ class OnnxruntimeBackend:
     """
 
     name = 'onnxruntime'
-    fallback = ''
 
-    def __init__(self, model: Model, weights: Path, params: BackendParams) -> None:
-        self._model = model
+    def __init__(self, model: Model, weights: Path, params: BackendParams, fallback: str = '') -> None:
+        self._model, self.fallback = model, fallback
         device, precision = params.device, params.precision
         wanted = _PROVIDERS[device]
         if wanted not in ort.get_available_providers():

@@ -20,10 +20,9 @@ class OpencvBackend:
     """
 
     name = 'opencv_dnn'
-    fallback = ''
 
-    def __init__(self, model: Model, weights: Path, params: BackendParams) -> None:
-        self._model = model
+    def __init__(self, model: Model, weights: Path, params: BackendParams, fallback: str = '') -> None:
+        self._model, self.fallback = model, fallback
         target = _target(params.device, params.precision)
         try:
             self._net = _read(model, weights)

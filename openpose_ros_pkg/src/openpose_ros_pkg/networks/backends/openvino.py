@@ -46,11 +46,10 @@ class OpenvinoBackend:
     """A network on the CPU by OpenVINO; see `backends.Backend`."""
 
     name = 'openvino'
-    fallback = ''
 
-    def __init__(self, model: Model, weights: Path, params: BackendParams) -> None:
+    def __init__(self, model: Model, weights: Path, params: BackendParams, fallback: str = '') -> None:
         """Prepare; the first `infer` reads the weights unless the compiled network is cached."""
-        self._model, self._weights = model, weights
+        self._model, self._weights, self.fallback = model, weights, fallback
         self._core = _core()
         self._config: Dict[str, Any] = {'PERFORMANCE_HINT': params.hint.upper()}
         if params.precision == 'f32':
