@@ -283,6 +283,14 @@ def test_the_cache_deletes_only_what_it_wrote(pooled, tmp_path, monkeypatch):
     assert set(blobs(cache)) == {link, own / 'camera.blob', own / f'{hexadecimal}.blob'}  # its own were too large
 
 
+def test_only_the_first_sizes_are_kept_on_disk(pooled, tmp_path):
+    model, path, _ = pooled
+    backend = load(model, path, 'openvino', compiled_cache=str(tmp_path / 'cache'))
+    for size in range(8, 88, 8):
+        backend.infer(np.zeros((1, size, 16, 3), np.uint8))
+    assert len(blobs(tmp_path / 'cache')) == 8
+
+
 # --- signals --------------------------------------------------------------------------------------------------------
 
 SIGNAL_AFTER_NETWORKS = """

@@ -134,6 +134,17 @@ def test_wrong_movenet_is_caught(spoil):
         check_backend(known_output(MOVENET_MULTIPOSE, spoil), MOVENET_MULTIPOSE, exact=True)
 
 
+def test_movenet_in_reduced_precision_is_judged_by_its_people():
+    """Box and score of a person do not matter; where the joints are and their scores do."""
+    check_backend(known_output(MOVENET_MULTIPOSE, changed(0, slice(51, 55), 0.1)), MOVENET_MULTIPOSE, exact=False)
+    check_backend(known_output(MOVENET_MULTIPOSE, changed(1, slice(0, 51), 0.001)), MOVENET_MULTIPOSE, exact=False)
+    with pytest.raises(ModelError, match=r'off by 1\.\d\d px'):
+        check_backend(known_output(MOVENET_MULTIPOSE, changed(1, slice(0, 51), 0.005)), MOVENET_MULTIPOSE, exact=False)
+    with pytest.raises(ModelError, match=r'0\.060 in score'):
+        check_backend(known_output(MOVENET_MULTIPOSE, changed(1, slice(2, 51, 3), 0.06)), MOVENET_MULTIPOSE,
+                      exact=False)
+
+
 def test_what_is_written_as_reference_passes_as_reference(tmp_path, monkeypatch):
     monkeypatch.setattr('openpose_ros_pkg.networks.backends.self_check.reference_path',
                         lambda model: tmp_path / 'new.npz')

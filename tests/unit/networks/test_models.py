@@ -98,6 +98,14 @@ def test_of_weights_that_are_partly_there_only_the_missing_file_is_named(tmp_pat
     assert f'(looked for {tmp_path / "body_25" / "net.prototxt"})' in str(caught.value)
 
 
+def test_every_file_is_compared(tmp_path):
+    put_caffe(tmp_path, caffemodel=b'other')
+    with pytest.raises(ModelError) as caught:
+        weights_path(CAFFE, str(tmp_path))
+    for text in ('net.caffemodel', digest('md5', b'other'), digest('md5')):
+        assert text in str(caught.value)
+
+
 @pytest.mark.parametrize('expected, fault', [
     (WeightsFile('f'), ''),
     (WeightsFile('f', 7), ''),

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from disk_limits import file_size_limit
-from openpose_ros_pkg.detect_files import main
+from openpose_ros_pkg.detect_files import find_inputs, main
 from openpose_ros_pkg.output.keypoint_file import read_keypoint
 from openpose_ros_pkg.output.openpose_json import read_json
 from openpose_ros_pkg.people import People2D
@@ -95,13 +95,14 @@ def test_what_can_not_be_read_is_reported_and_the_rest_is_done(run, tmp_path, ca
     (tmp_path / 'in/b.png').write_text('broken')
     (tmp_path / 'in/c.mp4').write_text('broken')
     picture(tmp_path / 'in/d.png', 10)
-    assert run(tmp_path / 'in', tmp_path / 'gone.png', '--write-json', tmp_path / 'j') == 1
+    (tmp_path / 'empty').mkdir()
+    assert run(tmp_path / 'in', tmp_path / 'gone.png', tmp_path / 'empty', '--write-json', tmp_path / 'j') == 1
     output = capsys.readouterr()
     assert names(tmp_path / 'j') == ['a_keypoints.json', 'd_keypoints.json']
     assert 'b.png is not an image' in output.err
     assert 'can not open video file' in output.err
-    assert 'gone.png does not exist' in output.err
-    assert '3 inputs could not be read' in output.out
+    assert 'gone.png does not exist' in output.err and 'empty holds no images or videos' in output.err
+    assert '4 inputs could not be read' in output.out
 
 
 def test_what_is_there_is_skipped_unless_overwritten(run, detector, tmp_path, capsys):
@@ -198,3 +199,42 @@ def test_a_video_on_a_full_disk_is_not_reported_as_written(run, tmp_path, capsys
                           '40 files and video frames could not be written\n')
     assert f'not saved: {tmp_path}/out.{suffix}: File too large' in output.err
     assert names(tmp_path) == ['v.avi']
+
+
+def test_a_folder_is_worked_through_in_natural_order(run, detector, tmp_path):
+    for name, level in (('image10.png', 30), ('image2.png', 20), ('Image1.PNG', 10)):
+        picture(tmp_path / 'in' / name, level)
+    (tmp_path / 'in/notes.txt').write_text('not a picture')
+    assert run(tmp_path / 'in', '--write-json', tmp_path / 'j') == 0
+    assert detector.levels == [10, 20, 30]
+
+
+def test_ids_begin_anew_in_each_video(run, tmp_path):
+    for name in ('a', 'b'):
+        video(tmp_path / f'{name}.avi', [10])
+    assert run(tmp_path, '--write-json', tmp_path / 'j') == 0
+    assert [read_json(path).ids.tolist() for path in sorted((tmp_path / 'j').iterdir())] == [[1], [1]]
+
+
+def test_files_that_are_there_stay_unless_overwritten(run, tmp_path):
+    """One of them, which another program made; the missing one is written."""
+    command = (picture(tmp_path / 'a.png', 10), '--write-json', tmp_path / 'j', '--write-keypoint', tmp_path / 'k')
+    (tmp_path / 'j').mkdir()
+    (tmp_path / 'j/a_keypoints.json').write_text('of OpenPose')
+    assert run(*command) == 0
+    assert names(tmp_path / 'k') == ['a_pose.yml']
+    assert (tmp_path / 'j/a_keypoints.json').read_text() == 'of OpenPose'
+    assert run(*command, '--overwrite') == 0
+    assert (tmp_path / 'j/a_keypoints.json').read_text() != 'of OpenPose'
+
+
+def test_no_network_is_loaded_when_all_is_there(run, tmp_path):
+    command = (str(picture(tmp_path / 'a.png', 10)), '--write-json', str(tmp_path / 'j'))
+    assert run(*command) == 0
+    assert main(command, create=lambda *_: pytest.fail('not needed')) == 0
+
+
+def test_a_file_named_twice_is_done_once(tmp_path):
+    path = picture(tmp_path / 'a.png', 10)
+    inputs, bad = find_inputs([path, tmp_path], lambda _: False)
+    assert ([item.path for item in inputs], bad) == ([path], [])

@@ -73,3 +73,10 @@ def test_poses_without_two_joints_in_common_are_not_alike(shared):
     lower = without(*(joint for joint in COCO_18.joints if joint in COCO_18.joints[:8] + COCO_18.joints[14:]
                       and joint not in shared))
     assert similarity(upper, lower, SIGMAS) == 0
+
+
+def test_joints_weigh_by_their_scores():
+    """The moved wrist counts with sqrt(0.9 * 0.4) = 0.6, the other joint with sqrt(0.2 * 0.2) = 0.2."""
+    one, other = without(*COCO_18.joints), without(*COCO_18.joints)
+    one[:2], other[:2] = [(0, 0, 0.2), (100, 100, 0.9)], [(0, 0, 0.2), (100, 1100, 0.4)]
+    assert similarity(one, other, SIGMAS) == pytest.approx(0.2 / 0.8, abs=1e-6)

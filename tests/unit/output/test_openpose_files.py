@@ -197,6 +197,8 @@ def test_video_has_its_frames_and_rate(tmp_path, name):
 def test_video_without_frames_is_no_file(tmp_path):
     VideoFile(tmp_path / 'v.avi', 10.0).close()
     assert not list(tmp_path.iterdir())
+    with pytest.raises(ParameterError, match=r'v\.gif.*\.mp4 or \.avi'):
+        VideoFile(tmp_path / 'v.gif', 10.0)
 
 
 def test_frames_of_another_size_are_fitted_into_a_video(tmp_path):
@@ -256,6 +258,15 @@ def test_formats_rate_units_and_joint_set_can_be_chosen(tmp_path):
     np.testing.assert_allclose(read.xy[0, 0], people.xy[0, 0] / (63, 47), rtol=1e-6)
     assert_same(read_keypoint(tmp_path / 'a_pose.xml'), read, ids=False)
     assert video_frames(tmp_path / 'v.avi')[1] == 25.0
+
+
+def test_a_rate_of_its_own_comes_before_that_of_the_source(tmp_path):
+    writer = FrameWriter(SaveParams(write_video=str(tmp_path / 'v.avi'), write_video_fps=5.0), source_rate=25.0)
+    writer.write('a', GREY, some_people())
+    writer.close()
+    assert video_frames(tmp_path / 'v.avi')[1] == 5.0
+    with pytest.raises(ParameterError, match='write_video_fps'):
+        SaveParams(write_video_fps=0.0)
 
 
 @pytest.mark.parametrize('key', ['write_json', 'write_images', 'write_keypoint', 'write_video'])

@@ -76,7 +76,7 @@ def test_values_reach_the_classes_they_belong_to():
     values = {'rate': 30.0, 'focal_length': 525.0, 'loop': True}
     made = build(Tripod, values)
     assert made == Tripod(Optics(Camera(rate=30.0, loop=True), Lens(focal_length=525.0)), Aim(rate=30.0))
-    assert build(Camera, {'rate': 30.0}) == Camera(rate=30.0)
+    assert type(build(Camera, {'rate': 30}).rate) is float
 
 
 def test_flat_values_are_what_it_is_built_of():

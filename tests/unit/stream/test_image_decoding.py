@@ -71,6 +71,22 @@ def test_what_drivers_leave_behind_the_end_is_tolerated(suffix, padding):
     np.testing.assert_array_equal(decode_image(content + padding, 'it'), decode_image(content, 'it'))
 
 
+def test_a_jpeg_that_is_cut_behind_its_thumbnail_is_refused():
+    thumbnail = encoded('.jpg', IMAGE[:8, :8])
+    whole = encoded('.jpg')
+    segment = b'\xff\xe1' + (len(thumbnail) + 2).to_bytes(2, 'big') + thumbnail
+    content = whole[:2] + segment + whole[2:]
+    assert decode_image(content, 'it').shape == IMAGE.shape
+    with pytest.raises(BadInputError, match='cut off'):
+        decode_image(content[:-100], 'it')
+
+
+def test_bytes_between_the_segments_of_a_jpeg_are_skipped():
+    content = encoded('.jpg')
+    table = content.index(b'\xff\xdb')
+    assert decode_image(content[:table] + b'\xff\xff' + content[table + 1:], 'it').shape == IMAGE.shape
+
+
 @pytest.mark.parametrize('content, size', [
     (png_of(30000, 30000), '30000 x 30000'), (png_of(2 ** 31 - 1, 2 ** 31 - 1), '2147483647 x 2147483647'),
     (png_of(40001, 1000), '40001 x 1000'), (jpeg_of(65500, 65500), '65500 x 65500')])
@@ -86,6 +102,10 @@ def test_the_limit_is_the_last_size_that_is_taken():
     assert decode_image(content, 'it', most=0.02).shape == (100, 200, 3)
     with pytest.raises(BadInputError, match=r'200 x 100, that is 0\.02 megapixels, expected at most 0\.01'):
         decode_image(content, 'it', most=0.01)
+    with pytest.raises(BadInputError, match='it is 80 x 60'):  # of a format without a known header
+        decode_image(encoded('.bmp'), 'it', most=0.004)
+    with pytest.raises(BadInputError, match='it is 65501 x 2, expected at most 65500 on a side'):
+        decode_image(png_of(65501, 2), 'it')
 
 
 def test_opencv_itself_decodes_no_monster_of_any_format():

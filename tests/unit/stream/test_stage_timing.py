@@ -40,3 +40,10 @@ def test_memory_is_bounded():
         timing.add('network', float(i), float(i))
     summary, = timing.summaries(1e4)
     assert summary.count == 2000 and summary.p50 == 9000.0
+
+
+def test_one_entry_has_no_rate():
+    timing = StageTiming(('network',), 5.0)
+    timing.add('network', 0.25, 10.0)
+    summary, = timing.summaries(10.0)
+    assert (summary.count, summary.rate, summary.p50, summary.p95) == (1, 0.0, 0.25, 0.25)
