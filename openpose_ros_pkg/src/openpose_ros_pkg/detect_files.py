@@ -93,7 +93,7 @@ class InputFile:
 
 
 @dataclass(frozen=True)
-class Report:
+class FileReport:
     """Results of all inputs."""
 
     frames: int = 0
@@ -101,7 +101,7 @@ class Report:
     skipped: int = 0
     unreadable: Tuple[Path, ...] = ()
 
-    def added(self, item: InputFile, result: Union[int, BadInputError]) -> 'Report':
+    def added(self, item: InputFile, result: Union[int, BadInputError]) -> 'FileReport':
         """Return the report with a frame's number of people, or an input's error, which is logged."""
         if isinstance(result, BadInputError):
             _log.warning('%s', result)
@@ -155,7 +155,7 @@ def check_names(inputs: Sequence[InputFile]) -> None:
                                  'without its suffix; give them in two commands with folders of their own')
 
 
-class Networks(NamedTuple):
+class FileNetworks(NamedTuple):
     """Detector of people, of their hands and faces (None: not wanted), and the parameters of tracking in videos."""
 
     detector: Any
@@ -163,7 +163,7 @@ class Networks(NamedTuple):
     tracking: TrackingParams
 
 
-def detect_inputs(inputs: Sequence[InputFile], networks: Networks, recorder: Recorder
+def detect_inputs(inputs: Sequence[InputFile], networks: FileNetworks, recorder: Recorder
                   ) -> Iterator[Tuple[InputFile, Union[int, BadInputError]]]:
     """Hand the people of all inputs to the recorder; yield the number of each frame's people, or an input's error."""
     for item in inputs:
@@ -203,7 +203,7 @@ def _run(options: argparse.Namespace, values: Dict[str, Any],
         raise ParameterError('nothing to save: give --write-json, --write-images, --write-video or --write-keypoint')
     inputs, bad = find_inputs(options.inputs, lambda path: _is_result(path, save),
                               settings.limits.max_image_megapixels)
-    report = Report(unreadable=tuple(bad))
+    report = FileReport(unreadable=tuple(bad))
     for path in bad:
         _log.warning('%s %s', path, 'holds no images or videos' if path.is_dir() else 'does not exist')
     check_names(inputs)
@@ -229,14 +229,14 @@ def _run(options: argparse.Namespace, values: Dict[str, Any],
     return SOME_FAILED if report.unreadable or counters['failed'] else DONE
 
 
-def _networks(settings: FileSettings, create: Callable[[DetectorSettings], Detector]) -> Networks:
+def _networks(settings: FileSettings, create: Callable[[DetectorSettings], Detector]) -> FileNetworks:
     """Load the networks of the parameters; raise ModelError if one is missing."""
     params = settings.detector
     landmarks = create_landmark_detector(settings.landmarks, params.backend, params.detector.model_folder)
     if landmarks.missing:
         raise ModelError(landmarks.faults)
     wanted = settings.landmarks.hands or settings.landmarks.face
-    return Networks(create(params), landmarks if wanted else None, settings.tracking)
+    return FileNetworks(create(params), landmarks if wanted else None, settings.tracking)
 
 
 def _parser() -> argparse.ArgumentParser:

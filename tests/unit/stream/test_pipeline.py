@@ -4,7 +4,7 @@ import time
 from collections import Counter
 
 from openpose_ros_pkg.stream.fair_lock import FairLock
-from openpose_ros_pkg.stream.pipeline import Pipeline, Stages
+from openpose_ros_pkg.stream.pipeline import Pipeline, PipelineStages
 
 TIMEOUT = 30.0
 
@@ -32,7 +32,7 @@ class Story:
         for gate in self.gates.values():
             gate.set()
         self._durations = durations
-        self.pipeline = Pipeline(Stages(*(self._stage(stage) for stage in self.gates)), self.errors.append,
+        self.pipeline = Pipeline(PipelineStages(*(self._stage(stage) for stage in self.gates)), self.errors.append,
                                  lock or FairLock(), lead)
 
     def _stage(self, stage):
@@ -47,8 +47,9 @@ class Story:
             return item
         return work
 
-    def submit(self, item):
-        self.pipeline.submit(item)
+    def submit(self, *items):
+        for item in items:
+            self.pipeline.submit(item)
 
     def begun(self, stage, item):
         wait_for(lambda: (stage, item) in self.events)
@@ -64,10 +65,9 @@ def test_stages_overlap():
     story.submit('a')
     story.begun('finish', 'a')
     story.gates['compute'].clear()
-    story.submit('b')
-    story.begun('compute', 'b')
-    story.submit('c')
-    story.begun('prepare', 'c')
+    for item, stage in (('b', 'compute'), ('c', 'prepare')):
+        story.submit(item)
+        story.begun(stage, item)
     assert ('compute', 'c') not in story.events
     story.gates['compute'].set()
     story.gates['finish'].set()
@@ -179,13 +179,9 @@ def test_with_a_lead_preparing_begins_earlier():
     """Once the durations are known: by the lead before the computation is expected to end."""
     def prepared_after(lead):
         story = Story(lead=lead, compute=0.4)
-        for item in 'ab':
+        for item, stage in (('a', 'finish'), ('b', 'finish'), ('c', 'compute'), ('d', 'prepare')):
             story.submit(item)
-            story.begun('finish', item)
-        story.submit('c')
-        story.begun('compute', 'c')
-        story.submit('d')
-        story.begun('prepare', 'd')
+            story.begun(stage, item)
         story.pipeline.stop()
         return story.began['prepare', 'd'] - story.began['compute', 'c']
     assert prepared_after(lead=0.0) >= 0.3

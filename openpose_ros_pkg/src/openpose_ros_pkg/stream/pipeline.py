@@ -28,7 +28,7 @@ PIPELINE = PipelineConstants()
 
 
 @dataclass(frozen=True)
-class Stages(Generic[Item, Prepared, Computed]):
+class PipelineStages(Generic[Item, Prepared, Computed]):
     """The stages of a pipeline.
 
     Attributes:
@@ -59,8 +59,8 @@ class Pipeline(Generic[Item, Prepared, Computed]):
         replaced: number of items that a newer one replaced before they were computed.
     """
 
-    def __init__(self, stages: Stages[Item, Prepared, Computed], on_error: Callable[[Exception], None], lock: FairLock,
-                 lead: float = 0.0, constants: PipelineConstants = PIPELINE) -> None:
+    def __init__(self, stages: PipelineStages[Item, Prepared, Computed], on_error: Callable[[Exception], None],
+                 lock: FairLock, lead: float = 0.0, constants: PipelineConstants = PIPELINE) -> None:
         self._stages = stages
         self._lock, self._lead, self._constants = lock, lead, constants
         self.replaced = 0
