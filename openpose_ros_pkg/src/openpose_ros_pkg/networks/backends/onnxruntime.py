@@ -18,7 +18,7 @@ class OnnxruntimeBackend:
 
     Raises:
         ParameterError: the installed package can not compute on the device.
-        ModelError: onnxruntime can not read the weights, or the graph has not what the model says.
+        ModelError: onnxruntime can not read the weights, or the graph lacks outputs of the model.
     """
 
     name = 'onnxruntime'

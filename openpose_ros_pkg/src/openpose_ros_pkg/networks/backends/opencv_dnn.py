@@ -16,7 +16,7 @@ class OpencvBackend:
 
     Raises:
         ParameterError: this OpenCV can not compute on the device.
-        ModelError: OpenCV can not read the weights, or the graph has not what the model says.
+        ModelError: OpenCV can not read the weights, or the graph lacks outputs of the model.
     """
 
     name = 'opencv_dnn'

@@ -72,7 +72,7 @@ class OpenvinoBackend:
         """Compute the network; see `Backend.infer`.
 
         Raises:
-            ModelError: OpenVINO can not read the weights, or the graph has not what the model says.
+            ModelError: OpenVINO can not read the weights, or the graph lacks outputs of the model.
         """
         request, = self._requests_for(images.shape, 1)
         request.infer({0: np.ascontiguousarray(images)}, share_inputs=True)
