@@ -1,5 +1,6 @@
 """Constants of the way from keypoints and points to joints in space, step by step."""
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Tuple
 
 import numpy as np
@@ -23,12 +24,12 @@ class WindowConstants:
     foreground_depth: float = constant(0.05, 'Samples within this distance of its beginning make the nearest surface.',
                                        unit='m', source='chosen')
 
-    @property
+    @cached_property
     def offsets(self) -> np.ndarray:
         """(5,) places of the rows and columns of samples in the window [half sides]: near people cost no more."""
         return np.linspace(-1.0, 1.0, 5)
 
-    @property
+    @cached_property
     def weights(self) -> np.ndarray:
         """(25,) weights of the samples, row by row, with sum 1."""
         squares = self.offsets ** 2
@@ -74,22 +75,27 @@ class TrunkConstants:
         0.06, 'Standard deviation of the stature by the size in the image, where the depth of the trunk is sure.',
         unit='share')
 
-    @property
+    @cached_property
     def depths(self) -> np.ndarray:
         """(depths,) candidates of the trunk [m]."""
         return np.exp(np.arange(np.log(self.nearest), np.log(self.furthest), self.step))
 
-    @property
+    @cached_property
+    def log_depths(self) -> np.ndarray:
+        """(depths,) logarithms of `depths`."""
+        return np.log(self.depths)
+
+    @cached_property
     def count(self) -> int:
         """Number of `depths`."""
         return len(self.depths)
 
-    @property
+    @cached_property
     def low(self) -> np.ndarray:
         """(depths,) number of the first of `depths` that is on a body at each depth."""
         return np.searchsorted(self.depths, self.depths - self.reach_front)
 
-    @property
+    @cached_property
     def high(self) -> np.ndarray:
         """(depths,) number of the first of `depths` that is behind a body at each depth."""
         return np.searchsorted(self.depths, self.depths + self.reach_behind)
@@ -116,12 +122,12 @@ class CostConstants:
     anything: float = constant(0.002, 'Likelihood of anything else: a keypoint that is elsewhere, a hole.')
     memory_limit: float = constant(9.0, 'Most that the depth of the frame before costs against the surfaces.')
 
-    @property
+    @cached_property
     def half(self) -> int:
         """Number of the candidate at the depth of the trunk."""
         return self.steps // 2
 
-    @property
+    @cached_property
     def deltas(self) -> np.ndarray:
         """(steps,) depths of the candidates from that of the trunk [m]."""
         return (np.arange(self.steps) - self.half) * self.step

@@ -22,6 +22,8 @@ class MemoryConstants:
     """When everything is forgotten."""
 
     greatest_backstep: float = constant(0.5, 'Stamps that go back by more are a new beginning (bag loop).', unit='s')
+    most_tracks: int = constant(1000, 'Tracks of a camera: where stamps stand still, none ever ends.', unit='tracks',
+                                source='chosen')
 
 
 @dataclass(frozen=True)
@@ -70,6 +72,7 @@ class IdentityConstants:
     same_place: float = constant(
         0.25, 'Keypoints nearer to where they are expected are not refused for their depth: most surfaces of '
               'somebody who is almost hidden are those of another person.', unit='m')
+    nearest: float = constant(0.1, 'Least depth of a track that is compared.', unit='m', source='chosen')
     repeated_distance: float = constant(0.22, 'Newcomers nearer to a track (median of joints) are it.', unit='m')
     repeated_joints: int = constant(2, 'Joints that both must have for that.', unit='joints')
     halves_common: int = constant(2, 'Halves of a person have at most this many joints in common.', unit='joints')
