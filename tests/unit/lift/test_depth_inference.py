@@ -5,10 +5,9 @@ import pytest
 from skeleton_extract_3d.body.body import BODY, BONES, ENDS, JOINTS, MIDDLES, ROOTS
 from skeleton_extract_3d.constants import METHOD
 from skeleton_extract_3d.lift.depth_inference import bones_of, infer_depths, read_depths
-from skeleton_extract_3d.lift.surfaces import DELTAS
 from synthetic_scene import Person, Pose, joints_of, pointing, standing, walking
 
-STEPS, HALF, STEP = METHOD.costs.steps, METHOD.costs.half, METHOD.costs.step
+STEPS, HALF, STEP, DELTAS = METHOD.costs.steps, METHOD.costs.half, METHOD.costs.step, METHOD.costs.deltas
 ROOT_ROWS, MIDDLE_ROWS, END_ROWS = slice(0, 4), slice(4, 8), slice(8, 12)
 # The joints in the order of the arrays; after them comes the middle of the ears.
 NAMES = [JOINTS[joint] for joint in (*ROOTS, *MIDDLES, *ENDS)]

@@ -67,7 +67,7 @@ def standing():
 def test_stages_in_space(standing):
     people, depth, camera = standing
     titles, images = zip(*show_stages_3d.lift_and_draw(people, BLACK, depth, camera))
-    assert titles == ('keypoints on the depth image', 'in front of somebody', 'visible joints',
+    assert titles == ('keypoints on the depth image', 'in front of a person', 'visible joints',
                       'candidate depths of person 0')
     assert {image.shape for image in images} == {BLACK.shape}
     assert not images[0][10, 50].any() and images[0][10, 150].any()  # nothing was measured on the left
@@ -113,7 +113,7 @@ def test_the_shipped_sequence(tmp_path):
                  str(SHIPPED / 'camera.yaml'), '-o', str(tmp_path)]
     assert show_stages_3d.main(arguments) == 0
     assert sorted(path.name for path in tmp_path.rglob('*.jpg')) == [
-        '1_input.jpg', '1_keypoints_on_the_depth_image.jpg', '2_heat_maps.jpg', '2_in_front_of_somebody.jpg',
+        '1_input.jpg', '1_keypoints_on_the_depth_image.jpg', '2_heat_maps.jpg', '2_in_front_of_a_person.jpg',
         '3_limb_fields.jpg', '3_visible_joints.jpg', '4_candidate_depths_of_person_0.jpg', '4_candidates.jpg',
         '5_candidate_depths_of_person_1.jpg', '5_opinions.jpg', '6_people.jpg', 'stages_2d.jpg', 'stages_3d.jpg']
     maps = cv2.imread(str(tmp_path / '2_heat_maps.jpg')).max(axis=2)

@@ -8,13 +8,13 @@ import pytest
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
+from skeleton_extract_3d.body.measures import stature_spread
 from skeleton_extract_3d.constants import METHOD
 from skeleton_extract_3d.lift.observation import observe
 from skeleton_extract_3d.points.depth import DepthImage
 from skeleton_extract_3d.settings import IdentityParams
 from skeleton_extract_3d.track.appearance import Clothes
-from skeleton_extract_3d.track.identity import assign, joined, stature_spread
-from skeleton_extract_3d.track.observations import repeated
+from skeleton_extract_3d.track.identity import assign, compare, joined
 from skeleton_extract_3d.track.tracks import Tracks, middle_of_trunk
 from synthetic_scene import Person, Room, pinhole, render, standing
 
@@ -56,7 +56,7 @@ def rows(tracks, frame, of_people=None, people=None, stamp=STAMP, **params):
     people = frame.people if people is None else people
     seen = observe(people, frame.size, DepthImage(frame.depth, frame.camera), frame.camera)
     of_people = of_people or Clothes.unknown(len(people))
-    return assign(tracks, seen, of_people, stamp, IdentityParams(**params)).tolist()
+    return assign(tracks, of_people, compare(tracks, seen), stamp, IdentityParams(**params)).tolist()
 
 
 def permuted(frame, order):
@@ -187,7 +187,7 @@ def pieces(frame, *joints):
 
 def joints_after_joining(tracks, frame, people, row):
     seen = observe(people, frame.size, DepthImage(frame.depth, frame.camera), frame.camera)
-    people, row = joined(tracks, seen, np.array(row))
+    people, row = joined(tracks, seen, compare(tracks, seen), np.array(row))
     assert len(people) == len(row)
     return people.present.sum(axis=1).tolist(), row.tolist()
 
@@ -217,45 +217,6 @@ def test_legs_at_another_place_or_depth_are_not_joined():
     farther = replace(frame, depth=(1.4 * frame.depth).astype(np.uint16))
     both = pieces(frame, UPPER).joined(pieces(frame, LOWER))
     assert joints_after_joining(tracks_at(LEFT), farther, both, [0, -1])[1] == [0, -1]
-
-
-# --- twice the same -------------------------------------------------------------------------------------------------
-
-def standing_at(*xs):
-    """Return the joints of people who stand beside each other, (P, 18, 3) [m], and that all are known."""
-    one = scene((0.0, 2.6)).xyz[0]
-    xyz = np.stack([one + np.array([x, 0, 0]) for x in xs]) if xs else np.zeros((0, 18, 3))
-    return xyz, np.ones(xyz.shape[:2], bool)
-
-
-def test_nobody_is_repeated():
-    assert repeated(*standing_at(), np.zeros(0, bool)).shape == (0,)
-    assert not repeated(*standing_at(0.0), np.array([False])).any()
-
-
-@pytest.mark.parametrize('apart, again', [(0.0, True), (0.15, True), (0.3, False), (1.0, False)])
-def test_who_stands_where_a_followed_person_stands_is_that_one(apart, again):
-    assert repeated(*standing_at(0.0, apart), np.array([True, False])).tolist() == [False, again]
-
-
-def test_who_is_that_one_with_left_and_right_exchanged_is_repeated():
-    xyz, known = standing_at(0.0, 0.1)
-    xyz[1] = xyz[1, list(COCO_18.swap)]
-    assert repeated(xyz, known, np.array([True, False])).tolist() == [False, True]
-
-
-def test_those_who_are_followed_are_themselves_however_near():
-    assert repeated(*standing_at(0.0, 0.05), np.array([True, True])).tolist() == [False, False]
-    assert repeated(*standing_at(0.0, 0.05), np.array([False, False])).tolist() == [False, False]
-
-
-def test_half_a_person_is_repeated_by_the_joints_that_both_have():
-    xyz, known = standing_at(0.0, 0.05)
-    known[1, 5:] = False
-    assert repeated(xyz, known, np.array([True, False])).tolist() == [False, True]
-    # a single shared joint may be by chance: two hands that shake
-    known[1, 1:] = False
-    assert repeated(xyz, known, np.array([True, False])).tolist() == [False, False]
 
 
 # --- the rest -------------------------------------------------------------------------------------------------------

@@ -16,7 +16,7 @@ from skeleton_extract_3d.frame import Frame
 from skeleton_extract_3d.points.depth import DepthImage
 from skeleton_extract_3d.settings import EstimatorSettings
 from skeleton_extract_3d.track.completion import Completion
-from skeleton_extract_3d.track.observations import apart, in_one_place, separate
+from skeleton_extract_3d.track.one_body import apart, in_one_place, separate
 from skeleton_extract_3d.track.tracks import Tracks
 from synthetic_scene import (
     VISIBLE,
