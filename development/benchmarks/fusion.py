@@ -33,12 +33,12 @@ import numpy as np
 
 from accuracy_3d import VISIBLE, ChainSettings, Finder, open_sequence, run_chain, write_csv
 from common import Parser, elapsed, errors_end_the_program, markdown
-from openpose_ros_fusion.alignment.people import pair_people
 from openpose_ros_fusion.fusion import PeopleFusion
 from openpose_ros_fusion.observations import Sighting, from_image, from_space
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
+from openpose_ros_tools.alignment.people import pair_people
 from simulated_errors import cameras as erring_cameras
 from simulated_errors import fusion_shares, striding
 from simulated_rig import around, walking
@@ -94,8 +94,8 @@ def record(stage: Path) -> List[Recorded]:
     for folder in sorted(stage.glob('cam*')):
         sequence = open_sequence(folder)
         finder = Finder(settings, 0.0, sequence.fps or 1.0)
-        chain = PeopleChain(COCO_18, settings.estimator, settings.tracking, finder.stream())
-        run = run_chain(sequence, chain, finder=finder)
+        chain = PeopleChain(finder.stream(), settings.estimator)
+        run = run_chain(sequence, chain, finder)
         pose = np.array(json.loads((folder / 'meta.json').read_text())['T_world_camera'])
         frames = [(stamp, people, image) for (stamp, people), image in zip(run.frames, run.people)]
         recorded.append(Recorded(folder.name, sequence.camera, (pose[:3, :3], pose[:3, 3]), frames))
