@@ -55,8 +55,9 @@ def test_nobody():
     assert surfaces.size_depth(np.zeros((0, 18, 3)), np.zeros((0, 18))).shape == (0,)
     assert surfaces.root_evidence(np.zeros((0, 18, 25)), np.zeros((0, 18))).shape == (0, len(ROOT_DEPTHS))
     none = np.zeros((0, 18))
-    assert surfaces.depth_costs(seen(np.zeros((0, 18, 25))), np.zeros(0), Skin(none, none), Ownership(none, none > 0, None)
-                                ).shape == (0, 18, METHOD.costs.steps)
+    skin, ownership = Skin(none, none), Ownership(none, none > 0, None)
+    costs_of_none = surfaces.depth_costs(seen(np.zeros((0, 18, 25))), np.zeros(0), skin, ownership)
+    assert costs_of_none.shape == (0, 18, METHOD.costs.steps)
 
 
 def test_depths_are_those_of_the_pixels_that_positions_lie_in():

@@ -1,5 +1,4 @@
-"""What is known about bodies before anybody is seen: lengths of bones, how deep joints lie under the skin, which ways
-limbs bend, the shape of the head.
+"""The body model: lengths of bones, depth of joints under the skin, directions of limbs, the shape of the head.
 
 All of it is for an adult of `BodyConstants.adult_stature` and scales with the stature. Joints are those of COCO_18; a
 network's other joints are in `extra_joints`.
@@ -34,7 +33,7 @@ ENDS = joint_indices('left_wrist', 'right_wrist', 'left_ankle', 'right_ankle')
 # +1 on the left, -1 on the right side of the body.
 SIDES = np.array([1, -1, 1, -1])
 
-# Kinds of bones, left and right alike: the order of `Tracks.bones` and `BodyConstants.bone_lengths`.
+# Kinds of bones, left and right alike: the order of `Sizes.bones` and `BodyConstants.bone_lengths`.
 BONES = ('shoulders', 'hips', 'trunk', 'head', 'upper_arm', 'forearm', 'thigh', 'shin')
 
 
@@ -71,7 +70,7 @@ class BodyConstants:
 
     adult_stature: float = constant(1.70, 'Mean stature of adults, women and men together.', unit='m',
                                     source='chosen')
-    stature_spread: float = constant(0.12, 'Standard deviation of the stature of somebody never seen before.',
+    stature_spread: float = constant(0.12, 'Standard deviation of the stature of a person without measurements.',
                                      unit='share')
     proportion_spread: float = constant(0.08, "Standard deviation of a bone's length, given the stature.",
                                         unit='share')

@@ -15,7 +15,7 @@ class WindowConstants:
     half_side: float = constant(0.045, 'Half the side of the window, about the error of a keypoint.', unit='m')
     limits: Tuple[float, float] = constant((1.5, 40.0), 'Limits of half the side in the image.', unit='px',
                                            source='chosen')
-    usual_depth: float = constant(3.0, 'Windows of a person of unknown size are those of somebody at this depth.',
+    usual_depth: float = constant(3.0, 'Windows of a person of unknown size are those of a person at this depth.',
                                   unit='m', source='chosen')
     spread: float = constant(0.6, 'Standard deviation of the Gaussian weights of the samples.', unit='half sides')
     foreground_share: int = constant(
@@ -53,7 +53,7 @@ class TrunkConstants:
     floor: float = constant(0.005, 'Likelihood of anything else.')
     joint_weights: np.ndarray = constant(
         np.array([0.7, 1, 1, 0.6, 0.4, 1, 0.6, 0.4, 1, 0.7, 0.6, 1, 0.7, 0.6, 0.3, 0.3, 0.3, 0.3]),
-        'What a joint counts, in the order of COCO_18: wrists and the parts of the head less than the trunk.')
+        'Weights of the joints, in the order of COCO_18: wrists and the parts of the head less than the trunk.')
     full_score: float = constant(0.5, 'A keypoint counts fully from this score on.')
     size_weight: float = constant(4.0, 'Weight of the size in the image against the surfaces.')
     size_limit: float = constant(-12.0, 'Least log likelihood of a size: an odd pose is not another depth.')
@@ -67,7 +67,7 @@ class TrunkConstants:
     before_spread: float = constant(0.10, 'Standard deviation of the depth against that of the frame before.',
                                     unit='share')
     before_weight: float = constant(4.0, 'Weight of the depth of the frame before.')
-    before_limit: float = constant(9.0, 'Most that it says, in squared standard deviations.')
+    before_limit: float = constant(9.0, 'Limit of its weight, in squared standard deviations.')
     support_reach: float = constant(0.50, 'Samples of the trunk within this distance of its depth refine it.',
                                     unit='m')
     least_support: float = constant(2.5, 'Refined only if at least this many windows agree.', unit='windows')
@@ -120,7 +120,7 @@ class CostConstants:
         3.3, 'Factor where another part of the same body is in the image: as likely hidden as not.')
     under: float = constant(0.02, 'Likelihood of a surface in front of the joint that is too near to hide it.')
     anything: float = constant(0.002, 'Likelihood of anything else: a keypoint that is elsewhere, a hole.')
-    memory_limit: float = constant(9.0, 'Most that the depth of the frame before costs against the surfaces.')
+    memory_limit: float = constant(9.0, 'Greatest cost of a depth that differs from that of the frame before.')
 
     @cached_property
     def half(self) -> int:
@@ -135,9 +135,9 @@ class CostConstants:
 
 @dataclass(frozen=True)
 class OccluderConstants:
-    """Whose surface it is that is seen at a keypoint."""
+    """Which body, or none, the surface at a keypoint belongs to."""
 
-    others_reach: float = constant(0.22, "A sample is another person's if it is this near to that body, ...", unit='m')
+    others_reach: float = constant(0.22, "A sample is on another person if it is this near to that body, ...", unit='m')
     others_lead: float = constant(0.10, '... and nearer to it than to its own by this.', unit='m')
     skin: float = constant(0.06, 'The surface is this far in front of the bones: half the thickness of a limb.',
                            unit='m')

@@ -3,8 +3,8 @@ from dataclasses import replace
 from typing import NamedTuple, Tuple
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
+from openpose_ros_pkg.assignment import match
 from openpose_ros_pkg.people import People2D
 from skeleton_extract_3d.body.measures import stature_spread
 from skeleton_extract_3d.constants import METHOD, MethodConstants
@@ -15,8 +15,8 @@ from skeleton_extract_3d.track.appearance import Clothes, colour_distances
 from skeleton_extract_3d.track.constants import IdentityConstants
 from skeleton_extract_3d.track.tracks import Tracks
 
-# Greatest log likelihood of another depth, and cost of a pair that is not allowed.
-_FORBIDDEN = 1e3
+# Greatest log likelihood ratio of another depth.
+_MOST_AGAINST = 1e3
 
 
 class Comparison(NamedTuple):
@@ -59,9 +59,8 @@ def assign(tracks: Tracks, clothes: Clothes, compared: Comparison, stamp: float,
         colour = colour_distances(tracks.clothes, clothes) / constants.colour_unit
         cost += (np.where(away > constants.away, 1.0, constants.present_share)
                  * np.minimum(colour, constants.most_colour))
-    track, person = linear_sum_assignment(np.where(allowed, cost, _FORBIDDEN))
-    agreed = allowed[track, person]
-    rows[person[agreed]] = track[agreed]
+    for track, person in match(cost, allowed):
+        rows[person] = track
     return rows
 
 
@@ -118,4 +117,4 @@ def _evidence_against(tracks: Tracks, observed: ObservedPeople, method: MethodCo
     depth = np.maximum(tracks.root.position[:, 0, 2], method.track.identity.nearest)
     near = np.abs(np.log(depths / depth[:, None])) < method.track.identity.same_depth
     there = np.where(near[:, None], total, -np.inf).max(axis=2)
-    return np.minimum(total.max(axis=2) - there, _FORBIDDEN)
+    return np.minimum(total.max(axis=2) - there, _MOST_AGAINST)
