@@ -50,7 +50,7 @@ def depth_of(cost, root=2.5):
 
 # --- samples --------------------------------------------------------------------------------------------------------
 
-def test_nobody():
+def test_no_people():
     assert surfaces.window_depths(pixel_image(), np.zeros((0, 18, 2)), np.zeros(0)).shape == (0, 18, 25)
     assert surfaces.size_depth(np.zeros((0, 18, 3)), np.zeros((0, 18))).shape == (0,)
     assert surfaces.root_evidence(np.zeros((0, 18, 25)), np.zeros((0, 18))).shape == (0, len(ROOT_DEPTHS))
@@ -58,11 +58,6 @@ def test_nobody():
     skin, ownership = Skin(none, none), Ownership(none, none > 0, None)
     costs_of_none = surfaces.depth_costs(seen(np.zeros((0, 18, 25))), np.zeros(0), skin, ownership)
     assert costs_of_none.shape == (0, 18, METHOD.costs.steps)
-
-
-def test_depths_are_those_of_the_pixels_that_positions_lie_in():
-    at = np.array([[10.4, 20.0], [9.6, 20.4], [0, 0], [63.49, 35.49]])
-    np.testing.assert_allclose(surfaces.depths_at(pixel_image(), at), [21.1, 21.1, 1, 36.63], atol=1e-5)
 
 
 @pytest.mark.parametrize('at', [(-0.51, 5), (63.51, 5), (5, -0.51), (5, 35.51), (-1e6, -1e6)])
@@ -77,21 +72,6 @@ def test_a_window_is_as_wide_as_asked_for_and_its_middle_is_the_keypoint():
         u, v = np.round(depth[person, 0] % 1 * 100), np.floor(depth[person, 0]) - 1
         assert (u.min(), u.max(), v.min(), v.max()) == (15 - reach, 15 + reach, 15 - reach, 15 + reach)
         assert (u[12], v[12]) == (15, 15)
-
-
-def test_windows_of_missing_joints_are_empty():
-    uv = np.full((1, 18, 2), 15.0)
-    uv[0, WRIST] = np.nan
-    depth = surfaces.window_depths(pixel_image(), uv, np.array([3.0]))
-    np.testing.assert_array_equal(np.isnan(depth).all(axis=2)[0], np.arange(18) == WRIST)
-
-
-def test_weights_sum_to_one_and_are_greatest_in_the_middle():
-    assert WEIGHTS.sum() == pytest.approx(1)
-    square = WEIGHTS.reshape(5, 5)
-    assert square.argmax() == 12
-    for turned in (square.T, square[::-1], square[:, ::-1]):
-        np.testing.assert_allclose(turned, square)
 
 
 # --- size -----------------------------------------------------------------------------------------------------------
@@ -122,24 +102,11 @@ def test_a_single_keypoint_elsewhere_does_not_bring_a_person_nearer():
     np.testing.assert_allclose(surfaces.size_depth(rays, np.ones((1, 18))), 0.97 * 3.0, rtol=0.02)
 
 
-def test_bones_that_point_at_the_camera_do_not_make_a_person_far():
-    rays = flat_rays(3.0)
-    for side in ('left', 'right'):
-        for joint in ('knee', 'ankle'):
-            rays[0, INDEX[f'{side}_{joint}']] = rays[0, INDEX[f'{side}_hip']] + [0, 0.01, 0]
-    np.testing.assert_allclose(surfaces.size_depth(rays, np.ones((1, 18))), 0.97 * 3.0, rtol=0.02)
-
-
 def test_without_bones_the_size_tells_nothing():
     scores = np.zeros((1, 18))
     assert np.isinf(surfaces.size_depth(flat_rays(3.0), scores)).all()
     scores[0, INDEX['neck']] = 1
     assert np.isinf(surfaces.size_depth(flat_rays(3.0), scores)).all()
-
-
-@pytest.mark.parametrize('size', [np.inf, np.nan])
-def test_an_unknown_size_says_the_same_of_all_depths(size):
-    assert not surfaces.size_evidence(np.array([size]), np.array([0.12])).any()
 
 
 def test_the_size_speaks_for_its_depth_and_less_against_nearer_ones():
@@ -172,14 +139,6 @@ def test_most_of_the_joints_decide_against_what_covers_the_others():
     assert 2.1 < best < 3.0
 
 
-def test_a_wall_behind_keypoints_beside_the_body_is_not_the_person():
-    depth = samples()
-    depth[0, ::2, 13:] = 4.0
-    depth[0, INDEX['left_wrist']] = depth[0, INDEX['right_wrist']] = 4.0
-    best = ROOT_DEPTHS[surfaces.root_evidence(depth, np.ones((1, 18)))[0].argmax()]
-    assert 2.1 < best < 3.0
-
-
 def test_samples_of_others_do_not_tell_where_a_person_is():
     depth, foreign = samples(1, 2.0), np.ones((1, 18, 25), bool)
     depth[0, :2], foreign[0, :2] = 3.5, False
@@ -187,11 +146,6 @@ def test_samples_of_others_do_not_tell_where_a_person_is():
     assert 3.1 < best < 4.0
     without = ROOT_DEPTHS[surfaces.root_evidence(depth, np.ones((1, 18)))[0].argmax()]
     assert 1.6 < without < 2.5
-
-
-def test_without_samples_or_keypoints_no_depth_is_likelier():
-    for depth, scores in ((samples(1, np.nan), np.ones((1, 18))), (samples(), np.zeros((1, 18)))):
-        assert np.ptp(surfaces.root_evidence(depth, scores)) < 1e-9
 
 
 # --- depths of joints -----------------------------------------------------------------------------------------------
@@ -218,31 +172,6 @@ def test_low_scores_and_the_own_body_in_front_make_being_hidden_likelier():
     assert costs(samples(), covered=True)[WRIST, behind] < usual
 
 
-def test_a_surface_that_is_not_the_persons_hides():
-    cost = costs(samples(1, 2.1), own=0.03)[WRIST]
-    assert depth_of(cost) > 2.1 + 0.05 + 0.08 - 0.03
-
-
-def test_the_own_arm_beside_a_wall_is_chosen_or_not_but_nothing_between():
-    depth = samples()
-    depth[0, WRIST, ::2] = 3.1
-    cost = costs(depth)[WRIST]
-    arm, middle, wall = (cost[np.abs(2.5 + DELTAS - z).argmin()] for z in (2.55, 2.85, 3.15))
-    assert max(arm, wall) < middle
-
-
-def test_samples_of_others_only_hide():
-    depth, foreign = samples(1, 2.1), np.ones((1, 18, 25), bool)
-    cost = costs(depth, foreign=foreign)[WRIST]
-    assert cost[np.abs(2.5 + DELTAS - 2.15).argmin()] > costs(depth)[WRIST].min()
-    assert depth_of(cost) > 2.15
-
-
-@pytest.mark.parametrize('depth, score', [(np.nan, 1.0), (2.5, 0.0)])
-def test_without_samples_or_a_keypoint_all_depths_cost_nothing(depth, score):
-    assert not costs(samples(1, depth), score=score).any()
-
-
 # --- the time before ------------------------------------------------------------------------------------------------
 
 def expected(depth, sigma):
@@ -254,16 +183,6 @@ def test_being_elsewhere_than_before_costs_by_the_distance_up_to_a_limit():
     cost = surfaces.with_memory(nothing, np.array([2.5]), expected(2.6, 0.1))[0, WRIST]
     assert cost.dtype == np.float32
     np.testing.assert_allclose(cost, np.minimum(((2.5 + DELTAS - 2.6) / 0.1) ** 2, 9), atol=1e-6)
-
-
-def test_of_strangers_nothing_is_remembered():
-    before = costs(samples())[None]
-    np.testing.assert_array_equal(surfaces.with_memory(before, np.array([2.5]), Expectation.of_strangers(1)), before)
-    partly = expected(2.6, 0.1)
-    partly.depth[0, WRIST] = np.nan
-    after = surfaces.with_memory(before, np.array([2.5]), partly)
-    np.testing.assert_array_equal(after[0, WRIST], before[0, WRIST])
-    assert (after[0, INDEX['neck']] != before[0, INDEX['neck']]).any()
 
 
 # --- means and medians ----------------------------------------------------------------------------------------------
