@@ -9,7 +9,7 @@ from openpose_ros_pkg.people import FIRST_ID, People2D
 from openpose_ros_pkg.stream.stage_timing import Stopwatch
 from skeleton_extract_3d.body.extra_joints import in_skeleton
 from skeleton_extract_3d.constants import METHOD, MethodConstants
-from skeleton_extract_3d.frame import Frame, View
+from skeleton_extract_3d.frame import Frame, FrameView
 from skeleton_extract_3d.lift.lifting import make_lifting
 from skeleton_extract_3d.lift.observation import observe
 from skeleton_extract_3d.lift.records import ObservedPeople
@@ -27,12 +27,11 @@ from skeleton_extract_3d.track.expectation import expect
 from skeleton_extract_3d.track.floor_contact import stand
 from skeleton_extract_3d.track.identity import assign, compare, joined
 from skeleton_extract_3d.track.memory import Memory
-from skeleton_extract_3d.track.observations import Observations
 from skeleton_extract_3d.track.one_body import apart, separate
 from skeleton_extract_3d.track.out_of_sight import hidden_and_there, walk_on
 from skeleton_extract_3d.track.output import report
 from skeleton_extract_3d.track.reidentification import Reidentification, without
-from skeleton_extract_3d.track.tracks import Tracks
+from skeleton_extract_3d.track.tracks import Observations, Tracks
 
 # Stages of `Estimate.timing`, in order.
 STAGES = ('observe', 'identity', 'lift', 'filter', 'complete')
@@ -220,7 +219,7 @@ class _Identified(NamedTuple):
     """
 
     memory: Memory
-    view: View
+    view: FrameView
     expected: Tracks
     row: np.ndarray
     observed: ObservedPeople

@@ -13,7 +13,7 @@ from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import People2D, keypoints_in
 from openpose_ros_pkg.skeletons import COCO_18
 from openpose_ros_pkg.stream.video_source import read_image
-from skeleton_extract_3d.constants import METHOD
+from skeleton_extract_3d.constants import METHOD, MethodConstants
 from skeleton_extract_3d.lift.depth_inference import CHAINS
 from skeleton_extract_3d.lift.observation import observe
 from skeleton_extract_3d.lift.records import Expectation, Lifted, ObservedPeople
@@ -32,7 +32,8 @@ _FAR = 6.0
 _DARK = 0.3
 
 
-def lift_and_draw(people: People2D, bgr: np.ndarray, depth: np.ndarray, camera: CameraModel) -> show_stages.Stages:
+def lift_and_draw(people: People2D, bgr: np.ndarray, depth: np.ndarray, camera: CameraModel,
+                  method: MethodConstants = METHOD) -> show_stages.Stages:
     """Return images of the stages between keypoints and joints in space, of people without a track.
 
     Args:
@@ -40,14 +41,14 @@ def lift_and_draw(people: People2D, bgr: np.ndarray, depth: np.ndarray, camera: 
     """
     points, size = DepthImage(depth, camera), (bgr.shape[1], bgr.shape[0])
     people = People2D(COCO_18, keypoints_in(people.keypoints, people.skeleton, COCO_18), people.scores, people.ids)
-    observed = observe(people, size, points, points.camera)
-    lifted = RobustLifting().lift(observed, points, Expectation.of_strangers(len(observed)))
+    observed = observe(people, size, points, points.camera, method)
+    lifted = RobustLifting(method).lift(observed, points, Expectation.of_strangers(len(observed)))
     colours = cv2.applyColorMap((255 * np.clip(1 - 0.001 * depth / _FAR, 0, 1)).astype(np.uint8), cv2.COLORMAP_JET)
     colours[depth == 0] = 0
     for u, v in observed.uv[observed.known].tolist():
         cv2.circle(colours, (round(u), round(v)), 4, (255, 255, 255), 1, cv2.LINE_AA)
-    deltas = METHOD.costs.deltas
-    charts = [(f'candidate depths of person {person}', cv2.resize(_chart(observed, lifted, person, deltas), size))
+    charts = [(f'candidate depths of person {person}',
+               cv2.resize(_chart(observed, lifted, person, method.costs.deltas), size))
               for person in range(len(observed))]
     return [('keypoints on the depth image', cv2.resize(colours, size)),
             ('in front of a person', _draw_layers(people, bgr, points)),

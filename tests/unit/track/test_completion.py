@@ -7,7 +7,7 @@ import pytest
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.body.body import JOINTS
-from skeleton_extract_3d.frame import View
+from skeleton_extract_3d.frame import FrameView
 from skeleton_extract_3d.points.depth import DepthImage
 from skeleton_extract_3d.settings import OcclusionParams, SmoothingParams
 from skeleton_extract_3d.track.completion import Completion, complete
@@ -52,7 +52,7 @@ def completed(one, trusted, stamp=DT, elapsed=DT, timeout=5.0):
     """Return the track with all joints, which joints are placed, and the errors of all, (18,) each."""
     seen = Completion(one, trusted, trusted, np.where(one.has | trusted, 0.03, np.nan))
     with np.errstate(invalid='ignore'):
-        after = complete(seen, View(room(), CAMERA, stamp, elapsed), timeout)
+        after = complete(seen, FrameView(room(), CAMERA, stamp, elapsed), timeout)
     return after.tracks, after.placed[0], after.sigma[0]
 
 
@@ -65,7 +65,7 @@ def off(one, xyz):
 
 def test_no_people():
     none = np.zeros((0, 18), bool)
-    after = complete(Completion(tracks(), none, none, np.zeros((0, 18))), View(room(), CAMERA, 1.0, DT), 5.0)
+    after = complete(Completion(tracks(), none, none, np.zeros((0, 18))), FrameView(room(), CAMERA, 1.0, DT), 5.0)
     assert after.placed.shape == (0, 18) and len(after.tracks) == 0
 
 
@@ -181,14 +181,14 @@ def unseen(those, points, frames=1):
     """Return tracks of people who are not detected for a number of frames, after each of them."""
     result = []
     for i in range(1, frames + 1):
-        those = walk_on(those, View(points, CAMERA, i * DT, DT))
+        those = walk_on(those, FrameView(points, CAMERA, i * DT, DT))
         result.append(those)
     return result
 
 
 def there(those, points):
     """Return who is there without having been detected."""
-    return hidden_and_there(those, View(points, CAMERA, 1.0, DT)).tolist()
+    return hidden_and_there(those, FrameView(points, CAMERA, 1.0, DT)).tolist()
 
 
 def test_a_person_behind_a_wall_is_there():

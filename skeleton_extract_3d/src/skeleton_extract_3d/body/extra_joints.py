@@ -6,7 +6,7 @@ import numpy as np
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.body.constants import ExtraJointConstants
 from skeleton_extract_3d.constants import METHOD, MethodConstants
-from skeleton_extract_3d.frame import View
+from skeleton_extract_3d.frame import FrameView
 from skeleton_extract_3d.lift.records import ObservedPeople
 from skeleton_extract_3d.lift.surfaces import lower_median, window_depths
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
@@ -30,7 +30,8 @@ class _Hanging(NamedTuple):
 _Joint = Tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 
 
-def in_skeleton(people: People3D, observed: ObservedPeople, view: View, method: MethodConstants = METHOD) -> People3D:
+def in_skeleton(people: People3D, observed: ObservedPeople, view: FrameView, method: MethodConstants = METHOD
+                ) -> People3D:
     """Return people with the joints of their network.
 
     Args:
@@ -49,7 +50,7 @@ def in_skeleton(people: People3D, observed: ObservedPeople, view: View, method: 
     return People3D(skeleton, xyz, confidence, status, sigma, people.ids, velocity)
 
 
-def _joint(name: str, people: People3D, observed: ObservedPeople, view: View, method: MethodConstants) -> _Joint:
+def _joint(name: str, people: People3D, observed: ObservedPeople, view: FrameView, method: MethodConstants) -> _Joint:
     """Return one joint of all people; MISSING where nothing tells it."""
     if name in COCO_18.index:
         row = COCO_18.index[name]
@@ -96,7 +97,8 @@ def _above(floor: np.ndarray, joint: _Joint) -> _Joint:
 
 
 @np.errstate(invalid='ignore')
-def _at_the_end(people: People3D, uv: np.ndarray, view: View, hanging: _Hanging, method: MethodConstants) -> _Joint:
+def _at_the_end(people: People3D, uv: np.ndarray, view: FrameView, hanging: _Hanging, method: MethodConstants
+                ) -> _Joint:
     """Return a joint on the surface at its keypoint, or else at the depth of the joint that it hangs on.
 
     Args:

@@ -21,7 +21,7 @@ from skeleton_extract_3d.body.body import (
     BodyConstants,
 )
 from skeleton_extract_3d.constants import METHOD, MethodConstants
-from skeleton_extract_3d.frame import View
+from skeleton_extract_3d.frame import FrameView
 from skeleton_extract_3d.track.constants import CompletionConstants
 from skeleton_extract_3d.track.joint_filter import JointFilter, isotropic
 from skeleton_extract_3d.track.tracks import Tracks
@@ -47,7 +47,7 @@ class Completion(NamedTuple):
     sigma: np.ndarray
 
 
-def complete(seen: Completion, view: View, timeout: float, method: MethodConstants = METHOD) -> Completion:
+def complete(seen: Completion, view: FrameView, timeout: float, method: MethodConstants = METHOD) -> Completion:
     """Return people with the joints that have no usable keypoint placed, from the trunk outwards.
 
     Args:
@@ -60,7 +60,7 @@ def complete(seen: Completion, view: View, timeout: float, method: MethodConstan
     if trusted.all():
         return seen
     trunk = _Trunk(tracks.left, tracks.down, tracks.sizes.stature / body.adult_stature, body)
-    pose = _Pose.of(seen, view, timeout, constants)
+    pose = _PlacedJoints.of(seen, view, timeout, constants)
     neck, known = _neck(pose, trunk)
     pose = pose.filled(np.array([NECK]), neck[:, None], known, None)
     shoulders = pose.position[:, NECK, None] + _BOTH_SIDES * trunk.half(body.shoulder_width)[:, None]
@@ -104,7 +104,7 @@ class _Trunk(NamedTuple):
         return self.down * (self.scale * length)[:, None]
 
 
-class _Pose(NamedTuple):
+class _PlacedJoints(NamedTuple):
     """The joints of N people while they are placed one after another.
 
     Attributes:
@@ -129,7 +129,7 @@ class _Pose(NamedTuple):
     constants: CompletionConstants
 
     @classmethod
-    def of(cls, seen: Completion, view: View, timeout: float, constants: CompletionConstants) -> '_Pose':
+    def of(cls, seen: Completion, view: FrameView, timeout: float, constants: CompletionConstants) -> '_PlacedJoints':
         """Return the joints of the frame and the tracks."""
         tracks = seen.tracks
         unseen = view.stamp - np.where(tracks.has, tracks.seen, tracks.born[:, None])
@@ -137,7 +137,7 @@ class _Pose(NamedTuple):
                    view.elapsed, timeout, constants)
 
     def filled(self, joints: np.ndarray, rest: Optional[np.ndarray], possible: np.ndarray,
-               parents: Optional[np.ndarray]) -> '_Pose':
+               parents: Optional[np.ndarray]) -> '_PlacedJoints':
         """Return the pose with joints placed that are not yet.
 
         Args:
@@ -178,7 +178,7 @@ def _with(values: np.ndarray, joints: np.ndarray, fill: np.ndarray, new: Any) ->
     return values
 
 
-def _neck(pose: _Pose, trunk: _Trunk) -> Tuple[np.ndarray, np.ndarray]:
+def _neck(pose: _PlacedJoints, trunk: _Trunk) -> Tuple[np.ndarray, np.ndarray]:
     """Return the neck by shoulders, hips or head, (N, 3) [m], and whether it is known, (N,)."""
     position, trusted = pose.position, pose.placed
     half = trunk.half(trunk.body.shoulder_width)
@@ -192,7 +192,7 @@ def _neck(pose: _Pose, trunk: _Trunk) -> Tuple[np.ndarray, np.ndarray]:
     return neck, any_shoulder | both_hips | head_known
 
 
-def _neck_by_head(pose: _Pose, trunk: _Trunk) -> Tuple[np.ndarray, np.ndarray]:
+def _neck_by_head(pose: _PlacedJoints, trunk: _Trunk) -> Tuple[np.ndarray, np.ndarray]:
     """Return the neck under the known joints of the head, (N, 3) [m], and whether there are any, (N,)."""
     forward = np.cross(trunk.left, -trunk.down)
     axes = np.stack([trunk.left, trunk.down, forward], axis=1)
@@ -203,7 +203,7 @@ def _neck_by_head(pose: _Pose, trunk: _Trunk) -> Tuple[np.ndarray, np.ndarray]:
     return middle + trunk.below(trunk.body.neck_to_head), known.any(axis=1)
 
 
-def _hips(pose: _Pose, trusted: np.ndarray, trunk: _Trunk) -> np.ndarray:
+def _hips(pose: _PlacedJoints, trusted: np.ndarray, trunk: _Trunk) -> np.ndarray:
     """Return the hips, by one of them or under the neck, (N, 2, 3) [m]."""
     position, half = pose.position, trunk.half(trunk.body.hip_width)
     by_one = np.where(trusted[:, HIPS[:1]], position[:, HIPS[0]] - half, position[:, HIPS[1]] + half)

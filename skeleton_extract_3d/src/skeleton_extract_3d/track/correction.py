@@ -19,8 +19,7 @@ from skeleton_extract_3d.track.joint_filter import (
     isotropic,
     mean_innovations,
 )
-from skeleton_extract_3d.track.observations import Observations
-from skeleton_extract_3d.track.tracks import Tracks, middle_of_trunk
+from skeleton_extract_3d.track.tracks import Observations, Tracks, middle_of_trunk
 
 # Corners of the trunk.
 _CORNERS = np.concatenate([SHOULDERS, HIPS])

@@ -19,7 +19,7 @@ from skeleton_extract_3d.track.tracks import Tracks
 _MOST_AGAINST = 1e3
 
 
-class Comparison(NamedTuple):
+class TrackComparison(NamedTuple):
     """T tracks beside P people of a frame.
 
     Attributes:
@@ -32,12 +32,12 @@ class Comparison(NamedTuple):
     against: np.ndarray
 
 
-def compare(tracks: Tracks, observed: ObservedPeople, method: MethodConstants = METHOD) -> Comparison:
+def compare(tracks: Tracks, observed: ObservedPeople, method: MethodConstants = METHOD) -> TrackComparison:
     """Return the comparison of tracks, predicted to this frame, with the people of the frame."""
-    return Comparison(_distances_across(tracks, observed), _evidence_against(tracks, observed, method))
+    return TrackComparison(_distances_across(tracks, observed), _evidence_against(tracks, observed, method))
 
 
-def assign(tracks: Tracks, clothes: Clothes, compared: Comparison, stamp: float, params: IdentityParams,
+def assign(tracks: Tracks, clothes: Clothes, compared: TrackComparison, stamp: float, params: IdentityParams,
            constants: IdentityConstants = METHOD.track.identity) -> np.ndarray:
     """Return the row of each person's track, -1 where there is none, (P,) int64.
 
@@ -64,7 +64,7 @@ def assign(tracks: Tracks, clothes: Clothes, compared: Comparison, stamp: float,
     return rows
 
 
-def joined(tracks: Tracks, observed: ObservedPeople, compared: Comparison, row: np.ndarray,
+def joined(tracks: Tracks, observed: ObservedPeople, compared: TrackComparison, row: np.ndarray,
            constants: IdentityConstants = METHOD.track.identity) -> Tuple[People2D, np.ndarray]:
     """Return the people of a frame with halves of one person put together, and the rows of their tracks.
 
@@ -99,7 +99,7 @@ def joined(tracks: Tracks, observed: ObservedPeople, compared: Comparison, row: 
 
 
 def _distances_across(tracks: Tracks, observed: ObservedPeople) -> np.ndarray:
-    """Return the distances of `Comparison`, (T, P) [m]."""
+    """Return the distances of `TrackComparison`, (T, P) [m]."""
     rays = observed.rays
     x, y, z = np.moveaxis(tracks.joints.position[:, None], 3, 0)
     off_x, off_y = rays[None, ..., 0] * z - x, rays[None, ..., 1] * z - y
@@ -109,7 +109,7 @@ def _distances_across(tracks: Tracks, observed: ObservedPeople) -> np.ndarray:
 
 
 def _evidence_against(tracks: Tracks, observed: ObservedPeople, method: MethodConstants) -> np.ndarray:
-    """Return the log likelihood ratios of `Comparison`, (T, P)."""
+    """Return the log likelihood ratios of `TrackComparison`, (T, P)."""
     depths = method.trunk.depths
     size = observed.adult_depth[None] * (tracks.sizes.stature / method.body.adult_stature)[:, None]
     spread = np.broadcast_to(stature_spread(tracks.sizes, method)[:, None], size.shape)

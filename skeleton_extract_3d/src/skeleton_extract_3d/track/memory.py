@@ -8,7 +8,7 @@ from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.constants import METHOD, MethodConstants
-from skeleton_extract_3d.frame import Frame, View
+from skeleton_extract_3d.frame import Frame, FrameView
 from skeleton_extract_3d.lift.agreement import Agreement
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.plausibility import PointSummary, Stillness, stillness
@@ -56,7 +56,7 @@ class Memory:
             return None
 
     def at(self, frame: Frame, camera: CameraModel, params: IdentityParams, constants: TrackConstants = METHOD.track
-           ) -> Tuple['Memory', View]:
+           ) -> Tuple['Memory', FrameView]:
         """Return the memory at the time and in the frame of the points of a frame, and its view.
 
         The tracks stand still. Those without a detection for too long are gone, and in the end forgotten.
@@ -77,7 +77,7 @@ class Memory:
         memory = replace(self, tracks=tracks, gone=gone, stamp=stamp if before is None else max(stamp, before),
                          camera=camera, tracking_from_points=pose)
         elapsed = 0.0 if before is None else max(stamp - before, 0.0)
-        return memory, View(frame.grid, camera, stamp, elapsed, frame.floor)
+        return memory, FrameView(frame.grid, camera, stamp, elapsed, frame.floor)
 
     def _recent(self, stamp: float, params: IdentityParams, constants: TrackConstants) -> Tuple[Tracks, Tracks]:
         """Return the tracks with a detection within `track_timeout`, and those within `return_timeout`."""

@@ -10,8 +10,7 @@ from skeleton_extract_3d.constants import METHOD
 from skeleton_extract_3d.lift.surfaces import lower_median
 from skeleton_extract_3d.track.completion import Completion
 from skeleton_extract_3d.track.constants import OneBodyConstants, TrackConstants
-from skeleton_extract_3d.track.observations import Observations
-from skeleton_extract_3d.track.tracks import Tracks
+from skeleton_extract_3d.track.tracks import Observations, Tracks
 
 _OF_TRUNK = np.isin(np.arange(len(JOINTS)), TRUNK)
 _SWAP = np.array(COCO_18.swap)

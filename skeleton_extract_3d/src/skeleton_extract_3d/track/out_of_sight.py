@@ -4,14 +4,14 @@ from dataclasses import replace
 import numpy as np
 
 from skeleton_extract_3d.constants import METHOD
-from skeleton_extract_3d.frame import View
+from skeleton_extract_3d.frame import FrameView
 from skeleton_extract_3d.lift import surfaces
 from skeleton_extract_3d.track.constants import OutOfSightConstants, TrackConstants
 from skeleton_extract_3d.track.joint_filter import JointFilter, isotropic
 from skeleton_extract_3d.track.tracks import Tracks
 
 
-def walk_on(tracks: Tracks, view: View, constants: TrackConstants = METHOD.track) -> Tracks:
+def walk_on(tracks: Tracks, view: FrameView, constants: TrackConstants = METHOD.track) -> Tracks:
     """Return the tracks without a detection, moved on as a whole; those that would become visible stay.
 
     Args:
@@ -36,7 +36,7 @@ def walk_on(tracks: Tracks, view: View, constants: TrackConstants = METHOD.track
     return replace(tracks, joints=joints, root=root)
 
 
-def hidden_and_there(tracks: Tracks, view: View, constants: OutOfSightConstants = METHOD.track.out_of_sight
+def hidden_and_there(tracks: Tracks, view: FrameView, constants: OutOfSightConstants = METHOD.track.out_of_sight
                      ) -> np.ndarray:
     """Return which tracks without a detection are in the image and not in free view, (N,) bool."""
     uv, points = _pixels(tracks, view), view.points
@@ -47,7 +47,7 @@ def hidden_and_there(tracks: Tracks, view: View, constants: OutOfSightConstants 
             & (tracks.sightings >= constants.least_sightings))
 
 
-def _in_free_view(tracks: Tracks, view: View, constants: OutOfSightConstants) -> np.ndarray:
+def _in_free_view(tracks: Tracks, view: FrameView, constants: OutOfSightConstants) -> np.ndarray:
     """Return which tracks would be visible, (N,) bool."""
     uv = _pixels(tracks, view)
     depth = surfaces.depths_at(view.points, np.where(np.isfinite(uv), np.clip(uv, -1e6, 1e6), -1e6))
@@ -56,7 +56,7 @@ def _in_free_view(tracks: Tracks, view: View, constants: OutOfSightConstants) ->
     return free.sum(axis=1) / np.maximum(tracks.has.sum(axis=1), 1) > constants.free_share
 
 
-def _pixels(tracks: Tracks, view: View) -> np.ndarray:
+def _pixels(tracks: Tracks, view: FrameView) -> np.ndarray:
     """Return the pixels of the joints, (N, 18, 2); NaN behind the camera."""
     position = tracks.joints.position
     return view.camera.project(position.reshape(-1, 3)).reshape(*position.shape[:2], 2)

@@ -7,8 +7,7 @@ from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
 from skeleton_extract_3d.settings import EstimatorSettings
 from skeleton_extract_3d.track.completion import Completion
 from skeleton_extract_3d.track.constants import CorrectionConstants
-from skeleton_extract_3d.track.observations import Observations
-from skeleton_extract_3d.track.tracks import Tracks
+from skeleton_extract_3d.track.tracks import Observations, Tracks
 
 
 def report(people: Observations, completion: Completion, hidden: Tracks, stamp: float, settings: EstimatorSettings,

@@ -13,9 +13,8 @@ from skeleton_extract_3d.settings import IdentityParams
 from skeleton_extract_3d.track.appearance import Clothes, clothes_evidence, log_normal
 from skeleton_extract_3d.track.constants import ReturningConstants
 from skeleton_extract_3d.track.memory import Memory
-from skeleton_extract_3d.track.observations import Observations
 from skeleton_extract_3d.track.one_body import in_one_place
-from skeleton_extract_3d.track.tracks import Tracks, middle_of_trunk
+from skeleton_extract_3d.track.tracks import Observations, Tracks, middle_of_trunk
 
 # Rows of new people that are no absent track, and of those of which that cannot be decided yet.
 STRANGER, UNCLEAR = -1, -2

@@ -1,13 +1,14 @@
-"""The tracks of people: one value per frame, one array per property."""
+"""Records of tracking: tracks, and the people of a frame as tracks take them in; one array per property."""
 from dataclasses import dataclass, fields, replace
 from functools import lru_cache
-from typing import Any, Tuple
+from typing import Any, NamedTuple, Tuple, TypeVar
 
 import numpy as np
 
 from skeleton_extract_3d.body.body import BODY, JOINTS, TRUNK, BodyConstants
 from skeleton_extract_3d.body.measures import Sizes
 from skeleton_extract_3d.constants import METHOD
+from skeleton_extract_3d.lift.records import Lifted, ObservedPeople
 from skeleton_extract_3d.points.transform import Transform
 from skeleton_extract_3d.settings import SmoothingParams
 from skeleton_extract_3d.track.appearance import Clothes
@@ -15,10 +16,31 @@ from skeleton_extract_3d.track.constants import BirthConstants
 from skeleton_extract_3d.track.joint_filter import JointFilter
 
 _IN_TRUNK = np.isin(np.arange(len(JOINTS)), TRUNK)
+Record = TypeVar('Record', bound='Rows')
 
 
 @dataclass(frozen=True, eq=False)
-class Tracks:
+class Rows:
+    """Base of records of T tracks: fields are arrays with T rows, tuples of such arrays, or one value for all tracks.
+
+    Subclasses have `ids`, (T,) int64.
+    """
+
+    def __len__(self) -> int:
+        return len(self.ids)  # type: ignore[attr-defined]
+
+    def select(self: Record, rows: np.ndarray) -> Record:
+        """Return some of the tracks, by indices (N,) or a mask (T,), in the order of these."""
+        return replace(self, **{field.name: _selected(getattr(self, field.name), rows) for field in fields(self)})
+
+    def joined(self: Record, others: Record) -> Record:
+        """Return these tracks and then others; values for all tracks are those of these."""
+        return replace(self, **{field.name: _joined(getattr(self, field.name), getattr(others, field.name))
+                                for field in fields(self)})
+
+
+@dataclass(frozen=True, eq=False)
+class Tracks(Rows):
     """T tracks; every change makes a new value.
 
     Attributes:
@@ -83,14 +105,9 @@ class Tracks:
             down=np.broadcast_to([0.0, 1.0, 0.0], (count, 3)), sizes=Sizes.assumed(stature),
             clothes=Clothes.unknown(count))
 
-    def __len__(self) -> int:
-        return len(self.ids)
-
-    def select(self, tracks: np.ndarray) -> 'Tracks':
+    def select(self, rows: np.ndarray) -> 'Tracks':
         """Return some of the tracks, by indices (N,), in the order of these."""
-        if np.array_equal(tracks, np.arange(len(self))):
-            return self
-        return Tracks(*(_selected(getattr(self, field.name), tracks) for field in fields(self)))
+        return self if np.array_equal(rows, np.arange(len(self))) else super().select(rows)
 
     def kept(self, tracks: np.ndarray) -> 'Tracks':
         """Return the tracks of a mask (T,)."""
@@ -102,7 +119,7 @@ class Tracks:
         """Return these tracks and then others."""
         if not len(others) or not len(self):
             return self if len(self) else others
-        return Tracks(*(_joined(getattr(self, field.name), getattr(others, field.name)) for field in fields(self)))
+        return super().joined(others)
 
     def in_order(self) -> 'Tracks':
         """Return the tracks by their ids."""
@@ -122,16 +139,52 @@ class Tracks:
                        down=self.down @ rotation.T)
 
 
-def _selected(value: Any, tracks: np.ndarray) -> Any:
-    """Return rows of an array, or of each array of a tuple."""
-    return value[tracks] if isinstance(value, np.ndarray) else type(value)(*(part[tracks] for part in value))
+class Observations(NamedTuple):
+    """P people of one frame.
+
+    Attributes:
+        row: (P,) int64, row of each person's track; -1 where there is none.
+        observed: keypoints and surfaces.
+        clothes: colours of the clothes.
+        lifted: joints in space.
+    """
+
+    row: np.ndarray
+    observed: ObservedPeople
+    clothes: Clothes
+    lifted: Lifted
+
+    def select(self, people: np.ndarray) -> 'Observations':
+        """Return some of the people, by indices, in the order of these."""
+        return Observations(self.row[people], self.observed.select(people), self.clothes.select(people),
+                            self.lifted.select(people))
+
+    def others(self, count: int) -> np.ndarray:
+        """Return which of the first tracks are of none of these people, (count,) bool."""
+        others = np.ones(max(count, self.row.max(initial=-1) + 1), bool)
+        others[self.row[self.row >= 0]] = False
+        return others[:count]
+
+    def size_error(self, stature_spread: float) -> np.ndarray:
+        """Return the error of the depth of people without a measured joint, (P, 1) [m]; 0 of others.
+
+        Args:
+            stature_spread: standard deviation of the stature, which alone gives their depth, as a share.
+        """
+        lifted = self.lifted
+        return np.where(lifted.measured.any(axis=1), 0.0, stature_spread * lifted.root)[:, None]
+
+
+def _selected(value: Any, rows: np.ndarray) -> Any:
+    if isinstance(value, np.ndarray):
+        return value[rows]
+    return type(value)(*(part[rows] for part in value)) if isinstance(value, tuple) else value
 
 
 def _joined(first: Any, second: Any) -> Any:
-    """Return the rows of two arrays, or of each two arrays of two tuples."""
     if isinstance(first, np.ndarray):
         return np.concatenate([first, second])
-    return type(first)(*map(_joined, first, second))
+    return type(first)(*map(_joined, first, second)) if isinstance(first, tuple) else first
 
 
 def middle_of_trunk(xyz: np.ndarray, known: np.ndarray) -> np.ndarray:
