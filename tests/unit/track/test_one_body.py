@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from openpose_ros_pkg.params.parameters import build
+from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.constants import METHOD
 from skeleton_extract_3d.estimator import PeopleEstimator
@@ -178,6 +179,17 @@ def in_halves(people, joints):
     first = np.isin(np.arange(18), joints)
     upper, lower = (without_joints(people, np.tile(gone, (len(people), 1))) for gone in (~first, first))
     return upper.joined(lower)
+
+
+def test_a_copy_with_left_and_right_exchanged_is_one_person():
+    """A network that finds a person a second time, as from behind."""
+    estimator = PeopleEstimator(build(EstimatorSettings, {}))
+    copy = FRAME.people.keypoints[:, SWAP].copy()
+    copy[..., :2] += 1.5
+    twice = People2D(COCO_18, np.concatenate([FRAME.people.keypoints, copy]), [1, 0.9], [-1, -1])
+    for i in range(10):
+        people = people_of(estimator, FRAME, FRAME.people if i < 3 else twice, i / 15)
+        assert people.ids.tolist() == [1]
 
 
 @pytest.mark.parametrize('joints, cut', [
