@@ -40,9 +40,8 @@ def inferred(xyz, head, hidden=(), left=(np.nan,) * 3, unknown=()):
     costs[[NAMES.index(name) for name in hidden]] = 0
     missing = np.isin(NAMES, unknown)[None]
     costs[:12][missing[0]] = 0
-    bones = bones_of(lengths_of(xyz, head), np.full((1, 8), 0.03), missing)
-    return infer_depths(costs[None], rays_of(xyz, head), np.array([ROOT]), bones, np.array([1.75]),
-                        np.array([left], float))
+    bones = bones_of(lengths_of(xyz, head), np.full((1, 8), 0.03), np.array([1.75]), missing)
+    return infer_depths(costs[None], rays_of(xyz, head), np.array([ROOT]), bones, np.array([left], float))
 
 
 def rays_of(xyz, head):
@@ -51,8 +50,8 @@ def rays_of(xyz, head):
 
 
 def test_no_people():
-    bones = bones_of(np.zeros((0, 8)), np.zeros((0, 8)), np.zeros((0, 12), bool))
-    beliefs = infer_depths(np.zeros((0, 13, STEPS), np.float32), np.zeros((0, 13, 3)), np.zeros(0), bones, np.zeros(0),
+    bones = bones_of(np.zeros((0, 8)), np.zeros((0, 8)), np.zeros(0), np.zeros((0, 12), bool))
+    beliefs = infer_depths(np.zeros((0, 13, STEPS), np.float32), np.zeros((0, 13, 3)), np.zeros(0), bones,
                            np.zeros((0, 3)))
     assert beliefs.costs.shape == (0, 13, STEPS) and beliefs.left.shape == (0, 3)
 
@@ -163,7 +162,7 @@ def test_a_keypoint_elsewhere_does_not_pull_the_others_along():
     costs = np.minimum(((DELTAS - (moved[:, 2:] - ROOT)) / 0.03) ** 2, 60).astype(np.float32)
     head_cost = (((DELTAS - (head[2] - ROOT)) / 0.03) ** 2).astype(np.float32)
     beliefs = infer_depths(np.append(costs, head_cost[None], axis=0)[None], rays_of(xyz, head), np.array([ROOT]),
-                           bones_of(bones, np.full((1, 8), 0.03), np.zeros((1, 12), bool)), np.array([1.75]),
+                           bones_of(bones, np.full((1, 8), 0.03), np.array([1.75]), np.zeros((1, 12), bool)),
                            np.full((1, 3), np.nan))
     depth, _ = read_depths(beliefs.costs[0, :12])
     others = np.arange(12) != row
@@ -177,9 +176,9 @@ def test_people_do_not_influence_each_other():
     costs = np.minimum(((DELTAS - (z - ROOT)[..., None]) / 0.03) ** 2, 60).astype(np.float32)
     costs[:, NAMES.index('left_elbow')] = 0
     bones = bones_of(np.concatenate([lengths_of(xyz, head), lengths_of(other, other_head)]), np.full((2, 8), 0.03),
-                     np.zeros((2, 12), bool))
+                     np.full(2, 1.75), np.zeros((2, 12), bool))
     rays = np.concatenate([rays_of(xyz, head), rays_of(other, other_head)])
-    both = infer_depths(costs, rays, np.full(2, ROOT), bones, np.full(2, 1.75), np.full((2, 3), np.nan))
+    both = infer_depths(costs, rays, np.full(2, ROOT), bones, np.full((2, 3), np.nan))
     for row, alone in enumerate((one, two)):
         np.testing.assert_allclose(both.costs[row], alone.costs[0], atol=1e-3)
         np.testing.assert_allclose(both.left[row], alone.left[0], atol=1e-5)

@@ -33,11 +33,13 @@ class Bones(NamedTuple):
     """The twelve bones of P people.
 
     Attributes:
-        lengths, sigmas: (P, 12) float32, and how well they are known [m].
+        lengths, sigmas: (P, 12) float32, and their standard deviations [m].
+        stature: (P,) [m].
     """
 
     lengths: np.ndarray
     sigmas: np.ndarray
+    stature: np.ndarray
 
     @property
     def upper(self) -> np.ndarray:
@@ -62,13 +64,14 @@ class Beliefs(NamedTuple):
     left: np.ndarray
 
 
-def bones_of(lengths: np.ndarray, spread: np.ndarray, unknown: np.ndarray,
+def bones_of(lengths: np.ndarray, spread: np.ndarray, stature: np.ndarray, unknown: np.ndarray,
              constants: InferenceConstants = METHOD.inference) -> Bones:
     """Return the bones of people.
 
     Args:
         lengths: (P, 8) [m], in the order of `body.BONES`.
         spread: (P, 8) standard deviation of each length, as a share.
+        stature: (P,) [m].
         unknown: (P, 12) joints without a keypoint: their rays are guesses, so their bones say little.
     """
     variance = ((spread * lengths) ** 2 + constants.keypoint_error ** 2)[:, _KINDS]
@@ -76,11 +79,11 @@ def bones_of(lengths: np.ndarray, spread: np.ndarray, unknown: np.ndarray,
     variance[:, :len(_STARTS)] += guesses * constants.guess_error ** 2
     sigmas = np.sqrt(variance)
     sigmas[:, 11] += constants.nodding
-    return Bones(lengths[:, _KINDS].astype(np.float32), sigmas.astype(np.float32))
+    return Bones(lengths[:, _KINDS].astype(np.float32), sigmas.astype(np.float32), stature)
 
 
-def infer_depths(costs: np.ndarray, rays: np.ndarray, root: np.ndarray, bones: Bones, stature: np.ndarray,
-                 left_before: np.ndarray, method: MethodConstants = METHOD) -> Beliefs:
+def infer_depths(costs: np.ndarray, rays: np.ndarray, root: np.ndarray, bones: Bones, left_before: np.ndarray,
+                 method: MethodConstants = METHOD) -> Beliefs:
     """Return the min-marginals of the places' depths; compiled (depth_inference.cpp).
 
     Args:
@@ -88,11 +91,10 @@ def infer_depths(costs: np.ndarray, rays: np.ndarray, root: np.ndarray, bones: B
         rays: (P, 13, 3) with z = 1; of joints without a keypoint, a guess.
         root: (P,) depth of the trunk [m]; candidates are `root + CostConstants.deltas`.
         bones: of these people.
-        stature: (P,) [m].
         left_before: (P, 3) to the left of the people in the frame before; its length is its weight against this frame;
             NaN where unknown.
     """
-    return Beliefs(*method.compiled.infer_depths(costs, rays, root, *bones, stature, left_before))
+    return Beliefs(*method.compiled.infer_depths(costs, rays, root, *bones, left_before))
 
 
 def read_depths(costs: np.ndarray, method: MethodConstants = METHOD) -> Tuple[np.ndarray, np.ndarray]:

@@ -36,10 +36,11 @@ class RobustLifting:
         head_costs = method.head.weight * costs[:, HEAD].sum(axis=1)
         costs = surfaces.with_memory(costs, root, expected, method.costs)[:, CHAINS]
 
-        bones = bones_of(expected.lengths, expected.length_spread, ~observed.known[:, CHAINS], method.inference)
+        bones = bones_of(expected.lengths, expected.length_spread, expected.stature, ~observed.known[:, CHAINS],
+                         method.inference)
         beliefs = infer_depths(np.concatenate([costs, head_costs[:, None]], axis=1),
                                np.concatenate([observed.rays[:, CHAINS], head.ray[:, None]], axis=1), root, bones,
-                               expected.stature, left, method)
+                               left, method)
         depth, deviation = read_depths(beliefs.costs, method)
         depth = depth + root[:, None]
         middle = _refined_head(observed, head, depth[:, -1], foreign, method)
