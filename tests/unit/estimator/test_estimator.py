@@ -11,13 +11,12 @@ from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.constants import METHOD
 from skeleton_extract_3d.estimator import STAGES, PeopleEstimator
 from skeleton_extract_3d.frame import Frame
-from skeleton_extract_3d.lift.window_mean import in_coco, lift_by_window
+from skeleton_extract_3d.lift.window_mean import lift_by_window
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING
 from skeleton_extract_3d.points.cloud import OrganizedCloud
 from skeleton_extract_3d.points.depth import DepthImage
 from skeleton_extract_3d.settings import EstimatorSettings
 from synthetic_scene import (
-    HIDDEN_BY_FURNITURE,
     VISIBLE,
     Box,
     Person,
@@ -95,11 +94,6 @@ def test_a_cloud_without_any_valid_point_before_there_was_one_gives_no_people():
     assert len(update(estimator, frame, 1.0).people) == 1
 
 
-def test_no_people_still_have_the_skeleton():
-    estimate = update(new(), scene(), 0.0, NO_PEOPLE)
-    assert in_coco(estimate.people).shape == (0, 18, 3)
-
-
 def test_all_stages_are_timed():
     timing = update(new(), scene(), 0.0).timing
     assert tuple(timing) == STAGES and all(seconds >= 0 for seconds in timing.values())
@@ -158,13 +152,6 @@ def test_without_occlusion_nothing_is_inferred(lifting, missing):
     assert np.nanmedian(errors(estimate, frame)[visible]) < (0.03 if lifting == 'robust' else 0.1)
 
 
-def test_without_occlusion_every_joint_with_a_keypoint_is_on_the_surface_at_its_pixel():
-    # as the parameter's text says
-    frame = scene(room=COUNTER)
-    estimate = shown(frame, occlusion=False)
-    assert (estimate.people.status[frame.people.present] == MEASURED).all()
-
-
 def test_without_occlusion_only_detected_people_are_reported():
     frame, estimator = scene(), new(occlusion=False)
     shown(frame, estimator=estimator)
@@ -206,14 +193,6 @@ def test_people_without_depth_are_inferred_at_the_depth_of_their_size():
     assert (errors(estimate, frame) < 2 * people.sigma).all()
 
 
-def test_with_depth_again_people_are_measured_and_keep_their_id():
-    frame, estimator = scene(), new()
-    first = shown(frame, depth=beside_the_people(frame), estimator=estimator)
-    again = shown(frame, 10, 1.0, estimator)
-    assert again.people.ids.tolist() == first.people.ids.tolist()
-    assert (again.people.status == MEASURED).all() and errors(again, frame).max() < 0.08
-
-
 # --- tracking -------------------------------------------------------------------------------------------------------
 
 def test_without_tracking_ids_are_those_of_the_image():
@@ -232,13 +211,6 @@ def test_without_tracking_nothing_is_remembered():
         np.testing.assert_array_equal(getattr(after, name), getattr(alone, name), name)
     wall = np.full_like(frame.depth, 1500)
     assert len(update(estimator, frame, 1.1, NO_PEOPLE, wall).people) == 0
-
-
-def test_without_tracking_hidden_joints_are_inferred_frame_by_frame():
-    frame = scene(room=COUNTER)
-    estimate = update(new(tracking=False), frame, 0.0, named(frame.people, 1))
-    hidden = frame.vis == HIDDEN_BY_FURNITURE
-    assert (estimate.people.status[hidden] == INFERRED).all() and errors(estimate, frame)[hidden].max() < 0.2
 
 
 def test_without_tracking_people_without_an_id_are_given_one_each():

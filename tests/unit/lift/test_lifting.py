@@ -4,10 +4,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from openpose_ros_pkg.errors import BadInputError, ParameterError
+from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
-from skeleton_extract_3d.lift.lifting import LiftingParams
 from skeleton_extract_3d.lift.window_mean import lift_by_window, nearest_pixels
 from skeleton_extract_3d.people import MEASURED, MISSING
 from skeleton_extract_3d.points.camera import CameraModel
@@ -137,10 +136,3 @@ def test_project_and_lift_through_depth_image_and_cloud_agree(dtype, unit, stati
     np.testing.assert_allclose(from_depth.xyz, from_cloud.xyz, atol=1e-6)
     # half a pixel at 54 px focal length and 2.5 m
     np.testing.assert_allclose(from_depth.xyz[0], truth, atol=0.5 / 54 * 2.5 + 1e-6)
-
-
-@pytest.mark.parametrize('values', [{'window': 2}, {'window': 0}, {'window': 33}, {'window': 3.0},
-                                    {'statistic': 'mode'}], ids=str)
-def test_parameters_out_of_range_are_refused(values):
-    with pytest.raises(ParameterError, match=next(iter(values))):
-        LiftingParams(**values)

@@ -45,16 +45,6 @@ def test_depths_are_those_of_the_pixels_in_any_shape(kind):
     np.testing.assert_allclose(depths, 1 + u / 100 + v / 10, atol=1e-6)
 
 
-@KINDS
-@pytest.mark.parametrize('missing', [0.0, np.nan, np.inf, -1.0])
-def test_what_is_no_depth_is_missing(kind, missing):
-    z = metres()
-    z[10, 20] = missing
-    with np.errstate(invalid='ignore'):
-        depths = kind(z).depths(np.array([20, 21]), np.array([10, 10]))
-    np.testing.assert_allclose(depths, [np.nan, 2.21], atol=1e-6)
-
-
 def test_the_camera_of_a_depth_image_is_scaled_to_it_and_needs_no_depth():
     image = DepthImage(np.zeros((H, W), np.uint16), CAMERA.scaled(2 * W, 2 * H))
     np.testing.assert_allclose(image.camera_model().matrix, CAMERA.matrix)

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from openpose_ros_pkg.errors import ParameterError
-from openpose_ros_pkg.output.draw import person_colour
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
 from skeleton_extract_3d.show.markers import (
@@ -65,13 +64,6 @@ def test_joints_and_limbs_look_as_in_the_original():
     np.testing.assert_allclose(joints.points, [UPRIGHT[joint] for joint in COCO_18.joints if joint in UPRIGHT])
     assert (skeleton.ns, skeleton.id, skeleton.action, skeleton.kind) == ('skeleton', 7, 'add', 'line_list')
     assert (skeleton.scale, skeleton.rgba, skeleton.lifetime) == (0.03, (0, 0, 1, 1), 0.15)
-
-
-def test_a_limb_needs_both_ends():
-    _, skeleton = people_markers(people({0: UPRIGHT}), MarkerParams(), 0.2)
-    both = [limb for limb in COCO_18.drawn_limbs if set(limb) <= set(UPRIGHT)]
-    assert len(both) == 5
-    np.testing.assert_allclose(skeleton.points, [UPRIGHT[joint] for limb in both for joint in limb])
 
 
 def test_inferred_joints_and_their_limbs_are_apart_and_paler():
@@ -177,18 +169,6 @@ def test_a_trail_is_the_way_of_the_last_seconds():
     assert paths[7] == [1, 1.25, 1.5, 1.75]
 
 
-def test_without_hips_a_trail_is_that_of_the_shoulders_and_without_both_it_waits():
-    tracker = MarkerTracker(MarkerParams(trail_seconds=10.0))
-
-    def points(joints, stamp):
-        return of(tracker.update(people({1: joints}), stamp), 'trail').points
-
-    trail(tracker, 0.0, 0.0, frame_id='')
-    bust = {joint: np.add(UPRIGHT[joint], (1, 0, 0)) for joint in ('neck', 'right_shoulder', 'left_shoulder')}
-    np.testing.assert_allclose(points(bust, 0.1), [(0, 0.2, 3), (1, -0.4, 3)], atol=1e-6)
-    np.testing.assert_allclose(points({'nose': (2, 0, 3)}, 0.2), [(0, 0.2, 3), (1, -0.4, 3)], atol=1e-6)
-
-
 def test_a_trail_goes_with_its_person_and_is_forgotten():
     tracker = MarkerTracker(MarkerParams(trail_seconds=1.0))
     trail(tracker, 0.0, 0.0)
@@ -224,18 +204,6 @@ def test_one_colour_per_person():
     assert again[0].rgba in colours[5]
 
 
-def test_with_a_colour_per_person_the_inferred_is_half_white_and_opacities_stay():
-    params = MarkerParams(colour_by_person=True, label=True, sigma_spheres=True, joint_colour='0 0 0 0.9')
-    # hue 0 belongs to id 0; the box in the annotated image has this colour
-    red, pale = pytest.approx((1, 0.25, 0.25), abs=0.002), pytest.approx((1, 0.625, 0.625), abs=0.002)
-    assert person_colour(0) == (64, 64, 255)
-    markers = people_markers(people({0: UPRIGHT}, ['nose'], {'neck': 0.05}), params, 0.2)
-    assert {marker.ns: marker.rgba[:3] for marker in markers} == {
-        'joints': red, 'joints_inferred': pale, 'skeleton': red, 'skeleton_inferred': pale, 'label': red, 'sigma': red}
-    assert {marker.ns: marker.rgba[3] for marker in markers} == {
-        'joints': 0.9, 'joints_inferred': 0.6, 'skeleton': 1, 'skeleton_inferred': 0.6, 'label': 1, 'sigma': 0.25}
-
-
 # Optical frame, an upright world frame (x right, y ahead, z up), and a person who stands on the head.
 @pytest.mark.parametrize('turn', [np.eye(3), [[1, 0, 0], [0, 0, 1], [0, -1, 0]], np.diag([-1, -1, 1])],
                          ids=['optical frame', 'world frame', 'upside down'])
@@ -251,17 +219,6 @@ def test_the_label_stands_above_the_head_in_any_frame(turn):
 def test_the_label_says_who_is_hidden(inferred, text):
     markers = people_markers(people({3: UPRIGHT}, inferred), MarkerParams(label=True), 0.2)
     assert of(markers, 'label').text == text
-
-
-@pytest.mark.parametrize('joints, position', [
-    ({'left_knee': (0, 0, 2), 'right_knee': (1, 0, 2)}, (0.5, 0, 2)),
-    ({'nose': (0, 0, 2)}, (0, 0, 2)),
-    ({'neck': (0, 0, 2), 'left_hip': (0, 1, 2)}, (0, -0.3, 2)),
-    ({'neck': (0, 0, 2), 'left_hip': (0, 0, 2)}, (0, 0, 2)),
-], ids=['legs', 'face', 'trunk', 'no direction'])
-def test_the_label_makes_do_with_what_there_is(joints, position):
-    label = people_markers(people({0: joints}), MarkerParams(label=True), 0.2)[-1]
-    np.testing.assert_allclose(label.points, [position], atol=1e-6)
 
 
 def test_only_finite_points_are_published():

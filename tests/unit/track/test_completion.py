@@ -4,12 +4,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.body.body import JOINTS
 from skeleton_extract_3d.frame import FrameView
 from skeleton_extract_3d.points.depth import DepthImage
-from skeleton_extract_3d.settings import OcclusionParams, SmoothingParams
+from skeleton_extract_3d.settings import SmoothingParams
 from skeleton_extract_3d.track.completion import Completion, complete
 from skeleton_extract_3d.track.out_of_sight import hidden_and_there, walk_on
 from skeleton_extract_3d.track.tracks import Tracks
@@ -241,10 +240,3 @@ def test_hidden_people_do_not_walk_into_free_view():
     free = tracks(person(x=0.7, z=3.0), velocity=(-1.5, 0, 0))
     free = unseen(free, room(wall=2.0), 30)[-1]
     assert free.root.position[0, 0, 0] < -0.5
-
-
-@pytest.mark.parametrize('values', [{'hidden_min_score': 1.5}, {'measured_min_score': -0.1},
-                                    {'inference_timeout': -1.0}, {'occlusion': 1}], ids=str)
-def test_parameters_out_of_range_are_refused(values):
-    with pytest.raises(ParameterError, match=next(iter(values))):
-        OcclusionParams(**values)
