@@ -169,7 +169,7 @@ class Finder:
         if budget > 0:
             self._following = replace(self._following, following='always')
             detector = replace(detector, detector=replace(detector.detector, target_rate=rate))
-            self._pace = {name: work * SCHEDULE.network_share / rate / budget for name, work in WORK.items()}
+            self._pace = {name: work * SCHEDULE.followed_share / rate / budget for name, work in WORK.items()}
         self.networks = CountedNetworks(detector.backend, detector.detector.model_folder)
         self._detector = Detector(detector, self.networks, self._following)
 

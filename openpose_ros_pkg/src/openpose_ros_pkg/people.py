@@ -87,7 +87,7 @@ class People2D:
 
     @classmethod
     def empty(cls, skeleton: SkeletonModel) -> 'People2D':
-        """Return nobody."""
+        """Return no people."""
         return cls(skeleton, np.zeros((0, len(skeleton.joints), 3), np.float32), np.zeros(0), np.zeros(0))
 
     def __len__(self) -> int:

@@ -44,12 +44,12 @@ def rtmo_outputs(*people):
     return boxes, joints
 
 
-def decode_movenet(*people, params=None, valid_size=None):
-    return decode_direct(movenet_rows(*people), MOVENET_MULTIPOSE, params or DirectDecodeParams(), SIZE, valid_size)
+def decode_movenet(*people, params=None, valid=None):
+    return decode_direct(movenet_rows(*people), MOVENET_MULTIPOSE, params or DirectDecodeParams(), SIZE, valid)
 
 
-def decode_rtmo(*people, params=None, valid_size=None):
-    return decode_direct(rtmo_outputs(*people), RTMO, params or DirectDecodeParams(), SIZE, valid_size)
+def decode_rtmo(*people, params=None, valid=None):
+    return decode_direct(rtmo_outputs(*people), RTMO, params or DirectDecodeParams(), SIZE, valid)
 
 
 def yolo_rows(*people):
@@ -81,12 +81,12 @@ def yolo_end_to_end(*people):
     return (output,)
 
 
-def decode_yolo(*people, params=None, valid_size=None, offset=(0, 0)):
-    return decode_direct(yolo_raw(*people), YOLO, params or DirectDecodeParams(), SIZE, valid_size, offset)
+def decode_yolo(*people, params=None, valid=None):
+    return decode_direct(yolo_raw(*people), YOLO, params or DirectDecodeParams(), SIZE, valid)
 
 
-def decode_yolo_end_to_end(*people, params=None, valid_size=None):
-    return decode_direct(yolo_end_to_end(*people), YOLO, params or DirectDecodeParams(), SIZE, valid_size)
+def decode_yolo_end_to_end(*people, params=None, valid=None):
+    return decode_direct(yolo_end_to_end(*people), YOLO, params or DirectDecodeParams(), SIZE, valid)
 
 
 ALL = pytest.mark.parametrize('decode', [decode_movenet, decode_rtmo, decode_yolo, decode_yolo_end_to_end],
@@ -149,7 +149,7 @@ def test_positions_of_movenet_are_those_of_pixel_centres():
 def test_joints_in_the_padding_and_beyond_the_picture_are_missing(decode):
     pixels = STANDING.copy()
     pixels[9], pixels[10], pixels[15] = (120.6, 58), (-0.6, 58), (60, 104.4)  # wrists, left ankle
-    keypoints, _ = decode((pixels, np.full(17, 0.9), 0.9), valid_size=(121, 105))
+    keypoints, _ = decode((pixels, np.full(17, 0.9), 0.9), valid=(0, 0, 121, 105))
     assert np.isnan(place(keypoints[0], 'left_wrist')[0]) and np.isnan(place(keypoints[0], 'right_wrist')[0])
     np.testing.assert_allclose(place(keypoints[0], 'left_ankle'), [60, 104.4, 0.9], atol=1e-4)
 
@@ -220,7 +220,7 @@ def test_people_whom_the_network_separated_stay_two():
 def test_joints_in_the_padding_on_both_sides_are_missing():
     pixels = STANDING.copy()
     pixels[9], pixels[10], pixels[15], pixels[16] = (70.6, 58), (29.4, 58), (70.4, 104), (29.6, 104)  # wrists, ankles
-    keypoints, _ = decode_yolo((pixels, 0.9, 0.9), valid_size=(41, 120), offset=(30, 0))
+    keypoints, _ = decode_yolo((pixels, 0.9, 0.9), valid=(30, 0, 41, 120))
     assert [np.isfinite(place(keypoints[0], joint)[0]) for joint in (
         'left_wrist', 'right_wrist', 'left_ankle', 'right_ankle')] == [False, False, True, True]
 

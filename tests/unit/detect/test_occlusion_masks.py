@@ -5,11 +5,13 @@ import numpy as np
 import pytest
 
 from openpose_ros_pkg.decode.direct import DirectDecodeParams
+from openpose_ros_pkg.decode.paf import DecodeParams
 from openpose_ros_pkg.detect.detection import DepthView
 from openpose_ros_pkg.detect.ensemble import Candidates
 from openpose_ros_pkg.detect.occlusion_masks import COVER, foregrounds, vote_behind
 from openpose_ros_pkg.detect.recipes import MODES, MULTIPOSE_CROP, THUNDER_CROP
-from openpose_ros_pkg.detect.refinement import prepare_crop, refine
+from openpose_ros_pkg.detect.refinement import CrowdImage, prepare_crop, refine
+from openpose_ros_pkg.detect.views import NetworkSetup
 from openpose_ros_pkg.networks.models import MOVENET_THUNDER
 from openpose_ros_pkg.skeletons import COCO_18
 from stand_in_networks import person_at
@@ -32,8 +34,8 @@ def stripes():
 
 def covered(person, people, refinement=THUNDER_CROP):
     """Return the crop of a person, and which of its pixels other people change, (256, 256) bool."""
-    plain = prepare_crop(stripes(), person, refinement, [person], COCO_18)
-    crop = prepare_crop(stripes(), person, refinement, people, COCO_18)
+    plain = prepare_crop(CrowdImage(stripes(), [person], COCO_18), person, refinement)
+    crop = prepare_crop(CrowdImage(stripes(), people, COCO_18), person, refinement)
     return crop, (plain.input != crop.input).any(axis=2)
 
 
@@ -97,7 +99,7 @@ def test_a_crop_that_shows_another_person_is_no_opinion_on_the_first():
     recipe = MODES['balanced']
     people = np.array([scored(300), scored(330)])
     opinions = [{0: person, 1: person} for person in people]
-    crops = [prepare_crop(stripes(), person, THUNDER_CROP, people, COCO_18) for person in people]
+    crops = [prepare_crop(CrowdImage(stripes(), people, COCO_18), person, THUNDER_CROP) for person in people]
     order = [COCO_18.index[joint] for joint in MOVENET_THUNDER.skeleton.joints if joint in COCO_18.index]
     of_second = [crop.view.plan.to_net(people[1][order, :2] - crop.view.origin) for crop in crops]
 
@@ -106,8 +108,8 @@ def test_a_crop_that_shows_another_person_is_no_opinion_on_the_first():
             return [(np.column_stack([xy[:, ::-1] / 256, np.full(len(xy), 0.9)]).astype(np.float32)[None, None],)
                     for xy in of_second]
 
-    found, _ = refine(Candidates(opinions, people), stripes(), recipe, {MOVENET_THUNDER.name: SecondPerson()},
-                      DirectDecodeParams(), 0.1)
+    setup = NetworkSetup(recipe, {MOVENET_THUNDER.name: SecondPerson()}, DecodeParams(), DirectDecodeParams())
+    found, _ = refine(Candidates(opinions, people), stripes(), setup, 0.1)
     np.testing.assert_allclose(found.keypoints[..., 0], people[..., 0], atol=1.0)
 
 
@@ -146,7 +148,7 @@ def test_of_somebody_in_front_all_is_covered_also_an_arm_before_the_person(mirro
     depth.depth[row - 6:row + 7, column - 6:column + 7] = 1.9
     foreground, none = before([BEHIND, front], depth)
     assert none is None and foreground.nearer.tolist() == [False, True]
-    crops = [prepare_crop(stripes(), BEHIND, replace(THUNDER_CROP, mirror=mirror), people, COCO_18, one)
+    crops = [prepare_crop(CrowdImage(stripes(), people, COCO_18), BEHIND, replace(THUNDER_CROP, mirror=mirror), one)
              for people, one in (([BEHIND], None), ([BEHIND, front], foreground))]
     changed = (crops[0].input != crops[1].input).any(axis=2)
     near = np.hypot(*(BEHIND[:, :2] - hand).T) < 30
@@ -165,8 +167,7 @@ def test_joints_on_somebody_nearer_do_not_tell_how_far_away_a_person_is():
 
 
 def behind(opinions, foreground):
-    recipe = MODES['balanced']
-    return vote_behind(opinions, foreground, recipe, recipe.weights, recipe.weights)
+    return vote_behind(opinions, foreground, MODES['balanced'])
 
 
 def test_opinions_of_the_full_image_on_somebody_nearer_are_doubted_where_a_crop_tells():

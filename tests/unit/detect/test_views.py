@@ -8,9 +8,9 @@ from known_fields import NETWORKS, render_fields, two_people
 from openpose_ros_pkg.decode.direct import DirectDecodeParams
 from openpose_ros_pkg.decode.paf import DecodeParams
 from openpose_ros_pkg.detect.ensemble import most_alike
-from openpose_ros_pkg.detect.recipes import THUNDER_CROP, CropRefinement, NetworkPass
-from openpose_ros_pkg.detect.refinement import decode_crop, prepare_crop, quarter_turns
-from openpose_ros_pkg.detect.views import ComputedView, decode_views, prepare_views
+from openpose_ros_pkg.detect.recipes import MODES, THUNDER_CROP, CropRefinement, NetworkPass
+from openpose_ros_pkg.detect.refinement import CrowdImage, decode_crop, prepare_crop, quarter_turns
+from openpose_ros_pkg.detect.views import ComputedView, NetworkSetup, decode_views, prepare_views
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.networks.models import MOBILENET_THIN, MODELS, MOVENET_MULTIPOSE
 from openpose_ros_pkg.oks import sigmas
@@ -20,13 +20,14 @@ from stand_in_networks import MovenetNetwork, PafNetwork, chart, mirrored, perso
 
 SIGMAS = sigmas(COCO_18)
 SIZE = (641, 479)
+SETUP = NetworkSetup(MODES['fast'], {}, DecodeParams(), DirectDecodeParams())
 
 
 def people_by(network, network_pass, size=SIZE):
     """Return the opinions, (P, 18, 3) each, of a network that sees the chart."""
     views = [view.compute(network) for view in prepare_views(chart(*size), network_pass)]
     assert all(view.seconds > 0 for view in views)
-    return [poses.keypoints for poses in decode_views(network_pass, views, DecodeParams(), DirectDecodeParams())]
+    return [poses.keypoints for poses in decode_views(network_pass, views, SETUP)]
 
 
 # --- views ----------------------------------------------------------------------------------------------------------
@@ -106,7 +107,7 @@ def test_people_of_every_joint_set(model):
     plan = view.view.plan
     fields = render_fields([plan.to_net(person) for person in people], plan.net_size[::-1], skeleton=model.skeleton)
     computed = ComputedView(view.view, (fields,), 0.0)
-    ((found, _),) = decode_views(network_pass, [computed], DecodeParams(), DirectDecodeParams())
+    ((found, _),) = decode_views(network_pass, [computed], SETUP)
     order = np.argsort(found[:, model.skeleton.index['neck'], 0])
     np.testing.assert_allclose(found[order, :, :2], people, atol=1.0)
 
@@ -133,7 +134,7 @@ def scored(person, noise=0.0):
 def refined(network, person, margin=1.6, mirror=False, size=SIZE, centred=False):
     """Return the pose of the same person on a crop, None where nobody is like that."""
     refinement = CropRefinement(MOVENET_MULTIPOSE, margin, mirror, centred=centred)
-    crop = prepare_crop(chart(*size), person, refinement, [person], COCO_18).compute(network)
+    crop = prepare_crop(CrowdImage(chart(*size), [person], COCO_18), person, refinement).compute(network)
     return most_alike(decode_crop(crop, MOVENET_MULTIPOSE, DirectDecodeParams(), COCO_18).keypoints, person, SIGMAS)
 
 
@@ -184,7 +185,7 @@ def test_a_person_at_the_border_is_in_the_middle_of_the_crop(x, y):
     known = scored(person)
     beyond = ((person < 0) | (person > np.subtract(SIZE, 1))).any(axis=1)
     known[beyond] = (np.nan, np.nan, 0)
-    crop = prepare_crop(chart(*SIZE), known, THUNDER_CROP, [known], COCO_18)
+    crop = prepare_crop(CrowdImage(chart(*SIZE), [known], COCO_18), known, THUNDER_CROP)
     low, high = person[~beyond].min(axis=0), person[~beyond].max(axis=0)
     np.testing.assert_allclose(crop.view.plan.to_image((127.5, 127.5)) + crop.view.origin, (low + high) / 2, atol=1.1)
     column, row = np.rint(crop.view.plan.to_net(np.subtract((0, 0), crop.view.origin))).astype(int)
@@ -277,10 +278,11 @@ def rotated(person, degrees):
 def test_who_lies_is_turned_upright(degrees, turns):
     person = scored(rotated(person_at(320, 100, 250), degrees))
     assert quarter_turns(person, COCO_18) == turns
-    crop = prepare_crop(chart(*SIZE), person, THUNDER_CROP, [person], COCO_18)
+    crop = prepare_crop(CrowdImage(chart(*SIZE), [person], COCO_18), person, THUNDER_CROP)
     assert crop.view.turns == turns
     of_multipose = CropRefinement(MOVENET_MULTIPOSE, 1.6)
-    assert prepare_crop(chart(*SIZE), person, of_multipose, [person], COCO_18).view.turns == 0, 'it is not square'
+    crop = prepare_crop(CrowdImage(chart(*SIZE), [person], COCO_18), person, of_multipose)
+    assert crop.view.turns == 0, 'it is not square'
     seen = person[:, :2] - crop.view.origin
     for _ in range(turns):
         seen = np.column_stack([seen[:, 1], crop.view.plan.image_size[0] - 1 - seen[:, 0]])
@@ -310,7 +312,8 @@ def test_what_a_turned_network_sees_comes_back_to_its_place(turns, mirror):
     image, person = np.zeros((SIZE[1], SIZE[0], 3), np.uint8), scored(person_at(320, 150, 200))
     place = np.array([300, 200])
     image[place[1] - 2:place[1] + 3, place[0] - 2:place[0] + 3] = 255
-    crop = prepare_crop(image, person, replace(THUNDER_CROP, mirror=mirror), [person], COCO_18).turned(turns)
+    alone = CrowdImage(image, [person], COCO_18)
+    crop = prepare_crop(alone, person, replace(THUNDER_CROP, mirror=mirror)).turned(turns)
     rows, columns = np.nonzero(crop.input[..., 0] > 128)
     found = np.full((1, 18, 3), (columns.mean(), rows.mean(), 1.0), np.float32)
     back = crop.view.in_image(Poses(found, np.ones(1)), COCO_18)

@@ -37,9 +37,6 @@ class DecodeParams(Parameters):
     joints and limbs, divided by the joints); below 0.25 scenes without people begin to show some.
     """
 
-    decoder: str = parameter(
-        'auto', 'Without effect, and kept so that older configuration files load: there is one decoder.',
-        choices=('auto', 'compiled', 'numpy'))
     heatmap_upsample: int = parameter(
         2, 'Factor by which the confidence maps are enlarged before peaks are sought. 1 saves half a millisecond.',
         minimum=1, maximum=8)
@@ -89,8 +86,8 @@ def decode_fields(fields: np.ndarray, model: Model, params: DecodeParams,
     Args:
         fields: (C, h, w) float32, confidence maps followed by the PAF.
         model: tells which channel is what.
-        valid_size: (width, height) of the image within the network's input [px]; what lies beyond is padding, where
-            nobody is.
+        valid_size: (width, height) of the image within the network's input [px]; what lies beyond is padding without
+            people.
 
     Returns:
         People in pixels of the network's input, the surest first.
