@@ -401,13 +401,6 @@ def test_bad_parameter_is_refused(key, value):
         DecodeParams(**{key: value})
 
 
-def test_the_old_choice_of_a_decoder_is_read_and_without_effect():
-    fields = render_fields([standing_person(300, 60, 250)])
-    for choice in ('auto', 'compiled', 'numpy'):
-        assert len(decoded(fields, decoder=choice)[0]) == 1
-    with pytest.raises(ParameterError, match=r"'decoder' = 'cuda'.*'auto', 'compiled', 'numpy'"):
-        DecodeParams(decoder='cuda')
-
 
 # --- other networks, layouts and threads ----------------------------------------------------------------------------
 

@@ -228,7 +228,7 @@ def test_joints_in_the_padding_on_both_sides_are_missing():
 def test_findings_do_not_change_the_network_s_output():
     outputs = movenet_rows((STANDING, np.full(17, 0.9), 0.9))
     before = outputs[0].copy()
-    decode_direct(outputs, MOVENET_MULTIPOSE, DirectDecodeParams(), SIZE, (100, 50))
+    decode_direct(outputs, MOVENET_MULTIPOSE, DirectDecodeParams(), SIZE, (0, 0, 100, 50))
     np.testing.assert_array_equal(outputs[0], before)
 
 

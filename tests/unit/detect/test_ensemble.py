@@ -215,7 +215,7 @@ def test_halves_of_a_body_are_no_duplicates():
 
 
 def test_most_alike():
-    assert most_alike(NOBODY, pose(100), SIGMAS) is None
+    assert most_alike(NOBODY, pose(100), NOBODY, SIGMAS) is None
     poses = np.stack([pose(130), pose(103), pose(100, height=80)])
-    np.testing.assert_array_equal(most_alike(poses, pose(100), SIGMAS), poses[1])
-    assert most_alike(poses, pose(300), SIGMAS) is None
+    np.testing.assert_array_equal(most_alike(poses, pose(100), NOBODY, SIGMAS), poses[1])
+    assert most_alike(poses, pose(300), NOBODY, SIGMAS) is None

@@ -167,13 +167,15 @@ def test_joints_on_somebody_nearer_do_not_tell_how_far_away_a_person_is():
 
 
 def behind(opinions, foreground):
-    return vote_behind(opinions, foreground, MODES['balanced'])
+    recipe = MODES['balanced']  # crops count as much as searches here
+    refinements = tuple(replace(one, place_weight=1.0) for one in recipe.refinements)
+    return vote_behind(opinions, foreground, replace(recipe, refinements=refinements))
 
 
 def test_opinions_of_the_full_image_on_somebody_nearer_are_doubted_where_a_crop_tells():
     foreground, plain = before([BEHIND, FRONT], TWO)
     opinions = {0: FRONT, 1: FRONT, 2: BEHIND}
-    nearer = foreground.holds(FRONT[:, :2])
+    nearer = foreground.covers(FRONT[:, :2])
     told, undoubted = behind(opinions, foreground), behind(opinions, plain)
     away = np.hypot(*(told[:, :2] - BEHIND[:, :2]).T) - np.hypot(*(undoubted[:, :2] - BEHIND[:, :2]).T)
     assert nearer.sum() > 10 and (away[nearer] < -20).all() and (away[~nearer] == 0).all()

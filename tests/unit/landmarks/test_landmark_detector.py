@@ -7,7 +7,7 @@ from test_regions import turned
 
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.landmarks.detector import LandmarkDetector, create_landmark_detector
-from openpose_ros_pkg.landmarks.looking import FACE, HAND, LOOK
+from openpose_ros_pkg.landmarks.landmark_network import FACE, HAND, LANDMARKS
 from openpose_ros_pkg.landmarks.params import LandmarkParams
 from openpose_ros_pkg.networks.backends import BackendParams
 from openpose_ros_pkg.people import People2D
@@ -156,7 +156,8 @@ def test_hand_that_is_followed_takes_one_pass(detector, reader):
 
 
 @pytest.mark.parametrize('stamp, ids, camera', [
-    (1.0 + 1.1 * LOOK.follow_time, [1], 'c'), (0.0, [1], 'c'), (1.1, [2], 'c'), (1.1, [1], 'other'), (1.1, [-1], 'c')])
+    (1.0 + 1.1 * LANDMARKS.follow_time, [1], 'c'),
+    (0.0, [1], 'c'), (1.1, [2], 'c'), (1.1, [1], 'other'), (1.1, [-1], 'c')])
 def test_what_is_old_or_someone_elses_is_not_followed(detector, reader, stamp, ids, camera):
     detector.detect(scene()[0], people(body()), None, 'c', 1.0)
     reader.passes = 0
@@ -207,8 +208,8 @@ def test_hand_behind_another_one_is_carried_along_with_its_wrist(detector):
     found = detector.detect(only_right, people(body(left=(440, 215))), None, 'c', 1.1).hands
     assert found.left.tolist() == [True, False]
     np.testing.assert_allclose(found.keypoints[0, :, :2], hands[True] + (290, 15), atol=1.0)
-    assert found.scores[0] == pytest.approx(0.95 * (1 - 0.1 / LOOK.carry_time)) and found.scores[1] > 0.9
-    later = detector.detect(only_right, people(body(left=(440, 215))), None, 'c', 1.1 + LOOK.carry_time).hands
+    assert found.scores[0] == pytest.approx(0.95 * (1 - 0.1 / LANDMARKS.carry_time)) and found.scores[1] > 0.9
+    later = detector.detect(only_right, people(body(left=(440, 215))), None, 'c', 1.1 + LANDMARKS.carry_time).hands
     assert later.left.tolist() == [False]
 
 
@@ -231,7 +232,7 @@ def test_within_a_budget_those_looked_at_longest_ago_come_first(detector, reader
     reader.passes = 0
     second = detector.detect(image, people(body()), None, 'c', 1.1, seconds=0.0).hands
     assert len(second) == 2 and reader.passes == 2  # the other one is new; the first is carried
-    assert sorted(second.scores)[0] == pytest.approx(0.95 * (1 - 0.1 / LOOK.carry_time))
+    assert sorted(second.scores)[0] == pytest.approx(0.95 * (1 - 0.1 / LANDMARKS.carry_time))
     third = detector.detect(image, people(body()), None, 'c', 1.2, seconds=0.0).hands
     assert third.scores[first.left[0] == third.left] == pytest.approx([0.95])
     assert len(detector.detect(image, people(body()), None, 'c', 1.3, seconds=10.0).hands) == 2
@@ -243,7 +244,7 @@ def test_what_waits_too_long_is_left_out(detector):
     image, _ = scene()
     detector.detect(image, people(body(), ids=[1]), None, 'c', 1.0)
     crowd = people(body(), body(), body(), ids=[1, 2, 3])
-    found = detector.detect(image, crowd, None, 'c', 1.0 + 1.1 * LOOK.carry_time, seconds=0.0).hands
+    found = detector.detect(image, crowd, None, 'c', 1.0 + 1.1 * LANDMARKS.carry_time, seconds=0.0).hands
     assert len(found) == 1
 
 
@@ -253,9 +254,9 @@ def test_where_nothing_was_found_there_is_no_look_for_a_moment(detector, reader)
     assert len(detector.detect(nothing, people(body()), None, 'c', 1.0).hands) == 0
     reader.passes = 0
     image, _ = scene()
-    assert len(detector.detect(image, people(body()), None, 'c', 1.0 + 0.9 * LOOK.retry_time).hands) == 0
+    assert len(detector.detect(image, people(body()), None, 'c', 1.0 + 0.9 * LANDMARKS.retry_time).hands) == 0
     assert reader.passes == 0
-    assert len(detector.detect(image, people(body()), None, 'c', 1.0 + 1.1 * LOOK.retry_time).hands) == 2
+    assert len(detector.detect(image, people(body()), None, 'c', 1.0 + 1.1 * LANDMARKS.retry_time).hands) == 2
 
 
 def test_what_is_never_found_does_not_starve_what_is_followed(detector):

@@ -6,15 +6,22 @@ from typing import Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
-from openpose_ros_pkg.detect.detector import Detector, PreparedFrame, Setup
-from openpose_ros_pkg.detect.ensemble import group, person_scores, vote
+from openpose_ros_pkg.detect.detector import Detector, PreparedFrame
+from openpose_ros_pkg.detect.ensemble import Setup, group, person_scores, vote
 from openpose_ros_pkg.detect.following import FollowedPerson, FollowingParams
 from openpose_ros_pkg.detect.head_recovery import HEADS
 from openpose_ros_pkg.detect.occlusion_masks import Foreground, foregrounds
-from openpose_ros_pkg.detect.refinement import CrowdImage, decode_crop, prepare_crop
+from openpose_ros_pkg.detect.refinement import CrowdImage, prepare_crop
 from openpose_ros_pkg.detect.schedule import SCHEDULE, Costs, Part, ScheduleConstants, strips
 from openpose_ros_pkg.detect.target_rate import RATE, TargetRateConstants, seconds_per_pixel
-from openpose_ros_pkg.detect.views import ComputedView, compute_views, decode_views, prepare_views, views_of
+from openpose_ros_pkg.detect.views import (
+    ComputedView,
+    compute_views,
+    decode_crop,
+    decode_views,
+    prepare_views,
+    views_of,
+)
 from openpose_ros_pkg.oks import extent, sigmas
 
 # Runs of a network whose median tells its pace: the first run for a size, which compiles it, does not count.

@@ -5,24 +5,24 @@ from typing import Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
 
-from openpose_ros_pkg.decode.direct import DirectDecodeParams
-from openpose_ros_pkg.decode.paf import DecodeParams
 from openpose_ros_pkg.detect.detection import DepthView
+from openpose_ros_pkg.detect.ensemble import DetectorSettings as DetectorSettings
+from openpose_ros_pkg.detect.ensemble import LiveDetectorSettings as LiveDetectorSettings
 from openpose_ros_pkg.detect.ensemble import (
-    EnsembleParams,
     Opinions,
-    accepted,
+    Setup,
+    accepted_people,
     candidate_thresholds,
     vote_on_people,
 )
 from openpose_ros_pkg.detect.following import NEVER_FOLLOWED, FollowingParams
-from openpose_ros_pkg.detect.head_recovery import Recovered, recover
+from openpose_ros_pkg.detect.head_recovery import with_recovered
 from openpose_ros_pkg.detect.recipes import DetectorParams, Recipe, recipe_of
 from openpose_ros_pkg.detect.refinement import CrowdImage, prepare_crop, refine
 from openpose_ros_pkg.detect.target_rate import fitted_to_rate
-from openpose_ros_pkg.detect.views import NetworkSetup, PreparedView, compute_views, decode_views, prepare_views
+from openpose_ros_pkg.detect.views import PreparedView, compute_views, decode_views, prepare_views
 from openpose_ros_pkg.errors import BadInputError, MissingWeightsError, ModelError, ParameterError
-from openpose_ros_pkg.networks.backends import Backend, BackendParams, LiveBackendParams, create_backend
+from openpose_ros_pkg.networks.backends import Backend, BackendParams, create_backend
 from openpose_ros_pkg.networks.models import OPTIONAL, Model, weights_path
 from openpose_ros_pkg.people import People2D, Poses
 from openpose_ros_pkg.skeletons import SkeletonModel
@@ -32,31 +32,6 @@ from openpose_ros_pkg.stream.fair_lock import FairLock
 # compiled with its first image: 0.3 s of processor time where they are kept on disk, 1.6 s where not.
 USUAL_SIZE = (960, 540)
 _log = logging.getLogger(__name__)
-
-
-@dataclass(frozen=True)
-class DetectorSettings:
-    """All parameters of the detector."""
-
-    detector: DetectorParams
-    backend: BackendParams
-    decode: DecodeParams
-    direct: DirectDecodeParams
-    ensemble: EnsembleParams
-
-
-@dataclass(frozen=True)
-class LiveDetectorSettings(DetectorSettings):
-    """All parameters of the detector, with the defaults of nodes."""
-
-    backend: LiveBackendParams
-
-
-@dataclass(frozen=True)
-class Setup(NetworkSetup):
-    """What a frame is computed with, whatever is reconfigured in the meantime."""
-
-    settings: DetectorSettings
 
 
 @dataclass(frozen=True)
@@ -281,13 +256,13 @@ class Detector:
                 people, crop_seconds = refine(people, frame.bgr, setup, setup.settings.decode.person_min_score)
                 seconds += crop_seconds
             opinions = people.opinions
-            poses, recovered = with_recovered(people.poses, frame)
+            poses, recovered = with_recovered(people.poses, frame.bgr, frame.depth, setup)
             seconds += recovered.seconds
         return ComputedFrame((frame.bgr.shape[1], frame.bgr.shape[0]), poses, seconds, setup, opinions)
 
     def finish(self, frame: ComputedFrame) -> People2D:
         """Return the people of a computed image; see `detect`."""
-        return people_of(frame.poses, frame.setup, frame.image_size)[0]
+        return accepted_people(frame.poses, frame.setup, frame.image_size)[0]
 
     def _load(self, params: DetectorParams) -> Tuple[Recipe, Dict[str, Backend]]:
         """Return the recipe that the parameters ask for, or a faster one for `target_rate`, and its networks."""
@@ -319,28 +294,6 @@ def prepare_frame(bgr: np.ndarray, setup: Setup, views: bool = True, depth: Opti
     """
     _check_image(bgr)
     return PreparedFrame(bgr, _views(bgr, setup.recipe) if views else [], setup, depth)
-
-
-def people_of(poses: Poses, setup: Setup, image_size: Tuple[int, int]) -> Tuple[People2D, np.ndarray]:
-    """Return the accepted people in an image of (width, height) [px], without ids, and their indices."""
-    kept = np.arange(len(poses.scores))
-    if setup.recipe.is_ensemble:
-        poses, kept = accepted(poses, setup.recipe, setup.settings.decode, setup.settings.ensemble)
-    # half a pixel beyond the centre of the outermost pixel is still that pixel
-    keypoints = poses.keypoints.copy()
-    keypoints[..., :2] = np.clip(keypoints[..., :2], 0, np.subtract(image_size, 1))
-    return People2D(setup.recipe.skeleton, keypoints, poses.scores, np.full(len(poses.scores), -1)), kept
-
-
-def with_recovered(poses: Poses, frame: PreparedFrame) -> Tuple[Poses, Recovered]:
-    """Return people with those behind them whom only the depth of the image shows, and these; see `recover`."""
-    setup, image = frame.setup, frame.bgr
-    if frame.depth is None:
-        return poses, Recovered(Poses(poses.keypoints[:0], poses.scores[:0]), 0, 0.0)
-    people = people_of(poses, setup, (image.shape[1], image.shape[0]))[0]
-    recovered = recover(people.keypoints, image, frame.depth, setup)
-    return Poses(np.concatenate([poses.keypoints, recovered.poses.keypoints]),
-                 np.concatenate([poses.scores, recovered.poses.scores])), recovered
 
 
 def _views(bgr: np.ndarray, recipe: Recipe) -> List[List[PreparedView]]:

@@ -12,11 +12,13 @@ import numpy as np
 from openpose_ros_pkg.decode.direct import DirectDecodeParams
 from openpose_ros_pkg.decode.paf import DecodeParams
 from openpose_ros_pkg.detect.detection import DepthView
-from openpose_ros_pkg.detect.recipes import Recipe
+from openpose_ros_pkg.detect.recipes import DetectorParams, Recipe
+from openpose_ros_pkg.detect.views import NetworkSetup
+from openpose_ros_pkg.networks.backends import BackendParams, LiveBackendParams
 from openpose_ros_pkg.oks import area, sigmas, similarity
 from openpose_ros_pkg.params.constants import constant
 from openpose_ros_pkg.params.parameters import Parameters, parameter
-from openpose_ros_pkg.people import Poses, keypoints_in
+from openpose_ros_pkg.people import People2D, Poses, keypoints_in
 from openpose_ros_pkg.skeletons import SkeletonModel
 
 
@@ -27,6 +29,31 @@ class EnsembleParams(Parameters):
     joint_min_score: float = parameter(
         0.15, 'Score that a joint needs where several opinions were put together (mode accurate: 0.8 of it). '
              'Raise it (0.5) where only joints count that are surely right.', minimum=0.0, maximum=1.0)
+
+
+@dataclass(frozen=True)
+class DetectorSettings:
+    """All parameters of the detector."""
+
+    detector: DetectorParams
+    backend: BackendParams
+    decode: DecodeParams
+    direct: DirectDecodeParams
+    ensemble: EnsembleParams
+
+
+@dataclass(frozen=True)
+class LiveDetectorSettings(DetectorSettings):
+    """All parameters of the detector, with the defaults of nodes."""
+
+    backend: LiveBackendParams
+
+
+@dataclass(frozen=True)
+class Setup(NetworkSetup):
+    """What a frame is computed with, whatever is reconfigured in the meantime."""
+
+    settings: DetectorSettings
 
 
 @dataclass(frozen=True)
@@ -179,6 +206,17 @@ def person_scores(keypoints: np.ndarray) -> np.ndarray:
     return np.sqrt((keypoints[..., 2] ** 2).mean(axis=1))
 
 
+def accepted_people(poses: Poses, setup: Setup, image_size: Tuple[int, int]) -> Tuple[People2D, np.ndarray]:
+    """Return the accepted people in an image of (width, height) [px], without ids, and their indices."""
+    kept = np.arange(len(poses.scores))
+    if setup.recipe.is_ensemble:
+        poses, kept = accepted(poses, setup.recipe, setup.settings.decode, setup.settings.ensemble)
+    # half a pixel beyond the centre of the outermost pixel is still that pixel
+    keypoints = poses.keypoints.copy()
+    keypoints[..., :2] = np.clip(keypoints[..., :2], 0, np.subtract(image_size, 1))
+    return People2D(setup.recipe.skeleton, keypoints, poses.scores, np.full(len(poses.scores), -1)), kept
+
+
 def accepted(poses: Poses, recipe: Recipe, decode: DecodeParams, params: EnsembleParams) -> Tuple[Poses, np.ndarray]:
     """Return people without duplicates, and without joints and people below their thresholds.
 
@@ -210,8 +248,14 @@ def without_duplicates(poses: Poses, joint_sigmas: np.ndarray, swap: Sequence[in
     return np.array(kept, np.int64)
 
 
-def most_alike(keypoints: np.ndarray, person: np.ndarray, joint_sigmas: np.ndarray,
+def most_alike(keypoints: np.ndarray, person: np.ndarray, people: np.ndarray, joint_sigmas: np.ndarray,
                constants: EnsembleConstants = ENSEMBLE) -> Optional[np.ndarray]:
-    """Return the pose, of (P, K, 3), that is the same person as (K, 3); None: none is."""
+    """Return the pose, of (N, K, 3), that is the person, (K, 3), and none of the other (P, K, 3) people; else None."""
     alike = [similarity(person, pose, joint_sigmas) for pose in keypoints]
-    return keypoints[int(np.argmax(alike))] if alike and max(alike) >= constants.same_person else None
+    if not alike or max(alike) < constants.same_person:
+        return None
+    pose = keypoints[int(np.argmax(alike))]
+    if any(similarity(pose, other, joint_sigmas) > max(alike)
+           and similarity(person, other, joint_sigmas) < constants.duplicate for other in people):
+        return None
+    return pose

@@ -11,10 +11,10 @@ import cv2
 import numpy as np
 
 from openpose_ros_pkg.detect.detection import DepthView
+from openpose_ros_pkg.detect.ensemble import Setup, accepted_people
 from openpose_ros_pkg.detect.occlusion_masks import Foreground, cover_others
 from openpose_ros_pkg.detect.recipes import CropRefinement, Recipe
-from openpose_ros_pkg.detect.refinement import decode_crop
-from openpose_ros_pkg.detect.views import NetworkSetup, PreparedView, View, compute_views
+from openpose_ros_pkg.detect.views import NetworkSetup, PreparedView, View, compute_views, decode_crop
 from openpose_ros_pkg.networks.preprocess import fit_image
 from openpose_ros_pkg.params.constants import constant
 from openpose_ros_pkg.people import Poses
@@ -133,6 +133,16 @@ def _head_like(depth: np.ndarray, focal: float, constants: HeadConstants) -> np.
     like = np.zeros(padded.shape, bool)
     like.flat[index] = True
     return like[border:border + depth.shape[0], border:border + depth.shape[1]]
+
+
+def with_recovered(poses: Poses, bgr: np.ndarray, depth: Optional[DepthView], setup: Setup) -> Tuple[Poses, Recovered]:
+    """Return people with those behind them whom only the depth of the image shows, and these; see `recover`."""
+    if depth is None:
+        return poses, Recovered(Poses(poses.keypoints[:0], poses.scores[:0]), 0, 0.0)
+    people = accepted_people(poses, setup, (bgr.shape[1], bgr.shape[0]))[0]
+    recovered = recover(people.keypoints, bgr, depth, setup)
+    return Poses(np.concatenate([poses.keypoints, recovered.poses.keypoints]),
+                 np.concatenate([poses.scores, recovered.poses.scores])), recovered
 
 
 def recover(people: np.ndarray, bgr: np.ndarray, view: DepthView, setup: NetworkSetup,

@@ -13,13 +13,11 @@ from openpose_ros_pkg.detect.detector import (
     ComputedFrame,
     Detector,
     PreparedFrame,
-    Setup,
-    people_of,
     prepare_frame,
-    with_recovered,
 )
-from openpose_ros_pkg.detect.ensemble import Opinions, person_scores
+from openpose_ros_pkg.detect.ensemble import Opinions, Setup, accepted_people, person_scores
 from openpose_ros_pkg.detect.following import FollowedPerson, Following, FollowingParams, without_shared_crops
+from openpose_ros_pkg.detect.head_recovery import with_recovered
 from openpose_ros_pkg.detect.schedule import NO_GREY, Budget, Part, Schedule, changed_columns, due_parts, small_grey
 from openpose_ros_pkg.detect.tracking import (
     TRACKING,
@@ -295,7 +293,7 @@ def _search_in_full(detector: Detector, prepared: PreparedDetection, memory: Cam
     poses, opinions = computed.poses, computed.opinions
     persons = [_person(pose, of_person, setup) for pose, of_person in zip(poses.keypoints, opinions)]
     persons += [_recovered(pose, setup) for pose in poses.keypoints[len(persons):]]
-    people, kept = people_of(poses, setup, computed.image_size)
+    people, kept = accepted_people(poses, setup, computed.image_size)
     following, people = memory.following.updated(people, [persons[i] for i in kept], frame.stamp, ids)
     memory = replace(memory, following=following, people=len(kept), grey=small_grey(frame.bgr, prepared.plan.schedule),
                      schedule=memory.schedule.done(memory.schedule.parts, frame.stamp))
@@ -328,11 +326,11 @@ def _follow(prepared: PreparedDetection, memory: CameraMemory, in_space: Optiona
     keypoints = keypoints.reshape(-1, len(recipe.skeleton.joints), 3)
     poses, seconds = Poses(keypoints, person_scores(keypoints)), looked.seconds + found.seconds + both.seconds
     if parts and budget.affords(plan.most_heads * cost):
-        poses, recovered = with_recovered(poses, image)
+        poses, recovered = with_recovered(poses, frame.bgr, frame.depth, setup)
         budget = budget.after(cost * recovered.crops)
         seconds += recovered.seconds
         reported += [_recovered(pose, setup) for pose in recovered.poses.keypoints]
-    accepted, kept = people_of(poses, setup, (frame.bgr.shape[1], frame.bgr.shape[0]))
+    accepted, kept = accepted_people(poses, setup, (frame.bgr.shape[1], frame.bgr.shape[0]))
     following, accepted = memory.following.updated(accepted, [reported[i] for i in kept], frame.stamp, ids)
     return _Answer(accepted, replace(memory, following=following, budget=budget, people=len(kept)), seconds,
                    looked.runs + found.runs + both.runs)

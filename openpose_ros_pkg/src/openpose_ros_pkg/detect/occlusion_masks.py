@@ -210,13 +210,12 @@ def vote_behind(opinions: Opinions, foreground: Optional[Foreground], recipe: Re
     Args:
         foreground: in front of the person; None: no person, or unknown.
     """
-    weights, place_weights = recipe.weights, recipe.place_weights
-    if foreground is None:
-        return vote_with_crops(opinions, recipe, weights, place_weights)
-    if max(opinions, default=0) >= recipe.pass_opinions:
+    if foreground is not None and max(opinions, default=0) >= recipe.pass_opinions:
         opinions = {number: pose if number >= recipe.pass_opinions else _doubted(pose, foreground, layers.doubt)
                     for number, pose in opinions.items()}
-    keypoints = vote_with_crops(opinions, recipe, weights, place_weights)
+    keypoints = vote_with_crops(opinions, recipe, recipe.weights, recipe.place_weights)
+    if foreground is None:
+        return keypoints
     nearest, index = layers.one_place * np.sqrt(area(keypoints)), recipe.skeleton.index
     for part in _OUTER:
         if {f'left_{part}', f'right_{part}'} <= index.keys():

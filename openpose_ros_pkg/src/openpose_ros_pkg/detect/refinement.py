@@ -5,7 +5,6 @@ from typing import List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
-from openpose_ros_pkg.decode.direct import DirectDecodeParams, decode_direct
 from openpose_ros_pkg.detect.ensemble import (
     ENSEMBLE,
     Candidates,
@@ -16,12 +15,10 @@ from openpose_ros_pkg.detect.ensemble import (
 )
 from openpose_ros_pkg.detect.occlusion_masks import COVER, Foreground, cover_others, foregrounds, vote_behind
 from openpose_ros_pkg.detect.recipes import CropRefinement
-from openpose_ros_pkg.detect.views import ComputedView, NetworkSetup, PreparedView, View, compute_views
-from openpose_ros_pkg.networks.models import Model
+from openpose_ros_pkg.detect.views import NetworkSetup, PreparedView, View, compute_views, decode_crop
 from openpose_ros_pkg.networks.preprocess import fit_image
 from openpose_ros_pkg.oks import extent, sigmas, similarity
 from openpose_ros_pkg.params.constants import constant
-from openpose_ros_pkg.people import Poses, keypoints_in
 from openpose_ros_pkg.skeletons import SkeletonModel
 
 
@@ -79,9 +76,8 @@ def refine(people: Candidates, bgr: np.ndarray, setup: NetworkSetup, min_score: 
     for number, (one, views) in enumerate(zip(recipe.refinements, computed), start=recipe.pass_opinions):
         for i, crop in zip(refined, views):
             found = decode_crop(crop, one.model, setup.direct, skeleton).keypoints
-            pose = most_alike(found, people.keypoints[i], joint_sigmas, ensemble)
-            if pose is not None and not _shows_another(pose, people.keypoints[i], shown, joint_sigmas,
-                                                       ensemble.duplicate):
+            pose = most_alike(found, people.keypoints[i], shown, joint_sigmas, ensemble)
+            if pose is not None:
                 opinions[i][number] = pose
     keypoints = people.keypoints.copy()
     for i, foreground in zip(refined, in_front):
@@ -147,22 +143,6 @@ def _reaches(person: np.ndarray, corner: Tuple[int, int], opposite: Tuple[int, i
     low, high = extent(person)
     border = border_share * (high - low).max()
     return bool((high + border >= corner).all() and (low - border <= opposite).all())
-
-
-def _shows_another(pose: np.ndarray, person: np.ndarray, people: np.ndarray, joint_sigmas: np.ndarray,
-                   duplicate: float) -> bool:
-    """Return whether a crop of a person shows another one of (P, K, 3) people rather."""
-    alike = similarity(pose, person, joint_sigmas)
-    return any(similarity(pose, other, joint_sigmas) > alike
-               and similarity(person, other, joint_sigmas) < duplicate for other in people)
-
-
-def decode_crop(crop: ComputedView, model: Model, params: DirectDecodeParams, skeleton: SkeletonModel) -> Poses:
-    """Find the people in a crop, in pixels of the image and the joints of a skeleton; those beyond it are missing."""
-    plan = crop.view.plan
-    poses = crop.view.in_image(decode_direct(crop.outputs, model, params, plan.net_size, (0, 0, *plan.scaled_size)),
-                               model.skeleton)
-    return Poses(keypoints_in(poses.keypoints, model.skeleton, skeleton), poses.scores)
 
 
 def _crop_square(person: np.ndarray, margin: float, size: Tuple[int, int], constants: CropConstants

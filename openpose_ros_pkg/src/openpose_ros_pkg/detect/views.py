@@ -13,7 +13,7 @@ from openpose_ros_pkg.detect.recipes import NetworkPass, Recipe
 from openpose_ros_pkg.networks.backends import Backend
 from openpose_ros_pkg.networks.models import Model
 from openpose_ros_pkg.networks.preprocess import ImageToNet, fit_image
-from openpose_ros_pkg.people import Poses
+from openpose_ros_pkg.people import Poses, keypoints_in
 from openpose_ros_pkg.skeletons import SkeletonModel
 
 
@@ -167,13 +167,21 @@ def decode_views(network_pass: NetworkPass, views: Sequence[ComputedView], setup
     """Find the people, in pixels of the image: one opinion from averaged fields, or one from each view."""
     model = network_pass.model
     if model.decoder == 'paf':
-        first = views[0].view
-        poses = decode_fields(averaged_fields(views, model), model, setup.decode, first.plan.scaled_size)
+        first, fields = views[0].view, averaged_fields(views, model)
+        poses = decode_fields(fields, model, setup.decode, first.plan.scaled_size)
         return [first.in_image(poses, model.skeleton)]
     plans = [view.view.plan for view in views]
     return [view.view.in_image(decode_direct(view.outputs, model, setup.direct, plan.net_size,
                                              (*plan.offset, *plan.scaled_size)), model.skeleton)
             for view, plan in zip(views, plans)]
+
+
+def decode_crop(crop: ComputedView, model: Model, params: DirectDecodeParams, skeleton: SkeletonModel) -> Poses:
+    """Find the people in a crop, in pixels of the image and the joints of a skeleton; those beyond it are missing."""
+    plan = crop.view.plan
+    poses = crop.view.in_image(decode_direct(crop.outputs, model, params, plan.net_size, (0, 0, *plan.scaled_size)),
+                               model.skeleton)
+    return Poses(keypoints_in(poses.keypoints, model.skeleton, skeleton), poses.scores)
 
 
 def averaged_fields(views: Sequence[ComputedView], model: Model) -> np.ndarray:
