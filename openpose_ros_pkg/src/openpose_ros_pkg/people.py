@@ -49,6 +49,10 @@ class Poses(NamedTuple):
     keypoints: np.ndarray
     scores: np.ndarray
 
+    def joined(self, others: 'Poses') -> 'Poses':
+        """Return these people and then others."""
+        return Poses(np.concatenate([self.keypoints, others.keypoints]), np.concatenate([self.scores, others.scores]))
+
 
 @dataclass(frozen=True)
 class People2D:

@@ -40,14 +40,6 @@ def assert_people(plan, fields, people, model, atol):
 
 # --- nobody, one look -----------------------------------------------------------------------------------------------
 
-@NETWORKS
-def test_nobody(model):
-    plan, fields = mean_of([], (641, 479), model, (1.0, False), (1.0, True), (0.5, False))
-    assert_people(plan, fields, [], model, 0)
-    background = fields[model.heatmaps - 1]
-    np.testing.assert_allclose(background, 1, atol=1e-5)
-
-
 def test_one_look_is_handed_on():
     plan, fields = look([], (641, 479), COCO)
     assert average_fields([fields], [plan], [False], COCO) is fields
@@ -64,29 +56,6 @@ def test_equal_looks_change_nothing_and_the_inputs_stay_as_they_are():
 
 
 # --- known people ---------------------------------------------------------------------------------------------------
-
-@SIZES
-@NETWORKS
-def test_scales(model, size):
-    """The place is good to a tenth of a cell, although smaller fields are coarser and padded otherwise."""
-    people = two_people(model.skeleton, size)
-    plan, fields = mean_of(people, size, model, (1.0, False), (0.75, False), (0.5, False))
-    assert_people(plan, fields, people, model, atol=1.0)
-
-
-@SIZES
-@NETWORKS
-def test_mirror_image(model, size):
-    """The mean with the mirror image is as good as the original, for all joints: none is taken for another one."""
-    people = two_people(model.skeleton, size)
-    plan, fields = mean_of(people, size, model, (1.0, False), (1.0, True))
-    assert_people(plan, fields, people, model, atol=1.0)
-    _, alone = look(people, size, model)
-    assert fields.shape == alone.shape == (model.channels, plan.net_size[1] // 8, plan.net_size[0] // 8)
-    # Peaks keep their height: were left and right mixed up, they would have half of it.
-    joints = len(model.skeleton.joints)
-    np.testing.assert_allclose(fields[:joints].max(axis=(1, 2)), alone[:joints].max(axis=(1, 2)), atol=0.15)
-
 
 @NETWORKS
 def test_scales_and_mirror_images(model):

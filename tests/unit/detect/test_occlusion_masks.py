@@ -8,7 +8,7 @@ from openpose_ros_pkg.decode.direct import DirectDecodeParams
 from openpose_ros_pkg.decode.paf import DecodeParams
 from openpose_ros_pkg.detect.detection import DepthView
 from openpose_ros_pkg.detect.ensemble import Candidates
-from openpose_ros_pkg.detect.occlusion_masks import COVER, foregrounds, vote_behind
+from openpose_ros_pkg.detect.occlusion_masks import foregrounds, vote_behind
 from openpose_ros_pkg.detect.recipes import MODES, MULTIPOSE_CROP, THUNDER_CROP
 from openpose_ros_pkg.detect.refinement import CrowdImage, prepare_crop, refine
 from openpose_ros_pkg.detect.views import NetworkSetup
@@ -73,15 +73,6 @@ def test_what_lies_on_the_person_stays():
     assert changed.any() and not changed[y, x].any()
 
 
-def test_who_was_found_twice_is_no_other():
-    assert not covered(scored(300), [scored(300), scored(302)])[1].any()
-
-
-def test_joints_that_are_guesses_cover_nothing():
-    person = scored(300)
-    assert not covered(person, [person, scored(400, COVER.sure_joint - 0.01)])[1].any()
-
-
 @pytest.mark.parametrize('place', [1e5, -1e9])
 def test_joints_far_beyond_the_image_cover_nothing(place):
     person, other = scored(300), scored(300)
@@ -129,19 +120,15 @@ BEHIND, FRONT = scored(300), scored(360)
 TWO = view((200, 320, 3.0), (322, 450, 2.0))
 
 
-def test_nobody_has_nobody_in_front():
-    assert before([], TWO) == [] and before([BEHIND], TWO) == [None]
-
-
 @pytest.mark.parametrize('depth', [None, view(), view((200, 450, 2.0)), view((200, 320, 2.2), (322, 450, 2.0)),
                                    DepthView(np.full((24, 32), np.nan, np.float32), 30.0)],
                          ids=['unknown', 'a wall', 'one surface', 'side by side', 'missing'])
-def test_without_a_gap_in_depth_nobody_is_in_front(depth):
+def test_without_a_gap_in_depth_no_person_is_in_front(depth):
     assert before([BEHIND, FRONT], depth) == [None, None]
 
 
 @pytest.mark.parametrize('mirror', [False, True], ids=['plain', 'mirror'])
-def test_of_somebody_in_front_all_is_covered_also_an_arm_before_the_person(mirror):
+def test_of_a_person_in_front_all_is_covered_also_an_arm_before_the_person(mirror):
     hand, front, depth = BEHIND[COCO_18.index['right_hip'], :2], FRONT.copy(), view((200, 320, 3.0), (322, 450, 2.0))
     front[COCO_18.index['right_wrist'], :2] = hand
     column, row = (hand / 2).astype(int)
@@ -158,7 +145,7 @@ def test_of_somebody_in_front_all_is_covered_also_an_arm_before_the_person(mirro
         assert len(x) > 0 and (changed[y, x] == is_covered).all()
 
 
-def test_joints_on_somebody_nearer_do_not_tell_how_far_away_a_person_is():
+def test_joints_on_a_person_nearer_do_not_tell_how_far_away_a_person_is():
     """Most joints of the one behind are taken to be on the one in front."""
     hidden = scored(335)
     foreground, none = before([hidden, FRONT], TWO)
@@ -172,7 +159,7 @@ def behind(opinions, foreground):
     return vote_behind(opinions, foreground, replace(recipe, refinements=refinements))
 
 
-def test_opinions_of_the_full_image_on_somebody_nearer_are_doubted_where_a_crop_tells():
+def test_opinions_of_the_full_image_on_a_person_nearer_are_doubted_where_a_crop_tells():
     foreground, plain = before([BEHIND, FRONT], TWO)
     opinions = {0: FRONT, 1: FRONT, 2: BEHIND}
     nearer = foreground.covers(FRONT[:, :2])
@@ -183,7 +170,7 @@ def test_opinions_of_the_full_image_on_somebody_nearer_are_doubted_where_a_crop_
     np.testing.assert_array_equal(behind(alone, foreground), behind(alone, plain))
 
 
-def test_of_two_joints_in_one_place_somebody_behind_others_has_one():
+def test_of_two_joints_in_one_place_a_person_behind_others_has_one():
     """The network sees one leg, and takes it for both."""
     left, right = COCO_18.index['left_knee'], COCO_18.index['right_knee']
     pose = BEHIND.copy()

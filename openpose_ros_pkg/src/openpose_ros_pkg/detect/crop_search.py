@@ -1,4 +1,4 @@
-"""How an image is searched: its parts for any person, and crops for people who are expected."""
+"""How an image is searched: its parts for any person, and crops for expected people."""
 import time
 from dataclasses import dataclass, replace
 from statistics import median
@@ -37,7 +37,7 @@ class Run(NamedTuple):
 
 
 class PartPeople(NamedTuple):
-    """The people whom a source found in a part: number of the source, the part, (P, K, 3) keypoints."""
+    """The people that a source found in a part: number of the source, the part, (P, K, 3) keypoints."""
 
     number: int
     part: Part
@@ -132,15 +132,11 @@ class SearchPlan:
         """What the crops of a person take [s]."""
         return self._of_person(self.pace)
 
-    def of_parts(self, parts: Sequence[Part], height: int) -> Dict[Part, float]:
-        """Return what each part of an image of a height [px] takes [s]."""
-        return {part: self._of_part(self.pace, part, height) for part in parts}
-
     def costs(self, parts: Sequence[Part], height: int, people: int) -> Costs:
         """Return what an image of a height [px] with some people takes."""
-        search, of_person = sum(self.of_parts(parts, height).values()), self.of_person
-        least = self.schedule.least_work * (search + self.expected_people * of_person)
-        return Costs(least, people * of_person, search)
+        search = {part: self._of_part(self.pace, part, height) for part in parts}
+        least = self.schedule.least_work * (sum(search.values()) + self.expected_people * self.of_person)
+        return Costs(least, people * self.of_person, search)
 
     def parts(self, size: Tuple[int, int]) -> Tuple[Part, ...]:
         """Return the parts of an image of (width, height) [px].
@@ -244,14 +240,14 @@ def assign(found: Sequence[PartPeople], people: Sequence[FollowedPerson], setup:
 
 
 def _searched(person: FollowedPerson, found: Sequence[PartPeople]) -> FollowedPerson:
-    """Return a person, whom the sources of whole parts without the person did not find."""
+    """Return a person with empty opinions of the searches that contain the person and did not find it."""
     low, high = person.box
     missed = dict.fromkeys(number for number, part, _ in found if part.contains(low[0], high[0]))
     return replace(person, opinions={**missed, **person.opinions})
 
 
 def likely(new: Sequence[FollowedPerson], setup: Setup) -> List[FollowedPerson]:
-    """Return the new people who are worth a crop, the surest first."""
+    """Return the new people that are worth a crop, the surest first."""
     least = setup.recipe.acceptance * setup.settings.decode.person_min_score
     scores = [float(person_scores(person.expected[np.newaxis])[0]) for person in new]
     order = np.argsort([-score for score in scores], kind='stable')[:setup.recipe.max_refined]

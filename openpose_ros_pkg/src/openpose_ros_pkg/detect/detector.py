@@ -16,7 +16,7 @@ from openpose_ros_pkg.detect.ensemble import (
     vote_on_people,
 )
 from openpose_ros_pkg.detect.following import NEVER_FOLLOWED, FollowingParams
-from openpose_ros_pkg.detect.head_recovery import with_recovered
+from openpose_ros_pkg.detect.head_recovery import recover
 from openpose_ros_pkg.detect.recipes import DetectorParams, Recipe, recipe_of
 from openpose_ros_pkg.detect.refinement import CrowdImage, prepare_crop, refine
 from openpose_ros_pkg.detect.target_rate import fitted_to_rate
@@ -256,7 +256,8 @@ class Detector:
                 people, crop_seconds = refine(people, frame.bgr, setup, setup.settings.decode.person_min_score)
                 seconds += crop_seconds
             opinions = people.opinions
-            poses, recovered = with_recovered(people.poses, frame.bgr, frame.depth, setup)
+            recovered = recover(people.poses, frame.bgr, frame.depth, setup)
+            poses = people.poses.joined(recovered.poses)
             seconds += recovered.seconds
         return ComputedFrame((frame.bgr.shape[1], frame.bgr.shape[0]), poses, seconds, setup, opinions)
 

@@ -19,7 +19,6 @@ from openpose_ros_pkg.oks import area, sigmas, similarity
 from openpose_ros_pkg.params.constants import constant
 from openpose_ros_pkg.params.parameters import Parameters, parameter
 from openpose_ros_pkg.people import People2D, Poses, keypoints_in
-from openpose_ros_pkg.skeletons import SkeletonModel
 
 
 @dataclass(frozen=True)
@@ -77,7 +76,7 @@ Opinions = Dict[int, np.ndarray]
 
 
 class Candidates(NamedTuple):
-    """People on whom opinions were put together, those below the thresholds too.
+    """Candidates for people after the vote, also below the thresholds.
 
     Attributes:
         opinions: of each person.
@@ -97,7 +96,7 @@ class Candidates(NamedTuple):
 
 def candidate_thresholds(decode: DecodeParams, direct: DirectDecodeParams, constants: EnsembleConstants = ENSEMBLE
                          ) -> Tuple[DecodeParams, DirectDecodeParams]:
-    """Return thresholds of the decoders for people on whom several opinions follow."""
+    """Return thresholds of the decoders for candidates, on which other networks vote."""
     score = min(constants.candidate_share * decode.person_min_score, constants.candidate_most)
     return replace(decode, person_min_score=score), replace(
         direct, direct_person_score=constants.candidate_person, direct_joint_score=constants.candidate_joint)
@@ -178,7 +177,7 @@ def vote(opinions: Opinions, weights: Sequence[float], joint_sigmas: np.ndarray,
 
 def vote_with_crops(opinions: Opinions, recipe: Recipe, weights: Sequence[float],
                     place_weights: Sequence[float]) -> np.ndarray:
-    """Vote on a person whom crops may show too; see `vote`.
+    """Vote on a person with the opinions on crops; see `vote`.
 
     Joints that the networks of the crops do not know, as the feet of BODY_25, keep what those of the full image say.
 
@@ -188,17 +187,14 @@ def vote_with_crops(opinions: Opinions, recipe: Recipe, weights: Sequence[float]
     joint_sigmas = sigmas(recipe.skeleton)
     keypoints = vote(opinions, weights, joint_sigmas)
     keypoints[:, :2] = vote(opinions, place_weights, joint_sigmas)[:, :2]
-    known = [np.ones(len(joint_sigmas), bool)] * recipe.pass_opinions
-    known += [_known_joints(one.model.skeleton, recipe.skeleton) for one in recipe.refinements]
-    asked = np.array(weights) @ np.array(known)
+    crops = [one.model.skeleton for one in recipe.refinements]
+    # a crop tells of the joints that its skeleton has, or makes, of those of the recipe
+    in_all = [np.ones(len(joint_sigmas), bool)] * recipe.pass_opinions
+    known = np.array(in_all + [np.isfinite(keypoints_in(np.zeros((1, len(one.joints), 3)), one, recipe.skeleton))[0, :, 0]
+                               for one in crops])
+    asked = np.array(weights) @ known
     keypoints[:, 2] *= np.sqrt(sum(weights) / np.where(asked > 0, asked, sum(weights)))
     return keypoints
-
-
-def _known_joints(source: SkeletonModel, target: SkeletonModel) -> np.ndarray:
-    """Return which joints of a joint set another one has or tells, (K,) bool."""
-    person = np.zeros((1, len(source.joints), 3))
-    return np.isfinite(keypoints_in(person, source, target)[0, :, 0])
 
 
 def person_scores(keypoints: np.ndarray) -> np.ndarray:

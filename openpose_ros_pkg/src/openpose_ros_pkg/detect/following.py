@@ -255,11 +255,11 @@ class Following:
         return min(self.constants.lost_time, self.tracks.timeout)
 
     def expected(self, stamp: float, in_space: Optional[np.ndarray], waited: float) -> List[FollowedPerson]:
-        """Return the people who are expected in an image.
+        """Return the people expected in an image.
 
         Args:
             stamp: [s].
-            in_space: (P, K, 3) people whom tracks in space expect in the image; None: there are no such tracks.
+            in_space: (P, K, 3) people expected by tracks in space; None: no such tracks.
             waited: time since the last frame without a free network [s]; it makes no person lost.
         """
         people = []

@@ -14,7 +14,7 @@ from openpose_ros_pkg.detect.detection import DepthView
 from openpose_ros_pkg.detect.ensemble import Setup, accepted_people
 from openpose_ros_pkg.detect.occlusion_masks import Foreground, cover_others
 from openpose_ros_pkg.detect.recipes import CropRefinement, Recipe
-from openpose_ros_pkg.detect.views import NetworkSetup, PreparedView, View, compute_views, decode_crop
+from openpose_ros_pkg.detect.views import PreparedView, View, compute_views, decode_crop
 from openpose_ros_pkg.networks.preprocess import fit_image
 from openpose_ros_pkg.params.constants import constant
 from openpose_ros_pkg.people import Poses
@@ -135,24 +135,18 @@ def _head_like(depth: np.ndarray, focal: float, constants: HeadConstants) -> np.
     return like[border:border + depth.shape[0], border:border + depth.shape[1]]
 
 
-def with_recovered(poses: Poses, bgr: np.ndarray, depth: Optional[DepthView], setup: Setup) -> Tuple[Poses, Recovered]:
-    """Return people with those behind them whom only the depth of the image shows, and these; see `recover`."""
-    if depth is None:
-        return poses, Recovered(Poses(poses.keypoints[:0], poses.scores[:0]), 0, 0.0)
-    people = accepted_people(poses, setup, (bgr.shape[1], bgr.shape[0]))[0]
-    recovered = recover(people.keypoints, bgr, depth, setup)
-    return Poses(np.concatenate([poses.keypoints, recovered.poses.keypoints]),
-                 np.concatenate([poses.scores, recovered.poses.scores])), recovered
-
-
-def recover(people: np.ndarray, bgr: np.ndarray, view: DepthView, setup: NetworkSetup,
+def recover(poses: Poses, bgr: np.ndarray, view: Optional[DepthView], setup: Setup,
             constants: HeadConstants = HEADS) -> Recovered:
     """Find people at heads that no skeleton explains, on crops.
 
     Args:
-        people: (P, K, 3) float: x, y [px of the image], score; detected people.
+        poses: detected people, in pixels of the image.
         bgr: (H, W, 3) uint8 BGR, the image.
+        view: its depth; None: unknown, so no person is found.
     """
+    if view is None:
+        return Recovered(Poses(poses.keypoints[:0], poses.scores[:0]), 0, 0.0)
+    people = accepted_people(poses, setup, (bgr.shape[1], bgr.shape[0]))[0].keypoints
     skeleton, one = setup.recipe.skeleton, crop_of_one(setup.recipe)
     free = [] if one is None else _unexplained(heads(view, constants), people, bgr, view, constants)[:constants.most]
     found: List[np.ndarray] = []
@@ -162,11 +156,11 @@ def recover(people: np.ndarray, bgr: np.ndarray, view: DepthView, setup: Network
         begin = time.perf_counter()
         computed = compute_views(crops, setup.networks[one.model.name])
         seconds = time.perf_counter() - begin
-        poses = [(head, pose) for head, crop in zip(free, computed)
+        candidates = [(head, pose) for head, crop in zip(free, computed)
                  for pose in decode_crop(crop, one.model, setup.direct, skeleton).keypoints]
         heads_of = [skeleton.index[joint] for joint in _HEAD if joint in skeleton.index]
         confirmed = [_confirmed(pose, heads_of, head, view, _in_depth(pose[:, :2], bgr, view), constants)
-                     for head, pose in poses]
+                     for head, pose in candidates]
         found = [person for person in confirmed if person is not None]
     keypoints = np.array(found, np.float32).reshape(-1, len(skeleton.joints), 3)
     scores = np.array([_score(person, constants.joint_score) for person in found], np.float32)

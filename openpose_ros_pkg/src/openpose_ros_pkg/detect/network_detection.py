@@ -17,7 +17,7 @@ from openpose_ros_pkg.detect.detector import (
 )
 from openpose_ros_pkg.detect.ensemble import Opinions, Setup, accepted_people, person_scores
 from openpose_ros_pkg.detect.following import FollowedPerson, Following, FollowingParams, without_shared_crops
-from openpose_ros_pkg.detect.head_recovery import with_recovered
+from openpose_ros_pkg.detect.head_recovery import recover
 from openpose_ros_pkg.detect.schedule import NO_GREY, Budget, Part, Schedule, changed_columns, due_parts, small_grey
 from openpose_ros_pkg.detect.tracking import (
     TRACKING,
@@ -133,7 +133,7 @@ class NetworkDetection:
 
     `detect` does it all; to pipeline, call `prepare`, `compute` and `finish`, see `Detection`.
 
-    With following, networks compute crops of the people who are expected in an image. The search for others is cut
+    With following, networks compute crops of the people expected in an image. The search for others is cut
     into parts, one pass over one strip of the image each, which are spread over the frames as the time allows. Where no
     person is expected, in the first image, after a gap or when stamps jump back, the image is searched in full, as
     `Detector.detect` does. Each size of the images of a camera has its own memory; where a camera changes to a new size
@@ -305,12 +305,14 @@ def _follow(prepared: PreparedDetection, memory: CameraMemory, in_space: Optiona
     """Return the people of an image, expected ones and those in the parts that are searched.
 
     Args:
-        in_space: (P, K, 3) people whom tracks in space expect in the image; None: there are no such tracks.
+        in_space: (P, K, 3) people expected by tracks in space; None: no such tracks.
     """
     frame, image, plan, setup = prepared.frame, prepared.image, prepared.plan, prepared.plan.setup
-    recipe, cost = setup.recipe, plan.of_person
+    recipe, cost, size = setup.recipe, plan.of_person, (frame.bgr.shape[1], frame.bgr.shape[0])
     people = memory.following.expected(frame.stamp, in_space, memory.waited)
-    memory = _compared(memory, frame, people, plan)
+    grey = small_grey(frame.bgr, plan.schedule)
+    columns = changed_columns(grey, memory.grey, size, [person.box for person in people], plan.schedule)
+    memory = replace(memory, grey=grey, schedule=memory.schedule.changed(columns))
     crops = memory.budget.crops_of(len(people), cost, memory.interval, memory.following.constants.unlooked_time)
     looked = look(image, people, sorted(range(len(people)), key=lambda i: -people[i].urgency)[:crops])
     people = without_shared_crops(looked.people, recipe)
@@ -326,23 +328,15 @@ def _follow(prepared: PreparedDetection, memory: CameraMemory, in_space: Optiona
     keypoints = keypoints.reshape(-1, len(recipe.skeleton.joints), 3)
     poses, seconds = Poses(keypoints, person_scores(keypoints)), looked.seconds + found.seconds + both.seconds
     if parts and budget.affords(plan.most_heads * cost):
-        poses, recovered = with_recovered(poses, frame.bgr, frame.depth, setup)
+        recovered = recover(poses, frame.bgr, frame.depth, setup)
+        poses = poses.joined(recovered.poses)
         budget = budget.after(cost * recovered.crops)
         seconds += recovered.seconds
         reported += [_recovered(pose, setup) for pose in recovered.poses.keypoints]
-    accepted, kept = accepted_people(poses, setup, (frame.bgr.shape[1], frame.bgr.shape[0]))
+    accepted, kept = accepted_people(poses, setup, size)
     following, accepted = memory.following.updated(accepted, [reported[i] for i in kept], frame.stamp, ids)
     return _Answer(accepted, replace(memory, following=following, budget=budget, people=len(kept)), seconds,
                    looked.runs + found.runs + both.runs)
-
-
-def _compared(memory: CameraMemory, frame: ImageFrame, people: Sequence[FollowedPerson], plan: SearchPlan
-              ) -> CameraMemory:
-    """Return the memory after comparing the image with the last one."""
-    grey = small_grey(frame.bgr, plan.schedule)
-    columns = changed_columns(grey, memory.grey, (frame.bgr.shape[1], frame.bgr.shape[0]),
-                              [person.box for person in people], plan.schedule)
-    return replace(memory, grey=grey, schedule=memory.schedule.changed(columns))
 
 
 def _scheduled(memory: CameraMemory, frame: ImageFrame, people: Sequence[FollowedPerson], plan: SearchPlan
@@ -353,8 +347,7 @@ def _scheduled(memory: CameraMemory, frame: ImageFrame, people: Sequence[Followe
         low, high = person.box
         schedule = schedule.lost(low[0], high[0])
     if plan.rate > 0:
-        parts, budget = due_parts(schedule, memory.budget, plan.of_parts(schedule.parts, frame.bgr.shape[0]),
-                                  frame.stamp)
+        parts, budget = due_parts(schedule, memory.budget, frame.stamp)
         return replace(memory, schedule=schedule.done(parts, frame.stamp), budget=budget), parts
     if memory.frames < plan.period and not any(person.recent for person in lost):
         return replace(memory, schedule=schedule), []

@@ -1,5 +1,6 @@
 """Schedule of the search: which part of the image is searched in which frame, within a budget of time."""
 from dataclasses import dataclass, field, replace
+from types import MappingProxyType
 from typing import Dict, List, Mapping, NamedTuple, Sequence, Tuple
 
 import cv2
@@ -160,12 +161,17 @@ class Costs(NamedTuple):
     Attributes:
         least: to be allowed in any case [s].
         crops: the crops of all people [s].
-        search: all parts of the image [s].
+        parts: each part of the image [s].
     """
 
     least: float = 0.0
     crops: float = 0.0
-    search: float = 0.0
+    parts: Mapping[Part, float] = MappingProxyType({})
+
+    @property
+    def search(self) -> float:
+        """All parts of the image [s]."""
+        return sum(self.parts.values())
 
 
 NO_COSTS = Costs()
@@ -233,7 +239,7 @@ class Budget:
         All do where frames are so rare that a person who waited for the next one would no longer be reported.
 
         Args:
-            people: who are expected.
+            people: number of expected people.
             interval: since the last frame [s].
             longest_wait: after which a person without a crop is not reported [s].
         """
@@ -259,17 +265,12 @@ class Budget:
         return replace(self, spent=self.spent + seconds, saved=saved)
 
 
-def due_parts(schedule: Schedule, budget: Budget, costs: Mapping[Part, float], stamp: float
-              ) -> Tuple[List[Part], Budget]:
-    """Return the parts that a frame has time for, the most urgent first, and the budget after them.
-
-    Args:
-        costs: of all parts [s].
-    """
+def due_parts(schedule: Schedule, budget: Budget, stamp: float) -> Tuple[List[Part], Budget]:
+    """Return the parts that a frame has time for, the most urgent first, and the budget after them."""
     due: List[Part] = []
     for part in schedule.order(stamp):
-        if not budget.affords(costs[part]):
+        if not budget.affords(budget.costs.parts[part]):
             break
-        budget = budget.after(costs[part])
+        budget = budget.after(budget.costs.parts[part])
         due.append(part)
     return due, budget
