@@ -6,11 +6,11 @@ import cv2
 import numpy as np
 import pytest
 
-from openpose_ros_fusion.camera_delays import rigid_transform
-from openpose_ros_mocap.joints import JointRecording
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_tools.alignment.alignment import AlignmentParams, align
+from openpose_ros_tools.alignment.candidates import rigid_transform
 from openpose_ros_tools.alignment.clock import JointPaths, bridged_gap, moving_speed
+from openpose_ros_tools.mocap.joints import JointRecording
 from openpose_ros_tools.tables.keypoint_table import measured_people
 from simulated_mocap import Simulated, errors, sequence_truth, simulate, walkers
 from skeleton_extract_3d.people import MEASURED, MISSING
