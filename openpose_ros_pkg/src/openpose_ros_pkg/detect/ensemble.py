@@ -190,8 +190,8 @@ def vote_with_crops(opinions: Opinions, recipe: Recipe, weights: Sequence[float]
     crops = [one.model.skeleton for one in recipe.refinements]
     # a crop tells of the joints that its skeleton has, or makes, of those of the recipe
     in_all = [np.ones(len(joint_sigmas), bool)] * recipe.pass_opinions
-    known = np.array(in_all + [np.isfinite(keypoints_in(np.zeros((1, len(one.joints), 3)), one, recipe.skeleton))[0, :, 0]
-                               for one in crops])
+    in_crops = [keypoints_in(np.zeros((1, len(one.joints), 3)), one, recipe.skeleton)[0, :, 0] for one in crops]
+    known = np.array(in_all + [np.isfinite(one) for one in in_crops])
     asked = np.array(weights) @ known
     keypoints[:, 2] *= np.sqrt(sum(weights) / np.where(asked > 0, asked, sum(weights)))
     return keypoints
