@@ -31,10 +31,10 @@ from typing import Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
 import pandas as pd
-from openpose_ros_pkg.detect.independent_detection import IndependentDetection
 from scipy.optimize import linear_sum_assignment
 
 from common import Parser, errors_end_the_program, new_path
+from openpose_ros_pkg.detect.detection import IndependentDetection
 from openpose_ros_pkg.detect.detector import Detector, Networks
 from openpose_ros_pkg.detect.network_detection import NetworkDetection
 from openpose_ros_pkg.detect.recipes import Recipe
