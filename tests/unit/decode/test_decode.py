@@ -63,14 +63,6 @@ def test_a_crowd():
         np.testing.assert_allclose(nearest[:, :2], person, atol=2)
 
 
-def test_two_people_whose_arms_cross():
-    left, right = standing_person(250, 60, 260), standing_person(350, 64, 255)
-    index = COCO_18.index
-    left[[index['left_elbow'], index['left_wrist']]] = (300, 140), (335, 165)
-    right[[index['right_elbow'], index['right_wrist']]] = (302, 170), (280, 135)
-    assert_found(render_fields([left, right]), [left, right])
-
-
 def test_the_surest_person_comes_first():
     weak, strong = render_fields([standing_person(150, 60, 240)]), render_fields([standing_person(480, 60, 240)])
     weak[:18] *= 0.5

@@ -8,8 +8,6 @@ from openpose_ros_pkg.decode.paf import DecodeParams, decode_fields
 from openpose_ros_pkg.networks.models import MODELS
 from openpose_ros_pkg.networks.preprocess import fit_image
 
-# Sizes that need padding at the right, at the bottom, or not at all.
-SIZES = pytest.mark.parametrize('size', [(641, 479), (777, 333), (701, 391), (656, 368)])
 COCO = MODELS['mobilenet_thin']
 
 

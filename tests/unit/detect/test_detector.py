@@ -343,35 +343,6 @@ def test_mode_accurate_computes_all_whatever_the_rate(values):
     assert Detector(wanted, networks).recipe == recipe_of(wanted.detector)
 
 
-def test_networks_are_not_timed_while_they_compute_a_frame():
-    """They take one image at a time, also while the mode changes."""
-    unit = together([person_at(320, 80, 360)])
-    network = unit._networks.networks['movenet_multipose']
-    inside, entered, go_on, infer = [], threading.Event(), threading.Event(), network.infer
-
-    def slow(images):
-        inside.append(threading.current_thread())
-        assert len(inside) == 1
-        entered.set()
-        assert go_on.wait(60)
-        inside.pop()
-        return infer(images)
-
-    network.infer = slow
-    found = []
-    frame = threading.Thread(target=lambda: found.append(len(unit.detect(chart(*SIZE)))))
-    frame.start()
-    assert entered.wait(60)
-    change = threading.Thread(target=unit.reconfigure, args=(settings(mode='fast', target_rate=0.001),))
-    change.start()
-    time.sleep(0.05)
-    assert inside == [frame] and unit.recipe == MODES['balanced']
-    go_on.set()
-    frame.join(60)
-    change.join(60)
-    assert found == [1] and unit.recipe == MODES['fast']
-
-
 # --- loading --------------------------------------------------------------------------------------------------------
 
 @pytest.fixture
@@ -509,11 +480,3 @@ def test_real_networks_find_the_drawn_person_where_it_is(real, mode, x):
         drawn = ((u + 0.5) * 3 - 0.5 + x, (v + 0.5) * 3 - 0.5 + 12)
         # A drawing without joints' shapes: good to a fifteenth of its height.
         np.testing.assert_allclose(people.xy[0, COCO_18.index[joint]], drawn, atol=22)
-
-
-@pytest.mark.parametrize('mode', ['fast', 'balanced'])
-def test_real_networks_swap_left_and_right_in_the_mirror(real, mode):
-    image = mannequin(120)
-    plain, mirror = real[mode].detect(image), real[mode].detect(np.ascontiguousarray(image[:, ::-1]))
-    difference = np.linalg.norm(mirrored(mirror.xy[0], 480) - plain.xy[0], axis=1)
-    assert np.isfinite(difference).sum() >= 10 and np.nanmedian(difference) < 8

@@ -154,15 +154,6 @@ def test_an_earlier_opinion_moves_with_the_person_and_fades():
     assert scores == sorted(scores) and scores[-1] == pytest.approx(1)
 
 
-def test_the_same_frames_give_the_same_people():
-    def run():
-        scene = Scene([], target_rate=RATE)
-        return [scene.frame(0.02 * i, [right_of(LEFT, 3.0 * i), RIGHT])[0].keypoints for i in range(12)]
-
-    for one, other in zip(run(), run()):
-        np.testing.assert_array_equal(one, other)
-
-
 @pytest.mark.parametrize('after', [-1.0, 5.0], ids=['back', 'gap'])
 def test_stamps_that_jump_begin_anew(after):
     scene = Scene([LEFT])

@@ -4,13 +4,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from known_fields import NETWORKS, render_fields, two_people
 from openpose_ros_pkg.decode.direct import DirectDecodeParams
 from openpose_ros_pkg.decode.paf import DecodeParams
 from openpose_ros_pkg.detect.ensemble import most_alike
 from openpose_ros_pkg.detect.recipes import MODES, THUNDER_CROP, CropRefinement, NetworkPass
 from openpose_ros_pkg.detect.refinement import CrowdImage, decode_crop, prepare_crop, quarter_turns
-from openpose_ros_pkg.detect.views import ComputedView, NetworkSetup, decode_views, prepare_views
+from openpose_ros_pkg.detect.views import NetworkSetup, decode_views, prepare_views
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.networks.models import MOBILENET_THIN, MODELS, MOVENET_MULTIPOSE
 from openpose_ros_pkg.oks import sigmas
@@ -66,20 +65,6 @@ def test_fields_of_all_views_are_one_opinion(zooms, mirror):
     (people,) = people_by(PafNetwork([person], SIZE), NetworkPass(MOBILENET_THIN, (656, 368), zooms, mirror))
     assert len(people) == 1
     np.testing.assert_allclose(people[0, :, :2], person, atol=1.5)
-
-
-@NETWORKS
-def test_people_of_every_joint_set(model):
-    """From fields in the network's pixels to joints in those of the image."""
-    people = two_people(model.skeleton, SIZE)
-    network_pass = NetworkPass(model, (656, 368))
-    (view,) = prepare_views(chart(*SIZE), network_pass)
-    plan = view.view.plan
-    fields = render_fields([plan.to_net(person) for person in people], plan.net_size[::-1], skeleton=model.skeleton)
-    computed = ComputedView(view.view, (fields,), 0.0)
-    ((found, _),) = decode_views(network_pass, [computed], SETUP)
-    order = np.argsort(found[:, model.skeleton.index['neck'], 0])
-    np.testing.assert_allclose(found[order, :, :2], people, atol=1.0)
 
 
 def test_each_view_of_a_network_that_finds_people_itself_is_an_opinion():
