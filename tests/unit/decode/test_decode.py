@@ -24,7 +24,7 @@ def decoded(fields, **params):
 
 
 def assert_found(fields, people, atol=0.5, **params):
-    """Every person is found, whole, nobody else, to half a network pixel (a sixteenth of a cell)."""
+    """Every person is found, whole, no other one, to half a network pixel (a sixteenth of a cell)."""
     keypoints, scores = decoded(fields, **params)
     assert keypoints.shape == (len(people), 18, 3) and keypoints.dtype == np.float32
     assert scores.shape == (len(people),) and ((scores > 0.8) & (scores <= 1)).all()
@@ -33,7 +33,7 @@ def assert_found(fields, people, atol=0.5, **params):
         assert (found[:, 2] > 0.8).all() and (found[:, 2] <= 1).all()
 
 
-# --- nobody, one, several -------------------------------------------------------------------------------------------
+# --- none, one, several ---------------------------------------------------------------------------------------------
 
 @pytest.mark.parametrize('fields', [
     np.zeros((57, 46, 82), np.float32), render_fields([]), np.ones((57, 46, 82), np.float32),
@@ -328,7 +328,7 @@ def test_bad_parameter_is_refused(key, value):
 
 # --- other networks, layouts and threads ----------------------------------------------------------------------------
 
-# Limbs that run against the order of the joints, joints without a limb, and one limb that starts nobody.
+# Limbs that run against the order of the joints, joints without a limb, and one limb that starts no person.
 ODD_SKELETON = SkeletonModel(
     name='ODD', joints=('tail', 'body', 'head', 'nothing', 'paw'), drawn_limbs=(), colours=((0, 0, 0),) * 5,
     limbs=(Limb('head', 'body', (5, 2)), Limb('body', 'tail', (0, 1)),

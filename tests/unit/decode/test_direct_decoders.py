@@ -25,7 +25,7 @@ def moved(x, y):
 
 
 def movenet_rows(*people):
-    """(6, 56) as MoveNet gives it, of (17, 2) pixels, joint scores and person scores; the other rows are nobody."""
+    """(6, 56) as MoveNet gives it, of (17, 2) pixels, joint scores and person scores; the other rows are empty."""
     rows = np.zeros((6, 56), np.float32)
     for row, (pixels, joints, score) in zip(rows, people):
         shares = (pixels + 0.5) / SIZE
@@ -63,7 +63,7 @@ def yolo_rows(*people):
 
 
 def yolo_raw(*people):
-    """(56, N): the people, and cells where nobody is."""
+    """(56, N): the people, and empty cells."""
     boxes, scores, joints = yolo_rows(*people)
     output = np.zeros((56, 84), np.float32)
     output[:2, :len(people)], output[2:4, :len(people)] = (boxes[:, :2] + boxes[:, 2:]).T / 2, (

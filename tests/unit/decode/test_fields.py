@@ -28,7 +28,7 @@ def mean_of(people, size, model, *looks):
 
 
 def assert_people(plan, fields, people, model, atol):
-    """All of them and nobody else, whole, each joint under its name and within `atol` pixels of the network."""
+    """All people and no others, whole, each joint under its name and within `atol` pixels of the network."""
     keypoints, _ = decode_fields(fields, model, DecodeParams(), plan.scaled_size)
     assert len(keypoints) == len(people)
     order = np.argsort(keypoints[:, model.skeleton.index['neck'], 0])
@@ -36,7 +36,7 @@ def assert_people(plan, fields, people, model, atol):
         np.testing.assert_allclose(found[:, :2], plan.to_net(person), atol=atol)
 
 
-# --- nobody, one look -----------------------------------------------------------------------------------------------
+# --- none, one look -------------------------------------------------------------------------------------------------
 
 def test_one_look_is_handed_on():
     plan, fields = look([], (641, 479), COCO)

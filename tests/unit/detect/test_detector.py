@@ -124,7 +124,7 @@ def test_people_on_who_all_agree_are_where_they_are(mode, size):
 
 
 def test_what_only_one_network_sees_is_kept_but_is_less_sure():
-    """A person in the distance, whom MoveNet misses, and one whom mobilenet_thin misses."""
+    """A person in the distance, that MoveNet misses, and one that mobilenet_thin misses."""
     both, paf, movenet = person_at(120, 100, 300), person_at(320, 100, 300), person_at(520, 100, 300)
     found = together([both, paf], [both, movenet]).detect(chart(*SIZE))
     np.testing.assert_allclose(in_order(found), [both, paf, movenet], atol=1.5)

@@ -12,7 +12,7 @@ from openpose_ros_pkg.people import People2D, Poses
 from openpose_ros_pkg.skeletons import BODY_25, COCO_18
 
 SIGMAS = sigmas(COCO_18)
-NOBODY = np.zeros((0, 18, 3), np.float32)
+NO_PEOPLE = np.zeros((0, 18, 3), np.float32)
 WRIST, NOSE = COCO_18.index['right_wrist'], COCO_18.index['nose']
 
 
@@ -36,7 +36,7 @@ def grouped(*sources):
 
 # --- who is who -----------------------------------------------------------------------------------------------------
 
-def test_one_source_keeps_everybody():
+def test_one_source_keeps_all_people():
     assert grouped([pose(300), pose(100)]) == [{0: 100}, {0: 300}]
 
 
@@ -148,7 +148,7 @@ def test_halves_of_a_body_are_no_duplicates():
 
 
 def test_most_alike():
-    assert most_alike(NOBODY, pose(100), NOBODY, SIGMAS) is None
+    assert most_alike(NO_PEOPLE, pose(100), NO_PEOPLE, SIGMAS) is None
     poses = np.stack([pose(130), pose(103), pose(100, height=80)])
-    np.testing.assert_array_equal(most_alike(poses, pose(100), NOBODY, SIGMAS), poses[1])
-    assert most_alike(poses, pose(300), NOBODY, SIGMAS) is None
+    np.testing.assert_array_equal(most_alike(poses, pose(100), NO_PEOPLE, SIGMAS), poses[1])
+    assert most_alike(poses, pose(300), NO_PEOPLE, SIGMAS) is None

@@ -170,7 +170,7 @@ def test_an_image_that_is_not_to_be_followed_is_searched():
     np.testing.assert_array_equal(found.xy, scene.stream.detector.detect(IMAGE).xy)
 
 
-def test_the_budget_is_kept_and_everybody_is_reported():
+def test_the_budget_is_kept_and_all_people_are_reported():
     """The search takes more than a frame has: it is spread."""
     people = [person_at(x, 150, 200) for x in (70, 190, 320, 450, 570)]
     scene = Scene(people, target_rate=RATE)

@@ -66,7 +66,7 @@ def test_another_person_is_covered_in_the_mean_colour(mirror):
 
 
 def test_what_lies_on_the_person_stays():
-    """An arm of somebody in front: of two bodies in one place the crop shows whoever is in front."""
+    """An arm of a person in front: of two bodies in one place the crop shows the one in front."""
     person, other = scored(300), scored(320)
     crop, changed = covered(person, [person, other])
     x, y = pixels(person, crop).T

@@ -100,8 +100,8 @@ def test_mirror(mode, mirror, expected):
 @ALL_MODES
 def test_crop_refinement(mode):
     assert recipe_of(DetectorParams(mode=mode, look_closer=-1)) == MODES[mode]
-    nobody = recipe_of(DetectorParams(mode=mode, look_closer=0))
-    assert (nobody.refinements, nobody.passes) == ((), MODES[mode].passes)
+    unrefined = recipe_of(DetectorParams(mode=mode, look_closer=0))
+    assert (unrefined.refinements, unrefined.passes) == ((), MODES[mode].passes)
     for people in (1, 3, 50):
         bounded = recipe_of(DetectorParams(mode=mode, look_closer=people))
         assert (bounded.max_refined, bounded.refinements) == (people, MODES[mode].refinements)

@@ -1,4 +1,4 @@
-"""Life stories: people appear, stay, hide, cross and leave, and keep their ids, which nobody gets again."""
+"""Life stories: people appear, stay, hide, cross and leave, and keep their ids, which are not used again."""
 import numpy as np
 import pytest
 
@@ -48,7 +48,7 @@ def test_only_the_ids_change(tracker):
     assert people.ids.tolist() == [-1, -1]
 
 
-def test_whoever_stays_keeps_the_id_and_whoever_comes_gets_the_next(tracker):
+def test_a_person_who_stays_keeps_the_id_and_a_new_one_gets_the_next(tracker):
     assert ids(tracker, frame((100, 200)), 0.0) == [1]
     assert ids(tracker, frame((104, 200), (600, 200)), 0.1) == [1, 2]
     assert ids(tracker, frame((108, 200), (600, 200), (900, 200)), 0.2) == [1, 2, 3]

@@ -87,7 +87,7 @@ def scored(person, noise=0.0):
 
 
 def refined(network, person, margin=1.6, mirror=False, size=SIZE, centred=False):
-    """Return the pose of the same person on a crop, None where nobody is like that."""
+    """Return the pose of the same person on a crop, None where none is."""
     refinement = CropRefinement(MOVENET_MULTIPOSE, margin, mirror, centred=centred)
     crop = prepare_crop(CrowdImage(chart(*size), [person], COCO_18), person, refinement).compute(network)
     return most_alike(decode_crop(crop, MOVENET_MULTIPOSE, DirectDecodeParams(), COCO_18).keypoints, person, [], SIGMAS)

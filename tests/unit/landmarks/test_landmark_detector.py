@@ -140,7 +140,7 @@ def test_hand_that_is_followed_takes_one_pass(detector, reader):
 @pytest.mark.parametrize('stamp, ids, camera', [
     (1.0 + 1.1 * LANDMARKS.follow_time, [1], 'c'),
     (0.0, [1], 'c'), (1.1, [2], 'c'), (1.1, [1], 'other'), (1.1, [-1], 'c')])
-def test_what_is_old_or_someone_elses_is_not_followed(detector, reader, stamp, ids, camera):
+def test_what_is_old_or_another_persons_is_not_followed(detector, reader, stamp, ids, camera):
     detector.detect(scene()[0], people(body()), None, 'c', 1.0)
     reader.passes = 0
     assert len(detector.detect(scene()[0], people(body(), ids=ids), None, camera, stamp).hands) == 2
