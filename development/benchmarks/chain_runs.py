@@ -15,8 +15,8 @@ from typing import Any, Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
 
-from openpose_ros_pkg.detect.detector import Detector, Networks
 from openpose_ros_pkg.detect.detection import IndependentDetection
+from openpose_ros_pkg.detect.detector import Detector, Networks
 from openpose_ros_pkg.detect.network_detection import NetworkDetection
 from openpose_ros_pkg.detect.recipes import Recipe
 from openpose_ros_pkg.detect.schedule import SCHEDULE

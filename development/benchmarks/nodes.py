@@ -1,24 +1,50 @@
-"""A camera driver in C++ that plays sequences, the time of a network alone, and the processes of the running nodes."""
+"""What running nodes are measured with: a camera driver that plays sequences, watched results, networks alone.
+
+The sequences have a chosen number of people: the two of the shipped one, cut out and pasted.
+"""
+import argparse
 import contextlib
 import io
+import itertools
+import json
+import shutil
 import statistics
 import subprocess
+import time
 import xmlrpc.client
 from pathlib import Path
-from typing import Dict, List, Mapping, Optional, Sequence
+from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Sequence
 
+import cv2
+import numpy as np
 import psutil
 import rosnode
 import rospy
+from openpose_ros_msgs.msg import Timing
 
-from openpose_ros_pkg.ros.session import Session
+from chain_runs import open_sequence
+from common import DEMO, Usage, elapsed
+from openpose_ros_pkg.detect.detection import ImageFrame
+from openpose_ros_pkg.detect.detector import DetectorSettings, create_detector
+from openpose_ros_pkg.detect.network_detection import NetworkDetection
+from openpose_ros_pkg.params.nodes import ServiceSettings
+from openpose_ros_pkg.params.parameters import build, parameter_fields
 from openpose_ros_tools.ros import images_to_bag
-from speed_2d import detector_for, image_of
+from session import ResultWatch, Session, wait_for
+from skeleton_extract_3d.points.camera import CameraModel
+from skeleton_extract_3d.points.rgbd_sequence import RgbdFrame, RgbdSequence
 
 NAMESPACE = '/kinect2/qhd'
-# What the driver publishes, by the points that the extractor reads.
+# What the driver publishes, by the points that the chain reads.
 TOPICS = {'depth_image': 'image_color camera_info image_depth_rect', 'point_cloud': 'image_color points'}
+PEOPLE_3D = '/openpose_ros/skeleton_3d/detected_poses_3d'
+START_TIMEOUT = 240.0
 _PASSES = 15
+# Depth before the empty scene, and from the mean depth of the joints, of the pixels of a person [m].
+_BEFORE, _AT_JOINTS = 0.1, 0.5
+# Copies: person, delay [frames], shift to the right and away over the floor [m].
+_COPIES = ((1, 12, -0.5, 0.4), (0, 20, 1.3, 0.9), (1, 25, 0.8, 1.4), (0, 6, -0.7, 1.2), (1, 34, -1.4, 1.8),
+           (0, 30, 0.3, 1.6))
 
 
 def make_bag(sequence: Path, bag: Path, cloud: bool = True) -> Path:
@@ -45,24 +71,25 @@ def start_camera(session: Session, bag: Path, rate: float, stamps: Optional[Path
                          stamps or bag.with_suffix('.txt'))
 
 
+def start_named_camera(session: Session, bag: Path, rate: float, stamps: Path, names: Sequence[str]
+                       ) -> 'subprocess.Popen[bytes]':
+    """Start a driver of depth images with a node name and a namespace of topics of its own; return its process."""
+    node, topics = names
+    published = TOPICS['depth_image']
+    remap = {f'{NAMESPACE}/{topic}': f'{topics}/{topic}' for topic in published.split()}
+    return start_camera(session, bag, rate, stamps, {'__name': node, **remap}, topics=published, frame_id=node)
+
+
 def played_stamps(stamps: Path) -> List[int]:
-    """Return the stamps of the frames that a driver has published to somebody until now [ns]."""
+    """Return the stamps of the frames that a driver has published to a subscriber until now [ns]."""
     lines = stamps.read_text().splitlines(keepends=True)
     return [int(line) for line in lines if line.endswith('\n') and line.strip().isdigit()]  # others are the log's
 
 
-def start_cloud_to_depth(session: Session) -> None:
-    """Load the nodelet into the driver."""
-    session.start('cloud_to_depth', ['roslaunch', 'openpose_ros_nodelets', 'cloud_to_depth.launch', 'manager:=/camera'])
-
-
 def node_processes() -> Dict[str, psutil.Process]:
     """Return the process of each node but for this one."""
-    processes = {}
-    for name in rosnode.get_node_names():
-        if name not in ('/rosout', rospy.get_name()):
-            processes[name] = node_process(name)
-    return processes
+    return {name: node_process(name) for name in rosnode.get_node_names()
+            if name not in ('/rosout', rospy.get_name())}
 
 
 def node_process(name: str) -> psutil.Process:
@@ -75,15 +102,173 @@ def node_process(name: str) -> psutil.Process:
     return psutil.Process(node.getPid(rospy.get_name())[2])
 
 
+class Watched(NamedTuple):
+    """What nodes gave in a time.
+
+    Attributes:
+        start: from their start to the first results of all topics [s].
+        seconds: length of the time [s].
+        arrivals, latencies, people: of the results by topic: when each came [s], its delay [s], its people.
+        processor, memory: of each node [% of a core], [MB].
+        stages: mean of each stage of the timing topic [ms].
+        parameters: of each node.
+    """
+
+    start: float
+    seconds: float
+    arrivals: List[np.ndarray]
+    latencies: List[np.ndarray]
+    people: List[np.ndarray]
+    processor: Dict[str, float]
+    memory: Dict[str, float]
+    stages: Dict[str, float]
+    parameters: Dict[str, Dict[str, Any]]
+
+
+def watch_nodes(session: Session, command: List[str], topics: Mapping[str, type], options: argparse.Namespace,
+                timing: str = '') -> Watched:
+    """Start nodes, and watch them for a while after they have warmed up; end them.
+
+    Args:
+        topics: of the results, with their types.
+        options: of `Parser.add_live`.
+        timing: topic of the stages.
+    """
+    began, stages = time.monotonic(), Timing()
+    nodes = session.start('nodes', command)
+    watches = [ResultWatch(topic, kind) for topic, kind in topics.items()]
+    wait_for(lambda: all(watch.arrivals for watch in watches), START_TIMEOUT, 'first results', nodes)
+    start = time.monotonic() - began
+    time.sleep(options.warm_up)
+    first, begin, usage = [len(watch.arrivals) for watch in watches], time.monotonic(), Usage(node_processes())
+    time.sleep(options.seconds)
+    last, seconds, processor = [len(watch.arrivals) for watch in watches], time.monotonic() - begin, usage.processor()
+    memory = usage.memory()
+    if timing:
+        stages = rospy.wait_for_message(timing, Timing, START_TIMEOUT)
+    parameters = {node: rospy.get_param(node, {}) for node in memory}
+    for watch in watches:
+        watch.stop()
+    session.stop(nodes)
+    series = ([np.array(getattr(watch, name)[slice(*part)]) for watch, *part in zip(watches, first, last)]
+              for name in ('arrivals', 'latencies', 'people'))
+    return Watched(start, seconds, *series, processor, memory, {stage.stage: stage.mean for stage in stages.stages},
+                   parameters)
+
+
 class Unit:
     """T: one pass of mobilenet_thin at 656 x 368 in f32 on two threads, to compare machines by."""
 
     def __init__(self) -> None:
-        self._detector = detector_for('auto', '656x368', 2, 'mobilenet_thin')
-        self._frame = self._detector.prepare(image_of(2))
+        self._detector = create_detector(build(DetectorSettings, {
+            'pose_model': 'mobilenet_thin', 'net_input_width': 656, 'net_input_height': 368, 'threads': 2}))
+        self._frame = self._detector.prepare(open_sequence(DEMO).frame(0).bgr)
         self.milliseconds()
 
     def milliseconds(self) -> float:
         """Return the median of some passes [ms]; nothing else should be at work."""
-        times: Sequence[float] = [1e3 * self._detector.compute(self._frame).network_seconds for _ in range(_PASSES)]
-        return statistics.median(times)
+        return statistics.median(1e3 * self._detector.compute(self._frame).network_seconds for _ in range(_PASSES))
+
+
+class NetworksAlone:
+    """The networks of a node in this process.
+
+    Args:
+        values: the node's parameters; others than those of its detection do not count.
+    """
+
+    def __init__(self, values: Mapping[str, Any]) -> None:
+        names = {field.name for field in parameter_fields(ServiceSettings)}
+        settings = build(ServiceSettings, {name: value for name, value in values.items() if name in names})
+        self._stream = NetworkDetection(create_detector(settings.detector), settings.tracking, settings.following)
+        self._stream.warm_up()
+
+    def rate(self, sequence: Path, stamps: Sequence[float]) -> float:
+        """Return the images of a sequence per second, without the first fifth, with the stamps of results [s]."""
+        images = [frame.bgr for frame in open_sequence(sequence)]
+        times = []
+        for bgr, stamp in zip(itertools.cycle(images + images[-2:0:-1]), stamps):
+            frame = self._stream.prepare(ImageFrame('alone', stamp, bgr))
+            times.append(elapsed(lambda frame=frame: self._stream.finish(self._stream.compute(frame)))[0])
+        return 1000 / float(np.mean(times[len(times) // 5:])) if times else float('nan')
+
+
+class CutOut(NamedTuple):
+    """A person in a frame: (H, W, 3) uint8 BGR, (H, W) float32 depth [m], (H, W) bool mask of the person."""
+
+    bgr: np.ndarray
+    depth: np.ndarray
+    mask: np.ndarray
+
+
+def make_crowd(people: int, folder: Path) -> Path:
+    """Write a sequence with 0 to 8 people, if it is not there, and return its folder.
+
+    One: the nearer of the two of the shipped sequence alone. More: both, and copies of them in other phases of their
+    walk, farther away and aside. Shadows on the floor and contours are not those of a camera.
+    """
+    if people == 2:
+        return DEMO
+    if folder.is_dir():
+        return folder
+    sequence = open_sequence(DEMO)
+    frames = list(sequence)
+    scene = _scene(frames)
+    truth = json.loads((DEMO / 'gt.json').read_text())['frames']
+    cut = [_cut_out(frame, scene, {person['id']: np.array(person['xyz'], np.float32) for person in true['people']})
+           for frame, true in zip(frames, truth)]
+    for name in ('rgb', 'depth'):
+        (folder / name).mkdir(parents=True)
+    for name in ('camera.yaml', 'sequence.yaml'):
+        shutil.copy(str(DEMO / name), str(folder / name))
+    copies = [_moved([each[row] for each in cut], late, (sideways, away), sequence)
+              for row, late, sideways, away in _COPIES[:max(people - 2, 0)]]
+    for number, both in enumerate(cut):
+        bgr, depth = scene.bgr.copy(), scene.depth.copy()
+        for person in (*both[max(2 - people, 0):], *(copy[number] for copy in copies)):
+            nearer = person.mask & ((depth == 0) | (person.depth < depth))
+            bgr[nearer], depth[nearer] = person.bgr[nearer], person.depth[nearer]
+        cv2.imwrite(str(folder / 'rgb' / f'{number:05d}.jpg'), bgr, [cv2.IMWRITE_JPEG_QUALITY, 92])
+        cv2.imwrite(str(folder / 'depth' / f'{number:05d}.png'), np.rint(1000 * depth).astype(np.uint16))
+    return folder
+
+
+def _scene(frames: Sequence[RgbdFrame]) -> CutOut:
+    """Return the room without people: each pixel of the frame in which it is farthest away."""
+    depths, bgr = np.array([frame.depth for frame in frames]), np.array([frame.bgr for frame in frames])
+    rows, columns = np.indices(depths.shape[1:])
+    depth = depths.max(axis=0) / np.float32(1000)
+    return CutOut(bgr[depths.argmax(axis=0), rows, columns], depth, np.ones(depth.shape, bool))
+
+
+def _cut_out(frame: RgbdFrame, scene: CutOut, joints: Dict[int, np.ndarray]) -> List[CutOut]:
+    """Return the people of a frame in the order of their ids."""
+    depth = frame.depth / np.float32(1000)
+    before = (depth > 0) & (depth < scene.depth - _BEFORE)
+    people = []
+    for middle in (joints[person][:, 2].mean() for person in sorted(joints)):
+        own = before & (np.abs(depth - middle) < _AT_JOINTS)
+        # the contour has no depth: it gets that of the body
+        mask = cv2.morphologyEx(own.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((7, 7), np.uint8)) > 0
+        people.append(CutOut(frame.bgr, np.where(own, depth, middle).astype(np.float32), mask))
+    return people
+
+
+def _moved(person: Sequence[CutOut], late: int, shift: Sequence[float], sequence: RgbdSequence) -> List[CutOut]:
+    """Return a person in another phase of the walk, moved over the floor [m], forth and back in time."""
+    there_and_back = [*range(len(person)), *range(len(person) - 2, 0, -1)]
+    sources = [person[there_and_back[(number + late) % len(there_and_back)]] for number in range(len(person))]
+    step = np.asarray(sequence.T_world_camera)[:3, :3].T @ np.array([*shift, 0.0])
+    return [_shifted(source, float(np.median(source.depth[source.mask])) if source.mask.any() else 1.0, step,
+                     sequence.camera) for source in sources]
+
+
+def _shifted(source: CutOut, middle: float, step: np.ndarray, camera: CameraModel) -> CutOut:
+    """Return a person at another place, as flat as a picture for the change of perspective."""
+    scale = middle / (middle + step[2])
+    focal, centre = camera.matrix[[0, 1], [0, 1]], camera.matrix[:2, 2]
+    matrix = np.column_stack([scale * np.eye(2), centre - scale * centre + focal * step[:2] / (middle + step[2])])
+    size = (camera.width, camera.height)
+    depth = cv2.warpAffine(source.depth, matrix, size, flags=cv2.INTER_NEAREST)
+    mask = cv2.warpAffine(source.mask.astype(np.uint8), matrix, size, flags=cv2.INTER_NEAREST) > 0
+    return CutOut(cv2.warpAffine(source.bgr, matrix, size), depth + np.float32(step[2]), mask)

@@ -33,10 +33,10 @@ from typing import Callable, Dict, List, NamedTuple, Tuple
 
 import rospy
 from dynamic_reconfigure.client import Client
+from live.camera import NAMESPACE, TOPICS, make_bag, node_process, played_stamps, start_camera
 from sensor_msgs.msg import Image
 
 from common import Figures, Parser, markdown, new_path, run_live
-from live.camera import NAMESPACE, TOPICS, make_bag, node_process, played_stamps, start_camera
 from live.crowd import make_crowd
 from live.soak_figures import (
     Account,

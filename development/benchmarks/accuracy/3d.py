@@ -21,7 +21,6 @@ import numpy as np
 import pandas as pd
 from scipy.optimize import linear_sum_assignment
 
-from common import Parser, errors_end_the_program, new_path
 from chain_runs import (
     VISIBLE,
     Finder,
@@ -38,6 +37,7 @@ from chain_runs import (
     run_chain,
     write_csv,
 )
+from common import Parser, errors_end_the_program, new_path
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_tools.alignment.people import pair_people
 from skeleton_extract_3d.chain import PeopleChain

@@ -20,12 +20,12 @@ from pathlib import Path
 from typing import Dict, List, Tuple
 
 import rospy
-from openpose_ros_msgs.msg import PersonDetection_3dArray
-
 from accuracy_3d import ChainSettings, Finder, open_sequence, run_chain, write_csv
-from common import Figures, Parser, markdown, new_path, run_live
 from live.camera import TOPICS, Unit, make_bag, played_stamps, start_camera
 from live.figures import SCORE_COLUMNS, Answers, misordered, score, score_row
+from openpose_ros_msgs.msg import PersonDetection_3dArray
+
+from common import Figures, Parser, markdown, new_path, run_live
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.ros.session import Session, wait_for
 from skeleton_extract_3d.chain import PeopleChain

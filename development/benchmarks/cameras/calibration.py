@@ -14,22 +14,28 @@ interpolated between its frames, so that they are those of an earlier time.
 import sys
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Dict, List, Optional, Sequence, Tuple
+from typing import Any, Dict, List, NamedTuple, Sequence, Tuple
 
 import numpy as np
+from fusion import Recorded, record
 
 from common import Parser, elapsed, errors_end_the_program, markdown
-from fusion import Recorded, record
-from openpose_ros_fusion.rig import RigCamera
 from openpose_ros_tools.calibration.calibrate import Calibrated, CalibrationParams, calibrate
 from openpose_ros_tools.calibration.recording import CameraRecording
-from simulated_room import around, record_all
+from simulated_room import around, record_all, rig_errors, up_error
 from skeleton_extract_3d.people import MEASURED
 from skeleton_extract_3d.points.transform import Transform
 
 # Time of the first frame of a recording [s].
 BEGIN = 100.0
 HEAD = ('case', 'angle deg', 'position mm', 'clock ms', 'expected', 'up deg', 'seconds')
+
+
+class Placed(NamedTuple):
+    """True pose of a camera, and the error of its stamps [s]."""
+
+    pose: Transform
+    clock: float
 
 
 @dataclass(frozen=True)
@@ -39,14 +45,14 @@ class Case:
     Attributes:
         rgb: numbers of the cameras whose depth is withheld.
         stamped, seen: delays of the stamps and of the images of cameras, by their numbers [s].
-        scale: 'stature' or 'distance': what is known of a rig without depth.
+        distance: the distance of the first two cameras is given.
     """
 
     title: str
     rgb: Tuple[int, ...] = ()
     stamped: Dict[int, float] = field(default_factory=dict)
     seen: Dict[int, float] = field(default_factory=dict)
-    scale: str = ''
+    distance: bool = False
 
 
 def cases(number: int) -> List[Case]:
@@ -59,7 +65,7 @@ def cases(number: int) -> List[Case]:
         *(Case(f'camera {camera} without depth', (camera,)) for camera in everyone),
         Case('camera 0 with depth, the others without', everyone[1:]),
         Case('no depth, mean stature of adults', everyone),
-        Case('no depth, distance of two cameras given', everyone, scale='distance')]
+        Case('no depth, distance of two cameras given', everyone, distance=True)]
 
 
 def recording(camera: Recorded, has_depth: bool, stamped: float, seen: float) -> CameraRecording:
@@ -97,46 +103,29 @@ def delayed(found: CameraRecording, delay: float) -> CameraRecording:
                    points=(1 - part) * found.points[rows] + part * found.points[old])
 
 
-def errors(found: Calibrated, truth: Sequence[Transform], clocks: Sequence[float]) -> Tuple[float, ...]:
-    """Return the largest errors: angle [degrees], position [mm], clock [ms], and that of up [degrees]."""
-    def relative(pose: Transform, root: Transform) -> Transform:
-        return root[0].T @ pose[0], root[0].T @ (pose[1] - root[1])
+def errors(found: Calibrated, cameras: Sequence[Any]) -> Tuple[float, ...]:
+    """Return the largest errors: angle [degrees], position [mm], clock [ms], and that of up [degrees].
 
-    def angle(cosine: float) -> float:
-        return float(np.degrees(np.arccos(np.clip(cosine, -1, 1))))
-
-    cameras: Sequence[RigCamera] = found.rig.cameras
-    rows = []
-    for camera, pose, clock in zip(cameras[1:], truth[1:], clocks[1:]):
-        one, other = relative(camera.pose, cameras[0].pose), relative(pose, truth[0])
-        rows.append((angle((np.trace(one[0].T @ other[0]) - 1) / 2), 1e3 * float(np.linalg.norm(one[1] - other[1])),
-                     1e3 * abs(camera.clock_offset - clocks[0] + clock)))
-    up = angle(float(cameras[0].pose[0].T[:, 2] @ truth[0][0].T[:, 2]))
-    return (*np.max(rows, axis=0).tolist(), up)
-
-
-def row(title: str, found: Calibrated, wrong: Sequence[float], seconds: float) -> Tuple[object, ...]:
-    """Return a row of the table."""
-    angle, position, clock = found.std.max(axis=0)
-    return (title, f'{wrong[0]:.2f}', f'{wrong[1]:.1f}', f'{wrong[2]:.1f}',
-            f'{angle:.2f}, {1e3 * position:.0f}, {1e3 * clock:.1f}', f'{wrong[3]:.1f}', f'{seconds:.1f}')
+    Args:
+        cameras: with their true `pose` and `clock`, the error of their stamps [s].
+    """
+    angle, position, clock = rig_errors(found.rig, cameras).max(axis=0).tolist()
+    return angle, 1e3 * position, 1e3 * clock, up_error(found.rig, cameras)
 
 
 def stage(folder: Path) -> List[Tuple[object, ...]]:
     """Return the table of a folder."""
-    recorded = record(folder)
-    truth = [camera.pose for camera in recorded]
-    rows: List[Tuple[object, ...]] = [HEAD]
+    recorded, rows = record(folder), [HEAD]
     for case in cases(len(recorded)):
         late = [(case.stamped.get(number, 0.0), case.seen.get(number, 0.0)) for number in range(len(recorded))]
         given = [recording(camera, number not in case.rgb, *late[number]) for number, camera in enumerate(recorded)]
-        distance: Optional[Tuple[str, str, float]] = None
-        if case.scale == 'distance':
-            apart = float(np.linalg.norm(truth[0][1] - truth[1][1]))
-            distance = (recorded[0].name, recorded[1].name, apart)
-        params = CalibrationParams(distance=distance)
+        apart = float(np.linalg.norm(recorded[0].pose[1] - recorded[1].pose[1]))
+        params = CalibrationParams(distance=(recorded[0].name, recorded[1].name, apart) if case.distance else None)
         took, found = elapsed(lambda given=given, params=params: calibrate(given, params))
-        rows.append(row(case.title, found, errors(found, truth, [sum(each) for each in late]), took / 1e3))
+        wrong = errors(found, [Placed(camera.pose, sum(delays)) for camera, delays in zip(recorded, late)])
+        angle, position, clock = found.std.max(axis=0)
+        rows.append((case.title, f'{wrong[0]:.2f}', f'{wrong[1]:.1f}', f'{wrong[2]:.1f}',
+                     f'{angle:.2f}, {1e3 * position:.0f}, {1e3 * clock:.1f}', f'{wrong[3]:.1f}', f'{took / 1e3:.1f}'))
     return rows
 
 
@@ -145,12 +134,9 @@ def simulated(seeds: int) -> List[Tuple[object, ...]]:
     rows: List[Tuple[object, ...]] = [('case', 'angle deg', 'position mm', 'clock ms', 'up deg')]
     for title, depth, people in (('4 cameras, 2 people', True, 2), ('4 cameras, 1 person', True, 1),
                                  ('4 cameras, 2 people, one camera with depth', False, 2)):
-        found = []
-        for seed in range(seeds):
-            cameras = [replace(camera, clock=clock) for camera, clock in zip(around(4), (0.0, 0.07, -0.2, 0.4))]
-            cameras = [replace(camera, depth=depth or not number) for number, camera in enumerate(cameras)]
-            result = calibrate(record_all(cameras, people=people, seed=seed))
-            found.append(errors(result, [camera.pose for camera in cameras], [camera.clock for camera in cameras]))
+        cameras = [replace(camera, clock=clock, depth=depth or not number)
+                   for number, (camera, clock) in enumerate(zip(around(4), (0.0, 0.07, -0.2, 0.4)))]
+        found = [errors(calibrate(record_all(cameras, people=people, seed=seed)), cameras) for seed in range(seeds)]
         median, worst = np.median(found, axis=0), np.max(found, axis=0)
         rows.append((title, *(f'{one:.2f} ({other:.2f})' for one, other in zip(median, worst))))
     return rows

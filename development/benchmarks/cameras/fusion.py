@@ -4,9 +4,9 @@
 Time: simulated people before simulated cameras, median and 99th percentile; the time of the processor is disturbed less
 by other programs.
 
-Accuracy (--stage): a folder with one sequence per camera (cam0, cam1, ...: see chain_runs.py) of the same instants, with
-T_world_camera in each meta.json. The chain runs on each camera, mode balanced, then the fusion, once for each case of
-the table. The script of --evaluate scores a CSV file in the frame of the world against the folder and writes its
+Accuracy (--stage): a folder with one sequence per camera (cam0, cam1, ...; see chain_runs.py) of the same instants,
+with T_world_camera in each meta.json. The chain runs on each camera, mode balanced, then the fusion, once for each case
+of the table. The script of --evaluate scores a CSV file in the frame of the world against the folder and writes its
 figures as JSON. Coverage: share of visible joints whose error in space is within 1 and 2 sigma; 0.61 and 0.993 of a
 normal distribution are.
 
@@ -29,8 +29,8 @@ from typing import Callable, Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
 
-from common import Parser, elapsed, errors_end_the_program, markdown
 from chain_runs import VISIBLE, Finder, Frames, camera_poses, open_sequence, read_truth, write_csv
+from common import Parser, elapsed, errors_end_the_program, markdown
 from openpose_ros_fusion.fusion import PeopleFusion
 from openpose_ros_fusion.observations import Sighting, from_image, from_space
 from openpose_ros_pkg.params.parameters import build

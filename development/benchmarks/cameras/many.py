@@ -11,31 +11,29 @@ share of the frames. Latency: from the camera's stamp to the arrival of the 3D m
 together. People: mean number per frame. Processor: detection is the node with the networks, which with one process is
 all there is. T: one f32 pass of mobilenet_thin at 656 x 368 on two threads, before each row.
 
-    ./run bench many_cameras --ways one_process                   # the table of docs/several_cameras.md
-    ./run bench many_cameras --cameras 3 --rates 30 15 5 --ways one_process --people 1 2 0
+    ./run bench cameras many --processes one                      # the table of docs/several_cameras.md
+    ./run bench cameras many --cameras 3 --rates 30 15 5 --processes one --people 1 2 0
 """
 import argparse
 import itertools
 import os
-import subprocess
 import sys
-import time
 from pathlib import Path
-from typing import Dict, List, Sequence
+from typing import Dict, List, Sequence, Tuple
 
 import numpy as np
 import rospy
+from live.camera import NAMESPACE, TOPICS, Unit, make_bag, node_processes, start_camera
+from live.figures import median_and_95
 from openpose_ros_msgs.msg import PersonDetection_3dArray
 
-from common import Figures, Parser, Usage, markdown, new_path, run_live
-from live.camera import NAMESPACE, TOPICS, Unit, make_bag, node_processes, start_camera
-from live.crowd import make_crowd
-from live.figures import median_and_95
-from openpose_ros_pkg.ros.session import ResultWatch, Session, wait_for
+from common import Figures, Parser, markdown, run_live
+from figures import median_and_95
+from nodes import PEOPLE_3D, Unit, make_bag, make_crowd, start_named_camera, watch_nodes
+from session import Session
 
-START_TIMEOUT = 240.0
-# How the chain is cut into processes: arguments of cameras.launch.
-WAYS = {'one_process': 'one_process:=true', 'extractors': 'one_process:=false'}
+# One process, or a service and an extractor for each camera: arguments of cameras.launch.
+PROCESSES = {'one': 'one_process:=true', 'extractors': 'one_process:=false'}
 COLUMNS = ('mode', 'processes', 'cameras', 'T [ms]', 'load', 'results of a camera [Hz]', 'of all [Hz]', 'fairness',
            'latency median / 95 % [ms]', 'people', 'processor: detection, extractors, cameras [% of a core]',
            'memory [MB]')
@@ -46,16 +44,13 @@ def parse_arguments() -> argparse.Namespace:
     parser = Parser(__doc__)
     parser.add_argument('--cameras', type=int, nargs='+', default=[1, 2, 3, 4, 6, 8], help='numbers of cameras')
     parser.add_argument('--modes', nargs='+', default=['fast', 'balanced'], choices=('fast', 'balanced', 'accurate'))
-    parser.add_argument('--ways', nargs='+', default=list(WAYS), choices=WAYS, help='one node, or one for each camera')
+    parser.add_argument('--processes', nargs='+', default=list(PROCESSES), choices=PROCESSES, help='(default: both)')
     parser.add_argument('--rates', type=float, nargs='+', default=[15.0], help='of the cameras in turn [Hz]')
     parser.add_argument('--people', type=int, nargs='+', default=[1], choices=range(9), metavar='0..8',
                         help='before the cameras in turn')
     parser.add_argument('--folder', type=Path, nargs='+', help='sequence folders to play instead of --people')
-    parser.add_argument('--seconds', type=float, default=15.0, help='to measure a row (default %(default)s)')
-    parser.add_argument('--warm-up', type=float, default=8.0, help='not measured at first [s] (default %(default)s)')
-    parser.add_argument('--json', type=new_path, help='write the figures here')
-    parser.add_argument('launch_arguments', nargs='*', metavar='NAME:=VALUE', help='passed on to cameras.launch')
-    return parser.parse_named('launch_arguments')
+    parser.add_live(seconds=15.0, warm_up=8.0)
+    return parser.parse_live()
 
 
 def of_groups(values: Dict[str, float]) -> List[float]:
@@ -71,53 +66,27 @@ def of_groups(values: Dict[str, float]) -> List[float]:
     return sums
 
 
-class Bench:
-    """Rows of the table.
-
-    Args:
-        folder: for logs.
-        bags: of the sequences.
-    """
-
-    def __init__(self, session: Session, folder: Path, bags: Sequence[Path], arguments: argparse.Namespace) -> None:
-        self._session, self._folder, self._bags, self._arguments = session, folder, bags, arguments
-        self._unit = Unit()
-        rospy.init_node('many_cameras', disable_signals=True)
-
-    def _driver(self, name: str, rate: float, bag: Path) -> 'subprocess.Popen[bytes]':
-        """Start the driver of a camera; return its process."""
-        topics = {f'{NAMESPACE}/{topic}': f'/{name}/qhd/{topic}' for topic in TOPICS['depth_image'].split()}
-        return start_camera(self._session, bag, rate, self._folder / f'{name}.txt',
-                            {'__name': f'driver_{name}', **topics}, frame_id=name, topics=TOPICS['depth_image'])
-
-    def row(self, mode: str, way: str, count: int) -> Figures:
-        """Run the chain before a number of cameras and return the figures."""
-        unit, names = self._unit.milliseconds(), [f'camera{number}' for number in range(1, count + 1)]
-        rates = list(itertools.islice(itertools.cycle(self._arguments.rates), count))
-        drivers = [self._driver(name, rate, bag) for name, rate, bag in zip(names, rates, itertools.cycle(self._bags))]
-        nodes = self._session.start('nodes', [
-            'roslaunch', 'skeleton_extract_3d', 'cameras.launch', f"cameras:={' '.join(names)}", f'mode:={mode}',
-            'points_source:=depth_image', f'target_rate:={max(rates)}', WAYS[way], *self._arguments.launch_arguments])
-        watches = [ResultWatch(f'/{name}/openpose_ros/skeleton_3d/detected_poses_3d', PersonDetection_3dArray)
-                   for name in names]
-        wait_for(lambda: all(watch.arrivals for watch in watches), START_TIMEOUT, 'first results', nodes)
-        time.sleep(self._arguments.warm_up)
-        first, begin, usage = [len(watch.arrivals) for watch in watches], time.monotonic(), Usage(node_processes())
-        time.sleep(self._arguments.seconds)
-        last, seconds = [len(watch.arrivals) for watch in watches], time.monotonic() - begin
-        cpu, memory, load = usage.processor(), usage.memory(), os.getloadavg()[0]
-        for watch in watches:
-            watch.stop()
-        for child in (nodes, *drivers):
-            self._session.stop(child)
-        frames = [range(*both) for both in zip(first, last)]
-        found = np.array([len(each) / seconds for each in frames])
-        return {'mode': mode, 'way': way, 'cameras': count, 'T_ms': unit, 'load': load, 'camera_hz': rates,
-                'rates_hz': found.tolist(), 'fairness': float((found / rates).min() / (found / rates).max()),
-                'latency_ms': median_and_95([watch.latencies[i] for watch, each in zip(watches, frames) for i in each]),
-                'people': [float(np.mean([watch.people[i] for i in each])) if each else float('nan')
-                           for watch, each in zip(watches, frames)],
-                'cpu_percent_of_a_core': of_groups(cpu), 'memory_mb': sum(of_groups(memory)[:2])}
+def measure_row(session: Session, bags: Sequence[Path], combination: Tuple[str, int, str],
+                arguments: argparse.Namespace) -> Figures:
+    """Run the chain in a mode before a number of cameras, in one process or not, and return the figures."""
+    mode, count, processes = combination
+    names = [f'camera{number}' for number in range(1, count + 1)]
+    rates = list(itertools.islice(itertools.cycle(arguments.rates), count))
+    drivers = [start_named_camera(session, bag, rate, bag.with_name(f'{name}.txt'), (f'driver_{name}', f'/{name}/qhd'))
+               for name, rate, bag in zip(names, rates, itertools.cycle(bags))]
+    seen = watch_nodes(session, [
+        'roslaunch', 'skeleton_extract_3d', 'cameras.launch', f"cameras:={' '.join(names)}", f'mode:={mode}',
+        'points_source:=depth_image', f'target_rate:={max(rates)}', PROCESSES[processes], *arguments.launch],
+        {f'/{name}{PEOPLE_3D}': PersonDetection_3dArray for name in names}, arguments)
+    load = os.getloadavg()[0]
+    for driver in drivers:
+        session.stop(driver)
+    found = np.array([len(each) / seen.seconds for each in seen.arrivals])
+    return {'mode': mode, 'processes': processes, 'cameras': count, 'load': load, 'camera_hz': rates,
+            'rates_hz': found.tolist(), 'fairness': float((found / rates).min() / (found / rates).max()),
+            'latency_ms': median_and_95(np.concatenate(seen.latencies)),
+            'people': [float(np.mean(each)) if len(each) else float('nan') for each in seen.people],
+            'cpu_percent_of_a_core': of_groups(seen.processor), 'memory_mb': sum(of_groups(seen.memory)[:2])}
 
 
 def table_row(row: Figures) -> List[object]:
@@ -125,7 +94,7 @@ def table_row(row: Figures) -> List[object]:
     rates = row['rates_hz']
     each = f'{min(rates):.1f} - {max(rates):.1f}' if len(set(row['camera_hz'])) == 1 else ', '.join(
         f'{rate:.1f}' for rate in rates)
-    return [row['mode'], row['way'], row['cameras'], f"{row['T_ms']:.0f}", f"{row['load']:.1f}", each,
+    return [row['mode'], row['processes'], row['cameras'], f"{row['T_ms']:.0f}", f"{row['load']:.1f}", each,
             f'{sum(rates):.1f}', f"{row['fairness']:.2f}", row['latency_ms'],
             ', '.join(f'{number:.2f}' for number in row['people']),
             ', '.join(f'{value:.0f}' for value in row['cpu_percent_of_a_core']), f"{row['memory_mb']:.0f}"]
@@ -133,22 +102,17 @@ def table_row(row: Figures) -> List[object]:
 
 def measure(session: Session, folder: Path, arguments: argparse.Namespace) -> Figures:
     """Measure all rows and print the table."""
-    sequences = arguments.folder or [make_crowd(people, folder / f'crowd_{number}')
-                                     for number, people in enumerate(arguments.people)]
+    rospy.init_node('many_cameras', disable_signals=True)
+    unit, rows = Unit(), []
+    sequences = arguments.folder or [make_crowd(people, folder / f'crowd_{people}') for people in arguments.people]
     bags = [make_bag(sequence, folder / f'{number}.bag', cloud=False) for number, sequence in enumerate(sequences)]
-    bench, rows = Bench(session, folder, bags, arguments), []
-    for mode, count, way in itertools.product(arguments.modes, arguments.cameras, arguments.ways):
-        rows.append(bench.row(mode, way, count))
+    for combination in itertools.product(arguments.modes, arguments.cameras, arguments.processes):
+        milliseconds = unit.milliseconds()
+        rows.append({'T_ms': milliseconds, **measure_row(session, bags, combination, arguments)})
         print(markdown([COLUMNS, table_row(rows[-1])]).splitlines()[-1], flush=True)
     print('\n' + markdown([COLUMNS, *map(table_row, rows)]), flush=True)
     return {'rows': rows}
 
 
-def main() -> int:
-    """Run the benchmark; return the exit status."""
-    arguments = parse_arguments()
-    return run_live(lambda session, folder: measure(session, folder, arguments), arguments.json)
-
-
 if __name__ == '__main__':
-    sys.exit(main())
+    sys.exit(run_live(measure, parse_arguments()))

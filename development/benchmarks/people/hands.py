@@ -23,9 +23,9 @@ from typing import Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple
 
 import cv2
 import numpy as np
+from accuracy_3d import BEGIN, ChainSettings, open_sequence
 from scipy.spatial.transform import Rotation
 
-from accuracy_3d import BEGIN, ChainSettings, open_sequence
 from common import Parser, errors_end_the_program, new_path
 from openpose_ros_pkg.detect.detector import create_detector
 from openpose_ros_pkg.detect.network_detection import NetworkDetection

@@ -22,10 +22,10 @@ from pathlib import Path
 from typing import Any, Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
+from accuracy_3d import ChainSettings, Finder, open_sequence, run_chain
 from scipy.optimize import linear_sum_assignment
 from scipy.spatial.transform import Rotation
 
-from accuracy_3d import ChainSettings, Finder, open_sequence, run_chain
 from common import Parser, errors_end_the_program, markdown
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.skeletons import COCO_18

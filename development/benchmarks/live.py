@@ -1,0 +1,124 @@
+#!/usr/bin/python3
+"""Measure the running nodes: rate, latency by stage, processor and memory, for rates, numbers of people, points.
+
+Each row of the table: a camera driver in C++ plays a sequence of 960 x 540 forth and back, on a ROS master of its own;
+the nodes are started, and their results are counted for a while: the 3D chain with its visualization, or for 2d the
+service node in stream mode. The sequences are made of the shipped one (1, 2, 5 or 8 people), or given by --folder. In
+3D `target_rate` is the camera's rate unless it is given. Latency: from the camera's stamp to the arrival of the message
+in a subscriber. T: one f32 pass of mobilenet_thin at 656 x 368 on two threads, before and after each row, while the
+nodes do not run. Start: to the first result. Networks alone: images of the sequence through the same networks, one
+after the other, with the stamps of the results, when the nodes have ended. --points cloud_to_depth: the cloud becomes a
+depth image in the driver's process.
+
+    ./run bench live 3d                                       # the table of docs/accuracy_and_speed.md
+    ./run bench live 3d --rates 30 --people 2 --points depth_image --seconds 30 mode:=balanced
+    ./run bench live 2d --people 1 2 5 8 --rates 30 target_rate:=30
+"""
+import argparse
+import itertools
+import sys
+from pathlib import Path
+from typing import Dict, List, Sequence
+
+import numpy as np
+import rospy
+from openpose_ros_msgs.msg import PersonDetection_3dArray, PersonDetectionArray
+
+from common import Figures, Parser, markdown, run_live
+from figures import by_stage, median_and_95, wanted_rate
+from nodes import NAMESPACE, PEOPLE_3D, NetworksAlone, Unit, Watched, make_bag, make_crowd, start_camera, watch_nodes
+from session import Session
+from skeleton_extract_3d.ros.extractor import AGE_STAGES
+
+PEOPLE_2D = '/openpose_ros/detected_poses'
+SERVICE = '/openpose_ros_service_node'
+EXTRACTOR = '/skeleton_extract_3d_node'
+STAGES_2D = ('decode_message', 'preprocess', 'wait_for_network', 'network', 'decode', 'publish')
+MADE_DEPTH = f'{NAMESPACE}/depth_registered'
+# Points for the chain: arguments of demo.launch.
+POINTS = {'depth_image': ['points_source:=depth_image'], 'point_cloud': ['points_source:=point_cloud'],
+          'cloud_to_depth': ['points_source:=depth_image', f'depth:={MADE_DEPTH}/image_rect',
+                             f'camera_info:={MADE_DEPTH}/camera_info']}
+COLUMNS = ('camera [Hz]', 'people', 'points', 'T [ms]', 'results [Hz]', 'wanted', 'networks alone [Hz]',
+           'latency median / 95 % [ms]', 'sum of the stages', 'stages, means [ms]', 'processor [% of a core]',
+           'memory [MB]', 'start [s]')
+
+
+def parse_arguments() -> argparse.Namespace:
+    """Read the command line."""
+    parser = Parser(__doc__)
+    parser.add_argument('chain', choices=('2d', '3d'))
+    parser.add_argument('--rates', type=float, nargs='+', default=[10.0, 15.0, 30.0], help='of the camera [Hz]')
+    parser.add_argument('--people', type=int, nargs='+', default=[1, 2, 5, 8], choices=range(1, 9), metavar='1..8')
+    parser.add_argument('--points', nargs='+', choices=POINTS, default=['depth_image', 'point_cloud'])
+    parser.add_argument('--folder', type=Path, nargs='+', help='sequence folders to play instead of --people')
+    parser.add_live(seconds=15.0, warm_up=5.0)
+    return parser.parse_live()
+
+
+def measure_row(session: Session, bag: Path, rate: float, points: str, arguments: argparse.Namespace) -> Watched:
+    """Run the nodes before a camera; `points` is one of POINTS, '-' in 2D."""
+    camera = start_camera(session, bag, rate)
+    if points == 'cloud_to_depth':
+        session.start('cloud_to_depth', ['roslaunch', 'openpose_ros_nodelets', 'cloud_to_depth.launch',
+                                         'manager:=/camera'])
+    if points == '-':
+        seen = watch_nodes(session, [
+            'rosrun', 'openpose_ros_pkg', 'openpose_ros_node', f'__name:={SERVICE[1:]}',
+            f'_image_topic:={NAMESPACE}/image_color', *(f'_{text}' for text in arguments.launch)],
+            {PEOPLE_2D: PersonDetectionArray}, arguments, f'{SERVICE}/timing')
+    else:
+        seen = watch_nodes(session, [
+            'roslaunch', 'skeleton_extract_3d', 'demo.launch', 'play:=false', 'world_tf:=false', f'target_rate:={rate}',
+            *POINTS[points], *arguments.launch], {PEOPLE_3D: PersonDetection_3dArray}, arguments, f'{EXTRACTOR}/timing')
+    session.stop(camera)
+    return seen
+
+
+def figures_of(seen: Watched) -> Figures:
+    """Return the figures of the nodes in a row."""
+    arrivals, latencies, people = (each[0] for each in seen[2:5])
+    return {'frames': len(arrivals), 'rate_hz': len(arrivals) / seen.seconds, 'start_s': seen.start,
+            'latency_ms': median_and_95(latencies), 'stages_ms': seen.stages,
+            'longest_gap_ms': 1000 * float(np.diff(arrivals).max(initial=0.0)),
+            'people_per_frame': {str(number): int((people == number).sum()) for number in sorted({*people.tolist()})},
+            'cpu_percent_of_a_core': seen.processor, 'memory_mb': seen.memory}
+
+
+def table_row(row: Figures, stages: Sequence[str]) -> List[object]:
+    """Return the cells of COLUMNS."""
+    text, total = by_stage(row['stages_ms'], stages)
+
+    def by_node(values: Dict[str, float]) -> str:
+        return ', '.join(f'{name.strip("/")} {value:.0f}' for name, value in values.items())
+
+    return [f"{row['camera_hz']:.0f}", row['people'], row['points'], ' - '.join(f'{each:.0f}' for each in row['T_ms']),
+            f"{row['rate_hz']:.1f}", f"{wanted_rate(row['camera_hz'], sum(row['T_ms']) / 2):.1f}",
+            f"{row['networks_alone_hz']:.1f}", row['latency_ms'], f'{total:.0f}', text,
+            by_node(row['cpu_percent_of_a_core']), by_node(row['memory_mb']), f"{row['start_s']:.1f}"]
+
+
+def measure(session: Session, folder: Path, arguments: argparse.Namespace) -> Figures:
+    """Measure all rows and print the table."""
+    rospy.init_node('live', disable_signals=True)
+    unit, rows, table = Unit(), [], [COLUMNS]
+    stages, all_points = (STAGES_2D, ['-']) if arguments.chain == '2d' else (AGE_STAGES, arguments.points)
+    sequences = {path.name: path for path in arguments.folder or ()} or {
+        people: make_crowd(people, folder / f'crowd_{people}') for people in arguments.people}
+    for points, rate, (people, sequence) in itertools.product(all_points, arguments.rates, sequences.items()):
+        before = unit.milliseconds()
+        seen = measure_row(session, make_bag(sequence, folder / 'camera.bag'), rate, points, arguments)
+        log = (folder / 'nodes.log').read_text(errors='replace').splitlines()
+        values = next((each for each in seen.parameters.values() if 'target_rate' in each), {})
+        rows.append({'camera_hz': rate, 'people': people, 'points': points, **figures_of(seen),
+                     'log': [line for line in log if 'networks may take' in line or 'WARN' in line],
+                     'networks_alone_hz': NetworksAlone(values).rate(sequence, seen.arrivals[0] - seen.latencies[0]),
+                     'T_ms': [before, unit.milliseconds()]})
+        table.append(table_row(rows[-1], stages))
+        print(markdown([COLUMNS, table[-1]]).splitlines()[-1], flush=True)
+    print('\n' + markdown(table), flush=True)
+    return {'rows': rows}
+
+
+if __name__ == '__main__':
+    sys.exit(run_live(measure, parse_arguments()))
