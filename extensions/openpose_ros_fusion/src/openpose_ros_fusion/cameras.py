@@ -7,7 +7,7 @@ corrected by c_i and c_j, and what i measures lies beside what j measures by b,
 
 whose least squares over some seconds give |b|, the error of the pair, and the difference of their clocks. Of a camera
 without depth, x is the point of the ray that is nearest to the fused joint, and what lies along the ray is left out of
-both sides. Of cameras that have nobody in common the ways of people tell whether one of them stands elsewhere (`Ways`).
+both sides.
 """
 import itertools
 from collections import deque
@@ -17,7 +17,6 @@ from typing import Deque, Dict, List, Mapping, NamedTuple, Sequence, Set, Tuple
 import numpy as np
 
 from openpose_ros_fusion.association import CameraPerson
-from openpose_ros_fusion.camera_delays import Ways
 from openpose_ros_fusion.constants import FUSION, CameraConstants
 from openpose_ros_fusion.observations import Sighting
 from skeleton_extract_3d.people import MEASURED, People3D
@@ -63,7 +62,6 @@ class CameraJudge:
     def __init__(self, cameras: Sequence[str], constants: CameraConstants = FUSION.cameras) -> None:
         self._names, self._constants = tuple(cameras), constants
         self._sums: Dict[_Pair, Deque[_Sums]] = {pair: deque() for pair in itertools.combinations(self._names, 2)}
-        self._ways = {pair: Ways() for pair in self._sums}
 
     def update(self, sightings: Sequence[Sighting], people: People3D, stamp: float,
                known: Mapping[CameraPerson, int]) -> None:
@@ -77,13 +75,9 @@ class CameraJudge:
             people.ids.tolist(), people.xyz.astype(np.float64), people.velocity.astype(np.float64))}
         velocities = {number: velocity for number, (_, velocity) in fused.items()}
         seen = {sighting.camera: _measured(sighting, stamp, fused, known) for sighting in sightings}
-        with_depth = {sighting.camera: sighting for sighting in sightings if sighting.has_depth}
         for pair, sums in self._sums.items():
             if pair[0] in seen and pair[1] in seen:
                 sums.append(self._compared(seen[pair[0]], seen[pair[1]], velocities, stamp))
-                if sums[-1].count == 0 and pair[0] in with_depth and pair[1] in with_depth:
-                    self._ways[pair].add(stamp, with_depth[pair[0]], with_depth[pair[1]])
-            self._ways[pair].forget_before(stamp)
             while sums and not 0 <= stamp - sums[0].stamp <= self._constants.memory:
                 sums.popleft()
 
@@ -92,7 +86,6 @@ class CameraJudge:
         for pair, sums in self._sums.items():
             if camera in pair:
                 sums.clear()
-                self._ways[pair].clear()
 
     def judgements(self) -> Dict[str, CameraJudgement]:
         """Return what is known of each camera now."""
@@ -124,7 +117,7 @@ class CameraJudge:
         """Return the error of a pair [m] and the difference of its clocks [s]; NaN where they are not known."""
         count = sum(one.count for one in sums)
         if count < self._constants.least_joints:
-            return self._ways[pair].apart, np.nan
+            return np.nan, np.nan
         matrix = np.sum([one.matrix for one in sums], axis=0)
         right = np.sum([one.right for one in sums], axis=0)
         # what v varies by beside its mean tells the clock; b holds the rest

@@ -5,7 +5,6 @@ from typing import Callable, Iterable, List, Optional, Tuple
 
 import numpy as np
 
-from openpose_ros_fusion.camera_delays import rigid_transform
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_tools.alignment.clock import Correlations, JointPaths
 
@@ -141,6 +140,23 @@ def merit(distances: np.ndarray, gate: float) -> float:
         distances: (S, R, K) from each subject [m].
     """
     return float(np.nansum(np.maximum(0, 1 - (distances / gate) ** 2), axis=2).max(axis=0).sum())
+
+
+def rigid_transform(points: np.ndarray, truth: np.ndarray, weights: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
+    """Return the rotation (3, 3) and translation (3,) that move points onto the truth with least squared distances.
+
+    Kabsch, Acta Crystallographica A32, 922 (1976); no mirror image, as in Umeyama, PAMI 13, 376 (1991). SciPy has it
+    from 1.4 on.
+
+    Args:
+        points, truth: (N, 3) [m].
+        weights: (N,) not negative.
+    """
+    share = weights / weights.sum()
+    middle, middle_truth = share @ points, share @ truth
+    u, _, vt = np.linalg.svd(((truth - middle_truth) * share[:, None]).T @ (points - middle))
+    rotation = u @ np.diag([1, 1, np.sign(np.linalg.det(u @ vt))]) @ vt
+    return rotation, middle_truth - rotation @ middle
 
 
 def robust_weights(distances: np.ndarray) -> np.ndarray:

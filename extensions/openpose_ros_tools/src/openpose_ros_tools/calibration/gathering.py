@@ -6,7 +6,7 @@ from typing import List, NamedTuple, Sequence, Tuple
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from openpose_ros_fusion.association import ray_gaps
+from openpose_ros_fusion.rays import ray_gaps
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.skeletons import COCO_18
 from openpose_ros_tools.calibration.constants import CALIBRATION
