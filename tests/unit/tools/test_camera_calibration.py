@@ -56,7 +56,7 @@ def test_nobody_and_one_camera_are_refused():
         calibrate([first])
     empty = dataclasses.replace(second, **{name: getattr(second, name)[:0]
                                            for name in ('stamps', 'ids', 'points', 'sigma')})
-    with pytest.raises(BadInputError, match='camera_1 saw somebody in 0 frames'):
+    with pytest.raises(BadInputError, match='camera_1 saw people in 0 frames'):
         calibrate([first, empty])
     with pytest.raises(BadInputError, match="two cameras have the name 'camera_0'"):
         calibrate([first, first])

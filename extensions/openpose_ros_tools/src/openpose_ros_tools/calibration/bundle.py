@@ -20,11 +20,10 @@ from scipy.sparse import coo_matrix, csr_matrix, identity
 from scipy.sparse.linalg import splu
 from scipy.spatial.transform import Rotation
 
-from openpose_ros_tools.calibration.constants import CALIBRATION
-from openpose_ros_tools.calibration.edges import Standing
+from openpose_ros_tools.calibration.constants import BundleConstants
+from openpose_ros_tools.calibration.edges import CameraPose
 from openpose_ros_tools.calibration.gathering import Gathered
 
-_BUNDLE = CALIBRATION.bundle
 # Steps end where no camera changes by more [rad, m, s]; a step that makes it worse is halved so many times at most.
 _SETTLED, _HALVINGS = 1e-6, 6
 # Parameters of a camera: rotation vector, translation, clock.
@@ -33,10 +32,25 @@ _OWN = 7
 _JOINT_STEP = 10.0
 # Joints nearer to the plane of a camera than this are behind it [m].
 _NEAREST = 0.1
-# Standard deviation of a depth bias beside measurements that are taken as independent [m].
-_BIAS_SIGMA = _BUNDLE.depth_bias / np.sqrt(_BUNDLE.dependent)
 # Errors of the distance of the first two cameras where nothing else tells the scale [m], and of given clocks [s].
 _GIVEN_LENGTH, _GIVEN_CLOCK = 1e-4, 1e-5
+
+
+@dataclass(frozen=True, eq=False)
+class Given:
+    """What is known of C cameras before the adjustment.
+
+    Attributes:
+        poses: of all cameras.
+        root: number of the camera that stays.
+        has_depth: (C,) bool; where no camera has, the distance of the first two cameras stays.
+        clocks_agree: the clock offsets stay.
+    """
+
+    poses: Sequence[CameraPose]
+    root: int
+    has_depth: np.ndarray
+    clocks_agree: bool
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,14 +58,14 @@ class Adjusted:
     """The result.
 
     Attributes:
-        standing: of all cameras.
+        poses: of all cameras.
         std: (C, 3) standard deviations to the root: angle [degrees], position [m], clock [s]; 0 for the root.
         joints: (P, 3) [m], those of `gathered`.
         depth_bias: (K,) [m].
         gathered: what was adjusted.
     """
 
-    standing: List[Standing]
+    poses: List[CameraPose]
     std: np.ndarray
     joints: np.ndarray
     depth_bias: np.ndarray
@@ -61,13 +75,16 @@ class Adjusted:
 class _Problem:
     """Residuals and their derivatives; parameters are those of the cameras but the root, biases, and joints."""
 
-    def __init__(self, gathered: Gathered, standing: Sequence[Standing], root: int, has_depth: np.ndarray,
-                 clocks_given: bool) -> None:
-        self.gathered, self.standing, self.root = gathered, standing, root
+    def __init__(self, gathered: Gathered, given: Given, constants: BundleConstants) -> None:
+        poses, has_depth, root = given.poses, given.has_depth, given.root
+        self.gathered, self.first_poses, self.root = gathered, poses, root
+        self.outlier = constants.outlier
+        # of a depth bias beside measurements that are taken as independent [m]
+        self.bias_sigma = constants.depth_bias / np.sqrt(constants.dependent)
         self.deep = has_depth[gathered.camera]
         self.scaled = bool(has_depth.any())
-        self.clock_sigma = _GIVEN_CLOCK if clocks_given else _BUNDLE.clock_prior
-        self.cameras = len(standing)
+        self.clock_sigma = _GIVEN_CLOCK if given.clocks_agree else constants.clock_prior
+        self.cameras = len(poses)
         self.names = int(gathered.name.max()) + 1
         self.block = np.delete(np.arange(self.cameras), root)  # camera of each block of parameters
         self.place = np.full(self.cameras, -1)
@@ -76,17 +93,17 @@ class _Problem:
         self.first_joint = self.first_bias + self.names
         self.start = np.concatenate([np.zeros(self.first_joint), gathered.joints.ravel()])
         for number, camera in enumerate(self.block):
-            self.start[_OWN * number + 3:_OWN * number + 6] = standing[camera].pose[1]
+            self.start[_OWN * number + 3:_OWN * number + 6] = poses[camera].pose[1]
         self.other = next(iter(self.block))  # its distance to the root is the scale where nothing else is
-        arm = standing[self.other].pose[1] - standing[root].pose[1]
+        arm = poses[self.other].pose[1] - poses[root].pose[1]
         self.weights = np.ones(len(gathered.point))
         self.scale = 1 / gathered.sigma  # of residuals, with the roots of the weights
         self.direction, self.length = arm / np.linalg.norm(arm), np.linalg.norm(arm)
 
     def poses(self, values: np.ndarray) -> Tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Return rotations (C, 3, 3), translations (C, 3), clock corrections (C,), derivatives of turns (C, 3, 3)."""
-        rotations = np.array([one.pose[0] for one in self.standing])
-        translations = np.array([one.pose[1] for one in self.standing])
+        rotations = np.array([one.pose[0] for one in self.first_poses])
+        translations = np.array([one.pose[1] for one in self.first_poses])
         clocks, turns = np.zeros(self.cameras), np.tile(np.eye(3), (self.cameras, 1, 1))
         for number, camera in enumerate(self.block):
             own = values[_OWN * number:_OWN * (number + 1)]
@@ -112,10 +129,10 @@ class _Problem:
         self.scale = 1 / self.gathered.sigma
         residuals = self.residuals(values)
         measured, prior = residuals[:3 * len(self.scale)].reshape(-1, 3), residuals[3 * len(self.scale):]
-        squares = (measured ** 2).sum(axis=1) / _BUNDLE.outlier ** 2
+        squares = (measured ** 2).sum(axis=1) / self.outlier ** 2
         self.weights = 1 / (1 + squares)
         self.scale = np.sqrt(self.weights) * self.scale
-        return float(_BUNDLE.outlier ** 2 * np.log1p(squares).sum() + (prior ** 2).sum())
+        return float(self.outlier ** 2 * np.log1p(squares).sum() + (prior ** 2).sum())
 
     def jacobian(self, values: np.ndarray) -> csr_matrix:
         """Return the derivatives of the residuals."""
@@ -164,15 +181,15 @@ class _Problem:
     def _prior(self, values: np.ndarray) -> np.ndarray:
         """Return the residuals of biases, of clocks, and of the scale."""
         clocks = values[_OWN - 1:self.first_bias:_OWN] / self.clock_sigma
-        bias = values[self.first_bias:self.first_joint] / _BIAS_SIGMA
+        bias = values[self.first_bias:self.first_joint] / self.bias_sigma
         place = _OWN * self.place[self.other] + 3
-        length = (values[place:place + 3] - self.standing[self.root].pose[1]) @ self.direction - self.length
+        length = (values[place:place + 3] - self.first_poses[self.root].pose[1]) @ self.direction - self.length
         return np.concatenate([bias, clocks, [0.0 if self.scaled else length / _GIVEN_LENGTH]])
 
     def _prior_entries(self, first: int) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return derivatives of `_prior`, their rows and columns."""
         cameras, place = self.cameras - 1, _OWN * self.place[self.other] + 3
-        values = np.concatenate([np.full(self.names, 1 / _BIAS_SIGMA), np.full(cameras, 1 / self.clock_sigma),
+        values = np.concatenate([np.full(self.names, 1 / self.bias_sigma), np.full(cameras, 1 / self.clock_sigma),
                                  0 * self.direction if self.scaled else self.direction / _GIVEN_LENGTH])
         rows = np.concatenate([np.arange(self.names + cameras), np.full(3, self.names + cameras)])
         columns = np.concatenate([self.first_bias + np.arange(self.names), _OWN - 1 + _OWN * np.arange(cameras),
@@ -180,17 +197,11 @@ class _Problem:
         return values, first + rows, columns
 
 
-def adjust(gathered: Gathered, standing: Sequence[Standing], root: int, has_depth: np.ndarray, clocks_given: bool
-           ) -> Adjusted:
-    """Return where the cameras stand, with all measurements.
-
-    Args:
-        has_depth: (C,) bool; where no camera has, the distance of the first two cameras stays.
-        clocks_given: the clock offsets stay.
-    """
-    problem = _Problem(gathered, standing, root, has_depth, clocks_given)
+def adjust(gathered: Gathered, given: Given, constants: BundleConstants) -> Adjusted:
+    """Return the poses of the cameras, with all measurements."""
+    problem = _Problem(gathered, given, constants)
     values, cost = problem.start, problem.reweigh(problem.start)
-    for _ in range(_BUNDLE.steps):
+    for _ in range(constants.steps):
         change = _step(problem, values)
         for _ in range(_HALVINGS):
             new_cost = problem.reweigh(values + change)
@@ -204,9 +215,9 @@ def adjust(gathered: Gathered, standing: Sequence[Standing], root: int, has_dept
             break
     problem.reweigh(values)
     rotations, translations, clocks, _ = problem.poses(values)
-    adjusted = [Standing((rotation, translation), one.clock_offset + clock) for rotation, translation, clock, one in
-                zip(rotations, translations, clocks, standing)]
-    own = np.zeros((len(standing), _OWN))
+    adjusted = [CameraPose((rotation, translation), one.clock_offset + clock) for rotation, translation, clock, one in
+                zip(rotations, translations, clocks, given.poses)]
+    own = np.zeros((len(adjusted), _OWN))
     own[problem.block] = _deviations(problem, values).reshape(-1, _OWN)
     std = np.stack([np.degrees(np.linalg.norm(own[:, :3], axis=1)), np.linalg.norm(own[:, 3:6], axis=1), own[:, 6]],
                    axis=1)
