@@ -1,4 +1,4 @@
-"""What each camera is like beside the others: whether it stands where it should, and its clock.
+"""How each camera agrees with the others: its pose and its clock.
 
 Two cameras i and j measured a joint at x_i and x_j, moved to one stamp; it moves at v. If the clocks are to be
 corrected by c_i and c_j, and what i measures lies beside what j measures by b,
@@ -23,17 +23,17 @@ from skeleton_extract_3d.people import MEASURED, People3D
 
 # A pair of cameras, by name.
 _Pair = Tuple[str, str]
-# Joints (18, 3) [m] of fused people, and the directions (18, 3) along which they are not known; zero: in all they are.
-_Measured = Mapping[int, Tuple[np.ndarray, np.ndarray]]
+# By track (3, 18, 3): joints [m], directions along which they are not known (zero: they are in all), velocities [m/s].
+_Measured = Mapping[int, np.ndarray]
 
 
 class CameraJudgement(NamedTuple):
     """What is known of a camera by its people.
 
     Attributes:
-        error: [m] by which its people are beside those of the others; NaN where no other camera sees them.
-        clock_offset: [s] to be added to its stamps; NaN where nobody moves, or no other camera sees it.
-        disagrees: whether it is beside the others, and not they; of two cameras that disagree nobody knows, so both do.
+        error: [m] distance of its people from those of the others; NaN where no other camera sees them.
+        clock_offset: [s] to be added to its stamps; NaN where no person moves, or no other camera sees it.
+        disagrees: whether it is beside the others, and not they; of two cameras, both.
     """
 
     error: float = np.nan
@@ -56,7 +56,7 @@ class CameraJudge:
     """Compares the cameras of a rig; not thread-safe.
 
     Args:
-        cameras: their names, in the order in which they are trusted where nothing else tells.
+        cameras: their names, the more trusted first.
     """
 
     def __init__(self, cameras: Sequence[str], constants: CameraConstants = FUSION.cameras) -> None:
@@ -65,7 +65,7 @@ class CameraJudge:
 
     def update(self, sightings: Sequence[Sighting], people: People3D, stamp: float,
                known: Mapping[CameraPerson, int]) -> None:
-        """Note what the cameras saw at a time.
+        """Take what the cameras see at a time.
 
         Args:
             people: fused people of that time.
@@ -73,11 +73,10 @@ class CameraJudge:
         """
         fused = {number: (joints, velocity) for number, joints, velocity in zip(
             people.ids.tolist(), people.xyz.astype(np.float64), people.velocity.astype(np.float64))}
-        velocities = {number: velocity for number, (_, velocity) in fused.items()}
         seen = {sighting.camera: _measured(sighting, stamp, fused, known) for sighting in sightings}
         for pair, sums in self._sums.items():
             if pair[0] in seen and pair[1] in seen:
-                sums.append(self._compared(seen[pair[0]], seen[pair[1]], velocities, stamp))
+                sums.append(self._compared(seen[pair[0]], seen[pair[1]], stamp))
             while sums and not 0 <= stamp - sums[0].stamp <= self._constants.memory:
                 sums.popleft()
 
@@ -94,18 +93,19 @@ class CameraJudge:
         agreeing = self._agreeing([pair for pair, (error, _) in solved.items() if error <= self._constants.wrong])
         return {name: self._judged(name, solved, agreeing) for name in self._names}
 
-    def _compared(self, first: _Measured, second: _Measured, velocities: Mapping[int, np.ndarray], stamp: float
-                  ) -> _Sums:
+    def _compared(self, first: _Measured, second: _Measured, stamp: float) -> _Sums:
+        """Return the sums of the joints that two cameras measured of the same people."""
         common = [person for person in first if person in second]
-        none = np.zeros((0, 3))
-        apart = np.concatenate([none, *(first[person][0] - second[person][0] for person in common)])
-        moving = np.concatenate([none, *(velocities[person] for person in common)])
-        for seen in (first, second):
-            along = np.concatenate([none, *(seen[person][1] for person in common)])
+        none = np.zeros((3, 0, 3))
+        (joints, rays, moving), (others, other_rays, _) = (
+            np.concatenate([none, *(seen[person] for person in common)], axis=1) for seen in (first, second))
+        apart = joints - others
+        for along in (rays, other_rays):
             apart, moving = (value - (value * along).sum(axis=1, keepdims=True) * along for value in (apart, moving))
         used = np.isfinite(apart).all(axis=1) & np.isfinite(moving).all(axis=1)
-        used[used] = np.linalg.norm(apart[used], axis=1) <= self._constants.outlier
         apart, moving = apart[used], moving[used]
+        near = np.linalg.norm(apart, axis=1) <= self._constants.outlier
+        apart, moving = apart[near], moving[near]
         matrix = np.zeros((4, 4))
         matrix[:3, :3] = len(apart) * np.eye(3)
         matrix[:3, 3] = matrix[3, :3] = moving.sum(axis=0)
@@ -179,5 +179,5 @@ def _measured(sighting: Sighting, stamp: float, fused: Mapping[int, Tuple[np.nda
         has_depth = np.isfinite(sighting.positions[row])
         position = np.where(has_depth, sighting.positions[row], on_ray) + moved
         measured = (sighting.status[row] == MEASURED)[:, np.newaxis]
-        result[person] = np.where(measured, position, np.nan), np.where(has_depth, 0.0, rays)
+        result[person] = np.stack([np.where(measured, position, np.nan), np.where(has_depth, 0.0, rays), velocities])
     return result

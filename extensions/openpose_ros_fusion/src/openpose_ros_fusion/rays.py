@@ -38,7 +38,7 @@ def tracks_where_rays_meet(tracks: Tracks, matches: Matches, known: KnownIds, id
 
 
 def _meetings(matches: Matches, first: int, second: int, constants: AssociationConstants) -> List[Tuple[int, int]]:
-    """Return the people of two cameras whose rays meet, and who have no track or are in one view alone."""
+    """Return the people of two cameras whose rays meet, of those without a track or in one view alone."""
     # the last entry is for people without a track, of row -1
     alone = np.append(matches.views == 1, True)
     (sighting, rows), (other_sighting, other_rows) = matches.pairs[first], matches.pairs[second]

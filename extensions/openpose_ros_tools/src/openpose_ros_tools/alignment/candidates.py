@@ -1,4 +1,4 @@
-"""Candidates for lag and transform between two recordings: joints that meet, before anything is known of who is who."""
+"""Candidates for lag and transform between two recordings, before any people are matched: most joints meet."""
 import itertools
 from dataclasses import dataclass
 from typing import Callable, Iterable, List, Optional, Tuple
@@ -59,7 +59,7 @@ class Solution:
     """A lag [s] between the two beginnings, and a transform: x_reference = rotation x_camera + translation [m].
 
     Attributes:
-        merit: how many joints meet somebody, those that meet exactly counted as 1.
+        merit: how many joints meet one of the reference, those that meet exactly counted as 1.
     """
 
     lag: float
@@ -113,7 +113,7 @@ def likely_lags(correlations: Correlations, base: float, most: Optional[float], 
     Raises:
         BadInputError: there are none.
     """
-    # each track is whom it resembles most
+    # each track is the subject that it resembles most
     evidence = correlations.evidence().max(axis=1).sum(axis=0)
     if most is not None:
         evidence = np.where(np.abs(base + correlations.lags) <= most, evidence, 0)
@@ -124,7 +124,7 @@ def likely_lags(correlations: Correlations, base: float, most: Optional[float], 
     if not lags:
         within = '' if most is None else f' within the clock offset of {most:g} s'
         raise BadInputError(f'the speeds of the joints of estimate and reference have nothing in common{within}: does '
-                            f'anybody move? If the clocks are known, say so ({option})')
+                            f'a person move? If the clocks are known, say so ({option})')
     return lags
 
 
@@ -134,7 +134,7 @@ def least_points(free: np.ndarray) -> int:
 
 
 def merit(distances: np.ndarray, gate: float) -> float:
-    """Return how many joints meet somebody, those that meet exactly counted as 1, those `gate` [m] apart as 0.
+    """Return how many joints meet a subject, those that meet exactly counted as 1, those `gate` [m] apart as 0.
 
     Args:
         distances: (S, R, K) from each subject [m].

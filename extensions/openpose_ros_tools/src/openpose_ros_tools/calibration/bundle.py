@@ -61,14 +61,12 @@ class Adjusted:
         poses: of all cameras.
         std: (C, 3) standard deviations to the root: angle [degrees], position [m], clock [s]; 0 for the root.
         joints: (P, 3) [m], those of `gathered`.
-        depth_bias: (K,) [m].
         gathered: what was adjusted.
     """
 
     poses: List[CameraPose]
     std: np.ndarray
     joints: np.ndarray
-    depth_bias: np.ndarray
     gathered: Gathered
 
 
@@ -221,8 +219,7 @@ def adjust(gathered: Gathered, given: Given, constants: BundleConstants) -> Adju
     own[problem.block] = _deviations(problem, values).reshape(-1, _OWN)
     std = np.stack([np.degrees(np.linalg.norm(own[:, :3], axis=1)), np.linalg.norm(own[:, 3:6], axis=1), own[:, 6]],
                    axis=1)
-    return Adjusted(adjusted, std, values[problem.first_joint:].reshape(-1, 3),
-                    values[problem.first_bias:problem.first_joint], gathered)
+    return Adjusted(adjusted, std, values[problem.first_joint:].reshape(-1, 3), gathered)
 
 
 def _step(problem: _Problem, values: np.ndarray) -> np.ndarray:

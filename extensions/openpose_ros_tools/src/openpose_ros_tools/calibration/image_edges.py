@@ -58,7 +58,7 @@ def relate_images(first: CameraPaths, second: CameraPaths, clock_offset: Optiona
     Raises:
         BadInputError: rays do not meet.
     """
-    # RANSAC spends all of its 1000 iterations on people who are not the same; LMedS needs 90, whoever they are
+    # RANSAC spends all of its 1000 iterations on pairs of different people; LMedS always needs 90
     suggest = _pose_of_rays if clock_offset is not None else partial(_pose_of_rays, method=cv2.LMEDS)
     return _search(first, second, clock_offset, _Method(suggest, _pose_of_rays, _epipolar_distances), constants)
 
