@@ -25,9 +25,6 @@ from openpose_ros_tools.calibration.scale import scale_of_bones
 from skeleton_extract_3d.body.body import BODY
 from skeleton_extract_3d.points.transform import Transform
 
-# Camera whose frame and clock count: the first one.
-_ROOT = 0
-
 
 @dataclass(frozen=True)
 class CalibrationParams:
@@ -91,7 +88,7 @@ def calibrate(recordings: Sequence[CameraRecording], params: Optional[Calibratio
         raise BadInputError('the distance of two cameras is for rigs without depth; here depth tells the scale')
     poses = _first_poses(cameras, params, progress, constants)
     for _ in range(constants.bundle.rounds):
-        given = Given(poses, _ROOT, has_depth, params.clocks_agree)
+        given = Given(poses, has_depth, params.clocks_agree)
         adjusted = adjust(gather(cameras, poses, constants.gather), given, constants.bundle)
         change = max(max(float(np.abs(new.pose[1] - old.pose[1]).max()), abs(new.clock_offset - old.clock_offset))
                      for new, old in zip(adjusted.poses, poses))
@@ -101,7 +98,7 @@ def calibrate(recordings: Sequence[CameraRecording], params: Optional[Calibratio
     joints = adjusted.joints
     if not has_depth.any():
         factor = _scale(adjusted, names, params)
-        poses, joints = scaled(poses, factor, _ROOT), factor * joints
+        poses, joints = scaled(poses, factor), factor * joints
     people = adjusted.gathered.people(joints)
     _check_spread(people, constants.edges)
     (rotation, shift), floor, warnings = _room(names, poses, people, params, constants)
@@ -129,7 +126,7 @@ def _first_poses(cameras: Sequence[CameraPaths], params: CalibrationParams,
             except BadInputError as error:
                 reasons[first, second] = str(error)
         try:
-            return spanning_tree([camera.name for camera in cameras], edges, reasons, _ROOT)
+            return spanning_tree([camera.name for camera in cameras], edges, reasons)
         except BadInputError:
             if some is images:
                 raise
@@ -191,6 +188,6 @@ def _room(names: Sequence[str], poses: Sequence[CameraPose], people: np.ndarray,
     try:
         floor = find_floor(people, up, constants)
     except BadInputError as error:
-        warning = f'{error}; {params.fixed_frame} is the optical frame of {names[_ROOT]}, z is not up'
+        warning = f'{error}; {params.fixed_frame} is the optical frame of {names[0]}, z is not up'
         return (np.eye(3), np.zeros(3)), None, [warning]
     return room_frame(floor), floor, []

@@ -70,14 +70,13 @@ def align_in_space(first: CameraPaths, second: CameraPaths, clock_offset: Option
     return (found.rotation, found.translation), found.clock_offset, found.residual / np.sqrt(found.samples)
 
 
-def spanning_tree(cameras: Sequence[str], edges: Sequence[Edge], reasons: Dict[Tuple[int, int], str], root: int
+def spanning_tree(cameras: Sequence[str], edges: Sequence[Edge], reasons: Dict[Tuple[int, int], str]
                   ) -> List[CameraPose]:
-    """Return the poses of all cameras in the frame of the root, by the tree of edges with the least cost.
+    """Return the poses of all cameras in the frame of the first one, the root, by the tree of edges of least cost.
 
     Args:
         cameras: names.
         reasons: why other pairs have no edge.
-        root: number of the camera whose frame and clock count.
 
     Raises:
         BadInputError: not all cameras are connected; the text names the groups and the reasons.
@@ -95,8 +94,8 @@ def spanning_tree(cameras: Sequence[str], edges: Sequence[Edge], reasons: Dict[T
         why = '; '.join(f'{cameras[first]} and {cameras[second]}: {reason}' for (first, second), reason in
                         sorted(reasons.items()) if labels[first] != labels[second])
         raise BadInputError(f'the cameras fall into {groups} groups that share no people: {" | ".join(names)}. {why}')
-    order, before = breadth_first_order(minimum_spanning_tree(graph), root, directed=False)
-    poses = {root: CameraPose((np.eye(3), np.zeros(3)), 0.0)}
+    order, before = breadth_first_order(minimum_spanning_tree(graph), 0, directed=False)
+    poses = {0: CameraPose((np.eye(3), np.zeros(3)), 0.0)}
     for camera in order[1:].tolist():
         edge, parent = best[camera, int(before[camera])], poses[int(before[camera])]
         rotation, translation = parent.pose
@@ -105,7 +104,7 @@ def spanning_tree(cameras: Sequence[str], edges: Sequence[Edge], reasons: Dict[T
     return [poses[camera] for camera in range(count)]
 
 
-def scaled(poses: Sequence[CameraPose], factor: float, root: int) -> List[CameraPose]:
+def scaled(poses: Sequence[CameraPose], factor: float) -> List[CameraPose]:
     """Return the cameras with all distances from the root multiplied."""
-    origin = poses[root].pose[1]
+    origin = poses[0].pose[1]
     return [replace(one, pose=(one.pose[0], origin + factor * (one.pose[1] - origin))) for one in poses]
