@@ -1,6 +1,6 @@
 """Tracks of fused people: each joint moves at a constant velocity, disturbed by an acceleration."""
 from dataclasses import dataclass, replace
-from typing import Iterator, Tuple
+from typing import Iterator
 
 import numpy as np
 
@@ -8,12 +8,14 @@ from openpose_ros_fusion.constants import MotionConstants
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.body.body import BODY
 from skeleton_extract_3d.body.measures import Sizes, expected_lengths
+from skeleton_extract_3d.track.joint_filter import drifted
+from skeleton_extract_3d.track.tracks import Rows
 
 _JOINTS = len(COCO_18.joints)
 
 
 @dataclass(frozen=True, eq=False)
-class Tracks:
+class Tracks(Rows):
     """The tracks of F people at one time.
 
     The covariance of a joint is the same along all axes: where rays alone tell it, that of the worst one.
@@ -66,29 +68,12 @@ class Tracks:
                    positions, np.zeros((number, _JOINTS, 3)), unknown, np.ones((number, _JOINTS)), np.zeros(number),
                    times, times, np.zeros(number, np.int64))
 
-    def __len__(self) -> int:
-        return len(self.ids)
-
-    def select(self, rows: np.ndarray) -> 'Tracks':
-        """Return some of the tracks, by a mask or by indices."""
-        return Tracks(self.stamp, self.sizes.select(rows), *(value[rows] for value in self._arrays))
-
-    def joined(self, others: 'Tracks') -> 'Tracks':
-        """Return these tracks and then others."""
-        return Tracks(self.stamp, Sizes(*map(np.concatenate, zip(self.sizes, others.sizes))),
-                      *map(np.concatenate, zip(self._arrays, others._arrays)))
-
     def placed(self, row: int, joints: np.ndarray) -> 'Tracks':
         """Return these tracks, with one of them at other joints (18, 3) [m], and its motion unknown."""
         chosen = (np.arange(len(self)) == row)[:, np.newaxis, np.newaxis]
         return replace(self, positions=np.where(chosen, joints, self.positions),
                        velocities=np.where(chosen, 0.0, self.velocities),
                        covariance=np.where(chosen, (1.0, 0.0, 0.0), self.covariance))
-
-    @property
-    def _arrays(self) -> Tuple[np.ndarray, ...]:
-        return (self.ids, self.positions, self.velocities, self.covariance, self.variance, self.innovations,
-                self.born, self.seen, self.cameras)
 
     @property
     def assumed_positions(self) -> np.ndarray:
@@ -128,9 +113,7 @@ class Tracks:
         """Return the tracks as they are expected at a later time [s]."""
         step = max(stamp - self.stamp, 0.0)
         place, mixed, speed = np.moveaxis(self.covariance, 2, 0)
-        noise = constants.acceleration ** 2
-        covariance = np.stack([place + 2 * step * mixed + step ** 2 * speed + noise * step ** 4 / 4,
-                               mixed + step * speed + noise * step ** 3 / 2, speed + noise * step ** 2], axis=2)
+        covariance = np.stack(drifted((place, mixed, speed), mixed, step, constants.acceleration ** 2), axis=2)
         body = self.velocities.mean(axis=1, keepdims=True)
         velocities = body + np.exp(-step / constants.swing) * (self.velocities - body)
         return replace(self, stamp=self.stamp + step, positions=self.positions + self.moves(step, constants),
