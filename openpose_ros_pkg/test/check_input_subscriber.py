@@ -11,7 +11,7 @@ from sensor_msgs.msg import CompressedImage, Image
 from std_msgs.msg import Header
 
 from openpose_ros_pkg.ros.images import image_subscriber
-from openpose_ros_pkg.ros.session import await_true
+from session import await_true
 
 
 def numbered(number: int, kind: type = Image) -> Image:

@@ -12,7 +12,7 @@ from openpose_ros_msgs.msg import PersonDetection, PersonDetectionArray
 from openpose_ros_msgs.srv import GetPersons
 from sensor_msgs.msg import Image
 
-from openpose_ros_pkg.ros.session import PATIENCE, Diagnostics, Recorder, await_true
+from session import PATIENCE, Diagnostics, Recorder, await_true
 
 NODE = 'openpose_ros_service_node'
 # [px] The network's fields have one value for 12 x 12 pixels of the picture, and the median joint is found within less

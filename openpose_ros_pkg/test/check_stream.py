@@ -15,7 +15,7 @@ from openpose_ros_msgs.srv import GetPersons
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 
 from openpose_ros_pkg.ros.convert import compressed_image_to_bgr, image_to_bgr
-from openpose_ros_pkg.ros.session import PATIENCE, Diagnostics, Recorder, await_true
+from session import PATIENCE, Diagnostics, Recorder, await_true
 
 NODE = 'openpose_ros_service_node'
 # [px] The fields of the small input that this test uses have one value for 17 x 17 pixels of the picture; measured up

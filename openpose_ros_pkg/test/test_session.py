@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from development.testing import MARK, end_processes
-from openpose_ros_pkg.ros.session import PATIENCE, await_true
+from session import PATIENCE, await_true
 
 ROOT = Path(__file__).resolve().parents[2]
 BENCHMARK = """

@@ -14,7 +14,7 @@ from sensor_msgs.msg import CameraInfo, CompressedImage, Image, PointCloud2, Poi
 from std_msgs.msg import Header
 
 from openpose_ros_pkg.ros.convert import bgr_to_image
-from openpose_ros_pkg.ros.session import Diagnostics, await_true, is_heard
+from session import Diagnostics, await_true, is_heard
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.ros.convert import camera_to_message
 

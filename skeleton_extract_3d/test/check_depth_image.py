@@ -12,7 +12,7 @@ from sensor_msgs.msg import CameraInfo, CompressedImage, Image, PointCloud2
 from std_msgs.msg import Header
 
 from openpose_ros_pkg.ros.convert import image_to_bgr
-from openpose_ros_pkg.ros.session import Diagnostics, await_true
+from session import Diagnostics, await_true
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.depth import cloud_from_depth
 from skeleton_extract_3d.ros.convert import camera_to_message, cloud_to_message, depth_to_message

@@ -29,7 +29,7 @@ from openpose_ros_msgs.msg import BodypartDetection_3d, PersonDetection, PersonD
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2
 
 from openpose_ros_pkg.ros.convert import image_to_bgr
-from openpose_ros_pkg.ros.session import PATIENCE, Diagnostics, await_true, is_heard
+from session import PATIENCE, Diagnostics, await_true, is_heard
 from skeleton_extract_3d.estimator import STAGES as ESTIMATOR_STAGES
 from skeleton_extract_3d.ros.convert import rotation_and_translation
 from skeleton_extract_3d.ros.extractor import AGE_STAGES, STAGES

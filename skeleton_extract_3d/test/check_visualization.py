@@ -14,8 +14,8 @@ from openpose_ros_msgs.msg import PersonDetection_3dArray
 from std_msgs.msg import Header
 from visualization_msgs.msg import Marker
 
-from openpose_ros_pkg.ros.session import PATIENCE, Diagnostics, await_true, is_heard
 from openpose_ros_pkg.skeletons import COCO_18
+from session import PATIENCE, Diagnostics, await_true, is_heard
 from skeleton_extract_3d.landmarks import Faces3D, Hands3D, Points3D
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
 from skeleton_extract_3d.ros.convert import faces_to_array, hands_to_array, people_to_messages

@@ -17,8 +17,8 @@ from std_msgs.msg import Header
 
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.ros.convert import bgr_to_image, image_to_bgr
-from openpose_ros_pkg.ros.session import PATIENCE, await_true, is_heard
 from openpose_ros_pkg.skeletons import COCO_18
+from session import PATIENCE, await_true, is_heard
 from skeleton_extract_3d.points.depth import XYZRGB
 from skeleton_extract_3d.points.rgbd_sequence import RgbdSequence
 from skeleton_extract_3d.ros.convert import cloud_to_message

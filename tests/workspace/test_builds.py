@@ -86,7 +86,7 @@ from pathlib import Path
 
 import rospy
 from openpose_ros_msgs.msg import PersonDetection_3dArray
-from openpose_ros_pkg.ros.session import Session
+from session import Session
 from sensor_msgs.msg import CameraInfo
 
 with tempfile.TemporaryDirectory() as folder, Session(Path(folder)) as session:

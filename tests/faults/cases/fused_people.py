@@ -79,7 +79,7 @@ def all_stamps(seconds: int) -> Injector:
 def counted(inject: Injector) -> Injector:
     """Return what injects a fault until the node has counted a message as out of time."""
     def until_counted(chain: Any) -> None:
-        from openpose_ros_pkg.ros.session import await_true
+        from session import await_true
         before = chain.diagnostics.count(PEOPLE, OUT_OF_TIME)
 
         def noticed() -> bool:
@@ -92,7 +92,7 @@ def counted(inject: Injector) -> Injector:
 def camera_dies(chain: Any) -> None:
     import rospy
 
-    from openpose_ros_pkg.ros.session import await_true
+    from session import await_true
     publisher = chain.publishers['left']
     topic = publisher.resolved_name
     publisher.unregister()

@@ -12,7 +12,7 @@ def people(change: Callable[[Any], None]) -> Injector:
     def inject(chain: Any) -> None:
         import rospy
 
-        from openpose_ros_pkg.ros.session import await_true
+        from session import await_true
         message = chain.result_of_good_frame()
         change(message)
         publisher = rospy.Publisher(chain.topic('openpose_ros/skeleton_3d/detected_poses_3d'), type(message),

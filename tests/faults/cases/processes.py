@@ -22,7 +22,7 @@ def refused(parameters: Dict[str, Any], *words: str) -> Callable[[Any], None]:
 
 def until_counted(chain: Any) -> None:
     """Send frames until the extractor has counted one that the service did not answer."""
-    from openpose_ros_pkg.ros.session import await_true
+    from session import await_true
     before = chain.diagnostics.count(NODE, 'service call failed')
     chain.send(chain.frame())
     await_true(lambda: chain.diagnostics.count(NODE, 'service call failed') > before, 'the call fails')

@@ -26,7 +26,7 @@ def seen_from(frame_id: str, *transforms: Any) -> Injector:
         import rospy
         from tf2_msgs.msg import TFMessage
 
-        from openpose_ros_pkg.ros.session import await_true
+        from session import await_true
         publisher = rospy.Publisher('/tf', TFMessage, queue_size=10)
         await_true(lambda: publisher.get_num_connections() > 0, '/tf is heard')
         publisher.publish(TFMessage([transform(*each) for each in transforms]))
