@@ -72,7 +72,7 @@ def test_there_is_a_core():
 
 
 def test_core_imports_no_ros():
-    found = {str(path.relative_to(ROOT)): ros_parts(imported_modules(path.read_text(), path.relative_to(ROOT).parts[-1]))
+    found = {str(path.relative_to(ROOT)): ros_parts(imported_modules(path.read_text(), path.name))
              for path in CORE}
     assert {path: names for path, names in found.items() if names} == {}
 

@@ -17,7 +17,8 @@ sys.path.insert(0, sys.argv[1])
 from development import terminal
 terminal.LOGS = Path(sys.argv[2])
 terminal.handle_signals()
-terminal.step('sleeping', 'sleep', 'none', subprocess.run, ['sh', '-c', 'sleep 600 & echo $! > "$0"; wait', sys.argv[3]])
+command = ['sh', '-c', 'sleep 600 & echo $! > "$0"; wait', sys.argv[3]]
+terminal.step('sleeping', 'sleep', 'none', subprocess.run, command)
 """
 
 
