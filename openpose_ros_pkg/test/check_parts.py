@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Parts of the nodes that need a ROS master: diagnostics and threads go on after errors, subscribers rest and resume."""
+"""Parts of the nodes that need a ROS master: diagnostics and threads outlive errors, subscribers rest and resume."""
 import sys
 import threading
 import unittest
