@@ -1,7 +1,6 @@
 """The commands of ./run; its usage text says what they do."""
 import os
 import sys
-from pathlib import Path
 from typing import Callable, Dict, NoReturn, Sequence
 
 from development import PYTHON, ROOT
@@ -27,7 +26,6 @@ def main(arguments: Sequence[str]) -> None:
 def demo(arguments: Sequence[str]) -> NoReturn:
     if not {'--help', '-h'} & set(arguments):
         set_up([])
-    _add_path(ROOT / 'tests/support')
     enter_workspace([PYTHON, str(ROOT / 'development/demo/demo.py'), *arguments], ROS_HOSTNAME='localhost', ROS_IP=None,
                     ROS_NAMESPACE=None)
 
@@ -57,12 +55,9 @@ def bench(arguments: Sequence[str]) -> NoReturn:
     programs = {path.stem: path for path in folder.rglob('*.py') if path.read_text().startswith('#!')}
     if not arguments or arguments[0] not in programs:
         die(f'usage: ./run bench NAME ARGS, NAME one of: {" ".join(sorted(programs))}')
-    _add_path(folder, ROOT / 'tests/support')
+    # what they share is found from every folder
+    os.environ['PYTHONPATH'] = os.pathsep.join([str(folder), str(ROOT / 'tests/support')])
     enter_workspace([PYTHON, str(programs[arguments[0]]), *arguments[1:]])
-
-
-def _add_path(*folders: Path) -> None:
-    os.environ['PYTHONPATH'] = os.pathsep.join([*map(str, folders), os.environ.get('PYTHONPATH', '')])
 
 
 def test(arguments: Sequence[str]) -> NoReturn:

@@ -15,6 +15,7 @@ from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import List, Optional
 
+sys.path.append(str(Path(__file__).resolve().parents[2] / 'tests/support'))
 import rosbag
 import rosparam
 import rospkg
