@@ -80,7 +80,7 @@ def check_nodes_run(space, environment):
     """The whole chain, from the player to the extractor, answers from this space, and so does a nodelet."""
     shell(f"""
         source {space}/setup.bash
-        /usr/bin/python3 - <<'END'
+        PYTHONPATH={ROOT}/tests/support:$PYTHONPATH /usr/bin/python3 - <<'END'
 import tempfile
 from pathlib import Path
 
