@@ -12,7 +12,8 @@ _TYPES = [] if NUMPY.read_text().startswith('numpy==1.') else ['--no-site-packag
 
 @pytest.mark.parametrize('command', [
     pytest.param([VENV / 'bin/mypy', *_TYPES], id='mypy'),
-    pytest.param([VENV / 'bin/ruff', 'check', '--no-cache', 'development', *PACKAGES.values(), 'examples', 'tests'], id='ruff'),
+    pytest.param([VENV / 'bin/ruff', 'check', '--no-cache', 'development', *PACKAGES.values(), 'examples', 'tests'],
+                 id='ruff'),
     pytest.param(['shellcheck', 'run', '.ci/run'], id='shellcheck'),
     pytest.param(['catkin_lint', '--offline', '-W2', '--strict', '.'], id='catkin_lint')])
 def test_lint(command):
