@@ -122,17 +122,6 @@ class StreamTest(unittest.TestCase):
             for recorder in (drawn, jpegs, infos):
                 recorder.close()
 
-    def test_a_bad_image_is_counted_and_the_next_one_works(self):
-        before = self.diagnostics.count(NODE, 'bad image')
-        cut_off = image(GREY, 40.0)
-        cut_off.data = cut_off.data[:100]
-
-        def counted():
-            self.camera.publish(cut_off)
-            return self.diagnostics.count(NODE, 'bad image') > before
-        await_true(counted, 'the image that is cut off is counted')
-        self.assert_people(self.result_of(image(picture(0), 41.0, 'after bad')), 0)
-
     def test_clients_are_answered_beside_the_stream(self):
         """Both get on while both never rest."""
         rospy.wait_for_service('detect_poses', PATIENCE)

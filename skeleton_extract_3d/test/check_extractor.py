@@ -8,8 +8,6 @@ from typing import List
 import numpy as np
 import rospy
 import rostest
-import tf2_ros
-from dynamic_reconfigure.client import Client
 from harness import (
     FRAME_ID,
     HEIGHT,
@@ -29,9 +27,8 @@ from openpose_ros_msgs.msg import BodypartDetection_3d, PersonDetection, PersonD
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2
 
 from openpose_ros_pkg.ros.convert import image_to_bgr
-from session import PATIENCE, Diagnostics, await_true, is_heard
+from session import Diagnostics, await_true, is_heard
 from skeleton_extract_3d.estimator import STAGES as ESTIMATOR_STAGES
-from skeleton_extract_3d.ros.convert import rotation_and_translation
 from skeleton_extract_3d.ros.extractor import AGE_STAGES, STAGES
 
 NODE = 'extractor'
@@ -57,9 +54,6 @@ class ExtractorTest(unittest.TestCase):
         rospy.init_node('check_extractor')
         cls.detector = FakeDetector('detect_poses_3d')
         cls.output, cls.diagnostics, cls.camera = Output(), Diagnostics(), Camera()
-        cls.tf_buffer = tf2_ros.Buffer()
-        cls.tf_listener = tf2_ros.TransformListener(cls.tf_buffer)
-        await_true(lambda: is_heard('/tf'), 'the joints as frames')
 
     def setUp(self):
         self.detector.answer = lambda number: [person(number, {'nose': (20, 30)})]
@@ -210,33 +204,6 @@ class ExtractorTest(unittest.TestCase):
         info = await_true(one_came, 'the camera info')[0]
         self.assertEqual((info.K[0], info.K[4], info.header.frame_id), (50.0, 51.0, FRAME_ID))
         self.assertTrue(self.output.has(info.header.stamp))
-
-    def test_joints_are_frames(self):
-        stamp = self.camera.send_frame(7)
-        found, = self.output.frame(stamp).persons
-        transform = self.tf_buffer.lookup_transform(FRAME_ID, f'person_{found.person_ID}/nose', stamp,
-                                                    rospy.Duration(PATIENCE))
-        rotation, translation = rotation_and_translation(transform)
-        np.testing.assert_allclose(translation, position(found.nose), atol=1e-6)
-        np.testing.assert_array_equal(rotation, np.eye(3))
-        self.assertNotIn(f'person_{found.person_ID}/neck', self.tf_buffer.all_frames_as_yaml())
-
-    def test_each_person_has_velocities(self):
-        array = self.output.frame(self.camera.send_frame(7))
-        self.assertEqual([one.person_ID for one in array.velocities], [one.person_ID for one in array.persons])
-        neck = array.velocities[0].neck
-        self.assertTrue(np.isnan([neck.x, neck.y, neck.z]).all(), 'the neck is MISSING')
-
-    def test_parameters_that_change_hold_from_the_next_frame_on(self):
-        client = Client(NODE, timeout=PATIENCE)
-        before = client.get_configuration(timeout=PATIENCE)['window']
-        self.addCleanup(client.update_configuration, {'window': before})
-        self.assertEqual(client.update_configuration({'window': 1})['window'], 1)
-        nose = self.output.frame(self.camera.send_frame(7)).persons[0].nose
-        np.testing.assert_allclose(position(nose), points(7)[30, 20], atol=1e-6)
-        self.assertEqual(client.update_configuration({'window': 2})['window'], 1, 'an even window is refused')
-        client.update_configuration({'window': before})
-        self.good_frame_works()
 
     def test_timing(self):
         reports = self.listen(f'{NODE}/timing', Timing)
