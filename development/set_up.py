@@ -8,6 +8,7 @@ import re
 import shlex
 import shutil
 import time
+from functools import partial
 from pathlib import Path
 from subprocess import run
 from typing import List, Optional, Sequence, TextIO
@@ -140,12 +141,8 @@ def _as_root(packages: Sequence[str]) -> List[str]:
 def _install(packages: Sequence[str], root: Sequence[str]) -> None:
     apt = (*root, *APT)
     succeeds(*root, 'dpkg', '--configure', '-a')  # what an interrupted installation left
-    if not succeeds('apt-get', '--simulate', '--no-install-recommends', 'install', *packages, quiet=True):
-        run([*apt, 'update'], check=True)
-    if not succeeds(*apt, 'install', *packages):  # an old package list names files that are gone
-        run([*apt, 'update'], check=True)
-        run([*apt, '--fix-broken', 'install'], check=True)
-        run([*apt, 'install', *packages], check=True)
+    if not succeeds(*apt, 'install', *packages):  # there is no package list, or an old one names files that are gone
+        _run_all([*apt, 'update'], [*apt, '--fix-broken', 'install'], [*apt, 'install', *packages])
 
 
 # ---- 2: packages of PyPI, in .venv, beside the system's
@@ -263,7 +260,9 @@ def _set_up_build() -> None:
     for folder in ('build', 'devel'):
         shutil.rmtree(str(ROOT / folder), ignore_errors=True)
     step('[4/4] Build: catkin_make', 'build',
-         'if a CMakeLists.txt, package.xml, msg, srv or C++ file was changed, mend it', _build)
+         'if a CMakeLists.txt, package.xml, msg, srv or C++ file was changed, mend it', partial(
+             run, ['catkin_make', '--source', '.', f'-DPYTHON_EXECUTABLE={PYTHON}'], cwd=str(ROOT), check=True,
+             env=environment_of(this_system().ros_setup)))
     BUILD_STAMP.write_text(wanted)
 
 
@@ -276,11 +275,6 @@ def _fingerprint() -> str:
         if is_read or path.suffix == '.test' or path.parent.name == 'scripts':
             sums.update(f'{path.relative_to(ROOT)}\n'.encode() + (path.read_bytes() if is_read else b''))
     return sums.hexdigest()
-
-
-def _build() -> None:
-    run(['catkin_make', '--source', '.', f'-DPYTHON_EXECUTABLE={PYTHON}'], cwd=str(ROOT), check=True,
-        env=environment_of(this_system().ros_setup))
 
 
 def _hash(text: str, *files: Path) -> str:
