@@ -19,7 +19,7 @@ from openpose_ros_pkg.command_line import INTERRUPTED, all_ends_are_interrupts, 
 from openpose_ros_pkg.errors import OpenposeRosError
 
 if TYPE_CHECKING:
-    from openpose_ros_pkg.ros.session import Session
+    from session import Session
 
 # The sequence that is part of this repository.
 DEMO = ROOT / 'skeleton_extract_3d' / 'demo' / 'cross'
@@ -128,7 +128,7 @@ def run_live(measure: Callable[['Session', Path], Figures], path: Optional[Path]
         measure: is given the session and its folder, and returns the figures.
         path: of the figures as JSON; None: not written.
     """
-    from openpose_ros_pkg.ros.session import Session  # most benchmarks need no ROS
+    from session import Session  # most benchmarks need no ROS
     with errors_end_the_program(), tempfile.TemporaryDirectory(prefix='openpose_ros_bench_') as folder:
         try:
             with Session(Path(folder)) as session:

@@ -33,9 +33,9 @@ from openpose_ros_pkg.allocator import keep_large_blocks
 from openpose_ros_pkg.detect.detector import DetectorSettings, create_detector
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.ros.convert import bgr_to_image
-from openpose_ros_pkg.ros.session import ENDS_WITH_PARENT
 from openpose_ros_tools.ros.process_bag.job import BagJob
 from openpose_ros_tools.ros.process_bag.work import process
+from session import ENDS_WITH_PARENT
 from skeleton_extract_3d.points.depth import DepthImage, cloud_from_depth
 from skeleton_extract_3d.points.depth_view import depth_view
 from skeleton_extract_3d.points.rgbd_sequence import RgbdSequence

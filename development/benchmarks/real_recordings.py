@@ -29,7 +29,7 @@ from sensor_msgs.msg import Image
 from common import Figures, Parser, errors_end_the_program, new_path, tell
 from openpose_ros_pkg.errors import BadInputError, OpenposeRosError
 from openpose_ros_pkg.ros.convert import image_to_bgr
-from openpose_ros_pkg.ros.session import Session, wait_for
+from session import Session, wait_for
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
 from skeleton_extract_3d.ros.convert import people_from_array
 

@@ -80,13 +80,13 @@ def check_nodes_run(space, environment):
     """The whole chain, from the player to the extractor, answers from this space, and so does a nodelet."""
     shell(f"""
         source {space}/setup.bash
-        /usr/bin/python3 - <<'END'
+        PYTHONPATH={ROOT}/tests/support:$PYTHONPATH /usr/bin/python3 - <<'END'
 import tempfile
 from pathlib import Path
 
 import rospy
 from openpose_ros_msgs.msg import PersonDetection_3dArray
-from openpose_ros_pkg.ros.session import Session
+from session import Session
 from sensor_msgs.msg import CameraInfo
 
 with tempfile.TemporaryDirectory() as folder, Session(Path(folder)) as session:

@@ -27,7 +27,7 @@ from common import Figures, Parser, markdown, new_path, run_live
 from live.camera import TOPICS, Unit, make_bag, played_stamps, start_camera
 from live.figures import SCORE_COLUMNS, Answers, misordered, score, score_row
 from openpose_ros_pkg.params.parameters import build
-from openpose_ros_pkg.ros.session import Session, wait_for
+from session import Session, wait_for
 from skeleton_extract_3d.chain import PeopleChain
 from skeleton_extract_3d.people import People3D
 from skeleton_extract_3d.ros.convert import people_from_array

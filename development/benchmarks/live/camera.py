@@ -11,8 +11,8 @@ import psutil
 import rosnode
 import rospy
 
-from openpose_ros_pkg.ros.session import Session
 from openpose_ros_tools.ros import images_to_bag
+from session import Session
 from speed_2d import detector_for, image_of
 
 NAMESPACE = '/kinect2/qhd'

@@ -23,7 +23,7 @@ from std_msgs.msg import Header
 
 from accuracy_3d import open_sequence, true_floors
 from common import Figures, Parser, markdown, new_path, run_live
-from openpose_ros_pkg.ros.session import Session, wait_for
+from session import Session, wait_for
 from skeleton_extract_3d.points.depth import cloud_from_depth
 from skeleton_extract_3d.ros.convert import cloud_to_message
 

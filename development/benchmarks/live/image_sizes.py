@@ -21,7 +21,7 @@ from sensor_msgs.msg import Image
 from std_msgs.msg import Header
 
 from common import DEMO, Figures, Parser, run_live
-from openpose_ros_pkg.ros.session import Session
+from session import Session
 
 NODE = 'openpose_ros_node'
 SMALLEST, LARGEST = 16, 2000

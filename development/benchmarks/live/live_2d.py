@@ -46,8 +46,8 @@ from openpose_ros_pkg.detect.network_detection import NetworkDetection
 from openpose_ros_pkg.params.nodes import ServiceSettings
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.ros.convert import bgr_to_image
-from openpose_ros_pkg.ros.session import ResultWatch, Session, wait_for
 from openpose_ros_pkg.ros.timing_report import WINDOW
+from session import ResultWatch, Session, wait_for
 
 NODE = 'openpose_ros_service_node'
 TOPIC = '/camera/image_raw'

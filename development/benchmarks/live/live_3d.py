@@ -37,7 +37,7 @@ from openpose_ros_pkg.detect.detector import create_detector
 from openpose_ros_pkg.detect.network_detection import NetworkDetection
 from openpose_ros_pkg.params.nodes import ServiceSettings
 from openpose_ros_pkg.params.parameters import build, parameter_fields
-from openpose_ros_pkg.ros.session import ResultWatch, Session, wait_for
+from session import ResultWatch, Session, wait_for
 from skeleton_extract_3d.ros.extractor import AGE_STAGES
 
 TOPIC = '/openpose_ros/skeleton_3d/detected_poses_3d'

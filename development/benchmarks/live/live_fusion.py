@@ -20,7 +20,7 @@ from std_msgs.msg import Header
 from common import Figures, Parser, Usage, new_path, run_live
 from live.camera import node_process
 from openpose_ros_fusion.rig import Rig, rig_camera, rig_text
-from openpose_ros_pkg.ros.session import ResultWatch, Session, wait_for
+from session import ResultWatch, Session, wait_for
 from simulated_rig import Room, SimulatedCamera, around, walking
 from skeleton_extract_3d.ros import convert
 

@@ -18,7 +18,7 @@ from sensor_msgs.msg import Image, PointCloud2
 
 from common import DEMO, Figures, Parser, Usage, new_path, run_live
 from live.camera import NAMESPACE, make_bag, start_camera, start_cloud_to_depth
-from openpose_ros_pkg.ros.session import Session, wait_for
+from session import Session, wait_for
 
 PATHS = {'cloud': ('points', PointCloud2), 'depth image': ('image_depth_rect', Image),
          'cloud_to_depth': ('depth_registered/image_rect', Image)}

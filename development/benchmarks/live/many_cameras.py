@@ -31,7 +31,7 @@ from common import Figures, Parser, Usage, markdown, new_path, run_live
 from live.camera import NAMESPACE, TOPICS, Unit, make_bag, node_processes, start_camera
 from live.crowd import make_crowd
 from live.figures import median_and_95
-from openpose_ros_pkg.ros.session import ResultWatch, Session, wait_for
+from session import ResultWatch, Session, wait_for
 
 START_TIMEOUT = 240.0
 # How the chain is cut into processes: arguments of cameras.launch.

@@ -23,7 +23,7 @@ from visualization_msgs.msg import Marker
 from common import Figures, Parser, new_path, run_live
 from live.camera import node_process
 from openpose_ros_pkg.ros.master.registration import WATCH
-from openpose_ros_pkg.ros.session import Session, wait_for
+from session import Session, wait_for
 
 TIMEOUT = 120.0
 RESULTS = '/openpose_ros/skeleton_3d/detected_poses_3d'

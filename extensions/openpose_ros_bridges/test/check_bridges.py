@@ -23,8 +23,8 @@ from animated_skeleton import STANDING, held, people_of
 from foreign_packages import DEFINITIONS, write_packages
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.ros import convert as convert_2d
-from openpose_ros_pkg.ros.session import Diagnostics, Recorder, await_true
 from openpose_ros_pkg.skeletons import COCO_18
+from session import Diagnostics, Recorder, await_true
 from skeleton_extract_3d.ros import convert
 
 RATE = 15.0

@@ -12,7 +12,7 @@ from sensor_msgs.msg import CameraInfo, Image, PointCloud2, RegionOfInterest
 from std_msgs.msg import Header
 from std_srvs.srv import SetBool
 
-from openpose_ros_pkg.ros.session import Diagnostics, Recorder, await_true
+from session import Diagnostics, Recorder, await_true
 
 WIDTH, HEIGHT = 64, 48
 FX, FY, CX, CY = 50.0, 52.0, 31.0, 24.5

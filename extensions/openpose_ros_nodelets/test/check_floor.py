@@ -12,7 +12,7 @@ from harness import FRAME_ID, cloud
 from pcl_msgs.msg import ModelCoefficients
 from sensor_msgs.msg import PointCloud2
 
-from openpose_ros_pkg.ros.session import Diagnostics, Recorder, await_true
+from session import Diagnostics, Recorder, await_true
 
 WIDTH, HEIGHT, FOCAL = 160, 120, 114.0
 # Height of the camera [m], and how far it looks down [rad].

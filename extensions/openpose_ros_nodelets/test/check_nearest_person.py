@@ -13,7 +13,7 @@ from rosgraph_msgs.msg import Log
 from std_msgs.msg import Header
 from tf2_msgs.msg import TFMessage
 
-from openpose_ros_pkg.ros.session import await_true
+from session import await_true
 
 MEASURED, INFERRED = BodypartDetection_3d.MEASURED, BodypartDetection_3d.INFERRED
 # Optical frame (x right, y down, z forward) in a frame with x forward, y left, z up.

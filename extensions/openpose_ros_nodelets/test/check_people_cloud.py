@@ -13,7 +13,7 @@ from openpose_ros_msgs.msg import BodypartDetection_3d, PersonDetection_3d, Pers
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Header
 
-from openpose_ros_pkg.ros.session import Diagnostics, Recorder, await_true
+from session import Diagnostics, Recorder, await_true
 
 WIDTH, HEIGHT = 192, 160
 FOCAL_LENGTH = 120.0  # [px]

@@ -18,8 +18,8 @@ from visualization_msgs.msg import Marker
 sys.path.insert(0, str(Path(__file__).resolve().parents[3] / 'tests' / 'support'))
 
 from animated_skeleton import LYING, STANDING, Limb, held, people_of, swinging, then
-from openpose_ros_pkg.ros.session import Diagnostics, Recorder, await_true
 from openpose_ros_signals.ros.convert import signals_from_array
+from session import Diagnostics, Recorder, await_true
 from skeleton_extract_3d.points.transform import transform_people
 from skeleton_extract_3d.ros import convert
 

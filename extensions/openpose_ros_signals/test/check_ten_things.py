@@ -33,7 +33,7 @@ from std_msgs.msg import Bool, Header, Int32, String
 sys.path.insert(0, str(Path(__file__).resolve().parents[3] / 'tests' / 'support'))
 
 from documented_programs import programs
-from openpose_ros_pkg.ros.session import PATIENCE, Recorder, await_true
+from session import PATIENCE, Recorder, await_true
 
 PEOPLE, SIGNALS, FACES = (f'openpose_ros/skeleton_3d/{name}'
                           for name in ('detected_poses_3d', 'people_signals', 'detected_faces_3d'))

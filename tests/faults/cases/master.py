@@ -12,7 +12,7 @@ SERVICE = '/two/detect_poses_3d'
 
 def await_text(rig: Any, node: str, text: str) -> None:
     """Wait until a node has said this in /diagnostics."""
-    from openpose_ros_pkg.ros.session import await_true
+    from session import await_true
     await_true(lambda: any(text in said for said in rig.diagnostics.texts(node)), f'{node} says {text!r}')
 
 
@@ -21,7 +21,7 @@ def restarted_master(rig: Any) -> None:
     import rosgraph
     import rospy
 
-    from openpose_ros_pkg.ros.session import await_true
+    from session import await_true
     chain = rig.chain('two/service')
     master = rosgraph.Master('/faults')
     known = {name for kind in master.getSystemState() for name, _ in kind if name.startswith('/two/')}
@@ -49,7 +49,7 @@ def second_server(rig: Any) -> None:
     """Let somebody else register a service of a node, who runs for a while and ends."""
     import rosgraph
 
-    from openpose_ros_pkg.ros.session import await_true
+    from session import await_true
     chain, master = rig.chain('two/service'), rosgraph.Master('/second')
     before = rig.diagnostics.count('two/service', 'registered anew')
     with socket.socket() as listener:

@@ -256,7 +256,7 @@ class Report(NamedTuple):
 
 
 class Diagnostics:
-    """Keeps the reports of all nodes in /diagnostics.
+    """Keeps the reports of all nodes in /diagnostics; relative names of nodes are those in the test's own namespace.
 
     Args:
         nodes: of each of them, a report is waited for.
@@ -280,7 +280,7 @@ class Diagnostics:
     def reports(self, node: str, first: int = 0) -> List[Report]:
         """Return all reports of a node so far, from a number on."""
         with self._lock:
-            return self._reports[node.strip('/')][first:]
+            return self._reports[rospy.resolve_name(node).strip('/')][first:]
 
     def value(self, node: str, key: str) -> str:
         """Return a value as last reported; empty: there is none."""
