@@ -7,8 +7,8 @@
 #include <std_srvs/SetBool.h>
 
 #include "common/health.h"
+#include "common/master_watch.h"
 #include "common/parameter_reader.h"
-#include "common/registration_watch.h"
 #include "inputs/input_watch.h"
 
 namespace openpose_ros_nodelets
@@ -58,7 +58,7 @@ private:
   std::atomic<bool> enabled_{ true };
   std::unique_ptr<InputWatch> input_watch_;
   std::unique_ptr<Health> health_;  ///< shows what the watch tells
-  std::shared_ptr<RegistrationWatch> registration_;
+  std::shared_ptr<MasterWatch> master_watch_;
   ros::ServiceServer enable_service_;
 };
 
