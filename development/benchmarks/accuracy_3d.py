@@ -34,7 +34,6 @@ import pandas as pd
 from scipy.optimize import linear_sum_assignment
 
 from common import Parser, errors_end_the_program, new_path
-from openpose_ros_fusion.alignment.people import pair_people
 from openpose_ros_pkg.detect.detector import Detector, DetectorSettings, Networks
 from openpose_ros_pkg.detect.following import FollowingParams
 from openpose_ros_pkg.detect.network_detection import NetworkDetection
@@ -45,8 +44,9 @@ from openpose_ros_pkg.networks.backends import Backend, BackendParams
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
+from openpose_ros_tools.alignment.people import pair_people
 from skeleton_extract_3d.chain import PeopleChain
-from skeleton_extract_3d.frame import CameraFrame
+from skeleton_extract_3d.frame import Frame
 from skeleton_extract_3d.people import MEASURED, People3D
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.depth import DepthImage
@@ -90,7 +90,7 @@ def open_sequence(folder: Path) -> RgbdSequence:
 
 
 def true_floors(folder: Path, sequence: RgbdSequence) -> np.ndarray:
-    """Return the floor, z = 0 in the world, in each frame of the camera, (F, 4): see `CameraFrame`."""
+    """Return the floor, z = 0 in the world, in each frame of the camera, (F, 4): see `Frame`."""
     path = folder / 'meta.json'
     meta = json.loads(path.read_text()) if path.is_file() else {'T_world_camera': sequence.T_world_camera}
     poses = meta.get('poses') or [meta['T_world_camera']] * len(sequence)
@@ -207,7 +207,7 @@ def run_chain(sequence: RgbdSequence, chain: PeopleChain, find: Optional[FindPeo
         finder: whose work is counted.
         floors: (F, 4) the floor in each frame; None: it is not known.
     """
-    run, size = Run(), (sequence.camera.width, sequence.camera.height)
+    run = Run()
     for i, frame in enumerate(sequence):
         done, began = finder.networks.done if finder else 0.0, time.perf_counter()
         stamp = BEGIN + frame.time
@@ -218,7 +218,7 @@ def run_chain(sequence: RgbdSequence, chain: PeopleChain, find: Optional[FindPeo
         run.people.append(people)
         run.work.append(finder.networks.done - done if finder else 0.0)
         began_space = time.perf_counter()
-        answer = chain.in_space(people, CameraFrame(size, points, stamp, frame.bgr, floor=floor))
+        answer = chain.in_space(people, Frame('', stamp, frame.bgr, points, floor=floor))
         run.estimating.append(1e3 * (time.perf_counter() - began_space))
         run.detecting.append(1e3 * (found - began))
         run.frames.append((frame.time, answer.people))

@@ -20,9 +20,9 @@ import numpy as np
 
 from common import Parser, elapsed, errors_end_the_program, markdown
 from fusion import Recorded, record
-from openpose_ros_fusion.calibration.calibrate import Calibrated, CalibrationParams, calibrate
-from openpose_ros_fusion.calibration.recording import CameraRecording
 from openpose_ros_fusion.rig import RigCamera
+from openpose_ros_tools.calibration.calibrate import Calibrated, CalibrationParams, calibrate
+from openpose_ros_tools.calibration.recording import CameraRecording
 from simulated_room import around, record_all
 from skeleton_extract_3d.people import MEASURED
 from skeleton_extract_3d.points.transform import Transform

@@ -33,12 +33,12 @@ import numpy as np
 
 from accuracy_3d import VISIBLE, ChainSettings, Finder, open_sequence, run_chain, write_csv
 from common import Parser, elapsed, errors_end_the_program, markdown
-from openpose_ros_fusion.alignment.people import pair_people
 from openpose_ros_fusion.fusion import PeopleFusion
 from openpose_ros_fusion.observations import Sighting, from_image, from_space
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
+from openpose_ros_tools.alignment.people import pair_people
 from simulated_errors import cameras as erring_cameras
 from simulated_errors import fusion_shares, striding
 from simulated_rig import around, walking

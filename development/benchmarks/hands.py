@@ -39,7 +39,7 @@ from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.skeletons import COCO_18, FACE_70, HAND_21
 from skeleton_extract_3d.chain import PeopleChain
 from skeleton_extract_3d.estimator import Estimate
-from skeleton_extract_3d.frame import CameraFrame
+from skeleton_extract_3d.frame import Frame
 from skeleton_extract_3d.landmarks import Landmarks3D
 from skeleton_extract_3d.lift.landmarks import lift_landmarks
 from skeleton_extract_3d.people import INFERRED, MEASURED
@@ -113,7 +113,7 @@ def find(folder: Path, settings: ChainSettings, landmarks: Landmarks, pictures: 
         size = frame.bgr.shape[1], frame.bgr.shape[0]
         points = DepthImage(frame.depth, sequence.camera)
         stamp = BEGIN + frame.time
-        estimate = chain.in_space(chain.detect(frame.bgr, '', stamp), CameraFrame(size, points, stamp, frame.bgr))
+        estimate = chain.in_space(chain.detect(frame.bgr, '', stamp), Frame('', stamp, frame.bgr, points))
         answer = detector.detect(frame.bgr, estimate.people_2d, hidden_joints(estimate), '', stamp)
         found.append(Found(frame.time, answer, lift_landmarks(answer, points, size, estimate.people)))
         if pictures:

@@ -23,7 +23,7 @@ import numpy as np
 from tqdm import tqdm
 
 from common import Parser, errors_end_the_program, markdown
-from openpose_ros_fusion.alignment.alignment import AlignmentParams, align
+from openpose_ros_tools.alignment.alignment import AlignmentParams, align
 from openpose_ros_tools.tables.keypoint_csv import read_keypoint_csv
 from openpose_ros_tools.tables.keypoint_table import measured_people
 from simulated_mocap import CAMERA_START, Simulated, errors, sequence_truth, simulate

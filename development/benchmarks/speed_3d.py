@@ -21,7 +21,7 @@ from common import Parser, errors_end_the_program
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import People2D
 from skeleton_extract_3d.estimator import PeopleEstimator
-from skeleton_extract_3d.frame import CameraFrame
+from skeleton_extract_3d.frame import Frame
 from skeleton_extract_3d.points.cloud import OrganizedCloud
 from skeleton_extract_3d.points.depth import cloud_from_depth
 from skeleton_extract_3d.settings import EstimatorSettings
@@ -88,7 +88,7 @@ def measure(numbers: List[int], rounds: int, warm_up: int, frames: int, settings
         for count, (estimator, stream) in runs.items():
             given = next(stream)
             began = time.perf_counter()
-            estimate = estimator.update(given.people, CameraFrame(SIZE, given.points, number / RATE, given.bgr))
+            estimate = estimator.update(given.people, Frame('', number / RATE, given.bgr, given.points))
             milliseconds = 1e3 * (time.perf_counter() - began)
             stages = {name: 1e3 * seconds for name, seconds in estimate.timing.items()}
             rows.append({'people': count, 'in view': shown[count], 'whole': milliseconds, **stages})

@@ -17,10 +17,9 @@ from typing import Any, Callable, Dict, List, Sequence
 
 import numpy as np
 
+import truth_as_mocap
 from common import Parser, errors_end_the_program, markdown, new_path
-from openpose_ros_mocap import truth_as_mocap
-from openpose_ros_mocap.ros import evaluate_mocap
-from openpose_ros_tools.ros import images_to_bag
+from openpose_ros_tools.ros import evaluate_mocap, images_to_bag
 from openpose_ros_tools.ros.process_bag import program as process_bag
 
 # What the reference differs by: its clock [s], its frame [degrees, m].

@@ -5,5 +5,5 @@ from setuptools import find_packages, setup
 setup(**generate_distutils_setup(
     packages=find_packages('src'),
     package_dir={'': 'src'},
-    package_data={'openpose_ros_tools': ['data/*.html']},
+    package_data={'openpose_ros_tools': ['data/*.html', 'data/mocap_*', 'data/marker_maps/*.yaml']},
 ))

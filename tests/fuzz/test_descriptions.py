@@ -8,13 +8,13 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from fuzzing import JUNK, TEXTS, mutated, spoiled, survives
-from openpose_ros_mocap.marker_map import read_marker_map, shipped_maps
 from openpose_ros_pkg.calibration import calibration_text, pinhole_calibration, read_calibration
 from openpose_ros_pkg.errors import BadInputError, ModelError, ParameterError
 from openpose_ros_pkg.networks.model_description import read_description
 from openpose_ros_pkg.params.flags import read_flags
 from openpose_ros_pkg.params.nodes import ServiceSettings
 from openpose_ros_pkg.params.parameters import build, flat_values, parameter_fields
+from openpose_ros_tools.mocap.marker_map import read_marker_map, shipped_maps
 from skeleton_extract_3d.node_params import PeopleSettings
 from skeleton_extract_3d.points.camera import calibrated_camera
 from skeleton_extract_3d.points.rgbd_sequence import read_sequence_values

@@ -10,8 +10,6 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from fuzzing import mutated, spoiled, survives
-from openpose_ros_mocap.files import MarkerRecording, read_mocap, write_mocap
-from openpose_ros_mocap.truth_as_mocap import read_truth
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.output.keypoint_file import FORMATS, people_to_storage, read_keypoint
 from openpose_ros_pkg.output.openpose_json import people_from_json, people_to_json
@@ -19,8 +17,10 @@ from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18, MESSAGE_JOINTS
 from openpose_ros_tools.images.image_layouts import LayoutOptions, find_recording
 from openpose_ros_tools.images.stamps import read_stamp_table
+from openpose_ros_tools.mocap.files import MarkerRecording, read_mocap, write_mocap
 from openpose_ros_tools.tables.keypoint_csv import LAYOUTS, KeypointCsvWriter, read_keypoint_csv
 from openpose_ros_tools.tables.keypoint_table import FIELDS, PersonRow
+from truth_as_mocap import read_truth
 
 JOINTS = len(COCO_18.joints)
 

@@ -7,12 +7,12 @@ from typing import Tuple
 import cv2
 import numpy as np
 
-from openpose_ros_fusion.alignment.alignment import Alignment
-from openpose_ros_mocap.joints import JointRecording
-from openpose_ros_mocap.truth_as_mocap import read_truth, resample
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
+from openpose_ros_tools.alignment.alignment import Alignment
+from openpose_ros_tools.mocap.joints import JointRecording
 from openpose_ros_tools.tables.keypoint_table import KeypointTable
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING
+from truth_as_mocap import read_truth, resample
 
 # Label of joints that the camera sees, in gt.json.
 VISIBLE = 2

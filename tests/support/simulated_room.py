@@ -4,8 +4,8 @@ from typing import Callable, Tuple
 
 import numpy as np
 
-from openpose_ros_fusion.calibration.recording import CameraRecording
 from openpose_ros_pkg.skeletons import COCO_18, MESSAGE_JOINTS
+from openpose_ros_tools.calibration.recording import CameraRecording
 from simulated_mocap import Truth, walkers
 
 _COLUMNS = [MESSAGE_JOINTS.index(joint) for joint in COCO_18.joints]

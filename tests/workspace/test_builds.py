@@ -41,7 +41,7 @@ def check_space(space, environment):
     output = shell(f"""
         source {space}/setup.bash
         rospack find openpose_ros_msgs; rospack find openpose_ros_pkg; rospack find skeleton_extract_3d
-        rospack find openpose_ros_tools; rospack find openpose_ros_mocap; rospack find openpose_ros_nodelets
+        rospack find openpose_ros_tools; rospack find openpose_ros_nodelets
         rospack find openpose_ros_fusion; rospack find openpose_ros_signals
         rospack find openpose_ros_bridges
         rosmsg show openpose_ros_msgs/PersonDetection_3d | grep '^uint32 person_ID$'

@@ -13,9 +13,9 @@ from std_msgs.msg import Header
 from tf2_msgs.msg import TFMessage
 
 from openpose_ros_fusion.rig import read_rig
-from openpose_ros_tools.ros import keypoints_to_csv
 from openpose_ros_tools.ros.calibrate_cameras import main
 from openpose_ros_tools.ros.camera_recordings import people_topics
+from openpose_ros_tools.ros.keypoints import keypoints_to_csv
 from simulated_room import around, record_all, rig_errors
 
 

@@ -20,8 +20,8 @@ from std_msgs.msg import Header, String
 
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.skeletons import BODY_25, COCO_18, MESSAGE_JOINTS
-from openpose_ros_tools.ros import csv_to_bag, keypoints_to_csv
-from openpose_ros_tools.ros.keypoint_bag import read_keypoint_bag, write_people
+from openpose_ros_tools.ros.keypoints import csv_to_bag, keypoints_to_csv
+from openpose_ros_tools.ros.keypoints.keypoint_bag import read_keypoint_bag, write_people
 from openpose_ros_tools.tables.keypoint_csv import KeypointCsvWriter, columns, read_keypoint_csv
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
 from skeleton_extract_3d.ros.convert import people_from_array
@@ -378,7 +378,7 @@ def test_arguments_that_contradict_each_other(arguments):
 
 def piped(bag, rest):
     """Run the command in bash, with what follows it."""
-    script = 'import sys; from openpose_ros_tools.ros.keypoints_to_csv import main; sys.exit(main())'
+    script = 'import sys; from openpose_ros_tools.ros.keypoints.keypoints_to_csv import main; sys.exit(main())'
     return subprocess.run(['bash', '-c', f"/usr/bin/python3 -c '{script}' {bag} --extended {rest}"], timeout=60,
                           capture_output=True, check=False)
 

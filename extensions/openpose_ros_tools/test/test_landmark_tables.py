@@ -16,9 +16,9 @@ from openpose_ros_pkg.landmarks.records import (
     Hands2D,
     Landmarks2D,
 )
-from openpose_ros_tools.ros.keypoint_bag import read_hand_bag
-from openpose_ros_tools.ros.keypoints_to_csv import main as keypoints_to_csv
-from openpose_ros_tools.ros.plot_keypoints import main as plot_keypoints
+from openpose_ros_tools.ros.keypoints.keypoint_bag import read_hand_bag
+from openpose_ros_tools.ros.keypoints.keypoints_to_csv import main as keypoints_to_csv
+from openpose_ros_tools.ros.keypoints.plot_keypoints import main as plot_keypoints
 from openpose_ros_tools.ros.process_bag import work
 from openpose_ros_tools.ros.process_bag.program import main
 from openpose_ros_tools.tables.landmark_csv import landmark_columns

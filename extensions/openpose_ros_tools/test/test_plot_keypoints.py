@@ -5,7 +5,7 @@ import rosbag
 from openpose_ros_msgs.msg import BodypartDetection_3d, PersonDetection_3d, PersonDetection_3dArray
 from std_msgs.msg import Header
 
-from openpose_ros_tools.ros.plot_keypoints import main, read_keypoints
+from openpose_ros_tools.ros.keypoints.plot_keypoints import main, read_keypoints
 
 BEGIN = 1700000000
 SPACE = '/openpose_ros/skeleton_3d'

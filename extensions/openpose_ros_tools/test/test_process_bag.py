@@ -46,7 +46,7 @@ from openpose_ros_pkg.skeletons import COCO_18
 from openpose_ros_tools.ros.process_bag.job import BagSettings
 from openpose_ros_tools.ros.process_bag.program import main, read_config
 from skeleton_extract_3d.estimator import PeopleEstimator
-from skeleton_extract_3d.frame import CameraFrame
+from skeleton_extract_3d.frame import Frame
 from skeleton_extract_3d.people import MEASURED
 from skeleton_extract_3d.points.depth import DepthImage
 from skeleton_extract_3d.ros import convert
@@ -242,8 +242,7 @@ def test_results_are_those_of_the_steps_of_the_nodes(run, recording, out):
         found = tracker.update(detector.detect(frame(number).bgr), header.stamp.to_sec())
         people_2d = convert_2d.people_from_messages(convert_2d.people_to_messages(found, header), COCO_18)
         points = DepthImage(frame(number).depth, CAMERA)
-        estimate = estimator.update(people_2d, CameraFrame((320, 180), points, header.stamp.to_sec(),
-                                                           frame(number).bgr))
+        estimate = estimator.update(people_2d, Frame('', header.stamp.to_sec(), frame(number).bgr, points))
         for expected, actual in ((convert.people_to_array(estimate.people, header), array),
                                  (convert_2d.people_to_array(convert_2d.people_to_messages(
                                      estimate.people_2d, header), header, COCO_18), array_2d)):

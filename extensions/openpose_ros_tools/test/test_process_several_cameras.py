@@ -20,7 +20,7 @@ from openpose_ros_fusion.rig import Rig, rig_camera, write_rig
 from openpose_ros_pkg.ros import convert as convert_2d
 from openpose_ros_pkg.skeletons import COCO_18
 from openpose_ros_tools.ros.bag_files import write_static_transforms
-from openpose_ros_tools.ros.keypoints_to_csv import main as keypoints_to_csv
+from openpose_ros_tools.ros.keypoints.keypoints_to_csv import main as keypoints_to_csv
 from openpose_ros_tools.ros.process_bag.program import main
 from skeleton_extract_3d.people import MEASURED
 from skeleton_extract_3d.ros.convert import camera_to_message, depth_to_message, transform_from_matrix

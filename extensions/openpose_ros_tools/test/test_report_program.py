@@ -19,8 +19,8 @@ from openpose_ros_pkg.ros.convert import people_to_messages
 from openpose_ros_pkg.skeletons import COCO_18
 from openpose_ros_signals.records import Gesture, PersonSignals, Posture
 from openpose_ros_signals.ros.convert import signals_to_array
-from openpose_ros_tools.ros.keypoints_to_csv import main as keypoints_to_csv
-from openpose_ros_tools.ros.plot_keypoints import main as plot_keypoints
+from openpose_ros_tools.ros.keypoints.keypoints_to_csv import main as keypoints_to_csv
+from openpose_ros_tools.ros.keypoints.plot_keypoints import main as plot_keypoints
 from openpose_ros_tools.ros.report.program import main
 from skeleton_extract_3d.ros.convert import people_to_array
 

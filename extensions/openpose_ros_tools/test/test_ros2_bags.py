@@ -24,8 +24,8 @@ from tf2_msgs.msg import TFMessage
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_tools.ros import ros2_bags
 from openpose_ros_tools.ros.bag_files import new_bag, open_bag, topic_types
-from openpose_ros_tools.ros.keypoints_to_csv import main as keypoints_to_csv
-from openpose_ros_tools.ros.plot_keypoints import main as plot_keypoints
+from openpose_ros_tools.ros.keypoints.keypoints_to_csv import main as keypoints_to_csv
+from openpose_ros_tools.ros.keypoints.plot_keypoints import main as plot_keypoints
 from openpose_ros_tools.ros.process_bag.program import main
 
 KEYPOINTS = '/openpose_ros/skeleton_3d/detected_poses_keypoints_3d'

@@ -6,9 +6,10 @@ from openpose_ros_msgs.msg import PersonDetection_3dArray
 from std_msgs.msg import Header, String
 
 from openpose_ros_pkg.errors import BadInputError
-from openpose_ros_tools.ros import calibrate_cameras, keypoints_to_csv, plot_keypoints, time_report
+from openpose_ros_tools.ros import calibrate_cameras, time_report
 from openpose_ros_tools.ros.bag_files import open_bag, topic_types
-from openpose_ros_tools.ros.keypoint_bag import bag_messages, merged_types
+from openpose_ros_tools.ros.keypoints import keypoints_to_csv, plot_keypoints
+from openpose_ros_tools.ros.keypoints.keypoint_bag import bag_messages, merged_types
 from openpose_ros_tools.ros.process_bag.input import copied_topics
 from openpose_ros_tools.ros.process_bag.program import main as process_bag
 

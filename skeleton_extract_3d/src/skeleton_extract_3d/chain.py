@@ -9,7 +9,7 @@ from typing import Hashable, Optional, Tuple
 
 import numpy as np
 
-from openpose_ros_pkg.detect.depth import DepthView
+from openpose_ros_pkg.detect.detection import DepthView, ImageFrame
 from openpose_ros_pkg.detect.network_detection import NetworkDetection
 from openpose_ros_pkg.detect.tracking import KeypointTracker, PerCamera, TrackingParams
 from openpose_ros_pkg.landmarks.detector import LandmarkDetector
@@ -17,7 +17,7 @@ from openpose_ros_pkg.landmarks.records import Landmarks2D
 from openpose_ros_pkg.people import FIRST_ID, People2D
 from openpose_ros_pkg.skeletons import SkeletonModel
 from skeleton_extract_3d.estimator import Estimate, PeopleEstimator, check_points
-from skeleton_extract_3d.frame import CameraFrame
+from skeleton_extract_3d.frame import Frame
 from skeleton_extract_3d.landmarks import Landmarks, with_hidden
 from skeleton_extract_3d.lift.landmarks import lift_landmarks
 from skeleton_extract_3d.points.camera import CameraModel
@@ -70,7 +70,7 @@ class PeopleChain:
         somebody = People2D(self.skeleton, place[None], np.ones(1), np.ones(1))
         wall, grey = np.full((48, 64), 3000, np.uint16), np.full((48, 64, 3), 90, np.uint8)
         for people in (somebody, People2D.empty(self.skeleton)):
-            estimator.update(people, CameraFrame((64, 48), DepthImage(wall, camera), 0.0, grey))
+            estimator.update(people, Frame('', 0.0, grey, DepthImage(wall, camera)))
 
     def detect(self, bgr: np.ndarray, camera: Hashable, stamp: float, depth: Optional[DepthView] = None) -> People2D:
         """Return the people in an image, with ids that they keep in the images of a camera; needs `stream`.
@@ -87,7 +87,7 @@ class PeopleChain:
         if self._stream is None:
             raise ValueError('this chain has no networks')
         expected = self.expected(camera, stamp, (bgr.shape[1], bgr.shape[0]))
-        return self._stream.detect(bgr, camera, stamp, expected, depth)
+        return self._stream.detect(ImageFrame(camera, stamp, bgr, depth), expected)
 
     def expected(self, camera: Hashable, stamp: float, image_size: Tuple[int, int]) -> Optional[People2D]:
         """Return where the people who are followed in space will be in an image; None where nobody was yet.
@@ -119,7 +119,7 @@ class PeopleChain:
         """
         check_points(points, image_size, self._settings)
 
-    def in_space(self, people_2d: People2D, frame: CameraFrame) -> Estimate:
+    def in_space(self, people_2d: People2D, frame: Frame) -> Estimate:
         """Return the people of a frame in the frame of its points; see `PeopleEstimator.update`.
 
         Raises:
@@ -128,7 +128,7 @@ class PeopleChain:
         with self._lock:
             return self._estimators.of(frame.camera).update(people_2d, frame)
 
-    def landmarks(self, bgr: np.ndarray, estimate: Estimate, frame: CameraFrame, seconds: Optional[float] = None
+    def landmarks(self, bgr: np.ndarray, estimate: Estimate, frame: Frame, seconds: Optional[float] = None
                   ) -> Landmarks:
         """Return hands and faces of the people of a frame, in the image and in the frame of its points.
 
@@ -145,7 +145,7 @@ class PeopleChain:
         found = self._landmarks.detect(bgr, estimate.people_2d, estimate.hidden, frame.camera, frame.stamp, seconds)
         if not (len(found.hands) or len(found.faces)):
             return Landmarks.empty()
-        lifted = lift_landmarks(found, frame.points, frame.image_size, estimate.people)
+        lifted = lift_landmarks(found, frame.grid, frame.image_size, estimate.people)
         return Landmarks(with_hidden(found, lifted), lifted)
 
     def landmarks_in_image(self, bgr: np.ndarray, people: People2D, camera: Hashable, stamp: float) -> Landmarks2D:

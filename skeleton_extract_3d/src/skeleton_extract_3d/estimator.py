@@ -8,7 +8,7 @@ import numpy as np
 from openpose_ros_pkg.people import FIRST_ID, People2D
 from openpose_ros_pkg.stream.stage_timing import Stopwatch
 from skeleton_extract_3d.body.extra_joints import in_skeleton
-from skeleton_extract_3d.frame import CameraFrame, View
+from skeleton_extract_3d.frame import Frame, View
 from skeleton_extract_3d.lift.lifting import LiftingParams, make_lifting
 from skeleton_extract_3d.lift.observation import observe
 from skeleton_extract_3d.lift.window_mean import lift_by_window
@@ -102,7 +102,7 @@ class PeopleEstimator:
         self._method: _Method = (_Following(settings, self._ids) if settings.needs_camera
                                  else _WindowMeans(settings.lifting))
 
-    def update(self, people_2d: People2D, frame: CameraFrame) -> Estimate:
+    def update(self, people_2d: People2D, frame: Frame) -> Estimate:
         """Return the people of a frame.
 
         Args:
@@ -111,11 +111,11 @@ class PeopleEstimator:
         Raises:
             BadInputError: see `check_points`.
         """
-        check_points(frame.points, frame.image_size, self._settings)
+        check_points(frame.grid, frame.image_size, self._settings)
         present = people_2d.present.any(axis=1)
         if not present.all():
             people_2d = people_2d.select(np.flatnonzero(present))
-        summary = summarize(frame.points)
+        summary = summarize(frame.grid)
         memory = self._memory.with_points(frame, summary)
         self._memory, estimate = self._method.update(memory, people_2d, frame, summary.doubt is None)
         doubts = (summary.doubt, self._memory.still and self._memory.still.doubt(), self._memory.agreement.doubt())
@@ -143,7 +143,7 @@ def check_points(points: PointGrid, image_size: Tuple[int, int], settings: Estim
 class _Method(Protocol):
     """What makes people in space of people in an image."""
 
-    def update(self, memory: Memory, people_2d: People2D, frame: CameraFrame, has_depth: bool
+    def update(self, memory: Memory, people_2d: People2D, frame: Frame, has_depth: bool
                ) -> Tuple[Memory, Estimate]:
         """Return what is remembered of a frame, and its people.
 
@@ -158,12 +158,12 @@ class _WindowMeans:
     def __init__(self, params: LiftingParams) -> None:
         self._params = params
 
-    def update(self, memory: Memory, people_2d: People2D, frame: CameraFrame, has_depth: bool
+    def update(self, memory: Memory, people_2d: People2D, frame: Frame, has_depth: bool
                ) -> Tuple[Memory, Estimate]:
         """See `_Method`."""
         if not has_depth:
             return memory, _nobody(people_2d)
-        people = lift_by_window(people_2d, frame.image_size, frame.points, self._params.window, self._params.statistic)
+        people = lift_by_window(people_2d, frame.image_size, frame.grid, self._params.window, self._params.statistic)
         return memory, Estimate(people, people_2d)
 
 
@@ -174,15 +174,15 @@ class _Following:
         self._settings, self._ids = settings, ids
         self._lifting = make_lifting(settings.lifting, settings.occlusion.occlusion)
 
-    def update(self, memory: Memory, people_2d: People2D, frame: CameraFrame, has_depth: bool
+    def update(self, memory: Memory, people_2d: People2D, frame: Frame, has_depth: bool
                ) -> Tuple[Memory, Estimate]:
         """See `_Method`."""
         settings, clock = self._settings, Stopwatch()
-        camera = frame.points.camera_model() or memory.camera_of((frame.points.width, frame.points.height))
+        camera = frame.grid.camera_model() or memory.camera_of((frame.grid.width, frame.grid.height))
         if camera is None:
             return memory, _nobody(people_2d)
         if not has_depth:
-            frame = replace(frame, points=OrganizedCloud.without_points(frame.points.width, frame.points.height))
+            frame = replace(frame, points=OrganizedCloud.without_points(frame.grid.width, frame.grid.height))
         before, (memory, view) = memory, memory.at(frame, camera, settings.identity)
         expected = memory.tracks.predicted(view.elapsed, settings.smoothing)
         observed = observe(people_2d, frame.image_size, view.points, camera)

@@ -1,6 +1,6 @@
-"""What comes in with the people of an image."""
+"""What a camera gives at one time."""
 from dataclasses import dataclass
-from typing import NamedTuple, Optional, Tuple
+from typing import Any, Hashable, NamedTuple, Optional, Tuple
 
 import numpy as np
 
@@ -9,29 +9,55 @@ from skeleton_extract_3d.points.point_grid import PointGrid
 from skeleton_extract_3d.points.transform import Transform
 
 
-@dataclass(frozen=True)
-class CameraFrame:
-    """What a camera gives at one time, beside the people in its image.
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """What one camera gives at one time.
 
     Attributes:
-        image_size: width and height of the image [px].
-        points: cloud or depth image of the view.
-        stamp: [s].
-        bgr: (H, W, 3) uint8, the image, for the colours of the clothes; None: people are told apart without.
+        camera: name of the camera: frame_id of the points, or of the image where there are none.
+        stamp: [s]; of the image.
+        bgr: (H, W, 3) uint8, the image; None: people are told apart without the colours of their clothes.
+        points: organized cloud or depth image of the same view; None: no joint has a place in space.
         tracking_from_points: from the frame of the points to one in which the room stands still, in every frame; None:
             the camera does not move.
-        camera: frame_id of the points, which names the camera.
-        floor: (4,) the floor in the frame of the points: normal up, of unit length, and height of the camera [m]; None:
-            it is not known.
+        floor: (4,) plane of the floor in the frame of the points: unit normal that points up, and height of the camera
+            [m]; None: not known.
+        source: what the frame was made of, for the caller; no step reads it.
+        size: width and height of the image [px] where `bgr` is None.
     """
 
-    image_size: Tuple[int, int]
-    points: PointGrid
+    camera: Hashable
     stamp: float
-    bgr: Optional[np.ndarray] = None
+    bgr: Optional[np.ndarray]
+    points: Optional[PointGrid] = None
     tracking_from_points: Optional[Transform] = None
-    camera: str = ''
     floor: Optional[np.ndarray] = None
+    source: Any = None
+    size: Optional[Tuple[int, int]] = None
+
+    @property
+    def image_size(self) -> Tuple[int, int]:
+        """Width and height of the image [px].
+
+        Raises:
+            ValueError: the frame has neither image nor size.
+        """
+        if self.bgr is not None:
+            return self.bgr.shape[1], self.bgr.shape[0]
+        if self.size is None:
+            raise ValueError('the frame has neither image nor size')
+        return self.size
+
+    @property
+    def grid(self) -> PointGrid:
+        """The points.
+
+        Raises:
+            ValueError: the frame has none.
+        """
+        if self.points is None:
+            raise ValueError('the frame has no points')
+        return self.points
 
 
 class View(NamedTuple):
@@ -42,7 +68,7 @@ class View(NamedTuple):
         camera: of the points.
         stamp: [s].
         elapsed: time since the frame before [s], 0 in the first one.
-        floor: as in `CameraFrame`.
+        floor: as in `Frame`.
     """
 
     points: PointGrid

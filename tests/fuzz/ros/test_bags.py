@@ -13,7 +13,7 @@ from std_msgs.msg import Header, String
 from fuzzing import mutated, share, survives
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_tools.ros.bag_files import deserialized, open_bag, stamped_messages, topic_types
-from openpose_ros_tools.ros.keypoint_bag import read_keypoint_bag
+from openpose_ros_tools.ros.keypoints.keypoint_bag import read_keypoint_bag
 from openpose_ros_tools.ros.time_report import read_recording
 
 

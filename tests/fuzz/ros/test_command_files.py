@@ -6,10 +6,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fuzzing import NUMBERS, mutated, spoiled, survives
-from openpose_ros_mocap.ros.evaluate_mocap import transform_from, transform_of
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.params.nodes import ServiceSettings
 from openpose_ros_pkg.params.parameters import build
+from openpose_ros_tools.ros.evaluate_mocap import transform_from, transform_of
 from openpose_ros_tools.ros.process_bag.program import read_config
 
 TRANSFORM = {'transform': {'matrix': np.eye(4).tolist()}}

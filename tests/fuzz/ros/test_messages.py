@@ -19,7 +19,7 @@ from openpose_ros_pkg.errors import OpenposeRosError
 from openpose_ros_pkg.ros import convert as convert_2d
 from openpose_ros_pkg.skeletons import BODY_25, COCO_18
 from openpose_ros_tools.ros.image_messages import file_of_message
-from openpose_ros_tools.ros.keypoint_bag import rows_of
+from openpose_ros_tools.ros.keypoints.keypoint_bag import rows_of
 from openpose_ros_tools.tables.keypoint_table import table_of
 from skeleton_extract_3d.people import MEASURED, MISSING, People3D
 from skeleton_extract_3d.points.camera import CameraModel

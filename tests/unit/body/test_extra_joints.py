@@ -8,7 +8,7 @@ from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import BODY_25, COCO_17, COCO_18, MPI_15
 from skeleton_extract_3d.estimator import PeopleEstimator
-from skeleton_extract_3d.frame import CameraFrame
+from skeleton_extract_3d.frame import Frame
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING
 from skeleton_extract_3d.points.depth import DepthImage
 from skeleton_extract_3d.settings import EstimatorSettings
@@ -66,7 +66,7 @@ def people_2d(skeleton, missing=()):
 
 def update(estimator, people, depth, stamp):
     frame = scene()
-    return estimator.update(people, CameraFrame(frame.size, DepthImage(depth, frame.camera), stamp, frame.bgr))
+    return estimator.update(people, Frame('', stamp, frame.bgr, DepthImage(depth, frame.camera)))
 
 
 def new_estimator(skeleton):

@@ -8,7 +8,7 @@ from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.chain import PeopleChain
 from skeleton_extract_3d.estimator import PeopleEstimator
-from skeleton_extract_3d.frame import CameraFrame
+from skeleton_extract_3d.frame import Frame
 from skeleton_extract_3d.people import MISSING
 from skeleton_extract_3d.points.cloud import OrganizedCloud
 from skeleton_extract_3d.points.depth import DepthImage
@@ -28,7 +28,7 @@ def chain():
 
 
 def in_space(chain, people, camera, stamp=0.0):
-    return chain.in_space(people, CameraFrame(FRAME.size, POINTS, stamp, FRAME.bgr, camera=camera))
+    return chain.in_space(people, Frame(camera, stamp, FRAME.bgr, POINTS))
 
 
 def test_nobody_is_seen(chain):
@@ -39,7 +39,7 @@ def test_nobody_is_seen(chain):
 def test_it_gives_what_an_estimator_gives(chain):
     alone = PeopleEstimator(SETTINGS)
     for stamp in (0.0, 0.1):
-        expected = alone.update(FRAME.people, CameraFrame(FRAME.size, POINTS, stamp, FRAME.bgr))
+        expected = alone.update(FRAME.people, Frame('', stamp, FRAME.bgr, POINTS))
         np.testing.assert_array_equal(in_space(chain, FRAME.people, 'left', stamp).people.xyz, expected.people.xyz)
 
 
@@ -76,8 +76,7 @@ def test_a_driver_may_change_size_and_aspect_ratio_of_its_images(chain):
     wide = render(pinhole(320, 240, focal=0.6), FRAME_PEOPLE, Room(wall=4.0))
     # where people will be in the new image is not known before its points say of which camera it is
     assert chain.expected('left', 0.1, wide.size) is None
-    estimate = chain.in_space(wide.people, CameraFrame(wide.size, DepthImage(wide.depth, wide.camera), 0.1, wide.bgr,
-                                                       camera='left'))
+    estimate = chain.in_space(wide.people, Frame('left', 0.1, wide.bgr, DepthImage(wide.depth, wide.camera)))
     assert estimate.people.ids.tolist() == ids, 'in space, no person has moved'
     expected = chain.expected('left', 0.2, wide.size)
     both = expected.present & wide.people.present
@@ -91,7 +90,7 @@ def test_image_and_depth_may_change_their_resolutions(chain, of_image, of_depth)
     for number, (image, depth) in enumerate([(0, 0)] * 5 + [(of_image, of_depth)] * 5 + [(0, 0)] * 5):
         seen, measured = sizes[image], sizes[depth]
         points, stamp = DepthImage(measured.depth, measured.camera), number / 15
-        estimate = chain.in_space(seen.people, CameraFrame(seen.size, points, stamp, seen.bgr, camera='left'))
+        estimate = chain.in_space(seen.people, Frame('left', stamp, seen.bgr, points))
         assert estimate.people.ids.tolist() == [1] and estimate.doubts == ()
         known = estimate.people.status[0] != MISSING
         assert np.abs(estimate.people.xyz - FRAME.xyz)[0, known].max() < 0.1 and known.sum() == 18
@@ -104,18 +103,18 @@ def test_image_and_depth_may_change_their_resolutions(chain, of_image, of_depth)
 def test_points_of_another_size_without_depth_are_seen_by_the_same_camera(chain):
     ids = in_space(chain, FRAME.people, 'left').people.ids.tolist()
     covered = OrganizedCloud.without_points(2 * FRAME.size[0], 2 * FRAME.size[1])
-    estimate = chain.in_space(FRAME.people, CameraFrame(FRAME.size, covered, 0.1, FRAME.bgr, camera='left'))
+    estimate = chain.in_space(FRAME.people, Frame('left', 0.1, FRAME.bgr, covered))
     assert estimate.people.ids.tolist() == ids
     # nor is there a camera for covered points of another view
-    narrow = CameraFrame((240, 320), OrganizedCloud.without_points(240, 320), 0.2, None, camera='left')
+    narrow = Frame('left', 0.2, None, OrganizedCloud.without_points(240, 320), size=(240, 320))
     estimate = chain.in_space(FRAME.people, narrow)
     assert len(estimate.people) == 0 and len(estimate.unplaced) == 1
 
 
 def test_people_are_found_where_the_chain_has_networks():
     class Stream:
-        def detect(self, bgr, camera, stamp, expected, depth):
-            self.given = (camera, stamp, expected, depth)
+        def detect(self, frame, expected):
+            self.given = (frame.camera, frame.stamp, expected, frame.depth)
             return FRAME.people
 
     stream = Stream()

@@ -10,7 +10,7 @@ from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.constants import METHOD
 from skeleton_extract_3d.estimator import STAGES, PeopleEstimator
-from skeleton_extract_3d.frame import CameraFrame
+from skeleton_extract_3d.frame import Frame
 from skeleton_extract_3d.lift.window_mean import in_coco, lift_by_window
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING
 from skeleton_extract_3d.points.cloud import OrganizedCloud
@@ -55,7 +55,7 @@ def new(**values):
 def update(estimator, frame, stamp, people=None, depth=None, pose=None):
     points = DepthImage(frame.depth if depth is None else depth, frame.camera)
     return estimator.update(frame.people if people is None else people,
-                            CameraFrame(frame.size, points, stamp, frame.bgr, pose))
+                            Frame('', stamp, frame.bgr, points, tracking_from_points=pose))
 
 
 def shown(frame, frames=5, start=0.0, estimator=None, people=None, depth=None, **values):
@@ -94,7 +94,7 @@ def test_a_cloud_without_any_valid_point_before_there_was_one_shows_nobody():
     frame, nan = scene(), np.full((180, 320), np.nan, np.float32)
     estimator = new()
     for i in range(3):
-        empty = CameraFrame(frame.size, OrganizedCloud(nan, nan, nan), i / RATE, frame.bgr)
+        empty = Frame('', i / RATE, frame.bgr, OrganizedCloud(nan, nan, nan))
         estimate = estimator.update(frame.people, empty)
         # not even the camera is known
         assert len(estimate.people) == len(estimate.people_2d) == 0

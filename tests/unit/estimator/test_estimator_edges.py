@@ -10,7 +10,7 @@ from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.estimator import PeopleEstimator
-from skeleton_extract_3d.frame import CameraFrame
+from skeleton_extract_3d.frame import Frame
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING
 from skeleton_extract_3d.points.cloud import OrganizedCloud
 from skeleton_extract_3d.points.depth import DepthImage, cloud_from_depth
@@ -54,7 +54,7 @@ def update(estimator, frame, stamp, people=None, depth=None, colours=True):
     people = frame.people if people is None else people
     points = DepthImage(frame.depth if depth is None else depth, frame.camera)
     bgr = frame.bgr if colours else None
-    return checked(people, estimator.update(people, CameraFrame(frame.size, points, stamp, bgr)))
+    return checked(people, estimator.update(people, Frame('', stamp, bgr, points, size=frame.size)))
 
 
 def checked(people_2d, estimate):
@@ -140,7 +140,8 @@ def test_people_come_after_nobody_and_are_forgotten_after_they_left():
 def test_sizes_of_another_view_are_refused():
     frame = standing_frame()
     with pytest.raises(BadInputError, match='aspect'):
-        new_estimator().update(frame.people, CameraFrame((320, 240), DepthImage(frame.depth, frame.camera), 0.0))
+        new_estimator().update(frame.people, Frame('', 0.0, None, DepthImage(frame.depth, frame.camera),
+                                                   size=(320, 240)))
 
 
 # ---------------------------------------------------------------------------------------- strange people
@@ -239,11 +240,11 @@ def test_without_depth_nothing_is_measured():
     empty, estimator = OrganizedCloud(nan, nan, nan), new_estimator()
     for i in range(3):
         estimate = checked(frame.people, estimator.update(
-            frame.people, CameraFrame(frame.size, empty, i / RATE, frame.bgr)))
+            frame.people, Frame('', i / RATE, frame.bgr, empty)))
         assert not (estimate.people.status == MEASURED).any()
     again = still(frame, 1.0, estimator, 1.0)
     assert np.nanmedian(errors(again, frame)) < 0.05, 'as soon as there is depth again'
-    lost = checked(frame.people, estimator.update(frame.people, CameraFrame(frame.size, empty, 2.1)))
+    lost = checked(frame.people, estimator.update(frame.people, Frame('', 2.1, None, empty, size=frame.size)))
     assert lost.people.ids.tolist() == again.people.ids.tolist() and not (lost.people.status == MEASURED).any()
     # what is said without depth is inferred and still right
     assert not (np.linalg.norm(lost.people.xyz - frame.xyz, axis=2) > 0.15).any()
@@ -269,7 +270,7 @@ def test_image_and_points_may_have_other_resolutions(half):
     estimator = new_estimator()
     for i in range(16):
         estimate = checked(shown.people, estimator.update(
-            shown.people, CameraFrame(shown.size, DepthImage(measured.depth, measured.camera), i / RATE, shown.bgr)))
+            shown.people, Frame('', i / RATE, shown.bgr, DepthImage(measured.depth, measured.camera))))
     assert (estimate.people.status == MEASURED).mean() > 0.9
     assert np.nanmax(errors(estimate, shown)) < 0.06
 
@@ -280,7 +281,7 @@ def test_a_cloud_says_the_same_as_a_depth_image():
         image = update(estimators[0], frame, i / RATE).people
         cloud = cloud_from_depth(frame.depth / 1000, frame.camera, frame.bgr)
         points = OrganizedCloud(cloud['x'], cloud['y'], cloud['z'])
-        other = estimators[1].update(frame.people, CameraFrame(frame.size, points, i / RATE, frame.bgr)).people
+        other = estimators[1].update(frame.people, Frame('', i / RATE, frame.bgr, points)).people
         np.testing.assert_array_equal(image.ids, other.ids)
         np.testing.assert_array_equal(image.status, other.status)
         np.testing.assert_allclose(image.xyz, other.xyz, atol=2e-3)
@@ -585,7 +586,7 @@ def test_a_moving_camera_sees_people_stand_still():
         people = without_people(frame, [15 <= i < 30])
         pose = np.eye(3), np.array([moved, 0.0, 0.0])
         estimate = checked(people, estimator.update(
-            people, CameraFrame(frame.size, DepthImage(frame.depth, frame.camera), i / RATE, frame.bgr, pose)))
+            people, Frame('', i / RATE, frame.bgr, DepthImage(frame.depth, frame.camera), tracking_from_points=pose)))
         ids.update(estimate.people.ids.tolist())
         if len(people):
             assert np.nanmedian(errors(estimate, frame)) < 0.05, 'in the frame of the points'

@@ -10,7 +10,7 @@ from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.estimator import PeopleEstimator
-from skeleton_extract_3d.frame import CameraFrame
+from skeleton_extract_3d.frame import Frame
 from skeleton_extract_3d.people import MEASURED, MISSING
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.cloud import OrganizedCloud
@@ -78,7 +78,7 @@ def run(frames, start=100.0, points=None):
     """Return the estimates of frames in a row, from a new estimator; `points(frame)` replaces the depth image."""
     estimator = PeopleEstimator(build(EstimatorSettings, {}))
     points = points or (lambda frame: DepthImage(frame.depth, frame.camera))
-    return [estimator.update(frame.people, CameraFrame(frame.size, points(frame), start + i / RATE, frame.bgr))
+    return [estimator.update(frame.people, Frame('', start + i / RATE, frame.bgr, points(frame)))
             for i, frame in enumerate(frames)]
 
 

@@ -9,7 +9,7 @@ from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.estimator import PeopleEstimator
-from skeleton_extract_3d.frame import CameraFrame
+from skeleton_extract_3d.frame import Frame
 from skeleton_extract_3d.points.depth import DepthImage
 from skeleton_extract_3d.points.rgbd_sequence import RgbdSequence, play_order
 from skeleton_extract_3d.settings import EstimatorSettings
@@ -37,7 +37,7 @@ def test_forth_and_back_there_are_two_people_who_keep_their_ids():
     estimator, ids, most = PeopleEstimator(build(EstimatorSettings, {})), set(), 0
     for number, index in enumerate(islice(play_order(len(frames), 'forth_and_back'), 160)):
         frame = frames[index]
-        camera_frame = CameraFrame((960, 540), DepthImage(frame.depth, sequence.camera), number / 15, frame.bgr)
+        camera_frame = Frame('', number / 15, frame.bgr, DepthImage(frame.depth, sequence.camera))
         people = estimator.update(true_people(truth, index), camera_frame).people
         ids |= set(people.ids.tolist())
         most = max(most, len(people))

@@ -4,12 +4,12 @@ import dataclasses
 import numpy as np
 import pytest
 
-from openpose_ros_fusion.alignment.alignment import Alignment
-from openpose_ros_mocap.evaluation import EvaluationParams, compare
-from openpose_ros_mocap.figures import summarize
-from openpose_ros_mocap.joints import JointRecording
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
+from openpose_ros_tools.alignment.alignment import Alignment
+from openpose_ros_tools.mocap.evaluation import EvaluationParams, compare
+from openpose_ros_tools.mocap.figures import summarize
+from openpose_ros_tools.mocap.joints import JointRecording
 from openpose_ros_tools.tables.keypoint_table import KeypointTable
 from simulated_mocap import STANDING
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING

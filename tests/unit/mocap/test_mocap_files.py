@@ -8,9 +8,9 @@ import warnings
 import numpy as np
 import pytest
 
-from openpose_ros_mocap.files import MarkerRecording, read_mocap, write_mocap
-from openpose_ros_mocap.files.recording import unique_names
 from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_tools.mocap.files import MarkerRecording, read_mocap, write_mocap
+from openpose_ros_tools.mocap.files.recording import unique_names
 
 # As Motive 2 exports it (1.23): a marker that is hidden once, one of another person, an unlabelled one, a bone that is
 # called as a marker is, the expected place of a marker that was measured, and of one that was not; a rigid body with

@@ -4,11 +4,11 @@ import logging
 import numpy as np
 import pytest
 
-from openpose_ros_mocap.files import MarkerRecording
-from openpose_ros_mocap.joints import JointRecording, chosen_map, joints_of
-from openpose_ros_mocap.marker_map import hip_centres, read_marker_map, shipped_maps
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS, mirrored_joint
+from openpose_ros_tools.mocap.files import MarkerRecording
+from openpose_ros_tools.mocap.joints import JointRecording, chosen_map, joints_of
+from openpose_ros_tools.mocap.marker_map import hip_centres, read_marker_map, shipped_maps
 
 MAPS = ('joint_names', 'motive_bones', 'optitrack_baseline', 'optitrack_biomech', 'plug_in_gait')
 # Six joints that need nothing, so that a map of one more is enough for a person.

@@ -4,8 +4,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from openpose_ros_fusion.alignment.alignment import align
-from openpose_ros_fusion.alignment.people import pair_people, steady_ids
+from openpose_ros_tools.alignment.alignment import align
+from openpose_ros_tools.alignment.people import pair_people, steady_ids
 from openpose_ros_tools.tables.keypoint_table import measured_people
 from simulated_mocap import errors, simulate, walkers
 

@@ -9,14 +9,14 @@ import cv2
 import numpy as np
 import pytest
 
-from openpose_ros_fusion.alignment.alignment import align
-from openpose_ros_mocap import report as mocap_report
-from openpose_ros_mocap import truth_as_mocap
-from openpose_ros_mocap.evaluation import compare
-from openpose_ros_mocap.report import facts, summary, table, write_report
-from openpose_ros_mocap.ros.evaluate_mocap import main, transform_from, transform_of
+import truth_as_mocap
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
+from openpose_ros_tools.alignment.alignment import align
+from openpose_ros_tools.mocap import report as mocap_report
+from openpose_ros_tools.mocap.evaluation import compare
+from openpose_ros_tools.mocap.report import facts, summary, table, write_report
+from openpose_ros_tools.ros.evaluate_mocap import main, transform_from, transform_of
 from openpose_ros_tools.tables.keypoint_table import measured_people
 from simulated_mocap import sequence_truth, simulate
 
@@ -76,7 +76,7 @@ def test_facts_tell_offset_and_place(values):
 @pytest.mark.parametrize('template', ['mocap_report.html', 'mocap_report.md'])
 def test_templates_suit_jinja_before_2_11(template):
     """Which took a condition without "else" for an error when a variable must be there (Ubuntu 20.04 has 2.10)."""
-    text = (Path(mocap_report.__file__).parent / 'data' / template).read_text()
+    text = (Path(mocap_report.__file__).parents[1] / 'data' / template).read_text()
     conditions = [part for part in re.findall(r'{{(.*?)}}', text, re.DOTALL) if ' if ' in part]
     assert conditions and all(' else ' in part for part in conditions)
 
@@ -121,8 +121,8 @@ def test_an_interrupt_leaves_the_older_report(folder, found, values, monkeypatch
     def interrupted(*arguments):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr('openpose_ros_mocap.report.all_figures', lambda *_: {})
-    monkeypatch.setattr('openpose_ros_mocap.report.render', interrupted)
+    monkeypatch.setattr('openpose_ros_tools.mocap.report.all_figures', lambda *_: {})
+    monkeypatch.setattr('openpose_ros_tools.mocap.report.render', interrupted)
     with pytest.raises(KeyboardInterrupt):
         write_report(folder, found[1], found[0], values)
     assert {path.name: path.read_bytes() for path in folder.iterdir()} == before

@@ -5,13 +5,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from openpose_ros_mocap.files import read_mocap
-from openpose_ros_mocap.joints import JointRecording, joints_of
-from openpose_ros_mocap.marker_map import read_marker_map
-from openpose_ros_mocap.truth_as_mocap import as_markers, main, read_truth, resample, rigid_transform
 from openpose_ros_pkg.command_line import DONE, REFUSED
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.skeletons import COCO_18, MESSAGE_JOINTS
+from openpose_ros_tools.mocap.files import read_mocap
+from openpose_ros_tools.mocap.joints import JointRecording, joints_of
+from openpose_ros_tools.mocap.marker_map import read_marker_map
+from truth_as_mocap import as_markers, main, read_truth, resample, rigid_transform
 
 SHIPPED = Path(__file__).resolve().parents[3] / 'skeleton_extract_3d' / 'demo' / 'cross'
 RATE = 15.0

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.params.parameters import build
 from skeleton_extract_3d.estimator import PeopleEstimator
-from skeleton_extract_3d.frame import CameraFrame
+from skeleton_extract_3d.frame import Frame
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.cloud import OrganizedCloud
@@ -39,8 +39,8 @@ def metres(depth):
 def estimates(points, values=None, bgr=FRAME.bgr, camera=CAMERA, frames=SEVERAL):
     """Return what comes of frames in a row with the same keypoints; `points` is called with the number of each."""
     estimator = PeopleEstimator(build(EstimatorSettings, values or {}))
-    return [estimator.update(FRAME.people, CameraFrame((camera.width, camera.height), points(i), i / 15,
-                                                       bgr(i) if callable(bgr) else bgr)) for i in range(frames)]
+    return [estimator.update(FRAME.people, Frame('', i / 15, bgr(i) if callable(bgr) else bgr, points(i),
+                                                 size=(camera.width, camera.height))) for i in range(frames)]
 
 
 def events(estimate):

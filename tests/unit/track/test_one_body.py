@@ -12,7 +12,7 @@ from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.constants import METHOD
 from skeleton_extract_3d.estimator import PeopleEstimator
-from skeleton_extract_3d.frame import CameraFrame
+from skeleton_extract_3d.frame import Frame
 from skeleton_extract_3d.points.depth import DepthImage
 from skeleton_extract_3d.settings import EstimatorSettings
 from skeleton_extract_3d.track.completion import Completion
@@ -183,16 +183,15 @@ def test_a_copy_with_left_and_right_exchanged_is_one_person():
     copy[..., :2] += 1.5
     twice = People2D(COCO_18, np.concatenate([FRAME.people.keypoints, copy]), [1, 0.9], [-1, -1])
     for i in range(10):
-        people = estimator.update(FRAME.people if i < 3 else twice, CameraFrame(
-            FRAME.size, DepthImage(FRAME.depth, FRAME.camera), i / 15)).people
+        people = estimator.update(FRAME.people if i < 3 else twice, Frame(
+            '', i / 15, None, DepthImage(FRAME.depth, FRAME.camera), size=FRAME.size)).people
         assert people.ids.tolist() == [1]
 
 
 # --- with the estimator ----------------------------------------------------------------------------------------------
 
 def people_of(estimator, frame, people_2d, stamp):
-    return estimator.update(people_2d, CameraFrame(frame.size, DepthImage(frame.depth, frame.camera), stamp, frame.bgr)
-                            ).people
+    return estimator.update(people_2d, Frame('', stamp, frame.bgr, DepthImage(frame.depth, frame.camera))).people
 
 
 def in_halves(people, joints):

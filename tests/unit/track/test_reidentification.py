@@ -9,7 +9,7 @@ from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.constants import METHOD
 from skeleton_extract_3d.estimator import PeopleEstimator
-from skeleton_extract_3d.frame import CameraFrame
+from skeleton_extract_3d.frame import Frame
 from skeleton_extract_3d.points.depth import DepthImage
 from skeleton_extract_3d.settings import EstimatorSettings
 from synthetic_scene import Person, Room, pinhole, render, standing
@@ -48,8 +48,8 @@ class Story:
         for _ in range(round(seconds * FPS)):
             self.stamp += 1 / FPS
             found = People2D(COCO_18, keypoints, frame.people.scores, np.full(len(keypoints), -1))
-            answer = self.estimator.update(found, CameraFrame(frame.size, DepthImage(frame.depth, frame.camera),
-                                                              self.stamp, frame.bgr, tracking_from_points=self.pose))
+            answer = self.estimator.update(found, Frame(
+                '', self.stamp, frame.bgr, DepthImage(frame.depth, frame.camera), tracking_from_points=self.pose))
             ids.append(answer.people_2d.ids.tolist())
         return ids[-1]
 

@@ -5,11 +5,10 @@ than it is believed to. In the second case the joints that one of them measures 
 those that the other measures by one rigid motion of the camera.
 """
 from collections import deque
-from typing import Deque, NamedTuple, Optional
+from typing import Deque, NamedTuple, Optional, Tuple
 
 import numpy as np
 
-from openpose_ros_fusion.alignment.candidates import rigid_transform
 from openpose_ros_fusion.constants import FUSION, WayConstants
 from openpose_ros_fusion.observations import Sighting
 from skeleton_extract_3d.people import MEASURED
@@ -86,3 +85,20 @@ def _measured(sighting: Sighting, number: int) -> np.ndarray:
     """Return the joints of a person that were measured, (18, 3) [m]; NaN elsewhere."""
     row = int(np.flatnonzero(sighting.ids == number)[0])
     return np.where((sighting.status[row] == MEASURED)[:, np.newaxis], sighting.positions[row], np.nan)
+
+
+def rigid_transform(points: np.ndarray, truth: np.ndarray, weights: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
+    """Return the rotation (3, 3) and translation (3,) that move points onto the truth with least squared distances.
+
+    Kabsch, Acta Crystallographica A32, 922 (1976); no mirror image, as in Umeyama, PAMI 13, 376 (1991). SciPy has it
+    from 1.4 on.
+
+    Args:
+        points, truth: (N, 3) [m].
+        weights: (N,) not negative.
+    """
+    share = weights / weights.sum()
+    middle, middle_truth = share @ points, share @ truth
+    u, _, vt = np.linalg.svd(((truth - middle_truth) * share[:, None]).T @ (points - middle))
+    rotation = u @ np.diag([1, 1, np.sign(np.linalg.det(u @ vt))]) @ vt
+    return rotation, middle_truth - rotation @ middle

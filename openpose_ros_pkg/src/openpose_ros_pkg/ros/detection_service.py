@@ -12,9 +12,9 @@ from openpose_ros_msgs.srv import GetPersons, GetPersonsRequest, GetPersonsRespo
 from sensor_msgs.msg import Image
 from std_msgs.msg import Header
 
-from openpose_ros_pkg.detect.depth import DepthView
+from openpose_ros_pkg.detect.detection import DepthView, ImageFrame
 from openpose_ros_pkg.detect.detector import create_detector
-from openpose_ros_pkg.detect.network_detection import NetworkDetection, PreparedStreamFrame, StreamFrame
+from openpose_ros_pkg.detect.network_detection import ComputedDetection, NetworkDetection, PreparedDetection
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.landmarks.detector import create_landmark_detector
 from openpose_ros_pkg.landmarks.records import Landmarks2D
@@ -64,7 +64,7 @@ class _Prepared:
 
     header: Header
     bgr: np.ndarray
-    frame: PreparedStreamFrame
+    frame: PreparedDetection
     received: float
     worked: float
     sender: str
@@ -82,7 +82,7 @@ class _Computed:
     """
 
     prepared: _Prepared
-    frame: StreamFrame
+    frame: ComputedDetection
     waited: float
     seconds: float
 
@@ -183,11 +183,9 @@ class DetectionService:
         return self._prepare(image.header, bgr, time.monotonic(), sender=camera, depth=depth)
 
     def compute(self, prepared: _Prepared, expected: Optional[People2D] = None) -> _Computed:
-        """Find the people in a prepared image, with `lock` held; see `NetworkDetection.detect`."""
+        """Find the people in a prepared image, with `lock` held; see `Detection.compute`."""
         begin = time.monotonic()
-        header = prepared.header
-        frame = self._stream.compute(prepared.frame, (prepared.sender, header.frame_id), header.stamp.to_sec(),
-                                     expected)
+        frame = self._stream.compute(prepared.frame, expected)
         return _Computed(prepared, frame, begin - prepared.received - prepared.worked, time.monotonic() - begin)
 
     def finish(self, computed: _Computed) -> List[PersonDetection]:
@@ -275,9 +273,9 @@ class DetectionService:
     def _prepare(self, header: Header, bgr: np.ndarray, received: float, decoding: float = 0.0, sender: str = '',
                  depth: Optional[DepthView] = None) -> _Prepared:
         begin = time.monotonic()
-        follow = not header.stamp.is_zero() and (
-            not sender.startswith('/') or self._settings.following.follow_requests)
-        frame = self._stream.prepare(bgr, follow, depth)
+        follow = not sender.startswith('/') or self._settings.following.follow_requests
+        frame = self._stream.prepare(ImageFrame((sender, header.frame_id), header.stamp.to_sec(), bgr, depth, follow,
+                                                header))
         preparing = time.monotonic() - begin
         self._timing.add('preprocess', preparing)
         return _Prepared(header, bgr, frame, received, decoding + preparing, sender)

@@ -43,7 +43,7 @@ def in_skeleton(people: People3D, people_2d: People2D, image_size: Tuple[int, in
         people: with the joints of COCO_18; the first are those of `people_2d`.
         people_2d: with the joints of the other set.
         image_size: width and height of the image [px].
-        floor: (4,) no inferred foot lies below it, see `CameraFrame`; None: it is not known.
+        floor: (4,) no inferred foot lies below it, see `Frame`; None: it is not known.
     """
     skeleton = people_2d.skeleton
     if skeleton.joints == COCO_18.joints:

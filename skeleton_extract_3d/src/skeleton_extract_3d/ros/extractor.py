@@ -38,7 +38,7 @@ from openpose_ros_pkg.stream.pipeline import Pipeline
 from skeleton_extract_3d.chain import PeopleChain
 from skeleton_extract_3d.estimator import STAGES as ESTIMATOR_STAGES
 from skeleton_extract_3d.estimator import Estimate
-from skeleton_extract_3d.frame import CameraFrame
+from skeleton_extract_3d.frame import Frame
 from skeleton_extract_3d.node_params import LIVE_PARAMETERS, ExtractorSettings
 from skeleton_extract_3d.people import People3D
 from skeleton_extract_3d.points.depth_view import depth_view
@@ -254,7 +254,7 @@ class Extractor:
             self._tf_broadcaster.sendTransform(convert.people_to_transforms(people, header))
         self._health.frame_done(header.stamp)
 
-    def _find_landmarks(self, estimate: Estimate, frame: CameraFrame, image: Header, points: Header
+    def _find_landmarks(self, estimate: Estimate, frame: Frame, image: Header, points: Header
                         ) -> Optional[Landmarks2D]:
         """Publish hands and faces of a frame, and return those in the image; None: there are none to be shown."""
         drawn = self._publisher_2d is not None and self._publisher_2d.draws

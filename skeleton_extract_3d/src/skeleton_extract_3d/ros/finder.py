@@ -5,7 +5,7 @@ import numpy as np
 from openpose_ros_msgs.msg import PersonDetection
 from sensor_msgs.msg import Image
 
-from openpose_ros_pkg.detect.depth import DepthView
+from openpose_ros_pkg.detect.detection import DepthView
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.ros.client.service_client import REQUEST_LEAD, Call, DetectionClient
 from openpose_ros_pkg.stream.fair_lock import FairLock

@@ -24,7 +24,7 @@ class FloorInput:
         self.input.registerCallback(self._store)
 
     def at(self, header: Header) -> Optional[np.ndarray]:
-        """Return the floor in the frame and at the time of a message, see `CameraFrame`; None: it is not known."""
+        """Return the floor in the frame and at the time of a message, see `Frame`; None: it is not known."""
         plane = self._newest
         if plane is None or plane.header.frame_id != header.frame_id or len(plane.values) != 4:
             return None

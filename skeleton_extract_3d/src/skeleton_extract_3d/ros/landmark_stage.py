@@ -11,7 +11,7 @@ from openpose_ros_pkg.ros.demand import Demand
 from openpose_ros_pkg.ros.people_publisher import RESULTS_QUEUE, LandmarkPublisher
 from skeleton_extract_3d.chain import PeopleChain
 from skeleton_extract_3d.estimator import Estimate
-from skeleton_extract_3d.frame import CameraFrame
+from skeleton_extract_3d.frame import Frame
 from skeleton_extract_3d.ros import convert
 from skeleton_extract_3d.ros.lifter import Lifter
 
@@ -46,7 +46,7 @@ class LandmarkStage:
         """Take other parameters from the next frame on."""
         self._in_image.reconfigure(params)
 
-    def find(self, estimate: Estimate, frame: CameraFrame, headers: Tuple[Header, Header], drawn: bool
+    def find(self, estimate: Estimate, frame: Frame, headers: Tuple[Header, Header], drawn: bool
              ) -> Optional[Landmarks2D]:
         """Publish hands and faces of a frame, and return those in the image; None: nobody wants any.
 

@@ -13,7 +13,7 @@ from openpose_ros_pkg.ros import convert as convert_2d
 from openpose_ros_pkg.stream.image_decoding import MOST_MEGAPIXELS, check_pixels
 from skeleton_extract_3d.chain import PeopleChain
 from skeleton_extract_3d.estimator import Estimate
-from skeleton_extract_3d.frame import CameraFrame
+from skeleton_extract_3d.frame import Frame
 from skeleton_extract_3d.landmarks import Landmarks3D
 from skeleton_extract_3d.node_params import ExtractorParams
 from skeleton_extract_3d.people import People3D
@@ -75,7 +75,7 @@ class Lifter:
         """
         return self._transform_to(self._params.tracking_frame, header)
 
-    def estimate(self, detections: Sequence[PersonDetection], frame: CameraFrame) -> Estimate:
+    def estimate(self, detections: Sequence[PersonDetection], frame: Frame) -> Estimate:
         """Return the people of a frame, in the frame of the points.
 
         Args:
@@ -119,13 +119,12 @@ class Lifter:
 
 
 def camera_frame(bgr: np.ndarray, points: PointGrid, header: Header, tracking_from_points: Optional[Transform],
-                 floor: Optional[np.ndarray] = None) -> CameraFrame:
+                 floor: Optional[np.ndarray] = None) -> Frame:
     """Return what a camera gives at one time.
 
     Args:
         bgr: (H, W, 3) uint8, the image.
         header: of the points.
-        tracking_from_points, floor: see `CameraFrame`.
+        tracking_from_points, floor: see `Frame`.
     """
-    return CameraFrame((bgr.shape[1], bgr.shape[0]), points, header.stamp.to_sec(), bgr, tracking_from_points,
-                       header.frame_id, floor)
+    return Frame(header.frame_id, header.stamp.to_sec(), bgr, points, tracking_from_points, floor)

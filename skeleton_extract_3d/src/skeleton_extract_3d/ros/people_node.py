@@ -6,7 +6,7 @@ import rospy
 from openpose_ros_msgs.msg import PersonDetection
 from sensor_msgs.msg import Image
 
-from openpose_ros_pkg.detect.depth import DepthView
+from openpose_ros_pkg.detect.detection import DepthView
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.landmarks.detector import create_landmark_detector
 from openpose_ros_pkg.params.nodes import LIVE_PARAMETERS as LIVE_IN_DETECTION

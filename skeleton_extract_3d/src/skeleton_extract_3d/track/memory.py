@@ -9,7 +9,7 @@ from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.constants import METHOD
-from skeleton_extract_3d.frame import CameraFrame, View
+from skeleton_extract_3d.frame import Frame, View
 from skeleton_extract_3d.lift.agreement import Agreement
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.plausibility import PointSummary, Stillness, stillness
@@ -44,7 +44,7 @@ class Memory:
     gone: Tracks = field(default_factory=Tracks.none)
     waiting: Optional[float] = None
 
-    def with_points(self, frame: CameraFrame, summary: PointSummary) -> 'Memory':
+    def with_points(self, frame: Frame, summary: PointSummary) -> 'Memory':
         """Return what is remembered after a look at the points of a frame."""
         return self if frame.bgr is None else replace(self, still=stillness(self.still, summary, frame.bgr))
 
@@ -55,7 +55,7 @@ class Memory:
         except BadInputError:  # the driver has another mode now, and the next points tell its camera
             return None
 
-    def at(self, frame: CameraFrame, camera: CameraModel, params: IdentityParams) -> Tuple['Memory', View]:
+    def at(self, frame: Frame, camera: CameraModel, params: IdentityParams) -> Tuple['Memory', View]:
         """Return what is remembered at the time and the place of a frame, and these.
 
         Nobody has moved yet; people who were not detected for too long are gone, and in the end forgotten.
@@ -82,7 +82,7 @@ class Memory:
         memory = replace(self, tracks=tracks, gone=gone, stamp=stamp if before is None else max(stamp, before),
                          camera=camera, tracking_from_points=pose)
         elapsed = 0.0 if before is None else max(stamp - before, 0.0)
-        return memory, View(frame.points, camera, stamp, elapsed, frame.floor)
+        return memory, View(frame.grid, camera, stamp, elapsed, frame.floor)
 
     def expected(self, stamp: float, image_size: Tuple[int, int], settings: EstimatorSettings) -> Optional[People2D]:
         """Return where the tracks will be in an image, with their ids; None where no track can tell.

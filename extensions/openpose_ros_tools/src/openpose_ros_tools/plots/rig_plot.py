@@ -5,7 +5,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Wedge
 
-from openpose_ros_fusion.calibration.calibrate import Calibrated
+from openpose_ros_tools.calibration.calibrate import Calibrated
 from openpose_ros_tools.plots.plotting import HELP_COLOUR, PALETTE, new_figure, set_title, tidy_axes
 
 # Length and half the opening of the fields of view that are drawn [m, degrees].

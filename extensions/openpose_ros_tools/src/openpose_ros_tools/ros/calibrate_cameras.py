@@ -31,10 +31,10 @@ from typing import Optional, Sequence, Tuple
 import rospy
 from tqdm import tqdm
 
-from openpose_ros_fusion.calibration.calibrate import CalibrationParams, calibrate
-from openpose_ros_fusion.calibration.report import launch_text, report, shared_frames
 from openpose_ros_fusion.rig import write_rig
 from openpose_ros_pkg.command_line import DONE, run_command
+from openpose_ros_tools.calibration.calibrate import CalibrationParams, calibrate
+from openpose_ros_tools.calibration.report import launch_text, report, shared_frames
 from openpose_ros_tools.command_options import add_output, command_parser, positive_number
 from openpose_ros_tools.outputs import output_folder
 from openpose_ros_tools.plots.plotting import save_figure

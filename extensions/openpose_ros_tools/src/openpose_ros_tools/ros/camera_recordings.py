@@ -14,13 +14,13 @@ from geometry_msgs.msg import TransformStamped
 from sensor_msgs.msg import CameraInfo
 from tf2_msgs.msg import TFMessage
 
-from openpose_ros_fusion.calibration.recording import CameraRecording
 from openpose_ros_pkg.calibration import read_calibration
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.skeletons import COCO_18, MESSAGE_JOINTS
+from openpose_ros_tools.calibration.recording import CameraRecording
 from openpose_ros_tools.recording_paths import is_bag
 from openpose_ros_tools.ros.bag_files import open_bag, topic_types
-from openpose_ros_tools.ros.keypoint_bag import DIMENSIONS, bag_messages, read_keypoint_bag, rows_of
+from openpose_ros_tools.ros.keypoints.keypoint_bag import DIMENSIONS, bag_messages, read_keypoint_bag, rows_of
 from openpose_ros_tools.ros.process_bag.several_cameras import FUSED
 from openpose_ros_tools.tables.keypoint_csv import read_keypoint_csv
 from openpose_ros_tools.tables.keypoint_table import KeypointTable, PersonRow, measured_people, table_of

@@ -4,9 +4,9 @@ from typing import Dict, Iterable, Iterator, List, NamedTuple, Set, Tuple
 
 import numpy as np
 
-from openpose_ros_fusion.alignment.alignment import MeasuredPeople
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
+from openpose_ros_tools.alignment.alignment import MeasuredPeople
 from skeleton_extract_3d.people import MEASURED, MISSING
 
 # Fields of a joint in the order of openpose_ros_msgs/BodypartDetection and BodypartDetection_3d, by dimensions.

@@ -26,7 +26,7 @@ from openpose_ros_signals.reader import SignalReader
 from openpose_ros_signals.ros.convert import signals_to_array
 from openpose_ros_tools.outputs import files_of
 from openpose_ros_tools.ros.bag_files import StampedMessage, new_bag, open_bag, undamaged
-from openpose_ros_tools.ros.keypoint_bag import write_people
+from openpose_ros_tools.ros.keypoints.keypoint_bag import write_people
 from openpose_ros_tools.ros.process_bag.input import Frame
 from openpose_ros_tools.ros.process_bag.job import BagJob, BagSettings, RigJob
 from openpose_ros_tools.tables.keypoint_csv import KeypointCsvWriter

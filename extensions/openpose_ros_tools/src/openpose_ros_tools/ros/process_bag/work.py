@@ -11,7 +11,7 @@ from typing import Any, Callable, Deque, Dict, Iterable, Iterator, List, NamedTu
 import genpy
 import rosbag
 
-from openpose_ros_pkg.detect.depth import DepthView
+from openpose_ros_pkg.detect.detection import DepthView
 from openpose_ros_pkg.detect.detector import Detector
 from openpose_ros_pkg.detect.network_detection import NetworkDetection
 from openpose_ros_pkg.errors import BadInputError, ModelError, NoTransformError

@@ -33,8 +33,8 @@ from openpose_ros_tools.recording_paths import is_bag
 from openpose_ros_tools.report.crops import Thumbnail
 from openpose_ros_tools.report.facts import ReportFacts, empty_frames, people_facts
 from openpose_ros_tools.report.page import page
-from openpose_ros_tools.ros.keypoint_bag import read_timeline
-from openpose_ros_tools.ros.plot_keypoints import read_keypoints
+from openpose_ros_tools.ros.keypoints.keypoint_bag import read_timeline
+from openpose_ros_tools.ros.keypoints.plot_keypoints import read_keypoints
 from openpose_ros_tools.ros.report.reading import has_people, read_thumbnails, recording_facts
 from openpose_ros_tools.tables.keypoint_selection import Selection, select
 from openpose_ros_tools.tables.signal_timeline import SignalTimeline

@@ -11,7 +11,7 @@ from openpose_ros_tools.report.crops import Thumbnail, choose_crops, cut
 from openpose_ros_tools.report.facts import RecordingFacts, TopicFacts
 from openpose_ros_tools.ros.bag_files import deserialized, end_time, open_bag, stamped_messages, topic_types
 from openpose_ros_tools.ros.camera_topics import TopicFinder
-from openpose_ros_tools.ros.keypoint_bag import DIMENSIONS, choose_topic, read_keypoint_bag
+from openpose_ros_tools.ros.keypoints.keypoint_bag import DIMENSIONS, choose_topic, read_keypoint_bag
 from openpose_ros_tools.tables.keypoint_selection import moment_text
 
 

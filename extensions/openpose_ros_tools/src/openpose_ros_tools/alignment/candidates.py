@@ -1,0 +1,177 @@
+"""Candidates for lag and transform between two recordings: joints that meet, before anything is known of who is who."""
+import itertools
+from dataclasses import dataclass
+from typing import Callable, Iterable, List, Optional, Tuple
+
+import numpy as np
+
+from openpose_ros_fusion.camera_delays import rigid_transform
+from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_tools.alignment.clock import Correlations, JointPaths
+
+_LEAST_POINTS = 30  # joints that a track must have in common with a subject, for a transform to be found
+_TUNING = 3.0  # a robust weight falls to 1/4 at this multiple of the median distance (Geman and McClure)
+_SMALLEST_SCALE = 0.005  # [m] distances are compared with this, where their median is smaller
+_LAGS = 12  # lags that are tried
+_LAG_DISTANCE = 0.3  # [s] between two of them
+_PAIRS = 6  # pairs of track and subject whose transforms are tried, for each lag
+_CANDIDATES = 6  # candidates that are returned
+_TRACKS = 12  # tracks that are correlated, the longest
+_ROWS = 1200  # rows by which candidates are judged
+_GATE = 0.25  # [m] joints that meet within this count
+_OTHER_LAG = 0.1  # [s] solutions whose lags differ by more are two
+_OTHER_ANGLE = 10.0  # [degrees] as are those whose rotations do
+
+
+@dataclass(frozen=True)
+class Observed:
+    """The measured joints: times (R,) [s] from the beginning, ids (R,), positions (R, K, 3) [m] with NaN, weights.
+
+    Ids are those that stay with people, see `steady_ids`; `frame_time` is usual between two frames [s].
+    """
+
+    times: np.ndarray
+    ids: np.ndarray
+    positions: np.ndarray
+    weights: np.ndarray
+    frame_time: float
+
+    def some(self, count: int) -> 'Observed':
+        """Return at most `count` rows, taken by chance (the same in each run), in their order."""
+        if len(self.times) <= count:
+            return self
+        rows = np.sort(np.random.RandomState(0).permutation(len(self.times))[:count])
+        return Observed(self.times[rows], self.ids[rows], self.positions[rows], self.weights[rows], self.frame_time)
+
+    def longest_tracks(self) -> np.ndarray:
+        """Return the ids (A,) of the longest tracks."""
+        tracks, counts = np.unique(self.ids, return_counts=True)
+        return tracks[np.argsort(-counts, kind='stable')][:_TRACKS]
+
+    def track(self, track: int) -> Tuple[np.ndarray, np.ndarray]:
+        """Return times and positions of a track; of an id that is in a frame twice, the first."""
+        rows = np.flatnonzero(self.ids == track)
+        times, first = np.unique(self.times[rows], return_index=True)
+        return times, self.positions[rows[first]]
+
+
+@dataclass(frozen=True)
+class Solution:
+    """A lag [s] between the two beginnings, and a transform: x_reference = rotation x_camera + translation [m].
+
+    Attributes:
+        merit: how many joints meet somebody, those that meet exactly counted as 1.
+    """
+
+    lag: float
+    rotation: np.ndarray
+    translation: np.ndarray
+    merit: float = 0.0
+
+    def apply(self, positions: np.ndarray) -> np.ndarray:
+        """Return positions (..., 3) of the camera's frame in the reference's [m]."""
+        return positions @ self.rotation.T + self.translation
+
+    def differs(self, other: 'Solution') -> bool:
+        """Say whether another one is not the same, but for small errors."""
+        cosine = (np.trace(self.rotation.T @ other.rotation) - 1) / 2
+        return bool(abs(self.lag - other.lag) > _OTHER_LAG
+                    or np.degrees(np.arccos(np.clip(cosine, -1, 1))) > _OTHER_ANGLE)
+
+
+def find_candidates(observed: Observed, paths: JointPaths, lags: List[float],
+                    transform: Optional[np.ndarray], progress: Callable[[Iterable], Iterable]) -> List[Solution]:
+    """Return the best solutions that single pairs of track and subject suggest.
+
+    Args:
+        lags: to try, see `likely_lags`.
+        transform: (4, 4), if it is known.
+        progress: wraps the lags.
+    """
+    some = observed.some(_ROWS)
+    found: List[Solution] = []
+    for lag in progress(lags):
+        truth = paths.at(some.times + lag)
+        transforms = _pair_transforms(some, truth) if transform is None else [(transform[:3, :3], transform[:3, 3])]
+        for rotation, translation in transforms:
+            distances = np.linalg.norm(truth - some.positions @ rotation.T - translation, axis=3)
+            found.append(Solution(lag, rotation, translation, merit(distances, _GATE)))
+    best: List[Solution] = []
+    for solution in sorted(found, key=lambda solution: -solution.merit):
+        if solution.merit > 0 and len(best) < _CANDIDATES and all(solution.differs(other) for other in best):
+            best.append(solution)
+    return best
+
+
+def likely_lags(correlations: Correlations, base: float, most: Optional[float], option: str) -> List[float]:
+    """Return the lags [s] for which speeds speak most.
+
+    Args:
+        base: clock offset of lag 0 [s].
+        most: largest clock offset, either way [s]; None: any.
+        option: by which the user tells the clocks, for the error.
+
+    Raises:
+        BadInputError: there are none.
+    """
+    # each track is whom it resembles most
+    evidence = correlations.evidence().max(axis=1).sum(axis=0)
+    if most is not None:
+        evidence = np.where(np.abs(base + correlations.lags) <= most, evidence, 0)
+    lags: List[float] = []
+    while len(lags) < _LAGS and evidence.max() > 0:
+        lags.append(float(correlations.lags[evidence.argmax()]))
+        evidence = np.where(np.abs(correlations.lags - lags[-1]) < _LAG_DISTANCE, 0, evidence)
+    if not lags:
+        within = '' if most is None else f' within the clock offset of {most:g} s'
+        raise BadInputError(f'the speeds of the joints of estimate and reference have nothing in common{within}: does '
+                            f'anybody move? If the clocks are known, say so ({option})')
+    return lags
+
+
+def least_points(free: np.ndarray) -> int:
+    """Return how many joints are needed to find what is free of the solution; one, where nothing is."""
+    return _LEAST_POINTS if free.any() else 1
+
+
+def merit(distances: np.ndarray, gate: float) -> float:
+    """Return how many joints meet somebody, those that meet exactly counted as 1, those `gate` [m] apart as 0.
+
+    Args:
+        distances: (S, R, K) from each subject [m].
+    """
+    return float(np.nansum(np.maximum(0, 1 - (distances / gate) ** 2), axis=2).max(axis=0).sum())
+
+
+def robust_weights(distances: np.ndarray) -> np.ndarray:
+    """Return weights of Geman and McClure, scaled by the median distance."""
+    scale = _TUNING * max(float(np.median(distances)), _SMALLEST_SCALE)
+    return 1 / (1 + (distances / scale) ** 2) ** 2
+
+
+def _pair_transforms(observed: Observed, truth: np.ndarray) -> List[Tuple[np.ndarray, np.ndarray]]:
+    """Return the transforms by which single tracks lie on single subjects, those that fit best and most joints first.
+
+    Args:
+        truth: (S, R, K, 3) at the times of the rows.
+    """
+    pairs = []
+    for track, subject in itertools.product(observed.longest_tracks(), range(len(truth))):
+        rows = observed.ids == track
+        points, there = observed.positions[rows], truth[subject, rows]
+        both = np.isfinite(points).all(axis=2) & np.isfinite(there).all(axis=2)
+        if both.sum() >= _LEAST_POINTS:
+            rotation, translation, distance = _robust_transform(points[both], there[both])
+            pairs.append((distance / np.sqrt(both.sum()), rotation, translation))
+    pairs.sort(key=lambda pair: pair[0])
+    return [(rotation, translation) for _, rotation, translation in pairs[:_PAIRS]]
+
+
+def _robust_transform(points: np.ndarray, truth: np.ndarray) -> Tuple[np.ndarray, np.ndarray, float]:
+    """Return rotation and translation of (N, 3) points onto the truth, and the median distance that is left [m]."""
+    weights = np.ones(len(points))
+    for _ in range(10):
+        rotation, translation = rigid_transform(points, truth, weights)
+        distances = np.linalg.norm(truth - points @ rotation.T - translation, axis=1)
+        weights = robust_weights(distances)
+    return rotation, translation, float(np.median(distances))

@@ -1,0 +1,272 @@
+"""Bundle adjustment: cameras, clocks, joints, and what depths err by always, by robust least squares over all cameras.
+
+With the joint X_p, its measurement y by camera c (pose R_c, t_c; moving by v there) and u = y / |y|,
+
+    residual in space      (R_c (y + b_j u - d_c v) + t_c - X_p) / sigma
+    residual in the image  (project(R_c' (X_p - t_c)) - (y - d_c v)) / sigma
+
+are least (Cauchy) over R_c, t_c, the clock corrections d_c, the depth biases b_j of joints, and X_p. The first camera
+stays. b_j is how much deeper joint j lies than the cameras with depth say; it is alike for all of them, so that cameras
+on both sides of people tell it, and it has a prior of `BundleConstants.depth_bias`.
+
+Steps are those of Gauss and Newton, the joints eliminated first. SciPy's least_squares with a sparse Jacobian (LSMR)
+took ten times as long.
+"""
+from dataclasses import dataclass
+from typing import Any, List, Sequence, Tuple
+
+import numpy as np
+from scipy.sparse import coo_matrix, csr_matrix, identity
+from scipy.sparse.linalg import splu
+from scipy.spatial.transform import Rotation
+
+from openpose_ros_tools.calibration.constants import CALIBRATION
+from openpose_ros_tools.calibration.edges import Standing
+from openpose_ros_tools.calibration.gathering import Gathered
+
+_BUNDLE = CALIBRATION.bundle
+# Steps end where no camera changes by more [rad, m, s]; a step that makes it worse is halved so many times at most.
+_SETTLED, _HALVINGS = 1e-6, 6
+# Parameters of a camera: rotation vector, translation, clock.
+_OWN = 7
+# Of what a step moves a joint by, if its rays do not tell how far away it is: standard deviation [m].
+_JOINT_STEP = 10.0
+# Joints nearer to the plane of a camera than this are behind it [m].
+_NEAREST = 0.1
+# Standard deviation of a depth bias beside measurements that are taken as independent [m].
+_BIAS_SIGMA = _BUNDLE.depth_bias / np.sqrt(_BUNDLE.dependent)
+# Errors of the distance of the first two cameras where nothing else tells the scale [m], and of given clocks [s].
+_GIVEN_LENGTH, _GIVEN_CLOCK = 1e-4, 1e-5
+
+
+@dataclass(frozen=True, eq=False)
+class Adjusted:
+    """The result.
+
+    Attributes:
+        standing: of all cameras.
+        std: (C, 3) standard deviations to the root: angle [degrees], position [m], clock [s]; 0 for the root.
+        joints: (P, 3) [m], those of `gathered`.
+        depth_bias: (K,) [m].
+        gathered: what was adjusted.
+    """
+
+    standing: List[Standing]
+    std: np.ndarray
+    joints: np.ndarray
+    depth_bias: np.ndarray
+    gathered: Gathered
+
+
+class _Problem:
+    """Residuals and their derivatives; parameters are those of the cameras but the root, biases, and joints."""
+
+    def __init__(self, gathered: Gathered, standing: Sequence[Standing], root: int, has_depth: np.ndarray,
+                 clocks_given: bool) -> None:
+        self.gathered, self.standing, self.root = gathered, standing, root
+        self.deep = has_depth[gathered.camera]
+        self.scaled = bool(has_depth.any())
+        self.clock_sigma = _GIVEN_CLOCK if clocks_given else _BUNDLE.clock_prior
+        self.cameras = len(standing)
+        self.names = int(gathered.name.max()) + 1
+        self.block = np.delete(np.arange(self.cameras), root)  # camera of each block of parameters
+        self.place = np.full(self.cameras, -1)
+        self.place[self.block] = np.arange(self.cameras - 1)
+        self.first_bias = _OWN * (self.cameras - 1)
+        self.first_joint = self.first_bias + self.names
+        self.start = np.concatenate([np.zeros(self.first_joint), gathered.joints.ravel()])
+        for number, camera in enumerate(self.block):
+            self.start[_OWN * number + 3:_OWN * number + 6] = standing[camera].pose[1]
+        self.other = next(iter(self.block))  # its distance to the root is the scale where nothing else is
+        arm = standing[self.other].pose[1] - standing[root].pose[1]
+        self.weights = np.ones(len(gathered.point))
+        self.scale = 1 / gathered.sigma  # of residuals, with the roots of the weights
+        self.direction, self.length = arm / np.linalg.norm(arm), np.linalg.norm(arm)
+
+    def poses(self, values: np.ndarray) -> Tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Return rotations (C, 3, 3), translations (C, 3), clock corrections (C,), derivatives of turns (C, 3, 3)."""
+        rotations = np.array([one.pose[0] for one in self.standing])
+        translations = np.array([one.pose[1] for one in self.standing])
+        clocks, turns = np.zeros(self.cameras), np.tile(np.eye(3), (self.cameras, 1, 1))
+        for number, camera in enumerate(self.block):
+            own = values[_OWN * number:_OWN * (number + 1)]
+            rotations[camera] = Rotation.from_rotvec(own[:3]).apply(rotations[camera].T).T
+            translations[camera], clocks[camera], turns[camera] = own[3:6], own[6], _left_jacobian(own[:3])
+        return rotations, translations, clocks, turns
+
+    def residuals(self, values: np.ndarray) -> np.ndarray:
+        """Return (3 M + ...) residuals; a ray has a third one, which is 0."""
+        rotations, translations, clocks, _ = self.poses(values)
+        data, camera = self.gathered, self.gathered.camera
+        joints = values[self.first_joint:].reshape(-1, 3)[data.point]
+        seen = self._seen(values, clocks)
+        in_space = np.einsum('mij,mj->mi', rotations[camera], seen) + translations[camera] - joints
+        local = np.einsum('mji,mj->mi', rotations[camera], joints - translations[camera])
+        in_image = local / np.maximum(local[:, 2:], _NEAREST) - seen
+        in_image[:, 2] = 0
+        rows = np.where(self.deep[:, None], in_space, in_image) * self.scale[:, None]
+        return np.concatenate([rows.ravel(), self._prior(values)])
+
+    def reweigh(self, values: np.ndarray) -> float:
+        """Give measurements with large residuals small weights (Cauchy), and return the robust cost."""
+        self.scale = 1 / self.gathered.sigma
+        residuals = self.residuals(values)
+        measured, prior = residuals[:3 * len(self.scale)].reshape(-1, 3), residuals[3 * len(self.scale):]
+        squares = (measured ** 2).sum(axis=1) / _BUNDLE.outlier ** 2
+        self.weights = 1 / (1 + squares)
+        self.scale = np.sqrt(self.weights) * self.scale
+        return float(_BUNDLE.outlier ** 2 * np.log1p(squares).sum() + (prior ** 2).sum())
+
+    def jacobian(self, values: np.ndarray) -> csr_matrix:
+        """Return the derivatives of the residuals."""
+        rotations, translations, clocks, turns = self.poses(values)
+        data, camera = self.gathered, self.gathered.camera
+        joints = values[self.first_joint:].reshape(-1, 3)[data.point]
+        rotation, deep = rotations[camera], self.deep[:, None, None]
+        seen = self._seen(values, clocks)
+        arm = joints - translations[camera]
+        local = np.einsum('mji,mj->mi', rotation, arm)
+        depth = np.maximum(local[:, 2], _NEAREST)
+        plane = np.zeros((len(arm), 3, 3))
+        plane[:, [0, 1], [0, 1]] = 1 / depth[:, None]
+        plane[:, :2, 2] = -local[:, :2] / depth[:, None] ** 2
+        into = plane @ rotation.transpose(0, 2, 1)
+        eye = np.broadcast_to(np.eye(3), into.shape)
+        by_turn = np.where(deep, -_cross(np.einsum('mij,mj->mi', rotation, seen)), into @ _cross(arm)) @ turns[camera]
+        by_shift = np.where(deep, eye, -into)
+        moved = np.where(deep, rotation, -np.eye(3)) @ data.velocity[..., None]
+        by_clock = -moved
+        by_clock[~self.deep, 2] = 0
+        by_bias = np.where(deep, rotation, 0) @ self._directions()[..., None]
+        scale = self.scale[:, None, None]
+        own = np.concatenate([by_turn, by_shift, by_clock], axis=2) * scale
+        free = np.flatnonzero(camera != self.root)
+        rows = 3 * np.arange(len(camera))[:, None, None] + np.arange(3)[:, None]
+        parts = [(own[free], rows[free], _OWN * self.place[camera[free]][:, None, None] + np.arange(_OWN)),
+                 (by_bias * scale, rows, self.first_bias + data.name[data.point][:, None, None]),
+                 (-by_shift * scale, rows, self.first_joint + 3 * data.point[:, None, None] + np.arange(3))]
+        entries = [tuple(np.broadcast_to(each, part[0].shape).ravel() for each in part) for part in parts]
+        entries.append(self._prior_entries(3 * len(camera)))
+        value, row, column = (np.concatenate(each) for each in zip(*entries))
+        return coo_matrix((value, (row, column)), (int(row.max()) + 1, len(values))).tocsr()
+
+    def _directions(self) -> np.ndarray:
+        measured = self.gathered.measured
+        return np.asarray(measured / np.linalg.norm(measured, axis=1, keepdims=True))
+
+    def _seen(self, values: np.ndarray, clocks: np.ndarray) -> np.ndarray:
+        """Return the measured points with biases and corrected clocks."""
+        data = self.gathered
+        bias = np.where(self.deep, values[self.first_bias:self.first_joint][data.name[data.point]], 0)
+        return np.asarray(data.measured + bias[:, None] * self._directions()
+                          - clocks[data.camera][:, None] * data.velocity)
+
+    def _prior(self, values: np.ndarray) -> np.ndarray:
+        """Return the residuals of biases, of clocks, and of the scale."""
+        clocks = values[_OWN - 1:self.first_bias:_OWN] / self.clock_sigma
+        bias = values[self.first_bias:self.first_joint] / _BIAS_SIGMA
+        place = _OWN * self.place[self.other] + 3
+        length = (values[place:place + 3] - self.standing[self.root].pose[1]) @ self.direction - self.length
+        return np.concatenate([bias, clocks, [0.0 if self.scaled else length / _GIVEN_LENGTH]])
+
+    def _prior_entries(self, first: int) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return derivatives of `_prior`, their rows and columns."""
+        cameras, place = self.cameras - 1, _OWN * self.place[self.other] + 3
+        values = np.concatenate([np.full(self.names, 1 / _BIAS_SIGMA), np.full(cameras, 1 / self.clock_sigma),
+                                 0 * self.direction if self.scaled else self.direction / _GIVEN_LENGTH])
+        rows = np.concatenate([np.arange(self.names + cameras), np.full(3, self.names + cameras)])
+        columns = np.concatenate([self.first_bias + np.arange(self.names), _OWN - 1 + _OWN * np.arange(cameras),
+                                  place + np.arange(3)])
+        return values, first + rows, columns
+
+
+def adjust(gathered: Gathered, standing: Sequence[Standing], root: int, has_depth: np.ndarray, clocks_given: bool
+           ) -> Adjusted:
+    """Return where the cameras stand, with all measurements.
+
+    Args:
+        has_depth: (C,) bool; where no camera has, the distance of the first two cameras stays.
+        clocks_given: the clock offsets stay.
+    """
+    problem = _Problem(gathered, standing, root, has_depth, clocks_given)
+    values, cost = problem.start, problem.reweigh(problem.start)
+    for _ in range(_BUNDLE.steps):
+        change = _step(problem, values)
+        for _ in range(_HALVINGS):
+            new_cost = problem.reweigh(values + change)
+            if new_cost <= cost:
+                break
+            change = change / 2
+        else:
+            break
+        values, cost = values + change, new_cost
+        if np.abs(change[:problem.first_joint]).max() < _SETTLED:
+            break
+    problem.reweigh(values)
+    rotations, translations, clocks, _ = problem.poses(values)
+    adjusted = [Standing((rotation, translation), one.clock_offset + clock) for rotation, translation, clock, one in
+                zip(rotations, translations, clocks, standing)]
+    own = np.zeros((len(standing), _OWN))
+    own[problem.block] = _deviations(problem, values).reshape(-1, _OWN)
+    std = np.stack([np.degrees(np.linalg.norm(own[:, :3], axis=1)), np.linalg.norm(own[:, 3:6], axis=1), own[:, 6]],
+                   axis=1)
+    return Adjusted(adjusted, std, values[problem.first_joint:].reshape(-1, 3),
+                    values[problem.first_bias:problem.first_joint], gathered)
+
+
+def _step(problem: _Problem, values: np.ndarray) -> np.ndarray:
+    """Return the step of Gauss and Newton, with the joints, of which each is by itself, eliminated first (Schur)."""
+    residuals, jacobian = problem.residuals(values), problem.jacobian(values)
+    own, joints = jacobian[:, :problem.first_joint], jacobian[:, problem.first_joint:]
+    inner = _factor(joints)
+    mixed = (joints.T @ own).toarray()
+    pull, pull_joints = own.T @ residuals, inner.solve(joints.T @ residuals)
+    reduced = (own.T @ own).toarray() - mixed.T @ inner.solve(mixed)
+    change = -np.linalg.lstsq(reduced, pull - mixed.T @ pull_joints, rcond=None)[0]
+    return np.concatenate([change, -pull_joints - inner.solve(mixed @ change)])
+
+
+def _factor(joints: csr_matrix) -> Any:
+    """Return the factors of the normal equations of the joints, from the derivatives by them."""
+    return splu((joints.T @ joints + identity(joints.shape[1]) / _JOINT_STEP ** 2).tocsc())
+
+
+def _deviations(problem: _Problem, values: np.ndarray) -> np.ndarray:
+    """Return standard deviations of the parameters of the cameras, the joints being free.
+
+    Errors of one joint depend on each other, in all frames: the "sandwich" of Liang and Zeger, Biometrika 73, 13
+    (1986), with a group per joint name. Where that is less than with independent errors, the latter holds.
+    """
+    residuals, jacobian = problem.residuals(values), problem.jacobian(values)
+    own, joints = jacobian[:, :problem.first_joint], jacobian[:, problem.first_joint:]
+    # derivatives by the cameras alone, when the joints follow
+    inner = _factor(joints)
+    own = own.toarray() - joints @ inner.solve((joints.T @ own).toarray())
+    inverse = np.linalg.pinv(own.T @ own, rcond=1e-12)
+    pulls = own * residuals[:, None]
+    data = problem.gathered
+    group = np.full(len(residuals), problem.names)
+    group[:3 * len(data.point)] = np.repeat(data.name[data.point], 3)
+    sums = np.zeros((problem.names + 1, own.shape[1]))
+    np.add.at(sums, group, pulls)
+    free = (2 + problem.deep) @ problem.weights - 3 * data.point.max()  # a position has 3 coordinates, a ray 2
+    variance = float((residuals ** 2).sum() / max(free, 1))
+    grouped = np.diag(inverse @ (sums.T @ sums) @ inverse)
+    return np.asarray(np.sqrt(np.maximum(grouped, max(variance, 1e-12) * np.diag(inverse)))[:problem.first_bias])
+
+
+def _cross(vectors: np.ndarray) -> np.ndarray:
+    """Return the matrices (N, 3, 3) of the cross products with vectors (N, 3)."""
+    x, y, z = vectors.T
+    nothing = np.zeros_like(x)
+    return np.stack([nothing, -z, y, z, nothing, -x, -y, x, nothing], axis=1).reshape(-1, 3, 3)
+
+
+def _left_jacobian(turn: np.ndarray) -> np.ndarray:
+    """Return by what a rotation vector (3,) must be changed for a small further turn, the inverse: (3, 3)."""
+    angle = float(np.linalg.norm(turn))
+    cross = _cross(turn[np.newaxis])[0]
+    if angle < 1e-4:
+        return np.asarray(np.eye(3) + cross / 2)
+    return np.asarray(np.eye(3) + (1 - np.cos(angle)) / angle ** 2 * cross
+                      + (angle - np.sin(angle)) / angle ** 3 * cross @ cross)

@@ -1,0 +1,69 @@
+"""How good a calibration is: what two cameras say of the same joints, and how sure the poses are."""
+import itertools
+from typing import List, NamedTuple, Sequence
+
+import numpy as np
+
+from openpose_ros_tools.calibration.bundle import Adjusted
+from openpose_ros_tools.calibration.recording import CameraPaths
+
+# Standard deviations above make the result doubtful [degrees, m, s].
+_LARGE = (1.0, 0.05, 0.02)
+# Pairs that share fewer joints are not told of.
+_LEAST_SHARED = 10
+
+
+class EdgeQuality(NamedTuple):
+    """Two cameras after the adjustment.
+
+    Attributes:
+        first, second: names.
+        joints: joints at single times that both see.
+        distance: median distance of what they measured, [m]; NaN where one has no depth.
+        pixels: median distance of the adjusted joints from the keypoints of both [px]; NaN where no focal length
+            is known.
+    """
+
+    first: str
+    second: str
+    joints: int
+    distance: float
+    pixels: float
+
+
+def edge_qualities(cameras: Sequence[CameraPaths], adjusted: Adjusted) -> List[EdgeQuality]:
+    """Return the quality of all pairs of cameras that see joints together."""
+    data = adjusted.gathered
+    rotations = np.array([one.pose[0] for one in adjusted.standing])[data.camera]
+    centres = np.array([one.pose[1] for one in adjusted.standing])[data.camera]
+    placed = np.einsum('mij,mj->mi', rotations, data.measured) + centres
+    local = np.einsum('mji,mj->mi', rotations, adjusted.joints[data.point] - centres)
+    offsets = local[:, :2] / local[:, 2:] - data.measured[:, :2] / data.measured[:, 2:]
+    focal = np.array([camera.recording.focal for camera in cameras])[data.camera]
+    pixels = focal * np.linalg.norm(offsets, axis=1)
+    row = np.full((len(cameras), len(adjusted.joints)), -1)
+    row[data.camera, data.point] = np.arange(len(data.point))
+    found = []
+    for first, second in itertools.combinations(range(len(cameras)), 2):
+        both = (row[first] >= 0) & (row[second] >= 0)
+        if both.sum() < _LEAST_SHARED:
+            continue
+        one, other = row[first, both], row[second, both]
+        deep = cameras[first].has_depth and cameras[second].has_depth
+        apart = float(np.median(np.linalg.norm(placed[one] - placed[other], axis=1))) if deep else float('nan')
+        known = np.concatenate([pixels[one], pixels[other]])
+        known = known[np.isfinite(known)]
+        found.append(EdgeQuality(cameras[first].name, cameras[second].name, int(both.sum()), apart,
+                                 float(np.median(known)) if len(known) else float('nan')))
+    return found
+
+
+def doubts(names: Sequence[str], std: np.ndarray) -> List[str]:
+    """Return what is uncertain.
+
+    Args:
+        std: (C, 3) standard deviations of cameras: angle [degrees], position [m], clock [s].
+    """
+    return [f'{name} is uncertain by {angle:.1f} degrees, {1e3 * position:.0f} mm and {1e3 * clock:.0f} ms; let people '
+            'walk longer where it and others see them' for name, (angle, position, clock) in zip(names, std.tolist())
+            if angle > _LARGE[0] or position > _LARGE[1] or clock > _LARGE[2]]

@@ -1,0 +1,166 @@
+"""What one camera saw over time: people in space, or rays through their keypoints."""
+from dataclasses import dataclass
+from typing import List, Tuple
+
+import numpy as np
+
+from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_tools.alignment.alignment import MeasuredPeople
+from openpose_ros_tools.alignment.clock import JointPaths, bridged_gap
+from openpose_ros_tools.alignment.people import steady_ids
+from openpose_ros_tools.calibration.constants import CALIBRATION
+
+# Joints between two samples of a camera are interpolated over this time, as in the alignment [s].
+_MAX_GAP = 0.1
+# Tracks that follow each other in one slot are this far apart [s], so that nothing is interpolated between them.
+_APART = 1.0
+# Fewer frames with somebody are no recording.
+_LEAST_FRAMES = 10
+
+
+@dataclass(frozen=True, eq=False)
+class CameraRecording:
+    """The people of one camera, one row per person and frame.
+
+    Attributes:
+        name: of the camera.
+        frame_id: its optical frame.
+        stamps: (R,) int64 [ns].
+        ids: (R,) int64, of tracks.
+        points: (R, K, 3) float64 in the optical frame: [m] of a camera with depth, where a joint was measured; else
+            x, y, 1 on its ray. NaN where missing.
+        sigma: (R, K) [m] standard deviation in space; NaN where not known, and without depth.
+        has_depth: whether points are positions.
+        focal: focal length [px]; NaN where not known.
+    """
+
+    name: str
+    frame_id: str
+    stamps: np.ndarray
+    ids: np.ndarray
+    points: np.ndarray
+    sigma: np.ndarray
+    has_depth: bool
+    focal: float = float('nan')
+
+
+class CameraPaths:
+    """A recording as paths of its joints over time; people who follow each other share a slot.
+
+    Attributes:
+        recording: as it came, its rows in the order of time.
+        begin: [ns], the stamp that is time 0.
+        times: (T,) float64 [s] of the frames with somebody.
+        positions: (S, T, K, 3) points of S slots; NaN where missing.
+    """
+
+    def __init__(self, recording: CameraRecording, begin: int) -> None:
+        order = np.argsort(recording.stamps, kind='stable')
+        order = order[np.isfinite(recording.points[order]).all(axis=2).any(axis=1)]
+        stamps = recording.stamps[order]
+        frames = np.unique(stamps)
+        if len(frames) < _LEAST_FRAMES:
+            raise BadInputError(f'camera {recording.name} saw somebody in {len(frames)} frames, expected '
+                                f'{_LEAST_FRAMES} or more')
+        self.recording = CameraRecording(recording.name, recording.frame_id, stamps, recording.ids[order],
+                                         recording.points[order], recording.sigma[order], recording.has_depth,
+                                         recording.focal)
+        self.begin = begin
+        self.times = (frames - begin) * 1e-9
+        rows = np.searchsorted(frames, stamps)
+        points = self.recording.points
+        ids = steady_ids(self.times[rows], self.recording.ids, points) if recording.has_depth else self.recording.ids
+        slots = _slots(self.times[rows], ids)
+        shape = (slots.max() + 1, len(frames), points.shape[1])
+        self.positions = np.full((*shape, 3), np.nan)
+        self.positions[slots, rows] = points
+        self._sigma = np.full(shape, np.nan)
+        self._sigma[slots, rows] = _known_sigma(self.recording)
+        self._paths = JointPaths(self.times, self.positions, bridged_gap(self.times, _MAX_GAP))
+        self._half = max(float(np.median(np.diff(self.times))) / 2, 0.02)
+
+    @property
+    def name(self) -> str:
+        """Name of the camera."""
+        return self.recording.name
+
+    @property
+    def has_depth(self) -> bool:
+        """Whether points are positions [m]."""
+        return self.recording.has_depth
+
+    def at(self, times: np.ndarray) -> np.ndarray:
+        """Return the points (S, N, K, 3) at N times [s]; NaN where there are none."""
+        return self._paths.at(times)
+
+    def velocity(self, times: np.ndarray) -> np.ndarray:
+        """Return how fast they move, (S, N, K, 3) [1/s]; 0 where that is not known."""
+        return np.nan_to_num(self._paths.velocity(times, self._half))
+
+    def sigma(self, times: np.ndarray) -> np.ndarray:
+        """Return the error per axis of the points of the nearest frames, (S, N, K): [m], or of rays a share of 1."""
+        after = np.clip(np.searchsorted(self.times, times), 1, len(self.times) - 1)
+        nearest = after - (times - self.times[after - 1] < self.times[after] - times)
+        sigma = self._sigma[:, nearest]
+        usual = np.nanmedian(self._sigma)
+        return np.where(np.isfinite(sigma), np.maximum(sigma, 0.3 * usual), usual)
+
+    def measured(self) -> MeasuredPeople:
+        """Return the rows for the alignment, their stamps from 0 on."""
+        return MeasuredPeople(self.recording.stamps - self.begin, self.recording.ids, self.recording.points,
+                              self.recording.sigma)
+
+
+def paths_of(recordings: List[CameraRecording]) -> List[CameraPaths]:
+    """Return the paths of all cameras, by one clock as far as their stamps are.
+
+    Raises:
+        BadInputError: a camera saw hardly anybody, two have one name, or there are fewer than two.
+    """
+    names = [recording.name for recording in recordings]
+    if len(names) < 2:
+        raise BadInputError(f'there are people of {len(names)} cameras ({", ".join(names) or "none"}), expected of 2 '
+                            'or more')
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise BadInputError(f"two cameras have the name '{twice[0]}'")
+    begin = min(int(recording.stamps.min()) for recording in recordings if len(recording.stamps))
+    return [CameraPaths(recording, begin) for recording in recordings]
+
+
+def overlap(first: CameraPaths, second: CameraPaths) -> float:
+    """Return the time that two recordings have in common by their stamps, as a share of the shorter one."""
+    spans = [(paths.times[0], paths.times[-1]) for paths in (first, second)]
+    common = min(end for _, end in spans) - max(start for start, _ in spans)
+    return float(max(common, 0.0) / max(min(end - start for start, end in spans), 1e-9))
+
+
+def _known_sigma(recording: CameraRecording) -> np.ndarray:
+    """Return the error per axis, (R, K)."""
+    bundle = CALIBRATION.bundle
+    if not recording.has_depth:
+        return np.full(recording.sigma.shape, bundle.pixel_sigma / recording.focal)
+    sigma = np.where(np.isfinite(recording.sigma), recording.sigma, bundle.position_sigma)
+    return sigma / np.sqrt(3.0)
+
+
+def _slots(times: np.ndarray, ids: np.ndarray) -> np.ndarray:
+    """Return the slot of each row, (R,): tracks that are well apart share one.
+
+    Args:
+        times: (R,) [s], ascending.
+        ids: (R,); of an id that is in a frame twice, the last counts.
+    """
+    tracks, first = np.unique(ids, return_index=True)
+    ends: List[float] = []
+    slot_of: List[Tuple[int, int]] = []
+    for place in np.argsort(first, kind='stable'):
+        rows = np.flatnonzero(ids == tracks[place])
+        free = [slot for slot, end in enumerate(ends) if times[rows[0]] - end > _APART]
+        slot = free[0] if free else len(ends)
+        if not free:
+            ends.append(0.0)
+        ends[slot] = float(times[rows[-1]])
+        slot_of.append((int(tracks[place]), slot))
+    lookup = dict(slot_of)
+    return np.array([lookup[one] for one in ids.tolist()], int)

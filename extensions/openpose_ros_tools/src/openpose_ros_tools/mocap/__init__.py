@@ -1,0 +1,1 @@
+"""Comparison of people with motion capture."""

@@ -1,0 +1,192 @@
+"""Compare people of a camera with motion capture, once both are aligned: who is who, and how far joints are apart."""
+from dataclasses import dataclass
+from typing import Callable, Iterable, List, Optional, Sequence, Tuple
+
+import numpy as np
+import pandas as pd
+
+from openpose_ros_pkg.errors import BadInputError, ParameterError
+from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
+from openpose_ros_tools.alignment.alignment import Alignment
+from openpose_ros_tools.alignment.clock import SAME_TIME, JointPaths, bridged_gap
+from openpose_ros_tools.alignment.people import pair_people
+from openpose_ros_tools.mocap.joints import JointRecording
+from openpose_ros_tools.tables.keypoint_table import KeypointTable
+from skeleton_extract_3d.people import MISSING
+
+
+@dataclass(frozen=True)
+class EvaluationParams:
+    """What is compared.
+
+    Attributes:
+        gate: who is farther than this from a subject, by the median of the joints, is not that subject [m].
+        max_gap: between two samples of the reference that may be bridged [s], see `bridged_gap`.
+        joints: names to compare; none: all that both have. Who is who is told by all joints in any case.
+        start, end: part of the estimate, since its first frame [s]; None: to the ends.
+    """
+
+    gate: float = 0.5
+    max_gap: float = 0.1
+    joints: Tuple[str, ...] = ()
+    start: Optional[float] = None
+    end: Optional[float] = None
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """People of the reference and what the estimate says of them; N rows, one per subject and frame.
+
+    All positions are in the frame of the reference [m], NaN where missing.
+
+    Attributes:
+        joints: names of the K joints.
+        subjects: names of the S subjects.
+        times: (N,) [s] since the first frame of the estimate.
+        subject: (N,) number of the subject.
+        found: (N,) bool, whether the estimate has the subject. The next four are missing where it has not.
+        track: (N,) track id, -1 where missing.
+        estimate: (N, K, 3).
+        status: (N, K) uint8 of the estimate.
+        sigma: (N, K) [m].
+        truth: (N, K, 3).
+        frames: frames compared: those with people within the reference's time.
+        frames_outside: frames of the estimate outside it, which do not count.
+        frames_empty: times of a frame between them in which the estimate has nobody, which do not count: a table of
+            people does not tell frames without people from frames that were dropped.
+        extra_people: rows of the estimate that are near no subject.
+        only_reference, only_estimate: joints that one of both has.
+    """
+
+    joints: Tuple[str, ...]
+    subjects: Tuple[str, ...]
+    times: np.ndarray
+    subject: np.ndarray
+    found: np.ndarray
+    track: np.ndarray
+    estimate: np.ndarray
+    status: np.ndarray
+    sigma: np.ndarray
+    truth: np.ndarray
+    frames: int
+    frames_outside: int
+    frames_empty: int
+    extra_people: int
+    only_reference: Tuple[str, ...]
+    only_estimate: Tuple[str, ...]
+
+    @property
+    def errors(self) -> np.ndarray:
+        """Distances (N, K) of the estimate from the reference [m], NaN where one of both is missing."""
+        return np.linalg.norm(self.estimate - self.truth, axis=2)
+
+    def table(self) -> pd.DataFrame:
+        """Return one row per subject, frame and joint that the reference has [s, m].
+
+        Columns: time, subject (category), person_ID, joint (category), found, status, error (NaN where the estimate
+        has no answer), sigma, and x, y, z of the estimate and of the reference.
+        """
+        row, joint = np.nonzero(np.isfinite(self.truth).all(axis=2))
+        values = {'time': self.times[row], 'subject': pd.Categorical.from_codes(self.subject[row], self.subjects),
+                  'person_ID': self.track[row], 'joint': pd.Categorical.from_codes(joint, self.joints),
+                  'found': self.found[row], 'status': self.status[row, joint], 'error': self.errors[row, joint],
+                  'sigma': self.sigma[row, joint]}
+        for name, positions in (('', self.estimate), ('_reference', self.truth)):
+            values.update({f'{axis}{name}': positions[row, joint, number] for number, axis in enumerate('xyz')})
+        return pd.DataFrame(values)
+
+
+def compare(estimate: KeypointTable, reference: JointRecording, alignment: Alignment,
+            params: Optional[EvaluationParams] = None, progress: Callable[[Iterable], Iterable] = iter) -> Comparison:
+    """Find out who is who in each frame, and put the joints of both side by side.
+
+    In each frame people and subjects are paired so that the sum of their distances is least, see `pair_people`.
+
+    Args:
+        progress: wraps the frames.
+
+    Raises:
+        ParameterError: a joint is unknown, or one that not both have.
+        BadInputError: the recordings have no time in common, or no person is near a subject.
+    """
+    params = params or EvaluationParams()
+    # who is who is told by all joints, also where only some are compared
+    joints, only_reference, only_estimate = _common_joints(estimate, reference, params.joints)
+    begin = estimate.stamps.min()
+    stamps, frame_of = np.unique((estimate.stamps - begin) * 1e-9, return_inverse=True)
+    paths = JointPaths(reference.times - reference.times[0], reference.positions[:, :, joints],
+                       bridged_gap(reference.times, params.max_gap))
+    lag = alignment.clock_offset - (reference.times[0] - begin * 1e-9)
+    inside = (stamps + lag > -SAME_TIME) & (stamps + lag < paths.times[-1] + SAME_TIME)
+    wanted = ((stamps >= (params.start or 0) - SAME_TIME)
+              & (stamps <= (np.inf if params.end is None else params.end) + SAME_TIME))
+    if not (wanted & inside).any():
+        raise BadInputError('estimate and reference have no time in common' + (
+            ' between --start and --end' if wanted.sum() < len(wanted) else ' with this clock offset'))
+    truth, positions = paths.at(stamps + lag), alignment.apply(estimate.positions[:, joints])
+    frame, row, subject = _matches(progress(np.flatnonzero(wanted & inside)), frame_of, positions, truth, params.gate)
+    found = row >= 0
+    if not found.any():
+        raise BadInputError(f'no person of the estimate is within {params.gate:g} m of a subject of the reference')
+    kept = np.array([not params.joints or MESSAGE_JOINTS[joint] in params.joints for joint in joints])
+    positions = np.where(found[:, None, None], positions[row][:, kept], np.nan)
+    return Comparison(
+        joints=tuple(MESSAGE_JOINTS[joint] for joint in joints[kept]), subjects=tuple(reference.subjects),
+        times=stamps[frame], subject=subject, found=found, track=np.where(found, estimate.ids[row], -1),
+        estimate=positions, truth=truth[subject, frame][:, kept],
+        status=np.where(np.isfinite(positions).all(axis=2), estimate.status[row][:, joints[kept]], MISSING),
+        sigma=np.where(found[:, None], estimate.sigma[row][:, joints[kept]], np.nan).astype(np.float64),
+        frames=int((wanted & inside).sum()), frames_outside=int((wanted & ~inside).sum()),
+        frames_empty=_empty_frames(stamps[wanted & inside]),
+        extra_people=int((wanted & inside)[frame_of].sum() - found.sum()),
+        only_reference=only_reference, only_estimate=only_estimate)
+
+
+def _matches(frames: Iterable[int], frame_of: np.ndarray, positions: np.ndarray, truth: np.ndarray, gate: float
+             ) -> np.ndarray:
+    """Return the frame, the row of the estimate (-1: not found) and the subject of everybody of the reference, (3, N).
+
+    Args:
+        frames: to compare.
+        frame_of: (R,) of each row of the estimate.
+        positions: (R, K, 3) of the estimate [m].
+        truth: (S, T, K, 3) [m].
+    """
+    rows_of = pd.Series(frame_of).groupby(frame_of).indices
+    matches: List[Tuple[int, int, int]] = []
+    for frame in frames:
+        rows = rows_of[frame]
+        subjects = np.flatnonzero(np.isfinite(truth[:, frame]).all(axis=2).any(axis=1))
+        found = {subject: int(rows[person]) for person, subject
+                 in pair_people(positions[rows], truth[subjects, frame], gate)}
+        matches += sorted((frame, found.get(number, -1), subject) for number, subject in enumerate(subjects.tolist()))
+    return np.array(matches, int).reshape(-1, 3).T
+
+
+def _common_joints(estimate: KeypointTable, reference: JointRecording, names: Sequence[str]
+                   ) -> Tuple[np.ndarray, Tuple[str, ...], Tuple[str, ...]]:
+    """Return the numbers of the joints that both have, and the names that only the reference, or the estimate, has.
+
+    Args:
+        names: of joints that both must have; the others are not told. None: all are told.
+    """
+    unknown = [name for name in names if name not in MESSAGE_JOINTS]
+    if unknown:
+        raise ParameterError(f"joints {', '.join(unknown)} are unknown; allowed: {', '.join(MESSAGE_JOINTS)}")
+    theirs = np.isfinite(reference.positions).all(axis=3).any(axis=(0, 1))
+    ours = np.isfinite(estimate.positions).all(axis=2).any(axis=0)
+
+    def named(mask: np.ndarray) -> Tuple[str, ...]:
+        return tuple(name for name, one in zip(MESSAGE_JOINTS, mask) if one)
+
+    lacking = [name for name in names if name not in named(ours & theirs)]
+    if lacking or not (ours & theirs).any():
+        raise ParameterError(f"estimate and reference do not both have the joints {', '.join(lacking) or 'of a person'}"
+                             f"; both have: {', '.join(named(ours & theirs)) or 'none'}")
+    told = np.array([not names or name in names for name in MESSAGE_JOINTS])
+    return np.flatnonzero(ours & theirs), named(theirs & ~ours & told), named(ours & ~theirs & told)
+
+
+def _empty_frames(stamps: np.ndarray) -> int:
+    steps = np.diff(stamps)
+    return int(np.maximum(np.rint(steps / np.median(steps)) - 1, 0).sum()) if len(steps) else 0

@@ -1,0 +1,164 @@
+"""From the markers of a recording to the joints of its people, by a marker map.
+
+Where the map does not name the subjects, what stands before a marker's name and ':' or '_' names the subject:
+`Ann:LKNE`, `Ann_LKNE`. Markers of the shipped maps are also known by other spellings, with upper and lower case and
+separators as they come: `Ann lkne`, `Ann.LeftKnee` for left_knee.
+"""
+import logging
+import re
+from dataclasses import dataclass, replace
+from typing import Callable, Dict, List, Mapping, Optional, Sequence, Tuple
+
+import numpy as np
+
+from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
+from openpose_ros_tools.mocap.files.recording import MarkerRecording, checked
+from openpose_ros_tools.mocap.marker_map import AUTOMATIC, MarkerMap, read_marker_map, shipped_maps
+
+_log = logging.getLogger(__name__)
+
+# Fewer joints than these are no person: a wand, or a map for other markers.
+LEAST_JOINTS = 6
+# Name of the only subject, where markers have no prefix.
+SUBJECT = 'subject'
+_SEPARATORS = (':', '_')
+# What may stand between a subject and a marker that is found by its words.
+_BETWEEN = ' :_.-/|'
+# Words in names: 'Ann:LeftKnee' has ann, left, knee; 'person0_LKNE' has person, 0, lkne.
+_WORD = re.compile('[A-Z]+(?![a-z])|[A-Z]?[a-z]+|[0-9]+')
+
+
+@dataclass(frozen=True)
+class JointRecording:
+    """Joints of S people at T times, in the frame and by the clock of the motion capture system.
+
+    Attributes:
+        subjects: names of the people, each once.
+        times: (T,) float64 [s], increasing.
+        positions: (S, T, K, 3) float64 [m]; NaN where missing. The K joints are `MESSAGE_JOINTS`.
+
+    Raises:
+        ValueError: shapes, names or times are wrong, or a position is half missing.
+    """
+
+    subjects: Tuple[str, ...]
+    times: np.ndarray
+    positions: np.ndarray
+
+    def __post_init__(self) -> None:
+        values = checked(self.subjects, self.times, self.positions,
+                         (len(self.subjects), len(self.times), len(MESSAGE_JOINTS)))
+        for name, value in zip(('subjects', 'times', 'positions'), values):
+            object.__setattr__(self, name, value)
+
+
+def chosen_map(recording: MarkerRecording, marker_map: MarkerMap) -> MarkerMap:
+    """Return the map itself, or in place of the automatic one the shipped one that gives most joints.
+
+    Of several that give as many, it is the one that knows most of the markers.
+    """
+    if marker_map.name != AUTOMATIC:
+        return marker_map
+
+    def merit(one: MarkerMap) -> Tuple[int, int]:
+        groups = _by_subject(recording.names, one)
+        counts = [len(_place(recording, one, markers)) for markers in groups.values()]
+        return sum(count for count in counts if count >= LEAST_JOINTS), sum(map(len, groups.values()))
+
+    return replace(max(map(read_marker_map, shipped_maps()), key=merit), is_choice=True)
+
+
+def joints_of(recording: MarkerRecording, marker_map: MarkerMap) -> JointRecording:
+    """Return the joints of all people of whom a recording has markers.
+
+    Prefixes with fewer than `LEAST_JOINTS` joints are left out, as those of props are.
+
+    Raises:
+        BadInputError: nobody is left; the text names the markers that are there and those that are expected.
+    """
+    chosen = chosen_map(recording, marker_map)
+    groups = _by_subject(recording.names, chosen)
+    bodies: Dict[str, np.ndarray] = {}
+    for subject, markers in groups.items():
+        joints = _place(recording, chosen, markers)
+        if len(joints) < LEAST_JOINTS:
+            _log.warning("%s has only %d joints by the marker map '%s' (%s), expected %d or more; left out",
+                         subject, len(joints), chosen.name, ', '.join(joints) or 'none', LEAST_JOINTS)
+            continue
+        bodies[subject] = np.full((len(recording), len(MESSAGE_JOINTS), 3), np.nan)
+        for joint, points in joints.items():
+            bodies[subject][:, MESSAGE_JOINTS.index(joint)] = points
+    if not bodies:
+        raise BadInputError(_nobody(recording, chosen, groups))
+    return JointRecording(tuple(bodies), recording.times, np.stack(list(bodies.values())))
+
+
+def _by_subject(names: Sequence[str], marker_map: MarkerMap) -> Dict[str, Dict[str, int]]:
+    """Return by subject and marker the place of the marker in the recording."""
+    groups: Dict[str, Dict[str, int]] = {subject: {} for subject in marker_map.subjects}
+    left = {name: place for place, name in enumerate(names)}
+    splits: List[Callable[[str], Optional[Tuple[str, str]]]] = [lambda name: _split(name, marker_map)]
+    if marker_map.name in shipped_maps():
+        known = {_plain(marker): marker for marker in marker_map.markers}
+        splits.append(lambda name: _split_words(name, known))
+    for split in splits:
+        for name, found in [(name, split(name)) for name in left]:
+            if found is not None:
+                groups.setdefault(found[0], {}).setdefault(found[1], left.pop(name))
+    return groups
+
+
+def _split(name: str, marker_map: MarkerMap) -> Optional[Tuple[str, str]]:
+    """Return subject and marker of a name in a recording, None if the map does not know it."""
+    if marker_map.subjects:
+        return next(((subject, name[len(prefix):]) for subject, prefix in marker_map.subjects.items()
+                     if name.startswith(prefix) and name[len(prefix):] in marker_map.markers), None)
+    known = [marker for marker in marker_map.markers
+             if name == marker or any(name.endswith(separator + marker) for separator in _SEPARATORS)]
+    if not known:
+        return None
+    marker = max(known, key=len)  # left_hip, not hip
+    return name[:-len(marker) - 1] or SUBJECT, marker
+
+
+def _split_words(name: str, known: Mapping[str, str]) -> Optional[Tuple[str, str]]:
+    """Return what `_split` does, by the words of the name; markers are known by what `_plain` makes of them."""
+    for word in _WORD.finditer(name):  # left_hip, not hip
+        marker = known.get(_plain(name[word.start():]))
+        if marker is not None:
+            return name[:word.start()].rstrip(_BETWEEN) or SUBJECT, marker
+    return None
+
+
+def _plain(name: str) -> str:
+    """Return a name without upper case and separators."""
+    return ''.join(_WORD.findall(name)).lower()
+
+
+def _place(recording: MarkerRecording, marker_map: MarkerMap, places: Mapping[str, int]) -> Dict[str, np.ndarray]:
+    """Return the joints of a subject that are known at some time, (T, 3) each."""
+    markers = {name: recording.positions[:, place] for name, place in places.items()}
+    joints: Dict[str, np.ndarray] = {}
+    for joint, rule in marker_map.rules.items():
+        points = rule.place(markers, joints)
+        if points is not None and np.isfinite(points).any():
+            joints[joint] = points
+    return joints
+
+
+def _nobody(recording: MarkerRecording, marker_map: MarkerMap, groups: Mapping[str, Mapping[str, int]]) -> str:
+    matched = {place for markers in groups.values() for place in markers.values()}
+    unmatched = [name for i, name in enumerate(recording.names) if i not in matched]
+    text = (f"marker map '{marker_map.name}' gives nobody {LEAST_JOINTS} joints: it knows {len(matched)} of "
+            f'{len(recording.names)} markers')
+    if unmatched:
+        text += f', not {_some(unmatched)}'
+    text += f'. It expects {_some(marker_map.markers, 60)}'
+    if marker_map.is_choice:
+        text += f". No shipped map ({', '.join(shipped_maps())}) fits better; write one for these markers"
+    return text
+
+
+def _some(names: Sequence[str], most: int = 30) -> str:
+    return ', '.join(names[:most]) + (f', ... ({len(names)} in all)' if len(names) > most else '')

@@ -1,0 +1,1 @@
+"""Recorded keypoints: out of and into bags, tables, plots."""

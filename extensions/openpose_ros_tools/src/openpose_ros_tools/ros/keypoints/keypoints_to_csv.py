@@ -1,0 +1,240 @@
+"""Write the keypoints of bags, or of a running topic, as CSV: one row per person and frame.
+
+    rosrun openpose_ros_tools keypoints_to_csv recording.bag -o poses.csv
+    rosrun openpose_ros_tools keypoints_to_csv recording.bag --extended -o poses.csv
+    rosrun openpose_ros_tools keypoints_to_csv part_0.bag part_1.bag --tidy -o joints.csv
+    rosrun openpose_ros_tools keypoints_to_csv recording.bag --topic /openpose_ros/detected_poses > poses_2d.csv
+    rosrun openpose_ros_tools keypoints_to_csv recording.bag --hands -o hands.csv      # or --faces
+    rosrun openpose_ros_tools keypoints_to_csv recording.bag --signals -o signals.csv
+    rosrun openpose_ros_tools keypoints_to_csv --live -o poses.csv        # until Ctrl-C; needs a running master
+
+The columns are those of the original project; --extended gives those of `rostopic echo -p`, with header, status, sigma
+and all joints; --tidy is the long form for pandas and R, one row per frame, person and joint. --hands and --faces write
+hands and faces in the long form, one row per frame, hand and point; --signals what people do, one row per frame, person
+and gesture. docs/csv_columns.md says what each column means.
+Without --topic, joints in space come before those in the image, and a topic with one message per person before that
+with one per frame, which holds the same people.
+
+What comes from a running topic is in FILE at once, and stays there whatever happens; the table of bags appears when it
+is complete.
+
+Exit status: 0 done, also when Ctrl-C ends a running topic; 1 the disk refused rows of a running topic, those before are
+in the file; 2 nothing was written, as the command line or an input is wrong; 130 interrupted before a bag was done, or
+before there was a topic, and then there is no file.
+"""
+import argparse
+import logging
+import queue
+import sys
+import time
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, Iterator, Optional, Sequence, TextIO, Union, cast
+
+import rosgraph
+import roslib.message
+import rospy
+from tqdm import tqdm
+
+from openpose_ros_pkg.command_line import DONE, SOME_FAILED, run_command
+from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_pkg.output.files import check_outputs, naming
+from openpose_ros_signals.ros.convert import signals_from_array
+from openpose_ros_tools.command_options import command_parser
+from openpose_ros_tools.outputs import output_file
+from openpose_ros_tools.ros.bag_files import open_bag
+from openpose_ros_tools.ros.keypoints import keypoint_bag
+from openpose_ros_tools.ros.keypoints.keypoint_bag import KeypointTopic
+from openpose_ros_tools.tables.keypoint_csv import KeypointCsvWriter
+from openpose_ros_tools.tables.landmark_csv import LandmarkCsvWriter
+from openpose_ros_tools.tables.live_file import LiveFile
+from openpose_ros_tools.tables.signal_csv import SignalCsvWriter
+
+_log = logging.getLogger(__name__)
+
+_NAME = 'keypoints_to_csv'
+# Writes people, hands, faces or signals.
+Writer = Union[KeypointCsvWriter, LandmarkCsvWriter, SignalCsvWriter]
+# Period in which a topic is looked for that is not there yet, and longest wait for a message of a quiet one [s].
+_PAUSE = 0.2
+
+
+def bags_to_csv(paths: Sequence[Path], topic: KeypointTopic, writer: Writer, stamps: bool, bar: tqdm) -> int:
+    """Write the people of bags one after the other; return how many rows that are.
+
+    Args:
+        stamps: %time is the stamp of the header, not the time of recording.
+
+    Raises:
+        BadInputError: a bag is damaged.
+    """
+    rows = 0
+    for path in paths:
+        with open_bag(path) as bag:
+            count = keypoint_bag.count_messages(bag, topic.name)
+            bar.total = (bar.total or 0) + count
+            if not count:
+                _log.warning('%s has no messages on %s', path, topic.name)
+            for message, recorded in keypoint_bag.bag_messages(bag, topic.name):
+                rows += _write(writer, message, None if stamps else recorded)
+                bar.update()
+    return rows
+
+
+def follow_topic(topic: KeypointTopic, writer: Writer, handle: TextIO, bar: tqdm) -> int:
+    """Write the people of a running topic until Ctrl-C; return how many rows that are."""
+    messages: queue.Queue[Any] = queue.Queue()
+    subscriber = rospy.Subscriber(topic.name, roslib.message.get_message_class(topic.kind), messages.put)
+    rows = 0
+    try:
+        while not rospy.is_shutdown():
+            if messages.empty():
+                handle.flush()  # of stdout, for a program that reads along
+            try:
+                count = _write(writer, messages.get(timeout=_PAUSE))
+            except queue.Empty:
+                continue
+            rows += count
+            bar.update(count)
+    except KeyboardInterrupt:
+        pass  # the way to end it
+    finally:
+        subscriber.unregister()
+    while not messages.empty():
+        rows += _write(writer, messages.get())
+    return rows
+
+
+def main(arguments: Optional[Sequence[str]] = None) -> int:
+    """Run the command with the arguments of the command line (None: of this process); return the exit status."""
+    parser = _parser()
+    options = parser.parse_args(rospy.myargv()[1:] if arguments is None else arguments)
+    if options.live and options.bags:
+        parser.error('give bags or --live, not both')
+    if not (options.live or options.bags or options.topic):
+        parser.error('give a bag, or --live to listen to a running topic')
+    if options.time and not options.bags:
+        parser.error('--time is for bags; on a running topic %time is the stamp of the header')
+    if options.missing_joints and options.layout != 'tidy' and options.part == 'people':
+        parser.error('--missing-joints is for --tidy; the other layouts have all joints')
+    if options.part != 'people' and options.layout == 'extended':
+        parser.error('hands, faces and signals have one form alone; give no --extended')
+    return run_command(_NAME, lambda: _run(options))
+
+
+def _run(options: argparse.Namespace) -> int:
+    if options.output:
+        check_outputs([options.output], options.overwrite, options.bags)
+    topic = _topic(options)
+    with _output(options) as handle:
+        try:
+            rows = _write_all(topic, handle, options)
+        except OSError as error:
+            if not isinstance(handle, LiveFile):
+                raise
+            sys.stderr.write(f'{_NAME}: {error.filename}: {error.strerror}; it has the {max(handle.lines - 1, 0)} rows '
+                             'before\n')
+            return SOME_FAILED
+    if options.output:
+        sys.stdout.write(f'{rows} detections of {topic.part} from {topic.name} in {options.output}\n')
+    return DONE
+
+
+def _write_all(topic: KeypointTopic, handle: TextIO, options: argparse.Namespace) -> int:
+    """Write everything; return how many people, hands, faces or rows of signals that are."""
+    writer = _writer(handle, topic, options)
+    # no progress bar where it would run into rows that are shown
+    with tqdm(unit='message' if options.bags else 'row', disable=True if handle.isatty() else None) as bar:
+        if options.bags:
+            return bags_to_csv(options.bags, topic, writer, options.time == 'stamp', bar)
+        return follow_topic(topic, writer, handle, bar)
+
+
+def _writer(handle: TextIO, topic: KeypointTopic, options: argparse.Namespace) -> Writer:
+    if topic.part == 'people':
+        return KeypointCsvWriter(handle, options.layout, topic.dimensions, options.missing_joints)
+    if topic.part == 'signals':
+        return SignalCsvWriter(handle)
+    return LandmarkCsvWriter(handle, topic.part, topic.dimensions, options.missing_joints)
+
+
+def _write(writer: Writer, message: Any, time: Optional[int] = None) -> int:
+    """Write what is in a message; return the number of people, hands, faces or rows of signals."""
+    if isinstance(writer, SignalCsvWriter):
+        return writer.write(message.header.stamp.to_nsec() or time or 0, message.header.frame_id,
+                            signals_from_array(message))
+    if isinstance(writer, LandmarkCsvWriter):
+        return keypoint_bag.write_landmarks(writer, message, time)
+    return keypoint_bag.write_people(writer, message, time)
+
+
+@contextmanager
+def _output(options: argparse.Namespace) -> Iterator[TextIO]:
+    """Give the file to write to, which for bags is in its place when the block ends; or stdout."""
+    if not options.output:
+        with naming(Path('stdout')):
+            yield sys.stdout
+        return
+    if not options.bags:
+        with LiveFile(options.output, options.overwrite) as live:
+            yield cast(TextIO, live)
+        return
+    with output_file(options.output, options.overwrite, options.bags) as part, \
+            part.open('w', newline='', encoding='utf-8') as handle:
+        yield handle
+
+
+def _topic(options: argparse.Namespace) -> KeypointTopic:
+    """Return the topic to read; wait for one that is to run."""
+    if options.bags:
+        where = str(options.bags[0]) if len(options.bags) == 1 else f'these {len(options.bags)} bags'
+        return keypoint_bag.choose_topic(keypoint_bag.merged_types(options.bags), where, options.topic,
+                                         options.part)
+    if not rosgraph.is_master_online():
+        raise BadInputError(f'there is no ROS master at {rosgraph.get_master_uri()}; start one, or give a bag')
+    rospy.init_node(_NAME, anonymous=True, disable_signals=True)
+    wanted = rospy.resolve_name(options.topic) if options.topic else None
+    seen: Optional[KeypointTopic] = None
+    told = False
+    while True:
+        try:
+            types = dict(rospy.get_published_topics())
+        except OSError as error:
+            raise BadInputError(f'the ROS master at {rosgraph.get_master_uri()} is gone') from error
+        if wanted in types or (not wanted and set(types.values()) & set(keypoint_bag.PARTS[options.part])):
+            topic = keypoint_bag.choose_topic(types, 'what is published', wanted, options.part)
+            if topic == seen:  # twice, as a node that starts announces its topics one after the other
+                sys.stderr.write(f'listening to {topic.name}; Ctrl-C ends it\n')
+                return topic
+            seen = topic
+        elif not told:
+            sys.stderr.write(f'waiting for {wanted or "a topic with keypoints"}\n')
+            told = True
+        time.sleep(_PAUSE)
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = command_parser(_NAME, __doc__)
+    parser.add_argument('bags', nargs='*', type=Path, metavar='BAG', help='bags, in the order of the recording')
+    parser.add_argument('-o', '--output', type=Path, metavar='FILE', help='CSV file to write (default: to stdout)')
+    layout = parser.add_mutually_exclusive_group()
+    layout.add_argument('--extended', dest='layout', action='store_const', const='extended', default='original',
+                        help='the columns of rostopic echo -p: adds header, status, sigma and the other joints')
+    layout.add_argument('--tidy', dest='layout', action='store_const', const='tidy',
+                        help='the long form: one row per frame, person and joint; joints that are missing have none')
+    parser.add_argument('--missing-joints', action='store_true',
+                        help='with --tidy, --hands or --faces: rows for missing joints and points as well')
+    part = parser.add_mutually_exclusive_group()
+    part.add_argument('--hands', dest='part', action='store_const', const='hands', default='people',
+                      help='hands in place of people: one row per frame, hand and point')
+    part.add_argument('--faces', dest='part', action='store_const', const='faces',
+                      help='faces in place of people: one row per frame, face and point')
+    part.add_argument('--signals', dest='part', action='store_const', const='signals',
+                      help='what people do: one row per frame, person and gesture')
+    parser.add_argument('--topic', help='topic to read; without a bag: to listen to')
+    parser.add_argument('--live', action='store_true', help='listen to a running topic until Ctrl-C')
+    parser.add_argument('--time', choices=('recorded', 'stamp'),
+                        help='what %%time is: when the message was recorded, as rostopic echo -p -b has it (default), '
+                             "or the camera's stamp, equal for all people of a frame, as on a running topic")
+    parser.add_argument('--overwrite', action='store_true', help='replace the file if it is there')
+    return parser

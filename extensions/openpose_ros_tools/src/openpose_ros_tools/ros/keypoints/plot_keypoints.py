@@ -1,0 +1,216 @@
+"""Plot the people in a recording: where they went, which joints were seen, and when.
+
+FILE is a CSV of keypoints (of keypoints_to_csv, process_bag or `rostopic echo -p`) or a bag with the results of the
+nodes, in space or in the image; or a CSV of signals (keypoints_to_csv --signals), of which the plot `signals` alone is
+drawn. No master is needed. The plots in FOLDER:
+
+    detections             marks of frames and people over time, rates, number of people in view
+    signals                of people in space: postures and gestures over time, walking, falls
+    top_view               paths of the people from above (of keypoints in the image: image_paths)
+    trajectory_JOINT       coordinates of a joint over time
+    visibility_person_ID   when each joint was measured, inferred or missing
+    confidence_person_ID   with --confidence: confidence of each joint over time
+    trajectory_POINT       with --hand-points, of a bag: coordinates of points of the hands over time, and no other plot
+
+    rosrun openpose_ros_tools plot_keypoints poses.csv --list
+    rosrun openpose_ros_tools plot_keypoints poses.csv -o plots/
+    rosrun openpose_ros_tools plot_keypoints recording.bag -o plots/ --joints right_wrist,left_wrist --persons 0,2
+    rosrun openpose_ros_tools plot_keypoints recording.bag -o plots/ --hand-points right_hand_index_4
+    rosrun openpose_ros_tools plot_keypoints recording.bag -o plots/ --start 12 --end 20 --format pdf
+
+What people do is that of the topic people_signals beside the people; where a recording has none, it is computed from
+their joints, with that axis upwards along which they are most of the time, or --up.
+
+Exit status: 0 done; 2 nothing was done, as the command line or the file is wrong; 130 interrupted, the finished plots
+are complete.
+"""
+import argparse
+import logging
+import sys
+from functools import partial
+from pathlib import Path
+from typing import Callable, List, Optional, Sequence, Tuple
+
+import numpy as np
+from matplotlib.figure import Figure
+from tqdm import tqdm
+
+from openpose_ros_pkg.command_line import DONE, run_command
+from openpose_ros_pkg.errors import BadInputError, ParameterError
+from openpose_ros_pkg.output.files import check_outputs, writable_folder
+from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
+from openpose_ros_tools.command_options import add_time_span, add_up, check_time_span, check_up, command_parser
+from openpose_ros_tools.plots import keypoint_plots, signal_plots
+from openpose_ros_tools.plots.plotting import FORMATS, save_figure
+from openpose_ros_tools.recording_paths import is_bag
+from openpose_ros_tools.ros.bag_files import open_bag, stamped_messages, topic_types
+from openpose_ros_tools.ros.keypoints.keypoint_bag import (
+    HAND_JOINTS,
+    choose_topic,
+    read_hand_bag,
+    read_keypoint_bag,
+    read_timeline,
+)
+from openpose_ros_tools.tables.keypoint_csv import read_keypoint_csv
+from openpose_ros_tools.tables.keypoint_selection import Selection, description, select
+from openpose_ros_tools.tables.keypoint_table import KeypointTable
+from openpose_ros_tools.tables.signal_csv import is_signal_csv, read_signal_csv
+from openpose_ros_tools.tables.signal_timeline import SignalTimeline
+
+_log = logging.getLogger(__name__)
+
+# Joints whose trajectories are plotted by default.
+_TRAJECTORIES = ('nose', 'neck', 'right_wrist', 'left_wrist', 'right_ankle', 'left_ankle')
+_ARRAYS = {2: 'openpose_ros_msgs/PersonDetectionArray', 3: 'openpose_ros_msgs/PersonDetection_3dArray'}
+
+
+def read_keypoints(path: Path, topic: Optional[str] = None) -> Tuple[KeypointTable, Optional[np.ndarray]]:
+    """Read a CSV or a bag.
+
+    Returns:
+        The table, and of a bag with array messages the stamps of all frames, also of those without people, (N,) int64
+        [ns]; else None.
+
+    Raises:
+        BadInputError: it can not be read.
+    """
+    if not is_bag(path):
+        if not path.is_file():
+            raise BadInputError(f'{path}: there is no such file')
+        if topic is not None:
+            raise BadInputError(f'{path}: --topic is for bags')
+        return read_keypoint_csv(path), None
+    with open_bag(path) as bag:
+        types = topic_types(bag)
+        chosen = choose_topic(types, str(path), topic)
+        folder = chosen.name.rpartition('/')[0]
+        arrays = [name for name, kind in types.items() if kind == _ARRAYS[chosen.dimensions]
+                  and (name.rpartition('/')[0] == folder or name == chosen.name)]
+        stamps = [message.stamp for message in stamped_messages(bag, arrays[:1]) if message.stamp] if arrays else None
+    return read_keypoint_bag(path, chosen.name), None if stamps is None else np.array(stamps, np.int64)
+
+
+def trajectories(selection: Selection, joints: Sequence[str]) -> List[Tuple[str, Callable[[], Figure]]]:
+    """Return the names of the plots of some joints, and what draws each of them."""
+    return [(f'trajectory_{joint}', partial(keypoint_plots.trajectory, selection, joint)) for joint in joints]
+
+
+def plots(selection: Selection, joints: Sequence[str], with_confidence: bool,
+          timeline: Optional[SignalTimeline]) -> List[Tuple[str, Callable[[], Figure]]]:
+    """Return the names of the plots, and what draws each of them; timeline: of people in space."""
+    paths = keypoint_plots.top_view if selection.table.dimensions == 3 else keypoint_plots.image_paths
+    found: List[Tuple[str, Callable[[], Figure]]] = [('detections', partial(keypoint_plots.detections, selection)),
+                                                     (paths.__name__, partial(paths, selection))]
+    if timeline is not None:
+        found += _timeline_plot(selection, timeline)
+    found += trajectories(selection, joints)
+    for person in selection.persons:
+        found.append((f'visibility_person_{person}', partial(keypoint_plots.visibility, selection, person)))
+        if with_confidence:
+            found.append((f'confidence_person_{person}', partial(keypoint_plots.confidence, selection, person)))
+    return found
+
+
+def _timeline_plot(selection: Selection, timeline: SignalTimeline) -> List[Tuple[str, Callable[[], Figure]]]:
+    return [('signals', partial(signal_plots.signals, selection, timeline))]
+
+
+def main(arguments: Optional[Sequence[str]] = None) -> int:
+    """Run the command with the arguments of the command line (None: of this process); return the exit status."""
+    parser = _parser()
+    options = parser.parse_args(arguments)
+    if options.output is None and not options.list:
+        parser.error('give -o FOLDER for the plots, or --list')
+    check_time_span(parser, options)
+    check_up(parser, options)
+    return run_command('plot_keypoints', lambda: _run(options))
+
+
+def _run(options: argparse.Namespace) -> int:
+    timeline = None
+    if options.hand_points:
+        if not is_bag(options.file):
+            raise BadInputError(f'{options.file}: --hand-points are for bags')
+        table, frames, joints = read_hand_bag(options.file, options.topic), None, options.hand_points
+    elif options.file.is_file() and not is_bag(options.file) and is_signal_csv(options.file):
+        (table, timeline), frames, joints = read_signal_csv(options.file), None, None
+    else:
+        table, frames = read_keypoints(options.file, options.topic)
+        joints = None if options.joints in (None, ['all']) else options.joints
+    try:
+        selection = select(table, frames, joints, options.persons, options.start, options.end)
+    except BadInputError as error:
+        raise BadInputError(f'{options.file}: {error}') from error
+    if options.list:
+        sys.stdout.write(description(options.file.name, selection))
+    if options.output is None:
+        return DONE
+    folder = writable_folder('output', options.output)
+    if len(set(selection.all_people.frame_ids.tolist())) > 1:
+        _log.warning('the people are in several frames of reference (%s), which are drawn as one',
+                     selection.frame_id)
+    if selection.left_out:
+        _log.warning('%d people with few rows are left out; --persons shows them, --list names all',
+                     selection.left_out)
+    chosen = selection.joints if joints or options.joints else [each for each in _TRAJECTORIES
+                                                                if each in selection.joints]
+    if timeline is not None:
+        found = _timeline_plot(selection, timeline)
+    elif options.hand_points:
+        found = trajectories(selection, chosen)
+    else:
+        timeline = (read_timeline(options.file, table, options.topic, options.up)[0] if table.dimensions == 3
+                    else None)
+        found = plots(selection, chosen, options.confidence, timeline)
+    paths = [folder / f'{name}.{options.format}' for name, _ in found]
+    check_outputs(paths, options.overwrite)
+    for path, (_, draw) in zip(paths, tqdm(found, unit=' plots', leave=False, disable=None)):
+        try:
+            save_figure(draw(), path)
+        except OSError as error:
+            raise ParameterError(f'can not write into {folder}: {error.strerror or error}') from error
+        tqdm.write(str(path))
+    return DONE
+
+
+def _names(text: str) -> List[str]:
+    return _known(text, (*MESSAGE_JOINTS, 'all'), 'joint')
+
+
+def _hand_points(text: str) -> List[str]:
+    return _known(text, HAND_JOINTS, 'point of a hand')
+
+
+def _known(text: str, known: Sequence[str], what: str) -> List[str]:
+    names = [word.strip() for word in text.split(',') if word.strip()]
+    unknown = [name for name in names if name not in known]
+    if unknown:
+        raise argparse.ArgumentTypeError(f"'{unknown[0]}' is no {what}; there are {', '.join(known)}")
+    return names
+
+
+def _ids(text: str) -> List[int]:
+    try:
+        return [int(word) for word in text.split(',') if word.strip()]
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(f"'{text}': expected numbers, as 0,2") from error
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = command_parser('plot_keypoints', __doc__)
+    parser.add_argument('file', type=Path, metavar='FILE', help='CSV of keypoints, or bag')
+    parser.add_argument('-o', '--output', type=Path, metavar='FOLDER', help='where the plots go')
+    parser.add_argument('--overwrite', action='store_true', help='replace plots that are there')
+    parser.add_argument('--list', action='store_true', help='print what is in the file: time, people, joints')
+    parser.add_argument('--topic', help='of the bag (default: its only one with people, in space before in the image)')
+    parser.add_argument('--joints', type=_names, metavar='A,B', help='only these joints, and a trajectory of each; or '
+                        f"all (default: all joints, trajectories of {', '.join(_TRAJECTORIES)})")
+    parser.add_argument('--hand-points', type=_hand_points, metavar='A,B',
+                        help='trajectories of these points of the hands of a bag instead: left_hand_wrist, '
+                        'right_hand_index_4 (the tip of the index finger), ...')
+    parser.add_argument('--persons', type=_ids, metavar='I,J', help='only these ids (default: the 8 with most rows)')
+    add_time_span(parser, 'the first frame')
+    add_up(parser)
+    parser.add_argument('--confidence', action='store_true', help='draw the confidence of the joints as well')
+    parser.add_argument('--format', choices=FORMATS, default='png', help='of the plots (default: %(default)s)')
+    return parser

@@ -1,0 +1,233 @@
+"""Clock offset and transform between a camera and motion capture are found without a prior, or refused."""
+import dataclasses
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_tools.alignment.alignment import AlignmentParams, align
+from openpose_ros_tools.alignment.candidates import rigid_transform
+from openpose_ros_tools.alignment.clock import JointPaths, bridged_gap, moving_speed
+from openpose_ros_tools.mocap.joints import JointRecording
+from openpose_ros_tools.tables.keypoint_table import measured_people
+from simulated_mocap import Simulated, errors, sequence_truth, simulate, walkers
+from skeleton_extract_3d.people import MEASURED, MISSING
+
+ROOT = Path(__file__).resolve().parents[3]
+SHIPPED = ROOT / 'skeleton_extract_3d' / 'demo' / 'cross'
+BENCH = ROOT.parent / 'shared' / 'bench' / 'rgbd_dev'
+FRAME_MS = 1e3 / 15
+
+
+@pytest.fixture(scope='module')
+def long_scene() -> Simulated:
+    """Two people for 40 s, of which a camera sees 7 s, from the 21st second on."""
+    return simulate(walkers(40, 2, seed=3), seed=4, seen=(21, 28))
+
+
+def matrix(scene):
+    result = np.eye(4)
+    result[:3, :3], result[:3, 3] = scene.rotation, scene.translation
+    return result
+
+
+def refused_or_doubted(estimate, reference, params=None):
+    """Whether there is an error or a warning."""
+    try:
+        return bool(align(measured_people(estimate), reference, params).warnings)
+    except BadInputError:
+        return True
+
+
+def test_nobody_is_refused(long_scene):
+    nobody = long_scene.estimate.select(np.zeros(len(long_scene.estimate), bool))
+    with pytest.raises(BadInputError, match='no rows'):
+        align(measured_people(nobody), long_scene.reference)
+
+
+@pytest.mark.parametrize('seed', range(3))
+def test_shipped_sequence(seed):
+    """Limits: a quarter of a frame, 0.5 degrees, 5 mm at the people and at the camera."""
+    scene = simulate(sequence_truth(SHIPPED), seed)
+    found = align(measured_people(scene.estimate), scene.reference)
+    offset, angle, at_people, at_camera = errors(scene, found)
+    assert offset < FRAME_MS / 4 and angle < 0.5 and at_people < 5 and at_camera < 5
+    assert not found.warnings and not found.clock_given and not found.transform_given
+    assert found.curve.peak > 0.8 and abs(found.scale - 1) < 0.005
+
+
+@pytest.mark.parametrize('name', ['wave', 'turn', 'group', 'furniture'])
+def test_development_sequences(name):
+    """With errors of 15 mm. A person who turns on the spot for 2.7 s leaves 0.3 degrees of uncertainty (1 sigma)."""
+    if not (BENCH / name / 'gt.json').is_file():
+        pytest.skip(f'the sequence {name} is not on this machine')
+    scene = simulate(sequence_truth(BENCH / name), seed=0, noise=0.015 / np.sqrt(3))
+    found = align(measured_people(scene.estimate), scene.reference)
+    offset, angle, at_people, _ = errors(scene, found)
+    assert offset < FRAME_MS / 4 and angle < max(0.5, 3 * found.rotation_std) and at_people < 5
+
+
+def test_part_of_a_long_recording(long_scene):
+    found = align(measured_people(long_scene.estimate), long_scene.reference)
+    offset, angle, at_people, at_camera = errors(long_scene, found)
+    assert offset < 2 and angle < 0.1 and at_people < 3 and at_camera < 5
+    assert np.abs(long_scene.clock_offset) > 1e9  # the clocks are years apart
+
+
+def test_standard_deviations_are_those_of_the_errors():
+    """Root mean square of error / deviation over recordings is about 1."""
+    truth, ratios = walkers(4, 1, seed=5), []
+    for seed in range(10):
+        scene = simulate(truth, seed)
+        found = align(measured_people(scene.estimate), scene.reference)
+        offset, angle, _, _ = errors(scene, found)
+        ratios.append((offset / (1e3 * found.clock_std), angle / found.rotation_std))
+    assert np.all(np.abs(np.sqrt(np.mean(np.square(ratios), axis=0)) - 1) < 0.5)
+
+
+def test_what_is_given_is_kept(long_scene):
+    params = AlignmentParams(clock_offset=long_scene.clock_offset, transform=matrix(long_scene))
+    both = align(measured_people(long_scene.estimate), long_scene.reference, params)
+    assert both.clock_offset == long_scene.clock_offset and both.curve is None
+    np.testing.assert_array_equal(both.rotation, long_scene.rotation)
+    np.testing.assert_array_equal(both.translation, long_scene.translation)
+    assert both.clock_given and both.transform_given and np.isnan([both.clock_std, both.rotation_std]).all()
+    clock = align(measured_people(long_scene.estimate), long_scene.reference,
+                  AlignmentParams(clock_offset=long_scene.clock_offset))
+    assert errors(long_scene, clock)[1] < 0.1 and errors(long_scene, clock)[2] < 3
+    place = align(measured_people(long_scene.estimate), long_scene.reference,
+                  AlignmentParams(transform=matrix(long_scene)))
+    assert errors(long_scene, place)[0] < 2
+
+
+def test_a_single_frame_can_be_compared_where_all_is_given(long_scene):
+    given = AlignmentParams(clock_offset=long_scene.clock_offset, transform=matrix(long_scene))
+    row = int((long_scene.estimate.status == MEASURED).sum(axis=1).argmax())
+    one = long_scene.estimate.select(np.array([row]))
+    found = align(measured_people(one), long_scene.reference, given)
+    assert 0 < found.samples < 30 and found.residual < 0.05 and not found.warnings
+    # also at the very beginning of the reference, where speeds are unknown
+    begin = dataclasses.replace(one, stamps=one.stamps * 0)
+    start = long_scene.reference.times[0]
+    first = JointRecording(('a',), [start, start + 1], np.stack([found.apply(one.positions[0])] * 2)[None])
+    assert align(measured_people(begin), first, dataclasses.replace(given, clock_offset=start)).residual < 1e-6
+    with pytest.raises(BadInputError, match='nothing in common'):
+        align(measured_people(one), long_scene.reference)
+
+
+@pytest.mark.parametrize('rate', [5.0, 10.0])
+def test_a_reference_of_a_low_rate(rate):
+    scene = simulate(walkers(12, 2, seed=3), seed=4, rate=rate)
+    offset, angle, at_people, _ = errors(scene, align(measured_people(scene.estimate), scene.reference))
+    assert offset < FRAME_MS / 4 and angle < 0.5 and at_people < 5
+
+
+def test_people_may_stand_still_in_most_of_the_reference(long_scene):
+    moving = long_scene.reference.positions[:, :4 * 120]
+    positions = np.concatenate([np.repeat(moving[:, :1], 400 * 120, axis=1), moving], axis=1)[:, :, :8]
+    assert moving_speed(JointPaths(np.arange(positions.shape[1]) / 120, positions, 0.1)) > 0.5
+
+
+def test_offset_is_searched_within_its_limit(long_scene):
+    """With clocks of one epoch. A true offset above the limit is not found, and that is told."""
+    shifted = dataclasses.replace(long_scene.estimate, stamps=long_scene.estimate.stamps
+                                  + np.int64(round(1e9 * (long_scene.clock_offset - 4.0))))
+    found = align(measured_people(shifted), long_scene.reference, AlignmentParams(max_clock_offset=10))
+    assert abs(found.clock_offset - 4.0) < 0.002
+    assert refused_or_doubted(shifted, long_scene.reference, AlignmentParams(max_clock_offset=1))
+
+
+def test_standing_people_tell_no_clock():
+    truth = walkers(6, 2, seed=0)
+    still = JointRecording(truth.joints.subjects, truth.joints.times,
+                           np.repeat(truth.joints.positions[:, :1], len(truth.joints.times), axis=1))
+    scene = simulate(dataclasses.replace(truth, joints=still), seed=1)
+    with pytest.raises(BadInputError, match='--clock-offset'):
+        align(measured_people(scene.estimate), scene.reference)
+    found = align(measured_people(scene.estimate), scene.reference,
+                  AlignmentParams(clock_offset=scene.clock_offset))
+    assert errors(scene, found)[1] < 0.3 and errors(scene, found)[2] < 3
+
+
+def test_another_scene_is_refused_or_doubted(long_scene):
+    assert refused_or_doubted(long_scene.estimate, simulate(walkers(30, 2, seed=8), seed=9).reference)
+
+
+def test_recordings_that_do_not_meet(long_scene):
+    with pytest.raises(BadInputError, match='same time'):
+        align(measured_people(long_scene.estimate), long_scene.reference,
+              AlignmentParams(clock_offset=long_scene.clock_offset + 500))
+
+
+def test_no_measured_joints(long_scene):
+    hidden = dataclasses.replace(long_scene.estimate, status=np.full_like(long_scene.estimate.status, MISSING))
+    with pytest.raises(BadInputError, match='in common'):
+        align(measured_people(hidden), long_scene.reference)
+
+
+def test_a_stamp_of_zero_is_refused(long_scene):
+    stamps = np.where(np.arange(len(long_scene.estimate)) == 0, 0, long_scene.estimate.stamps)
+    with pytest.raises(BadInputError, match='times of the poses span'):
+        align(measured_people(dataclasses.replace(long_scene.estimate, stamps=stamps)), long_scene.reference)
+
+
+def test_sigma_weighs(long_scene):
+    """Joints that are said to be bad do not bear on the result."""
+    bad = np.arange(long_scene.estimate.positions.shape[1]) % 2 == 0
+    random = np.random.RandomState(0)
+    noise = 0.08 * random.normal(size=long_scene.estimate.positions.shape) * bad[:, None]
+    noisy = dataclasses.replace(
+        long_scene.estimate, positions=long_scene.estimate.positions + noise,
+        sigma=np.where(bad, 0.14, long_scene.estimate.sigma).astype(np.float32))
+    weighed = align(measured_people(noisy), long_scene.reference, AlignmentParams(use_sigma=True))
+    plain = align(measured_people(noisy), long_scene.reference)
+    assert errors(long_scene, weighed)[1] < 0.15 and weighed.rotation_std < plain.rotation_std
+
+
+def test_rigid_transform_is_no_mirror_image():
+    """Points in a plane, whose best fit could as well be a mirror image."""
+    random = np.random.RandomState(0)
+    points = random.normal(size=(20, 3)) * (1, 1, 0)
+    rotation = cv2.Rodrigues(np.array([0.3, -1, 2]))[0]
+    found, translation = rigid_transform(points, points @ rotation.T + (1, 2, 3), np.ones(20))
+    np.testing.assert_allclose(found, rotation, atol=1e-12)
+    np.testing.assert_allclose(translation, (1, 2, 3), atol=1e-12)
+
+
+class TestJointPaths:
+    """Straight lines between samples, and nothing where there are none."""
+
+    @staticmethod
+    def paths(missing=(), times=(0, 1, 2, 3, 4, 5), max_gap=1.5):
+        positions = np.repeat(np.array(times, float)[None, :, None, None], 3, axis=3)
+        positions[:, list(missing)] = np.nan
+        return JointPaths(np.array(times, float), positions, max_gap)
+
+    @pytest.mark.parametrize('missing, times, max_gap, expected', [
+        ((), (), 1.5, []),
+        ((), (-0.1, 0, 0.5, 5, 5.1), 1.5, [np.nan, 0, 0.5, 5, np.nan]),  # no extrapolation
+        ((2,), (1, 1.5, 2, 3), 1.5, [1, np.nan, np.nan, 3]),
+        ((2,), (1, 1.5, 2, 3), 2.0, [1, 1.5, 2, 3]),
+        ((0, 1), (0, 1.5, 2), 9.0, [np.nan, np.nan, 2]),
+    ])
+    def test_at(self, missing, times, max_gap, expected):
+        found = self.paths(missing, max_gap=max_gap).at(np.array(times, float))
+        np.testing.assert_allclose(found[0, :, 0, 0], expected)
+
+    def test_gap_between_samples(self):
+        found = self.paths(times=(0, 1, 4)).at(np.array([0.5, 1, 2, 4]))[0, :, 0, 0]
+        np.testing.assert_allclose(found, [0.5, 1, np.nan, 4])
+
+    @pytest.mark.parametrize('times, expected', [
+        ((), 0.1), ((7,), 0.1), ((0, 0.01, 0.02, 9), 0.1), ((0, 0.2, 0.4, 0.8), 0.3)])
+    def test_gap_that_may_be_bridged(self, times, expected):
+        assert bridged_gap(np.array(times, float), 0.1) == pytest.approx(expected)
+
+    def test_velocity(self):
+        np.testing.assert_allclose(self.paths().velocity(np.array([0, 2.3]), 0.1)[0, :, 0, 0], [np.nan, 1])
+
+    def test_times_must_increase(self):
+        with pytest.raises(BadInputError, match='increase'):
+            self.paths(times=(0, 1, 1))

@@ -1,0 +1,220 @@
+"""Cameras that see the same people are placed to one another, in time and space, or it is said why not."""
+import dataclasses
+
+import numpy as np
+import pytest
+
+from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_pkg.skeletons import COCO_18
+from openpose_ros_tools.calibration.calibrate import CalibrationParams, calibrate
+from simulated_mocap import walkers
+from simulated_room import Camera, around, record_all, rig_errors, up_error
+
+# Clocks of the cameras differ by this [s].
+CLOCKS = (0.0, 0.07, -0.9)
+IMAGES = CalibrationParams(clocks_agree=True)
+
+
+def late(cameras):
+    """Return the cameras with clocks of their own."""
+    return [dataclasses.replace(camera, clock=clock) for camera, clock in zip(cameras, CLOCKS)]
+
+
+def short(cameras, truth=None, seconds=6, **values):
+    """Return recordings that are as short as they may be, for the sake of time."""
+    return record_all([dataclasses.replace(camera, rate=min(camera.rate, 10)) for camera in cameras], truth, seconds,
+                      **values)
+
+
+def placed(truth, positions):
+    """Return people whose joints are at other positions (S, T, 26, 3) [m]."""
+    return dataclasses.replace(truth, joints=dataclasses.replace(truth.joints, positions=positions))
+
+
+def apart(cameras):
+    """Return the true distance of the first two cameras as it is given to the calibration."""
+    return (cameras[0].name, cameras[1].name, float(np.linalg.norm(np.subtract(*(one.centre for one in cameras[:2])))))
+
+
+def check(found, cameras, angle=0.4, position=0.02, clock=0.005):
+    """Compare with the truth; limits: [degrees], [m], [s]."""
+    errors = rig_errors(found.rig, cameras)
+    assert np.all(errors < (angle, position, clock)), errors
+
+
+@pytest.fixture(scope='module')
+def three():
+    cameras = late(around(3))
+    return cameras, calibrate(short(cameras))
+
+
+def test_nobody_and_one_camera_are_refused():
+    first, second = short(around(2), seconds=2)
+    with pytest.raises(BadInputError, match=r'people of 0 cameras \(none\), expected of 2'):
+        calibrate([])
+    with pytest.raises(BadInputError, match=r'people of 1 cameras \(camera_0\)'):
+        calibrate([first])
+    empty = dataclasses.replace(second, **{name: getattr(second, name)[:0]
+                                           for name in ('stamps', 'ids', 'points', 'sigma')})
+    with pytest.raises(BadInputError, match='camera_1 saw somebody in 0 frames'):
+        calibrate([first, empty])
+    with pytest.raises(BadInputError, match="two cameras have the name 'camera_0'"):
+        calibrate([first, first])
+
+
+def test_three_cameras_with_clocks_of_their_own(three):
+    cameras, found = three
+    check(found, cameras)
+    assert [camera.name for camera in found.rig.cameras] == [f'camera_{number}' for number in range(3)]
+    assert found.rig.camera('camera_2').frame_id == 'camera_2_optical' and not found.warnings
+    assert len(found.edges) == 3 and all(edge.joints > 50 for edge in found.edges)
+    # two measurements, each with 15 mm per axis; what is left of them beside the adjusted joints, in pixels at 4 m
+    assert all(0.02 < edge.distance < 0.05 and 0.5 < edge.pixels < 4 for edge in found.edges)
+
+
+def test_standard_deviations_are_those_of_the_errors(three):
+    """Within a factor of 4 of single errors; those of clocks leave out what straight lines between frames err by."""
+    cameras, found = three
+    errors = rig_errors(found.rig, cameras)
+    assert np.all(errors[:, :2] < 4 * found.std[1:, :2]) and np.all(found.std[0] == 0)
+    assert np.all(found.std[1:] < (0.3, 0.02, 0.004))
+
+
+def test_z_is_up_from_the_floor(three):
+    """The ankles of `walkers` are 0.08 m high; the first camera looks along x."""
+    cameras, found = three
+    assert up_error(found.rig, cameras) < 0.5
+    rotation, centre = found.rig.cameras[0].pose
+    np.testing.assert_allclose(centre, [0, 0, 1.5], atol=0.03)
+    assert rotation[0, 2] > 0.9 and abs(rotation[1, 2]) < 1e-9
+    heights = np.nanpercentile(found.people[:, :, 2], (1, 99))
+    assert abs(heights[0] - 0.09) < 0.05 and 1.5 < heights[1] < 1.9
+
+
+def test_a_chain_of_cameras_that_do_not_all_overlap():
+    """The first and the last one see nobody together."""
+    cameras = [Camera('left', (-3, -4, 1.6), (-2, 0, 1), sees=lambda at: at[..., 0] < -0.2),
+               Camera('middle', (0, -4, 1.8), clock=0.05, sees=lambda at: np.abs(at[..., 0]) < 1.5),
+               Camera('right', (3, -4, 1.4), (2, 0, 1), clock=0.1, sees=lambda at: at[..., 0] > 0.2)]
+    found = calibrate(short(cameras, seconds=12, people=3))
+    check(found, cameras, angle=0.8, position=0.06, clock=0.01)
+    assert {(edge.first, edge.second) for edge in found.edges} == {('left', 'middle'), ('middle', 'right')}
+
+
+def test_groups_that_share_nobody_are_named():
+    cameras = around(3)
+    recordings = short(cameras[:2], seed=1) + short(cameras[2:], seed=2)
+    with pytest.raises(BadInputError, match=r'2 groups that share no people: camera_0, camera_1 \| camera_2\.'):
+        calibrate(recordings)
+
+
+@pytest.mark.parametrize('people', [1, 2])
+def test_one_person_and_people_of_one_stature(people):
+    truth = walkers(8, people, seed=3)
+    first = truth.joints.positions[0] - truth.joints.positions[0][:, [1]]
+    same = np.stack([person[:, [1]] + np.roll(first, 40 * number, axis=0)
+                     for number, person in enumerate(truth.joints.positions)])
+    cameras = late(around(2))
+    check(calibrate(short(cameras, placed(truth, same))), cameras)
+
+
+def test_cameras_of_different_rates_and_two_people_exchanged():
+    cameras = [dataclasses.replace(camera, rate=rate) for camera, rate in zip(around(2), (20.0, 6.0))]
+    recordings = record_all(cameras, walkers(8, 2, seed=1, rate=60))
+    later = recordings[1].stamps > np.median(recordings[1].stamps)
+    recordings[1] = dataclasses.replace(recordings[1], ids=np.where(later, 1 - recordings[1].ids, recordings[1].ids))
+    check(calibrate(recordings), cameras, clock=0.01)
+
+
+def test_depths_that_all_cameras_misjudge_alike():
+    """Hips are said to be 30 mm, shoulders 20 mm too near; the cameras see people from around."""
+    bias = np.zeros(18)
+    bias[[8, 11]], bias[[2, 5]] = 0.03, 0.02
+    cameras = around(3, bias=bias)
+    check(calibrate(short(cameras, seconds=5)), cameras)
+
+
+def test_a_camera_without_depth_beside_one_with_depth():
+    cameras = late(around(2))
+    cameras[1] = dataclasses.replace(cameras[1], depth=False)
+    found = calibrate(short(cameras))
+    check(found, cameras, position=0.03, clock=0.01)
+    assert np.isnan(found.edges[0].distance)
+
+
+def test_scale_of_images_alone():
+    """The distance of two cameras gives the scale exactly; the stature as well as it is known."""
+    cameras = around(2, depth=False)
+    recordings = short(cameras)
+    found = calibrate(recordings, dataclasses.replace(IMAGES, distance=apart(cameras)))
+    check(found, cameras, angle=0.3, position=0.03)
+    assert np.linalg.norm(np.subtract(*(one.translation for one in found.rig.cameras))) == pytest.approx(
+        apart(cameras)[2])
+    sizes = [calibrate(recordings, dataclasses.replace(IMAGES, stature=stature)).rig.cameras[1].translation
+             for stature in (1.7, 1.87)]
+    assert np.linalg.norm(sizes[1][:2]) / np.linalg.norm(sizes[0][:2]) == pytest.approx(1.1, abs=0.01)
+
+
+def test_clocks_of_images_alone():
+    cameras = late(around(2, depth=False))
+    found = calibrate(short(cameras), CalibrationParams(distance=apart(cameras)))
+    check(found, cameras, angle=0.5, position=0.05, clock=0.015)
+
+
+def test_four_images_of_people_partly_seen_by_a_detector_that_errs():
+    """Keypoints are missing, or anywhere, or those of the other side of the body; legs are cut off by one image."""
+    cameras = around(4, depth=False)
+    random, recordings = np.random.RandomState(0), []
+    for recording in short(cameras, seconds=8, people=1):
+        points = recording.points.copy()
+        mirrored = random.uniform(size=len(points)) < 0.03
+        points[mirrored] = points[mirrored][:, COCO_18.swap]
+        anywhere = random.uniform(size=points.shape[:2]) < 0.05
+        points[anywhere, :2] += random.normal(scale=0.1, size=(anywhere.sum(), 2))
+        points[random.uniform(size=points.shape[:2]) < 0.2] = np.nan
+        recordings.append(dataclasses.replace(recording, points=points))
+    cut = recordings[3].points[..., 1] > 0.15
+    recordings[3].points[cut] = np.nan
+    found = calibrate(recordings, dataclasses.replace(IMAGES, distance=apart(cameras)))
+    check(found, cameras, angle=0.8, position=0.07)
+
+
+@pytest.mark.parametrize('depth', [True, False])
+def test_somebody_who_stays_in_one_place_is_refused(depth):
+    truth = walkers(6, 1, seed=0)
+    still = truth.joints.positions - truth.joints.positions[:, :, [1]] + [0, 0, 1.4]
+    with pytest.raises(BadInputError, match='stay in one place'):
+        calibrate(short(around(2, depth=depth), placed(truth, still)), IMAGES)
+
+
+def test_joints_in_a_plane_are_refused_without_depth():
+    """Two images of a plane fit more than one way to stand."""
+    truth = walkers(6, 2, seed=0)
+    flat = truth.joints.positions * [1, 0, 1]
+    cameras = [Camera('left', (-2, -4, 1.5), depth=False), Camera('right', (2, -4, 1.8), depth=False)]
+    with pytest.raises(BadInputError, match='in a plane'):
+        calibrate(short(cameras, placed(truth, flat), noise=0.002), IMAGES)
+
+
+def test_a_camera_with_a_known_tilt():
+    cameras = around(2)
+    tilt = float(np.degrees(np.arctan2(0.8, 4)))  # from 1.8 m to 1 m, 4 m away
+    found = calibrate(short(cameras), CalibrationParams(tilt=('camera_1', tilt)))
+    assert up_error(found.rig, cameras) < 0.3 and found.floor.std == 0
+
+
+def test_without_ankles_there_is_no_floor():
+    ankles = np.isin(np.arange(18), [10, 13])[:, None]
+    recordings = [dataclasses.replace(one, points=np.where(ankles, np.nan, one.points))
+                  for one in short(around(2))]
+    found = calibrate(recordings)
+    assert found.floor is None and 'z is not up' in found.warnings[-1]
+    np.testing.assert_allclose(found.rig.cameras[0].translation, 0, atol=1e-12)
+
+
+def test_wrong_parameters():
+    recordings = short(around(2), seconds=2)
+    with pytest.raises(BadInputError, match="no camera 'top', but camera_0, camera_1"):
+        calibrate(recordings, CalibrationParams(tilt=('top', 10.0)))
+    with pytest.raises(BadInputError, match='depth tells the scale'):
+        calibrate(recordings, CalibrationParams(distance=('camera_0', 'camera_1', 3.0)))
