@@ -61,7 +61,7 @@ def lint(results: Path) -> int:
     types = [] if NUMPY.read_text().startswith('numpy==1.') else ['--no-site-packages']
     checks = {
         'ruff check': [str(VENV / 'bin/ruff'), 'check', '--no-cache', 'development', *map(str, PACKAGES.values()),
-                       'tests'],
+                       'examples', 'tests'],
         'mypy': [str(VENV / 'bin/mypy'), *types],
         'shellcheck': ['shellcheck', 'run', '.ci/run'],
         'catkin_lint': ['catkin_lint', '--offline', '-W2', '--strict', '.'],
