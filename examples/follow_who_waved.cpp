@@ -40,7 +40,7 @@ private:
       const geometry_msgs::Point& place = person.floor_pose.position;
       if (following_ && person.person_ID == leader_)
         return std::isnan(place.x) ? nullptr : &person;
-      // who has another id now is still in the same place
+      // a person with another id now is still in the same place
       const bool is_leader = following_ ? std::hypot(place.x - place_.x, place.y - place_.y) < SAME_PLACE :
                                           tells(person, PersonGesture::WAVE);
       if (!std::isnan(place.x) && is_leader && near == nullptr)

@@ -30,7 +30,7 @@ class FollowWhoWaved:
             leaders = [person for person in seen if tells(person, PersonGesture.WAVE)]
         elif self.leader in [person.person_ID for person in message.persons]:
             leaders = [person for person in seen if person.person_ID == self.leader]
-        else:  # who has another id now is still in the same place
+        else:  # a person with another id now is still in the same place
             leaders = [person for person in seen if self.moved(person) < SAME_PLACE]
         if not leaders:
             return

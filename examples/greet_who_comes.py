@@ -44,7 +44,7 @@ class GreetWhoComes:
             self.greeted[person.person_ID] = now, place
 
     def former_id(self, here, present, now):
-        """Return the id of somebody greeted who was lost here a moment ago."""
+        """Return the id of a greeted person that was lost here a moment ago."""
         return next((name for name, (when, place) in self.greeted.items() if name not in present and now - when < LOST
                      and math.hypot(place.x - here.x, place.y - here.y) < SAME_PLACE), None)
 

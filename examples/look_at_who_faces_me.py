@@ -32,7 +32,7 @@ class LookAtWhoFacesMe:
         for face in message.faces:
             middle = middle_of(face)
             if middle is None or math.isnan(face.orientation.x):
-                continue  # hidden, or nobody can tell where it faces
+                continue  # hidden, or its direction is not known
             angle = angle_to_camera(face, middle) - (KEPT if face.person_ID == self.person else 0.0)
             facing.append((angle, face.person_ID, middle))
         angle, self.person, middle = min(facing, default=(math.inf, None, None))

@@ -70,7 +70,7 @@ private:
   ros::NodeHandle node_;
   tf2_ros::Buffer buffer_;
   tf2_ros::TransformListener listener_;
-  ros::Time clear_;  // stamp of the newest frame, if nobody in it is near
+  ros::Time clear_;  // stamp of the newest frame, if no person in it is near
   ros::Publisher output_;
   ros::Subscriber people_, command_;
   ros::Timer timer_;

@@ -15,7 +15,7 @@ class StopNearPeople:
     def __init__(self):
         self.buffer = tf2_ros.Buffer()
         self.listener = tf2_ros.TransformListener(self.buffer)
-        self.clear = None  # stamp of the newest frame, if nobody in it is near
+        self.clear = None  # stamp of the newest frame, if no person in it is near
         self.output = rospy.Publisher('cmd_vel', Twist, queue_size=1)
         rospy.Subscriber('openpose_ros/skeleton_3d/detected_poses_3d', PersonDetection_3dArray, self.on_people,
                          queue_size=1)

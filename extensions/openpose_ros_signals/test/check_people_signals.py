@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Somebody waves, points at a lamp and falls: messages and markers say so, in the frame in which the room stands."""
+"""A person waves, points at a lamp and falls: messages and markers say so, in the frame in which the room stands."""
 import sys
 import threading
 import unittest
@@ -44,7 +44,7 @@ def still(frame, pose):
 
 
 class Player(threading.Thread):
-    """Sends what a camera sees of somebody who does all that in turn."""
+    """Sends what a camera sees of a person that does all that in turn."""
 
     def __init__(self):
         super().__init__(name='player', daemon=True)

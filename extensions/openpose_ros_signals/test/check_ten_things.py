@@ -134,7 +134,7 @@ class TenThingsTest(unittest.TestCase):
                      for x in (1.7, 1.0))
         with Feed(f'{ns}/cmd_vel_in', Twist, lambda _: forwards), \
                 Feed(f'{ns}/{PEOPLE}', PersonDetection_3dArray, people()) as feed:
-            newest(0.3)  # nobody is there
+            newest(0.3)  # no person is there
             feed.send(people(far))
             newest(0.3)
             feed.send(people(far, near))  # a hidden wrist at 0.8 m
@@ -197,7 +197,7 @@ class TenThingsTest(unittest.TestCase):
         hidden = face(3, 0.0, 0.0)
         hidden.orientation = Quaternion(NAN, NAN, NAN, NAN)
         with Feed(f'{ns}/{FACES}', FaceDetection_3dArray, faces(hidden, face(1, 0.5, 60.0))) as feed:
-            feed.send(faces(hidden, face(1, 0.5, 60.0)), frames=10)  # nobody who faces it
+            feed.send(faces(hidden, face(1, 0.5, 60.0)), frames=10)  # no face is directed to it
             feed.send(faces(hidden, face(2, 0.1, 0.0), face(1, 0.5, 60.0)))
             looks_at(0.1)
             self.assertEqual({round(message.point.x, 3) for message in output.messages}, {0.1})

@@ -38,7 +38,7 @@ def plain(value):
     return None if isinstance(value, float) and np.isnan(value) else value
 
 
-def test_nobody():
+def test_no_person():
     array = signals_to_array([], HEADER)
     assert (array.persons, array.header) == ([], HEADER)
     assert signals_from_array(array) == ()

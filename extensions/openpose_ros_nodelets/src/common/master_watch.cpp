@@ -1,13 +1,12 @@
 #include "common/master_watch.h"
 
 #include <atomic>
-#include <chrono>
+#include <mutex>
 
 #include <ros/console.h>
 #include <ros/init.h>
 #include <ros/master.h>
 #include <ros/this_node.h>
-#include <xmlrpcpp/XmlRpcException.h>
 #include <xmlrpcpp/XmlRpcValue.h>
 
 namespace openpose_ros_nodelets
@@ -17,7 +16,6 @@ namespace
 
 using XmlRpc::XmlRpcValue;
 
-constexpr std::chrono::seconds PERIOD{ 1 };  // in wall time
 std::atomic<bool> is_replaced{ false };
 
 /// Call the master without waiting for one; return whether it answered, and its answer in `value`.
@@ -48,34 +46,8 @@ bool MasterWatch::isReplaced()
   return is_replaced;
 }
 
-MasterWatch::MasterWatch() : thread_(&MasterWatch::keepChecking, this)
+MasterWatch::MasterWatch() : thread_([this] { check(); })
 {
-}
-
-MasterWatch::~MasterWatch()
-{
-  {
-    std::lock_guard<std::mutex> lock(mutex_);
-    ends_ = true;
-  }
-  ended_.notify_all();
-  thread_.join();
-}
-
-void MasterWatch::keepChecking()
-{
-  std::unique_lock<std::mutex> lock(mutex_);
-  do
-  {
-    try
-    {
-      check();
-    }
-    catch (const XmlRpc::XmlRpcException& error)
-    {
-      ROS_WARN_THROTTLE(5.0, "the ROS master answered with nonsense: %s", error.getMessage().c_str());
-    }
-  } while (!ended_.wait_for(lock, PERIOD, [this] { return ends_ || is_replaced || !ros::ok(); }));
 }
 
 void MasterWatch::check()

@@ -1,10 +1,9 @@
 #pragma once
 
-#include <condition_variable>
 #include <memory>
-#include <mutex>
 #include <string>
-#include <thread>
+
+#include "common/repeated.h"
 
 namespace openpose_ros_nodelets
 {
@@ -21,18 +20,14 @@ public:
   static bool isReplaced();
 
   MasterWatch();
-  ~MasterWatch();
 
 private:
-  void keepChecking();
   void check();
 
-  std::mutex mutex_;
-  std::condition_variable ended_;
-  bool ends_ = false, is_reachable_ = true;
+  bool is_reachable_ = true;
   int pid_ = 0;         ///< of the master; 0: not known yet
   std::string run_id_;  ///< /run_id on it; empty: not set yet
-  std::thread thread_;
+  Repeated thread_;     ///< calls `check`
 };
 
 }  // namespace openpose_ros_nodelets

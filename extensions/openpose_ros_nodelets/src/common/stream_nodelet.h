@@ -14,7 +14,7 @@
 namespace openpose_ros_nodelets
 {
 
-/// A nodelet between topics: subscribes to its inputs only while somebody listens (~lazy) and while it is enabled
+/// A nodelet between topics: subscribes to its inputs only while there are subscribers (~lazy) and while it is enabled
 /// (service ~enable), counts its faults, and refuses parameters that it does not know.
 ///
 /// A nodelet derives from it, reads its parameters in `configure`, advertises with `NodeletLazy::advertise`, and
@@ -26,7 +26,7 @@ protected:
   /// Read all parameters, then advertise. Throws ParameterError for what the user has to mend.
   virtual void configure(ParameterReader& parameters) = 0;
 
-  /// Tell whether somebody subscribes to a result.
+  /// Tell whether there are subscribers to a result.
   virtual bool isHeard() const;
 
   /// End all publishers.
