@@ -4,7 +4,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from animated_skeleton import ADULT, CHILD, LYING, STANDING, UP, Limb, held, joints_of, people_of, without
+from animated_skeleton import LYING, STANDING, UP, Limb, held, joints_of, people_of, without
 from openpose_ros_pkg.skeletons import COCO_18, MESSAGE_JOINTS
 from openpose_ros_signals.reader import SignalReader
 from skeleton_extract_3d.people import MISSING, People3D
@@ -118,14 +118,6 @@ def test_stamps_that_jump_back_begin_anew():
     assert person.posture.name == 'unknown' and person.walk is None
 
 
-@pytest.mark.parametrize('stature', [ADULT, CHILD])
-def test_a_child_is_measured_by_its_bones(stature):
-    reader, random = SignalReader(), np.random.RandomState(0)
-    for number in range(5):
-        reader.update(people_of([STANDING], [1], random, stature=stature), number / 10, UP)
-    assert reader._people[1].stature == pytest.approx(stature, rel=0.05)
-
-
 def test_missing_joints_are_no_trouble():
     reader, random = SignalReader(), np.random.RandomState(0)
     people = people_of([STANDING], [1], random)
@@ -162,8 +154,3 @@ def test_other_skeletons_are_read_by_the_names_of_their_joints():
                                 number / 10, UP)
     assert person.posture.name == 'standing' and person.gesture('raise_hand')
     assert set(COCO_18.joints) <= set(MESSAGE_JOINTS)
-
-
-def test_two_readers_tell_the_same():
-    first, second = (read(lambda stamp: [held((0, STANDING), (1, RAISED))(stamp)], lambda _: [1]) for _ in range(2))
-    assert repr(first) == repr(second)
