@@ -3,8 +3,8 @@ import numpy as np
 import pytest
 
 from animated_skeleton import UP, Pose, people_of
-from openpose_ros_signals.presence import presence
 from openpose_ros_signals.reader import SignalReader
+from openpose_ros_signals.show.presence import presence
 
 PLACES = {1: (0.0, 1.5), 2: (0.0, -1.5), 3: (0.0, 1.5)}
 

@@ -7,7 +7,7 @@
 #include <std_srvs/SetBool.h>
 
 #include "common/health.h"
-#include "common/master_watch.h"
+#include "inputs/master_watch.h"
 #include "common/parameter_reader.h"
 #include "inputs/input_watch.h"
 

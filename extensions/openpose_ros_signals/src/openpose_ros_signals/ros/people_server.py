@@ -6,10 +6,10 @@ import rospy
 from openpose_ros_msgs.srv import GetPeople, GetPeopleRequest, GetPeopleResponse
 from std_msgs.msg import Header
 
-from openpose_ros_signals.presence import Present, presence
 from openpose_ros_signals.records import PersonSignals
 from openpose_ros_signals.ros.convert import summary_to_message
 from openpose_ros_signals.ros.input_end import Silence
+from openpose_ros_signals.show.presence import Present, presence
 
 
 class PeopleServer:

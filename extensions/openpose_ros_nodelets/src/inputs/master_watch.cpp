@@ -1,4 +1,4 @@
-#include "common/master_watch.h"
+#include "inputs/master_watch.h"
 
 #include <atomic>
 #include <mutex>
