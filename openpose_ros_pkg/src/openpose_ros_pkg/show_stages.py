@@ -10,6 +10,7 @@ which joints are visible, and for each person the samples and candidate depths o
 import argparse
 import os
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import List, Optional, Sequence, Tuple
 
@@ -58,12 +59,13 @@ def detect_and_draw(settings: DetectorSettings, bgr: np.ndarray, depth: Optional
     """Return the people of an image, (H, W, 3) uint8, and images of the stages on the full image, without crops."""
     detector = create_detector(settings)
     frame = detector.prepare(bgr)
+    plain = replace(frame.setup, decode=settings.decode, direct=settings.direct)
     stages, opinions = [('input', bgr)], []
     for network_pass, prepared in zip(detector.recipe.passes, frame.views):
         model = network_pass.model
         views = [view.compute(frame.setup.networks[model.name]) for view in prepared]
         opinions += [(network_pass.description, poses.keypoints)
-                     for poses in decode_views(network_pass, views, settings.decode, settings.direct)]
+                     for poses in decode_views(network_pass, views, plain)]
         if model.decoder == 'paf':
             fields, plan = averaged_fields(views, model), views[0].view.plan
             peaks = find_peaks(fields[:len(model.skeleton.joints)], model, settings.decode, plan.scaled_size)
