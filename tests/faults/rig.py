@@ -20,7 +20,6 @@ from tf2_ros import StaticTransformBroadcaster
 from faults import fusion_cameras
 from faults.fault import Fault
 from openpose_ros_pkg.ros.convert import bgr_to_image
-from openpose_ros_pkg.ros.master.registration import WATCH
 from openpose_ros_pkg.skeletons import COCO_18
 from openpose_ros_signals.records import POSTURES
 from session import Diagnostics, Session, await_true, is_heard
@@ -300,7 +299,6 @@ class Rig:
     def __init__(self, session: Session, faults: Sequence[Fault]) -> None:
         self.session = session
         rospy.init_node('faults', disable_signals=True)
-        WATCH.start()  # the camera and the subscribers of the tests register anew as well
         self.diagnostics = Diagnostics()
         self._room = StaticTransformBroadcaster()
         self._room.sendTransform([
