@@ -67,8 +67,8 @@ from openpose_ros_pkg.params.parameters import parameter_fields
 from openpose_ros_pkg.structured_text import yaml_value
 from openpose_ros_tools.command_options import command_parser, whole_number
 from openpose_ros_tools.outputs import delete_parts, new_run
-from openpose_ros_tools.parallel.task_cluster import run_on_cluster
-from openpose_ros_tools.parallel.task_pool import run_in_processes
+from openpose_ros_tools.parallel.cluster import run_on_cluster
+from openpose_ros_tools.parallel.processes import run_in_processes
 from openpose_ros_tools.recording_paths import MCAP_SUFFIX, is_bag, is_ros2
 from openpose_ros_tools.ros.bag_files import COMPRESSIONS
 from openpose_ros_tools.ros.process_bag.job import BagJob, BagReport, BagSettings, RigJob, Topics, build_settings
