@@ -10,8 +10,7 @@ from development.terminal import die, say
 
 TABLE = re.compile(r'^<!-- table: (?P<name>[\w.:, ]+) -->\n.*?^<!-- end of table -->$', re.MULTILINE | re.DOTALL)
 CONFIG_MODULES = ('openpose_ros_pkg.params.nodes', 'skeleton_extract_3d.node_params', 'openpose_ros_fusion.node_params',
-                  'openpose_ros_signals.node_params', 'openpose_ros_adapters.node_params',
-                  'openpose_ros_hri.node_params')
+                  'openpose_ros_signals.node_params', 'openpose_ros_bridges.node_params')
 
 
 def write_config(_arguments: Sequence[str] = ()) -> None:

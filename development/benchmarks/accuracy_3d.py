@@ -27,15 +27,15 @@ import time
 from collections import Counter
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Callable, Dict, List, Optional, Sequence, Tuple
+from typing import Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
 import pandas as pd
 from scipy.optimize import linear_sum_assignment
 
 from common import Parser, errors_end_the_program, new_path
-from openpose_ros_pkg.detect.detector import Detector, DetectorSettings, Networks
-from openpose_ros_pkg.detect.following import FollowingParams
+from openpose_ros_pkg.detect.detector import Detector, Networks
+from openpose_ros_pkg.detect.independent_detection import IndependentDetection
 from openpose_ros_pkg.detect.network_detection import NetworkDetection
 from openpose_ros_pkg.detect.recipes import Recipe
 from openpose_ros_pkg.detect.schedule import SCHEDULE
@@ -46,13 +46,12 @@ from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
 from openpose_ros_tools.alignment.people import pair_people
 from skeleton_extract_3d.chain import PeopleChain
+from skeleton_extract_3d.chain_settings import ChainSettings
 from skeleton_extract_3d.frame import Frame
 from skeleton_extract_3d.people import MEASURED, People3D
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.depth import DepthImage
-from skeleton_extract_3d.points.depth_view import depth_view
 from skeleton_extract_3d.points.rgbd_sequence import RgbdSequence
-from skeleton_extract_3d.settings import EstimatorSettings
 
 # Label of joints that are seen, in gt.json.
 VISIBLE = 2
@@ -66,18 +65,6 @@ WORK = {'mobilenet_thin': 1 / (656 * 368), 'movenet_multipose': 0.35 / (512 * 28
 BEGIN = 1.0
 PART_FIELDS = ('x', 'y', 'z', 'confidence', 'status', 'sigma')
 
-# From the number of a frame and its image to the people in it.
-FindPeople = Callable[[int, np.ndarray], People2D]
-
-
-@dataclass(frozen=True)
-class ChainSettings:
-    """The parameters of the chain; those that tracker and estimator both have are one here."""
-
-    detector: DetectorSettings
-    tracking: TrackingParams
-    following: FollowingParams
-    estimator: EstimatorSettings
 
 
 def open_sequence(folder: Path) -> RgbdSequence:
@@ -105,17 +92,20 @@ def exact_joints(folder: Path) -> List[List[Tuple[np.ndarray, np.ndarray]]]:
             for frame in truth['frames']]
 
 
-def exact_people(folder: Path) -> FindPeople:
-    """Return a finder that knows the true pixels: every joint within the image, hidden or not."""
-    frames = exact_joints(folder)
-
-    def find(index: int, bgr: np.ndarray) -> People2D:
-        keypoints = np.full((len(frames[index]), len(COCO_18.joints), 3), (np.nan, np.nan, 0), np.float32)
-        for row, (uv, labels) in zip(keypoints, frames[index]):
+def exact_people(folder: Path) -> List[People2D]:
+    """Return the people of each frame by the true pixels: every joint within the image, hidden or not."""
+    found = []
+    for frame in exact_joints(folder):
+        keypoints = np.full((len(frame), len(COCO_18.joints), 3), (np.nan, np.nan, 0), np.float32)
+        for row, (uv, labels) in zip(keypoints, frame):
             row[labels > 0, :2], row[labels > 0, 2] = uv[labels > 0], 1
-        return People2D(COCO_18, keypoints, np.ones(len(keypoints)), np.full(len(keypoints), -1))
+        found.append(People2D(COCO_18, keypoints, np.ones(len(keypoints)), np.full(len(keypoints), -1)))
+    return found
 
-    return find
+
+def known_people(people: Sequence[People2D], tracking: TrackingParams) -> IndependentDetection:
+    """Return a detection that knows the people of each frame; `source` of a frame is its number."""
+    return IndependentDetection(COCO_18, lambda frame: lambda: people[frame.source], tracking)
 
 
 class CountedNetwork:
@@ -198,31 +188,31 @@ class Run:
     warnings: Counter = field(default_factory=Counter)
 
 
-def run_chain(sequence: RgbdSequence, chain: PeopleChain, find: Optional[FindPeople] = None,
-              finder: Optional[Finder] = None, floors: Optional[np.ndarray] = None) -> Run:
+def run_chain(sequence: RgbdSequence, chain: PeopleChain, finder: Optional[Finder] = None,
+              floors: Optional[np.ndarray] = None) -> Run:
     """Find the people in each image and in space.
 
     Args:
-        find: what finds them in images; None: the networks of the chain.
         finder: whose work is counted.
         floors: (F, 4) the floor in each frame; None: it is not known.
     """
     run = Run()
     for i, frame in enumerate(sequence):
         done, began = finder.networks.done if finder else 0.0, time.perf_counter()
-        stamp = BEGIN + frame.time
-        points, floor = DepthImage(frame.depth, sequence.camera), None if floors is None else floors[i]
-        people = (chain.in_image(find(i, frame.bgr), '', stamp) if find
-                  else chain.detect(frame.bgr, '', stamp, depth_view(points)))
+        prepared = chain.prepare(Frame('', BEGIN + frame.time, frame.bgr, DepthImage(frame.depth, sequence.camera),
+                                       floor=None if floors is None else floors[i], source=i))
+        with chain.detection.lock:
+            computed = chain.compute(prepared)
+        result = chain.finish(computed)
         found = time.perf_counter()
-        run.people.append(people)
+        run.people.append(result.people_2d)
         run.work.append(finder.networks.done - done if finder else 0.0)
         began_space = time.perf_counter()
-        answer = chain.in_space(people, Frame('', stamp, frame.bgr, points, floor=floor))
+        result = chain.lift(result)
         run.estimating.append(1e3 * (time.perf_counter() - began_space))
         run.detecting.append(1e3 * (found - began))
-        run.frames.append((frame.time, answer.people))
-        run.warnings.update(doubt.event for doubt in answer.doubts)
+        run.frames.append((frame.time, result.people_3d))
+        run.warnings.update(doubt.event for doubt in result.doubts)
     return run
 
 
@@ -336,16 +326,17 @@ def main() -> None:
                 sequence = open_sequence(folder)
                 if finder is None and not arguments.exact_2d:
                     finder = Finder(settings, arguments.budget, sequence.fps or 1.0)
-                chain = PeopleChain(COCO_18, settings.estimator, settings.tracking, finder and finder.stream())
+                detection = finder.stream() if finder else known_people(exact_people(folder), settings.tracking)
+                chain = PeopleChain(detection, settings.estimator)
                 floors = true_floors(folder, sequence) if arguments.floor else None
-                run = run_chain(sequence, chain, None if finder else exact_people(folder), finder, floors)
+                run = run_chain(sequence, chain, finder, floors)
                 runs.append(run)
                 path = out / f'{folder.resolve().parent.name}_{folder.resolve().name}.csv'
                 write_csv(path, run.frames)
                 items += [str(folder), str(path)]
                 if arguments.lag:
                     paths += measured_paths(folder, run.frames)
-                    again = run_chain(sequence, PeopleChain(COCO_18, raw), lambda i, _, run=run: run.people[i])
+                    again = run_chain(sequence, PeopleChain(known_people(run.people, settings.tracking), raw))
                     raw_paths += measured_paths(folder, again.frames)
             detecting, estimating = ([each for run in runs for each in getattr(run, name)]
                                      for name in ('detecting', 'estimating'))

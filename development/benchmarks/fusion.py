@@ -94,8 +94,8 @@ def record(stage: Path) -> List[Recorded]:
     for folder in sorted(stage.glob('cam*')):
         sequence = open_sequence(folder)
         finder = Finder(settings, 0.0, sequence.fps or 1.0)
-        chain = PeopleChain(COCO_18, settings.estimator, settings.tracking, finder.stream())
-        run = run_chain(sequence, chain, finder=finder)
+        chain = PeopleChain(finder.stream(), settings.estimator)
+        run = run_chain(sequence, chain, finder)
         pose = np.array(json.loads((folder / 'meta.json').read_text())['T_world_camera'])
         frames = [(stamp, people, image) for (stamp, people), image in zip(run.frames, run.people)]
         recorded.append(Recorded(folder.name, sequence.camera, (pose[:3, :3], pose[:3, 3]), frames))

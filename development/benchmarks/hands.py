@@ -36,12 +36,10 @@ from openpose_ros_pkg.landmarks.records import HAND_POINTS, Landmarks2D
 from openpose_ros_pkg.networks.backends import Backend, BackendParams, create_backend
 from openpose_ros_pkg.networks.models import MOBILENET_THIN, Model, weights_path
 from openpose_ros_pkg.params.parameters import build
-from openpose_ros_pkg.skeletons import COCO_18, FACE_70, HAND_21
+from openpose_ros_pkg.skeletons import FACE_70, HAND_21
 from skeleton_extract_3d.chain import PeopleChain
-from skeleton_extract_3d.estimator import Estimate
 from skeleton_extract_3d.frame import Frame
 from skeleton_extract_3d.landmarks import Landmarks3D
-from skeleton_extract_3d.lift.landmarks import lift_landmarks
 from skeleton_extract_3d.people import INFERRED, MEASURED
 from skeleton_extract_3d.points.depth import DepthImage
 
@@ -88,11 +86,6 @@ class Landmarks:
         return create_backend(model, weights_path(model, self._model_folder), self._backend)
 
 
-def hidden_joints(estimate: Estimate) -> np.ndarray:
-    """Return which joints of the people in the image are inferred, (P, K) bool."""
-    return estimate.people.status[:len(estimate.people_2d)] == INFERRED
-
-
 class Found(NamedTuple):
     """Hands and faces of a frame, and its stamp [s]."""
 
@@ -106,19 +99,15 @@ def find(folder: Path, settings: ChainSettings, landmarks: Landmarks, pictures: 
     sequence = open_sequence(folder)
     stream = NetworkDetection(create_detector(settings.detector, settings.following), settings.tracking,
                             settings.following)
-    chain = PeopleChain(COCO_18, settings.estimator, settings.tracking, stream)
-    detector = LandmarkDetector(LandmarkParams(hands=True, face=True), landmarks.load)
+    chain = PeopleChain(stream, settings.estimator,
+                        LandmarkDetector(LandmarkParams(hands=True, face=True), landmarks.load))
     found = []
     for i, frame in enumerate(sequence):
-        size = frame.bgr.shape[1], frame.bgr.shape[0]
-        points = DepthImage(frame.depth, sequence.camera)
-        stamp = BEGIN + frame.time
-        estimate = chain.in_space(chain.detect(frame.bgr, '', stamp), Frame('', stamp, frame.bgr, points))
-        answer = detector.detect(frame.bgr, estimate.people_2d, hidden_joints(estimate), '', stamp)
-        found.append(Found(frame.time, answer, lift_landmarks(answer, points, size, estimate.people)))
+        result = chain.update(Frame('', BEGIN + frame.time, frame.bgr, DepthImage(frame.depth, sequence.camera)))
+        found.append(Found(frame.time, *result.landmarks))
         if pictures:
             path = pictures / f'{folder.resolve().parent.name}_{folder.resolve().name}_{i:04d}.jpg'
-            cv2.imwrite(str(path), drawn(frame.bgr, answer))
+            cv2.imwrite(str(path), drawn(frame.bgr, result.landmarks.in_image))
     return found
 
 

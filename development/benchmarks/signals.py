@@ -91,8 +91,8 @@ def detect(folders: Sequence[Path], raw: Dict[str, Any]) -> Dict[str, Frames]:
     for folder in folders:
         sequence = open_sequence(folder)
         finder = finder or Finder(settings, 0.0, sequence.fps or 1.0)
-        chain = PeopleChain(COCO_18, settings.estimator, settings.tracking, finder.stream())
-        found[str(folder)] = run_chain(sequence, chain, None, finder).frames
+        chain = PeopleChain(finder.stream(), settings.estimator)
+        found[str(folder)] = run_chain(sequence, chain, finder).frames
     return found
 
 

@@ -70,7 +70,7 @@ def newest(topic, kind):
 
 def check(session):
     from hri_msgs.msg import BodyPosture, Gesture, IdsList, NormalizedRegionOfInterest2D, Skeleton2D
-    session.start('hri', ['roslaunch', 'openpose_ros_hri', 'hri.launch', 'persons:=true', 'fixed_frame:=room'])
+    session.start('hri', ['roslaunch', 'openpose_ros_bridges', 'hri.launch', 'persons:=true', 'fixed_frame:=room'])
     scene, frames = Scene(), Recorder('/tf', TFMessage)
     ids = newest(f'{BODIES}/tracked', IdsList)
     assert (ids.ids, ids.header.frame_id) == (['p5', 'p6'], 'room'), ids
@@ -142,7 +142,7 @@ def check_space(frames):
 def main():
     with tempfile.TemporaryDirectory() as folder, Session(Path(folder)) as session:
         if '--without' in sys.argv:
-            ended = subprocess.run(['rosrun', 'openpose_ros_hri', 'hri_node'], stdout=subprocess.PIPE, timeout=60,
+            ended = subprocess.run(['rosrun', 'openpose_ros_bridges', 'hri_node'], stdout=subprocess.PIPE, timeout=60,
                                    stderr=subprocess.STDOUT, text=True, check=False)
             assert ended.returncode == 1, ended.stdout
             sys.stdout.write(ended.stdout)

@@ -43,7 +43,7 @@ def check_space(space, environment):
         rospack find openpose_ros_msgs; rospack find openpose_ros_pkg; rospack find skeleton_extract_3d
         rospack find openpose_ros_tools; rospack find openpose_ros_nodelets
         rospack find openpose_ros_fusion; rospack find openpose_ros_signals
-        rospack find openpose_ros_adapters; rospack find openpose_ros_hri
+        rospack find openpose_ros_bridges
         rosmsg show openpose_ros_msgs/PersonDetection_3d | grep '^uint32 person_ID$'
         rossrv show openpose_ros_msgs/GetPersons | grep '^sensor_msgs/Image image$'
         /usr/bin/python3 - <<'END'

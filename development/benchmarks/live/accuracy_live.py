@@ -28,7 +28,6 @@ from live.camera import TOPICS, Unit, make_bag, played_stamps, start_camera
 from live.figures import SCORE_COLUMNS, Answers, misordered, score, score_row
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.ros.session import Session, wait_for
-from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.chain import PeopleChain
 from skeleton_extract_3d.people import People3D
 from skeleton_extract_3d.ros.convert import people_from_array
@@ -121,8 +120,8 @@ def offline(sequences: List[Path], settings: ChainSettings) -> List[List[Tuple[f
     results: List[List[Tuple[float, People3D]]] = []
     finder = Finder(settings, 0.0, 0.0)
     for folder in sequences:
-        chain = PeopleChain(COCO_18, settings.estimator, settings.tracking, finder.stream())
-        results.append(run_chain(open_sequence(folder), chain, finder=finder).frames)
+        chain = PeopleChain(finder.stream(), settings.estimator)
+        results.append(run_chain(open_sequence(folder), chain, finder).frames)
     return results
 
 

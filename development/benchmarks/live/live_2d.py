@@ -21,6 +21,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Dict, List, Optional, Sequence
 
@@ -39,6 +40,7 @@ from common import DEMO, ROOT, Figures, Parser, Usage, markdown, new_path, run_l
 from live.camera import Unit
 from live.crowd import make_crowd
 from live.figures import by_stage
+from openpose_ros_pkg.detect.detection import ImageFrame
 from openpose_ros_pkg.detect.detector import create_detector
 from openpose_ros_pkg.detect.network_detection import NetworkDetection
 from openpose_ros_pkg.params.nodes import ServiceSettings
@@ -112,11 +114,11 @@ def run_bare(arguments: argparse.Namespace) -> None:
     settings = build(ServiceSettings, given_parameters(arguments))
     stream = NetworkDetection(create_detector(settings.detector), settings.tracking, settings.following)
     subscriber = rospy.Subscriber(TOPIC, rospy.AnyMsg, queue_size=1)
-    frames = [stream.prepare(bgr) for bgr in images(arguments.folder)]
-    for frame in itertools.cycle(frames):
+    prepared = [stream.prepare(ImageFrame('camera', time.time(), bgr)) for bgr in images(arguments.folder)]
+    for one in itertools.cycle(prepared):
         if rospy.is_shutdown():
             break
-        stream.compute(frame, 'camera', time.time())
+        stream.compute(replace(one, frame=replace(one.frame, stamp=time.time())))
         print(time.monotonic(), flush=True)
     subscriber.unregister()
 

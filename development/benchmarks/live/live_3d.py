@@ -32,6 +32,7 @@ from common import Figures, Parser, Usage, elapsed, markdown, new_path, run_live
 from live.camera import NAMESPACE, Unit, make_bag, node_processes, start_camera, start_cloud_to_depth
 from live.crowd import make_crowd
 from live.figures import by_stage, median_and_95, wanted_rate
+from openpose_ros_pkg.detect.detection import ImageFrame
 from openpose_ros_pkg.detect.detector import create_detector
 from openpose_ros_pkg.detect.network_detection import NetworkDetection
 from openpose_ros_pkg.params.nodes import ServiceSettings
@@ -97,8 +98,8 @@ def networks_alone(sequence: Path, stamps: Sequence[float]) -> float:
     there_and_back = images + images[-2:0:-1]
     times = []
     for bgr, stamp in zip(itertools.cycle(there_and_back), stamps):
-        frame = stream.prepare(bgr)
-        times.append(elapsed(lambda frame=frame, stamp=stamp: stream.finish(stream.compute(frame, 'alone', stamp)))[0])
+        frame = stream.prepare(ImageFrame('alone', stamp, bgr))
+        times.append(elapsed(lambda frame=frame: stream.finish(stream.compute(frame)))[0])
     return 1000 / float(np.mean(times[len(times) // 5:]))
 
 

@@ -20,7 +20,7 @@ from std_msgs.msg import Header
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[3] / 'tests' / 'support'))
 
-from openpose_ros_pkg.detect.depth import DepthView
+from openpose_ros_pkg.detect.detection import DepthView
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.ros.convert import bgr_to_image
 from openpose_ros_pkg.skeletons import COCO_18

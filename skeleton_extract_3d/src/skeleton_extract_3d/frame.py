@@ -15,14 +15,15 @@ class Frame:
 
     Attributes:
         camera: name of the camera: frame_id of the points, or of the image where there are none.
-        stamp: [s]; of the image.
+        stamp: of the points, or of the image where there are none [s]; 0 or less: the frame has no history.
         bgr: (H, W, 3) uint8, the image; None: people are told apart without the colours of their clothes.
         points: organized cloud or depth image of the same view; None: no joint has a place in space.
         tracking_from_points: from the frame of the points to one in which the room stands still, in every frame; None:
             the camera does not move.
         floor: (4,) plane of the floor in the frame of the points: unit normal that points up, and height of the camera
             [m]; None: not known.
-        source: what the frame was made of, for the caller; no step reads it.
+        source: what the image was made from, which a detection elsewhere may need; no step reads it.
+        image_stamp: of the image, where it is not that of the points [s].
         size: width and height of the image [px] where `bgr` is None.
     """
 
@@ -33,6 +34,7 @@ class Frame:
     tracking_from_points: Optional[Transform] = None
     floor: Optional[np.ndarray] = None
     source: Any = None
+    image_stamp: Optional[float] = None
     size: Optional[Tuple[int, int]] = None
 
     @property
@@ -47,6 +49,22 @@ class Frame:
         if self.size is None:
             raise ValueError('the frame has neither image nor size')
         return self.size
+
+    @property
+    def image_time(self) -> float:
+        """Stamp of the image [s]."""
+        return self.stamp if self.image_stamp is None else self.image_stamp
+
+    @property
+    def image(self) -> np.ndarray:
+        """(H, W, 3) uint8 BGR.
+
+        Raises:
+            ValueError: the frame has no image.
+        """
+        if self.bgr is None:
+            raise ValueError('the frame has no image')
+        return self.bgr
 
     @property
     def grid(self) -> PointGrid:

@@ -7,7 +7,7 @@ import pytest
 from test_following import BEGIN, CROWD, IMAGE, LEFT, PACE, RATE, RIGHT, Scene, near, right_of
 from test_head_recovery import BEHIND, FOCAL, SEEN, SIZE, the_scene
 
-from openpose_ros_pkg.detect.depth import DepthView
+from openpose_ros_pkg.detect.detection import DepthView, ImageFrame
 from openpose_ros_pkg.detect.detector import Detector, DetectorSettings, create_detector
 from openpose_ros_pkg.detect.following import FollowingParams
 from openpose_ros_pkg.detect.network_detection import NetworkDetection
@@ -78,7 +78,7 @@ def test_shipped_images_far_apart_show_the_people_of_a_full_search():
         image = cv2.imread(str(SHIPPED / 'rgb' / f'{name}.jpg'))
         depth = cv2.imread(str(SHIPPED / 'depth' / f'{name}.png'), cv2.IMREAD_UNCHANGED).astype(np.float32) / 1000
         view = DepthView(np.where(depth > 0, depth, np.float32(np.nan)), 540.7 * depth.shape[1] / image.shape[1])
-        found = stream.detect(image, 'camera', BEGIN + 2.0 * i, depth=view)
+        found = stream.detect(ImageFrame('camera', BEGIN + 2.0 * i, image, view))
         assert len(found) >= 1
         assert_same(found, full.detect(image, view))
 
@@ -87,10 +87,10 @@ def test_who_is_known_by_the_depth_alone_is_among_the_first_and_is_followed():
     networks = balanced([SEEN], SIZE)
     networks.networks['movenet_thunder'].people = [SEEN, BEHIND]
     stream, view = make_stream(networks), DepthView(the_scene(), FOCAL)
-    found = stream.detect(chart(*SIZE), 'camera', BEGIN, depth=view)
+    found = stream.detect(ImageFrame('camera', BEGIN, chart(*SIZE), view))
     assert len(found) == 2
     assert_same(found, stream.detector.detect(chart(*SIZE), view))
-    assert sorted(stream.detect(chart(*SIZE), 'camera', BEGIN + 0.03, depth=view).ids) == sorted(found.ids)
+    assert sorted(stream.detect(ImageFrame('camera', BEGIN + 0.03, chart(*SIZE), view)).ids) == sorted(found.ids)
 
 
 def test_a_burst_of_requests_does_not_cut_the_slow_ones_after_it():
@@ -205,7 +205,8 @@ def test_tiny_images_show_no_person_or_are_refused_as_too_thin(size, rate):
     stream = make_stream(balanced([]), target_rate=rate)
     for i in range(3):
         try:
-            assert len(stream.detect(np.full((size[1], size[0], 3), 100, np.uint8), 'camera', BEGIN + 0.1 * i)) == 0
+            image = np.full((size[1], size[0], 3), 100, np.uint8)
+            assert len(stream.detect(ImageFrame('camera', BEGIN + 0.1 * i, image))) == 0
         except BadInputError as error:
             assert f'{size[0]}x{size[1]}' in str(error) and 'at most' in str(error)
 
@@ -218,9 +219,12 @@ def test_a_frame_is_computed_as_it_was_prepared_whatever_is_reconfigured_meanwhi
     stream = make_stream(networks)
     stamps = iter(BEGIN + 0.03 * np.arange(100))
 
+    def prepare():
+        return stream.prepare(ImageFrame('camera', next(stamps), IMAGE))
+
     def compute(prepared):
         with stream.lock:
-            computed = stream.compute(prepared, 'camera', next(stamps))
+            computed = stream.compute(prepared)
         return stream.finish(computed)
 
     def reconfigure(mode, between):
@@ -229,13 +233,13 @@ def test_a_frame_is_computed_as_it_was_prepared_whatever_is_reconfigured_meanwhi
         stream.reconfigure(TrackingParams())
 
     for mode in ('fast', 'balanced') * 2:
-        before, during = stream.prepare(IMAGE), []
-        reconfigure(mode, lambda during=during: during.append(stream.prepare(IMAGE)))
-        for prepared in (before, *during, *(stream.prepare(IMAGE) for _ in range(5))):
+        before, during = prepare(), []
+        reconfigure(mode, lambda during=during: during.append(prepare()))
+        for prepared in (before, *during, *(prepare() for _ in range(5))):
             assert sorted(compute(prepared).ids) == [1, 2]
     before = [len(network.inputs) for network in networks.networks.values()]
     for _ in range(60):
-        compute(stream.prepare(IMAGE))
+        compute(prepare())
     assert all(len(network.inputs) > count for network, count in zip(networks.networks.values(), before))
 
 

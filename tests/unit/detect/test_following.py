@@ -4,6 +4,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from openpose_ros_pkg.detect.detection import ImageFrame
 from openpose_ros_pkg.detect.detector import Detector, DetectorSettings
 from openpose_ros_pkg.detect.following import FOLLOWING, Followed, FollowingParams, Known, Opinion, disagreement
 from openpose_ros_pkg.detect.network_detection import NetworkDetection
@@ -43,7 +44,7 @@ class Scene:
         self.people = self.people if people is None else people
         self.searching.people = self.looking.people = self.people
         before = len(self.searching.inputs), len(self.looking.inputs)
-        found = self.stream.detect(image, camera, BEGIN + stamp, **kwargs)
+        found = self.stream.detect(ImageFrame(camera, BEGIN + stamp, image), **kwargs)
         searches, looks = self.searching.inputs[before[0]:], self.looking.inputs[before[1]:]
         seconds = sum(one.shape[0] * one.shape[1] * PACE['movenet_multipose'] for one in searches)
         return found, len(searches), len(looks), seconds + 0.003 * len(looks)
@@ -182,10 +183,8 @@ def test_stamps_that_jump_begin_anew(after):
 def test_an_image_that_is_not_to_be_followed_is_searched():
     scene = Scene([LEFT])
     scene.frame(0.0)
-    prepared = scene.stream.prepare(IMAGE, follow=False)
-    with scene.stream.lock:
-        computed = scene.stream.compute(prepared, 'camera', BEGIN + 0.1)
-    np.testing.assert_array_equal(scene.stream.finish(computed).xy, scene.stream.detector.detect(IMAGE).xy)
+    found = scene.stream.detect(ImageFrame('camera', BEGIN + 0.1, IMAGE, follow=False))
+    np.testing.assert_array_equal(found.xy, scene.stream.detector.detect(IMAGE).xy)
 
 
 def test_the_budget_is_kept_and_everybody_is_reported():

@@ -3,7 +3,7 @@ import cv2
 import numpy as np
 import pytest
 
-from openpose_ros_pkg.detect.depth import DepthView
+from openpose_ros_pkg.detect.detection import DepthView, ImageFrame
 from openpose_ros_pkg.detect.detector import Detector, DetectorSettings
 from openpose_ros_pkg.detect.following import FollowingParams
 from openpose_ros_pkg.detect.head_recovery import heads
@@ -165,7 +165,7 @@ def test_depth_without_the_network_of_crops_changes_nothing(networks):
 def test_who_was_missed_is_followed(detector):
     stream = NetworkDetection(detector, TrackingParams(), FollowingParams(following='always', search_period=3))
     view = DepthView(the_scene(), FOCAL)
-    frames = [stream.detect(image(), 'camera', 1 + 0.1 * i, depth=view) for i in range(8)]
+    frames = [stream.detect(ImageFrame('camera', 1 + 0.1 * i, image(), view)) for i in range(8)]
     assert [len(people) for people in frames] == 8 * [2]
     assert len({tuple(sorted(people.ids)) for people in frames}) == 1
     neck = COCO_18.index['neck']

@@ -2,6 +2,7 @@
 import numpy as np
 import pytest
 
+from openpose_ros_pkg.detect.detection import ImageFrame
 from openpose_ros_pkg.detect.detector import Detector, DetectorSettings
 from openpose_ros_pkg.detect.following import FollowingParams
 from openpose_ros_pkg.detect.network_detection import NetworkDetection
@@ -29,12 +30,12 @@ def stream(network):
 
 def test_nobody_is_seen(stream, network):
     network.people = []
-    assert len(stream.detect(IMAGE, 'camera', 10.0)) == 0
+    assert len(stream.detect(ImageFrame('camera', 10.0, IMAGE))) == 0
 
 
 def test_people_are_found_as_the_detector_finds_them_and_keep_their_ids(stream):
-    first = stream.detect(IMAGE, 'camera', 10.0)
-    again = stream.detect(IMAGE, 'camera', 10.1)
+    first = stream.detect(ImageFrame('camera', 10.0, IMAGE))
+    again = stream.detect(ImageFrame('camera', 10.1, IMAGE))
     np.testing.assert_array_equal(first.keypoints, stream.detector.detect(IMAGE).keypoints)
     assert sorted(first.ids) == [1, 2]
     assert again.ids.tolist() == first.ids.tolist()
@@ -42,23 +43,23 @@ def test_people_are_found_as_the_detector_finds_them_and_keep_their_ids(stream):
 
 
 def test_each_camera_has_ids_of_its_own(stream, network):
-    stream.detect(IMAGE, 'left', 10.0)
+    stream.detect(ImageFrame('left', 10.0, IMAGE))
     network.people = [RIGHT]
-    assert stream.detect(IMAGE, 'right', 10.1).ids.tolist() == [1]
+    assert stream.detect(ImageFrame('right', 10.1, IMAGE)).ids.tolist() == [1]
     network.people = [LEFT, RIGHT]
-    assert sorted(stream.detect(IMAGE, 'left', 10.1).ids) == [1, 2]
+    assert sorted(stream.detect(ImageFrame('left', 10.1, IMAGE)).ids) == [1, 2]
 
 
 def test_new_limits_hold_for_all_cameras(stream):
-    stream.detect(IMAGE, 'left', 10.0)
+    stream.detect(ImageFrame('left', 10.0, IMAGE))
     stream.reconfigure(TrackingParams(track_timeout=0.5))
-    assert sorted(stream.detect(IMAGE, 'left', 10.4).ids) == [1, 2]
-    assert sorted(stream.detect(IMAGE, 'left', 11.2).ids) == [3, 4]
+    assert sorted(stream.detect(ImageFrame('left', 10.4, IMAGE)).ids) == [1, 2]
+    assert sorted(stream.detect(ImageFrame('left', 11.2, IMAGE)).ids) == [3, 4]
 
 
 def test_what_is_no_image_is_refused(stream):
     with pytest.raises(BadInputError, match='image'):
-        stream.detect(np.zeros((480, 640), np.uint8), 'camera', 10.0)
+        stream.detect(ImageFrame('camera', 10.0, np.zeros((480, 640), np.uint8)))
 
 
 @pytest.mark.parametrize('following, detector, wanted', [

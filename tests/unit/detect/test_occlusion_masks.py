@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from openpose_ros_pkg.decode.direct import DirectDecodeParams
-from openpose_ros_pkg.detect.depth import DepthView
+from openpose_ros_pkg.detect.detection import DepthView
 from openpose_ros_pkg.detect.ensemble import Candidates
 from openpose_ros_pkg.detect.occlusion_masks import COVER, foregrounds, vote_behind
 from openpose_ros_pkg.detect.recipes import MODES, MULTIPOSE_CROP, THUNDER_CROP

@@ -2,9 +2,8 @@
 import pytest
 import yaml
 
-import openpose_ros_adapters.node_params
+import openpose_ros_bridges.node_params
 import openpose_ros_fusion.node_params
-import openpose_ros_hri.node_params
 import openpose_ros_pkg.params.nodes
 import openpose_ros_signals.node_params
 import skeleton_extract_3d.node_params
@@ -16,7 +15,7 @@ from openpose_ros_pkg.params.parameters import build, flat_values, parameter_fie
 FILES = [(PACKAGES[package.__name__.split('.')[0]] / 'config' / name, kind)
          for package in (openpose_ros_pkg.params.nodes, skeleton_extract_3d.node_params,
                          openpose_ros_fusion.node_params, openpose_ros_signals.node_params,
-                         openpose_ros_adapters.node_params, openpose_ros_hri.node_params)
+                         openpose_ros_bridges.node_params)
          for name, kind in package.CONFIG_FILES.items()]
 IDS = [path.name for path, _ in FILES]
 
@@ -56,6 +55,6 @@ def test_no_key_is_in_two_classes_of_a_node(path, kind):
 
 def test_every_file_in_config_belongs_to_a_node():
     there = {path for package in ('openpose_ros_pkg', 'skeleton_extract_3d', 'openpose_ros_fusion',
-                                        'openpose_ros_signals', 'openpose_ros_adapters', 'openpose_ros_hri')
+                                        'openpose_ros_signals', 'openpose_ros_bridges')
              for path in (PACKAGES[package] / 'config').iterdir()}
     assert there == {path for path, _ in FILES}

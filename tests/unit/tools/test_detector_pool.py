@@ -6,7 +6,7 @@ import signal
 import numpy as np
 import pytest
 
-from openpose_ros_pkg.detect.depth import DepthView
+from openpose_ros_pkg.detect.detection import DepthView
 from openpose_ros_pkg.detect.detector import DetectorSettings
 from openpose_ros_pkg.errors import BadInputError, ModelError
 from openpose_ros_pkg.params.parameters import build

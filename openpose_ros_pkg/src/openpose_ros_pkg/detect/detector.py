@@ -7,7 +7,7 @@ import numpy as np
 
 from openpose_ros_pkg.decode.direct import DirectDecodeParams
 from openpose_ros_pkg.decode.paf import DecodeParams
-from openpose_ros_pkg.detect.depth import DepthView
+from openpose_ros_pkg.detect.detection import DepthView
 from openpose_ros_pkg.detect.ensemble import (
     EnsembleParams,
     Opinions,

@@ -11,7 +11,7 @@ import numpy as np
 
 from openpose_ros_pkg.decode.direct import DirectDecodeParams
 from openpose_ros_pkg.decode.paf import DecodeParams
-from openpose_ros_pkg.detect.depth import DepthView
+from openpose_ros_pkg.detect.detection import DepthView
 from openpose_ros_pkg.detect.recipes import Recipe
 from openpose_ros_pkg.oks import area, sigmas, similarity
 from openpose_ros_pkg.params.constants import constant

@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 
 from openpose_ros_pkg.decode.direct import DirectDecodeParams
-from openpose_ros_pkg.detect.depth import DepthView
+from openpose_ros_pkg.detect.detection import DepthView
 from openpose_ros_pkg.detect.occlusion_masks import Foreground, cover_others
 from openpose_ros_pkg.detect.recipes import CropRefinement, Recipe
 from openpose_ros_pkg.detect.refinement import decode_crop

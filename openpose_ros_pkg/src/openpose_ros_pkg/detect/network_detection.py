@@ -7,7 +7,7 @@ from typing import Callable, Dict, Hashable, List, Optional, Sequence, Tuple, Un
 import numpy as np
 
 from openpose_ros_pkg.detect.crop_search import Found, Pace, Plan, assign, look, search
-from openpose_ros_pkg.detect.depth import DepthView
+from openpose_ros_pkg.detect.detection import ImageFrame
 from openpose_ros_pkg.detect.detector import (
     USUAL_SIZE,
     ComputedFrame,
@@ -29,28 +29,27 @@ from openpose_ros_pkg.stream.fair_lock import FairLock
 
 
 @dataclass(frozen=True)
-class StreamFrame:
-    """What was found in an image of a stream.
+class PreparedDetection:
+    """An image that is ready for the networks, and how it is searched, whatever is reconfigured meanwhile."""
 
-    Attributes:
-        network_seconds: that the networks took [s].
-        camera: which stream it is.
-        stamp: of the image [s].
-        found: what the networks gave; where people are followed: they, with their ids.
-    """
-
-    network_seconds: float
-    camera: Hashable
-    stamp: float
-    found: Union[ComputedFrame, People2D]
+    frame: ImageFrame
+    image: PreparedFrame
+    plan: Plan
 
 
 @dataclass(frozen=True)
-class PreparedStreamFrame:
-    """An image of a stream that is ready for the networks, and how it is searched, whatever is reconfigured."""
+class ComputedDetection:
+    """What the networks found in an image.
 
-    image: PreparedFrame
-    plan: Plan
+    Attributes:
+        frame: the image.
+        network_seconds: time that the networks took [s].
+        found: output of a full search; where people are followed: the people, with ids.
+    """
+
+    frame: ImageFrame
+    network_seconds: float
+    found: Union[ComputedFrame, People2D]
 
 
 class _Camera:
@@ -179,45 +178,33 @@ class NetworkDetection:
             for part in by_size.values():
                 search(plan.setup, blank, part, plan.pace)
 
-    def detect(self, bgr: np.ndarray, camera: Hashable, stamp: float, expected: Optional[People2D] = None,
-               depth: Optional[DepthView] = None) -> People2D:
-        """Return the people in an image of a camera, with ids that they keep in its images.
-
-        Args:
-            bgr: (H, W, 3) uint8 BGR; not modified.
-            camera: whatever tells the cameras apart.
-            stamp: of the image [s].
-            expected: where people who are followed in space are expected in the image, with their ids there; None:
-                nobody is followed in space.
-            depth: of the image; None: it is not known.
+    def detect(self, frame: ImageFrame, expected: Optional[People2D] = None) -> People2D:
+        """Return the people in an image, with ids that they keep in the images of a camera; see `Detection`.
 
         Raises:
             BadInputError: not such an image, or an empty one.
         """
-        prepared = self.prepare(bgr, depth=depth)
+        prepared = self.prepare(frame)
         with self.lock:
-            computed = self.compute(prepared, camera, stamp, expected)
+            computed = self.compute(prepared, expected)
         return self.finish(computed)
 
-    def prepare(self, bgr: np.ndarray, follow: bool = True, depth: Optional[DepthView] = None) -> PreparedStreamFrame:
-        """Check an image and bring it to the sizes that the networks want; see `detect`.
-
-        Args:
-            follow: False: search this image in full in any case.
-        """
+    def prepare(self, frame: ImageFrame) -> PreparedDetection:
+        """Check an image and bring it to the sizes that the networks want; see `Detection.prepare`."""
         plan = self._plan
-        return PreparedStreamFrame(prepare_frame(bgr, plan.setup, not (follow and plan.follows), depth), plan)
+        follows = plan.follows and frame.follow and frame.stamp > 0
+        return PreparedDetection(frame, prepare_frame(frame.bgr, plan.setup, not follows, frame.depth), plan)
 
-    def compute(self, frame: PreparedStreamFrame, camera: Hashable, stamp: float, expected: Optional[People2D] = None
-                ) -> StreamFrame:
-        """Compute the networks for a prepared image, with `lock` held; see `detect`."""
-        plan, image = frame.plan, frame.image
+    def compute(self, prepared: PreparedDetection, expected: Optional[People2D] = None) -> ComputedDetection:
+        """Compute the networks for a prepared image, with `lock` held; see `Detection.compute`."""
+        plan, image, frame = prepared.plan, prepared.image, prepared.frame
+        camera, stamp = frame.camera, frame.stamp
         size, begin = (image.bgr.shape[1], image.bgr.shape[0]), time.perf_counter()
-        if image.views or stamp <= 0:
+        if image.views:
             computed = self.detector.compute(image)
             with self._tracking_lock:
                 self._full += plan.search(size) if plan.pace.fixed else time.perf_counter() - begin
-            return StreamFrame(computed.network_seconds, camera, stamp, computed)
+            return ComputedDetection(frame, computed.network_seconds, computed)
         with self._tracking_lock:
             memory, ids = self._remembered(camera, size, stamp), self._ids.of(camera)
             beside = [other.budget for other in self._cameras.all() if other is not memory and other.shows(stamp)]
@@ -231,18 +218,18 @@ class NetworkDetection:
             taken = foreseen if plan.pace.fixed else time.perf_counter() - begin
             self._full += taken if full else 0.0
             memory.end(taken, self._full)
-        return StreamFrame(seconds, camera, stamp, people)
+        return ComputedDetection(frame, seconds, people)
 
-    def finish(self, computed: StreamFrame) -> People2D:
-        """Return the people of a computed image; see `detect`."""
+    def finish(self, computed: ComputedDetection) -> People2D:
+        """Return the people of a computed image; see `Detection.finish`."""
         if isinstance(computed.found, People2D):
             return computed.found
-        people, stamp = self.detector.finish(computed.found), computed.stamp
+        people, stamp = self.detector.finish(computed.found), computed.frame.stamp
         with self._tracking_lock:
-            ids = self._ids.of(computed.camera)
+            ids = self._ids.of(computed.frame.camera)
             if stamp <= 0:
                 return replace(people, ids=ids.give(len(people)))
-            camera = self._remembered(computed.camera, computed.found.image_size, stamp)
+            camera = self._remembered(computed.frame.camera, computed.found.image_size, stamp)
             return camera.follower.tracker.update(people, stamp, ids)
 
     def _remembered(self, name: Hashable, size: Tuple[int, int], stamp: float) -> _Camera:

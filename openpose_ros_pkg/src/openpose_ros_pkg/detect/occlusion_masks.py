@@ -10,7 +10,7 @@ from typing import List, NamedTuple, Optional, Sequence, Tuple
 import cv2
 import numpy as np
 
-from openpose_ros_pkg.detect.depth import DepthView
+from openpose_ros_pkg.detect.detection import DepthView
 from openpose_ros_pkg.detect.ensemble import Opinions, vote_with_crops
 from openpose_ros_pkg.detect.recipes import Recipe
 from openpose_ros_pkg.detect.views import PreparedView, View

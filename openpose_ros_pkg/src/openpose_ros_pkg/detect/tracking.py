@@ -4,16 +4,13 @@ from dataclasses import dataclass, replace
 from typing import Any, Callable, Dict, Generic, Hashable, List, Optional, Tuple, TypeVar
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
+from openpose_ros_pkg.assignment import match
 from openpose_ros_pkg.params.constants import constant
 from openpose_ros_pkg.params.parameters import Parameters, parameter
 from openpose_ros_pkg.people import FIRST_ID, People2D
 
 Value = TypeVar('Value')
-
-# Cost of a pair beyond the gate, for the Hungarian method.
-_FORBIDDEN = 1e3
 
 
 @dataclass(frozen=True)
@@ -180,10 +177,8 @@ class KeypointTracker:
         expected = np.stack([track.xy + track.way(stamp) for track in self._tracks])
         scale = np.maximum(np.array([track.size for track in self._tracks])[:, None], sizes)
         distances = joint_distances(expected, people.xy) / scale
-        allowed = distances <= self._params.track_gate
         costs = distances + TRACKING.fragment_cost * (1 - shared_joints(expected, people.xy))
-        pairs = zip(*linear_sum_assignment(np.where(allowed, costs, _FORBIDDEN)))
-        return [(t, p) for t, p in pairs if allowed[t, p]]
+        return match(costs, distances <= self._params.track_gate)
 
 
 class PerCamera(Generic[Value]):

@@ -4,7 +4,6 @@ import time
 from dataclasses import dataclass
 from typing import Dict, List, Optional, Tuple
 
-import numpy as np
 import rospy
 from diagnostic_msgs.msg import DiagnosticStatus
 from openpose_ros_msgs.msg import PersonDetection
@@ -12,9 +11,9 @@ from openpose_ros_msgs.srv import GetPersons, GetPersonsRequest, GetPersonsRespo
 from sensor_msgs.msg import Image
 from std_msgs.msg import Header
 
-from openpose_ros_pkg.detect.depth import DepthView
+from openpose_ros_pkg.detect.detection import ImageFrame
 from openpose_ros_pkg.detect.detector import create_detector
-from openpose_ros_pkg.detect.network_detection import NetworkDetection, PreparedStreamFrame, StreamFrame
+from openpose_ros_pkg.detect.network_detection import ComputedDetection, NetworkDetection, PreparedDetection
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.landmarks.detector import create_landmark_detector
 from openpose_ros_pkg.landmarks.records import Landmarks2D
@@ -38,6 +37,7 @@ from openpose_ros_pkg.ros.people_publisher import (
     PeoplePublisher,
 )
 from openpose_ros_pkg.ros.timing_report import TimingReport
+from openpose_ros_pkg.skeletons import SkeletonModel
 from openpose_ros_pkg.stream.fair_lock import FairLock
 from openpose_ros_pkg.stream.pipeline import Pipeline
 
@@ -54,53 +54,52 @@ class _Prepared:
     """An image that is ready for the networks.
 
     Attributes:
-        header: of the image.
-        bgr: (H, W, 3) uint8; for bgr8 a view of the message's data.
-        frame: what the networks will see.
+        frame: the image.
+        image: what the networks will see.
         received: when it came [s].
         worked: how long it was decoded and prepared [s].
-        sender: name of the client, which begins with /; else the camera of this process, empty for the only one.
     """
 
-    header: Header
-    bgr: np.ndarray
-    frame: PreparedStreamFrame
+    frame: ImageFrame
+    image: PreparedDetection
     received: float
     worked: float
-    sender: str
+
+    @property
+    def header(self) -> Header:
+        """Header of the image."""
+        return self.frame.source.header
 
 
 @dataclass(frozen=True)
 class _Computed:
-    """An image whose people are found.
+    """An image after the networks.
 
     Attributes:
-        prepared: the image.
-        frame: what was found.
+        prepared: the image before.
+        found: what the networks gave.
         waited: how long it waited for the networks in all [s].
         seconds: how long it was computed, decoding between the networks included [s].
     """
 
     prepared: _Prepared
-    frame: StreamFrame
+    found: ComputedDetection
     waited: float
     seconds: float
 
     @property
     def network_seconds(self) -> float:
         """Time that the networks took [s]."""
-        return self.frame.network_seconds
+        return self.found.network_seconds
 
 
 class DetectionService:
-    """Serves openpose_ros_msgs/GetPersons, finds the people in images that it is handed over in this process and, with
-    `image_topic`, in those of a camera.
+    """A `Detection` that publishes and saves what it finds, and serves openpose_ros_msgs/GetPersons.
 
-    Requests of several clients are prepared and finished in their own threads. The networks take one image at a time,
-    of clients and camera alike, in the order of their requests. People keep their ids per camera: that is a client
-    and a frame_id, or one of several in this process.
-
-    To hand images over, call `prepare`, `compute` (with `lock` held) and `finish`.
+    It finds the people in the images of requests, in those of the chain of this process and, with `image_topic`, in
+    those of a camera. Requests of several clients are prepared and finished in their own threads. The networks take one
+    image at a time, of clients and cameras alike, in the order of their requests. People keep their ids per camera: a
+    client and a frame_id, or a camera of this process.
 
     Args:
         service: name of the service.
@@ -108,18 +107,15 @@ class DetectionService:
         health, timing, demand: of the node; `timing` has STAGES.
     """
 
-    lead = 0.0
-    """See `Pipeline`: `prepare` does all."""
-
     def __init__(self, service: str, namespace: str, settings: ServiceSettings, health: Health, timing: TimingReport,
                  demand: Demand) -> None:
         self._settings = settings
         if settings.stream.image_topic:
             check_topic_name('image_topic', settings.stream.image_topic)
         self._detector = create_detector(settings.detector, settings.following)
-        self._stream = NetworkDetection(self._detector, settings.tracking, settings.following)
-        if settings.detector.detector.mode != 'accurate':  # for recordings, and slow: nobody waits for a first result
-            self._stream.warm_up()
+        self._detection = NetworkDetection(self._detector, settings.tracking, settings.following)
+        if settings.detector.detector.mode != 'accurate':  # for recordings, and slow
+            self._detection.warm_up()
         self._recorder: Optional[Recorder] = None
         self._numbers = itertools.count()
         if settings.save.active:
@@ -157,55 +153,48 @@ class DetectionService:
     @property
     def lock(self) -> FairLock:
         """To be held during `compute`."""
-        return self._stream.lock
+        return self._detection.lock
+
+    @property
+    def skeleton(self) -> SkeletonModel:
+        """Joint set of the people."""
+        return self._detection.skeleton
 
     @property
     def description(self) -> Dict[str, str]:
         """What is at work, for `introduce`."""
         params = self._settings.detector.detector
-        return {'mode': f'{params.mode}, pose_model {params.pose_model}, joints {self._detector.skeleton.name}',
+        return {'mode': f'{params.mode}, pose_model {params.pose_model}, joints {self.skeleton.name}',
                 'networks': self._detector.recipe.description, 'runtime': self._detector.description,
-                'people': self._stream.description,
+                'people': self._detection.description,
                 'target_rate': f'{params.target_rate:g} Hz' if params.target_rate > 0 else 'none'}
 
-    def prepare(self, image: Image, bgr: np.ndarray, depth: Optional[DepthView] = None, camera: str = '') -> _Prepared:
-        """Check an image and bring it to the sizes that the networks want.
-
-        Args:
-            image: whose header is taken.
-            bgr: (H, W, 3) uint8 BGR, the same image; not modified.
-            depth: of the image; None: it is not known.
-            camera: tells several cameras of this process apart; does not begin with /.
-
-        Raises:
-            BadInputError: it is empty.
-        """
-        return self._prepare(image.header, bgr, time.monotonic(), sender=camera, depth=depth)
+    def prepare(self, frame: ImageFrame) -> _Prepared:
+        """See `Detection`; `source` of the frame is a message with the header of the image."""
+        return self._prepare(frame, time.monotonic())
 
     def compute(self, prepared: _Prepared, expected: Optional[People2D] = None) -> _Computed:
-        """Find the people in a prepared image, with `lock` held; see `NetworkDetection.detect`."""
+        """See `Detection`."""
         begin = time.monotonic()
-        header = prepared.header
-        frame = self._stream.compute(prepared.frame, (prepared.sender, header.frame_id), header.stamp.to_sec(),
-                                     expected)
-        return _Computed(prepared, frame, begin - prepared.received - prepared.worked, time.monotonic() - begin)
+        found = self._detection.compute(prepared.image, expected)
+        return _Computed(prepared, found, begin - prepared.received - prepared.worked, time.monotonic() - begin)
 
-    def finish(self, computed: _Computed) -> List[PersonDetection]:
-        """Publish and save the people of an image as the parameters say, and return them."""
+    def finish(self, computed: _Computed) -> People2D:
+        """Publish and save the people of an image as the parameters say, and return them; see `Detection`."""
         begin = time.monotonic()
         prepared, header = computed.prepared, computed.prepared.header
-        people = self._stream.finish(computed.frame)
+        people = self._detection.finish(computed.found)
         decoded = time.monotonic()
-        messages = convert.people_to_messages(people, header)
         if self._publisher is not None:
-            self._publisher.publish(messages, header, people.skeleton, self._scaled(people, prepared))
+            self._publisher.publish(convert.people_to_messages(people, header), header, people.skeleton,
+                                    self._scaled(people, prepared))
         published = time.monotonic()
         landmarks = self._find_landmarks(people, prepared)
         found = time.monotonic()
         if self._publisher is not None:
-            self._publisher.draw(Drawing(header, prepared.bgr, people, None, landmarks))
+            self._publisher.draw(Drawing(header, prepared.frame.bgr, people, None, landmarks))
         if self._recorder is not None:
-            self._recorder.submit(next(self._numbers), prepared.bgr, people, landmarks)
+            self._recorder.submit(next(self._numbers), prepared.frame.bgr, people, landmarks)
         end = time.monotonic()
         network, total = computed.network_seconds, end - prepared.received
         for stage, seconds in (('wait_for_network', computed.waited), ('network', network),
@@ -213,20 +202,20 @@ class DetectionService:
                                (LANDMARK_STAGE, found - published), ('publish', published - decoded + end - found),
                                ('total', total), ('added', total - computed.waited - network)):
             self._timing.add(stage, seconds)
-        return messages
+        return people
 
     def _find_landmarks(self, people: People2D, prepared: _Prepared) -> Optional[Landmarks2D]:
-        """Return hands and faces of the people of an image, after publishing them; None: nobody wants them."""
+        """Return hands and faces of the people of an image, after publishing them; None: they are not wanted."""
         if self._landmarks is None:
             return None
         used = self._recorder is not None or (self._publisher is not None and self._publisher.draws)
         asked = self._landmarks.look(used, used)
         if not (asked.hands or asked.face):
             return None
-        header = prepared.header
-        found = self._landmarks.detector.detect(prepared.bgr, people, None, (prepared.sender, header.frame_id),
-                                                header.stamp.to_sec(), self._landmarks.seconds)
-        self._landmarks.publish(found, header)
+        frame = prepared.frame
+        found = self._landmarks.detector.detect(frame.bgr, people, None, frame.camera, frame.stamp,
+                                                self._landmarks.seconds)
+        self._landmarks.publish(found, prepared.header)
         return found
 
     def _subscribe(self, topic: str, namespace: str) -> None:
@@ -247,11 +236,13 @@ class DetectionService:
     def _serve(self, request: GetPersonsRequest) -> GetPersonsResponse:
         if not self._demand.enabled:
             raise rospy.ServiceException(f'{rospy.get_name()} is disabled; {rospy.get_name()}/enable enables it')
+        image = request.image
         try:
-            prepared = self._decode(request.image, time.monotonic(), request._connection_header['callerid'])
+            prepared = self._decode(image, time.monotonic(), request._connection_header['callerid'],
+                                    self._settings.following.follow_requests)
             with self.lock:
                 computed = self.compute(prepared)
-            return GetPersonsResponse(detections=self._finish_and_count(computed))
+            return GetPersonsResponse(convert.people_to_messages(self._finish_and_count(computed), image.header))
         except BadInputError as error:
             self._health.frame_failed(error)
             raise rospy.ServiceException(str(error)) from error
@@ -262,37 +253,35 @@ class DetectionService:
             self._input_publisher.publish(raw_image(message, self._settings.limits.max_image_megapixels))
         prepared = self._decode(message, received)
         if self._camera_info is not None:
-            self._camera_info.publish(message.header, (prepared.bgr.shape[1], prepared.bgr.shape[0]))
+            self._camera_info.publish(message.header, (prepared.frame.bgr.shape[1], prepared.frame.bgr.shape[0]))
         return prepared
 
-    def _decode(self, message: AnyImage, received: float, sender: str = '') -> _Prepared:
-        begin = time.monotonic()
+    def _decode(self, message: AnyImage, received: float, sender: str = '', follow: bool = True) -> _Prepared:
+        begin, header = time.monotonic(), message.header
         bgr = convert.any_image_to_bgr(message, self._settings.limits.max_image_megapixels)
         decoding = time.monotonic() - begin
         self._timing.add('decode_message', decoding)
-        return self._prepare(message.header, bgr, received, decoding, sender)
+        frame = ImageFrame((sender, header.frame_id), header.stamp.to_sec(), bgr, follow=follow, source=message)
+        return self._prepare(frame, received, decoding)
 
-    def _prepare(self, header: Header, bgr: np.ndarray, received: float, decoding: float = 0.0, sender: str = '',
-                 depth: Optional[DepthView] = None) -> _Prepared:
+    def _prepare(self, frame: ImageFrame, received: float, decoding: float = 0.0) -> _Prepared:
         begin = time.monotonic()
-        follow = not header.stamp.is_zero() and (
-            not sender.startswith('/') or self._settings.following.follow_requests)
-        frame = self._stream.prepare(bgr, follow, depth)
+        image = self._detection.prepare(frame)
         preparing = time.monotonic() - begin
         self._timing.add('preprocess', preparing)
-        return _Prepared(header, bgr, frame, received, decoding + preparing, sender)
+        return _Prepared(frame, image, received, decoding + preparing)
 
-    def _finish_and_count(self, computed: _Computed) -> List[PersonDetection]:
-        messages = self.finish(computed)
+    def _finish_and_count(self, computed: _Computed) -> People2D:
+        people = self.finish(computed)
         self._health.frame_done(computed.prepared.header.stamp)
-        return messages
+        return people
 
     def _scaled(self, people: People2D, prepared: _Prepared) -> Optional[List[PersonDetection]]:
         """Return the messages with coordinates as `keypoint_scale` wants them; None: in pixels."""
         scale = self._settings.keypoint_scale
         if scale.keypoint_scale == 0:
             return None
-        size = (prepared.bgr.shape[1], prepared.bgr.shape[0])
+        size = (prepared.frame.bgr.shape[1], prepared.frame.bgr.shape[0])
         return convert.people_to_messages(people, prepared.header, scale_keypoints(people.keypoints, size, scale))
 
     def _recorder_counters(self) -> Dict[str, str]:
@@ -304,7 +293,7 @@ class DetectionService:
         if settings.detector != self._settings.detector:
             self._detector.reconfigure(settings.detector)
         self._settings = settings
-        self._stream.reconfigure(settings.tracking)
+        self._detection.reconfigure(settings.tracking)
         if self._landmarks is not None:
             self._landmarks.reconfigure(settings.landmarks)
         if self._publisher is not None:

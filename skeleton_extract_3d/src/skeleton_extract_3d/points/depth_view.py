@@ -3,7 +3,7 @@ from typing import Optional
 
 import numpy as np
 
-from openpose_ros_pkg.detect.depth import DepthView
+from openpose_ros_pkg.detect.detection import DepthView
 from openpose_ros_pkg.errors import BadInputError
 from skeleton_extract_3d.points.plausibility import summarize
 from skeleton_extract_3d.points.point_grid import PointGrid

@@ -1,6 +1,6 @@
-"""The extractor node: pairs images and points, has people found in the images, and tracks them in 3D."""
+"""The extractor node: pairs images and points, and publishes what the chain knows of the people in them."""
 import time
-from typing import Any, Dict, NamedTuple, Optional, Tuple
+from typing import Dict, NamedTuple, Optional, Tuple
 
 import numpy as np
 import rospy
@@ -9,15 +9,15 @@ from openpose_ros_msgs.msg import PersonDetection_3d, PersonDetection_3dArray
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2
 from std_msgs.msg import Header
 
+from openpose_ros_pkg.detect.detection import Detection
 from openpose_ros_pkg.errors import BadInputError, NoTransformError
-from openpose_ros_pkg.landmarks.detector import create_landmark_detector
-from openpose_ros_pkg.landmarks.records import Landmarks2D
+from openpose_ros_pkg.landmarks.detector import LandmarkDetector, create_landmark_detector
 from openpose_ros_pkg.networks.backends import LiveBackendParams
 from openpose_ros_pkg.networks.models import find_model
 from openpose_ros_pkg.params.nodes import ImageTransportParams
 from openpose_ros_pkg.ros import convert as convert_2d
 from openpose_ros_pkg.ros.camera_info import CameraInfoPublisher
-from openpose_ros_pkg.ros.client.service_client import DetectionClient
+from openpose_ros_pkg.ros.client.service_client import REQUEST_LEAD, DetectionClient
 from openpose_ros_pkg.ros.demand import Demand
 from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.ros.images import AnyImage, InputSubscriber, image_subscriber, raw_image
@@ -35,21 +35,19 @@ from openpose_ros_pkg.ros.people_publisher import (
 from openpose_ros_pkg.ros.timing_report import TimingReport
 from openpose_ros_pkg.stream.pairing import PairingParams
 from openpose_ros_pkg.stream.pipeline import Pipeline
-from skeleton_extract_3d.chain import PeopleChain
+from skeleton_extract_3d.chain import ComputedFrame, PeopleChain, PreparedFrame, Result
 from skeleton_extract_3d.estimator import STAGES as ESTIMATOR_STAGES
-from skeleton_extract_3d.estimator import Estimate
 from skeleton_extract_3d.frame import Frame
 from skeleton_extract_3d.node_params import LIVE_PARAMETERS, ExtractorSettings
 from skeleton_extract_3d.people import People3D
-from skeleton_extract_3d.points.depth_view import depth_view
 from skeleton_extract_3d.points.plausibility import PointSummary
 from skeleton_extract_3d.points.point_grid import PointGrid
 from skeleton_extract_3d.ros import convert
-from skeleton_extract_3d.ros.finder import Finder, ServiceFinder
 from skeleton_extract_3d.ros.floor_input import FloorInput
+from skeleton_extract_3d.ros.frames import FrameTransforms, PointsMessage, points_from_message
 from skeleton_extract_3d.ros.input_echo import InputEcho, InputFrame
-from skeleton_extract_3d.ros.landmark_stage import LandmarkFinder, LandmarkStage
-from skeleton_extract_3d.ros.lifter import Lifter, PointsMessage, camera_frame
+from skeleton_extract_3d.ros.landmark_stage import LandmarkStage
+from skeleton_extract_3d.ros.service_detection import ServiceDetection
 from skeleton_extract_3d.ros.synchronizer import StampSynchronizer
 from skeleton_extract_3d.ros.transforms import Transforms
 from skeleton_extract_3d.settings import EstimatorSettings
@@ -76,70 +74,87 @@ class _Pair(NamedTuple):
     points: PointsMessage
 
 
+class Networks(NamedTuple):
+    """What finds people, hands and faces for an extractor.
+
+    Attributes:
+        detection: of people in images.
+        name: of the service that detects, or that offers this detection to others.
+        landmarks: finds hands and faces.
+        lead: of the detection, see `Pipeline` [s].
+        target_rate: of the images [Hz]; 0: none.
+        camera: namespace of the camera, which tells those apart that share the detection.
+    """
+
+    detection: Detection
+    name: str
+    landmarks: LandmarkDetector
+    lead: float = 0.0
+    target_rate: float = 0.0
+    camera: str = ''
+
+
 class _Prepared(NamedTuple):
     """A pair that is ready for the networks.
 
     Attributes:
-        frame: image and points, decoded.
-        image: what the finder has of the image.
-        received, begin, ready: when the pair came, preparing it began, and it was ready [s].
+        pair: image, raw, and points.
+        frame: in the chain.
+        begin, ready: when preparing it began, and ended [s].
     """
 
-    frame: InputFrame
-    image: Any
-    received: float
+    pair: _Pair
+    frame: PreparedFrame
     begin: float
     ready: float
 
 
 class _Computed(NamedTuple):
-    """A pair whose people are found in the image.
+    """A pair after the networks.
 
     Attributes:
-        prepared: the pair.
-        people: what the finder found.
+        prepared: the pair before.
+        frame: in the chain.
         begin, end: when the networks began, and ended [s].
     """
 
     prepared: _Prepared
-    people: Any
+    frame: ComputedFrame
     begin: float
     end: float
 
 
 class Extractor:
-    """Publishes the joints of everybody in view, per person and per frame.
+    """Publishes the joints of all people in view, per person and per frame.
 
     While the networks see one frame, the next is prepared and the one before is lifted and published. People are
     tracked per camera; the frame_id of the points names the camera. Ids are unique over all cameras.
 
     Args:
-        finder: who finds the people in the images.
-        landmarks: finds hands and faces.
+        networks: find people, hands and faces.
         health, timing, demand: of the node, or of one of its cameras; `timing` has STAGES.
     """
 
-    def __init__(self, settings: ExtractorSettings, finder: Finder, landmarks: LandmarkFinder, health: Health,
-                 timing: TimingReport, demand: Demand) -> None:
-        self._params, self._finder = settings.extractor, finder
+    def __init__(self, settings: ExtractorSettings, networks: Networks, health: Health, timing: TimingReport,
+                 demand: Demand) -> None:
+        self._params, self._networks = settings.extractor, networks
         self._most = settings.limits.max_image_megapixels
         self._health, self._timing, self._demand = health, timing, demand
         self._last_report = -float('inf')
-        self._chain = PeopleChain(find_model(self._params.pose_model).skeleton, settings.estimator,
-                                  landmarks=landmarks.detector)
+        self._chain = PeopleChain(networks.detection, settings.estimator, networks.landmarks)
         self._chain.warm_up()
         frames = self._params.target_frame or self._params.tracking_frame
         lookup = Transforms(self._params.tf_timeout).lookup if frames else None
-        self._lifter = Lifter(self._params, self._chain, lookup, self._most)
+        self._transforms = FrameTransforms(self._params, lookup)
         self._advertise()
         self._publisher_2d: Optional[PeoplePublisher] = None
         if self._params.publish_2d:
             self._publisher_2d = PeoplePublisher(NAMESPACE, settings.draw, settings.images, health, timing, demand)
-        in_image = LandmarkPublisher(NAMESPACE if self._params.publish_2d else None, landmarks.detector,
-                                     settings.landmarks, landmarks.target_rate, health, demand)
-        self._landmarks = LandmarkStage(NAMESPACE, self._chain, self._lifter, in_image, demand)
-        self._pipeline = Pipeline(self._prepare, self._compute, self._finish, health.frame_failed, finder.lock,
-                                  finder.lead)
+        in_image = LandmarkPublisher(NAMESPACE if self._params.publish_2d else None, networks.landmarks,
+                                     settings.landmarks, networks.target_rate, health, demand)
+        self._landmarks = LandmarkStage(NAMESPACE, self._chain, self._transforms, in_image, demand)
+        self._pipeline = Pipeline(self._prepare, self._compute, self._finish, health.frame_failed,
+                                  networks.detection.lock, networks.lead)
         self._summary: Optional[PointSummary] = None
         self._health.show(self._values_of_points)
         self._health.show(lambda: {'frames skipped': str(self._pipeline.replaced)})
@@ -178,7 +193,7 @@ class Extractor:
         params = self._params
         switches = {'occlusion': estimator.occlusion.occlusion, 'tracking': estimator.identity.tracking,
                     'smoothing': estimator.smoothing.smoothing}
-        return {'detection': f'by {self._finder.name}, joints {self._chain.skeleton.name}',
+        return {'detection': f'by {self._networks.name}, joints {self._chain.skeleton.name}',
                 'lifting': ', '.join([f'{estimator.lifting.lifting} from {params.points_source}',
                                       *(f'{name} {"on" if on else "off"}' for name, on in switches.items())]),
                 'frames': f'joints in {params.target_frame or "the frame of the points"}, people followed in '
@@ -190,46 +205,42 @@ class Extractor:
     def _prepare(self, pair: _Pair) -> _Prepared:
         begin, image = time.monotonic(), raw_image(pair.image, self._most)
         bgr = convert_2d.image_to_bgr(image, self._most)
-        points = self._points(pair.points, (image.width, image.height))
-        prepared = self._finder.prepare(image, bgr, depth_view(points))
-        return _Prepared(InputFrame(image, bgr, pair.points, points), prepared, pair.received, begin, time.monotonic())
+        header = pair.points.header
+        frame = Frame((self._networks.camera, header.frame_id), header.stamp.to_sec(), bgr, self._points(pair.points),
+                      image_stamp=image.header.stamp.to_sec(), source=image)
+        return _Prepared(pair._replace(image=image), self._chain.prepare(frame), begin, time.monotonic())
 
     def _compute(self, prepared: _Prepared) -> _Computed:
-        begin, frame = time.monotonic(), prepared.frame
-        self._echo.submit(frame)
-        size = (frame.bgr.shape[1], frame.bgr.shape[0])
-        expected = self._chain.expected(frame.message.header.frame_id, frame.image.header.stamp.to_sec(), size)
-        people = self._finder.compute(prepared.image, expected)
-        return _Computed(prepared, people, begin, time.monotonic())
+        begin, pair, frame = time.monotonic(), prepared.pair, prepared.frame.frame
+        self._echo.submit(InputFrame(pair.image, frame.bgr, pair.points, frame.points))
+        computed = self._chain.compute(prepared.frame)
+        return _Computed(prepared, computed, begin, time.monotonic())
 
     def _finish(self, computed: _Computed) -> None:
-        """Estimate and publish the people of a pair, and report the duration of each stage."""
-        begin, frame = time.monotonic(), computed.prepared.frame
-        header, image = frame.message.header, frame.image
-        detections = self._finder.finish(computed.people)
+        """Lift and publish the people of a pair, and report the duration of each stage."""
+        begin, pair = time.monotonic(), computed.prepared.pair
+        header, image = pair.points.header, pair.image
+        result = self._chain.finish(computed.frame)
         found = time.monotonic()
-        tracking_from_points = self._lifter.tracking_from_points(header)
-        looked_up = time.monotonic()
-        floor = self._floor.at(header) if self._floor else None
-        camera = camera_frame(frame.bgr, frame.points, header, tracking_from_points, floor)
-        estimate = self._lifter.estimate(detections, camera)
+        result = result.located(self._transforms.tracking_from_points(header),
+                                self._floor.at(header) if self._floor else None)
+        located = time.monotonic()
+        result = self._chain.lift(result)
         estimated = time.monotonic()
-        self._report(estimate, frame.points)
-        self._say_doubts(estimate)
+        self._report(result)
         if self._publisher_2d is not None:
-            people = estimate.in_image
-            self._publisher_2d.publish(convert_2d.people_to_messages(people, image.header), image.header,
-                                       people.skeleton)
-        self._camera_info.publish(image.header, (image.width, image.height), lambda: _camera_of(frame.points, image))
-        self._publish(estimate.people, header)
+            self._publisher_2d.publish(convert_2d.people_to_messages(result.people_2d, image.header), image.header,
+                                       result.people_2d.skeleton)
+        points = result.frame.points
+        self._camera_info.publish(image.header, (image.width, image.height), lambda: _camera_of(points, image))
+        self._publish(result.people_3d, header)
         end = time.monotonic()
         self._note({**_stages_of_detection(computed, found - begin),
-                    'wait_for_lifting': begin - computed.end + looked_up - found, **estimate.timing,
-                    'estimate': estimated - looked_up, 'publish': end - estimated,
-                    'total': end - computed.prepared.received}, header)
-        landmarks = self._find_landmarks(estimate, camera, image.header, header)
+                    'wait_for_lifting': begin - computed.end + located - found, **result.timing,
+                    'estimate': estimated - located, 'publish': end - estimated, 'total': end - pair.received}, header)
+        result = self._with_landmarks(result, (image.header, header))
         self._timing.add(LANDMARK_STAGE, time.monotonic() - end)
-        self._draw(estimate, image.header, frame.bgr, landmarks)
+        self._draw(result, image.header)
 
     def _note(self, stages: Dict[str, float], header: Header) -> None:
         """Report how long the stages of a result took, which was published just now."""
@@ -239,13 +250,13 @@ class Extractor:
         for stage, seconds in stages.items():
             self._timing.add(stage, seconds)
 
-    def _points(self, message: PointsMessage, image_size: Tuple[int, int]) -> PointGrid:
+    def _points(self, message: PointsMessage) -> PointGrid:
         if self._params.points_source == 'depth_image' and self._camera_info.newest is None:
             raise BadInputError(f'no camera info yet on {self._camera_info.source}')
-        return self._lifter.points(message, self._camera_info.newest, image_size)
+        return points_from_message(message, self._camera_info.newest, self._params, self._most)
 
     def _publish(self, people: People3D, cloud_header: Header) -> None:
-        people, header = self._lifter.in_target_frame(people, cloud_header)
+        people, header = self._transforms.in_target_frame(people, cloud_header)
         array = convert.people_to_array(people, header)
         self._array_publisher.publish(array)
         for person in array.persons:
@@ -254,24 +265,23 @@ class Extractor:
             self._tf_broadcaster.sendTransform(convert.people_to_transforms(people, header))
         self._health.frame_done(header.stamp)
 
-    def _find_landmarks(self, estimate: Estimate, frame: Frame, image: Header, points: Header
-                        ) -> Optional[Landmarks2D]:
-        """Publish hands and faces of a frame, and return those in the image; None: there are none to be shown."""
+    def _with_landmarks(self, result: Result, headers: Tuple[Header, Header]) -> Result:
+        """Publish hands and faces of a frame, with the headers of image and points; return the result with them."""
         drawn = self._publisher_2d is not None and self._publisher_2d.draws
         try:
-            return self._landmarks.find(estimate, frame, (image, points), drawn)
+            return self._landmarks.publish(result, headers, drawn)
         except NoTransformError:  # publishing the people says so
-            return None
+            return result
         except Exception as error:  # people are published whatever becomes of hands and faces
             self._health.warn('no hands and faces', str(error) if isinstance(error, BadInputError) else repr(error))
-            return None
+            return result
 
-    def _draw(self, estimate: Estimate, header: Header, bgr: np.ndarray, landmarks: Optional[Landmarks2D]) -> None:
+    def _draw(self, result: Result, header: Header) -> None:
         if self._publisher_2d is not None:
-            people = estimate.in_image
-            hidden = np.zeros(people.present.shape, bool)
-            hidden[:len(estimate.hidden)] = estimate.hidden
-            self._publisher_2d.draw(Drawing(header, bgr, people, hidden, landmarks))
+            hidden = np.zeros(result.people_2d.present.shape, bool)
+            hidden[:len(result.estimate.hidden)] = result.estimate.hidden
+            self._publisher_2d.draw(Drawing(header, result.frame.bgr, result.people_2d, hidden,
+                                            result.landmarks.in_image))
 
     def reconfigure(self, settings: ExtractorSettings) -> None:
         """Take new parameters; they hold from the next frame on."""
@@ -280,16 +290,14 @@ class Extractor:
         if self._publisher_2d is not None:
             self._publisher_2d.reconfigure(settings.draw, settings.images)
 
-    def _report(self, estimate: Estimate, points: PointGrid) -> None:
+    def _report(self, result: Result) -> None:
+        self._summary = result.estimate.points
+        for doubt in result.doubts:
+            self._health.warn(doubt.event, doubt.text)
         now = time.monotonic()
         if self._params.verbose and now - self._last_report >= self._params.verbose_period:
             self._last_report = now
-            rospy.loginfo('%s', frame_report(estimate.people_2d, estimate.people, points))
-
-    def _say_doubts(self, estimate: Estimate) -> None:
-        self._summary = estimate.points
-        for doubt in estimate.doubts:
-            self._health.warn(doubt.event, doubt.text)
+            rospy.loginfo('%s', frame_report(result.estimate.people_2d, result.people_3d, result.frame.points))
 
     def _values_of_points(self) -> Dict[str, str]:
         summary = self._summary
@@ -310,10 +318,10 @@ def _stages_of_detection(computed: _Computed, finishing: float) -> Dict[str, flo
     """Return the duration of each stage until the people in the image are known [s].
 
     Args:
-        finishing: what the finder's last step took [s].
+        finishing: what the last step of the detection took [s].
     """
-    prepared, network = computed.prepared, computed.people.network_seconds
-    stages = {'wait': prepared.begin - prepared.received, 'prepare': prepared.ready - prepared.begin,
+    prepared, network = computed.prepared, getattr(computed.frame.found, 'network_seconds', None)
+    stages = {'wait': prepared.begin - prepared.pair.received, 'prepare': prepared.ready - prepared.begin,
               'detection': computed.end - prepared.ready + finishing}
     if network is not None:
         stages.update(wait_for_network=computed.begin - prepared.ready, network=network,
@@ -326,9 +334,11 @@ def _make(settings: ExtractorSettings) -> Tuple[Extractor, LiveParameters]:
     health, timing = Health(), TimingReport(STAGES, result='total')
     health.show(timing.medians)
     demand = Demand(settings.is_lazy, health)
-    finder = ServiceFinder(DetectionClient('~skeleton_2d_detector', settings.service))
-    landmarks = LandmarkFinder(create_landmark_detector(settings.landmarks, LiveBackendParams()))
-    node = Extractor(settings, finder, landmarks, health, timing, demand)
+    client = DetectionClient('~skeleton_2d_detector', settings.service)
+    detection = ServiceDetection(client, find_model(settings.extractor.pose_model).skeleton)
+    networks = Networks(detection, client.name, create_landmark_detector(settings.landmarks, LiveBackendParams()),
+                        REQUEST_LEAD)
+    node = Extractor(settings, networks, health, timing, demand)
     live = LiveParameters(settings, LIVE_PARAMETERS, node.reconfigure)
     introduce(demand.inputs, **node.describe(settings.estimator))
     return node, live

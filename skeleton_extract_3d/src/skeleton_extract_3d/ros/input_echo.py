@@ -11,7 +11,7 @@ from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.depth import DepthImage
 from skeleton_extract_3d.points.point_grid import PointGrid
 from skeleton_extract_3d.ros import convert
-from skeleton_extract_3d.ros.lifter import PointsMessage
+from skeleton_extract_3d.ros.frames import PointsMessage
 
 
 class InputFrame(NamedTuple):

@@ -1,16 +1,11 @@
 """The people node: detection service and extractors in one process, so that no image is sent from one to the other."""
-from typing import Any, List, Optional, Sequence
+from typing import List, Sequence
 
-import numpy as np
 import rospy
-from openpose_ros_msgs.msg import PersonDetection
-from sensor_msgs.msg import Image
 
-from openpose_ros_pkg.detect.depth import DepthView
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.landmarks.detector import create_landmark_detector
 from openpose_ros_pkg.params.nodes import LIVE_PARAMETERS as LIVE_IN_DETECTION
-from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.ros.demand import Demand, in_camera
 from openpose_ros_pkg.ros.detection_service import STAGES as DETECTION_STAGES
 from openpose_ros_pkg.ros.detection_service import DetectionService
@@ -20,31 +15,10 @@ from openpose_ros_pkg.ros.live_parameters import LiveParameters
 from openpose_ros_pkg.ros.node import check_topic_name, introduce, run_node
 from openpose_ros_pkg.ros.timing_report import TimingReport
 from skeleton_extract_3d.node_params import LIVE_PARAMETERS, PeopleSettings
-from skeleton_extract_3d.ros.extractor import NAMESPACE, STAGES, Extractor
-from skeleton_extract_3d.ros.finder import Finder
-from skeleton_extract_3d.ros.landmark_stage import LandmarkFinder
+from skeleton_extract_3d.ros.extractor import NAMESPACE, STAGES, Extractor, Networks
 
 # Service of the detection, as that of openpose_ros_node_3d.
 SERVICE = 'detect_poses_3d'
-
-
-class _OfCamera:
-    """The detection of this process for one of several cameras; see `Finder`."""
-
-    lead = DetectionService.lead
-
-    def __init__(self, service: DetectionService, camera: str) -> None:
-        self._service, self._camera = service, camera.strip('/')
-        self.name, self.lock = service.name, service.lock
-
-    def prepare(self, image: Image, bgr: np.ndarray, depth: Optional[DepthView] = None) -> Any:
-        return self._service.prepare(image, bgr, depth, self._camera)
-
-    def compute(self, prepared: Any, expected: Optional[People2D]) -> Any:
-        return self._service.compute(prepared, expected)
-
-    def finish(self, computed: Any) -> List[PersonDetection]:
-        return self._service.finish(computed)
 
 
 class PeopleNode:
@@ -83,11 +57,11 @@ class PeopleNode:
 
     def _extractor(self, settings: PeopleSettings, camera: str, health: Health, timing: TimingReport, demand: Demand
                    ) -> Extractor:
-        networks, landmarks = settings.detection.detector, settings.extraction.landmarks
-        finder: Finder = _OfCamera(self._service, camera) if camera else self._service
-        detector = create_landmark_detector(landmarks, networks.backend, networks.detector.model_folder)
-        extractor = Extractor(settings.extraction, finder, LandmarkFinder(detector, networks.detector.target_rate),
-                              health, timing, demand)
+        params, landmarks = settings.detection.detector, settings.extraction.landmarks
+        detector = create_landmark_detector(landmarks, params.backend, params.detector.model_folder)
+        networks = Networks(self._service, self._service.name, detector, target_rate=params.detector.target_rate,
+                            camera=camera.strip('/'))
+        extractor = Extractor(settings.extraction, networks, health, timing, demand)
         # a thread within a network would end the program with an abort
         rospy.on_shutdown(extractor.stop)
         return extractor

@@ -3,7 +3,7 @@ import itertools
 import logging
 from collections import deque
 from dataclasses import dataclass
-from typing import Any, Dict, Iterable, Iterator, List, NamedTuple, Optional, Sequence, Union
+from typing import Any, Callable, Dict, Iterable, Iterator, List, NamedTuple, Optional, Sequence, Union
 
 import genpy
 import numpy as np
@@ -23,7 +23,6 @@ from openpose_ros_tools.ros.bag_files import StampedMessage, deserialized, stamp
 from openpose_ros_tools.ros.camera_topics import TopicFinder, is_result
 from openpose_ros_tools.ros.process_bag.job import Counts, Topics
 from skeleton_extract_3d.points.point_grid import PointGrid
-from skeleton_extract_3d.ros.lifter import Lifter
 from skeleton_extract_3d.ros.transforms import check_stamp
 
 _log = logging.getLogger(__name__)
@@ -40,6 +39,9 @@ _TF_AHEAD, _TF_KEPT = 3_000_000_000, genpy.Duration(30)
 TF_TOPICS = ('/tf', '/tf_static', 'tf', 'tf_static')
 """Topics of transforms in bags."""
 _CLASSES = {kind._type: kind for kind in (Image, CompressedImage, PointCloud2, CameraInfo)}
+
+
+MakePoints = Callable[[Any, Optional[CameraInfo]], PointGrid]
 
 
 @dataclass(frozen=True)
@@ -119,7 +121,7 @@ class Recording:
         topics: of the camera.
         copied: topics whose messages come as well, between the frames.
         pairing: how images and points are paired.
-        lifter: makes points of messages; None in 2D.
+        points: makes points of a message and the camera info at its time; None in 2D.
         most: pixels of an image, `max_image_megapixels`.
 
     Attributes:
@@ -127,8 +129,8 @@ class Recording:
     """
 
     def __init__(self, bag: rosbag.Bag, topics: Topics, copied: Sequence[str], pairing: PairingParams,
-                 lifter: Optional[Lifter], most: float = MOST_MEGAPIXELS) -> None:
-        self._bag, self._topics, self._lifter, self._most = bag, topics, lifter, most
+                 points: Optional[MakePoints], most: float = MOST_MEGAPIXELS) -> None:
+        self._bag, self._topics, self._make_points, self._most = bag, topics, points, most
         self._copied = frozenset(copied)
         self._points_topic = topics.points or topics.depth
         self.counts = Counts()
@@ -189,7 +191,7 @@ class Recording:
         try:
             bgr = any_image_to_bgr(image.message, self._most)
             if points is not None:
-                grid = self._lifter.points(points.message, points.info, (bgr.shape[1], bgr.shape[0]))
+                grid = self._make_points(points.message, points.info)
                 points_header = points.message.header
             time = max(part.time for part in (image, points) if part is not None)
             return Frame(genpy.Time(0, time), image.message.header, bgr, grid, points_header)

@@ -2,22 +2,20 @@
 import itertools
 import logging
 from collections import deque
-from concurrent.futures import Future
 from contextlib import ExitStack, closing
 from dataclasses import astuple, replace
+from functools import partial
 from pathlib import Path
-from typing import Any, Callable, Deque, Dict, Iterable, Iterator, List, NamedTuple, Optional, Tuple, Union
+from typing import Any, Callable, Deque, Dict, Iterable, Iterator, List, NamedTuple, Optional, Union
 
 import genpy
 import rosbag
 
-from openpose_ros_pkg.detect.depth import DepthView
-from openpose_ros_pkg.detect.detector import Detector
+from openpose_ros_pkg.detect.detection import Detection
+from openpose_ros_pkg.detect.independent_detection import IndependentDetection
 from openpose_ros_pkg.detect.network_detection import NetworkDetection
 from openpose_ros_pkg.errors import BadInputError, ModelError, NoTransformError
 from openpose_ros_pkg.landmarks.detector import create_landmark_detector
-from openpose_ros_pkg.people import People2D
-from openpose_ros_pkg.ros import convert
 from openpose_ros_pkg.throttle import Throttle
 from openpose_ros_tools.outputs import PartFiles
 from openpose_ros_tools.parallel.detector_pool import DetectorPool, with_threads
@@ -27,10 +25,10 @@ from openpose_ros_tools.ros.camera_topics import TopicFinder, is_within
 from openpose_ros_tools.ros.process_bag.input import Frame, Recording, Transforms, copied_topics, find_topics
 from openpose_ros_tools.ros.process_bag.job import BagJob, BagReport, BagSettings, Topics, build_settings
 from openpose_ros_tools.ros.process_bag.output import Published, Results, finished_record, is_json_of
-from skeleton_extract_3d.chain import PeopleChain
-from skeleton_extract_3d.points.depth_view import depth_view
-from skeleton_extract_3d.points.point_grid import PointGrid
-from skeleton_extract_3d.ros.lifter import Lifter, camera_frame
+from skeleton_extract_3d import frame as chain_frame
+from skeleton_extract_3d.chain import PeopleChain, PreparedFrame, Result
+from skeleton_extract_3d.node_params import ExtractorParams
+from skeleton_extract_3d.ros.frames import FrameTransforms, points_from_message
 
 _log = logging.getLogger(__name__)
 
@@ -112,7 +110,8 @@ class Networks:
 
     Attributes:
         settings: those.
-        pool: what finds people in several images at a time; None where chains follow them, one image at a time.
+        capacity: number of images that have to be in progress, so that no network waits; 0: one after the other, where
+            the history of a camera tells where to look.
 
     Raises:
         ParameterError, ModelError: a parameter or a network is wrong.
@@ -120,24 +119,23 @@ class Networks:
 
     def __init__(self, job: BagJob, settings: BagSettings, stack: ExitStack) -> None:
         self.settings = settings
-        detector = with_threads(settings.detector, job.threads)
-        self._landmarks = create_landmark_detector(settings.landmarks, detector.backend, detector.detector.model_folder)
+        params = with_threads(settings.detector, job.threads)
+        self._landmarks = create_landmark_detector(settings.landmarks, params.backend, params.detector.model_folder)
         if self._landmarks.missing:
             raise ModelError(self._landmarks.faults)
-        self.pool: Optional[DetectorPool] = None
-        self._detector: Optional[Detector] = None
-        if settings.following.wanted(detector.detector):
-            self._detector = job.create(detector)
+        self._make: Callable[[], Detection]
+        if settings.following.wanted(params.detector):
+            self.capacity = 0
+            self._make = partial(NetworkDetection, job.create(params), settings.tracking, settings.following)
         else:
-            self.pool = stack.enter_context(DetectorPool(job.jobs, detector, job.create))
+            pool = stack.enter_context(DetectorPool(job.jobs, params, job.create))
+            self.capacity = pool.capacity
+            self._make = partial(IndependentDetection, pool.skeleton,
+                                 lambda image: pool.submit(image.bgr, image.depth).result, settings.tracking)
 
     def chain(self) -> PeopleChain:
-        """Return the chain of a camera that nobody has seen yet."""
-        settings, landmarks = self.settings, self._landmarks
-        if self._detector is not None:
-            stream = NetworkDetection(self._detector, settings.tracking, settings.following)
-            return PeopleChain(stream.skeleton, settings.estimator, stream=stream, landmarks=landmarks)
-        return PeopleChain(self.pool.skeleton, settings.estimator, settings.tracking, landmarks=landmarks)
+        """Return the chain of a camera that has no history yet."""
+        return PeopleChain(self._make(), self.settings.estimator, self._landmarks)
 
 
 def process_camera(job: BagJob, view: View, made: Dict[str, Any], networks: Networks,
@@ -151,12 +149,15 @@ def process_camera(job: BagJob, view: View, made: Dict[str, Any], networks: Netw
     """
     settings, images, chain = networks.settings, view.images, networks.chain()
     with ExitStack() as stack:
-        lifter, transforms = _lifter(job.source, settings, view.topics, chain, stack)
+        params = _extractor_params(settings, view.topics)
+        most = settings.limits.max_image_megapixels
+        points = partial(points_from_message, params=params, most=most) if view.topics.in_space else None
+        recording = Recording(*view, settings.pairing, points, most)
         results = stack.enter_context(Results(job, settings, view.topics.in_space))
-        recording = Recording(*view, settings.pairing, lifter, settings.limits.max_image_megapixels)
-        frames = _Frames(chain, lifter, transforms, results, BagReport(counts=recording.counts, topics=view.topics))
+        frames = _Frames(chain, networks.capacity, _transforms(job.source, params, stack), results,
+                         BagReport(counts=recording.counts, topics=view.topics))
         events = stack.enter_context(closing(prefetched(recording, _AHEAD)))
-        for done in frames.run(events, networks.pool):
+        for done in frames.run(events):
             on_frame(min(done, images), images)
         results.record(made, genpy.Time.from_sec(view.bag.get_start_time()))
         on_frame(images, images)
@@ -165,107 +166,116 @@ def process_camera(job: BagJob, view: View, made: Dict[str, Any], networks: Netw
     return frames.report
 
 
-def _lifter(source: Path, settings: BagSettings, topics: Topics, chain: PeopleChain,
-            stack: ExitStack) -> Tuple[Optional[Lifter], Optional[Transforms]]:
-    """Return what lifts, and the transforms where some are wanted; None in 2D."""
-    if not topics.in_space:
-        return None, None
-    extractor = replace(settings.extractor, points_source='depth_image' if topics.depth else 'point_cloud')
-    most = settings.limits.max_image_megapixels
-    if not (extractor.target_frame or extractor.tracking_frame):
-        return Lifter(extractor, chain, None, most), None  # nothing is looked up
+def _extractor_params(settings: BagSettings, topics: Topics) -> ExtractorParams:
+    return replace(settings.extractor, points_source='depth_image' if topics.depth else 'point_cloud')
+
+
+def _transforms(source: Path, params: ExtractorParams, stack: ExitStack) -> '_Located':
+    """Return what looks up transforms in a bag, which is read only where some are wanted."""
+    if not (params.target_frame or params.tracking_frame):
+        return _Located(FrameTransforms(params, None), None)
     transforms = Transforms(stack.enter_context(open_bag(source)))
-    return Lifter(extractor, chain, transforms.lookup, most), transforms
+    return _Located(FrameTransforms(params, transforms.lookup), transforms)
+
+
+class _Located(NamedTuple):
+    """Transforms for the frames of a bag; `recorded` are those of the bag, None where none is looked up."""
+
+    frames: FrameTransforms
+    recorded: Optional[Transforms]
+
+
+class _Pending(NamedTuple):
+    """A frame whose image is being searched."""
+
+    frame: Frame
+    prepared: PreparedFrame
 
 
 class _Frames:
-    """Finds the people of frames and writes them; see `process`."""
+    """Runs the chain over the frames of a camera and writes the results; see `process`.
 
-    def __init__(self, chain: PeopleChain, lifter: Optional[Lifter], transforms: Optional[Transforms],
-                 results: Results, report: BagReport) -> None:
-        self._chain, self._lifter, self._transforms, self._results = chain, lifter, transforms, results
+    Args:
+        capacity: see `Networks`.
+    """
+
+    def __init__(self, chain: PeopleChain, capacity: int, transforms: _Located, results: Results, report: BagReport
+                 ) -> None:
+        self._chain, self._capacity, self._transforms, self._results = chain, capacity, transforms, results
         self._numbers, self._throttle = itertools.count(), Throttle()
         self.report = report
 
-    def run(self, events: Iterable[_Event], pool: Optional[DetectorPool]) -> Iterator[int]:
+    def run(self, events: Iterable[_Event]) -> Iterator[int]:
         """Process all frames; yield the number of images that are done, after each frame."""
-        # with the people of frames, which are being found
-        waiting: Deque[Tuple[_Event, Optional[Future[People2D]]]] = deque()
+        waiting: Deque[Union[_Pending, BadInputError, StampedMessage]] = deque()
         frames = copied = 0
-        capacity = 0 if pool is None else pool.capacity
         for event in itertools.chain(events, (None,)):
             if event is not None:
-                searched = (pool.submit(event.bgr, _depth_of(event)) if pool is not None and isinstance(event, Frame)
-                            else None)
-                waiting.append((event, searched))
-                frames += isinstance(event, Frame)
+                waiting.append(self._begun(event) if isinstance(event, Frame) else event)
+                frames += isinstance(waiting[-1], _Pending)
                 copied += len(event.raw[1]) if isinstance(event, StampedMessage) else 0
-            while waiting and (event is None or frames > capacity or copied > _MOST_COPIED
-                               or waiting[0][1] is None or waiting[0][1].done()):
-                first, people = waiting.popleft()
+            while waiting and (event is None or frames > self._capacity or copied > _MOST_COPIED
+                               or not isinstance(waiting[0], _Pending)):
+                first = waiting.popleft()
                 if isinstance(first, StampedMessage):
                     self._results.copy(first)
                     copied -= len(first.raw[1])
                     continue
                 number = next(self._numbers)
-                self._finish(first, people, number)
-                frames -= isinstance(first, Frame)
+                self._finish(first, number)
+                frames -= isinstance(first, _Pending)
                 yield number + 1 + self.report.counts.alone[0]
 
-    def _finish(self, frame: Union[Frame, BadInputError], found: Optional['Future[People2D]'], number: int) -> None:
+    def _begun(self, frame: Frame) -> Union[_Pending, BadInputError]:
+        """Begin to search the image of a frame; return why that can not be where it is so."""
+        image = frame.header.stamp.to_sec()
+        points = frame.header if frame.points_header is None else frame.points_header
+        try:
+            return _Pending(frame, self._chain.prepare(chain_frame.Frame(
+                points.frame_id, points.stamp.to_sec(), frame.bgr, frame.points, image_stamp=image)))
+        except BadInputError as error:
+            return error
+
+    def _finish(self, pending: Union[_Pending, BadInputError], number: int) -> None:
         """Write the results of a frame, or count why there are none."""
         try:
-            if isinstance(frame, BadInputError):
-                raise frame
-            people = self._in_image(frame, found)
-            if self._lifter is not None and frame.points is not None:
-                count = self._lift(self._lifter, frame, frame.points, number, people)
+            if isinstance(pending, BadInputError):
+                raise pending
+            with self._chain.detection.lock:
+                computed = self._chain.compute(pending.prepared)
+            result = self._chain.finish(computed)
+            if pending.frame.points is None:
+                result = self._chain.add_landmarks(result)
+                self._results.write_2d(pending.frame, number, result.people_2d, result.landmarks.in_image)
             else:
-                header = frame.header
-                landmarks = self._chain.landmarks_in_image(frame.bgr, people, header.frame_id, header.stamp.to_sec())
-                self._results.write_2d(frame, number, people, landmarks)
-                count = len(people)
+                result = self._lifted(pending.frame, number, result)
         except BadInputError as error:
             self._drop('they can not be used', error, number)
         except NoTransformError as error:
             self._drop('no transform', error, number)
         else:
             self.report.frames += 1
-            self.report.people += count
+            self.report.people += len(result.people_2d if result.people_3d is None else result.people_3d)
 
-    def _in_image(self, frame: Frame, found: Optional['Future[People2D]']) -> People2D:
-        stamp = frame.header.stamp.to_sec()
-        if found is not None:
-            return self._chain.in_image(found.result(), frame.header.frame_id, stamp)
-        camera = frame.header if frame.points_header is None else frame.points_header
-        return self._chain.detect(frame.bgr, camera.frame_id, stamp, _depth_of(frame))
-
-    def _lift(self, lifter: Lifter, frame: Frame, points: PointGrid, number: int, people_2d: People2D) -> int:
-        """Write the people of a frame in the image and in space; return their number. The steps of the extractor."""
-        if self._transforms is not None:
-            self._transforms.read_until(frame.time)
-        # through messages, as the service answers
-        detections = convert.people_to_messages(people_2d, frame.header)
-        camera = camera_frame(frame.bgr, points, frame.points_header,
-                              lifter.tracking_from_points(frame.points_header))
-        estimate = lifter.estimate(detections, camera)
-        landmarks = self._chain.landmarks(frame.bgr, estimate, camera)
-        for doubt in estimate.doubts:
+    def _lifted(self, frame: Frame, number: int, result: Result) -> Result:
+        """Write the people of a frame in the image and in space; return the result with them."""
+        transforms, header = self._transforms.frames, frame.points_header
+        if self._transforms.recorded is not None:
+            self._transforms.recorded.read_until(frame.time)
+        result = self._chain.add_landmarks(self._chain.lift(result.located(transforms.tracking_from_points(header))))
+        for doubt in result.doubts:
             self.report.doubts[doubt.event] += 1
             if self._throttle.is_due(doubt.event):
                 _log.warning('frame %d: %s: %s', number, doubt.event, doubt.text)
-        self._results.write_estimate(frame, number, estimate)
-        people, header = lifter.in_target_frame(estimate.people, frame.points_header)
-        in_space, _ = lifter.landmarks_in_target_frame(landmarks.in_space, frame.points_header)
-        landmarks = landmarks._replace(in_space=in_space)
-        self._results.write_3d(frame, number, estimate, Published(people, landmarks, header))
-        return len(people)
+        self._results.write_estimate(frame, number, result.estimate)
+        people, header = transforms.in_target_frame(result.people_3d, header)
+        in_space, _ = transforms.landmarks_in_target_frame(result.landmarks.in_space, frame.points_header)
+        landmarks = result.landmarks._replace(in_space=in_space)
+        self._results.write_3d(frame, number, result.estimate, Published(people, landmarks, header))
+        return result
 
     def _drop(self, reason: str, error: Exception, number: int) -> None:
         self.report.dropped[reason] += 1
         if self._throttle.is_due(reason):
             _log.warning('frame %d is dropped (%d in all): %s', number, self.report.dropped[reason], error)
 
-
-def _depth_of(frame: Frame) -> Optional[DepthView]:
-    return None if frame.points is None else depth_view(frame.points)

@@ -1,0 +1,95 @@
+"""What all bridges have in common: inputs, a thread for each output, and diagnostics."""
+from functools import partial
+from typing import Callable, Dict, NamedTuple, Optional, Sequence, Tuple, Type, Union
+
+import genpy
+import rospy
+from openpose_ros_msgs.msg import PersonDetection_3dArray, PersonSignalsArray
+from std_msgs.msg import Header
+
+from openpose_ros_pkg.params.nodes import DemandParams
+from openpose_ros_pkg.ros.demand import Demand
+from openpose_ros_pkg.ros.health import Health
+from openpose_ros_pkg.ros.images import InputSubscriber
+from openpose_ros_pkg.ros.node import introduce
+from openpose_ros_pkg.ros.people_publisher import RESULTS_QUEUE
+from openpose_ros_pkg.stream.newest_wins import NewestWinsWorker
+from openpose_ros_pkg.stream.pairing import PairingParams
+from openpose_ros_signals.ros.input_end import InputEnd
+from skeleton_extract_3d.ros.synchronizer import StampSynchronizer
+
+IN_SPACE = 'openpose_ros/skeleton_3d'
+# Topics of people, and of what they do.
+PEOPLE = (f'{IN_SPACE}/detected_poses_3d', PersonDetection_3dArray)
+SIGNALS = (f'{IN_SPACE}/people_signals', PersonSignalsArray)
+# Signals have the stamp of their people; half a millisecond is for those who round it [s].
+_SAME_STAMP = 0.0005
+
+
+class Output(NamedTuple):
+    """A topic that a bridge publishes.
+
+    Attributes:
+        topic, kind: name and message class.
+        inputs: topics and message classes of its input, or of two whose messages have the same stamp.
+        convert: makes the message of those of the inputs; raises BadInputError for what can not be used.
+        end: makes the message, without people, that is published once when the inputs have ended, of its header: for
+            messages whose readers keep people until the next one comes. None: there is none.
+    """
+
+    topic: str
+    kind: Type[genpy.Message]
+    inputs: Sequence[Tuple[str, Type[genpy.Message]]]
+    convert: Callable[..., genpy.Message]
+    end: Optional[Callable[[Header], genpy.Message]] = None
+
+
+class _Publisher:
+    """Publishes an output."""
+
+    def __init__(self, output: Output, topic: rospy.Publisher, health: Health) -> None:
+        self._output, self._topic, self._health = output, topic, health
+        self._frame_id = ''
+        self._input = None if output.end is None else InputEnd(self._end, health.frame_failed)
+
+    def publish(self, messages: Tuple[genpy.Message, ...]) -> None:
+        """Convert and publish messages of the inputs."""
+        result = self._output.convert(*messages)
+        if self._input is not None:
+            self._input.heard()
+        self._frame_id = result.header.frame_id
+        self._topic.publish(result)
+        self._health.frame_done(result.header.stamp)
+
+    def _end(self) -> None:
+        self._topic.publish(self._output.end(Header(stamp=rospy.get_rostime(), frame_id=self._frame_id)))
+
+
+class Bridge:
+    """Publishes people in the messages of another package, while somebody wants them."""
+
+    def __init__(self, params: DemandParams, *outputs: Output) -> None:
+        self._health = Health()
+        demand = Demand(params.lazy, self._health)
+        needs: Dict[InputSubscriber, Sequence[rospy.Publisher]] = {}
+        workers = []
+        for output in outputs:
+            publisher = demand.advertise(output.topic, output.kind, RESULTS_QUEUE)
+            worker = NewestWinsWorker(_Publisher(output, publisher, self._health).publish, self._health.frame_failed,
+                                      output.topic)
+            sources = [InputSubscriber(topic, kind) for topic, kind in output.inputs]
+            newest: Union[InputSubscriber, StampSynchronizer] = sources[0]
+            if len(sources) == 2:
+                newest = StampSynchronizer(sources, PairingParams(slop=_SAME_STAMP), self._health,
+                                           ('people', 'signals'))
+                newest.watch_pairs(demand.watch, sources, setting='')
+            newest.registerCallback(partial(_submit, worker))
+            needs.update({source: [publisher] for source in sources})
+            workers.append(worker)
+        self._health.show(lambda: {'frames skipped': str(sum(worker.replaced for worker in workers))})
+        demand.read(*needs, only_for=needs)
+        introduce(demand.inputs, messages=', '.join(output.kind._type for output in outputs))
+
+
+def _submit(worker: NewestWinsWorker, *messages: genpy.Message) -> None:
+    worker.submit(messages)

@@ -1,0 +1,78 @@
+"""People as spencer_tracking_msgs/TrackedPersons."""
+
+import genpy
+import numpy as np
+import rospy
+from geometry_msgs.msg import Point, Pose, PoseWithCovariance, Quaternion, Twist, TwistWithCovariance, Vector3
+from openpose_ros_msgs.msg import PersonDetection_3dArray, PersonSignalsArray
+from std_msgs.msg import Header
+
+from openpose_ros_bridges.located import Ages, Located, located
+from openpose_ros_bridges.node_params import BridgeSettings
+from openpose_ros_bridges.ros.bridge import PEOPLE, SIGNALS, Bridge, Output
+from openpose_ros_bridges.ros.covariance import covariance
+from openpose_ros_pkg.ros.foreign_messages import ForeignPackage
+from openpose_ros_pkg.ros.node import run_node
+from openpose_ros_signals.constants import SIGNALS as CONSTANTS
+from openpose_ros_signals.ros.convert import signals_from_array
+from skeleton_extract_3d.ros.convert import people_from_array
+
+PACKAGE = ForeignPackage('spencer_tracking_msgs', 'https://github.com/spencer-project/spencer_people_tracking (branch '
+                                                  'noetic, folder messages)')
+
+
+class SpencerMessages:
+    """Makes messages of tracked persons; remembers since when they are there.
+
+    Attributes:
+        kind: class of spencer_tracking_msgs/TrackedPersons.
+
+    Raises:
+        ForeignPackageError: the messages are not found, or are others.
+    """
+
+    def __init__(self) -> None:
+        self._person = PACKAGE.message('TrackedPerson', {
+            'track_id': 'uint64', 'is_occluded': 'bool', 'is_matched': 'bool', 'detection_id': 'uint64',
+            'age': 'duration', 'pose': 'geometry_msgs/PoseWithCovariance',
+            'twist': 'geometry_msgs/TwistWithCovariance'})
+        self.kind = PACKAGE.message('TrackedPersons', {'header': 'std_msgs/Header',
+                                                       'tracks': 'spencer_tracking_msgs/TrackedPerson[]'})
+        self._ages = Ages()
+
+    def convert(self, people: PersonDetection_3dArray, signals: PersonSignalsArray) -> genpy.Message:
+        """Return the message of one frame, in the frame of reference of the signals."""
+        persons = located(people_from_array(people), signals_from_array(signals))
+        ages = self._ages.update([person.id for person in persons], signals.header.stamp.to_sec())
+        return self.kind(header=signals.header, tracks=[self._of(person, age) for person, age in zip(persons, ages)])
+
+    def end(self, header: Header) -> genpy.Message:
+        """Return the message without people, and forget all: an extractor that is started again counts ids anew."""
+        self._ages = Ages()
+        return self.kind(header=header)
+
+    def _of(self, person: Located, age: float) -> genpy.Message:
+        pose = PoseWithCovariance(Pose(Point(*person.position), Quaternion(*person.orientation)),
+                                  covariance(person.sigma, person.turn_sigma))
+        return self._person(track_id=person.id, detection_id=person.id, is_matched=person.measured,
+                            is_occluded=not person.measured, age=rospy.Duration.from_sec(age), pose=pose,
+                            twist=_twist(person))
+
+
+def _twist(person: Located) -> TwistWithCovariance:
+    if person.velocity is None:
+        return TwistWithCovariance(Twist(), covariance(np.nan, np.nan))
+    # that of a difference of two positions; errors that stay the same are counted too
+    sigma = np.sqrt(2) * person.sigma / CONSTANTS.motion.time
+    return TwistWithCovariance(Twist(linear=Vector3(*person.velocity)), covariance(sigma, np.nan))
+
+
+def _make(settings: BridgeSettings) -> Bridge:
+    messages = SpencerMessages()
+    return Bridge(settings.demand, Output('tracked_persons', messages.kind, (PEOPLE, SIGNALS), messages.convert,
+                                           messages.end))
+
+
+def main() -> None:
+    """Run the bridge to spencer_tracking_msgs."""
+    run_node('spencer_node', BridgeSettings, _make)

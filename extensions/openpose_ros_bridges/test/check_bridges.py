@@ -1,0 +1,157 @@
+#!/usr/bin/python3
+"""Somebody walks: messages of other packages say where; without these packages the nodes end."""
+import importlib
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import threading
+import unittest
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import rospy
+import rostest
+from openpose_ros_msgs.msg import PersonDetection_3d, PersonDetection_3dArray, PersonDetectionArray
+from std_msgs.msg import Header
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[3] / 'tests' / 'support'))
+
+from animated_skeleton import STANDING, held, people_of
+from foreign_packages import DEFINITIONS, write_packages
+from openpose_ros_pkg.people import People2D
+from openpose_ros_pkg.ros import convert as convert_2d
+from openpose_ros_pkg.ros.session import Diagnostics, Recorder, await_true
+from openpose_ros_pkg.skeletons import COCO_18
+from skeleton_extract_3d.ros import convert
+
+RATE = 15.0
+INPUT = '/openpose_ros/skeleton_3d'
+NODES = {'people_msgs_node': 'people_msgs', 'spencer_node': 'spencer_tracking_msgs', 'vision_msgs_node': 'vision_msgs'}
+# To and fro along y, at 1 m/s, for as long as the test takes.
+WALK = held(*((4.0 * leg, replace(STANDING, facing=90.0, place=(2.0, (-2.0, 2.0)[leg % 2]))) for leg in range(60)))
+
+
+class Player(threading.Thread):
+    """Sends what a camera sees of somebody who walks."""
+
+    def __init__(self):
+        super().__init__(name='player', daemon=True)
+        self.space = rospy.Publisher(f'{INPUT}/detected_poses_3d', PersonDetection_3dArray, queue_size=5)
+        self.image = rospy.Publisher(f'{INPUT}/detected_poses', PersonDetectionArray, queue_size=5)
+        self.sends = True
+
+    def run(self):
+        rate, random, begin = rospy.Rate(RATE), np.random.RandomState(1), rospy.get_time()
+        keypoints = np.full((1, 18, 3), (np.nan, np.nan, 0.0), np.float32)
+        keypoints[0, :2] = [[100.0, 50.0, 0.75], [140.0, 250.0, 0.25]]
+        while not rospy.is_shutdown():
+            now = rospy.get_time()
+            header = Header(stamp=rospy.Time.from_sec(now), frame_id='room')
+            people = people_of([WALK(now - begin)], [5], random)
+            persons = convert_2d.people_to_messages(People2D(COCO_18, keypoints, np.ones(1), people.ids), header)
+            try:
+                if self.sends:
+                    self.image.publish(convert_2d.people_to_array(persons, header, COCO_18))
+                    self.space.publish(convert.people_to_array(people, header))
+                rate.sleep()
+            except rospy.ROSException:
+                return  # the test has ended
+
+
+class BridgesTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        rospy.init_node('check_bridges')
+        cls.folder = Path(tempfile.mkdtemp())
+        write_packages(cls.folder)
+        cls.environment = {**os.environ, 'PYTHONPATH': f"{cls.folder}:{os.environ.get('PYTHONPATH', '')}"}
+        sys.path.insert(0, str(cls.folder))
+        cls.launched = subprocess.Popen(
+            ['roslaunch', 'openpose_ros_bridges', 'bridges.launch', 'people_msgs:=true', 'spencer:=true',
+             'vision_msgs:=true', 'fixed_frame:=room', 'respawn:=false'], env=cls.environment)
+        cls.player = Player()
+        cls.diagnostics = Diagnostics(*NODES)
+        cls.people, cls.tracks, cls.images, cls.space = (
+            Recorder(topic, getattr(importlib.import_module(f'{package}.msg'), name)) for topic, package, name in (
+                ('/people', 'people_msgs', 'People'),
+                ('/spencer/perception/tracked_persons', 'spencer_tracking_msgs', 'TrackedPersons'),
+                (f'{INPUT}/detections_2d', 'vision_msgs', 'Detection2DArray'),
+                (f'{INPUT}/detections_3d', 'vision_msgs', 'Detection3DArray')))
+        cls.player.start()
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.launched.terminate()
+        cls.launched.wait()
+        shutil.rmtree(str(cls.folder))
+
+    def test_somebody_walks(self):
+        people, tracks = self.people.wait(20)[10:], self.tracks.wait(20)[10:]
+        for message, found in ((people[0], people[0].people[0]), (tracks[0], tracks[0].tracks[0])):
+            self.assertEqual(message.header.frame_id, 'room')
+            position = found.position if hasattr(found, 'position') else found.pose.pose.position
+            self.assertAlmostEqual(position.x, 2.0, delta=0.05)
+            self.assertAlmostEqual(position.z, 0.0, delta=1e-5)
+        self.assertEqual(people[0].people[0].name, '5')
+        self.assertTrue(any(abs(abs(message.people[0].velocity.y) - 1.0) < 0.15 for message in people))
+        self.assertIn(('posture', 'standing'), zip(people[-1].people[0].tagnames, people[-1].people[0].tags))
+        ages = {message.header.stamp: message.tracks[0].age.to_sec() for message in tracks}
+        for stamp, age in ages.items():
+            self.assertAlmostEqual(age, (stamp - min(ages)).to_sec() + ages[min(ages)], delta=1e-3)
+
+    def test_detections(self):
+        (detection,) = self.images.wait(1)[0].detections
+        self.assertEqual((detection.bbox.center.x, detection.bbox.center.y), (120.0, 150.0))
+        self.assertEqual((detection.results[0].id, detection.results[0].score), (1, 0.5))
+        (detection,) = self.space.wait(1)[0].detections
+        self.assertAlmostEqual(detection.bbox.center.position.x, 2.0, delta=0.1)
+        self.assertAlmostEqual(detection.bbox.size.z, 1.75, delta=0.25)
+
+    def test_the_input_ends(self):
+        def last():
+            return len(self.people.messages[-1].people), len(self.tracks.messages[-1].tracks)
+        self.people.wait(1), self.tracks.wait(1)
+        self.player.sends = False
+        await_true(lambda: last() == (0, 0), 'lists without people')
+        self.assertEqual(self.people.messages[-1].header.frame_id, 'room')
+        self.player.sends = True
+        await_true(lambda: last() == (1, 1), 'people again')
+        self.assertEqual([len(message.people) for message in self.people.messages].count(0), 1)
+        self.assertEqual([len(message.tracks) for message in self.tracks.messages].count(0), 1)
+        # ids may be those of others now
+        again = next(one for one in self.tracks.messages[::-1] if not one.tracks)
+        first = self.tracks.messages[self.tracks.messages.index(again) + 1]
+        self.assertEqual(first.tracks[0].age.to_sec(), 0.0)
+        # an image without detections would say that no person was seen in it
+        self.assertTrue(all(message.detections for message in self.images.messages))
+
+    def test_what_is_no_people_is_dropped(self):
+        def is_told():
+            # again and again: a newer message takes the place of one that waits
+            self.player.space.publish(PersonDetection_3dArray(header=Header(stamp=rospy.Time.now(), frame_id='room'),
+                                                              pose_model='no such', persons=[PersonDetection_3d()]))
+            return any('bad input' in text and 'no such' in text for text in self.diagnostics.texts('vision_msgs_node'))
+
+        await_true(is_told, 'vision_msgs_node says what it drops')
+        self.space.wait(len(self.space.messages) + 2)
+
+    def test_nodes_end_where_the_packages_are_missing(self):
+        with tempfile.TemporaryDirectory() as folder:
+            for package in DEFINITIONS:
+                (Path(folder) / package).mkdir()
+                (Path(folder) / package / '__init__.py').touch()
+            environment = {**os.environ, 'PYTHONPATH': f"{folder}:{os.environ.get('PYTHONPATH', '')}"}
+            for node, package in NODES.items():
+                ended = subprocess.run(['rosrun', 'openpose_ros_bridges', node, f'__name:=lone_{node}'],
+                                       env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                                       text=True, timeout=60, check=False)
+                self.assertEqual(ended.returncode, 1, ended.stdout)
+                for text in (f'the messages of the package {package} are not found', 'sudo apt install', 'github.com'):
+                    self.assertIn(text, ended.stdout)
+
+
+if __name__ == '__main__':
+    rostest.rosrun('openpose_ros_bridges', 'check_bridges', BridgesTest)

@@ -1,0 +1,170 @@
+"""People become messages of other packages, value by value."""
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import rospy
+from openpose_ros_msgs.msg import PersonDetection_3dArray, PersonDetectionArray, PersonSignalsArray
+from std_msgs.msg import Header
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[3] / 'tests' / 'support'))
+
+from foreign_packages import DEFINITIONS, write_packages
+from openpose_ros_bridges.node_params import VisionParams
+from openpose_ros_bridges.ros.people_msgs_node import PeopleMessages
+from openpose_ros_bridges.ros.spencer_node import SpencerMessages
+from openpose_ros_bridges.ros.vision_msgs_node import VisionMessages
+from openpose_ros_pkg.errors import BadInputError, ForeignPackageError
+from openpose_ros_pkg.people import People2D
+from openpose_ros_pkg.ros import convert as convert_2d
+from openpose_ros_pkg.skeletons import COCO_18
+from openpose_ros_signals.records import Facing, FloorPose, Gesture, PersonSignals, Posture, Walk
+from openpose_ros_signals.ros.convert import signals_to_array
+from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
+from skeleton_extract_3d.ros import convert
+
+CAMERA = Header(stamp=rospy.Time(12, 500000000), frame_id='camera')
+ROOM = Header(stamp=CAMERA.stamp, frame_id='room')
+UNKNOWN = 999999.0
+# As `rosmsg md5` tells of the packages that the definitions name.
+MD5SUMS = {'people_msgs/People': '18722f4b8db20cc2369740732357847b',
+           'spencer_tracking_msgs/TrackedPersons': '21c0b1a57c4933e68f39aa3802861828',
+           'vision_msgs/Detection2DArray': '402071f61477de256df9f1aa45e6e4c8',
+           'vision_msgs/Detection3DArray': '05c51d9aea1fb4cfdc8effb94f197b6f'}
+
+
+def forget(packages):
+    for name in [name for name in sys.modules if name.split('.')[0] in packages]:
+        del sys.modules[name]
+
+
+@pytest.fixture
+def packages(tmp_path, monkeypatch):
+    """The three packages as they are, and what writes others in their place."""
+    def write(definitions):
+        forget(DEFINITIONS)
+        folder = tmp_path / str(len(list(tmp_path.iterdir())))
+        write_packages(folder, definitions)
+        monkeypatch.syspath_prepend(str(folder))
+    write(DEFINITIONS)
+    yield write
+    forget(DEFINITIONS)
+
+
+def people():
+    """Return one who is seen, with two joints, and one who is hidden."""
+    xyz = np.full((2, 18, 3), np.nan)
+    xyz[:, :2] = [[[1.0, 2.0, 3.0], [2.0, 4.0, 3.5]], [[5.0, 0.0, 3.0], [5.0, 1.0, 3.0]]]
+    there = np.isfinite(xyz[..., 0])
+    status = np.where(there, np.array([[MEASURED], [INFERRED]]), MISSING)
+    confidence = np.where(there, np.array([[0.75], [0.0]]), 0.0)
+    sigma = np.where(there, np.array([[0.06], [0.3]]), np.nan)
+    return convert.people_to_array(People3D(COCO_18, xyz, confidence, status, sigma, np.array([7, 9])), CAMERA)
+
+
+SIGNALS = [
+    PersonSignals(7, np.zeros(3), Posture('sitting', 11.5, 0.75), (Gesture('wave', 'left', 12.25, 0.5),),
+                  Facing(np.array([1.0, 0.0, 0.0]), 0.25), walk=Walk(True, 1.5, np.array([0.0, 1.0, 0.0])),
+                  floor=FloorPose(np.array([0.5, 0.25, 0.0]), np.array([0.0, 0.0, 0.6, 0.8]))),
+    PersonSignals(9, np.full(3, np.nan), floor=FloorPose(np.array([3.0, 2.0, 0.0]), np.array([0.0, 0.0, 0.0, 1.0])))]
+
+
+def numbers(message):
+    return [getattr(message, name) for name in message.__slots__]
+
+
+def checked(message):
+    """Return a message whose types are right."""
+    message._check_types()
+    assert MD5SUMS[message._type] == message._md5sum
+    return message
+
+
+def nobody(kind, header=CAMERA):
+    """Return the message of a frame without people."""
+    return kind(header=header, **({'pose_model': 'COCO_18'} if 'pose_model' in kind.__slots__ else {}))
+
+
+def test_people(packages):
+    messages = PeopleMessages()
+    none = checked(messages.convert(nobody(PersonDetection_3dArray), nobody(PersonSignalsArray, ROOM)))
+    assert (none.header, none.people) == (ROOM, [])
+    message = checked(messages.convert(people(), signals_to_array(SIGNALS, ROOM)))
+    assert message.header == ROOM
+    one, other = message.people
+    assert (one.name, one.reliability, one.tagnames, one.tags) == ('7', 0.75, ['posture', 'gesture'],
+                                                                   ['sitting', 'wave left'])
+    assert (numbers(one.position), numbers(one.velocity)) == ([0.5, 0.25, 0.0], [0.0, 1.5, 0.0])
+    assert (other.name, other.reliability, other.tagnames, other.tags) == ('9', 0.0, [], [])
+    assert (numbers(other.position), numbers(other.velocity)) == ([3.0, 2.0, 0.0], [0.0, 0.0, 0.0])
+
+
+def test_tracked_persons(packages):
+    messages = SpencerMessages()
+    assert checked(messages.convert(nobody(PersonDetection_3dArray), nobody(PersonSignalsArray))).tracks == []
+    messages.convert(people(), signals_to_array(SIGNALS[:1], ROOM))
+    later = Header(stamp=rospy.Time(14), frame_id='room')
+    message = checked(messages.convert(people(), signals_to_array(SIGNALS, later)))
+    assert message.header == later
+    one, other = message.tracks
+    assert (one.track_id, one.detection_id, one.age.to_sec()) == (7, 7, 1.5)
+    assert (one.is_matched, one.is_occluded) == (True, False)
+    assert (other.track_id, other.is_matched, other.is_occluded, other.age.to_sec()) == (9, False, True, 0.0)
+    assert numbers(one.pose.pose.position) == [0.5, 0.25, 0.0]
+    assert numbers(one.pose.pose.orientation) == [0.0, 0.0, 0.6, 0.8]
+    along = 0.06 ** 2 / 3
+    np.testing.assert_allclose(np.reshape(one.pose.covariance, (6, 6)),
+                               np.diag([along] * 3 + [UNKNOWN] * 2 + [0.0625]), rtol=1e-6)
+    assert other.pose.covariance[35] == UNKNOWN
+    assert (numbers(one.twist.twist.linear), numbers(one.twist.twist.angular)) == ([0.0, 1.5, 0.0], [0.0] * 3)
+    # the difference of two positions, 0.4 s apart
+    np.testing.assert_allclose(np.diag(np.reshape(one.twist.covariance, (6, 6))),
+                               [2 * along / 0.16] * 3 + [UNKNOWN] * 3, rtol=1e-6)
+    np.testing.assert_array_equal(np.diag(np.reshape(other.twist.covariance, (6, 6))), UNKNOWN)
+
+
+def test_detections_in_an_image(packages):
+    messages = VisionMessages(VisionParams(margin_2d=0.1))
+    assert checked(messages.convert_2d(nobody(PersonDetectionArray))).detections == []
+    keypoints = np.full((2, 18, 3), (np.nan, np.nan, 0.0), np.float32)
+    keypoints[0, :2] = [[100.0, 50.0, 0.75], [140.0, 250.0, 0.25]]
+    persons = convert_2d.people_to_messages(People2D(COCO_18, keypoints, np.ones(2), np.array([7, 9])), CAMERA)
+    message = checked(messages.convert_2d(convert_2d.people_to_array(persons, CAMERA, COCO_18)))
+    (detection,) = message.detections
+    assert (message.header, detection.header) == (CAMERA, CAMERA)
+    assert numbers(detection.bbox.center) == [120.0, 150.0, 0.0]
+    assert (detection.bbox.size_x, detection.bbox.size_y) == (80.0, 240.0)
+    (result,) = detection.results
+    assert (result.id, result.score) == (1, 0.5)
+    np.testing.assert_array_equal(np.diag(np.reshape(result.pose.covariance, (6, 6))), UNKNOWN)
+    with pytest.raises(BadInputError, match="pose_model 'no such' is unknown"):
+        messages.convert_2d(PersonDetectionArray(pose_model='no such'))
+
+
+def test_detections_in_space(packages):
+    messages = VisionMessages(VisionParams(class_id=0, margin_3d=0.25))
+    assert checked(messages.convert_3d(nobody(PersonDetection_3dArray))).detections == []
+    message = checked(messages.convert_3d(people()))
+    assert message.header == CAMERA
+    one, other = message.detections
+    assert numbers(one.bbox.center.position) == [1.5, 3.0, 3.25]
+    assert numbers(one.bbox.center.orientation) == [0.0, 0.0, 0.0, 1.0]
+    assert numbers(one.bbox.size) == [1.5, 2.5, 1.0]
+    (result,) = one.results
+    assert (result.id, result.score, result.pose.pose) == (0, 0.75, one.bbox.center)
+    np.testing.assert_allclose(np.diag(np.reshape(result.pose.covariance, (6, 6))),
+                               [0.06 ** 2 / 3] * 3 + [UNKNOWN] * 3, rtol=1e-6)
+    assert other.results[0].score == 0.0
+
+
+@pytest.mark.parametrize(('make', 'package', 'message', 'other', 'text'), [
+    (PeopleMessages, 'people_msgs', 'Person', 'string name\ngeometry_msgs/Point position', 'velocity is missing'),
+    (SpencerMessages, 'spencer_tracking_msgs', 'TrackedPerson', 'uint32 track_id', 'track_id is uint32, not uint64'),
+    (lambda: VisionMessages(VisionParams()), 'vision_msgs', 'ObjectHypothesisWithPose',
+     'string id\nfloat64 score\ngeometry_msgs/PoseWithCovariance pose', 'id is string, not int64')],
+    ids=['people', 'spencer', 'vision'])
+def test_other_definitions_are_refused(packages, make, package, message, other, text):
+    packages({package: {**DEFINITIONS[package], message: other}})
+    with pytest.raises(ForeignPackageError, match=f'{package}/{message} is defined otherwise than .*: .*{text}'):
+        make()

@@ -1,1 +1,0 @@
-"""People as REP-155 (ROS4HRI) has them."""

@@ -1,1 +1,0 @@
-"""What knows ROS: the node, and the messages of REP-155."""

@@ -1,0 +1,77 @@
+"""Detection: from an image to the people in it, with track ids. Networks implement it, and a client of the service."""
+from dataclasses import dataclass
+from typing import Any, Hashable, Optional, Protocol
+
+import numpy as np
+
+from openpose_ros_pkg.people import People2D
+from openpose_ros_pkg.skeletons import SkeletonModel
+from openpose_ros_pkg.stream.fair_lock import FairLock
+
+
+@dataclass(frozen=True, eq=False)
+class DepthView:
+    """Depth of the view that an image shows.
+
+    Attributes:
+        depth: (h, w) float32 [m], along the optical axis; NaN where missing. Of the same view as the image, at any
+            size.
+        focal: focal length, in pixels of `depth`.
+    """
+
+    depth: np.ndarray
+    focal: float
+
+
+@dataclass(frozen=True, eq=False)
+class ImageFrame:
+    """An image of a camera.
+
+    Attributes:
+        camera: tells the cameras apart.
+        stamp: of the image [s]; 0 or less: the image has no history.
+        bgr: (H, W, 3) uint8 BGR; not modified.
+        depth: of the image; None: unknown.
+        follow: False: the image is searched in full, whatever was seen before.
+        source: what the frame was made from, such as a message; not used here.
+    """
+
+    camera: Hashable
+    stamp: float
+    bgr: np.ndarray
+    depth: Optional[DepthView] = None
+    follow: bool = True
+    source: Any = None
+
+
+class Detection(Protocol):
+    """Finds the people in images. Any thread may call it.
+
+    To pipeline, a thread prepares the next image and finishes the last one while another one computes; `compute` and
+    `finish` take the frames of a camera in order. What passes between the stages belongs to the implementation.
+    """
+
+    @property
+    def skeleton(self) -> SkeletonModel:
+        """Joint set of the people."""
+
+    @property
+    def lock(self) -> FairLock:
+        """To be held during `compute`."""
+
+    def prepare(self, frame: ImageFrame) -> Any:
+        """Check an image and bring it to the sizes that the networks want.
+
+        Raises:
+            BadInputError: not such an image, or an empty one.
+        """
+
+    def compute(self, prepared: Any, expected: Optional[People2D] = None) -> Any:
+        """Find the people, with `lock` held.
+
+        Args:
+            expected: where tracks in space expect people in the image, with their ids there; None: no such tracks.
+        """
+
+    def finish(self, computed: Any) -> People2D:
+        """Return the people of a computed image, with ids that they keep in the images of a camera."""

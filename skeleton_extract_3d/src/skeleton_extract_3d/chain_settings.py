@@ -1,0 +1,43 @@
+"""The chain by its parameters: one call for scripts and benchmarks."""
+from dataclasses import dataclass
+from typing import Any, Mapping
+
+from openpose_ros_pkg.detect.detector import DetectorSettings, create_detector
+from openpose_ros_pkg.detect.following import FollowingParams
+from openpose_ros_pkg.detect.network_detection import NetworkDetection
+from openpose_ros_pkg.detect.tracking import TrackingParams
+from openpose_ros_pkg.landmarks.detector import create_landmark_detector
+from openpose_ros_pkg.landmarks.params import LandmarkParams
+from openpose_ros_pkg.params.parameters import build
+from skeleton_extract_3d.chain import PeopleChain
+from skeleton_extract_3d.settings import EstimatorSettings
+
+
+@dataclass(frozen=True)
+class ChainSettings:
+    """The parameters of the chain; those that several of its parts have are one here."""
+
+    detector: DetectorSettings
+    tracking: TrackingParams
+    following: FollowingParams
+    landmarks: LandmarkParams
+    estimator: EstimatorSettings
+
+
+def create_chain(params: Mapping[str, Any]) -> PeopleChain:
+    """Return a chain with networks of this process.
+
+    Args:
+        params: by their names in config/*.yaml, such as {'mode': 'fast', 'hands': True}; others keep their defaults.
+
+    Raises:
+        ParameterError: an unknown name or a wrong value.
+        ModelError: the weights of a network are missing.
+    """
+    settings = build(ChainSettings, params)
+    networks, wanted = settings.detector, settings.landmarks
+    detection = NetworkDetection(create_detector(networks, settings.following), settings.tracking, settings.following)
+    landmarks = None
+    if wanted.hands or wanted.face:
+        landmarks = create_landmark_detector(wanted, networks.backend, networks.detector.model_folder)
+    return PeopleChain(detection, settings.estimator, landmarks)

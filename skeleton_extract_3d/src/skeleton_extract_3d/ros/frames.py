@@ -1,0 +1,95 @@
+"""Points of messages, and the frames of reference in which people are tracked and published."""
+from typing import Callable, Optional, Tuple, Union
+
+from genpy import Time
+from geometry_msgs.msg import TransformStamped
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image, PointCloud2
+from std_msgs.msg import Header
+
+from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_pkg.ros import convert as convert_2d
+from openpose_ros_pkg.stream.image_decoding import MOST_MEGAPIXELS, check_pixels
+from skeleton_extract_3d.landmarks import Landmarks3D
+from skeleton_extract_3d.node_params import ExtractorParams
+from skeleton_extract_3d.people import People3D
+from skeleton_extract_3d.points.point_grid import PointGrid
+from skeleton_extract_3d.points.transform import Transform, transform_landmarks, transform_people
+from skeleton_extract_3d.ros import convert
+
+PointsMessage = Union[PointCloud2, Image, CompressedImage]
+
+
+def points_from_message(message: PointsMessage, info: Optional[CameraInfo], params: ExtractorParams,
+                        most: float = MOST_MEGAPIXELS) -> PointGrid:
+    """Return a view of the points of a message.
+
+    Args:
+        message: cloud or depth image, as `points_source` says; a CompressedImage is a compressedDepth.
+        info: of the depth image; None with a cloud, and where none has come.
+        most: points of a message, `max_image_megapixels`.
+
+    Raises:
+        BadInputError: it can not be used; see `convert`.
+    """
+    if message._type == CompressedImage._type:
+        message = convert_2d.compressed_depth_to_image(message, most)
+    if params.points_source == 'point_cloud':
+        points: PointGrid = convert.cloud_from_message(message)
+    elif info is None:
+        raise BadInputError('no camera info came before the depth image')
+    else:
+        points = convert.depth_image_from_messages(message, info, params.rectified)
+    check_pixels(params.points_source, points.width, points.height, most)
+    return points
+
+
+class FrameTransforms:
+    """The transforms from the frame of the points to `tracking_frame` and `target_frame`.
+
+    Args:
+        params: names the frames.
+        lookup: returns the transform that takes points of the second frame to the first at a time; raises
+            NoTransformError where there is none. Called only for frames that are named; may be None without these.
+    """
+
+    def __init__(self, params: ExtractorParams,
+                 lookup: Optional[Callable[[str, str, Time], TransformStamped]]) -> None:
+        self._params, self._lookup = params, lookup
+
+    def tracking_from_points(self, header: Header) -> Optional[Transform]:
+        """Return what takes the points of a message to `tracking_frame`, if one is named.
+
+        Raises:
+            NoTransformError: there is no such transform.
+        """
+        return self._transform_to(self._params.tracking_frame, header)
+
+    def in_target_frame(self, people: People3D, header: Header) -> Tuple[People3D, Header]:
+        """Return the people as they are published, and their header; `header` is that of the points.
+
+        Raises:
+            NoTransformError: there is no transform to `target_frame`.
+        """
+        header, target_from_points = self._target(header)
+        return people if target_from_points is None else transform_people(people, *target_from_points), header
+
+    def landmarks_in_target_frame(self, landmarks: Landmarks3D, header: Header) -> Tuple[Landmarks3D, Header]:
+        """Return hands and faces as they are published; see `in_target_frame`."""
+        header, target_from_points = self._target(header)
+        return (landmarks if target_from_points is None else transform_landmarks(landmarks, *target_from_points),
+                header)
+
+    def _target(self, header: Header) -> Tuple[Header, Optional[Transform]]:
+        """Return the header of what is published, and the transform from the points to its frame; None: the same."""
+        target_from_points = self._transform_to(self._params.target_frame, header)
+        frame_id = header.frame_id if target_from_points is None else self._params.target_frame
+        return Header(stamp=header.stamp, frame_id=frame_id), target_from_points
+
+    def _transform_to(self, frame: str, header: Header) -> Optional[Transform]:
+        """Return rotation and translation from the frame of a message to another one at its stamp.
+
+        None where that is the same frame, or no other one is wanted.
+        """
+        if frame in ('', header.frame_id):
+            return None
+        return convert.rotation_and_translation(self._lookup(frame, header.frame_id, header.stamp))
