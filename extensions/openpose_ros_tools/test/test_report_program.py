@@ -94,7 +94,7 @@ def test_missing_images_are_named_on_the_page(tmp_path):
 
 def test_nobody(tmp_path):
     text = report(write_results(tmp_path / 'a.bag', people=False))
-    assert 'Nobody was found.' in text
+    assert 'No people were found.' in text
     assert f'{FRAMES} frames, {FRAMES} of them without people' in text
 
 
@@ -115,7 +115,7 @@ def test_people_in_the_image_alone(tmp_path):
                   genpy.Time(6))
     text = report(tmp_path / 'a.bag')
     assert 'The people are known in the image alone' in text
-    assert 'Ways in the image' in text
+    assert 'Paths in the image' in text
     assert '2 frames, 1 of them without people' in text
 
 

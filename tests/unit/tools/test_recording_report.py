@@ -161,7 +161,7 @@ def test_the_page_is_whole_and_shows_the_numbers():
     facts = facts_of(table_of(MOTION, 9.0))
     plot = figure_content(signals(facts.selection, facts.timeline), 'svg')
     checked = Checker(page(facts, {'signals': plot}))
-    for text in ('walk.bag', 'wave', 'right', '/people', 'Nobody fell.', '100 %', '91 frames'):
+    for text in ('walk.bag', 'wave', 'right', '/people', 'No falls.', '100 %', '91 frames'):
         assert text in checked.text
     assert re.search(r'standing 6\.\d s, sitting 2\.\d s', checked.text)
     assert 'script' not in checked.names
@@ -187,9 +187,9 @@ def test_nothing_in_a_recording_becomes_html():
 
 
 def test_a_page_of_nobody_says_so():
-    checked = Checker(page(ReportFacts(RECORDING, (), frames=7, empty=7, notes=('Nobody was found.',)), {}))
+    checked = Checker(page(ReportFacts(RECORDING, (), frames=7, empty=7, notes=('No people were found.',)), {}))
     assert '7 frames, 7 of them without people · 0 people' in checked.text
-    assert 'Nobody was found.' in checked.text
+    assert 'No people were found.' in checked.text
     assert 'Gestures' not in checked.text
 
 

@@ -1,4 +1,4 @@
-"""Keypoints of a recording as plots: where people went, which joints were seen, and when."""
+"""Keypoints of a recording as plots: paths of people, and the status of joints over time."""
 from typing import Any, Dict, List, Sequence, Tuple
 
 import numpy as np
@@ -154,7 +154,7 @@ def detections(selection: Selection) -> Figure:
     rates.plot(*plotting.rates_over_time(selection.seconds(table.stamps), span),
                color=plotting.STATUS_COLOURS[MEASURED], label='people found in them')
     rates.set_ylim(bottom=0.0)
-    # of all rows: also of people who were not chosen
+    # of all rows: also of people that were not chosen
     in_view = np.bincount(np.searchsorted(selection.frames, table.stamps), minlength=len(frames)).astype(float)
     counts.step(*_broken(frames, in_view, selection.gap, selection.period), where='post',
                 color=plotting.STATUS_COLOURS[MEASURED])

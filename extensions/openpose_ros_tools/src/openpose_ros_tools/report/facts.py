@@ -1,4 +1,4 @@
-"""What the report of a recording tells in numbers."""
+"""Numbers in the report of a recording."""
 from dataclasses import dataclass
 from typing import List, NamedTuple, Optional, Tuple
 
@@ -68,8 +68,8 @@ class ReportFacts:
     Attributes:
         recording: its topics and times.
         people: None: the recording holds no results.
-        selection: of their joints; None: nobody was found.
-        timeline: what they did; None: not in space.
+        selection: of their joints; None: no people were found.
+        timeline: their signals; None: not in space.
         frames: number of frames; 0: not known.
         empty: of frames without people; None: not known.
         notes: what is missing, and why.

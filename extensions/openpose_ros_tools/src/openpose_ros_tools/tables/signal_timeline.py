@@ -1,4 +1,4 @@
-"""What people did in a recording, as spans of time: postures, gestures, walking, and falls."""
+"""Signals of a recording as spans of time: postures, gestures, walking, and falls."""
 from dataclasses import dataclass
 from typing import Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple
 
@@ -27,7 +27,7 @@ class Span:
         begin: [s], the stamp of its first frame; of gestures when it began, which is a little earlier.
         end: [s], the stamp of the first frame in which it did not hold, or of the person's last one.
         confidence: the greatest one; 0 of walking.
-        pointing: the ray where the confidence was greatest, of who pointed.
+        pointing: the ray where the confidence was greatest, of pointing.
     """
 
     person: int
@@ -41,7 +41,7 @@ class Span:
 
 
 class PersonFall(NamedTuple):
-    """Somebody fell."""
+    """A fall of a person."""
 
     person: int
     fall: Fall
@@ -50,7 +50,7 @@ class PersonFall(NamedTuple):
 class SignalTimeline:
     """Spans in the order of their begin, and falls, of frames that are added in the order of time.
 
-    It grows with what people do, not with the number of frames.
+    Its size grows with the number of spans, not of frames.
     """
 
     def __init__(self) -> None:
@@ -105,7 +105,7 @@ def _begin(gesture: Gesture, stamp: float) -> float:
 
 
 def timeline_of(table: KeypointTable, up: Optional[Sequence[float]] = None) -> SignalTimeline:
-    """Return what people do by their joints, where a recording does not have it.
+    """Return the signals computed from the joints, for recordings without them.
 
     Args:
         table: in space.

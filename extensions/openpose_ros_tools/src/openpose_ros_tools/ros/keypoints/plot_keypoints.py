@@ -1,4 +1,4 @@
-"""Plot the people in a recording: where they went, which joints were seen, and when.
+"""Plot the people in a recording: their paths, and which joints were measured when.
 
 FILE is a CSV of keypoints (of keypoints_to_csv, process_bag or `rostopic echo -p`) or a bag with the results of the
 nodes, in space or in the image; or a CSV of signals (keypoints_to_csv --signals), of which the plot `signals` alone is
@@ -18,8 +18,8 @@ drawn. No master is needed. The plots in FOLDER:
     rosrun openpose_ros_tools plot_keypoints recording.bag -o plots/ --hand-points right_hand_index_4
     rosrun openpose_ros_tools plot_keypoints recording.bag -o plots/ --start 12 --end 20 --format pdf
 
-What people do is that of the topic people_signals beside the people; where a recording has none, it is computed from
-their joints, with that axis upwards along which they are most of the time, or --up.
+Signals are those of the topic people_signals beside the people; where a recording has none, they are computed from the
+joints, with that axis upwards along which people are most of the time, or --up.
 
 Exit status: 0 done; 2 nothing was done, as the command line or the file is wrong; 130 interrupted, the finished plots
 are complete.
@@ -31,7 +31,6 @@ from functools import partial
 from pathlib import Path
 from typing import Callable, List, Optional, Sequence, Tuple
 
-import numpy as np
 from matplotlib.figure import Figure
 from tqdm import tqdm
 
@@ -43,17 +42,13 @@ from openpose_ros_tools.command_options import add_time_span, add_up, check_time
 from openpose_ros_tools.plots import keypoint_plots, signal_plots
 from openpose_ros_tools.plots.plotting import FORMATS, save_figure
 from openpose_ros_tools.recording_paths import is_bag
-from openpose_ros_tools.ros.bag_files import open_bag, stamped_messages, topic_types
 from openpose_ros_tools.ros.keypoints.keypoint_bag import (
     HAND_JOINTS,
-    choose_topic,
     read_hand_bag,
-    read_keypoint_bag,
+    read_keypoints,
     read_timeline,
 )
-from openpose_ros_tools.tables.keypoint_csv import read_keypoint_csv
 from openpose_ros_tools.tables.keypoint_selection import Selection, description, select
-from openpose_ros_tools.tables.keypoint_table import KeypointTable
 from openpose_ros_tools.tables.signal_csv import is_signal_csv, read_signal_csv
 from openpose_ros_tools.tables.signal_timeline import SignalTimeline
 
@@ -61,33 +56,6 @@ _log = logging.getLogger(__name__)
 
 # Joints whose trajectories are plotted by default.
 _TRAJECTORIES = ('nose', 'neck', 'right_wrist', 'left_wrist', 'right_ankle', 'left_ankle')
-_ARRAYS = {2: 'openpose_ros_msgs/PersonDetectionArray', 3: 'openpose_ros_msgs/PersonDetection_3dArray'}
-
-
-def read_keypoints(path: Path, topic: Optional[str] = None) -> Tuple[KeypointTable, Optional[np.ndarray]]:
-    """Read a CSV or a bag.
-
-    Returns:
-        The table, and of a bag with array messages the stamps of all frames, also of those without people, (N,) int64
-        [ns]; else None.
-
-    Raises:
-        BadInputError: it can not be read.
-    """
-    if not is_bag(path):
-        if not path.is_file():
-            raise BadInputError(f'{path}: there is no such file')
-        if topic is not None:
-            raise BadInputError(f'{path}: --topic is for bags')
-        return read_keypoint_csv(path), None
-    with open_bag(path) as bag:
-        types = topic_types(bag)
-        chosen = choose_topic(types, str(path), topic)
-        folder = chosen.name.rpartition('/')[0]
-        arrays = [name for name, kind in types.items() if kind == _ARRAYS[chosen.dimensions]
-                  and (name.rpartition('/')[0] == folder or name == chosen.name)]
-        stamps = [message.stamp for message in stamped_messages(bag, arrays[:1]) if message.stamp] if arrays else None
-    return read_keypoint_bag(path, chosen.name), None if stamps is None else np.array(stamps, np.int64)
 
 
 def trajectories(selection: Selection, joints: Sequence[str]) -> List[Tuple[str, Callable[[], Figure]]]:

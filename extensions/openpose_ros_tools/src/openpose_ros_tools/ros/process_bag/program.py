@@ -27,8 +27,8 @@ already in the place of a result is never replaced without --overwrite.
     rosrun openpose_ros_tools process_bag recordings/ -o people/ --csv tables/ --workers 4
     rosrun openpose_ros_tools process_bag /data/recordings -o /data/people --scheduler tcp://192.168.1.10:8786
 
-With --cameras, the cameras of one bag, or of one bag each, see the same people: everybody is followed in each camera by
-itself, as above, then fused. OUT has the results of each camera under /NAME/openpose_ros/, and one set of people in
+With --cameras, the cameras of one bag, or of one bag each, see the same people: each person is followed in each camera
+by itself, as above, then fused. OUT has the results of each camera under /NAME/openpose_ros/, and one set of people in
 the fixed frame on /people/openpose_ros/skeleton_3d/detected_poses_3d and .../detected_poses_keypoints_3d; --csv is the
 table of these. A camera without depth takes part with its images and camera info. Where the cameras stand, and by which
 time their clocks differ, tf in the bags says, or --rig and --clock-offset; tf is copied into OUT.
@@ -71,7 +71,7 @@ from openpose_ros_tools.parallel.cluster import run_on_cluster
 from openpose_ros_tools.parallel.processes import run_in_processes
 from openpose_ros_tools.recording_paths import MCAP_SUFFIX, is_bag, is_ros2
 from openpose_ros_tools.ros.bag_files import COMPRESSIONS
-from openpose_ros_tools.ros.process_bag.job import BagJob, BagReport, BagSettings, RigJob, Topics, build_settings
+from openpose_ros_tools.ros.process_bag.job import BagJob, BagReport, BagSettings, CameraTopics, RigJob, build_settings
 from openpose_ros_tools.ros.process_bag.output import is_done
 from openpose_ros_tools.ros.process_bag.several_cameras import add_cameras, check_cameras, process_rig, rig_job
 from openpose_ros_tools.ros.process_bag.work import process
@@ -226,8 +226,8 @@ def _parser() -> argparse.ArgumentParser:
                        help='columns as keypoints_to_csv has them (default: %(default)s)')
     group.add_argument('--json', type=Path, metavar='DIR', help="also as OpenPose's JSON, one file per frame")
     group.add_argument('--markers', action='store_true', help='also the markers for RViz')
-    group.add_argument('--signals', action='store_true', help='also what people in space do: postures, gestures, '
-                                                                'pointing, falls')
+    group.add_argument('--signals', action='store_true', help='also postures, gestures, pointing and falls of '
+                                                                'people in space')
     group.add_argument('--copy', action='append', default=[], metavar='TOPIC',
                        help="also an original topic, or 'all' of them but results; may be repeated")
     group.add_argument('--compression', choices=COMPRESSIONS, default='none', help='of OUT (default: %(default)s)')
@@ -276,9 +276,9 @@ def _jobs_of(options: argparse.Namespace, values: Dict[str, Any], create: Callab
     if not several and not options.scheduler:
         on_processor = values.get('device', 'cpu') == 'cpu'
         jobs = options.jobs or (min(os.cpu_count() or 1, _MOST_JOBS) if on_processor else 1)
-    # workers share the cores of this machine; those of another cluster are told how many there are by its owner
+    # workers share the cores of this machine; those of a cluster have as many threads as its owner started
     threads = 0 if not several else max((os.cpu_count() or 1) // min(options.workers, len(bags)), 1)
-    topics = Topics(options.image, options.points, options.depth, options.camera_info)
+    topics = CameraTopics(options.image, options.points, options.depth, options.camera_info)
     result, run = [], new_run()
     for bag in bags:
         output, csv, json = (path and path.expanduser().absolute() / (own if several else '') for path, own in (
