@@ -17,20 +17,14 @@ from skeleton_extract_3d.people import MISSING
 
 @dataclass(frozen=True)
 class EvaluationParams:
-    """What is compared.
+    """What is compared."""
 
-    Attributes:
-        gate: largest median distance of a person's joints from those of its subject [m].
-        max_gap: between two samples of the reference that may be bridged [s], see `bridged_gap`.
-        joints: names to compare; none: all that both have. Persons and subjects are paired by all joints in any case.
-        start, end: part of the estimate, since its first frame [s]; None: to the ends.
-    """
-
-    gate: float = 0.5
-    max_gap: float = 0.1
+    gate: float = 0.5  # largest median distance of a person's joints from those of its subject [m]
+    max_gap: float = 0.1  # between two samples of the reference that may be bridged [s], see `bridged_gap`
+    # names to compare; none: all that both have. Persons and subjects are paired by all joints in any case.
     joints: Tuple[str, ...] = ()
-    start: Optional[float] = None
-    end: Optional[float] = None
+    start: Optional[float] = None  # of the part of the estimate, since its first frame [s]; None: all
+    end: Optional[float] = None  # of that part [s]
 
 
 @dataclass(frozen=True)
@@ -38,42 +32,25 @@ class Comparison:
     """Subjects of the reference and the estimate of each; N rows, one per subject and frame.
 
     All positions are in the frame of the reference [m], NaN where missing.
-
-    Attributes:
-        joints: names of the K joints.
-        subjects: names of the S subjects.
-        times: (N,) [s] since the first frame of the estimate.
-        subject: (N,) number of the subject.
-        found: (N,) bool, whether the estimate has the subject. The next four are missing where it has not.
-        track: (N,) track id, -1 where missing.
-        estimate: (N, K, 3).
-        status: (N, K) uint8 of the estimate.
-        sigma: (N, K) [m].
-        truth: (N, K, 3).
-        frames: frames compared: those with people within the reference's time.
-        frames_outside: frames of the estimate outside it, which do not count.
-        frames_empty: frames between them without people, which do not count: a table of people does not tell them
-            from dropped frames.
-        extra_people: rows of the estimate that are near no subject.
-        only_reference, only_estimate: joints that one of both has.
     """
 
-    joints: Tuple[str, ...]
-    subjects: Tuple[str, ...]
-    times: np.ndarray
-    subject: np.ndarray
-    found: np.ndarray
-    track: np.ndarray
-    estimate: np.ndarray
-    status: np.ndarray
-    sigma: np.ndarray
-    truth: np.ndarray
-    frames: int
-    frames_outside: int
+    joints: Tuple[str, ...]  # names of the K joints
+    subjects: Tuple[str, ...]  # names of the S subjects
+    times: np.ndarray  # (N,) [s] since the first frame of the estimate
+    subject: np.ndarray  # (N,) number of the subject
+    found: np.ndarray  # (N,) bool, whether the estimate has the subject. The next four are missing where it has not.
+    track: np.ndarray  # (N,) track id, -1 where missing
+    estimate: np.ndarray  # (N, K, 3)
+    status: np.ndarray  # (N, K) uint8 of the estimate
+    sigma: np.ndarray  # (N, K) [m]
+    truth: np.ndarray  # (N, K, 3)
+    frames: int  # frames compared: those with people within the reference's time
+    frames_outside: int  # frames of the estimate outside it, which do not count
+    # frames between them without people, which do not count: a table of people does not tell them from dropped frames
     frames_empty: int
-    extra_people: int
-    only_reference: Tuple[str, ...]
-    only_estimate: Tuple[str, ...]
+    extra_people: int  # rows of the estimate that are near no subject
+    only_reference: Tuple[str, ...]  # joints that the estimate has not
+    only_estimate: Tuple[str, ...]  # joints that the reference has not
 
     @property
     def errors(self) -> np.ndarray:

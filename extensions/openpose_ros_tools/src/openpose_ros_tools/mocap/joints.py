@@ -33,18 +33,13 @@ _WORD = re.compile('[A-Z]+(?![a-z])|[A-Z]?[a-z]+|[0-9]+')
 class JointRecording:
     """Joints of S people at T times, in the frame and by the clock of the motion capture system.
 
-    Attributes:
-        subjects: names of the people, each once.
-        times: (T,) float64 [s], increasing.
-        positions: (S, T, K, 3) float64 [m]; NaN where missing. The K joints are `MESSAGE_JOINTS`.
-
     Raises:
         ValueError: shapes, names or times are wrong, or a position is half missing.
     """
 
-    subjects: Tuple[str, ...]
-    times: np.ndarray
-    positions: np.ndarray
+    subjects: Tuple[str, ...]  # names of the people, each once
+    times: np.ndarray  # (T,) float64 [s], increasing
+    positions: np.ndarray  # (S, T, K, 3) float64 [m]; NaN where missing. The K joints are `MESSAGE_JOINTS`.
 
     def __post_init__(self) -> None:
         values = checked(self.subjects, self.times, self.positions,

@@ -36,33 +36,21 @@ Points = Mapping[str, np.ndarray]
 
 
 class Rule(NamedTuple):
-    """Where a joint lies.
+    """Where a joint lies."""
 
-    Attributes:
-        markers: names of those that it may use.
-        place: returns the joint, (T, 3) [m], by the markers and by the joints above it; None if the recording lacks
-            one of these.
-    """
-
-    markers: Names
+    markers: Names  # names of those that it may use
+    # returns the joint, (T, 3) [m], by the markers and by the joints above it; None if the recording lacks one of these
     place: Callable[[Points, Points], Optional[np.ndarray]]
 
 
 @dataclass(frozen=True)
 class MarkerMap:
-    """Where joints lie by the markers.
+    """Where joints lie by the markers."""
 
-    Attributes:
-        name: of a shipped map, or the path of a file.
-        rules: by joint, in the order in which they are applied.
-        is_shipped: it is part of this package; its markers are known by other spellings too.
-        is_choice: it was chosen by the names of the markers.
-    """
-
-    name: str
-    rules: Mapping[str, Rule]
-    is_shipped: bool
-    is_choice: bool = False
+    name: str  # of a shipped map, or the path of a file
+    rules: Mapping[str, Rule]  # by joint, in the order in which they are applied
+    is_shipped: bool  # it is part of this package; its markers are known by other spellings too
+    is_choice: bool = False  # it was chosen by the names of the markers
 
     @property
     def markers(self) -> Names:

@@ -12,23 +12,14 @@ _ORIENTATION = ('orientation_x', 'orientation_y', 'orientation_z', 'orientation_
 
 
 class LandmarkRow(NamedTuple):
-    """A hand or a face in a frame.
+    """A hand or a face in a frame."""
 
-    Attributes:
-        time: [ns] of the header, or of recording where there is none.
-        frame_id: of the header.
-        person: track id.
-        side: 'left' or 'right' of a hand; empty of a face.
-        parts: values of `FIELDS` of each point.
-        orientation: of a face in space, quaternion x, y, z, w and sigma [rad]; else empty.
-    """
-
-    time: int
-    frame_id: str
-    person: int
-    side: str
-    parts: Sequence[Sequence[float]]
-    orientation: Tuple[float, ...] = ()
+    time: int  # [ns] of the header, or of recording where there is none
+    frame_id: str  # of the header
+    person: int  # track id
+    side: str  # 'left' or 'right' of a hand; empty of a face
+    parts: Sequence[Sequence[float]]  # values of `FIELDS` of each point
+    orientation: Tuple[float, ...] = ()  # of a face in space, quaternion x, y, z, w and sigma [rad]; else empty
 
 
 def landmark_columns(part: str, dimensions: int) -> List[str]:

@@ -17,27 +17,16 @@ POSTURE, GESTURE, WALKING = 'posture', 'gesture', 'walking'
 
 @dataclass
 class Span:
-    """A time in which one thing held of one person, without a gap.
+    """A time in which one thing held of one person, without a gap."""
 
-    Attributes:
-        person: id.
-        kind: `POSTURE`, `GESTURE` or `WALKING`.
-        name: of the posture, which may be unknown, or of the gesture; '' of walking.
-        arm: of gestures.
-        begin: [s], the stamp of its first frame; of gestures when it began, which is a little earlier.
-        end: [s], the stamp of the first frame in which it did not hold, or of the person's last one.
-        confidence: the greatest one; 0 of walking.
-        pointing: the ray where the confidence was greatest, of pointing.
-    """
-
-    person: int
-    kind: str
-    name: str
-    arm: str
-    begin: float
-    end: float
-    confidence: float = 0.0
-    pointing: Optional[Pointing] = None
+    person: int  # id
+    kind: str  # `POSTURE`, `GESTURE` or `WALKING`
+    name: str  # of the posture, which may be unknown, or of the gesture; '' of walking
+    arm: str  # of gestures
+    begin: float  # [s], the stamp of its first frame; of gestures when it began, which is a little earlier
+    end: float  # [s], the stamp of the first frame in which it did not hold, or of the person's last one
+    confidence: float = 0.0  # the greatest one; 0 of walking
+    pointing: Optional[Pointing] = None  # the ray where the confidence was greatest, of pointing
 
 
 class PersonFall(NamedTuple):

@@ -11,18 +11,13 @@ import numpy as np
 class MarkerRecording:
     """Positions of M markers at T times, in the frame and by the clock of the motion capture system.
 
-    Attributes:
-        names: of the markers, each once.
-        times: (T,) float64 [s], increasing.
-        positions: (T, M, 3) float64 [m]; NaN where a marker is hidden.
-
     Raises:
         ValueError: shapes, names or times are wrong, or a position is half missing.
     """
 
-    names: Tuple[str, ...]
-    times: np.ndarray
-    positions: np.ndarray
+    names: Tuple[str, ...]  # of the markers, each once
+    times: np.ndarray  # (T,) float64 [s], increasing
+    positions: np.ndarray  # (T, M, 3) float64 [m]; NaN where a marker is hidden
 
     def __post_init__(self) -> None:
         values = checked(self.names, self.times, self.positions, (len(self.times), len(self.names)))

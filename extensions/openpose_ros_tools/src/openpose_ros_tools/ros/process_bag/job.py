@@ -118,29 +118,18 @@ class BagJob:
 
 @dataclass(frozen=True)
 class RigJob:
-    """The results to make of several cameras that see the same people.
+    """The results to make of several cameras that see the same people."""
 
-    Attributes:
-        cameras: the job of each camera. Their `output` is not used; their `json` are folders in that of all.
-        output: bag to make, with the people of each camera and the fused ones.
-        csv: table of the fused people, None: none.
-        json: folder with one for each camera, None: none.
-        fixed_frame: of the fused people.
-        rig: where the cameras stand; None: tf of their bags says so.
-        clock_offsets: are added to the stamps of each camera [s].
-        rectified: the images of cameras without depth are rectified.
-        only_fuse: the bags hold the people of the cameras.
-    """
-
+    # the job of each camera: its `output` is not used, its `json` is a folder in that of all
     cameras: Tuple[BagJob, ...]
-    output: Path
-    csv: Optional[Path]
-    json: Optional[Path]
-    fixed_frame: str
-    rig: Optional[Rig]
-    clock_offsets: Mapping[str, float]
-    rectified: bool = False
-    only_fuse: bool = False
+    output: Path  # bag to make, with the people of each camera and the fused ones
+    csv: Optional[Path]  # table of the fused people, None: none
+    json: Optional[Path]  # folder with one for each camera, None: none
+    fixed_frame: str  # of the fused people
+    rig: Optional[Rig]  # where the cameras stand; None: tf of their bags says so
+    clock_offsets: Mapping[str, float]  # are added to the stamps of each camera [s]
+    rectified: bool = False  # the images of cameras without depth are rectified
+    only_fuse: bool = False  # the bags hold the people of the cameras
 
     @property
     def sources(self) -> List[Path]:

@@ -43,28 +43,18 @@ IN_SPACE, IN_IMAGE = '/openpose_ros/skeleton_3d', '/openpose_ros'
 
 
 class Published(NamedTuple):
-    """People, hands and faces of a frame in the frame of reference in which they are published.
-
-    Attributes:
-        landmarks: in space, and as they are in the image.
-        header: for what is in space.
-    """
+    """People, hands and faces of a frame in the frame of reference in which they are published."""
 
     people: People3D
-    landmarks: Landmarks
-    header: Header
+    landmarks: Landmarks  # in space, and as they are in the image
+    header: Header  # for what is in space
 
 
 class Upright(NamedTuple):
-    """Where the floor is, for signals.
+    """Where the floor is, for signals."""
 
-    Attributes:
-        up: (3,) upwards in the frame of the people.
-        around: with the plane of the floor, where that is known.
-    """
-
-    up: np.ndarray
-    around: Surroundings
+    up: np.ndarray  # (3,) upwards in the frame of the people
+    around: Surroundings  # with the plane of the floor, where that is known
 
 
 ON_FLOOR = Upright(np.array([0.0, 0.0, 1.0]), Surroundings(floor=np.array([0.0, 0.0, 1.0, 0.0])))
