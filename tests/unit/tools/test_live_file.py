@@ -31,11 +31,3 @@ def test_a_full_disk_leaves_the_whole_rows(tmp_path):
         file.write('after there is room\n')
     rows = (tmp_path / 'a.csv').read_text().splitlines()
     assert rows == [*(f'{number:06d}' for number in range(1000 // 7)), 'after there is room']
-
-
-def test_two_do_not_write_one_file(tmp_path):
-    with LiveFile(tmp_path / 'a.csv', False) as file:
-        file.write('row\n')
-        with pytest.raises(BlockingIOError, match='another program'):
-            LiveFile(tmp_path / 'a.csv', True)
-    assert (tmp_path / 'a.csv').read_text() == 'row\n'
