@@ -345,9 +345,9 @@ def test_to_a_bag_and_back_gives_the_same_bytes(tmp_path, layout, dimensions, ti
 
 def test_the_originals_columns_leave_the_rest_unknown(tmp_path):
     text = converted(tmp_path, recording(tmp_path, 3))
-    bag = back(tmp_path, text, '--frame-id', 'kinect2_rgb_optical_frame', '--topic-prefix', '/replayed/')
+    bag = back(tmp_path, text, '--frame-id', 'kinect2_rgb_optical_frame')
     found = messages_of(bag)
-    assert {topic for topic, _, _ in found} == {'/replayed/detected_poses_keypoints_3d', '/replayed/detected_poses_3d'}
+    assert {topic for topic, _, _ in found} == {f'{SPACE}_keypoints_3d', f'{SPACE}_3d'}
     arrays = [message for _, message, _ in found if hasattr(message, 'persons')]
     assert [len(message.persons) for message in arrays] == [2, 1, 3, 2] * 4
     assert [message.header.seq for message in arrays] == list(range(16))

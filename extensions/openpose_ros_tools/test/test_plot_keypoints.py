@@ -50,9 +50,9 @@ def test_a_bag_without_people(tmp_path, capsys):
 
 
 def test_plots_of_a_csv(tmp_path, poses, capsys):
-    assert main([str(poses), '-o', str(tmp_path / 'plots'), '--confidence', '--format', 'svg']) == 0
+    assert main([str(poses), '-o', str(tmp_path / 'plots'), '--format', 'svg']) == 0
     names = sorted(path.name for path in (tmp_path / 'plots').iterdir())
-    assert names == ['confidence_person_0.svg', 'confidence_person_4.svg', 'detections.svg', 'signals.svg',
+    assert names == ['detections.svg', 'signals.svg',
                      'top_view.svg', 'trajectory_neck.svg', 'visibility_person_0.svg', 'visibility_person_4.svg']
     assert sorted(line.rpartition('/')[2] for line in capsys.readouterr().out.splitlines()) == names
 

@@ -40,7 +40,7 @@ def a_table(frames, persons=(0,), dimensions=3, up=(0.0, -1.0, 0.0)):
 def all_plots(selection):
     ways = keypoint_plots.top_view if selection.table.dimensions == 3 else keypoint_plots.image_paths
     return [keypoint_plots.detections(selection), ways(selection), keypoint_plots.trajectory(selection, 'neck'),
-            keypoint_plots.visibility(selection, 0), keypoint_plots.confidence(selection, 0)]
+            keypoint_plots.visibility(selection, 0)]
 
 
 def test_empty_table_says_so():
@@ -140,14 +140,6 @@ def test_timeline_shows_each_status_when_it_was():
     expected = [to_rgb(STATUS_COLOURS[value]) for value in (MEASURED, INFERRED, MISSING, MEASURED)]
     assert middles == pytest.approx(np.array(expected))
     assert '50 / 25 / 25 %' in [text.get_text() for text in axes.texts]
-
-
-def test_columns_of_a_long_recording_are_means():
-    table = a_table(range(4800))
-    table.confidence[::2] = 0.0
-    image = keypoint_plots.confidence(select(table), 0).axes[0].get_images()[0].get_array()
-    # four frames in a column, half of them with 0.9; a frame more or less at the borders of columns
-    assert image[0].mean() == pytest.approx(0.45, abs=0.01) and image[0].max() < 0.65
 
 
 def test_rates():

@@ -9,7 +9,6 @@ drawn. No master is needed. The plots in FOLDER:
     top_view               paths of the people from above (of keypoints in the image: image_paths)
     trajectory_JOINT       coordinates of a joint over time
     visibility_person_ID   when each joint was measured, inferred or missing
-    confidence_person_ID   with --confidence: confidence of each joint over time
     trajectory_POINT       with --hand-points, of a bag: coordinates of points of the hands over time, and no other plot
 
     rosrun openpose_ros_tools plot_keypoints poses.csv --list
@@ -63,8 +62,8 @@ def trajectories(selection: Selection, joints: Sequence[str]) -> List[Tuple[str,
     return [(f'trajectory_{joint}', partial(keypoint_plots.trajectory, selection, joint)) for joint in joints]
 
 
-def plots(selection: Selection, joints: Sequence[str], with_confidence: bool,
-          timeline: Optional[SignalTimeline]) -> List[Tuple[str, Callable[[], Figure]]]:
+def plots(selection: Selection, joints: Sequence[str], timeline: Optional[SignalTimeline]
+          ) -> List[Tuple[str, Callable[[], Figure]]]:
     """Return the names of the plots, and what draws each of them; timeline: of people in space."""
     paths = keypoint_plots.top_view if selection.table.dimensions == 3 else keypoint_plots.image_paths
     found: List[Tuple[str, Callable[[], Figure]]] = [('detections', partial(keypoint_plots.detections, selection)),
@@ -74,8 +73,6 @@ def plots(selection: Selection, joints: Sequence[str], with_confidence: bool,
     found += trajectories(selection, joints)
     for person in selection.persons:
         found.append((f'visibility_person_{person}', partial(keypoint_plots.visibility, selection, person)))
-        if with_confidence:
-            found.append((f'confidence_person_{person}', partial(keypoint_plots.confidence, selection, person)))
     return found
 
 
@@ -129,7 +126,7 @@ def _run(options: argparse.Namespace) -> int:
     else:
         timeline = (read_timeline(options.file, table, options.topic, options.up)[0] if table.dimensions == 3
                     else None)
-        found = plots(selection, chosen, options.confidence, timeline)
+        found = plots(selection, chosen, timeline)
     paths = [folder / f'{name}.{options.format}' for name, _ in found]
     check_outputs(paths, options.overwrite)
     for path, (_, draw) in zip(paths, tqdm(found, unit=' plots', leave=False, disable=None)):
@@ -179,6 +176,5 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument('--persons', type=_ids, metavar='I,J', help='only these ids (default: the 8 with most rows)')
     add_time_span(parser, 'the first frame')
     add_up(parser)
-    parser.add_argument('--confidence', action='store_true', help='draw the confidence of the joints as well')
     parser.add_argument('--format', choices=FORMATS, default='png', help='of the plots (default: %(default)s)')
     return parser

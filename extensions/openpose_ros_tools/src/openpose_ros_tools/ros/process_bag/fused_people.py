@@ -131,7 +131,9 @@ class _Stream:
         left_out: messages by reason.
     """
 
-    def __init__(self, job: RigJob, camera: CameraPeople, stack: ExitStack) -> None:
+    def __init__(self, job: RigJob, camera: CameraPeople, stack: ExitStack,
+                 backstep: int = PAIRING.reset_backstep) -> None:
+        self._backstep = backstep
         self.name = camera.name
         self.left_out: Dict[str, int] = Counter()
         self._bag, self._topic = stack.enter_context(open_bag(camera.bag)), camera.topic
@@ -182,7 +184,7 @@ class _Stream:
         begun, newest = 0, 0
         for stored in stamped_messages(self._bag, [self._topic]):
             stamp = (stored.stamp or 0) + self._offset
-            if begun < jumps and stamp < newest - PAIRING.reset_backstep:
+            if begun < jumps and stamp < newest - self._backstep:
                 begun, newest = begun + 1, 0
             yield begun, stamp, stamp > newest, stored
             newest = max(stamp, newest)

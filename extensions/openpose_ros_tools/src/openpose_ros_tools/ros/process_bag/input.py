@@ -232,14 +232,16 @@ class _ClockRun:
     Args:
         time: from which on it is of the bag [ns].
         static: transforms that do not change.
+        backstep: by which the stamps jump back where the clock was reset [ns].
 
     Attributes:
         begun, ended: time of recording of the first and the last transforms [ns].
         transforms: these, and the static ones.
     """
 
-    def __init__(self, time: int, static: Iterable[TransformStamped]) -> None:
+    def __init__(self, time: int, static: Iterable[TransformStamped], backstep: int) -> None:
         self.begun = self.ended = time
+        self._backstep = backstep
         self.transforms = tf2_py.BufferCore(_TF_KEPT)
         self.set_static(static)
         self._stamps: Dict[str, int] = {}  # newest one of each child frame [ns]
@@ -252,7 +254,7 @@ class _ClockRun:
     def add(self, transforms: Sequence[TransformStamped], time: int) -> bool:
         """Take the transforms of a message, recorded at a time [ns]; false: their stamps jump back, none is taken."""
         stamps = {transform.child_frame_id: transform.header.stamp.to_nsec() for transform in transforms}
-        if any(stamp < self._stamps.get(frame, stamp) - PAIRING.reset_backstep for frame, stamp in stamps.items()):
+        if any(stamp < self._stamps.get(frame, stamp) - self._backstep for frame, stamp in stamps.items()):
             return False
         self._stamps.update(stamps)
         self.ended = time
@@ -269,14 +271,16 @@ class RecordedTransforms:
 
     Args:
         bag: open; this is its only reader meanwhile.
+        backstep: by which stamps jump back where the clock was reset [ns].
     """
 
-    def __init__(self, bag: rosbag.Bag) -> None:
+    def __init__(self, bag: rosbag.Bag, backstep: int = PAIRING.reset_backstep) -> None:
         types = bag.get_type_and_topic_info().topics
         self._messages = stamped_messages(bag, [topic for topic in TF_TOPICS if topic in types])
         self._next = next(self._messages, None)
         self._static: Dict[str, TransformStamped] = {}  # by child frame
-        self._runs = deque([_ClockRun(0, ())])  # that of the frames, and those that may come after it
+        self._backstep = backstep
+        self._runs = deque([_ClockRun(0, (), backstep)])  # that of the frames, and those that may come after it
         self._time = 0  # of recording of the newest frame [ns]
         self._newest: Optional[int] = None  # stamp of the frames in their run [ns]; None: their run has to be found
 
@@ -301,17 +305,17 @@ class RecordedTransforms:
     def _add(self, transforms: Sequence[TransformStamped], time: int) -> None:
         taken = [run.add(transforms, time) for run in list(self._runs)[::max(len(self._runs) - 1, 1)]]
         if not taken[-1]:
-            self._runs.append(_ClockRun(time, self._static.values()))
+            self._runs.append(_ClockRun(time, self._static.values(), self._backstep))
             self._runs[-1].add(transforms, time)
 
     def _find_run(self, stamp: int) -> None:
         """Go on to the run of the newest frame, by its stamp [ns]."""
-        if self._newest is not None and stamp >= self._newest - PAIRING.reset_backstep:
+        if self._newest is not None and stamp >= self._newest - self._backstep:
             self._newest = max(stamp, self._newest)
             return
         if self._newest is not None:
             if len(self._runs) == 1:  # no transform was recorded since the reset
-                self._runs.append(_ClockRun(self._time, self._static.values()))
+                self._runs.append(_ClockRun(self._time, self._static.values(), self._backstep))
             self._runs.popleft()
         while len(self._runs) > 1 and self._runs[1].begun <= self._time:
             self._runs.popleft()
