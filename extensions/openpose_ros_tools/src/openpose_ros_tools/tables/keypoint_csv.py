@@ -6,9 +6,10 @@ import csv
 import logging
 import re
 from array import array
+from io import StringIO
 from operator import itemgetter
 from pathlib import Path
-from typing import Iterator, List, NamedTuple, Optional, Sequence, TextIO, Tuple
+from typing import Iterator, List, NamedTuple, Sequence, TextIO, Tuple
 
 import numpy as np
 
@@ -128,10 +129,10 @@ def read_csv(path: Path) -> KeypointCsv:
         BadInputError: the file is not there or contains something else; the text names line and column.
     """
     try:
-        with Path(path).open(newline='', encoding='utf-8-sig', errors='replace') as handle:
-            return _Reader(Path(path), handle).read()
+        text = Path(path).read_bytes().decode('utf-8-sig', errors='replace')
     except OSError as error:
         raise BadInputError(f'{path}: {error.strerror}') from error
+    return _Reader(Path(path), text).read()
 
 
 def read_keypoint_csv(path: Path) -> KeypointTable:
@@ -143,47 +144,41 @@ def read_keypoint_csv(path: Path) -> KeypointTable:
 class _Reader:
     """Reads a file; knows its columns, and the line that it is at, for errors."""
 
-    def __init__(self, path: Path, handle: TextIO) -> None:
+    def __init__(self, path: Path, text: str) -> None:
         self.path = path
-        self._cut_off = False
-        self._reader = csv.reader(self._lines(handle))
+        self._cut_off = not text.endswith(('\n', '\r'))
+        self._reader = csv.reader(StringIO(text, newline=''))
         self._names = self._read_names()
         self._place = {name: i for i, name in enumerate(self._names)}
         self._find_columns()
 
     def read(self) -> KeypointCsv:
-        """Return what the file holds; errors as `read_csv`."""
+        """Return the content of the file; errors as `read_csv`."""
         heads: List[PersonRow] = []
         values: List[array[float]] = []
         lines: List[int] = []
-        damaged: Optional[BadInputError] = None
-        try:
-            for row in self._reader:
-                if damaged:  # not the last line
-                    raise damaged
-                if not row or (row[0].strip() == _HEAD['time'] and [name.strip() for name in row] == self._names):
-                    continue
-                try:
-                    head, numbers = self._parse(row)
-                except BadInputError as error:
-                    damaged = error
-                    continue
-                heads.append(head)
-                values.append(numbers)
-                lines.append(self._reader.line_num)
-        except csv.Error as error:
-            raise self._error(str(error)) from error
-        if damaged and not self._cut_off:
-            raise damaged
-        if damaged:
-            _log.warning('the last line is dropped, as it was cut off: %s', damaged)
+        for row in self._rows():
+            try:
+                head, numbers = self._parse(row)
+            except BadInputError as error:
+                if not self._cut_off or next(self._rows(), None) is not None:  # not the last line
+                    raise
+                _log.warning('the last line is dropped, as it was cut off: %s', error)
+                break
+            heads.append(head)
+            values.append(numbers)
+            lines.append(self._reader.line_num)
         rows = [head._replace(parts=parts) for head, parts in zip(heads, self._parts(values, lines))]
         return KeypointCsv(rows, self.dimensions, _HEAD['stamp'] in self._place)
 
-    def _lines(self, handle: TextIO) -> Iterator[str]:
-        for line in handle:
-            self._cut_off = not line.endswith(('\n', '\r'))
-            yield line
+    def _rows(self) -> Iterator[List[str]]:
+        """Yield the rows that are neither empty nor names of columns."""
+        try:
+            for row in self._reader:
+                if row and not (row[0].strip() == _HEAD['time'] and [name.strip() for name in row] == self._names):
+                    yield row
+        except csv.Error as error:
+            raise self._error(str(error)) from error
 
     def _read_names(self) -> List[str]:
         try:
