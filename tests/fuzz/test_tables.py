@@ -10,13 +10,11 @@ from hypothesis import strategies as st
 
 from fuzzing import mutated, spoiled, survives
 from mocap_files import MOTIVE, TRC, c3d_file
-from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.output.keypoint_file import FORMATS, people_to_storage, read_keypoint
 from openpose_ros_pkg.output.openpose_json import people_from_json, people_to_json
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18, MESSAGE_JOINTS
-from openpose_ros_tools.images.image_layouts import LayoutOptions, find_recording
-from openpose_ros_tools.images.stamps import read_stamp_table
+from openpose_ros_tools.images.rgbd_folder import read_rgbd_folder
 from openpose_ros_tools.mocap.files import read_mocap
 from openpose_ros_tools.tables.keypoint_csv import LAYOUTS, KeypointCsvWriter, read_keypoint_csv
 from openpose_ros_tools.tables.keypoint_table import FIELDS, PersonRow
@@ -96,20 +94,6 @@ def test_motion_capture(tmp_path_factory, suffix, data):
         assert (seen.all(axis=2) == seen.any(axis=2)).all() and not np.isinf(found.positions).any()
 
 
-STAMPS = (b'# frame, stamp [ns]\na.png, 1600000000000000000\nb.png, 1600000000033333333\n',
-          b'1600000000.1\n1600000000.2\n', b'frame;colour;depth\n1;100;200\n2;150;\n',
-          b'1600000000.123456 rgb/1.png\n1600000000.2 rgb/2.png\n')
-
-
-@pytest.mark.parametrize('unit', [None, 's', 'ns'])
-@given(content=mutated(*STAMPS))
-def test_stamps(tmp_path_factory, unit, content):
-    path = written(tmp_path_factory, 'stamps.csv', content)
-    table = survives(read_stamp_table, path, unit, size=len(content))
-    if table is not None:
-        assert table.names is None or len(table.names) == len(table.stamps)
-
-
 TUM = b'# timestamp filename\n1600000000.123456 rgb/1.png\n1600000000.2 rgb/2.png\n'
 META = {'K': [[500, 0, 320], [0, 500, 240], [0, 0, 1]], 'width': 640, 'height': 480, 'fps': 30,
         'T_world_camera': np.eye(4).tolist()}
@@ -117,10 +101,9 @@ META = {'K': [[500, 0, 320], [0, 500, 240], [0, 0, 1]], 'width': 640, 'height': 
 
 @given(mutated(TUM))
 def test_image_lists(tmp_path_factory, content):
-    folder = folder_with_images(tmp_path_factory)
-    written(tmp_path_factory, 'images/rgb.txt', content)
-    found = survives(find_recording, folder, LayoutOptions(layout='tum'), size=len(content),
-                     errors=(BadInputError, ParameterError))
+    folder = folder_with_images(tmp_path_factory, 'lists')
+    written(tmp_path_factory, 'lists/rgb.txt', content)
+    found = survives(read_rgbd_folder, folder, size=len(content))
     if found is not None:
         assert all(0 < item.stamp < 2 ** 32 * 10 ** 9 for items in found.streams.values() for item in items)
 
@@ -128,11 +111,11 @@ def test_image_lists(tmp_path_factory, content):
 @given(st.one_of(mutated(json.dumps(META).encode()), spoiled(META).map(lambda values: json.dumps(values).encode())))
 @example(json.dumps({**META, 'T_world_camera': [[10 ** 400] * 4] * 4}).encode())
 @example(json.dumps({**META, 'depth_scale': 10 ** 400}).encode())
+@example(json.dumps({**META, 'fps': 5e-324}).encode())
 def test_rendered_description(tmp_path_factory, content):
-    folder = folder_with_images(tmp_path_factory)
-    written(tmp_path_factory, 'images/meta.json', content)
-    survives(find_recording, folder, LayoutOptions(layout='rendered'), size=len(content),
-             errors=(BadInputError, ParameterError))
+    folder = folder_with_images(tmp_path_factory, 'rendered')
+    written(tmp_path_factory, 'rendered/meta.json', content)
+    survives(read_rgbd_folder, folder, size=len(content))
 
 
 def written(factory, name, content) -> Path:
@@ -142,8 +125,8 @@ def written(factory, name, content) -> Path:
     return path
 
 
-def folder_with_images(factory) -> Path:
-    folder = factory.getbasetemp() / 'images'
+def folder_with_images(factory, name) -> Path:
+    folder = factory.getbasetemp() / name
     (folder / 'rgb').mkdir(parents=True, exist_ok=True)
     for name in ('1.png', '2.png'):
         (folder / 'rgb' / name).touch()

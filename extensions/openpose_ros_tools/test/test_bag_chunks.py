@@ -40,7 +40,7 @@ def test_a_chunk_of_another_size_is_refused(tmp_path, compression, size, words):
 
 
 @pytest.mark.parametrize('compression', ['bz2', 'lz4'])
-def test_what_a_chunk_has_beyond_its_size_takes_no_memory(tmp_path, compression):
+def test_bytes_of_a_chunk_beyond_its_size_take_no_memory(tmp_path, compression):
     path = bag_that_says(tmp_path / 'a.bag', compression, 1000)
     tracemalloc.start()
     try:

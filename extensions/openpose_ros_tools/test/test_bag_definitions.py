@@ -1,4 +1,4 @@
-"""Bags define their messages by text that rosbag turns into code: none of it may run."""
+"""Bags define their messages in text, of which rosbag makes code: no other code may run."""
 import contextlib
 
 import genpy
@@ -17,7 +17,7 @@ from openpose_ros_tools.ros.bag_files import open_bag, stamped_messages
 
 
 @pytest.mark.parametrize('kind', [CameraInfo, DiagnosticArray, Marker, PersonDetection_3dArray, PointCloud2])
-def test_what_is_left_of_a_definition_is_the_same_type(kind):
+def test_a_harmless_definition_is_the_same_type(kind):
     generated = genpy.dynamic.generate_dynamic(kind._type, harmless_definition(kind._full_text))[kind._type]
     assert generated._md5sum == kind._md5sum
     assert (generated.__slots__, generated._slot_types) == (kind.__slots__, kind._slot_types)

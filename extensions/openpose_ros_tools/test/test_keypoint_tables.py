@@ -270,13 +270,13 @@ def test_a_recording_that_was_cut_off_asks_for_reindex(tmp_path, capsys):
 
 
 @pytest.mark.parametrize('smashed', [slice(0, 4), slice(4, 45), slice(45, 49)])
-def test_a_smashed_chunk_header_is_damage_and_its_place_is_named(tmp_path, capsys, smashed):
+def test_a_smashed_chunk_header_is_refused(tmp_path, capsys, smashed):
     path = record(tmp_path / 'some.bag', frames(5, 3), single_topic(3))
     content = bytearray(path.read_bytes())
     place = 13 + 8 + 4096  # after the version, and the header of the bag with its two lengths
     content[place + smashed.start:place + smashed.stop] = b'\xff' * (smashed.stop - smashed.start)
     path.write_bytes(bytes(content))
-    assert f'is damaged at byte {place}; `rosbag reindex`' in refusal(capsys, path)
+    assert f'or damaged; mend it with: rosbag reindex {path}' in refusal(capsys, path)
 
 
 @pytest.mark.parametrize(('content', 'expected'), [(None, 'No such file'), (b'', 'not a bag'), (b'%time\n1\n', 'bag')])

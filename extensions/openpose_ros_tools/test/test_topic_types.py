@@ -1,4 +1,4 @@
-"""A topic whose messages are of two types is told of, by name and types, and is neither read nor copied."""
+"""A topic with messages of two types is refused with name and types, and is neither read nor copied."""
 import genpy
 import pytest
 import rosbag
@@ -37,7 +37,7 @@ def recording(tmp_path):
     (keypoints_to_csv.main, ('-o', 'a.csv')), (keypoints_to_csv.main, ('-o', 'a.csv', '--topic', TOPIC)),
     (plot_keypoints.main, ('--list',)), (time_report.main, ()), (process_bag, ('-o', 'out.bag')),
     (process_bag, ('-o', 'out.bag', '--image', TOPIC))])
-def test_it_is_told_with_its_types(recording, tmp_path, capsys, main, options):
+def test_it_is_refused_with_its_types(recording, tmp_path, capsys, main, options):
     assert main([str(recording), *(str(tmp_path / word) if '.' in word else word for word in options)]) == 2
     assert BOTH in capsys.readouterr().err
 

@@ -209,7 +209,7 @@ def test_depth_image(image, info):
 
 
 @given(st.one_of(*(st.tuples(st.just(stream), spoiled(*messages)) for stream, messages in (
-    ('colour', [*images(), *COMPRESSED]), ('depth', [*images(), *PACKED, CLOUD]), ('mask', images())))))
+    ('colour', [*images(), *COMPRESSED]), ('depth', [*images(), *PACKED, CLOUD])))))
 def test_file_of_a_message(chosen):
     stream, message = chosen
     survives(file_of_message, stream, message, None, 'bag', size=len(message.data), memory=IMAGE_MEMORY,

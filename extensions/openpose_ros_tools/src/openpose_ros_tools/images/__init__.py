@@ -1,1 +1,1 @@
-"""Folders of images: layouts, files, calibrations, stamps."""
+"""RGB-D folders: image files, stamps, calibration."""

@@ -1,6 +1,4 @@
 """Image files, pixel for pixel: read as they are stored, written without loss."""
-from typing import Optional, Tuple
-
 import cv2
 import numpy as np
 
@@ -71,22 +69,20 @@ def to_bgr8(image: np.ndarray) -> np.ndarray:
     return image[..., :3]
 
 
-def encode_image(image: np.ndarray, suffix: str, source: str, quality: int = 95) -> bytes:
-    """Return the content of an image file.
+def encode_image(image: np.ndarray, suffix: str, source: str) -> bytes:
+    """Return the content of an image file without loss.
 
     Args:
-        suffix: '.png', or '.tiff' for float32, which are lossless; or '.jpg'.
-        quality: of a JPEG, 1..100.
+        suffix: '.png', or '.tiff' for float32.
 
     Raises:
         BadInputError: OpenCV can not write it.
     """
     try:
-        _, content = cv2.imencode(suffix, image, [cv2.IMWRITE_JPEG_QUALITY, quality] if suffix == '.jpg' else [])
+        return cv2.imencode(suffix, image)[1].tobytes()
     except cv2.error as error:
         raise BadInputError(f'{source}: OpenCV can not write {suffix} of {image.dtype} {image.shape}: '
                             f'{error}') from error
-    return content.tobytes()
 
 
 def depth_to_metres(depth: np.ndarray, units_per_metre: float) -> np.ndarray:
@@ -96,42 +92,21 @@ def depth_to_metres(depth: np.ndarray, units_per_metre: float) -> np.ndarray:
     return metres
 
 
-def depth_to_units(depth: np.ndarray, units_per_metre: float, source: str) -> Tuple[np.ndarray, float]:
-    """Return depth as integers.
+def depth_to_units(depth: np.ndarray, units_per_metre: float, source: str) -> np.ndarray:
+    """Return depth as integers, rounded.
 
     Args:
         depth: (H, W) float [m]; 0, negative or not finite where missing.
 
     Returns:
-        (H, W) uint16, 0 = missing, and the greatest rounding error [m].
+        (H, W) uint16, 0 = missing.
 
     Raises:
         BadInputError: a depth is too great for 16 bits.
     """
     known = np.isfinite(depth) & (depth > 0)
-    units = np.where(known, depth, 0).astype(np.float64) * units_per_metre
-    rounded = np.rint(units)
-    if rounded.max(initial=0) > _MOST_UNITS:
+    units = np.rint(np.where(known, depth, 0).astype(np.float64) * units_per_metre)
+    if units.max(initial=0) > _MOST_UNITS:
         raise BadInputError(f'{source}: depth of {units.max() / units_per_metre:.3f} m does not fit 16 bits with '
                             f'{units_per_metre:g} units per metre, which reach {_MOST_UNITS / units_per_metre:.3f} m')
-    # compared in float32, whose own rounding is no error
-    errors = np.abs(depth_to_metres(rounded, units_per_metre) - depth)[known]
-    return rounded.astype(np.uint16), float(errors.max(initial=0))
-
-
-def convert_depth(depth: np.ndarray, units_per_metre: float, wanted: Optional[float], source: str
-                  ) -> Tuple[np.ndarray, float]:
-    """Return depth in other units, and the greatest rounding error [m].
-
-    Args:
-        depth: (H, W) uint16 in these units, or float32 [m].
-        wanted: units per metre of (H, W) uint16; None: (H, W) float32 [m].
-
-    Raises:
-        BadInputError: a depth is too great for 16 bits.
-    """
-    if depth.dtype != np.float32:
-        if units_per_metre == wanted:
-            return depth, 0.0
-        depth = depth_to_metres(depth, units_per_metre)
-    return (depth, 0.0) if wanted is None else depth_to_units(depth, wanted, source)
+    return units.astype(np.uint16)

@@ -1,4 +1,4 @@
-"""Definitions of messages in bags, made harmless: rosbag generates code from them and runs it, whoever wrote them.
+"""Definitions of messages in bags, made harmless: rosbag generates code from them and runs it, from any source.
 
 genmsg checks the names of fields only. `int32 a; import os; b=1` would be run, and the value of a bool is
 evaluated.

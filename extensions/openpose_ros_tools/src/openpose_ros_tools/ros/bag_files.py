@@ -33,9 +33,6 @@ _DAMAGE = (rosbag.ROSBagException, genpy.DeserializationError, struct.error, EOF
            IndexError, TypeError, AttributeError, RuntimeError, SyntaxError, genpy.generator.MsgGenerationException)
 # Versions before it define types on the way; 200 is 2.0.
 _LEAST_VERSION = 200
-# Format 2.0: http://wiki.ros.org/Bags/Format/2.0. Headers of records have a field `op`; the longest is that of a
-# connection, which holds the name of a topic.
-_VERSION, _OPERATION, _LONGEST_HEADER = b'#ROSBAG V2.0\n', re.compile(rb'\x04\0\0\0op=[\x02-\x07]', re.DOTALL), 1 << 16
 # A chunk, when it is decompressed, has at most as many bytes: those of the largest message that roscpp takes.
 _LARGEST_CHUNK = 1 << 30
 # Of LZ4, as many compressed bytes at a time; they become 255 times as many at most.
@@ -57,7 +54,7 @@ class StampedMessage(NamedTuple):
 
 
 class _BagFile(io.BufferedReader):
-    """A file of which no more is read than there is: a damaged length would take up to 4 GB of memory."""
+    """Reads no more bytes than the file has: a damaged length would take up to 4 GB of memory."""
 
     def read(self, size: Optional[int] = -1) -> bytes:
         """See `io.BufferedReader.read`."""
@@ -67,7 +64,7 @@ class _BagFile(io.BufferedReader):
 
 
 class _BoundedReader(rosbag.bag._BagReader200):
-    """Reads compressed chunks, of which rosbag would decompress whatever comes: gigabytes from a file of a megabyte."""
+    """Reads compressed chunks up to the size in their header; rosbag has no limit: a megabyte may become gigabytes."""
 
     decompressed_chunk_pos: Optional[int]
 
@@ -111,14 +108,14 @@ def open_bag(path: Path) -> Iterator[rosbag.Bag]:
         BadInputError: it is not there, is no bag, has no index, or defines messages by what is no definition.
     """
     if is_ros2(path):
-        with Ros2Recording(path) as recording:
-            yield recording
+        yield Ros2Recording(path)
         return
     try:
         bag = rosbag.Bag(_BagFile(io.FileIO(str(path))))
         bag._filename = str(path)  # which it does not know of a file that is open
     except rosbag.ROSBagUnindexedException:
-        raise BadInputError(_why_no_index(path)) from None
+        raise BadInputError(f'{path} has no index, as recordings have that were cut off or damaged; mend it with: '
+                            f'rosbag reindex {path}') from None
     except _DAMAGE as error:
         if isinstance(error, OSError) and error.filename:  # it can not even be opened
             raise BadInputError(f'{path}: {error.strerror}') from error
@@ -189,7 +186,7 @@ def topic_types(bag: rosbag.Bag) -> Dict[str, str]:
     Topics whose messages are all lost, as after a reindex, are left out.
     """
     if isinstance(bag, Ros2Recording):
-        return bag.types()
+        return {topic: one.msg_type for topic, one in bag.get_type_and_topic_info().topics.items()}
     return joined_types((one.topic, one.datatype) for one in bag._get_connections()
                         if bag._connection_indexes.get(one.id))
 
@@ -210,28 +207,6 @@ def undamaged(bag: rosbag.Bag, messages: Iterator[Item]) -> Iterator[Item]:
                                 f'{bag.filename} is damaged, near byte {bag._file.tell()} ({error}); `rosbag reindex` '
                                 'may save the rest') from error
         yield message
-
-
-def _why_no_index(path: Path) -> str:
-    """Return whether a bag was cut off, or is damaged and where: its first record that can not be."""
-    size, place, index = path.stat().st_size, len(_VERSION), 0
-    with path.open('rb') as file:
-        while place < size:
-            file.seek(place)
-            length = int.from_bytes(file.read(4), 'little')
-            header = file.read(length) if length <= _LONGEST_HEADER else b''
-            operation = _OPERATION.search(header)
-            if length > _LONGEST_HEADER or (place + 4 + length <= size and not operation):
-                return f'{path} is damaged at byte {place}; `rosbag reindex` may save the rest'
-            data = int.from_bytes(file.read(4), 'little')
-            if place == len(_VERSION):
-                index = int.from_bytes(header.partition(b'index_pos=')[2][:8], 'little')
-            if place + 8 + length + data > size or (b'op=\x05' in header and not data):
-                break  # an unfinished chunk has length 0
-            place += 8 + length + data
-    if place < index < size:
-        return f'{path} is damaged at byte {place}; `rosbag reindex` may save the rest'
-    return f'{path} has no index, as recordings have that were cut off; mend it with: rosbag reindex {path}'
 
 
 def stamped_messages(bag: rosbag.Bag, topics: Sequence[str], start: Optional[genpy.Time] = None,

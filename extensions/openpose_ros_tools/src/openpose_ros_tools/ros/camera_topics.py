@@ -13,14 +13,13 @@ DEPTH_ENCODINGS = ('16UC1', '32FC1', 'mono16')
 
 CAMERA_NAMESPACE = '/kinect2/qhd'
 """Namespace of the topics that the launch files of this project subscribe to."""
-TOPICS = {'camera_info': 'camera_info', 'image': 'image_color', 'depth': 'image_depth_rect', 'mask': 'image_mask',
-          'points': 'points'}
+TOPICS = {'camera_info': 'camera_info', 'image': 'image_color', 'depth': 'image_depth_rect', 'points': 'points'}
 """Topics in the camera's namespace, in the order in which messages with one stamp are written."""
 
 # Topics of this project are results, of an earlier run or of a live recording, and no input.
 _RESULTS = re.compile(r'(^|/)openpose_ros/')
-_DEPTH_NAME, _MASK_NAME, _OTHER_NAME = (re.compile(pattern, re.IGNORECASE) for pattern in (
-    'depth|disparity', 'mask', r'(^|[/_])(ir|infra\d?|confidence)($|[/_])'))
+_DEPTH_NAME, _OTHER_NAME = (re.compile(pattern, re.IGNORECASE) for pattern in (
+    'depth|disparity', r'mask|(^|[/_])(ir|infra\d?|confidence)($|[/_])'))
 
 
 class _Stream(NamedTuple):
@@ -35,7 +34,6 @@ _STREAMS = {
     'colour': _Stream('colour images', '--image', (IMAGE, COMPRESSED), 'colou?r|rgb'),
     # that a driver has aligned to the colour image
     'depth': _Stream('depth images', '--depth', (IMAGE, COMPRESSED), 'aligned|registered|depth_to_(rgb|colou?r)'),
-    'mask': _Stream('masks', '--mask', (IMAGE, COMPRESSED), '$^'),
     'points': _Stream('clouds', '--points', (CLOUD,), 'colou?r|rgb|registered'),
     'camera_info': _Stream('camera infos', '--camera-info', (INFO,), 'colou?r|rgb')}
 
@@ -67,7 +65,7 @@ def raw_topic(topic: str) -> str:
 
 
 class TopicFinder:
-    """Finds the topics of a camera in a bag; streams are 'colour', 'depth', 'mask', 'points' and 'camera_info'.
+    """Finds the topics of a camera in a bag; streams are 'colour', 'depth', 'points' and 'camera_info'.
 
     Args:
         bag: open.
@@ -156,8 +154,6 @@ class TopicFinder:
             return None
         if is_packed_depth(topic) or (kind == IMAGE and is_depth(topic, self._first(topic).encoding)):
             return 'depth'
-        if _MASK_NAME.search(topic):
-            return 'mask'
         # only its name says what a compressed image shows; raw images that are no depth may be of a camera named so
         name = topic if kind == COMPRESSED else topic.rpartition('/')[2]
         return None if _OTHER_NAME.search(topic) or _DEPTH_NAME.search(name) else 'colour'

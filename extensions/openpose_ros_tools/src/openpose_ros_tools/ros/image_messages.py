@@ -19,33 +19,25 @@ from openpose_ros_pkg.ros.convert import (
 )
 from openpose_ros_pkg.stream.image_decoding import image_kind, read_file
 from openpose_ros_tools.images import image_files
-from openpose_ros_tools.images.frame_stamps import StampedFile
 from openpose_ros_tools.images.image_files import MILLIMETRES
-from openpose_ros_tools.images.image_layouts import Recording
-from openpose_ros_tools.ros.camera_topics import CLOUD, COMPRESSED, TOPICS
-from openpose_ros_tools.ros.camera_topics import DEPTH_ENCODINGS as _ALL_DEPTH_ENCODINGS
+from openpose_ros_tools.images.rgbd_folder import RgbdFolder
+from openpose_ros_tools.ros.camera_topics import CLOUD, COMPRESSED, DEPTH_ENCODINGS, TOPICS
 from skeleton_extract_3d.points.camera import calibrated_camera, check_same_aspect
 from skeleton_extract_3d.points.depth import cloud_from_depth
-from skeleton_extract_3d.points.rgbd_sequence import DEFAULT_FRAME, WORLD_FRAME
 from skeleton_extract_3d.ros.convert import cloud_from_message, cloud_to_message
 
-DEPTH_ENCODINGS = ('16UC1', '32FC1')
 _SUFFIXES = {'jpeg': '.jpg', 'png': '.png'}
 
 
 @dataclass(frozen=True)
-class BagOptions:
-    """The messages that are written of a recording."""
+class MessageOptions:
+    """The messages that are written of an RGB-D folder."""
 
-    topics: Dict[str, str]  # by key of TOPICS, in full
-    frame_id: str = DEFAULT_FRAME  # of all headers
-    calibration: Optional[Calibration] = None  # of the camera, or None
-    T_world_camera: Optional[np.ndarray] = None  # (4, 4) from the optical frame to world_frame [m], or None
-    world_frame: str = WORLD_FRAME  # name of the frame in which the camera stands
+    namespace: str  # of the topics
+    frame_id: str  # of all headers
+    calibration: Optional[Calibration]  # of the camera, or None
+    depth_scale: float = MILLIMETRES  # units of 16-bit depth per metre
     compressed: bool = False  # CompressedImage in place of Image for the colour images
-    jpeg_quality: Optional[int] = None  # of images that are no JPEG yet, with `compressed`; None: they are PNG
-    depth_scale: float = MILLIMETRES  # units of integer depth per metre
-    depth_encoding: Optional[str] = None  # one of DEPTH_ENCODINGS; None: 16UC1 for depth in mm, 32FC1 for other depth
     cloud: bool = False  # write clouds
 
 
@@ -57,23 +49,15 @@ class Moment(NamedTuple):
     colour_of_cloud: Optional[Path]  # the colour image that belongs to the depth image here; its stamp may differ
 
 
-class MomentMessages(NamedTuple):
-    """The messages of a moment."""
-
-    messages: List[Tuple[str, genpy.Message]]  # topic and message, in the order of writing
-    failed: List[str]  # reasons of files that can not be decoded
-    rounded: float  # greatest rounding error of depth [m]
-
-
-def moments(recording: Recording) -> Iterator[Moment]:
-    """Yield the images of a recording by stamp, ascending."""
+def moments(folder: RgbdFolder) -> Iterator[Moment]:
+    """Yield the images of a folder by stamp, ascending."""
     by_stamp: Dict[int, Dict[str, Tuple[int, Path]]] = {}
-    for stream, items in recording.streams.items():
-        for i, item in enumerate(items):
-            by_stamp.setdefault(item.stamp, {})[stream] = i, item.path
-    colour_of = recording.pairs.get('depth', {})
-    for stamp, files in sorted(by_stamp.items()):
-        yield Moment(stamp, files, by_stamp[colour_of[stamp]]['colour'][1] if stamp in colour_of else None)
+    for stream, files in folder.streams.items():
+        for number, file in enumerate(files):
+            by_stamp.setdefault(file.stamp, {})[stream] = number, file.path
+    for stamp, found in sorted(by_stamp.items()):
+        colour = folder.colour_of.get(stamp) if 'depth' in found else None
+        yield Moment(stamp, found, None if colour is None else by_stamp[colour]['colour'][1])
 
 
 class MessageMaker:
@@ -81,54 +65,62 @@ class MessageMaker:
 
     Args:
         options: of the messages.
-        recording: its first images set the sizes and types that all others must have.
+        folder: its first image sets the size of all.
 
     Raises:
         BadInputError: sizes do not fit each other or the calibration.
         ParameterError: a cloud can not be made.
     """
 
-    def __init__(self, options: BagOptions, recording: Recording) -> None:
+    def __init__(self, options: MessageOptions, folder: RgbdFolder) -> None:
         self._options = options
-        self._first = {stream: first_image(stream, items) for stream, items in recording.streams.items()}
-        self._check_sizes()
-        if options.cloud and options.calibration is not None:
-            self._camera = calibrated_camera(options.calibration)
+        self._main = next(iter(folder.streams))
+        self._size, calibration = first_size(folder), options.calibration
+        if calibration is not None and calibration.image_size != self._size:
+            raise BadInputError(f"the {self._main} images are {_times(self._size)}, expected the calibration's "
+                                f'{_times(calibration.image_size)}')
+        self._topics = {key: f'{options.namespace}/{name}' for key, name in TOPICS.items()}
+        if options.compressed:
+            self._topics['image'] += '/compressed'
+        if options.cloud:
+            if calibration is None or not calibration.is_calibrated or len(folder.streams) < 2:
+                raise ParameterError('--cloud needs colour and depth images, and a calibration: --camera FILE, or '
+                                     '--intrinsics FX FY CX CY')
+            self._camera = calibrated_camera(calibration)
             self._rays = self._camera.ray_grid()
 
-    def messages(self, moment: Moment) -> MomentMessages:
-        """Return the messages of one stamp.
+    def messages(self, moment: Moment) -> Tuple[List[Tuple[str, genpy.Message]], List[str]]:
+        """Return topics and messages of one stamp in the order of writing, and reasons of files that failed to decode.
 
         Raises:
-            BadInputError: an image has another size or type than the first of its stream, or depth does not fit.
+            BadInputError: an image has another size than the first one.
         """
-        options, failed, rounded = self._options, [], 0.0
+        options, failed = self._options, []
         made: Dict[str, genpy.Message] = {}
         decoded: Dict[str, np.ndarray] = {}
         for stream, (number, path) in moment.files.items():
+            header = self._header(moment.stamp, number)
             try:
                 content, pixels = _read_image(stream, path)
             except BadInputError as error:
                 failed.append(str(error))
                 continue
             self._check(stream, path, pixels)
-            header = self._header(moment.stamp, number)
             decoded[stream] = pixels
             if stream == 'depth':
-                made['depth'], rounded = self._depth_message(pixels, path, header)
-            elif stream == 'colour':
-                made['image'] = self._image_message(pixels, content, path, header)
+                made['depth'] = self._depth_message(pixels, header)
             else:
-                made['mask'] = pixels_to_image(pixels, image_files.encoding_of(pixels, str(path)), header)
-        if options.calibration is not None and ('colour' in decoded or 'depth' in decoded):
-            number = next(moment.files[stream][0] for stream in ('colour', 'depth') if stream in decoded)
-            made['camera_info'] = calibration_to_message(options.calibration, self._header(moment.stamp, number))
+                made['image'] = self._image_message(pixels, content, path, header)
+            if options.calibration is not None:
+                made.setdefault('camera_info', calibration_to_message(options.calibration, header))
         if options.cloud and 'depth' in decoded and moment.colour_of_cloud is not None:
             try:
-                made['points'] = self._cloud_message(moment, moment.colour_of_cloud, decoded)
+                bgr = self._colour_of_cloud(moment, moment.colour_of_cloud, decoded)
             except BadInputError as error:
                 failed.append(f'no cloud: {error}')
-        return MomentMessages([(options.topics[key], made[key]) for key in TOPICS if key in made], failed, rounded)
+            else:
+                made['points'] = self._cloud_message(moment, decoded['depth'], bgr)
+        return [(self._topics[key], made[key]) for key in TOPICS if key in made], failed
 
     def _header(self, stamp: int, number: int) -> Header:
         return Header(seq=number, stamp=genpy.Time(0, stamp), frame_id=self._options.frame_id)
@@ -137,114 +129,92 @@ class MessageMaker:
         encoding = image_files.encoding_of(pixels, str(path))
         if not self._options.compressed:
             return pixels_to_image(pixels, encoding, header)
-        kind, quality = image_kind(content), self._options.jpeg_quality
-        if quality is not None and kind != 'jpeg':
-            content, kind = image_files.encode_image(pixels, '.jpg', str(path), quality), 'jpeg'
-        elif kind is None:
+        kind = image_kind(content)
+        if kind is None:
             content, kind = image_files.encode_image(pixels, '.png', str(path)), 'png'
         # as compressed_image_transport writes it: encoding of the image, codec, and the order of colours in the codec
         of_codec = encoding if encoding.startswith('bgr') else ''
         return CompressedImage(header=header, format=f'{encoding}; {kind} compressed {of_codec}', data=content)
 
-    def _depth_message(self, depth: np.ndarray, path: Path, header: Header) -> Tuple[genpy.Message, float]:
-        """Return the message of a depth image and the greatest rounding error [m]."""
+    def _depth_message(self, depth: np.ndarray, header: Header) -> genpy.Message:
         scale = self._options.depth_scale
-        in_mm = depth.dtype != np.float32 and scale == MILLIMETRES
-        encoding = self._options.depth_encoding or ('16UC1' if in_mm else '32FC1')
-        depth, rounded = image_files.convert_depth(depth, scale, MILLIMETRES if encoding == '16UC1' else None,
-                                                   str(path))
-        return pixels_to_image(depth, encoding, header), rounded
+        if depth.dtype != np.float32 and scale == MILLIMETRES:
+            return pixels_to_image(depth, '16UC1', header)
+        metres = depth if depth.dtype == np.float32 else image_files.depth_to_metres(depth, scale)
+        return pixels_to_image(metres, '32FC1', header)
 
-    def _cloud_message(self, moment: Moment, colour: Path, decoded: Dict[str, np.ndarray]) -> genpy.Message:
-        bgr = decoded.get('colour')  # of the same stamp, which the partner of the depth image need not have
-        if bgr is None or moment.files['colour'][1] != colour:
-            _, bgr = _read_image('colour', colour)
-            self._check('colour', colour, bgr)
-        depth = decoded['depth']
+    @staticmethod
+    def _colour_of_cloud(moment: Moment, path: Path, decoded: Dict[str, np.ndarray]) -> np.ndarray:
+        """Return the colour image of a depth image; its stamp may be another one."""
+        is_here = 'colour' in decoded and moment.files['colour'][1] == path
+        return image_files.to_bgr8(decoded['colour'] if is_here else _read_image('colour', path)[1])
+
+    def _cloud_message(self, moment: Moment, depth: np.ndarray, bgr: np.ndarray) -> genpy.Message:
         # as the player makes it, so that both give the same cloud
         depth = depth if depth.dtype == np.float32 else depth * (1.0 / self._options.depth_scale)
-        return cloud_to_message(cloud_from_depth(depth, self._camera, image_files.to_bgr8(bgr), self._rays),
+        return cloud_to_message(cloud_from_depth(depth, self._camera, bgr, self._rays),
                                 self._header(moment.stamp, moment.files['depth'][0]))
 
     def _check(self, stream: str, path: Path, pixels: np.ndarray) -> None:
-        first, first_path = self._first[stream]
-        if (pixels.shape, pixels.dtype) != (first.shape, first.dtype):
-            raise BadInputError(f'{path} is {_shape_text(pixels)}, expected {_shape_text(first)} as {first_path} is')
-
-    def _check_sizes(self) -> None:
-        """Raise BadInputError or ParameterError if the streams and the calibration are not of one view."""
-        sizes = {stream: (first.shape[1], first.shape[0]) for stream, (first, _) in self._first.items()}
-        names = {stream: f'{stream} image {path}' for stream, (_, path) in self._first.items()}
-        calibration = self._options.calibration
-        main = 'colour' if 'colour' in sizes else 'depth'
-        if calibration is not None and calibration.image_size != sizes[main]:
-            raise BadInputError(f"{names[main]} is {_times(sizes[main])}, expected the calibration's "
-                                f'{_times(calibration.image_size)}')
-        for stream, size in sizes.items():
-            check_same_aspect(names[stream], size, names[main], sizes[main])
-        if not self._options.cloud:
-            return
-        if calibration is None or not calibration.is_calibrated:
-            raise ParameterError('--cloud needs a calibration: --camera FILE, or --intrinsics FX FY CX CY')
-        if not {'colour', 'depth'} <= set(sizes) or sizes['colour'] != sizes['depth']:
-            raise ParameterError('--cloud needs colour and depth images of one size; there are '
-                                 + ', '.join(f'{stream} {_times(size)}' for stream, size in sizes.items()))
+        size = pixels.shape[1], pixels.shape[0]
+        if stream == self._main and size != self._size:
+            raise BadInputError(f'{path} is {_times(size)}, expected {_times(self._size)} as the first image')
+        check_same_aspect(str(path), size, f'the first {self._main} image', self._size)
 
 
-def first_image(stream: str, files: Sequence[StampedFile]) -> Tuple[np.ndarray, Path]:
-    """Return the first image of a stream that can be decoded, and its path.
+def first_size(folder: RgbdFolder) -> Tuple[int, int]:
+    """Return width and height of the first colour image that can be decoded, of depth where there is no colour.
 
     Raises:
-        BadInputError: none can be decoded, or it is a mask of several channels.
+        BadInputError: none can be decoded.
     """
+    stream, files = next(iter(folder.streams.items()))
     reason: Optional[BadInputError] = None
-    for _, path, _ in files:
+    for _, path in files:
         try:
             pixels = _read_image(stream, path)[1]
+            return pixels.shape[1], pixels.shape[0]
         except BadInputError as error:
             reason = reason or error
-            continue
-        if stream == 'mask' and pixels.ndim != 2:
-            raise BadInputError(f'{path} is {_shape_text(pixels)}, expected a mask of one channel')
-        return pixels, path
     raise BadInputError(f'none of the {len(files)} {stream} images can be decoded: {reason}')
 
 
 def file_of_message(stream: str, message: genpy.Message, depth_scale: Optional[float], source: str
-                    ) -> Tuple[str, bytes, float]:
-    """Return the file of an image message, or of the depth in a cloud.
+                    ) -> Tuple[str, bytes]:
+    """Return suffix and content of the file of an image message, or of the depth in a cloud.
 
     Args:
         depth_scale: units per metre of 16-bit depth; None: mm stay, and metres become a TIFF.
         source: of the message, for errors.
-
-    Returns:
-        Suffix and content of the file, and the greatest rounding error of depth [m].
 
     Raises:
         BadInputError: the message contains no image; its text does not begin with `source`.
         ParameterError: depth does not fit the scale.
     """
     if stream == 'depth':
-        depth, rounded = _depth_of(message), 0.0
-        if depth_scale is not None:
-            try:
-                depth, rounded = image_files.convert_depth(depth, MILLIMETRES, depth_scale, source)
-            except BadInputError as error:
-                raise ParameterError(str(error)) from error
-        suffix = '.tiff' if depth.dtype == np.float32 else '.png'
-        return suffix, image_files.encode_image(depth, suffix, source), rounded
+        return _depth_file(_depth_of(message), depth_scale, source)
     if message._type == COMPRESSED:
         kind = image_kind(message.data)
         if kind is None:
             raise BadInputError(f"{len(message.data)} bytes of format '{message.format}' are neither JPEG nor PNG")
-        return _SUFFIXES[kind], message.data, 0.0
+        return _SUFFIXES[kind], message.data
     try:
         pixels = image_to_pixels(message)[0]
     except BadInputError:
         # Bayer and YUV images are converted; errors of any other kind are raised again
         pixels = image_to_bgr(message)
-    return '.png', image_files.encode_image(pixels, '.png', source), 0.0
+    return '.png', image_files.encode_image(pixels, '.png', source)
+
+
+def _depth_file(depth: np.ndarray, depth_scale: Optional[float], source: str) -> Tuple[str, bytes]:
+    if depth_scale is not None:
+        metres = depth if depth.dtype == np.float32 else image_files.depth_to_metres(depth, MILLIMETRES)
+        try:
+            depth = image_files.depth_to_units(metres, depth_scale, source)
+        except BadInputError as error:
+            raise ParameterError(str(error)) from error
+    suffix = '.tiff' if depth.dtype == np.float32 else '.png'
+    return suffix, image_files.encode_image(depth, suffix, source)
 
 
 def _depth_of(message: genpy.Message) -> np.ndarray:
@@ -257,7 +227,7 @@ def _depth_of(message: genpy.Message) -> np.ndarray:
         return image_to_pixels(compressed_depth_to_image(message))[0]
     depth, _ = image_to_pixels(message)
     if depth.dtype not in (np.uint16, np.float32):
-        raise BadInputError(f"depth has encoding '{message.encoding}', expected {', '.join(_ALL_DEPTH_ENCODINGS)}")
+        raise BadInputError(f"depth has encoding '{message.encoding}', expected {', '.join(DEPTH_ENCODINGS)}")
     return depth
 
 
@@ -265,10 +235,6 @@ def _read_image(stream: str, path: Path) -> Tuple[bytes, np.ndarray]:
     """Return the content of an image file, and the image."""
     content = read_file(path)
     return content, (image_files.decode_depth if stream == 'depth' else image_files.decode_image)(content, str(path))
-
-
-def _shape_text(image: np.ndarray) -> str:
-    return f'{_times(image.shape[1::-1])} with {image.shape[2] if image.ndim == 3 else 1} channels of {image.dtype}'
 
 
 def _times(size: Sequence[int]) -> str:

@@ -1,90 +1,62 @@
-"""Recordings of ROS 2, read and written as if they were bags of ROS 1.
+"""Recordings of ROS 2 with the methods of `rosbag.Bag`: rosbags reads them, mcap writes files for Foxglove and ROS 2.
 
-A message of ROS 2 becomes one of ROS 1 by its bytes: the same fields in another encoding (CDR), but for `seq` of
-headers. The library rosbags reads the files and encodes the bytes; mcap writes files for Foxglove and ROS 2.
+The bytes of a message are converted between CDR and the serialization of ROS 1; ROS 2 has no `seq` in headers.
 """
-from contextlib import ExitStack, contextmanager
 from importlib import import_module
 from io import BytesIO
 from pathlib import Path
-from tempfile import TemporaryDirectory
-from threading import get_ident
-from types import ModuleType, SimpleNamespace
-from typing import Any, Collection, Dict, Iterable, Iterator, List, NamedTuple, Optional, Set, Tuple, Type
+from types import SimpleNamespace
+from typing import Any, Collection, Dict, Iterable, Iterator, List, Optional, Set, Tuple, Type
 
 import genpy
 import genpy.dynamic
 import rosbag
-import yaml
 from rosbag.bag import BagMessage, BagMessageWithConnectionHeader
 from roslib.message import get_message_class
 
 from openpose_ros_pkg.errors import BadInputError, ParameterError
-from openpose_ros_tools.recording_paths import MCAP_SUFFIX, METADATA
 from openpose_ros_tools.ros.bag_definitions import harmless_definition
 
 MENDING = '`ros2 bag reindex` and `mcap recover` may mend it'
 """What may help where a recording is damaged."""
 
-# The newest metadata that rosbags reads before its 0.10.
-_OLD_VERSION = 8
-# Types that ROS 2 has as its own, and ROS 1 as part of its language.
 _HEADER = 'MSG: std_msgs/Header\n'
+# Types that are messages in ROS 2, and part of the language or of other fields in ROS 1.
 _BUILT_IN = ('std_msgs/msg/Header', 'builtin_interfaces/msg/Time', 'builtin_interfaces/msg/Duration')
-# Of latched topics: keep the last message, reliable, transient local.
-# https://github.com/ros2/rosbag2/blob/rolling/docs/message_definition_encoding.md and rosbag2_transport/qos.cpp
-_LATCHED = yaml.safe_dump([{
-    'history': 1, 'depth': 1, 'reliability': 1, 'durability': 1, 'deadline': {'sec': 0, 'nsec': 0},
-    'lifespan': {'sec': 0, 'nsec': 0}, 'liveliness': 1, 'liveliness_lease_duration': {'sec': 0, 'nsec': 0},
-    'avoid_ros_namespace_conventions': False}])
+# Latched topics: keep the last message, reliable, transient local; rosbag2_transport/qos.cpp.
+_LATCHED = {'offered_qos_profiles': (
+    '- {history: 1, depth: 1, reliability: 1, durability: 1, deadline: {sec: 0, nsec: 0}, lifespan: {sec: 0, nsec: 0}, '
+    'liveliness: 1, liveliness_lease_duration: {sec: 0, nsec: 0}, avoid_ros_namespace_conventions: false}')}
 
 
 class Ros2Recording:
-    """A recording of ROS 2 with those methods of `rosbag.Bag` that read.
+    """A recording of ROS 2 with the methods of `rosbag.Bag` that read.
 
     Attributes:
         filename: path.
 
     Raises:
-        BadInputError: it can not be read, or the library that reads it is not there.
+        BadInputError: it can not be read, or rosbags is not installed.
     """
 
     def __init__(self, path: Path) -> None:
-        self._rosbags = rosbags = _library('rosbags', 'read recordings of ROS 2')
-        self.filename, self._thread = str(path), get_ident()
-        self._stack = ExitStack()
-        self._ros2 = rosbags.typesys.get_typestore(rosbags.typesys.Stores.ROS2_FOXY)
+        self._path, self._ros2 = path, _foxy('read recordings of ROS 2')
+        self.filename = str(path)
         self._kinds: Dict[str, Tuple[Type[genpy.Message], Any]] = {}
         try:
-            self._source = self._stack.enter_context(_readable(path))
-            self._reader = self._stack.enter_context(self._opened())
+            with self._reader() as reader:
+                self._store, self._connections = reader.typestore, _connections(reader)
+                self._start, self._end = reader.start_time, reader.end_time
         except Exception as error:  # rosbags lets through what its parsers of YAML, SQLite and MCAP raise
-            self.close()
             raise BadInputError(f'{path} is no recording of ROS 2, or is damaged or unfinished ({error}); {MENDING}'
                                 ) from error
-        self._connections = _connections(self._reader)
-
-    def __enter__(self) -> 'Ros2Recording':
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
-
-    def close(self) -> None:
-        """Close it."""
-        self._stack.close()
 
     def get_type_and_topic_info(self) -> Any:
-        """Return `topics`: type and number of messages of each topic."""
-        topics: Dict[str, Any] = {}
-        for one in self._connections:
-            known = topics.setdefault(one.topic, SimpleNamespace(msg_type=_ros1_name(one.msgtype), message_count=0))
-            known.message_count += one.msgcount
-        return SimpleNamespace(topics=topics)
-
-    def types(self) -> Dict[str, str]:
-        """Return the type of each topic that has messages, see `joined_types`."""
-        return joined_types((one.topic, _ros1_name(one.msgtype)) for one in self._connections if one.msgcount)
+        """Return `topics` that have messages: type (see `joined_types`) and number of messages."""
+        types = joined_types((one.topic, _ros1_name(one.msgtype)) for one in self._connections if one.msgcount)
+        return SimpleNamespace(topics={
+            topic: SimpleNamespace(msg_type=kind, message_count=self.get_message_count(topic))
+            for topic, kind in types.items()})
 
     def get_message_count(self, topic: str) -> int:
         """Return the number of messages of a topic."""
@@ -92,11 +64,11 @@ class Ros2Recording:
 
     def get_start_time(self) -> float:
         """Return the time of the first message [s]."""
-        return float(self._reader.start_time / 1e9)
+        return float(self._start / 1e9)
 
     def get_end_time(self) -> float:
         """Return the time of the last message [s]."""
-        return float(self._reader.end_time / 1e9)
+        return float(self._end / 1e9)
 
     def read_messages(self, topics: Optional[Collection[str]] = None, start_time: Optional[genpy.Time] = None,
                       end_time: Optional[genpy.Time] = None, raw: bool = False,
@@ -104,43 +76,34 @@ class Ros2Recording:
         """Yield messages as `rosbag.Bag.read_messages` does; raises ROSBagException where it is damaged."""
         start = None if start_time is None else start_time.to_nsec()
         stop = None if end_time is None else end_time.to_nsec() + 1
-        with ExitStack() as stack:
-            # SQLite of Python, with which rosbags before 0.10 reads, belongs to the thread that has opened it
-            is_own = self._thread == get_ident()
-            reader = self._reader if is_own else stack.enter_context(self._opened())
-            wanted = [one for one in _connections(reader) if topics is None or one.topic in topics]
-            messages = reader.messages(wanted, start, stop) if wanted else iter(())
-            yield from self._converted(messages, raw, return_connection_header)
-
-    def _opened(self) -> Any:
-        return self._rosbags.highlevel.AnyReader([self._source], default_typestore=self._ros2)
-
-    def _converted(self, messages: Iterator[Tuple[Any, int, bytes]], raw: bool, with_header: bool
-                   ) -> Iterator[Tuple[Any, ...]]:
-        while True:
-            try:
-                found = next(messages, None)
-                if found is None:
-                    return
-                connection, time, data = found
-                kind, store = self._kind_of(connection.msgtype)
-                content = bytes(store.cdr_to_ros1(data, connection.msgtype))
-            except Exception as error:  # as above
-                raise rosbag.ROSBagException(f'{type(error).__name__}: {error}') from error
+        for connection, time, kind, content in self._converted(topics, start, stop):
             message = (kind._type, content, kind._md5sum, None, kind) if raw else kind().deserialize(content)
-            stamp = genpy.Time(0, time)
-            if with_header:
-                header = _header_of(connection.topic, kind)
-                yield BagMessageWithConnectionHeader(connection.topic, message, stamp, header)
-            else:
-                yield BagMessage(connection.topic, message, stamp)
+            found = BagMessage(connection.topic, message, genpy.Time(0, time))
+            header = _header_of(connection.topic, kind)
+            yield BagMessageWithConnectionHeader(*found, header) if return_connection_header else found
+
+    def _reader(self) -> Any:
+        """Return a reader; each belongs to one thread, as SQLite's connections do."""
+        return import_module('rosbags.highlevel').AnyReader([self._path], default_typestore=self._ros2)
+
+    def _converted(self, topics: Optional[Collection[str]], start: Optional[int], stop: Optional[int]
+                   ) -> Iterator[Tuple[Any, int, Type[genpy.Message], bytes]]:
+        """Yield connection, time [ns], class and bytes of ROS 1 of messages."""
+        try:
+            with self._reader() as reader:
+                wanted = [one for one in _connections(reader) if topics is None or one.topic in topics]
+                for connection, time, data in reader.messages(wanted, start, stop) if wanted else ():
+                    kind, store = self._kind_of(connection.msgtype)
+                    yield connection, time, kind, bytes(store.cdr_to_ros1(data, connection.msgtype))
+        except Exception as error:  # as above
+            raise rosbag.ROSBagException(f'{type(error).__name__}: {error}') from error
 
     def _kind_of(self, name: str) -> Tuple[Type[genpy.Message], Any]:
         """Return the class of ROS 1 of a type, the installed one where it has the same fields, and what encodes it."""
         if name not in self._kinds:
-            ros1_name, store = _ros1_name(name), self._reader.typestore
+            ros1_name, store = _ros1_name(name), self._store
             installed = get_message_class(ros1_name)
-            if name not in _definitions(store):  # older recordings do not tell
+            if name not in _definitions(store):  # recordings before ROS 2 Iron define no types
                 if installed is None:
                     raise rosbag.ROSBagException(f'type {name} is neither defined in the recording nor installed')
                 store = _store_of(installed, self._ros2)
@@ -151,35 +114,25 @@ class Ros2Recording:
         return self._kinds[name]
 
 
-class _Channel(NamedTuple):
-    """A topic of a file that is written: number of its channel, name of its type, and what encodes it."""
-
-    number: int
-    kind: str
-    store: Any
-
-
 class McapFile:
-    """A file for Foxglove and ROS 2, with those methods of `rosbag.Bag` that write.
+    """A file for Foxglove and ROS 2 with the methods of `rosbag.Bag` that write.
 
     Raises:
         ParameterError: this compression is not available.
-        BadInputError: a library that writes it is not there.
+        BadInputError: rosbags or mcap is not installed.
         OSError: it can not be written.
     """
 
     def __init__(self, path: Path, compression: str) -> None:
-        rosbags, mcap = (_library(name, 'write MCAP') for name in ('rosbags', 'mcap'))
-        kinds = {'none': mcap.writer.CompressionType.NONE, 'lz4': mcap.writer.CompressionType.LZ4}
+        mcap, self._ros2 = _library('mcap.writer', 'write MCAP'), _foxy('write MCAP')
+        kinds = {'none': mcap.CompressionType.NONE, 'lz4': mcap.CompressionType.LZ4}
         if compression not in kinds:
-            raise ParameterError(f'--compression {compression} is not available for MCAP, expected '
-                                 + ' or '.join(kinds))
-        self._ros2 = rosbags.typesys.get_typestore(rosbags.typesys.Stores.ROS2_FOXY)
+            raise ParameterError(f'--compression {compression} is not available for MCAP, expected none or lz4')
         self._file = path.open('wb')
-        self._writer = mcap.writer.Writer(self._file, compression=kinds[compression])
+        self._writer = mcap.Writer(self._file, compression=kinds[compression])
         self._writer.start(profile='ros2', library='openpose_ros')
-        self._channels: Dict[Tuple[str, str], _Channel] = {}  # by topic and type, of which a topic may have several
-        self._schemas: Dict[str, int] = {}
+        # by topic and type: number of the channel, and what encodes the type
+        self._channels: Dict[Tuple[str, str], Tuple[int, Any]] = {}
 
     def write(self, topic: str, message: Any, time: genpy.Time, raw: bool = False,
               connection_header: Optional[Dict[str, Any]] = None) -> None:
@@ -190,26 +143,20 @@ class McapFile:
             buffer, kind = BytesIO(), type(message)
             message.serialize(buffer)
             content = buffer.getvalue()
-        channel = self._channel(topic, kind, (connection_header or {}).get('latching') in ('1', b'1'))
-        data = channel.store.ros1_to_cdr(content, channel.kind)
-        self._writer.add_message(channel.number, time.to_nsec(), bytes(data), time.to_nsec())
+        name = kind._type.replace('/', '/msg/')
+        if (topic, name) not in self._channels:
+            store = _store_of(kind, self._ros2)
+            definition = store.generate_msgdef(name, ros_version=2)[0]
+            schema = self._writer.register_schema(name, 'ros2msg', definition.encode())
+            qos = _LATCHED if (connection_header or {}).get('latching') in ('1', b'1') else {}
+            self._channels[topic, name] = self._writer.register_channel(topic, 'cdr', schema, qos), store
+        channel, store = self._channels[topic, name]
+        self._writer.add_message(channel, time.to_nsec(), bytes(store.ros1_to_cdr(content, name)), time.to_nsec())
 
     def close(self) -> None:
         """Finish the file."""
         self._writer.finish()
         self._file.close()
-
-    def _channel(self, topic: str, kind: Type[genpy.Message], latched: bool) -> _Channel:
-        key = topic, kind._type
-        if key not in self._channels:
-            name, store = _ros2_name(kind._type), _store_of(kind, self._ros2)
-            if name not in self._schemas:
-                text, _ = store.generate_msgdef(name, ros_version=2)
-                self._schemas[name] = self._writer.register_schema(name, 'ros2msg', text.encode())
-            qos = {'offered_qos_profiles': _LATCHED} if latched else {}
-            number = self._writer.register_channel(topic, 'cdr', self._schemas[name], qos)
-            self._channels[key] = _Channel(number, name, store)
-        return self._channels[key]
 
 
 def joined_types(found: Iterable[Tuple[str, str]]) -> Dict[str, str]:
@@ -224,21 +171,19 @@ def joined_types(found: Iterable[Tuple[str, str]]) -> Dict[str, str]:
     return {topic: ' and '.join(sorted(kinds)) for topic, kinds in types.items()}
 
 
-def _library(name: str, purpose: str) -> ModuleType:
-    """Return a library with its modules that are used here.
-
-    Raises:
-        BadInputError: it is not there.
-    """
-    modules = {'rosbags': ('rosbags.highlevel', 'rosbags.rosbag2', 'rosbags.typesys'),
-               'mcap': ('mcap.reader', 'mcap.writer')}
+def _library(name: str, purpose: str) -> Any:
     try:
-        for module in modules[name]:
-            import_module(module)
+        return import_module(name)
     except ImportError as error:
-        raise BadInputError(f"the library {name} is needed to {purpose}: './run setup' installs it, or 'python3 -m pip "
-                            f"install {name}' ({error})") from None
-    return import_module(name)
+        package = name.partition('.')[0]
+        raise BadInputError(f"the library {package} is needed to {purpose}: './run setup' installs it, or 'python3 -m "
+                            f"pip install {package}' ({error})") from None
+
+
+def _foxy(purpose: str) -> Any:
+    """Return the types of ROS 2 Foxy."""
+    typesys = _library('rosbags.typesys', purpose)
+    return typesys.get_typestore(typesys.Stores.ROS2_FOXY)
 
 
 def _connections(reader: Any) -> List[Any]:
@@ -251,34 +196,29 @@ def _ros1_name(name: str) -> str:
     return name.replace('/msg/', '/')
 
 
-def _ros2_name(name: str) -> str:
-    """Return pkg/msg/Type of pkg/Type."""
-    return name.replace('/', '/msg/')
-
-
 def _definitions(store: Any) -> Dict[str, Any]:
-    """Return the types that a store knows; the attribute has got another name with version 0.10 of rosbags."""
-    return store.fielddefs if hasattr(store, 'fielddefs') else store.FIELDDEFS
+    """Return the types of a store: FIELDDEFS in rosbags 0.9, the last one for Python 3.8 and 3.9, fielddefs later."""
+    return getattr(store, 'fielddefs', None) or getattr(store, 'FIELDDEFS', {})
 
 
 def _types_of(kind: Type[genpy.Message]) -> Dict[str, Any]:
     """Return the definitions of a type of ROS 1 and of those in it, without those that are built into ROS 1."""
-    parsed = _library('rosbags', '').typesys.get_types_from_msg(kind._full_text, _ros2_name(kind._type))
+    parsed = import_module('rosbags.typesys').get_types_from_msg(kind._full_text, kind._type.replace('/', '/msg/'))
     return {name: definition for name, definition in parsed.items() if name not in _BUILT_IN}
 
 
 def _is_same(kind: Type[genpy.Message], store: Any) -> bool:
-    """Return whether a type of ROS 1 has the same fields as the one that a store knows; CameraInfo has K and k."""
+    """Return whether the fields of a type have the same types in a store; names may differ: CameraInfo has K and k."""
     known = _definitions(store)
     return all(name in known and [field[1] for field in known[name][1]] == [field[1] for field in definition[1]]
                for name, definition in _types_of(kind).items())
 
 
 def _store_of(kind: Type[genpy.Message], ros2: Any) -> Any:
-    """Return what encodes a type: that of ROS 2 where it has the type with the same fields."""
+    """Return what encodes a type: the store of ROS 2 where it has the type with the same fields."""
     if _is_same(kind, ros2):
         return ros2
-    typesys = _library('rosbags', '').typesys
+    typesys = import_module('rosbags.typesys')
     store = typesys.get_typestore(typesys.Stores.EMPTY)
     store.register({**_types_of(kind), **{name: _definitions(ros2)[name] for name in _BUILT_IN}})
     return store
@@ -286,59 +226,5 @@ def _store_of(kind: Type[genpy.Message], ros2: Any) -> Any:
 
 def _header_of(topic: str, kind: Type[genpy.Message]) -> Dict[str, str]:
     """Return the header of a connection of ROS 1."""
-    latched = {'latching': '1'} if topic.endswith('tf_static') else {}
     return {'topic': topic, 'type': kind._type, 'md5sum': kind._md5sum, 'message_definition': kind._full_text,
-            **latched}
-
-
-@contextmanager
-def _readable(path: Path) -> Iterator[Path]:
-    """Yield what rosbags reads: before 0.10 only folders, with metadata up to version 8; such a one is made then."""
-    folder = path if path.is_dir() else path.parent
-    if MCAP_SUFFIX in _library('rosbags', '').rosbag2.Reader.STORAGE_PLUGINS:
-        yield path
-        return
-    if path.is_dir():
-        metadata = yaml.safe_load((path / METADATA).read_text())
-        if not _make_old(metadata['rosbag2_bagfile_information']):
-            yield path
-            return
-    else:
-        metadata = _metadata_of(path)
-    with TemporaryDirectory() as made:
-        for name in metadata['rosbag2_bagfile_information']['relative_file_paths']:
-            if Path(name).name != name or name in ('', '..'):  # it would be a link somewhere else
-                raise ValueError(f'{METADATA} names the file {name!r}, expected a name without folders')
-            Path(made, name).symlink_to(folder.absolute() / name)
-        Path(made, METADATA).write_text(yaml.safe_dump(metadata))
-        yield Path(made)
-
-
-def _make_old(information: Dict[str, Any]) -> bool:
-    """Make metadata of version 9, that of ROS 2 Jazzy, those of version 8; return whether they were."""
-    if information['version'] != _OLD_VERSION + 1:
-        return False
-    information['version'] = _OLD_VERSION
-    for topic in information['topics_with_message_count']:
-        topic['topic_metadata']['offered_qos_profiles'] = ''  # a list before, which is not read here
-    return True
-
-
-def _metadata_of(path: Path) -> Dict[str, Any]:
-    """Return the metadata of rosbag2 for a single file."""
-    if path.suffix != MCAP_SUFFIX:
-        raise ValueError(f'name its folder, which holds {METADATA}')
-    with path.open('rb') as file:
-        summary = _library('mcap', 'read single files of MCAP').reader.make_reader(file).get_summary()
-    if summary is None or summary.statistics is None:
-        raise ValueError('it has no summary')
-    figures = summary.statistics
-    topics = [{'message_count': figures.channel_message_counts.get(number, 0), 'topic_metadata': {
-        'name': channel.topic, 'type': summary.schemas[channel.schema_id].name,
-        'serialization_format': channel.message_encoding}} for number, channel in summary.channels.items()]
-    return {'rosbag2_bagfile_information': {
-        'version': _OLD_VERSION, 'storage_identifier': 'mcap', 'relative_file_paths': [path.name],
-        'message_count': figures.message_count,
-        'starting_time': {'nanoseconds_since_epoch': figures.message_start_time},
-        'duration': {'nanoseconds': figures.message_end_time - figures.message_start_time},
-        'topics_with_message_count': topics, 'compression_format': '', 'compression_mode': ''}}
+            **({'latching': '1'} if topic.endswith('tf_static') else {})}

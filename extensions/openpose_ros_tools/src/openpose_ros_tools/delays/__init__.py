@@ -1,1 +1,0 @@
-"""How long frames took from stage to stage: computation, report, plots."""
