@@ -34,8 +34,8 @@ import pandas as pd
 from scipy.optimize import linear_sum_assignment
 
 from common import Parser, errors_end_the_program, new_path
+from openpose_ros_pkg.detect.detection import IndependentDetection
 from openpose_ros_pkg.detect.detector import Detector, Networks
-from openpose_ros_pkg.detect.independent_detection import IndependentDetection
 from openpose_ros_pkg.detect.network_detection import NetworkDetection
 from openpose_ros_pkg.detect.recipes import Recipe
 from openpose_ros_pkg.detect.schedule import SCHEDULE
@@ -159,7 +159,7 @@ class Finder:
         if budget > 0:
             self._following = replace(self._following, following='always')
             detector = replace(detector, detector=replace(detector.detector, target_rate=rate))
-            self._pace = {name: work * SCHEDULE.network_share / rate / budget for name, work in WORK.items()}
+            self._pace = {name: work * SCHEDULE.followed_share / rate / budget for name, work in WORK.items()}
         self.networks = CountedNetworks(detector.backend, detector.detector.model_folder)
         self._detector = Detector(detector, self.networks, self._following)
 

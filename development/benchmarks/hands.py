@@ -30,7 +30,7 @@ from common import Parser, errors_end_the_program, new_path
 from openpose_ros_pkg.detect.detector import create_detector
 from openpose_ros_pkg.detect.network_detection import NetworkDetection
 from openpose_ros_pkg.landmarks.detector import LandmarkDetector
-from openpose_ros_pkg.landmarks.looking import FACE, HAND, Kind
+from openpose_ros_pkg.landmarks.landmark_network import FACE, HAND, Kind
 from openpose_ros_pkg.landmarks.params import LandmarkParams
 from openpose_ros_pkg.landmarks.records import HAND_POINTS, Landmarks2D
 from openpose_ros_pkg.networks.backends import Backend, BackendParams, create_backend

@@ -11,12 +11,13 @@ from hypothesis import strategies as st
 
 from fuzzing import NUMBERS, survives
 from openpose_ros_pkg.decode.paf import DecodeConstants, DecodeParams
-from skeleton_extract_3d.constants import COMPILED, METHOD
+from skeleton_extract_3d.constants import METHOD
 
 # What pybind11 raises for arguments of another type, and the modules for other shapes and indices.
 REFUSALS = (TypeError, ValueError, IndexError)
 P, J, S, BONES = 2, 18, 25, 8
 STEPS = METHOD.costs.steps
+COMPILED = METHOD.compiled
 
 
 def filled(*shape, value=0.5, dtype=np.float64):

@@ -1,11 +1,11 @@
 """Find people's body joints in images: a ROS-free core, and thin ROS nodes around it in ``ros/``.
 
-Whoever imports it sees what PyPI brings (OpenVINO) behind everything else; setup.bash says where that lies.
+Importing it appends the folder of the packages from PyPI (OpenVINO), which setup.bash names, to Python's path.
 """
 import os
 import sys
 
-# Pixels of an image beyond which OpenCV decodes no file: the memory that a file of any format can ask for is limited.
+# Pixels of an image beyond which OpenCV decodes no file of any format.
 HARDEST_LIMIT = 200_000_000
 # OpenCV reads this when it is loaded (loadsave.cpp of its imgcodecs), so before anything here can import it.
 os.environ.setdefault('OPENCV_IO_MAX_IMAGE_PIXELS', str(HARDEST_LIMIT))

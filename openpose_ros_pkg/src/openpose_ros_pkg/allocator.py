@@ -1,4 +1,4 @@
-"""How the C library keeps the memory of large messages, and when it gives it back; without effect but with glibc."""
+"""How the C library keeps the memory of large messages; without effect where it is not glibc."""
 import ctypes
 import threading
 import time
@@ -14,15 +14,13 @@ _TRIM_PERIOD = 60.0
 
 
 def keep_large_blocks() -> None:
-    """Let the allocator reuse the memory of large messages instead of returning it to the system after each.
+    """Let all threads share one arena that reuses large blocks, instead of mapping each message's memory anew.
 
-    By default every copy of a 17 MB cloud is mapped anew and cleared page by page by the kernel. Reuse halved the
-    extractor's processor time and raised the rate of the chain by half (benchmarks/live_3d.py, 960 x 540 at 15 Hz).
+    Source: docs/decisions.md, "Memory of large messages".
     """
-    try:
-        mallopt = ctypes.CDLL(None).mallopt
-    except AttributeError:
-        return  # not glibc
+    mallopt = getattr(ctypes.CDLL(None), 'mallopt', None)
+    if mallopt is None:
+        return
     mallopt(_M_ARENA_MAX, 1)
     mallopt(_M_TRIM_THRESHOLD, _KEPT_MEMORY)
     if not mallopt(_M_MMAP_THRESHOLD, _KEPT_MEMORY):
@@ -32,13 +30,12 @@ def keep_large_blocks() -> None:
 def give_back_free_memory() -> None:
     """Give free memory back to the system once in a minute, from a thread of its own.
 
-    Else what a busy moment took, as a subscriber of clouds that hangs, stays for ever in pieces between small blocks:
-    after 50 minutes with many of those a node held 562 MB, of which 330 MB were in use.
+    Without it, free pieces between small blocks stay for ever: after 50 minutes with subscribers that hang, a node held
+    562 MB, of which 330 MB were in use.
     """
-    try:
-        trim = ctypes.CDLL(None).malloc_trim
-    except AttributeError:
-        return  # not glibc
+    trim = getattr(ctypes.CDLL(None), 'malloc_trim', None)
+    if trim is None:
+        return
 
     def keep_trimming() -> None:
         while True:

@@ -1,4 +1,4 @@
-"""Calibrations of cameras in files: everything that a CameraInfo contains, in the usual formats."""
+"""Calibrations of cameras: the content of a CameraInfo, in the usual file formats."""
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Dict, Sequence, Tuple
@@ -12,14 +12,14 @@ from openpose_ros_pkg.structured_text import json_value, yaml_value
 _IDENTITY = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 _NO_DISTORTION = (0.0,) * 5
 _NO_BINNING, _NO_REGION = (0, 0), (0, 0, 0, 0, False)
-# Keys of a file of camera_calibration, in its order; matrices are mappings of rows, cols and data. The format itself
-# has no binning and region; other readers skip them.
+# Keys of a file of camera_calibration, in its order; matrices are mappings of rows, cols and data. Binning and region
+# are an extension that other readers skip.
 _FILE_KEYS = {'width': 'image_width', 'height': 'image_height', 'name': 'camera_name', 'matrix': 'camera_matrix',
               'distortion_model': 'distortion_model', 'distortion': 'distortion_coefficients',
               'rectification': 'rectification_matrix', 'projection': 'projection_matrix', 'binning': 'binning',
               'region': 'roi'}
 _ROWS = {'matrix': 3, 'distortion': 1, 'rectification': 3, 'projection': 3}
-# OpenCV's distortion models by the number of coefficients, for calibrations that name no model.
+# Distortion models of OpenCV by number of coefficients, for calibrations without a model.
 _MODELS = {0: 'plumb_bob', 4: 'plumb_bob', 5: 'plumb_bob', 8: 'rational_polynomial', 12: 'rational_polynomial',
            14: 'rational_polynomial'}
 
@@ -72,8 +72,8 @@ def pinhole_calibration(width: int, height: int, focal: Sequence[float], centre:
 
     Args:
         focal, centre: fx, fy and cx, cy [px].
-        distortion: coefficients; none: five zeros of plumb_bob, as drivers say "no distortion".
-        distortion_model: empty: follows from the number of coefficients.
+        distortion: coefficients; none: five zeros of plumb_bob, the drivers' "no distortion".
+        distortion_model: empty: from the number of coefficients.
 
     Raises:
         BadInputError: no model has this number of coefficients.
@@ -154,7 +154,7 @@ def _of_open3d(values: Dict[str, Any]) -> Dict[str, Any]:
 
 
 def _completed(values: Dict[str, Any]) -> Calibration:
-    """Return a calibration; values that are missing or None are those of a single camera without distortion."""
+    """Return a calibration; missing values and None are those of a single camera without distortion."""
     matrix, distortion = values['matrix'], values.get('distortion') or ()
     if values.get('distortion_model') is None:
         values = {**values, 'distortion_model': _MODELS.get(len(distortion), '')}

@@ -16,10 +16,10 @@ from openpose_ros_pkg.errors import OpenposeRosError
 from openpose_ros_pkg.output.files import naming
 from openpose_ros_pkg.structured_text import yaml_value
 
-# Exit statuses. REFUSED: nothing was done, as the command line, a parameter or an input is wrong. PIPE_CLOSED: the
-# reader of stdout went away before all was done, as a shell has it for programs that SIGPIPE ends.
+# Exit statuses. REFUSED: nothing was done: the command line, a parameter or an input is wrong. PIPE_CLOSED: the reader
+# of stdout ended first, as a shell has it for programs that SIGPIPE ends.
 DONE, SOME_FAILED, REFUSED, INTERRUPTED, PIPE_CLOSED = 0, 1, 2, 130, 141
-# A second interrupt within this time is the impatience of the first; a later one ends the program at once [s].
+# A second interrupt within this time is ignored; a later one ends the program at once [s].
 _CLEANING_UP = 3.0
 _PACKAGES = ('openpose_ros_pkg', 'skeleton_extract_3d', 'openpose_ros_fusion', 'openpose_ros_tools',
              'openpose_ros_signals', 'openpose_ros_bridges')
@@ -28,12 +28,12 @@ _PACKAGES = ('openpose_ros_pkg', 'skeleton_extract_3d', 'openpose_ros_fusion', '
 def run_command(name: str, work: Callable[[], int]) -> int:
     """Run the work of a command and return the exit status.
 
-    SIGTERM and SIGHUP end it as Ctrl-C does, so that `work` may clean up on KeyboardInterrupt; what the packages of
-    this project log is written to stderr, above a progress bar.
+    SIGTERM and SIGHUP raise KeyboardInterrupt in `work`, as Ctrl-C does. Log messages of this project's packages go to
+    stderr, above a progress bar.
 
     Args:
         name: of the command, for its error messages.
-        work: returns the exit status; an OpenposeRosError or OSError that it raises is told in one line.
+        work: returns the exit status; its OpenposeRosError or OSError is printed in one line.
     """
     handler = _AboveTheBar()
     handler.setFormatter(logging.Formatter('%(levelname)s: %(message)s'))
@@ -66,18 +66,18 @@ def run_command(name: str, work: Callable[[], int]) -> int:
             log.removeHandler(handler)
 
 
-def add_settings(parser: argparse._ActionsContainer, whose: str) -> None:
-    """Add the option --set KEY=VALUE; `setting_values` reads it.
+def add_settings(parser: argparse._ActionsContainer, owner: str) -> None:
+    """Add the option --set KEY=VALUE, read by `setting_values`.
 
     Args:
-        whose: parameters these are, for the help.
+        owner: of the parameters, for the help: 'of the detector'.
     """
     parser.add_argument('--set', metavar='KEY=VALUE', action='append', default=[], dest='settings',
-                        help=f'a parameter {whose}; may be repeated')
+                        help=f'a parameter {owner}; may be repeated')
 
 
 def setting_values(parser: argparse.ArgumentParser, settings: Sequence[str]) -> Dict[str, Any]:
-    """Return the mapping of KEY=VALUE texts, values read as YAML; ends the program where one can not be read."""
+    """Return the mapping of KEY=VALUE texts, values read as YAML; ends the program if one can not be read."""
     values: Dict[str, Any] = {}
     for setting in settings:
         key, equals, text = setting.partition('=')
@@ -92,9 +92,9 @@ def setting_values(parser: argparse.ArgumentParser, settings: Sequence[str]) -> 
 
 @contextmanager
 def all_ends_are_interrupts() -> Iterator[None]:
-    """Turn SIGINT, SIGTERM, and SIGHUP of a closed terminal, into one KeyboardInterrupt: files get completed.
+    """Turn SIGINT, SIGTERM, and SIGHUP of a closed terminal, into one KeyboardInterrupt: files are completed.
 
-    Those that follow within `_CLEANING_UP` do not disturb that. What is ignored, as `nohup` has SIGHUP, stays so.
+    Further ones within `_CLEANING_UP` are ignored. An ignored signal, as SIGHUP under `nohup`, stays ignored.
     """
     first: Optional[float] = None
 
@@ -117,7 +117,7 @@ def all_ends_are_interrupts() -> Iterator[None]:
 
 
 def _close_stdout() -> None:
-    """Write what waits for stdout, or drop what can not be written, of which Python would complain at its end."""
+    """Flush stdout, or drop what can not be written: Python would report it when it ends."""
     with suppress(OSError):
         sys.stdout.flush()
     with suppress(OSError), Path(os.devnull).open('w') as nowhere:

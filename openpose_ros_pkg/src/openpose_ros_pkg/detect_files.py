@@ -1,9 +1,8 @@
 """Find people in images and videos and save them as OpenPose does; no ROS master is needed.
 
-A folder stands for all images and videos directly in it, in natural order (image2 before image10). Persons keep
-their ids through a video; people in single images have none. A file that is
-there already stays as it is, unless --overwrite is given; inputs whose files are all there
-are skipped, unless a video is written, which needs every frame.
+A folder stands for all images and videos directly in it, in natural order (image2 before image10). People keep their
+ids through a video; in single images they have none. Existing files stay, unless --overwrite is given; inputs whose
+files all exist are skipped, unless a video is written, which needs every frame.
 
     rosrun openpose_ros_pkg detect_files images/ --write-json keypoints/ --write-images annotated/
     rosrun openpose_ros_pkg detect_files walk.mp4 --write-video annotated.mp4 --set mode=accurate
@@ -17,9 +16,9 @@ import logging
 import re
 import sys
 from contextlib import ExitStack
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Callable, Dict, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Callable, Dict, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Tuple, Union
 
 import cv2
 import numpy as np
@@ -44,13 +43,13 @@ from openpose_ros_pkg.stream.video_source import IMAGE_SUFFIXES, VideoSource, re
 _log = logging.getLogger(__name__)
 
 VIDEO_SUFFIXES = ('.mp4', '.avi', '.mov', '.mkv', '.webm', '.m4v', '.mpg', '.mpeg', '.wmv')
-# Frame rate by which people are followed through videos that name none [Hz].
+# Frame rate of tracking in videos that have none [Hz].
 _VIDEO_RATE = 25.0
 
 
 @dataclass(frozen=True)
 class FileSettings:
-    """All parameters that the command takes."""
+    """All parameters of the command."""
 
     detector: DetectorSettings
     tracking: TrackingParams
@@ -66,8 +65,8 @@ class InputFile:
     """An image or a video.
 
     Attributes:
-        frames: number of frames; of a video as far as it tells.
-        rate: frames per second of a video [Hz], None where it names none.
+        frames: number of frames; 0 for a video of unknown length.
+        rate: of a video [Hz]; None: unknown.
         most: `max_image_megapixels`.
     """
 
@@ -93,14 +92,21 @@ class InputFile:
             yield read_image(self.path, most=self.most)
 
 
-@dataclass
-class Report:
+@dataclass(frozen=True)
+class FileReport:
     """Results of all inputs."""
 
     frames: int = 0
     people: int = 0
     skipped: int = 0
-    unreadable: List[Path] = field(default_factory=list)
+    unreadable: Tuple[Path, ...] = ()
+
+    def added(self, item: InputFile, result: Union[int, BadInputError]) -> 'FileReport':
+        """Return the report with a frame's number of people, or an input's error, which is logged."""
+        if isinstance(result, BadInputError):
+            _log.warning('%s', result)
+            return replace(self, unreadable=(*self.unreadable, item.path))
+        return replace(self, frames=self.frames + 1, people=self.people + result)
 
     def text(self, counters: Mapping[str, int]) -> str:
         """Return the report in one line."""
@@ -117,10 +123,10 @@ class Report:
 
 def find_inputs(paths: Sequence[Path], outputs: Callable[[Path], bool], most: float = MOST_MEGAPIXELS
                 ) -> Tuple[List[InputFile], List[Path]]:
-    """Return the images and videos of files and folders, and what holds none or is not there.
+    """Return the images and videos of files and folders, and the paths without any.
 
     Args:
-        outputs: tells which files of a folder are results of this program.
+        outputs: returns whether a file of a folder is a result of this program.
         most: `max_image_megapixels`.
     """
     files: List[Path] = []
@@ -132,7 +138,7 @@ def find_inputs(paths: Sequence[Path], outputs: Callable[[Path], bool], most: fl
             (files if held else bad).extend(held or [path])
         else:
             (files if path.is_file() else bad).append(path)
-    # a file that is named twice, as itself and with its folder, is done once
+    # a file named twice, itself and by its folder, is done once
     return [_input_file(path, most) for path in {path.resolve(): path for path in files}.values()], bad
 
 
@@ -149,44 +155,31 @@ def check_names(inputs: Sequence[InputFile]) -> None:
                                  'without its suffix; give them in two commands with folders of their own')
 
 
-class Networks(NamedTuple):
-    """What finds people, and their hands and faces, in images.
-
-    Attributes:
-        detector: has `detect`, as `Detector` does.
-        landmarks: finds hands and faces; None: nothing does.
-        tracking: limits of following people through videos.
-    """
+class FileNetworks(NamedTuple):
+    """Detector of people, of their hands and faces (None: not wanted), and the parameters of tracking in videos."""
 
     detector: Any
     landmarks: Optional[LandmarkDetector]
     tracking: TrackingParams
 
 
-def detect_inputs(inputs: Sequence[InputFile], networks: Networks, recorder: Recorder, progress: tqdm,
-                  report: Report) -> None:
-    """Find the people in all inputs and hand them to the recorder; what can not be read is logged and reported.
-
-    Args:
-        report: filled in as the work goes on, so that it is right after an interrupt as well.
-    """
+def detect_inputs(inputs: Sequence[InputFile], networks: FileNetworks, recorder: Recorder
+                  ) -> Iterator[Tuple[InputFile, Union[int, BadInputError]]]:
+    """Hand the people of all inputs to the recorder; yield the number of each frame's people, or an input's error."""
     for item in inputs:
         tracker = KeypointTracker(networks.tracking) if item.is_video else None
         try:
             for number, bgr in enumerate(item.read()):
                 people, stamp = networks.detector.detect(bgr), number / (item.rate or _VIDEO_RATE)
-                # negative ids are none; different ones tell whose hands are whose
+                # negative ids are none; different ones assign hands to people
                 people = (replace(people, ids=-1 - np.arange(len(people))) if tracker is None
                           else tracker.update(people, stamp))
                 found = (None if networks.landmarks is None
                          else networks.landmarks.detect(bgr, people, None, item.path, stamp))
                 recorder.submit(item.name(number), bgr, people, found)
-                report.frames += 1
-                report.people += len(people)
-                progress.update()
+                yield item, len(people)
         except BadInputError as error:
-            _log.warning('%s', error)
-            report.unreadable.append(item.path)
+            yield item, error
 
 
 def main(arguments: Optional[Sequence[str]] = None,
@@ -210,7 +203,7 @@ def _run(options: argparse.Namespace, values: Dict[str, Any],
         raise ParameterError('nothing to save: give --write-json, --write-images, --write-video or --write-keypoint')
     inputs, bad = find_inputs(options.inputs, lambda path: _is_result(path, save),
                               settings.limits.max_image_megapixels)
-    report = Report(unreadable=list(bad))
+    report = FileReport(unreadable=tuple(bad))
     for path in bad:
         _log.warning('%s %s', path, 'holds no images or videos' if path.is_dir() else 'does not exist')
     check_names(inputs)
@@ -222,12 +215,13 @@ def _run(options: argparse.Namespace, values: Dict[str, Any],
         with ExitStack() as stack:
             may_skip = not options.overwrite and not save.write_video  # a video needs every frame
             todo = [item for item in inputs if not (may_skip and _is_done(item, writer))]
-            report.skipped = len(inputs) - len(todo)
+            report = replace(report, skipped=len(inputs) - len(todo))
             networks = _networks(settings, create) if todo else None
             recorder = stack.enter_context(Recorder(writer, wait_when_full=True))
             progress = stack.enter_context(tqdm(total=sum(item.frames for item in todo), unit='frame', disable=None))
-            if networks is not None:
-                detect_inputs(todo, networks, recorder, progress, report)
+            for item, result in detect_inputs(todo, networks, recorder) if networks is not None else ():
+                report = report.added(item, result)
+                progress.update(not isinstance(result, BadInputError))
     finally:
         counters = {'written': 0, 'failed': 0} if recorder is None else recorder.counters
         if report.frames or report.skipped or report.unreadable:
@@ -235,18 +229,14 @@ def _run(options: argparse.Namespace, values: Dict[str, Any],
     return SOME_FAILED if report.unreadable or counters['failed'] else DONE
 
 
-def _networks(settings: FileSettings, create: Callable[[DetectorSettings], Detector]) -> Networks:
-    """Load what the parameters ask for.
-
-    Raises:
-        ModelError: a network is missing.
-    """
+def _networks(settings: FileSettings, create: Callable[[DetectorSettings], Detector]) -> FileNetworks:
+    """Load the networks of the parameters; raise ModelError if one is missing."""
     params = settings.detector
     landmarks = create_landmark_detector(settings.landmarks, params.backend, params.detector.model_folder)
     if landmarks.missing:
         raise ModelError(landmarks.faults)
     wanted = settings.landmarks.hands or settings.landmarks.face
-    return Networks(create(params), landmarks if wanted else None, settings.tracking)
+    return FileNetworks(create(params), landmarks if wanted else None, settings.tracking)
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -279,7 +269,7 @@ def _input_file(path: Path, most: float) -> InputFile:
 
 
 def _is_result(path: Path, save: SaveParams) -> bool:
-    """Say whether a file is an annotated image or the video of this command."""
+    """Return whether a file is an annotated image or the video of this command."""
     if save.write_video and path.resolve() == Path(save.write_video).expanduser().resolve():
         return True
     return (bool(save.write_images) and path.stem.endswith('_rendered')
@@ -287,12 +277,12 @@ def _is_result(path: Path, save: SaveParams) -> bool:
 
 
 def _check_video(save: SaveParams, inputs: Sequence[InputFile], overwrite: bool) -> None:
-    """Raise ParameterError if the video is an input, or there already."""
+    """Raise ParameterError if the video is an input or exists."""
     video = [Path(save.write_video).expanduser()] if save.write_video else []
     check_outputs(video, overwrite, [item.path for item in inputs])
 
 
 def _is_done(item: InputFile, writer: FrameWriter) -> bool:
-    """Say whether all files of an input are there."""
+    """Return whether all files of an input exist."""
     return item.frames > 0 and all(path.exists() for number in range(item.frames) for path in
                                    writer.files(item.name(number)).values())

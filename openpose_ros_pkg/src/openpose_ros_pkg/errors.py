@@ -14,7 +14,7 @@ class OpenposeRosError(Exception):
     event = ''
 
     def __str__(self) -> str:
-        """Return the text; of a long one, as a damaged file makes it by a cell of a megabyte, beginning and end."""
+        """Return the text; of a long one, as of a damaged file, its beginning and end."""
         text = super().__str__()
         return text if len(text) <= _LONGEST else f'{text[:_LONGEST - 600]} ... {text[-500:]}'
 
@@ -40,7 +40,7 @@ class MissingWeightsError(ModelError):
 
 
 class ForeignPackageError(OpenposeRosError):
-    """A package of other projects, whose messages are needed, is missing or has others; the text says how to get it."""
+    """A package of another project is missing or has other messages than expected; the text says how to get it."""
 
 
 class BadInputError(OpenposeRosError):
@@ -50,7 +50,7 @@ class BadInputError(OpenposeRosError):
 
 
 class NoStampError(OpenposeRosError):
-    """A message has no stamp, so nobody knows when it was."""
+    """A message has no stamp: its time is not known."""
 
     event = 'stamp 0'
 
@@ -62,6 +62,6 @@ class ServiceCallError(OpenposeRosError):
 
 
 class NoTransformError(OpenposeRosError):
-    """tf does not know how two frames were to each other at the time of a message."""
+    """tf has no transform between two frames at the time of a message."""
 
     event = 'no transform'

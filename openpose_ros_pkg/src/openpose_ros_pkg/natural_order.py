@@ -1,4 +1,4 @@
-"""The order in which people number files: image2 before image10."""
+"""Natural order of file names: image2 before image10."""
 import re
 from pathlib import Path
 from typing import Any, List

@@ -1,4 +1,4 @@
-"""Object keypoint similarity (OKS): how alike two poses are, measured in what people agree on for each joint.
+"""Object keypoint similarity (OKS) of two poses, relative to the deviation of annotators for each joint.
 
 COCO's measure (cocodataset.org, keypoints evaluation): exp(-d^2 / (2 area (2 sigma)^2)) for two places of a joint that
 are d apart, with a sigma for each kind of joint.
@@ -52,13 +52,13 @@ def extent(keypoints: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
     return there.min(axis=0), there.max(axis=0)
 
 
-def area(keypoints: np.ndarray) -> float:
+def area(keypoints: np.ndarray, constants: AreaConstants = AREA) -> float:
     """Return the area [px^2] that a person, (K, 3) float, covers in the image, by the box round its joints."""
     if not np.isfinite(keypoints[:, 0]).any():
         return 0.0
     low, high = extent(keypoints)
     width, height = high - low
-    return AREA.area_share * max(width * height, (AREA.least_aspect * max(width, height)) ** 2, 1.0)
+    return constants.area_share * max(width * height, (constants.least_aspect * max(width, height)) ** 2, 1.0)
 
 
 def similarity(one: np.ndarray, other: np.ndarray, joint_sigmas: np.ndarray) -> float:

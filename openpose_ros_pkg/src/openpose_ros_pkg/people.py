@@ -49,6 +49,10 @@ class Poses(NamedTuple):
     keypoints: np.ndarray
     scores: np.ndarray
 
+    def joined(self, others: 'Poses') -> 'Poses':
+        """Return these people and then others."""
+        return Poses(np.concatenate([self.keypoints, others.keypoints]), np.concatenate([self.scores, others.scores]))
+
 
 @dataclass(frozen=True)
 class People2D:
@@ -87,7 +91,7 @@ class People2D:
 
     @classmethod
     def empty(cls, skeleton: SkeletonModel) -> 'People2D':
-        """Return nobody."""
+        """Return no people."""
         return cls(skeleton, np.zeros((0, len(skeleton.joints), 3), np.float32), np.zeros(0), np.zeros(0))
 
     def __len__(self) -> int:

@@ -10,6 +10,7 @@ which joints are visible, and for each person the samples and candidate depths o
 import argparse
 import os
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import List, Optional, Sequence, Tuple
 
@@ -41,7 +42,7 @@ _DARK = 0.4
 
 
 def argument_parser(depth_required: bool) -> argparse.ArgumentParser:
-    """Return what both programs of this name take."""
+    """Return the parser of both programs of this name."""
     parser = argparse.ArgumentParser(prog='show_stages', description=__doc__,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument('image', type=Path, help='image file')
@@ -55,19 +56,16 @@ def argument_parser(depth_required: bool) -> argparse.ArgumentParser:
 
 def detect_and_draw(settings: DetectorSettings, bgr: np.ndarray, depth: Optional[DepthView] = None
                     ) -> Tuple[People2D, Stages]:
-    """Return the people of an image, (H, W, 3) uint8, and images of the stages on the full image, without crops.
-
-    Args:
-        depth: of the image; None: it is not known.
-    """
+    """Return the people of an image, (H, W, 3) uint8, and images of the stages on the full image, without crops."""
     detector = create_detector(settings)
     frame = detector.prepare(bgr)
+    plain = replace(frame.setup, decode=settings.decode, direct=settings.direct)
     stages, opinions = [('input', bgr)], []
     for network_pass, prepared in zip(detector.recipe.passes, frame.views):
         model = network_pass.model
         views = [view.compute(frame.setup.networks[model.name]) for view in prepared]
         opinions += [(network_pass.description, poses.keypoints)
-                     for poses in decode_views(network_pass, views, settings.decode, settings.direct)]
+                     for poses in decode_views(network_pass, views, plain)]
         if model.decoder == 'paf':
             fields, plan = averaged_fields(views, model), views[0].view.plan
             peaks = find_peaks(fields[:len(model.skeleton.joints)], model, settings.decode, plan.scaled_size)
@@ -81,11 +79,7 @@ def detect_and_draw(settings: DetectorSettings, bgr: np.ndarray, depth: Optional
 
 
 def write_stages(stages: Stages, folder: Path, sheet: Path, columns: int, overwrite: bool) -> None:
-    """Write images of one aspect into a folder, one by one, and all together as a file.
-
-    Raises:
-        ParameterError: one of them is there already.
-    """
+    """Write images of one aspect into a folder, and all of them as one sheet; existing files: ParameterError."""
     paths = [folder / f"{number}_{title.replace(' ', '_')}.jpg" for number, (title, _) in enumerate(stages, start=1)]
     check_outputs([*paths, sheet], overwrite)
     folder.mkdir(parents=True, exist_ok=True)
@@ -120,7 +114,7 @@ def _heat_maps(fields: np.ndarray, model: Model) -> np.ndarray:
 
 
 def _limb_fields(fields: np.ndarray, model: Model) -> np.ndarray:
-    """Return the strongest field of each place, its direction as hue, (h, w, 3) float32."""
+    """Return the strongest field of each cell, its direction as hue, (h, w, 3) float32."""
     x, y = (fields[[model.heatmaps + limb.paf[axis] for limb in model.skeleton.limbs]] for axis in (0, 1))
     strongest = np.hypot(x, y).argmax(axis=0)[None]
     x, y = (np.take_along_axis(component, strongest, axis=0)[0] for component in (x, y))
@@ -130,7 +124,7 @@ def _limb_fields(fields: np.ndarray, model: Model) -> np.ndarray:
 
 
 def _candidates(bgr: np.ndarray, peaks: np.ndarray, limbs: np.ndarray, plan: ImageToNet, model: Model) -> np.ndarray:
-    """Draw the peaks as joints, larger where surer, and lines between those that may be a limb."""
+    """Draw the peaks, larger with their score, and lines between the ends of candidate limbs."""
     canvas = (_DARK * bgr).astype(np.uint8)
     places = np.rint(plan.to_image(np.stack([peaks['x'], peaks['y']], axis=1))).astype(int).tolist()
     for limb in limbs:

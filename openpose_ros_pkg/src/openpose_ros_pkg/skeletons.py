@@ -1,6 +1,6 @@
 """Joint sets of pose networks, by name: joints, limbs, part affinity channels, left/right swap and colours.
 
-No other module holds joint indices; a decoder, a painter or a test asks the `SkeletonModel`.
+No other module holds joint indices: they come from the `SkeletonModel`.
 """
 from dataclasses import dataclass
 from typing import Dict, Sequence, Tuple
@@ -38,13 +38,12 @@ class SkeletonModel:
     Attributes:
         name: as published in `pose_model` of the array messages.
         joints: names in channel order; those of bodies are among `MESSAGE_JOINTS`.
-        limbs: all pairs with a part affinity field, in the order in which people are assembled; none for networks
-            that give people at once.
-        drawn_limbs: pairs of joint names that make up the drawn skeleton.
+        limbs: all pairs with a part affinity field, in the order of assembly; none for networks without fields.
+        drawn_limbs: pairs of joint names of the drawn skeleton.
         colours: RGB per joint, as OpenPose draws them.
 
     Raises:
-        ValueError: the parts do not fit together, or left and right are not each other's mirror image.
+        ValueError: the parts contradict each other, or left and right are no mirror images.
     """
 
     name: str
@@ -75,18 +74,18 @@ class SkeletonModel:
 
     @property
     def swap(self) -> Tuple[int, ...]:
-        """Channel of each joint's mirror partner: what a joint is called in the mirrored image."""
+        """Channel of each joint's mirror partner."""
         index = self.index
         return tuple(index[mirrored_joint(joint)] for joint in self.joints)
 
 
 def starting_limbs(limbs: Sequence[Limb]) -> Tuple[Tuple[str, str], ...]:
-    """Return the ends of the limbs that start a person, which are those that OpenPose draws."""
+    """Return the ends of the limbs that start a person: OpenPose draws those."""
     return tuple((limb.start, limb.end) for limb in limbs if limb.starts_person)
 
 
 def mirrored_joint(joint: str) -> str:
-    """Return what a joint is called in the mirror image."""
+    """Return the name of a joint in the mirror image."""
     if joint.startswith('left_'):
         return 'right_' + joint[len('left_'):]
     if joint.startswith('right_'):
@@ -94,29 +93,20 @@ def mirrored_joint(joint: str) -> str:
     return joint
 
 
+def _limbs(table: str) -> Tuple[Limb, ...]:
+    """Return the limbs of rows 'start end channel [joins]'; the y component has the next channel."""
+    rows = [row.split() for row in table.split(',')]
+    return tuple(Limb(start, end, (int(channel), int(channel) + 1), not joins) for start, end, channel, *joins in rows)
+
+
 # OpenPose, src/openpose/pose/poseParameters.cpp: POSE_COCO_BODY_PARTS, POSE_COCO_MAP_IDX, POSE_COCO_PAIRS_RENDER,
 # POSE_COCO_COLORS_RENDER. The order of the limbs is that of POSE_COCO_PAIRS.
-_COCO_18_LIMBS = (
-    Limb('neck', 'right_shoulder', (12, 13)),
-    Limb('neck', 'left_shoulder', (20, 21)),
-    Limb('right_shoulder', 'right_elbow', (14, 15)),
-    Limb('right_elbow', 'right_wrist', (16, 17)),
-    Limb('left_shoulder', 'left_elbow', (22, 23)),
-    Limb('left_elbow', 'left_wrist', (24, 25)),
-    Limb('neck', 'right_hip', (0, 1)),
-    Limb('right_hip', 'right_knee', (2, 3)),
-    Limb('right_knee', 'right_ankle', (4, 5)),
-    Limb('neck', 'left_hip', (6, 7)),
-    Limb('left_hip', 'left_knee', (8, 9)),
-    Limb('left_knee', 'left_ankle', (10, 11)),
-    Limb('neck', 'nose', (28, 29)),
-    Limb('nose', 'right_eye', (30, 31)),
-    Limb('right_eye', 'right_ear', (34, 35)),
-    Limb('nose', 'left_eye', (32, 33)),
-    Limb('left_eye', 'left_ear', (36, 37)),
-    Limb('right_shoulder', 'right_ear', (18, 19), starts_person=False),
-    Limb('left_shoulder', 'left_ear', (26, 27), starts_person=False),
-)
+_COCO_18_LIMBS = _limbs('''
+    neck right_shoulder 12, neck left_shoulder 20, right_shoulder right_elbow 14, right_elbow right_wrist 16,
+    left_shoulder left_elbow 22, left_elbow left_wrist 24, neck right_hip 0, right_hip right_knee 2,
+    right_knee right_ankle 4, neck left_hip 6, left_hip left_knee 8, left_knee left_ankle 10, neck nose 28,
+    nose right_eye 30, right_eye right_ear 34, nose left_eye 32, left_eye left_ear 36,
+    right_shoulder right_ear 18 joins, left_shoulder left_ear 26 joins''')
 COCO_18 = SkeletonModel(
     name='COCO_18',
     joints=('nose', 'neck', 'right_shoulder', 'right_elbow', 'right_wrist', 'left_shoulder', 'left_elbow',
@@ -132,34 +122,14 @@ COCO_18 = SkeletonModel(
 # The same file, POSE_BODY_25_BODY_PARTS, and the rows BODY_25 of POSE_BODY_PART_PAIRS and POSE_MAP_INDEX; colours and
 # drawn limbs: include/openpose/pose/poseParametersRender.hpp, POSE_BODY_25_*_RENDER_GPU. Pairs 18 and 19 only join:
 # src/openpose/pose/bodyPartConnectorBase.cpp, connectBodyPartsCpu.
-_BODY_25_LIMBS = (
-    Limb('neck', 'mid_hip', (0, 1)),
-    Limb('neck', 'right_shoulder', (14, 15)),
-    Limb('neck', 'left_shoulder', (22, 23)),
-    Limb('right_shoulder', 'right_elbow', (16, 17)),
-    Limb('right_elbow', 'right_wrist', (18, 19)),
-    Limb('left_shoulder', 'left_elbow', (24, 25)),
-    Limb('left_elbow', 'left_wrist', (26, 27)),
-    Limb('mid_hip', 'right_hip', (6, 7)),
-    Limb('right_hip', 'right_knee', (2, 3)),
-    Limb('right_knee', 'right_ankle', (4, 5)),
-    Limb('mid_hip', 'left_hip', (8, 9)),
-    Limb('left_hip', 'left_knee', (10, 11)),
-    Limb('left_knee', 'left_ankle', (12, 13)),
-    Limb('neck', 'nose', (30, 31)),
-    Limb('nose', 'right_eye', (32, 33)),
-    Limb('right_eye', 'right_ear', (36, 37)),
-    Limb('nose', 'left_eye', (34, 35)),
-    Limb('left_eye', 'left_ear', (38, 39)),
-    Limb('right_shoulder', 'right_ear', (20, 21), starts_person=False),
-    Limb('left_shoulder', 'left_ear', (28, 29), starts_person=False),
-    Limb('left_ankle', 'left_big_toe', (40, 41)),
-    Limb('left_big_toe', 'left_small_toe', (42, 43)),
-    Limb('left_ankle', 'left_heel', (44, 45)),
-    Limb('right_ankle', 'right_big_toe', (46, 47)),
-    Limb('right_big_toe', 'right_small_toe', (48, 49)),
-    Limb('right_ankle', 'right_heel', (50, 51)),
-)
+_BODY_25_LIMBS = _limbs('''
+    neck mid_hip 0, neck right_shoulder 14, neck left_shoulder 22, right_shoulder right_elbow 16,
+    right_elbow right_wrist 18, left_shoulder left_elbow 24, left_elbow left_wrist 26, mid_hip right_hip 6,
+    right_hip right_knee 2, right_knee right_ankle 4, mid_hip left_hip 8, left_hip left_knee 10,
+    left_knee left_ankle 12, neck nose 30, nose right_eye 32, right_eye right_ear 36, nose left_eye 34,
+    left_eye left_ear 38, right_shoulder right_ear 20 joins, left_shoulder left_ear 28 joins,
+    left_ankle left_big_toe 40, left_big_toe left_small_toe 42, left_ankle left_heel 44,
+    right_ankle right_big_toe 46, right_big_toe right_small_toe 48, right_ankle right_heel 50''')
 BODY_25 = SkeletonModel(
     name='BODY_25',
     joints=('nose', 'neck', 'right_shoulder', 'right_elbow', 'right_wrist', 'left_shoulder', 'left_elbow',
@@ -176,22 +146,11 @@ BODY_25 = SkeletonModel(
 
 # The same files: POSE_MPI_BODY_PARTS, POSE_MPI_PAIRS_RENDER_GPU (which are the limbs as well),
 # POSE_MPI_COLORS_RENDER_GPU and the row MPI_15 of POSE_MAP_INDEX. No face.
-_MPI_15_LIMBS = (
-    Limb('head_top', 'neck', (0, 1)),
-    Limb('neck', 'right_shoulder', (2, 3)),
-    Limb('right_shoulder', 'right_elbow', (4, 5)),
-    Limb('right_elbow', 'right_wrist', (6, 7)),
-    Limb('neck', 'left_shoulder', (8, 9)),
-    Limb('left_shoulder', 'left_elbow', (10, 11)),
-    Limb('left_elbow', 'left_wrist', (12, 13)),
-    Limb('neck', 'chest', (14, 15)),
-    Limb('chest', 'right_hip', (16, 17)),
-    Limb('right_hip', 'right_knee', (18, 19)),
-    Limb('right_knee', 'right_ankle', (20, 21)),
-    Limb('chest', 'left_hip', (22, 23)),
-    Limb('left_hip', 'left_knee', (24, 25)),
-    Limb('left_knee', 'left_ankle', (26, 27)),
-)
+_MPI_15_LIMBS = _limbs('''
+    head_top neck 0, neck right_shoulder 2, right_shoulder right_elbow 4, right_elbow right_wrist 6,
+    neck left_shoulder 8, left_shoulder left_elbow 10, left_elbow left_wrist 12, neck chest 14,
+    chest right_hip 16, right_hip right_knee 18, right_knee right_ankle 20, chest left_hip 22,
+    left_hip left_knee 24, left_knee left_ankle 26''')
 MPI_15 = SkeletonModel(
     name='MPI_15',
     joints=('head_top', 'neck', 'right_shoulder', 'right_elbow', 'right_wrist', 'left_shoulder', 'left_elbow',

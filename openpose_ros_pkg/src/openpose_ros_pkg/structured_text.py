@@ -1,23 +1,22 @@
-"""Values in YAML and JSON: whatever a text holds, reading ends soon, with values of its size or with a ValueError.
+"""Values in YAML and JSON texts: reading ends soon, with values of the text's size or with a ValueError.
 
-The libraries alone let deep nesting end in a RecursionError, YAML's dates and numbers in errors of many classes, and a
-text of 1 KB whose aliases stand for each other stand for billions of values, which the first error text or array writes
-out.
+The libraries alone raise RecursionError for deep nesting and errors of many classes for YAML's dates and numbers, and
+let a text of 1 KB stand for billions of values by its aliases.
 """
 import json
 from typing import Any, Dict, Union
 
 import yaml
 
-# Values that a YAML text may stand for, aliases written out: a marker map has 200.
+# Maximum number of values of a YAML text, with aliases written out: a marker map has 200.
 _MOST_VALUES = 100000
 
 
 def yaml_value(text: str) -> Any:
-    """Return the first document of a YAML text, None of an empty one.
+    """Return the first document of a YAML text; None of an empty one.
 
     Raises:
-        ValueError: it is not YAML, or its values can not be.
+        ValueError: it is not YAML, or has too many or impossible values.
     """
     try:
         loader = yaml.SafeLoader(text)
@@ -47,11 +46,7 @@ def json_value(text: Union[str, bytes]) -> Any:
 
 
 def _count(node: yaml.Node, known: Dict[int, int]) -> int:
-    """Return how many values a node stands for; raises RecursionError where it holds itself.
-
-    Args:
-        known: counts of nodes that were counted before, by `id`.
-    """
+    """Return how many values a node stands for; `known` holds counts by `id`. RecursionError: it holds itself."""
     if isinstance(node, yaml.ScalarNode):
         return 1
     if id(node) not in known:

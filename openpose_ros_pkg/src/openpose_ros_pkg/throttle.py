@@ -1,14 +1,14 @@
-"""How often a fault that repeats is told."""
+"""How often a repeated fault is reported."""
 import threading
 import time
 from typing import Callable, Dict
 
-# A fault of a kind is told once in this time [s]; the others are counted.
+# A fault of a kind is reported once in this time [s]; the others are counted.
 WARNING_PERIOD = 5.0
 
 
 class Throttle:
-    """Says which of many equal faults is told: the first, and then one in each period. Any thread may call it.
+    """Tells which of many faults of a kind is reported: the first, then one in each period; thread-safe.
 
     Args:
         period: between two of a kind [s].
@@ -18,13 +18,13 @@ class Throttle:
     def __init__(self, period: float = WARNING_PERIOD, now: Callable[[], float] = time.monotonic) -> None:
         self._period, self._now = period, now
         self._lock = threading.Lock()
-        self._told: Dict[str, float] = {}
+        self._reported: Dict[str, float] = {}
 
     def is_due(self, kind: str) -> bool:
-        """Return whether a fault of this kind is told now."""
+        """Return whether a fault of this kind is reported now."""
         with self._lock:
             now = self._now()
-            if now - self._told.get(kind, -float('inf')) < self._period:
+            if now - self._reported.get(kind, -float('inf')) < self._period:
                 return False
-            self._told[kind] = now
+            self._reported[kind] = now
             return True

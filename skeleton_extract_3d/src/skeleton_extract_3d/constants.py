@@ -1,5 +1,6 @@
-"""All constants of the 3D method as one object, and the compiled steps that were built with it."""
+"""All constants of the 3D method in one record, and the compiled steps that read them."""
 from dataclasses import dataclass, field
+from functools import cached_property
 
 from skeleton_extract_3d.body.body import BODY, BodyConstants
 from skeleton_extract_3d.body.constants import ExtraJointConstants, JointFrameConstants, SizeConstants
@@ -23,9 +24,9 @@ except ImportError as error:
                       'setup, or catkin_make') from error
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class MethodConstants:
-    """The constants of each step."""
+    """The constants of each step of the method; every step takes this record, or the part that it needs."""
 
     body: BodyConstants = BODY
     camera_fit: CameraFitConstants = field(default_factory=CameraFitConstants)
@@ -44,6 +45,10 @@ class MethodConstants:
     joint_frames: JointFrameConstants = field(default_factory=JointFrameConstants)
     track: TrackConstants = field(default_factory=TrackConstants)
 
+    @cached_property
+    def compiled(self) -> skeleton_extract_3d_lifting.Method:
+        """The compiled steps with these constants."""
+        return skeleton_extract_3d_lifting.Method(self)
+
 
 METHOD = MethodConstants()
-COMPILED = skeleton_extract_3d_lifting.Method(METHOD)

@@ -1,35 +1,37 @@
-"""From the people in an image and the points of the same view to people in space: the order of all steps."""
+"""People in space from people in an image and the points of the same view: the table of contents of the method."""
 import itertools
 from dataclasses import dataclass, field, replace
-from typing import Dict, Iterator, Optional, Protocol, Tuple
+from typing import Dict, Iterator, NamedTuple, Optional, Tuple
 
 import numpy as np
 
 from openpose_ros_pkg.people import FIRST_ID, People2D
 from openpose_ros_pkg.stream.stage_timing import Stopwatch
 from skeleton_extract_3d.body.extra_joints import in_skeleton
-from skeleton_extract_3d.frame import Frame, View
-from skeleton_extract_3d.lift.lifting import LiftingParams, make_lifting
+from skeleton_extract_3d.constants import METHOD, MethodConstants
+from skeleton_extract_3d.frame import Frame, FrameView
+from skeleton_extract_3d.lift.lifting import make_lifting
 from skeleton_extract_3d.lift.observation import observe
+from skeleton_extract_3d.lift.records import ObservedPeople
 from skeleton_extract_3d.lift.window_mean import lift_by_window
 from skeleton_extract_3d.people import INFERRED, People3D
-from skeleton_extract_3d.points.camera import check_same_aspect
+from skeleton_extract_3d.points.camera import CameraModel, check_same_aspect
 from skeleton_extract_3d.points.cloud import OrganizedCloud
 from skeleton_extract_3d.points.plausibility import Doubt, PointSummary, summarize
 from skeleton_extract_3d.points.point_grid import PointGrid
 from skeleton_extract_3d.settings import EstimatorSettings
-from skeleton_extract_3d.track.appearance import observe_clothes
-from skeleton_extract_3d.track.completion import Completion, complete
+from skeleton_extract_3d.track.appearance import Clothes, observe_clothes
+from skeleton_extract_3d.track.completion import complete
 from skeleton_extract_3d.track.correction import correct
 from skeleton_extract_3d.track.expectation import expect
 from skeleton_extract_3d.track.floor_contact import stand
-from skeleton_extract_3d.track.identity import assign, joined
+from skeleton_extract_3d.track.identity import assign, compare, joined
 from skeleton_extract_3d.track.memory import Memory
-from skeleton_extract_3d.track.observations import Sightings, apart, separate
+from skeleton_extract_3d.track.one_body import apart, separate
 from skeleton_extract_3d.track.out_of_sight import hidden_and_there, walk_on
 from skeleton_extract_3d.track.output import report
-from skeleton_extract_3d.track.reidentification import welcome, without
-from skeleton_extract_3d.track.tracks import Tracks
+from skeleton_extract_3d.track.reidentification import Reidentification, without
+from skeleton_extract_3d.track.tracks import Observations, Tracks
 
 # Stages of `Estimate.timing`, in order.
 STAGES = ('observe', 'identity', 'lift', 'filter', 'complete')
@@ -40,13 +42,12 @@ class Estimate:
     """The people of one frame.
 
     Attributes:
-        people: in the frame of the points: first those of `people_2d`, in the same order, then those whom the image
-            does not show at present.
-        people_2d: as they were detected, with the ids of `people`; without those whom the points do not confirm.
+        people: in the frame of the points: first those of `people_2d`, in the same order, then hidden tracks.
+        people_2d: the detections, with the ids of `people`; without those that the points do not confirm.
         timing: seconds by stage, see `STAGES`.
         unplaced: other people in the image, without ids, where there is no depth that could confirm them.
-        points: what the points are like.
-        doubts: what seems to be wrong with image and points.
+        points: summary of the points.
+        doubts: likely faults of image and points.
     """
 
     people: People3D
@@ -58,7 +59,7 @@ class Estimate:
 
     @property
     def in_image(self) -> People2D:
-        """Everybody who is seen in the image: `people_2d`, then those without a place in space."""
+        """All people in the image: `people_2d`, then those without a place in space."""
         return self.people_2d if self.unplaced is None else self.people_2d.joined(self.unplaced)
 
     @property
@@ -71,22 +72,24 @@ def _unnamed(people: People2D) -> People2D:
     return replace(people, ids=np.full(len(people), -1))
 
 
-def _nobody(people_2d: People2D) -> Estimate:
-    """Return that nobody of the image has a place in space."""
-    skeleton = people_2d.skeleton
-    return Estimate(People3D.empty(skeleton), People2D.empty(skeleton), unplaced=_unnamed(people_2d))
+def _without_space(people_2d: People2D) -> Estimate:
+    """Return that no person of the image has a place in space."""
+    none = np.zeros(0, np.int64)
+    return Estimate(People3D.empty(people_2d.skeleton), people_2d.select(none), unplaced=_unnamed(people_2d))
 
 
 class PeopleEstimator:
-    """Follows the people before one camera; not thread-safe.
+    """Tracks the people in view of one camera; not thread-safe.
 
     Args:
-        settings: what the user has set.
-        ids: where new people's ids come from: estimators that share it never give the same one. None: 1, 2, 3, ...
+        settings: of the user.
+        ids: source of ids for new people, shared where no two estimators may give the same one. None: 1, 2, 3, ...
+        method: constants of all steps.
     """
 
-    def __init__(self, settings: EstimatorSettings, ids: Optional[Iterator[int]] = None) -> None:
-        self._ids = itertools.count(FIRST_ID) if ids is None else ids
+    def __init__(self, settings: EstimatorSettings, ids: Optional[Iterator[int]] = None,
+                 method: MethodConstants = METHOD) -> None:
+        self._ids, self._method = itertools.count(FIRST_ID) if ids is None else ids, method
         self._memory = Memory()
         self._take(settings)
 
@@ -99,8 +102,12 @@ class PeopleEstimator:
 
     def _take(self, settings: EstimatorSettings) -> None:
         self._settings = settings
-        self._method: _Method = (_Following(settings, self._ids) if settings.needs_camera
-                                 else _WindowMeans(settings.lifting))
+        self._lifting = make_lifting(settings.lifting, settings.occlusion.occlusion, self._method)
+        self._reidentification = Reidentification(settings.identity, self._ids, self._method)
+
+    def expected(self, stamp: float, image_size: Tuple[int, int]) -> Optional[People2D]:
+        """Return where the tracked people will be in an image; see `Memory.expected`."""
+        return self._memory.expected(stamp, image_size, self._settings)
 
     def update(self, people_2d: People2D, frame: Frame) -> Estimate:
         """Return the people of a frame.
@@ -110,20 +117,124 @@ class PeopleEstimator:
 
         Raises:
             BadInputError: see `check_points`.
+            ValueError: the frame has no points.
         """
         check_points(frame.grid, frame.image_size, self._settings)
-        present = people_2d.present.any(axis=1)
+        method, present = self._method, people_2d.present.any(axis=1)
         if not present.all():
             people_2d = people_2d.select(np.flatnonzero(present))
-        summary = summarize(frame.grid)
-        memory = self._memory.with_points(frame, summary)
-        self._memory, estimate = self._method.update(memory, people_2d, frame, summary.doubt is None)
-        doubts = (summary.doubt, self._memory.still and self._memory.still.doubt(), self._memory.agreement.doubt())
+        summary = summarize(frame.grid, method.plausibility)
+        memory = self._memory.with_points(frame, summary, method)
+        camera = _camera(frame.grid, memory) if self._settings.needs_camera else None
+        if camera is not None:
+            self._memory, estimate = self._tracked(memory, people_2d, frame, camera, summary.doubt is None)
+        elif summary.doubt is None and not self._settings.needs_camera:
+            self._memory, estimate = memory, Estimate(self._original(people_2d, frame), people_2d)
+        else:
+            self._memory, estimate = memory, _without_space(people_2d)
+        doubts = (summary.doubt, memory.still and memory.still.doubt(method.plausibility),
+                  self._memory.agreement.doubt(method))
         return replace(estimate, points=summary, doubts=tuple(doubt for doubt in doubts if doubt))
 
-    def expected(self, stamp: float, image_size: Tuple[int, int]) -> Optional[People2D]:
-        """Return where the people who are followed will be in an image; see `Memory.expected`."""
-        return self._memory.expected(stamp, image_size, self._settings)
+    def _original(self, people_2d: People2D, frame: Frame) -> People3D:
+        """Return people by the original's method: each frame alone, each joint at the mean of the points around it."""
+        params = self._settings.lifting
+        return lift_by_window(people_2d, frame.image_size, frame.grid, params.window, params.statistic)
+
+    def _tracked(self, memory: Memory, people_2d: People2D, frame: Frame, camera: CameraModel, has_depth: bool
+                 ) -> Tuple[Memory, Estimate]:
+        """Return the memory after a frame, and its people, by the method of this package.
+
+        Without depth, tracked people are placed by their size alone, which is no measurement: the memory stays.
+        """
+        if has_depth:
+            people = self._identified(memory, people_2d, frame, camera)
+            agreement = memory.agreement.with_frame(people.observed, self._method.plausibility)
+            return self._placed(people._replace(memory=replace(people.memory, agreement=agreement)))
+        empty = OrganizedCloud.without_points(frame.grid.width, frame.grid.height)
+        people = self._identified(memory, people_2d, replace(frame, points=empty), camera)
+        unplaced = people.observed.people_2d.select(np.flatnonzero(people.row < 0))
+        _, estimate = self._placed(people.select(np.flatnonzero(people.row >= 0)))
+        return memory, replace(estimate, unplaced=_unnamed(unplaced))
+
+    def _identified(self, memory: Memory, people_2d: People2D, frame: Frame, camera: CameraModel) -> '_Identified':
+        """Return the people of a frame with the rows of their tracks."""
+        settings, method, clock = self._settings, self._method, Stopwatch()
+        memory, view = memory.at(frame, camera, settings.identity, method.track)
+        expected = memory.tracks.predicted(view.elapsed, settings.smoothing, method.body)
+        bgr = frame.bgr if settings.identity.use_clothes else None
+        observed = observe(people_2d, frame.image_size, view.points, camera, method)
+        clothes = observe_clothes(observed, view.points, bgr, method.track.appearance)
+        clock.lap('observe')
+        compared = compare(expected, observed, method)
+        row = assign(expected, clothes, compared, view.stamp, settings.identity, method.track.identity)
+        whole, row = joined(expected, observed, compared, row, method.track.identity)
+        if whole is not observed.people_2d:
+            observed = observe(whole, frame.image_size, view.points, camera, method)
+            clothes = observe_clothes(observed, view.points, bgr, method.track.appearance)
+        clock.lap('identity')
+        return _Identified(memory, view, expected, row, observed, clothes, clock.laps)
+
+    def _placed(self, found: '_Identified') -> Tuple[Memory, Estimate]:
+        """Return the memory after a frame and its people, lifted and with their tracks corrected."""
+        settings, method, clock, view = self._settings, self._method, Stopwatch(), found.view
+        before, occlusion = found.memory.tracks, settings.occlusion
+        expectation = expect(found.expected, found.row, view.elapsed, method)
+        lifted = self._lifting.lift(found.observed, view.points, expectation)
+        clock.lap('lift')
+        memory, tracks, people = self._reidentification.welcome(
+            found.memory, found.expected, Observations(found.row, found.observed, found.clothes, lifted), view.stamp)
+        seen = correct(tracks.select(people.row), people, view.stamp, occlusion, method)
+        clock.lap('filter')
+        unseen = people.others(len(before))
+        if occlusion.occlusion:
+            seen = complete(seen, view, occlusion.inference_timeout, method)
+            lost = walk_on(without(before.kept(unseen), seen.tracks), view, method.track)
+            hidden = lost.kept(hidden_and_there(lost, view, method.track.out_of_sight))
+        else:
+            lost, hidden = without(found.expected.kept(unseen), seen.tracks), Tracks.none()
+        seen, people, misplaced = separate(seen, people, view.stamp, method.track)
+        if view.floor is not None and occlusion.occlusion:
+            seen = stand(seen, people.lifted.measured, view.floor, method)
+        hidden = apart(hidden, seen, method.track.one_body)
+        output = report(people, seen, hidden, view.stamp, settings, method.track.correction)
+        output = in_skeleton(output, people.observed, view, method)
+        memory = replace(memory, tracks=seen.tracks.joined(lost).joined(misplaced).in_order(),
+                         gone=without(memory.gone, seen.tracks))
+        clock.lap('complete')
+        people_2d = replace(people.observed.people_2d, ids=seen.tracks.ids)
+        return memory, Estimate(output, people_2d, {**found.laps, **clock.laps})
+
+
+class _Identified(NamedTuple):
+    """The P people of a frame with their tracks, before lifting.
+
+    Attributes:
+        memory: at the time of the frame; its tracks stand still.
+        view: of the frame.
+        expected: the tracks, predicted to the frame.
+        row: (P,) int64, row of each person's track; -1: none.
+        observed, clothes: of the people.
+        laps: duration of the stages until now [s].
+    """
+
+    memory: Memory
+    view: FrameView
+    expected: Tracks
+    row: np.ndarray
+    observed: ObservedPeople
+    clothes: Clothes
+    laps: Dict[str, float]
+
+    def select(self, people: np.ndarray) -> '_Identified':
+        """Return some of the people, by indices."""
+        return self._replace(row=self.row[people], observed=self.observed.select(people),
+                             clothes=self.clothes.select(people))
+
+
+def _camera(points: PointGrid, memory: Memory) -> Optional[CameraModel]:
+    """Return the camera of points, or else that of the frames before; None if neither is known."""
+    return points.camera_model() or memory.camera_of((points.width, points.height))
 
 
 def check_points(points: PointGrid, image_size: Tuple[int, int], settings: EstimatorSettings) -> None:
@@ -138,101 +249,3 @@ def check_points(points: PointGrid, image_size: Tuple[int, int], settings: Estim
     check_same_aspect('image', image_size, 'cloud', (points.width, points.height))
     if settings.needs_camera:
         points.camera_model()
-
-
-class _Method(Protocol):
-    """What makes people in space of people in an image."""
-
-    def update(self, memory: Memory, people_2d: People2D, frame: Frame, has_depth: bool
-               ) -> Tuple[Memory, Estimate]:
-        """Return what is remembered of a frame, and its people.
-
-        Args:
-            has_depth: the points are depth in metres.
-        """
-
-
-class _WindowMeans:
-    """The method of the original: every frame for itself, every joint at the mean of the points around its pixel."""
-
-    def __init__(self, params: LiftingParams) -> None:
-        self._params = params
-
-    def update(self, memory: Memory, people_2d: People2D, frame: Frame, has_depth: bool
-               ) -> Tuple[Memory, Estimate]:
-        """See `_Method`."""
-        if not has_depth:
-            return memory, _nobody(people_2d)
-        people = lift_by_window(people_2d, frame.image_size, frame.grid, self._params.window, self._params.statistic)
-        return memory, Estimate(people, people_2d)
-
-
-class _Following:
-    """The method of this package: people are lifted as a whole and followed from frame to frame."""
-
-    def __init__(self, settings: EstimatorSettings, ids: Iterator[int]) -> None:
-        self._settings, self._ids = settings, ids
-        self._lifting = make_lifting(settings.lifting, settings.occlusion.occlusion)
-
-    def update(self, memory: Memory, people_2d: People2D, frame: Frame, has_depth: bool
-               ) -> Tuple[Memory, Estimate]:
-        """See `_Method`."""
-        settings, clock = self._settings, Stopwatch()
-        camera = frame.grid.camera_model() or memory.camera_of((frame.grid.width, frame.grid.height))
-        if camera is None:
-            return memory, _nobody(people_2d)
-        if not has_depth:
-            frame = replace(frame, points=OrganizedCloud.without_points(frame.grid.width, frame.grid.height))
-        before, (memory, view) = memory, memory.at(frame, camera, settings.identity)
-        expected = memory.tracks.predicted(view.elapsed, settings.smoothing)
-        observed = observe(people_2d, frame.image_size, view.points, camera)
-        clock.lap('observe')
-        clothes = observe_clothes(observed, view.points, frame.bgr if settings.identity.use_clothes else None)
-        row = assign(expected, observed, clothes, view.stamp, settings.identity)
-        people_2d, row = joined(expected, observed, row)
-        if people_2d is not observed.people_2d:
-            observed = observe(people_2d, frame.image_size, view.points, camera)
-            clothes = observe_clothes(observed, view.points, frame.bgr if settings.identity.use_clothes else None)
-        unplaced = None
-        if has_depth:
-            memory = replace(memory, agreement=memory.agreement.with_frame(observed))
-        else:  # newcomers would be placed by their size alone
-            unplaced = _unnamed(people_2d.select(np.flatnonzero(row < 0)))
-            followed = np.flatnonzero(row >= 0)
-            row, observed, clothes = row[followed], observed.select(followed), clothes.select(followed)
-        clock.lap('identity')
-        lifted = self._lifting.lift(observed, view.points, expect(expected, row, view.elapsed))
-        clock.lap('lift')
-        memory, tracks, people = welcome(memory, expected, Sightings(row, observed, clothes, lifted), view.stamp,
-                                         self._ids, settings.identity)
-        seen = correct(tracks.select(people.row), people, view.stamp, settings.occlusion)
-        clock.lap('filter')
-        seen, unseen, hidden = self._infer(seen, memory.tracks, expected, people.others(len(expected)), view)
-        seen, people, misplaced = separate(seen, people, view.stamp)
-        if view.floor is not None and settings.occlusion.occlusion:
-            seen = stand(seen, people.lifted.measured, view.floor)
-        answer = report(people, seen, apart(hidden, seen), view.stamp, settings)
-        people_2d = replace(people.observed.people_2d, ids=seen.tracks.ids)
-        answer = in_skeleton(answer, people_2d, frame.image_size, view.points, camera, view.floor)
-        clock.lap('complete')
-        estimate = Estimate(answer, people_2d, clock.laps, unplaced)
-        if not has_depth:  # guesses by size are no news of those who are followed
-            return before, estimate
-        return replace(memory, tracks=seen.tracks.joined(unseen).joined(misplaced).in_order(),
-                       gone=without(memory.gone, seen.tracks)), estimate
-
-    def _infer(self, seen: Completion, before: Tracks, expected: Tracks, unseen: np.ndarray, view: View
-               ) -> Tuple[Completion, Tracks, Tracks]:
-        """Return the people who were seen with their other joints, those who were not seen, and who of them is there.
-
-        Args:
-            before, expected: all tracks as the frame before left them, and with constant velocity.
-            unseen: (T,) bool, which of them were not seen.
-        """
-        if not self._settings.occlusion.occlusion:
-            return seen, without(expected.kept(unseen), seen.tracks), Tracks.none()
-        seen = complete(seen, view, self._settings.occlusion.inference_timeout)
-        if not unseen.any():
-            return seen, Tracks.none(), Tracks.none()
-        tracks = walk_on(without(before.kept(unseen), seen.tracks), view)
-        return seen, tracks, tracks.kept(hidden_and_there(tracks, view))

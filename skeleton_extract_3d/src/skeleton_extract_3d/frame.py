@@ -78,7 +78,7 @@ class Frame:
         return self.points
 
 
-class View(NamedTuple):
+class FrameView(NamedTuple):
     """Where and when a frame was taken.
 
     Attributes:

@@ -42,7 +42,7 @@ class Points3D:
 
     @classmethod
     def empty(cls, points: int) -> 'Points3D':
-        """Return nothing."""
+        """Return no point."""
         none = np.zeros((0, points))
         return cls(np.zeros((0, points, 3)), none, none, none)
 
@@ -57,7 +57,7 @@ class Hands3D:
     Attributes:
         points: (H, 21) in the order of OpenPose.
         scores: (H,) float32 [0..1], how sure the network is that it sees a hand.
-        people: (H,) int64 ids of the people whose hands they are.
+        people: (H,) int64 ids of their people.
         left: (H,) bool: left hands, the person's own.
     """
 
@@ -82,7 +82,7 @@ class Faces3D:
     Attributes:
         points: (F, 70) in the order of OpenPose.
         scores: (F,) float32 [0..1], how sure the network is that it sees a face.
-        people: (F,) int64 ids of the people whose faces they are.
+        people: (F,) int64 ids of their people.
         orientations: (F, 4) float32 quaternions x, y, z, w of the heads in the frame of the points: x forward, out of
             the face, y to the person's left, z up; NaN where it is not known.
         orientation_sigma: (F,) float32 [rad], root mean square angle between the head's x and the true one.

@@ -21,7 +21,7 @@ from skeleton_extract_3d.show.markers import MarkerParams
 
 @dataclass(frozen=True)
 class ExtractorParams(Parameters):
-    """What the extractor reads and in which frame it answers."""
+    """Input and frames of the extractor."""
 
     points_source: str = parameter(
         'point_cloud', 'point_cloud: organized cloud on ~point_cloud; depth_image: aligned depth on ~depth_image with '
@@ -48,7 +48,7 @@ class ExtractorParams(Parameters):
                'is the frame of the published joints, x points along the limb to the next joint, the stamp is that of '
                'the cloud. For one extractor in a system, as another one uses the same ids.')
     publish_2d: bool = parameter(
-        False, 'Publish also what was found in the image, with the ids that the same people have in space: '
+        False, 'Publish also the people in the image, with the ids that the same people have in space: '
                'detected_poses, detected_poses_keypoints (always in pixels of the image) and detected_poses_image, '
                'with hollow circles and thin, dashed limbs where a joint is hidden. Set publish_results of the '
                "detection service to false where that one has the same topics.")
@@ -58,7 +58,7 @@ class ExtractorParams(Parameters):
 
 @dataclass(frozen=True)
 class PlayerParams(Parameters):
-    """What the RGB-D player publishes."""
+    """Output of the RGB-D player."""
 
     folder: str = parameter('', 'Sequence folder: rgb/ or color/, depth/, camera.yaml; empty: the shipped sequence.')
     rate: float = parameter(0.0, 'Frames per second; 0: as sequence.yaml says, else 15.', unit='Hz',
@@ -93,13 +93,13 @@ class ExtractorSettings:
 
     @property
     def is_lazy(self) -> bool:
-        """Whether it rests while nobody subscribes to its results."""
+        """Whether it rests without subscribers to its results."""
         return self.demand.lazy and not (self.extractor.publish_tf or self.extractor.verbose)
 
 
 @dataclass(frozen=True)
 class CameraParams(Parameters):
-    """Whose images and points one process takes."""
+    """Cameras of one process."""
 
     cameras: str = parameter(
         '', 'Namespaces of the cameras, separated by spaces: the topics of each are in its namespace, as those of a '

@@ -54,7 +54,7 @@ class People3D:
 
     @classmethod
     def empty(cls, skeleton: SkeletonModel) -> 'People3D':
-        """Return nobody."""
+        """Return no person."""
         none = np.zeros((0, len(skeleton.joints)))
         return cls(skeleton, np.zeros((*none.shape, 3)), none, none, none, np.zeros(0))
 

@@ -1,4 +1,4 @@
-"""What a user may set of the estimator."""
+"""Parameters of the estimator."""
 from dataclasses import dataclass
 
 from openpose_ros_pkg.params.parameters import Parameters, parameter
@@ -7,50 +7,48 @@ from skeleton_extract_3d.lift.lifting import LiftingParams
 
 @dataclass(frozen=True)
 class OcclusionParams(Parameters):
-    """What becomes of joints that are not seen."""
+    """Hidden joints."""
 
     occlusion: bool = parameter(
-        True, 'Tell joints that are hidden from those that are seen, and estimate them (status INFERRED). false: each '
-              'joint is taken to lie on the nearest surface around its pixel and reported as MEASURED; those without '
-              'a keypoint are MISSING.')
+        True, 'Tell hidden joints from visible ones, and estimate them (status INFERRED). false: each joint is put on '
+              'the nearest surface around its pixel and reported as MEASURED; joints without a keypoint are MISSING.')
     measured_min_score: float = parameter(
         0.2, 'A keypoint with a lower score is not used, even where the surface fits it.', minimum=0.0, maximum=1.0)
     hidden_min_score: float = parameter(
-        0.4, 'The keypoint of a hidden joint is used if its score is at least this; of lower ones, only the body model '
-             'and the motion tell.', minimum=0.0, maximum=1.0)
+        0.4, 'The keypoint of a hidden joint is used if its score is at least this; joints with lower ones are '
+             'estimated by the body model and the motion.', minimum=0.0, maximum=1.0)
     inference_timeout: float = parameter(
         5.0, 'A joint that had no keypoint for this long is MISSING.', unit='s', minimum=0.0, maximum=600.0)
 
 
 @dataclass(frozen=True)
 class IdentityParams(Parameters):
-    """Who keeps which person_ID."""
+    """Identity: which person_ID a person has."""
 
     tracking: bool = parameter(
-        True, 'Follow people from frame to frame in space. false: person_ID is that of the detection service, nothing '
-              'is remembered, nothing is smoothed.')
+        True, 'Follow people from frame to frame in space. false: person_ID is that of the detection service, '
+              'each frame is processed alone, without smoothing.')
     track_timeout: float = parameter(
-        2.0, 'Somebody who is not detected for this long is no longer expected anywhere. Longer bridges longer '
-             'occlusions.', unit='s', minimum=0.0, maximum=60.0)
+        2.0, 'A track without a detection for this long ends. Longer bridges longer occlusions.', unit='s',
+        minimum=0.0, maximum=60.0)
     return_timeout: float = parameter(
-        10.0, 'Somebody who comes back within this time of the last detection gets the old person_ID where clothes, '
-              'size and place tell who it is; later, or where they do not, a new one. 0: only who is followed keeps '
-              'an id.', unit='s', minimum=0.0, maximum=60.0)
+        10.0, 'A person who comes back within this time of the last detection gets the old person_ID if clothes, size '
+              'and place agree, else a new one. 0: a track that ended never gets its id back.', unit='s',
+        minimum=0.0, maximum=60.0)
     track_gate: float = parameter(
         0.5, 'Greatest median distance, across the view, of the joints from where they are expected, at which it is '
              'still the same person.', unit='m', minimum=0.05, maximum=5.0)
     walking_speed: float = parameter(
-        1.2, 'The gate grows by this for each second that somebody was not detected.', unit='m/s', minimum=0.0,
-        maximum=10.0)
+        1.2, 'The gate grows by this for each second without a detection.', unit='m/s', minimum=0.0, maximum=10.0)
     birth_joints: int = parameter(
-        3, 'Joints that have to be measured before somebody gets a person_ID; fewer if no more can be measured.',
+        3, 'Joints that have to be measured before a person gets a person_ID; fewer if no more can be measured.',
         minimum=1, maximum=18)
     use_clothes: bool = parameter(True, 'Tell people apart by the colours of their clothes as well.')
 
 
 @dataclass(frozen=True)
 class SmoothingParams(Parameters):
-    """How joints are smoothed over time."""
+    """Smoothing of joints over time."""
 
     smoothing: bool = parameter(
         True, 'Filter each joint (Kalman filter with constant velocity). false: positions are those of the single '
@@ -60,7 +58,7 @@ class SmoothingParams(Parameters):
              'by 1.5, ankles by 2 and wrists by 2.5 times as much. More follows quick motions more closely and smooths '
              'less.', unit='m/s^2', minimum=0.1, maximum=100.0)
     walking_acceleration: float = parameter(
-        3.0, 'The same for people as a whole, who are expected to walk on when they are out of sight.', unit='m/s^2',
+        3.0, 'The same for people as a whole, who walk on while hidden.', unit='m/s^2',
         minimum=0.1, maximum=100.0)
 
 

@@ -13,11 +13,11 @@ from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import People2D, keypoints_in
 from openpose_ros_pkg.skeletons import COCO_18
 from openpose_ros_pkg.stream.video_source import read_image
+from skeleton_extract_3d.constants import METHOD, MethodConstants
 from skeleton_extract_3d.lift.depth_inference import CHAINS
 from skeleton_extract_3d.lift.observation import observe
 from skeleton_extract_3d.lift.records import Expectation, Lifted, ObservedPeople
 from skeleton_extract_3d.lift.robust import RobustLifting
-from skeleton_extract_3d.lift.surfaces import DELTAS
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.depth import DepthImage
 from skeleton_extract_3d.points.depth_view import depth_view
@@ -28,28 +28,30 @@ _LEFT, _CELL, _ROW = 170, 17, 27
 _SAMPLE, _MEASURED, _INFERRED, _BLACK = (150, 150, 150), (60, 160, 0), (0, 110, 255), (0, 0, 0)
 # Depth [m] from which on the depth image has the last of its colours.
 _FAR = 6.0
-# Brightness of what is in front of nobody.
+# Brightness of pixels that are in front of no person.
 _DARK = 0.3
 
 
-def lift_and_draw(people: People2D, bgr: np.ndarray, depth: np.ndarray, camera: CameraModel) -> show_stages.Stages:
-    """Return images of the stages between keypoints and joints in space, of people who were never seen before.
+def lift_and_draw(people: People2D, bgr: np.ndarray, depth: np.ndarray, camera: CameraModel,
+                  method: MethodConstants = METHOD) -> show_stages.Stages:
+    """Return images of the stages between keypoints and joints in space, of people without a track.
 
     Args:
         bgr: (H, W, 3) uint8; depth: (H', W') uint16 [mm], of the same view.
     """
     points, size = DepthImage(depth, camera), (bgr.shape[1], bgr.shape[0])
     people = People2D(COCO_18, keypoints_in(people.keypoints, people.skeleton, COCO_18), people.scores, people.ids)
-    observed = observe(people, size, points, points.camera)
-    lifted = RobustLifting().lift(observed, points, Expectation.of_strangers(len(observed)))
+    observed = observe(people, size, points, points.camera, method)
+    lifted = RobustLifting(method).lift(observed, points, Expectation.of_strangers(len(observed)))
     colours = cv2.applyColorMap((255 * np.clip(1 - 0.001 * depth / _FAR, 0, 1)).astype(np.uint8), cv2.COLORMAP_JET)
     colours[depth == 0] = 0
     for u, v in observed.uv[observed.known].tolist():
         cv2.circle(colours, (round(u), round(v)), 4, (255, 255, 255), 1, cv2.LINE_AA)
-    charts = [(f'candidate depths of person {person}', cv2.resize(_chart(observed, lifted, person), size))
+    charts = [(f'candidate depths of person {person}',
+               cv2.resize(_chart(observed, lifted, person, method.costs.deltas), size))
               for person in range(len(observed))]
     return [('keypoints on the depth image', cv2.resize(colours, size)),
-            ('in front of somebody', _draw_layers(people, bgr, points)),
+            ('in front of a person', _draw_layers(people, bgr, points)),
             ('visible joints', draw_people(bgr, people, DrawParams(), ~lifted.measured)), *charts]
 
 
@@ -63,13 +65,13 @@ def _draw_layers(people: People2D, bgr: np.ndarray, points: DepthImage) -> np.nd
     return drawn
 
 
-def _chart(observed: ObservedPeople, lifted: Lifted, person: int) -> np.ndarray:
+def _chart(observed: ObservedPeople, lifted: Lifted, person: int, deltas: np.ndarray) -> np.ndarray:
     """Draw for each joint the samples, the candidate depths, darker where likelier, and the depth that was chosen."""
     root, rows = lifted.root[person], {int(joint): row for row, joint in enumerate(CHAINS)}
-    canvas = np.full((_ROW * (len(COCO_18.joints) + 2), _LEFT + _CELL * len(DELTAS) + 25, 3), 255, np.uint8)
+    canvas = np.full((_ROW * (len(COCO_18.joints) + 2), _LEFT + _CELL * len(deltas) + 25, 3), 255, np.uint8)
 
     def column(depth: float) -> int:
-        return round(float(_LEFT + _CELL * ((depth - root - DELTAS[0]) / (DELTAS[1] - DELTAS[0]) + 0.5)))
+        return round(float(_LEFT + _CELL * ((depth - root - deltas[0]) / (deltas[1] - deltas[0]) + 0.5)))
 
     for joint, name in enumerate(COCO_18.joints):
         top, bottom = _ROW * joint + 2, _ROW * (joint + 1) - 3
@@ -81,7 +83,7 @@ def _chart(observed: ObservedPeople, lifted: Lifted, person: int) -> np.ndarray:
             colour = (255, round(255 - 130 * float(likelihood)), round(255 - 200 * float(likelihood)))
             cv2.rectangle(canvas, corner, (corner[0] + _CELL - 1, bottom), colour, -1)
         samples = observed.samples[person, joint]
-        for depth in samples[np.abs(samples - root) < -DELTAS[0]]:
+        for depth in samples[np.abs(samples - root) < -deltas[0]]:
             cv2.line(canvas, (column(depth), top), (column(depth), bottom), _SAMPLE, 1)
         if observed.known[person, joint]:
             measured = lifted.measured[person, joint]

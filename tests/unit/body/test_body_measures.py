@@ -15,18 +15,18 @@ TRUE = {'shoulders': 0.37, 'hips': 0.19, 'trunk': 0.51, 'upper_arm': 0.29, 'fore
 
 
 def person(scale=1.0):
-    """Return the joints of somebody, (1, 18, 3) [m]."""
+    """Return the joints of a person, (1, 18, 3) [m]."""
     joints = joints_of(Person(1, 0.0, 2.6, standing(), scale=scale), 1.2)
     return np.array([[joints[name] for name in JOINTS]])
 
 
-def somebody(stature=BODY.adult_stature):
+def one_person(stature=BODY.adult_stature):
     return Sizes.assumed(np.array([stature]))
 
 
 def watched(xyz, frames=40, measured=ALL, scores=None, noise=0.0):
-    """Return the sizes of somebody who was measured in a number of frames."""
-    one, rng = somebody(), np.random.default_rng(0)
+    """Return the sizes of a person who was measured in a number of frames."""
+    one, rng = one_person(), np.random.default_rng(0)
     scores = np.ones((1, 18)) if scores is None else scores
     for _ in range(frames):
         one = learn(one, xyz + rng.normal(0, noise, xyz.shape), measured, scores)
@@ -37,20 +37,20 @@ def lengths(one):
     return dict(zip(BONES, expected_lengths(one)[0]))
 
 
-def test_nobody():
-    nobody = learn(Sizes.assumed(np.zeros(0)), np.zeros((0, 18, 3)), np.zeros((0, 18), bool), np.zeros((0, 18)))
-    assert expected_lengths(nobody).shape == length_spreads(nobody).shape == (0, 8)
+def test_no_people():
+    none = learn(Sizes.assumed(np.zeros(0)), np.zeros((0, 18, 3)), np.zeros((0, 18), bool), np.zeros((0, 18)))
+    assert expected_lengths(none).shape == length_spreads(none).shape == (0, 8)
 
 
 @pytest.mark.parametrize('stature', [1.0, BODY.adult_stature])
-def test_strangers_have_the_proportions_of_adults(stature):
-    one = somebody(stature)
+def test_new_people_have_the_proportions_of_adults(stature):
+    one = one_person(stature)
     np.testing.assert_allclose(expected_lengths(one)[0], BODY.bone_lengths * stature / BODY.adult_stature)
     np.testing.assert_allclose(length_spreads(one), BODY.proportion_spread)
 
 
 @pytest.mark.parametrize('scale', [0.6, 1.0, 1.1])
-def test_somebody_who_is_watched_is_known(scale):
+def test_a_person_who_is_watched_is_known(scale):
     one = watched(person(scale))
     # proportions of the model and of the scene's people differ by up to 12 %, their median by less
     assert one.stature[0] == pytest.approx(1.75 * scale, rel=0.05)
@@ -59,18 +59,12 @@ def test_somebody_who_is_watched_is_known(scale):
         assert lengths(one)[bone] == pytest.approx(length * scale, rel=0.04), bone
 
 
-def test_noise_is_averaged():
-    one = watched(person(), noise=0.01)
-    for bone, length in TRUE.items():
-        assert lengths(one)[bone] == pytest.approx(length, rel=0.05), bone
-
-
 def test_lengths_are_known_better_by_and_by():
     spreads = [length_spreads(watched(person(), frames))[0] for frames in (0, 1, 5, 40)]
     thigh, head = BONES.index('thigh'), BONES.index('head')
     assert (np.diff([spread[thigh] for spread in spreads]) < 0).all()
     assert 0.03 < spreads[-1][thigh] < 0.045
-    assert spreads[-1][head] == BODY.proportion_spread, 'nobody measures it'
+    assert spreads[-1][head] == BODY.proportion_spread, 'it is not measured'
 
 
 def test_of_the_first_frame_an_adults_stature_is_the_other_half():
@@ -89,12 +83,6 @@ def test_only_joints_that_were_measured_surely_count(why):
     assert lengths(one)['upper_arm'] == pytest.approx(TRUE['upper_arm'], rel=0.04)
 
 
-def test_two_bones_do_not_make_a_stature():
-    seen = np.isin(JOINTS, ('left_hip', 'left_knee', 'left_ankle'))[None]
-    one = watched(person(0.6), measured=seen)
-    assert one.stature[0] == BODY.adult_stature and one.stature_weight[0] == 0
-
-
 def test_a_keypoint_elsewhere_does_not_change_the_bone():
     one = watched(person())
     before = lengths(one)
@@ -104,27 +92,3 @@ def test_a_keypoint_elsewhere_does_not_change_the_bone():
         one = learn(one, odd, ALL, ALL * 1.0)
     assert lengths(one)['shin'] == pytest.approx(before['shin'], rel=0.01)
     assert one.stature[0] == pytest.approx(watched(person()).stature[0], rel=0.02)
-
-
-def test_left_and_right_count_alike():
-    one = person()
-    one[0, INDEX['left_wrist'], 1] += 0.04
-    both = watched(one)
-    other = watched(one, measured=ALL & ~np.isin(JOINTS, ('right_wrist',)))
-    forearm = BONES.index('forearm')
-    assert both.bones[0, forearm] == pytest.approx(TRUE['forearm'] + 0.02, abs=0.002)
-    assert other.bones[0, forearm] == pytest.approx(TRUE['forearm'] + 0.04, abs=0.002)
-
-
-@pytest.mark.parametrize('scale, limit', [(0.3, 0.8), (1.4, 2.1)])
-def test_statures_stay_those_of_people(scale, limit):
-    assert watched(person(scale)).stature[0] == pytest.approx(limit, abs=0.02)
-
-
-def test_everybody_learns_for_themselves():
-    two, xyz = Sizes.assumed(np.full(2, BODY.adult_stature)), np.concatenate([person(0.8), person(1.0)])
-    for _ in range(40):
-        two = learn(two, xyz, np.ones((2, 18), bool), np.ones((2, 18)))
-    for row, scale in ((0, 0.8), (1, 1.0)):
-        np.testing.assert_allclose(two.stature[row], watched(person(scale)).stature[0])
-        np.testing.assert_allclose(two.bones[row], watched(person(scale)).bones[0])

@@ -3,20 +3,17 @@ import numpy as np
 import pytest
 
 from openpose_ros_pkg.skeletons import COCO_18
-from skeleton_extract_3d.body.body import BONES, JOINTS
+from skeleton_extract_3d.body.body import JOINTS
 from skeleton_extract_3d.body.bone_constraints import satisfy_lengths
 from skeleton_extract_3d.track.joint_filter import along_rays, isotropic
 from synthetic_scene import Person, joints_of, standing
 
 INDEX = COCO_18.index
 TRUE = np.array([[0.37, 0.19, 0.51, 0.21, 0.29, 0.25, 0.42, 0.42]])  # in the order of BONES
-LIMBS = [(INDEX[f'{side}_{start}'], INDEX[f'{side}_{end}'], kind) for side in ('left', 'right')
-         for start, end, kind in (('shoulder', 'elbow', 'upper_arm'), ('elbow', 'wrist', 'forearm'),
-                                  ('hip', 'knee', 'thigh'), ('knee', 'ankle', 'shin'))]
 
 
 def person():
-    """Return the joints of somebody whose bones are as long as in TRUE, (1, 18, 3) [m]."""
+    """Return the joints of a person whose bones are as long as in TRUE, (1, 18, 3) [m]."""
     joints = joints_of(Person(1, 0.2, 2.6, standing(20)), 1.2)
     return np.array([[joints[name] for name in JOINTS]])
 
@@ -29,28 +26,12 @@ def satisfied(xyz, covariance=None, usable=None, spread=0.03):
                            np.ones(xyz.shape[:2], bool) if usable is None else usable)
 
 
-def excess(xyz):
-    """Return by how much the bones of the limbs are too long, (8,) [m]."""
-    return np.array([np.linalg.norm(xyz[0, start] - xyz[0, end]) - TRUE[0, BONES.index(kind)]
-                     for start, end, kind in LIMBS])
-
-
-def test_nobody():
+def test_no_people():
     assert satisfied(np.zeros((0, 18, 3))).shape == (0, 18, 3)
 
 
 def test_where_all_lengths_are_right_nothing_moves():
     np.testing.assert_allclose(satisfied(person()), person(), atol=1e-9)
-
-
-@pytest.mark.parametrize('shift', [(0, 0.06, 0), (0.03, -0.05, 0.02)])
-def test_bones_come_nearer_to_their_lengths(shift):
-    xyz = person()
-    xyz[0, INDEX['left_wrist']] += shift
-    before, after = np.abs(excess(xyz)), np.abs(excess(satisfied(xyz)))
-    assert after.max() < 0.5 * before.max()
-    # what is moved to make one bone right is not moved far
-    assert np.linalg.norm(satisfied(xyz) - xyz, axis=2).max() < np.linalg.norm(shift)
 
 
 def test_a_bone_is_one_more_measurement():
@@ -98,30 +79,3 @@ def test_a_keypoint_elsewhere_is_left_alone():
     xyz = person()
     xyz[0, INDEX['left_wrist'], 1] += 0.2
     np.testing.assert_allclose(satisfied(xyz), xyz, atol=1e-9)
-
-
-def test_lengths_that_are_hardly_known_pull_less():
-    xyz = person()
-    xyz[0, INDEX['left_ankle'], 1] += 0.05
-    pulls = [np.linalg.norm(satisfied(xyz, spread=spread) - xyz) for spread in (0.0, 0.08, 0.3)]
-    assert pulls[0] > pulls[1] > pulls[2]
-
-
-def test_joints_in_one_place_are_no_bone():
-    assert np.isfinite(satisfied(np.full((1, 18, 3), 2.0))).all()
-
-
-def test_in_a_mirror_left_is_right_and_people_do_not_influence_each_other():
-    rng = np.random.default_rng(0)
-    two = np.concatenate([person(), person()]) + rng.normal(0, 0.02, (2, 18, 3))
-    after = satisfied(two)
-    mirrored = satisfied(two[:, list(COCO_18.swap)] * [-1, 1, 1])
-    np.testing.assert_allclose(mirrored[:, list(COCO_18.swap)] * [-1, 1, 1], after, atol=1e-9)
-    np.testing.assert_allclose(satisfied(two[1:]), after[1:], atol=1e-12)
-
-
-def test_the_input_is_not_changed():
-    xyz = person() + np.random.default_rng(0).normal(0, 0.02, (1, 18, 3))
-    before = xyz.copy()
-    satisfied(xyz)
-    np.testing.assert_array_equal(xyz, before)

@@ -83,7 +83,7 @@ def answer(people, room=FREE):
 
 @lru_cache(maxsize=None)
 def estimate(skeleton, missing=(), room=FREE):
-    """Return the estimate of somebody without the keypoints of some joints."""
+    """Return the estimate of a person without the keypoints of some joints."""
     return answer(people_2d(skeleton, missing), room)
 
 
@@ -95,9 +95,9 @@ def joint(result, name):
 
 
 @SKELETONS
-def test_nobody(skeleton):
-    nobody = answer(People2D.empty(skeleton)).people
-    assert nobody.skeleton is skeleton and nobody.xyz.shape == (0, len(skeleton.joints), 3)
+def test_no_people(skeleton):
+    none = answer(People2D.empty(skeleton)).people
+    assert none.skeleton is skeleton and none.xyz.shape == (0, len(skeleton.joints), 3)
 
 
 @SKELETONS
@@ -114,16 +114,10 @@ def test_joints_that_both_sets_have_are_those_of_coco_18(skeleton):
 
 
 @SKELETONS
-def test_every_joint_of_somebody_who_is_seen_has_a_place(skeleton):
+def test_every_joint_of_a_person_who_is_seen_has_a_place(skeleton):
     people = estimate(skeleton).people
     missing = [name for name, status in zip(skeleton.joints, people.status[0]) if status == MISSING]
     assert not missing
-
-
-@SKELETONS
-def test_confidences_are_those_of_the_detector(skeleton):
-    confidence = estimate(skeleton, ('left_wrist',)).people.confidence[0]
-    np.testing.assert_allclose(confidence, [0 if name == 'left_wrist' else 0.9 for name in skeleton.joints])
 
 
 @pytest.mark.parametrize('skeleton, name', [(BODY_25, 'mid_hip'), (MPI_15, 'chest')])
@@ -132,24 +126,6 @@ def test_joints_of_the_trunk_are_between_shoulders_and_hips(skeleton, name):
     assert status == MEASURED
     assert np.linalg.norm(xyz - truth()[name]) < 0.04 and 0.02 <= sigma < 0.06
     assert np.isfinite(estimate(skeleton).people.velocity[0, skeleton.index[name]]).all()
-
-
-@pytest.mark.parametrize('skeleton, name', [(BODY_25, 'mid_hip'), (MPI_15, 'chest')])
-def test_without_a_keypoint_of_their_own_they_are_there_all_the_same(skeleton, name):
-    result = estimate(skeleton, (name,))
-    assert joint(result, name)[0] == MEASURED
-    assert result.people.confidence[0, skeleton.index[name]] == 0
-    np.testing.assert_allclose(joint(result, name)[1], joint(estimate(skeleton), name)[1], atol=1e-6)
-
-
-@pytest.mark.parametrize('skeleton, name', [(BODY_25, 'mid_hip'), (MPI_15, 'chest')])
-def test_with_a_hip_that_is_inferred_they_are_inferred(skeleton, name):
-    result = estimate(skeleton, ('left_hip',))
-    assert joint(result, 'left_hip')[0] == INFERRED
-    status, xyz, sigma = joint(result, name)
-    assert status == INFERRED
-    assert sigma == joint(result, 'left_hip')[2]
-    assert np.linalg.norm(xyz - truth()[name]) < 0.1
 
 
 def test_feet_lie_just_under_their_surface():
@@ -162,13 +138,6 @@ def test_feet_lie_just_under_their_surface():
         assert xyz[2] - frame.depth[v, u] / 1000 == pytest.approx(0.02, abs=0.03), name
         # a foot that points at the camera hides the heel: what is seen there are the toes
         assert np.linalg.norm(xyz - truth()[name]) < (0.15 if 'heel' in name else 0.06), name
-
-
-def test_feet_are_on_their_rays():
-    result, frame = estimate(BODY_25), scene()
-    people = people_2d(BODY_25)
-    rows = [BODY_25.index[name] for name in FEET]
-    np.testing.assert_allclose(frame.camera.project(result.people.xyz[0, rows]), people.xy[0, rows], atol=0.01)
 
 
 def test_feet_without_a_keypoint_are_missing():
@@ -202,7 +171,7 @@ def test_the_top_of_the_head_is_measured():
 
 
 @SKELETONS
-def test_somebody_who_is_hidden_is_inferred_with_the_joints_that_can_be(skeleton):
+def test_a_person_who_is_hidden_is_inferred_with_the_joints_that_can_be(skeleton):
     depth, estimator = scene().depth, new_estimator(skeleton)
     for i in range(6):
         shown = i < 4

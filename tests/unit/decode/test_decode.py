@@ -24,7 +24,7 @@ def decoded(fields, **params):
 
 
 def assert_found(fields, people, atol=0.5, **params):
-    """Every person is found, whole, nobody else, to half a network pixel (a sixteenth of a cell)."""
+    """Every person is found, whole, no other one, to half a network pixel (a sixteenth of a cell)."""
     keypoints, scores = decoded(fields, **params)
     assert keypoints.shape == (len(people), 18, 3) and keypoints.dtype == np.float32
     assert scores.shape == (len(people),) and ((scores > 0.8) & (scores <= 1)).all()
@@ -33,13 +33,13 @@ def assert_found(fields, people, atol=0.5, **params):
         assert (found[:, 2] > 0.8).all() and (found[:, 2] <= 1).all()
 
 
-# --- nobody, one, several -------------------------------------------------------------------------------------------
+# --- none, one, several ---------------------------------------------------------------------------------------------
 
 @pytest.mark.parametrize('fields', [
     np.zeros((57, 46, 82), np.float32), render_fields([]), np.ones((57, 46, 82), np.float32),
     np.full((57, 46, 82), np.nan, np.float32), np.zeros((57, 1, 1), np.float32)],
     ids=['zero', 'background', 'constant', 'NaN', 'one cell'])
-def test_nobody(fields):
+def test_no_person(fields):
     keypoints, scores = decoded(fields)
     assert keypoints.shape == (0, 18, 3) and keypoints.dtype == np.float32 and scores.shape == (0,)
 
@@ -50,19 +50,7 @@ def test_one_person(upsample):
     assert_found(render_fields([person]), [person], heatmap_upsample=upsample)
 
 
-def test_the_fields_are_not_modified():
-    fields = render_fields([standing_person(300, 60, 250)])
-    before = fields.copy()
-    fields.flags.writeable = False
-    decoded(fields)
-    np.testing.assert_array_equal(fields, before)
-
-
 FIVE = [standing_person(x, 50 + 3 * i, 200 + 12 * i) for i, x in enumerate((70, 190, 320, 450, 580))]
-
-
-def test_five_people():
-    assert_found(render_fields(FIVE), FIVE)
 
 
 def test_a_crowd():
@@ -75,23 +63,6 @@ def test_a_crowd():
         np.testing.assert_allclose(nearest[:, :2], person, atol=2)
 
 
-def test_two_people_whose_arms_cross():
-    left, right = standing_person(250, 60, 260), standing_person(350, 64, 255)
-    index = COCO_18.index
-    left[[index['left_elbow'], index['left_wrist']]] = (300, 140), (335, 165)
-    right[[index['right_elbow'], index['right_wrist']]] = (302, 170), (280, 135)
-    assert_found(render_fields([left, right]), [left, right])
-
-
-def test_order_of_people_does_not_matter():
-    """Nor does the place of a person's peaks in the lists: peak 0 is as good as any."""
-    people = [standing_person(90, 60, 240), standing_person(300, 20, 300), standing_person(520, 90, 200)]
-    first, _ = decoded(render_fields(people))
-    second, _ = decoded(render_fields(people[::-1]))
-    np.testing.assert_array_equal(first, second)
-    assert len(first) == 3
-
-
 def test_the_surest_person_comes_first():
     weak, strong = render_fields([standing_person(150, 60, 240)]), render_fields([standing_person(480, 60, 240)])
     weak[:18] *= 0.5
@@ -101,7 +72,7 @@ def test_the_surest_person_comes_first():
     assert scores[0] > 0.9 and 0.4 < scores[1] < 0.6
 
 
-def test_weak_fields_are_nobody():
+def test_weak_fields_are_no_person():
     fields = 0.2 * render_fields([standing_person(300, 60, 250)])
     assert len(decoded(fields)[0]) == 0
     assert len(decoded(fields, person_min_score=0.1)[0]) == 1
@@ -119,22 +90,6 @@ def test_networks_have_a_threshold_of_their_own_and_the_higher_one_counts(networ
 
 # --- borders --------------------------------------------------------------------------------------------------------
 
-@pytest.mark.parametrize('edge, x', [('left', 68.0), ('centre', 330.0), ('right', 587.0)])
-def test_person_near_an_edge_is_whole_and_in_place(edge, x):
-    person = standing_person(x, 50, 290)
-    assert person[:, 0].min() > 1.5 * STRIDE and person[:, 0].max() < NET[1] - 1.5 * STRIDE
-    assert_found(render_fields([person]), [person])
-
-
-@pytest.mark.parametrize('x', [1.0, 654.0])
-def test_joint_in_the_outermost_cell_is_off_by_half_a_cell_at_most(x):
-    """There is no neighbour beyond the border to weigh it against."""
-    v, u = np.mgrid[:46, :82]
-    heat = np.exp(-((u - ((x + 0.5) / STRIDE - 0.5)) ** 2 + (v - 20) ** 2) / 2)[None].astype(np.float32)
-    peaks = peaks_of(heat)
-    np.testing.assert_allclose(places(peaks), [[x, (20 + 0.5) * STRIDE - 0.5]], atol=STRIDE / 2)
-
-
 @pytest.mark.parametrize('x, inside', [(0.0, 'left'), (655.0, 'right')])
 def test_person_cut_in_half_by_a_side(x, inside):
     """Joints within the picture are found; those beyond are missing, not clamped to its border."""
@@ -146,17 +101,6 @@ def test_person_cut_in_half_by_a_side(x, inside):
     # The Gaussian of a joint just outside reaches into the picture, and so has a peak at the border.
     far = (person[:, 0] < -24) | (person[:, 0] > NET[1] - 1 + 24)
     assert far.any() and np.isnan(keypoints[0, far, :2]).all() and (keypoints[0, far, 2] == 0).all()
-
-
-def test_person_cut_by_the_lower_border():
-    person = standing_person(300, 100, 420)
-    keypoints, _ = decoded(render_fields([person]))
-    index = COCO_18.index
-    assert len(keypoints) == 1
-    gone = [index[f'{side}_{joint}'] for side in ('left', 'right') for joint in ('knee', 'ankle')]
-    assert np.isnan(keypoints[0, gone, :2]).all()
-    there = sorted(set(range(18)) - set(gone))
-    np.testing.assert_allclose(keypoints[0, there, :2], person[there], atol=0.5)
 
 
 def test_joints_in_the_padding_are_no_detections():
@@ -253,13 +197,10 @@ def test_caps_keep_the_strongest():
 
 
 @pytest.mark.parametrize('amplitude', [0.2, 1.0])
-def test_noise_takes_bounded_time_and_gives_bounded_people(amplitude):
+def test_noise_gives_bounded_people(amplitude):
     """A broken network must not stop the robot: fields of pure noise, as large as those of a real image."""
     fields = np.random.default_rng(5).uniform(-amplitude, amplitude, (57, 46, 82)).astype(np.float32)
-    decoded(fields)
-    began = time.process_time()
     keypoints, _ = decoded(fields, person_min_score=0.0, person_min_joints=2)
-    assert time.process_time() - began < 0.5  # 0.03 s on one core; without caps, seconds
     assert len(keypoints) <= 576 // 2
     assert np.isfinite(keypoints[..., :2]).all(axis=2).sum() <= 576
 
@@ -322,11 +263,6 @@ def test_coincident_peaks_are_no_division_by_zero():
     assert np.isfinite(limb_scores(forearm_field(0.7, 0), (100, 100), (100, 100))['score']).all()
 
 
-def test_without_peaks_no_limbs():
-    nothing = np.zeros(0, openpose_ros_decode.PEAK)
-    assert len(score_limbs(np.zeros((38, 4, 4), np.float32), nothing, MOBILENET_THIN, DecodeParams())) == 0
-
-
 # --- assembly -------------------------------------------------------------------------------------------------------
 
 def people_from(joints, limbs, heights=None, min_joints=2):
@@ -342,14 +278,9 @@ def people_from(joints, limbs, heights=None, min_joints=2):
              if person[COCO_18.index[joint], 2] > 0} for person in keypoints], scores
 
 
-def test_ear_to_shoulder_starts_nobody():
+def test_ear_to_shoulder_starts_no_person():
     people, _ = people_from(['right_shoulder', 'right_ear'], [(0, 1, 0.9)])
     assert people == []
-
-
-def test_ear_to_shoulder_adds_an_ear():
-    people, _ = people_from(['neck', 'right_shoulder', 'right_ear'], [(0, 1, 0.9), (1, 2, 0.9)])
-    assert people == [{'neck': 0, 'right_shoulder': 1, 'right_ear': 2}]
 
 
 def test_ear_to_shoulder_joins_a_head_and_a_body():
@@ -364,7 +295,7 @@ def test_people_who_both_have_a_joint_are_not_joined():
     assert sorted(len(person) for person in people) == [3, 3]
 
 
-def test_nearness_alone_starts_nobody():
+def test_nearness_alone_starts_no_person():
     people, _ = people_from(['neck', 'right_shoulder', 'right_elbow'], [(0, 1, 0.0), (1, 2, 0.0)])
     assert people == []
 
@@ -385,13 +316,6 @@ def test_score_is_the_mean_of_joints_and_of_limbs_that_prove_something():
     assert scores.tolist() == pytest.approx([(0.5 + 0.6 + 0.8 + 0.9) / 4])
 
 
-def test_person_needs_enough_joints():
-    limbs = [(0, 1, 0.9), (1, 2, 0.9)]
-    joints = ['neck', 'right_shoulder', 'right_elbow']
-    assert len(people_from(joints, limbs, min_joints=3)[0]) == 1
-    assert len(people_from(joints, limbs, min_joints=4)[0]) == 0
-
-
 # --- parameters -----------------------------------------------------------------------------------------------------
 
 @pytest.mark.parametrize('key, value', [('heatmap_upsample', 0), ('peak_threshold', -0.1), ('limb_samples', 1),
@@ -401,17 +325,10 @@ def test_bad_parameter_is_refused(key, value):
         DecodeParams(**{key: value})
 
 
-def test_the_old_choice_of_a_decoder_is_read_and_without_effect():
-    fields = render_fields([standing_person(300, 60, 250)])
-    for choice in ('auto', 'compiled', 'numpy'):
-        assert len(decoded(fields, decoder=choice)[0]) == 1
-    with pytest.raises(ParameterError, match=r"'decoder' = 'cuda'.*'auto', 'compiled', 'numpy'"):
-        DecodeParams(decoder='cuda')
-
 
 # --- other networks, layouts and threads ----------------------------------------------------------------------------
 
-# Limbs that run against the order of the joints, joints without a limb, and one limb that starts nobody.
+# Limbs that run against the order of the joints, joints without a limb, and one limb that starts no person.
 ODD_SKELETON = SkeletonModel(
     name='ODD', joints=('tail', 'body', 'head', 'nothing', 'paw'), drawn_limbs=(), colours=((0, 0, 0),) * 5,
     limbs=(Limb('head', 'body', (5, 2)), Limb('body', 'tail', (0, 1)),
@@ -445,27 +362,6 @@ def test_fields_of_any_layout_are_read_and_left_alone():
 def test_too_few_channels_are_refused(channels):
     with pytest.raises(ValueError, match=f'channels that are not there: {channels - 19}'):
         decoded(np.zeros((channels, 4, 4), np.float32))
-
-
-def test_maps_have_three_axes():
-    with pytest.raises(ValueError, match='dimensions'):
-        score_limbs(np.zeros((38, 4), np.float32), peak_records([], [], []), MOBILENET_THIN, DecodeParams())
-
-
-def test_threads_decode_at_once():
-    scenes = [render_fields(FIVE[:count]) for count in (1, 2, 3, 4)]
-    found = [[] for _ in scenes]
-
-    def decode_often(scene, results):
-        for _ in range(20):
-            results.append(len(decoded(scene)[0]))
-
-    threads = [threading.Thread(target=decode_often, args=pair) for pair in zip(scenes, found)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    assert found == [[count] * 20 for count in (1, 2, 3, 4)]
 
 
 def test_other_threads_run_while_it_computes():

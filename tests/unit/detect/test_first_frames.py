@@ -51,13 +51,7 @@ def balanced(people, size=(640, 480)):
 
 # --- after a gap ----------------------------------------------------------------------------------------------------
 
-def test_an_empty_image_is_searched_in_full_after_each_gap():
-    scene = Scene([], target_rate=RATE)
-    assert [scene.frame(2.0 * i)[1:3] for i in range(3)] == [(1, 0)] * 3
-
-
-@pytest.mark.parametrize('params', [{'target_rate': RATE}, {}], ids=['with a rate', 'without'])
-@pytest.mark.parametrize('interval', [0.7, 0.9, 1.1, 2.0])
+@pytest.mark.parametrize('interval, params', [(0.7, {'target_rate': RATE}), (0.9, {}), (2.0, {'target_rate': RATE})])
 def test_images_far_apart_show_all_people(interval, params):
     """They walk on between the images, so that none is where the last image lets expect."""
     scene = Scene([], pace=slower(10), **params)
@@ -98,14 +92,14 @@ def test_a_burst_of_requests_does_not_cut_the_slow_ones_after_it():
     assert [len(scene.frame(stamp)[0]) for stamp in (0.0, 0.05, 0.75, 0.8, 1.5, 1.55, 2.25, 2.95)] == [5] * 8
 
 
-@pytest.mark.parametrize('factor', [23, 26, 30])
+@pytest.mark.parametrize('factor', [26])
 def test_a_machine_that_a_full_search_keeps_busy_until_the_next_request_shows_all_people(factor):
     """A full search takes 0.7 to 0.95 s of each second."""
     scene = Scene(CROWD, pace=slower(factor), target_rate=RATE)
     assert [len(scene.frame(1.0 * i)[0]) for i in range(8)] == [5] * 8
 
 
-@pytest.mark.parametrize('factor, pause', [(8, 0.05), (32, 0.3), (32, 0.5), (80, 0.3), (80, 1.0)])
+@pytest.mark.parametrize('factor, pause', [(8, 0.05), (32, 0.5), (80, 0.3)])
 def test_a_client_that_waits_for_each_answer_is_shown_all_people(factor, pause):
     """Full searches take 0.25, 1.0 and 2.5 s, the last longer than tracks are kept."""
     scene = Scene(CROWD, pace=slower(factor), target_rate=RATE)
@@ -116,7 +110,7 @@ def test_a_client_that_waits_for_each_answer_is_shown_all_people(factor, pause):
         time += factor * seconds + pause
 
 
-@pytest.mark.parametrize('factor', [4, 7, 10, 40])
+@pytest.mark.parametrize('factor', [7, 40])
 def test_a_live_chain_on_a_slow_machine_shows_both_people(factor):
     """Where there is time for one crop per frame, the other person is reported until the turn comes."""
     scene = Scene([LEFT, RIGHT], pace=slower(factor), target_rate=15.0)
@@ -129,7 +123,7 @@ def test_a_live_chain_on_a_slow_machine_shows_both_people(factor):
     assert counts == [2] * 30
 
 
-@pytest.mark.parametrize('cameras, factor', [(1, 10), (1, 30), (1, 50), (3, 20)])
+@pytest.mark.parametrize('cameras, factor', [(1, 30), (3, 20)])
 def test_a_live_chain_on_a_slow_machine_lags_for_two_frames_of_each_camera(cameras, factor):
     """The gap that full searches make does not let the search of each frame make the next gap."""
     scene = Scene([LEFT, RIGHT], pace=slower(factor), target_rate=RATE)
@@ -147,13 +141,12 @@ def test_a_live_chain_on_a_slow_machine_lags_for_two_frames_of_each_camera(camer
 
 @pytest.mark.parametrize('params', [{'target_rate': RATE}, {}, {'look_closer': 0}],
                          ids=['with a rate', 'without', 'not followed'])
-@pytest.mark.parametrize('stamp', [0.0, -1.0])
-def test_without_a_stamp_there_is_no_history(stamp, params):
+def test_without_a_stamp_there_is_no_history(params):
     """Each image has the people of a full search, with new ids, and streams beside know nothing of it."""
     scene = Scene([LEFT, RIGHT], pace=SLOW, **params)
     ids = scene.frame(1.0)[0].ids.tolist()
     for i in range(3):
-        found, *_ = scene.frame(stamp - BEGIN, [right_of(LEFT, 10.0 * i), RIGHT])
+        found, *_ = scene.frame(0.0 - BEGIN, [right_of(LEFT, 10.0 * i), RIGHT])
         assert_same(found, scene.stream.detector.detect(IMAGE))
         ids += found.ids.tolist()
     assert sorted(ids) == list(range(1, 9))
@@ -199,8 +192,8 @@ def test_ids_are_not_used_again_after_a_camera_was_forgotten():
     assert scene.frame(1.02, camera=0)[0].ids.tolist() == [2]
 
 
-@pytest.mark.parametrize('size', [(1, 1), (1, 2000), (2000, 1), (2, 3), (3, 2), (1, 40), (17, 1)])
-@pytest.mark.parametrize('rate', [0.0, 30.0])
+@pytest.mark.parametrize('size, rate', [((1, 1), 0.0), ((1, 2000), 30.0), ((2000, 1), 0.0), ((2, 3), 30.0),
+                                        ((17, 1), 30.0)])
 def test_tiny_images_show_no_person_or_are_refused_as_too_thin(size, rate):
     stream = make_stream(balanced([]), target_rate=rate)
     for i in range(3):

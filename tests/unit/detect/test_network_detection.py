@@ -8,7 +8,7 @@ from openpose_ros_pkg.detect.following import FollowingParams
 from openpose_ros_pkg.detect.network_detection import NetworkDetection
 from openpose_ros_pkg.detect.recipes import DetectorParams
 from openpose_ros_pkg.detect.tracking import TrackingParams
-from openpose_ros_pkg.errors import BadInputError, ParameterError
+from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.params.parameters import build
 from stand_in_networks import MovenetNetwork, Together, chart, in_order, person_at
 
@@ -26,11 +26,6 @@ def stream(network):
     settings = build(DetectorSettings, {'mode': 'fast', 'look_closer': 0})
     detector = Detector(settings, Together(movenet_multipose=network))
     return NetworkDetection(detector, TrackingParams(), FollowingParams())
-
-
-def test_nobody_is_seen(stream, network):
-    network.people = []
-    assert len(stream.detect(ImageFrame('camera', 10.0, IMAGE))) == 0
 
 
 def test_people_are_found_as_the_detector_finds_them_and_keep_their_ids(stream):
@@ -68,8 +63,3 @@ def test_what_is_no_image_is_refused(stream):
     ('never', {'target_rate': 10.0}, False), ('always', {'mode': 'accurate'}, True)], ids=str)
 def test_people_are_followed_where_that_is_wanted(following, detector, wanted):
     assert FollowingParams(following=following).wanted(DetectorParams(**detector)) == wanted
-
-
-def test_other_values_are_refused():
-    with pytest.raises(ParameterError, match='following'):
-        FollowingParams(following='sometimes')

@@ -7,7 +7,6 @@ from openpose_ros_pkg.detect.recipes import (
     FASTER,
     MODES,
     MULTIPOSE_CROP,
-    THUNDER_CROP,
     CropRefinement,
     DetectorParams,
     NetworkPass,
@@ -25,16 +24,6 @@ def first_pass(**params):
 
 
 # --- modes ----------------------------------------------------------------------------------------------------------
-
-@ALL_MODES
-@pytest.mark.parametrize('pose_model', ['auto', 'COCO'])
-def test_without_other_parameters_the_mode_is_computed(mode, pose_model):
-    assert recipe_of(DetectorParams(mode=mode, pose_model=pose_model)) == MODES[mode]
-
-
-def test_the_default_mode_is_balanced():
-    assert recipe_of(DetectorParams()) == MODES['balanced']
-
 
 @pytest.mark.parametrize('recipe', [*MODES.values(), *FASTER], ids=lambda recipe: recipe.description)
 def test_networks_of_a_recipe_fit_together(recipe):
@@ -76,20 +65,6 @@ def test_without_thunder_multipose_refines_people_but_fewer():
     assert (len(accurate.refinements), accurate.max_refined) == (4, 20)
 
 
-def test_what_is_left_without_multipose():
-    recipe = MODES['balanced']
-    assert recipe.without([MOVENET_MULTIPOSE]) == replace(recipe, passes=recipe.passes[:1])
-    both = recipe.without([MOVENET_MULTIPOSE, MOVENET_THUNDER])
-    assert (both.passes, both.refinements) == (recipe.passes[:1], ()) and not both.is_ensemble
-
-
-def test_description_tells_what_is_computed():
-    thin = NetworkPass(MOBILENET_THIN, (656, -1), (1.0, 0.5), mirror=True)
-    recipe = Recipe((thin, NetworkPass(MOVENET_MULTIPOSE, (512, 512))), (THUNDER_CROP,), max_refined=7)
-    assert recipe.description == ('mobilenet_thin 656x-1 at 2 scales mirrored too + movenet_multipose 512x512'
-                                  ' + 1 crop refinement by movenet_thunder at 256 px for up to 7 people')
-
-
 # --- parameters that change a mode ----------------------------------------------------------------------------------
 
 @pytest.mark.parametrize('width, height, box', [
@@ -125,8 +100,8 @@ def test_mirror(mode, mirror, expected):
 @ALL_MODES
 def test_crop_refinement(mode):
     assert recipe_of(DetectorParams(mode=mode, look_closer=-1)) == MODES[mode]
-    nobody = recipe_of(DetectorParams(mode=mode, look_closer=0))
-    assert (nobody.refinements, nobody.passes) == ((), MODES[mode].passes)
+    unrefined = recipe_of(DetectorParams(mode=mode, look_closer=0))
+    assert (unrefined.refinements, unrefined.passes) == ((), MODES[mode].passes)
     for people in (1, 3, 50):
         bounded = recipe_of(DetectorParams(mode=mode, look_closer=people))
         assert (bounded.max_refined, bounded.refinements) == (people, MODES[mode].refinements)
@@ -167,12 +142,6 @@ def test_yolo_pose_sees_the_image_in_the_sizes_that_it_was_trained_for(tmp_path)
     assert boxes == {'fast': (480, 480), 'balanced': (640, 640), 'accurate': (960, 960)}
 
 
-def test_one_network_alone_with_openposes_parameters():
-    network_pass = first_pass(pose_model='MPI', net_input_width=-1, net_input_height=320, num_scales=2, scale_gap=0.4,
-                            mirror='always')
-    assert network_pass == NetworkPass(MODELS['mpi'], (-1, 320), (1.0, 0.6), mirror=True, weight=network_pass.weight)
-
-
 def test_network_of_ones_own(tmp_path):
     (tmp_path / 'mine.yaml').write_text('{skeleton: COCO_18, files: [a.onnx], outputs: [fields], decoder: paf}')
     assert first_pass(pose_model=str(tmp_path / 'mine.yaml')).model.name == 'mine'
@@ -195,8 +164,3 @@ def test_network_of_ones_own(tmp_path):
 def test_bad_parameters_are_refused(values, text):
     with pytest.raises(ParameterError, match=text):
         DetectorParams(**values)
-
-
-def test_unknown_network_is_refused():
-    with pytest.raises(ParameterError, match="'pose_model' = 'MPI_2'"):
-        recipe_of(DetectorParams(pose_model='MPI_2'))

@@ -4,37 +4,32 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from known_fields import NETWORKS, render_fields, two_people
 from openpose_ros_pkg.decode.direct import DirectDecodeParams
 from openpose_ros_pkg.decode.paf import DecodeParams
 from openpose_ros_pkg.detect.ensemble import most_alike
-from openpose_ros_pkg.detect.recipes import THUNDER_CROP, CropRefinement, NetworkPass
-from openpose_ros_pkg.detect.refinement import decode_crop, prepare_crop, quarter_turns
-from openpose_ros_pkg.detect.views import ComputedView, decode_views, prepare_views
+from openpose_ros_pkg.detect.recipes import MODES, THUNDER_CROP, CropRefinement, NetworkPass
+from openpose_ros_pkg.detect.refinement import CrowdImage, decode_crop, prepare_crop, quarter_turns
+from openpose_ros_pkg.detect.views import NetworkSetup, decode_views, prepare_views
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.networks.models import MOBILENET_THIN, MODELS, MOVENET_MULTIPOSE
 from openpose_ros_pkg.oks import sigmas
 from openpose_ros_pkg.people import Poses
 from openpose_ros_pkg.skeletons import COCO_18
-from stand_in_networks import MovenetNetwork, PafNetwork, chart, mirrored, person_at
+from stand_in_networks import MovenetNetwork, PafNetwork, chart, person_at
 
 SIGMAS = sigmas(COCO_18)
 SIZE = (641, 479)
+SETUP = NetworkSetup(MODES['fast'], {}, DecodeParams(), DirectDecodeParams())
 
 
 def people_by(network, network_pass, size=SIZE):
     """Return the opinions, (P, 18, 3) each, of a network that sees the chart."""
     views = [view.compute(network) for view in prepare_views(chart(*size), network_pass)]
     assert all(view.seconds > 0 for view in views)
-    return [poses.keypoints for poses in decode_views(network_pass, views, DecodeParams(), DirectDecodeParams())]
+    return [poses.keypoints for poses in decode_views(network_pass, views, SETUP)]
 
 
 # --- views ----------------------------------------------------------------------------------------------------------
-
-def test_one_view():
-    (view,) = prepare_views(chart(*SIZE), NetworkPass(MOBILENET_THIN, (656, 368)))
-    assert view.view.plan.scaled_size == (492, 368) and view.input.shape == (368, 496, 3) and not view.view.mirror
-
 
 def test_each_scale_is_seen_with_its_mirror_image():
     views = prepare_views(chart(*SIZE), NetworkPass(MOBILENET_THIN, (656, 368), (1.0, 0.5), mirror=True))
@@ -62,21 +57,7 @@ def test_free_side_of_a_long_thin_image_is_refused():
         prepare_views(np.zeros((10, 10000, 3), np.uint8), NetworkPass(MOBILENET_THIN, (-1, 368)))
 
 
-def test_image_is_left_alone():
-    image = chart(*SIZE)
-    before = image.copy()
-    image.flags.writeable = False
-    prepare_views(image, NetworkPass(MOBILENET_THIN, (656, 368), (1.0, 0.5), mirror=True))
-    np.testing.assert_array_equal(image, before)
-
-
 # --- what a network says --------------------------------------------------------------------------------------------
-
-def test_nobody():
-    assert [len(people) for people in people_by(PafNetwork(size=SIZE), NetworkPass(MOBILENET_THIN, (656, 368)))] == [0]
-    opinions = people_by(MovenetNetwork(size=SIZE), NetworkPass(MOVENET_MULTIPOSE, (512, 512), (1.0, 0.5)))
-    assert [people.shape for people in opinions] == [(0, 18, 3)] * 2
-
 
 @pytest.mark.parametrize('zooms, mirror', [((1.0,), False), ((1.0, 0.6), False), ((1.0,), True), ((1.0, 0.6), True)])
 def test_fields_of_all_views_are_one_opinion(zooms, mirror):
@@ -84,31 +65,6 @@ def test_fields_of_all_views_are_one_opinion(zooms, mirror):
     (people,) = people_by(PafNetwork([person], SIZE), NetworkPass(MOBILENET_THIN, (656, 368), zooms, mirror))
     assert len(people) == 1
     np.testing.assert_allclose(people[0, :, :2], person, atol=1.5)
-
-
-def test_outputs_of_a_network_that_gives_maps_and_fields_apart():
-    class Apart(PafNetwork):
-        def infer(self, images):
-            (fields,) = super().infer(images)
-            return fields[:, :19], fields[:, 19:]
-
-    person = person_at(250, 60, 380)
-    (people,) = people_by(Apart([person], SIZE), NetworkPass(MODELS['lightweight_openpose'], (656, 368), mirror=True))
-    np.testing.assert_allclose(people[0, :, :2], person, atol=1.5)
-
-
-@NETWORKS
-def test_people_of_every_joint_set(model):
-    """From fields in the network's pixels to joints in those of the image."""
-    people = two_people(model.skeleton, SIZE)
-    network_pass = NetworkPass(model, (656, 368))
-    (view,) = prepare_views(chart(*SIZE), network_pass)
-    plan = view.view.plan
-    fields = render_fields([plan.to_net(person) for person in people], plan.net_size[::-1], skeleton=model.skeleton)
-    computed = ComputedView(view.view, (fields,), 0.0)
-    ((found, _),) = decode_views(network_pass, [computed], DecodeParams(), DirectDecodeParams())
-    order = np.argsort(found[:, model.skeleton.index['neck'], 0])
-    np.testing.assert_allclose(found[order, :, :2], people, atol=1.0)
 
 
 def test_each_view_of_a_network_that_finds_people_itself_is_an_opinion():
@@ -131,10 +87,10 @@ def scored(person, noise=0.0):
 
 
 def refined(network, person, margin=1.6, mirror=False, size=SIZE, centred=False):
-    """Return the pose of the same person on a crop, None where nobody is like that."""
+    """Return the pose of the same person on a crop, None where none is."""
     refinement = CropRefinement(MOVENET_MULTIPOSE, margin, mirror, centred=centred)
-    crop = prepare_crop(chart(*size), person, refinement, [person], COCO_18).compute(network)
-    return most_alike(decode_crop(crop, MOVENET_MULTIPOSE, DirectDecodeParams(), COCO_18).keypoints, person, SIGMAS)
+    crop = prepare_crop(CrowdImage(chart(*size), [person], COCO_18), person, refinement).compute(network)
+    return most_alike(decode_crop(crop, MOVENET_MULTIPOSE, DirectDecodeParams(), COCO_18).keypoints, person, [], SIGMAS)
 
 
 @pytest.mark.parametrize('centred', [False, True], ids=['cut off', 'centred'])
@@ -157,18 +113,6 @@ def test_joints_come_back_to_their_place_under_their_names(x, y, height, mirror,
     assert np.isnan(pose[~inside, :2]).all() and (pose[~inside, 2] == 0).all()
 
 
-@pytest.mark.parametrize('margin', [1.3, 1.6, 2.0])
-def test_the_crop_is_a_square_around_the_joints(margin):
-    person = person_at(320, 150, 150)
-    network = MovenetNetwork([person], SIZE)
-    refined(network, scored(person), margin)
-    left, top, right, bottom = network.parts[0]
-    low, high = person.min(axis=0), person.max(axis=0)
-    side = margin * (high - low).max()
-    assert (right - left, bottom - top) == pytest.approx((side, side), abs=2.5)
-    np.testing.assert_allclose([(left + right) / 2, (top + bottom) / 2], (low + high) / 2, atol=1.5)
-
-
 def test_the_crop_of_multipose_ends_at_the_border():
     person = person_at(20, 20, 150)
     network = MovenetNetwork([person], SIZE)
@@ -184,7 +128,7 @@ def test_a_person_at_the_border_is_in_the_middle_of_the_crop(x, y):
     known = scored(person)
     beyond = ((person < 0) | (person > np.subtract(SIZE, 1))).any(axis=1)
     known[beyond] = (np.nan, np.nan, 0)
-    crop = prepare_crop(chart(*SIZE), known, THUNDER_CROP, [known], COCO_18)
+    crop = prepare_crop(CrowdImage(chart(*SIZE), [known], COCO_18), known, THUNDER_CROP)
     low, high = person[~beyond].min(axis=0), person[~beyond].max(axis=0)
     np.testing.assert_allclose(crop.view.plan.to_image((127.5, 127.5)) + crop.view.origin, (low + high) / 2, atol=1.1)
     column, row = np.rint(crop.view.plan.to_net(np.subtract((0, 0), crop.view.origin))).astype(int)
@@ -209,37 +153,6 @@ def test_unsure_joints_do_not_widen_the_crop():
     assert network.parts[1][0] < 20 and network.parts[1][3] > 470
 
 
-def test_missing_joints_do_not_matter():
-    person = person_at(320, 150, 200)
-    known = scored(person)
-    known[8:14] = (np.nan, np.nan, 0)
-    pose = refined(MovenetNetwork([person], SIZE), known, margin=3.5)
-    np.testing.assert_allclose(pose[:, :2], person, atol=0.5)
-
-
-@pytest.mark.parametrize('place', [(0, 0), (640, 478), (320, 240)])
-def test_one_joint_is_enough_for_a_crop(place):
-    """Sixteen pixels at least are cut out; nobody can be told from one joint."""
-    known = np.full((18, 3), (np.nan, np.nan, 0), np.float32)
-    known[0] = (*place, 0.5)
-    network = MovenetNetwork([person_at(320, 150, 200)], SIZE)
-    assert refined(network, known) is None
-    left, top, right, bottom = network.parts[0]
-    assert 6 <= right - left <= 19 and 6 <= bottom - top <= 19
-
-
-def test_image_smaller_than_the_crop():
-    person = person_at(6, 2, 8)
-    pose = refined(MovenetNetwork([person], (12, 11)), scored(person), size=(12, 11))
-    assert pose is not None
-    there = pose[:, 2] > 0
-    np.testing.assert_allclose(pose[there, :2], person[there], atol=0.5)
-
-
-def test_nobody_there_is_no_opinion():
-    assert refined(MovenetNetwork(size=SIZE), scored(person_at(320, 150, 200))) is None
-
-
 @pytest.mark.parametrize('order', [1, -1])
 def test_of_several_in_the_crop_the_person_itself_is_taken(order):
     people = [person_at(320, 150, 200), person_at(380, 155, 190)]
@@ -248,19 +161,9 @@ def test_of_several_in_the_crop_the_person_itself_is_taken(order):
         np.testing.assert_allclose(pose[:, :2], person, atol=0.5)
 
 
-def test_somebody_else_in_the_crop_is_no_opinion():
+def test_another_person_in_the_crop_is_no_opinion():
     known = scored(person_at(320, 150, 200))
     assert refined(MovenetNetwork([person_at(430, 150, 200)], SIZE), known) is None
-
-
-def test_a_mirrored_person_would_be_somebody_else():
-    """The stand-in does take left for right in the mirror, as networks do; the view turns it back."""
-    person = person_at(320, 150, 200)
-    network = MovenetNetwork([person], SIZE)
-    refined(network, scored(person), mirror=True)
-    left, _, right, _ = network.parts[0]
-    assert left > right
-    assert np.abs(mirrored(person, SIZE[0]) - person).max() > 50
 
 
 # --- people who lie ---------------------------------------------------------------------------------------------------
@@ -277,10 +180,11 @@ def rotated(person, degrees):
 def test_who_lies_is_turned_upright(degrees, turns):
     person = scored(rotated(person_at(320, 100, 250), degrees))
     assert quarter_turns(person, COCO_18) == turns
-    crop = prepare_crop(chart(*SIZE), person, THUNDER_CROP, [person], COCO_18)
+    crop = prepare_crop(CrowdImage(chart(*SIZE), [person], COCO_18), person, THUNDER_CROP)
     assert crop.view.turns == turns
     of_multipose = CropRefinement(MOVENET_MULTIPOSE, 1.6)
-    assert prepare_crop(chart(*SIZE), person, of_multipose, [person], COCO_18).view.turns == 0, 'it is not square'
+    crop = prepare_crop(CrowdImage(chart(*SIZE), [person], COCO_18), person, of_multipose)
+    assert crop.view.turns == 0, 'it is not square'
     seen = person[:, :2] - crop.view.origin
     for _ in range(turns):
         seen = np.column_stack([seen[:, 1], crop.view.plan.image_size[0] - 1 - seen[:, 0]])
@@ -298,19 +202,14 @@ def test_who_bends_down_is_upright_as_the_legs_tell():
     assert quarter_turns(bent, COCO_18) == 0
 
 
-def test_without_a_trunk_nobody_is_turned():
-    person = scored(rotated(person_at(320, 100, 250), 90))
-    person[[COCO_18.index['left_hip'], COCO_18.index['right_hip']]] = (np.nan, np.nan, 0)
-    assert quarter_turns(person, COCO_18) == 0
-
-
 @pytest.mark.parametrize('mirror', [False, True], ids=['plain', 'mirror'])
 @pytest.mark.parametrize('turns', [0, 1, 2, 3])
 def test_what_a_turned_network_sees_comes_back_to_its_place(turns, mirror):
     image, person = np.zeros((SIZE[1], SIZE[0], 3), np.uint8), scored(person_at(320, 150, 200))
     place = np.array([300, 200])
     image[place[1] - 2:place[1] + 3, place[0] - 2:place[0] + 3] = 255
-    crop = prepare_crop(image, person, replace(THUNDER_CROP, mirror=mirror), [person], COCO_18).turned(turns)
+    alone = CrowdImage(image, [person], COCO_18)
+    crop = prepare_crop(alone, person, replace(THUNDER_CROP, mirror=mirror)).turned(turns)
     rows, columns = np.nonzero(crop.input[..., 0] > 128)
     found = np.full((1, 18, 3), (columns.mean(), rows.mean(), 1.0), np.float32)
     back = crop.view.in_image(Poses(found, np.ones(1)), COCO_18)

@@ -19,7 +19,7 @@ def rows(path, *frames):
         return list(csv.DictReader(handle))
 
 
-def test_frames_with_nobody_have_no_rows(tmp_path):
+def test_frames_without_people_have_no_rows(tmp_path):
     assert rows(tmp_path / 'none.csv', (0.0, People3D.empty(COCO_18))) == []
 
 

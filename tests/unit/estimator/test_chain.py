@@ -4,7 +4,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from openpose_ros_pkg.detect.independent_detection import IndependentDetection
+from openpose_ros_pkg.detect.detection import IndependentDetection
 from openpose_ros_pkg.detect.tracking import TRACKING, TrackingParams
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.params.parameters import build

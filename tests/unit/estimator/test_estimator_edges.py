@@ -13,12 +13,11 @@ from skeleton_extract_3d.estimator import PeopleEstimator
 from skeleton_extract_3d.frame import Frame
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING
 from skeleton_extract_3d.points.cloud import OrganizedCloud
-from skeleton_extract_3d.points.depth import DepthImage, cloud_from_depth
+from skeleton_extract_3d.points.depth import DepthImage
 from skeleton_extract_3d.settings import EstimatorSettings
 from synthetic_scene import (
     HIDDEN_BY_FURNITURE,
     HIDDEN_BY_PERSON,
-    HIDDEN_BY_SELF,
     OUTSIDE,
     VISIBLE,
     Box,
@@ -27,7 +26,6 @@ from synthetic_scene import (
     moved_pixels,
     pinhole,
     render,
-    seated,
     standing,
     walking,
     with_flying_pixels,
@@ -40,7 +38,6 @@ from synthetic_scene import (
 RATE = 15.0
 INDEX = COCO_18.index
 SMALL, MEDIUM = pinhole(320, 180), pinhole(480, 270)
-NOBODY = People2D.empty(COCO_18)
 RED, GREEN = (50, 50, 200), (60, 180, 60)
 
 
@@ -64,9 +61,9 @@ def checked(people_2d, estimate):
     assert (people.ids >= 0).all() and len(set(people.ids.tolist())) == len(people), f'ids are {people.ids}'
     answered = people.status != MISSING
     assert np.isfinite(people.xyz[answered]).all()
-    assert (people.xyz[answered][:, 2] > 0).all(), 'nobody is behind the camera'
+    assert (people.xyz[answered][:, 2] > 0).all(), 'all are in front of the camera'
     assert not (people.sigma[answered] <= 0).any()
-    # whom the image does not show, nothing was measured of
+    # of hidden people nothing is measured
     assert not (people.status[count:] == MEASURED).any()
     return estimate
 
@@ -76,7 +73,7 @@ def kept_rows(people_2d, estimate):
     equal = [[np.allclose(one, other, rtol=0, atol=0, equal_nan=True) for other in people_2d.keypoints]
              for one in estimate.people_2d.keypoints]
     rows = [row.index(True) for row in equal]
-    assert rows == sorted(set(rows)), 'everybody once, in the order of the detector'
+    assert rows == sorted(set(rows)), 'each person once, in the order of the detector'
     assert len(rows) <= len(estimate.people)
     return rows
 
@@ -91,28 +88,28 @@ def still(frame, seconds=1.0, estimator=None, start=100.0):
 
 def errors(estimate, frame):
     """Return (P, K) distances from the truth [m], NaN where nothing is answered, of the people of the image."""
-    assert len(estimate.people_2d) == len(frame.ids), 'nobody is left out'
+    assert len(estimate.people_2d) == len(frame.ids), 'no person is left out'
     return np.linalg.norm(estimate.people.xyz[:len(frame.ids)] - frame.xyz, axis=2)
 
 
 @lru_cache(maxsize=None)
 def standing_frame():
-    """Return somebody who stands before a wall."""
+    """Return a person who stands before a wall."""
     return render(SMALL, [Person(1, 0.1, 2.6, standing())], Room(wall=4.0))
 
 
 @lru_cache(maxsize=None)
 def walk(frames=45, rate=RATE, speed=1.0, camera=SMALL, depth=3.0):
-    """Return frames of somebody who walks to the right, looking that way but for 30 degrees."""
+    """Return frames of a person who walks to the right, looking that way but for 30 degrees."""
     x = (np.arange(frames) - frames / 2) * speed / rate
     return [render(camera, [Person(1, at, depth, walking(2 * np.pi * at / 1.4), yaw=np.radians(60))],
                    Room(wall=5.0), seed=i) for i, at in enumerate(x)]
 
 
-# ------------------------------------------------------------------------------------------------- nobody
+# ------------------------------------------------------------------------------------------------- no people
 
 
-def test_nobody_is_nobody():
+def test_no_people():
     estimator = new_estimator()
     frame = render(SMALL, [])
     for i in range(3):
@@ -120,7 +117,7 @@ def test_nobody_is_nobody():
         assert len(estimate.people) == 0 and estimate.people.xyz.shape == (0, 18, 3)
 
 
-def test_people_come_after_nobody_and_are_forgotten_after_they_left():
+def test_people_who_appear_late_and_are_forgotten_after_they_left():
     estimator, empty = new_estimator(), render(SMALL, [])
     for i in range(5):
         update(estimator, empty, 100 + i / RATE)
@@ -131,7 +128,7 @@ def test_people_come_after_nobody_and_are_forgotten_after_they_left():
     for i in range(30):
         estimate = update(estimator, empty, 102.2 + i / 5)
         assert set(estimate.people.ids.tolist()) <= {first}
-    assert len(estimate.people) == 0, 'six seconds after somebody has left'
+    assert len(estimate.people) == 0, 'six seconds after a person has left'
     again = still(standing_frame(), 1.0, estimator, 120.0)
     assert again.people.ids[0] != first, 'ids are not reused'
     assert np.nanmedian(errors(again, standing_frame())) < 0.05
@@ -147,7 +144,7 @@ def test_sizes_of_another_view_are_refused():
 # ---------------------------------------------------------------------------------------- strange people
 
 
-def test_one_pixel_people_harm_nobody():
+def test_people_of_one_pixel_do_not_change_others():
     frame = standing_frame()
     speck = np.ones((1, 18, 3), np.float32)
     speck[..., :2] = frame.people.xy[0, INDEX['left_hip']] + np.linspace(0, 1, 18)[:, None]
@@ -162,7 +159,7 @@ def test_one_pixel_people_harm_nobody():
 
 
 @pytest.mark.parametrize('joint', ['nose', 'left_wrist', 'right_hip', 'left_ankle'])
-def test_a_single_joint_is_nobody_or_where_it_is(joint):
+def test_a_single_joint_is_no_person_or_at_its_place(joint):
     frame = standing_frame()
     alone = without_joints(frame.people, np.arange(18)[None] != INDEX[joint])
     estimator = new_estimator()
@@ -175,49 +172,11 @@ def test_a_single_joint_is_nobody_or_where_it_is(joint):
         assert np.linalg.norm(xyz - frame.xyz[0, INDEX[joint]]) < 0.1
 
 
-def test_people_lose_single_joints_and_are_themselves_again():
-    frame, estimator = standing_frame(), new_estimator()
-    first = int(still(frame, 1.0, estimator, 10.0).people.ids[0])
-    for i, joint in enumerate(['nose', 'left_wrist', 'right_hip']):
-        alone = without_joints(frame.people, np.arange(18)[None] != INDEX[joint])
-        estimate = update(estimator, frame, 11.1 + i / RATE, alone)
-        assert estimate.people.ids.tolist() == [first]
-        assert np.nanmax(np.linalg.norm(estimate.people.xyz - frame.xyz, axis=2)) < 0.15
-    again = update(estimator, frame, 11.1 + 3 / RATE)
-    assert again.people.ids.tolist() == [first] and np.max(errors(again, frame)) < 0.07
-
-
-def test_people_without_a_joint_are_nobody():
+def test_people_without_a_joint_are_left_out():
     people = without_joints(standing_frame().people, np.ones((1, 18), bool))
     estimator = new_estimator()
     for i in range(3):
         assert not update(estimator, standing_frame(), i / RATE, people).people.status.any()
-
-
-def test_twenty_people_have_twenty_ids():
-    shirts = [tuple(int(value) for value in colour) for colour in np.random.default_rng(1).integers(0, 255, (20, 3))]
-    crowd = [Person(i, (i % 7 - 3) * 0.8 + 0.25 * (i // 7), 3.6 + 1.2 * (i // 7), standing(), shirt=shirts[i])
-             for i in range(20)]
-    frame = render(MEDIUM, crowd, Room(wall=8.0))
-    assert len(frame.ids) == 20
-    estimator, given = new_estimator(), [set() for _ in range(20)]
-    for i in range(8):
-        estimate = update(estimator, frame, i / RATE)
-        rows = kept_rows(frame.people, estimate)
-        for row, name in zip(rows, estimate.people.ids.tolist()):
-            given[row].add(name)
-    assert all(len(names) <= 1 for names in given), 'ids stay'
-    # whoever shows little more than the head may be left out
-    shown = np.flatnonzero((frame.vis == VISIBLE).sum(axis=1) >= 6)
-    assert len(shown) >= 15 and set(shown) <= set(rows)
-    answers = [rows.index(row) for row in shown]
-    vis, visible = frame.vis[shown], frame.vis[shown] == VISIBLE
-    distance = np.linalg.norm(estimate.people.xyz[answers] - frame.xyz[shown], axis=2)
-    measured = estimate.people.status[answers] == MEASURED
-    assert np.median(distance[visible & measured]) < 0.05
-    assert (visible & measured).sum() > 0.9 * visible.sum()
-    hidden = (vis != VISIBLE) & (vis != OUTSIDE)
-    assert (measured & hidden & (distance > 0.15)).sum() <= 0.04 * hidden.sum()
 
 
 def test_people_cut_by_the_border_are_right_where_they_are_seen():
@@ -262,31 +221,6 @@ def test_ninety_percent_of_holes_are_bridged():
     assert not (distance[estimate.people.status[:1] == MEASURED] > 0.15).any()
 
 
-@pytest.mark.parametrize('half', ['points', 'image'])
-def test_image_and_points_may_have_other_resolutions(half):
-    person = [Person(1, 0.1, 2.6, standing())]
-    large, small = (render(camera, person, Room(wall=4.0)) for camera in (pinhole(640, 360), SMALL))
-    shown, measured = (large, small) if half == 'points' else (small, large)
-    estimator = new_estimator()
-    for i in range(16):
-        estimate = checked(shown.people, estimator.update(
-            shown.people, Frame('', i / RATE, shown.bgr, DepthImage(measured.depth, measured.camera))))
-    assert (estimate.people.status == MEASURED).mean() > 0.9
-    assert np.nanmax(errors(estimate, shown)) < 0.06
-
-
-def test_a_cloud_says_the_same_as_a_depth_image():
-    estimators = new_estimator(), new_estimator()
-    for i, frame in enumerate(walk()[:10]):
-        image = update(estimators[0], frame, i / RATE).people
-        cloud = cloud_from_depth(frame.depth / 1000, frame.camera, frame.bgr)
-        points = OrganizedCloud(cloud['x'], cloud['y'], cloud['z'])
-        other = estimators[1].update(frame.people, Frame('', i / RATE, frame.bgr, points)).people
-        np.testing.assert_array_equal(image.ids, other.ids)
-        np.testing.assert_array_equal(image.status, other.status)
-        np.testing.assert_allclose(image.xyz, other.xyz, atol=2e-3)
-
-
 # ---------------------------------------------------------------------------------------- strange stamps
 
 
@@ -304,16 +238,6 @@ def test_rates_from_2_to_30_hz_and_dropped_frames_change_nothing(rate, kept):
     distances = np.concatenate(distances[2:])
     assert np.nanmedian(distances) < 0.05 and np.nanpercentile(distances, 90) < 0.12
     assert np.isfinite(distances).mean() > 0.95
-
-
-@pytest.mark.parametrize('jump', [20.0, -20.0])
-def test_tracks_end_where_the_stamps_jump(jump):
-    frame, estimator = standing_frame(), new_estimator()
-    before = still(frame, 1.0, estimator, 100.0)
-    after = still(frame, 1.0, estimator, 101.0 + jump)
-    assert len(after.people) == 1, 'nobody is left of before the jump'
-    assert after.people.ids[0] >= 0 and after.people.ids[0] != before.people.ids[0]
-    np.testing.assert_allclose(after.people.xyz, before.people.xyz, atol=0.02)
 
 
 def test_a_bag_in_a_loop_is_told_the_same_each_time_with_other_ids():
@@ -340,18 +264,6 @@ def test_a_frame_that_comes_twice_changes_nothing():
         assert not (speed > 8).any()
 
 
-def test_two_cameras_know_nothing_of_each_other():
-    shown = (walk()[:15], [standing_frame()] * 15)
-    alone = [[update(estimator, frame, i / RATE).people for i, frame in enumerate(frames)]
-             for estimator, frames in zip((new_estimator(), new_estimator()), shown)]
-    estimators = new_estimator(), new_estimator()
-    for i, pair in enumerate(zip(*shown)):
-        for camera, frame in enumerate(pair):
-            people = update(estimators[camera], frame, i / RATE).people
-            np.testing.assert_array_equal(people.ids, alone[camera][i].ids)
-            np.testing.assert_array_equal(people.xyz, alone[camera][i].xyz)
-
-
 # ---------------------------------------------------------------------------------- what is seen is measured
 
 
@@ -367,16 +279,6 @@ def test_visible_joints_are_measured(person):
     # ears are where heads are seen from the side: the cheek may be 5 cm in front of them
     assert errors(estimate, frame)[visible].max() < 0.07
     assert np.median(errors(estimate, frame)[visible]) < 0.025
-
-
-def test_somebody_on_a_chair_is_measured():
-    chair = Box((-0.3, 0.7, 2.55), (0.3, 1.2, 3.0))
-    frame = render(MEDIUM, [Person(1, 0.0, 2.6, seated(), yaw=0.5)], Room(wall=4.0, furniture=(chair,)))
-    estimate = still(frame)
-    visible = frame.vis == VISIBLE
-    assert (estimate.people.status[visible] == MEASURED).mean() > 0.9
-    distance = errors(estimate, frame)
-    assert np.median(distance[visible]) < 0.04 and np.nanmax(distance[visible]) < 0.13
 
 
 @pytest.mark.parametrize('beside', [0, 1, 2])
@@ -399,28 +301,12 @@ def test_a_wrist_beside_the_silhouette_is_measured_on_the_body_and_not_on_the_wa
     assert errors(estimate, frame)[0, wrist] < 0.09
 
 
-def test_bones_of_somebody_who_stands_keep_their_length():
-    frame, rng, estimator, lengths = standing_frame(), np.random.default_rng(2), new_estimator(), []
-    limbs = [(INDEX[f'{side}_{start}'], INDEX[f'{side}_{end}']) for side in ('left', 'right')
-             for start, end in (('shoulder', 'elbow'), ('elbow', 'wrist'), ('hip', 'knee'), ('knee', 'ankle'))]
-    start, end = np.array(limbs).T
-    for i in range(45):
-        people = moved_pixels(frame.people, rng, sigma=0.7)
-        xyz = update(estimator, frame, i / RATE, people, with_noise(frame.depth, rng)).people.xyz[0]
-        lengths.append(np.linalg.norm(xyz[start] - xyz[end], axis=1))
-    lengths = np.array(lengths[15:])
-    assert np.isfinite(lengths).mean() > 0.98
-    assert (np.nanstd(lengths, axis=0) / np.nanmean(lengths, axis=0) < 0.06).all()
-    sides = np.nanmean(lengths, axis=0).reshape(2, 4)
-    np.testing.assert_allclose(sides[0], sides[1], rtol=0.08)
-
-
 # ------------------------------------------------------------------------------- what is hidden is inferred
 
 
 @pytest.fixture(scope='module')
 def counter():
-    """Return the frames of somebody who steps behind a counter and stays there, seen whole at first."""
+    """Return the frames of a person who steps behind a counter and stays there, seen whole at first."""
     room = Room(wall=4.0, furniture=(Box((-0.1, 0.15, 1.7), (3.0, 1.2, 2.1)),))
     positions = [-0.7] * 15 + list(np.linspace(-0.7, 0.8, 24)) + [0.8] * 15
     return [render(MEDIUM, [Person(1, x, 2.6, standing() if i < 15 or i >= 39 else walking(2 * np.pi * x / 1.4))],
@@ -443,45 +329,6 @@ def test_legs_behind_a_counter_are_inferred(counter, seen_before):
     assert (distance[legs[::3]] < 0.15).all(), 'the hips'
     visible = frame.vis[0] == VISIBLE
     assert (estimate.people.status[0, visible] == MEASURED).all() and distance[visible].max() < 0.08
-
-
-def test_legs_that_the_image_does_not_show_are_inferred_for_a_while_and_ever_less_sure(counter):
-    estimator, sigmas, status = new_estimator(), [], []
-    stamps = [i / RATE for i in range(len(counter))]
-    stamps += [stamps[-1] + i / 4 for i in range(1, 25)]
-    for stamp, frame in zip(stamps, counter + counter[-1:] * 24):
-        people = without_joints(frame.people, frame.vis == HIDDEN_BY_FURNITURE)
-        estimate = update(estimator, frame, 10 + stamp, people)
-        knee = INDEX['left_knee']
-        status.append(estimate.people.status[0, knee])
-        sigmas.append(estimate.people.sigma[0, knee])
-        assert status[-1] != MEASURED or frame.vis[0, knee] == VISIBLE
-    hidden = next(i for i, frame in enumerate(counter) if frame.vis[0, INDEX['left_knee']] == HIDDEN_BY_FURNITURE)
-    assert status[hidden + 3] == INFERRED
-    first, later = hidden + 2, hidden + 12
-    assert status[later] == MISSING or sigmas[later] > sigmas[first]
-    assert status[-1] == MISSING, 'six seconds later'
-
-
-def test_the_far_arm_of_somebody_who_turns_is_not_measured_on_the_near_side():
-    frames = [render(SMALL, [Person(1, 0.0, 2.5, standing(), yaw=yaw)], Room(wall=4.0))
-              for yaw in np.concatenate([np.zeros(10), np.linspace(0, 2 * np.pi, 40)])]
-    estimator, ids, lies, hidden, good, visible, distances = new_estimator(), set(), 0, 0, 0, 0, []
-    for i, frame in enumerate(frames):
-        estimate = update(estimator, frame, i / RATE)
-        ids.add(int(estimate.people.ids[0]))
-        distance, measured = errors(estimate, frame), estimate.people.status[:1] == MEASURED
-        inside = frame.vis == HIDDEN_BY_SELF
-        lies += int((inside & measured & (distance > 0.15)).sum())
-        good += int((inside & (distance < 0.15)).sum())
-        hidden += int(inside.sum())
-        visible += int((frame.vis == VISIBLE).sum())
-        distances.append(distance[(frame.vis == VISIBLE) & measured])
-    assert len(ids) == 1
-    assert hidden > 100
-    assert lies <= 0.06 * hidden and good >= 0.7 * hidden
-    distances = np.concatenate(distances)
-    assert len(distances) >= 0.88 * visible and np.median(distances) < 0.04
 
 
 # ------------------------------------------------------------------------------------------------ who is who
@@ -517,7 +364,7 @@ def followed(frames, gone, colours=True):
     ((0.7, -0.7), True), ((0.9, 0.0), True), ((0.35, -0.4), True), ((0.7, -0.7), False)])
 def test_two_who_cross_keep_their_ids(speeds, colours):
     frames = crossing(speeds)
-    # whoever shows less than half of the joints is overlooked
+    # a person who shows less than half of the joints is overlooked
     given = followed(frames, lambda i, frame: (frame.vis == VISIBLE).mean(axis=1) < 0.5, colours)
     assert set(given) == {0, 1} and len(given[1]) < len(frames), 'the second one was hidden'
     assert all(len(set(found)) == 1 for found in given.values()), {true: set(found) for true, found in given.items()}
@@ -532,7 +379,7 @@ def test_ids_survive_two_seconds_out_of_sight(speeds):
     assert set(given[0]) != set(given[1])
 
 
-def test_keypoints_of_somebody_hidden_are_not_measured_on_who_is_in_front():
+def test_keypoints_of_a_hidden_person_are_not_measured_on_the_person_in_front():
     # a network may tell where a hidden person is, here it always does
     estimator, given, lies, right, hidden = new_estimator(), {}, 0, 0, 0
     for i, frame in enumerate(crossing((0.35, -0.4))):
@@ -548,53 +395,6 @@ def test_keypoints_of_somebody_hidden_are_not_measured_on_who_is_in_front():
     assert hidden > 80
     assert lies <= 0.04 * hidden and right >= 0.75 * hidden
     assert all(len(names) == 1 for names in given.values()), given
-
-
-@pytest.mark.parametrize('shown', [0, 1])
-def test_a_stranger_behind_somebody_is_not_measured_on_that_ones_clothes(shown):
-    # all of the keypoints, but of the person behind nothing is to be seen, or the head only
-    people = [Person(0, 0.0, 3.6, standing(), scale=1 + 0.1 * shown),
-              Person(1, 0.02, 2.4, standing(arms_out=15), scale=1 - 0.15 * shown)]
-    frame = render(MEDIUM, people, Room(wall=5.0))
-    assert (frame.vis[0] == VISIBLE).sum() <= 8
-    estimator = new_estimator()
-    for i in range(10):
-        estimate = update(estimator, frame, i / RATE)
-        for row, truth in enumerate(kept_rows(frame.people, estimate)):
-            distance = np.linalg.norm(estimate.people.xyz[row] - frame.xyz[truth], axis=1)
-            lies = (estimate.people.status[row] == MEASURED) & (frame.vis[truth] != VISIBLE) & (distance > 0.15)
-            assert lies.sum() <= 1, [COCO_18.joints[k] for k in np.flatnonzero(lies)]
-
-
-def test_a_newcomer_in_other_clothes_is_somebody_else():
-    room = Room(wall=5.0)
-    first = render(SMALL, [Person(1, -1.0, 3.0, standing(), shirt=RED)], room)
-    second = render(SMALL, [Person(2, 1.0, 2.2, standing(), shirt=GREEN, scale=0.7)], room)
-    estimator = new_estimator()
-    before = still(first, 1.0, estimator, 10.0)
-    after = still(second, 1.0, estimator, 11.1)
-    # 2.2 m in a fifteenth of a second, and half a metre less tall
-    assert after.people.ids[0] != before.people.ids[0]
-
-
-def test_a_moving_camera_sees_people_stand_still():
-    # the camera rolls to the right at 1 m/s; the person is overlooked for a second
-    estimator, ids = new_estimator(), set()
-    for i in range(45):
-        moved = i / RATE - 1.5
-        frame = render(SMALL, [Person(1, -moved, 3.0, standing())], Room(wall=5.0))
-        people = without_people(frame, [15 <= i < 30])
-        pose = np.eye(3), np.array([moved, 0.0, 0.0])
-        estimate = checked(people, estimator.update(
-            people, Frame('', i / RATE, frame.bgr, DepthImage(frame.depth, frame.camera), tracking_from_points=pose)))
-        ids.update(estimate.people.ids.tolist())
-        if len(people):
-            assert np.nanmedian(errors(estimate, frame)) < 0.05, 'in the frame of the points'
-        else:
-            # it is still where it was, in the room
-            hidden = estimate.people
-            assert len(hidden) == 0 or np.nanmedian(np.linalg.norm(hidden.xyz[0] - frame.xyz[0], axis=1)) < 0.15
-    assert len(ids) == 1
 
 
 # --------------------------------------------------------------------------------------- motion and sigma
@@ -613,21 +413,10 @@ def test_smoothing_lags_by_less_than_a_frame_and_velocity_is_that_of_the_walk():
     np.testing.assert_allclose(np.median(np.concatenate(velocities), axis=0), (1, 0, 0), atol=0.25)
 
 
-def test_somebody_who_stands_has_no_speed():
+def test_a_person_who_stands_has_no_speed():
     velocity = still(standing_frame(), 2.0).people.velocity[0]
     assert np.isfinite(velocity).all(axis=1).sum() > 14
     assert np.nanmax(np.linalg.norm(velocity, axis=1)) < 0.1
-
-
-def test_a_filter_that_runs_for_long_stays_as_it_is():
-    frame, estimator = standing_frame(), new_estimator()
-    with np.errstate(invalid='raise'):
-        first = still(frame, 1.5, estimator, 100.0).people
-        for i in range(1, 160):
-            estimate = update(estimator, frame, 101.5 + i / RATE)
-    assert estimate.people.ids.tolist() == first.ids.tolist()
-    np.testing.assert_allclose(estimate.people.xyz, first.xyz, atol=0.01)
-    np.testing.assert_allclose(estimate.people.sigma, first.sigma, rtol=0.1)
 
 
 def test_two_sigma_cover_the_errors():

@@ -106,7 +106,7 @@ def row_of(keypoints, people):
 
 
 def assert_same(first, other, atol):
-    """Fail unless two runs say the same of everybody, within `atol` [m]."""
+    """Fail unless two runs say the same of all people, within `atol` [m]."""
     for i, (one, two) in enumerate(zip(first, other)):
         assert len(one.people_2d) == len(two.people_2d), f'frame {i}'
         one, two = one.people, two.people
@@ -114,11 +114,6 @@ def assert_same(first, other, atol):
         np.testing.assert_array_equal(one.status, two.status, f'frame {i}')
         np.testing.assert_allclose(one.xyz, two.xyz, rtol=0, atol=atol, err_msg=f'frame {i}')
         np.testing.assert_allclose(one.sigma, two.sigma, rtol=0.02, atol=atol, err_msg=f'frame {i}')
-
-
-@pytest.mark.parametrize('seed', SEEDS)
-def test_runs_repeat(seed):
-    assert_same(answers(seed), run(scene(seed)), atol=0)
 
 
 @pytest.mark.parametrize('seed', SEEDS)
@@ -154,17 +149,6 @@ def test_the_order_of_people_does_not_matter(seed):
         assert len(set(names.values())) == len(names)
         np.testing.assert_array_equal(expected.people.status[rows], found.people.status, f'frame {i}')
         np.testing.assert_allclose(expected.people.xyz[rows], found.people.xyz, rtol=0, atol=1e-4, err_msg=f'frame {i}')
-
-
-def test_people_are_the_same_at_twice_the_resolution():
-    for one, two in zip(run(scene(0, 320, False)), run(scene(0, 640, False))):
-        one, two = one.people, two.people
-        np.testing.assert_array_equal(one.ids, two.ids)
-        both = (one.status == MEASURED) & (two.status == MEASURED)
-        assert both.sum() > 0.8 * max((one.status == MEASURED).sum(), (two.status == MEASURED).sum())
-        distance = np.linalg.norm(one.xyz - two.xyz, axis=2)[both]
-        # a pixel of the small image is 1.7 cm wide at 3 m
-        assert np.median(distance) < 0.02 and np.percentile(distance, 90) < 0.06
 
 
 def test_the_resolution_of_the_image_alone_does_not_matter():
@@ -210,7 +194,7 @@ def test_answers_are_well_formed(seed):
         assert rows == sorted(set(rows)), 'in the order of the detector'
         np.testing.assert_array_equal(detected.ids, people.ids[:count])
         np.testing.assert_array_equal(people.confidence[:count], detected.confidence)
-        assert not people.confidence[count:].any(), 'nobody has detected who is not in the image'
+        assert not people.confidence[count:].any(), 'hidden people have no detection'
         assert not (people.status[:count][~detected.present] == MEASURED).any()
         assert not (people.status[count:] == MEASURED).any()
         answered = people.status != MISSING
@@ -218,9 +202,3 @@ def test_answers_are_well_formed(seed):
         assert (people.sigma[answered] > 0).all() and np.isnan(people.sigma[~answered]).all()
         assert np.isnan(people.velocity[~answered]).all()
         assert len(set(people.ids.tolist())) == len(people)
-
-
-@pytest.mark.parametrize('seed', SEEDS)
-def test_three_people_have_three_ids(seed):
-    ids = {name for estimate in answers(seed) for name in estimate.people.ids.tolist()}
-    assert len(ids) == 3, f'three people, but ids {sorted(ids)}'

@@ -20,7 +20,7 @@ VISIBLE = 2
 
 
 def true_people(truth, frame):
-    """Everybody of a frame who shows four joints at least, with those joints."""
+    """The people of a frame who show four joints at least, with those joints."""
     order = [truth['joints'].index(joint) for joint in COCO_18.joints]
     rows = []
     for person in truth['frames'][frame]['people']:

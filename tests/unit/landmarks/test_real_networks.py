@@ -54,19 +54,6 @@ def test_hand_and_face_of_a_rendered_person(detector, scene):
     assert face[68, 0] < face[30, 0] < face[69, 0]  # the right eye is at the left
 
 
-def test_mirrored_image_has_the_mirrored_hand_and_face(detector, scene):
-    image, keypoints = scene
-    mirrored = keypoints[list(COCO_18.swap)]
-    mirrored[:, 0] = WIDTH - 1 - mirrored[:, 0]
-    straight = detector.detect(image, people(keypoints), None, 'straight', 2.0)
-    found = detector.detect(np.ascontiguousarray(image[:, ::-1]), people(mirrored), None, 'mirrored', 2.0)
-    assert found.hands.left.tolist() == [True] and len(found.faces) == 1
-    hand = found.hands.keypoints[0, :, :2] * (-1, 1) + (WIDTH - 1, 0)
-    assert np.median(np.linalg.norm(hand - straight.hands.keypoints[0, :, :2], axis=1)) < 6  # of 130 px
-    eyes = found.faces.keypoints[0, [69, 68], :2] * (-1, 1) + (WIDTH - 1, 0)
-    np.testing.assert_allclose(eyes, straight.faces.keypoints[0, [68, 69], :2], atol=3)
-
-
 def test_grey_image_has_neither(detector, scene):
     image, keypoints = scene
     found = detector.detect(np.full_like(image, 120), people(keypoints), None, 'grey', 1.0)

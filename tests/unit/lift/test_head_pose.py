@@ -2,7 +2,6 @@
 import numpy as np
 import pytest
 
-from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.body.body import BODY, HEAD
 from skeleton_extract_3d.lift.head_pose import estimate_head_pose
 
@@ -33,7 +32,7 @@ def pose_of(rays, cosine=1.0, scale=1.0, scores=None):
     return estimate_head_pose(rays, scores, np.full(count, DEPTH), np.full(count, scale), np.full(count, cosine))
 
 
-def test_nobody():
+def test_no_people():
     head = pose_of(np.zeros((0, 18, 3)))
     assert head.ray.shape == (0, 3) and head.depths.shape == head.surface.shape == (0, 5) and head.known.shape == (0,)
 
@@ -84,32 +83,13 @@ def test_joints_of_low_score_count_less():
     assert off[0] < 0.05 and (np.diff(off) < 0).all() and off[-1] < 0.001
 
 
-@pytest.mark.parametrize('degrees', [0, 40, 90])
-def test_in_a_mirror_left_is_right(degrees):
-    rays = rays_of(np.radians(degrees))
-    mirrored = rays[:, list(COCO_18.swap)] * [-1, 1, 1]
-    one, two = pose_of(rays, 0.5), pose_of(mirrored, 0.5)
-    swap = [NOSE, LEFT_EYE, RIGHT_EYE, LEFT_EAR, RIGHT_EAR]
-    np.testing.assert_allclose(two.depths[:, swap], one.depths, atol=1e-9)
-    np.testing.assert_allclose(two.surface[:, swap], one.surface, atol=1e-9)
-    np.testing.assert_allclose(two.ray, one.ray * [-1, 1, 1], atol=1e-9)
-
-
-def test_people_do_not_influence_each_other():
-    rays = np.concatenate([rays_of(0.5), np.full((1, 18, 3), np.nan), rays_of(-1.0, middle=(-0.4, 0.1))])
-    three = pose_of(rays)
-    for row, depths in zip((0, 2), (three.depths[0], three.depths[2])):
-        np.testing.assert_allclose(depths, pose_of(rays[row:row + 1]).depths[0])
-    assert three.known.tolist() == [True, False, True]
-
-
 def test_the_surface_is_the_front_of_the_head():
     front, side, back = (pose_of(rays_of(np.radians(degrees)), np.cos(np.radians(degrees)))
                          for degrees in (0, 90, 180))
     # the face is under its surface by little
     under = front.depths[0] - front.surface[0]
     assert (under[:3] >= 0).all() and (under[:3] < 0.03).all()
-    # of somebody who looks to the right of the picture, the right ear is seen, the left one behind the whole head
+    # of a person who looks to the right of the picture, the right ear is seen, the left one behind the whole head
     under = side.depths[0] - side.surface[0]
     assert -0.01 < under[RIGHT_EAR] < 0.04
     assert under[LEFT_EAR] == pytest.approx(2 * BODY.head_axes[0], abs=0.03)

@@ -49,8 +49,8 @@ def lifted(method, people=FRAME.people):
 def test_parameters_choose_the_way(params, occlusion, kind):
     method = make_lifting(LiftingParams(**params), occlusion)
     assert type(method) is kind
-    nobody = method.lift(seen(People2D.empty(COCO_18)), POINTS, Expectation.of_strangers(0))
-    assert nobody.xyz.shape == (0, 18, 3) and nobody.measured.shape == (0, 18)
+    none = method.lift(seen(People2D.empty(COCO_18)), POINTS, Expectation.of_strangers(0))
+    assert none.xyz.shape == (0, 18, 3) and none.measured.shape == (0, 18)
 
 
 def test_the_mean_of_the_window_is_where_both_see_the_joint():

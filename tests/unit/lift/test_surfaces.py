@@ -5,16 +5,16 @@ import numpy as np
 import pytest
 
 from openpose_ros_pkg.skeletons import COCO_18
-from skeleton_extract_3d.body.body import BODY
 from skeleton_extract_3d.constants import METHOD
 from skeleton_extract_3d.lift import surfaces
-from skeleton_extract_3d.lift.records import Expectation, Ownership
+from skeleton_extract_3d.lift.records import Expectation, Ownership, Skin
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.depth import DepthImage
 
 CAMERA = CameraModel(64, 36, [36.0, 0, 31.5, 0, 36.0, 17.5, 0, 0, 1])
 INDEX = COCO_18.index
 WRIST = INDEX['left_wrist']
+DELTAS, ROOT_DEPTHS, WEIGHTS = METHOD.costs.deltas, METHOD.trunk.depths, METHOD.windows.weights
 
 
 def image(z):
@@ -32,38 +32,32 @@ def samples(people=1, depth=2.5):
     return np.full((people, 18, 25), float(depth))
 
 
-def seen(depth, scores=None, known=None):
+def seen(depth, scores=None):
     """Return what steps read of observed people, with these samples (P, 18, 25)."""
-    everywhere = np.ones(depth.shape[:2], bool)
-    return SimpleNamespace(samples=depth, scores=everywhere * 1.0 if scores is None else scores,
-                           known=everywhere if known is None else known)
+    return SimpleNamespace(samples=depth, scores=np.ones(depth.shape[:2]) if scores is None else scores)
 
 
 def costs(depth, offset=0.05, gap=0.08, root=2.5, score=1.0, own=1.0, covered=False, foreign=None):
     """Return the costs of (1, 18, 25) samples with the same of the rest for all joints, (18, 45)."""
     full = np.full((1, 18), 1.0)
-    return surfaces.depth_costs(seen(depth, score * full), np.array([root]), offset * full, gap * full,
+    return surfaces.depth_costs(seen(depth, score * full), np.array([root]), Skin(offset * full, gap * full),
                                 Ownership(own * full, np.full((1, 18), covered), foreign))[0]
 
 
 def depth_of(cost, root=2.5):
-    return root + surfaces.DELTAS[cost.argmin()]
+    return root + DELTAS[cost.argmin()]
 
 
 # --- samples --------------------------------------------------------------------------------------------------------
 
-def test_nobody():
+def test_no_people():
     assert surfaces.window_depths(pixel_image(), np.zeros((0, 18, 2)), np.zeros(0)).shape == (0, 18, 25)
     assert surfaces.size_depth(np.zeros((0, 18, 3)), np.zeros((0, 18))).shape == (0,)
-    assert surfaces.root_evidence(np.zeros((0, 18, 25)), np.zeros((0, 18))).shape == (0, len(surfaces.ROOT_DEPTHS))
+    assert surfaces.root_evidence(np.zeros((0, 18, 25)), np.zeros((0, 18))).shape == (0, len(ROOT_DEPTHS))
     none = np.zeros((0, 18))
-    assert surfaces.depth_costs(seen(np.zeros((0, 18, 25))), np.zeros(0), none, none, Ownership(none, none > 0, None)
-                                ).shape == (0, 18, METHOD.costs.steps)
-
-
-def test_depths_are_those_of_the_pixels_that_positions_lie_in():
-    at = np.array([[10.4, 20.0], [9.6, 20.4], [0, 0], [63.49, 35.49]])
-    np.testing.assert_allclose(surfaces.depths_at(pixel_image(), at), [21.1, 21.1, 1, 36.63], atol=1e-5)
+    skin, ownership = Skin(none, none), Ownership(none, none > 0, None)
+    costs_of_none = surfaces.depth_costs(seen(np.zeros((0, 18, 25))), np.zeros(0), skin, ownership)
+    assert costs_of_none.shape == (0, 18, METHOD.costs.steps)
 
 
 @pytest.mark.parametrize('at', [(-0.51, 5), (63.51, 5), (5, -0.51), (5, 35.51), (-1e6, -1e6)])
@@ -78,21 +72,6 @@ def test_a_window_is_as_wide_as_asked_for_and_its_middle_is_the_keypoint():
         u, v = np.round(depth[person, 0] % 1 * 100), np.floor(depth[person, 0]) - 1
         assert (u.min(), u.max(), v.min(), v.max()) == (15 - reach, 15 + reach, 15 - reach, 15 + reach)
         assert (u[12], v[12]) == (15, 15)
-
-
-def test_windows_of_missing_joints_are_empty():
-    uv = np.full((1, 18, 2), 15.0)
-    uv[0, WRIST] = np.nan
-    depth = surfaces.window_depths(pixel_image(), uv, np.array([3.0]))
-    np.testing.assert_array_equal(np.isnan(depth).all(axis=2)[0], np.arange(18) == WRIST)
-
-
-def test_weights_sum_to_one_and_are_greatest_in_the_middle():
-    assert surfaces.WEIGHTS.sum() == pytest.approx(1)
-    square = surfaces.WEIGHTS.reshape(5, 5)
-    assert square.argmax() == 12
-    for turned in (square.T, square[::-1], square[:, ::-1]):
-        np.testing.assert_allclose(turned, square)
 
 
 # --- size -----------------------------------------------------------------------------------------------------------
@@ -123,14 +102,6 @@ def test_a_single_keypoint_elsewhere_does_not_bring_a_person_nearer():
     np.testing.assert_allclose(surfaces.size_depth(rays, np.ones((1, 18))), 0.97 * 3.0, rtol=0.02)
 
 
-def test_bones_that_point_at_the_camera_do_not_make_a_person_far():
-    rays = flat_rays(3.0)
-    for side in ('left', 'right'):
-        for joint in ('knee', 'ankle'):
-            rays[0, INDEX[f'{side}_{joint}']] = rays[0, INDEX[f'{side}_hip']] + [0, 0.01, 0]
-    np.testing.assert_allclose(surfaces.size_depth(rays, np.ones((1, 18))), 0.97 * 3.0, rtol=0.02)
-
-
 def test_without_bones_the_size_tells_nothing():
     scores = np.zeros((1, 18))
     assert np.isinf(surfaces.size_depth(flat_rays(3.0), scores)).all()
@@ -138,16 +109,11 @@ def test_without_bones_the_size_tells_nothing():
     assert np.isinf(surfaces.size_depth(flat_rays(3.0), scores)).all()
 
 
-@pytest.mark.parametrize('size', [np.inf, np.nan])
-def test_an_unknown_size_says_the_same_of_all_depths(size):
-    assert not surfaces.size_evidence(np.array([size]), np.array([0.12])).any()
-
-
 def test_the_size_speaks_for_its_depth_and_less_against_nearer_ones():
     evidence = surfaces.size_evidence(np.array([3.0]), np.array([0.12]))[0]
-    best = surfaces.ROOT_DEPTHS[evidence.argmax()]
+    best = ROOT_DEPTHS[evidence.argmax()]
     assert best == pytest.approx(3.0, rel=METHOD.trunk.step)
-    nearer, further = (np.interp(depth, surfaces.ROOT_DEPTHS, evidence) for depth in (3.0 / 1.2, 3.0 * 1.2))
+    nearer, further = (np.interp(depth, ROOT_DEPTHS, evidence) for depth in (3.0 / 1.2, 3.0 * 1.2))
     # people may be turned away or bent, which makes them look smaller and never larger
     assert 0 > nearer > 0.5 * further
     assert evidence.min() == -12, 'an odd pose is not another depth'
@@ -160,7 +126,7 @@ def test_the_size_speaks_for_its_depth_and_less_against_nearer_ones():
 @pytest.mark.parametrize('depth', [0.8, 2.5, 6.0])
 def test_a_person_is_where_the_surfaces_are(depth):
     evidence = surfaces.root_evidence(samples(2, depth), np.ones((2, 18)))
-    best = surfaces.ROOT_DEPTHS[np.flatnonzero(evidence[0] > evidence[0].max() - 0.1)]
+    best = ROOT_DEPTHS[np.flatnonzero(evidence[0] > evidence[0].max() - 0.1)]
     # the surface is at most 40 cm in front of the trunk and 30 cm behind, but for the steps
     assert depth - 0.4 < best.min() < depth < best.max() < depth + 0.5 + METHOD.trunk.step * depth
     np.testing.assert_allclose(evidence[1], evidence[0])
@@ -169,30 +135,17 @@ def test_a_person_is_where_the_surfaces_are(depth):
 def test_most_of_the_joints_decide_against_what_covers_the_others():
     depth = samples()
     depth[0, [INDEX[f'{side}_{joint}'] for side in ('left', 'right') for joint in ('hip', 'knee', 'ankle')]] = 1.2
-    best = surfaces.ROOT_DEPTHS[surfaces.root_evidence(depth, np.ones((1, 18)))[0].argmax()]
-    assert 2.1 < best < 3.0
-
-
-def test_a_wall_behind_keypoints_beside_the_body_is_not_the_person():
-    depth = samples()
-    depth[0, ::2, 13:] = 4.0
-    depth[0, INDEX['left_wrist']] = depth[0, INDEX['right_wrist']] = 4.0
-    best = surfaces.ROOT_DEPTHS[surfaces.root_evidence(depth, np.ones((1, 18)))[0].argmax()]
+    best = ROOT_DEPTHS[surfaces.root_evidence(depth, np.ones((1, 18)))[0].argmax()]
     assert 2.1 < best < 3.0
 
 
 def test_samples_of_others_do_not_tell_where_a_person_is():
     depth, foreign = samples(1, 2.0), np.ones((1, 18, 25), bool)
     depth[0, :2], foreign[0, :2] = 3.5, False
-    best = surfaces.ROOT_DEPTHS[surfaces.root_evidence(depth, np.ones((1, 18)), foreign)[0].argmax()]
+    best = ROOT_DEPTHS[surfaces.root_evidence(depth, np.ones((1, 18)), foreign)[0].argmax()]
     assert 3.1 < best < 4.0
-    without = surfaces.ROOT_DEPTHS[surfaces.root_evidence(depth, np.ones((1, 18)))[0].argmax()]
+    without = ROOT_DEPTHS[surfaces.root_evidence(depth, np.ones((1, 18)))[0].argmax()]
     assert 1.6 < without < 2.5
-
-
-def test_without_samples_or_keypoints_no_depth_is_likelier():
-    for depth, scores in ((samples(1, np.nan), np.ones((1, 18))), (samples(), np.zeros((1, 18)))):
-        assert np.ptp(surfaces.root_evidence(depth, scores)) < 1e-9
 
 
 # --- depths of joints -----------------------------------------------------------------------------------------------
@@ -208,40 +161,15 @@ def test_a_joint_is_cheapest_so_deep_under_its_surface(offset):
 
 def test_a_joint_may_be_hidden_behind_its_surface_but_not_hover_in_front():
     cost = costs(samples())[WRIST]
-    at, front, behind = (cost[np.abs(2.5 + surfaces.DELTAS - z).argmin()] for z in (2.55, 2.25, 2.85))
+    at, front, behind = (cost[np.abs(2.5 + DELTAS - z).argmin()] for z in (2.55, 2.25, 2.85))
     assert at < behind < front
 
 
 def test_low_scores_and_the_own_body_in_front_make_being_hidden_likelier():
-    behind = np.abs(surfaces.DELTAS - 0.35).argmin()
+    behind = np.abs(DELTAS - 0.35).argmin()
     usual = costs(samples())[WRIST, behind]
     assert costs(samples(), score=0.4)[WRIST, behind] < usual
     assert costs(samples(), covered=True)[WRIST, behind] < usual
-
-
-def test_a_surface_that_is_not_the_persons_hides():
-    cost = costs(samples(1, 2.1), own=0.03)[WRIST]
-    assert depth_of(cost) > 2.1 + 0.05 + 0.08 - 0.03
-
-
-def test_the_own_arm_beside_a_wall_is_chosen_or_not_but_nothing_between():
-    depth = samples()
-    depth[0, WRIST, ::2] = 3.1
-    cost = costs(depth)[WRIST]
-    arm, middle, wall = (cost[np.abs(2.5 + surfaces.DELTAS - z).argmin()] for z in (2.55, 2.85, 3.15))
-    assert max(arm, wall) < middle
-
-
-def test_samples_of_others_only_hide():
-    depth, foreign = samples(1, 2.1), np.ones((1, 18, 25), bool)
-    cost = costs(depth, foreign=foreign)[WRIST]
-    assert cost[np.abs(2.5 + surfaces.DELTAS - 2.15).argmin()] > costs(depth)[WRIST].min()
-    assert depth_of(cost) > 2.15
-
-
-@pytest.mark.parametrize('depth, score', [(np.nan, 1.0), (2.5, 0.0)])
-def test_without_samples_or_a_keypoint_all_depths_cost_nothing(depth, score):
-    assert not costs(samples(1, depth), score=score).any()
 
 
 # --- the time before ------------------------------------------------------------------------------------------------
@@ -254,34 +182,21 @@ def test_being_elsewhere_than_before_costs_by_the_distance_up_to_a_limit():
     nothing = np.zeros((1, 18, METHOD.costs.steps), np.float32)
     cost = surfaces.with_memory(nothing, np.array([2.5]), expected(2.6, 0.1))[0, WRIST]
     assert cost.dtype == np.float32
-    np.testing.assert_allclose(cost, np.minimum(((2.5 + surfaces.DELTAS - 2.6) / 0.1) ** 2, 9), atol=1e-6)
-
-
-def test_of_strangers_nothing_is_remembered():
-    before = costs(samples())[None]
-    np.testing.assert_array_equal(surfaces.with_memory(before, np.array([2.5]), Expectation.of_strangers(1)), before)
-    partly = expected(2.6, 0.1)
-    partly.depth[0, WRIST] = np.nan
-    after = surfaces.with_memory(before, np.array([2.5]), partly)
-    np.testing.assert_array_equal(after[0, WRIST], before[0, WRIST])
-    assert (after[0, INDEX['neck']] != before[0, INDEX['neck']]).any()
+    np.testing.assert_allclose(cost, np.minimum(((2.5 + DELTAS - 2.6) / 0.1) ** 2, 9), atol=1e-6)
 
 
 # --- means and medians ----------------------------------------------------------------------------------------------
 
-def test_the_mean_is_over_samples_near_a_depth_of_known_joints_and_nobody_elses():
-    depth, joints = samples(2), np.array([WRIST, INDEX['neck']])
-    depth[0, WRIST, :12], depth[0, WRIST, 12:] = 2.4, 5.0
-    depth[0, INDEX['neck']] = np.nan
-    known, foreign = np.ones((2, 18), bool), np.zeros((2, 18, 25), bool)
-    known[1, INDEX['neck']] = False
-    foreign[1, WRIST, 0] = True
-    mean, weight = surfaces.mean_within(seen(depth, known=known), foreign, joints, np.array([0.1, 0.0]),
-                                        np.array([2.45, 2.7]), 0.3)
-    np.testing.assert_allclose(mean, [2.5, 2.6])
-    np.testing.assert_allclose(weight, [surfaces.WEIGHTS[:12].sum(), 1 - surfaces.WEIGHTS[0]])
-    _, nothing = surfaces.mean_within(seen(depth), None, joints, np.zeros(2), np.array([9.0, 9.0]), 0.3)
-    assert not nothing.any()
+def test_mean_of_the_usable_samples_near_a_depth():
+    off, usable = np.zeros((3, 2, 25)), np.ones((3, 2, 25), bool)
+    off[0, 0, :12], off[0, 0, 12:], off[0, 1] = 0.1, 2.5, np.nan
+    off[1], off[1, 0, 0] = -0.2, 0.29
+    usable[1, 1], usable[1, 0, 0] = False, False
+    off[2] = 0.31
+    with np.errstate(invalid='ignore'):
+        mean, weight = surfaces.mean_within(off, usable, 0.3)
+    np.testing.assert_allclose(mean, [0.1, -0.2, 0.0])
+    np.testing.assert_allclose(weight, [WEIGHTS[:12].sum(), 1 - WEIGHTS[0], 0.0])
 
 
 @pytest.mark.parametrize('values, median', [
@@ -289,9 +204,3 @@ def test_the_mean_is_over_samples_near_a_depth_of_known_joints_and_nobody_elses(
 def test_of_an_even_number_the_lower_one_is_the_median(values, median):
     values = np.array([values + [np.nan] * (4 - len(values))])
     np.testing.assert_array_equal(surfaces.lower_median(values), [median])
-
-
-def test_the_constants_fit_together():
-    np.testing.assert_allclose(np.diff(np.log(surfaces.ROOT_DEPTHS)), METHOD.trunk.step)
-    assert surfaces.DELTAS[METHOD.costs.half] == 0 and surfaces.DELTAS[0] == -surfaces.DELTAS[-1]
-    assert len(BODY.sized_pairs) == len(BODY.sized_lengths) and len(BODY.thicknesses) == 18

@@ -36,16 +36,6 @@ def known_output(model, spoil=lambda output: output):
 
 # --- with a known output --------------------------------------------------------------------------------------------
 
-@pytest.mark.parametrize('model', [MOBILENET_THIN, MOVENET_MULTIPOSE, MOVENET_THUNDER, *LANDMARK_MODELS.values()],
-                         ids=lambda model: model.name)
-def test_references_are_small_and_of_a_size_that_the_network_takes(model):
-    assert reference_path(model).stat().st_size < 50000
-    with np.load(str(reference_path(model))) as reference:
-        image = reference['image']
-    assert image.dtype == np.uint8 and image.shape[2] == 3
-    assert image.shape[0] % model.input.multiple_of == image.shape[1] % model.input.multiple_of == 0
-
-
 def test_a_damaged_reference_is_an_error_that_names_it(tmp_path, monkeypatch):
     path = tmp_path / 'known.npz'
     content = reference_path(MOBILENET_THIN).read_bytes()
@@ -54,20 +44,6 @@ def test_a_damaged_reference_is_an_error_that_names_it(tmp_path, monkeypatch):
         path.write_bytes(damaged)
         with pytest.raises(ModelError, match=r'known\.npz is damaged'):
             check_backend(known_output(MOBILENET_THIN), MOBILENET_THIN, exact=True)
-
-
-def test_reference_of_the_default_network_shows_a_person():
-    with np.load(str(reference_path(MOBILENET_THIN))) as reference:
-        fields = reference['output_0'][0]
-    assert fields.shape == (57, 16, 12)
-    # Values that a wrong network could not hit by being silent: most joints and fields are excited.
-    assert np.median(fields[:18].max(axis=(1, 2))) > 0.5 and np.abs(fields[19:]).max() > 0.9
-
-
-def test_reference_of_movenet_shows_two_people():
-    with np.load(str(reference_path(MOVENET_MULTIPOSE))) as reference:
-        people = reference['output_0'][0]
-    assert people.shape == (6, 56) and (people[:, 55] > 0.3).sum() == 2
 
 
 @pytest.mark.parametrize('model', [MOBILENET_THIN, MOVENET_MULTIPOSE, MOVENET_THUNDER, *LANDMARK_MODELS.values()],
@@ -122,19 +98,11 @@ def moved(pixels, joints=slice(0, 18)):
 @pytest.mark.parametrize('spoil, text', [
     (moved(2), r'off by [12]\.\d+ px \(median\)'), (lambda fields: 0.9 * fields, r'0\.0\d+ in score'),
     (lambda fields: fields[:, ::-1], 'does not find|off by'), (np.zeros_like, 'does not find a person'),
+    (lambda maps: np.where(np.arange(57)[:, None, None] == 0, np.roll(maps, 2, axis=2), maps), 'px at most'),
     (lambda fields: fields * np.nan, 'not finite')],
-    ids=['joints moved by 2 px', 'scores a tenth lower', 'channels in another order', 'zero', 'NaN'])
+    ids=['all moved by 2 px', 'scores a tenth lower', 'channels in another order', 'zero', 'one joint moved', 'NaN'])
 def test_wrong_people_of_reduced_precision_are_caught(spoil, text):
     with pytest.raises(ModelError, match=text):
-        check_backend(known_output(MOBILENET_THIN, spoil), MOBILENET_THIN, exact=False)
-
-
-def test_one_joint_elsewhere_is_caught_in_reduced_precision():
-    nose = MOBILENET_THIN.skeleton.index['nose']
-
-    def spoil(fields):
-        return np.where(np.arange(57)[:, None, None] == nose, np.roll(fields, 2, axis=2), fields)
-    with pytest.raises(ModelError, match='px at most'):
         check_backend(known_output(MOBILENET_THIN, spoil), MOBILENET_THIN, exact=False)
 
 
@@ -177,13 +145,6 @@ def test_movenet_in_reduced_precision_is_judged_by_its_people():
                       exact=False)
 
 
-def test_crash_in_the_runtime_is_a_model_error():
-    def crash(fields):
-        raise RuntimeError('illegal instruction')
-    with pytest.raises(ModelError, match=r'Fake 1\.0 can not compute mobilenet_thin: illegal instruction; set'):
-        check_backend(known_output(MOBILENET_THIN, crash), MOBILENET_THIN, exact=True)
-
-
 def test_what_is_written_as_reference_passes_as_reference(tmp_path, monkeypatch):
     monkeypatch.setattr('openpose_ros_pkg.networks.backends.self_check.reference_path',
                         lambda model: tmp_path / 'new.npz')
@@ -211,36 +172,23 @@ def people(boxes, joints):
     (BODY_25, fields(78)), (LIGHTWEIGHT, fields(19, 38)), (RTMO, people((1, 9, 5), (1, 9, 17, 3))),
     (RTMO, people((1, 0, 5), (1, 0, 17, 3))),
     (replace(MOVENET_MULTIPOSE, name='own'), Network(lambda images: (np.zeros((1, 6, 56), np.float32),)))],
-    ids=['one output', 'two outputs', 'RTMO', 'RTMO sees nobody', 'MoveNet of another file'])
+    ids=['one output', 'two outputs', 'RTMO', 'RTMO without people', 'MoveNet of another file'])
 def test_right_structure_passes(model, network):
     assert not reference_path(model).exists()
     check_backend(network, model, exact=True)
-
-
-@pytest.mark.parametrize('model, size', [
-    (BODY_25, (128, 96)), (replace(BODY_25, input=replace(BODY_25.input, multiple_of=40)), (160, 120)),
-    (RTMO, (640, 640))], ids=['multiples of 16', 'multiples of 40', 'fixed'])
-def test_picture_has_a_size_that_the_network_takes(model, size):
-    shapes = []
-
-    def compute(images):
-        shapes.append(images.shape[1:3])
-        raise RuntimeError('enough')
-    with pytest.raises(ModelError, match='enough'):
-        check_backend(Network(compute), model, exact=True)
-    assert shapes == [size]
 
 
 @pytest.mark.parametrize('model, network, text', [
     (BODY_25, fields(57), r'outputs net_output have the shapes \(1, 57, 16, 12\) for an image of 96x128, expected '
                           r'\(1, C, 16, 12\) with 78 channels in all \(26 confidence maps and 52 of the'),
     (BODY_25, fields(78, stride=4), r'\(1, 78, 32, 24\) for an image of 96x128, expected \(1, C, 16, 12\)'),
+    (BODY_25, Network(lambda images: 1 / 0), r'zero'),
     (BODY_25, fields(26, 52), 'it has 2 outputs, expected 1'),
     (LIGHTWEIGHT, fields(19, 19), r'\(1, 19, 16, 12\) and \(1, 19, 16, 12\) for .*57 channels in all'),
     (BODY_25, fields(78, value=np.nan), 'output net_output has values that are not finite'),
     (RTMO, people((1, 9, 4), (1, 9, 17, 3)), r'expected \(1, N, 5\) and \(1, N, 17, 3\)'),
     (RTMO, people((1, 9, 5), (1, 9, 26, 3)), r'expected \(1, N, 5\) and \(1, N, 17, 3\)')],
-    ids=['channels', 'stride', 'one too many', 'one too small', 'NaN', 'boxes', 'joints'])
+    ids=['channels', 'stride', 'crash', 'one too many', 'one too small', 'NaN', 'boxes', 'joints'])
 def test_wrong_structure_is_caught_and_both_are_named(model, network, text):
-    with pytest.raises(ModelError, match=f'Fake 1.0 computes {model.name} wrongly: .*{text}'):
+    with pytest.raises(ModelError, match=f'Fake 1.0 (computes|can not compute) {model.name}.*{text}'):
         check_backend(network, model, exact=True)

@@ -2,16 +2,14 @@
 import re
 from pathlib import Path
 
-import numpy as np
 import pytest
 import yaml
 
-from openpose_ros_pkg.decode.paf import DecodeParams, decode_fields
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks.model_description import read_description
 from openpose_ros_pkg.networks.model_types import YOLO_INPUT
 from openpose_ros_pkg.networks.models import InputRecipe, WeightsFile, find_model, weights_path
-from openpose_ros_pkg.skeletons import BODY_25, COCO_18, MESSAGE_JOINTS, Limb
+from openpose_ros_pkg.skeletons import BODY_25, COCO_18, Limb
 
 DOCS = Path(__file__).parents[3] / 'docs' / 'models.md'
 LEAST = {'skeleton': 'BODY_25', 'files': ['net.onnx'], 'outputs': ['heatmaps', 'pafs'], 'decoder': 'paf'}
@@ -68,26 +66,6 @@ def test_a_joint_set_of_ones_own(tmp_path):
     assert skeleton.swap == (0, 3, 4, 1, 2)
     drawn = described(tmp_path, skeleton={**ARMS, 'drawn_limbs': [['neck', 'left_wrist']]}).skeleton.drawn_limbs
     assert drawn == (('neck', 'left_wrist'),)
-
-
-def test_its_people_are_decoded(tmp_path):
-    """Fields of one person, by the channels that the description names."""
-    limbs = [{**limb, 'starts_person': True} for limb in ARMS['limbs']]
-    model = described(tmp_path, skeleton={**ARMS, 'limbs': limbs})
-    cells = {'neck': (20, 10), 'right_shoulder': (15, 10), 'right_wrist': (12, 20), 'left_shoulder': (25, 10),
-             'left_wrist': (30, 18)}
-    fields = np.zeros((model.channels, 30, 40), np.float32)
-    v, u = np.mgrid[:30, :40]
-    for i, joint in enumerate(ARMS['joints']):
-        fields[i] = np.exp(-((u - cells[joint][0]) ** 2 + (v - cells[joint][1]) ** 2) / 2)
-    for limb in limbs:
-        vector = np.subtract(cells[limb['end']], cells[limb['start']])
-        for channel, component in zip(limb['paf'], vector / np.hypot(*vector)):
-            fields[model.heatmaps + channel] = component
-    keypoints, _ = decode_fields(fields, model, DecodeParams())
-    assert len(keypoints) == 1
-    expected = (np.array([cells[joint] for joint in ARMS['joints']]) + 0.5) * model.stride - 0.5
-    np.testing.assert_allclose(keypoints[0, :, :2], expected, atol=1)
 
 
 @pytest.mark.parametrize('decoder, outputs', [('movenet_multipose', ['people']), ('rtmo', ['dets', 'keypoints'])])
@@ -148,14 +126,6 @@ def test_a_file_that_is_no_description(tmp_path, text):
         read_description(path)
 
 
-def test_a_file_that_is_not_there_or_no_text(tmp_path):
-    with pytest.raises(ModelError, match='can not be read'):
-        read_description(tmp_path / 'missing.yaml')
-    (tmp_path / 'mine.yaml').write_bytes(b'\xff\xfe\x00')
-    with pytest.raises(ModelError, match='can not be read'):
-        read_description(tmp_path / 'mine.yaml')
-
-
 @pytest.mark.parametrize('key', LEAST)
 def test_a_missing_key_is_named(tmp_path, key):
     with pytest.raises(ModelError, match=f"mine.yaml: the key '{key}' is missing: "):
@@ -172,37 +142,23 @@ FIRST = ARMS['limbs'][0]
 
 @pytest.mark.parametrize('changes, expected', [
     ({'heatmap': 3}, "unknown key 'heatmap' = 3 (did you mean 'heatmaps'?); allowed: skeleton, files"),
-    ({'input': {'order': 'BGR'}}, "unknown key 'input.order' = 'BGR'; allowed: channels, layout"),
     ({'input': 'BGR'}, "input = 'BGR' is not allowed: a mapping with keys among channels"),
     ({'input': {'channels': 'GBR'}}, "'input.channels' = 'GBR' is not allowed: one of BGR, RGB"),
     ({'input': {'scale': 'small'}}, "'input.scale' = 'small' is not allowed: a number in 1e-06 .. 1000"),
-    ({'input': {'mean': float('nan')}}, "'input.mean' = nan is not allowed: a number in 0 .. 255"),
-    ({'input': {'mean': True}}, "'input.mean' = True is not allowed"),
     ({'input': {'padding': 256}}, "'input.padding' = 256 is not allowed: a whole number in 0 .. 255"),
     ({'input': {'multiple_of': 12}}, "'input.multiple_of' = 12 is not allowed: a multiple of stride, which is 8"),
-    ({'input': {'fixed_size': [640]}}, "'input.fixed_size' = [640] is not allowed: two whole numbers"),
     ({'input': {'fixed_size': [642, 480]}}, "'input.fixed_size' = [642, 480] is not allowed: width and height"),
     ({'stride': 0}, "'stride' = 0 is not allowed: a whole number in 1 .. 64"),
-    ({'stride': 8.0}, "'stride' = 8.0 is not allowed"),
     ({'heatmaps': 24}, "'heatmaps' = 24 is not allowed: a whole number in 25 .. 1000"),
-    ({'peak_threshold': 2}, "'peak_threshold' = 2 is not allowed: a number in 0 .. 1"),
     ({'decoder': 'yolo'}, "'decoder' = 'yolo' is not allowed: one of paf, movenet_multipose, movenet_singlepose, rtmo"),
-    ({'decoder': ['paf']}, "'decoder' = ['paf'] is not allowed"),
-    ({'output_layout': 'NC'}, "'output_layout' = 'NC' is not allowed: one of NCHW, NHWC"),
-    ({'outputs': []}, "'outputs' = [] is not allowed: a list of texts"),
     ({'outputs': 'net_output'}, "'outputs' = 'net_output' is not allowed: a list of texts"),
     ({'outputs': ['a', 'b', 'c']}, "'outputs' = ['a', 'b', 'c'] is not allowed: 1 or 2 names for decoder paf"),
     ({'decoder': 'rtmo', 'skeleton': 'COCO_18', 'outputs': ['a']}, '2 names for decoder rtmo'),
     ({'decoder': 'rtmo'}, "'skeleton' = 'BODY_25' is not allowed: COCO_18, which is what decoder rtmo gives"),
-    ({'files': 'net.onnx'}, "'files' = 'net.onnx' is not allowed: a list"),
     ({'files': [5]}, "files[0] = 5 is not allowed: a mapping"),
-    ({'files': [{'size': 5}]}, "the key 'files[0].name' is missing: a text"),
     ({'files': ['a', '../b']}, "'files[1].name' = '../b' is not allowed: the name of a file that lies beside"),
-    ({'files': [{'name': 'a', 'md5': 'x' * 32}]}, "'files[0].md5' = 'xxx"),
     ({'files': [{'name': 'a', 'sha256': 'ab'}]}, "'files[0].sha256' = 'ab' is not allowed: 64 hexadecimal digits"),
-    ({'licence': 5}, "'licence' = 5 is not allowed: a text"),
     ({'skeleton': 'BODY_26'}, "'skeleton' = 'BODY_26' is not allowed: one of COCO_18, BODY_25, MPI_15"),
-    ({'skeleton': 'COCO_17'}, "'skeleton' = 'COCO_17' is not allowed: one with limbs, for decoder paf"),
     ({'skeleton': {'joints': ['nose']}}, "the key 'skeleton.limbs' is missing"),
     ({'skeleton': {**ARMS, 'joints': ['nose', 'nose']}}, "'skeleton.joints[1]' = 'nose' is not allowed: each once"),
     ({'skeleton': limbs({**FIRST, 'end': 'nose'})}, "'skeleton.limbs[0].end' = 'nose' is not allowed: one of neck, "),
@@ -210,9 +166,7 @@ FIRST = ARMS['limbs'][0]
                                                     'numbers in 0 .. 7'),
     ({'skeleton': limbs({**FIRST, 'paf': [0, 2]})}, 'each channel of 0 .. 7 once'),
     ({'skeleton': limbs({**FIRST, 'starts_person': 'no'})}, "'skeleton.limbs[0].starts_person' = 'no' is not allowed"),
-    ({'skeleton': limbs(['neck', 'right_shoulder'])}, "skeleton.limbs[0] = ['neck', 'right_shoulder'] is not allowed"),
     ({'skeleton': limbs({**FIRST, 'end': 'right_wrist'})}, 'limb neck - right_wrist has no partner neck - left_wrist'),
-    ({'skeleton': {**ARMS, 'joints': [*ARMS['joints'], 'left_knee']}}, 'left_knee has no partner right_knee'),
     ({'skeleton': {**ARMS, 'drawn_limbs': [['neck', 'nose']]}}, "'skeleton.drawn_limbs[0]' = ['neck', 'nose'] is not"),
 ])
 def test_what_is_not_allowed_is_named_with_what_is(tmp_path, changes, expected):
@@ -220,9 +174,3 @@ def test_what_is_not_allowed_is_named_with_what_is(tmp_path, changes, expected):
         described(tmp_path, **changes)
     assert str(tmp_path / 'mine.yaml') in str(caught.value)
     assert expected in str(caught.value)
-
-
-def test_a_joint_that_messages_can_not_hold_is_refused_with_those_that_they_can(tmp_path):
-    with pytest.raises(ModelError, match=r"'skeleton.joints\[1\]' = 'tail' is not allowed") as caught:
-        described(tmp_path, skeleton={**ARMS, 'joints': ['neck', 'tail']})
-    assert all(joint in str(caught.value) for joint in MESSAGE_JOINTS)

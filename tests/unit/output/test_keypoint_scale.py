@@ -2,7 +2,6 @@
 import numpy as np
 import pytest
 
-from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.output.keypoint_scale import KeypointScaleParams, scale_keypoints
 
 SIZE = (960, 540)
@@ -11,11 +10,6 @@ CORNERS = np.array([[[0, 0, 0.9], [959, 539, 0.8], [np.nan, np.nan, 0]]], np.flo
 
 def scaled(**params):
     return scale_keypoints(CORNERS, SIZE, KeypointScaleParams(**params))
-
-
-def test_nobody_stays_nobody():
-    empty = np.zeros((0, 18, 3), np.float32)
-    assert scale_keypoints(empty, SIZE, KeypointScaleParams(keypoint_scale=3)).shape == (0, 18, 3)
 
 
 @pytest.mark.parametrize('scale, first, last', [
@@ -41,8 +35,3 @@ def test_missing_joints_stay_missing_and_scores_stay():
 
 def test_output_size_minus_one_is_the_size_of_the_image():
     np.testing.assert_allclose(scaled(keypoint_scale=2, output_width=-1, output_height=-1)[0, 1, :2], (959, 539))
-
-
-def test_other_scales_are_refused():
-    with pytest.raises(ParameterError, match='keypoint_scale'):
-        KeypointScaleParams(keypoint_scale=5)

@@ -1,6 +1,5 @@
 """Saved files have OpenPose's names and layout, give the same people when read back, and no mishap ends the program."""
 import json
-import re
 import threading
 from dataclasses import replace
 
@@ -10,10 +9,9 @@ import pytest
 
 from openpose_ros_pkg.errors import BadInputError, ParameterError
 from openpose_ros_pkg.output.draw import DrawParams, draw_people
-from openpose_ros_pkg.output.files import frame_name
 from openpose_ros_pkg.output.frame_writer import FrameWriter, SaveParams
 from openpose_ros_pkg.output.joint_order import in_joint_set
-from openpose_ros_pkg.output.keypoint_file import FORMATS, read_keypoint, write_keypoint
+from openpose_ros_pkg.output.keypoint_file import read_keypoint, write_keypoint
 from openpose_ros_pkg.output.keypoint_scale import KeypointScaleParams
 from openpose_ros_pkg.output.openpose_json import people_from_json, people_to_json, read_json, write_json
 from openpose_ros_pkg.output.recorder import Recorder
@@ -48,11 +46,8 @@ def assert_same(read, people, ids=True):
 # --- JSON
 
 
-def test_json_of_nobody_has_the_layout_of_openpose():
+def test_json_has_the_layout_of_openpose():
     assert people_to_json(People2D.empty(COCO_18)) == '{"version":1.3,"people":[]}'
-
-
-def test_json_of_a_person_has_the_layout_of_openpose():
     keypoints = np.full((1, 18, 3), np.nan, np.float32)
     keypoints[..., 2] = 0
     keypoints[0, 1] = (320.5, 0.1, 0.9)
@@ -72,15 +67,10 @@ def test_json_gives_the_same_people_back(tmp_path, skeleton):
     assert [path.name for path in tmp_path.iterdir()] == ['a_keypoints.json']
 
 
-def test_json_numbers_have_no_more_digits_than_float32_needs():
-    numbers = re.findall(r'\d+\.\d+', people_to_json(some_people(count=20)))
-    assert max(len(number.replace('.', '').strip('0')) for number in numbers) <= 9
-
-
-def test_json_of_nobody_is_read_with_a_named_joint_set():
+def test_json_without_people_is_read_with_a_named_joint_set():
     text = people_to_json(People2D.empty(BODY_25))
     assert_same(people_from_json(text, BODY_25), People2D.empty(BODY_25))
-    with pytest.raises(BadInputError, match='shows nobody, so its joint set is unknown'):
+    with pytest.raises(BadInputError, match='has no person, so its joint set is unknown'):
         people_from_json(text)
 
 
@@ -97,15 +87,10 @@ def test_json_of_openpose_itself_is_read():
     assert people.ids.tolist() == [-1]
 
 
-@pytest.mark.parametrize('text', [
-    '', '[]', '{}', '{"people":[{}]}', '{"people":[{"pose_keypoints_2d":[1,2]}]}', '{"people":3}',
-    '{"people":[{"pose_keypoints_2d":[1,2,"x"]}]}'])
-def test_json_of_another_layout_is_refused(text):
-    with pytest.raises(BadInputError, match='layout of OpenPose'):
-        people_from_json(text)
-
-
-def test_json_with_an_unknown_or_another_joint_set_is_refused():
+def test_json_of_another_layout_or_joint_set_is_refused():
+    for text in ('', '[]', '{"people":[{}]}', '{"people":[{"pose_keypoints_2d":[1,2]}]}', '{"people":3}'):
+        with pytest.raises(BadInputError, match='layout of OpenPose'):
+            people_from_json(text)
     with pytest.raises(BadInputError, match=r'COCO_18: 18.*got 2'):
         people_from_json('{"people":[{"pose_keypoints_2d":[1,2,1,1,2,1]}]}')
     with pytest.raises(BadInputError, match='expected 25 joints'):
@@ -115,23 +100,18 @@ def test_json_with_an_unknown_or_another_joint_set_is_refused():
 # --- keypoint files
 
 
-@pytest.mark.parametrize('file_format', FORMATS)
-@pytest.mark.parametrize('people', [People2D.empty(COCO_18), some_people(), some_people(BODY_25, count=1)],
-                         ids=['nobody', 'three', 'one BODY_25'])
+@pytest.mark.parametrize('people, file_format', [
+    (People2D.empty(COCO_18), 'yml'), (People2D.empty(COCO_18), 'xml'), (some_people(), 'yml'), (some_people(), 'xml'),
+    (some_people(), 'json'), (some_people(BODY_25, count=1), 'yaml')])
 def test_keypoint_file_gives_the_same_people_back(tmp_path, people, file_format):
     path = tmp_path / f'a_pose.{file_format}'
     write_keypoint(path, people)
+    if (len(people), file_format) == (3, 'yml'):  # three axes, as OpenPose writes it
+        assert path.read_text().startswith(
+            '%YAML:1.0\n---\npose_0: !!opencv-nd-matrix\n   sizes: [ 3, 18, 3 ]\n   dt: f\n   data: [')
     read = read_keypoint(path, people.skeleton)
     assert_same(read, people, ids=False)
     assert (read.ids == -1).all()
-
-
-def test_keypoint_file_holds_a_matrix_of_three_axes_as_that_of_openpose(tmp_path):
-    write_keypoint(tmp_path / 'a_pose.yml', some_people(count=2))
-    text = (tmp_path / 'a_pose.yml').read_text()
-    assert text.startswith('%YAML:1.0\n---\npose_0: !!opencv-nd-matrix\n   sizes: [ 2, 18, 3 ]\n   dt: f\n   data: [')
-    storage = cv2.FileStorage(str(tmp_path / 'a_pose.yml'), cv2.FILE_STORAGE_READ)
-    assert storage.getNode('pose_0').mat().shape == (2, 18, 3)
 
 
 @pytest.mark.parametrize('text', ['', 'nonsense', '%YAML:1.0\n---\nother: 3\n', '%YAML:1.0\n---\npose_0: 3\n'])
@@ -143,10 +123,6 @@ def test_what_is_no_keypoint_file_is_refused(tmp_path, text):
 
 
 # --- joint sets
-
-
-def test_nobody_stays_nobody_in_another_joint_set():
-    assert_same(in_joint_set(People2D.empty(COCO_18), BODY_25), People2D.empty(BODY_25))
 
 
 def test_joints_keep_their_names_in_another_joint_set():
@@ -174,13 +150,6 @@ def test_neck_and_mid_hip_are_in_the_middle_where_both_sides_are_there(source, t
 
 
 # --- names and files
-
-
-@pytest.mark.parametrize('base, number, name', [
-    ('', 0, '000000000000'), ('walk', 12, 'walk_000000000012'),
-    ('/robot/head_camera', 3, 'robot_head_camera_000000000003')])
-def test_frames_are_numbered_as_openpose_does(base, number, name):
-    assert frame_name(base, number) == name
 
 
 def test_a_reader_never_sees_half_a_file(tmp_path):
@@ -228,6 +197,8 @@ def test_video_has_its_frames_and_rate(tmp_path, name):
 def test_video_without_frames_is_no_file(tmp_path):
     VideoFile(tmp_path / 'v.avi', 10.0).close()
     assert not list(tmp_path.iterdir())
+    with pytest.raises(ParameterError, match=r'v\.gif.*\.mp4 or \.avi'):
+        VideoFile(tmp_path / 'v.gif', 10.0)
 
 
 def test_frames_of_another_size_are_fitted_into_a_video(tmp_path):
@@ -249,20 +220,7 @@ def test_video_that_can_not_be_begun_leaves_what_was_there(tmp_path):
     assert [(path.name, path.read_bytes()) for path in tmp_path.iterdir()] == [('earlier.mp4', b'a video')]
 
 
-def test_video_of_an_unknown_kind_is_refused(tmp_path):
-    with pytest.raises(ParameterError, match=r'v\.gif.*\.mp4 or \.avi'):
-        VideoFile(tmp_path / 'v.gif', 10.0)
-
-
 # --- all files of a frame
-
-
-def test_nothing_is_saved_by_default():
-    assert not SaveParams().active
-    writer = FrameWriter(SaveParams())
-    writer.write('a', GREY, some_people())
-    writer.close()
-    assert (writer.written, writer.failed) == (0, 0)
 
 
 def test_all_files_of_a_frame_have_the_names_of_openpose(tmp_path):
@@ -307,6 +265,8 @@ def test_a_rate_of_its_own_comes_before_that_of_the_source(tmp_path):
     writer.write('a', GREY, some_people())
     writer.close()
     assert video_frames(tmp_path / 'v.avi')[1] == 5.0
+    with pytest.raises(ParameterError, match='write_video_fps'):
+        SaveParams(write_video_fps=0.0)
 
 
 @pytest.mark.parametrize('key', ['write_json', 'write_images', 'write_keypoint', 'write_video'])
@@ -314,27 +274,6 @@ def test_a_place_that_can_not_be_written_is_an_error_at_start(tmp_path, key):
     (tmp_path / 'file').write_text('in the way')
     with pytest.raises(ParameterError, match=f"'{key}'.*in the way|'{key}'.*file"):
         FrameWriter(SaveParams(**{key: str(tmp_path / 'file' / 'v.avi')}))
-
-
-@pytest.mark.parametrize('wrong', [{'write_images_format': 'gif'}, {'write_keypoint_format': 'txt'},
-                                   {'write_video_fps': 0.0}, {'write_joint_set': 'COCO'}])
-def test_wrong_parameters_are_refused(wrong):
-    with pytest.raises(ParameterError, match=next(iter(wrong))):
-        SaveParams(**wrong)
-
-
-@pytest.mark.parametrize('name', ['', '../a', '/etc/a', 'a/b'])
-def test_a_frame_is_not_named_by_a_path(tmp_path, name):
-    with pytest.raises(ValueError, match='without folders'):
-        FrameWriter(SaveParams(write_json=str(tmp_path))).write(name, GREY, some_people())
-
-
-def test_the_way_of_drawing_can_change(tmp_path):
-    writer, people = FrameWriter(SaveParams(write_images=str(tmp_path))), some_people()
-    black = DrawParams(disable_blending=True)
-    writer.reconfigure(black)
-    writer.write('a', GREY, people)
-    np.testing.assert_array_equal(cv2.imread(str(tmp_path / 'a_rendered.png')), draw_people(GREY, people, black))
 
 
 # --- recorder
@@ -366,24 +305,15 @@ class HeldWriter:
         return ''
 
 
-NOBODY = People2D.empty(COCO_18)
-
-
-def test_a_recorder_without_frames_closes():
-    writer = HeldWriter()
-    recorder = Recorder(writer, wait_when_full=True)
-    recorder.close()
-    recorder.close()
-    assert writer.closed
-    assert recorder.counters == {'written': 0, 'failed': 0, 'dropped': 0, 'waiting': 0}
+EMPTY = People2D.empty(COCO_18)
 
 
 def test_a_full_queue_drops_new_frames_and_counts_them():
     writer, faults = HeldWriter(), []
     recorder = Recorder(writer, wait_when_full=False, queue_size=2, on_fault=faults.append)
-    assert recorder.submit(0, GREY, NOBODY)
+    assert recorder.submit(0, GREY, EMPTY)
     assert writer.busy.wait(60)  # frame 0 is being written, the queue is empty
-    assert [recorder.submit(number, GREY, NOBODY) for number in range(1, 6)] == [True, True, False, False, False]
+    assert [recorder.submit(number, GREY, EMPTY) for number in range(1, 6)] == [True, True, False, False, False]
     assert recorder.counters == {'written': 0, 'failed': 0, 'dropped': 3, 'waiting': 2}
     writer.go.set()
     recorder.close()
@@ -394,7 +324,7 @@ def test_a_full_queue_drops_new_frames_and_counts_them():
 def test_a_waiting_recorder_loses_nothing_and_keeps_the_order():
     writer = HeldWriter()
     recorder = Recorder(writer, wait_when_full=True, queue_size=2)
-    caller = threading.Thread(target=lambda: [recorder.submit(number, GREY, NOBODY) for number in range(30)])
+    caller = threading.Thread(target=lambda: [recorder.submit(number, GREY, EMPTY) for number in range(30)])
     caller.start()
     assert writer.busy.wait(60)
     caller.join(0.05)
@@ -411,25 +341,10 @@ def test_a_frame_that_fails_does_not_end_the_recorder():
     writer.go.set()
     with Recorder(writer, wait_when_full=True) as recorder:
         for frame in ('a', 'bad', 'b'):
-            recorder.submit(frame, GREY, NOBODY)
-    assert writer.frames == ['a', 'b']
+            recorder.submit(frame, GREY, EMPTY)
+    assert writer.frames == ['a', 'b'] and writer.closed
+    assert not recorder.submit('late', GREY, EMPTY)
     assert recorder.counters['failed'] == 1
-
-
-def test_a_closed_recorder_takes_no_frames():
-    recorder = Recorder(HeldWriter(), wait_when_full=True)
-    recorder.close()
-    assert not recorder.submit('late', GREY, NOBODY)
-
-
-def test_close_writes_all_that_waits(tmp_path):
-    params = SaveParams(write_json=str(tmp_path), write_video=str(tmp_path / 'v.avi'))
-    with Recorder(FrameWriter(params), wait_when_full=True, queue_size=50) as recorder:
-        for number in range(20):
-            recorder.submit(number, GREY, some_people())
-    assert recorder.counters == {'written': 40, 'failed': 0, 'dropped': 0, 'waiting': 0}
-    assert len(list(tmp_path.glob('*_keypoints.json'))) == 20
-    assert len(video_frames(tmp_path / 'v.avi')[0]) == 20
 
 
 def test_people_in_space_stand_beside_those_in_the_image():

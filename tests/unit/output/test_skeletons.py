@@ -1,12 +1,9 @@
 """Joint sets against the published tables of the networks that use them."""
-import dataclasses
 import re
 
-import numpy as np
 import pytest
 
-from openpose_ros_pkg.decode.paf import DecodeParams, decode_fields
-from openpose_ros_pkg.networks.models import MOBILENET_THIN, MODELS
+from openpose_ros_pkg.networks.models import MODELS
 from openpose_ros_pkg.skeletons import (
     BODY_25,
     COCO_17,
@@ -51,17 +48,6 @@ PUBLISHED = {
 }
 WITH_PAF = [COCO_18, BODY_25, MPI_15]
 ALL = list(SKELETONS.values())
-# Somebody who faces the camera, in units of the height from nose to ankle; the person's right is at the picture's left.
-FRONT = {
-    'Head': (0, -.16), 'Nose': (0, 0), 'Neck': (0, .14), 'Chest': (0, .30), 'MidHip': (0, .48),
-    'REye': (-.03, -.03), 'REar': (-.07, -.01), 'RShoulder': (-.11, .15), 'RElbow': (-.16, .32), 'RWrist': (-.19, .47),
-    'RHip': (-.07, .50), 'RKnee': (-.08, .76), 'RAnkle': (-.09, 1.0), 'RBigToe': (-.12, 1.10),
-    'RSmallToe': (-.17, 1.08), 'RHeel': (-.07, 1.06)}
-FRONT.update({'L' + part[1:]: (-x, y) for part, (x, y) in FRONT.items() if part[0] == 'R'})
-NET = (480, 656)  # height, width
-STRIDE = 8
-
-
 def by_name(skeleton):
     return skeleton.name
 
@@ -78,102 +64,6 @@ def field_name(part):
     return {'head': 'head_top'}.get('_'.join(words).lower(), side + '_'.join(words).lower())
 
 
-def render(skeleton_name, people):
-    """Draw the fields that a perfect network would give, by the published tables alone.
-
-    Args:
-        people: {part: (x, y) network pixels} each.
-
-    Returns:
-        (C, h, w) float32.
-    """
-    table = PUBLISHED[skeleton_name]
-    parts, channels = table['parts'].split(), pairs(table['map'])
-    height, width = NET[0] // STRIDE, NET[1] // STRIDE
-    v, u = np.mgrid[:height, :width].astype(float)
-    heat = np.zeros((len(parts) + 1, height, width))
-    paf = np.zeros((2 * len(channels), height, width))
-    count = np.zeros((len(channels), height, width))
-    for person in people:
-        cells = np.array([(np.array(person[part]) + 0.5) / STRIDE - 0.5 for part in parts])
-        for part, (x, y) in enumerate(cells):
-            heat[part] = np.maximum(heat[part], np.exp(-((u - x) ** 2 + (v - y) ** 2) / 2))
-        for i, (start, end) in enumerate(pairs(table['pairs'])):
-            vector = cells[end] - cells[start]
-            length = np.hypot(*vector)
-            unit = vector / length
-            along = (u - cells[start, 0]) * unit[0] + (v - cells[start, 1]) * unit[1]
-            across = (u - cells[start, 0]) * unit[1] - (v - cells[start, 1]) * unit[0]
-            inside = (along >= -1) & (along <= length + 1) & (np.abs(across) <= 1)
-            paf[list(channels[i])] += inside * unit[:, None, None]
-            count[i] += inside
-    for i, pair in enumerate(channels):
-        paf[list(pair)] /= np.maximum(count[i], 1)
-    heat[-1] = 1 - heat[:-1].max(axis=0)
-    return np.concatenate([heat, paf]).astype(np.float32)
-
-
-def somebody(x, y, height):
-    return {part: (x + height * u, y + height * v) for part, (u, v) in FRONT.items()}
-
-
-def find(skeleton, people):
-    """Decode the fields of people with a network of this joint set; people from left to right."""
-    fields = render(skeleton.name, people)
-    model = dataclasses.replace(MOBILENET_THIN, skeleton=skeleton, heatmaps=len(skeleton.joints) + 1)
-    assert len(fields) == model.channels
-    keypoints, scores = decode_fields(fields, model, DecodeParams())
-    assert (scores > 0.8).all()
-    return keypoints[np.argsort(keypoints[:, skeleton.index['neck'], 0])]
-
-
-def assert_is(skeleton, keypoints, person):
-    """Every part is where the person has it, under its name."""
-    for part in PUBLISHED[skeleton.name]['parts'].split():
-        np.testing.assert_allclose(keypoints[skeleton.index[field_name(part)], :2], person[part], atol=1, err_msg=part)
-
-
-# --- people by the published tables ---------------------------------------------------------------------------------
-
-@pytest.mark.parametrize('skeleton', WITH_PAF, ids=by_name)
-def test_nobody(skeleton):
-    assert find(skeleton, []).shape == (0, len(skeleton.joints), 3)
-
-
-@pytest.mark.parametrize('skeleton', WITH_PAF, ids=by_name)
-def test_one_person_has_every_joint_under_its_name(skeleton):
-    person = somebody(320, 90, 290)
-    person['RWrist'] = (250, 95)  # raised, so that left and right differ in more than place
-    found = find(skeleton, [person])
-    assert len(found) == 1
-    assert_is(skeleton, found[0], person)
-
-
-@pytest.mark.parametrize('skeleton', WITH_PAF, ids=by_name)
-def test_two_people_whose_arms_and_legs_cross(skeleton):
-    one, other = somebody(250, 90, 280), somebody(380, 95, 270)
-    one.update(LElbow=(315, 170), LWrist=(350, 205), LKnee=(300, 300), LAnkle=(325, 360))
-    other.update(RElbow=(320, 210), RWrist=(285, 170), RKnee=(325, 285), RAnkle=(290, 350))
-    for person in (one, other):
-        for side in 'LR':
-            for toe in ('BigToe', 'SmallToe', 'Heel'):
-                offset = np.subtract(FRONT[side + toe], FRONT[side + 'Ankle']) * 280
-                person[side + toe] = tuple(np.add(person[side + 'Ankle'], offset))
-    found = find(skeleton, [other, one])
-    assert len(found) == 2
-    assert_is(skeleton, found[0], one)
-    assert_is(skeleton, found[1], other)
-
-
-@pytest.mark.parametrize('skeleton', WITH_PAF, ids=by_name)
-def test_somebody_seen_from_behind_keeps_left_and_right(skeleton):
-    """Left and right are the person's own, not the picture's."""
-    behind = {part: (320 - (x - 320), y) for part, (x, y) in somebody(320, 90, 290).items()}
-    found = find(skeleton, [behind])
-    assert_is(skeleton, found[0], behind)
-    assert found[0, skeleton.index['left_wrist'], 0] < 300 < found[0, skeleton.index['right_wrist'], 0]
-
-
 # --- tables ---------------------------------------------------------------------------------------------------------
 
 @pytest.mark.parametrize('skeleton', WITH_PAF, ids=by_name)
@@ -186,7 +76,7 @@ def test_joints_limbs_and_channels_are_the_published_ones(skeleton):
 
 
 @pytest.mark.parametrize('skeleton', WITH_PAF, ids=by_name)
-def test_only_ear_to_shoulder_limbs_start_nobody(skeleton):
+def test_only_ear_to_shoulder_limbs_start_no_person(skeleton):
     only_join = {(limb.start, limb.end) for limb in skeleton.limbs if not limb.starts_person}
     ears = {('right_shoulder', 'right_ear'), ('left_shoulder', 'left_ear')}
     assert only_join == (ears if 'nose' in skeleton.joints else set())
@@ -200,12 +90,6 @@ def test_coco_17_is_the_data_sets_order_and_skeleton():
     sides = [f'{side}_{joint}' for joint in ('eye', 'ear', 'shoulder', 'elbow', 'wrist', 'hip', 'knee', 'ankle')
              for side in ('left', 'right')]
     assert list(COCO_17.joints) == ['nose', *sides]
-
-
-@pytest.mark.parametrize('skeleton', ALL, ids=by_name)
-def test_paf_channels_are_used_once_each(skeleton):
-    channels = sorted(channel for limb in skeleton.limbs for channel in limb.paf)
-    assert channels == list(range(2 * len(skeleton.limbs)))
 
 
 @pytest.mark.parametrize('skeleton', ALL, ids=by_name)

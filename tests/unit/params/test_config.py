@@ -8,8 +8,6 @@ import openpose_ros_pkg.params.nodes
 import openpose_ros_signals.node_params
 import skeleton_extract_3d.node_params
 from development import PACKAGES
-from openpose_ros_pkg.networks.backends import BackendParams
-from openpose_ros_pkg.networks.backends.compiled_cache import open_cache
 from openpose_ros_pkg.params.parameters import build, flat_values, parameter_fields, to_yaml
 
 FILES = [(PACKAGES[package.__name__.split('.')[0]] / 'config' / name, kind)
@@ -26,11 +24,6 @@ def test_file_is_what_the_parameter_classes_say(path, kind):
 
 
 @pytest.mark.parametrize('path, kind', FILES, ids=IDS)
-def test_file_loads_into_the_defaults(path, kind):
-    assert build(kind, yaml.safe_load(path.read_text())) == build(kind, {})
-
-
-@pytest.mark.parametrize('path, kind', FILES, ids=IDS)
 def test_documented_words_need_no_quotes_in_a_file(path, kind, tmp_path):
     """YAML reads words like off, no and null as something else than texts."""
     for field in parameter_fields(kind):
@@ -38,13 +31,6 @@ def test_documented_words_need_no_quotes_in_a_file(path, kind, tmp_path):
             file = tmp_path / 'my.yaml'
             file.write_text(f'{field.name}: {word}' if word != '' else f"{field.name}: ''")
             assert flat_values(build(kind, yaml.safe_load(file.read_text())))[field.name] == word
-
-
-@pytest.mark.parametrize('line', ['compiled_cache: off', "compiled_cache: 'off'", 'compiled_cache: false'])
-def test_the_cache_of_compiled_networks_is_off_where_a_file_says_so(line, tmp_path):
-    (tmp_path / 'my.yaml').write_text(line)
-    params = build(BackendParams, yaml.safe_load((tmp_path / 'my.yaml').read_text()))
-    assert open_cache(params.compiled_cache) is None
 
 
 @pytest.mark.parametrize('path, kind', FILES, ids=IDS)

@@ -24,10 +24,6 @@ def flags(*arguments):
     return read_flags(Client, arguments)[0]
 
 
-def test_no_flag():
-    assert read_flags(Client, []) == ({}, [])
-
-
 @pytest.mark.parametrize('arguments', [['--camera_topic=/x/y'], ['-camera_topic=/x/y'], ['--camera_topic', '/x/y'],
                                        ['-camera_topic', '/x/y'], ['--camera_topic=/a', '--camera_topic=/x/y']])
 def test_a_value_with_one_dash_or_two_after_an_equals_sign_or_a_space_and_the_last_one_counts(arguments):

@@ -23,11 +23,6 @@ def described(names=('threshold', 'number', 'offset', 'shown', 'mode')):
     return LiveDescription(Example, names)
 
 
-def test_no_parameter():
-    nothing = described(())
-    assert nothing.config_description['parameters'] == [] and nothing.defaults == {}
-
-
 def test_limits_have_the_type_of_the_parameter():
     live = described()
     limits = {name: (live.min[name], live.defaults[name], live.max[name]) for name in live.defaults}

@@ -1,4 +1,4 @@
-"""Parameters check themselves: whoever holds an instance holds allowed values."""
+"""Parameters check themselves: an instance holds allowed values."""
 import dataclasses
 import math
 
@@ -9,10 +9,8 @@ from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.params.parameters import (
     Parameters,
     build,
-    describe,
     flat_values,
     parameter,
-    parameter_fields,
     text_parameter,
     to_yaml,
 )
@@ -78,7 +76,7 @@ def test_values_reach_the_classes_they_belong_to():
     values = {'rate': 30.0, 'focal_length': 525.0, 'loop': True}
     made = build(Tripod, values)
     assert made == Tripod(Optics(Camera(rate=30.0, loop=True), Lens(focal_length=525.0)), Aim(rate=30.0))
-    assert build(Camera, {'rate': 30.0}) == Camera(rate=30.0)
+    assert type(build(Camera, {'rate': 30}).rate) is float
 
 
 def test_flat_values_are_what_it_is_built_of():
@@ -88,45 +86,22 @@ def test_flat_values_are_what_it_is_built_of():
     assert flat_values(Lens()) == {'focal_length': 0.0}
 
 
-def test_parameters_come_in_the_order_of_the_record():
-    assert [field.name for field in parameter_fields(Optics)] == [
-        'rate', 'width', 'encoding', 'loop', 'frame_id', 'focal_length']
-    assert [field.name for field in parameter_fields(Lens, Aim)] == ['focal_length', 'pan', 'rate']
-    assert parameter_fields() == []
-
-
-def test_integer_is_taken_for_a_float_parameter():
-    rate = Camera(rate=30).rate
-    assert rate == 30.0
-    assert isinstance(rate, float)
-
-
-@pytest.mark.parametrize('value', [0.1, 120.0])
-def test_limits_are_allowed(value):
-    assert Camera(rate=value).rate == value
-
-
 @pytest.mark.parametrize('name, value, allowed', [
     ('rate', 0.09, 'float in 0.1 .. 120 [Hz]'),
     ('rate', 121.0, 'float in 0.1 .. 120 [Hz]'),
     ('rate', math.nan, 'float in 0.1 .. 120 [Hz]'),
-    ('rate', math.inf, 'float in 0.1 .. 120 [Hz]'),
     ('rate', '15', 'float in 0.1 .. 120 [Hz]'),
-    ('rate', True, 'float in 0.1 .. 120 [Hz]'),
     ('width', 0, 'int in 1 .. inf [px]'),
-    ('width', 640.0, 'int in 1 .. inf [px]'),
     ('width', True, 'int in 1 .. inf [px]'),
     ('encoding', 'mono8', "one of 'bgr8', 'rgb8'"),
-    ('encoding', 8, "one of 'bgr8', 'rgb8'"),
-    ('loop', 1, 'bool'),
     ('loop', 'true', 'bool'),
     ('frame_id', None, 'str'),
-    ('frame_id', ['camera'], 'str'),
 ])
 def test_wrong_value_names_key_value_and_what_is_allowed(name, value, allowed):
     with pytest.raises(ParameterError) as caught:
         build(Camera, {name: value})
     assert str(caught.value) == f"parameter '{name}' = {value!r} is not allowed: {allowed}"
+    assert caught.value.key == name
 
 
 @pytest.mark.parametrize('values, place', [
@@ -144,13 +119,6 @@ def test_a_bool_that_is_no_word_of_the_parameter(key, value, allowed):
     assert str(caught.value) == f"parameter '{key}' = {value} is not allowed: {allowed}"
 
 
-@pytest.mark.parametrize('values', [{'frame': 'camera'}, {'rate': -1.0}])
-def test_errors_know_their_parameter(values):
-    with pytest.raises(ParameterError) as caught:
-        build(Camera, values)
-    assert [caught.value.key] == list(values)
-
-
 def test_unknown_key_names_the_nearest_and_all():
     with pytest.raises(ParameterError) as caught:
         build(Optics, {'focal_lenght': 1.0})
@@ -158,24 +126,8 @@ def test_unknown_key_names_the_nearest_and_all():
     assert 'allowed: encoding, focal_length, frame_id, loop, rate, width' in str(caught.value)
 
 
-def test_unknown_key_near_nothing_is_not_guessed():
-    with pytest.raises(ParameterError, match="unknown parameter 'xyz' = 0; allowed:"):
-        build(Camera, {'xyz': 0})
-
-
-def test_instances_do_not_change():
-    with pytest.raises(dataclasses.FrozenInstanceError):
-        Camera().rate = 1.0
-
-
 def test_yaml_holds_every_default_and_what_it_means():
     text = to_yaml(Optics)
     assert yaml.safe_load(text) == {**dataclasses.asdict(Camera()), **dataclasses.asdict(Lens())}
     assert '# Frames per second. (float in 0.1 .. 120 [Hz])\nrate: 15.0\n' in text
     assert max(map(len, text.splitlines())) <= 120
-
-
-def test_description_of_a_parameter_without_limits():
-    fields = {field.name: describe(field) for field in dataclasses.fields(Camera)}
-    assert fields['loop'] == 'bool'
-    assert fields['frame_id'] == 'str'

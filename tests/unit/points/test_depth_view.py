@@ -1,5 +1,4 @@
-"""Depth for those who look for people in the image: the same view on a coarser grid."""
-import pickle
+"""Depth for the detection of people in the image: the same view on a coarser grid."""
 
 import numpy as np
 import pytest
@@ -52,8 +51,3 @@ def test_missing_depth_stays_missing():
     ids=['cloud without points', 'no depth', 'millimetres', 'not of a camera'])
 def test_what_is_no_depth_of_a_camera_gives_none(points):
     assert depth_view(points) is None
-
-
-def test_a_cloud_of_16_megabytes_goes_to_another_process_as_half_a_megabyte():
-    view = depth_view(cloud(slope(960, 540)))
-    assert len(pickle.dumps(view, pickle.HIGHEST_PROTOCOL)) < 600e3

@@ -45,39 +45,6 @@ def test_depths_are_those_of_the_pixels_in_any_shape(kind):
     np.testing.assert_allclose(depths, 1 + u / 100 + v / 10, atol=1e-6)
 
 
-@KINDS
-@pytest.mark.parametrize('missing', [0.0, np.nan, np.inf, -1.0])
-def test_what_is_no_depth_is_missing(kind, missing):
-    z = metres()
-    z[10, 20] = missing
-    with np.errstate(invalid='ignore'):
-        depths = kind(z).depths(np.array([20, 21]), np.array([10, 10]))
-    np.testing.assert_allclose(depths, [np.nan, 2.21], atol=1e-6)
-
-
-@KINDS
-def test_depths_are_the_z_of_windows(kind):
-    u, v = np.random.default_rng(0).integers((0, 0), (W, H), (50, 2)).T
-    grid = kind(metres())
-    np.testing.assert_allclose(grid.depths(u, v), grid.window(u, v, 1)[:, 0, 2])
-
-
-@KINDS
-def test_the_camera_is_known(kind):
-    camera = kind(metres()).camera_model()
-    assert (camera.width, camera.height) == (W, H)
-    np.testing.assert_allclose(camera.matrix, CAMERA.matrix, rtol=1e-5)
-
-
-@KINDS
-def test_a_joint_that_is_projected_is_found_at_its_ray_and_depth(kind):
-    grid = kind(np.full((H, W), 2.5))
-    xyz = np.array([[-1.2, 0.5, 2.5], [0.0, 0.0, 2.5], [1.9, -0.9, 2.5]])
-    uv = grid.camera_model().project(xyz)
-    u, v = np.rint(uv).astype(int).T
-    np.testing.assert_allclose(grid.camera_model().rays(uv) * grid.depths(u, v)[:, None], xyz, atol=1e-4)
-
-
 def test_the_camera_of_a_depth_image_is_scaled_to_it_and_needs_no_depth():
     image = DepthImage(np.zeros((H, W), np.uint16), CAMERA.scaled(2 * W, 2 * H))
     np.testing.assert_allclose(image.camera_model().matrix, CAMERA.matrix)

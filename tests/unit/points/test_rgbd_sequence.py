@@ -132,7 +132,7 @@ def test_the_shipped_sequence_is_whole_and_small():
     frame = sequence.frame(39)
     assert frame.bgr.shape == (540, 960, 3)
     assert frame.depth.shape == (540, 960)
-    # somebody and a room: most pixels have depth, between half a metre and eight
+    # a person and a room: most pixels have depth, between half a metre and eight
     valid = frame.depth[frame.depth > 0]
     assert valid.size > 0.8 * frame.depth.size
     assert 500 <= valid.min() < valid.max() <= 8000

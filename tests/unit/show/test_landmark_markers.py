@@ -29,7 +29,7 @@ def names(markers):
     return [(marker.action, marker.ns, marker.id) for marker in markers]
 
 
-def test_nobody_has_no_markers():
+def test_no_people_have_no_markers():
     markers = LandmarkMarkers(MarkerParams())
     assert markers.hands(Hands3D.empty(), 0.0) == markers.faces(Faces3D.empty(), 0.0) == []
 

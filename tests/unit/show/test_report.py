@@ -16,7 +16,7 @@ def cloud():
     return OrganizedCloud(u / 10, v / 10, np.where(u > 5, np.nan, 2))
 
 
-def test_nobody():
+def test_no_people():
     people = People2D.empty(COCO_18)
     report = frame_report(people, lift_by_window(people, (8, 6), cloud()), cloud())
     assert report.splitlines() == ['Detected 0 persons', 'Cloud [m]: x 0.000 .. 0.500, y 0.000 .. 0.500, '
@@ -38,15 +38,7 @@ def test_each_joint_has_a_line():
     assert lines[3 + K] == 'Person 9'
 
 
-def test_one_is_no_plural():
-    keypoints = np.full((1, K, 3), np.nan)
-    keypoints[..., 2] = 0
-    people = People2D(COCO_18, keypoints, [1], [0])
-    assert frame_report(people, lift_by_window(people, (8, 6), cloud()),
-                        cloud()).startswith('Detected 1 person\n')
-
-
-def test_who_is_hidden_and_what_is_inferred_is_said():
+def test_hidden_people_and_inferred_joints_are_reported():
     keypoints = np.full((1, K, 3), np.nan)
     keypoints[..., 2] = 0
     keypoints[0, 0], keypoints[0, 1] = (3, 2, 0.9), (1, 1, 0.5)

@@ -53,7 +53,7 @@ def test_the_hue_of_a_limb_field_is_its_direction():
 
 @pytest.fixture()
 def standing():
-    """Somebody 3 m before a camera of f = 100 px, from whose depth image the left half is cut away."""
+    """A person 3 m before a camera of f = 100 px, from whose depth image the left half is cut away."""
     keypoints = np.full((1, 18, 3), (np.nan, np.nan, 0), np.float32)
     for joint, x, y in (('neck', 100, 40), ('right_shoulder', 94, 40), ('left_shoulder', 106, 40),
                         ('right_hip', 96, 58), ('left_hip', 104, 58), ('right_knee', 96, 72), ('left_knee', 104, 72)):
@@ -67,13 +67,13 @@ def standing():
 def test_stages_in_space(standing):
     people, depth, camera = standing
     titles, images = zip(*show_stages_3d.lift_and_draw(people, BLACK, depth, camera))
-    assert titles == ('keypoints on the depth image', 'in front of somebody', 'visible joints',
+    assert titles == ('keypoints on the depth image', 'in front of a person', 'visible joints',
                       'candidate depths of person 0')
     assert {image.shape for image in images} == {BLACK.shape}
     assert not images[0][10, 50].any() and images[0][10, 150].any()  # nothing was measured on the left
 
 
-def test_nobody_has_no_chart(standing):
+def test_no_people_have_no_chart(standing):
     _, depth, camera = standing
     assert len(show_stages_3d.lift_and_draw(People2D.empty(COCO_18), BLACK, depth, camera)) == 3
 
@@ -113,11 +113,11 @@ def test_the_shipped_sequence(tmp_path):
                  str(SHIPPED / 'camera.yaml'), '-o', str(tmp_path)]
     assert show_stages_3d.main(arguments) == 0
     assert sorted(path.name for path in tmp_path.rglob('*.jpg')) == [
-        '1_input.jpg', '1_keypoints_on_the_depth_image.jpg', '2_heat_maps.jpg', '2_in_front_of_somebody.jpg',
+        '1_input.jpg', '1_keypoints_on_the_depth_image.jpg', '2_heat_maps.jpg', '2_in_front_of_a_person.jpg',
         '3_limb_fields.jpg', '3_visible_joints.jpg', '4_candidate_depths_of_person_0.jpg', '4_candidates.jpg',
         '5_candidate_depths_of_person_1.jpg', '5_opinions.jpg', '6_people.jpg', 'stages_2d.jpg', 'stages_3d.jpg']
     maps = cv2.imread(str(tmp_path / '2_heat_maps.jpg')).max(axis=2)
-    # joints shine, and the wall does not: somebody stands in the middle
+    # joints shine, and the wall does not: a person stands in the middle
     assert maps[100:500, 430:600].max() > 200 and maps[50:300, 50:100].max() < 150
 
 

@@ -22,7 +22,7 @@ def encoded(suffix, image=IMAGE, *options):
 
 
 def png_of(width, height):
-    """A whole PNG of grey pixels whose header says the size, whatever its data have."""
+    """A whole PNG of grey pixels whose header says the size; its data do not fit."""
     def chunk(kind, data):
         return len(data).to_bytes(4, 'big') + kind + data + zlib.crc32(kind + data).to_bytes(4, 'big')
     header = width.to_bytes(4, 'big') + height.to_bytes(4, 'big') + bytes((8, 0, 0, 0, 0))
@@ -31,7 +31,7 @@ def png_of(width, height):
 
 
 def jpeg_of(width, height):
-    """A JPEG whose header says the size, whatever its data have."""
+    """A JPEG whose header says the size; its data do not fit."""
     content = bytearray(encoded('.jpg'))
     frame = content.index(b'\xff\xc0')
     content[frame + 5:frame + 9] = height.to_bytes(2, 'big') + width.to_bytes(2, 'big')
@@ -58,12 +58,17 @@ def test_what_is_no_image_is_refused(content, text):
         decode_image(content, 'it')
 
 
-@pytest.mark.parametrize('suffix', ['.jpg', '.png'])
-@pytest.mark.parametrize('share', [0.01, 0.3, 0.5, 0.99])
+@pytest.mark.parametrize('suffix, share', [('.jpg', 0.01), ('.jpg', 0.99), ('.png', 0.01), ('.png', 0.5)])
 def test_a_cut_image_is_refused(suffix, share):
     content = encoded(suffix)
     with pytest.raises(BadInputError, match=rf'it is cut off: {int(share * len(content))} bytes'):
         decode_image(content[:int(share * len(content))], 'it')
+
+
+@pytest.mark.parametrize('suffix, padding', [('.jpg', bytes(5000)), ('.jpg', b'\xff' * 9), ('.png', bytes(range(256)))])
+def test_what_drivers_leave_behind_the_end_is_tolerated(suffix, padding):
+    content = encoded(suffix)
+    np.testing.assert_array_equal(decode_image(content + padding, 'it'), decode_image(content, 'it'))
 
 
 def test_a_jpeg_that_is_cut_behind_its_thumbnail_is_refused():
@@ -74,13 +79,6 @@ def test_a_jpeg_that_is_cut_behind_its_thumbnail_is_refused():
     assert decode_image(content, 'it').shape == IMAGE.shape
     with pytest.raises(BadInputError, match='cut off'):
         decode_image(content[:-100], 'it')
-
-
-@pytest.mark.parametrize('suffix', ['.jpg', '.png'])
-@pytest.mark.parametrize('padding', [b'\0', bytes(5000), b'\r\n', bytes(range(256)), b'\xff' * 9])
-def test_what_drivers_leave_behind_the_end_is_tolerated(suffix, padding):
-    content = encoded(suffix)
-    np.testing.assert_array_equal(decode_image(content + padding, 'it'), decode_image(content, 'it'))
 
 
 def test_bytes_between_the_segments_of_a_jpeg_are_skipped():
@@ -99,21 +97,15 @@ def test_too_large_images_are_refused_by_their_header(content, size):
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 50_000
 
 
-def test_no_side_is_longer_than_a_jpeg_can_have():
-    with pytest.raises(BadInputError, match='it is 65501 x 2, expected at most 65500 on a side'):
-        decode_image(png_of(65501, 2), 'it')
-
-
 def test_the_limit_is_the_last_size_that_is_taken():
     content = encoded('.jpg', np.zeros((100, 200, 3), np.uint8))
     assert decode_image(content, 'it', most=0.02).shape == (100, 200, 3)
     with pytest.raises(BadInputError, match=r'200 x 100, that is 0\.02 megapixels, expected at most 0\.01'):
         decode_image(content, 'it', most=0.01)
-
-
-def test_other_formats_are_limited_as_well():
-    with pytest.raises(BadInputError, match='it is 80 x 60'):
+    with pytest.raises(BadInputError, match='it is 80 x 60'):  # of a format without a known header
         decode_image(encoded('.bmp'), 'it', most=0.004)
+    with pytest.raises(BadInputError, match='it is 65501 x 2, expected at most 65500 on a side'):
+        decode_image(png_of(65501, 2), 'it')
 
 
 def test_opencv_itself_decodes_no_monster_of_any_format():

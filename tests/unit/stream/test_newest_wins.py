@@ -1,9 +1,17 @@
-"""The worker keeps callbacks short: it works on the newest item and survives what an item does to it."""
+"""The worker keeps callbacks short: it works on the newest item and survives errors."""
 import threading
 
 from openpose_ros_pkg.stream.newest_wins import NewestWinsWorker
 
 TIMEOUT = 30.0
+
+
+def test_stop_ends_the_thread_without_working_on_what_waits():
+    seen = []
+    worker = NewestWinsWorker(seen.append, on_error=seen.append, name='test')
+    worker.stop()
+    worker.submit('late')
+    assert seen == []
 
 
 def test_older_items_are_replaced_while_the_worker_is_busy():
@@ -25,53 +33,26 @@ def test_older_items_are_replaced_while_the_worker_is_busy():
     go.set()
     assert done.wait(TIMEOUT)
     worker.stop()
-    assert seen == ['first', 'newest']
-    assert worker.replaced == 2
+    assert (seen, worker.replaced) == (['first', 'newest'], 2)
 
 
-def test_the_worker_goes_on_after_an_exception():
-    errors, done = [], threading.Event()
+def test_the_worker_goes_on_after_errors_of_an_item_and_of_their_report():
+    errors, reported, done = [], threading.Event(), threading.Event()
 
     def work(item):
         if item == 'bad':
             raise ValueError('bad item')
         done.set()
 
-    reported = threading.Event()
-    worker = NewestWinsWorker(work, on_error=lambda error: (errors.append(error), reported.set()), name='test')
+    def report(error):
+        errors.append(str(error))
+        reported.set()
+        raise OSError('no space left for the log')
+
+    worker = NewestWinsWorker(work, on_error=report, name='test')
     worker.submit('bad')
     assert reported.wait(TIMEOUT)
     worker.submit('good')
     assert done.wait(TIMEOUT)
     worker.stop()
-    assert [str(error) for error in errors] == ['bad item']
-
-
-def test_stop_ends_the_thread_without_working_on_what_waits():
-    seen = []
-    worker = NewestWinsWorker(seen.append, on_error=seen.append, name='test')
-    worker.stop()
-    worker.submit('late')
-    assert seen == []
-
-
-def test_the_worker_goes_on_when_what_is_told_of_an_error_raises():
-    done = threading.Event()
-
-    def work(item):
-        if item == 'bad':
-            raise ValueError('bad item')
-        done.set()
-
-    told = threading.Event()
-
-    def tell(error):
-        told.set()
-        raise OSError('no space left for the log')
-
-    worker = NewestWinsWorker(work, on_error=tell, name='test')
-    worker.submit('bad')
-    assert told.wait(TIMEOUT)
-    worker.submit('good')
-    assert done.wait(TIMEOUT)
-    worker.stop()
+    assert errors == ['bad item']

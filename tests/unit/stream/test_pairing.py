@@ -1,14 +1,12 @@
-"""Two streams are paired by stamp: a message whose partner was lost stays alone, whatever the order of arrival."""
+"""Two streams are paired by stamp: a message whose partner was lost stays alone, in any order of arrival."""
 from dataclasses import dataclass
 from typing import List, Tuple
 
-import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from openpose_ros_pkg.errors import ParameterError
-from openpose_ros_pkg.stream.pairing import PairingParams, StampMatcher, mutual_nearest
+from openpose_ros_pkg.stream.pairing import PairingParams, StampMatcher
 from two_streams import EPOCH, two_streams
 
 IMAGE, CLOUD = 0, 1
@@ -62,9 +60,9 @@ def test_equal_stamps_pair_from_the_first_message_on():
     assert matcher.unpaired == [0, 0]
 
 
-@pytest.mark.parametrize('seed', range(4))
-@pytest.mark.parametrize('late', [(0.0, 0.0), (0.0, 0.3), (0.3, 0.0)], ids=['in order', 'late clouds', 'late images'])
-@pytest.mark.parametrize('rates', [(30, 30), (15, 30), (30, 15)], ids=str)
+@pytest.mark.parametrize('seed, late, rates', [
+    (0, (0.0, 0.0), (30, 30)), (1, (0.0, 0.3), (30, 30)), (2, (0.3, 0.0), (30, 30)), (3, (0.0, 0.0), (15, 30)),
+    (0, (0.0, 0.3), (15, 30)), (1, (0.3, 0.0), (30, 15)), (2, (0.0, 0.0), (30, 15))], ids=str)
 def test_no_wrong_pair_when_a_fifth_of_both_streams_is_lost(seed, late, rates):
     # 20 s at 30 Hz, clouds 10 +- 4 ms after the images. The first seven pairs teach the offset and are lost, which are
     # 2 % of 384 (or 4 % of 192) possible ones.
@@ -144,25 +142,6 @@ def test_repeated_and_late_messages_are_counted_and_not_used():
     assert matcher.out_of_order == 2
     assert matcher.resets == 0
     assert matcher.add(CLOUD, ns(1.0), 'b') == ('a', 'b')
-
-
-def test_messages_that_were_overtaken_are_counted():
-    matcher = StampMatcher(PairingParams())
-    for t in (0.0, 0.1, 0.2):
-        matcher.add(IMAGE, ns(t), t)
-    assert matcher.add(CLOUD, ns(0.2), 'cloud') == (0.2, 'cloud')
-    assert matcher.unpaired == [2, 0]
-
-
-def test_mutual_nearest_leaves_the_rejected_alone():
-    rows, columns = mutual_nearest(np.array([[0.1, 5.0], [-0.2, 4.0], [9.0, -1.0]]))
-    assert list(zip(rows, columns)) == [(0, 0), (2, 1)]
-
-
-@pytest.mark.parametrize('values', [{'slop': -1.0}, {'slop': 'a'}, {'queue_size': -1}, {'queue_size': 2.5}])
-def test_parameters_out_of_range_are_refused(values):
-    with pytest.raises(ParameterError, match=next(iter(values))):
-        PairingParams(**values)
 
 
 def test_the_end_of_a_recording_pairs_what_waits_for_something_nearer():

@@ -4,7 +4,7 @@ import time
 from collections import Counter
 
 from openpose_ros_pkg.stream.fair_lock import FairLock
-from openpose_ros_pkg.stream.pipeline import Pipeline
+from openpose_ros_pkg.stream.pipeline import Pipeline, PipelineStages
 
 TIMEOUT = 30.0
 
@@ -32,8 +32,8 @@ class Story:
         for gate in self.gates.values():
             gate.set()
         self._durations = durations
-        self.pipeline = Pipeline(*(self._stage(stage) for stage in self.gates), self.errors.append, lock or FairLock(),
-                                 lead)
+        self.pipeline = Pipeline(PipelineStages(*(self._stage(stage) for stage in self.gates)), self.errors.append,
+                                 lock or FairLock(), lead)
 
     def _stage(self, stage):
         def work(item):
@@ -47,23 +47,15 @@ class Story:
             return item
         return work
 
-    def submit(self, item):
-        self.pipeline.submit(item)
+    def submit(self, *items):
+        for item in items:
+            self.pipeline.submit(item)
 
     def begun(self, stage, item):
         wait_for(lambda: (stage, item) in self.events)
 
     def items(self, stage):
         return [item for name, item in self.events.copy() if name == stage]
-
-
-def test_an_item_passes_all_stages():
-    story = Story()
-    story.submit('a')
-    story.begun('finish', 'a')
-    story.pipeline.stop()
-    assert story.events == [('prepare', 'a'), ('compute', 'a'), ('finish', 'a')]
-    assert story.pipeline.replaced == 0
 
 
 def test_stages_overlap():
@@ -73,10 +65,9 @@ def test_stages_overlap():
     story.submit('a')
     story.begun('finish', 'a')
     story.gates['compute'].clear()
-    story.submit('b')
-    story.begun('compute', 'b')
-    story.submit('c')
-    story.begun('prepare', 'c')
+    for item, stage in (('b', 'compute'), ('c', 'prepare')):
+        story.submit(item)
+        story.begun(stage, item)
     assert ('compute', 'c') not in story.events
     story.gates['compute'].set()
     story.gates['finish'].set()
@@ -99,20 +90,6 @@ def test_the_newest_wins_even_when_an_older_one_is_prepared():
     story.pipeline.stop()
     assert story.items('compute') == ['a', 'd']
     assert story.pipeline.replaced == 2
-
-
-def test_what_waits_to_be_prepared_is_replaced_too():
-    story = Story()
-    story.gates['prepare'].clear()
-    story.submit('a')
-    story.begun('prepare', 'a')
-    for item in 'bcd':
-        story.submit(item)
-    story.gates['prepare'].set()
-    story.begun('finish', 'd')
-    story.pipeline.stop()
-    assert story.items('prepare') == ['a', 'd']
-    assert story.pipeline.replaced == 2 + (story.items('compute') == ['d'])
 
 
 def test_an_item_that_fails_does_not_stop_the_others():
@@ -173,23 +150,6 @@ def test_computing_has_no_gaps():
     wait_for(lambda: share_of_computing() >= 0.7)
 
 
-def test_nothing_is_prepared_in_vain():
-    """Once the durations are known, preparing waits until the computation is expected to end soon."""
-    story = Story(compute=0.3)
-    for item in 'ab':
-        story.submit(item)
-        story.begun('finish', item)
-    story.submit('c')
-    story.begun('compute', 'c')
-    for item in 'def':
-        story.submit(item)
-    story.begun('finish', 'f')
-    story.pipeline.stop()
-    # a busy machine makes it later, never earlier
-    following = story.items('prepare')[3]
-    assert story.began['prepare', following] - story.began['compute', 'c'] >= 0.2
-
-
 def test_stop_forgets_what_waits():
     story = Story()
     story.pipeline.stop()
@@ -215,33 +175,13 @@ def test_what_is_on_its_way_elsewhere_is_computed_in_any_case():
     assert story.items('prepare') == story.items('compute') == story.items('finish') == ['a', 'b', 'd']
 
 
-def test_what_fails_elsewhere_lets_the_one_behind_it_pass():
-    """As two requests of a service, of which one is not answered: the other is, once and in order."""
-    story = Story(lead=0.01)
-    story.gates['compute'].clear()
-    story.submit('fails in compute')
-    story.begun('compute', 'fails in compute')
-    story.submit('b')
-    story.begun('prepare', 'b')
-    story.gates['compute'].set()
-    story.begun('finish', 'b')
-    story.submit('c')
-    story.begun('finish', 'c')
-    story.pipeline.stop()
-    assert story.items('finish') == ['b', 'c'] and len(story.errors) == 1
-
-
 def test_with_a_lead_preparing_begins_earlier():
     """Once the durations are known: by the lead before the computation is expected to end."""
     def prepared_after(lead):
         story = Story(lead=lead, compute=0.4)
-        for item in 'ab':
+        for item, stage in (('a', 'finish'), ('b', 'finish'), ('c', 'compute'), ('d', 'prepare')):
             story.submit(item)
-            story.begun('finish', item)
-        story.submit('c')
-        story.begun('compute', 'c')
-        story.submit('d')
-        story.begun('prepare', 'd')
+            story.begun(stage, item)
         story.pipeline.stop()
         return story.began['prepare', 'd'] - story.began['compute', 'c']
     assert prepared_after(lead=0.0) >= 0.3

@@ -1,4 +1,4 @@
-"""Somebody comes back in sight: joints that the frame does not place come along with those that it does."""
+"""A person comes back in sight: joints that the frame does not place come along with those that it does."""
 from dataclasses import replace
 
 import numpy as np
@@ -31,6 +31,6 @@ def test_whose_body_comes_along(unseen, seen, moves):
     np.testing.assert_allclose(after.position, expected, atol=1e-12)
 
 
-def test_nobody():
-    nobody = Tracks.none()
-    assert len(come_along(nobody.joints, nobody, np.zeros((0, 18), bool), 1.0).position) == 0
+def test_no_people():
+    none = Tracks.none()
+    assert len(come_along(none.joints, none, np.zeros((0, 18), bool), 1.0).position) == 0

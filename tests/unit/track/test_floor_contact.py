@@ -1,4 +1,4 @@
-"""Hidden feet and a known floor: who stands has them on it, nobody's are below, and what was measured stays."""
+"""Hidden feet and a known floor: standing people have them on it, no foot is below, and measured joints stay."""
 from dataclasses import replace
 
 import numpy as np
@@ -40,13 +40,13 @@ def after(xyz, trusted=NONE, measured=NONE):
     return stand(completion(xyz, trusted), np.broadcast_to(measured, (1, 18)), FLOOR).tracks.joints.position[0]
 
 
-def test_nobody():
-    nobody = Completion(Tracks.none(), *[np.zeros((0, 18), bool)] * 2, np.zeros((0, 18)))
-    assert len(stand(nobody, np.zeros((0, 18), bool), FLOOR).tracks) == 0
+def test_no_people():
+    none = Completion(Tracks.none(), *[np.zeros((0, 18), bool)] * 2, np.zeros((0, 18)))
+    assert len(stand(none, np.zeros((0, 18), bool), FLOOR).tracks) == 0
 
 
 @pytest.mark.parametrize('ankles', [-0.05, 0.05, 0.25])
-def test_ankles_without_a_keypoint_of_who_stands_are_on_the_floor(ankles):
+def test_ankles_without_a_keypoint_of_standing_people_are_on_the_floor(ankles):
     xyz = person(ankles=ankles)
     moved = after(xyz)
     np.testing.assert_allclose(heights(moved[ANKLES]), ON_FLOOR, atol=1e-9)
@@ -55,7 +55,7 @@ def test_ankles_without_a_keypoint_of_who_stands_are_on_the_floor(ankles):
     np.testing.assert_array_equal(moved[others], xyz[others])
 
 
-def test_feet_of_who_sits_are_where_they_were_but_for_those_below():
+def test_feet_of_sitting_people_stay_unless_below_the_floor():
     xyz = person(hips=0.5, knees=0.45, ankles=0.3)
     np.testing.assert_array_equal(after(xyz), xyz)
     np.testing.assert_allclose(heights(after(person(hips=0.5, knees=0.45, ankles=0))[ANKLES]), ON_FLOOR, atol=1e-9)

@@ -8,14 +8,14 @@ import pytest
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
+from skeleton_extract_3d.body.measures import stature_spread
 from skeleton_extract_3d.constants import METHOD
 from skeleton_extract_3d.lift.observation import observe
 from skeleton_extract_3d.points.depth import DepthImage
 from skeleton_extract_3d.settings import IdentityParams
 from skeleton_extract_3d.track.appearance import Clothes
-from skeleton_extract_3d.track.identity import assign, joined, stature_spread
-from skeleton_extract_3d.track.observations import repeated
-from skeleton_extract_3d.track.tracks import Tracks, middle_of_trunk
+from skeleton_extract_3d.track.identity import assign, compare, joined
+from skeleton_extract_3d.track.tracks import Tracks
 from synthetic_scene import Person, Room, pinhole, render, standing
 
 INDEX = COCO_18.index
@@ -56,7 +56,7 @@ def rows(tracks, frame, of_people=None, people=None, stamp=STAMP, **params):
     people = frame.people if people is None else people
     seen = observe(people, frame.size, DepthImage(frame.depth, frame.camera), frame.camera)
     of_people = of_people or Clothes.unknown(len(people))
-    return assign(tracks, seen, of_people, stamp, IdentityParams(**params)).tolist()
+    return assign(tracks, of_people, compare(tracks, seen), stamp, IdentityParams(**params)).tolist()
 
 
 def permuted(frame, order):
@@ -69,40 +69,34 @@ LEFT, RIGHT = (-0.8, 2.6), (0.7, 3.2)
 
 # --- assignment -----------------------------------------------------------------------------------------------------
 
-def test_nobody():
+def test_no_people():
     assert rows(tracks_at(), scene((0.0, 2.6)), people=People2D.empty(COCO_18)) == []
     assert rows(tracks_at(LEFT), scene(LEFT), people=People2D.empty(COCO_18)) == []
     assert rows(tracks_at(), scene(LEFT, RIGHT)) == [-1, -1]
 
 
-def test_people_are_whom_they_were_expected_to_be_in_any_order():
+def test_people_get_the_tracks_that_expect_them_in_any_order():
     frame = scene(LEFT, RIGHT, (2.0, 4.5))
     tracks = tracks_at(LEFT, RIGHT, (2.0, 4.5))
     assert rows(tracks, frame) == [0, 1, 2]
     assert rows(tracks, frame, people=permuted(frame, [2, 0, 1])) == [2, 0, 1]
 
 
-def test_a_newcomer_is_nobody_yet_and_who_left_is_missing():
+def test_a_new_person_has_no_track_and_a_lost_track_no_person():
     assert rows(tracks_at(LEFT), scene(LEFT, RIGHT)) == [0, -1]
     assert rows(tracks_at(LEFT, RIGHT), scene(RIGHT)) == [1]
 
 
 @pytest.mark.parametrize('step, same', [(0.1, True), (0.4, True), (0.7, False)])
-def test_who_is_beyond_the_gate_is_somebody_else(step, same):
+def test_a_person_who_is_beyond_the_gate_is_another_person(step, same):
     assert rows(tracks_at((0.0, 2.6)), scene((step, 2.6)), track_gate=0.5) == [0 if same else -1]
 
 
-def test_the_gate_grows_while_somebody_is_away():
+def test_the_gate_grows_while_a_person_is_away():
     tracks = tracks_at((0.0, 2.6), last_seen=STAMP - 1.0)
     assert rows(tracks, scene((1.2, 2.6)), track_gate=0.5, walking_speed=1.2) == [0]
     assert rows(tracks, scene((1.2, 2.6)), track_gate=0.5, walking_speed=0.2) == [-1]
     assert rows(tracks, scene((1.2, 2.6)), stamp=STAMP - 0.9, track_gate=0.5, walking_speed=1.2) == [-1]
-
-
-def test_two_who_passed_each_other_are_where_they_walked_to():
-    # one frame after they were in one line of sight; the tracks have been predicted
-    tracks = tracks_at((0.05, 2.4), (-0.08, 3.4))
-    assert rows(tracks, scene((-0.08, 3.4), (0.05, 2.4))) == [1, 0]
 
 
 def test_depth_tells_two_apart_who_are_in_one_line_of_sight():
@@ -113,23 +107,11 @@ def test_depth_tells_two_apart_who_are_in_one_line_of_sight():
     assert rows(tracks_at(far, near), frame) == [1, 0]
 
 
-def test_somebody_at_the_right_depth_is_likelier_than_somebody_in_line():
-    tracks = tracks_at((0.2, 2.4), (0.0, 3.0))
-    assert rows(tracks, scene((0.0, 2.4))) == [0]
-
-
 def test_all_together_matter_and_not_the_nearest_pair():
     # the first person is nearest to the second track, but then the second one would have none
     tracks = tracks_at((0.0, 2.6), (0.45, 2.6))
     frame = scene((0.3, 2.6), (0.75, 2.6))
     assert rows(tracks, frame) == [0, 1]
-
-
-def test_keypoints_of_few_joints_are_enough():
-    frame = scene(LEFT, RIGHT)
-    keypoints = frame.people.keypoints.copy()
-    keypoints[:, [i for i in range(18) if i not in (INDEX['neck'], INDEX['left_hip'])]] = (np.nan, np.nan, 0)
-    assert rows(tracks_at(LEFT, RIGHT), frame, people=People2D(COCO_18, keypoints, [1, 1], [-1, -1])) == [0, 1]
 
 
 # --- clothes --------------------------------------------------------------------------------------------------------
@@ -154,17 +136,12 @@ def test_two_who_come_back_from_out_of_sight_are_told_apart_by_colours():
     assert rows(tracks, frame, clothes(2, GREEN, RED), use_clothes=False) == [0, 1]
 
 
-def test_colours_count_little_for_those_who_were_never_out_of_sight():
+def test_colours_count_little_for_people_who_were_never_out_of_sight():
     # a shadow, or an arm before the chest: two who stand 1.5 m apart do not change places
     tracks = dressed(tracks_at(LEFT, RIGHT), RED, GREEN)
     assert rows(tracks, scene(LEFT, RIGHT), clothes(2, GREEN, RED)) == [0, 1]
     tracks = dressed(tracks_at(*MIDDLE), RED, GREEN)
     assert rows(tracks, scene(*MIDDLE), clothes(2, GREEN, RED)) == [0, 1]
-
-
-def test_other_colours_alone_do_not_make_somebody_else():
-    tracks = dressed(tracks_at(LEFT), RED)
-    assert rows(tracks, scene(LEFT), clothes(1, BLUE)) == [0]
 
 
 def test_unknown_colours_say_nothing():
@@ -187,7 +164,7 @@ def pieces(frame, *joints):
 
 def joints_after_joining(tracks, frame, people, row):
     seen = observe(people, frame.size, DepthImage(frame.depth, frame.camera), frame.camera)
-    people, row = joined(tracks, seen, np.array(row))
+    people, row = joined(tracks, seen, compare(tracks, seen), np.array(row))
     assert len(people) == len(row)
     return people.present.sum(axis=1).tolist(), row.tolist()
 
@@ -195,7 +172,7 @@ def joints_after_joining(tracks, frame, people, row):
 UPPER, EVERYTHING = [joint for joint in range(18) if joint not in LOWER], range(18)
 
 
-def test_a_half_is_joined_to_whom_its_joints_are_expected_of():
+def test_a_half_is_joined_to_the_track_that_expects_its_joints():
     frame = scene(LEFT)
     both = pieces(frame, UPPER).joined(pieces(frame, LOWER))
     assert joints_after_joining(tracks_at(LEFT), frame, both, [0, -1]) == ([18], [0])
@@ -204,7 +181,7 @@ def test_a_half_is_joined_to_whom_its_joints_are_expected_of():
     assert joints_after_joining(Tracks.none(), frame, both, [-1, -1]) == ([12, 6], [-1, -1])
 
 
-def test_who_shows_the_same_joints_is_nobodys_half():
+def test_a_person_with_the_same_joints_is_no_half():
     frame = scene(LEFT, (LEFT[0] + 0.15, LEFT[1]))
     for joints in (EVERYTHING, [*LOWER, 0, 1, 2]):
         assert joints_after_joining(tracks_at(LEFT), frame, pieces(frame, UPPER, joints), [0, -1])[1] == [0, -1]
@@ -219,45 +196,6 @@ def test_legs_at_another_place_or_depth_are_not_joined():
     assert joints_after_joining(tracks_at(LEFT), farther, both, [0, -1])[1] == [0, -1]
 
 
-# --- twice the same -------------------------------------------------------------------------------------------------
-
-def standing_at(*xs):
-    """Return the joints of people who stand beside each other, (P, 18, 3) [m], and that all are known."""
-    one = scene((0.0, 2.6)).xyz[0]
-    xyz = np.stack([one + np.array([x, 0, 0]) for x in xs]) if xs else np.zeros((0, 18, 3))
-    return xyz, np.ones(xyz.shape[:2], bool)
-
-
-def test_nobody_is_repeated():
-    assert repeated(*standing_at(), np.zeros(0, bool)).shape == (0,)
-    assert not repeated(*standing_at(0.0), np.array([False])).any()
-
-
-@pytest.mark.parametrize('apart, again', [(0.0, True), (0.15, True), (0.3, False), (1.0, False)])
-def test_who_stands_where_a_followed_person_stands_is_that_one(apart, again):
-    assert repeated(*standing_at(0.0, apart), np.array([True, False])).tolist() == [False, again]
-
-
-def test_who_is_that_one_with_left_and_right_exchanged_is_repeated():
-    xyz, known = standing_at(0.0, 0.1)
-    xyz[1] = xyz[1, list(COCO_18.swap)]
-    assert repeated(xyz, known, np.array([True, False])).tolist() == [False, True]
-
-
-def test_those_who_are_followed_are_themselves_however_near():
-    assert repeated(*standing_at(0.0, 0.05), np.array([True, True])).tolist() == [False, False]
-    assert repeated(*standing_at(0.0, 0.05), np.array([False, False])).tolist() == [False, False]
-
-
-def test_half_a_person_is_repeated_by_the_joints_that_both_have():
-    xyz, known = standing_at(0.0, 0.05)
-    known[1, 5:] = False
-    assert repeated(xyz, known, np.array([True, False])).tolist() == [False, True]
-    # a single shared joint may be by chance: two hands that shake
-    known[1, 1:] = False
-    assert repeated(xyz, known, np.array([True, False])).tolist() == [False, False]
-
-
 # --- the rest -------------------------------------------------------------------------------------------------------
 
 def test_statures_are_known_better_when_they_were_measured():
@@ -265,12 +203,6 @@ def test_statures_are_known_better_when_they_were_measured():
     sizes = tracks.sizes._replace(stature_weight=np.array([0, 10]))
     spread = stature_spread(sizes)
     assert spread[0] == METHOD.body.stature_spread and spread[1] < 0.6 * METHOD.body.stature_spread
-
-
-def test_a_track_stands_where_the_truth_does():
-    frame = scene(LEFT, RIGHT)
-    middle = middle_of_trunk(frame.xyz, np.ones((2, 18), bool))
-    np.testing.assert_allclose(middle[:, [0, 2]], [LEFT, RIGHT], atol=0.01)
 
 
 @pytest.mark.parametrize('values', [{'track_timeout': -1.0}, {'track_gate': 0.0}, {'birth_joints': 0},

@@ -28,7 +28,7 @@ def shares(room, rate, correlation, seconds=4.0):
             tracks = Tracks.begun(np.arange(count), stamp, xyz, np.tile([1.0, 0, 0], (count, 1)), np.full(count, 1.7))
         tracks = tracks.predicted(stamp - tracks.last_seen[0], SmoothingParams())
         joints = tracks.joints.corrected(xyz, covariance, all_of_them)
-        innovations, errors = joint_errors(tracks, joints, xyz, covariance, all_of_them, stamp)
+        innovations, errors = joint_errors(tracks, joints, (xyz, covariance), all_of_them, stamp)
         tracks = replace(tracks, joints=joints, errors=errors, innovations=innovations, last_seen=np.full(count, stamp))
         if stamp > SETTLED:
             ratios.append(np.linalg.norm(joints.position - truth, axis=2) / np.sqrt(errors))
@@ -48,6 +48,6 @@ def test_joints_that_are_not_measured_are_known_as_the_filter_says():
     xyz = np.random.default_rng(0).uniform(-0.5, 0.5, (1, 18, 3)) + np.array([0, 0, 3])
     tracks = Tracks.begun(np.arange(1), 1.0, xyz, np.array([[1.0, 0, 0]]), np.array([1.7]))
     missing = np.full((1, 18, 3, 3), np.nan)
-    innovations, errors = joint_errors(tracks, tracks.joints, xyz * np.nan, missing, np.zeros((1, 18), bool), 1.1)
+    innovations, errors = joint_errors(tracks, tracks.joints, (xyz * np.nan, missing), np.zeros((1, 18), bool), 1.1)
     assert innovations[0] == 0
     np.testing.assert_allclose(errors, tracks.joints.sigmas() ** 2)

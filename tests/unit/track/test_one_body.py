@@ -16,7 +16,7 @@ from skeleton_extract_3d.frame import Frame
 from skeleton_extract_3d.points.depth import DepthImage
 from skeleton_extract_3d.settings import EstimatorSettings
 from skeleton_extract_3d.track.completion import Completion
-from skeleton_extract_3d.track.observations import apart, in_one_place, separate
+from skeleton_extract_3d.track.one_body import apart, in_one_place, separate
 from skeleton_extract_3d.track.tracks import Tracks
 from synthetic_scene import (
     VISIBLE,
@@ -41,14 +41,14 @@ TRUNK = [COCO_18.index[name] for name in ('neck', 'right_shoulder', 'left_should
 FRAME = render(pinhole(320, 180), [Person(0, 0.0, 2.6, standing())], Room(wall=6.0))
 
 
-class Everybody:
-    """The people of a frame, of whom only the number counts here."""
+class Numbered:
+    """The people of a frame, as numbers."""
 
     def __init__(self, indices):
         self.indices = np.asarray(indices)
 
     def select(self, kept):
-        return Everybody(self.indices[kept])
+        return Numbered(self.indices[kept])
 
 
 def tracks_of(bodies, alone=None):
@@ -66,7 +66,7 @@ def left(bodies, alone, stamp, trusted=None, placed=None):
     placed = np.ones(tracks.has.shape, bool) if placed is None else placed
     trusted = placed if trusted is None else trusted
     seen, people, _ = separate(Completion(tracks, trusted, placed, np.zeros(placed.shape)),
-                               Everybody(range(len(tracks))), stamp)
+                               Numbered(range(len(tracks))), stamp)
     assert len(seen.tracks) == len(seen.trusted) == len(seen.placed) == len(seen.sigma) == len(people.indices)
     assert seen.tracks.ids.tolist() == people.indices.tolist()
     return people.indices.tolist(), seen.tracks.alone.tolist()
@@ -76,20 +76,20 @@ def body(x=0.0):
     return FRAME.xyz[0] + np.array([x, 0, 0])
 
 
-def test_nobody_and_somebody_alone():
+def test_no_people_and_one_alone():
     assert left([], [], 10.0) == ([], [])
     assert left([body()], [9.9], 10.0) == ([0], [10.0])
 
 
 @pytest.mark.parametrize('other', [body(0.1), body(0.1)[SWAP]], ids=['copy', 'left and right exchanged'])
-def test_who_is_in_the_place_of_somebody_for_too_long_goes(other):
+def test_a_person_in_the_place_of_another_for_too_long_goes(other):
     stays, alone = left([body(), other], [9.9, 9.9], 10.0)
     assert stays == [0, 1] and alone == [10.0, 9.9]
     assert left([body(), other], [9.9, 10.01 - LONGEST], 10.0)[0] == [0, 1]
     assert left([body(), other], [9.9, 9.99 - LONGEST], 10.0)[0] == [0]
 
 
-def test_newcomers_in_the_place_of_somebody_go_at_once():
+def test_new_people_in_the_place_of_a_track_go_at_once():
     assert left([body(), body(0.1), body(1.0)], [9.9, -np.inf, -np.inf], 10.0) == ([0, 2], [10.0, 10.0])
 
 
@@ -98,15 +98,7 @@ def test_people_who_touch_are_two():
     assert left([body(), body() + np.array([0, 0, 0.25])], [0.0, 0.0], 10.0)[0] == [0, 1]
 
 
-def test_halves_are_compared_by_the_joints_that_were_inferred():
-    placed = np.ones((2, 18), bool)
-    placed[1, 4:] = False
-    assert left([body(), body(0.05)], [0.0, 0.0], 10.0, placed=placed)[0] == [0]
-    placed[1, METHOD.track.one_body.least_joints - 1:] = False
-    assert left([body(), body(0.05)], [0.0, 0.0], 10.0, placed=placed)[0] == [0, 1]
-
-
-def test_who_was_taken_for_somebody_who_goes_is_no_reason_to_go():
+def test_the_place_of_a_person_who_goes_is_free():
     """Of three in a row the middle one goes, and the third is alone."""
     assert left([body(), body(0.12), body(0.24)], [0.0, 0.0, 0.0], 10.0)[0] == [0, 2]
 
@@ -122,22 +114,22 @@ def test_halves_are_one_by_a_trunk_that_is_told_less_exactly():
     two = [body(), body(0.2)]
     assert left(two, [0.0, 0.0], 10.0, halves())[0] == [0]
     assert left(two, [0.0, 0.0], 10.0, halves(1, 2))[0] == [0]
-    assert left(two, [0.0, 0.0], 10.0, halves(1, 2, 3))[0] == [0, 1]  # of whom both show shoulder and arm, they are two
+    assert left(two, [0.0, 0.0], 10.0, halves(1, 2, 3))[0] == [0, 1]  # both show shoulder and arm: they are two
     assert left([body(), body(0.3)], [0.0, 0.0], 10.0, halves())[0] == [0, 1]
 
 
-def test_who_was_elsewhere_before_is_remembered():
+def test_a_person_who_was_elsewhere_before_is_remembered():
     for since, remembered in ((2.5, [1]), (1.5, [])):
         completion = Completion(tracks_of([body(), body(0.1)], [9.0, since]), *np.ones((3, 2, 18), bool))
-        assert separate(completion, Everybody(range(2)), 10.0)[2].ids.tolist() == remembered
+        assert separate(completion, Numbered(range(2)), 10.0)[2].ids.tolist() == remembered
 
 
-def test_who_is_not_seen_is_not_where_somebody_is_seen():
+def test_hidden_people_are_not_in_the_place_of_visible_ones():
     seen = Completion(tracks_of([body()]), *np.ones((3, 1, 18), bool))
-    nobody = Completion(Tracks.none(), *np.ones((3, 0, 18), bool))
+    none = Completion(Tracks.none(), *np.ones((3, 0, 18), bool))
     hidden = tracks_of([body(0.1), body(0.3), body(0.1)[SWAP]])
     assert apart(hidden, seen).ids.tolist() == [1]
-    assert apart(hidden, nobody) is hidden and len(apart(Tracks.none(), seen)) == 0
+    assert apart(hidden, none) is hidden and len(apart(Tracks.none(), seen)) == 0
 
 
 @settings(max_examples=60, deadline=None, derandomize=True, database=None)
@@ -145,7 +137,7 @@ def test_who_is_not_seen_is_not_where_somebody_is_seen():
     arrays(float, (12, count, 3), elements=st.floats(-0.3, 0.3)), arrays(bool, (count,)),
     arrays(bool, (12, count, 18)))))
 def test_no_two_are_in_one_place_for_longer(story):
-    """Whoever moves through whom, with any joints, at 15 Hz: nobody who is left shares a place for longer."""
+    """People move through each other, with any joints, at 15 Hz: none that is left shares a place for longer."""
     places, exchanged, found = story
     tracks, together = tracks_of(body() + np.zeros((len(exchanged), 1, 1))), {}
     for i, (place, placed) in enumerate(zip(places, found)):
@@ -154,7 +146,7 @@ def test_no_two_are_in_one_place_for_longer(story):
         tracks = replace(tracks, joints=tracks.joints._replace(position=xyz))
         placed = placed[tracks.ids]
         seen, _, _ = separate(Completion(tracks, placed, placed, np.zeros(placed.shape)),
-                              Everybody(range(len(tracks))), stamp)
+                              Numbered(range(len(tracks))), stamp)
         tracks = seen.tracks
         same = in_one_place(tracks.joints.position, seen.placed, ONE_BODY.least_joints, ONE_BODY.thickness)
         pairs = {(tracks.ids[a], tracks.ids[b]) for a, b in zip(*np.nonzero(np.triu(same, 1)))}
@@ -176,18 +168,6 @@ def test_two_bodies_that_touch_are_two_whichever_joints_are_found(direction, dis
     assert left([body(), other], [0.0, 0.0], 10.0, trusted, placed)[0] == [0, 1]
 
 
-def test_a_copy_with_left_and_right_exchanged_is_one_person():
-    """A network that finds somebody a second time, as from behind."""
-    estimator = PeopleEstimator(build(EstimatorSettings, {}))
-    copy = FRAME.people.keypoints[:, SWAP].copy()
-    copy[..., :2] += 1.5
-    twice = People2D(COCO_18, np.concatenate([FRAME.people.keypoints, copy]), [1, 0.9], [-1, -1])
-    for i in range(10):
-        people = estimator.update(FRAME.people if i < 3 else twice, Frame(
-            '', i / 15, None, DepthImage(FRAME.depth, FRAME.camera), size=FRAME.size)).people
-        assert people.ids.tolist() == [1]
-
-
 # --- with the estimator ----------------------------------------------------------------------------------------------
 
 def people_of(estimator, frame, people_2d, stamp):
@@ -199,6 +179,17 @@ def in_halves(people, joints):
     first = np.isin(np.arange(18), joints)
     upper, lower = (without_joints(people, np.tile(gone, (len(people), 1))) for gone in (~first, first))
     return upper.joined(lower)
+
+
+def test_a_copy_with_left_and_right_exchanged_is_one_person():
+    """A network that finds a person a second time, as from behind."""
+    estimator = PeopleEstimator(build(EstimatorSettings, {}))
+    copy = FRAME.people.keypoints[:, SWAP].copy()
+    copy[..., :2] += 1.5
+    twice = People2D(COCO_18, np.concatenate([FRAME.people.keypoints, copy]), [1, 0.9], [-1, -1])
+    for i in range(10):
+        people = people_of(estimator, FRAME, FRAME.people if i < 3 else twice, i / 15)
+        assert people.ids.tolist() == [1]
 
 
 @pytest.mark.parametrize('joints, cut', [
@@ -224,7 +215,7 @@ def arms(forwards):
 
 HAND = Pose(np.stack([pointing(60, 0, -1), pointing(0, 5, 1)]), np.stack([pointing(80, 0, -1), pointing(0, 5, 1)]),
             standing().thighs, standing().shins)
-# Pairs whom nobody shall take for one: they touch, or one is behind the other.
+# Pairs that must not become one: they touch, or one is behind the other.
 PAIRS = {
     'hug': (Person(0, -0.15, 2.4, arms(80), yaw=np.pi / 2), Person(1, 0.15, 2.4, arms(60), yaw=-np.pi / 2)),
     'handshake': (Person(0, -0.4, 2.4, HAND, yaw=np.pi / 2), Person(1, 0.4, 2.4, HAND, yaw=-np.pi / 2)),
@@ -248,7 +239,7 @@ def test_two_who_touch_stay_two(pair):
     assert (np.nanmedian(off, axis=1) < 0.15).all()
 
 
-def test_who_was_put_on_another_by_mistake_keeps_the_id():
+def test_a_person_who_was_put_on_another_by_mistake_keeps_the_id():
     """For half a second, a network finds one of two a second time instead of the other."""
     frame = render(pinhole(320, 180), [Person(0, -0.25, 2.6, standing()), Person(1, 0.25, 2.6, standing())],
                    Room(wall=6.0))

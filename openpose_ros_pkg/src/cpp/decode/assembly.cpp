@@ -14,7 +14,7 @@ std::vector<LimbCandidate> matchLimbs(std::vector<LimbCandidate> candidates, con
   const auto priority = [&](const LimbCandidate& limb) {
     return limb.score + peak_weight * (peaks[limb.start].score + peaks[limb.end].score);
   };
-  // Limbs for which nearness alone speaks come last: they only add to people whom others have started.
+  // Limbs of score 0 come last: they only add to people that others have started.
   const auto precedes = [&](const LimbCandidate& first, const LimbCandidate& second) {
     if ((first.score <= 0.0f) != (second.score <= 0.0f))
     {
@@ -55,7 +55,7 @@ bool join(Person& person, Person& other)
   return true;
 }
 
-/** Merge limbs into people; each peak belongs to one person at most. Who was joined to another has no joints. */
+/** Merge limbs into people; each peak belongs to one person at most. People that were merged into others have no joints. */
 std::vector<Person> mergeLimbs(const std::vector<LimbCandidate>& matched, const std::vector<Peak>& peaks, int joints,
                                const std::vector<Limb>& limbs)
 {

@@ -58,28 +58,26 @@ DIRECT = DirectConstants()
 
 
 def decode_direct(outputs: Sequence[np.ndarray], model: Model, params: DirectDecodeParams, net_size: Tuple[int, int],
-                  valid_size: Optional[Tuple[int, int]] = None, offset: Tuple[int, int] = (0, 0)) -> Poses:
+                  valid: Optional[Tuple[int, int, int, int]] = None, constants: DirectConstants = DIRECT) -> Poses:
     """Turn the outputs for one image into people.
 
     Args:
         outputs: float32, as `Backend.infer` gives them, without the first axis (the image).
         model: tells the decoder and the joints that are wanted.
         net_size: (width, height) of the network's input [px].
-        valid_size: (width, height) of the image within it [px]; what lies beyond is padding, and joints there are
-            missing. None: all of it.
-        offset: left and top of the image within it [px].
+        valid: left, top, width and height of the image within it [px]; joints in the padding beyond are missing.
+            None: all of it.
 
     Returns:
-        People in pixels of the network's input, the surest first. Everybody has a joint.
+        People in pixels of the network's input, the surest first. Each has a joint.
     """
-    joints, scores = _DECODERS[model.decoder](outputs, params, net_size)
-    width, height = valid_size or net_size
+    joints, scores = _DECODERS[model.decoder](outputs, params.direct_person_score, net_size, constants)
+    left, top, width, height = valid or (0, 0, *net_size)
     x, y, confidence = np.moveaxis(joints, 2, 0)
     # A pixel reaches half a pixel beyond its centre.
-    seen = (np.abs(x - offset[0] + 0.5 - width / 2) <= width / 2) & (
-        np.abs(y - offset[1] + 0.5 - height / 2) <= height / 2)
+    seen = (np.abs(x - left + 0.5 - width / 2) <= width / 2) & (np.abs(y - top + 0.5 - height / 2) <= height / 2)
     seen &= (confidence > 0) & (confidence >= params.direct_joint_score)
-    # Before people are compared: where a joint out of sight is put is chance.
+    # before people are compared: the place of a joint out of sight is chance
     people = keypoints_in(np.where(seen[..., np.newaxis], joints, (np.nan, np.nan, 0)), COCO_17, model.skeleton)
     known = seen.any(axis=1)
     people, scores = people[known], scores[known]
@@ -88,21 +86,21 @@ def decode_direct(outputs: Sequence[np.ndarray], model: Model, params: DirectDec
     return Poses(people[kept].astype(np.float32), scores[kept].astype(np.float32))
 
 
-def _decode_movenet(outputs: Sequence[np.ndarray], params: DirectDecodeParams,
-             net_size: Tuple[int, int]) -> Tuple[np.ndarray, np.ndarray]:
+def _decode_movenet(outputs: Sequence[np.ndarray], least: float, net_size: Tuple[int, int],
+                    constants: DirectConstants) -> Tuple[np.ndarray, np.ndarray]:
     """Return joints (P, 17, 3) in pixels and scores (P,) of MoveNet MultiPose.
 
     Its model card: 17 times y, x, score, then ymin, xmin, ymax, xmax, score; positions as shares of the input.
     """
     rows = np.asarray(outputs[0], np.float64)
-    rows = rows[rows[:, 55] >= (params.direct_person_score or DIRECT.movenet_person)]
+    rows = rows[rows[:, 55] >= (least or constants.movenet_person)]
     joints = rows[:, :51].reshape(-1, 17, 3)[..., [1, 0, 2]]
     joints[..., :2] = joints[..., :2] * net_size - 0.5
     return joints, rows[:, 55]
 
 
-def _decode_single_person(outputs: Sequence[np.ndarray], params: DirectDecodeParams,
-                          net_size: Tuple[int, int]) -> Tuple[np.ndarray, np.ndarray]:
+def _decode_single_person(outputs: Sequence[np.ndarray], least: float, net_size: Tuple[int, int],
+                          constants: DirectConstants) -> Tuple[np.ndarray, np.ndarray]:
     """Return joints (P, 17, 3) in pixels and scores (P,) of MoveNet for one person; P is 0 or 1.
 
     It gives (1, 17, 3): y, x as shares of the input, and score. The person's score is the mean of those of the joints.
@@ -110,25 +108,25 @@ def _decode_single_person(outputs: Sequence[np.ndarray], params: DirectDecodePar
     joints = np.asarray(outputs[0], np.float64)[..., [1, 0, 2]]
     joints[..., :2] = joints[..., :2] * net_size - 0.5
     scores = joints[..., 2].mean(axis=1)
-    sure = scores >= (params.direct_person_score or DIRECT.movenet_person)
+    sure = scores >= (least or constants.movenet_person)
     return joints[sure], scores[sure]
 
 
-def _decode_rtmo(outputs: Sequence[np.ndarray], params: DirectDecodeParams,
-          net_size: Tuple[int, int]) -> Tuple[np.ndarray, np.ndarray]:
+def _decode_rtmo(outputs: Sequence[np.ndarray], least: float, net_size: Tuple[int, int],
+                 constants: DirectConstants) -> Tuple[np.ndarray, np.ndarray]:
     """Return joints (P, 17, 3) in pixels and scores (P,) of RTMO, of boxes that overlap only the surest.
 
     It gives boxes (N, 5): x1, y1, x2, y2 [px of its input], score; and keypoints (N, 17, 3): x, y [px], score.
     """
     boxes, joints = (np.asarray(output, np.float64) for output in outputs)
-    sure = boxes[:, 4] >= (params.direct_person_score or DIRECT.rtmo_person)
+    sure = boxes[:, 4] >= (least or constants.rtmo_person)
     boxes, joints = boxes[sure], joints[sure]
-    kept = _without_overlap(boxes[:, :4], boxes[:, 4], DIRECT.rtmo_overlap)
+    kept = _without_overlap(boxes[:, :4], boxes[:, 4], constants.rtmo_overlap)
     return joints[kept], boxes[kept, 4]
 
 
-def _decode_yolo(outputs: Sequence[np.ndarray], params: DirectDecodeParams,
-                 net_size: Tuple[int, int]) -> Tuple[np.ndarray, np.ndarray]:
+def _decode_yolo(outputs: Sequence[np.ndarray], least: float, net_size: Tuple[int, int],
+                 constants: DirectConstants) -> Tuple[np.ndarray, np.ndarray]:
     """Return joints (P, 17, 3) in pixels and scores (P,) of YOLO-pose (v8, 11, 26).
 
     It gives one of two forms, in pixels of its input from the corner of the first one (measured with mirror images),
@@ -136,16 +134,16 @@ def _decode_yolo(outputs: Sequence[np.ndarray], params: DirectDecodeParams,
     - raw, (56, N): x and y of the middle of the box, its width, height and score;
     - end to end, (N, 57): x1, y1, x2, y2, score, class (there is one), of boxes that are different people already;
       unused rows are 0.
-    The network rates joints as if somebody were there, so the score of a joint is its visibility times the person's.
+    Visibility supposes that there is a person, so the score of a joint is its visibility times the person's score.
     """
     output = outputs[0]
     end_to_end = output.shape[1] == 57
     rows = output if end_to_end else output.T
-    rows = rows[rows[:, 4] >= (params.direct_person_score or DIRECT.yolo_person)].astype(np.float64)
+    rows = rows[rows[:, 4] >= (least or constants.yolo_person)].astype(np.float64)
     if not end_to_end:
         half = rows[:, 2:4] / 2
         boxes = np.hstack([rows[:, :2] - half, rows[:, :2] + half])
-        rows = rows[_without_overlap(boxes, rows[:, 4], DIRECT.yolo_overlap)]
+        rows = rows[_without_overlap(boxes, rows[:, 4], constants.yolo_overlap)]
     joints = rows[:, -51:].reshape(-1, 17, 3) - (0.5, 0.5, 0)
     joints[..., 2] *= rows[:, 4:5]
     return joints, rows[:, 4]
@@ -157,14 +155,10 @@ _DECODERS: Dict[str, Callable[..., Tuple[np.ndarray, np.ndarray]]] = {
 
 
 def _surest(scores: np.ndarray, same: Callable[[int, int], bool]) -> List[int]:
-    """Go through people from the surest on and leave out those who are the same as one before.
+    """Return the indices of people with (P,) scores, the surest first, without duplicates of surer ones.
 
     Args:
-        scores: (P,).
         same: whether two people, by their indices, are the same.
-
-    Returns:
-        Indices of those who are left, the surest first.
     """
     kept: List[int] = []
     for i in np.argsort(-scores, kind='stable'):

@@ -9,7 +9,7 @@ each a function of the compiled module `openpose_ros_decode`:
    Two peaks almost in one place are kept with score 0: seen along its own axis a limb has no direction that a field
    could show, like a shoulder of a person in profile.
 3. Assembly: limbs are matched greedily, the best first, and those that share a joint are merged into people. Limbs of
-   score 0 come last and only add to people whom others have started. The score of a person is the mean of the scores
+   score 0 come last and only add to people that others have started. The score of a person is the mean of the scores
    of its joints and limbs.
 """
 import functools
@@ -37,9 +37,6 @@ class DecodeParams(Parameters):
     joints and limbs, divided by the joints); below 0.25 scenes without people begin to show some.
     """
 
-    decoder: str = parameter(
-        'auto', 'Without effect, and kept so that older configuration files load: there is one decoder.',
-        choices=('auto', 'compiled', 'numpy'))
     heatmap_upsample: int = parameter(
         2, 'Factor by which the confidence maps are enlarged before peaks are sought. 1 saves half a millisecond.',
         minimum=1, maximum=8)
@@ -82,15 +79,18 @@ class DecodeConstants:
              'the end of a limb shall not take it from the true joint.')
 
 
+DECODE = DecodeConstants()
+
+
 def decode_fields(fields: np.ndarray, model: Model, params: DecodeParams,
-                  valid_size: Optional[Tuple[int, int]] = None) -> Poses:
+                  valid_size: Optional[Tuple[int, int]] = None, constants: DecodeConstants = DECODE) -> Poses:
     """Find the people in a network's output.
 
     Args:
         fields: (C, h, w) float32, confidence maps followed by the PAF.
         model: tells which channel is what.
-        valid_size: (width, height) of the image within the network's input [px]; what lies beyond is padding, where
-            nobody is.
+        valid_size: (width, height) of the image within the network's input [px]; what lies beyond is padding without
+            people.
 
     Returns:
         People in pixels of the network's input, the surest first.
@@ -99,13 +99,13 @@ def decode_fields(fields: np.ndarray, model: Model, params: DecodeParams,
         ValueError: the fields have not as many channels as the model says.
     """
     skeleton = model.skeleton
-    peaks = find_peaks(fields[:len(skeleton.joints)], model, params, valid_size)
-    candidates = score_limbs(fields[model.heatmaps:], peaks, model, params)
-    return assemble(candidates, peaks, skeleton, params)
+    peaks = find_peaks(fields[:len(skeleton.joints)], model, params, valid_size, constants)
+    candidates = score_limbs(fields[model.heatmaps:], peaks, model, params, constants)
+    return assemble(candidates, peaks, skeleton, params, constants)
 
 
 def find_peaks(heatmaps: np.ndarray, model: Model, params: DecodeParams,
-               valid_size: Optional[Tuple[int, int]] = None) -> np.ndarray:
+               valid_size: Optional[Tuple[int, int]] = None, constants: DecodeConstants = DECODE) -> np.ndarray:
     """Find the local maxima above the thresholds of the user and of the network.
 
     Args:
@@ -119,10 +119,12 @@ def find_peaks(heatmaps: np.ndarray, model: Model, params: DecodeParams,
     limit = (np.inf, np.inf) if valid_size is None else (valid_size[0] - 0.5, valid_size[1] - 0.5)
     scale = model.stride / params.heatmap_upsample
     return openpose_ros_decode.find_peaks(_framed_maps(heatmaps, params.heatmap_upsample), scale, *limit,
-                                          max(model.peak_threshold, params.peak_threshold), _settings(params))
+                                          max(model.peak_threshold, params.peak_threshold),
+                                          _settings(params, constants))
 
 
-def score_limbs(pafs: np.ndarray, peaks: np.ndarray, model: Model, params: DecodeParams) -> np.ndarray:
+def score_limbs(pafs: np.ndarray, peaks: np.ndarray, model: Model, params: DecodeParams,
+                constants: DecodeConstants = DECODE) -> np.ndarray:
     """Rate every pair of peaks that a limb may connect, and keep those with support.
 
     Args:
@@ -139,10 +141,12 @@ def score_limbs(pafs: np.ndarray, peaks: np.ndarray, model: Model, params: Decod
     limbs = _limb_table(skeleton)
     if len(limbs) and max(limbs['paf_x'].max(), limbs['paf_y'].max()) >= len(pafs):
         raise ValueError(f'the limbs of {skeleton.name} name channels that are not there: {len(pafs)} channels')
-    return openpose_ros_decode.score_limbs(pafs, peaks, len(skeleton.joints), limbs, model.stride, _settings(params))
+    return openpose_ros_decode.score_limbs(pafs, peaks, len(skeleton.joints), limbs, model.stride,
+                                           _settings(params, constants))
 
 
-def assemble(candidates: np.ndarray, peaks: np.ndarray, skeleton: SkeletonModel, params: DecodeParams) -> Poses:
+def assemble(candidates: np.ndarray, peaks: np.ndarray, skeleton: SkeletonModel, params: DecodeParams,
+             constants: DecodeConstants = DECODE) -> Poses:
     """Match limbs and merge them into people; see `decode_fields` for what is returned.
 
     Args:
@@ -150,7 +154,7 @@ def assemble(candidates: np.ndarray, peaks: np.ndarray, skeleton: SkeletonModel,
         peaks: of `find_peaks`.
     """
     chosen, scores = openpose_ros_decode.assemble(candidates, peaks, len(skeleton.joints), _limb_table(skeleton),
-                                                  _settings(params))
+                                                  _settings(params, constants))
     joints = np.full((len(peaks) + 1, 3), (np.nan, np.nan, 0), np.float32)  # the last for -1, which is missing
     for column, name in enumerate(('x', 'y', 'score')):
         joints[:-1, column] = peaks[name]
@@ -158,8 +162,8 @@ def assemble(candidates: np.ndarray, peaks: np.ndarray, skeleton: SkeletonModel,
 
 
 @functools.lru_cache(maxsize=16)
-def _settings(params: DecodeParams) -> openpose_ros_decode.Settings:
-    return openpose_ros_decode.Settings(params, DecodeConstants())
+def _settings(params: DecodeParams, constants: DecodeConstants) -> openpose_ros_decode.Settings:
+    return openpose_ros_decode.Settings(params, constants)
 
 
 @functools.lru_cache(maxsize=16)

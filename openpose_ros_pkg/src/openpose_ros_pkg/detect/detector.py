@@ -5,24 +5,24 @@ from typing import Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
 
-from openpose_ros_pkg.decode.direct import DirectDecodeParams
-from openpose_ros_pkg.decode.paf import DecodeParams
 from openpose_ros_pkg.detect.detection import DepthView
+from openpose_ros_pkg.detect.ensemble import DetectorSettings as DetectorSettings
+from openpose_ros_pkg.detect.ensemble import LiveDetectorSettings as LiveDetectorSettings
 from openpose_ros_pkg.detect.ensemble import (
-    EnsembleParams,
     Opinions,
-    accepted,
+    Setup,
+    accepted_people,
     candidate_thresholds,
     vote_on_people,
 )
-from openpose_ros_pkg.detect.following import NOBODY, FollowingParams
-from openpose_ros_pkg.detect.head_recovery import Missed, find_missed
+from openpose_ros_pkg.detect.following import NEVER_FOLLOWED, FollowingParams
+from openpose_ros_pkg.detect.head_recovery import recover
 from openpose_ros_pkg.detect.recipes import DetectorParams, Recipe, recipe_of
-from openpose_ros_pkg.detect.refinement import prepare_crop, refine
+from openpose_ros_pkg.detect.refinement import CrowdImage, prepare_crop, refine
 from openpose_ros_pkg.detect.target_rate import fitted_to_rate
 from openpose_ros_pkg.detect.views import PreparedView, compute_views, decode_views, prepare_views
 from openpose_ros_pkg.errors import BadInputError, MissingWeightsError, ModelError, ParameterError
-from openpose_ros_pkg.networks.backends import Backend, BackendParams, LiveBackendParams, create_backend
+from openpose_ros_pkg.networks.backends import Backend, BackendParams, create_backend
 from openpose_ros_pkg.networks.models import OPTIONAL, Model, weights_path
 from openpose_ros_pkg.people import People2D, Poses
 from openpose_ros_pkg.skeletons import SkeletonModel
@@ -32,39 +32,6 @@ from openpose_ros_pkg.stream.fair_lock import FairLock
 # compiled with its first image: 0.3 s of processor time where they are kept on disk, 1.6 s where not.
 USUAL_SIZE = (960, 540)
 _log = logging.getLogger(__name__)
-
-
-@dataclass(frozen=True)
-class DetectorSettings:
-    """All parameters of the detector."""
-
-    detector: DetectorParams
-    backend: BackendParams
-    decode: DecodeParams
-    direct: DirectDecodeParams
-    ensemble: EnsembleParams
-
-
-@dataclass(frozen=True)
-class LiveDetectorSettings(DetectorSettings):
-    """All parameters of the detector, with the defaults of nodes."""
-
-    backend: LiveBackendParams
-
-
-@dataclass(frozen=True)
-class Setup:
-    """What a frame is computed with, whatever is reconfigured in the meantime.
-
-    Attributes:
-        decode, direct: thresholds of the decoders; where several opinions follow, those of candidates.
-    """
-
-    recipe: Recipe
-    networks: Dict[str, Backend]
-    settings: DetectorSettings
-    decode: DecodeParams
-    direct: DirectDecodeParams
 
 
 @dataclass(frozen=True)
@@ -180,9 +147,8 @@ class Detector:
         ModelError: weights are missing or damaged, or the network computes wrong results.
     """
 
-    def __init__(self, settings: DetectorSettings, networks: Networks, following: FollowingParams = NOBODY) -> None:
-        if settings.decode.decoder != 'auto':
-            _log.warning("parameter 'decoder' = %r has no effect: there is one decoder", settings.decode.decoder)
+    def __init__(self, settings: DetectorSettings, networks: Networks,
+                 following: FollowingParams = NEVER_FOLLOWED) -> None:
         self._networks, self._following = networks, following
         self.lock = FairLock()
         self._setup = _setup(*self._load(settings.detector), settings)
@@ -241,11 +207,11 @@ class Detector:
         recipe, networks, (width, height) = self._setup.recipe, self._setup.networks, USUAL_SIZE
         blank = self.prepare(np.zeros((height, width, 3), np.uint8))
         rows = np.linspace(0.0, height - 1.0, len(recipe.skeleton.joints))
-        somebody = np.stack([np.full_like(rows, width / 2), rows, np.ones_like(rows)], axis=1)
+        person = np.stack([np.full_like(rows, width / 2), rows, np.ones_like(rows)], axis=1)
         with self.lock:
             self.compute(blank)
             for refinement in recipe.refinements:
-                crop = prepare_crop(blank.bgr, somebody, refinement, [somebody], recipe.skeleton)
+                crop = prepare_crop(CrowdImage(blank.bgr, [person], recipe.skeleton), person, refinement)
                 for people in (1, 2):  # several are computed side by side, by a network that is compiled for it
                     compute_views(people * [crop], networks[refinement.model.name])
 
@@ -282,22 +248,22 @@ class Detector:
                  for one, of_pass in zip(recipe.passes, prepared)]
         seconds = sum(view.seconds for of_pass in views for view in of_pass)
         found = [poses for one, of_pass in zip(recipe.passes, views)
-                 for poses in decode_views(one, of_pass, setup.decode, setup.direct)]
+                 for poses in decode_views(one, of_pass, setup)]
         poses, opinions = found[0], []
         if recipe.is_ensemble:
             people = vote_on_people(found, recipe)._replace(depth=frame.depth)
             if recipe.refinements:
-                people, crop_seconds = refine(people, frame.bgr, recipe, setup.networks, setup.direct,
-                                              setup.settings.decode.person_min_score)
+                people, crop_seconds = refine(people, frame.bgr, setup, setup.settings.decode.person_min_score)
                 seconds += crop_seconds
             opinions = people.opinions
-            poses, missed = with_missed(people.poses, frame)
-            seconds += missed.seconds
+            recovered = recover(people.poses, frame.bgr, frame.depth, setup)
+            poses = people.poses.joined(recovered.poses)
+            seconds += recovered.seconds
         return ComputedFrame((frame.bgr.shape[1], frame.bgr.shape[0]), poses, seconds, setup, opinions)
 
     def finish(self, frame: ComputedFrame) -> People2D:
         """Return the people of a computed image; see `detect`."""
-        return people_of(frame.poses, frame.setup, frame.image_size)[0]
+        return accepted_people(frame.poses, frame.setup, frame.image_size)[0]
 
     def _load(self, params: DetectorParams) -> Tuple[Recipe, Dict[str, Backend]]:
         """Return the recipe that the parameters ask for, or a faster one for `target_rate`, and its networks."""
@@ -310,7 +276,7 @@ class Detector:
         return recipe, {name: loaded[name] for name in names}
 
 
-def create_detector(settings: DetectorSettings, following: FollowingParams = NOBODY) -> Detector:
+def create_detector(settings: DetectorSettings, following: FollowingParams = NEVER_FOLLOWED) -> Detector:
     """Load the networks that the parameters ask for, and reduce what is computed for `target_rate`; see `Detector`.
 
     Raises:
@@ -331,28 +297,6 @@ def prepare_frame(bgr: np.ndarray, setup: Setup, views: bool = True, depth: Opti
     return PreparedFrame(bgr, _views(bgr, setup.recipe) if views else [], setup, depth)
 
 
-def people_of(poses: Poses, setup: Setup, image_size: Tuple[int, int]) -> Tuple[People2D, np.ndarray]:
-    """Return who is accepted of the people in an image of (width, height) [px], without ids, and their indices."""
-    kept = np.arange(len(poses.scores))
-    if setup.recipe.is_ensemble:
-        poses, kept = accepted(poses, setup.recipe, setup.settings.decode, setup.settings.ensemble)
-    # half a pixel beyond the centre of the outermost pixel is still that pixel
-    keypoints = poses.keypoints.copy()
-    keypoints[..., :2] = np.clip(keypoints[..., :2], 0, np.subtract(image_size, 1))
-    return People2D(setup.recipe.skeleton, keypoints, poses.scores, np.full(len(poses.scores), -1)), kept
-
-
-def with_missed(poses: Poses, frame: PreparedFrame) -> Tuple[Poses, Missed]:
-    """Return people with those behind them whom only the depth of the image tells, and these; see `find_missed`."""
-    setup, image = frame.setup, frame.bgr
-    if frame.depth is None:
-        return poses, Missed(Poses(poses.keypoints[:0], poses.scores[:0]), 0, 0.0)
-    people = people_of(poses, setup, (image.shape[1], image.shape[0]))[0]
-    missed = find_missed(people.keypoints, image, frame.depth, setup.recipe, setup.networks, setup.direct)
-    return Poses(np.concatenate([poses.keypoints, missed.poses.keypoints]),
-                 np.concatenate([poses.scores, missed.poses.scores])), missed
-
-
 def _views(bgr: np.ndarray, recipe: Recipe) -> List[List[PreparedView]]:
     return [prepare_views(bgr, one) for one in recipe.passes]
 
@@ -361,7 +305,7 @@ def _setup(recipe: Recipe, networks: Dict[str, Backend], settings: DetectorSetti
     decode, direct = settings.decode, settings.direct
     if recipe.is_ensemble:
         decode, direct = candidate_thresholds(decode, direct)
-    return Setup(recipe, networks, settings, decode, direct)
+    return Setup(recipe, networks, decode, direct, settings)
 
 
 def _check_image(bgr: np.ndarray) -> None:

@@ -1,6 +1,6 @@
-"""Several opinions on the same people become one: which poses are the same person, and where its joints are.
+"""Ensemble: poses of several networks, sizes and crops are grouped by person and voted on.
 
-Every network, input size and crop gives poses, its opinion. A joint is placed where the opinions, weighted by their
+Each source gives poses, its opinions. A joint is placed where the opinions, weighted by their
 scores, promise the greatest object keypoint similarity (`oks`). Its score is the share of the opinions that agree:
 high where all networks see the joint, low where one sees it alone.
 """
@@ -12,12 +12,13 @@ import numpy as np
 from openpose_ros_pkg.decode.direct import DirectDecodeParams
 from openpose_ros_pkg.decode.paf import DecodeParams
 from openpose_ros_pkg.detect.detection import DepthView
-from openpose_ros_pkg.detect.recipes import Recipe
+from openpose_ros_pkg.detect.recipes import DetectorParams, Recipe
+from openpose_ros_pkg.detect.views import NetworkSetup
+from openpose_ros_pkg.networks.backends import BackendParams, LiveBackendParams
 from openpose_ros_pkg.oks import area, sigmas, similarity
 from openpose_ros_pkg.params.constants import constant
 from openpose_ros_pkg.params.parameters import Parameters, parameter
-from openpose_ros_pkg.people import Poses, keypoints_in
-from openpose_ros_pkg.skeletons import SkeletonModel
+from openpose_ros_pkg.people import People2D, Poses, keypoints_in
 
 
 @dataclass(frozen=True)
@@ -27,6 +28,31 @@ class EnsembleParams(Parameters):
     joint_min_score: float = parameter(
         0.15, 'Score that a joint needs where several opinions were put together (mode accurate: 0.8 of it). '
              'Raise it (0.5) where only joints count that are surely right.', minimum=0.0, maximum=1.0)
+
+
+@dataclass(frozen=True)
+class DetectorSettings:
+    """All parameters of the detector."""
+
+    detector: DetectorParams
+    backend: BackendParams
+    decode: DecodeParams
+    direct: DirectDecodeParams
+    ensemble: EnsembleParams
+
+
+@dataclass(frozen=True)
+class LiveDetectorSettings(DetectorSettings):
+    """All parameters of the detector, with the defaults of nodes."""
+
+    backend: LiveBackendParams
+
+
+@dataclass(frozen=True)
+class Setup(NetworkSetup):
+    """What a frame is computed with, whatever is reconfigured in the meantime."""
+
+    settings: DetectorSettings
 
 
 @dataclass(frozen=True)
@@ -50,7 +76,7 @@ Opinions = Dict[int, np.ndarray]
 
 
 class Candidates(NamedTuple):
-    """People on whom opinions were put together, those below the thresholds too.
+    """Candidates for people after the vote, also below the thresholds.
 
     Attributes:
         opinions: of each person.
@@ -68,15 +94,16 @@ class Candidates(NamedTuple):
         return Poses(self.keypoints, person_scores(self.keypoints))
 
 
-def candidate_thresholds(decode: DecodeParams, direct: DirectDecodeParams) -> Tuple[DecodeParams, DirectDecodeParams]:
-    """Return thresholds of the decoders for people on whom several opinions follow."""
-    score = min(ENSEMBLE.candidate_share * decode.person_min_score, ENSEMBLE.candidate_most)
+def candidate_thresholds(decode: DecodeParams, direct: DirectDecodeParams, constants: EnsembleConstants = ENSEMBLE
+                         ) -> Tuple[DecodeParams, DirectDecodeParams]:
+    """Return thresholds of the decoders for candidates, on which other networks vote."""
+    score = min(constants.candidate_share * decode.person_min_score, constants.candidate_most)
     return replace(decode, person_min_score=score), replace(
-        direct, direct_person_score=ENSEMBLE.candidate_person, direct_joint_score=ENSEMBLE.candidate_joint)
+        direct, direct_person_score=constants.candidate_person, direct_joint_score=constants.candidate_joint)
 
 
 def vote_on_people(opinions: Sequence[Poses], recipe: Recipe) -> Candidates:
-    """Find out who is the same person in the opinions of the passes, and vote on each person."""
+    """Group the opinions of the passes by person, and vote on each person."""
     joint_sigmas = sigmas(recipe.skeleton)
     people = group([poses.keypoints for poses in opinions], joint_sigmas)
     weights = recipe.weights[:recipe.pass_opinions]
@@ -84,8 +111,9 @@ def vote_on_people(opinions: Sequence[Poses], recipe: Recipe) -> Candidates:
     return Candidates(people, np.array(keypoints, np.float32).reshape(-1, len(joint_sigmas), 3))
 
 
-def group(sources: Sequence[np.ndarray], joint_sigmas: np.ndarray) -> List[Opinions]:
-    """Find out which poses of several sources are the same person.
+def group(sources: Sequence[np.ndarray], joint_sigmas: np.ndarray, constants: EnsembleConstants = ENSEMBLE
+          ) -> List[Opinions]:
+    """Group the poses of several sources by person.
 
     Args:
         sources: (P, K, 3) float32 each: x, y [px of the image], score.
@@ -101,7 +129,7 @@ def group(sources: Sequence[np.ndarray], joint_sigmas: np.ndarray) -> List[Opini
                        key=lambda item: -item[0])
         taken, given = set(), set()
         for value, i, j in alike:
-            if value < ENSEMBLE.same_person:
+            if value < constants.same_person:
                 break
             if i not in taken and j not in given:
                 taken.add(i)
@@ -111,7 +139,8 @@ def group(sources: Sequence[np.ndarray], joint_sigmas: np.ndarray) -> List[Opini
     return people
 
 
-def vote(opinions: Opinions, weights: Sequence[float], joint_sigmas: np.ndarray) -> np.ndarray:
+def vote(opinions: Opinions, weights: Sequence[float], joint_sigmas: np.ndarray,
+         constants: EnsembleConstants = ENSEMBLE) -> np.ndarray:
     """Place each joint of a person where the opinions promise the greatest similarity.
 
     The start is the opinion with the most support; a mean shift with the joint's own kernel follows. The score is the
@@ -135,7 +164,7 @@ def vote(opinions: Opinions, weights: Sequence[float], joint_sigmas: np.ndarray)
     apart = ((xy[:, None] - xy[None]) ** 2).sum(axis=3)
     support = (np.exp(-apart / spread) * belief[None]).sum(axis=1)
     place = xy[np.where(there, support, -1.0).argmax(axis=0), np.arange(xy.shape[1])]
-    for _ in range(ENSEMBLE.mean_shift_steps):
+    for _ in range(constants.mean_shift_steps):
         pull = belief * np.exp(-((xy - place) ** 2).sum(axis=2) / spread)
         place = (pull[..., None] * xy).sum(axis=0) / np.maximum(pull.sum(axis=0), 1e-12)[:, None]
     agreed = (belief * np.exp(-((xy - place) ** 2).sum(axis=2) / spread)).sum(axis=0)
@@ -148,7 +177,7 @@ def vote(opinions: Opinions, weights: Sequence[float], joint_sigmas: np.ndarray)
 
 def vote_with_crops(opinions: Opinions, recipe: Recipe, weights: Sequence[float],
                     place_weights: Sequence[float]) -> np.ndarray:
-    """Vote on a person whom crops may show too; see `vote`.
+    """Vote on a person with the opinions on crops; see `vote`.
 
     Joints that the networks of the crops do not know, as the feet of BODY_25, keep what those of the full image say.
 
@@ -158,17 +187,14 @@ def vote_with_crops(opinions: Opinions, recipe: Recipe, weights: Sequence[float]
     joint_sigmas = sigmas(recipe.skeleton)
     keypoints = vote(opinions, weights, joint_sigmas)
     keypoints[:, :2] = vote(opinions, place_weights, joint_sigmas)[:, :2]
-    known = [np.ones(len(joint_sigmas), bool)] * recipe.pass_opinions
-    known += [_known_joints(one.model.skeleton, recipe.skeleton) for one in recipe.refinements]
-    asked = np.array(weights) @ np.array(known)
+    crops = [one.model.skeleton for one in recipe.refinements]
+    # a crop tells of the joints that its skeleton has, or makes, of those of the recipe
+    in_all = [np.ones(len(joint_sigmas), bool)] * recipe.pass_opinions
+    in_crops = [keypoints_in(np.zeros((1, len(one.joints), 3)), one, recipe.skeleton)[0, :, 0] for one in crops]
+    known = np.array(in_all + [np.isfinite(one) for one in in_crops])
+    asked = np.array(weights) @ known
     keypoints[:, 2] *= np.sqrt(sum(weights) / np.where(asked > 0, asked, sum(weights)))
     return keypoints
-
-
-def _known_joints(source: SkeletonModel, target: SkeletonModel) -> np.ndarray:
-    """Return which joints of a joint set another one has or tells, (K,) bool."""
-    somebody = np.zeros((1, len(source.joints), 3))
-    return np.isfinite(keypoints_in(somebody, source, target)[0, :, 0])
 
 
 def person_scores(keypoints: np.ndarray) -> np.ndarray:
@@ -176,11 +202,22 @@ def person_scores(keypoints: np.ndarray) -> np.ndarray:
     return np.sqrt((keypoints[..., 2] ** 2).mean(axis=1))
 
 
+def accepted_people(poses: Poses, setup: Setup, image_size: Tuple[int, int]) -> Tuple[People2D, np.ndarray]:
+    """Return the accepted people in an image of (width, height) [px], without ids, and their indices."""
+    kept = np.arange(len(poses.scores))
+    if setup.recipe.is_ensemble:
+        poses, kept = accepted(poses, setup.recipe, setup.settings.decode, setup.settings.ensemble)
+    # half a pixel beyond the centre of the outermost pixel is still that pixel
+    keypoints = poses.keypoints.copy()
+    keypoints[..., :2] = np.clip(keypoints[..., :2], 0, np.subtract(image_size, 1))
+    return People2D(setup.recipe.skeleton, keypoints, poses.scores, np.full(len(poses.scores), -1)), kept
+
+
 def accepted(poses: Poses, recipe: Recipe, decode: DecodeParams, params: EnsembleParams) -> Tuple[Poses, np.ndarray]:
-    """Leave out who is found twice, then joints and people below their thresholds.
+    """Return people without duplicates, and without joints and people below their thresholds.
 
     Returns:
-        The people who are left, the surest first, and their indices.
+        The people, the surest first, and their indices.
     """
     distinct = without_duplicates(poses, sigmas(recipe.skeleton), recipe.skeleton.swap)
     keypoints = poses.keypoints[distinct]
@@ -191,8 +228,9 @@ def accepted(poses: Poses, recipe: Recipe, decode: DecodeParams, params: Ensembl
     return Poses(keypoints[kept], scores[kept]), distinct[kept]
 
 
-def without_duplicates(poses: Poses, joint_sigmas: np.ndarray, swap: Sequence[int]) -> np.ndarray:
-    """Return the indices of the people, the surest first, without those who are almost the same as a surer one.
+def without_duplicates(poses: Poses, joint_sigmas: np.ndarray, swap: Sequence[int],
+                       constants: EnsembleConstants = ENSEMBLE) -> np.ndarray:
+    """Return the indices of the people, the surest first, without duplicates of surer ones.
 
     Args:
         swap: channel of each joint's mirror partner: left and right may be exchanged.
@@ -200,12 +238,20 @@ def without_duplicates(poses: Poses, joint_sigmas: np.ndarray, swap: Sequence[in
     kept: List[int] = []
     for i in np.argsort(-poses.scores, kind='stable'):
         views = (poses.keypoints[i], poses.keypoints[i][list(swap)])
-        if all(similarity(view, poses.keypoints[j], joint_sigmas) < ENSEMBLE.duplicate for j in kept for view in views):
+        if all(similarity(view, poses.keypoints[j], joint_sigmas) < constants.duplicate
+               for j in kept for view in views):
             kept.append(int(i))
     return np.array(kept, np.int64)
 
 
-def most_alike(keypoints: np.ndarray, person: np.ndarray, joint_sigmas: np.ndarray) -> Optional[np.ndarray]:
-    """Return the pose, of (P, K, 3), that is the same person as (K, 3); None where nobody is."""
+def most_alike(keypoints: np.ndarray, person: np.ndarray, people: np.ndarray, joint_sigmas: np.ndarray,
+               constants: EnsembleConstants = ENSEMBLE) -> Optional[np.ndarray]:
+    """Return the pose, of (N, K, 3), that is the person, (K, 3), and none of the other (P, K, 3) people; else None."""
     alike = [similarity(person, pose, joint_sigmas) for pose in keypoints]
-    return keypoints[int(np.argmax(alike))] if alike and max(alike) >= ENSEMBLE.same_person else None
+    if not alike or max(alike) < constants.same_person:
+        return None
+    pose = keypoints[int(np.argmax(alike))]
+    if any(similarity(pose, other, joint_sigmas) > max(alike)
+           and similarity(person, other, joint_sigmas) < constants.duplicate for other in people):
+        return None
+    return pose

@@ -1,18 +1,16 @@
-"""Follow people instead of searching for them: what is known of them, and what of new opinions on them is believed."""
+"""Following: where tracked people are expected in the next image, and which opinions on them count."""
 from dataclasses import dataclass, field, replace
-from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
-from openpose_ros_pkg.detect.ensemble import ENSEMBLE, vote_with_crops
-from openpose_ros_pkg.detect.occlusion_masks import Foreground
+from openpose_ros_pkg.detect.ensemble import ENSEMBLE, EnsembleConstants, vote_with_crops
 from openpose_ros_pkg.detect.recipes import DetectorParams, Recipe
-from openpose_ros_pkg.detect.tracking import KeypointTracker, PersonIds, TrackingParams, person_sizes
+from openpose_ros_pkg.detect.tracking import ImageTracks, PersonIds, person_sizes
 from openpose_ros_pkg.oks import extent, sigmas, similarity
 from openpose_ros_pkg.params.constants import constant
 from openpose_ros_pkg.params.parameters import Parameters, parameter
-from openpose_ros_pkg.people import People2D, keypoints_in
-from openpose_ros_pkg.skeletons import SkeletonModel
+from openpose_ros_pkg.people import People2D
 
 
 @dataclass(frozen=True)
@@ -36,46 +34,44 @@ class FollowingParams(Parameters):
         return self.following == 'always'
 
 
-# What does not follow anybody.
-NOBODY = FollowingParams(following='never')
+NEVER_FOLLOWED = FollowingParams(following='never')
 
 
 @dataclass(frozen=True)
 class FollowingConstants:
     """How people are followed on crops of the image."""
 
-    crop_score: float = constant(0.2, 'Mean score of its joints that somebody needs on a crop.')
+    crop_score: float = constant(0.2, 'Least mean score of the joints of a person on a crop.')
     agreement: float = constant(
         0.35, 'Greatest median distance of the joints from where they are expected, as a share of the size of the '
               'person (half the diagonal of the box of the joints).')
-    agreement_growth: float = constant(1.0, 'That grows by this, while somebody is not seen.', unit='1/s')
+    agreement_growth: float = constant(1.0, 'Growth of that distance while a person is not detected.', unit='1/s')
     base_error: float = constant(
-        0.05, 'Added to that distance where people wait for a crop: who moves unforeseen is looked at sooner.')
-    unlooked_time: float = constant(
-        0.15, 'Somebody who has to wait for a crop is reported where expected for this long.', unit='s')
+        0.05, 'Added to the last such distance in the order of crops, so that a person who moved as expected gets one '
+              'too.')
+    unlooked_time: float = constant(0.15, 'Maximum time a track is extrapolated without a crop.', unit='s')
     lost_time: float = constant(
-        0.6, 'A person who is not seen is looked for on crops for this long. After a longer gap between stamps no '
-             'person is expected anywhere, so the image is searched in full.', unit='s')
+        0.6, 'A person who is not detected is looked for on crops for this long. After a longer gap between stamps '
+             'no person is expected anywhere, so the image is searched in full.', unit='s')
     same_in_space: float = constant(
-        0.5, 'Greatest such distance between where somebody is expected in the image and by a track in space; it grows '
-             'in the same way.')
-    lost_margin: float = constant(1.3, 'The side of these crops is greater by this factor.')
+        0.5, 'Greatest such distance between the predictions of a track in the image and of its track in space; it '
+             'grows in the same way.')
+    lost_margin: float = constant(1.3, 'Factor on the side of the crops of people who are not detected.')
     sure_joint: float = constant(0.2, 'Joints with a lower score do not count for the box of a person.')
     fading: float = constant(0.25, 'Time in which the weight of an opinion fades to 1/e.', unit='s')
     least_weight: float = constant(0.1, 'Opinions whose weight faded to less are forgotten.')
+    least_score: float = constant(1e-3, 'Score of an expected joint that was not detected lately.')
 
 
 FOLLOWING = FollowingConstants()
-# A joint that was seen at some time, but not lately: there is a place for it.
-_LEAST_SCORE = 1e-3
 
 
 class Opinion(NamedTuple):
-    """What a source thought of a person.
+    """A pose that a source gave for a person.
 
     Attributes:
-        pose: (K, 3) float32; None: it looked, and did not find the person.
-        reference: (K, 2) [px] where the person was taken to be then.
+        pose: (K, 3) float32; None: the source did not find the person.
+        reference: (K, 2) [px], the places of the person's joints then.
         stamp: [s].
     """
 
@@ -84,7 +80,7 @@ class Opinion(NamedTuple):
     stamp: float
 
     def moved(self, reference: np.ndarray) -> Optional[np.ndarray]:
-        """Return the pose, each joint moved as the reference moved, (K, 2); None: the source found nobody."""
+        """Return the pose, each joint moved as the reference moved, (K, 2); None: there is no pose."""
         if self.pose is None:
             return None
         shift = reference - self.reference
@@ -95,194 +91,225 @@ class Opinion(NamedTuple):
         return pose
 
 
-@dataclass
-class Known:
-    """What is remembered of somebody.
+@dataclass(frozen=True, eq=False)
+class PersonMemory:
+    """What is remembered of a tracked person.
 
     Attributes:
-        scores: (K,) of the joints when they were seen last.
-        seen: stamp [s] of the frame in which they were seen.
-        error: how far they were from where they were expected then, see `disagreement`.
-        opinions: by the number of the source.
+        scores: (K,) of the joints at the last detection.
+        detected: stamp of that frame [s].
+        error: distance from the expected place then, see `disagreement`.
+        opinions: the last one of each source, by its number.
     """
 
     scores: np.ndarray
-    seen: float
+    detected: float
     error: float
-    opinions: Dict[int, Opinion]
+    opinions: Mapping[int, Opinion]
 
 
-@dataclass(eq=False)
-class Followed:
-    """A person in a frame: followed, or new.
+@dataclass(frozen=True, eq=False)
+class FollowedPerson:
+    """A person in a frame: tracked, or new.
 
     Attributes:
-        expected: (K, 3) where the person is expected: x, y [px], score; of a new one, where the search found it.
-        known: what is remembered; None: new.
-        unseen: time since the person was seen [s].
-        crop: (K, 3) what a crop shows of the person; None: nothing, or nobody looked.
-        opinions: of this frame, by the number of the source; None: it looked, and did not find the person.
-        foreground: what is in front of the person; None: nobody, or it is not known.
+        expected: (K, 3) x, y [px], score, predicted by the track; of a new person, where the search found it.
+        memory: of the track; None: new.
+        unseen: time since the last detection [s].
+        crop: (K, 3) pose on a crop; None: none.
+        opinions: of this frame, by the number of the source; None: the source did not find the person.
     """
 
     expected: np.ndarray
-    known: Optional[Known] = None
+    memory: Optional[PersonMemory] = None
     unseen: float = 0.0
     crop: Optional[np.ndarray] = None
-    opinions: Dict[int, Optional[np.ndarray]] = field(default_factory=dict)
-    foreground: Optional[Foreground] = None
+    opinions: Mapping[int, Optional[np.ndarray]] = field(default_factory=dict)
+    constants: FollowingConstants = FOLLOWING
 
     @property
     def box(self) -> np.ndarray:
-        """Least, and greatest x and y of the joints where they were seen, or are expected, (2, 2) [px]."""
+        """Least, and greatest x and y of the detected or expected joints, (2, 2) [px]."""
         pose = self.expected if self.crop is None else self.crop
-        sure = pose[pose[:, 2] >= FOLLOWING.sure_joint]
+        sure = pose[pose[:, 2] >= self.constants.sure_joint]
         return np.stack(extent(sure if len(sure) > 1 else pose))
 
     @property
     def found(self) -> bool:
-        """Whether anything was seen of the person in this frame."""
+        """Whether a source found the person in this frame."""
         return any(pose is not None for pose in self.opinions.values())
 
     @property
+    def recent(self) -> bool:
+        """Whether the person was detected a moment ago."""
+        return self.unseen <= self.constants.unlooked_time
+
+    @property
+    def lost(self) -> bool:
+        """Whether no crop shows the person, though one was computed."""
+        return bool(self.opinions) and self.crop is None
+
+    @property
     def reported(self) -> bool:
-        """Whether the person is one of those of the frame: found, or not looked at for a short time."""
-        return self.found or (not self.opinions and self.unseen <= FOLLOWING.unlooked_time)
+        """Whether the person is part of the result: found, or extrapolated for a short time."""
+        return self.found or (not self.opinions and self.recent)
 
     @property
     def urgency(self) -> float:
-        """How urgently a crop is to be looked at; those who were lost come last."""
-        if self.known is None or self.unseen > FOLLOWING.unlooked_time:
+        """Rank among the people who wait for a crop; lost ones come last."""
+        if self.memory is None or not self.recent:
             return 0.0
-        return self.unseen * (FOLLOWING.base_error + self.known.error)
+        return self.unseen * (self.constants.base_error + self.memory.error)
+
+    @property
+    def margin(self) -> float:
+        """Factor on the side of a crop."""
+        return 1.0 if self.recent else self.constants.lost_margin
 
     @property
     def reference(self) -> np.ndarray:
-        """Where the joints are taken to be, (K, 2) [px]: on the crop, or where they are expected."""
+        """Places of the joints, (K, 2) [px]: on the crop, else expected."""
         expected = self.expected[:, :2]
         return expected if self.crop is None else np.where(np.isfinite(self.crop[:, :2]), self.crop[:, :2], expected)
 
     @property
-    def shown(self) -> np.ndarray:
-        """(K, 3) where the joints are taken to be."""
+    def pose(self) -> np.ndarray:
+        """(K, 3) places of the joints with the expected scores."""
         return np.concatenate([self.reference, self.expected[:, 2:]], axis=1)
 
     @property
     def error(self) -> float:
-        """How far from where it was expected a crop shows the person, see `disagreement`; 0 without a crop."""
+        """Distance of the pose on a crop from the expected one, see `disagreement`; 0 without a crop."""
         return 0.0 if self.crop is None else disagreement(self.crop, self.expected)
 
-    def believes(self, pose: np.ndarray) -> bool:
-        """Return whether what a crop shows, (K, 3), is the person."""
-        if self.known is None:
+    def accepts(self, pose: np.ndarray) -> bool:
+        """Return whether a pose on a crop, (K, 3), is the person."""
+        if self.memory is None:
             return True
-        allowed = FOLLOWING.agreement + FOLLOWING.agreement_growth * self.unseen
-        return bool(pose[:, 2].mean() >= FOLLOWING.crop_score and disagreement(pose, self.expected) <= allowed)
+        allowed = self.constants.agreement + self.constants.agreement_growth * self.unseen
+        return bool(pose[:, 2].mean() >= self.constants.crop_score and disagreement(pose, self.expected) <= allowed)
+
+    def with_crop(self, number: int, poses: Sequence[np.ndarray]) -> 'FollowedPerson':
+        """Return the person after a source saw a crop, with the first of its poses that is the person."""
+        pose = next((one for one in poses if self.accepts(one)), None)
+        return replace(self, crop=pose if self.crop is None else self.crop, opinions={**self.opinions, number: pose})
+
+    def without_crop(self, recipe: Recipe) -> 'FollowedPerson':
+        """Return the person where the crops show another one."""
+        missed = dict.fromkeys(range(recipe.pass_opinions, len(recipe.weights)))
+        return replace(self, crop=None, opinions={**self.opinions, **missed})
 
     def voted(self, recipe: Recipe, stamp: float) -> np.ndarray:
-        """Return the (K, 3) keypoints by all opinions, earlier ones moved along with the person and fading.
+        """Return the (K, 3) keypoints by all opinions; earlier ones move with the person and fade.
 
-        Sources that looked and did not find the person count until they look again, those that never looked do not. For
-        somebody new all count, as in a full search: who is found by one of them alone has to outvote the others.
+        Sources that did not find the person count until they look again, those that never looked do not. For a new
+        person all count, as in a full search.
         """
         weights, places = list(recipe.weights), list(recipe.place_weights)
         poses: Dict[int, np.ndarray] = {}
         for number in range(len(weights)):
-            pose, share = self._told(number, stamp)
+            pose, share = self._weighted(number, stamp)
             weights[number] *= share
             places[number] *= share
             if pose is not None:
                 poses[number] = pose
         return vote_with_crops(poses, recipe, weights, places)
 
-    def _told(self, number: int, stamp: float) -> Tuple[Optional[np.ndarray], float]:
-        """Return what a source shows of the person now or showed before, (K, 3), and how much of its weight counts."""
-        if number in self.opinions or self.known is None:
+    def _weighted(self, number: int, stamp: float) -> Tuple[Optional[np.ndarray], float]:
+        """Return the pose by a source, now or before, (K, 3), and the share of its weight that counts."""
+        if number in self.opinions or self.memory is None:
             return self.opinions.get(number), 1.0
-        earlier = self.known.opinions.get(number)
+        earlier = self.memory.opinions.get(number)
         if earlier is None:
             return None, 0.0
         if earlier.pose is None:
-            return None, 1.0  # who was not found there is no surer before the source looks again
-        share = float(np.exp((earlier.stamp - stamp) / FOLLOWING.fading))
-        return (earlier.moved(self.reference), share) if share >= FOLLOWING.least_weight else (None, 0.0)
+            return None, 1.0
+        share = float(np.exp((earlier.stamp - stamp) / self.constants.fading))
+        return (earlier.moved(self.reference), share) if share >= self.constants.least_weight else (None, 0.0)
 
-    def remembered(self, keypoints: np.ndarray, stamp: float) -> Known:
-        """Return what is to be remembered when the person was reported with (K, 3) keypoints."""
-        opinions = {} if self.known is None else dict(self.known.opinions)
+    def remembered(self, keypoints: np.ndarray, stamp: float) -> PersonMemory:
+        """Return the memory after the person was reported with (K, 3) keypoints."""
+        opinions = {} if self.memory is None else dict(self.memory.opinions)
         opinions.update({number: Opinion(pose, self.reference, stamp) for number, pose in self.opinions.items()})
-        if self.known is not None and not self.found:
-            return replace(self.known, opinions=opinions)
-        return Known(keypoints[:, 2], stamp, self.error, opinions)
+        if self.memory is not None and not self.found:
+            return replace(self.memory, opinions=opinions)
+        return PersonMemory(keypoints[:, 2], stamp, self.error, opinions)
 
 
-class Follower:
-    """Who is followed in the images of a camera; not thread-safe."""
+@dataclass(frozen=True, eq=False)
+class Following:
+    """The tracked people of a camera.
 
-    def __init__(self, tracking: TrackingParams, skeleton: SkeletonModel) -> None:
-        self._skeleton = skeleton
-        self.tracker = KeypointTracker(tracking)
-        self._known: Dict[int, Known] = {}
+    Attributes:
+        tracks: of the images.
+        memories: of the tracks, by their ids.
+    """
+
+    tracks: ImageTracks
+    memories: Mapping[int, PersonMemory] = field(default_factory=dict)
+    constants: FollowingConstants = FOLLOWING
 
     @property
-    def memory(self) -> float:
-        """How long a person who is not seen is expected somewhere [s]."""
-        return min(FOLLOWING.lost_time, self.tracker.timeout)
+    def lost_time(self) -> float:
+        """How long a person who is not detected is expected [s]."""
+        return min(self.constants.lost_time, self.tracks.timeout)
 
-    def forget(self) -> None:
-        """Forget what is known of people; their tracks, and so their ids, stay."""
-        self._known = {}
-
-    def expected(self, stamp: float, in_space: Optional[People2D], waited: float = 0.0) -> List[Followed]:
-        """Return the people who are looked for, where tracks in space tell, if they do.
+    def expected(self, stamp: float, in_space: Optional[np.ndarray], waited: float) -> List[FollowedPerson]:
+        """Return the people expected in an image.
 
         Args:
             stamp: [s].
-            in_space: who is expected in the image by tracks in space; None: there are none.
-            waited: time since the frame before in which no image could be looked at; it makes no person lost [s].
+            in_space: (P, K, 3) people expected by tracks in space; None: no such tracks.
+            waited: time since the last frame without a free network [s]; it makes no person lost.
         """
         people = []
-        for number, xy in zip(*self.tracker.expected(stamp)):
-            known = self._known.get(number)
-            if known is not None and stamp - known.seen <= FOLLOWING.lost_time + waited:
+        for number, xy in zip(*self.tracks.expected(stamp)):
+            memory = self.memories.get(number)
+            if memory is not None and stamp - memory.detected <= self.constants.lost_time + waited:
                 there = np.isfinite(xy).all(axis=1)
-                scores = np.where(there, np.maximum(known.scores, _LEAST_SCORE), 0.0)
+                scores = np.where(there, np.maximum(memory.scores, self.constants.least_score), 0.0)
                 pose = np.concatenate([xy, scores[:, None]], axis=1).astype(np.float32)
-                people.append(Followed(pose, known, max(stamp - known.seen, 0.0)))
-        if in_space is not None:
-            _expect_in_space(people, keypoints_in(in_space.keypoints, in_space.skeleton, self._skeleton))
-        return people
+                people.append(FollowedPerson(pose, memory, max(stamp - memory.detected, 0.0),
+                                             constants=self.constants))
+        return people if in_space is None else _expected_in_space(people, in_space, self.constants)
 
-    def update(self, people: People2D, persons: Sequence[Followed], stamp: float, ids: PersonIds) -> People2D:
-        """Return the people of a frame with their ids, and remember what is known of them.
+    def updated(self, people: People2D, persons: Sequence[FollowedPerson], stamp: float, ids: PersonIds
+                ) -> Tuple['Following', People2D]:
+        """Return this after a frame, and the people of the frame with their ids.
 
         Args:
             persons: one for each of the people.
-            ids: of those who are new.
+            ids: of new tracks.
         """
-        people = self.tracker.update(people, stamp, ids)
-        for i, person in enumerate(persons):
-            self._known[int(people.ids[i])] = person.remembered(people.keypoints[i], stamp)
-        followed = set(self.tracker.expected(stamp)[0])
-        self._known = {number: known for number, known in self._known.items()
-                       if stamp - known.seen <= FOLLOWING.lost_time and number in followed}
-        return people
+        tracks, people = self.tracks.updated(people, stamp, ids)
+        memories = {**self.memories, **{int(people.ids[i]): person.remembered(people.keypoints[i], stamp)
+                                        for i, person in enumerate(persons)}}
+        alive = set(tracks.expected(stamp)[0])
+        return replace(self, tracks=tracks, memories={
+            number: memory for number, memory in memories.items()
+            if stamp - memory.detected <= self.constants.lost_time and number in alive}), people
 
 
-def _expect_in_space(people: Sequence[Followed], in_space: np.ndarray) -> None:
-    """Expect people where the nearest of (P, K, 3) people in space will be, unless that is someone else.
+def _expected_in_space(people: Sequence[FollowedPerson], in_space: np.ndarray, constants: FollowingConstants
+                       ) -> List[FollowedPerson]:
+    """Return the people at the place of the nearest of (P, K, 3) people in space, unless another one is nearer to it.
 
-    Space knows how each joint moves, and where somebody hidden walks on to.
+    Tracks in space know how each joint moves, and where a hidden person walks on to.
     """
     if not people or not len(in_space):
-        return
+        return list(people)
     apart = np.array([[disagreement(pose, person.expected) for pose in in_space] for person in people])
+    result = []
     for person, distances, nearest in zip(people, apart, apart.argmin(axis=1)):
-        allowed = FOLLOWING.same_in_space + FOLLOWING.agreement_growth * person.unseen
+        allowed = constants.same_in_space + constants.agreement_growth * person.unseen
         if distances[nearest] <= min(apart[:, nearest].min(), allowed):
             there = np.isfinite(in_space[nearest, :, 0])
-            person.expected[there, :2] = in_space[nearest, there, :2]
-            person.expected[there, 2] = np.maximum(person.expected[there, 2], _LEAST_SCORE)
+            expected = person.expected.copy()
+            expected[there, :2] = in_space[nearest, there, :2]
+            expected[there, 2] = np.maximum(expected[there, 2], constants.least_score)
+            person = replace(person, expected=expected)
+        result.append(person)
+    return result
 
 
 def disagreement(pose: np.ndarray, expected: np.ndarray) -> float:
@@ -292,13 +319,15 @@ def disagreement(pose: np.ndarray, expected: np.ndarray) -> float:
     return float(np.median(distances[both]) / person_sizes(expected[None, :, :2])[0]) if both.any() else float('inf')
 
 
-def refuse_slides(people: Sequence[Followed], recipe: Recipe) -> None:
-    """Where crops of two people show one person, the one who is farther from where it was expected loses the crop."""
-    joint_sigmas = sigmas(recipe.skeleton)
-    for i, one in enumerate(people):
-        for other in people[:i]:
-            if (one.crop is not None and other.crop is not None
-                    and similarity(one.crop, other.crop, joint_sigmas) >= ENSEMBLE.duplicate):
-                loser = max(one, other, key=lambda person: (person.known is None, person.error))
-                loser.crop = None
-                loser.opinions.update(dict.fromkeys(range(recipe.pass_opinions, len(recipe.weights))))
+def without_shared_crops(people: Sequence[FollowedPerson], recipe: Recipe,
+                         constants: EnsembleConstants = ENSEMBLE) -> List[FollowedPerson]:
+    """Return the people; of two whose crops show one person, the one farther from its expected place has no crop."""
+    joint_sigmas, result = sigmas(recipe.skeleton), list(people)
+    for i in range(len(result)):
+        for j in range(i):
+            crop, other = result[i].crop, result[j].crop
+            if crop is not None and other is not None and (
+                    similarity(crop, other, joint_sigmas) >= constants.duplicate):
+                loser = max((i, j), key=lambda one: (result[one].memory is None, result[one].error))
+                result[loser] = result[loser].without_crop(recipe)
+    return result

@@ -1,32 +1,28 @@
-"""People whom the networks missed, though the depth shows their heads: each such head gets a crop of its own.
+"""Head recovery: heads in the depth that no detected person explains get a crop of their own.
 
-A head stands out: beside and above it, all is farther away or belongs to somebody nearer, and a body is below. A head
-that no skeleton explains gets a crop in which all that is nearer is covered. The network has to find a head right
-there, and joints on surfaces at that distance, so that furniture becomes nobody.
+Beside and above a head, all is farther away or nearer, and a body is below. In the crop, all that is nearer is covered.
+The network has to find a head there, and joints on surfaces at that distance, so that furniture is no person.
 """
 import time
 from dataclasses import dataclass
-from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
+from typing import List, NamedTuple, Optional, Sequence, Tuple
 
 import cv2
 import numpy as np
 
-from openpose_ros_pkg.decode.direct import DirectDecodeParams
 from openpose_ros_pkg.detect.detection import DepthView
+from openpose_ros_pkg.detect.ensemble import Setup, accepted_people
 from openpose_ros_pkg.detect.occlusion_masks import Foreground, cover_others
 from openpose_ros_pkg.detect.recipes import CropRefinement, Recipe
-from openpose_ros_pkg.detect.refinement import decode_crop
-from openpose_ros_pkg.detect.views import PreparedView, View, compute_views
-from openpose_ros_pkg.networks.backends import Backend
+from openpose_ros_pkg.detect.views import PreparedView, View, compute_views, decode_crop
 from openpose_ros_pkg.networks.preprocess import fit_image
 from openpose_ros_pkg.params.constants import constant
 from openpose_ros_pkg.people import Poses
-from openpose_ros_pkg.skeletons import SkeletonModel
 
 
 @dataclass(frozen=True)
-class MissedConstants:
-    """What looks like a head, and who is believed there."""
+class HeadConstants:
+    """What looks like a head in the depth, and which poses there are people."""
 
     grid: int = constant(320, 'Greatest width and height of the grid on which heads are looked for.', unit='px')
     nearest: float = constant(0.8, 'Least distance of a head.', unit='m')
@@ -43,29 +39,31 @@ class MissedConstants:
     below: float = constant(0.3, 'This far below the middle there is a body, or what hides it.', unit='m')
     least_area: float = constant(0.3, 'Least area of its middle, as a share of the square of `radius`.')
     most: int = constant(2, 'Number of heads in an image that get a crop, those with the largest areas.')
-    explained: float = constant(0.3, 'A head that is nearer to a joint of somebody than this is theirs.', unit='m')
-    thickness: float = constant(0.45, 'That holds if the median depth of their joints is as near to its.', unit='m')
-    on_head: float = constant(0.15, 'It is theirs also if a joint this near is seen at its depth.', unit='m')
+    explained: float = constant(
+        0.3, 'Maximum distance between a head and a joint of the skeleton that explains it.', unit='m')
+    thickness: float = constant(
+        0.45, 'Maximum depth difference between a head and the skeleton that explains it.', unit='m')
+    on_head: float = constant(0.15, 'A joint this near, at the depth of the head, explains it too.', unit='m')
     crop_side: float = constant(1.5, 'Side of the crop; the head is a sixth below its top.', unit='m')
     nearer: float = constant(0.35, 'What is nearer than the head by more is covered in the crop.', unit='m')
     head_score: float = constant(0.4, 'Mean score of the three surest joints of the head that is needed.')
     head_distance: float = constant(0.12, 'Greatest distance of the joints of the head from its middle.', unit='m')
-    joint_score: float = constant(0.25, 'Joints with a lower score confirm nobody.')
-    reach: float = constant(0.4, 'Joints on surfaces that are nearer to the depth of the head confirm it.', unit='m')
+    joint_score: float = constant(0.25, 'Joints with a lower score confirm no person.')
+    reach: float = constant(0.4, 'Maximum depth difference between a head and joints that confirm it.', unit='m')
     confirmed: int = constant(4, 'Number of such joints that is needed.')
     refuted: float = constant(0.25, 'Of the joints, this share at most may lie before something farther.')
 
 
-MISSED = MissedConstants()
+HEADS = HeadConstants()
 _HEAD = ('nose', 'right_eye', 'left_eye', 'right_ear', 'left_ear')
 
 
-class Missed(NamedTuple):
-    """Who was found at heads that nobody explained.
+class Recovered(NamedTuple):
+    """People at heads that no skeleton explains.
 
     Attributes:
-        poses: the people; their scores are those of the joints that are seen.
-        crops: number of crops that the network saw.
+        poses: the people; their scores are those of their visible joints.
+        crops: number of crops that the network computed.
         seconds: that it took.
     """
 
@@ -82,33 +80,33 @@ class Head(NamedTuple):
     depth: float
 
 
-def heads(view: DepthView) -> List[Head]:
+def heads(view: DepthView, constants: HeadConstants = HEADS) -> List[Head]:
     """Return what looks like a head, largest area first."""
     height, width = view.depth.shape
-    scale = max(max(width, height) / MISSED.grid, 1.0)
+    scale = max(max(width, height) / constants.grid, 1.0)
     # a long thin image has one row or column at least: OpenCV ends the process where there is none
     rows, columns = (np.minimum((np.arange(max(int(size / scale), 1)) + 0.5) * scale, size - 1).astype(np.int64)
                      for size in (height, width))
     depth, focal = view.depth[rows[:, None], columns], view.focal / scale
-    near = _head_like(depth, focal)
+    near = _head_like(depth, focal, constants)
     count, labels, stats, middles = cv2.connectedComponentsWithStats(near.astype(np.uint8), connectivity=8)
     found: List[Tuple[float, Head]] = []
     for i in range(1, count):
         distance = float(np.median(depth[labels == i]))
-        area = stats[i, cv2.CC_STAT_AREA] / (MISSED.radius * focal / distance) ** 2
-        if area >= MISSED.least_area:
+        area = stats[i, cv2.CC_STAT_AREA] / (constants.radius * focal / distance) ** 2
+        if area >= constants.least_area:
             x, y = (middles[i] + 0.5) * scale - 0.5
             found.append((area, Head(float(x), float(y), distance)))
     return [head for _, head in sorted(found, key=lambda item: -item[0])]
 
 
-def _head_like(depth: np.ndarray, focal: float) -> np.ndarray:
+def _head_like(depth: np.ndarray, focal: float, constants: HeadConstants) -> np.ndarray:
     """Return which points, (h, w) [m], lie in the middle of what looks like a head, (h, w) bool."""
-    border = int(np.ceil(MISSED.below * focal / MISSED.nearest)) + 1
+    border = int(np.ceil(constants.below * focal / constants.nearest)) + 1
     padded = np.pad(depth, border, constant_values=np.nan)
     width, flat = padded.shape[1], padded.ravel()
     with np.errstate(invalid='ignore'):
-        index = np.flatnonzero((flat > MISSED.nearest) & (flat < MISSED.farthest))
+        index = np.flatnonzero((flat > constants.nearest) & (flat < constants.farthest))
         farther = np.zeros(len(index), np.int64)
 
         def at(x: float, y: float) -> np.ndarray:
@@ -117,55 +115,60 @@ def _head_like(depth: np.ndarray, focal: float) -> np.ndarray:
             there = index + np.rint(y * pixels).astype(np.int64) * width + np.rint(x * pixels).astype(np.int64)
             return flat[there] - flat[index]
 
-        aside, slanted = MISSED.beside, MISSED.beside / np.sqrt(2)
+        aside, slanted = constants.beside, constants.beside / np.sqrt(2)
         for x, y in ((-aside, 0), (aside, 0), (0, -aside), (-slanted, -slanted), (slanted, -slanted)):
             more = at(x, y)
-            kept = ~(np.abs(more) <= MISSED.gap)
-            farther = (farther + (more > MISSED.gap))[kept]
+            kept = ~(np.abs(more) <= constants.gap)
+            farther = (farther + (more > constants.gap))[kept]
             index = index[kept]
         index = index[farther >= 2]
         covered = np.zeros(len(index), bool)
         for x, y in ((0, -1), (0, 1), (-1, 0), (1, 0)):
-            more = at(x * MISSED.radius, y * MISSED.radius)
-            one = np.abs(more) < MISSED.flat + MISSED.flat_share * flat[index]
-            hidden = np.isnan(more) | (more < -MISSED.gap)
+            more = at(x * constants.radius, y * constants.radius)
+            one = np.abs(more) < constants.flat + constants.flat_share * flat[index]
+            hidden = np.isnan(more) | (more < -constants.gap)
             kept = one | (hidden & ~covered)
             index, covered = index[kept], (covered | hidden)[kept]
-        index = index[~(at(0, MISSED.below) > MISSED.gap)]
+        index = index[~(at(0, constants.below) > constants.gap)]
     like = np.zeros(padded.shape, bool)
     like.flat[index] = True
     return like[border:border + depth.shape[0], border:border + depth.shape[1]]
 
 
-def find_missed(people: np.ndarray, bgr: np.ndarray, view: DepthView, recipe: Recipe, networks: Dict[str, Backend],
-                direct: DirectDecodeParams) -> Missed:
-    """Look at crops of heads that nobody explains.
+def recover(poses: Poses, bgr: np.ndarray, view: Optional[DepthView], setup: Setup,
+            constants: HeadConstants = HEADS) -> Recovered:
+    """Find people at heads that no skeleton explains, on crops.
 
     Args:
-        people: (P, K, 3) float: x, y [px of the image], score; who was found.
+        poses: detected people, in pixels of the image.
         bgr: (H, W, 3) uint8 BGR, the image.
-        networks: by the models' names.
-        direct: thresholds of the decoder.
+        view: its depth; None: unknown, so no person is found.
     """
-    skeleton, one = recipe.skeleton, crop_of_one(recipe)
-    free = [] if one is None else _unexplained(heads(view), people, bgr, view)[:MISSED.most]
+    if view is None:
+        return Recovered(Poses(poses.keypoints[:0], poses.scores[:0]), 0, 0.0)
+    people = accepted_people(poses, setup, (bgr.shape[1], bgr.shape[0]))[0].keypoints
+    skeleton, one = setup.recipe.skeleton, crop_of_one(setup.recipe)
+    free = [] if one is None else _unexplained(heads(view, constants), people, bgr, view, constants)[:constants.most]
     found: List[np.ndarray] = []
     seconds = 0.0
     if one is not None and free:
-        crops = [_prepare(bgr, head, view, one, skeleton) for head in free]
+        crops = [_prepare(bgr, head, view, one, constants) for head in free]
         begin = time.perf_counter()
-        computed = compute_views(crops, networks[one.model.name])
+        computed = compute_views(crops, setup.networks[one.model.name])
         seconds = time.perf_counter() - begin
-        poses = [(head, pose) for head, crop in zip(free, computed)
-                 for pose in decode_crop(crop, one.model, direct, skeleton).keypoints]
-        confirmed = [_confirmed(pose, head, bgr, view, skeleton) for head, pose in poses]
+        candidates = [(head, pose) for head, crop in zip(free, computed)
+                 for pose in decode_crop(crop, one.model, setup.direct, skeleton).keypoints]
+        heads_of = [skeleton.index[joint] for joint in _HEAD if joint in skeleton.index]
+        confirmed = [_confirmed(pose, heads_of, head, view, _in_depth(pose[:, :2], bgr, view), constants)
+                     for head, pose in candidates]
         found = [person for person in confirmed if person is not None]
     keypoints = np.array(found, np.float32).reshape(-1, len(skeleton.joints), 3)
-    return Missed(Poses(keypoints, np.array([_score(person) for person in found], np.float32)), len(free), seconds)
+    scores = np.array([_score(person, constants.joint_score) for person in found], np.float32)
+    return Recovered(Poses(keypoints, scores), len(free), seconds)
 
 
 def crop_of_one(recipe: Recipe) -> Optional[CropRefinement]:
-    """Return the refinement whose network shows one person; None: there is none."""
+    """Return the refinement whose network shows one person; None: none does."""
     return next((one for one in recipe.refinements if one.model.decoder == 'movenet_singlepose'), None)
 
 
@@ -188,8 +191,9 @@ def _depths(xy: np.ndarray, view: DepthView) -> np.ndarray:
     return np.where(inside, view.depth[y, x].T, np.nan)
 
 
-def _unexplained(found: Sequence[Head], people: np.ndarray, bgr: np.ndarray, view: DepthView) -> List[Head]:
-    """Return the heads that are nobody's of (P, K, 3) people: nobody at that distance has a joint near them."""
+def _unexplained(found: Sequence[Head], people: np.ndarray, bgr: np.ndarray, view: DepthView, constants: HeadConstants
+                 ) -> List[Head]:
+    """Return the heads that none of (P, K, 3) people explains: no person at that depth has a joint near them."""
     joints = _in_depth(people[..., :2], bgr, view)
     depth = _depths(joints, view)
     distance = [float(np.median(of[np.isfinite(of)])) if np.isfinite(of).any() else np.nan for of in depth]
@@ -197,51 +201,53 @@ def _unexplained(found: Sequence[Head], people: np.ndarray, bgr: np.ndarray, vie
     def explained(head: Head) -> bool:
         with np.errstate(invalid='ignore'):
             off = np.hypot(joints[..., 0] - head.x, joints[..., 1] - head.y) * head.depth / view.focal
-            there = (off < MISSED.on_head) & (np.abs(depth - head.depth) < MISSED.gap)
-        near = (off < MISSED.explained).any(axis=1)
-        return bool(there.any()) or any(of and not abs(far - head.depth) > MISSED.thickness
+            there = (off < constants.on_head) & (np.abs(depth - head.depth) < constants.gap)
+        near = (off < constants.explained).any(axis=1)
+        return bool(there.any()) or any(of and not abs(far - head.depth) > constants.thickness
                                         for of, far in zip(near, distance))
 
     return [head for head in found if not explained(head)]
 
 
-def _prepare(bgr: np.ndarray, head: Head, view: DepthView, one: CropRefinement, skeleton: SkeletonModel
+def _prepare(bgr: np.ndarray, head: Head, view: DepthView, one: CropRefinement, constants: HeadConstants
              ) -> PreparedView:
     """Cut out a head and what is below it; all that is nearer gets the mean colour of the crop."""
     x, y = _in_image(np.array([head.x, head.y]), bgr, view)
-    side = max(MISSED.crop_side * view.focal / head.depth * bgr.shape[1] / view.depth.shape[1], 2)
+    side = max(constants.crop_side * view.focal / head.depth * bgr.shape[1] / view.depth.shape[1], 2)
     left, top, side = int(np.floor(x - side / 2)), int(np.floor(y - side / 6)), int(np.ceil(side))
     recipe = one.model.input
     plan = fit_image((side, side), one.side, one.side, recipe.multiple_of, whole_box=True)
     size = (bgr.shape[1], bgr.shape[0])
     crop = View(plan, False, (left, top), size).prepare(bgr, recipe.padding)
     with np.errstate(invalid='ignore'):
-        nearer = (view.depth < head.depth - MISSED.nearer).astype(np.uint8)
+        nearer = (view.depth < head.depth - constants.nearer).astype(np.uint8)
     pixels = cv2.dilate(nearer, np.ones((3, 3), np.uint8)) > 0
-    nobody = np.zeros((0, 3))
-    return cover_others(crop, nobody, [], skeleton, Foreground(np.zeros(0, bool), pixels, size))
+    return cover_others(crop, np.zeros((0, 3)), [], one.model.skeleton, Foreground(np.zeros(0, bool), pixels, size))
 
 
-def _confirmed(pose: np.ndarray, head: Head, bgr: np.ndarray, view: DepthView, skeleton: SkeletonModel
-               ) -> Optional[np.ndarray]:
-    """Return a person, (K, 3), without the joints that something hides; None unless the depth confirms it."""
-    xy = _in_depth(pose[:, :2], bgr, view)
-    parts = [skeleton.index[joint] for joint in _HEAD if joint in skeleton.index]
+def _confirmed(pose: np.ndarray, parts: Sequence[int], head: Head, view: DepthView, xy: np.ndarray,
+               constants: HeadConstants) -> Optional[np.ndarray]:
+    """Return a person, (K, 3), without hidden joints; None unless the depth confirms it.
+
+    Args:
+        parts: joints of the head.
+        xy: (K, 2) of the pose, in pixels of the depth.
+    """
     there = [i for i in parts if pose[i, 2] > 0]
-    if not there or np.sort(pose[parts, 2])[-3:].mean() < MISSED.head_score:
+    if not there or np.sort(pose[parts, 2])[-3:].mean() < constants.head_score:
         return None
     off = np.hypot(*(xy[there].mean(axis=0) - (head.x, head.y)))
-    if off > MISSED.head_distance * view.focal / head.depth:
+    if off > constants.head_distance * view.focal / head.depth:
         return None
     with np.errstate(invalid='ignore'):
         behind = _depths(xy, view) - head.depth
-        sure = pose[:, 2] >= MISSED.joint_score
-        seen, beyond = sure & (np.abs(behind) < MISSED.reach), sure & (behind >= MISSED.reach)
-    if seen.sum() < MISSED.confirmed or beyond.sum() > MISSED.refuted * sure.sum():
+        sure = pose[:, 2] >= constants.joint_score
+        seen, beyond = sure & (np.abs(behind) < constants.reach), sure & (behind >= constants.reach)
+    if seen.sum() < constants.confirmed or beyond.sum() > constants.refuted * sure.sum():
         return None
     return np.where(beyond[:, None], (np.nan, np.nan, 0), pose).astype(np.float32)
 
 
-def _score(person: np.ndarray) -> float:
-    """Return the root mean square of the scores of the joints that are there."""
-    return float(np.sqrt((person[person[:, 2] >= MISSED.joint_score, 2] ** 2).mean()))
+def _score(person: np.ndarray, least: float) -> float:
+    """Return the root mean square of the scores of the joints with a least score."""
+    return float(np.sqrt((person[person[:, 2] >= least, 2] ** 2).mean()))

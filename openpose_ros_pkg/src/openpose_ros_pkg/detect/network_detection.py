@@ -1,29 +1,33 @@
-"""A detector for streams: it remembers, for each camera, who was seen where, and looks there first."""
+"""Detection by networks in the images of any number of cameras: tracked people are expected, and found on crops."""
 import threading
 import time
-from dataclasses import dataclass, replace
-from typing import Callable, Dict, Hashable, List, Optional, Sequence, Tuple, Union
+from dataclasses import dataclass, field, replace
+from typing import Dict, Hashable, List, NamedTuple, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
-from openpose_ros_pkg.detect.crop_search import Found, Pace, Plan, assign, look, search
+from openpose_ros_pkg.detect.crop_search import Run, Search, SearchPlan, assign, likely, look, search_parts
 from openpose_ros_pkg.detect.detection import ImageFrame
 from openpose_ros_pkg.detect.detector import (
     USUAL_SIZE,
     ComputedFrame,
     Detector,
     PreparedFrame,
-    Setup,
-    people_of,
     prepare_frame,
-    with_missed,
 )
-from openpose_ros_pkg.detect.ensemble import Opinions, person_scores
-from openpose_ros_pkg.detect.following import FOLLOWING, Followed, Follower, FollowingParams, refuse_slides
-from openpose_ros_pkg.detect.head_recovery import MISSED
-from openpose_ros_pkg.detect.schedule import SCHEDULE, Budget, Changes, Part, Schedule
-from openpose_ros_pkg.detect.tracking import TRACKING, PerCamera, PersonIds, TrackingParams
-from openpose_ros_pkg.people import FIRST_ID, People2D, Poses
+from openpose_ros_pkg.detect.ensemble import Opinions, Setup, accepted_people, person_scores
+from openpose_ros_pkg.detect.following import FollowedPerson, Following, FollowingParams, without_shared_crops
+from openpose_ros_pkg.detect.head_recovery import recover
+from openpose_ros_pkg.detect.schedule import NO_GREY, Budget, Part, Schedule, changed_columns, due_parts, small_grey
+from openpose_ros_pkg.detect.tracking import (
+    TRACKING,
+    ImageTracks,
+    PerCamera,
+    PersonIds,
+    TrackingConstants,
+    TrackingParams,
+)
+from openpose_ros_pkg.people import FIRST_ID, People2D, Poses, keypoints_in
 from openpose_ros_pkg.skeletons import SkeletonModel
 from openpose_ros_pkg.stream.fair_lock import FairLock
 
@@ -34,7 +38,7 @@ class PreparedDetection:
 
     frame: ImageFrame
     image: PreparedFrame
-    plan: Plan
+    plan: SearchPlan
 
 
 @dataclass(frozen=True)
@@ -52,90 +56,109 @@ class ComputedDetection:
     found: Union[ComputedFrame, People2D]
 
 
-class _Camera:
-    """What is remembered of the images of one size of a camera."""
+@dataclass(frozen=True, eq=False)
+class CameraMemory:
+    """What is remembered of the images of one size of a camera; each step replaces it as a whole.
 
-    def __init__(self, tracking: TrackingParams, skeleton: SkeletonModel) -> None:
-        self.follower = Follower(tracking, skeleton)
-        self._stamp = 0.0  # of the newest frame [s]
-        self._searched_by: Tuple[object, ...] = ()  # what makes the schedule
-        self._taken = 0.0  # by the newest frame [s]
-        self._full = 0.0  # time that full searches of all cameras took until then [s]
-        self.budget = Budget(0.0)
-        self.people = 0  # in the newest frame
-        self.interval = 0.0  # between the newest two frames [s]
-        self.waited = 0.0  # time before the newest frame in which the networks were at work, not the camera silent [s]
+    Attributes:
+        following: the tracked people.
+        stamp: of the newest frame [s].
+        searched_by: pace's networks and recipe of the schedule.
+        schedule: of the parts of the image.
+        budget: of the newest frame.
+        grey: small image of the newest frame.
+        people: number of people in the newest frame.
+        frames: since the image was searched in full.
+        taken: time that the newest frame took [s].
+        full: time that full searches of all cameras had taken until then [s].
+        interval: between the newest two frames [s].
+        waited: part of it in which the networks were busy, not the camera silent [s].
+    """
 
-    def shows(self, stamp: float) -> bool:
-        """Return whether images come from the camera at a time [s]."""
-        return abs(stamp - self._stamp) <= FOLLOWING.lost_time
+    following: Following
+    stamp: float = 0.0
+    searched_by: object = None
+    schedule: Schedule = field(default_factory=Schedule)
+    budget: Budget = field(default_factory=lambda: Budget(0.0))
+    grey: np.ndarray = field(default_factory=lambda: NO_GREY)
+    people: int = 0
+    frames: int = 0
+    taken: float = 0.0
+    full: float = 0.0
+    interval: float = 0.0
+    waited: float = 0.0
 
-    def begin(self, plan: Plan, size: Tuple[int, int], stamp: float, full: float, beside: Sequence[Budget]) -> bool:
-        """Begin a frame; return whether it is to be searched in full, as no person is expected.
+    def begun(self, plan: SearchPlan, frame: ImageFrame, full: float, beside: Sequence[Budget]
+              ) -> Tuple['CameraMemory', bool]:
+        """Return the memory at the begin of a frame, and whether it is searched in full, as no person is expected.
 
         Args:
             full: time that full searches of all cameras took so far [s].
             beside: budgets of other cameras.
         """
-        interval, self._stamp = stamp - self._stamp, max(stamp, self._stamp)
-        # an interval that the networks were at work is none of the camera's: on a slow machine, each full search would
-        # make a gap that asks for the next one
-        worked = self._taken + full - self._full
-        busy = plan.rate > 0 and worked > SCHEDULE.network_share * interval
-        searched_by = (plan.pace, plan.setup.recipe)
-        anew = (self._searched_by != searched_by or interval < -TRACKING.reset_backstep
-                or interval >= self.follower.tracker.timeout or (interval > self.follower.memory and not busy))
-        late = busy and interval > self.follower.memory and not anew
+        stamp, (height, width) = frame.stamp, frame.bgr.shape[:2]
+        interval, tracks = stamp - self.stamp, self.following.tracks
+        # the camera is not silent while the networks work: else, on a slow machine, each full search would make a gap
+        # that asks for the next one
+        worked = self.taken + full - self.full
+        busy = plan.rate > 0 and worked > plan.schedule.followed_share * interval
+        searched_by = (plan.first_pace, plan.setup.recipe)
+        anew = (self.searched_by != searched_by or interval < -tracks.constants.reset_backstep
+                or interval >= tracks.timeout or (interval > self.following.lost_time and not busy))
+        late = busy and interval > self.following.lost_time and not anew
+        begun = replace(self, stamp=max(stamp, self.stamp), frames=self.frames + 1, interval=interval,
+                        waited=interval if late else 0.0)
         if anew:
-            self._searched_by, self._stamp, self.people = searched_by, stamp, 0
-            self.schedule, self.changes = Schedule(plan.parts(size)), Changes()
-            self.budget = Budget(plan.rate)
-            self.frames = -1  # since the image was searched in full
-            self.follower.forget()
-        self.frames += 1
-        self.interval, self.waited = interval, interval if late else 0.0
+            begun = replace(begun, following=replace(self.following, memories={}), stamp=stamp, people=0, frames=0,
+                            searched_by=searched_by, schedule=Schedule(plan.parts((width, height)),
+                                                                       constants=plan.schedule),
+                            budget=Budget.of_rate(plan.rate, plan.schedule), grey=NO_GREY)
         # a client that asks seldom gives time, also where a full search takes most of it
-        gives_time = not busy or (late and interval - worked > 1 / plan.rate)
-        self.budget.begin(interval if gives_time and not anew else 0.0, plan.least(size), self.people * plan.of_person,
-                          plan.search(size), beside)
-        return anew
+        gives_time = not anew and (not busy or (late and interval - worked > 1 / plan.rate))
+        costs = plan.costs(begun.schedule.parts, height, begun.people)
+        return replace(begun, budget=begun.budget.begun(interval if gives_time else 0.0, costs, beside)), anew
 
-    def end(self, taken: float, full: float) -> None:
-        """Note what the frame took, and full searches of all cameras until now [s]."""
-        self._taken, self._full = taken, full
+
+class _Answer(NamedTuple):
+    """The people of a frame, the camera's memory after it, time of the networks [s], and their runs."""
+
+    people: People2D
+    memory: CameraMemory
+    seconds: float
+    runs: Tuple[Run, ...] = ()
 
 
 class NetworkDetection:
     """Find people in the images of any number of cameras; they keep their ids. Any thread may call it.
 
-    `detect` does it all. To prepare the next image and finish the last one while the networks are busy, call `prepare`,
-    `compute` and `finish` separately, the latter two in the order of the frames of a camera.
+    `detect` does it all; to pipeline, call `prepare`, `compute` and `finish`, see `Detection`.
 
-    With following, networks look at crops round the people who are expected in an image. The search for others is cut
+    With following, networks compute crops of the people expected in an image. The search for others is cut
     into parts, one pass over one strip of the image each, which are spread over the frames as the time allows. Where no
     person is expected, in the first image, after a gap or when stamps jump back, the image is searched in full, as
-    `Detector.detect` does. What is remembered is that of images of one size; where a camera changes to a new one of the
-    same aspect, ids stay. An image with a stamp of 0 or less has no history: it is searched in full, and its people get
-    new ids.
+    `Detector.detect` does. Each size of the images of a camera has its own memory; where a camera changes to a new size
+    of the same aspect, ids stay. An image with a stamp of 0 or less has no history: it is searched in full, and its
+    people get new ids.
 
     Args:
-        detector: what finds the people.
-        tracking: limits of following people.
+        detector: finds the people.
+        tracking: limits of tracks.
         following: whether people are followed instead of being searched for in every image.
-        pace: what the networks take for a pixel, by their names, from then on fixed [s]; None: it is measured.
+        pace: [s] per pixel of the networks, by their names, from then on fixed; None: it is measured.
     """
 
     def __init__(self, detector: Detector, tracking: TrackingParams, following: FollowingParams,
-                 pace: Optional[Dict[str, float]] = None) -> None:
+                 pace: Optional[Dict[str, float]] = None, constants: TrackingConstants = TRACKING) -> None:
         self.detector = detector
-        self._tracking, self._following = tracking, following
-        self._cameras = PerCamera(lambda: _Camera(self._tracking, self.skeleton))  # by camera and size of the images
+        self._tracking, self._following, self._constants = tracking, following, constants
+        # by camera and size of the images
+        self._memories = PerCamera(lambda: CameraMemory(Following(ImageTracks(self._tracking, constants))))
         self._first_id = FIRST_ID  # of a camera that is not remembered
         self._ids = PerCamera(lambda: PersonIds(self._first_id), self._forget_ids)
         self._full = 0.0  # time that full searches of all cameras took so far [s]
         self._tracking_lock = threading.Lock()
         self._fixed_pace = pace
-        self._plan = Plan.of(detector, following, pace)
+        self._plan = SearchPlan.of(detector, following, pace)
 
     @property
     def skeleton(self) -> SkeletonModel:
@@ -159,24 +182,24 @@ class NetworkDetection:
         """Use other limits, and the present parameters of the detector, from the next frame on; ids stay."""
         with self.lock, self._tracking_lock:
             self._tracking = tracking
-            for camera in self._cameras.all():
-                camera.follower.tracker.reconfigure(tracking)
+            for key, memory in self._memories.items():
+                tracks = replace(memory.following.tracks, params=tracking)
+                self._memories.put(key, replace(memory, following=replace(memory.following, tracks=tracks)))
             setup = self.detector.setup
             if self._plan.setup.settings.detector == setup.settings.detector:
                 self._plan = replace(self._plan, setup=setup)
             else:
-                self._plan = Plan.of(self.detector, self._following, self._fixed_pace)
+                self._plan = SearchPlan.of(self.detector, self._following, self._fixed_pace)
 
     def warm_up(self) -> None:
-        """Let the networks see blank images, as `Detector.warm_up` does, and the parts that they will see."""
+        """Let the networks compute blank images, as `Detector.warm_up` does, and the parts that they will search."""
         self.detector.warm_up()
         plan, (width, height) = self._plan, USUAL_SIZE
         blank = np.zeros((height, width, 3), np.uint8)
-        parts = plan.parts(USUAL_SIZE) if plan.follows else []
+        parts = plan.parts(USUAL_SIZE) if plan.follows else ()
         by_size = {(part.number, part.right - part.left): part for part in parts if part.right - part.left < width}
         with self.lock:
-            for part in by_size.values():
-                search(plan.setup, blank, part, plan.pace)
+            self._learn(search_parts(plan.setup, blank, list(by_size.values())).runs)
 
     def detect(self, frame: ImageFrame, expected: Optional[People2D] = None) -> People2D:
         """Return the people in an image, with ids that they keep in the images of a camera; see `Detection`.
@@ -197,168 +220,147 @@ class NetworkDetection:
 
     def compute(self, prepared: PreparedDetection, expected: Optional[People2D] = None) -> ComputedDetection:
         """Compute the networks for a prepared image, with `lock` held; see `Detection.compute`."""
-        plan, image, frame = prepared.plan, prepared.image, prepared.frame
-        camera, stamp = frame.camera, frame.stamp
-        size, begin = (image.bgr.shape[1], image.bgr.shape[0]), time.perf_counter()
-        if image.views:
-            computed = self.detector.compute(image)
+        plan, frame, begin = prepared.plan, prepared.frame, time.perf_counter()
+        if prepared.image.views:
+            computed = self.detector.compute(prepared.image)
+            height, width = frame.bgr.shape[:2]
+            foreseen = plan.costs(plan.parts((width, height)), height, 0).search if plan.pace.fixed else 0.0
             with self._tracking_lock:
-                self._full += plan.search(size) if plan.pace.fixed else time.perf_counter() - begin
+                self._full += foreseen if plan.pace.fixed else time.perf_counter() - begin
             return ComputedDetection(frame, computed.network_seconds, computed)
         with self._tracking_lock:
-            memory, ids = self._remembered(camera, size, stamp), self._ids.of(camera)
-            beside = [other.budget for other in self._cameras.all() if other is not memory and other.shows(stamp)]
-            full = memory.begin(plan, size, stamp, self._full, beside)
-            if full:
-                people, seconds = self._search_all(image, plan, memory, stamp, ids)
-                foreseen = plan.search(size) + len(people) * plan.of_person
+            key, memory = self._remembered(frame)
+            beside = [other.budget for name, other in self._memories.items()
+                      if name != key and abs(frame.stamp - other.stamp) <= other.following.constants.lost_time]
+            memory, in_full = memory.begun(plan, frame, self._full, beside)
+            ids = self._ids.of(frame.camera)
+            if in_full:
+                answer = _search_in_full(self.detector, prepared, memory, ids)
+                foreseen = memory.budget.costs.search + answer.memory.people * plan.of_person
             else:
-                people, seconds = _follow(image, plan, memory, stamp, ids, expected)
-                foreseen = memory.budget.spent
+                in_space = None if expected is None else keypoints_in(expected.keypoints, expected.skeleton,
+                                                                      plan.setup.recipe.skeleton)
+                answer = _follow(prepared, memory, in_space, ids)
+                foreseen = answer.memory.budget.spent
             taken = foreseen if plan.pace.fixed else time.perf_counter() - begin
-            self._full += taken if full else 0.0
-            memory.end(taken, self._full)
-        return ComputedDetection(frame, seconds, people)
+            self._full += taken if in_full else 0.0
+            self._memories.put(key, replace(answer.memory, taken=taken, full=self._full))
+            self._learn(answer.runs)
+        return ComputedDetection(frame, answer.seconds, answer.people)
 
     def finish(self, computed: ComputedDetection) -> People2D:
         """Return the people of a computed image; see `Detection.finish`."""
         if isinstance(computed.found, People2D):
             return computed.found
-        people, stamp = self.detector.finish(computed.found), computed.frame.stamp
+        people, frame = self.detector.finish(computed.found), computed.frame
         with self._tracking_lock:
-            ids = self._ids.of(computed.frame.camera)
-            if stamp <= 0:
+            ids = self._ids.of(frame.camera)
+            if frame.stamp <= 0:
                 return replace(people, ids=ids.give(len(people)))
-            camera = self._remembered(computed.frame.camera, computed.found.image_size, stamp)
-            return camera.follower.tracker.update(people, stamp, ids)
+            key, memory = self._remembered(frame)
+            tracks, people = memory.following.tracks.updated(people, frame.stamp, ids)
+            self._memories.put(key, replace(memory, following=replace(memory.following, tracks=tracks)))
+            return people
 
-    def _remembered(self, name: Hashable, size: Tuple[int, int], stamp: float) -> _Camera:
-        """Return what is remembered of images of (width, height) [px] of a camera.
+    def _remembered(self, frame: ImageFrame) -> Tuple[Hashable, CameraMemory]:
+        """Return camera and size of a frame, and the memory of such images.
 
-        Where that is nothing, as the camera showed images of another resolution just now, their tracks go on.
+        Where they have no tracks, those of the camera's images of another resolution a moment ago go on.
         """
-        camera = self._cameras.of((name, size))
-        tracker = camera.follower.tracker
-        if not tracker.shows(stamp):
-            for key, other in reversed(self._cameras.items()):  # the newest first
-                scale = np.divide(size, key[1])
-                if (key[0] == name and abs(scale[0] / scale[1] - 1) <= TRACKING.same_aspect
-                        and other.follower.tracker.shows(stamp)):
-                    tracker.take_over(other.follower.tracker, scale)
-                    break
-        return camera
+        size = (frame.bgr.shape[1], frame.bgr.shape[0])
+        memory = self._memories.of((frame.camera, size))
+        if not memory.following.tracks.covers(frame.stamp):
+            for (camera, other_size), other in reversed(self._memories.items()):  # the newest first
+                tracks, scale = other.following.tracks, np.divide(size, other_size)
+                if (camera == frame.camera and abs(scale[0] / scale[1] - 1) <= self._constants.same_aspect
+                        and tracks.covers(frame.stamp)):
+                    following = replace(memory.following, tracks=tracks.scaled(scale))
+                    return (frame.camera, size), replace(memory, following=following)
+        return (frame.camera, size), memory
+
+    def _learn(self, runs: Sequence[Run]) -> None:
+        self._plan = replace(self._plan, pace=self._plan.pace.after(runs))
 
     def _forget_ids(self, ids: PersonIds) -> None:
-        """Let no camera have ids that one had that is forgotten: it may be the same."""
+        """Give no camera the ids of one that is forgotten: it may be the same."""
         self._first_id = max(self._first_id, ids.next)
 
-    def _search_all(self, frame: PreparedFrame, plan: Plan, camera: _Camera, stamp: float, ids: PersonIds
-                    ) -> Tuple[People2D, float]:
-        """Return the people of an image that is searched in full, remember them, and the time of the networks [s]."""
-        computed = self.detector.compute(frame)
-        poses, opinions, setup = computed.poses, computed.opinions, plan.setup
-        persons = [_person(pose, of_person, setup) for pose, of_person in zip(poses.keypoints, opinions)]
-        persons += [_missed(pose, setup) for pose in poses.keypoints[len(persons):]]
-        people, kept = people_of(poses, setup, computed.image_size)
-        for part in camera.schedule.parts:
-            camera.schedule.done(part, stamp)
-        camera.changes.columns(frame.bgr, [])
-        camera.people = len(kept)
-        return camera.follower.update(people, [persons[i] for i in kept], stamp, ids), computed.network_seconds
+
+def _search_in_full(detector: Detector, prepared: PreparedDetection, memory: CameraMemory, ids: PersonIds) -> _Answer:
+    """Return the people of an image that is searched in full."""
+    frame, setup = prepared.frame, prepared.plan.setup
+    computed = detector.compute(prepared.image)
+    poses, opinions = computed.poses, computed.opinions
+    persons = [_person(pose, of_person, setup) for pose, of_person in zip(poses.keypoints, opinions)]
+    persons += [_recovered(pose, setup) for pose in poses.keypoints[len(persons):]]
+    people, kept = accepted_people(poses, setup, computed.image_size)
+    following, people = memory.following.updated(people, [persons[i] for i in kept], frame.stamp, ids)
+    memory = replace(memory, following=following, people=len(kept), grey=small_grey(frame.bgr, prepared.plan.schedule),
+                     schedule=memory.schedule.done(memory.schedule.parts, frame.stamp))
+    return _Answer(people, memory, computed.network_seconds)
 
 
-def _follow(frame: PreparedFrame, plan: Plan, camera: _Camera, stamp: float, ids: PersonIds,
-            expected: Optional[People2D]) -> Tuple[People2D, float]:
-    """Return the people of an image, expected ones and those in parts that are searched, and the networks' time [s]."""
-    setup, bgr, size = plan.setup, frame.bgr, (frame.bgr.shape[1], frame.bgr.shape[0])
-    people = camera.follower.expected(stamp, expected, camera.waited)
-    camera.schedule.changed(camera.changes.columns(bgr, [person.box for person in people]))
-    cost = plan.of_person
-    looked = sorted(people, key=lambda person: -person.urgency)[:_crops(camera, len(people), cost)]
-    seconds = look(frame, looked, people, plan.pace)
-    refuse_slides(people, setup.recipe)
-    camera.budget.save(cost * len(looked))
-    parts = _due(camera, plan, stamp, people, lambda part: plan.of_part(part, size))
-    found, more = _search(frame, camera, stamp, parts, plan.pace)
-    new = _likely(assign(found, people, setup.recipe), setup)
-    seconds += more + look(frame, new, [*people, *new], plan.pace)
-    camera.budget.spend(cost * len(new))
-    refuse_slides([*people, *new], setup.recipe)
-    reported = [person for person in (*people, *new) if person.reported]
-    keypoints = np.array([person.voted(setup.recipe, stamp) for person in reported], np.float32)
-    keypoints = keypoints.reshape(-1, len(setup.recipe.skeleton.joints), 3)
-    poses = Poses(keypoints, person_scores(keypoints))
-    if parts and camera.budget.affords(MISSED.most * cost):
-        poses, missed = with_missed(poses, frame)
-        camera.budget.spend(cost * missed.crops)
-        seconds += missed.seconds
-        reported += [_missed(pose, setup) for pose in missed.poses.keypoints]
-    accepted, kept = people_of(poses, setup, size)
-    camera.people = len(kept)
-    return camera.follower.update(accepted, [reported[i] for i in kept], stamp, ids), seconds
+def _follow(prepared: PreparedDetection, memory: CameraMemory, in_space: Optional[np.ndarray], ids: PersonIds
+            ) -> _Answer:
+    """Return the people of an image, expected ones and those in the parts that are searched.
 
-
-def _crops(camera: _Camera, people: int, cost: float) -> int:
-    """Return how many people are looked at on crops that take some seconds each.
-
-    All are where frames are so rare that a person who waits for the next one would not be reported any more.
+    Args:
+        in_space: (P, K, 3) people expected by tracks in space; None: no such tracks.
     """
-    fits = people * cost <= SCHEDULE.network_share * camera.interval
-    if camera.interval > FOLLOWING.unlooked_time or (fits and 2 * camera.interval > FOLLOWING.unlooked_time):
-        return people
-    return camera.budget.crops(cost)
+    frame, image, plan, setup = prepared.frame, prepared.image, prepared.plan, prepared.plan.setup
+    recipe, cost, size = setup.recipe, plan.of_person, (frame.bgr.shape[1], frame.bgr.shape[0])
+    people = memory.following.expected(frame.stamp, in_space, memory.waited)
+    grey = small_grey(frame.bgr, plan.schedule)
+    columns = changed_columns(grey, memory.grey, size, [person.box for person in people], plan.schedule)
+    memory = replace(memory, grey=grey, schedule=memory.schedule.changed(columns))
+    crops = memory.budget.crops_of(len(people), cost, memory.interval, memory.following.constants.unlooked_time)
+    looked = look(image, people, sorted(range(len(people)), key=lambda i: -people[i].urgency)[:crops])
+    people = without_shared_crops(looked.people, recipe)
+    memory = replace(memory, budget=memory.budget.after_crops(cost * crops))
+    memory, parts = _scheduled(memory, frame, people, plan)
+    found = search_parts(setup, frame.bgr, parts) if parts else Search()
+    people, new = assign(found.found, people, setup)
+    new = likely(new, setup)
+    budget = memory.budget.after(cost * len(new))
+    both = look(image, [*people, *new], range(len(people), len(people) + len(new)))
+    reported = [person for person in without_shared_crops(both.people, recipe) if person.reported]
+    keypoints = np.array([person.voted(recipe, frame.stamp) for person in reported], np.float32)
+    keypoints = keypoints.reshape(-1, len(recipe.skeleton.joints), 3)
+    poses, seconds = Poses(keypoints, person_scores(keypoints)), looked.seconds + found.seconds + both.seconds
+    if parts and budget.affords(plan.most_heads * cost):
+        recovered = recover(poses, frame.bgr, frame.depth, setup)
+        poses = poses.joined(recovered.poses)
+        budget = budget.after(cost * recovered.crops)
+        seconds += recovered.seconds
+        reported += [_recovered(pose, setup) for pose in recovered.poses.keypoints]
+    accepted, kept = accepted_people(poses, setup, size)
+    following, accepted = memory.following.updated(accepted, [reported[i] for i in kept], frame.stamp, ids)
+    return _Answer(accepted, replace(memory, following=following, budget=budget, people=len(kept)), seconds,
+                   looked.runs + found.runs + both.runs)
 
 
-def _person(pose: np.ndarray, opinions: Opinions, setup: Setup) -> Followed:
-    """Return a person, (K, 3), as a full search found them; sources without an opinion did not find the person."""
+def _scheduled(memory: CameraMemory, frame: ImageFrame, people: Sequence[FollowedPerson], plan: SearchPlan
+               ) -> Tuple[CameraMemory, List[Part]]:
+    """Return the memory after the search of a frame was scheduled, and the parts that are searched."""
+    schedule, lost = memory.schedule, [person for person in people if person.lost]
+    for person in lost:
+        low, high = person.box
+        schedule = schedule.lost(low[0], high[0])
+    if plan.rate > 0:
+        parts, budget = due_parts(schedule, memory.budget, frame.stamp)
+        return replace(memory, schedule=schedule.done(parts, frame.stamp), budget=budget), parts
+    if memory.frames < plan.period and not any(person.recent for person in lost):
+        return replace(memory, schedule=schedule), []
+    return replace(memory, schedule=schedule.done(schedule.parts, frame.stamp), frames=0), list(schedule.parts)
+
+
+def _person(pose: np.ndarray, opinions: Opinions, setup: Setup) -> FollowedPerson:
+    """Return a person, (K, 3), found by a full search; sources without an opinion did not find the person."""
     crops = [opinions[number] for number in sorted(opinions) if number >= setup.recipe.pass_opinions]
-    return Followed(pose, crop=crops[0] if crops else None,
-                    opinions={number: opinions.get(number) for number in range(len(setup.recipe.weights))})
+    return FollowedPerson(pose, crop=crops[0] if crops else None,
+                          opinions={number: opinions.get(number) for number in range(len(setup.recipe.weights))})
 
 
-def _missed(pose: np.ndarray, setup: Setup) -> Followed:
+def _recovered(pose: np.ndarray, setup: Setup) -> FollowedPerson:
     """Return a person, (K, 3), found by the depth alone."""
-    return Followed(pose, crop=pose, opinions={setup.recipe.pass_opinions: pose})
-
-
-def _search(frame: PreparedFrame, camera: _Camera, stamp: float, parts: Sequence[Part], pace: Pace
-            ) -> Tuple[List[Found], float]:
-    found: List[Found] = []
-    seconds = 0.0
-    for part in parts:
-        more, taken = search(frame.setup, frame.bgr, part, pace)
-        found += more
-        seconds += taken
-        camera.schedule.done(part, stamp)
-    return found, seconds
-
-
-def _due(camera: _Camera, plan: Plan, stamp: float, people: Sequence[Followed], cost: Callable[[Part], float]
-         ) -> List[Part]:
-    """Return the parts that are searched in a frame."""
-    just_lost = False
-    for person in people:
-        if person.opinions and person.crop is None:
-            low, high = person.box
-            camera.schedule.urge(low[0], high[0], SCHEDULE.lost)
-            just_lost |= person.unseen <= FOLLOWING.unlooked_time
-    if plan.rate <= 0:
-        if not just_lost and camera.frames < plan.period:
-            return []
-        camera.frames = 0
-        return camera.schedule.parts
-    due: List[Part] = []
-    for part in camera.schedule.order(stamp):
-        if not camera.budget.affords(cost(part)):
-            break
-        camera.budget.spend(cost(part))
-        due.append(part)
-    return due
-
-
-def _likely(new: Sequence[Followed], setup: Setup) -> List[Followed]:
-    """Return those of new people who are worth a crop, the surest first."""
-    least = setup.recipe.acceptance * setup.settings.decode.person_min_score
-    scores = [float(person_scores(person.expected[np.newaxis])[0]) for person in new]
-    order = np.argsort([-score for score in scores], kind='stable')[:setup.recipe.max_refined]
-    return [new[i] for i in order if scores[i] >= least]
+    return FollowedPerson(pose, crop=pose, opinions={setup.recipe.pass_opinions: pose})

@@ -1,8 +1,7 @@
-"""Crops that show several people: the others are covered, so that a network for one person sees the right one.
+"""Occlusion masks: other people are covered in the crop of a person, for networks that show one person.
 
-A body in the image is its limbs, its trunk and its head, with breadths in proportion to its size. What lies on the body
-of the person itself stays: whoever is in front, the network sees at most a piece of somebody else there. Where
-depth tells that somebody else is in front, it also tells which pixels are covered: all of theirs.
+A body mask is limbs, trunk and head, with breadths in proportion to the size of the person. Pixels on the body of the
+person itself stay. Where depth shows that another person is in front, all pixels of that one are covered.
 """
 from dataclasses import dataclass, replace
 from typing import List, NamedTuple, Optional, Sequence, Tuple
@@ -25,7 +24,7 @@ _TRUNK = ('right_shoulder', 'left_shoulder', 'left_hip', 'right_hip')
 
 @dataclass(frozen=True)
 class CoverConstants:
-    """Which pixels of a crop belong to somebody."""
+    """Which pixels of a crop belong to a person."""
 
     limb: float = constant(
         0.14, 'Breadth of limbs, and of the border of the trunk, as a share of the root of the area of the person.')
@@ -38,39 +37,38 @@ COVER = CoverConstants()
 
 @dataclass(frozen=True)
 class LayerConstants:
-    """Who is in front of whom, and which pixels are whose."""
+    """Order of people by depth, and their pixels."""
 
     breadth: float = constant(
-        2.0, 'Somebody in front is at most this many times as broad as `CoverConstants` have it: depth tells where the '
-             'body ends.')
+        2.0, 'Factor on the breadths of `CoverConstants` for people in front, within which the depth shows the body.')
     least_gap: float = constant(
-        0.3, 'Somebody whose trunk is nearer by this is in front; of people who are less far apart, an arm of either '
+        0.3, 'A person whose trunk is nearer by this is in front; of people who are less far apart, an arm of either '
              'may be in front.', unit='m')
     reach: float = constant(
-        0.45, 'A joint on the body of somebody nearer, and this near to the depth of that trunk, does not tell how far '
-              'away a person is.', unit='m')
+        0.45, 'A joint on the body of a nearer person, and this near to the depth of that trunk, does not count for '
+              'the depth of a person.', unit='m')
     agreement: float = constant(0.35, 'Joints this near to the depth of the person agree with it.', unit='m')
     preference: float = constant(
-        1.0, 'People are told apart from the nearest to the farthest; one all of whose joints agree counts as nearer '
-             'by this than one none of whose do.', unit='m')
+        1.0, 'Depths are estimated from the nearest person to the farthest; a person counts as nearer by this times '
+             'the share of the joints that agree.', unit='m')
     elbow_weight: float = constant(0.5, 'Weight of elbows and knees for the depth of a person; trunk and head have 1.')
     wrist_weight: float = constant(0.3, 'The same of wrists and ankles.')
     doubt: float = constant(
-        0.3, 'Factor on the score of a joint that a network with all of the image sees on the body of somebody nearer, '
-             'where a crop shows the person too.')
+        0.3, 'Factor on the score of a joint that a full search places on the body of a nearer person, where a crop '
+             'shows the person too.')
     one_place: float = constant(
-        0.07, 'Left and right elbows, wrists, knees or ankles that are this near, as a share of the root of the area '
-              'of somebody behind others, are one joint: a network takes the limb that it sees for the hidden one too.')
+        0.07, 'Left and right elbows, wrists, knees or ankles of a person behind others that are this near, as a share '
+              'of the root of the area, are one joint: a network takes the visible limb for the hidden one too.')
 
 
 LAYERS = LayerConstants()
 
 
 class Foreground(NamedTuple):
-    """What of an image is in front of a person.
+    """The people in front of a person.
 
     Attributes:
-        nearer: (P,) bool, who of the people.
+        nearer: (P,) bool, which of the people.
         pixels: (h, w) bool, their pixels, on the grid of the depth.
         image_size: width and height [px].
     """
@@ -79,8 +77,8 @@ class Foreground(NamedTuple):
     pixels: np.ndarray
     image_size: Tuple[int, int]
 
-    def holds(self, xy: np.ndarray) -> np.ndarray:
-        """Return which positions, (N, 2) [px of the image], are on somebody nearer, (N,) bool."""
+    def covers(self, xy: np.ndarray) -> np.ndarray:
+        """Return which positions, (N, 2) [px of the image], are on a nearer person, (N,) bool."""
         return _at(self.pixels, xy, self.image_size) & np.isfinite(xy).all(axis=1)
 
     def in_crop(self, view: View) -> np.ndarray:
@@ -96,8 +94,9 @@ class Foreground(NamedTuple):
 
 
 def foregrounds(people: Sequence[np.ndarray], skeleton: SkeletonModel, depth: Optional[DepthView],
-                image_size: Tuple[int, int]) -> List[Optional[Foreground]]:
-    """Return what is in front of each of the people; None: nobody, or it is not known.
+                image_size: Tuple[int, int], cover: CoverConstants = COVER, layers: LayerConstants = LAYERS
+                ) -> List[Optional[Foreground]]:
+    """Return what is in front of each of the people; None: no person, or unknown.
 
     Args:
         people: (K, 3) float each: x, y [px of the image], score; NaN where missing.
@@ -107,65 +106,65 @@ def foregrounds(people: Sequence[np.ndarray], skeleton: SkeletonModel, depth: Op
     """
     if depth is None or len(people) < 2:
         return [None] * len(people)
-    # missing depth is mostly that beside somebody nearer
+    # depth is missing mostly beside a nearer person
     surface = cv2.erode(np.where(np.isfinite(depth.depth), depth.depth, np.float32(np.inf)), np.ones((3, 3), np.uint8))
-    bodies = np.zeros((len(people), *surface.shape), np.uint8)
-    scale = np.divide(surface.shape[::-1], image_size)
-    for body, person in zip(bodies, people):
-        pose = _sure(person)
-        pose[:, :2] = (pose[:, :2] + 0.5) * scale - 0.5
-        _paint(body, pose, skeleton, 1, LAYERS.breadth)
-    distances = _distances(np.array(people), skeleton, depth, bodies, image_size)
+    scale, all_people = np.divide(surface.shape[::-1], image_size), np.array(people)
+    poses = [_sure(person, cover.sure_joint) for person in people]
+    bodies = np.stack([_body_mask(surface.shape, _scaled(pose, scale), skeleton, cover, layers.breadth)
+                       for pose in poses])
+    xy = all_people[..., :2].reshape(-1, 2)
+    samples = _median_depths(depth, xy, image_size).reshape(all_people.shape[:2])
+    sure = np.isfinite(samples) & (all_people[..., 2] >= cover.sure_joint)
+    weights = (np.where(sure, all_people[..., 2], 0.0) * _joint_weights(skeleton, layers)).astype(all_people.dtype)
+    on_bodies = np.stack([_at(body, xy, image_size).reshape(samples.shape) for body in bodies])
+    distances = _distances(samples, weights, on_bodies, layers)
     result: List[Optional[Foreground]] = []
     for distance in distances:
         with np.errstate(invalid='ignore'):
-            nearer = distances < distance - LAYERS.least_gap
+            nearer = distances < distance - layers.least_gap
         if not nearer.any():
             result.append(None)
             continue
         pixels = np.zeros(surface.shape, bool)
         for body, other in zip(bodies[nearer], distances[nearer]):
-            pixels |= (body > 0) & (surface < (distance + other) / 2)
+            pixels |= body & (surface < (distance + other) / 2)
         result.append(Foreground(nearer, pixels, image_size))
     return result
 
 
-def _distances(people: np.ndarray, skeleton: SkeletonModel, depth: DepthView, bodies: np.ndarray,
-               image_size: Tuple[int, int]) -> np.ndarray:
+def _scaled(pose: np.ndarray, scale: np.ndarray) -> np.ndarray:
+    """Return a pose, (K, 3) [px], on a grid with scale, (2,), cells per pixel along x and y."""
+    return np.column_stack([(pose[:, :2] + 0.5) * scale - 0.5, pose[:, 2]]).astype(pose.dtype)
+
+
+def _distances(samples: np.ndarray, weights: np.ndarray, on_bodies: np.ndarray, layers: LayerConstants) -> np.ndarray:
     """Return the depth of each person's trunk, (P,) [m]; NaN where unknown.
 
-    It is the median over the joints, from the nearest person to the farthest: joints on somebody nearer do not count.
+    It is the median over the joints, from the nearest person to the farthest: joints on a nearer person do not count.
 
     Args:
-        people: (P, K, 3) float.
-        bodies: (P, h, w) uint8, of each on the grid of the depth.
+        samples: (P, K) depths at the joints [m]; NaN where unknown.
+        weights: (P, K) of the joints; 0 where there is no sample.
+        on_bodies: (P, P, K) bool, for each body which joints are on it.
     """
-    xy = people[..., :2].reshape(-1, 2)
-    samples = _median_depths(depth, xy, image_size).reshape(people.shape[:2])
-    weights = np.where(np.isfinite(samples) & (people[..., 2] >= COVER.sure_joint), people[..., 2], 0.0)
-    weights *= _joint_weights(skeleton)
-    all_weights, distances, left = weights.copy(), np.full(len(people), np.nan), np.ones(len(people), bool)
-    left &= all_weights.any(axis=1)
+    visible, distances, left = weights, np.full(len(weights), np.nan), weights.any(axis=1)
     while left.any():
-        counted = np.where(((weights > 0).sum(axis=1) > 1)[:, None], weights, all_weights)
+        counted = np.where(((visible > 0).sum(axis=1) > 1)[:, None], visible, weights)
         medians = _weighted_medians(samples, counted)
-        agreeing = (counted * (np.abs(samples - medians[:, None]) < LAYERS.agreement)).sum(axis=1)
-        merit = medians - LAYERS.preference * agreeing / np.maximum(all_weights.sum(axis=1), 1e-9)
+        agreeing = (counted * (np.abs(samples - medians[:, None]) < layers.agreement)).sum(axis=1)
+        merit = medians - layers.preference * agreeing / np.maximum(weights.sum(axis=1), 1e-9)
         nearest = int(np.where(left, merit, np.inf).argmin())
         distances[nearest], left[nearest] = medians[nearest], False
-        on_body = _at(bodies[nearest], xy, image_size).reshape(samples.shape) > 0
-        foreign = on_body & (np.abs(samples - medians[nearest]) < LAYERS.reach)
-        weights[foreign & left[:, None]] = 0.0
+        foreign = on_bodies[nearest] & (np.abs(samples - medians[nearest]) < layers.reach)
+        visible = np.where(foreign & left[:, None], 0.0, visible)
     return distances
 
 
-def _joint_weights(skeleton: SkeletonModel) -> np.ndarray:
-    """Return how much joints tell of the depth of a trunk, (K,)."""
-    def weight(joint: str) -> float:
-        part = joint.split('_')[-1]
-        return {'elbow': LAYERS.elbow_weight, 'knee': LAYERS.elbow_weight, 'wrist': LAYERS.wrist_weight,
-                'ankle': LAYERS.wrist_weight}.get(part, 1.0)
-    return np.array([weight(joint) for joint in skeleton.joints])
+def _joint_weights(skeleton: SkeletonModel, layers: LayerConstants) -> np.ndarray:
+    """Return the weights of joints for the depth of a trunk, (K,)."""
+    weights = {'elbow': layers.elbow_weight, 'knee': layers.elbow_weight, 'wrist': layers.wrist_weight,
+               'ankle': layers.wrist_weight}
+    return np.array([weights.get(joint.split('_')[-1], 1.0) for joint in skeleton.joints])
 
 
 def _median_depths(depth: DepthView, xy: np.ndarray, image_size: Tuple[int, int]) -> np.ndarray:
@@ -201,23 +200,23 @@ def _cells(values: np.ndarray, axis: int, grid: np.ndarray, image_size: Tuple[in
     return np.clip((values + 0.5) * count / image_size[axis], 0, count - 1).astype(np.int64)
 
 
-def vote_behind(opinions: Opinions, foreground: Optional[Foreground], recipe: Recipe, weights: Sequence[float],
-                place_weights: Sequence[float]) -> np.ndarray:
+def vote_behind(opinions: Opinions, foreground: Optional[Foreground], recipe: Recipe,
+                layers: LayerConstants = LAYERS) -> np.ndarray:
     """Vote on a person who may be behind others; see `vote_with_crops`.
 
-    Joints that a network with all of the image sees on somebody nearer are doubted, unless no crop shows the person:
-    then nothing else tells where they are. Of two joints of a pair in one place the surer one stays.
+    Joints that a full search places on a nearer person are doubted, unless no crop shows the person: then there is no
+    other source. Of two joints of a pair in one place the surer one stays.
 
     Args:
-        foreground: what is in front of the person; None: nobody, or it is not known.
+        foreground: in front of the person; None: no person, or unknown.
     """
-    if foreground is None:
-        return vote_with_crops(opinions, recipe, weights, place_weights)
-    if max(opinions, default=0) >= recipe.pass_opinions:
-        opinions = {number: pose if number >= recipe.pass_opinions else _doubted(pose, foreground)
+    if foreground is not None and max(opinions, default=0) >= recipe.pass_opinions:
+        opinions = {number: pose if number >= recipe.pass_opinions else _doubted(pose, foreground, layers.doubt)
                     for number, pose in opinions.items()}
-    keypoints = vote_with_crops(opinions, recipe, weights, place_weights)
-    nearest, index = LAYERS.one_place * np.sqrt(area(keypoints)), recipe.skeleton.index
+    keypoints = vote_with_crops(opinions, recipe, recipe.weights, recipe.place_weights)
+    if foreground is None:
+        return keypoints
+    nearest, index = layers.one_place * np.sqrt(area(keypoints)), recipe.skeleton.index
     for part in _OUTER:
         if {f'left_{part}', f'right_{part}'} <= index.keys():
             pair = [index[f'left_{part}'], index[f'right_{part}']]
@@ -226,70 +225,72 @@ def vote_behind(opinions: Opinions, foreground: Optional[Foreground], recipe: Re
     return keypoints
 
 
-def _doubted(pose: np.ndarray, foreground: Foreground) -> np.ndarray:
-    """Return a pose, (K, 3), with lower scores on somebody nearer."""
+def _doubted(pose: np.ndarray, foreground: Foreground, doubt: float) -> np.ndarray:
+    """Return a pose, (K, 3), with lower scores on a nearer person."""
     pose = pose.copy()
-    pose[foreground.holds(pose[:, :2]), 2] *= LAYERS.doubt
+    pose[foreground.covers(pose[:, :2]), 2] *= doubt
     return pose
 
 
 def cover_others(crop: PreparedView, person: np.ndarray, others: Sequence[np.ndarray], skeleton: SkeletonModel,
-                 foreground: Optional[Foreground] = None) -> PreparedView:
+                 foreground: Optional[Foreground] = None, cover: CoverConstants = COVER) -> PreparedView:
     """Return a crop of a person with the other people in the mean colour of the crop.
 
     Args:
         person: (K, 3) float: x, y [px of the image], score; NaN where missing.
         others: the same of each of the other people who are not in front.
         skeleton: their K joints.
-        foreground: what is in front of the person; None: nobody, or it is not known.
+        foreground: in front of the person; None: no person, or unknown.
     """
-    height, width = crop.input.shape[:2]
-    covered = np.zeros((height, width), np.uint8)
+    shape = crop.input.shape[:2]
+    covered = np.zeros(shape, bool)
     for other in others:
-        _paint(covered, _in_input(other, crop), skeleton, 1)
+        covered |= _body_mask(shape, _in_input(other, crop, cover), skeleton, cover)
     if covered.any():
-        _paint(covered, _in_input(person, crop), skeleton, 0)
+        covered &= ~_body_mask(shape, _in_input(person, crop, cover), skeleton, cover)
     if foreground is not None:
         covered |= foreground.in_crop(crop.view)
     if not covered.any():
         return crop
     image = crop.input.copy()
-    image[covered > 0] = np.round(cv2.mean(image)[:3])
+    image[covered] = np.round(cv2.mean(image)[:3])
     return replace(crop, input=image)
 
 
-def _in_input(person: np.ndarray, crop: PreparedView) -> np.ndarray:
-    """Return a person with the joints that are sure, in pixels of the input of the network."""
-    view, pose = crop.view, _sure(person)
+def _in_input(person: np.ndarray, crop: PreparedView, cover: CoverConstants) -> np.ndarray:
+    """Return the sure joints of a person in pixels of the input of the network, (K, 3)."""
+    view, pose = crop.view, _sure(person, cover.sure_joint)
     xy = pose[:, :2] - view.origin
     if view.mirror:
         xy[:, 0] = view.plan.image_size[0] - 1 - xy[:, 0]
     return np.concatenate([view.plan.to_net(xy), pose[:, 2:]], axis=1)
 
 
-def _sure(person: np.ndarray) -> np.ndarray:
-    """Return a person, (K, 3), with the joints that are sure."""
-    return np.where((person[:, 2] >= COVER.sure_joint)[:, None], person, np.nan)
+def _sure(person: np.ndarray, least: float) -> np.ndarray:
+    """Return the joints of a person, (K, 3), with a least score; the others are NaN."""
+    return np.where((person[:, 2] >= least)[:, None], person, np.nan)
 
 
-def _paint(image: np.ndarray, pose: np.ndarray, skeleton: SkeletonModel, value: int, breadth_factor: float = 1.0
-           ) -> None:
-    """Paint a body, (K, 3) [px], into an image, (H, W) uint8."""
-    # far beyond the image, where pixels are no numbers of 16 bits, lies nobody who is in it
+def _body_mask(shape: Tuple[int, ...], pose: np.ndarray, skeleton: SkeletonModel, cover: CoverConstants,
+               breadth_factor: float = 1.0) -> np.ndarray:
+    """Return the pixels of a body, (K, 3) [px], in an image of a shape, (H, W) bool."""
+    mask = np.zeros(shape, np.uint8)
+    # OpenCV draws with 16 bits: joints that are farther away are beyond the image
     with np.errstate(invalid='ignore'):
         there = np.abs(pose[:, :2]).max(axis=1) < np.iinfo(np.int16).max
     size = breadth_factor * float(np.sqrt(area(pose)))  # round() of a NumPy number is no int with NumPy 1.17
-    breadth = max(round(COVER.limb * size), 1)
+    breadth = max(round(cover.limb * size), 1)
     place = {joint: tuple(int(each) for each in np.round(pose[i, :2]))
              for joint, i in skeleton.index.items() if there[i]}
     for start, end in skeleton.drawn_limbs:
         if start in place and end in place:
-            cv2.line(image, place[start], place[end], value, breadth)
+            cv2.line(mask, place[start], place[end], 1, breadth)
     trunk = np.array([place[joint] for joint in _TRUNK if joint in place], np.int32)
     if len(trunk) > 1:
-        cv2.fillConvexPoly(image, cv2.convexHull(trunk), value)
-        cv2.polylines(image, [trunk], True, value, breadth)
+        cv2.fillConvexPoly(mask, cv2.convexHull(trunk), 1)
+        cv2.polylines(mask, [trunk], True, 1, breadth)
     head = [place[joint] for joint in _HEAD if joint in place]
     if head:
         middle = tuple(int(each) for each in np.mean(head, axis=0))
-        cv2.circle(image, middle, max(round(COVER.head * size), 1), value, cv2.FILLED)
+        cv2.circle(mask, middle, max(round(cover.head * size), 1), 1, cv2.FILLED)
+    return mask > 0

@@ -51,8 +51,8 @@ class DetectorParams(Parameters):
         'auto', 'Average also over the mirror image, which doubles the time and makes joints more accurate; auto: as '
                 'the mode has it.', choices=('auto', 'always', 'never'))
     look_closer: int = parameter(
-        -1, 'Crop refinement: how many people at most a network sees a second time, each on a crop of the image, the '
-            "surest first; -1: the mode's number, nobody with one network alone; 0: nobody.", minimum=-1, maximum=100)
+        -1, 'Crop refinement: maximum number of people that a network sees a second time, each on a crop of the '
+            "image, the surest first; -1: the mode's number, 0 with one network alone.", minimum=-1, maximum=100)
     target_rate: float = parameter(
         0.0, 'Compute less per image, as far as this processor needs to reach this rate: people are followed, and the '
              'search for others is spread over several images (following); networks that can not follow, such as one '

@@ -1,7 +1,7 @@
-"""What is searched for people in which frame: parts of the image, within a budget of time."""
-from collections import deque
-from dataclasses import dataclass
-from typing import Deque, Dict, List, NamedTuple, Sequence, Tuple
+"""Schedule of the search: which part of the image is searched in which frame, within a budget of time."""
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
+from typing import Dict, List, Mapping, NamedTuple, Sequence, Tuple
 
 import cv2
 import numpy as np
@@ -13,29 +13,31 @@ from openpose_ros_pkg.params.constants import constant
 class ScheduleConstants:
     """How the search of an image is spread over frames."""
 
-    network_share: float = constant(
+    followed_share: float = constant(
         0.7, "Share of a frame's time that the networks may take where people are followed; the rest is for what can "
              'not overlap with them, and for other programs.')
     least_work: float = constant(
-        0.2, 'Share of a full search, with the expected number of people, for which there is time in any case: with '
-             'less, people get lost, so on a slow processor the rate falls instead.')
-    search_share: float = constant(0.3, 'Share of that which is kept for searching, whoever is followed.')
+        0.2, 'Least budget, as a share of a full search with the expected number of people: with less, people get '
+             'lost, so on a slow processor the rate falls instead.')
+    search_share: float = constant(0.3, 'Share of the budget that is kept for searching.')
     search_time: float = constant(
-        0.2, 'Beside other cameras, one is foreseen time to search its image once in this time.', unit='s')
-    most_saved: float = constant(2.0, 'Frames whose time for searching can be saved.')
+        0.2, 'Beside other cameras, each has time to search its image once in this time.', unit='s')
+    most_saved: float = constant(2.0, 'Budget for searching that can be saved.', unit='frames')
     recent_intervals: int = constant(10, 'Intervals between stamps of which the least tells the rate of the images.')
     overlap: float = constant(0.16, 'Overlap of neighbouring strips, as a share of the width of the image.')
     most_strips: int = constant(4, 'A pass is cut into this many strips at most.')
-    changed: float = constant(3.0, 'A part in which the image changed outside of everybody waits this many times less.')
-    lost: float = constant(6.0, 'A part in which somebody was lost waits this many times less.')
+    changed: float = constant(3.0, 'Factor on the urgency of a part where the image changed outside of all people.')
+    lost: float = constant(6.0, 'Factor on the urgency of a part where a person was lost.')
+    least_wait: float = constant(1e-3, 'Least time since the last search of a part, for its urgency.', unit='s')
     grey_width: int = constant(96, 'Width of the grey images that are compared.', unit='px')
-    grey_aspect: float = constant(4.0, 'They are at most this many times as high; those of longer images are narrower.')
+    grey_aspect: float = constant(4.0, 'Greatest height of these per width; those of longer images are narrower.')
     grey_levels: float = constant(10.0, 'Change of a pixel in them that counts, of 256 levels.')
     grey_pixels: int = constant(4, 'Number of such pixels that make a part changed.')
     round_people: float = constant(0.2, 'Share of its size by which the box of a person is enlarged for that.')
 
 
 SCHEDULE = ScheduleConstants()
+NO_GREY = np.zeros((0, 0), np.float32)
 
 
 class Part(NamedTuple):
@@ -52,8 +54,8 @@ class Part(NamedTuple):
     right: int
     width: int
 
-    def holds(self, low: float, high: float) -> bool:
-        """Return whether what reaches from one column to another is not cut by the strip."""
+    def contains(self, low: float, high: float) -> bool:
+        """Return whether the strip does not cut what reaches from one column to another."""
         return (self.left == 0 or low > self.left) and (self.right == self.width or high < self.right - 1)
 
     def meets(self, low: float, high: float) -> bool:
@@ -61,79 +63,87 @@ class Part(NamedTuple):
         return high >= self.left and low < self.right
 
 
-def strips(width: int, count: int) -> List[Tuple[int, int]]:
-    """Return left and right of a number of strips of one width that overlap, and together are an image."""
-    side = round(width * (1 + (count - 1) * SCHEDULE.overlap) / count)
+def strips(width: int, count: int, constants: ScheduleConstants = SCHEDULE) -> List[Tuple[int, int]]:
+    """Return left and right of a number of overlapping strips of one width that cover an image."""
+    side = round(width * (1 + (count - 1) * constants.overlap) / count)
     lefts = np.linspace(0, width - side, count).round().astype(int)
     return [(int(left), int(left) + side) for left in lefts]
 
 
-class Changes:
-    """Where the image of a camera changes from frame to frame."""
-
-    def __init__(self) -> None:
-        self._last = np.zeros((0, 0), np.float32)
-
-    def columns(self, bgr: np.ndarray, boxes: Sequence[np.ndarray]) -> np.ndarray:
-        """Return the columns [px] where the image, (H, W, 3) uint8, changed outside of boxes, (N,).
-
-        Args:
-            boxes: least and greatest x and y of people, (2, 2) each [px].
-        """
-        scale = SCHEDULE.grey_width / max(bgr.shape[1], bgr.shape[0] / SCHEDULE.grey_aspect)
-        size = (max(round(bgr.shape[1] * scale), 1), max(round(bgr.shape[0] * scale), 1))
-        grey = cv2.cvtColor(cv2.resize(bgr, size, interpolation=cv2.INTER_AREA), cv2.COLOR_BGR2GRAY).astype(np.float32)
-        last, self._last = self._last, grey
-        if last.shape != grey.shape:
-            return np.zeros(0)
-        difference = grey - last
-        changed = np.abs(difference - np.median(difference)) > SCHEDULE.grey_levels
-        for low, high in boxes:
-            more = SCHEDULE.round_people * (high - low).max()
-            (left, top), (right, bottom) = ((low - more) * scale).astype(int), ((high + more) * scale).astype(int) + 1
-            changed[max(top, 0):max(bottom, 0), max(left, 0):max(right, 0)] = False
-        return (np.nonzero(changed)[1] + 0.5) / scale
+def small_grey(bgr: np.ndarray, constants: ScheduleConstants = SCHEDULE) -> np.ndarray:
+    """Return a small grey image of an image, (H, W, 3) uint8, as (h, w) float32."""
+    scale = constants.grey_width / max(bgr.shape[1], bgr.shape[0] / constants.grey_aspect)
+    size = (max(round(bgr.shape[1] * scale), 1), max(round(bgr.shape[0] * scale), 1))
+    return cv2.cvtColor(cv2.resize(bgr, size, interpolation=cv2.INTER_AREA), cv2.COLOR_BGR2GRAY).astype(np.float32)
 
 
+def changed_columns(grey: np.ndarray, last: np.ndarray, size: Tuple[int, int], boxes: Sequence[np.ndarray],
+                    constants: ScheduleConstants = SCHEDULE) -> np.ndarray:
+    """Return the columns [px] where an image changed outside of boxes, (N,); none if the grey images differ in size.
+
+    Args:
+        grey, last: of this image and the last one, see `small_grey`.
+        size: (width, height) of the image [px].
+        boxes: least and greatest x and y of people, (2, 2) each [px].
+    """
+    if last.shape != grey.shape:
+        return np.zeros(0)
+    scale = constants.grey_width / max(size[0], size[1] / constants.grey_aspect)
+    difference = grey - last
+    changed = np.abs(difference - np.median(difference)) > constants.grey_levels
+    for low, high in boxes:
+        more = constants.round_people * (high - low).max()
+        (left, top), (right, bottom) = ((low - more) * scale).astype(int), ((high + more) * scale).astype(int) + 1
+        changed[max(top, 0):max(bottom, 0), max(left, 0):max(right, 0)] = False
+    return (np.nonzero(changed)[1] + 0.5) / scale
+
+
+@dataclass(frozen=True, eq=False)
 class Schedule:
-    """Which part of an image is searched next: what waits longest, sooner where something happened."""
+    """Order in which the parts of an image are searched: the longest wait first, sooner where something happened.
 
-    def __init__(self, parts: Sequence[Part]) -> None:
-        self.parts = list(parts)
-        self._since: Dict[Part, float] = {}
-        self._urgency: Dict[Part, float] = {}
+    Attributes:
+        searched: when each part was searched last [s].
+        urgency: factors on the waits of parts.
+    """
 
-    def urge(self, low: float, high: float, factor: float) -> None:
-        """Let the parts that have some of these columns wait less until they are searched."""
-        for part in self.parts:
-            if part.meets(low, high):
-                self._urgency[part] = max(self._urgency.get(part, 1.0), factor)
+    parts: Tuple[Part, ...] = ()
+    searched: Mapping[Part, float] = field(default_factory=dict)
+    urgency: Mapping[Part, float] = field(default_factory=dict)
+    constants: ScheduleConstants = SCHEDULE
 
-    def changed(self, columns: np.ndarray) -> None:
-        """Let the parts wait less in which enough pixels of `Changes` changed."""
-        for part in self.parts:
-            if ((columns >= part.left) & (columns < part.right)).sum() >= SCHEDULE.grey_pixels:
-                self._urgency[part] = max(self._urgency.get(part, 1.0), SCHEDULE.changed)
+    def lost(self, low: float, high: float) -> 'Schedule':
+        """Return the schedule after a person was lost in these columns [px]."""
+        return self._urged([part for part in self.parts if part.meets(low, high)], self.constants.lost)
+
+    def changed(self, columns: np.ndarray) -> 'Schedule':
+        """Return the schedule after the image changed in columns, (N,) [px], see `changed_columns`."""
+        return self._urged([part for part in self.parts if ((columns >= part.left) & (columns < part.right)).sum()
+                            >= self.constants.grey_pixels], self.constants.changed)
+
+    def done(self, parts: Sequence[Part], stamp: float) -> 'Schedule':
+        """Return the schedule after parts were searched."""
+        return replace(self, searched={**self.searched, **dict.fromkeys(parts, stamp)},
+                       urgency={part: factor for part, factor in self.urgency.items() if part not in parts})
 
     def order(self, stamp: float) -> List[Part]:
         """Return all parts, the most urgent first; those that were never searched come before all others."""
         def wait(part: Part) -> float:
-            if part not in self._since:
+            if part not in self.searched:
                 return float('inf')
-            return max(stamp - self._since[part], 1e-3) * self._urgency.get(part, 1.0)
+            return max(stamp - self.searched[part], self.constants.least_wait) * self.urgency.get(part, 1.0)
         return sorted(self.parts, key=wait, reverse=True)
 
-    def done(self, part: Part, stamp: float) -> None:
-        """Note that a part was searched."""
-        self._since[part] = stamp
-        self._urgency.pop(part, None)
+    def _urged(self, parts: Sequence[Part], factor: float) -> 'Schedule':
+        urged: Dict[Part, float] = {part: max(self.urgency.get(part, 1.0), factor) for part in parts}
+        return replace(self, urgency={**self.urgency, **urged})
 
 
 def fair_share(own: float, *others: float) -> float:
-    """Return which share of the time a camera has, by the shares that it and others would make use of.
+    """Return which share of the time a camera has, by the shares that it and others want.
 
-    Who wants least has that, as long as it is no more than an equal share of what is left. What nobody wants is divided
-    in proportion to what they want.
+    A camera that wants no more than an equal share of what is left has that; what is left over is divided in
+    proportion to the wants.
     """
     left, level = 1.0, 0.0
     wanted = sorted((own, *others))
@@ -145,67 +155,122 @@ def fair_share(own: float, *others: float) -> float:
     return own / sum(wanted) if sum(wanted) > 0 else 1 / len(wanted)
 
 
-class Budget:
-    """How long the networks may take for a frame of a camera, and what is saved for searching.
-
-    Args:
-        rate: that is wanted [Hz]; 0: they may take any time.
+class Costs(NamedTuple):
+    """What the work on a frame takes the networks.
 
     Attributes:
+        least: to be allowed in any case [s].
+        crops: the crops of all people [s].
+        parts: each part of the image [s].
+    """
+
+    least: float = 0.0
+    crops: float = 0.0
+    parts: Mapping[Part, float] = MappingProxyType({})
+
+    @property
+    def search(self) -> float:
+        """All parts of the image [s]."""
+        return sum(self.parts.values())
+
+
+NO_COSTS = Costs()
+
+
+@dataclass(frozen=True)
+class Budget:
+    """Time of the networks for a frame of a camera, and what is saved for searching.
+
+    Attributes:
+        rate: that is wanted [Hz]; 0: any time.
+        intervals: the recent ones between frames [s].
+        costs: of the newest frame.
+        seconds: for a frame.
+        saved: for searching [s].
         spent: in the newest frame so far [s].
     """
 
-    def __init__(self, rate: float) -> None:
-        self._rate = rate
-        self._intervals: Deque[float] = deque(maxlen=SCHEDULE.recent_intervals)
-        self._seconds = float('inf') if rate <= 0 else SCHEDULE.network_share / rate
-        self._saved = float('inf') if rate <= 0 else 0.0
-        self._crops = self._search = self.spent = 0.0
+    rate: float
+    intervals: Tuple[float, ...] = ()
+    costs: Costs = NO_COSTS
+    seconds: float = float('inf')
+    saved: float = float('inf')
+    spent: float = 0.0
+    constants: ScheduleConstants = SCHEDULE
 
-    def begin(self, interval: float, least: float = 0.0, crops: float = 0.0, search: float = 0.0,
-              beside: Sequence['Budget'] = ()) -> None:
-        """Begin a frame.
+    @classmethod
+    def of_rate(cls, rate: float, constants: ScheduleConstants = SCHEDULE) -> 'Budget':
+        """Return the budget before the first frame."""
+        if rate <= 0:
+            return cls(rate, constants=constants)
+        return cls(rate, seconds=constants.followed_share / rate, saved=0.0, constants=constants)
+
+    def begun(self, interval: float, costs: Costs = NO_COSTS, beside: Sequence['Budget'] = ()) -> 'Budget':
+        """Return the budget at the begin of a frame.
 
         Args:
-            interval: since the one before [s]; 0: the first, or it does not tell how often images come.
-            least: what there is time for in any case [s].
-            crops, search: what it would take to look at everybody, and to search the whole image [s].
-            beside: of the other cameras that show something.
+            interval: since the last frame [s]; 0: unknown, or no measure of the rate of the images.
+            beside: budgets of the other cameras in use.
         """
-        self.spent = 0.0
-        if self._rate > 0:
-            if interval > 0:
-                self._intervals.append(interval)
-            self._crops, self._search = crops, search
-            shortest = (1 + len(beside)) / self._rate
-            share = fair_share(*(each._wanted(shortest) / SCHEDULE.network_share for each in (self, *beside)))
-            self._seconds = max(SCHEDULE.network_share * share * self._interval(shortest), least)
+        if self.rate <= 0:
+            return replace(self, spent=0.0)
+        intervals = (*self.intervals, interval)[-self.constants.recent_intervals:] if interval > 0 else self.intervals
+        own = replace(self, spent=0.0, intervals=intervals, costs=costs)
+        shortest = (1 + len(beside)) / self.rate
+        share = fair_share(*(each._wanted(shortest) / self.constants.followed_share for each in (own, *beside)))
+        return replace(own, seconds=max(self.constants.followed_share * share * own._interval(shortest), costs.least))
 
     def _interval(self, shortest: float) -> float:
-        # frames that are left out make intervals longer: the least is that of the camera
-        return max(shortest, min(self._intervals, default=0.0))
+        # skipped frames make intervals longer: the least one is that of the camera
+        return max(shortest, min(self.intervals, default=0.0))
 
     def _wanted(self, shortest: float) -> float:
         """Return the time that would be of use, per time."""
         interval = self._interval(shortest)
-        return self._crops / interval + self._search / max(interval, SCHEDULE.search_time)
+        return self.costs.crops / interval + self.costs.search / max(interval, self.constants.search_time)
 
     def crops(self, seconds: float) -> int:
-        """Return the number of people, one at least, for whom there is time, when each takes some seconds."""
-        return max(int((1 - SCHEDULE.search_share) * min(self._seconds / max(seconds, 1e-9), 1e6)), 1)
+        """Return for how many people, one at least, there is time, at some seconds each."""
+        return max(int((1 - self.constants.search_share) * min(self.seconds / max(seconds, 1e-9), 1e6)), 1)
 
-    def save(self, spent: float) -> None:
-        """Save what is left of the frame's time after crops took a part of it [s]."""
-        self.spent += spent
+    def crops_of(self, people: int, seconds: float, interval: float, longest_wait: float) -> int:
+        """Return how many people, one at least, get a crop, at some seconds each.
+
+        All do where frames are so rare that a person who waited for the next one would no longer be reported.
+
+        Args:
+            people: number of expected people.
+            interval: since the last frame [s].
+            longest_wait: after which a person without a crop is not reported [s].
+        """
+        fits = people * seconds <= self.constants.followed_share * interval
+        if interval > longest_wait or (fits and 2 * interval > longest_wait):
+            return people
+        return min(self.crops(seconds), people)
+
+    def after_crops(self, spent: float) -> 'Budget':
+        """Return the budget with what crops left of the frame's time saved [s]."""
         # a crop that takes longer than a frame does not take from the search
-        left = max(self._seconds - spent, SCHEDULE.search_share * self._seconds)
-        self._saved = min(self._saved + left, SCHEDULE.most_saved * self._seconds)
+        left = max(self.seconds - spent, self.constants.search_share * self.seconds)
+        return replace(self, spent=self.spent + spent,
+                       saved=min(self.saved + left, self.constants.most_saved * self.seconds))
 
     def affords(self, seconds: float) -> bool:
         """Return whether enough is saved, or the most that can be: on a slow machine a part may take longer."""
-        return self._saved >= min(seconds, SCHEDULE.most_saved * self._seconds)
+        return self.saved >= min(seconds, self.constants.most_saved * self.seconds)
 
-    def spend(self, seconds: float) -> None:
-        """Spend what was saved; a debt is one frame's time at most."""
-        self.spent += seconds
-        self._saved = max(self._saved - seconds, -self._seconds) if self._rate > 0 else self._saved
+    def after(self, seconds: float) -> 'Budget':
+        """Return the budget after spending what was saved; a debt is one frame's time at most."""
+        saved = max(self.saved - seconds, -self.seconds) if self.rate > 0 else self.saved
+        return replace(self, spent=self.spent + seconds, saved=saved)
+
+
+def due_parts(schedule: Schedule, budget: Budget, stamp: float) -> Tuple[List[Part], Budget]:
+    """Return the parts that a frame has time for, the most urgent first, and the budget after them."""
+    due: List[Part] = []
+    for part in schedule.order(stamp):
+        if not budget.affords(budget.costs.parts[part]):
+            break
+        budget = budget.after(budget.costs.parts[part])
+        due.append(part)
+    return due, budget

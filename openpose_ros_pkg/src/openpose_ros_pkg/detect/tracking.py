@@ -1,7 +1,7 @@
 """Track people from frame to frame: ids from the positions of their keypoints in the image."""
 import threading
 from dataclasses import dataclass, replace
-from typing import Any, Callable, Dict, Generic, Hashable, List, Optional, Tuple, TypeVar
+from typing import Any, Callable, Dict, Generic, Hashable, List, Optional, Sequence, Tuple, TypeVar
 
 import numpy as np
 
@@ -31,13 +31,13 @@ class TrackingConstants:
         0.05, 'A remembered size shrinks by this share per frame: a bounding box of few joints (a face) says little.')
     least_size: float = constant(10.0, 'Least size of a person, also of a single joint.', unit='px')
     most_cameras: int = constant(
-        32, 'Cameras whose people are remembered; of more, the one that sent nothing for longest is forgotten, as '
-             'each run of a program that calls the detection service may be a camera of its own.')
+        32, 'Cameras that are remembered; of more, the least recently used one is forgotten, as each run of a client '
+            'may be a camera of its own.')
     same_aspect: float = constant(
         0.01, 'Images of a camera at two resolutions show the same view where the ratios of their sides differ by no '
               'more than this share.')
     most_tracks: int = constant(
-        1000, 'People who are remembered of a camera; with stamps that stand still nobody is ever gone for long.')
+        1000, 'Tracks that are kept of a camera: with stamps that stand still no track ever times out.')
 
 
 TRACKING = TrackingConstants()
@@ -59,11 +59,11 @@ class TrackingParams(Parameters):
 
 @dataclass(frozen=True)
 class _Track:
-    """One tracked person.
+    """A tracked person.
 
     Attributes:
         id: never used again.
-        xy: (K, 2) float64 [px], where each joint was, or would have moved to if it is occluded since; NaN: never seen.
+        xy: (K, 2) float64 [px], the last known or predicted place of each joint; NaN: never detected.
         velocity: (2,) [px/s] of the person as a whole.
         size: [px].
         stamp: of the last detection [s].
@@ -75,9 +75,24 @@ class _Track:
     size: float
     stamp: float
 
-    def way(self, stamp: float) -> np.ndarray:
+    def shift(self, stamp: float, constants: TrackingConstants) -> np.ndarray:
         """Return the predicted motion of the person since the last detection, (2,) [px]."""
-        return self.velocity * np.clip(stamp - self.stamp, 0.0, TRACKING.extrapolation)
+        return self.velocity * np.clip(stamp - self.stamp, 0.0, constants.extrapolation)
+
+    def updated(self, xy: np.ndarray, size: float, stamp: float, constants: TrackingConstants) -> '_Track':
+        """Return the track after a detection of the person at (K, 2) positions."""
+        if stamp < self.stamp:
+            return self
+        elapsed = max(stamp - self.stamp, constants.least_elapsed)
+        shared = np.isfinite(xy - self.xy).all(axis=1)
+        velocity, shift = self.velocity, self.shift(stamp, constants)
+        if stamp > self.stamp and shared.any():
+            # the median: one misplaced joint does not move the person
+            shift = np.median((xy - self.xy)[shared], axis=0)
+            velocity = velocity + constants.velocity_gain * (shift / elapsed - velocity)
+        known = np.isfinite(xy).all(axis=1)
+        return _Track(self.id, np.where(known[:, None], xy, self.xy + shift), velocity,
+                      max(float(size), self.size * (1 - constants.size_decay)), stamp)
 
 
 class PersonIds:
@@ -96,130 +111,149 @@ class PersonIds:
         return np.arange(self.next - count, self.next, dtype=np.int64)
 
 
-class KeypointTracker:
-    """Gives people ids that stay the same while they are in view: one tracker per camera; not thread-safe.
+@dataclass(frozen=True)
+class ImageTracks:
+    """The tracks in the images of a camera; `updated` returns those after the next frame.
 
     People are matched to tracks as a whole (Hungarian method) by the mean distance of their joints from a prediction
     with constant velocity, relative to their size. A person who matches no track starts a new one at once.
     """
 
-    def __init__(self, params: TrackingParams) -> None:
-        self._params = params
-        self._tracks: List[_Track] = []
-        self._ids = PersonIds()
-        self._newest: Optional[float] = None
+    params: TrackingParams
+    constants: TrackingConstants = TRACKING
+    _tracks: Tuple[_Track, ...] = ()
+    _newest: Optional[float] = None
 
     @property
     def timeout(self) -> float:
-        """How long a person who is not seen is remembered [s]."""
-        return self._params.track_timeout
+        """How long a person who is not detected is remembered [s]."""
+        return self.params.track_timeout
 
-    def reconfigure(self, params: TrackingParams) -> None:
-        """Use other limits from the next frame on; ids stay."""
-        self._params = params
-
-    def shows(self, stamp: float) -> bool:
-        """Return whether people may be remembered at a time [s]: frames came shortly before."""
+    def covers(self, stamp: float) -> bool:
+        """Return whether tracks may live at a time [s]: frames came shortly before."""
         return self._newest is not None and (
-            -TRACKING.reset_backstep <= stamp - self._newest <= self._params.track_timeout)
+            -self.constants.reset_backstep <= stamp - self._newest <= self.params.track_timeout)
 
-    def take_over(self, other: 'KeypointTracker', scale: np.ndarray) -> None:
-        """Go on with the tracks of another tracker of the same view, in images of another resolution.
+    def scaled(self, scale: np.ndarray) -> 'ImageTracks':
+        """Return the tracks in images of the same view and another resolution.
 
         Args:
-            scale: pixels of the images of this one per pixel of the other's, along x and y, (2,).
+            scale: pixels of the other images per pixel of these, along x and y, (2,).
         """
-        self._newest = other._newest
-        self._tracks = [replace(track, xy=(track.xy + 0.5) * scale - 0.5, velocity=track.velocity * scale,
-                                size=track.size * float(scale.mean())) for track in other._tracks]
+        return replace(self, _tracks=tuple(
+            replace(track, xy=(track.xy + 0.5) * scale - 0.5, velocity=track.velocity * scale,
+                    size=track.size * float(scale.mean())) for track in self._tracks))
 
-    def update(self, people: People2D, stamp: float, ids: Optional[PersonIds] = None) -> People2D:
-        """Return the people of a frame with their ids.
+    def updated(self, people: People2D, stamp: float, ids: PersonIds) -> Tuple['ImageTracks', People2D]:
+        """Return the tracks after a frame, and its people with their ids.
 
         A frame that is delivered twice, or a little late, gets the ids of the people that it shows. Stamps that jump
         back end all tracks.
 
         Args:
             stamp: of the frame [s].
-            ids: of those who are new; None: the tracker's own.
+            ids: of new tracks.
         """
-        if self._newest is not None and stamp < self._newest - TRACKING.reset_backstep:
-            self._tracks = []
-            self._newest = None
-        self._newest = stamp if self._newest is None else max(stamp, self._newest)
-        self._tracks = [track for track in self._tracks if stamp - track.stamp <= self._params.track_timeout]
-        sizes = person_sizes(people.xy)
+        newest = stamp if self._newest is None or self._jumps(stamp) else max(stamp, self._newest)
+        tracks = self._alive(stamp)
+        sizes = person_sizes(people.xy, self.constants)
         given = np.full(len(people), -1, np.int64)
-        for t, p in self._match(people, sizes, stamp):
-            self._tracks[t] = _continued(self._tracks[t], people.xy[p].astype(np.float64), sizes[p], stamp)
-            given[p] = self._tracks[t].id
+        for t, p in self._match(tracks, people, sizes, stamp):
+            tracks[t] = tracks[t].updated(people.xy[p].astype(np.float64), sizes[p], stamp, self.constants)
+            given[p] = tracks[t].id
         new = np.flatnonzero(given < 0)
-        given[new] = (ids or self._ids).give(len(new))
-        for p in new:
-            self._tracks.append(
-                _Track(int(given[p]), people.xy[p].astype(np.float64), np.zeros(2), float(sizes[p]), stamp))
-        self._tracks = self._tracks[-TRACKING.most_tracks:]
-        return replace(people, ids=given)
+        given[new] = ids.give(len(new))
+        tracks += [_Track(int(given[p]), people.xy[p].astype(np.float64), np.zeros(2), float(sizes[p]), stamp)
+                   for p in new]
+        kept = tuple(tracks[-self.constants.most_tracks:])
+        return replace(self, _tracks=kept, _newest=newest), replace(people, ids=given)
 
     def expected(self, stamp: float) -> Tuple[List[int], List[np.ndarray]]:
         """Return the ids of the tracks, and where their joints are expected, (K, 2) float64 [px] each.
 
-        Joints that were never seen are NaN. Where stamps jump back, nobody is expected.
+        Joints that were never detected are NaN. Where stamps jump back, there are none.
         """
-        jump = self._newest is not None and stamp < self._newest - TRACKING.reset_backstep
-        tracks = [] if jump else [one for one in self._tracks if stamp - one.stamp <= self._params.track_timeout]
-        return [track.id for track in tracks], [track.xy + track.way(stamp) for track in tracks]
+        tracks = self._alive(stamp)
+        return [track.id for track in tracks], [track.xy + track.shift(stamp, self.constants) for track in tracks]
 
-    def _match(self, people: People2D, sizes: np.ndarray, stamp: float) -> List[Tuple[int, int]]:
+    def _jumps(self, stamp: float) -> bool:
+        return self._newest is not None and stamp < self._newest - self.constants.reset_backstep
+
+    def _alive(self, stamp: float) -> List[_Track]:
+        return [] if self._jumps(stamp) else [
+            track for track in self._tracks if stamp - track.stamp <= self.params.track_timeout]
+
+    def _match(self, tracks: Sequence[_Track], people: People2D, sizes: np.ndarray, stamp: float
+               ) -> List[Tuple[int, int]]:
         """Return (track, person) index pairs."""
-        if not self._tracks or not len(people):
+        if not tracks or not len(people):
             return []
-        expected = np.stack([track.xy + track.way(stamp) for track in self._tracks])
-        scale = np.maximum(np.array([track.size for track in self._tracks])[:, None], sizes)
+        expected = np.stack([track.xy + track.shift(stamp, self.constants) for track in tracks])
+        scale = np.maximum(np.array([track.size for track in tracks])[:, None], sizes)
         distances = joint_distances(expected, people.xy) / scale
-        costs = distances + TRACKING.fragment_cost * (1 - shared_joints(expected, people.xy))
-        return match(costs, distances <= self._params.track_gate)
+        costs = distances + self.constants.fragment_cost * (1 - shared_joints(expected, people.xy))
+        return match(costs, distances <= self.params.track_gate)
+
+
+class KeypointTracker:
+    """Gives the people in the images of one camera ids that stay the same while they are in view; not thread-safe."""
+
+    def __init__(self, params: TrackingParams) -> None:
+        self._tracks, self._ids = ImageTracks(params), PersonIds()
+
+    def update(self, people: People2D, stamp: float) -> People2D:
+        """Return the people of a frame with their ids; see `ImageTracks.updated`."""
+        self._tracks, named = self._tracks.updated(people, stamp, self._ids)
+        return named
 
 
 class PerCamera(Generic[Value]):
-    """Something for each camera, made when the camera is first seen; any thread may call it.
+    """A value for each camera, made when the camera is first used; any thread may call it.
 
-    Of more than `TRACKING.most_cameras`, the one that was not asked for longest is forgotten.
+    Of more than `most` cameras, the one that was used least recently is forgotten.
 
     Args:
-        create: makes it for a new camera.
-        forgotten: called with what is forgotten.
+        create: makes the value of a new camera.
+        forgotten: called with a value that is forgotten.
     """
 
-    def __init__(self, create: Callable[[], Value], forgotten: Callable[[Value], None] = lambda value: None) -> None:
-        self._create, self._forgotten = create, forgotten
+    def __init__(self, create: Callable[[], Value], forgotten: Callable[[Value], None] = lambda value: None,
+                 most: int = TRACKING.most_cameras) -> None:
+        self._create, self._forgotten, self._most = create, forgotten, most
         self._values: Dict[Hashable, Value] = {}  # the longest unused first
         self._lock = threading.Lock()
 
     def of(self, camera: Hashable) -> Value:
-        """Return what belongs to a camera; `camera` is whatever tells the cameras apart."""
+        """Return the value of a camera."""
         with self._lock:
             value = self._values.pop(camera) if camera in self._values else self._create()
-            self._values[camera] = value
-            if len(self._values) > TRACKING.most_cameras:
-                self._forgotten(self._values.pop(next(iter(self._values))))
+            self._keep(camera, value)
             return value
 
+    def put(self, camera: Hashable, value: Value) -> None:
+        """Replace the value of a camera."""
+        with self._lock:
+            self._values.pop(camera, None)
+            self._keep(camera, value)
+
+    def _keep(self, camera: Hashable, value: Value) -> None:
+        self._values[camera] = value
+        if len(self._values) > self._most:
+            self._forgotten(self._values.pop(next(iter(self._values))))
+
     def all(self) -> List[Value]:
-        """Return what there is of all cameras."""
+        """Return the values of all cameras."""
         with self._lock:
             return list(self._values.values())
 
     def items(self) -> List[Tuple[Any, Value]]:
-        """Return all cameras, with what there is of each."""
+        """Return all cameras and their values, the least recently used first."""
         with self._lock:
             return list(self._values.items())
 
 
 def joint_distances(first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """Return the mean distance of the joints that both persons have, for each pair of persons.
-
-    Where they share no joint, the distance between the middles of both.
+    """Return the mean distance of the joints that two people share, for each pair; without any, of their middles.
 
     Args:
         first: (T, K, 2) [px], NaN where missing.
@@ -243,12 +277,12 @@ def shared_joints(first: np.ndarray, second: np.ndarray) -> np.ndarray:
     return both / np.maximum(of_first.sum(axis=1), 1)[:, None]
 
 
-def person_sizes(xy: np.ndarray) -> np.ndarray:
-    """Return half the diagonal of the box around the joints of (P, K, 2) people, (P,) float64 [px], at least 10."""
+def person_sizes(xy: np.ndarray, constants: TrackingConstants = TRACKING) -> np.ndarray:
+    """Return half the diagonal of the box around the joints of (P, K, 2) people, (P,) float64 [px], bounded below."""
     known = np.isfinite(xy)
     high = np.where(known, xy, -np.inf).max(axis=1, initial=-np.inf)
     low = np.where(known, xy, np.inf).min(axis=1, initial=np.inf)
-    return np.maximum(np.linalg.norm(np.maximum(high - low, 0.0).astype(np.float64), axis=1) / 2, TRACKING.least_size)
+    return np.maximum(np.linalg.norm(np.maximum(high - low, 0.0).astype(np.float64), axis=1) / 2, constants.least_size)
 
 
 def _middles(xy: np.ndarray) -> np.ndarray:
@@ -257,19 +291,3 @@ def _middles(xy: np.ndarray) -> np.ndarray:
     count = known.sum(axis=1)[:, None]
     total = np.where(known[..., None], xy, 0.0).sum(axis=1)
     return np.where(count > 0, total / np.maximum(count, 1), np.nan)
-
-
-def _continued(track: _Track, xy: np.ndarray, size: float, stamp: float) -> _Track:
-    """Return the track after a detection of the person at (K, 2) positions."""
-    if stamp < track.stamp:
-        return track
-    elapsed = max(stamp - track.stamp, TRACKING.least_elapsed)
-    shared = np.isfinite(xy - track.xy).all(axis=1)
-    velocity, shift = track.velocity, track.way(stamp)
-    if stamp > track.stamp and shared.any():
-        # the median: a joint that was found elsewhere does not carry the person away
-        shift = np.median((xy - track.xy)[shared], axis=0)
-        velocity = velocity + TRACKING.velocity_gain * (shift / elapsed - velocity)
-    known = np.isfinite(xy).all(axis=1)
-    return _Track(track.id, np.where(known[:, None], xy, track.xy + shift), velocity,
-                  max(float(size), track.size * (1 - TRACKING.size_decay)), stamp)

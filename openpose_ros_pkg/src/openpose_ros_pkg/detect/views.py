@@ -1,7 +1,7 @@
 """What a network sees of an image: all of it at some sizes, or its mirror image; and the people it finds there."""
 import time
 from dataclasses import dataclass, replace
-from typing import List, Optional, Sequence, Tuple
+from typing import Dict, List, Optional, Sequence, Tuple
 
 import cv2
 import numpy as np
@@ -9,12 +9,27 @@ import numpy as np
 from openpose_ros_pkg.decode.direct import DirectDecodeParams, decode_direct
 from openpose_ros_pkg.decode.fields import average_fields
 from openpose_ros_pkg.decode.paf import DecodeParams, decode_fields
-from openpose_ros_pkg.detect.recipes import NetworkPass
+from openpose_ros_pkg.detect.recipes import NetworkPass, Recipe
 from openpose_ros_pkg.networks.backends import Backend
 from openpose_ros_pkg.networks.models import Model
 from openpose_ros_pkg.networks.preprocess import ImageToNet, fit_image
-from openpose_ros_pkg.people import Poses
+from openpose_ros_pkg.people import Poses, keypoints_in
 from openpose_ros_pkg.skeletons import SkeletonModel
+
+
+@dataclass(frozen=True)
+class NetworkSetup:
+    """What computes an image.
+
+    Attributes:
+        networks: of the recipe, by the models' names.
+        decode, direct: thresholds of the decoders; where several opinions follow, those of candidates.
+    """
+
+    recipe: Recipe
+    networks: Dict[str, Backend]
+    decode: DecodeParams
+    direct: DirectDecodeParams
 
 
 @dataclass(frozen=True)
@@ -148,17 +163,25 @@ def prepare_views(bgr: np.ndarray, network_pass: NetworkPass, columns: Optional[
     return [view.prepare(bgr, network_pass.model.input.padding) for view in views]
 
 
-def decode_views(network_pass: NetworkPass, views: Sequence[ComputedView], decode_params: DecodeParams,
-                 direct_params: DirectDecodeParams) -> List[Poses]:
+def decode_views(network_pass: NetworkPass, views: Sequence[ComputedView], setup: NetworkSetup) -> List[Poses]:
     """Find the people, in pixels of the image: one opinion from averaged fields, or one from each view."""
     model = network_pass.model
     if model.decoder == 'paf':
-        first = views[0].view
-        poses = decode_fields(averaged_fields(views, model), model, decode_params, first.plan.scaled_size)
+        first, fields = views[0].view, averaged_fields(views, model)
+        poses = decode_fields(fields, model, setup.decode, first.plan.scaled_size)
         return [first.in_image(poses, model.skeleton)]
     plans = [view.view.plan for view in views]
-    return [view.view.in_image(decode_direct(view.outputs, model, direct_params, plan.net_size, plan.scaled_size,
-                                             plan.offset), model.skeleton) for view, plan in zip(views, plans)]
+    return [view.view.in_image(decode_direct(view.outputs, model, setup.direct, plan.net_size,
+                                             (*plan.offset, *plan.scaled_size)), model.skeleton)
+            for view, plan in zip(views, plans)]
+
+
+def decode_crop(crop: ComputedView, model: Model, params: DirectDecodeParams, skeleton: SkeletonModel) -> Poses:
+    """Find the people in a crop, in pixels of the image and the joints of a skeleton; those beyond it are missing."""
+    plan = crop.view.plan
+    poses = crop.view.in_image(decode_direct(crop.outputs, model, params, plan.net_size, (0, 0, *plan.scaled_size)),
+                               model.skeleton)
+    return Poses(keypoints_in(poses.keypoints, model.skeleton, skeleton), poses.scores)
 
 
 def averaged_fields(views: Sequence[ComputedView], model: Model) -> np.ndarray:

@@ -1,17 +1,34 @@
 """Hands and faces of the people in images, followed from image to image."""
 import logging
 import threading
-from typing import Callable, Dict, Hashable, Iterable, Iterator, List, NamedTuple, Optional, Sequence, Tuple
+from dataclasses import dataclass, field
+from typing import Callable, Dict, Hashable, Iterable, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
 from openpose_ros_pkg.detect.tracking import TRACKING, PerCamera
 from openpose_ros_pkg.errors import ModelError, ParameterError
 from openpose_ros_pkg.landmarks.face_mesh import face_points
-from openpose_ros_pkg.landmarks.looking import FACE, HAND, LOOK, Kind, Looker, Seen, Target
+from openpose_ros_pkg.landmarks.landmark_network import (
+    FACE,
+    HAND,
+    LANDMARKS,
+    Kind,
+    LandmarkConstants,
+    LandmarkNetwork,
+    LandmarkObservation,
+    Target,
+)
 from openpose_ros_pkg.landmarks.params import LandmarkParams
 from openpose_ros_pkg.landmarks.records import Faces2D, Hands2D, Landmarks2D
-from openpose_ros_pkg.landmarks.regions import HAND_REGION, face_regions, face_width, forearm_length, hand_regions
+from openpose_ros_pkg.landmarks.regions import (
+    HAND_REGION,
+    HandRegionConstants,
+    face_regions,
+    face_width,
+    forearm_length,
+    hand_regions,
+)
 from openpose_ros_pkg.networks.backends import Backend, BackendParams, create_backend
 from openpose_ros_pkg.networks.models import weights_path
 from openpose_ros_pkg.people import FIRST_ID, People2D
@@ -20,60 +37,68 @@ _log = logging.getLogger(__name__)
 
 # Loads the network of a kind.
 LoadNetwork = Callable[[Kind], Backend]
-Found = List[Tuple[Target, Seen]]
+Found = List[Tuple[Target, LandmarkObservation]]
 
 
-class _Camera:
-    """What was seen in the images of one size of a camera.
+@dataclass(frozen=True)
+class LandmarkMemory:
+    """The hands and faces in the images of one size of a camera; each frame replaces it as a whole.
 
     Attributes:
-        seen: what was seen, by the names of the targets.
-        looked: when each was looked at [s].
+        observed: newest observations, by the names of the targets.
+        tried: when a network ran for each [s].
     """
 
-    def __init__(self) -> None:
-        self.seen: Dict[Hashable, Seen] = {}
-        self.looked: Dict[Hashable, float] = {}
-        self._shape: Tuple[int, ...] = ()
+    observed: Mapping[Hashable, LandmarkObservation] = field(default_factory=dict)
+    tried: Mapping[Hashable, float] = field(default_factory=dict)
 
-    def begin(self, stamp: float, shape: Tuple[int, ...]) -> None:
-        """Forget what is too old to be followed, and everything where stamps jump back or images have another size."""
-        if shape != self._shape:
-            self.seen, self.looked, self._shape = {}, {}, shape
-        self.looked = {name: looked for name, looked in self.looked.items()
-                       if -TRACKING.reset_backstep <= stamp - looked <= LOOK.follow_time}
-        self.seen = {name: seen for name, seen in self.seen.items()
-                     if -TRACKING.reset_backstep <= stamp - seen.stamp <= LOOK.follow_time}
+    def begun(self, stamp: float, constants: LandmarkConstants, backstep: float) -> 'LandmarkMemory':
+        """Return what is not too old to be followed; nothing where stamps jump back by more than `backstep` [s]."""
+        def holds(then: float) -> bool:
+            return -backstep <= stamp - then <= constants.follow_time
+        return LandmarkMemory({name: one for name, one in self.observed.items() if holds(one.stamp)},
+                              {name: tried for name, tried in self.tried.items() if holds(tried)})
 
-    def waits(self, target: Target, stamp: float) -> bool:
-        """Return whether a target was refused just now."""
-        since = stamp - self.looked.get(target.name, -np.inf)
-        return target.name not in self.seen and 0 < since < LOOK.retry_time
+    def waits(self, target: Target, stamp: float, constants: LandmarkConstants) -> bool:
+        """Return whether a run for a target had no result just now."""
+        since = stamp - self.tried.get(target.name, -np.inf)
+        return target.name not in self.observed and 0 < since < constants.retry_time
+
+    def after(self, tasks: Sequence['_Task'], found: Mapping[Target, LandmarkObservation], behind: Sequence[Target],
+              stamp: float) -> 'LandmarkMemory':
+        """Return the memory after runs for tasks; targets behind another hand keep their last observation."""
+        names = [task.target.name for task in tasks if task.target.name is not None]
+        gone = {task.target.name for task in tasks if task.target not in found and task.target not in behind}
+        seen = {target.name: one for target, one in found.items() if target.name is not None}
+        return LandmarkMemory({**{name: one for name, one in self.observed.items() if name not in gone}, **seen},
+                              {**self.tried, **dict.fromkeys(names, stamp)})
 
 
 class _Task(NamedTuple):
-    """One target, who looks at it, and what was seen of it before."""
+    """One target, its network, and the last observation."""
 
-    looker: Looker
+    network: LandmarkNetwork
     target: Target
-    known: Optional[Seen]
+    known: Optional[LandmarkObservation]
 
 
 class LandmarkDetector:
     """Find hands and faces of people whose bodies are known. Any thread may call it.
 
-    A hand or a face is looked for by the body. Then it is followed: the next image is looked at where its points were.
+    A hand or a face is searched by the body. Then it is followed: in the next image it is searched where it was.
 
     Args:
-        params: what is looked for, and from which thresholds on.
+        params: what is searched, and thresholds.
         load: loads the networks. One that is missing is a lasting fault; the other works on.
+        backstep: stamps that go back by more end what is followed [s].
     """
 
-    def __init__(self, params: LandmarkParams, load: LoadNetwork) -> None:
-        self._params, self._load = params, load
-        self._lookers: Dict[Kind, Looker] = {}
+    def __init__(self, params: LandmarkParams, load: LoadNetwork, constants: LandmarkConstants = LANDMARKS,
+                 backstep: float = TRACKING.reset_backstep) -> None:
+        self._params, self._load, self._constants, self._backstep = params, load, constants, backstep
+        self._networks: Dict[Kind, LandmarkNetwork] = {}
         self._faults: Dict[Kind, str] = {}
-        self._cameras = PerCamera(_Camera)
+        self._memories = PerCamera(LandmarkMemory)
         self._lock = threading.Lock()  # the networks compute one image at a time
         self.reconfigure(params)
 
@@ -85,21 +110,21 @@ class LandmarkDetector:
     @property
     def missing(self) -> bool:
         """Whether a network is missing that the parameters ask for; `faults` tells why."""
-        return any(kind not in self._lookers for kind in _kinds(self._params))
+        return any(kind not in self._networks for kind in _kinds(self._params))
 
     def reconfigure(self, params: LandmarkParams) -> None:
         """Take other parameters from the next image on; a network that is wanted now is loaded."""
         with self._lock:
             for kind in _kinds(params):
-                if kind not in self._lookers:
+                if kind not in self._networks:
                     self._add(kind)
             self._params = params
 
     def warm_up(self) -> None:
-        """Let the networks see blank crops: the first look then takes no longer than the others."""
+        """Run the networks on blank crops: the first image then takes no longer than the others."""
         with self._lock:
-            for looker in self._lookers.values():
-                looker.warm_up()
+            for network in self._networks.values():
+                network.warm_up()
 
     def detect(self, bgr: np.ndarray, people: People2D, hidden: Optional[np.ndarray], camera: Hashable, stamp: float,
                seconds: Optional[float] = None) -> Landmarks2D:
@@ -108,27 +133,31 @@ class LandmarkDetector:
         Args:
             bgr: (H, W, 3) uint8 BGR; not modified.
             people: in the image, with their ids; people without an id are not followed.
-            hidden: (P, K) bool: joints of which it is known that they are hidden: such a hand or face is left out;
-                None: nothing is known.
-            camera: whatever tells the cameras apart.
-            stamp: of the image [s]; 0 or less: it is not known, so nothing is followed.
-            seconds: that this may take; what was looked at longest ago comes first, one in any case. Others are carried
-                along for a moment, then left out. None: any time.
+            hidden: (P, K) bool: hidden joints, whose hands and faces are left out; None: unknown.
+            camera: tells the cameras apart.
+            stamp: of the image [s]; 0 or less: unknown, so nothing is followed.
+            seconds: for the networks, longest wait first, one run in any case; others move with the body for a moment,
+                then are left out. None: any time.
         """
         # without a stamp there is no history; places in images of another size are other places
-        memory = self._cameras.of((camera, bgr.shape[:2])) if stamp > 0 else _Camera()
-        params = self._params
+        key, params, constants = (camera, bgr.shape[:2]), self._params, self._constants
         with self._lock:
-            memory.begin(stamp, bgr.shape)
-            tasks = [_Task(self._lookers[kind], target, memory.seen.get(target.name))
+            memory = self._memories.of(key) if stamp > 0 else LandmarkMemory()
+            memory = memory.begun(stamp, constants, self._backstep)
+            tasks = [_Task(self._networks[kind], target, memory.observed.get(target.name))
                      for kind, target in _targets(people, hidden, params)
-                     if kind in self._lookers and not memory.waits(target, stamp)]
-            tasks.sort(key=lambda task: memory.looked.get(task.target.name, -np.inf))
+                     if kind in self._networks and not memory.waits(target, stamp, constants)]
+            tasks.sort(key=lambda task: memory.tried.get(task.target.name, -np.inf))
             count = _affordable(tasks, seconds)
-            found = {kind: _carried(tasks[count:], kind, stamp) for kind in (HAND, FACE)}
-            for kind, looker in self._lookers.items():
-                found[kind] += _look(looker, bgr, [task for task in tasks[:count] if task.looker is looker], memory,
-                                     stamp)
+            found = {kind: _carried(tasks[count:], kind, stamp, constants) for kind in (HAND, FACE)}
+            for kind, network in self._networks.items():
+                chosen = [task for task in tasks[:count] if task.network is network]
+                more, behind = _observed(network, bgr, chosen, stamp, constants)
+                memory = memory.after(chosen, dict(more), behind, stamp)
+                found[kind] += more + _carried([task for task in chosen if task.target in behind], kind, stamp,
+                                               constants)
+            if stamp > 0:
+                self._memories.put(key, memory)
         return Landmarks2D(_hands(_accepted(found[HAND], params.hand_threshold, stamp), people),
                            _faces(_accepted(found[FACE], params.face_threshold, stamp), people))
 
@@ -145,7 +174,7 @@ class LandmarkDetector:
         self._faults.pop(kind, None)
         if network.fallback:
             self._faults[kind] = f'{network.description} computes {name}: {network.fallback}'
-        self._lookers[kind] = Looker(kind, network)
+        self._networks[kind] = LandmarkNetwork(kind, network, self._constants)
 
 
 def create_landmark_detector(params: LandmarkParams, backend: BackendParams, model_folder: str = ''
@@ -166,8 +195,8 @@ def _kinds(params: LandmarkParams) -> List[Kind]:
     return [kind for kind, wanted in ((HAND, params.hands), (FACE, params.face)) if wanted]
 
 
-def _targets(people: People2D, hidden: Optional[np.ndarray], params: LandmarkParams
-             ) -> Iterator[Tuple[Kind, Target]]:
+def _targets(people: People2D, hidden: Optional[np.ndarray], params: LandmarkParams,
+             constants: HandRegionConstants = HAND_REGION) -> Iterator[Tuple[Kind, Target]]:
     """Yield the hands and faces that are large enough and not hidden."""
     index, there = people.skeleton.index, people.present
     for i in range(len(people)):
@@ -176,7 +205,7 @@ def _targets(people: People2D, hidden: Optional[np.ndarray], params: LandmarkPar
         number = int(people.ids[i])
         for side in ('left', 'right') if params.hands else ():
             wrist, length = f'{side}_wrist', forearm_length(joints, side)
-            if wrist in shown and HAND_REGION.hand * length >= params.least_hand_size:
+            if wrist in shown and constants.hand * length >= params.least_hand_size:
                 regions = hand_regions(joints[wrist], joints.get(f'{side}_elbow'), length)
                 yield HAND, Target(i, (number, side) if number >= FIRST_ID else None, joints[wrist], length, regions,
                                    side == 'left')
@@ -190,78 +219,74 @@ def _affordable(tasks: Sequence[_Task], seconds: Optional[float]) -> int:
     """Return how many tasks, from the first on, there is time for: one at least."""
     if seconds is None:
         return len(tasks)
-    costs = np.cumsum([task.looker.cost(task.known is not None) for task in tasks])
+    costs = np.cumsum([task.network.cost(task.known is not None) for task in tasks])
     return max(int((costs <= seconds).sum()), min(len(tasks), 1))
 
 
-def _carried(tasks: Sequence[_Task], kind: Kind, stamp: float) -> Found:
-    """Return what is left of a kind that is not looked at."""
-    carried = [(task.target, task.known.carried(task.target, stamp)) for task in tasks
-               if task.known is not None and task.looker.kind is kind]
+def _carried(tasks: Sequence[_Task], kind: Kind, stamp: float, constants: LandmarkConstants) -> Found:
+    """Return the last observations of a kind, moved with the body."""
+    carried = [(task.target, task.known.carried(task.target, stamp, constants)) for task in tasks
+               if task.known is not None and task.network.kind is kind]
     return [(target, seen) for target, seen in carried if seen is not None]
 
 
-def _look(looker: Looker, bgr: np.ndarray, tasks: Sequence[_Task], memory: _Camera, stamp: float) -> Found:
-    """Look at targets, and remember what is seen; a hand behind another one is carried along."""
+def _observed(network: LandmarkNetwork, bgr: np.ndarray, tasks: Sequence[_Task], stamp: float,
+              constants: LandmarkConstants) -> Tuple[Found, List[Target]]:
+    """Return what a network finds, and the hands that are behind another one."""
     known = {i: task.known for i, task in enumerate(tasks) if task.known is not None}
-    results = looker.look(bgr, [task.target for task in tasks], known, stamp)
-    found = [(task.target, seen) for task, seen in zip(tasks, results) if seen is not None and seen.score >= LOOK.lost]
-    behind = _doubles(found) if looker.kind is HAND else []
+    results = network.observe(bgr, [task.target for task in tasks], known, stamp)
+    found = [(task.target, seen) for task, seen in zip(tasks, results)
+             if seen is not None and seen.score >= constants.lost]
+    if network.kind is not HAND:
+        return found, []
+    behind = _doubles(found, constants.same)
     found = [one for one in found if one[0] not in behind]
-    seen_now = dict(found)
-    if looker.kind is HAND:
-        behind += [task.target for task in tasks
-                   if task.target not in seen_now and _covered(task, seen_now.values(), stamp)]
-    for target in (task.target for task in tasks if task.target.name is not None):
-        memory.looked[target.name] = stamp
-        if target in seen_now:
-            memory.seen[target.name] = seen_now[target]
-        elif target not in behind:
-            memory.seen.pop(target.name, None)
-    return found + _carried([task for task in tasks if task.target in behind], looker.kind, stamp)
+    visible = dict(found)
+    return found, behind + [task.target for task in tasks if task.target not in visible
+                            and _covered(task, visible.values(), stamp, constants)]
 
 
-def _doubles(hands: Found) -> List[Target]:
-    """Return whose hands lie on another hand, which is theirs less likely: they may be behind it.
+def _doubles(hands: Found, same: float) -> List[Target]:
+    """Return the hands that lie on a likelier one: they may be behind it.
 
     Less likely are hands whose side the network denies, and those whose wrist is far from that of the body.
     """
     kept: Found = []
     doubles: List[Target] = []
     for hand in sorted(hands, key=lambda one: -_likelihood(one)):
-        if any(_coincide(hand[1], other[1]) for other in kept):
+        if any(_coincide(hand[1], other[1], same) for other in kept):
             doubles.append(hand[0])
         else:
             kept.append(hand)
     return doubles
 
 
-def _covered(task: _Task, hands: Iterable[Seen], stamp: float) -> bool:
-    """Return whether a hand that was followed is now where another one is seen."""
-    carried = task.known.carried(task.target, stamp) if task.known is not None else None
+def _covered(task: _Task, hands: Iterable[LandmarkObservation], stamp: float, constants: LandmarkConstants) -> bool:
+    """Return whether a followed hand is now at the place of another one."""
+    carried = task.known.carried(task.target, stamp, constants) if task.known is not None else None
     return carried is not None and any(
-        np.linalg.norm(np.mean(carried.points - hand.points, axis=0)[:2]) < LOOK.covered * _size(hand)
+        np.linalg.norm(np.mean(carried.points - hand.points, axis=0)[:2]) < constants.covered * _size(hand)
         for hand in hands)
 
 
-def _size(hand: Seen) -> float:
+def _size(hand: LandmarkObservation) -> float:
     """Return the longer side of the box round the points [px]."""
     return float(np.ptp(hand.points[:, :2], axis=0).max())
 
 
-def _coincide(one: Seen, other: Seen) -> bool:
+def _coincide(one: LandmarkObservation, other: LandmarkObservation, same: float) -> bool:
     size = max(_size(one), _size(other))
-    return bool(np.median(np.linalg.norm(one.points[:, :2] - other.points[:, :2], axis=1)) < LOOK.same * size)
+    return bool(np.median(np.linalg.norm(one.points[:, :2] - other.points[:, :2], axis=1)) < same * size)
 
 
-def _likelihood(hand: Tuple[Target, Seen]) -> float:
+def _likelihood(hand: Tuple[Target, LandmarkObservation]) -> float:
     target, seen = hand
     side = 1 - seen.right if target.left else seen.right
     return side - float(np.linalg.norm(seen.points[HAND.anchor, :2] - target.anchor)) / target.size
 
 
 def _accepted(found: Found, threshold: float, stamp: float) -> Found:
-    """Return what is sure enough, in the order of the people; what is carried along was so when it was seen."""
+    """Return what is sure enough, in the order of the people; what moves with the body was so when it was found."""
     sure = [one for one in found if one[1].score >= threshold or one[1].stamp < stamp]
     return sorted(sure, key=lambda one: (one[0].person, not one[0].left))
 

@@ -16,7 +16,7 @@ _EYE_CORNERS = (33, 263)
 
 @dataclass(frozen=True)
 class HandRegionConstants:
-    """Where a hand is looked for, measured in the length of a forearm that points along the image plane."""
+    """Search region of a hand, measured in the length of a forearm that points along the image plane."""
 
     upper_arm: float = constant(0.9, 'Forearm per length of the upper arm; the longest of five estimates counts, as '
                                      'all become shorter with the direction of view.')
@@ -34,7 +34,7 @@ class HandRegionConstants:
 
 @dataclass(frozen=True)
 class FaceRegionConstants:
-    """Where a face is looked for, measured in its width."""
+    """Search region of a face, measured in its width."""
 
     eyes: float = constant(2.2, 'Width per distance of the eyes; the widest of five estimates counts.')
     eye_ear: float = constant(1.5, 'Width per distance from an eye to the ear beside it.')
@@ -89,8 +89,8 @@ class Region:
         return Region(self.x + float(shift[0]), self.y + float(shift[1]), self.side, self.angle)
 
 
-def forearm_length(joints: Dict[str, np.ndarray], side: str) -> float:
-    """Return the length that a person's forearm would have along the image plane [px]; NaN where nothing tells it.
+def forearm_length(joints: Dict[str, np.ndarray], side: str, constants: HandRegionConstants = HAND_REGION) -> float:
+    """Return the length that a person's forearm would have along the image plane [px]; NaN: unknown.
 
     Args:
         joints: (2,) [px] of each joint that was found, by its name.
@@ -100,14 +100,15 @@ def forearm_length(joints: Dict[str, np.ndarray], side: str) -> float:
     hips = [joints[name] for name in ('left_hip', 'right_hip') if name in joints]
     trunk = {'neck': joints['neck'], 'hips': np.mean(hips, axis=0)} if hips and 'neck' in joints else {}
     return _longest([
-        _distance(joints, wrist, elbow), HAND_REGION.upper_arm * _distance(joints, elbow, shoulder),
-        HAND_REGION.shoulders * _distance(joints, 'left_shoulder', 'right_shoulder'),
-        HAND_REGION.ears * _distance(joints, 'left_ear', 'right_ear'),
-        HAND_REGION.trunk * _distance(trunk, 'neck', 'hips')])
+        _distance(joints, wrist, elbow), constants.upper_arm * _distance(joints, elbow, shoulder),
+        constants.shoulders * _distance(joints, 'left_shoulder', 'right_shoulder'),
+        constants.ears * _distance(joints, 'left_ear', 'right_ear'),
+        constants.trunk * _distance(trunk, 'neck', 'hips')])
 
 
-def hand_regions(wrist: np.ndarray, elbow: Optional[np.ndarray], length: float) -> Tuple[Region, ...]:
-    """Return where the hand of a body is looked for: beyond the wrist, then above it.
+def hand_regions(wrist: np.ndarray, elbow: Optional[np.ndarray], length: float,
+                 constants: HandRegionConstants = HAND_REGION) -> Tuple[Region, ...]:
+    """Return the search regions of a hand: beyond the wrist, then above it.
 
     Args:
         wrist, elbow: (2,) [px]; elbow None: only above the wrist.
@@ -116,44 +117,45 @@ def hand_regions(wrist: np.ndarray, elbow: Optional[np.ndarray], length: float) 
     directions = [np.array((0.0, -1.0))]
     if elbow is not None and (wrist != elbow).any():
         directions.insert(0, (wrist - elbow) / np.linalg.norm(wrist - elbow))
-    centres = [wrist + HAND_REGION.reach * length * direction for direction in directions]
-    return tuple(Region(float(x), float(y), HAND_REGION.side * length, _angle(direction))
+    centres = [wrist + constants.reach * length * direction for direction in directions]
+    return tuple(Region(float(x), float(y), constants.side * length, _angle(direction))
                  for (x, y), direction in zip(centres, directions))
 
 
-def region_of_hand(points: np.ndarray) -> Region:
-    """Return where the hand with these points, (21, 2) [px], is looked for again."""
+def region_of_hand(points: np.ndarray, constants: HandRegionConstants = HAND_REGION) -> Region:
+    """Return the next search region of a hand with these points, (21, 2) [px]."""
     knuckles = (0.5 * (points[5] + points[13]) + points[9]) / 2
     region = _box(points[list(_PALM)], _angle(knuckles - points[0]))
-    shifted = region.moved(-HAND_REGION.box_shift * region.side * region.axes[1])
-    return Region(shifted.x, shifted.y, HAND_REGION.box_scale * shifted.side, shifted.angle)
+    shifted = region.moved(-constants.box_shift * region.side * region.axes[1])
+    return Region(shifted.x, shifted.y, constants.box_scale * shifted.side, shifted.angle)
 
 
-def face_width(joints: Dict[str, np.ndarray]) -> float:
-    """Return the width of a person's face [px]; NaN where nothing tells it; see `forearm_length`."""
+def face_width(joints: Dict[str, np.ndarray], constants: FaceRegionConstants = FACE_REGION) -> float:
+    """Return the width of a person's face [px]; NaN: unknown; see `forearm_length`."""
     sides = ('left', 'right')
     return _longest([
-        _distance(joints, 'left_ear', 'right_ear'), FACE_REGION.eyes * _distance(joints, 'left_eye', 'right_eye'),
-        *(FACE_REGION.eye_ear * _distance(joints, f'{side}_eye', f'{side}_ear') for side in sides),
-        *(FACE_REGION.nose_ear * _distance(joints, 'nose', f'{side}_ear') for side in sides),
-        *(FACE_REGION.nose_eye * _distance(joints, 'nose', f'{side}_eye') for side in sides)])
+        _distance(joints, 'left_ear', 'right_ear'), constants.eyes * _distance(joints, 'left_eye', 'right_eye'),
+        *(constants.eye_ear * _distance(joints, f'{side}_eye', f'{side}_ear') for side in sides),
+        *(constants.nose_ear * _distance(joints, 'nose', f'{side}_ear') for side in sides),
+        *(constants.nose_eye * _distance(joints, 'nose', f'{side}_eye') for side in sides)])
 
 
-def face_regions(joints: Dict[str, np.ndarray], width: float) -> Tuple[Region, ...]:
-    """Return where the face of a body with a nose is looked for: along the line of the eyes, then upright."""
+def face_regions(joints: Dict[str, np.ndarray], width: float, constants: FaceRegionConstants = FACE_REGION
+                 ) -> Tuple[Region, ...]:
+    """Return the search regions of the face of a body with a nose: along the line of the eyes, then upright."""
     angles = [0.0]
     if 'left_eye' in joints and 'right_eye' in joints:
         x, y = joints['left_eye'] - joints['right_eye']
         angles.insert(0, float(np.arctan2(y, x)))
     nose_x, nose_y = map(float, joints['nose'])
-    return tuple(Region(nose_x, nose_y, FACE_REGION.side * width, angle) for angle in angles)
+    return tuple(Region(nose_x, nose_y, constants.side * width, angle) for angle in angles)
 
 
-def region_of_face(points: np.ndarray) -> Region:
-    """Return where the face with this mesh, (468, 2) [px], is looked for again."""
+def region_of_face(points: np.ndarray, constants: FaceRegionConstants = FACE_REGION) -> Region:
+    """Return the next search region of a face with this mesh, (468, 2) [px]."""
     x, y = points[_EYE_CORNERS[1]] - points[_EYE_CORNERS[0]]
     region = _box(points, float(np.arctan2(y, x)))
-    return Region(region.x, region.y, FACE_REGION.box_scale * region.side, region.angle)
+    return Region(region.x, region.y, constants.box_scale * region.side, region.angle)
 
 
 def _box(points: np.ndarray, angle: float) -> Region:

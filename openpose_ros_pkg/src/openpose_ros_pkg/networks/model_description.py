@@ -1,6 +1,5 @@
-"""Networks that users describe in a YAML file, without touching code. docs/models.md shows the format."""
+"""Networks that users describe in a YAML file; docs/models.md shows the format."""
 import difflib
-import math
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -19,7 +18,7 @@ _REQUIRED = object()
 
 
 def read_description(path: Path) -> Model:
-    """Return the network that a YAML file describes; its name is that of the file. The weights need not be there.
+    """Return the network that a YAML file describes, named like the file; the weights need not be there.
 
     Raises:
         ModelError: the file can not be read, or a key is unknown, missing or has a value that is not allowed.
@@ -51,18 +50,17 @@ def read_description(path: Path) -> Model:
 
 
 class _Section:
-    """One mapping of a description: hands out checked values and knows where it is, for error texts."""
+    """One mapping of a description, with checked values and error texts that name its place.
+
+    Args:
+        where: its key, as 'input'; empty for the file itself.
+        keys: the allowed ones.
+
+    Raises:
+        ModelError: not a mapping, or an unknown key.
+    """
 
     def __init__(self, path: Path, where: str, values: Any, keys: Sequence[str]) -> None:
-        """Check the keys.
-
-        Args:
-            where: the key under which it lies, as 'input'; empty for the file itself.
-            keys: those that are allowed.
-
-        Raises:
-            ModelError: not a mapping, or an unknown key.
-        """
         if not isinstance(values, dict):
             raise ModelError(f'{path}: {where or "the file"} = {values!r} is not allowed: a mapping with keys among '
                              f'{", ".join(keys)}')
@@ -78,17 +76,17 @@ class _Section:
         return f'{self.where}.{key}' if self.where else str(key)
 
     def error(self, key: str, allowed: str) -> ModelError:
-        """Return the error for a key that is missing or has a value that is not allowed."""
+        """Return the error for a missing key or a value that is not allowed."""
         if key not in self.values:
             return ModelError(f"{self.path}: the key '{self._full(key)}' is missing: {allowed}")
         return self.refused(key, self.values[key], allowed)
 
     def refused(self, key: str, value: Any, allowed: str) -> ModelError:
-        """Return the error for a value that is not allowed, of a key or of a part of it."""
+        """Return the error for a value of a key, or of a part of it, that is not allowed."""
         return ModelError(f"{self.path}: '{self._full(key)}' = {value!r} is not allowed: {allowed}")
 
     def _given(self, key: str, default: Any, right: Callable[[Any], Any], allowed: str) -> Any:
-        """Return the value of a key, or its default; `right` tells whether a value is allowed."""
+        """Return the value of a key, or its default; `right` returns whether a value is allowed."""
         if key not in self.values and default is not _REQUIRED:
             return default
         if key not in self.values or not right(self.values[key]):
@@ -110,18 +108,17 @@ class _Section:
         return self._given(key, default, lambda value: isinstance(value, bool), 'true or false')
 
     def integer(self, key: str, minimum: int, maximum: int, default: Any = _REQUIRED) -> int:
-        return self._given(key, default, lambda value: _is_integer(value) and minimum <= value <= maximum,
+        return self._given(key, default, lambda value: type(value) is int and minimum <= value <= maximum,
                            f'a whole number in {minimum} .. {maximum}')
 
-    def number(self, key: str, minimum: float, maximum: float, default: Any = _REQUIRED) -> float:
-        value = self._given(key, default, lambda value: (_is_integer(value) or isinstance(value, float))
-                            and math.isfinite(value) and minimum <= value <= maximum,
+    def number(self, key: str, minimum: float, maximum: float, default: float) -> float:
+        value = self._given(key, default, lambda value: type(value) in (int, float) and minimum <= value <= maximum,
                             f'a number in {minimum:g} .. {maximum:g}')
         return float(value)
 
     def pair(self, key: str, minimum: int, maximum: int, default: Any = _REQUIRED) -> Any:
         value = self._given(key, default, lambda value: isinstance(value, list) and len(value) == 2 and all(
-            _is_integer(item) and minimum <= item <= maximum for item in value),
+            type(item) is int and minimum <= item <= maximum for item in value),
             f'two whole numbers in {minimum} .. {maximum}')
         return value if value is None else (value[0], value[1])
 
@@ -129,12 +126,8 @@ class _Section:
         return self._given(key, default, lambda value: isinstance(value, list) and value, 'a list')
 
 
-def _is_integer(value: Any) -> bool:
-    return isinstance(value, int) and not isinstance(value, bool)
-
-
 def _input(top: _Section, decoder: str, stride: int) -> InputRecipe:
-    """Return how the network wants the image; what is not given is as `InputRecipe` or YOLO-pose has it."""
+    """Return the network's input; missing keys are those of `InputRecipe`, or of YOLO-pose."""
     standard = replace(YOLO_INPUT if decoder == 'yolo_pose' else InputRecipe(), multiple_of=stride)
     section = _Section(top.path, 'input', top.values.get('input', {}), tuple(vars(standard)))
     recipe = InputRecipe(
@@ -172,7 +165,7 @@ def _files(top: _Section) -> Tuple[WeightsFile, ...]:
 
 
 def _skeleton(top: _Section, name: str, decoder: str) -> SkeletonModel:
-    """Return the joint set: a known one by its name, or one of the description's own."""
+    """Return the joint set: a known one by its name, or the description's own."""
     value = top.values.get('skeleton')
     if not isinstance(value, dict):
         default = _REQUIRED if decoder == 'paf' else COCO_18.name

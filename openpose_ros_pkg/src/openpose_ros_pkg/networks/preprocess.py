@@ -1,4 +1,4 @@
-"""From an image to the network's input, and the one coordinate transform between the two."""
+"""The network's input of an image, and the coordinate transform between the two."""
 from dataclasses import dataclass, replace
 from typing import Optional, Tuple
 
@@ -13,11 +13,10 @@ MAX_NET_SIDE = 4096
 
 @dataclass(frozen=True)
 class ImageToNet:
-    """How an image is scaled and padded into the network's input.
+    """Scaling to `scaled_size` and padding to `net_size`, at the right and bottom unless `centred`.
 
-    The image is scaled to `scaled_size`, then padded to `net_size`, at the right and at the bottom unless it is
-    `centred`. Coordinates are those of pixel centres: x_net = offset + (x_image + 0.5) * scale - 0.5, with the scale
-    that rounding to whole pixels leaves on each axis.
+    Coordinates are those of pixel centres: x_net = offset + (x_image + 0.5) * scale - 0.5, with the scale that rounding
+    to whole pixels leaves on each axis.
 
     Attributes:
         image_size: (width, height) of the image [px].
@@ -42,11 +41,11 @@ class ImageToNet:
         return np.array(self.scaled_size, np.float64) / self.image_size
 
     def to_net(self, xy: np.ndarray) -> np.ndarray:
-        """Turn (..., 2) image pixels into network pixels, float64."""
+        """Convert (..., 2) image pixels to network pixels, float64."""
         return (np.asarray(xy, np.float64) + 0.5) * self.scale - 0.5 + self.offset
 
     def to_image(self, xy: np.ndarray) -> np.ndarray:
-        """Turn (..., 2) network pixels into image pixels, float64."""
+        """Convert (..., 2) network pixels to image pixels, float64."""
         return (np.asarray(xy, np.float64) - self.offset + 0.5) / self.scale - 0.5
 
     def apply(self, image: np.ndarray, padding: Optional[int] = None) -> np.ndarray:
@@ -72,10 +71,10 @@ class ImageToNet:
 
 
 def _interpolation(scale: float) -> int:
-    """Return OpenCV's way of resizing by a factor.
+    """Return OpenCV's interpolation for a factor.
 
-    Averaging over areas keeps small people free of aliasing where much is left out; above half the size it costs 4 ms
-    more for 960 x 540 pixels than linear interpolation, and networks find the same people.
+    Averaging over areas avoids aliasing of small people; above half the size it takes 4 ms longer than linear
+    interpolation for 960 x 540 pixels, and networks find the same people.
     """
     if scale > 1:
         return cv2.INTER_CUBIC
@@ -84,19 +83,19 @@ def _interpolation(scale: float) -> int:
 
 def fit_image(image_size: Tuple[int, int], net_width: int, net_height: int, stride: int,
               zoom: float = 1.0, whole_box: bool = False) -> ImageToNet:
-    """Plan how an image is fitted into a box of the network's input with its aspect kept.
+    """Fit an image into a box of the network's input, aspect kept, padded to the stride.
 
-    Only what the network's stride demands is padded: 640x480 in a box of 656x368 becomes 491x368, padded to 496x368.
+    640x480 in a box of 656x368 becomes 491x368, padded to 496x368.
 
     Args:
         image_size: (width, height) [px].
-        net_width, net_height: the box [px]; -1 for one of them: as wide or high as the aspect makes it.
-        stride: the input's sides become multiples of it [px].
+        net_width, net_height: the box [px]; -1 for one of them: from the aspect.
+        stride: the input's sides are multiples of it [px].
         zoom: factor on the box, for several scales.
         whole_box: pad to the whole box, so that images of all shapes give inputs of one size.
 
     Raises:
-        BadInputError: the image is empty, or so long and thin that the free side would exceed `MAX_NET_SIDE`.
+        BadInputError: the image is empty, or the free side would exceed `MAX_NET_SIDE`.
     """
     width, height = image_size
     if width < 1 or height < 1:

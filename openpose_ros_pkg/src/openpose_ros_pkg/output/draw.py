@@ -1,4 +1,4 @@
-"""Draw people into images, in OpenPose's manner."""
+"""Draw people into images as OpenPose does."""
 import colorsys
 import math
 from dataclasses import dataclass
@@ -14,11 +14,13 @@ from openpose_ros_pkg.skeletons import FACE_70, HAND_21, SkeletonModel
 
 # Fractional bits of the coordinates that OpenCV's drawing functions take.
 _SHIFT = 3
-# OpenPose, src/openpose/pose/renderPose.cpp and utilities/keypoint.cpp: radius and width follow the image's diagonal
-# and shrink with the share of the image that the person fills.
+# OpenPose, src/openpose/pose/renderPose.cpp and utilities/keypoint.cpp: radius [share of the image's size], line width
+# [diameters]; both shrink with the share of the image that the person fills.
 _CIRCLE_RATIO = 1 / 75
 _LINE_RATIO = 0.75
-# Limbs with a hidden end: width as a share of the others', length of a dash and of a gap in widths of the others.
+# Size of hands and faces in radii of their joints, which are as wide as their lines.
+_RADII_OF_HAND = 30
+# Limbs with a hidden end: width as a share of other limbs', length of dashes and gaps in widths of other limbs.
 _HIDDEN_WIDTH = 0.4
 _DASH = 1.2
 
@@ -39,33 +41,31 @@ def draw_people(bgr: np.ndarray, people: People2D, params: DrawParams, hidden: O
                 landmarks: Optional[Landmarks2D] = None, boxes: bool = True) -> np.ndarray:
     """Return a copy of the image with people drawn into it.
 
-    Limbs and joints have OpenPose's colours. A box and, where people have ids, a label in a colour of its own tell
-    one person from the other.
+    Limbs and joints have OpenPose's colours; each person has a box, and a label with the id if any, in its own colour.
 
     Args:
         bgr: (H, W, 3) uint8 BGR; not modified.
-        hidden: (P, K) bool: joints that the network named although something hides them. They are drawn as hollow
-            circles, limbs that end there thin and dashed. None: no joint is.
-        landmarks: hands and faces, drawn in the same manner; None: none.
+        hidden: (P, K) bool: occluded joints, drawn as hollow circles; limbs that end there are thin and dashed. None:
+            none is.
+        landmarks: hands and faces; None: none.
         boxes: whether boxes and labels are drawn.
 
     Returns:
         (H, W, 3) uint8 BGR.
     """
-    # Of a black background nothing shines through, so nothing is blended.
+    # A black background is not blended.
     image = np.zeros(bgr.shape, np.uint8) if params.disable_blending else np.array(bgr, np.uint8, order='C')
     if len(people) == 0:
         return image
     canvas = image.copy()
-    visible = people.confidence >= max(params.render_threshold, np.finfo(np.float32).tiny)
-    hidden = np.zeros(visible.shape, bool) if hidden is None else hidden
-    shown = [i for i in range(len(people)) if visible[i].any()]
-    for i in shown:
-        _draw_skeleton(canvas, people, i, visible[i], hidden[i])
+    least = max(params.render_threshold, float(np.finfo(np.float32).tiny))
+    visible = people.confidence >= least
+    shown = np.flatnonzero(visible.any(axis=1)).tolist()
+    _draw_skeletons(canvas, people.skeleton, people.keypoints, hidden, least)
     if landmarks is not None:
         hands, faces = landmarks.hands, landmarks.faces
-        _draw_points(canvas, HAND_21, hands.keypoints, hands.hidden, params.render_threshold)
-        _draw_points(canvas, FACE_70, faces.keypoints, faces.hidden, params.render_threshold)
+        _draw_skeletons(canvas, HAND_21, hands.keypoints, hands.hidden, least)
+        _draw_skeletons(canvas, FACE_70, faces.keypoints, faces.hidden, least)
     if not params.disable_blending:
         canvas = cv2.addWeighted(canvas, params.alpha_pose, image, 1 - params.alpha_pose, 0)
     if boxes and (params.disable_blending or params.alpha_pose > 0):
@@ -75,47 +75,42 @@ def draw_people(bgr: np.ndarray, people: People2D, params: DrawParams, hidden: O
 
 
 def person_colour(number: int) -> Tuple[int, int, int]:
-    """Return a BGR colour for a person; neighbours in number differ clearly (golden section of the hue circle)."""
+    """Return a BGR colour for a person; consecutive numbers differ clearly (golden section of the hue circle)."""
     red, green, blue = colorsys.hsv_to_rgb((number * 0.618034) % 1, 0.75, 1)
     return round(255 * blue), round(255 * green), round(255 * red)
 
 
-def _draw_skeleton(canvas: np.ndarray, people: People2D, person: int, visible: np.ndarray, hidden: np.ndarray
-                   ) -> None:
-    """Draw limbs in the colour of their second joint, then joints, where both ends or the joint are visible."""
-    skeleton, xy = people.skeleton, people.xy[person]
-    radius = _joint_radius(canvas.shape, xy[visible])
-    width = max(1, round(2 * radius * _LINE_RATIO))
-    index = skeleton.index
-    for start, end in ((index[a], index[b]) for a, b in skeleton.drawn_limbs):
-        if visible[start] and visible[end]:
-            draw = _draw_dashed if hidden[start] or hidden[end] else _draw_line
-            draw(canvas, xy[start], xy[end], skeleton.colours[end][::-1], width)
-    for joint in np.flatnonzero(visible):
-        _draw_joint(canvas, xy[joint], skeleton.colours[joint][::-1], radius, hidden[joint])
+def _draw_skeletons(canvas: np.ndarray, skeleton: SkeletonModel, keypoints: np.ndarray, hidden: Optional[np.ndarray],
+                    least: float) -> None:
+    """Draw people, hands or faces, (N, K, 3): limbs in the colour of their second joint, then joints.
 
-
-def _draw_points(canvas: np.ndarray, skeleton: SkeletonModel, keypoints: np.ndarray, hidden: Optional[np.ndarray],
-                 threshold: float) -> None:
-    """Draw hands or faces, (N, K, 3), in OpenPose's colours; lines are 1/30 of their size wide, 1 px at least."""
+    Args:
+        hidden: (N, K) bool; None: none is.
+        least: score of the joints that are drawn; a limb needs both.
+    """
     hidden = np.zeros(keypoints.shape[:2], bool) if hidden is None else hidden
+    limbs = [(skeleton.index[start], skeleton.index[end]) for start, end in skeleton.drawn_limbs]
     for points, behind in zip(keypoints, hidden):
-        shown = points[:, 2] >= max(threshold, np.finfo(np.float32).tiny)
+        shown, xy = points[:, 2] >= least, points[:, :2]
         if not shown.any():
             continue
-        xy = points[:, :2]
-        width = max(1, round(float((xy[shown].max(axis=0) - xy[shown].min(axis=0)).max()) / 30))
-        for start, end in ((skeleton.index[a], skeleton.index[b]) for a, b in skeleton.drawn_limbs):
+        if skeleton in (HAND_21, FACE_70):
+            size = float((xy[shown].max(axis=0) - xy[shown].min(axis=0)).max())
+            radius = width = max(1, round(size / _RADII_OF_HAND))
+        else:
+            radius = _joint_radius(canvas.shape, xy[shown])
+            width = max(1, round(2 * radius * _LINE_RATIO))
+        for start, end in limbs:
             if shown[start] and shown[end]:
                 draw = _draw_dashed if behind[start] or behind[end] else _draw_line
                 draw(canvas, xy[start], xy[end], skeleton.colours[end][::-1], width)
-        for point in np.flatnonzero(shown):
-            _draw_joint(canvas, xy[point], skeleton.colours[point][::-1], width, behind[point])
+        for joint in np.flatnonzero(shown):
+            _draw_joint(canvas, xy[joint], skeleton.colours[joint][::-1], radius, behind[joint])
 
 
 def _draw_joint(canvas: np.ndarray, xy: np.ndarray, colour: Tuple[int, ...], radius: int, hidden: bool) -> None:
     if hidden:
-        # a little larger, so that there is a hole in the smallest circle
+        # larger: the smallest circle has a hole, too
         cv2.circle(canvas, _fixed_point(xy), (radius + 2) << _SHIFT, colour, max(1, radius // 3), cv2.LINE_AA, _SHIFT)
     else:
         cv2.circle(canvas, _fixed_point(xy), radius << _SHIFT, colour, -1, cv2.LINE_AA, _SHIFT)
@@ -126,7 +121,7 @@ def _draw_line(canvas: np.ndarray, start: np.ndarray, end: np.ndarray, colour: T
 
 
 def _draw_dashed(canvas: np.ndarray, start: np.ndarray, end: np.ndarray, colour: Tuple[int, ...], width: int) -> None:
-    """Draw a thin line that begins and ends with a dash; dashes and gaps are equally long."""
+    """Draw a thin line of equal dashes and gaps that begins and ends with a dash."""
     gaps = int(float(np.linalg.norm(end - start)) / (2 * _DASH * width))
     ends = start + np.linspace(0, 1, 2 * gaps + 2)[:, None] * (end - start)
     for begin, finish in zip(ends[::2], ends[1::2]):
@@ -147,7 +142,7 @@ def _joint_radius(shape: Tuple[int, ...], xy: np.ndarray) -> int:
 
 
 def _draw_box(canvas: np.ndarray, xy: np.ndarray, row: int, person_id: int) -> None:
-    """Frame a person in a colour of its own, with the id at the top where there is one."""
+    """Draw the box of a person in its own colour, with its id, if any, at the top."""
     height, width = canvas.shape[:2]
     colour = person_colour(person_id if person_id >= 0 else row)
     margin = max(4, round(0.012 * math.sqrt(height * width)))
@@ -159,7 +154,7 @@ def _draw_box(canvas: np.ndarray, xy: np.ndarray, row: int, person_id: int) -> N
     text, font = str(person_id), cv2.FONT_HERSHEY_SIMPLEX
     scale = max(0.4, math.sqrt(height * width) / 1200)
     (text_width, text_height), baseline = cv2.getTextSize(text, font, scale, 1)
-    # Above the box; inside it where the image ends.
+    # Above the box, or inside it at the image's border.
     bottom = top if top >= text_height + baseline else min(top + text_height + baseline, height - 1)
     left = min(left, max(0, width - 1 - text_width - 4))
     cv2.rectangle(canvas, (left, bottom - text_height - baseline), (left + text_width + 4, bottom), colour, -1)

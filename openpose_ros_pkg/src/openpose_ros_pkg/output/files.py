@@ -1,4 +1,4 @@
-"""Files that are whole whenever somebody reads them, and names for frames."""
+"""Files that appear whole or not at all, names of frames, and checks of outputs."""
 import itertools
 import os
 from contextlib import contextmanager, suppress
@@ -15,10 +15,10 @@ _DIGITS = 12
 
 
 def frame_name(base: str, number: int) -> str:
-    """Return the name that OpenPose gives a frame of a video or camera: `<base>_000000000012`, or the number alone.
+    """Return OpenPose's name of a frame of a video or camera: `<base>_000000000012`, or the number alone.
 
     Args:
-        base: of the video file or camera; '/' as in a ROS name becomes '_'. Empty: the number alone.
+        base: name of the video file or camera; '/' as in a ROS name becomes '_'. Empty: the number alone.
         number: of the frame, from 0.
     """
     base = base.strip('/').replace('/', '_')
@@ -27,7 +27,7 @@ def frame_name(base: str, number: int) -> str:
 
 @contextmanager
 def naming(path: Path) -> Iterator[None]:
-    """Let an OSError of this block name the file, as those of writing and closing do not."""
+    """Let an OSError of this block name the file: those of writing and closing do not."""
     try:
         yield
     except OSError as error:
@@ -36,34 +36,42 @@ def naming(path: Path) -> Iterator[None]:
         raise OSError(error.errno, error.strerror or str(error), str(path)) from error
 
 
-def write_whole(path: Path, content: bytes) -> None:
-    """Write a file beside its place, wait until the disk has it, and move it there: nobody ever reads half of it.
+@contextmanager
+def written_whole(path: Path) -> Iterator[Path]:
+    """Yield a temporary path beside a file; at the end it is synchronized with the disk and replaces the file.
+
+    On an error or interrupt the temporary file is deleted, and an older file stays as it was.
 
     Raises:
-        OSError: it can not be written, with its name; nothing is left behind, and an older file stays as it was.
+        OSError: the file can not be written; the error names `path`.
     """
-    part = path.with_name(f'.{path.name}.{os.getpid()}.part')  # of this process: two may write the same
+    part = path.with_name(f'.{path.name}.{os.getpid()}.part')  # of this process: several may write the same file
     try:
-        with naming(path), part.open('wb') as handle:
-            handle.write(content)
-            handle.flush()
+        yield part
+        with part.open('rb') as handle:
             os.fsync(handle.fileno())
         part.replace(path)
-    except BaseException as error:  # an interrupt as well: no half file stays
+    except BaseException as error:
         with suppress(OSError):
             part.unlink()
-        if isinstance(error, OSError):
+        if isinstance(error, OSError) and error.filename in (None, str(part)):
             raise OSError(error.errno, error.strerror, str(path)) from error
         raise
 
 
+def write_whole(path: Path, content: bytes) -> None:
+    """Write a file with this content; see `written_whole`."""
+    with written_whole(path) as part:
+        part.write_bytes(content)
+
+
 def write_image(path: Path, image: np.ndarray, quality: int = 95) -> None:
-    """Write an image, (H, W) or (H, W, 3), like `write_whole`; the suffix tells the format, `quality` is of JPEG."""
+    """Write an image, (H, W) or (H, W, 3), like `write_whole`; the suffix is the format, `quality` is of JPEG."""
     write_whole(path, cv2.imencode(path.suffix, image, [cv2.IMWRITE_JPEG_QUALITY, quality])[1].tobytes())
 
 
 def check_outputs(paths: Sequence[Path], overwrite: bool, inputs: Sequence[Path] = ()) -> None:
-    """Raise ParameterError if an output of a command is an input or a folder, or there already while that is kept."""
+    """Raise ParameterError if an output of a command is an input, a folder, or exists while `overwrite` is False."""
     read = {path.resolve() for path in inputs}
     for path in paths:
         if path.resolve() in read:
@@ -75,19 +83,19 @@ def check_outputs(paths: Sequence[Path], overwrite: bool, inputs: Sequence[Path]
 
 
 def free_name(path: Path) -> Path:
-    """Return the path, or where it is taken the first of NAME_2.SUFFIX, NAME_3.SUFFIX ... that is not."""
+    """Return the path, or the first of NAME_2.SUFFIX, NAME_3.SUFFIX ... that does not exist."""
     numbered = (path.with_name(f'{path.stem}_{number}{path.suffix}') for number in itertools.count(2))
     return next(name for name in itertools.chain((path,), numbered) if not os.path.lexists(str(name)))
 
 
 def writable_folder(key: str, folder: Path) -> Path:
-    """Return the folder, made if need be, after a file could be written in it.
+    """Return the folder, made if need be, after a test file was written in it.
 
     Args:
         key: parameter that names the folder, for the error.
 
     Raises:
-        ParameterError: it can not be made or written to.
+        ParameterError: the folder can not be made or written to.
     """
     probe = folder / f'.write_test_{os.getpid()}'
     try:

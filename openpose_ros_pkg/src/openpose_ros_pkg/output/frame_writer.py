@@ -1,4 +1,4 @@
-"""Write all files of a frame that the parameters ask for, under OpenPose's names."""
+"""Write the files of a frame under OpenPose's names."""
 import errno
 import os
 import re
@@ -22,9 +22,9 @@ from openpose_ros_pkg.params.parameters import Parameters, parameter
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import SKELETONS
 
-# What becomes of a file that is there already: it is replaced; it stays; it stays, and that is a fault.
+# Existing files are replaced; stay; stay and count as a fault.
 REPLACE, SKIP, REFUSE = 'replace', 'skip', 'refuse'
-# Frame rate of a video whose source names none, as of a folder of images [Hz].
+# Frame rate of a video whose source has none, as a folder of images [Hz].
 DEFAULT_RATE = 10.0
 
 
@@ -60,10 +60,10 @@ class SaveParams(Parameters):
 
 
 class FrameWriter:
-    """Writes the files of each frame where it is called; `Recorder` does so in a thread of its own.
+    """Writes the files of each frame; `Recorder` does so in a thread of its own.
 
-    What can not be written is told and counted, and the other files are written. Each file but the video is whole
-    whenever it is read; the video is complete after `close`.
+    A file that can not be written is reported and counted, and the others are written. Every file but the video is
+    whole whenever it is read; the video is complete after `close`.
 
     Args:
         draw: how people are drawn into images and video.
@@ -72,7 +72,7 @@ class FrameWriter:
         existing: REPLACE, SKIP or REFUSE. A video beside one that stays gets a number: NAME_2.mp4.
 
     Raises:
-        ParameterError: a folder can not be made or written to, or the name of the video does not tell its format.
+        ParameterError: a folder can not be made or written to, or the video's suffix is not supported.
     """
 
     def __init__(self, params: SaveParams, draw: Optional[DrawParams] = None,
@@ -98,25 +98,21 @@ class FrameWriter:
 
     @property
     def written(self) -> int:
-        """Number of files that were written, and of frames in the video."""
+        """Number of files written, and of frames in the video."""
         return self._written + (0 if self._video is None else self._video.frames)
 
     @property
     def failed(self) -> int:
-        """Number of files and video frames that could not be written, and of frames that the video has lost."""
+        """Number of files and video frames that were not written, or lost with the video."""
         return self._failed + (0 if self._video is None else self._video.lost)
 
     def fault(self, least: int = 1) -> str:
-        """Return what is not saved at present, and why; empty: nothing.
-
-        Args:
-            least: number of frames in a row for which this is so.
-        """
+        """Return what has not been saved for at least this number of frames in a row, and why; empty: nothing."""
         return '; '.join(f'{error} ({count} frames in a row)' for count, error in list(self._failing.values())
                          if count >= least)
 
     def next_number(self) -> int:
-        """Return the number after the greatest one of the frames whose files are there; 0 where there are none."""
+        """Return the number after the greatest one of existing files of frames; 0: there are none."""
         found = [re.match(r'\d{12}', path.name) for key, folder in self._folders.items() for path in folder.iterdir()
                  if path.name.endswith(self._suffixes[key])]
         return max((int(match[0]) + 1 for match in found if match), default=0)
@@ -126,10 +122,10 @@ class FrameWriter:
         self._draw = draw
 
     def files(self, frame: Union[str, int]) -> Dict[str, Path]:
-        """Return the files that `write` writes for a frame, without the video, by the parameter that asks for each.
+        """Return the files of a frame, without the video, by parameter.
 
         Args:
-            frame: name of the files, as `frame_name` makes it for a video or camera; or a number.
+            frame: name of the files, as `frame_name` makes it; or a number.
 
         Raises:
             ValueError: the name is a path.
@@ -149,7 +145,7 @@ class FrameWriter:
             landmarks: their hands and faces, for JSON files, images and video; None: none.
 
         Returns:
-            What could not be written, and why; empty: all is written.
+            What could not be written, and why; empty: everything was.
         """
         files = self.files(frame)
         saved = self._as_saved(bgr, people)
@@ -168,7 +164,7 @@ class FrameWriter:
         return '; '.join(filter(None, errors))
 
     def close(self) -> str:
-        """Complete and verify the video; return what is wrong with it."""
+        """Complete and verify the video; return its fault, or ''."""
         return '' if self._video is None else _told(self._video.close)
 
     def _as_saved(self, bgr: np.ndarray, people: People2D) -> People2D:
@@ -186,7 +182,7 @@ class FrameWriter:
                            replace(faces, keypoints=scale_keypoints(faces.keypoints, size, self._scale)))
 
     def _attempt(self, key: str, write: Callable[..., None], *values: Any) -> str:
-        """Return why it could not be written; empty: it is, or stays as it was."""
+        """Write one output; return why it failed; empty: it is written or skipped."""
         if key != 'write_video' and self._existing != REPLACE and os.path.lexists(str(values[0])):
             if self._existing == SKIP:
                 return ''
@@ -205,7 +201,7 @@ def _refuse(path: Path, *_: Any) -> None:
 
 
 def _told(write: Callable[..., None], *values: Any) -> str:
-    """Return the file and the reason where something can not be written."""
+    """Return the file and the reason of an error in writing; empty: none."""
     try:
         write(*values)
     except OSError as error:

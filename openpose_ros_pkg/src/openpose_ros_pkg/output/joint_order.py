@@ -1,4 +1,4 @@
-"""OpenPose's row of numbers per joint, and the same people in the joint set that a reader expects."""
+"""OpenPose's rows of numbers per joint, and people in another joint set."""
 from dataclasses import replace
 from typing import Optional
 
@@ -32,8 +32,8 @@ def from_rows(rows: np.ndarray, ids: np.ndarray, skeleton: Optional[SkeletonMode
         People whose score is the mean of their joints' scores, as OpenPose's files hold none.
 
     Raises:
-        BadInputError: the number of joints fits no joint set, or not the one asked for; or there is nobody and none
-            was asked for.
+        BadInputError: the number of joints fits no joint set, or not the named one; or there is no person and no named
+            joint set.
     """
     if skeleton is None:
         skeleton = _skeleton_with(rows.shape[1] if len(rows) else 0, place)
@@ -50,7 +50,7 @@ def from_rows(rows: np.ndarray, ids: np.ndarray, skeleton: Optional[SkeletonMode
 
 def _skeleton_with(joints: int, place: str) -> SkeletonModel:
     if joints == 0:
-        raise BadInputError(f'{place} shows nobody, so its joint set is unknown: name one ({", ".join(SKELETONS)})')
+        raise BadInputError(f'{place} has no person, so its joint set is unknown: name one ({", ".join(SKELETONS)})')
     for skeleton in SKELETONS.values():
         if len(skeleton.joints) == joints:
             return skeleton

@@ -24,15 +24,13 @@ _SIZES = re.compile(r'(sizes"?: \[ \d+, \d+, \d+), 1( \])|(<sizes>\s*\d+ \d+ \d+
 
 
 def people_to_storage(people: People2D, file_format: str) -> str:
-    """Return the text of a keypoint file: a P x K x 3 matrix of float32, missing joints 0, 0, 0; an empty matrix
-    when nobody is there.
+    """Return the text of a keypoint file: a P x K x 3 matrix of float32, missing joints 0, 0, 0; empty without people.
 
     Args:
         file_format: one of `FORMATS`.
     """
     rows = to_rows(people)
-    # Python's OpenCV takes the third axis for channels, which is another node than OpenPose writes. With a fourth axis
-    # it writes all as sizes; the text then loses that axis again.
+    # Python's OpenCV writes a third axis as channels, unlike OpenPose; a fourth axis prevents that and is removed.
     matrix = rows[..., np.newaxis] if len(rows) else np.zeros((0, 0), np.uint8)
     storage = cv2.FileStorage('', cv2.FILE_STORAGE_WRITE | cv2.FILE_STORAGE_MEMORY | _FLAGS[file_format])
     storage.write(_NODE, matrix)
@@ -40,9 +38,7 @@ def people_to_storage(people: People2D, file_format: str) -> str:
 
 
 def write_keypoint(path: Path, people: People2D) -> None:
-    """Write the people of a frame as OpenPose does with --write_keypoint; the suffix tells the format.
-
-    Ids and scores of people are not in it.
+    """Write the people of a frame, without ids and scores, as OpenPose's --write_keypoint; the suffix is the format.
 
     Raises:
         OSError: the file can not be written.
@@ -64,8 +60,7 @@ def read_keypoint(path: Path, skeleton: Optional[SkeletonModel] = None) -> Peopl
         People without ids. Their score is the mean of their joints', as the file holds none.
 
     Raises:
-        BadInputError: the file does not hold such a matrix, or one of another joint set; or nobody is in it and no
-            joint set is named.
+        BadInputError: the file holds no such matrix, or another joint set; or no person while no joint set is named.
         OSError: the file can not be read.
     """
     text = Path(path).read_text(errors='replace')

@@ -22,7 +22,7 @@ _VERSION = 1.3
 # Arrays of points, by the key of a field, by the id of a person.
 Fields = Mapping[int, Mapping[str, np.ndarray]]
 _MORE_FIELDS = ('face_keypoints_2d', 'hand_left_keypoints_2d', 'hand_right_keypoints_2d', 'pose_keypoints_3d',
-                      'face_keypoints_3d', 'hand_left_keypoints_3d', 'hand_right_keypoints_3d')
+                'face_keypoints_3d', 'hand_left_keypoints_3d', 'hand_right_keypoints_3d')
 
 
 def landmark_fields(landmarks: Landmarks2D) -> Dict[int, Dict[str, np.ndarray]]:
@@ -43,8 +43,8 @@ def people_to_json(people: People2D, in_space: Optional[np.ndarray] = None, more
 
     Args:
         in_space: (P, K, 4) float32 for pose_keypoints_3d: x, y, z [m] and the score of each joint, finite; None: empty.
-        more: float32 values of the other fields, such as those of `landmark_fields`, finite; people whom it lacks, and
-            fields, are empty lists. Ids below -1 are those of people without an id, and written as -1.
+        more: finite float32 values of other fields, as of `landmark_fields`; missing people and fields are empty lists.
+            Ids below -1 belong to people without an id, and are written as -1.
     """
     entries = []
     for p, (row, person_id) in enumerate(zip(to_rows(people), people.ids)):
@@ -63,13 +63,13 @@ def people_from_json(text: Union[str, bytes], skeleton: Optional[SkeletonModel] 
 
     Args:
         skeleton: joint set; None: the one with as many joints.
-        place: where the text is from, for errors.
+        place: origin of the text, for errors.
 
     Returns:
         People in the units of the file. Their score is the mean of their joints', as the layout holds none.
 
     Raises:
-        BadInputError: not such a text, another joint set, or nobody in it while none is named.
+        BadInputError: not such a text, another joint set, or no person while no joint set is named.
     """
     try:
         entries = json_value(text)['people']

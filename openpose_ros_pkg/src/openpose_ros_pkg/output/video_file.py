@@ -1,4 +1,4 @@
-"""Videos, frame by frame."""
+"""Video files, written frame by frame."""
 import errno
 import fcntl
 import os
@@ -12,32 +12,32 @@ import numpy as np
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.output.files import free_name, naming
 
-# Codecs that OpenCV's own packages bring along, and that players know.
+# Codecs of OpenCV's own packages that players know.
 _CODECS = {'.mp4': 'mp4v', '.avi': 'MJPG'}
-# OpenCV tells of no failed write, and a video without its end can hardly be read. So frames are refused while there is
-# less room than the buffers of FFmpeg (1 MiB at most was seen) and the index at the end need [bytes; bytes per frame].
+# OpenCV reports no failed write, and a video without its end can hardly be read: frames are refused while there is less
+# room than FFmpeg's buffers (at most 1 MiB seen) and the index at the end need [bytes; bytes per frame].
 _RESERVE, _INDEX = 4 << 20, 64
 
 
 class VideoFile:
     """A video that is written; all frames have the size of the first.
 
-    Use it as a context manager, or call `close`: only then is the file complete. It is verified there. A video that is
-    deleted while it is written is lost, and the next frame begins a new one.
+    A context manager; `close` completes and verifies the file. If it is deleted meanwhile, its frames are lost and
+    the next frame begins a new one.
 
     Args:
-        path: ends in .mp4 (MPEG-4; unreadable if the program is killed) or .avi (motion JPEG; can be read up to the
-            last 0.3 MB then).
+        path: ends in .mp4 (MPEG-4; unreadable if the program is killed) or .avi (motion JPEG; then readable up to the
+            last 0.3 MB).
         rate: frames per second [Hz].
-        keep: whether a file that is there already stays; the video gets a number then: NAME_2.mp4.
+        keep: whether an existing file stays; the video then gets a number: NAME_2.mp4.
 
     Attributes:
         path: of the video, when it has a frame.
         frames: number of frames in the video.
-        lost: number of those that it has lost.
+        lost: number of frames that were lost.
 
     Raises:
-        ParameterError: the path ends otherwise.
+        ParameterError: the path has another suffix.
     """
 
     def __init__(self, path: Path, rate: float, keep: bool = False) -> None:
@@ -57,13 +57,13 @@ class VideoFile:
         self.close()
 
     def write(self, bgr: np.ndarray) -> None:
-        """Add a frame. One of another size is fitted in with its aspect kept, the rest is black.
+        """Add a frame; one of another size is fitted with its aspect kept, on black.
 
         Args:
             bgr: (H, W, 3) uint8 BGR.
 
         Raises:
-            OSError: names the file and the reason. The frame is not in the video, the next one may be.
+            OSError: with the file and the reason; the frame is not in the video, later ones may be.
         """
         if self._lock is not None and not self._is_in_place(self._lock):
             lost = self.frames
@@ -79,7 +79,7 @@ class VideoFile:
         """Complete the file, and verify that its frames can be read.
 
         Raises:
-            OSError: they can not. A file without any readable frame is deleted.
+            OSError: they can not; a file without readable frames is deleted.
         """
         if self._lock is None:
             return
@@ -98,7 +98,7 @@ class VideoFile:
                 raise OSError(errno.EIO, f'the video is damaged: {what}')
 
     def _open(self, size: Tuple[int, int]) -> cv2.VideoWriter:
-        """Begin the file, which no other program writes at the same time."""
+        """Begin the file, locked against other programs."""
         if self._keep:
             self.path = free_name(self.path)
         if self.path.exists() and not self.path.is_file():
@@ -122,7 +122,7 @@ class VideoFile:
         return writer
 
     def _release(self) -> None:
-        """Let OpenCV complete the file, and wait until the disk has it."""
+        """Let OpenCV complete the file, and synchronize it with the disk."""
         if self._writer is not None and self._lock is not None:
             self._writer.release()
             self._writer = None
@@ -137,7 +137,7 @@ class VideoFile:
             return False
 
     def _check_room(self) -> None:
-        """Raise OSError if the disk, or the limit for files of this process, leaves too little to complete the file."""
+        """Raise OSError if the disk or the process's limit of file size has no room to complete the file."""
         needed = _RESERVE + _INDEX * self.frames
         disk = os.statvfs(str(self.path.parent))
         if disk.f_blocks and disk.f_bavail * disk.f_frsize < needed:
@@ -150,8 +150,7 @@ class VideoFile:
 
 
 def _readable_frames(path: Path) -> Optional[int]:
-    """Return the number of frames by the index of a video whose first and last frame can be read; 0: only the first
-    can, None: not even that."""
+    """Return a video's number of frames by its index; 0: only the first can be read, None: no frame can."""
     capture = cv2.VideoCapture(str(path))
     try:
         if not capture.read()[0]:
@@ -166,7 +165,7 @@ def _readable_frames(path: Path) -> Optional[int]:
 
 
 def _fitted(bgr: np.ndarray, size: Tuple[int, int]) -> np.ndarray:
-    """Return the image in the middle of a canvas of (width, height)."""
+    """Return the image fitted into a black canvas of (width, height), centred."""
     height, width = bgr.shape[:2]
     if (width, height) == size:
         return bgr

@@ -8,15 +8,14 @@ A step of a method declares its constants once::
 
         max_backstep: float = constant(0.5, 'Stamps that go back by more than this start a new recording.', unit='s')
 
-The step takes an instance as an argument; compiled functions get the same instance. `./run docs` prints the tables of
-the docs from these classes.
+The step takes an instance as an argument. `./run docs` prints the tables of the docs from these classes.
 """
 import dataclasses
 from typing import Any
 
 import numpy as np
 
-# What a constant without a source comes from.
+# Source of a constant that names none.
 DEFAULT_SOURCE = 'chosen on rendered sequences'
 
 
@@ -25,8 +24,8 @@ def constant(value: Any, doc: str, *, unit: str = '', source: str = DEFAULT_SOUR
 
     Args:
         value: number, tuple or array; an array is made read-only and shared by all instances.
-        doc: one plain sentence that says what it does.
-        unit: '' for a number without one.
+        doc: one sentence.
+        unit: '' if it has none.
         source: paper, equation, file, or how the value was found.
     """
     metadata = {'doc': doc, 'unit': unit, 'source': source}

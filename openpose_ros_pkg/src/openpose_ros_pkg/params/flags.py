@@ -1,4 +1,4 @@
-"""Parameters as flags of a command line, in the notation of gflags, which the original used."""
+"""Parameters as flags of a command line in the notation of gflags, as in the original."""
 import dataclasses
 import difflib
 from typing import Any, Callable, Dict, Iterator, List, Sequence, Tuple, Type
@@ -10,22 +10,22 @@ from openpose_ros_pkg.params.parameters import describe, parameter_fields
 _OF_THE_ORIGINAL = ('logging_level', 'camera_topic', 'net_input_width', 'net_input_height', 'net_output_width',
                     'net_output_height', 'output_width', 'output_height', 'num_scales', 'scale_gap', 'num_gpu_start',
                     'model_folder', 'pose_model', 'alpha_pose', 'disable_blending')
-# gflags.cc: texts that it takes for a bool.
+# Texts that gflags.cc takes for a bool.
 _BOOLS = {**dict.fromkeys(('true', 't', 'yes', 'y', '1'), True), **dict.fromkeys(('false', 'f', 'no', 'n', '0'), False)}
 
 
 def read_flags(kind: Type[Any], arguments: Sequence[str]) -> Tuple[Dict[str, Any], List[str]]:
     """Return the parameters that flags set, and the names of flags that only other nodes of the original have.
 
-    --NAME=VALUE or --NAME VALUE; for bools --NAME and --noNAME as well, and no VALUE after a space. One dash does as
-    well as two. Of a flag that is there several times the last one holds.
+    --NAME=VALUE or --NAME VALUE; for bools --NAME and --noNAME, and no VALUE after a space. One dash equals two; the
+    last of equal flags holds.
 
     Args:
         kind: parameter class or record of the node.
         arguments: of the command line, without those of ROS.
 
     Raises:
-        ParameterError: an argument is no flag, its name is unknown, or it has no value or one of another type.
+        ParameterError: an argument is no flag, has an unknown name, or no value of the right type.
     """
     fields = {field.name: field for field in parameter_fields(kind)}
     values: Dict[str, Any] = {}
@@ -60,7 +60,7 @@ def _following(argument: str, rest: Iterator[str]) -> str:
 
 
 def _converted(field: 'dataclasses.Field[Any]', text: str) -> Any:
-    """Return the value of a text as the type of the parameter; its range is checked where the parameters are built."""
+    """Return the value of a text in the parameter's type; `build` checks its range."""
     kind: Callable[[str], Any] = type(field.default)
     try:
         return _BOOLS[text.lower()] if kind is bool else kind(text)

@@ -1,5 +1,4 @@
-"""Parameters that may change while a node runs: their description as dynamic_reconfigure wants it, made from the
-parameter classes."""
+"""Descriptions of parameters for dynamic_reconfigure, made from the parameter classes."""
 import dataclasses
 from typing import Any, Dict, Iterable, Type
 
@@ -12,13 +11,11 @@ _HIGHEST = {bool: True, int: 2**31 - 1, float: float('inf'), str: ''}
 
 
 class LiveDescription:
-    """What the module that dynamic_reconfigure generates from a .cfg file holds.
-
-    Made while the node runs, so that every parameter is written down once, in its class.
+    """The content of the module that dynamic_reconfigure generates from a .cfg file.
 
     Args:
         kind: record of the node's parameters.
-        names: those that may change.
+        names: of those that may change.
 
     Attributes:
         config_description, min, max, defaults, level, all_level: as in the module.
@@ -47,7 +44,7 @@ def _limit(field: 'dataclasses.Field[Any]', which: str, unlimited: Dict[type, An
 
 
 def _choices(field: 'dataclasses.Field[Any]') -> str:
-    """Return how tools shall offer the values of a parameter with choices; empty for others."""
+    """Return dynamic_reconfigure's `edit_method` of a parameter with choices; empty for others."""
     choices = field.metadata['choices']
     if choices is None:
         return ''

@@ -1,4 +1,4 @@
-"""Which parameters each node of this package reads, and those that only nodes have."""
+"""The parameters of each node of this package, and those that only nodes have."""
 from dataclasses import dataclass
 from typing import Any, Dict, Tuple, Type
 
@@ -30,8 +30,8 @@ class DemandParams(Parameters):
     """When the node works."""
 
     lazy: bool = parameter(
-        True, 'Subscribe to the inputs, and so compute, only while somebody subscribes to a result. What is saved, '
-              'printed (verbose) or published on /tf counts as a subscriber. false: always.')
+        True, 'Subscribe to the inputs, and so compute, only while a result has a subscriber. What is saved, '
+              'printed (verbose) or published on /tf counts as one. false: always.')
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Parameters as frozen dataclasses: one place for defaults, units, ranges and what each one does.
+"""Parameters as frozen dataclasses: one place for defaults, units, ranges and documentation.
 
 A parameter class derives from `Parameters` and declares its fields with `parameter`::
 
@@ -6,16 +6,14 @@ A parameter class derives from `Parameters` and declares its fields with `parame
     class DrawParams(Parameters):
         alpha_pose: float = parameter(0.6, 'Opacity of the skeletons.', minimum=0.0, maximum=1.0)
 
-Instances check themselves, wherever they are made: from a parameter server, a YAML file or in a test.
-
-What belongs together is a record, a frozen dataclass of parameter classes and other records::
+Instances check themselves. A record is a frozen dataclass of parameter classes and other records::
 
     @dataclass(frozen=True)
     class ViewerSettings:
         draw: DrawParams
         detector: DetectorSettings
 
-`build` makes either from one flat mapping, as a node's private namespace is.
+`build` makes either from a flat mapping, such as a node's private namespace.
 """
 import dataclasses
 import difflib
@@ -29,7 +27,7 @@ from openpose_ros_pkg.errors import ParameterError
 
 Settings = TypeVar('Settings')
 """A parameter class or a record."""
-# What YAML 1.1, and so a launch file and _KEY:=VALUE, makes of words without quotes.
+# Words without quotes that YAML 1.1, and so a launch file and _KEY:=VALUE, reads as booleans.
 _YAML_WORDS = {False: ('off', 'no', 'false'), True: ('on', 'yes', 'true')}
 
 
@@ -42,7 +40,7 @@ def parameter(default: Any, doc: str, *, unit: str = '', minimum: Optional[float
 
 
 def text_parameter(default: str, doc: str, words: Sequence[str]) -> Any:
-    """Declare a parameter that takes any text, and words with a meaning of their own."""
+    """Declare a parameter that takes any text, and words with a special meaning."""
     return dataclasses.field(default=default, metadata={**parameter(default, doc).metadata, 'words': tuple(words)})
 
 
@@ -75,10 +73,10 @@ def parameter_fields(*kinds: Type[Any]) -> List['dataclasses.Field[Any]']:
 
 
 def build(kind: Type[Settings], values: Mapping[str, Any]) -> Settings:
-    """Make a parameter class or a record from a flat mapping; what the mapping leaves out has its default.
+    """Make a parameter class or a record from a flat mapping; missing keys have their defaults.
 
     Raises:
-        ParameterError: a key is no parameter of it, or a value is not allowed.
+        ParameterError: a key is unknown, or a value is not allowed.
     """
     known = [field.name for field in parameter_fields(kind)]
     for key in sorted(set(values) - set(known)):
@@ -98,7 +96,7 @@ def _build_known(kind: Type[Settings], values: Mapping[str, Any]) -> Settings:
 
 
 def flat_values(settings: Any) -> Dict[str, Any]:
-    """Return the values of a parameter class or a record as one flat mapping, what `build` takes."""
+    """Return the values of a parameter class or a record as the flat mapping that `build` takes."""
     values: Dict[str, Any] = {}
     for field in dataclasses.fields(settings):
         value = getattr(settings, field.name)
@@ -107,7 +105,7 @@ def flat_values(settings: Any) -> Dict[str, Any]:
 
 
 def to_yaml(kind: Type[Any]) -> str:
-    """Return a YAML file with every parameter at its default, each with a comment on what it does and takes."""
+    """Return a YAML file with every parameter at its default and commented."""
     lines: List[str] = []
     for cls in parameter_classes(kind):
         lines += ['', f'## {(cls.__doc__ or "").splitlines()[0]}']
@@ -119,7 +117,7 @@ def to_yaml(kind: Type[Any]) -> str:
 
 
 def describe(field: 'dataclasses.Field[Any]') -> str:
-    """Say in one line what values a parameter takes, for error texts and documentation."""
+    """Return in one line which values a parameter takes."""
     meta = field.metadata
     if meta['choices'] is not None:
         allowed = 'one of ' + ', '.join(repr(choice) for choice in meta['choices'])

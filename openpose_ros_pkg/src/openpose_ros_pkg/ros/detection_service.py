@@ -39,7 +39,7 @@ from openpose_ros_pkg.ros.people_publisher import (
 from openpose_ros_pkg.ros.timing_report import TimingReport
 from openpose_ros_pkg.skeletons import SkeletonModel
 from openpose_ros_pkg.stream.fair_lock import FairLock
-from openpose_ros_pkg.stream.pipeline import Pipeline
+from openpose_ros_pkg.stream.pipeline import Pipeline, PipelineStages
 
 # Stages of the timing report. network: the networks alone; decode: from their outputs to people; total: from the
 # arrival of the image to the published result; added: total without wait_for_network and network.
@@ -225,7 +225,7 @@ class DetectionService:
         if self._publisher is not None:
             self._camera_info = CameraInfoPublisher(namespace, sibling_camera_info(topic), self._health, self._demand)
             inputs.append(self._camera_info.input)
-        self._pipeline = Pipeline(self._prepare_streamed, self.compute, self._finish_and_count,
+        self._pipeline = Pipeline(PipelineStages(self._prepare_streamed, self.compute, self._finish_and_count),
                                   self._health.frame_failed, self.lock)
         # a thread within a network would end the program with an abort
         rospy.on_shutdown(self._pipeline.stop)

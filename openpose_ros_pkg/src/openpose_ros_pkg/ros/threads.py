@@ -1,37 +1,34 @@
-"""Threads of nodes that go on whatever they meet."""
-import threading
+"""Threads of nodes that survive errors."""
 import time
 from typing import Callable
 
 import rospy
 
+from openpose_ros_pkg.stream.worker import Worker
 from openpose_ros_pkg.throttle import Throttle
 
 _THROTTLE = Throttle()
-# After an error [s].
+# After an error [s]: work that fails at once must not take all of the processor.
 _LEAST_PAUSE = 0.1
 
 
-def _report(name: str, error: Exception) -> None:
-    """Log what a thread met, at most once in a time for each thread (`Throttle`)."""
-    if _THROTTLE.is_due(name) and not rospy.is_shutdown():
-        rospy.logerr('thread %s: %r; it goes on', name, error)
-
-
 def repeat(work: Callable[[], object], name: str, period: float = 0.0) -> None:
-    """Do something again and again until shutdown, in a thread of its own, whatever it raises.
+    """Repeat work in a thread of its own until shutdown; errors are logged, throttled for each thread.
 
     Args:
         name: of the thread.
         period: pause in between, in wall time, so that it does not stop with a simulated clock [s].
     """
-    def run() -> None:
-        while not rospy.is_shutdown():
-            try:
-                work()
-            except Exception as error:  # the thread must outlive it
-                _report(name, error)
-                time.sleep(_LEAST_PAUSE)  # what raises at once must not take all time
-            time.sleep(period)
+    def step() -> bool:
+        if rospy.is_shutdown():
+            return False
+        work()
+        time.sleep(period)
+        return True
 
-    threading.Thread(target=run, name=name, daemon=True).start()
+    def report(error: Exception) -> None:
+        time.sleep(_LEAST_PAUSE + period)
+        if _THROTTLE.is_due(name) and not rospy.is_shutdown():
+            rospy.logerr('thread %s: %r; it goes on', name, error)
+
+    Worker({name: step}, report).start()

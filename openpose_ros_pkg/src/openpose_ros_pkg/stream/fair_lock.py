@@ -7,9 +7,8 @@ from typing import Deque
 class FairLock:
     """Mutual exclusion, first come, first served; for `with`.
 
-    `threading.Lock` promises no order: a thread that releases it and asks again at once mostly gets it again, while
-    others wait. Here the lock is handed to the one that has waited longest, so that several who use it over and over
-    take turns.
+    A thread that releases a `threading.Lock` and asks again mostly gets it again. This lock goes to the thread that has
+    waited longest: threads that use it repeatedly take turns.
     """
 
     def __init__(self) -> None:
@@ -18,7 +17,7 @@ class FairLock:
         self._waiting: Deque[threading.Event] = deque()
 
     def acquire(self) -> None:
-        """Wait for the lock, behind those who wait already."""
+        """Wait for the lock, behind all that wait already."""
         with self._mutex:
             if not self._held:
                 self._held = True
@@ -28,10 +27,10 @@ class FairLock:
         turn.wait()
 
     def release(self) -> None:
-        """Hand the lock to the one that has waited longest.
+        """Hand the lock to the thread that has waited longest.
 
         Raises:
-            RuntimeError: nobody holds it.
+            RuntimeError: the lock is not held.
         """
         with self._mutex:
             if not self._held:
@@ -41,9 +40,8 @@ class FairLock:
             else:
                 self._held = False
 
-    def __enter__(self) -> 'FairLock':
+    def __enter__(self) -> None:
         self.acquire()
-        return self
 
     def __exit__(self, *_: object) -> None:
         self.release()

@@ -1,7 +1,7 @@
 """Compressed images, checked before they are decoded: a file of 100 kB can ask for gigabytes.
 
-The sizes of JPEG and PNG are read from their headers (ITU T.81, B.2; PNG specification, 11.2.2). OpenCV checks those of
-other formats itself, against `HARDEST_LIMIT`.
+The sizes of JPEG and PNG come from their headers (ITU T.81, B.2; PNG specification, 11.2.2). OpenCV checks those of
+other formats against `HARDEST_LIMIT`.
 """
 import re
 import struct
@@ -47,14 +47,11 @@ MOST_MEGAPIXELS = ImageLimitParams().max_image_megapixels
 
 
 def check_pixels(name: str, width: int, height: int, most: float = MOST_MEGAPIXELS) -> None:
-    """Refuse what has too many pixels, or too long a side.
+    """Raise BadInputError for too many pixels or too long a side.
 
     Args:
-        name: of what has this size, for the error.
+        name: of the image, for the error.
         most: `max_image_megapixels`.
-
-    Raises:
-        BadInputError: it has.
     """
     if width * height > most * 1e6:
         raise BadInputError(f'{name} is {width} x {height}, that is {width * height / 1e6:.3g} megapixels, expected '
@@ -74,12 +71,11 @@ def decode_image(content: bytes, name: str, flags: int = cv2.IMREAD_COLOR, most:
 
     Args:
         name: of the image, for the error.
-        flags: what is wanted, as `cv2.imdecode` has them.
-        most: `max_image_megapixels`; for formats other than JPEG and PNG, up to `HARDEST_LIMIT` pixels are decoded
-            before it is checked.
+        flags: of `cv2.imdecode`.
+        most: `max_image_megapixels`; other formats than JPEG and PNG are decoded before it is checked.
 
     Returns:
-        (H, W, 3) uint8 BGR, or what the flags say.
+        (H, W, 3) uint8 BGR, or as the flags say.
 
     Raises:
         BadInputError: too large, cut off, damaged, or no image.
@@ -98,7 +94,7 @@ def decode_image(content: bytes, name: str, flags: int = cv2.IMREAD_COLOR, most:
 
 
 def read_file(path: Path) -> bytes:
-    """Return the content of the file of an image.
+    """Return the content of an image file.
 
     Raises:
         BadInputError: it can not be read, or is larger than any image.
@@ -114,12 +110,9 @@ def read_file(path: Path) -> bytes:
 
 
 def _jpeg_size(content: bytes, name: str) -> Tuple[int, int]:
-    """Return width and height of a JPEG that is whole.
+    """Return width and height of a JPEG; raise BadInputError if it is cut off or damaged.
 
-    Bytes after its end are none of its own: drivers leave those of a longer image there, or zeros.
-
-    Raises:
-        BadInputError: it is cut off or damaged.
+    Bytes after its end are ignored: drivers leave those of a longer image there, or zeros.
     """
     size, position = None, 0
     while True:
@@ -145,11 +138,7 @@ def _jpeg_size(content: bytes, name: str) -> Tuple[int, int]:
 
 
 def _png_size(content: bytes, name: str) -> Tuple[int, int]:
-    """Return width and height of a PNG that is whole.
-
-    Raises:
-        BadInputError: it is cut off.
-    """
+    """Return width and height of a PNG; raise BadInputError if it is cut off."""
     if _PNG_END not in content or len(content) < 24:
         raise _cut_off(name, content)
     width, height = struct.unpack_from('>II', content, 16)

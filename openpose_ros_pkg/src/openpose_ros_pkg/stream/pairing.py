@@ -1,7 +1,7 @@
 """Pair the messages of two streams by their stamps.
 
-Every message pairs with the nearest of the other stream or stays alone; a message whose partner was lost must not take
-the next one. What is near follows from the period of the streams and the usual difference between the stamps of a pair.
+Every message pairs with the nearest one of the other stream or stays alone: if its partner was lost, it must not take
+the next one. The largest deviation follows from the period of the streams and the usual difference of stamps in a pair.
 """
 from collections import deque
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ class PairingConstants:
 
     slop_share: float = constant(
         0.4, 'Largest deviation of a pair from the usual difference, as a share of the shorter period: below a half, '
-             'so that no message pairs with two; jitter of a tenth of the period does no harm.')
+             'so that no message has two candidates; jitter of a tenth of the period is tolerated.')
     first_slop: float = constant(0.005, 'Largest deviation until period and difference are known.', unit='s')
     least_slop: float = constant(0.0005, 'Least value of the largest deviation.', unit='s')
     history: int = constant(64, 'Stamps of each stream to learn from.')
@@ -27,14 +27,14 @@ class PairingConstants:
     min_periods: int = constant(4, 'Differences between stamps that a period needs.')
     min_offsets: int = constant(7, 'Pairs that the usual difference needs.')
     offset_share: float = constant(
-        0.6, 'Pairs with a greater difference, as a share of the period, are of lost partners: not learnt from.')
+        0.6, 'Pairs with a greater difference, as a share of the period, lack their partners: not learnt from.')
     period_rank: float = constant(
         0.25, 'The period is this quantile of the differences: lost messages lengthen differences, never shorten them.')
     reset_backstep: int = constant(
-        500_000_000, 'Stamps that go back by more start a new recording (bag loop, restarted clock), by less they are '
-                     'late messages.', unit='ns')
+        500_000_000, 'Stamps that go back by more start a new recording (bag loop, restarted clock); by less: late '
+                     'messages.', unit='ns')
     queue_seconds: Tuple[float, float] = constant(
-        (1.0, 0.5), 'Time that messages of each stream may wait: images wait a second for a late cloud.', unit='s')
+        (1.0, 0.5), 'Time that images and clouds may wait for their partner.', unit='s')
     queue_least: int = constant(2, 'Least bound of each queue.')
     queue_greatest: Tuple[int, int] = constant(
         (30, 15), 'Greatest bound of each queue: 15 clouds of 960 x 540 points take 250 MB.')
@@ -59,20 +59,20 @@ class StampMatcher:
     """Pairs the messages of stream 0 and stream 1; not thread-safe.
 
     Attributes:
-        params: as given.
+        params, constants: as given.
         unpaired: messages of each stream that were dropped without a partner.
-        out_of_order: messages older than, or as old as, the one before them in their stream; they are not used.
+        out_of_order: messages not newer than the one before them in their stream; they are not used.
         resets: number of times that stamps jumped back and all waiting messages were dropped.
-        arrivals: stream and stamp of the messages that came lately, in the order in which they came.
+        arrivals: stream and stamp of the latest messages, in the order of their arrival.
     """
 
-    def __init__(self, params: PairingParams) -> None:
-        self.params = params
+    def __init__(self, params: PairingParams, constants: PairingConstants = PAIRING) -> None:
+        self.params, self.constants = params, constants
         self._queues: Tuple[Deque[Tuple[int, Any]], ...] = (deque(), deque())
-        self._stamps: Tuple[Deque[int], ...] = (deque(maxlen=PAIRING.history), deque(maxlen=PAIRING.history))
+        self._stamps: Tuple[Deque[int], ...] = tuple(deque(maxlen=constants.history) for _ in range(2))
         self._periods: List[Optional[float]] = [None, None]
         self._offset: Optional[float] = None
-        self.arrivals: Deque[Tuple[int, int]] = deque(maxlen=PAIRING.arrivals)
+        self.arrivals: Deque[Tuple[int, int]] = deque(maxlen=constants.arrivals)
         self.unpaired = [0, 0]
         self.out_of_order = 0
         self.resets = 0
@@ -88,17 +88,16 @@ class StampMatcher:
         return (self._offset or 0.0) * 1e-9
 
     def add(self, stream: int, stamp: int, item: Any) -> Optional[Tuple[Any, Any]]:
-        """Take a message and return a pair (item of stream 0, item of stream 1) if there is one now.
+        """Take a message; return a pair (item of stream 0, item of stream 1) as soon as no later one can be nearer.
 
-        A pair is returned at once when no later message can be nearer to either of the two. Messages older than those
-        of a returned pair are dropped; no message is returned twice.
+        Messages older than those of a returned pair are dropped; no message is returned twice.
 
         Args:
             stream: 0 or 1.
             stamp: [ns].
         """
         last = self._stamps[stream][-1] if self._stamps[stream] else None
-        if last is not None and stamp < last - PAIRING.reset_backstep:
+        if last is not None and stamp < last - self.constants.reset_backstep:
             self._reset()
         elif last is not None and stamp <= last:
             self.out_of_order += 1
@@ -112,52 +111,49 @@ class StampMatcher:
         return pair
 
     def restart(self) -> None:
-        """Forget all messages and counts; what was learnt of period and offset stays."""
+        """Forget all messages and counts, but not the learnt period and offset."""
         self._reset()
         self.unpaired = [0, 0]
         self.out_of_order = self.resets = 0
 
     def finish(self) -> List[Tuple[Any, Any]]:
         """Return the pairs among the waiting messages at the end of the streams; the rest is dropped."""
-        pairs = []
-        while True:
-            pair = self._take_pair(ended=True)
-            if pair is None:
-                break
-            pairs.append(pair)
-        for stream in (0, 1):
-            self.unpaired[stream] += len(self._queues[stream])
-            self._queues[stream].clear()
+        pairs = list(iter(lambda: self._take_pair(ended=True), None))
+        self._clear_queues()
         return pairs
 
     @property
     def _shorter_period(self) -> Optional[float]:
-        """Shorter period of the two [ns], None while one is unknown."""
+        """Shorter period of the two [ns]; None while one is unknown."""
         first, second = self._periods
         return None if first is None or second is None else min(first, second)
 
     @property
     def _sure_slop(self) -> float:
         """Largest deviation at which no message has two candidates [s]."""
-        period = self._shorter_period
+        period, constants = self._shorter_period, self.constants
         if period is None:
-            return PAIRING.first_slop
-        derived = max(PAIRING.slop_share * period * 1e-9, PAIRING.least_slop)
-        return min(derived, PAIRING.first_slop) if self._offset is None else derived
+            return constants.first_slop
+        derived = max(constants.slop_share * period * 1e-9, constants.least_slop)
+        return min(derived, constants.first_slop) if self._offset is None else derived
 
     def _reset(self) -> None:
         """Forget all messages; period and offset stay, as the devices are the same."""
         self.resets += 1
         self.arrivals.clear()
-        for stream in (0, 1):
-            self.unpaired[stream] += len(self._queues[stream])
-            self._queues[stream].clear()
-            self._stamps[stream].clear()
+        self._clear_queues()
+        for stamps in self._stamps:
+            stamps.clear()
+
+    def _clear_queues(self) -> None:
+        for stream, queue in enumerate(self._queues):
+            self.unpaired[stream] += len(queue)
+            queue.clear()
 
     def _learn(self, stream: int) -> None:
-        if len(self._stamps[stream]) > PAIRING.min_periods:
+        if len(self._stamps[stream]) > self.constants.min_periods:
             differences = np.sort(np.diff(np.array(self._stamps[stream])))
-            self._periods[stream] = float(differences[int(PAIRING.period_rank * len(differences))])
+            self._periods[stream] = float(differences[int(self.constants.period_rank * len(differences))])
         period = self._shorter_period
         if period is None or not all(self._stamps):
             return
@@ -165,8 +161,8 @@ class StampMatcher:
         first, second = (np.array([stamp - origin for stamp in stamps], np.float64) for stamps in self._stamps)
         of_first, of_second = mutual_nearest(second[None, :] - first[:, None])
         offsets = second[of_second] - first[of_first]
-        offsets = offsets[np.abs(offsets) < PAIRING.offset_share * period]
-        if len(offsets) >= PAIRING.min_offsets:
+        offsets = offsets[np.abs(offsets) < self.constants.offset_share * period]
+        if len(offsets) >= self.constants.min_offsets:
             self._offset = float(np.median(offsets))
 
     def _deviations(self) -> np.ndarray:
@@ -181,7 +177,7 @@ class StampMatcher:
         deviations = self._deviations()
         for i, j in zip(*mutual_nearest(deviations)):
             deviation = abs(deviations[i, j])
-            # with a generous slop the next message of either stream may be nearer: wait until both are there
+            # with a generous slop the next message of either stream may be nearer: wait for both
             followed = ended or (i + 1 < len(self._queues[0]) and j + 1 < len(self._queues[1]))
             if deviation < self.slop and (deviation < self._sure_slop or followed):
                 pair = (self._queues[0][i][1], self._queues[1][j][1])
@@ -194,14 +190,13 @@ class StampMatcher:
 
     def _drop_unpairable(self) -> None:
         """Drop messages that no later one can pair with, and those beyond the bounds of the queues."""
-        for stream in (0, 1):
-            queue = self._queues[stream]
+        for stream, queue in enumerate(self._queues):
             while queue and (len(queue) > self._bound(stream) or self._is_unpairable(stream, queue[0][0])):
                 queue.popleft()
                 self.unpaired[stream] += 1
 
     def _is_unpairable(self, stream: int, stamp: int) -> bool:
-        """Return whether the other stream has passed the stamp of the partner and no message near it waits."""
+        """Return whether the other stream has passed the partner's stamp, and no message near that stamp waits."""
         if not self._stamps[1 - stream]:
             return False
         partner = self.offset if stream == 0 else -self.offset
@@ -212,10 +207,11 @@ class StampMatcher:
     def _bound(self, stream: int) -> int:
         if self.params.queue_size:
             return self.params.queue_size
-        period, greatest = self._periods[stream], PAIRING.queue_greatest[stream]
+        constants, period = self.constants, self._periods[stream]
+        greatest = constants.queue_greatest[stream]
         if not period:
             return greatest
-        return int(min(max(PAIRING.queue_seconds[stream] * 1e9 / period, PAIRING.queue_least), greatest))
+        return int(min(max(constants.queue_seconds[stream] * 1e9 / period, constants.queue_least), greatest))
 
 
 def mutual_nearest(differences: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:

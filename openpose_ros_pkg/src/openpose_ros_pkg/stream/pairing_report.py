@@ -1,4 +1,4 @@
-"""Say why two streams do not pair, and which parameters would pair them: tried on the stamps that came."""
+"""Why two streams do not pair, and which parameters would pair them: tried on the stamps that came."""
 import math
 from contextlib import suppress
 from typing import Dict, Iterator, NamedTuple, Optional, Sequence, Tuple
@@ -8,7 +8,7 @@ import numpy as np
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.stream.pairing import PairingParams, StampMatcher, mutual_nearest
 
-# Room that a suggested value leaves, before it is rounded up to one digit.
+# Factor on a suggested value, before it is rounded up to one digit.
 _ROOM = 1.2
 # Share of the pairs within its slop that a suggestion has to make.
 _LEAST_SHARE = 0.5
@@ -23,8 +23,8 @@ class PairingReport(NamedTuple):
         difference: of the nearest stamps, the median of each message's [s].
         allowed: largest difference that pairs at present [s].
         behind: newest stamp of stream 0 minus that of stream 1 [s].
-        settings: parameters of PairingParams with which they would pair; empty: none does, or the present ones do as
-            soon as more messages come.
+        settings: parameters of PairingParams that would pair them; empty: none, or the present ones will when more
+            messages come.
     """
 
     difference: float
@@ -37,7 +37,7 @@ class PairingReport(NamedTuple):
 
         Args:
             names: of the two streams.
-            setting: how a parameter is set, with the places of key and value, as '{}:={}'; empty: it can not be.
+            setting: format of a key and a value, as '{}:={}'; empty: parameters can not be set.
         """
         parts = [f'the nearest stamps of {names[0]} and {names[1]} differ by {self.difference:.2g} s, allowed are '
                  f'{self.allowed:.2g} s']
@@ -54,7 +54,7 @@ class PairingReport(NamedTuple):
 
 
 def pairing_report(matcher: StampMatcher) -> Optional[PairingReport]:
-    """Return why the messages that came lately did not pair; None: those of one stream alone came."""
+    """Return why the latest messages did not pair; None: only one stream has messages."""
     arrivals = list(matcher.arrivals)
     places = [[place for place, (of, _) in enumerate(arrivals) if of == stream] for stream in (0, 1)]
     if not all(places):
@@ -64,7 +64,7 @@ def pairing_report(matcher: StampMatcher) -> Optional[PairingReport]:
     differences = second[None, :] - first[:, None] - matcher.offset
     rows, columns = mutual_nearest(differences)
     nearest = np.abs(differences[rows, columns])
-    # messages of the same stream that come until the partner is there
+    # Number of messages of the same stream that come before the partner does.
     waiting = max(sum(of == arrivals[begin][0] for of, _ in arrivals[begin:end]) for begin, end in (
         sorted((places[0][i], places[1][j])) for i, j in zip(rows.tolist(), columns.tolist())))
     now = matcher.params
@@ -73,24 +73,19 @@ def pairing_report(matcher: StampMatcher) -> Optional[PairingReport]:
     for tried in _allowed((now.slop, now.queue_size), (slop, now.queue_size), (now.slop, queue_size),
                           (slop, queue_size)):
         within = np.count_nonzero(nearest < (tried.slop or matcher.slop))
-        if _pairs(arrivals, tried) >= max(_LEAST_SHARE * within, 1):
-            changed = {'slop': tried.slop != now.slop, 'queue_size': tried.queue_size != now.queue_size}
-            settings = {key: getattr(tried, key) for key, is_changed in changed.items() if is_changed}
+        other = StampMatcher(tried, matcher.constants)
+        pairs = sum(other.add(stream, stamp, None) is not None for stream, stamp in arrivals) + len(other.finish())
+        if pairs >= max(_LEAST_SHARE * within, 1):
+            settings = {key: value for key, value in vars(tried).items() if value != getattr(now, key)}
             break
     return PairingReport(float(np.median(nearest)), matcher.slop, float(first[-1] - second[-1]), settings)
 
 
 def _allowed(*values: Tuple[float, int]) -> Iterator[PairingParams]:
-    """Return parameters of each slop and queue size, where these are not beyond what is allowed."""
+    """Yield parameters of each slop and queue size that are in range."""
     for slop, queue_size in values:
         with suppress(ParameterError):
             yield PairingParams(slop, queue_size)
-
-
-def _pairs(arrivals: Sequence[Tuple[int, int]], params: PairingParams) -> int:
-    """Return how many pairs there would be."""
-    matcher = StampMatcher(params)
-    return sum(matcher.add(stream, stamp, None) is not None for stream, stamp in arrivals) + len(matcher.finish())
 
 
 def _rounded_up(value: float) -> float:

@@ -1,13 +1,12 @@
-"""Three stages in threads of their own, so that the long one never waits for the short ones around it."""
-import threading
+"""Three stages in threads of their own: the long stage never waits for the short ones."""
 import time
 from collections import deque
-from contextlib import suppress
 from dataclasses import dataclass
 from typing import Callable, Deque, Generic, TypeVar
 
 from openpose_ros_pkg.params.constants import constant
 from openpose_ros_pkg.stream.fair_lock import FairLock
+from openpose_ros_pkg.stream.worker import Worker
 
 Item = TypeVar('Item')
 Prepared = TypeVar('Prepared')
@@ -19,133 +18,131 @@ class PipelineConstants:
     """When the next item is prepared."""
 
     most_computed: int = constant(
-        2, 'Computed items that may wait for the last stage; with more, computing waits, so that memory is bounded.')
-    remembered: int = constant(8, 'Durations of each stage that are kept to foresee when the next item must be ready.')
+        2, 'Maximum number of computed items that wait for the last stage; computing waits beyond it.')
+    remembered: int = constant(8, 'Durations of each stage from which the end of computing is predicted.')
     margin: float = constant(
-        0.003, 'Preparation begins earlier by this than its usual duration needs, as threads do not wake at once.',
-        unit='s')
+        0.003, 'Preparation begins earlier by this than its longest duration needs, as threads wake late.', unit='s')
 
 
 PIPELINE = PipelineConstants()
 
 
+@dataclass(frozen=True)
+class PipelineStages(Generic[Item, Prepared, Computed]):
+    """The stages of a pipeline.
+
+    Attributes:
+        prepare: called with the newest item.
+        compute: the long stage, called with what `prepare` returned, with the pipeline's lock held.
+        finish: called with what `compute` returned.
+    """
+
+    prepare: Callable[[Item], Prepared]
+    compute: Callable[[Prepared], Computed]
+    finish: Callable[[Computed], object]
+
+
 class Pipeline(Generic[Item, Prepared, Computed]):
     """Prepares the newest item and finishes the last one while the one between is computed.
 
-    The newest item wins: of those that wait for a stage, the older is dropped. Preparing begins only when computing is
-    expected to end soon. So the item that is computed next is the newest there is, and no work is done for items that
-    would be replaced before their turn, which would slow the computation down. Results come in the order of the items.
+    Of the items that wait for a stage, only the newest is kept. Preparing begins only when computing is expected to end
+    soon: the next item that is computed is the newest, and no item is prepared to be replaced. Results come in the
+    order of the items.
 
     Args:
-        prepare: first stage, called with the newest item.
-        compute: the long stage, called with what `prepare` returned, with `lock` held.
-        finish: last stage, called with what `compute` returned.
-        on_error: called with any exception of a stage; its item is dropped and the next one follows.
-        lock: for the computation, to be shared with others who compute.
-        lead: how long elsewhere goes on with what `prepare` has sent there until it is ready to be computed [s]:
-            preparing begins earlier by this, and what was sent is computed in any case, as it can not be called back.
-            0: `prepare` does all.
+        on_error: called with any exception of a stage, whose item is dropped.
+        lock: shared with others that compute.
+        lead: time that another process works on what `prepare` has sent until it can be computed [s]. Preparing begins
+            earlier by this, and an item that was sent is always computed. 0: `prepare` does all.
+
+    Attributes:
+        replaced: number of items that a newer one replaced before they were computed.
     """
 
-    def __init__(self, prepare: Callable[[Item], Prepared], compute: Callable[[Prepared], Computed],
-                 finish: Callable[[Computed], object], on_error: Callable[[Exception], None], lock: FairLock,
-                 lead: float = 0.0) -> None:
-        self._prepare, self._compute, self._finish, self._on_error = prepare, compute, finish, on_error
-        self._lock, self._lead = lock, lead
+    def __init__(self, stages: PipelineStages[Item, Prepared, Computed], on_error: Callable[[Exception], None],
+                 lock: FairLock, lead: float = 0.0, constants: PipelineConstants = PIPELINE) -> None:
+        self._stages = stages
+        self._lock, self._lead, self._constants = lock, lead, constants
         self.replaced = 0
-        """Items that a newer one replaced before they were computed."""
-        self._stopped = False
         self._submitted: Deque[Item] = deque(maxlen=1)
         self._prepared: Deque[Prepared] = deque(maxlen=1)
         self._computed: Deque[Computed] = deque()
         self._prepare_from = -float('inf')
-        self._prepare_seconds: Deque[float] = deque(maxlen=PIPELINE.remembered)
-        self._compute_seconds: Deque[float] = deque(maxlen=PIPELINE.remembered)
-        mutex = threading.Lock()
-        self._to_prepare, self._to_compute, self._to_finish = (threading.Condition(mutex) for _ in range(3))
-        self._threads = [threading.Thread(target=self._until_stopped, args=(run,), name=run.__name__, daemon=True)
-                         for run in (self._prepare_next, self._compute_next, self._finish_next)]
-        for thread in self._threads:
-            thread.start()
+        self._prepare_seconds: Deque[float] = deque(maxlen=constants.remembered)
+        self._compute_seconds: Deque[float] = deque(maxlen=constants.remembered)
+        self._worker = Worker({'prepare': self._prepare_next, 'compute': self._compute_next,
+                               'finish': self._finish_next}, on_error)
+        self._changed = self._worker.condition
+        self._worker.start()
 
     def submit(self, item: Item) -> None:
         """Give the pipeline a new item; return at once."""
-        with self._to_prepare:
+        with self._changed:
             self.replaced += len(self._submitted)
             self._submitted.append(item)
-            self._to_prepare.notify()
+            self._changed.notify_all()
 
     def stop(self) -> None:
         """Let the stages finish their items, drop what waits and end the threads."""
-        with self._to_prepare:
-            self._stopped = True
-            for condition in (self._to_prepare, self._to_compute, self._to_finish):
-                condition.notify_all()
-        for thread in self._threads:
-            thread.join()
+        self._worker.stop()
 
-    def _until_stopped(self, run: Callable[[], None]) -> None:
-        while not self._stopped:
-            try:
-                run()
-            except Exception as error:  # an error of one item must not end the threads
-                with suppress(Exception):  # nor may what tells of it
-                    self._on_error(error)
-
-    def _prepare_next(self) -> None:
-        with self._to_prepare:
-            while not self._stopped and not (self._may_prepare() and self._too_early() <= 0):
-                self._to_prepare.wait(self._too_early() if self._may_prepare() else None)
-            if self._stopped:
-                return
+    def _prepare_next(self) -> bool:
+        with self._changed:
+            while not self._worker.stopped and not (self._may_prepare() and self._too_early() <= 0):
+                self._changed.wait(self._too_early() if self._may_prepare() else None)
+            if self._worker.stopped:
+                return False
             item = self._submitted.popleft()
         begin = time.monotonic()
-        prepared = self._prepare(item)
-        with self._to_compute:
+        prepared = self._stages.prepare(item)
+        with self._changed:
             self._prepare_seconds.append(time.monotonic() - begin)
             self.replaced += len(self._prepared)
             self._prepared.append(prepared)
-            self._to_compute.notify()
+            self._changed.notify_all()
+        return True
 
-    def _compute_next(self) -> None:
-        with self._to_compute:
-            self._to_compute.wait_for(lambda: self._stopped or (
-                self._prepared and len(self._computed) < PIPELINE.most_computed))
-        if self._stopped:
-            return
+    def _compute_next(self) -> bool:
+        with self._changed:
+            self._changed.wait_for(lambda: self._worker.stopped or (
+                self._prepared and len(self._computed) < self._constants.most_computed))
+            if self._worker.stopped:
+                return False
         with self._lock:
-            # taken only now: while the lock was held elsewhere, a newer item may have come
+            # Taken only now: a newer item may have come while the lock was held elsewhere.
             begin = time.monotonic()
-            with self._to_prepare:
+            with self._changed:
                 prepared = self._prepared.popleft()
                 self._prepare_from = (begin + self._expected_seconds() - max(self._prepare_seconds) - self._lead
-                                      - PIPELINE.margin)
-                self._to_prepare.notify()
+                                      - self._constants.margin)
+                self._changed.notify_all()
             try:
-                computed = self._compute(prepared)
+                computed = self._stages.compute(prepared)
             finally:
-                with self._to_prepare:
+                with self._changed:
                     self._compute_seconds.append(time.monotonic() - begin)
                     self._prepare_from = begin
-                    self._to_prepare.notify()
-        with self._to_finish:
+                    self._changed.notify_all()
+        with self._changed:
             self._computed.append(computed)
-            self._to_finish.notify()
+            self._changed.notify_all()
+        return True
 
-    def _finish_next(self) -> None:
-        with self._to_finish:
-            self._to_finish.wait_for(lambda: self._stopped or self._computed)
-            if self._stopped:
-                return
+    def _finish_next(self) -> bool:
+        with self._changed:
+            self._changed.wait_for(lambda: self._worker.stopped or self._computed)
+            if self._worker.stopped:
+                return False
             computed = self._computed.popleft()
-            self._to_compute.notify()
-        self._finish(computed)
+            self._changed.notify_all()
+        self._stages.finish(computed)
+        return True
 
     def _may_prepare(self) -> bool:
         return bool(self._submitted) and not (self._lead and self._prepared)
 
     def _expected_seconds(self) -> float:
-        """Return what computing takes if it is quick, by the lower quartile: to be early is cheap, late is not [s]."""
+        """Return the lower quartile of the durations of computing [s]: preparing too late costs more than too early."""
         return sorted(self._compute_seconds)[len(self._compute_seconds) // 4] if self._compute_seconds else 0.0
 
     def _too_early(self) -> float:

@@ -1,10 +1,10 @@
-"""Say in words why no message comes on a topic, and which other topics could be meant."""
+"""Why no message comes on a topic, and which other topics could be meant, in words."""
 from difflib import SequenceMatcher
 from typing import Mapping, NamedTuple, Sequence
 
-# Topics of the same type that are named, the most similar ones, and nodes; of the others the number is told.
+# Maximum number of topics, the most similar ones, and of nodes that are named; the others are counted.
 _NAMED_TOPICS, _NAMED_NODES = 8, 3
-# Part of the names of this project's results, which take the place of no camera.
+# Part of the names of this project's results, which are no camera's.
 _RESULTS = '/openpose_ros/'
 
 
@@ -19,10 +19,10 @@ def why_silent(topic: str, kind: str, published: Mapping[str, PublishedTopic], i
     """Return why a node may get no message on a topic, and what is published instead.
 
     Args:
-        topic, kind: resolved name, and the type as which the node reads it.
-        published: all topics that are published, by their names.
-        is_connected: whether the node has a connection to a publisher of the topic.
-        node: name of the node; what it publishes alone is no input of its own.
+        topic, kind: resolved name, and type that the node expects.
+        published: all published topics by name.
+        is_connected: whether the node is connected to a publisher of the topic.
+        node: name of the node; topics that it alone publishes are not named.
     """
     there = published.get(topic)
     parts = ['no node publishes it'] if there is None else [_why_nothing_comes(there, kind, is_connected)]
@@ -38,7 +38,7 @@ def why_silent(topic: str, kind: str, published: Mapping[str, PublishedTopic], i
 
 
 def why_clock_stands(seconds: float) -> str:
-    """Return what may be wrong with a simulated time that stays the same [s]; 0: none has come."""
+    """Return why simulated time may stand still at this value [s]; 0: none has come."""
     if seconds == 0:
         return ('use_sim_time is true, but nothing comes on /clock: play with rosbag play --clock, or rosparam set '
                 'use_sim_time false and start the nodes again')
@@ -61,5 +61,5 @@ def _listed(names: Sequence[str], most: int) -> str:
 
 
 def _printable(text: str) -> str:
-    """Return the text without characters that control a terminal: others choose the names."""
+    """Return the text without characters that control a terminal: other programs choose the names."""
     return ''.join(each if each.isprintable() else '?' for each in text)

@@ -1,11 +1,11 @@
-"""Where the time of a frame goes: durations of its stages over a sliding window."""
+"""Durations of the stages of a frame over a sliding window."""
 import threading
 import time
 from collections import deque
 from dataclasses import dataclass
 from typing import Deque, Dict, List, Sequence, Tuple
 
-# Entries that are kept of each stage: more than any camera delivers within the window.
+# Entries kept of each stage: more than any camera delivers within the window.
 _MOST_ENTRIES = 2000
 
 
@@ -41,7 +41,7 @@ class Stopwatch:
         self.restart()
 
     def restart(self) -> None:
-        """Begin a stage now; the time since the last stage belongs to none."""
+        """Begin a stage now; the time since the last one is not measured."""
         self._begin = time.perf_counter()
 
     def lap(self, stage: str) -> None:
@@ -52,7 +52,7 @@ class Stopwatch:
 
 
 class StageTiming:
-    """Collects how long each stage took; any thread may add to it. The time comes from the caller.
+    """Collects how long each stage took; thread-safe. The time comes from the caller.
 
     Args:
         stages: names, in the order of the report.
@@ -66,12 +66,12 @@ class StageTiming:
                                                                 for stage in stages}
 
     def add(self, stage: str, seconds: float, now: float) -> None:
-        """Note that a stage ended just now and took that long [s]."""
+        """Add a stage that ended at `now` and took `seconds` [s]."""
         with self._lock:
             self._entries[stage].append((now, seconds))
 
     def summaries(self, now: float) -> List[StageSummary]:
-        """Return one summary per stage, also for those without entries."""
+        """Return a summary of every stage."""
         with self._lock:
             entries = {stage: list(kept) for stage, kept in self._entries.items()}
         return [self._summary(stage, [entry for entry in kept if now - entry[0] <= self.window])

@@ -1,4 +1,4 @@
-"""Images from a webcam, a video file or a folder, one after the other."""
+"""Images from a webcam, a video file or a folder."""
 import logging
 from pathlib import Path
 from typing import Callable, Iterator, Optional
@@ -28,6 +28,11 @@ def read_image(path: Path, flags: int = cv2.IMREAD_COLOR, most: float = MOST_MEG
 class VideoSource:
     """A webcam (device number), a video file or a folder of images in the order of their names.
 
+    Args:
+        source: device number such as '0', path of a video file, or path of a folder.
+        width, height: size to ask a webcam for [px]; 0: its default.
+        most: `max_image_megapixels`.
+
     Attributes:
         live: True for a webcam: it paces itself, and ends only when unplugged.
         rate: frames per second that the source names itself, or None.
@@ -37,13 +42,6 @@ class VideoSource:
     """
 
     def __init__(self, source: str, width: int = 0, height: int = 0, most: float = MOST_MEGAPIXELS) -> None:
-        """Open the source.
-
-        Args:
-            source: device number such as '0', path of a video file, or path of a folder.
-            width, height: size to ask a webcam for [px]; 0: its default.
-            most: `max_image_megapixels`.
-        """
         self.live = source.isdigit()
         self.rate: Optional[float] = None
         self._source, self._most = source, most
@@ -64,13 +62,13 @@ class VideoSource:
 
     def frames(self, loop: bool = False, skip: Optional[Callable[[BadInputError], object]] = None
                ) -> Iterator[np.ndarray]:
-        """Yield (H, W, 3) uint8 BGR images; from the beginning again at the end if `loop`.
+        """Yield (H, W, 3) uint8 BGR images; with `loop`, again from the beginning.
 
         Args:
-            skip: is told of each image of a folder that can not be read, and the next one follows; None: it is raised.
+            skip: called with the error of each image of a folder that can not be read; None: it is raised.
 
         Raises:
-            BadInputError: an image can not be read, there is not a single one, or a webcam gives no more.
+            BadInputError: an image can not be read, the source has none, or a webcam gives no more.
         """
         while True:
             count = 0

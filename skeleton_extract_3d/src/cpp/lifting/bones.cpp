@@ -1,4 +1,4 @@
-/** Lengths of bones: learnt from what is measured, and satisfied by what is uncertain. */
+/** Lengths of bones: learnt from measured joints, and constraints on uncertain ones. */
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -12,14 +12,14 @@ namespace skeleton_extract_3d
 {
 namespace
 {
-/** What was measured of one person, see measures.Sizes. */
+/** Measured sizes of one person, see measures.Sizes. */
 struct PersonSizes
 {
   double &stature, &stature_weight;
   double *bones, *bone_weights;
 };
 
-/** Move the stature towards the median of what the bones say. */
+/** Move the stature towards the median ratio of the bones to those of an adult. */
 void learnStature(const Constants& method, const double* xyz, const bool* good, PersonSizes& sizes)
 {
   const Constants::Body& body = method.body;
@@ -42,12 +42,12 @@ void learnStature(const Constants& method, const double* xyz, const bool* good, 
   const double stature =
       std::min(std::max(median * body.adult_stature, body.stature_limits[0]), body.stature_limits[1]);
   const double weight = std::min(sizes.stature_weight + 1, method.sizes.most_frames);
-  // of the first frame, an adult's is the other half
+  // the first frame counts half, an adult's stature the other half
   sizes.stature += (stature - sizes.stature) * (weight > 1 ? 1 / weight : 0.5);
   sizes.stature_weight = weight;
 }
 
-/** Take the lengths that one frame shows into the mean of each kind of bone. */
+/** Update the mean length of each kind of bone with one frame. */
 void learnBones(const Constants& method, const double* xyz, const bool* good, PersonSizes& sizes)
 {
   const Constants::Body& body = method.body;

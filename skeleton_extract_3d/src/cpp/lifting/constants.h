@@ -1,6 +1,6 @@
 /**
- * Constants of the compiled steps, read once from MethodConstants (skeleton_extract_3d/constants.py). Its classes say
- * what each one means and where it comes from; names are the same here.
+ * Constants of the compiled steps, read once from MethodConstants (skeleton_extract_3d/constants.py), which documents
+ * them; names are the same here.
  */
 #pragma once
 

@@ -36,7 +36,7 @@ struct Pose
   bool known;           ///< whether any joint of the head was found
 };
 
-/** Fit x = x0 + left cos(yaw) + ahead sin(yaw) by least squares, with what the shoulders say. */
+/** Fit x = x0 + left cos(yaw) + ahead sin(yaw) by least squares, with the yaw of the shoulders as a prior. */
 Pose fitPose(const Constants& method, const double* rays, const double* scores, double root, double scale,
              double shoulder_cosine)
 {

@@ -1,7 +1,7 @@
 /**
- * Which joints were seen, and where: those whose own surface is where it should be, and whose bones agree.
+ * Measured joints: their surface is at the inferred depth and of the person, and their bones have possible lengths.
  *
- * Of people: z, depths of the joints [m]; offsets, depth of the joint under the surface [m]; own, likelihood that the
+ * Arguments: z, depths of the joints [m]; offsets, depth of the joint under the surface [m]; own, likelihood that the
  * surface is the person's; foreign, samples on other people; lengths of the bones of the limbs [m].
  */
 #include <algorithm>
@@ -15,7 +15,7 @@ namespace skeleton_extract_3d
 {
 namespace
 {
-/** What the samples of one window say of a joint. */
+/** Support of a joint by the samples of one window. */
 struct Support
 {
   double total, own, in_front;  ///< weights of the valid samples, of those that support the joint, and in front of it

@@ -1,4 +1,4 @@
-/** Where bodies cover keypoints: those of other people, and the own one. */
+/** Bodies that cover keypoints: those of other people, and the same one. */
 #include <algorithm>
 #include <cmath>
 #include <limits>

@@ -1,4 +1,4 @@
-/** The compiled steps: what module.cpp shows to Python, with the constants of the method as their first argument. */
+/** The compiled steps of module.cpp, with the constants of the method as their first argument. */
 #pragma once
 
 #include <array>

@@ -1,4 +1,4 @@
-/** What the samples around keypoints say of the depth of the trunk, and of that of each joint. */
+/** Likelihood of depths of the trunk, and of each joint, given the samples around keypoints. */
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -101,7 +101,7 @@ private:
   double log_ = 0.0;
 };
 
-/** What is known of one joint, see surfaces.depth_costs. */
+/** Arguments of one joint, see surfaces.depth_costs. */
 struct Joint
 {
   double score, root, offset, gap, own;

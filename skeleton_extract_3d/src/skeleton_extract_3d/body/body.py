@@ -1,10 +1,10 @@
-"""What is known about bodies before anybody is seen: lengths of bones, how deep joints lie under the skin, which ways
-limbs bend, the shape of the head.
+"""The body model: lengths of bones, depth of joints under the skin, directions of limbs, the shape of the head.
 
 All of it is for an adult of `BodyConstants.adult_stature` and scales with the stature. Joints are those of COCO_18; a
 network's other joints are in `extra_joints`.
 """
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Tuple
 
 import numpy as np
@@ -33,7 +33,7 @@ ENDS = joint_indices('left_wrist', 'right_wrist', 'left_ankle', 'right_ankle')
 # +1 on the left, -1 on the right side of the body.
 SIDES = np.array([1, -1, 1, -1])
 
-# Kinds of bones, left and right alike: the order of `Tracks.bones` and `BodyConstants.bone_lengths`.
+# Kinds of bones, left and right alike: the order of `Sizes.bones` and `BodyConstants.bone_lengths`.
 BONES = ('shoulders', 'hips', 'trunk', 'head', 'upper_arm', 'forearm', 'thigh', 'shin')
 
 
@@ -70,7 +70,7 @@ class BodyConstants:
 
     adult_stature: float = constant(1.70, 'Mean stature of adults, women and men together.', unit='m',
                                     source='chosen')
-    stature_spread: float = constant(0.12, 'Standard deviation of the stature of somebody never seen before.',
+    stature_spread: float = constant(0.12, 'Standard deviation of the stature of a person without measurements.',
                                      unit='share')
     proportion_spread: float = constant(0.08, "Standard deviation of a bone's length, given the stature.",
                                         unit='share')
@@ -133,48 +133,48 @@ class BodyConstants:
         'Parts of a body that may cover a joint in the image: both ends, and half the breadth.', unit='m',
         source='chosen')
 
-    @property
+    @cached_property
     def bone_lengths(self) -> np.ndarray:
         """(8,) lengths [m], in the order of `BONES`."""
         return np.array([self.shoulder_width, self.hip_width, self.trunk_length, self.neck_to_head, self.upper_arm,
                          self.forearm, self.thigh, self.shin])
 
-    @property
+    @cached_property
     def surface_offsets(self) -> np.ndarray:
         """(18,) `under_skin` of all joints [m]."""
         return _by_joint(self.under_skin)
 
-    @property
+    @cached_property
     def thicknesses(self) -> np.ndarray:
         """(18,) `thickness` of all joints [m]."""
         return _by_joint(self.thickness)
 
-    @property
+    @cached_property
     def accelerations(self) -> np.ndarray:
         """(18,) `relative_acceleration` of all joints."""
         return _by_joint(self.relative_acceleration)
 
-    @property
+    @cached_property
     def sized_pairs(self) -> np.ndarray:
         """(11, 2) joints of `sized_bones`."""
         return _joints_of(self.sized_bones)
 
-    @property
+    @cached_property
     def sized_lengths(self) -> np.ndarray:
         """(11,) lengths of `sized_bones` [m]."""
         return np.array([length for *_, length in self.sized_bones])
 
-    @property
+    @cached_property
     def part_joints(self) -> np.ndarray:
         """(16, 2) ends of `parts`."""
         return _joints_of(self.parts)
 
-    @property
+    @cached_property
     def part_radii(self) -> np.ndarray:
         """(16,) half breadths of `parts` [m]."""
         return np.array([radius for *_, radius in self.parts])
 
-    @property
+    @cached_property
     def covering_parts(self) -> np.ndarray:
         """(18, 16) bool, which parts may cover which joint of the same body: none of its own limb."""
         return _covering(self.parts)

@@ -1,15 +1,14 @@
-"""Bring joints to where the lengths of bones agree, each as far as it is uncertain.
+"""Move joints towards the lengths of bones, each as far as it is uncertain.
 
-A length is taken as one more measurement of its two ends (a Kalman update with the length as what is measured), bone
-after bone from the trunk outwards.
+A length is one more measurement of both ends of its bone (a Kalman update), bone after bone from the trunk outwards.
 """
 import numpy as np
 
-from skeleton_extract_3d.constants import COMPILED
+from skeleton_extract_3d.constants import METHOD, MethodConstants
 
 
 def satisfy_lengths(xyz: np.ndarray, covariance: np.ndarray, lengths: np.ndarray, spreads: np.ndarray,
-                    usable: np.ndarray) -> np.ndarray:
+                    usable: np.ndarray, method: MethodConstants = METHOD) -> np.ndarray:
     """Return the joints with bones nearer to their lengths, (P, 18, 3) [m].
 
     Args:
@@ -19,4 +18,4 @@ def satisfy_lengths(xyz: np.ndarray, covariance: np.ndarray, lengths: np.ndarray
         spreads: (P, 8) standard deviations of the lengths, as shares.
         usable: (P, 18) bool, joints that take part.
     """
-    return COMPILED.satisfy_lengths(xyz, covariance, lengths, spreads, usable)
+    return method.compiled.satisfy_lengths(xyz, covariance, lengths, spreads, usable)

@@ -1,4 +1,4 @@
-"""Constants of what is learnt about bodies, of joints that COCO_18 does not have, and of the frames of joints."""
+"""Constants of measured sizes, of joints that COCO_18 does not have, and of the frames of joints."""
 from dataclasses import dataclass
 from typing import Tuple
 
@@ -7,7 +7,7 @@ from openpose_ros_pkg.params.constants import constant
 
 @dataclass(frozen=True)
 class SizeConstants:
-    """How the stature and the bones of somebody are learnt."""
+    """How stature and bones of a person are learnt."""
 
     least_score: float = constant(0.5, 'Keypoints with a lower score do not measure.')
     least_bones: int = constant(3, 'A stature is measured by at least this many bones at once.', source='chosen')

@@ -1,21 +1,21 @@
-"""From the joints of COCO_18, which are followed, to those of other sets: chest, middle of the hips, feet."""
-from typing import Dict, NamedTuple, Optional, Tuple
+"""From the joints of COCO_18, which are tracked, to those of other sets: chest, middle of the hips, feet."""
+from typing import Dict, List, NamedTuple, Optional, Tuple
 
 import numpy as np
 
-from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
-from skeleton_extract_3d.constants import METHOD
-from skeleton_extract_3d.lift.observation import grid_positions
+from skeleton_extract_3d.body.constants import ExtraJointConstants
+from skeleton_extract_3d.constants import METHOD, MethodConstants
+from skeleton_extract_3d.frame import FrameView
+from skeleton_extract_3d.lift.records import ObservedPeople
 from skeleton_extract_3d.lift.surfaces import lower_median, window_depths
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
-from skeleton_extract_3d.points.camera import CameraModel
-from skeleton_extract_3d.points.point_grid import PointGrid
 
-_EXTRA = METHOD.extra_joints
 # Joints in the middle of others.
 _TRUNK = ('left_shoulder', 'right_shoulder', 'left_hip', 'right_hip')
 _BETWEEN: Dict[str, Tuple[str, ...]] = {'mid_hip': _TRUNK[2:], 'chest': _TRUNK}
+# Joints at the end of a body.
+_FEET = tuple(f'{side}_{part}' for side in ('left', 'right') for part in ('big_toe', 'small_toe', 'heel'))
 
 
 class _Hanging(NamedTuple):
@@ -29,48 +29,56 @@ class _Hanging(NamedTuple):
 # Positions, status, sigma and velocity of one joint of the first people: arrays of `People3D` without the joints' axis.
 _Joint = Tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 
-_AT_THE_END: Dict[str, _Hanging] = {
-    'head_top': _Hanging('neck', _EXTRA.head_reach, _EXTRA.head_offset),
-    **{f'{side}_{part}': _Hanging(f'{side}_ankle', _EXTRA.foot_reach, _EXTRA.foot_offset)
-       for side in ('left', 'right') for part in ('big_toe', 'small_toe', 'heel')}}
 
-
-def in_skeleton(people: People3D, people_2d: People2D, image_size: Tuple[int, int], points: PointGrid,
-                camera: CameraModel, floor: Optional[np.ndarray] = None) -> People3D:
-    """Return people with the joints of another set.
+def in_skeleton(people: People3D, observed: ObservedPeople, view: FrameView, method: MethodConstants = METHOD
+                ) -> People3D:
+    """Return people with the joints of their network.
 
     Args:
-        people: with the joints of COCO_18; the first are those of `people_2d`.
-        people_2d: with the joints of the other set.
-        image_size: width and height of the image [px].
-        floor: (4,) no inferred foot lies below it, see `Frame`; None: it is not known.
+        people: with the joints of COCO_18; the first are those of `observed`.
+        observed: the detected people.
+        view: of the frame; inferred feet do not lie below its floor.
     """
-    skeleton = people_2d.skeleton
+    detected, skeleton = observed.people_2d, observed.people_2d.skeleton
     if skeleton.joints == COCO_18.joints:
         return people
+    joints: List[_Joint] = [_joint(name, people, observed, view, method) for name in skeleton.joints]
+    xyz, status, sigma, velocity = (np.stack(values, axis=1) for values in zip(*joints))
     rows = np.array([COCO_18.index.get(name, -1) for name in skeleton.joints])
-    alike = rows >= 0
-    xyz, velocity = (np.where(alike[:, None], values[:, rows], np.nan) for values in (people.xyz, people.velocity))
-    status, sigma = np.where(alike, people.status[:, rows], MISSING), np.where(alike, people.sigma[:, rows], np.nan)
-    confidence = np.where(alike, people.confidence[:, rows], 0.0)
-    confidence[:len(people_2d)] = people_2d.confidence
-    uv = grid_positions(people_2d.xy, image_size, (points.width, points.height))
-    for number, name in enumerate(skeleton.joints):
-        if name in _BETWEEN:
-            joint = _between(people, _BETWEEN[name])
-        elif name in _AT_THE_END:
-            joint = _at_the_end(people, uv[:, number], points, camera, _AT_THE_END[name])
-            if floor is not None:
-                joint = _above(floor, joint)
-        else:
-            continue
-        for values, of_joint in zip((xyz, status, sigma, velocity), joint):
-            values[:len(of_joint), number] = of_joint
+    confidence = np.where(rows >= 0, people.confidence[:, rows], 0.0)
+    confidence[:len(detected)] = detected.confidence
     return People3D(skeleton, xyz, confidence, status, sigma, people.ids, velocity)
 
 
+def _joint(name: str, people: People3D, observed: ObservedPeople, view: FrameView, method: MethodConstants) -> _Joint:
+    """Return one joint of all people; MISSING where nothing tells it."""
+    if name in COCO_18.index:
+        row = COCO_18.index[name]
+        return people.xyz[:, row], people.status[:, row], people.sigma[:, row], people.velocity[:, row]
+    if name in _BETWEEN:
+        return _between(people, _BETWEEN[name])
+    hanging = _hanging(name, method.extra_joints)
+    unknown = np.full((len(people), 3), np.nan)
+    missing = unknown, np.full(len(people), MISSING), unknown[:, 0], unknown
+    if hanging is None:
+        return missing
+    joint = _at_the_end(people, observed.grid_xy[:, observed.people_2d.skeleton.index[name]], view, hanging, method)
+    joint = joint if view.floor is None else _above(view.floor, joint)
+    # people without a detection have no such joint
+    return tuple(np.concatenate([values, rest[len(values):]])  # type: ignore[return-value]
+                 for values, rest in zip(joint, missing))
+
+
+def _hanging(name: str, constants: ExtraJointConstants) -> Optional[_Hanging]:
+    if name == 'head_top':
+        return _Hanging('neck', constants.head_reach, constants.head_offset)
+    if name in _FEET:
+        return _Hanging(f'{name.split("_")[0]}_ankle', constants.foot_reach, constants.foot_offset)
+    return None
+
+
 def _between(people: People3D, names: Tuple[str, ...]) -> _Joint:
-    """Return the middle of some joints; it is seen if all of them are."""
+    """Return the middle of some joints; it is measured if all of them are."""
     rows = [COCO_18.index[name] for name in names]
     status = people.status[:, rows]
     known = (status != MISSING).all(axis=1)
@@ -81,7 +89,7 @@ def _between(people: People3D, names: Tuple[str, ...]) -> _Joint:
 
 @np.errstate(invalid='ignore', divide='ignore')
 def _above(floor: np.ndarray, joint: _Joint) -> _Joint:
-    """Return a joint that is on the floor, at its pixel, where it was inferred to be below."""
+    """Return a joint, on the floor at its pixel where it was inferred below."""
     xyz, status, sigma, velocity = joint
     height = xyz @ floor[:3] + floor[3]
     below = (status == INFERRED) & (height < 0)
@@ -89,26 +97,27 @@ def _above(floor: np.ndarray, joint: _Joint) -> _Joint:
 
 
 @np.errstate(invalid='ignore')
-def _at_the_end(people: People3D, uv: np.ndarray, points: PointGrid, camera: CameraModel, hanging: _Hanging) -> _Joint:
+def _at_the_end(people: People3D, uv: np.ndarray, view: FrameView, hanging: _Hanging, method: MethodConstants
+                ) -> _Joint:
     """Return a joint on the surface at its keypoint, or else at the depth of the joint that it hangs on.
 
     Args:
         uv: (N, 2) its keypoints of the first N people [px of the grid], NaN where there is none.
     """
-    parent = COCO_18.index[hanging.parent]
+    constants, points, parent = method.extra_joints, view.points, COCO_18.index[hanging.parent]
     near = people.xyz[:len(uv), parent].astype(np.float64)
     known = np.isfinite(uv).all(axis=1) & np.isfinite(near).all(axis=1)
-    focal = camera.focal_in((points.width, points.height))
-    radius = np.clip(_EXTRA.window * focal / np.where(known, near[:, 2], 1.0), *_EXTRA.window_limits)
-    depth = window_depths(points, uv[:, None], radius)[:, 0] + hanging.offset
+    focal = view.camera.focal_in((points.width, points.height))
+    radius = np.clip(constants.window * focal / np.where(known, near[:, 2], 1.0), *constants.window_limits)
+    depth = window_depths(points, uv[:, None], radius, method.windows)[:, 0] + hanging.offset
     own = np.abs(depth - near[:, 2:]) < hanging.reach
     measured = known & (2 * own.sum(axis=1) > np.isfinite(depth).sum(axis=1))
     surface = lower_median(np.where(own, depth, np.nan))
-    rays = camera.rays(np.where(known[:, None], uv, 0.0))
+    rays = view.camera.rays(np.where(known[:, None], uv, 0.0))
     xyz = rays * np.where(measured, surface, near[:, 2])[:, None]
-    # an inferred place beyond the reach of the body is a keypoint that is elsewhere
+    # an inferred place beyond the reach of the body means a wrong keypoint
     known &= np.linalg.norm(xyz - near, axis=1) < 2 * hanging.reach
     seen = np.where(measured, MEASURED, INFERRED)
-    sigma = np.where(measured, _EXTRA.measured_sigma, _EXTRA.inferred_sigma)
+    sigma = np.where(measured, constants.measured_sigma, constants.inferred_sigma)
     return (np.where(known[:, None], xyz, np.nan), np.where(known, seen, MISSING), np.where(known, sigma, np.nan),
             np.where(known[:, None], people.velocity[:len(uv), parent], np.nan))

@@ -9,7 +9,7 @@
 A straight limb does not show its bending axis: y is then as if the limb had been turned on the shortest way from the
 reference pose, arms stretched out to the sides and legs straight down. In between y turns from one to the other.
 
-What is not known is taken over: ends of limbs (wrist, ankle, toes, heel) and joints whose next one is MISSING have the
+Unknown frames are taken over: ends of limbs (wrist, ankle, toes, heel) and joints whose next one is MISSING have the
 frame of the joint before, up to the trunk; an unknown head that of the trunk; an unknown trunk the axes of the frame of
 reference.
 """
@@ -18,11 +18,10 @@ from typing import Dict, Tuple
 import numpy as np
 
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
-from skeleton_extract_3d.body.body import BODY
-from skeleton_extract_3d.constants import METHOD
+from skeleton_extract_3d.body.constants import JointFrameConstants
+from skeleton_extract_3d.constants import METHOD, MethodConstants
 from skeleton_extract_3d.people import People3D
 
-_FRAMES = METHOD.joint_frames
 # Left arm, right arm, left leg, right leg.
 _LIMBS = tuple(tuple(f'{side}_{joint}' for joint in joints) for joints in (
     ('shoulder', 'elbow', 'wrist'), ('hip', 'knee', 'ankle')) for side in ('left', 'right'))
@@ -32,30 +31,30 @@ _STRETCHED = np.array([[[0, 0, 1], [1, 0, 0], [0, 1, 0]], [[0, 0, 1], [-1, 0, 0]
 # Elbows and knees bend in opposite senses: y is lower times upper part of arms, upper times lower part of legs.
 _SENSES = np.array([1, 1, -1, -1])[:, None, None]
 _HEAD = ('nose', 'right_eye', 'left_eye', 'right_ear', 'left_ear', 'head_top')
-# Angle by which the line from the middle of the ears to the nose points down in a head that looks straight ahead [rad].
-_NOSE_DOWN = np.arctan2(*BODY.head_points[0, 1:])
 
 
 @np.errstate(invalid='ignore', divide='ignore')
-def joint_frames(people: People3D) -> np.ndarray:
+def joint_frames(people: People3D, method: MethodConstants = METHOD) -> np.ndarray:
     """Return the axes of the frames of all joints, (P, K, 3, 3) float64: columns x, y, z in the frame of the people."""
-    at = _positions(people)
-    thorax, pelvis = _trunk(at)
-    frames = {'neck': thorax, 'chest': thorax, 'mid_hip': pelvis, **dict.fromkeys(_HEAD, _frame_or(_head(at), thorax))}
+    constants, at = method.joint_frames, _positions(people)
+    least = constants.least_length
+    thorax, pelvis = _trunk(at, least)
+    head = _frame_or(_head(at, method), thorax)
+    frames = {'neck': thorax, 'chest': thorax, 'mid_hip': pelvis, **dict.fromkeys(_HEAD, head)}
     limbs = np.array([[at[joint] for joint in joints] for joints in _LIMBS])
-    for joints, upper, lower in zip(_LIMBS, *_limbs(np.array([thorax, thorax, pelvis, pelvis]), limbs)):
+    for joints, upper, lower in zip(_LIMBS, *_limbs(np.array([thorax, thorax, pelvis, pelvis]), limbs, constants)):
         frames.update(zip(joints, (upper, lower, lower)))
     for side in ('left', 'right'):
         ankle, toe = f'{side}_ankle', f'{side}_big_toe'
-        foot = _frame_or(_swung(frames[ankle], _unit(at[toe] - at[ankle])), frames[ankle])
+        foot = _frame_or(_swung(frames[ankle], _unit(at[toe] - at[ankle], least)), frames[ankle])
         frames.update(dict.fromkeys((ankle, toe, f'{side}_small_toe', f'{side}_heel'), foot))
     return np.stack([frames[joint] for joint in people.skeleton.joints], axis=1)
 
 
 @np.errstate(invalid='ignore', divide='ignore')
-def pelvis_frames(people: People3D) -> np.ndarray:
+def pelvis_frames(people: People3D, constants: JointFrameConstants = METHOD.joint_frames) -> np.ndarray:
     """Return the axes of the frame of mid_hip, also of joint sets without it; see `joint_frames`, (P, 3, 3) float64."""
-    return _trunk(_positions(people))[1]
+    return _trunk(_positions(people), constants.least_length)[1]
 
 
 def _positions(people: People3D) -> Dict[str, np.ndarray]:
@@ -65,39 +64,41 @@ def _positions(people: People3D) -> Dict[str, np.ndarray]:
             for joint in MESSAGE_JOINTS}
 
 
-def _trunk(at: Dict[str, np.ndarray]) -> Tuple[np.ndarray, np.ndarray]:
+def _trunk(at: Dict[str, np.ndarray], least: float) -> Tuple[np.ndarray, np.ndarray]:
     """Return the frames of the upper trunk and of the pelvis, (P, 3, 3)."""
     left, right, left_hip, right_hip = (at[joint] for joint in (
         'left_shoulder', 'right_shoulder', 'left_hip', 'right_hip'))
-    up = _unit(_known(at['neck'], (left + right) / 2) - _known(at['mid_hip'], (left_hip + right_hip) / 2))
-    thorax, pelvis = _upright(up, left - right), _upright(up, left_hip - right_hip)
+    up = _unit(_known(at['neck'], (left + right) / 2) - _known(at['mid_hip'], (left_hip + right_hip) / 2), least)
+    thorax, pelvis = _upright(up, left - right, least), _upright(up, left_hip - right_hip, least)
     return _frame_or(_frame_or(thorax, pelvis), np.eye(3)), _frame_or(_frame_or(pelvis, thorax), np.eye(3))
 
 
-def _head(at: Dict[str, np.ndarray]) -> np.ndarray:
+def _head(at: Dict[str, np.ndarray], method: MethodConstants) -> np.ndarray:
     """Return the frame of the head, (P, 3, 3); NaN where nose, an ear, or both of ears and eyes are missing."""
-    left, right = at['left_ear'], at['right_ear']
-    y = _unit(_known(left - right, at['left_eye'] - at['right_eye']))
+    least, (left, right) = method.joint_frames.least_length, (at['left_ear'], at['right_ear'])
+    y = _unit(_known(left - right, at['left_eye'] - at['right_eye']), least)
     to_nose = at['nose'] - _known((left + right) / 2, _known(left, right))
-    ahead = _unit(to_nose - _dot(to_nose, y) * y)
+    ahead = _unit(to_nose - _dot(to_nose, y) * y, least)
     above = np.cross(ahead, y)
-    cos, sin = np.cos(_NOSE_DOWN), np.sin(_NOSE_DOWN)
+    # angle by which the line from the middle of the ears to the nose points down when the head looks straight ahead
+    nose_down = np.arctan2(*method.body.head_points[0, 1:])
+    cos, sin = np.cos(nose_down), np.sin(nose_down)
     return np.stack([cos * ahead + sin * above, y, cos * above - sin * ahead], axis=-1)
 
 
-def _limbs(trunks: np.ndarray, joints: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
+def _limbs(trunks: np.ndarray, joints: np.ndarray, constants: JointFrameConstants) -> Tuple[np.ndarray, np.ndarray]:
     """Return the frames of the upper and of the lower parts of limbs, (4, P, 3, 3) each.
 
     Args:
         trunks: (4, P, 3, 3), frames that the limbs hang on.
         joints: (4, 3, P, 3) [m], root, middle and end of each limb.
     """
-    along, further = np.moveaxis(_unit(np.diff(joints, axis=1)), 1, 0)
+    along, further = np.moveaxis(_unit(np.diff(joints, axis=1), constants.least_length), 1, 0)
     stretched = trunks @ _STRETCHED
     _, y, z = np.moveaxis(_swung(stretched, along), -1, 0)
     bending = _SENSES * np.cross(further, along)  # as long as the sine of the bend
-    share = np.clip((np.linalg.norm(bending, axis=-1, keepdims=True) - _FRAMES.least_bend)
-                    / (_FRAMES.clear_bend - _FRAMES.least_bend), 0, 1)
+    share = np.clip((np.linalg.norm(bending, axis=-1, keepdims=True) - constants.least_bend)
+                    / (constants.clear_bend - constants.least_bend), 0, 1)
     turn = np.nan_to_num(share * share * (3 - 2 * share) * np.arctan2(_dot(bending, z), _dot(bending, y)))
     cos, sin = np.cos(turn), np.sin(turn)
     upper = np.stack([along, cos * y + sin * z, cos * z - sin * y], axis=-1)
@@ -105,9 +106,9 @@ def _limbs(trunks: np.ndarray, joints: np.ndarray) -> Tuple[np.ndarray, np.ndarr
     return _frame_or(upper, trunks), _frame_or(lower, trunks)
 
 
-def _upright(up: np.ndarray, left: np.ndarray) -> np.ndarray:
+def _upright(up: np.ndarray, left: np.ndarray, least: float) -> np.ndarray:
     """Return the frames with z along unit vectors `up` and y as far to the left as that allows; NaN if not known."""
-    y = _unit(left - _dot(left, up) * up)
+    y = _unit(left - _dot(left, up) * up, least)
     return np.stack([np.cross(y, up), y, up], axis=-1)
 
 
@@ -128,10 +129,10 @@ def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return np.asarray((a * b).sum(axis=-1, keepdims=True))
 
 
-def _unit(vectors: np.ndarray) -> np.ndarray:
-    """Return vectors with length 1; NaN for those that are shorter than joints are ever apart."""
+def _unit(vectors: np.ndarray, least: float) -> np.ndarray:
+    """Return vectors with length 1; NaN for those that are not longer than `least` [m]."""
     length = np.linalg.norm(vectors, axis=-1, keepdims=True)
-    return np.where(length > _FRAMES.least_length, vectors / length, np.nan)
+    return np.where(length > least, vectors / length, np.nan)
 
 
 def _known(vectors: np.ndarray, otherwise: np.ndarray) -> np.ndarray:

@@ -1,16 +1,14 @@
-"""Learn how large each person is, from joints that were measured."""
+"""Sizes of people, learnt from measured joints."""
 from typing import NamedTuple
 
 import numpy as np
 
-from skeleton_extract_3d.constants import COMPILED, METHOD
-
-_BODY, _SIZES = METHOD.body, METHOD.sizes
-_BONE_LENGTHS = _BODY.bone_lengths
+from skeleton_extract_3d.body.body import BONES
+from skeleton_extract_3d.constants import METHOD, MethodConstants
 
 
 class Sizes(NamedTuple):
-    """What was measured of N people.
+    """Measured sizes of N people.
 
     Attributes:
         stature, stature_weight: (N,) [m], and in how many frames.
@@ -28,32 +26,42 @@ class Sizes(NamedTuple):
 
     @classmethod
     def assumed(cls, stature: np.ndarray) -> 'Sizes':
-        """Return the sizes of people who were not measured yet, by an assumed stature, (N,) [m]."""
-        none = np.zeros((len(stature), len(_BONE_LENGTHS)))
+        """Return the sizes of people before any measurement, with an assumed stature, (N,) [m]."""
+        none = np.zeros((len(stature), len(BONES)))
         return cls(stature, np.zeros(len(stature)), none, none)
 
 
-def expected_lengths(sizes: Sizes) -> np.ndarray:
+def expected_lengths(sizes: Sizes, method: MethodConstants = METHOD) -> np.ndarray:
     """Return the lengths of the bones of people, (N, 8) [m]: measured ones, and an adult's proportions."""
-    prior, weight = _BONE_LENGTHS * (sizes.stature / _BODY.adult_stature)[:, None], sizes.bone_weights
-    return (_SIZES.prior_frames * prior + weight * sizes.bones) / (_SIZES.prior_frames + weight)
+    body, weight = method.body, sizes.bone_weights
+    prior, prior_weight = body.bone_lengths * (sizes.stature / body.adult_stature)[:, None], method.sizes.prior_frames
+    return (prior_weight * prior + weight * sizes.bones) / (prior_weight + weight)
 
 
-def length_spreads(sizes: Sizes) -> np.ndarray:
-    """Return how well these lengths are known, (N, 8), as shares."""
-    share = sizes.bone_weights / (_SIZES.prior_frames + sizes.bone_weights)
-    return _BODY.proportion_spread + (_SIZES.known_spread - _BODY.proportion_spread) * share
+def length_spreads(sizes: Sizes, method: MethodConstants = METHOD) -> np.ndarray:
+    """Return the standard deviations of these lengths, (N, 8), as shares."""
+    proportion_spread = method.body.proportion_spread
+    share = sizes.bone_weights / (method.sizes.prior_frames + sizes.bone_weights)
+    return proportion_spread + (method.sizes.known_spread - proportion_spread) * share
 
 
-def learn(sizes: Sizes, xyz: np.ndarray, measured: np.ndarray, scores: np.ndarray) -> Sizes:
-    """Return the sizes with what one more frame shows.
+def stature_spread(sizes: Sizes, method: MethodConstants = METHOD) -> np.ndarray:
+    """Return the standard deviation of each stature, as a share, (N,)."""
+    constants = method.track.identity
+    return np.where(sizes.stature_weight > constants.measured_frames, constants.measured_spread,
+                    method.body.stature_spread)
 
-    Compiled (bones.cpp). The stature moves towards the median of what the bones say, each kind of bone towards the mean
-    of those that are about as long as expected.
+
+def learn(sizes: Sizes, xyz: np.ndarray, measured: np.ndarray, scores: np.ndarray, method: MethodConstants = METHOD
+          ) -> Sizes:
+    """Return the sizes with the measurements of one more frame; compiled (bones.cpp).
+
+    The stature moves towards the median ratio of the bones to those of an adult, each kind of bone towards the mean of
+    those whose length is near the expected one.
 
     Args:
         xyz: (N, 18, 3) [m].
-        measured: (N, 18) joints that were seen.
+        measured: (N, 18) bool, joints that were measured.
         scores: (N, 18) of the keypoints.
     """
-    return Sizes(*COMPILED.with_frame(sizes, xyz, measured & (scores > _SIZES.least_score)))
+    return Sizes(*method.compiled.with_frame(sizes, xyz, measured & (scores > method.sizes.least_score)))

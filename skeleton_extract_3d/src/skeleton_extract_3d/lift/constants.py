@@ -1,5 +1,6 @@
 """Constants of the way from keypoints and points to joints in space, step by step."""
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Tuple
 
 import numpy as np
@@ -14,7 +15,7 @@ class WindowConstants:
     half_side: float = constant(0.045, 'Half the side of the window, about the error of a keypoint.', unit='m')
     limits: Tuple[float, float] = constant((1.5, 40.0), 'Limits of half the side in the image.', unit='px',
                                            source='chosen')
-    usual_depth: float = constant(3.0, 'Windows of a person of unknown size are those of somebody at this depth.',
+    usual_depth: float = constant(3.0, 'Windows of a person of unknown size are those of a person at this depth.',
                                   unit='m', source='chosen')
     spread: float = constant(0.6, 'Standard deviation of the Gaussian weights of the samples.', unit='half sides')
     foreground_share: int = constant(
@@ -23,12 +24,12 @@ class WindowConstants:
     foreground_depth: float = constant(0.05, 'Samples within this distance of its beginning make the nearest surface.',
                                        unit='m', source='chosen')
 
-    @property
+    @cached_property
     def offsets(self) -> np.ndarray:
         """(5,) places of the rows and columns of samples in the window [half sides]: near people cost no more."""
         return np.linspace(-1.0, 1.0, 5)
 
-    @property
+    @cached_property
     def weights(self) -> np.ndarray:
         """(25,) weights of the samples, row by row, with sum 1."""
         squares = self.offsets ** 2
@@ -52,7 +53,7 @@ class TrunkConstants:
     floor: float = constant(0.005, 'Likelihood of anything else.')
     joint_weights: np.ndarray = constant(
         np.array([0.7, 1, 1, 0.6, 0.4, 1, 0.6, 0.4, 1, 0.7, 0.6, 1, 0.7, 0.6, 0.3, 0.3, 0.3, 0.3]),
-        'What a joint counts, in the order of COCO_18: wrists and the parts of the head less than the trunk.')
+        'Weights of the joints, in the order of COCO_18: wrists and the parts of the head less than the trunk.')
     full_score: float = constant(0.5, 'A keypoint counts fully from this score on.')
     size_weight: float = constant(4.0, 'Weight of the size in the image against the surfaces.')
     size_limit: float = constant(-12.0, 'Least log likelihood of a size: an odd pose is not another depth.')
@@ -66,7 +67,7 @@ class TrunkConstants:
     before_spread: float = constant(0.10, 'Standard deviation of the depth against that of the frame before.',
                                     unit='share')
     before_weight: float = constant(4.0, 'Weight of the depth of the frame before.')
-    before_limit: float = constant(9.0, 'Most that it says, in squared standard deviations.')
+    before_limit: float = constant(9.0, 'Limit of its weight, in squared standard deviations.')
     support_reach: float = constant(0.50, 'Samples of the trunk within this distance of its depth refine it.',
                                     unit='m')
     least_support: float = constant(2.5, 'Refined only if at least this many windows agree.', unit='windows')
@@ -74,22 +75,27 @@ class TrunkConstants:
         0.06, 'Standard deviation of the stature by the size in the image, where the depth of the trunk is sure.',
         unit='share')
 
-    @property
+    @cached_property
     def depths(self) -> np.ndarray:
         """(depths,) candidates of the trunk [m]."""
         return np.exp(np.arange(np.log(self.nearest), np.log(self.furthest), self.step))
 
-    @property
+    @cached_property
+    def log_depths(self) -> np.ndarray:
+        """(depths,) logarithms of `depths`."""
+        return np.log(self.depths)
+
+    @cached_property
     def count(self) -> int:
         """Number of `depths`."""
         return len(self.depths)
 
-    @property
+    @cached_property
     def low(self) -> np.ndarray:
         """(depths,) number of the first of `depths` that is on a body at each depth."""
         return np.searchsorted(self.depths, self.depths - self.reach_front)
 
-    @property
+    @cached_property
     def high(self) -> np.ndarray:
         """(depths,) number of the first of `depths` that is behind a body at each depth."""
         return np.searchsorted(self.depths, self.depths + self.reach_behind)
@@ -114,14 +120,14 @@ class CostConstants:
         3.3, 'Factor where another part of the same body is in the image: as likely hidden as not.')
     under: float = constant(0.02, 'Likelihood of a surface in front of the joint that is too near to hide it.')
     anything: float = constant(0.002, 'Likelihood of anything else: a keypoint that is elsewhere, a hole.')
-    memory_limit: float = constant(9.0, 'Most that the depth of the frame before costs against the surfaces.')
+    memory_limit: float = constant(9.0, 'Greatest cost of a depth that differs from that of the frame before.')
 
-    @property
+    @cached_property
     def half(self) -> int:
         """Number of the candidate at the depth of the trunk."""
         return self.steps // 2
 
-    @property
+    @cached_property
     def deltas(self) -> np.ndarray:
         """(steps,) depths of the candidates from that of the trunk [m]."""
         return (np.arange(self.steps) - self.half) * self.step
@@ -129,9 +135,9 @@ class CostConstants:
 
 @dataclass(frozen=True)
 class OccluderConstants:
-    """Whose surface it is that is seen at a keypoint."""
+    """Which body, or none, the surface at a keypoint belongs to."""
 
-    others_reach: float = constant(0.22, "A sample is another person's if it is this near to that body, ...", unit='m')
+    others_reach: float = constant(0.22, "A sample is on another person if it is this near to that body, ...", unit='m')
     others_lead: float = constant(0.10, '... and nearer to it than to its own by this.', unit='m')
     skin: float = constant(0.06, 'The surface is this far in front of the bones: half the thickness of a limb.',
                            unit='m')

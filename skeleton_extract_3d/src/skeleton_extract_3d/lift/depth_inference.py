@@ -1,13 +1,13 @@
-"""The depths of all joints of a person at once: what the surfaces say of each, and what bones allow between them.
+"""The depths of all joints of a person at once: the evidence of surfaces for each, and the lengths of bones between.
 
 Pictorial structures (Felzenszwalb and Huttenlocher, IJCV 2005), with the depth along each keypoint's ray in place of a
 place in the image. Each joint has candidates on its ray, with a cost of -2 log likelihood. The skeleton is a tree but
 for shoulders and hips, whose pairs are treated as one variable each; so the cheapest assignment that goes through each
 candidate (its min-marginal) is found exactly, by passing messages once inwards and once outwards.
 
-Costs of bones: ((distance - length) / sigma)^2. Two depths explain the length of most bones; which way people face
-decides then: elbows are outside of shoulders, forearms bend forwards, shins backwards. Where they face comes from a
-first round over the trunk alone and from the time before.
+Costs of bones: ((distance - length) / sigma)^2. Two depths explain the length of most bones; the facing of the person
+decides between them: elbows are outside of shoulders, forearms bend forwards, shins backwards. The facing is that of a
+first round over the trunk alone and of the frame before.
 
 Thirteen places of a person: shoulders and hips, elbows and knees, wrists and ankles (each left arm, right arm, left
 leg, right leg), and the middle of the ears. Twelve bones: upper and lower ones of the limbs in that order, shoulders,
@@ -18,9 +18,9 @@ from typing import NamedTuple, Tuple
 import numpy as np
 
 from skeleton_extract_3d.body.body import ENDS, LOWER_KINDS, MIDDLES, PAIR_KINDS, ROOTS, UPPER_KINDS, bone_kinds
-from skeleton_extract_3d.constants import COMPILED, METHOD
+from skeleton_extract_3d.constants import METHOD, MethodConstants
+from skeleton_extract_3d.lift.constants import InferenceConstants
 
-_INFERENCE = METHOD.inference
 # The joints among the thirteen places.
 CHAINS = np.concatenate([ROOTS, MIDDLES, ENDS])
 _KINDS = np.concatenate([UPPER_KINDS, LOWER_KINDS, PAIR_KINDS, bone_kinds('trunk', 'head')])
@@ -33,11 +33,13 @@ class Bones(NamedTuple):
     """The twelve bones of P people.
 
     Attributes:
-        lengths, sigmas: (P, 12) float32, and how well they are known [m].
+        lengths, sigmas: (P, 12) float32, and their standard deviations [m].
+        stature: (P,) [m].
     """
 
     lengths: np.ndarray
     sigmas: np.ndarray
+    stature: np.ndarray
 
     @property
     def upper(self) -> np.ndarray:
@@ -51,7 +53,7 @@ class Bones(NamedTuple):
 
 
 class Beliefs(NamedTuple):
-    """What is left after all joints have been heard.
+    """Min-marginals after all messages were passed.
 
     Attributes:
         costs: (P, 13, 45) float32 min-marginals of the thirteen places.
@@ -62,46 +64,44 @@ class Beliefs(NamedTuple):
     left: np.ndarray
 
 
-def bones_of(lengths: np.ndarray, spread: np.ndarray, unknown: np.ndarray) -> Bones:
+def bones_of(lengths: np.ndarray, spread: np.ndarray, stature: np.ndarray, unknown: np.ndarray,
+             constants: InferenceConstants = METHOD.inference) -> Bones:
     """Return the bones of people.
 
     Args:
         lengths: (P, 8) [m], in the order of `body.BONES`.
         spread: (P, 8) standard deviation of each length, as a share.
+        stature: (P,) [m].
         unknown: (P, 12) joints without a keypoint: their rays are guesses, so their bones say little.
     """
-    variance = ((spread * lengths) ** 2 + _INFERENCE.keypoint_error ** 2)[:, _KINDS]
-    if unknown.any():
-        guesses = unknown[:, _STARTS].astype(np.int64) + unknown[:, _ENDS]
-        variance[:, :10] += guesses * _INFERENCE.guess_error ** 2
+    variance = ((spread * lengths) ** 2 + constants.keypoint_error ** 2)[:, _KINDS]
+    guesses = unknown[:, _STARTS].astype(np.int64) + unknown[:, _ENDS]
+    variance[:, :len(_STARTS)] += guesses * constants.guess_error ** 2
     sigmas = np.sqrt(variance)
-    sigmas[:, 11] += _INFERENCE.nodding
-    return Bones(lengths[:, _KINDS].astype(np.float32), sigmas.astype(np.float32))
+    sigmas[:, 11] += constants.nodding
+    return Bones(lengths[:, _KINDS].astype(np.float32), sigmas.astype(np.float32), stature)
 
 
-def infer_depths(costs: np.ndarray, rays: np.ndarray, root: np.ndarray, bones: Bones, stature: np.ndarray,
-                 left_before: np.ndarray) -> Beliefs:
-    """Return the min-marginals of the places' depths.
-
-    Compiled (depth_inference.cpp).
+def infer_depths(costs: np.ndarray, rays: np.ndarray, root: np.ndarray, bones: Bones, left_before: np.ndarray,
+                 method: MethodConstants = METHOD) -> Beliefs:
+    """Return the min-marginals of the places' depths; compiled (depth_inference.cpp).
 
     Args:
         costs: (P, 13, 45) float32 of the places alone.
         rays: (P, 13, 3) with z = 1; of joints without a keypoint, a guess.
-        root: (P,) depth of the trunk [m]; candidates are `root + surfaces.DELTAS`.
+        root: (P,) depth of the trunk [m]; candidates are `root + CostConstants.deltas`.
         bones: of these people.
-        stature: (P,) [m].
-        left_before: (P, 3) to the left of the people just before; its length says how much it counts against this
-            frame; NaN where unknown.
+        left_before: (P, 3) to the left of the people in the frame before; its length is its weight against this frame;
+            NaN where unknown.
     """
-    return Beliefs(*COMPILED.infer_depths(costs, rays, root, *bones, stature, left_before))
+    return Beliefs(*method.compiled.infer_depths(costs, rays, root, *bones, left_before))
 
 
-def read_depths(costs: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
+def read_depths(costs: np.ndarray, method: MethodConstants = METHOD) -> Tuple[np.ndarray, np.ndarray]:
     """Return depth from the trunk's [m] and its standard deviation [m] for (..., 45) min-marginals.
 
     The depth is the mean around the cheapest candidate; the deviation counts every candidate, so a second solution
     widens it. Compiled, as inference reads where shoulders and hips are in the same way.
     """
-    depth, deviation = COMPILED.read_depths(costs)
+    depth, deviation = method.compiled.read_depths(costs)
     return depth, deviation

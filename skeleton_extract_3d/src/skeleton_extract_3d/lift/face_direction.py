@@ -1,7 +1,7 @@
-"""Which way a head looks, by the mesh of its face.
+"""The direction of a head, by the mesh of its face.
 
-The network gives the mesh as a camera far away would see it, along the line of sight to the face. Three axes are taken
-from points of both sides and of top and bottom, and turned with the line of sight.
+The network gives the mesh in orthographic projection along the line of sight to the face. Three axes are taken from
+points of both sides and of top and bottom, and turned with the line of sight.
 """
 from typing import Tuple
 
@@ -9,6 +9,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from skeleton_extract_3d.constants import METHOD
+from skeleton_extract_3d.lift.constants import LandmarkConstants
 from skeleton_extract_3d.lift.observation import grid_positions
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.point_grid import PointGrid
@@ -20,8 +21,8 @@ _LEFT, _RIGHT = np.array([263, 362, 291, 454, 389, 397]), np.array([33, 133, 61,
 _EYES, _MOUTH = np.array([33, 133, 263, 362]), np.array([61, 291])
 
 
-def orientations(mesh: np.ndarray, image_size: Tuple[int, int], points: PointGrid, camera: CameraModel
-                 ) -> Tuple[np.ndarray, np.ndarray]:
+def orientations(mesh: np.ndarray, image_size: Tuple[int, int], points: PointGrid, camera: CameraModel,
+                 constants: LandmarkConstants = METHOD.landmarks) -> Tuple[np.ndarray, np.ndarray]:
     """Return the orientations of heads, (F, 4) quaternions, and their errors, (F,) [rad]; see `Faces3D`.
 
     Args:
@@ -35,11 +36,11 @@ def orientations(mesh: np.ndarray, image_size: Tuple[int, int], points: PointGri
     up = _unit(up - (up * left).sum(axis=1, keepdims=True) * left)
     forward = np.cross(left, up)
     # the line from eyes to mouth leans forward
-    lean = Rotation.from_rotvec(np.deg2rad(METHOD.landmarks.face_lean) * left)
+    lean = Rotation.from_rotvec(np.deg2rad(constants.face_lean) * left)
     axes = np.stack([lean.apply(forward), left, lean.apply(up)], axis=2)
     middle = grid_positions(mesh[..., :2].mean(axis=1), image_size, (points.width, points.height))
     axes = _turned(axes, camera.rays(middle))
-    return quaternions(axes).astype(np.float32), np.full(len(mesh), METHOD.landmarks.face_angle_sigma, np.float32)
+    return quaternions(axes).astype(np.float32), np.full(len(mesh), constants.face_angle_sigma, np.float32)
 
 
 def _turned(axes: np.ndarray, rays: np.ndarray) -> np.ndarray:

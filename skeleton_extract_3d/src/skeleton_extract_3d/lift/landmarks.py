@@ -1,7 +1,7 @@
-"""Hands and faces in space: the depth at each of their points, and where that is another's, what the others tell.
+"""Hands and faces in space: the depth at each of their points, or one inferred from the other points.
 
-A point is measured where the surface round it lies at the depth of its hand or face. Others are inferred: of a hand at
-the depth of the nearest measured point of the finger, of a face by the depth that the network tells relative to the
+A point is measured where the surface around it lies at the depth of its hand or face. Others are inferred: of a hand at
+the depth of the nearest measured point of the finger, of a face by the depth of the network's mesh relative to the
 measured ones. Points of a hand behind another hand, and tips of fingers that are folded behind their own hand, lie
 behind the surface that is seen there, and are inferred too.
 """
@@ -13,15 +13,15 @@ from openpose_ros_pkg.landmarks.face_mesh import face_points
 from openpose_ros_pkg.landmarks.records import HAND_POINTS, Faces2D, Hands2D, Landmarks2D
 from skeleton_extract_3d.constants import METHOD
 from skeleton_extract_3d.landmarks import Faces3D, Hands3D, Landmarks3D, Points3D
+from skeleton_extract_3d.lift.constants import LandmarkConstants
 from skeleton_extract_3d.lift.face_direction import orientations
 from skeleton_extract_3d.lift.observation import grid_positions
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.point_grid import PointGrid
 
-_LANDMARKS = METHOD.landmarks
 # Which of `LandmarkConstants.flesh` holds for each point of a hand: wrist, thumb, fingers from the knuckle to the tip.
-_FLESH = np.array(_LANDMARKS.flesh)[[0, 1, 2, 4, 4, *(4 * [3, 4, 4, 4])]]
+_FLESH = np.array([0, 1, 2, 4, 4, *(4 * [3, 4, 4, 4])])
 # Points from which the depth of a hidden point of a hand is taken: the next ones of its finger, (5, 4).
 _FINGER = np.arange(1, HAND_POINTS).reshape(5, 4)
 # Ends of the bones of a hand and of the lines across its palm, (2, 23).
@@ -29,7 +29,7 @@ _BONES = np.array([(0, 1), *((base, base + 1) for base in range(1, 20) if base %
                    (5, 9), (9, 13), (13, 17)]).T
 
 
-class _Seen(NamedTuple):
+class _PointSurfaces(NamedTuple):
     """Points of N hands or faces in an image, and the surfaces there; the points of the view may have another grid.
 
     Attributes:
@@ -43,11 +43,11 @@ class _Seen(NamedTuple):
     focal: float
 
 
-def lift_landmarks(found: Landmarks2D, points: PointGrid, image_size: Tuple[int, int], people: People3D
-                   ) -> Landmarks3D:
+def lift_landmarks(found: Landmarks2D, points: PointGrid, image_size: Tuple[int, int], people: People3D,
+                   constants: LandmarkConstants = METHOD.landmarks) -> Landmarks3D:
     """Return hands and faces in the frame of the points.
 
-    Hands whose depth is not that of the person's wrist are somebody else's, or none, and left out.
+    Hands whose depth is not that of the person's wrist are of another person, or none, and left out.
 
     Args:
         found: points [px of the image].
@@ -60,32 +60,37 @@ def lift_landmarks(found: Landmarks2D, points: PointGrid, image_size: Tuple[int,
     camera = points.camera_model()
     if camera is None:
         return Landmarks3D.empty()
-    return Landmarks3D(_lift_hands(found.hands, points, image_size, camera, people),
-                       _lift_faces(found.faces, points, image_size, camera))
+    hands, faces = Hands3D.empty(), Faces3D.empty()
+    if len(found.hands):
+        surfaces = _surfaces(found.hands.keypoints, points, image_size, camera, constants)
+        hands = _lift_hands(found.hands, surfaces, people, constants)
+    if len(found.faces):
+        surfaces = _surfaces(found.faces.keypoints, points, image_size, camera, constants)
+        directions = orientations(found.faces.mesh, image_size, points, camera, constants)
+        faces = Faces3D(_lift_faces(found.faces, surfaces, constants), found.faces.scores, found.faces.people,
+                        *directions)
+    return Landmarks3D(hands, faces)
 
 
-def _lift_hands(hands: Hands2D, points: PointGrid, image_size: Tuple[int, int], camera: CameraModel, people: People3D
-                ) -> Hands3D:
-    if not len(hands):
-        return Hands3D.empty()
-    seen = _look(hands.keypoints, points, image_size, camera)
+def _lift_hands(hands: Hands2D, seen: _PointSurfaces, people: People3D, constants: LandmarkConstants) -> Hands3D:
     middle = _median(seen.depth)
     wrists = _wrist_depths(hands, people)
-    own = ~(np.abs(middle - wrists) > _LANDMARKS.wrist_depth)
+    own = ~(np.abs(middle - wrists) > constants.wrist_depth)
     with np.errstate(invalid='ignore'):
-        near = np.abs(seen.depth - middle[:, np.newaxis]) <= _LANDMARKS.hand_depth
-    behind = _behind(hands, seen, _first(wrists, middle))
+        near = np.abs(seen.depth - middle[:, np.newaxis]) <= constants.hand_depth
+    behind = _behind(hands, seen, _first(wrists, middle), constants)
     measured = near & own[:, np.newaxis] & np.isnan(behind)
     depth = np.where(measured, seen.depth, np.nan)
     filled = _first(np.where(near & own[:, np.newaxis], behind, np.nan),
                     _filled(depth, np.where(own, _median(depth), np.nan)))
     kept = np.isfinite(filled).any(axis=1)
-    lifted = _placed(seen, np.where(measured, depth, filled) + _FLESH, measured, hands.keypoints[..., 2])
+    flesh = np.array(constants.flesh)[_FLESH]
+    lifted = _placed(seen, np.where(measured, depth, filled) + flesh, measured, hands.keypoints[..., 2], constants)
     return Hands3D(_select(lifted, kept), hands.scores[kept], hands.people[kept], hands.left[kept])
 
 
 def _wrist_depths(hands: Hands2D, people: People3D) -> np.ndarray:
-    """Return the depths of the measured wrists of the people whose hands they are, (H,) [m]; NaN where not known."""
+    """Return the depth of the measured wrist of each hand's person, (H,) [m]; NaN where not known."""
     index = people.skeleton.index
     depths = np.full(len(hands), np.nan)
     for hand, (person, left) in enumerate(zip(hands.people.tolist(), hands.left.tolist())):
@@ -95,7 +100,7 @@ def _wrist_depths(hands: Hands2D, people: People3D) -> np.ndarray:
     return depths
 
 
-def _behind(hands: Hands2D, seen: _Seen, wrists: np.ndarray) -> np.ndarray:
+def _behind(hands: Hands2D, seen: _PointSurfaces, wrists: np.ndarray, constants: LandmarkConstants) -> np.ndarray:
     """Return the depth of points that are behind the surface at their pixel, (H, 21) [m]; NaN of all others.
 
     A point on the bones of a hand whose wrist is nearer is behind that hand, between its surface and the own wrist. Of
@@ -107,25 +112,25 @@ def _behind(hands: Hands2D, seen: _Seen, wrists: np.ndarray) -> np.ndarray:
     xy = hands.keypoints[..., :2].astype(np.float64)  # [px of the image]
     behind = np.full(xy.shape[:2], np.nan)
     with np.errstate(invalid='ignore'):
-        near = _LANDMARKS.half_finger * seen.focal / wrists  # [px]
-        for hand, front in np.argwhere(wrists[:, np.newaxis] - wrists > _LANDMARKS.in_front):
+        near = constants.half_finger * seen.focal / wrists  # [px]
+        for hand, front in np.argwhere(wrists[:, np.newaxis] - wrists > constants.in_front):
             covered = _distances(xy[hand], *xy[front, _BONES]).min(axis=1) < near[hand]
-            surface = seen.depth[hand] + _LANDMARKS.in_front
+            surface = seen.depth[hand] + constants.in_front
             behind[hand, covered] = ((surface + np.maximum(surface, wrists[hand])) / 2)[covered]
-        for hand in np.flatnonzero(_shows_back(xy, hands.left)):
+        for hand in np.flatnonzero(_shows_back(xy, hands.left, constants.back)):
             for base, middle, *ends in _FINGER[1:]:
                 bones = xy[hand, [0, base]], xy[hand, [base, middle]]
                 folded = _distances(xy[hand, ends], *bones).min(axis=1) < near[hand]
                 fold = np.array(ends)[folded & np.isnan(behind[hand, ends])]
-                behind[hand, fold] = seen.depth[hand, fold] + 2 * _LANDMARKS.half_finger
+                behind[hand, fold] = seen.depth[hand, fold] + 2 * constants.half_finger
     return behind
 
 
-def _shows_back(xy: np.ndarray, left: np.ndarray) -> np.ndarray:
+def _shows_back(xy: np.ndarray, left: np.ndarray, least: float) -> np.ndarray:
     """Return which hands (H, 21, 2) [px] show their back: the knuckles run the other way than those of a palm, (H,)."""
     index, middle, little = (xy[:, knuckle] - xy[:, 0] for knuckle in (5, 9, 17))
     turn = index[:, 0] * little[:, 1] - index[:, 1] * little[:, 0]
-    return np.asarray(np.where(left, -turn, turn) > _LANDMARKS.back * (middle ** 2).sum(axis=1))
+    return np.asarray(np.where(left, -turn, turn) > least * (middle ** 2).sum(axis=1))
 
 
 def _distances(points: np.ndarray, starts: np.ndarray, ends: np.ndarray) -> np.ndarray:
@@ -148,42 +153,39 @@ def _filled(depth: np.ndarray, middle: np.ndarray) -> np.ndarray:
     return _first(filled, middle[:, np.newaxis])
 
 
-def _lift_faces(faces: Faces2D, points: PointGrid, image_size: Tuple[int, int], camera: CameraModel) -> Faces3D:
-    if not len(faces):
-        return Faces3D.empty()
-    seen = _look(faces.keypoints, points, image_size, camera)
+def _lift_faces(faces: Faces2D, seen: _PointSurfaces, constants: LandmarkConstants) -> Points3D:
     # depth of the points beside that of the whole face, by the network [px of the image] and then [m]
     relief = face_points(faces.mesh.astype(np.float64))[..., 2] / seen.focal * _median(seen.depth)[:, np.newaxis]
     with np.errstate(invalid='ignore'):
         base = _median(seen.depth - relief)[:, np.newaxis]
-        measured = np.abs(seen.depth - relief - base) <= _LANDMARKS.face_depth
-    lifted = _placed(seen, np.where(measured, seen.depth, base + relief), measured, faces.keypoints[..., 2])
-    turns, sigma = orientations(faces.mesh, image_size, points, camera)
-    return Faces3D(lifted, faces.scores, faces.people, turns, sigma)
+        measured = np.abs(seen.depth - relief - base) <= constants.face_depth
+    return _placed(seen, np.where(measured, seen.depth, base + relief), measured, faces.keypoints[..., 2], constants)
 
 
-def _look(keypoints: np.ndarray, points: PointGrid, image_size: Tuple[int, int], camera: CameraModel) -> _Seen:
-    """Return rays and depths of points (N, K, 3) of an image: x, y [px], score; beyond, all is in its pixels."""
+def _surfaces(keypoints: np.ndarray, points: PointGrid, image_size: Tuple[int, int], camera: CameraModel,
+              constants: LandmarkConstants) -> _PointSurfaces:
+    """Return rays and depths of points (N, K, 3) of an image: x, y [px], score."""
     uv = grid_positions(keypoints[..., :2], image_size, (points.width, points.height))
     shape = uv.shape[:2]
     rays = camera.rays(uv.reshape(-1, 2)).reshape(*shape, 3)
     pixels = np.where(np.isfinite(uv), np.round(np.nan_to_num(uv)), -1e6).astype(np.int64).reshape(-1, 2)
-    window = points.window(pixels[:, 0], pixels[:, 1], _LANDMARKS.window)[..., 2]
-    enough = np.isfinite(window).sum(axis=1) >= _LANDMARKS.least_points
+    window = points.window(pixels[:, 0], pixels[:, 1], constants.window)[..., 2]
+    enough = np.isfinite(window).sum(axis=1) >= constants.least_points
     depth = np.full(len(window), np.nan)
     if enough.any():
         depth[enough] = np.nanmedian(window[enough], axis=1)
-    return _Seen(rays, depth.reshape(shape), camera.focal_in(image_size))
+    return _PointSurfaces(rays, depth.reshape(shape), camera.focal_in(image_size))
 
 
-def _placed(seen: _Seen, depth: np.ndarray, measured: np.ndarray, confidence: np.ndarray) -> Points3D:
+def _placed(seen: _PointSurfaces, depth: np.ndarray, measured: np.ndarray, confidence: np.ndarray,
+            constants: LandmarkConstants) -> Points3D:
     """Return points at depths (N, K) [m] on their rays; missing where there is none."""
     xyz = seen.rays * depth[..., np.newaxis]
     known = np.isfinite(xyz).all(axis=2)
     status = np.where(known, np.where(measured, MEASURED, INFERRED), MISSING).astype(np.uint8)
     with np.errstate(invalid='ignore'):
-        sigma = np.hypot(np.where(measured, _LANDMARKS.measured_sigma, _LANDMARKS.inferred_sigma),
-                         _LANDMARKS.pixel_sigma * depth / seen.focal)
+        sigma = np.hypot(np.where(measured, constants.measured_sigma, constants.inferred_sigma),
+                         constants.pixel_sigma * depth / seen.focal)
     return Points3D(np.where(known[..., np.newaxis], xyz, np.nan), confidence, status, np.where(known, sigma, np.nan))
 
 

@@ -1,18 +1,16 @@
-"""Ways of lifting: what puts the joints of a frame's people into space. One is chosen when the estimator is built."""
+"""Lifting methods: from observed people to joints in space. One is chosen when the estimator is built."""
 from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 
 from openpose_ros_pkg.params.parameters import Parameters, parameter
-from skeleton_extract_3d.constants import METHOD
+from skeleton_extract_3d.constants import METHOD, MethodConstants
 from skeleton_extract_3d.lift import surfaces
 from skeleton_extract_3d.lift.records import Expectation, Lifted, ObservedPeople
 from skeleton_extract_3d.lift.robust import RobustLifting
 from skeleton_extract_3d.lift.window_mean import in_coco, lift_by_window
 from skeleton_extract_3d.points.point_grid import PointGrid
-
-_SURFACE_OFFSETS = METHOD.body.surface_offsets
 
 
 @dataclass(frozen=True)
@@ -35,30 +33,30 @@ class LiftingParams(Parameters):
 
 
 class LiftingMethod(Protocol):
-    """A way of lifting."""
+    """A lifting method."""
 
-    def lift(self, seen: ObservedPeople, points: PointGrid, expected: Expectation) -> Lifted:
+    def lift(self, observed: ObservedPeople, points: PointGrid, expected: Expectation) -> Lifted:
         """Return where the joints of the people of a frame are.
 
         Args:
-            seen: the people of the frame.
+            observed: the people of the frame.
             points: cloud or depth image that they were observed in.
-            expected: what is known of the same people before the frame.
+            expected: of the same people, before the frame.
         """
 
 
-def make_lifting(params: LiftingParams, occlusion: bool) -> LiftingMethod:
-    """Return the chosen way of lifting.
+def make_lifting(params: LiftingParams, occlusion: bool, method: MethodConstants = METHOD) -> LiftingMethod:
+    """Return the chosen lifting method.
 
     Args:
-        occlusion: tell hidden joints from those that are seen; see `OcclusionParams.occlusion`.
+        occlusion: tell hidden joints from visible ones; see `OcclusionParams.occlusion`.
     """
-    robust = RobustLifting()
+    robust = RobustLifting(method)
     if params.lifting == 'mean3x3':
         return WindowMean(robust, params.window, params.statistic, occlusion)
     on_skin = params.surface_offsets == 'none'
     if not occlusion:
-        return NearestSurface(robust, on_skin)
+        return NearestSurface(robust, on_skin, method)
     return OnSkin(robust) if on_skin else robust
 
 
@@ -66,18 +64,18 @@ class WindowMean:
     """Another method with the joints at the mean of the points in a window around their pixel.
 
     Args:
-        inner: decides what is seen and where all other joints are.
+        inner: decides which joints are visible, and where all others are.
         window, statistic: see `LiftingParams`.
-        occlusion: True: what the other method has as hidden stays hidden. False: each joint with a point is measured.
+        occlusion: True: joints that `inner` has as hidden stay hidden. False: each joint with a point is measured.
     """
 
     def __init__(self, inner: LiftingMethod, window: int, statistic: str, occlusion: bool) -> None:
         self._inner, self._window, self._statistic, self._occlusion = inner, window, statistic, occlusion
 
-    def lift(self, seen: ObservedPeople, points: PointGrid, expected: Expectation) -> Lifted:
+    def lift(self, observed: ObservedPeople, points: PointGrid, expected: Expectation) -> Lifted:
         """Return where the joints are; see `LiftingMethod`."""
-        lifted = self._inner.lift(seen, points, expected)
-        xyz = in_coco(lift_by_window(seen.people_2d, seen.image_size, points, self._window, self._statistic))
+        lifted = self._inner.lift(observed, points, expected)
+        xyz = in_coco(lift_by_window(observed.people_2d, observed.image_size, points, self._window, self._statistic))
         measured = np.isfinite(xyz).all(axis=2)
         if self._occlusion:
             measured &= lifted.measured
@@ -88,21 +86,21 @@ class NearestSurface:
     """Another method with every joint that has a keypoint on, or under, the nearest surface in its window.
 
     Args:
-        inner: tells the stature, and where joints without a keypoint are.
+        inner: estimates the stature, and joints without a keypoint.
         on_skin: True: joints are put on the surface. False: as much deeper as they lie under the skin.
     """
 
-    def __init__(self, inner: LiftingMethod, on_skin: bool) -> None:
-        self._inner, self._on_skin = inner, on_skin
+    def __init__(self, inner: LiftingMethod, on_skin: bool, method: MethodConstants = METHOD) -> None:
+        self._inner, self._on_skin, self._method = inner, on_skin, method
 
-    def lift(self, seen: ObservedPeople, points: PointGrid, expected: Expectation) -> Lifted:
+    def lift(self, observed: ObservedPeople, points: PointGrid, expected: Expectation) -> Lifted:
         """Return where the joints are; see `LiftingMethod`."""
-        lifted = self._inner.lift(seen, points, expected)
-        depth = surfaces.foreground(seen.samples)
+        lifted = self._inner.lift(observed, points, expected)
+        body, depth = self._method.body, surfaces.foreground(observed.samples, self._method.windows)
         if not self._on_skin:
-            depth = depth + _SURFACE_OFFSETS * (lifted.stature / METHOD.body.adult_stature)[:, None]
-        measured = np.isfinite(depth) & seen.known
-        xyz = np.where(measured[..., None], seen.rays * depth[..., None], lifted.xyz)
+            depth = depth + body.surface_offsets * (lifted.stature / body.adult_stature)[:, None]
+        measured = np.isfinite(depth) & observed.known
+        xyz = np.where(measured[..., None], observed.rays * depth[..., None], lifted.xyz)
         return lifted._replace(xyz=xyz, measured=measured)
 
 
@@ -116,7 +114,7 @@ class OnSkin:
     def __init__(self, inner: LiftingMethod) -> None:
         self._inner = inner
 
-    def lift(self, seen: ObservedPeople, points: PointGrid, expected: Expectation) -> Lifted:
+    def lift(self, observed: ObservedPeople, points: PointGrid, expected: Expectation) -> Lifted:
         """Return where the joints are; see `LiftingMethod`."""
-        lifted = self._inner.lift(seen, points, expected)
+        lifted = self._inner.lift(observed, points, expected)
         return lifted._replace(xyz=np.where(np.isfinite(lifted.surface), lifted.surface, lifted.xyz))

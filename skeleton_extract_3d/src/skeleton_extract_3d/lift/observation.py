@@ -1,4 +1,4 @@
-"""What one frame shows of people: keypoints on the grid of the points, their rays, and the surfaces around them."""
+"""Observation of people: keypoints on the grid of the points, their rays, and the surfaces around them."""
 from typing import Tuple
 
 import numpy as np
@@ -6,15 +6,15 @@ import numpy as np
 from openpose_ros_pkg.people import People2D, keypoints_in
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.body.body import ENDS, HIPS, MIDDLES, NECK, ROOTS, SHOULDERS
-from skeleton_extract_3d.constants import METHOD
+from skeleton_extract_3d.constants import METHOD, MethodConstants
 from skeleton_extract_3d.lift import surfaces
 from skeleton_extract_3d.lift.records import ObservedPeople
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.point_grid import PointGrid
 
 
-def observe(people: People2D, image_size: Tuple[int, int], points: PointGrid, camera: CameraModel
-            ) -> ObservedPeople:
+def observe(people: People2D, image_size: Tuple[int, int], points: PointGrid, camera: CameraModel,
+            method: MethodConstants = METHOD) -> ObservedPeople:
     """Read the points around each person's keypoints.
 
     Args:
@@ -22,28 +22,28 @@ def observe(people: People2D, image_size: Tuple[int, int], points: PointGrid, ca
         image_size: width and height of the image [px].
         camera: of the points.
     """
-    keypoints = people.keypoints
+    grid_xy = grid_positions(people.xy, image_size, (points.width, points.height))
+    keypoints, uv = people.keypoints, grid_xy
     if people.skeleton.joints != COCO_18.joints:
         keypoints = keypoints_in(keypoints, people.skeleton, COCO_18)
-    uv = grid_positions(keypoints[..., :2], image_size, (points.width, points.height))
+        uv = grid_positions(keypoints[..., :2], image_size, (points.width, points.height))
     known = np.isfinite(uv).all(axis=2)
     scores = np.where(known, keypoints[..., 2].astype(np.float64), 0.0)
     places = _with_guesses(uv, known)
     rays = camera.rays(places.reshape(-1, 2)).reshape(*known.shape, 3)
     finite = np.isfinite(rays).all(axis=2)
     if not finite.all():  # where the lens can not be inverted there is no ray
-        known &= finite
+        known = known & finite
         rays = np.where(finite[..., None], rays, [0.0, 0.0, 1.0])
-    if not known.all():
-        scores[~known], uv[~known] = 0.0, np.nan
+    scores, uv = np.where(known, scores, 0.0), np.where(known[..., None], uv, np.nan)
     focal = camera.focal_in((points.width, points.height))
-    adult_depth = surfaces.size_depth(rays, scores)
-    windows = METHOD.windows
+    adult_depth = surfaces.size_depth(rays, scores, method)
+    windows = method.windows
     radius = windows.half_side * focal / np.where(np.isfinite(adult_depth), adult_depth, windows.usual_depth)
     radius = np.minimum(np.maximum(radius, windows.limits[0]), windows.limits[1])
-    samples = surfaces.window_depths(points, uv, radius)
-    evidence = surfaces.root_evidence(samples, scores)
-    return ObservedPeople(people, image_size, uv, scores, known, rays, samples, adult_depth, evidence, focal)
+    samples = surfaces.window_depths(points, uv, radius, windows)
+    evidence = surfaces.root_evidence(samples, scores, method=method)
+    return ObservedPeople(people, image_size, grid_xy, uv, scores, known, rays, samples, adult_depth, evidence, focal)
 
 
 def grid_positions(xy: np.ndarray, image_size: Tuple[int, int], grid_size: Tuple[int, int]) -> np.ndarray:

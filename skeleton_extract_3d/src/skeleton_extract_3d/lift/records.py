@@ -1,4 +1,4 @@
-"""The values that pass through lifting: the people of a frame, what is expected of them, and what becomes of them."""
+"""The values that pass through lifting: observed people, what is expected of them, and lifted people."""
 import dataclasses
 from dataclasses import dataclass
 from typing import NamedTuple, Optional, Tuple
@@ -6,8 +6,8 @@ from typing import NamedTuple, Optional, Tuple
 import numpy as np
 
 from openpose_ros_pkg.people import People2D
-from skeleton_extract_3d.body.body import BODY, BONES, JOINTS
-from skeleton_extract_3d.constants import METHOD
+from skeleton_extract_3d.body.body import BODY, BONES, JOINTS, BodyConstants
+from skeleton_extract_3d.constants import METHOD, MethodConstants
 
 
 @dataclass(frozen=True)
@@ -15,9 +15,10 @@ class ObservedPeople:
     """The P people of one frame, with the joints of COCO_18.
 
     Attributes:
-        people_2d: as they were detected, with the joints of their network.
+        people_2d: the detections, with the joints of their network.
         image_size: width and height of the image [px].
-        uv: (P, 18, 2) float64 keypoints [px of the points' grid], NaN where there is none.
+        grid_xy: (P, K, 2) float64 keypoints of `people_2d` [px of the points' grid], NaN where there is none.
+        uv: (P, 18, 2) float64 the same of the joints of COCO_18, where there is a line of sight.
         scores: (P, 18) float64 [0..1], 0 where there is no keypoint.
         known: (P, 18) bool, joints with a keypoint.
         rays: (P, 18, 3) float64 with z = 1; of joints without a keypoint, a guess near the rest of the person.
@@ -30,6 +31,7 @@ class ObservedPeople:
 
     people_2d: People2D
     image_size: Tuple[int, int]
+    grid_xy: np.ndarray
     uv: np.ndarray
     scores: np.ndarray
     known: np.ndarray
@@ -74,34 +76,48 @@ class Expectation(NamedTuple):
     length_spread: np.ndarray
 
     @classmethod
-    def of_strangers(cls, people: int) -> 'Expectation':
-        """Return what is known of P people who were never seen: that they are likely adults."""
+    def of_strangers(cls, people: int, body: BodyConstants = BODY) -> 'Expectation':
+        """Return the expectation of P people without a track: the sizes of adults."""
         joints = len(JOINTS)
         return cls(np.full(people, np.nan), np.full((people, joints), np.nan), np.ones((people, joints)),
-                   np.full((people, 3), np.nan), np.full(people, BODY.adult_stature),
-                   np.full(people, BODY.stature_spread), np.repeat(BODY.bone_lengths[None], people, axis=0),
-                   np.full((people, len(BONES)), BODY.proportion_spread))
+                   np.full((people, 3), np.nan), np.full(people, body.adult_stature),
+                   np.full(people, body.stature_spread), np.repeat(body.bone_lengths[None], people, axis=0),
+                   np.full((people, len(BONES)), body.proportion_spread))
 
-    def with_sizes(self, seen: ObservedPeople, root: np.ndarray, sure: np.ndarray) -> 'Expectation':
-        """Return the expectation with the stature of strangers by their size in the image, where their depth is sure.
+    def with_sizes(self, observed: ObservedPeople, root: np.ndarray, sure: np.ndarray,
+                   method: MethodConstants = METHOD) -> 'Expectation':
+        """Return the expectation with the stature of people without a track by their size in the image.
 
         Args:
             root: (P,) depth of the trunk [m].
-            sure: (P,) bool.
+            sure: (P,) bool, whether it is sure; the stature of others stays.
         """
-        known = sure & (self.stature_spread >= BODY.stature_spread) & np.isfinite(seen.adult_depth)
+        body = method.body
+        known = sure & (self.stature_spread >= body.stature_spread) & np.isfinite(observed.adult_depth)
         if not known.any():
             return self
-        ratio = np.log(np.where(known, root / seen.adult_depth, 1.0))
-        # the mean of what adults are and what is seen, by their spreads
-        prior, seen_precision = self.stature_spread ** -2, METHOD.trunk.stature_spread ** -2
-        stature = BODY.adult_stature * np.exp(ratio * seen_precision / (prior + seen_precision))
-        scale = np.where(known, np.clip(stature, *BODY.stature_limits) / self.stature, 1.0)
+        ratio = np.log(np.where(known, root / observed.adult_depth, 1.0))
+        # mean of the stature of adults and that in the image, weighted by their precisions
+        prior, precision = self.stature_spread ** -2, method.trunk.stature_spread ** -2
+        stature = body.adult_stature * np.exp(ratio * precision / (prior + precision))
+        scale = np.where(known, np.clip(stature, *body.stature_limits) / self.stature, 1.0)
         return self._replace(stature=self.stature * scale, lengths=self.lengths * scale[:, None])
 
 
+class Skin(NamedTuple):
+    """Surfaces in front of the joints of P people.
+
+    Attributes:
+        offsets: (P, 18) depth of the joint under the surface [m].
+        gaps: (P, 18) how much further in front than that a surface must be to hide the joint [m].
+    """
+
+    offsets: np.ndarray
+    gaps: np.ndarray
+
+
 class Ownership(NamedTuple):
-    """Whose surfaces the samples of P people are.
+    """Which body, or none, the samples of P people belong to.
 
     Attributes:
         own: (P, 18) likelihood that the surface at the keypoint is the person's.
@@ -125,9 +141,9 @@ class Lifted(NamedTuple):
         sigma: (P, 18) standard deviation along the ray [m].
         left: (P, 3) unit vectors.
         root: (P,) depth of the trunk [m].
-        stature: (P,) that the bones were taken to have [m].
-        candidates: (P, 13, 45) float32 costs of the depths `root + surfaces.DELTAS` of the thirteen places of
-            `depth_inference`, of -2 log likelihood, after all joints were heard.
+        stature: (P,) by which the bones were scaled [m].
+        candidates: (P, 13, 45) float32 min-marginals (-2 log likelihood) of the depths `root + CostConstants.deltas` of
+            the thirteen places of `depth_inference`.
     """
 
     xyz: np.ndarray

@@ -1,97 +1,128 @@
-"""Lift whole people: where each joint is along its ray, and whether it was seen."""
+"""Lift whole people: the depth of each joint along its ray, and whether it is visible."""
 from typing import Optional, Tuple
 
 import numpy as np
 
 from skeleton_extract_3d.body.body import HEAD, NECK, SHOULDERS, TRUNK
-from skeleton_extract_3d.constants import COMPILED, METHOD
+from skeleton_extract_3d.constants import METHOD, MethodConstants
 from skeleton_extract_3d.lift import occluders, surfaces
+from skeleton_extract_3d.lift.constants import TrunkConstants
 from skeleton_extract_3d.lift.depth_inference import CHAINS, bones_of, infer_depths, read_depths
 from skeleton_extract_3d.lift.head_pose import HeadPose, heads_of, left_of_heads
-from skeleton_extract_3d.lift.records import Expectation, Lifted, ObservedPeople
+from skeleton_extract_3d.lift.records import Expectation, Lifted, ObservedPeople, Skin
 from skeleton_extract_3d.points.point_grid import PointGrid
-
-_BODY, _TRUNK, _HEAD = METHOD.body, METHOD.trunk, METHOD.head
-_SURFACE_OFFSETS, _THICKNESSES = _BODY.surface_offsets, _BODY.thicknesses
 
 
 class RobustLifting:
-    """All joints of a person together: by the surfaces, the lengths of bones and what was known before."""
+    """All joints of a person together: by the surfaces, the lengths of bones and the expectation."""
 
-    @np.errstate(invalid='ignore')  # samples, and depths before, are NaN where missing
-    def lift(self, seen: ObservedPeople, points: PointGrid, expected: Expectation) -> Lifted:
+    def __init__(self, method: MethodConstants = METHOD) -> None:
+        self._method = method
+
+    @np.errstate(invalid='ignore')  # samples, and expected depths, are NaN where missing
+    def lift(self, observed: ObservedPeople, points: PointGrid, expected: Expectation) -> Lifted:
         """Return where the joints are; see `lifting.LiftingMethod`."""
-        root, sure, foreign = _trunk(seen, expected)
-        expected = expected.with_sizes(seen, root, sure)
-        scale = expected.stature / _BODY.adult_stature
-        head = heads_of(seen, root, scale)
-        left = np.where(np.isfinite(expected.left), expected.left, 0.0) + left_of_heads(seen, head, root, scale)
-        ownership = occluders.ownership(points, seen, root, left, foreign)
+        method = self._method
+        root, sure, foreign = _trunk(observed, expected, method)
+        expected = expected.with_sizes(observed, root, sure, method)
+        scale = expected.stature / method.body.adult_stature
+        head = heads_of(observed, root, scale, method)
+        left = (np.where(np.isfinite(expected.left), expected.left, 0.0)
+                + left_of_heads(observed, head, root, scale, method))
+        ownership = occluders.ownership(points, observed, root, left, foreign, method)
 
-        offsets = _SURFACE_OFFSETS * scale[:, None]
-        gaps = _THICKNESSES - offsets
-        # the candidates of the head's joints are those of its middle
-        offsets[:, HEAD], gaps[:, HEAD] = -head.surface, _THICKNESSES[HEAD]
-        costs = surfaces.depth_costs(seen, root, offsets, gaps, ownership)
-        head_costs = _HEAD.weight * costs[:, HEAD].sum(axis=1)
-        costs = surfaces.with_memory(costs, root, expected)[:, CHAINS]
+        skin = _skin(head, scale, method)
+        costs = surfaces.depth_costs(observed, root, skin, ownership, method)
+        head_costs = method.head.weight * costs[:, HEAD].sum(axis=1)
+        costs = surfaces.with_memory(costs, root, expected, method.costs)[:, CHAINS]
 
-        bones = bones_of(expected.lengths, expected.length_spread, ~seen.known[:, CHAINS])
+        bones = bones_of(expected.lengths, expected.length_spread, expected.stature, ~observed.known[:, CHAINS],
+                         method.inference)
         beliefs = infer_depths(np.concatenate([costs, head_costs[:, None]], axis=1),
-                               np.concatenate([seen.rays[:, CHAINS], head.ray[:, None]], axis=1), root, bones,
-                               expected.stature, left)
-        depth, deviation = read_depths(beliefs.costs)
-        depth += root[:, None]
-        z, sigma = np.empty(seen.known.shape), np.empty(seen.known.shape)
-        z[:, CHAINS], sigma[:, CHAINS] = depth[:, :-1], deviation[:, :-1]
-        z[:, NECK], sigma[:, NECK] = z[:, SHOULDERS].sum(axis=1) / 2, sigma[:, SHOULDERS].sum(axis=1) / 2
-        middle = _refined_head(seen, head, depth[:, -1], foreign)
-        z[:, HEAD], sigma[:, HEAD] = middle[:, None] + head.depths, deviation[:, -1:]
+                               np.concatenate([observed.rays[:, CHAINS], head.ray[:, None]], axis=1), root, bones,
+                               left, method)
+        depth, deviation = read_depths(beliefs.costs, method)
+        depth = depth + root[:, None]
+        middle = _refined_head(observed, head, depth[:, -1], foreign, method)
+        z, sigma = _of_all_joints(depth, deviation, middle, head)
+        offsets = np.copy(skin.offsets)
         offsets[:, HEAD] = head.depths - head.surface
-        # which joints were seen, and those where their surface is; compiled (measuring.cpp)
-        xyz, surface, measured, plausible = COMPILED.measure(
-            (seen.rays, seen.scores, seen.known, seen.samples), z, offsets, ownership.own, ownership.foreign,
-            bones.lengths[:, :8])
+        # visible joints are put where their surface is; compiled (measuring.cpp)
+        xyz, surface, measured, plausible = method.compiled.measure(
+            (observed.rays, observed.scores, observed.known, observed.samples), z, offsets, ownership.own,
+            ownership.foreign, bones.lengths[:, :8])
         return Lifted(xyz, surface, measured, plausible, sigma, beliefs.left, root, expected.stature, beliefs.costs)
 
 
-def _trunk(seen: ObservedPeople, expected: Expectation) -> Tuple[np.ndarray, np.ndarray, Optional[np.ndarray]]:
-    """Return the depth of the trunk, (P,) [m], who shows enough of it, (P,) bool, and the samples on other people."""
-    size = seen.adult_depth * expected.stature / _BODY.adult_stature
-    sized = surfaces.size_evidence(size, expected.stature_spread)
-    evidence = seen.trunk_evidence + sized
-    foreign = _foreign(seen, expected, size, evidence)
+def _skin(head: HeadPose, scale: np.ndarray, method: MethodConstants) -> Skin:
+    """Return the surfaces in front of the joints; the candidates of the joints of the head are those of its middle."""
+    thicknesses = method.body.thicknesses
+    offsets = method.body.surface_offsets * scale[:, None]
+    gaps = thicknesses - offsets
+    offsets[:, HEAD], gaps[:, HEAD] = -head.surface, thicknesses[HEAD]
+    return Skin(offsets, gaps)
+
+
+def _of_all_joints(depth: np.ndarray, deviation: np.ndarray, middle: np.ndarray, head: HeadPose
+                   ) -> Tuple[np.ndarray, np.ndarray]:
+    """Return depths and deviations of the joints of COCO_18, (P, 18) [m], from those of the thirteen places."""
+    z, sigma = np.empty((len(depth), 18)), np.empty((len(depth), 18))
+    z[:, CHAINS], sigma[:, CHAINS] = depth[:, :-1], deviation[:, :-1]
+    z[:, NECK], sigma[:, NECK] = z[:, SHOULDERS].sum(axis=1) / 2, sigma[:, SHOULDERS].sum(axis=1) / 2
+    z[:, HEAD], sigma[:, HEAD] = middle[:, None] + head.depths, deviation[:, -1:]
+    return z, sigma
+
+
+def _trunk(observed: ObservedPeople, expected: Expectation, method: MethodConstants
+           ) -> Tuple[np.ndarray, np.ndarray, Optional[np.ndarray]]:
+    """Return the depth of the trunk, (P,) [m], whether it is sure, (P,) bool, and the samples on other people."""
+    trunk = method.trunk
+    size = observed.adult_depth * expected.stature / method.body.adult_stature
+    sized = surfaces.size_evidence(size, expected.stature_spread, trunk)
+    evidence = observed.trunk_evidence + sized
+    foreign = _foreign(observed, expected, size, trunk.depths[evidence.argmax(axis=1)], method)
     if foreign is not None:
-        evidence = surfaces.root_evidence(seen.samples, seen.scores, foreign) + sized
-    root = surfaces.ROOT_DEPTHS[(evidence + _before(expected.root)).argmax(axis=1)]
+        evidence = surfaces.root_evidence(observed.samples, observed.scores, foreign, method) + sized
+    root = trunk.depths[(evidence + _before(expected.root, trunk)).argmax(axis=1)]
     # the mean of the surfaces of the trunk
-    middle, total = surfaces.mean_within(seen, foreign, TRUNK, _SURFACE_OFFSETS[TRUNK], root, _TRUNK.support_reach)
-    sure = total > _TRUNK.least_support
-    return np.where(sure, middle, root), sure, foreign
+    offsets = method.body.surface_offsets[TRUNK]
+    off = observed.samples[:, TRUNK] + (offsets - root[:, None])[..., None]
+    mean, total = surfaces.mean_within(off, _own(observed, foreign, TRUNK), trunk.support_reach, method.windows.weights)
+    sure = total > trunk.least_support
+    return np.where(sure, root + mean, root), sure, foreign
 
 
-def _foreign(seen: ObservedPeople, expected: Expectation, size: np.ndarray, evidence: np.ndarray
-             ) -> Optional[np.ndarray]:
-    """Return which samples lie on other people, (P, 18, 25), or None."""
+def _own(observed: ObservedPeople, foreign: Optional[np.ndarray], joints: np.ndarray) -> np.ndarray:
+    """Return which samples of some joints, (P, J, 25) bool, are of joints with a keypoint and not on other people."""
+    known = np.broadcast_to(observed.known[:, joints, None], observed.samples[:, joints].shape)
+    return known if foreign is None else known & ~foreign[:, joints]
+
+
+def _foreign(observed: ObservedPeople, expected: Expectation, size: np.ndarray, first: np.ndarray,
+             method: MethodConstants) -> Optional[np.ndarray]:
+    """Return which samples lie on other people, (P, 18, 25), or None; `first`: (P,) likeliest depths [m]."""
     if len(size) < 2:
         return None
     known = np.where(np.isfinite(expected.depth), expected.depth, expected.root[:, None])
-    first = surfaces.ROOT_DEPTHS[evidence.argmax(axis=1)][:, None]
-    others = occluders.others_depths(seen.uv, np.where(np.isfinite(known), known, first), seen.focal)
-    # of a stranger, the size tells whether the surface may be the person's
-    stranger = np.where(np.isfinite(size), size, first[:, 0])[:, None]
-    return occluders.foreign_samples(seen.samples, others, np.where(np.isfinite(known), known, stranger))
+    depths = np.where(np.isfinite(known), known, first[:, None])
+    others = occluders.others_depths(observed.uv, depths, observed.focal, method)
+    # without a track, the size tells whether the surface may be the person's
+    new = np.where(np.isfinite(size), size, first)[:, None]
+    return occluders.foreign_samples(observed.samples, others, np.where(np.isfinite(known), known, new),
+                                     method.occluders)
 
 
-def _before(root: np.ndarray) -> np.ndarray:
-    """Return the log likelihood of the trunk's depth by where it was, (P, depths)."""
+def _before(root: np.ndarray, trunk: TrunkConstants) -> np.ndarray:
+    """Return the log likelihood of the trunk's depths given the expected one, (P, depths)."""
     known = np.isfinite(root)[:, None]
-    off = np.log(surfaces.ROOT_DEPTHS / np.where(known, root[:, None], 1.0)) / _TRUNK.before_spread
-    return known * (-0.5 * _TRUNK.before_weight) * np.minimum(off * off, _TRUNK.before_limit)
+    off = np.log(trunk.depths / np.where(known, root[:, None], 1.0)) / trunk.before_spread
+    return known * (-0.5 * trunk.before_weight) * np.minimum(off * off, trunk.before_limit)
 
 
-def _refined_head(seen: ObservedPeople, head: HeadPose, middle: np.ndarray, foreign: Optional[np.ndarray]
-                  ) -> np.ndarray:
+def _refined_head(observed: ObservedPeople, head: HeadPose, middle: np.ndarray, foreign: Optional[np.ndarray],
+                  method: MethodConstants) -> np.ndarray:
     """Return the depth of the middle of the ears by all the samples that fit, (P,) [m]."""
-    mean, total = surfaces.mean_within(seen, foreign, HEAD, -head.surface, middle, _HEAD.agreement)
-    return np.where(total > _HEAD.least_support, mean, middle)
+    off = observed.samples[:, HEAD] + (-head.surface - middle[:, None])[..., None]
+    mean, total = surfaces.mean_within(off, _own(observed, foreign, HEAD), method.head.agreement,
+                                       method.windows.weights)
+    return np.where(total > method.head.least_support, middle + mean, middle)

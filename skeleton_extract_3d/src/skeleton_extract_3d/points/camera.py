@@ -8,7 +8,8 @@ import numpy as np
 
 from openpose_ros_pkg.calibration import Calibration
 from openpose_ros_pkg.errors import BadInputError
-from skeleton_extract_3d.constants import COMPILED, METHOD
+from skeleton_extract_3d.constants import METHOD, MethodConstants
+from skeleton_extract_3d.points.constants import CameraLimitConstants
 
 # Widths and heights count as one aspect ratio up to this relative difference: rounded sizes pass, cropped ones do not.
 ASPECT_TOLERANCE = 0.01
@@ -23,8 +24,6 @@ _UNDISTORT_UNTIL = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 40, 1e-7)
 # A ray that does not project back to its pixel by this much [px] lies where the distortion can not be inverted.
 _ROUND_TRIP_TOLERANCE = 0.5
 
-_FIT, _LIMITS = METHOD.camera_fit, METHOD.camera_limits
-
 
 @dataclass(frozen=True, eq=False)
 class CameraModel:
@@ -35,7 +34,8 @@ class CameraModel:
         matrix: K, (3, 3) float64 [px]; integer coordinates are pixel centres.
         distortion_model: 'plumb_bob', 'rational_polynomial', 'equidistant' ('fisheye'), or 'none' (or empty).
         distortion: D, (N,) float64; empty or all zero: no distortion.
-        is_checked: of a camera that was made of a checked one, whose image may be a small part far from the centre.
+        limits: of the values; None: not checked, as of a camera that was made of a checked one, whose image may be a
+            small part far from the centre.
 
     Raises:
         BadInputError: the camera is not calibrated, the distortion model is unknown or does not fit D, or no camera
@@ -47,9 +47,9 @@ class CameraModel:
     matrix: np.ndarray
     distortion_model: str = ''
     distortion: np.ndarray = field(default_factory=lambda: np.zeros(0))
-    is_checked: InitVar[bool] = False
+    limits: InitVar[Optional[CameraLimitConstants]] = METHOD.camera_limits
 
-    def __post_init__(self, is_checked: bool) -> None:
+    def __post_init__(self, limits: Optional[CameraLimitConstants]) -> None:
         if self.width < 1 or self.height < 1:
             raise BadInputError(f'camera has size {self.width} x {self.height}, expected at least 1 x 1')
         matrix = np.array(self.matrix, np.float64).reshape(-1)
@@ -70,28 +70,28 @@ class CameraModel:
                                 f"{' or '.join(map(str, lengths)) or 'no'} finite values, got {distortion.tolist()}")
         object.__setattr__(self, 'matrix', matrix.reshape(3, 3))
         object.__setattr__(self, 'distortion', distortion if distortion.any() else np.zeros(0))
-        if not is_checked:
-            self._check_limits()
+        if limits is not None:
+            self._check_limits(limits)
 
-    def _check_limits(self) -> None:
+    def _check_limits(self, limits: CameraLimitConstants) -> None:
         sizes = (self.width, self.height)
-        least, most = (limit * max(sizes) for limit in _LIMITS.focal_lengths)
+        least, most = (limit * max(sizes) for limit in limits.focal_lengths)
         for axis, size, (focal, centre) in zip('xy', sizes, self.matrix[[[0], [1]], [[0, 2], [1, 2]]].tolist()):
             if not least <= focal <= most:
                 raise BadInputError(f'camera matrix K: f{axis} is {focal:g} px, expected {least:g} to {most:g} px for '
                                     f'{self.width} x {self.height} px')
-            if abs(centre - size / 2) > _LIMITS.centre * size:
+            if abs(centre - size / 2) > limits.centre * size:
                 raise BadInputError(f'camera matrix K: c{axis} is {centre:g} px, far outside of {self.width} x '
                                     f'{self.height} px; is K of another resolution?')
         if self.distortion.size:
-            u, v = (np.linspace(0, size - 1, count) for size, count in zip(sizes, _LIMITS.grid))
+            u, v = (np.linspace(0, size - 1, count) for size, count in zip(sizes, limits.grid))
             share = np.isfinite(self.rays(np.stack(np.meshgrid(u, v), axis=-1))).all(axis=1).mean()
-            if share < _LIMITS.least_rays:
+            if share < limits.least_rays:
                 raise BadInputError(f'distortion D = {self.distortion.tolist()} folds the image: {share:.0%} of its '
-                                    f'pixels have one line of sight, expected at least {_LIMITS.least_rays:.0%}')
+                                    f'pixels have one line of sight, expected at least {limits.least_rays:.0%}')
 
     def scaled(self, width: int, height: int) -> 'CameraModel':
-        """Return the same camera for a image of another resolution.
+        """Return the same camera for an image of another resolution.
 
         Raises:
             BadInputError: the other image has another aspect ratio, so it does not show the same view.
@@ -104,7 +104,7 @@ class CameraModel:
         matrix[[0, 1], [0, 1]] *= ratio
         # the corner of the image is at -0.5, since integers are centres
         matrix[:2, 2] = (self.matrix[:2, 2] + 0.5) * ratio - 0.5
-        return CameraModel(width, height, matrix, self.distortion_model, self.distortion, is_checked=True)
+        return CameraModel(width, height, matrix, self.distortion_model, self.distortion, limits=None)
 
     def focal_in(self, image_size: Tuple[int, int]) -> float:
         """Return the focal length, mean of both axes, in the pixels of an image of the same view [px].
@@ -198,7 +198,7 @@ def calibrated_camera(calibration: Calibration, rectified: bool = False) -> Came
     matrix = sensor.matrix.copy()
     matrix[:2, 2] -= x, y
     matrix[:2] /= np.maximum(calibration.binning, 1)[:, None]
-    return CameraModel(*calibration.image_size, matrix, sensor.distortion_model, sensor.distortion, is_checked=True)
+    return CameraModel(*calibration.image_size, matrix, sensor.distortion_model, sensor.distortion, limits=None)
 
 
 def check_same_aspect(name: str, size: Tuple[int, int], other_name: str, other_size: Tuple[int, int]) -> None:
@@ -213,8 +213,9 @@ def check_same_aspect(name: str, size: Tuple[int, int], other_name: str, other_s
                             'aspect ratios differ, so they do not show the same view; register one to the other')
 
 
-def fitted_camera(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> Optional[CameraModel]:
-    """Return the pinhole camera that the points of an organized cloud were seen by.
+def fitted_camera(x: np.ndarray, y: np.ndarray, z: np.ndarray, method: MethodConstants = METHOD
+                  ) -> Optional[CameraModel]:
+    """Return the pinhole camera of the points of an organized cloud.
 
     Args:
         x, y, z: (H, W) [m], in the optical frame; any float type and strides; NaN or 0 where missing.
@@ -225,21 +226,21 @@ def fitted_camera(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> Optional[Camer
     Raises:
         BadInputError: no such camera explains the points: they are in another frame, or not registered.
     """
-    height, width = z.shape
-    pixels = _fit_pixels(width, height)
+    constants, (height, width) = method.camera_fit, z.shape
+    pixels = _fit_pixels(width, height, constants.grid)
     points = np.array([axis[pixels[1], pixels[0]] for axis in (x, y, z)], np.float64)
     # least squares of u = fx x / z + cx and v = fy y / z + cy; error: greater one of the median errors; compiled
-    fit = COMPILED.fit_pinhole(points, pixels)
+    fit = method.compiled.fit_pinhole(points, pixels)
     if fit is None:
         behind = int((np.nan_to_num(points[2]) < 0).sum())
-        if behind >= _FIT.least_points:
+        if behind >= constants.least_points:
             raise _no_camera(f'{behind} of {points.shape[1]} points that were read have a negative z')
         return None
     fx, fy, cx, cy, error = fit
     if not (fx > 0 and fy > 0):
         raise _no_camera(f'the focal lengths that fit best are {fx:.0f} and {fy:.0f} px, expected more than 0')
-    if error > _FIT.tolerance:
-        raise _no_camera(f'they miss their pixels by {error:.1f} px, expected up to {_FIT.tolerance:g}')
+    if error > constants.tolerance:
+        raise _no_camera(f'they miss their pixels by {error:.1f} px, expected up to {constants.tolerance:g}')
     return CameraModel(width, height, np.array([fx, 0, cx, 0, fy, cy, 0, 0, 1]))
 
 
@@ -249,8 +250,8 @@ def _no_camera(reason: str) -> BadInputError:
 
 
 @functools.lru_cache(maxsize=8)
-def _fit_pixels(width: int, height: int) -> np.ndarray:
+def _fit_pixels(width: int, height: int, grid: Tuple[int, int]) -> np.ndarray:
     """Return the columns and rows of the points that a camera is fitted to, (2, N) int64."""
     columns, rows = (np.unique(np.linspace(0, size - 1, count).astype(np.int64))
-                     for size, count in zip((width, height), _FIT.grid))
-    return np.stack([grid.ravel() for grid in np.meshgrid(columns, rows)])
+                     for size, count in zip((width, height), grid))
+    return np.stack([axis.ravel() for axis in np.meshgrid(columns, rows)])

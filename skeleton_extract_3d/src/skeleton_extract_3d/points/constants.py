@@ -34,7 +34,7 @@ class CameraLimitConstants:
 
 @dataclass(frozen=True)
 class PlausibilityConstants:
-    """When points are no depth of the view, or not that of the image."""
+    """Faults of points: no depth of the view, or not that of the image."""
 
     grid: Tuple[int, int] = constant((48, 27), 'Columns and rows of the points that are judged.', unit='points',
                                      source='chosen')

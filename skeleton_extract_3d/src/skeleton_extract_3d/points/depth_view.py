@@ -1,4 +1,4 @@
-"""Depth as those who look for people in the image use it."""
+"""Depth on a coarse grid, for the detection of people in the image."""
 from typing import Optional
 
 import numpy as np

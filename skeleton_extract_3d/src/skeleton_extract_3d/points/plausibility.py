@@ -1,20 +1,19 @@
-"""Whether points are the depth of a view: no depth at all, another unit, the same depth again and again."""
+"""Plausibility of points as the depth of a view: no depth at all, another unit, the same depth in each frame."""
 from typing import NamedTuple, Optional, Tuple
 
 import numpy as np
 
 from skeleton_extract_3d.constants import METHOD
+from skeleton_extract_3d.points.constants import PlausibilityConstants
 from skeleton_extract_3d.points.point_grid import PointGrid
-
-_PLAUSIBLE = METHOD.plausibility
 
 
 class Doubt(NamedTuple):
-    """Something that is wrong with the input although it can be read.
+    """A fault of the input that does not keep it from being read.
 
     Attributes:
-        event: what a node counts.
-        text: what is wrong, with values, and a likely cause.
+        event: counted by nodes.
+        text: the fault, with values, and a likely cause.
     """
 
     event: str
@@ -22,13 +21,13 @@ class Doubt(NamedTuple):
 
 
 class PointSummary(NamedTuple):
-    """What points are like as a whole.
+    """Summary of the points of a frame.
 
     Attributes:
         sample: distances of a grid of them [m]; NaN where missing.
         valid: share of these that are valid.
         depth: median of these [m]; NaN if there is none.
-        doubt: why they are no depth in metres; None: they may be.
+        doubt: why they are no depth in metres; None: plausible.
     """
 
     sample: np.ndarray
@@ -37,18 +36,18 @@ class PointSummary(NamedTuple):
     doubt: Optional[Doubt]
 
 
-def summarize(points: PointGrid) -> PointSummary:
-    """Return what points are like."""
-    columns, rows = _sample_pixels(points.width, points.height)
+def summarize(points: PointGrid, constants: PlausibilityConstants = METHOD.plausibility) -> PointSummary:
+    """Return the summary of points."""
+    columns, rows = _sample_pixels(points.width, points.height, constants)
     sample = points.distances(columns, rows)
     distances = sample[np.isfinite(sample)]
     share = distances.size / sample.size
-    if distances.size < _PLAUSIBLE.least_valid:
+    if distances.size < constants.least_valid:
         return PointSummary(sample, share, np.nan, Doubt(
             'no depth', f'{100 * share:.2g} % of the points are valid, the others are '
                         f'{points.missing_values(columns, rows)}: is the depth camera covered, or is this another '
                         'topic?'))
-    depth, (least, most) = float(np.median(distances)), _PLAUSIBLE.depths
+    depth, (least, most) = float(np.median(distances)), constants.depths
     doubt = None
     if depth > most:
         doubt = Doubt('implausible depth', f'the median depth is {depth:.4g} m, expected up to {most:g} m: is it in '
@@ -74,27 +73,28 @@ class Stillness(NamedTuple):
     green: np.ndarray
     frames: int = 0
 
-    def doubt(self) -> Optional[Doubt]:
-        """Return what is wrong, if anything is."""
-        if self.frames < _PLAUSIBLE.still_frames:
+    def doubt(self, constants: PlausibilityConstants = METHOD.plausibility) -> Optional[Doubt]:
+        """Return the doubt that the depth camera works, if there is one."""
+        if self.frames < constants.still_frames:
             return None
         return Doubt('depth stands still', f'the depth is the same to the bit in {self.frames} frames with other '
                                            'images: does the depth camera hang?')
 
 
-def stillness(before: Optional[Stillness], summary: PointSummary, bgr: np.ndarray) -> Stillness:
+def stillness(before: Optional[Stillness], summary: PointSummary, bgr: np.ndarray,
+              constants: PlausibilityConstants = METHOD.plausibility) -> Stillness:
     """Return since when the depth is the same, after a frame; `before` is None in the first one."""
-    columns, rows = _sample_pixels(bgr.shape[1], bgr.shape[0])
+    columns, rows = _sample_pixels(bgr.shape[1], bgr.shape[0], constants)
     green = bgr[rows, columns, 1].astype(np.int16)
     if (before is None or before.shape != bgr.shape
             or before.sample.tobytes() != summary.sample.tobytes()):
         return Stillness(summary.sample, bgr.shape, green)
-    has_changed = (np.abs(green - before.green) > _PLAUSIBLE.changed_by).mean() > _PLAUSIBLE.changed
+    has_changed = (np.abs(green - before.green) > constants.changed_by).mean() > constants.changed
     return before._replace(frames=before.frames + 1 if has_changed else 0)
 
 
-def _sample_pixels(width: int, height: int) -> Tuple[np.ndarray, np.ndarray]:
+def _sample_pixels(width: int, height: int, constants: PlausibilityConstants) -> Tuple[np.ndarray, np.ndarray]:
     """Return columns (1, N) and rows (M, 1) of the pixels that are judged."""
     columns, rows = (np.linspace(0, size - 1, min(count, size)).astype(np.int64)
-                     for size, count in zip((width, height), _PLAUSIBLE.grid))
+                     for size, count in zip((width, height), constants.grid))
     return columns[None], rows[:, None]

@@ -55,7 +55,7 @@ class RgbdSequence:
     Args:
         folder: holds rgb/ or color/, and depth/.
         camera: of the colour images.
-        fps: frames per second [Hz], None if it is not known; times are then those of 1 Hz.
+        fps: frames per second [Hz]; None: not known, times are those of 1 Hz.
         frame_id: of the camera's optical frame; empty if it is not known.
         T_world_camera: (4, 4) from the optical frame to an upright world frame (z up) [m], or None.
 
@@ -123,7 +123,7 @@ class RgbdSequence:
 def play_order(length: int, playback: str) -> Iterator[int]:
     """Return the indices of the frames in the order in which they are played; endless unless played once.
 
-    Forth and back shows the first and the last frame once per turn, so that nobody stands still there.
+    Forth and back shows the first and the last frame once per turn, so that people do not stand still there.
 
     Args:
         length: frames of the sequence, at least 1.

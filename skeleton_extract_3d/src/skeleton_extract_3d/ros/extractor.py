@@ -34,7 +34,7 @@ from openpose_ros_pkg.ros.people_publisher import (
 )
 from openpose_ros_pkg.ros.timing_report import TimingReport
 from openpose_ros_pkg.stream.pairing import PairingParams
-from openpose_ros_pkg.stream.pipeline import Pipeline
+from openpose_ros_pkg.stream.pipeline import Pipeline, PipelineStages
 from skeleton_extract_3d.chain import ComputedFrame, PeopleChain, PreparedFrame, Result
 from skeleton_extract_3d.estimator import STAGES as ESTIMATOR_STAGES
 from skeleton_extract_3d.frame import Frame
@@ -153,7 +153,7 @@ class Extractor:
         in_image = LandmarkPublisher(NAMESPACE if self._params.publish_2d else None, networks.landmarks,
                                      settings.landmarks, networks.target_rate, health, demand)
         self._landmarks = LandmarkStage(NAMESPACE, self._chain, self._transforms, in_image, demand)
-        self._pipeline = Pipeline(self._prepare, self._compute, self._finish, health.frame_failed,
+        self._pipeline = Pipeline(PipelineStages(self._prepare, self._compute, self._finish), health.frame_failed,
                                   networks.detection.lock, networks.lead)
         self._summary: Optional[PointSummary] = None
         self._health.show(self._values_of_points)

@@ -69,7 +69,7 @@ class LandmarkMarkers:
         person, known = int(faces.people[row]), faces.points.status[row] != MISSING
         length, turn = self._params.head_arrow, faces.orientations[row]
         place = np.zeros((0, 3), np.float32)
-        # messages of others may have the zeros that an orientation has where nobody sets it
+        # in messages of other nodes an unset orientation is zero
         if length > 0 and known.any() and np.isfinite(turn).all() and turn.any():
             start = faces.points.xyz[row][known].mean(axis=0)
             place = np.stack([start, start + length * Rotation.from_quat(turn).apply((1, 0, 0))]).astype(np.float32)

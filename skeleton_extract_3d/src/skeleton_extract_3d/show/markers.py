@@ -33,7 +33,7 @@ _MAX_DASHES = 100
 
 @dataclass(frozen=True)
 class MarkerParams(Parameters):
-    """How people look in RViz."""
+    """Markers of people in RViz."""
 
     joint_scale: float = parameter(0.05, "Diameter of the joints' spheres.", unit='m', minimum=0.001, maximum=1.0)
     skeleton_scale: float = parameter(0.03, 'Width of the limbs.', unit='m', minimum=0.001, maximum=1.0)

@@ -13,7 +13,7 @@ def frame_report(people_2d: People2D, people: People3D, points: PointGrid) -> st
 
     Args:
         people_2d: keypoints [px of the image].
-        people: the same people in the same order [m]; then those whom the image does not show, reported as hidden.
+        people: the same people in the same order [m]; then hidden people.
         points: cloud or depth image they were lifted with; read as a whole.
     """
     low, high = points.valid_range()

@@ -1,1 +1,1 @@
-"""Over time: who is who, filter, joints without a keypoint."""
+"""Over time: identity, filter, joints without a keypoint."""

@@ -1,4 +1,4 @@
-"""What people wear: mean colours of the upper and the lower part of the clothes."""
+"""Appearance of people: mean colours of the upper and the lower part of their clothes."""
 from typing import NamedTuple, Optional, Sequence, Tuple, Union
 
 import cv2
@@ -10,8 +10,8 @@ from skeleton_extract_3d.lift import surfaces
 from skeleton_extract_3d.lift.observation import grid_positions
 from skeleton_extract_3d.lift.records import ObservedPeople
 from skeleton_extract_3d.points.point_grid import PointGrid
+from skeleton_extract_3d.track.constants import AppearanceConstants
 
-_APPEARANCE = METHOD.track.appearance
 # Corners of the trunk.
 _CHEST = np.concatenate([SHOULDERS, HIPS])
 # The same corner of the other side.
@@ -37,7 +37,7 @@ class Clothes(NamedTuple):
 
     Attributes:
         colours: (P, 2, 3) CIELAB, L 0..100.
-        weights: (P, 2) number of frames that they are the mean of; 0 where nothing is known.
+        weights: (P, 2) number of frames in the mean; 0 where unknown.
     """
 
     colours: np.ndarray
@@ -45,35 +45,37 @@ class Clothes(NamedTuple):
 
     @classmethod
     def unknown(cls, people: int) -> 'Clothes':
-        """Return what is known of people whose clothes were not seen."""
+        """Return the clothes of people before any observation."""
         return cls(np.zeros((people, len(_PARTS), 3)), np.zeros((people, len(_PARTS))))
 
     def select(self, people: np.ndarray) -> 'Clothes':
         """Return the clothes of some of the people, by a mask or by indices."""
         return Clothes(self.colours[people], self.weights[people])
 
-    def learnt(self, frame: 'Clothes', usable: np.ndarray) -> 'Clothes':
+    def learnt(self, frame: 'Clothes', usable: np.ndarray,
+               constants: AppearanceConstants = METHOD.track.appearance) -> 'Clothes':
         """Return the mean with one more frame of usable people, (P,) bool."""
         known = (frame.weights > 0) & usable[:, None]
-        weights = np.minimum(self.weights + known, _APPEARANCE.memory)
+        weights = np.minimum(self.weights + known, constants.memory)
         share = np.where(known, 1 / np.maximum(weights, 1), 0.0)
         return Clothes(self.colours + share[..., None] * (frame.colours - self.colours), weights)
 
 
-def observe_clothes(seen: ObservedPeople, points: PointGrid, bgr: Optional[np.ndarray]) -> Clothes:
+def observe_clothes(observed: ObservedPeople, points: PointGrid, bgr: Optional[np.ndarray],
+                    constants: AppearanceConstants = METHOD.track.appearance) -> Clothes:
     """Return the colours of the clothes in one frame, where the surface is near the trunk's.
 
     Args:
         bgr: (H, W, 3) uint8, the image; None: the clothes stay unknown.
     """
-    if bgr is None or not len(seen):
-        return Clothes.unknown(len(seen))
-    pixels = clothes_pixels(np.where(seen.scores[..., None] >= _APPEARANCE.least_score, seen.uv, np.nan))
+    if bgr is None or not len(observed):
+        return Clothes.unknown(len(observed))
+    pixels = clothes_pixels(np.where(observed.scores[..., None] >= constants.least_score, observed.uv, np.nan))
     depths = surfaces.depths_at(points, np.where(np.isfinite(pixels), pixels, -1e6))
-    trunk = surfaces.lower_median(seen.samples[:, _CHEST].reshape(len(seen), -1))
+    trunk = surfaces.lower_median(observed.samples[:, _CHEST].reshape(len(observed), -1))
     with np.errstate(invalid='ignore'):
-        usable = np.abs(depths - trunk[:, None]) < _APPEARANCE.depth_range
-    return mean_colours(bgr, grid_positions(pixels, (points.width, points.height), seen.image_size), usable)
+        usable = np.abs(depths - trunk[:, None]) < constants.depth_range
+    return mean_colours(bgr, grid_positions(pixels, (points.width, points.height), observed.image_size), usable)
 
 
 def clothes_pixels(uv: np.ndarray) -> np.ndarray:
@@ -82,7 +84,7 @@ def clothes_pixels(uv: np.ndarray) -> np.ndarray:
     Args:
         uv: (P, 18, 2) [px].
     """
-    # a side of the trunk that is out of the image, or behind somebody, is not needed: the other one tells
+    # a corner without a keypoint is taken from the other side of the trunk
     corners = uv[:, _CHEST]
     corners = np.where(np.isfinite(corners), corners, corners[:, _OTHER_SIDE])
     thighs = _ON_THIGH @ uv[:, _THIGHS]
@@ -110,7 +112,7 @@ def mean_colours(bgr: np.ndarray, pixels: np.ndarray, usable: np.ndarray) -> Clo
 
 
 def colour_distances(first: Clothes, second: Clothes) -> np.ndarray:
-    """Return the mean difference (Delta E of CIE 1976) of the parts that are known of both, (T, P); 0 where none is.
+    """Return the mean difference (Delta E of CIE 1976) of the parts known of both, (T, P); 0 where none is.
 
     Args:
         first: of T people; second: of P people.
@@ -120,18 +122,17 @@ def colour_distances(first: Clothes, second: Clothes) -> np.ndarray:
     return np.where(both, difference, 0.0).sum(axis=2) / np.maximum(both.sum(axis=2), 1)
 
 
-def clothes_evidence(absent: Clothes, new: Clothes) -> Tuple[np.ndarray, np.ndarray]:
-    """Return by how much the same clothes are likelier than a stranger's, (T, N), and what was compared, (T, N, 2).
-
-    Only parts that were seen of both are compared.
+def clothes_evidence(absent: Clothes, new: Clothes, constants: AppearanceConstants = METHOD.track.appearance
+                     ) -> Tuple[np.ndarray, np.ndarray]:
+    """Return the log likelihood ratio of the same person, (T, N), and which parts were compared, (T, N, 2) bool.
 
     Args:
         absent: of T people; new: of N people.
     """
     both = (absent.weights > 0)[:, None] & (new.weights > 0)[None]
-    same = log_normal(new.colours[None] - absent.colours[:, None], _APPEARANCE.same_colour)
-    strange = log_normal(new.colours - _APPEARANCE.mean_colour, _APPEARANCE.strange_colour)[None]
-    evidence = np.minimum((same - strange).sum(axis=3), _APPEARANCE.most_evidence)
+    same = log_normal(new.colours[None] - absent.colours[:, None], constants.same_colour)
+    strange = log_normal(new.colours - constants.mean_colour, constants.strange_colour)[None]
+    evidence = np.minimum((same - strange).sum(axis=3), constants.most_evidence)
     return np.where(both, evidence, 0.0).sum(axis=2), both
 
 

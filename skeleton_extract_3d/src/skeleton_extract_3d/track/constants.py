@@ -1,4 +1,4 @@
-"""Numbers of the room, by step: how people are followed from frame to frame."""
+"""Constants of tracking, step by step."""
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,9 +19,11 @@ def _rest_sigmas() -> np.ndarray:
 
 @dataclass(frozen=True)
 class MemoryConstants:
-    """When everything is forgotten."""
+    """Limits of the memory of an estimator."""
 
     greatest_backstep: float = constant(0.5, 'Stamps that go back by more are a new beginning (bag loop).', unit='s')
+    most_tracks: int = constant(1000, 'Tracks of a camera: where stamps stand still, none ever ends.', unit='tracks',
+                                source='chosen')
 
 
 @dataclass(frozen=True)
@@ -35,7 +37,7 @@ class JointFilterConstants:
 
 @dataclass(frozen=True)
 class InnovationConstants:
-    """What innovations tell of the error of an estimate."""
+    """Errors of estimates by their innovations."""
 
     memory: float = constant(0.5, 'Time over which the innovations of a person are averaged.', unit='s',
                              source='simulated errors of 20 and 60 mm, 5 to 60 Hz: with 1 s slower to know, no better')
@@ -48,7 +50,7 @@ class InnovationConstants:
 
 @dataclass(frozen=True)
 class BirthConstants:
-    """What is known of a person in the first frame."""
+    """State of a new track."""
 
     joint_sigma: float = constant(0.3, 'Standard deviation per axis of the joints of a new track.', unit='m')
     root_sigma: float = constant(0.1, "The same of the trunk's middle.", unit='m')
@@ -57,20 +59,22 @@ class BirthConstants:
 
 @dataclass(frozen=True)
 class IdentityConstants:
-    """What it costs to take a person of the frame for somebody who is followed."""
+    """Costs of data association."""
 
     same_depth: float = constant(0.08, "Depths nearer to the track's depth count as the track's.", unit='share')
     distance_unit: float = constant(0.3, 'Distance across the view that costs 1.', unit='m')
-    evidence_unit: float = constant(6.7, 'Log likelihood of another depth of the trunk that costs 1.')
+    evidence_unit: float = constant(6.7, 'Log likelihood ratio of another depth of the trunk that costs 1.')
     colour_unit: float = constant(25.0, 'Difference of the clothes that costs 1.', unit='Delta E (CIE 1976)')
     most_colour: float = constant(2.0, 'Greatest cost of other colours: they may be of what covers the person.')
-    away: float = constant(0.3, 'Colours count in full for people who were not detected for longer.', unit='s')
-    present_share: float = constant(0.3, 'Weight of the colours of people who were detected since.', unit='share')
+    away: float = constant(0.3, 'Colours count in full after a longer time without a detection.', unit='s')
+    present_share: float = constant(0.3, 'Weight of the colours of other tracks.', unit='share')
     most_evidence: float = constant(20.0, 'Greatest log likelihood of another depth of the same person.')
     same_place: float = constant(
         0.25, 'Keypoints nearer to where they are expected are not refused for their depth: most surfaces of '
-              'somebody who is almost hidden are those of another person.', unit='m')
-    repeated_distance: float = constant(0.22, 'Newcomers nearer to a track (median of joints) are it.', unit='m')
+              'a person who is almost hidden are those of another one.', unit='m')
+    nearest: float = constant(0.1, 'Least depth of a track that is compared.', unit='m', source='chosen')
+    repeated_distance: float = constant(
+        0.22, 'New people nearer to a track (median of joints) are the same person.', unit='m')
     repeated_joints: int = constant(2, 'Joints that both must have for that.', unit='joints')
     halves_common: int = constant(2, 'Halves of a person have at most this many joints in common.', unit='joints')
     halves_behind: float = constant(
@@ -91,19 +95,19 @@ class AppearanceConstants:
         np.array([8.0, 4.0, 5.0]), 'Standard deviation of the colour of the same clothes in another light and pose: '
                                    'mostly of lightness.', unit='CIELAB', source='12 rendered people, over 0.7 s')
     mean_colour: np.ndarray = constant(
-        np.array([[35.0, 4.0, 0.0], [24.0, 2.0, -2.0]]), "Mean colour of strangers' clothes, upper and lower part.",
+        np.array([[35.0, 4.0, 0.0], [24.0, 2.0, -2.0]]), "Mean colour of people's clothes, upper and lower part.",
         unit='CIELAB', source='35 people of COCO pictures, rounded')
     strange_colour: np.ndarray = constant(
         np.array([[22.0, 9.0, 13.0], [18.0, 5.0, 8.0]]), 'Standard deviation of these.', unit='CIELAB',
         source='the same')
     most_evidence: float = constant(
-        4.0, 'Greatest log likelihood of the same person by one part: one stranger in 50 wears the same.',
+        4.0, 'Greatest log likelihood of the same person by one part: one person in 50 wears the same.',
         source='chosen')
 
 
 @dataclass(frozen=True)
 class ExpectationConstants:
-    """How sure the tracks are of the next frame."""
+    """Errors of predicted tracks."""
 
     depth_sigma: float = constant(0.06, 'Error of an expected depth beyond that of the filter.', unit='m')
     depth_factor: float = constant(1.5, 'Factor of the error of an expected depth.')
@@ -114,10 +118,10 @@ class ExpectationConstants:
 
 @dataclass(frozen=True)
 class CorrectionConstants:
-    """How exactly a frame places joints."""
+    """Errors of the joints of a frame."""
 
     out_of_sight: float = constant(
-        0.2, 'Of who was not detected for longer, joints that are not seen move with those that are.', unit='s')
+        0.2, 'After a longer time without a detection, joints without a keypoint move with the others.', unit='s')
     across: float = constant(0.013, 'Error of a keypoint across the view, at full score.', unit='m')
     across_by_score: float = constant(0.11, 'Growth of this error, times (1 - score) squared.', unit='m')
     across_hidden: float = constant(0.02, 'What a hidden joint adds to this error.', unit='m')
@@ -145,7 +149,7 @@ class BoneConstraintConstants:
 
 @dataclass(frozen=True)
 class CompletionConstants:
-    """Where joints without a keypoint are, and how sure that is."""
+    """Joints without a keypoint, and their errors."""
 
     sigma_at_once: float = constant(0.04, "Error of a joint that loses its keypoint, beyond its parent's.", unit='m')
     sigma_growth: float = constant(0.35, 'Growth of this error.', unit='m/s')
@@ -164,68 +168,69 @@ class CompletionConstants:
 
 @dataclass(frozen=True)
 class OutOfSightConstants:
-    """How people without a detection move, and who of them is still there."""
+    """Tracks without a detection: their motion, and which are still in view."""
 
     sigma_at_once: float = constant(0.08, 'Error of the joints when the detection is lost.', unit='m')
     sigma_growth: float = constant(0.45, 'Growth of this error.', unit='m/s')
     walking_time: float = constant(1.0, 'They slow down with this time constant.', unit='s')
     greatest_speed: float = constant(2.0, 'They walk at most this fast.', unit='m/s')
     behind: float = constant(0.35, 'The view of a joint is free if the surface is further behind it.', unit='m')
-    free_share: float = constant(0.35, 'Who has more joints in free view would be seen.', unit='share')
-    least_sightings: int = constant(3, 'Somebody detected in fewer frames is not reported.', unit='frames')
-    least_inside: float = constant(0.5, 'Somebody with fewer joints within the image is not reported.', unit='share')
+    free_share: float = constant(0.35, 'A person with more joints in free view would be detected.', unit='share')
+    least_sightings: int = constant(3, 'Tracks with fewer detections are not reported.', unit='frames')
+    least_inside: float = constant(0.5, 'Tracks with fewer joints within the image are not reported.', unit='share')
 
 
 @dataclass(frozen=True)
 class OneBodyConstants:
-    """Which people fill the same space, and for how long they may."""
+    """People who fill the same space, and the time that they may."""
 
     thickness: float = constant(
         0.16, 'People whose joints are nearer (median) are in one place: less than the thickness of a trunk, which '
               'the joints of two people are apart where they touch.', unit='m')
     least_joints: int = constant(4, 'Joints that both must have for that.', unit='joints')
     halves_apart: float = constant(
-        0.25, 'Two who have hardly a joint in common are halves of one person if the joints of their trunks are nearer '
+        0.25, 'Two with few joints in common are halves of one person if the joints of their trunks are nearer '
               '(median).', unit='m')
     longest: float = constant(
         0.2, 'Of people who are in one place for longer, one stays: for some frames, one may be put on the other by '
              'mistake where they touch.', unit='s')
     surely_alone: float = constant(
-        1.0, 'Who had a place of their own for longer before is somebody else, and waits to be seen again.', unit='s')
+        1.0, 'A track that had a place of its own for longer before is another person, and stays as hidden.', unit='s')
 
 
 @dataclass(frozen=True)
 class ReturningConstants:
-    """When a newcomer is somebody who was here a short time ago."""
+    """Reidentification of people who had a track a short time ago."""
 
-    least_away: float = constant(0.2, 'Somebody who was seen since is not absent.', unit='s')
-    greatest_speed: float = constant(2.5, 'Nobody comes back from farther than this takes them.', unit='m/s')
+    least_away: float = constant(0.2, 'Tracks with a later detection are not absent.', unit='s')
+    greatest_speed: float = constant(2.5, 'Greatest mean speed of a person while absent.', unit='m/s')
     seen_size: float = constant(
         0.08, 'Standard deviation of the size of a body (median of bones) in one frame.', unit='share',
         source='rendered people')
     strange_size: float = constant(
-        0.2, 'Standard deviation of the sizes of strangers, who may be children.', unit='share', source='chosen')
-    spread_at_once: float = constant(0.3, 'Error per axis of where somebody is expected who was just lost.', unit='m')
+        0.2, 'Standard deviation of the sizes of people, children included.', unit='share', source='chosen')
+    spread_at_once: float = constant(
+        0.3, 'Error per axis of the predicted place of a track that was just lost.', unit='m')
     spread_growth: float = constant(0.6, 'Growth of this error.', unit='m/s')
     greatest_spread: float = constant(1.5, 'Greatest such error: people come back by where they left.', unit='m')
-    room: float = constant(12.0, 'Area of the floor in view, anywhere on which a stranger may appear.', unit='m^2')
-    least_evidence: float = constant(2.3, 'Log likelihood, against a stranger, of somebody who is recognized (10:1).')
-    margin: float = constant(1.6, 'The same against every other absent person and newcomer (5:1).')
+    room: float = constant(12.0, 'Area of the floor in view, anywhere on which a person may appear.', unit='m^2')
+    least_evidence: float = constant(2.3, 'Least log likelihood ratio of a track to a person without one (10:1).')
+    margin: float = constant(1.6, 'The same against every other absent track and new person (5:1).')
     patience: float = constant(
-        0.3, 'Newcomers whose clothes are not in view wait this long for an id, while somebody is absent who may be '
-             'them.', unit='s')
-    most_gone: int = constant(32, 'Of more people who are gone, the ones seen last may be recognized.')
+        0.3, 'New people wait this long for an id while their clothes are hidden and an absent track may be theirs.',
+        unit='s')
+    most_gone: int = constant(32, 'Ended tracks that may be reidentified, the newest ones.')
 
 
 @dataclass(frozen=True)
 class StandingConstants:
-    """How feet and the floor go together, where it is known."""
+    """Contact of feet with the floor, where it is known."""
 
     ankle_height: float = constant(
         0.11, 'Height of the ankles of a standing adult, in shoes, above the floor.', unit='m',
         source='rendered, dressed bodies with known joints, rounded')
     straight: float = constant(
-        0.95, 'Somebody stands whose hip is higher above the ankles than this.', unit='share of the length of the leg')
+        0.95, 'A person stands if the hip is higher above the ankles than this.', unit='share of the length of the leg')
     reach: float = constant(0.25, 'Ankles are moved by at most this in height.', unit='m')
     least_fall: float = constant(0.3, 'Rays fall by at least this to where a height tells a depth.', unit='m')
 

@@ -4,15 +4,13 @@ from dataclasses import replace
 import numpy as np
 
 from skeleton_extract_3d.body.body import ENDS, HIPS, LOWER_KINDS, MIDDLES, UPPER_KINDS
-from skeleton_extract_3d.constants import METHOD
+from skeleton_extract_3d.constants import METHOD, MethodConstants
 from skeleton_extract_3d.track.completion import Completion
 
-_BODY, _STANDING = METHOD.body, METHOD.track.standing
 _KNEES, _ANKLES = MIDDLES[2:], ENDS[2:]
-_LEG = _BODY.bone_lengths[UPPER_KINDS[2:]] + _BODY.bone_lengths[LOWER_KINDS[2:]]
 
 
-def stand(seen: Completion, measured: np.ndarray, floor: np.ndarray) -> Completion:
+def stand(seen: Completion, measured: np.ndarray, floor: np.ndarray, method: MethodConstants = METHOD) -> Completion:
     """Return people with their hidden ankles on or above the floor.
 
     An ankle with a keypoint is moved along its ray, so that it stays at its pixel; one without is moved upright, and a
@@ -23,18 +21,19 @@ def stand(seen: Completion, measured: np.ndarray, floor: np.ndarray) -> Completi
         measured: (N, 18) bool, joints on the person's own surface; they stay.
         floor: (4,) plane in the frame of the points: normal up, height of the camera [m].
     """
-    joints = seen.tracks.joints
+    constants, body, joints = method.track.standing, method.body, seen.tracks.joints
+    leg = body.bone_lengths[UPPER_KINDS[2:]] + body.bone_lengths[LOWER_KINDS[2:]]
     height = joints.position @ floor[:3] + floor[3]
-    scale = (seen.tracks.sizes.stature / _BODY.adult_stature)[:, None]
-    least = _STANDING.ankle_height * scale
+    scale = (seen.tracks.sizes.stature / body.adult_stature)[:, None]
+    least = constants.ankle_height * scale
     ankle = joints.position[:, _ANKLES]
-    stands = seen.placed[:, HIPS] & (height[:, HIPS] > _STANDING.straight * _LEG * scale + least)
+    stands = seen.placed[:, HIPS] & (height[:, HIPS] > constants.straight * leg * scale + least)
     free = seen.placed[:, _ANKLES] & ~seen.trusted[:, _ANKLES]
     on_ray = seen.trusted[:, _ANKLES] & ~measured[:, _ANKLES]
     missing = np.where(free & stands, least, np.maximum(height[:, _ANKLES], least)) - height[:, _ANKLES]
-    missing = np.where(free | on_ray, np.clip(missing, -_STANDING.reach, _STANDING.reach), 0.0)
+    missing = np.where(free | on_ray, np.clip(missing, -constants.reach, constants.reach), 0.0)
     # a step of 1 along the ray, from the camera on, changes the height by this
-    fall = np.minimum(height[:, _ANKLES] - floor[3], -_STANDING.least_fall)
+    fall = np.minimum(height[:, _ANKLES] - floor[3], -constants.least_fall)
     direction = np.where(on_ray[..., None], ankle / fall[..., None], floor[:3])
     knee_free = (seen.placed & ~seen.trusted)[:, _KNEES, None]
     step = missing[..., None] * direction

@@ -5,28 +5,29 @@ acceleration a: Q = a^2 [[dt^4/4, dt^3/2], [dt^3/2, dt^2]] per axis (Bar-Shalom,
 Applications to Tracking and Navigation, 2001, section 6.3.2). A filter with constant velocity does not lag behind
 steady motion.
 
-**How far estimates err.** Errors of a camera repeat from frame to frame, for an unknown time: a filter that
-takes them for independent gets too sure, the more so the more frames it gets; one that expects them to repeat is not
-sure enough where they do not. An estimate x + k (z - x) of what was expected, x with the variance p, and what is
-measured, z with the variance r, has the variance
+**Errors of estimates.** Errors of a camera repeat from frame to frame, for an unknown time: a filter that takes them
+for independent underestimates its error, one that expects them to repeat overestimates it where they do not. An
+estimate x + k (z - x) of the expected x with the variance p and the measured z with the variance r has the variance
 
     (1 - k)^2 p + k^2 r + 2 k (1 - k) c
 
-with c the covariance of the errors of x and z. The mean square s of the innovations z - x is p + r - 2 c, which tells
-the two that are unknown. With p_0, the variance after the frame before, and the share u = s / (p_0 + r):
+with c the covariance of the errors of x and z. The mean square s of the innovations z - x is p + r - 2 c. With p_0, the
+variance after the frame before, and the share u = s / (p_0 + r):
 
     u >= 1    no error repeats: c = 0; joints moved otherwise than expected since: p = s - r, but not more than the
               motion model says
     u < 1     errors repeat: p = p_0, c = (1 - u) (p_0 + r) / 2, but not more than (p_0 r)^0.5
 
-As motion adds to innovations and they are known but roughly, 1 - u counts as 0 from `independent` on, and as 1 up to
-`repeated`.
+As motion adds to innovations, which are estimated from few values, 1 - u counts as 0 from `independent` on, and as 1 up
+to `repeated`.
+
+`drifted` is the prediction of the covariances; it holds for matrices and for variances per axis alike.
 """
-from typing import NamedTuple
+from typing import NamedTuple, Sequence, Tuple, Union
 
 import numpy as np
 
-from skeleton_extract_3d.constants import COMPILED, METHOD
+from skeleton_extract_3d.constants import METHOD, MethodConstants
 from skeleton_extract_3d.track.constants import InnovationConstants
 
 _IDENTITY = np.eye(3)
@@ -76,14 +77,12 @@ class JointFilter(NamedTuple):
     def predicted(self, elapsed: float, acceleration: np.ndarray) -> 'JointFilter':
         """Return the filters after a time [s], driven by accelerations, (K,) [m/s^2], standard deviation per axis."""
         noise = (acceleration ** 2)[:, None, None] * _IDENTITY
-        cross, speed = self.cross_covariance, self.velocity_covariance
-        return JointFilter(
-            self.position + elapsed * self.velocity, self.velocity,
-            self.position_covariance + elapsed * (cross + np.swapaxes(cross, -1, -2)) + elapsed ** 2 * speed
-            + elapsed ** 4 / 4 * noise,
-            cross + elapsed * speed + elapsed ** 3 / 2 * noise, speed + elapsed ** 2 * noise)
+        cross = self.cross_covariance
+        return JointFilter(self.position + elapsed * self.velocity, self.velocity,
+                           *drifted(self[2:], np.swapaxes(cross, -1, -2), elapsed, noise))
 
-    def corrected(self, measured: np.ndarray, covariance: np.ndarray, mask: np.ndarray) -> 'JointFilter':
+    def corrected(self, measured: np.ndarray, covariance: np.ndarray, mask: np.ndarray,
+                  method: MethodConstants = METHOD) -> 'JointFilter':
         """Return the filters with measurements taken in; compiled (joint_filter.cpp).
 
         Args:
@@ -91,7 +90,7 @@ class JointFilter(NamedTuple):
             covariance: (T, K, 3, 3) of the measurements [m^2].
             mask: (T, K) bool, which points were measured.
         """
-        return JointFilter(*COMPILED.correct(tuple(self), measured, covariance, mask))
+        return JointFilter(*method.compiled.correct(tuple(self), measured, covariance, mask))
 
     def transformed(self, rotation: np.ndarray, translation: np.ndarray) -> 'JointFilter':
         """Return the filters in another frame: x' = R x + t."""
@@ -101,6 +100,21 @@ class JointFilter(NamedTuple):
     def sigmas(self) -> np.ndarray:
         """Return the root mean square error of each position, (T, K) [m]."""
         return np.sqrt(np.maximum(np.trace(self.position_covariance, axis1=2, axis2=3), 0.0))
+
+
+def drifted(covariances: Sequence[np.ndarray], transposed: np.ndarray, elapsed: float,
+            noise: Union[float, np.ndarray]) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the covariances of points after a time: of position, of position and velocity, and of velocity.
+
+    Args:
+        covariances: the three before, P_xx, P_xv and P_vv: (..., 3, 3), or variances per axis (...).
+        transposed: P_xv^T; of variances per axis P_xv itself.
+        elapsed: [s].
+        noise: a^2, of the same kind [m^2/s^4].
+    """
+    place, cross, speed = covariances
+    return (place + elapsed * (cross + transposed) + elapsed ** 2 * speed + elapsed ** 4 / 4 * noise,
+            cross + elapsed * speed + elapsed ** 3 / 2 * noise, speed + elapsed ** 2 * noise)
 
 
 def along_rays(rays: np.ndarray, across: np.ndarray, along: np.ndarray) -> np.ndarray:
@@ -126,8 +140,8 @@ def mean_innovations(squares: np.ndarray, independent: np.ndarray, used: np.ndar
 
     Args:
         squares: (N, K) [m^2].
-        independent: (N, K) what they are on the mean with independent errors, in the same unit.
-        used: (N, K) bool; 0 for who has none.
+        independent: (N, K) their mean with independent errors, in the same unit.
+        used: (N, K) bool; the share is 0 where none is.
     """
     shares = np.where(used, squares / np.where(used, independent, 1.0), 0.0)
     return shares.sum(axis=1) / np.maximum(used.sum(axis=1), 1)

@@ -1,38 +1,36 @@
-"""What an estimator knows when a frame comes."""
+"""The state of an estimator between frames."""
 from dataclasses import dataclass, field, replace
 from typing import Optional, Tuple
 
 import numpy as np
 
-from openpose_ros_pkg.detect.tracking import TRACKING
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
-from skeleton_extract_3d.constants import METHOD
-from skeleton_extract_3d.frame import Frame, View
+from skeleton_extract_3d.constants import METHOD, MethodConstants
+from skeleton_extract_3d.frame import Frame, FrameView
 from skeleton_extract_3d.lift.agreement import Agreement
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.plausibility import PointSummary, Stillness, stillness
 from skeleton_extract_3d.points.transform import Transform
 from skeleton_extract_3d.settings import EstimatorSettings, IdentityParams
+from skeleton_extract_3d.track.constants import MemoryConstants, TrackConstants
 from skeleton_extract_3d.track.tracks import Tracks, frame_change
-
-_MEMORY = METHOD.track.memory
 
 
 @dataclass(frozen=True, eq=False)
 class Memory:
-    """What is remembered from frame to frame.
+    """The state between frames; every step returns a new one.
 
     Attributes:
         tracks: of the people, at `stamp`, in the frame of the points then.
         stamp: of the newest frame [s]; None before the first.
-        camera: of the newest points; None until they tell.
-        tracking_from_points: from the points to where the room stands still; None: the camera does not move.
+        camera: of the newest points; None before points that tell it.
+        tracking_from_points: see `Frame`.
         still: since when the depth is the same; None before the first frame with an image.
-        agreement: how people fitted the depth.
-        gone: people who are followed no more, but may come back; where they were expected last.
-        waiting: since when somebody waits for an id without a break [s]; None: nobody does.
+        agreement: of people with the depth.
+        gone: tracks that ended and may be reidentified, at their last predicted place.
+        waiting: since when a new person waits for an id without a break [s]; None: no person does.
     """
 
     tracks: Tracks = field(default_factory=Tracks.none)
@@ -44,52 +42,59 @@ class Memory:
     gone: Tracks = field(default_factory=Tracks.none)
     waiting: Optional[float] = None
 
-    def with_points(self, frame: Frame, summary: PointSummary) -> 'Memory':
-        """Return what is remembered after a look at the points of a frame."""
-        return self if frame.bgr is None else replace(self, still=stillness(self.still, summary, frame.bgr))
+    def with_points(self, frame: Frame, summary: PointSummary, method: MethodConstants = METHOD) -> 'Memory':
+        """Return the memory with the stillness of the points of a frame."""
+        if frame.bgr is None:
+            return self
+        return replace(self, still=stillness(self.still, summary, frame.bgr, method.plausibility))
 
     def camera_of(self, size: Tuple[int, int]) -> Optional[CameraModel]:
-        """Return the camera at a resolution, width and height [px]; None if it is not known, or shows another view."""
+        """Return the camera at a resolution, width and height [px]; None if it is not known, or has another view."""
         try:
             return self.camera and self.camera.scaled(*size)
         except BadInputError:  # the driver has another mode now, and the next points tell its camera
             return None
 
-    def at(self, frame: Frame, camera: CameraModel, params: IdentityParams) -> Tuple['Memory', View]:
-        """Return what is remembered at the time and the place of a frame, and these.
+    def at(self, frame: Frame, camera: CameraModel, params: IdentityParams, constants: TrackConstants = METHOD.track
+           ) -> Tuple['Memory', FrameView]:
+        """Return the memory at the time and in the frame of the points of a frame, and its view.
 
-        Nobody has moved yet; people who were not detected for too long are gone, and in the end forgotten.
+        The tracks stand still. Those without a detection for too long are gone, and in the end forgotten.
 
         Args:
             camera: of the points.
         """
         stamp, pose = frame.stamp, frame.tracking_from_points
         before = self.stamp
-        if not params.tracking or (before is not None and stamp < before - _MEMORY.greatest_backstep):
+        if not params.tracking or (before is not None and stamp < before - constants.memory.greatest_backstep):
             before = None
         tracks = gone = Tracks.none()
         if before is not None:
-            tracks = self.tracks
-            recent = stamp - tracks.last_seen <= params.track_timeout
-            recent[:-TRACKING.most_tracks] = False
-            gone = self.gone.joined(tracks.kept(~recent))
-            gone = gone.select(np.argsort(gone.last_seen, kind='stable')[-METHOD.track.returning.most_gone:])
-            gone = gone.kept(stamp - gone.last_seen <= params.return_timeout)
-            tracks = tracks.kept(recent)
+            tracks, gone = self._recent(stamp, params, constants)
             if pose is not None and self.tracking_from_points is not None:
                 change = frame_change(self.tracking_from_points, pose)
                 tracks, gone = tracks.transformed(*change), gone.transformed(*change)
         memory = replace(self, tracks=tracks, gone=gone, stamp=stamp if before is None else max(stamp, before),
                          camera=camera, tracking_from_points=pose)
         elapsed = 0.0 if before is None else max(stamp - before, 0.0)
-        return memory, View(frame.grid, camera, stamp, elapsed, frame.floor)
+        return memory, FrameView(frame.grid, camera, stamp, elapsed, frame.floor)
 
-    def expected(self, stamp: float, image_size: Tuple[int, int], settings: EstimatorSettings) -> Optional[People2D]:
-        """Return where the tracks will be in an image, with their ids; None where no track can tell.
+    def _recent(self, stamp: float, params: IdentityParams, constants: TrackConstants) -> Tuple[Tracks, Tracks]:
+        """Return the tracks with a detection within `track_timeout`, and those within `return_timeout`."""
+        tracks = self.tracks
+        recent = stamp - tracks.last_seen <= params.track_timeout
+        recent[:-constants.memory.most_tracks] = False
+        gone = self.gone.joined(tracks.kept(~recent))
+        gone = gone.select(np.argsort(gone.last_seen, kind='stable')[-constants.returning.most_gone:])
+        return tracks.kept(recent), gone.kept(stamp - gone.last_seen <= params.return_timeout)
+
+    def expected(self, stamp: float, image_size: Tuple[int, int], settings: EstimatorSettings,
+                 constants: MemoryConstants = METHOD.track.memory) -> Optional[People2D]:
+        """Return the tracks as people expected in an image, with their ids; None where no track tells.
 
         None as well after a gap that ends all tracks, when the clock was reset, and for an image of an unknown camera.
-        Everybody moves on with constant velocity; the camera stands still since the newest frame. Joints that were
-        never placed, or lie behind the camera, are missing. Joints may lie outside the image. All scores are 1.
+        Tracks move with constant velocity; the camera stands still since the newest frame. Joints that were never
+        placed, or lie behind the camera, are missing. Joints may lie outside the image. All scores are 1.
 
         Args:
             stamp: of the image [s].
@@ -99,7 +104,7 @@ class Memory:
         if camera is None or self.stamp is None:
             return None
         elapsed = stamp - self.stamp
-        if not -_MEMORY.greatest_backstep <= elapsed <= settings.identity.track_timeout:
+        if not -constants.greatest_backstep <= elapsed <= settings.identity.track_timeout:
             return None
         tracks = self.tracks.predicted(elapsed, settings.smoothing)
         position = tracks.joints.position

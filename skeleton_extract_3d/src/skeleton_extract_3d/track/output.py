@@ -1,4 +1,4 @@
-"""The people of a frame as they are reported."""
+"""Output: the people of a frame."""
 import numpy as np
 
 from openpose_ros_pkg.skeletons import COCO_18
@@ -6,27 +6,26 @@ from skeleton_extract_3d.constants import METHOD
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
 from skeleton_extract_3d.settings import EstimatorSettings
 from skeleton_extract_3d.track.completion import Completion
-from skeleton_extract_3d.track.observations import Sightings
-from skeleton_extract_3d.track.tracks import Tracks
+from skeleton_extract_3d.track.constants import CorrectionConstants
+from skeleton_extract_3d.track.tracks import Observations, Tracks
 
-_CORRECTION = METHOD.track.correction
 
-def report(people: Sightings, completion: Completion, hidden: Tracks, stamp: float, settings: EstimatorSettings
-           ) -> People3D:
-    """Return who is there and where, with the joints of COCO_18, in the frame of the points.
+def report(people: Observations, completion: Completion, hidden: Tracks, stamp: float, settings: EstimatorSettings,
+           constants: CorrectionConstants = METHOD.track.correction) -> People3D:
+    """Return the people with the joints of COCO_18, in the frame of the points.
 
     Args:
         people: of the frame.
-        completion: the same people after it; they come first.
-        hidden: people without a detection who are there.
+        completion: the same people, completed; they come first.
+        hidden: tracks without a detection that are in the image.
         stamp: of the frame [s].
     """
     tracks, lifted, trusted = completion.tracks, people.lifted, completion.trusted
     read = lifted.measured & trusted
     position = tracks.joints.position
     if settings.smoothing.smoothing and settings.occlusion.occlusion:
-        # where the filter does not follow the surface, its answer is not read from there
-        read &= ((position - lifted.xyz) ** 2).sum(axis=2) < _CORRECTION.measured_reach ** 2
+        # where the filter does not follow the surface, its position is not a measured one
+        read &= ((position - lifted.xyz) ** 2).sum(axis=2) < constants.measured_reach ** 2
     if not settings.smoothing.smoothing:
         position = np.where(trusted[..., None], lifted.xyz, position)
     recent = stamp - hidden.seen <= settings.occlusion.inference_timeout

@@ -1,4 +1,4 @@
-"""Who comes back: newcomers who are somebody that left the image, was hidden or was lost a short time ago."""
+"""Births and reidentification: new tracks, and new people who had a track that left, was hidden or was lost."""
 from dataclasses import replace
 from typing import Iterator, NamedTuple, Tuple
 
@@ -7,28 +7,27 @@ import numpy as np
 from skeleton_extract_3d.body import measures
 from skeleton_extract_3d.body.body import MEASURED_BONES, MEASURED_KINDS
 from skeleton_extract_3d.body.measures import Sizes
-from skeleton_extract_3d.constants import METHOD
+from skeleton_extract_3d.constants import METHOD, MethodConstants
 from skeleton_extract_3d.lift.surfaces import lower_median
 from skeleton_extract_3d.settings import IdentityParams
 from skeleton_extract_3d.track.appearance import Clothes, clothes_evidence, log_normal
-from skeleton_extract_3d.track.identity import stature_spread
+from skeleton_extract_3d.track.constants import ReturningConstants
 from skeleton_extract_3d.track.memory import Memory
-from skeleton_extract_3d.track.observations import Sightings, begin_tracks, newcomers
-from skeleton_extract_3d.track.tracks import Tracks, middle_of_trunk
+from skeleton_extract_3d.track.one_body import in_one_place
+from skeleton_extract_3d.track.tracks import Observations, Tracks, middle_of_trunk
 
-_BODY, _RETURNING = METHOD.body, METHOD.track.returning
-# Rows of newcomers who are nobody absent, and of those of whom that can not be told yet.
+# Rows of new people that are no absent track, and of those of which that cannot be decided yet.
 STRANGER, UNCLEAR = -1, -2
 _KINDS = MEASURED_KINDS[:len(MEASURED_BONES)]
 
 
-class Newcomers(NamedTuple):
+class NewPeople(NamedTuple):
     """N people of a frame who have no track.
 
     Attributes:
         place: (N, 3) middle of the trunk [m].
         clothes: of this frame.
-        lengths: (N, 10) of the bones that are seen in this frame [m], as `body.MEASURED_BONES`; NaN of others.
+        lengths: (N, 10) of the measured bones of this frame [m], as `body.MEASURED_BONES`; NaN of others.
     """
 
     place: np.ndarray
@@ -36,50 +35,86 @@ class Newcomers(NamedTuple):
     lengths: np.ndarray
 
     @classmethod
-    def of(cls, people: Sightings) -> 'Newcomers':
-        """Return what a frame shows of people."""
-        lifted, seen = people.lifted, people.observed
-        sure = lifted.measured & (seen.scores > METHOD.sizes.least_score)
+    def of(cls, people: Observations, least_score: float) -> 'NewPeople':
+        """Return what a frame shows of people; keypoints below a score do not measure bones."""
+        lifted, observed = people.lifted, people.observed
+        sure = lifted.measured & (observed.scores > least_score)
         start, end = lifted.xyz[:, MEASURED_BONES[:, 0]], lifted.xyz[:, MEASURED_BONES[:, 1]]
         lengths = np.where(sure[:, MEASURED_BONES].all(axis=2), np.linalg.norm(end - start, axis=2), np.nan)
-        return cls(middle_of_trunk(lifted.xyz, seen.known), people.clothes, lengths)
+        return cls(middle_of_trunk(lifted.xyz, observed.known), people.clothes, lengths)
 
 
-def welcome(memory: Memory, tracks: Tracks, people: Sightings, stamp: float, ids: Iterator[int],
-            params: IdentityParams) -> Tuple[Memory, Tracks, Sightings]:
-    """Return what is remembered, the tracks with one for each newcomer, and the people who have a track.
-
-    Newcomers who were here before keep id, sizes and clothes. The track that they had stays, see `without`.
+class Reidentification:
+    """Gives new people a track: with the id of an absent one, or a new id.
 
     Args:
-        tracks: predicted to this frame.
-        people: of the frame, newcomers with row -1.
-        stamp: [s].
-        ids: where ids come from.
+        ids: source of new ids.
     """
-    new = newcomers(people, params)
-    absent = tracks.kept(people.others(len(tracks))).joined(memory.gone)
-    rows = recognize(absent, Newcomers.of(people.select(new)), stamp, params)
-    unclear = rows == UNCLEAR
-    waiting = (stamp if memory.waiting is None else memory.waiting) if unclear.any() else None
-    if waiting is not None and stamp - waiting < _RETURNING.patience:
-        new, rows = new[~unclear], rows[~unclear]
-    if len(new):
-        given = people.observed.people_2d.ids
-        if params.tracking or (given < 0).any():
-            given = np.full(len(given), -1)
-            given[new] = [absent.ids[row] if row >= 0 else next(ids) for row in rows]
-        begun = begin_tracks(people.select(new), stamp, given[new])
-        row = people.row.copy()
-        row[new] = np.arange(len(tracks), len(tracks) + len(new))
-        people, tracks = people._replace(row=row), tracks.joined(_as_before(begun, absent, rows))
-    has_track = people.row >= 0
-    people = people if has_track.all() else people.select(np.flatnonzero(has_track))
-    return replace(memory, waiting=waiting), tracks, people
+
+    def __init__(self, params: IdentityParams, ids: Iterator[int], method: MethodConstants = METHOD) -> None:
+        self._params, self._ids, self._method = params, ids, method
+
+    def welcome(self, memory: Memory, tracks: Tracks, people: Observations, stamp: float
+                ) -> Tuple[Memory, Tracks, Observations]:
+        """Return the memory, the tracks with one for each new person, and the people who have a track.
+
+        People who are reidentified keep id, sizes and clothes. The track that they had stays, see `without`.
+
+        Args:
+            tracks: predicted to this frame.
+            people: of the frame, new ones with row -1.
+            stamp: [s].
+        """
+        method = self._method
+        new = _born(people, self._params.birth_joints, method)
+        absent = tracks.kept(people.others(len(tracks))).joined(memory.gone)
+        rows = recognize(absent, NewPeople.of(people.select(new), method.sizes.least_score), stamp, self._params,
+                         method)
+        unclear = rows == UNCLEAR
+        waiting = (stamp if memory.waiting is None else memory.waiting) if unclear.any() else None
+        if waiting is not None and stamp - waiting < method.track.returning.patience:
+            new, rows = new[~unclear], rows[~unclear]
+        if len(new):
+            given = self._named(people.observed.people_2d.ids, new, absent, rows)
+            row = people.row.copy()
+            row[new] = np.arange(len(tracks), len(tracks) + len(new))
+            begun = _begun(people.select(new), stamp, given[new], method)
+            people, tracks = people._replace(row=row), tracks.joined(_as_before(begun, absent, rows))
+        has_track = people.row >= 0
+        people = people if has_track.all() else people.select(np.flatnonzero(has_track))
+        return replace(memory, waiting=waiting), tracks, people
+
+    def _named(self, given: np.ndarray, new: np.ndarray, absent: Tracks, rows: np.ndarray) -> np.ndarray:
+        """Return the ids of all people, (P,): without tracking, the given ones if all have one."""
+        if not self._params.tracking and not (given < 0).any():
+            return given
+        ids = np.full(len(given), -1)
+        ids[new] = [absent.ids[row] if row >= 0 else next(self._ids) for row in rows]
+        return ids
+
+
+def _born(people: Observations, birth_joints: int, method: MethodConstants) -> np.ndarray:
+    """Return the people without a track who may get one, indices (N,)."""
+    constants, observed, lifted = method.track.identity, people.observed, people.lifted
+    tracked = people.row >= 0
+    if tracked.all():
+        return np.zeros(0, np.int64)
+    # joints without a surface do not count against a person
+    measurable = (observed.known & np.isfinite(observed.samples).any(axis=2)).sum(axis=1)
+    new = ~tracked & (lifted.measured.sum(axis=1) >= np.minimum(birth_joints, measurable))
+    same = in_one_place(lifted.xyz, observed.known, constants.repeated_joints, constants.repeated_distance)
+    return np.flatnonzero(new & ~(same & tracked[None]).any(axis=1))
+
+
+def _begun(people: Observations, stamp: float, ids: np.ndarray, method: MethodConstants) -> Tracks:
+    """Return new tracks of people, with ids (P,), at a time [s]."""
+    known, lifted = people.observed.known, people.lifted
+    return Tracks.begun(ids, stamp, np.where(known[..., None], lifted.xyz, np.nan), lifted.left, lifted.stature,
+                        method.track.birth)
 
 
 def _as_before(begun: Tracks, absent: Tracks, rows: np.ndarray) -> Tracks:
-    """Return new tracks, with what was known of those whose rows in the absent ones, (N,), are not negative."""
+    """Return new tracks, with sizes and clothes of those whose rows in the absent ones, (N,), are not negative."""
     back = np.flatnonzero(rows >= 0)
     if not len(back):
         return begun
@@ -89,60 +124,62 @@ def _as_before(begun: Tracks, absent: Tracks, rows: np.ndarray) -> Tracks:
 
 
 def without(tracks: Tracks, present: Tracks) -> Tracks:
-    """Return tracks without those that came back as others."""
+    """Return tracks without those that were reidentified as others."""
     return tracks.kept(~np.isin(tracks.ids, present.ids))
 
 
-def recognize(absent: Tracks, new: Newcomers, stamp: float, params: IdentityParams) -> np.ndarray:
-    """Return the row of the absent person that each newcomer is, or STRANGER or UNCLEAR, (N,) int64.
+def recognize(absent: Tracks, new: NewPeople, stamp: float, params: IdentityParams, method: MethodConstants = METHOD
+              ) -> np.ndarray:
+    """Return the row of the absent track of each new person, or STRANGER or UNCLEAR, (N,) int64.
 
-    Clothes, size and place have to be much likelier for somebody absent than for a stranger, for any other absent
-    person, and for any other newcomer. It is unclear where a part of the clothes that could tell is not in view yet.
+    Clothes, size and place have to be much likelier for this track than for a person without one, for any other absent
+    track, and for any other new person. It is unclear where a part of the clothes that could decide is not visible yet.
 
     Args:
-        absent: people who are not seen, where they are expected.
+        absent: tracks without a detection, predicted to this frame.
         stamp: [s].
     """
-    rows = np.full(len(new.place), STRANGER, np.int64)
+    constants, rows = method.track.returning, np.full(len(new.place), STRANGER, np.int64)
     if not len(absent) or not len(rows):
         return rows
     away = (stamp - absent.last_seen)[:, None]
     distance = np.linalg.norm(absent.root.position[:, :1] - new.place[None], axis=2)
-    may_be = (away >= _RETURNING.least_away) & (distance <= params.track_gate + _RETURNING.greatest_speed * away)
-    likelier, compared = clothes_evidence(absent.clothes, new.clothes)
-    likelier += size_evidence(absent.sizes, new.lengths) + place_evidence(distance, away)
-    likelier = np.where(may_be, likelier, -np.inf)
+    may_be = (away >= constants.least_away) & (distance <= params.track_gate + constants.greatest_speed * away)
+    by_body = _size_evidence(absent.sizes, new.lengths, method) + _place_evidence(distance, away, constants)
+    by_clothes, compared = clothes_evidence(absent.clothes, new.clothes, method.track.appearance)
+    likelier = np.where(may_be, by_clothes + by_body, -np.inf)
     could_tell = ((absent.clothes.weights > 0)[:, None] & ~compared).any(axis=2)
-    rows[(could_tell & (likelier > -_RETURNING.least_evidence)).any(axis=0)] = UNCLEAR
+    rows[(could_tell & (likelier > -constants.least_evidence)).any(axis=0)] = UNCLEAR
     likelier = np.where(compared.any(axis=2), likelier, -np.inf)
     for person, row in enumerate(likelier.argmax(axis=0)):
         rivals = np.concatenate([np.delete(likelier[:, person], row), np.delete(likelier[row], person)])
-        if likelier[row, person] >= max(_RETURNING.least_evidence, rivals.max(initial=-np.inf) + _RETURNING.margin):
+        if likelier[row, person] >= max(constants.least_evidence, rivals.max(initial=-np.inf) + constants.margin):
             rows[person] = row
     return rows
 
 
-def size_evidence(absent: Sizes, lengths: np.ndarray) -> np.ndarray:
-    """Return by how much the same body is likelier than a stranger's, (T, N); 0 where too few bones are seen.
+def _size_evidence(absent: Sizes, lengths: np.ndarray, method: MethodConstants) -> np.ndarray:
+    """Return the log likelihood ratio of the same body to another, (T, N); 0 where too few bones are measured.
 
     Args:
-        absent: of T people.
-        lengths: (N, 10) of `body.MEASURED_BONES` [m], NaN where they are not seen.
+        absent: of T tracks.
+        lengths: (N, 10) of `body.MEASURED_BONES` [m], NaN where not measured.
     """
-    known, adult = measures.expected_lengths(absent)[:, _KINDS], _BODY.bone_lengths[_KINDS]
+    constants = method.track.returning
+    known, adult = measures.expected_lengths(absent, method)[:, _KINDS], method.body.bone_lengths[_KINDS]
+    spread = np.hypot(measures.stature_spread(absent, method), constants.seen_size)[:, None]
     against_known = lower_median(np.log(lengths)[None] - np.log(known)[:, None])
     against_adults = lower_median(np.log(lengths) - np.log(adult))
-    seen = np.isfinite(lengths).sum(axis=1) >= METHOD.sizes.least_bones
-    spread = np.hypot(stature_spread(absent), _RETURNING.seen_size)[:, None]
-    return np.where(seen, log_normal(against_known, spread) - log_normal(against_adults, _RETURNING.strange_size), 0.0)
+    enough = np.isfinite(lengths).sum(axis=1) >= method.sizes.least_bones
+    return np.where(enough, log_normal(against_known, spread) - log_normal(against_adults, constants.strange_size), 0.0)
 
 
-def place_evidence(distance: np.ndarray, away: np.ndarray) -> np.ndarray:
-    """Return by how much a place is likelier for somebody absent than for a stranger, who may come anywhere, (T, N).
+def _place_evidence(distance: np.ndarray, away: np.ndarray, constants: ReturningConstants) -> np.ndarray:
+    """Return the log likelihood ratio of a place for a track to that for a person who may appear anywhere, (T, N).
 
     Args:
-        distance: from where somebody is expected [m].
-        away: time since they were seen [s].
+        distance: (T, N) from where the track is expected [m].
+        away: (T, 1) time since its last detection [s].
     """
-    spread = np.minimum(_RETURNING.spread_at_once + _RETURNING.spread_growth * away, _RETURNING.greatest_spread)
-    return np.log(_RETURNING.room / (2 * np.pi * spread ** 2)) - (distance / spread) ** 2 / 2
+    spread = np.minimum(constants.spread_at_once + constants.spread_growth * away, constants.greatest_spread)
+    return np.log(constants.room / (2 * np.pi * spread ** 2)) - (distance / spread) ** 2 / 2

@@ -1,36 +1,58 @@
-"""What is remembered of the people who are followed: one value per frame, one array per property."""
+"""Records of tracking: tracks, and the people of a frame as tracks take them in; one array per property."""
 from dataclasses import dataclass, fields, replace
 from functools import lru_cache
-from typing import Any, Tuple
+from typing import Any, NamedTuple, Tuple, TypeVar
 
 import numpy as np
 
-from skeleton_extract_3d.body.body import JOINTS, TRUNK
+from skeleton_extract_3d.body.body import BODY, JOINTS, TRUNK, BodyConstants
 from skeleton_extract_3d.body.measures import Sizes
 from skeleton_extract_3d.constants import METHOD
+from skeleton_extract_3d.lift.records import Lifted, ObservedPeople
 from skeleton_extract_3d.points.transform import Transform
 from skeleton_extract_3d.settings import SmoothingParams
 from skeleton_extract_3d.track.appearance import Clothes
+from skeleton_extract_3d.track.constants import BirthConstants
 from skeleton_extract_3d.track.joint_filter import JointFilter
 
-_BIRTH = METHOD.track.birth
 _IN_TRUNK = np.isin(np.arange(len(JOINTS)), TRUNK)
+Record = TypeVar('Record', bound='Rows')
 
 
 @dataclass(frozen=True, eq=False)
-class Tracks:
-    """T people; every change makes a new value.
+class Rows:
+    """Base of records of T tracks: fields are arrays with T rows, tuples of such arrays, or one value for all tracks.
+
+    Subclasses have `ids`, (T,) int64.
+    """
+
+    def __len__(self) -> int:
+        return len(self.ids)  # type: ignore[attr-defined]
+
+    def select(self: Record, rows: np.ndarray) -> Record:
+        """Return some of the tracks, by indices (N,) or a mask (T,), in the order of these."""
+        return replace(self, **{field.name: _selected(getattr(self, field.name), rows) for field in fields(self)})
+
+    def joined(self: Record, others: Record) -> Record:
+        """Return these tracks and then others; values for all tracks are those of these."""
+        return replace(self, **{field.name: _joined(getattr(self, field.name), getattr(others, field.name))
+                                for field in fields(self)})
+
+
+@dataclass(frozen=True, eq=False)
+class Tracks(Rows):
+    """T tracks; every change makes a new value.
 
     Attributes:
         joints: filters of the 18 joints of COCO_18.
         root: filter of the middle of the trunk, one point per track.
         ids: (T,) int64, never used again.
         born, last_seen: (T,) stamps [s] of the first and the last detection.
-        alone: (T,) stamp of when nobody who is followed for longer was in the same place [s]; of new ones -infinite.
-        sightings: (T,) int64 frames in which they were detected.
+        alone: (T,) stamp at which no older track was last in the same place [s]; -infinite of new tracks.
+        sightings: (T,) int64 frames with a detection.
         has: (T, 18) bool, joints that were ever placed.
-        seen: (T, 18) stamp of when each joint was last detected [s].
-        errors: (T, 18) mean square error of each joint when it was placed last, all axes together [m^2].
+        seen: (T, 18) stamp of the last keypoint of each joint [s].
+        errors: (T, 18) mean square error of each joint at its last correction, all axes together [m^2].
         innovations: (T,) mean square of the innovations, as a share of that of independent errors.
         left, down: (T, 3) unit vectors of the trunk.
         sizes: stature and bones.
@@ -56,13 +78,13 @@ class Tracks:
     @classmethod
     @lru_cache(maxsize=1)
     def none(cls) -> 'Tracks':
-        """Return the tracks of nobody."""
+        """Return no track."""
         joints = np.zeros((0, len(JOINTS), 3))
         return cls.begun(np.zeros(0, np.int64), 0.0, joints, np.zeros((0, 3)), np.zeros(0))
 
     @classmethod
-    def begun(cls, ids: np.ndarray, stamp: float, xyz: np.ndarray, left: np.ndarray, stature: np.ndarray
-              ) -> 'Tracks':
+    def begun(cls, ids: np.ndarray, stamp: float, xyz: np.ndarray, left: np.ndarray, stature: np.ndarray,
+              constants: BirthConstants = METHOD.track.birth) -> 'Tracks':
         """Return N new tracks; none of their joints counts as placed yet.
 
         Args:
@@ -75,22 +97,17 @@ class Tracks:
         count, known = len(ids), np.isfinite(xyz).all(axis=2)
         stamps, root = np.full(count, stamp), middle_of_trunk(xyz, known)
         return cls(
-            JointFilter.at_rest(np.where(known[..., None], xyz, 0.0), _BIRTH.joint_sigma, _BIRTH.speed),
-            JointFilter.at_rest(root[:, None], _BIRTH.root_sigma, _BIRTH.speed),
+            JointFilter.at_rest(np.where(known[..., None], xyz, 0.0), constants.joint_sigma, constants.speed),
+            JointFilter.at_rest(root[:, None], constants.root_sigma, constants.speed),
             ids, born=stamps, last_seen=stamps, alone=np.full(count, -np.inf), sightings=np.zeros(count, np.int64),
             has=np.zeros(known.shape, bool), seen=np.full(known.shape, stamp),
-            errors=np.full(known.shape, 3 * _BIRTH.joint_sigma ** 2), innovations=np.zeros(count), left=left,
+            errors=np.full(known.shape, 3 * constants.joint_sigma ** 2), innovations=np.zeros(count), left=left,
             down=np.broadcast_to([0.0, 1.0, 0.0], (count, 3)), sizes=Sizes.assumed(stature),
             clothes=Clothes.unknown(count))
 
-    def __len__(self) -> int:
-        return len(self.ids)
-
-    def select(self, tracks: np.ndarray) -> 'Tracks':
+    def select(self, rows: np.ndarray) -> 'Tracks':
         """Return some of the tracks, by indices (N,), in the order of these."""
-        if np.array_equal(tracks, np.arange(len(self))):
-            return self
-        return Tracks(*(_selected(getattr(self, field.name), tracks) for field in fields(self)))
+        return self if np.array_equal(rows, np.arange(len(self))) else super().select(rows)
 
     def kept(self, tracks: np.ndarray) -> 'Tracks':
         """Return the tracks of a mask (T,)."""
@@ -102,17 +119,17 @@ class Tracks:
         """Return these tracks and then others."""
         if not len(others) or not len(self):
             return self if len(self) else others
-        return Tracks(*(_joined(getattr(self, field.name), getattr(others, field.name)) for field in fields(self)))
+        return super().joined(others)
 
     def in_order(self) -> 'Tracks':
         """Return the tracks by their ids."""
         return self if (np.diff(self.ids) > 0).all() else self.select(np.argsort(self.ids))
 
-    def predicted(self, elapsed: float, params: SmoothingParams) -> 'Tracks':
-        """Return the tracks after a time [s], everybody moving on with constant velocity."""
+    def predicted(self, elapsed: float, params: SmoothingParams, body: BodyConstants = BODY) -> 'Tracks':
+        """Return the tracks after a time [s], with constant velocity."""
         if not len(self) or elapsed <= 0:
             return self
-        return replace(self, joints=self.joints.predicted(elapsed, params.acceleration * METHOD.body.accelerations),
+        return replace(self, joints=self.joints.predicted(elapsed, params.acceleration * body.accelerations),
                        root=self.root.predicted(elapsed, np.array([params.walking_acceleration])))
 
     def transformed(self, rotation: np.ndarray, translation: np.ndarray) -> 'Tracks':
@@ -122,16 +139,52 @@ class Tracks:
                        down=self.down @ rotation.T)
 
 
-def _selected(value: Any, tracks: np.ndarray) -> Any:
-    """Return rows of an array, or of each array of a tuple."""
-    return value[tracks] if isinstance(value, np.ndarray) else type(value)(*(part[tracks] for part in value))
+class Observations(NamedTuple):
+    """P people of one frame.
+
+    Attributes:
+        row: (P,) int64, row of each person's track; -1 where there is none.
+        observed: keypoints and surfaces.
+        clothes: colours of the clothes.
+        lifted: joints in space.
+    """
+
+    row: np.ndarray
+    observed: ObservedPeople
+    clothes: Clothes
+    lifted: Lifted
+
+    def select(self, people: np.ndarray) -> 'Observations':
+        """Return some of the people, by indices, in the order of these."""
+        return Observations(self.row[people], self.observed.select(people), self.clothes.select(people),
+                            self.lifted.select(people))
+
+    def others(self, count: int) -> np.ndarray:
+        """Return which of the first tracks are of none of these people, (count,) bool."""
+        others = np.ones(max(count, self.row.max(initial=-1) + 1), bool)
+        others[self.row[self.row >= 0]] = False
+        return others[:count]
+
+    def size_error(self, stature_spread: float) -> np.ndarray:
+        """Return the error of the depth of people without a measured joint, (P, 1) [m]; 0 of others.
+
+        Args:
+            stature_spread: standard deviation of the stature, which alone gives their depth, as a share.
+        """
+        lifted = self.lifted
+        return np.where(lifted.measured.any(axis=1), 0.0, stature_spread * lifted.root)[:, None]
+
+
+def _selected(value: Any, rows: np.ndarray) -> Any:
+    if isinstance(value, np.ndarray):
+        return value[rows]
+    return type(value)(*(part[rows] for part in value)) if isinstance(value, tuple) else value
 
 
 def _joined(first: Any, second: Any) -> Any:
-    """Return the rows of two arrays, or of each two arrays of two tuples."""
     if isinstance(first, np.ndarray):
         return np.concatenate([first, second])
-    return type(first)(*map(_joined, first, second))
+    return type(first)(*map(_joined, first, second)) if isinstance(first, tuple) else first
 
 
 def middle_of_trunk(xyz: np.ndarray, known: np.ndarray) -> np.ndarray:
@@ -143,10 +196,10 @@ def middle_of_trunk(xyz: np.ndarray, known: np.ndarray) -> np.ndarray:
 
 
 def frame_change(before: Transform, now: Transform) -> Tuple[np.ndarray, np.ndarray]:
-    """Return rotation (3, 3) and translation (3,) [m] from where a camera was to where it is.
+    """Return rotation (3, 3) and translation (3,) [m] from the frame of a moving camera before to that now.
 
     Args:
-        before, now: rotation (3, 3) and translation (3,) from the camera to a frame that stands still.
+        before, now: from the camera to a frame that stands still.
     """
     rotation = now[0].T @ before[0]
     return rotation, now[0].T @ (before[1] - now[1])

@@ -8,7 +8,7 @@ import numpy as np
 
 from openpose_ros_pkg.errors import ModelError, ParameterError
 from openpose_ros_pkg.networks.backends.self_check import check_backend
-from openpose_ros_pkg.networks.models import Model
+from openpose_ros_pkg.networks.model_types import Model
 from openpose_ros_pkg.params.parameters import Parameters, parameter, text_parameter
 
 _log = logging.getLogger(__name__)
@@ -18,9 +18,9 @@ class Backend(Protocol):
     """A network, loaded by one runtime.
 
     Attributes:
-        name: value of the `backend` parameter that demands it.
+        name: value of the parameter `backend` for this runtime.
         description: runtime, version and precision, for the log.
-        fallback: why something slower computes than the parameters ask for; empty: what they ask for does.
+        fallback: why it is slower than what the parameters ask for; empty: it is not.
     """
 
     name: str
@@ -30,23 +30,19 @@ class Backend(Protocol):
     def infer(self, images: np.ndarray) -> Tuple[np.ndarray, ...]:
         """Compute the network; not thread-safe.
 
-        The backend follows the model's `InputRecipe` in all but the size: colours, layout, type, mean and scale.
+        The backend applies the model's `InputRecipe` but for the size: colours, layout, type, mean and scale.
 
         Args:
             images: (1, H, W, 3) uint8 BGR, H and W multiples of the recipe's `multiple_of`, or its `fixed_size`.
-                A batch of several gains nothing (docs/decisions.md).
+                Batches gain nothing (docs/decisions.md).
 
         Returns:
-            One float32 array for each of the model's `outputs`, in their order, the caller's own. With decoder 'paf':
-            (1, C, H / stride, W / stride). Others: as the network gives them.
+            A float32 array, not shared, for each of the model's `outputs`. Decoder 'paf': (1, C, H / stride, W /
+            stride); others: as the network gives them.
         """
 
     def infer_many(self, images: Sequence[np.ndarray]) -> List[Tuple[np.ndarray, ...]]:
-        """Compute the network for images of one size, side by side where the runtime can; not thread-safe.
-
-        Returns:
-            For each image what `infer` returns for it.
-        """
+        """Return what `infer` returns for each image of one size; computed side by side where the runtime can."""
 
 
 def _precision(default: str) -> str:
@@ -92,15 +88,15 @@ class LiveBackendParams(BackendParams):
 
 
 def create_backend(model: Model, weights: Path, params: BackendParams) -> Backend:
-    """Load a network, check that it computes right results, and log which runtime was chosen and why.
+    """Load a network, check its results, and log the chosen runtime with the reason.
 
     Args:
         weights: the first of the model's files.
 
     Raises:
-        ParameterError: the runtime that `params.backend` demands is not installed, does not read such files, or does
-            not compute on the device.
-        ModelError: the weights can not be loaded, or the network computes wrong results.
+        ParameterError: the runtime of `params.backend` is not installed, does not read such files, or does not compute
+            on the device.
+        ModelError: the weights can not be loaded, or the results are wrong.
     """
     if params.backend != 'auto':
         backend = _demanded(model, weights, params)
@@ -113,7 +109,7 @@ def create_backend(model: Model, weights: Path, params: BackendParams) -> Backen
             reasons.append(f'{name} does not read {weights.name}')
             continue
         try:
-            backend = _load(name, model, weights, params)
+            backend = _load(name, model, weights, params, '; '.join(faults))
         except ImportError as error:
             reasons.append(f'{name} is not importable: {error} ({runtime.install})')
             continue
@@ -123,22 +119,14 @@ def create_backend(model: Model, weights: Path, params: BackendParams) -> Backen
         except ModelError as error:
             faults.append(f'{name} does not work: {error}')
             continue
-        if faults:
-            _fall_back(backend, model, '; '.join(faults))
         why = '; '.join(reasons) if reasons else 'the fastest that is available'
         _log.info('%s computes %s (backend auto: %s)', backend.description, model.name, why)
         return backend
     raise ModelError(f'no backend can compute {model.name} on {params.device}: ' + '; '.join(reasons + faults))
 
 
-def _fall_back(backend: Backend, model: Model, why: str) -> None:
-    """Let a backend say that it is slower than what the parameters ask for, and why."""
-    backend.fallback = '; '.join(filter(None, (why, backend.fallback)))
-    _log.warning('%s computes %s, slower than asked for: %s', backend.description, model.name, why)
-
-
 def _demanded(model: Model, weights: Path, params: BackendParams) -> Backend:
-    """Load the backend that the parameter names; for its errors see `create_backend`."""
+    """Load the backend that the parameter names; raises as `create_backend` does."""
     name, runtime = params.backend, _RUNTIMES[params.backend]
     others = ', '.join(other for other in _RUNTIMES if weights.suffix in _RUNTIMES[other].reads)
     if weights.suffix not in runtime.reads:
@@ -151,17 +139,19 @@ def _demanded(model: Model, weights: Path, params: BackendParams) -> Backend:
                              f'({runtime.install}) or set backend to auto or one of {others}') from error
 
 
-def _load(name: str, model: Model, weights: Path, params: BackendParams) -> Backend:
-    """Load and check one backend; with f32 where another precision computes wrong results.
+def _load(name: str, model: Model, weights: Path, params: BackendParams, fallback: str = '') -> Backend:
+    """Load and check one backend, in f32 if another precision gives wrong results.
+
+    Args:
+        fallback: see `Backend`.
 
     Raises:
         ImportError: its runtime is not installed.
-        ParameterError: it does not compute on the device.
-        ModelError: it can not load the weights, or computes wrong results.
+        ParameterError, ModelError: as `create_backend`.
     """
     if name == 'openvino' and params.device != 'cpu':
         raise ParameterError(f"parameter 'device' = {params.device!r} is not available in openvino: it computes on cpu")
-    backend = _backend_class(name)(model, weights, params)
+    backend = _backend_class(name)(model, weights, params, fallback)
     # GPUs use tensor cores with fewer bits where a library chooses so.
     exact = params.precision == 'f32' and params.device == 'cpu'
     try:
@@ -169,13 +159,15 @@ def _load(name: str, model: Model, weights: Path, params: BackendParams) -> Back
     except ModelError as error:
         if params.precision == 'f32':
             raise
-        backend = _load(name, model, weights, replace(params, precision='f32'))
-        _fall_back(backend, model, str(error))
+        faults = '; '.join(filter(None, (fallback, str(error))))
+        return _load(name, model, weights, replace(params, precision='f32'), faults)
+    if fallback:
+        _log.warning('%s computes %s, slower than asked for: %s', backend.description, model.name, fallback)
     return backend
 
 
 class _Runtime(NamedTuple):
-    """What is known of a runtime before it is imported: suffixes of a model's first file, and how to install it."""
+    """A runtime before it is imported: suffixes of the first files that it reads, and how to install it."""
 
     reads: Tuple[str, ...]
     install: str
@@ -189,12 +181,8 @@ _RUNTIMES = {
     'opencv_dnn': _Runtime(('.pb', '.onnx', '.prototxt', '.caffemodel'), 'apt install python3-opencv')}
 
 
-def _backend_class(name: str) -> Callable[[Model, Path, BackendParams], Backend]:
-    """Return the class of a runtime.
-
-    Raises:
-        ImportError: the runtime is not installed.
-    """
+def _backend_class(name: str) -> Callable[[Model, Path, BackendParams, str], Backend]:
+    """Return the class of a runtime; raise ImportError if it is not installed."""
     if name == 'openvino':
         from openpose_ros_pkg.networks.backends.openvino import OpenvinoBackend
         return OpenvinoBackend

@@ -1,19 +1,12 @@
-"""From an image to a network's input, and from its outputs to ours, for runtimes that can not do it in the graph."""
+"""Conversion of images and outputs for runtimes that can not do it in the graph."""
 import cv2
 import numpy as np
 
-from openpose_ros_pkg.networks.models import InputRecipe, Model
+from openpose_ros_pkg.networks.model_types import InputRecipe, Model
 
 
 def network_input(images: np.ndarray, recipe: InputRecipe) -> np.ndarray:
-    """Turn an image into what a network takes.
-
-    Args:
-        images: (1, H, W, 3) uint8 BGR.
-
-    Returns:
-        (1, 3, H, W) or (1, H, W, 3), float32 or uint8, as the recipe says.
-    """
+    """Convert (1, H, W, 3) uint8 BGR to (1, 3, H, W) or (1, H, W, 3), float32 or uint8, as the recipe says."""
     if recipe.dtype == 'float32' and recipe.layout == 'NCHW':
         # One pass over the pixels: colours, mean, scale and layout at once.
         return cv2.dnn.blobFromImages(list(images), recipe.scale, mean=(recipe.mean,) * 3,

@@ -1,8 +1,7 @@
-"""Networks that OpenVINO has compiled, kept on disk, so that the next start need not compile them again.
+"""Networks that OpenVINO has compiled, kept on disk for a faster start.
 
-OpenVINO's own cache (its option CACHE_DIR) loads a file with flipped bits without a word, and the network then
-computes wrong results; it also grows without limit, by one file for each size of image. Here every file carries a
-checksum, and those unused for the longest time go.
+OpenVINO's own cache (CACHE_DIR) loads a damaged file without an error and grows without limit, by a file for each size
+of image. Here each file carries a checksum, and those unused for the longest time are deleted.
 """
 import hashlib
 import logging
@@ -12,7 +11,7 @@ import stat
 from pathlib import Path
 from typing import Optional
 
-from openpose_ros_pkg.networks.models import default_model_folder
+from openpose_ros_pkg.networks.model_folder import default_model_folder
 from openpose_ros_pkg.output.files import write_whole
 
 _log = logging.getLogger(__name__)
@@ -20,7 +19,7 @@ _log = logging.getLogger(__name__)
 # The default network takes 8 MB for each size of its input, the largest of OpenPose's about 200 MB.
 _MAX_BYTES = 1 << 30
 _DIGEST_BYTES = hashlib.sha256().digest_size
-# Names of its files, and of what a killed process left of one: nothing else is ever deleted.
+# Names of its files, and of temporary ones that a killed process left: nothing else is ever deleted.
 _OWN_NAME = re.compile(r'[0-9a-f]{32}\.blob|\.[0-9a-f]{32}\.blob\.[0-9]+\.part')
 
 
@@ -32,7 +31,7 @@ class CompiledCache:
         self._warned = False
 
     def load(self, key: str) -> Optional[bytes]:
-        """Return what was stored under a key, or None: nothing, unreadable or damaged."""
+        """Return the data stored under a key; None: no file, or an unreadable or damaged one."""
         path = self._path(key)
         try:
             content = path.read_bytes()
@@ -42,18 +41,17 @@ class CompiledCache:
         except OSError as error:
             self._warn(error)
             return None
-        data = content[_DIGEST_BYTES:]
-        if hashlib.sha256(data).digest() != content[:_DIGEST_BYTES]:
+        digest, data = content[:_DIGEST_BYTES], content[_DIGEST_BYTES:]
+        if hashlib.sha256(data).digest() != digest:
             _log.warning('compiled network %s is damaged: it is compiled again', path)
             return None
         return data
 
     def store(self, key: str, data: bytes) -> None:
-        """Keep a compiled network, and delete those unused for the longest time where all together become too many."""
-        path = self._path(key)
+        """Store a compiled network; beyond the maximum of bytes, delete the files unused for the longest time."""
         try:
             self._folder.mkdir(parents=True, exist_ok=True)
-            write_whole(path, hashlib.sha256(data).digest() + data)
+            write_whole(self._path(key), hashlib.sha256(data).digest() + data)
             self._prune()
         except OSError as error:
             self._warn(error)
@@ -65,11 +63,10 @@ class CompiledCache:
         own = [(path.lstat(), path) for path in self._folder.iterdir() if _OWN_NAME.fullmatch(path.name)]
         total = 0
         for status, path in sorted(own, key=lambda item: item[0].st_mtime, reverse=True):
-            if not stat.S_ISREG(status.st_mode):
-                continue
-            total += status.st_size
-            if total > _MAX_BYTES:
-                path.unlink()
+            if stat.S_ISREG(status.st_mode):
+                total += status.st_size
+                if total > _MAX_BYTES:
+                    path.unlink()
 
     def _warn(self, error: OSError) -> None:
         if not self._warned:
@@ -80,7 +77,7 @@ class CompiledCache:
 def open_cache(folder: str) -> Optional[CompiledCache]:
     """Return the cache that the parameter `compiled_cache` names: '' the default one, 'off' none.
 
-    It has a folder of its own within the one that the user names, which may hold other files.
+    It is a subfolder of its own, as the user's folder may hold other files.
     """
     if folder == 'off':
         return None

@@ -18,14 +18,13 @@ class OnnxruntimeBackend:
 
     Raises:
         ParameterError: the installed package can not compute on the device.
-        ModelError: onnxruntime can not read the weights, or the graph has not what the model says.
+        ModelError: onnxruntime can not read the weights, or the graph lacks outputs of the model.
     """
 
     name = 'onnxruntime'
-    fallback = ''
 
-    def __init__(self, model: Model, weights: Path, params: BackendParams) -> None:
-        self._model = model
+    def __init__(self, model: Model, weights: Path, params: BackendParams, fallback: str = '') -> None:
+        self._model, self.fallback = model, fallback
         device, precision = params.device, params.precision
         wanted = _PROVIDERS[device]
         if wanted not in ort.get_available_providers():
@@ -33,7 +32,7 @@ class OnnxruntimeBackend:
         options = ort.SessionOptions()
         options.intra_op_num_threads = params.threads
         options.log_severity_level = 3  # errors; its warnings are about single nodes of the graph
-        # A fixed count of threads that sleep while there is nothing to compute: other nodes need the processor as well.
+        # Idle threads sleep: other nodes need the processor as well.
         options.add_session_config_entry('session.intra_op.allow_spinning', '0')
         try:
             self._session = ort.InferenceSession(str(weights), options, providers=_providers(params))
@@ -63,7 +62,7 @@ def _no_device(device: str, reason: str) -> ParameterError:
 
 
 def _providers(params: BackendParams) -> List[Any]:
-    """Return the execution providers of a device with their options; each takes what the one before it can not."""
+    """Return the execution providers of a device with their options, in the order of preference."""
     # TF32 keeps 11 bits of each number.
     cuda: Dict[str, Any] = {'device_id': params.num_gpu_start, 'use_tf32': int(params.precision == 'auto')}
     tensorrt: Dict[str, Any] = {'device_id': params.num_gpu_start, 'trt_fp16_enable': params.precision == 'auto'}

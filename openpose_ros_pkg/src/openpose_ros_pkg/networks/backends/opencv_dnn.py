@@ -8,7 +8,7 @@ import numpy as np
 from openpose_ros_pkg.errors import ModelError, ParameterError
 from openpose_ros_pkg.networks.backends import BackendParams
 from openpose_ros_pkg.networks.backends.arrays import network_input, own_output
-from openpose_ros_pkg.networks.models import InputRecipe, Model
+from openpose_ros_pkg.networks.model_types import InputRecipe, Model
 
 
 class OpencvBackend:
@@ -16,14 +16,13 @@ class OpencvBackend:
 
     Raises:
         ParameterError: this OpenCV can not compute on the device.
-        ModelError: OpenCV can not read the weights, or the graph has not what the model says.
+        ModelError: OpenCV can not read the weights, or the graph lacks outputs of the model.
     """
 
     name = 'opencv_dnn'
-    fallback = ''
 
-    def __init__(self, model: Model, weights: Path, params: BackendParams) -> None:
-        self._model = model
+    def __init__(self, model: Model, weights: Path, params: BackendParams, fallback: str = '') -> None:
+        self._model, self.fallback = model, fallback
         target = _target(params.device, params.precision)
         try:
             self._net = _read(model, weights)
@@ -44,7 +43,7 @@ class OpencvBackend:
         else:
             self._net.setPreferableBackend(cv2.dnn.DNN_BACKEND_OPENCV)
         self._net.setPreferableTarget(target)
-        # What the importers of TensorFlow and Caffe make is NCHW, whatever the file had; that of ONNX changes nothing.
+        # The importers of TensorFlow and Caffe make NCHW of any layout; that of ONNX keeps it.
         onnx = weights.suffix == '.onnx'
         self._recipe = InputRecipe(model.input.channels, model.input.layout if onnx else 'NCHW', 'float32',
                                    model.input.mean, model.input.scale)
@@ -54,7 +53,7 @@ class OpencvBackend:
     def infer(self, images: np.ndarray) -> Tuple[np.ndarray, ...]:
         """Compute the network; see `Backend.infer`."""
         self._net.setInput(network_input(images, self._recipe))
-        # Copies: OpenCV writes into the memory of its results again.
+        # Copies: OpenCV overwrites the memory of its results.
         return tuple(own_output(output, self._model, self._layout) for output in self._net.forward(self._outputs))
 
     def infer_many(self, images: Sequence[np.ndarray]) -> List[Tuple[np.ndarray, ...]]:
@@ -63,13 +62,13 @@ class OpencvBackend:
 
 
 def has_cuda() -> bool:
-    """Whether this OpenCV computes networks on a GPU of this machine; versions that can not tell (4.2) can not."""
+    """Return whether this OpenCV computes networks on a GPU of this machine; 4.2 never does."""
     targets = getattr(cv2.dnn, 'getAvailableTargets', None)
     return targets is not None and len(targets(cv2.dnn.DNN_BACKEND_CUDA)) > 0
 
 
 def _target(device: str, precision: str) -> int:
-    """Return OpenCV's number for where to compute."""
+    """Return OpenCV's number of the device and precision."""
     if device == 'cpu':
         return cv2.dnn.DNN_TARGET_CPU
     # Without CUDA it would fall back to the processor without an error.
@@ -81,12 +80,7 @@ def _target(device: str, precision: str) -> int:
 
 
 def _read(model: Model, weights: Path) -> Any:
-    """Read a network.
-
-    Raises:
-        ModelError: this OpenCV has no reader for it, or one of Caffe's two files is missing.
-        cv2.error: the file is damaged.
-    """
+    """Read a network; raises cv2.error for a damaged file, ModelError without a reader or one of Caffe's files."""
     # The new engine of OpenCV 5.0.0 computes networks wrongly from ONNX files; the classic one is right for all.
     engine = {'engine': cv2.dnn.ENGINE_CLASSIC} if int(cv2.__version__.split('.')[0]) >= 5 else {}
     if weights.suffix == '.onnx':

@@ -20,7 +20,7 @@ from openpose_ros_pkg.networks.model_types import InputRecipe, Model, Shape
 
 _log = logging.getLogger(__name__)
 
-# A network is compiled per input size; those that were used last stay in memory, as far as they fit into this together.
+# A network is compiled per input size; the last used ones stay in memory up to this sum.
 _KEPT_BYTES = 512 << 20
 # Memory of a compiled network: bytes per pixel of each image that is computed at a time, and per byte of the weights'
 # files, which hold 2 bytes of each number. Measured in f32: mobilenet_thin 656 x 368 takes 58 MB, 984 x 552 119 MB,
@@ -34,11 +34,10 @@ _CACHED_SIZES = 8
 
 @functools.lru_cache(maxsize=None)
 def _core() -> ov.Core:
-    """Return the one of this process.
+    """Return the one core of this process.
 
-    With its first network a core gives the thread a stack for signals, and takes it back when it goes. Of several that
-    go in another order than they came, a stack is left that is freed memory, and the next signal, a Ctrl-C, ends the
-    program with a segmentation fault.
+    A core installs a signal stack with its first network and removes it when it is deleted. Several cores deleted in
+    another order leave a stack of freed memory: the next signal ends the program with a segmentation fault.
     """
     return ov.Core()
 
@@ -47,25 +46,24 @@ class OpenvinoBackend:
     """A network on the CPU by OpenVINO; see `backends.Backend`."""
 
     name = 'openvino'
-    fallback = ''
 
-    def __init__(self, model: Model, weights: Path, params: BackendParams) -> None:
-        """Prepare; the weights are read by the first `infer`, unless the compiled network is in the cache."""
-        self._model, self._weights = model, weights
+    def __init__(self, model: Model, weights: Path, params: BackendParams, fallback: str = '') -> None:
+        """Prepare; the first `infer` reads the weights unless the compiled network is cached."""
+        self._model, self._weights, self.fallback = model, weights, fallback
         self._core = _core()
         self._config: Dict[str, Any] = {'PERFORMANCE_HINT': params.hint.upper()}
         if params.precision == 'f32':
             self._config['INFERENCE_PRECISION_HINT'] = 'f32'
         if params.threads > 0:
             self._config['INFERENCE_NUM_THREADS'] = params.threads
-            # Else the threads of every process are bound to the first cores, all to the same ones.
+            # Else the threads of all processes are bound to the same first cores.
             self._config['ENABLE_CPU_PINNING'] = False
         threads = params.threads or len(os.sched_getaffinity(0))
         self._streams = min(threads, _MOST_STREAMS)
         self._side_by_side = {**self._config, 'NUM_STREAMS': self._streams, 'INFERENCE_NUM_THREADS': threads,
                               'ENABLE_CPU_PINNING': False}
         self._cache = open_cache(params.compiled_cache)
-        # requests of each input size, one or as many as there are streams; the longest unused first
+        # requests by input size and number of streams; the longest unused first
         self._requests: OrderedDict[Tuple[Tuple[int, ...], int], List[Any]] = OrderedDict()
         self._sizes = 0
         self.description = f'OpenVINO {ov.__version__.split("-")[0]} (precision {params.precision}, {params.hint})'
@@ -74,7 +72,7 @@ class OpenvinoBackend:
         """Compute the network; see `Backend.infer`.
 
         Raises:
-            ModelError: OpenVINO can not read the weights, or the graph has not what the model says.
+            ModelError: OpenVINO can not read the weights, or the graph lacks outputs of the model.
         """
         request, = self._requests_for(images.shape, 1)
         request.infer({0: np.ascontiguousarray(images)}, share_inputs=True)
@@ -100,7 +98,7 @@ class OpenvinoBackend:
         return results + [_outputs(requests[i % len(requests)]) for i in range(len(results), len(arrays))]
 
     def _requests_for(self, shape: Tuple[int, ...], streams: int) -> List[Any]:
-        """Return the requests for an input size, compiling the network for sizes that are new or long unused."""
+        """Return the requests for an input size, compiling the network for new and dropped sizes."""
         key = shape, streams
         if key not in self._requests:
             network = self._compile(shape, self._side_by_side if streams > 1 else self._config)
@@ -111,7 +109,7 @@ class OpenvinoBackend:
         return self._requests[key]
 
     def _bytes_of(self, key: Tuple[Tuple[int, ...], int]) -> int:
-        """Return about how much memory the requests of an input size take [bytes]."""
+        """Return the estimated memory of the requests of an input size [bytes]."""
         (_, height, width, _), streams = key
         weights = sum(path.stat().st_size for path in self._files)
         return _WEIGHTS_SHARE * weights + _BYTES_PER_PIXEL * height * width * streams
@@ -142,7 +140,7 @@ class OpenvinoBackend:
         return network
 
     def _key(self, shape: Tuple[int, ...], config: Dict[str, Any]) -> str:
-        """Name all that a compiled network depends on: graph, what is done to it, options, runtime and processor."""
+        """Return all that a compiled network depends on: files, model, options, runtime and processor."""
         files = [(str(path.resolve()), path.stat().st_size, path.stat().st_mtime_ns) for path in self._files]
         model = (self._model.input, self._model.outputs, self._model.decoder, self._model.output_layout)
         processor = [self._core.get_property('CPU', name) for name in ('FULL_DEVICE_NAME', 'OPTIMIZATION_CAPABILITIES')]
@@ -159,14 +157,12 @@ class OpenvinoBackend:
 
 
 def _outputs(request: Any) -> Tuple[np.ndarray, ...]:
-    """Return copies of what a request has computed: its memory is written again by the next image."""
+    """Return copies of a request's outputs: its memory is overwritten by the next image."""
     return tuple(tensor.data.copy() for tensor in request.output_tensors)
 
 
 def graph_shapes(path: Path) -> Tuple[List[Shape], Dict[str, Shape]]:
-    """Return the shapes of the inputs of a network's file, and those of its outputs by name.
-
-    Outputs without a name, as OpenVINO's converter leaves them, are called by their number.
+    """Return the shapes of the inputs of a network's file, and those of its outputs by name, or else number.
 
     Raises:
         ModelError: OpenVINO can not read it.

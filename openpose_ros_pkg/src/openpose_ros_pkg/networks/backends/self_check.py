@@ -1,14 +1,14 @@
 """Check, with one small image, that a runtime computes a network right.
 
-One version of OpenCV was seen to compute the default network wrongly on all channels without any error. Networks of
-the registry that may be passed on have an image with a known output; of the others the structure is checked. In float32
-the numbers of the output are compared, in reduced precision the people that are decoded from it.
+One version of OpenCV computed the default network wrongly on all channels without an error. The fetched networks have
+an image with a known output; of the others the structure is checked. In float32 the numbers of the output are compared,
+in reduced precision the people that are decoded from it.
 
-`python3 -m openpose_ros_pkg.networks.backends.self_check` makes the references again, from the weights in the model
+`python3 -m openpose_ros_pkg.networks.backends.self_check` writes the references again, from the weights in the model
 folder.
 """
 from pathlib import Path
-from typing import TYPE_CHECKING, Callable, Dict, List, Sequence, Tuple
+from typing import TYPE_CHECKING, Callable, Dict, Sequence, Tuple
 
 import cv2
 import numpy as np
@@ -16,43 +16,42 @@ import numpy as np
 from openpose_ros_pkg.decode.direct import DirectDecodeParams, decode_direct
 from openpose_ros_pkg.decode.paf import DecodeParams, decode_fields
 from openpose_ros_pkg.errors import ModelError
-from openpose_ros_pkg.networks.models import (
+from openpose_ros_pkg.networks.model_registry import (
     FACE_LANDMARK,
     HAND_LANDMARK,
     MOBILENET_THIN,
     MOVENET_MULTIPOSE,
     MOVENET_THUNDER,
-    Model,
-    weights_path,
 )
+from openpose_ros_pkg.networks.model_types import Model
 from openpose_ros_pkg.people import Poses
 
 if TYPE_CHECKING:
     from openpose_ros_pkg.networks.backends import Backend
 
-# Runtimes with float32 differ by 5e-6 on the default network, whose values reach 1; the reference is rounded to
-# float16 (2.5e-4). A wrong network was off by 1.2.
+# Largest difference in float32: runtimes differ by 5e-6 on the default network, whose values reach 1; the reference is
+# rounded to float16 (2.5e-4). A wrong network was off by 1.2.
 _EXACT_TOLERANCE = 2e-3
-# Reduced precision: the median joint may lie this far from the known one [px of the network's input] and differ by this
-# in score, and each joint may lie off by the greatest distance. On crops of 18 people bf16 moved the median joint of
-# mobilenet_thin by 0.2 px and its score by 0.03, the worst joint by 0.9 px; red and blue exchanged moved the median
-# joint by 2 px.
+# Reduced precision: largest distance of the median joint [px of the network's input], its largest difference in score,
+# and largest distance of any joint [px]. On crops of 18 people bf16 moved the median joint of mobilenet_thin by 0.2 px
+# and its score by 0.03, the worst joint by 0.9 px; red and blue exchanged moved the median joint by 2 px.
 _JOINT_TOLERANCE, _SCORE_TOLERANCE, _GREATEST_DISTANCE = 0.5, 0.05, 4.0
-# Landmarks in reduced precision: no number may be off by more than this, as a share of the greatest of its output. bf16
-# was off by 0.007.
+# Landmarks in reduced precision: largest difference as a share of the output's greatest number; 0.007 with bf16.
 _LANDMARK_TOLERANCE = 0.05
 # Joints and people below this score are noise and differ between runtimes.
 _SURE = 0.3
 _HELP = 'set the parameter backend to another one, or install another version of this runtime'
 
+_Shapes = Sequence[Tuple[int, ...]]
+
 
 def reference_path(model: Model) -> Path:
-    """Return the file with the known input and output of a model; not every model has one."""
+    """Return the file with the known input and output of a model; it need not exist."""
     return Path(__file__).resolve().parent.parent / 'data' / f'{model.name}_self_check.npz'
 
 
 def check_backend(backend: 'Backend', model: Model, exact: bool) -> None:
-    """Compare a backend's output with the known one, or with what the model says where none is known.
+    """Compare a backend's output with the known one, or its structure with what the model says.
 
     Args:
         exact: whether it computes in float32 throughout.
@@ -66,19 +65,10 @@ def check_backend(backend: 'Backend', model: Model, exact: bool) -> None:
         image = reference['image']
         expected = [reference[f'output_{i}'].astype(np.float32) for i in range(len(model.outputs))]
         outputs = _computed(backend, model, image)
-        fault = _shapes_fault(outputs, expected)
-        if not fault and exact:
-            fault = _difference_fault(outputs, expected, model)
-        elif not fault and not all(np.isfinite(output).all() for output in outputs):
-            fault = 'its output for a known image has values that are not finite'
-        elif not fault and model.decoder == 'landmarks':
-            fault = _difference_fault(outputs, expected, model, _LANDMARK_TOLERANCE)
-        elif not fault:
-            known = _people(expected, model, image)
-            fault = _people_fault(_people(outputs, model, image), known)
+        fault = _exact_fault(outputs, expected, model) if exact else _reduced_fault(outputs, expected, model, image)
     else:
         image = _any_image(model)
-        fault = _structure_fault(_computed(backend, model, image), model, (image.shape[0], image.shape[1]))
+        fault = _structure_fault(_computed(backend, model, image), model, image.shape[:2])
     if fault:
         raise ModelError(f'{backend.description} computes {model.name} wrongly: {fault}; {_HELP}')
 
@@ -92,43 +82,41 @@ def _computed(backend: 'Backend', model: Model, image: np.ndarray) -> Tuple[np.n
         raise ModelError(f'{backend.description} can not compute {model.name}: {error}; {_HELP}') from error
 
 
-def _listed(shapes: Sequence[Tuple[int, ...]]) -> str:
-    return ' and '.join(str(shape) for shape in shapes)
-
-
-def _shapes_fault(outputs: Sequence[np.ndarray], expected: Sequence[np.ndarray]) -> str:
+def _exact_fault(outputs: Sequence[np.ndarray], expected: Sequence[np.ndarray], model: Model,
+                 tolerance: float = _EXACT_TOLERANCE) -> str:
+    """Return how outputs differ from the known ones; empty: they do not."""
     shapes, known = [output.shape for output in outputs], [array.shape for array in expected]
-    return '' if shapes == known else f'its outputs have the shapes {_listed(shapes)}, expected {_listed(known)}'
-
-
-def _difference_fault(outputs: Sequence[np.ndarray], expected: Sequence[np.ndarray], model: Model,
-                      tolerance: float = _EXACT_TOLERANCE) -> str:
-    """Return how outputs differ from the known ones; empty where they are right."""
-    difference = _DIFFERENCES[model.decoder](outputs, expected)
-    if difference <= tolerance:
+    if shapes != known:
+        return f'its outputs have the shapes {_listed(shapes)}, expected {_listed(known)}'
+    if model.decoder == 'movenet_multipose':
+        difference = _people_difference(outputs[0][0], expected[0][0])
+    else:  # landmarks: as a share of the greatest number, which is 1 at least
+        scales = [max(np.abs(array).max(), 1.0) if model.decoder == 'landmarks' else 1.0 for array in expected]
+        difference = max(float(np.abs(output - array).max() / scale)
+                         for output, array, scale in zip(outputs, expected, scales))
+    if difference <= tolerance:  # False for NaN
         return ''
-    # NaN as well
     return f'its output for a known image is off by up to {difference:.3g}, expected at most {tolerance:g}'
 
 
-def _greatest_difference(outputs: Sequence[np.ndarray], expected: Sequence[np.ndarray]) -> float:
-    return max(float(np.abs(output - array).max()) for output, array in zip(outputs, expected))
+def _reduced_fault(outputs: Sequence[np.ndarray], expected: Sequence[np.ndarray], model: Model, image: np.ndarray
+                   ) -> str:
+    """Return how outputs of reduced precision differ from the known ones; empty: they do not."""
+    if not all(np.isfinite(output).all() for output in outputs):
+        return 'its output for a known image has values that are not finite'
+    if model.decoder == 'landmarks' or [output.shape for output in outputs] != [array.shape for array in expected]:
+        return _exact_fault(outputs, expected, model, _LANDMARK_TOLERANCE)
+    return _people_fault(_people(outputs, model, image), _people(expected, model, image))
 
 
-def _greatest_difference_of_landmarks(outputs: Sequence[np.ndarray], expected: Sequence[np.ndarray]) -> float:
-    """Return the greatest difference as a share of the greatest number of its output, which is 1 at least."""
-    return max(float(np.abs(output - array).max() / max(np.abs(array).max(), 1.0))
-               for output, array in zip(outputs, expected))
+def _people_difference(found: np.ndarray, known: np.ndarray) -> float:
+    """Return the greatest difference of MoveNet's sure people, (6, 56), from the most similar known ones.
 
-
-def _greatest_difference_of_people(outputs: Sequence[np.ndarray], expected: Sequence[np.ndarray]) -> float:
-    """Return the greatest difference of MoveNet's sure people from those who are most like them.
-
-    Scores that are nearly equal change places between runtimes, and joints that it does not see jump: both count
-    only where the reference is sure.
+    People of nearly equal scores change places between runtimes, and unsure joints move: only sure people and joints
+    of the reference count.
     """
-    found, greatest = outputs[0][0], 0.0
-    for person in expected[0][0]:
+    greatest = 0.0
+    for person in known:
         if person[55] < _SURE:
             continue
         counts = np.ones(56, bool)
@@ -138,7 +126,7 @@ def _greatest_difference_of_people(outputs: Sequence[np.ndarray], expected: Sequ
 
 
 def _people(outputs: Sequence[np.ndarray], model: Model, image: np.ndarray) -> Poses:
-    """Return the people that outputs show in an image, in its pixels."""
+    """Return the people decoded from outputs [px of the image]."""
     size = image.shape[1], image.shape[0]
     if model.decoder == 'paf':
         return decode_fields(np.concatenate([output[0] for output in outputs]), model, DecodeParams(), size)
@@ -146,10 +134,7 @@ def _people(outputs: Sequence[np.ndarray], model: Model, image: np.ndarray) -> P
 
 
 def _people_fault(found: Poses, known: Poses) -> str:
-    """Return how people differ from the known ones; empty where they are right.
-
-    Only people and joints of which the reference is sure count.
-    """
+    """Return how the sure people and joints of the reference are off; empty: they are right."""
     for person in known.keypoints[known.scores >= _SURE]:
         sure = person[:, 2] >= _SURE
         distances = np.linalg.norm(found.keypoints[:, sure, :2] - person[sure, :2], axis=2)
@@ -166,14 +151,12 @@ def _people_fault(found: Poses, known: Poses) -> str:
     return ''
 
 
-# Decoders of the models that have a reference.
-_DIFFERENCES: Dict[str, Callable[[Sequence[np.ndarray], Sequence[np.ndarray]], float]] = {
-    'paf': _greatest_difference, 'movenet_multipose': _greatest_difference_of_people,
-    'movenet_singlepose': _greatest_difference, 'landmarks': _greatest_difference_of_landmarks}
+def _listed(shapes: _Shapes) -> str:
+    return ' and '.join(str(shape) for shape in shapes)
 
 
-def _structure_fault(outputs: Sequence[np.ndarray], model: Model, size: Tuple[int, int]) -> str:
-    """Return how number, shapes and range of outputs differ from what the model says; empty where they do not.
+def _structure_fault(outputs: Sequence[np.ndarray], model: Model, size: Sequence[int]) -> str:
+    """Return how number, shapes and values of outputs differ from what the model says; empty: they do not.
 
     Args:
         size: (height, width) of the image [px].
@@ -182,17 +165,20 @@ def _structure_fault(outputs: Sequence[np.ndarray], model: Model, size: Tuple[in
     names = model.outputs or ('0',)
     if len(outputs) != len(names):
         return f'it has {len(outputs)} outputs, expected {len(names)}'
-    expected, right = _STRUCTURES[model.decoder](model, shapes, size)
+    if model.decoder == 'paf':
+        expected, right = _fields_structure(model, shapes, size)
+    else:
+        expected, is_right = _STRUCTURES[model.decoder]
+        right = is_right(*shapes)
     if not right:
         return (f"its outputs {', '.join(names)} have the shapes {_listed(shapes)} for an image of "
                 f'{size[1]}x{size[0]}, expected {expected}: does the description of the model fit its file?')
-    for name, output in zip(names, outputs):
-        if not np.isfinite(output).all():
-            return f'its output {name} has values that are not finite'
-    return ''
+    infinite = [name for name, output in zip(names, outputs) if not np.isfinite(output).all()]
+    return f'its output {infinite[0]} has values that are not finite' if infinite else ''
 
 
-def _fields_structure(model: Model, shapes: List[Tuple[int, ...]], size: Tuple[int, int]) -> Tuple[str, bool]:
+def _fields_structure(model: Model, shapes: _Shapes, size: Sequence[int]) -> Tuple[str, bool]:
+    """Return the expected shapes of fields in words, and whether shapes are so."""
     height, width = (side // model.stride for side in size)
     expected = (f'(1, C, {height}, {width}) with {model.channels} channels in all ({model.heatmaps} confidence maps '
                 f'and {model.channels - model.heatmaps} of the affinity fields)')
@@ -200,43 +186,28 @@ def _fields_structure(model: Model, shapes: List[Tuple[int, ...]], size: Tuple[i
     return expected, right and sum(shape[1] for shape in shapes) == model.channels
 
 
-def _movenet_structure(model: Model, shapes: List[Tuple[int, ...]], size: Tuple[int, int]) -> Tuple[str, bool]:
-    return '(1, N, 56)', len(shapes[0]) == 3 and shapes[0][::2] == (1, 56)
-
-
-def _single_person_structure(model: Model, shapes: List[Tuple[int, ...]], size: Tuple[int, int]) -> Tuple[str, bool]:
-    return '(1, 1, 17, 3)', shapes[0] == (1, 1, 17, 3)
-
-
-def _rtmo_structure(model: Model, shapes: List[Tuple[int, ...]], size: Tuple[int, int]) -> Tuple[str, bool]:
-    boxes, joints = shapes
-    right = len(boxes) == 3 and boxes[::2] == (1, 5) and joints == (1, boxes[1], 17, 3)
-    return '(1, N, 5) and (1, N, 17, 3)', right
-
-
-def _yolo_structure(model: Model, shapes: List[Tuple[int, ...]], size: Tuple[int, int]) -> Tuple[str, bool]:
-    shape, = shapes
-    return '(1, 56, N) or (1, N, 57)', len(shape) == 3 and shape[0] == 1 and (shape[1] == 56 or shape[2] == 57)
-
-
-# What the outputs of each decoder's networks look like, in words, and whether shapes are so.
-_STRUCTURES: Dict[str, Callable[[Model, List[Tuple[int, ...]], Tuple[int, int]], Tuple[str, bool]]] = {
-    'paf': _fields_structure, 'movenet_multipose': _movenet_structure,
-    'movenet_singlepose': _single_person_structure, 'rtmo': _rtmo_structure, 'yolo_pose': _yolo_structure}
+# By decoder: the expected shapes of the outputs in words, and whether shapes are so.
+_STRUCTURES: Dict[str, Tuple[str, Callable[..., bool]]] = {
+    'movenet_multipose': ('(1, N, 56)', lambda people: len(people) == 3 and people[::2] == (1, 56)),
+    'movenet_singlepose': ('(1, 1, 17, 3)', lambda person: person == (1, 1, 17, 3)),
+    'rtmo': ('(1, N, 5) and (1, N, 17, 3)', lambda boxes, joints: (
+        len(boxes) == 3 and boxes[::2] == (1, 5) and joints == (1, boxes[1], 17, 3))),
+    'yolo_pose': ('(1, 56, N) or (1, N, 57)', lambda people: (
+        len(people) == 3 and people[0] == 1 and (people[1] == 56 or people[2] == 57)))}
 
 
 def _any_image(model: Model) -> np.ndarray:
     """Return an image of a person in a size that the network takes, (H, W, 3) uint8 BGR."""
     person = _known_image(MOBILENET_THIN)
     least = model.input.multiple_of
-    # The end-to-end form chooses 300 of its cells, of which a smaller input has not as many.
+    # The end-to-end form chooses 300 of its cells; a smaller input has fewer.
     zoom = 2 if model.decoder == 'yolo_pose' else 1
     width, height = model.input.fixed_size or (-(-zoom * side // least) * least for side in person.shape[1::-1])
     return cv2.resize(person, (width, height))
 
 
 def make_reference(backend: 'Backend', model: Model, image: np.ndarray) -> None:
-    """Write the file that `check_backend` reads, with a backend that is known to be right.
+    """Write the reference of a model, with a backend that is known to be right.
 
     Args:
         image: (H, W, 3) uint8 BGR in a size that the network takes.
@@ -262,16 +233,14 @@ def _read(path: Path) -> Dict[str, np.ndarray]:
 
 
 if __name__ == '__main__':
-    # The files hold images of skeleton_extract_3d/demo/cross in steps of 8 or 16 grey levels, to be small: a person of
-    # frame 8 at 96 x 128, frame 30 at 256 x 160, a person of frame 4 at 256 x 256; and a hand and a face that were
-    # rendered alike. On a drawn person MoveNet's scores move by 0.2 with a noise of half a grey level, and
-    # mobilenet_thin's joints by 2 px with bf16.
-    # OpenCV 4 was found to agree with TensorFlow on the default network; OpenVINO is the one that reads the others.
+    # The images are of skeleton_extract_3d/demo/cross, in steps of 8 or 16 grey levels to be small: a person of frame 8
+    # at 96 x 128, frame 30 at 256 x 160, a person of frame 4 at 256 x 256; and a hand and a face, rendered alike.
+    # OpenCV 4 agreed with TensorFlow on the default network; OpenVINO is the one that reads the others.
     from openpose_ros_pkg.networks.backends import BackendParams
     from openpose_ros_pkg.networks.backends.opencv_dnn import OpencvBackend
     from openpose_ros_pkg.networks.backends.openvino import OpenvinoBackend
+    from openpose_ros_pkg.networks.models import weights_path
     _params = BackendParams(compiled_cache='off')
-    for _model, _backend in ((MOBILENET_THIN, OpencvBackend), (MOVENET_MULTIPOSE, OpenvinoBackend),
-                             (MOVENET_THUNDER, OpenvinoBackend), (HAND_LANDMARK, OpenvinoBackend),
-                             (FACE_LANDMARK, OpenvinoBackend)):
-        make_reference(_backend(_model, weights_path(_model), _params), _model, _known_image(_model))
+    for _model in (MOBILENET_THIN, MOVENET_MULTIPOSE, MOVENET_THUNDER, HAND_LANDMARK, FACE_LANDMARK):
+        _runtime = OpencvBackend if _model is MOBILENET_THIN else OpenvinoBackend
+        make_reference(_runtime(_model, weights_path(_model), _params), _model, _known_image(_model))

@@ -16,7 +16,7 @@ from openpose_ros_pkg.ros.health import Health
 from openpose_ros_pkg.ros.images import AnyImage, image_subscriber, raw_image
 from openpose_ros_pkg.ros.node import check_topic_name, introduce, run_node
 from openpose_ros_pkg.stream.fair_lock import FairLock
-from openpose_ros_pkg.stream.pipeline import Pipeline
+from openpose_ros_pkg.stream.pipeline import Pipeline, PipelineStages
 
 
 class StreamingClient:
@@ -30,8 +30,8 @@ class StreamingClient:
         self._health = Health(bad_input='bad image')
         self._client = DetectionClient('detect_poses', self._settings.service)
         self._publisher = rospy.Publisher('openpose_ros/input_image', Image, queue_size=1)
-        self._pipeline = Pipeline(self._send, self._await, self._finish, self._health.frame_failed, FairLock(),
-                                  REQUEST_LEAD)
+        self._pipeline = Pipeline(PipelineStages(self._send, self._await, self._finish), self._health.frame_failed,
+                                  FairLock(), REQUEST_LEAD)
         self._health.show(lambda: {'frames skipped': str(self._pipeline.replaced)})
         images = image_subscriber(topic, self._settings.transport.image_transport)
         images.registerCallback(self._pipeline.submit)

@@ -11,8 +11,7 @@ from typing import Any, Callable, Deque, Dict, Iterable, Iterator, List, NamedTu
 import genpy
 import rosbag
 
-from openpose_ros_pkg.detect.detection import Detection
-from openpose_ros_pkg.detect.independent_detection import IndependentDetection
+from openpose_ros_pkg.detect.detection import Detection, IndependentDetection
 from openpose_ros_pkg.detect.network_detection import NetworkDetection
 from openpose_ros_pkg.errors import BadInputError, ModelError, NoTransformError
 from openpose_ros_pkg.landmarks.detector import create_landmark_detector

@@ -1,0 +1,86 @@
+"""Two bodies cannot be in one place: of people who fill the same space, one stays."""
+from dataclasses import replace
+from typing import Tuple
+
+import numpy as np
+
+from openpose_ros_pkg.skeletons import COCO_18
+from skeleton_extract_3d.body.body import JOINTS, TRUNK
+from skeleton_extract_3d.constants import METHOD
+from skeleton_extract_3d.lift.surfaces import lower_median
+from skeleton_extract_3d.track.completion import Completion
+from skeleton_extract_3d.track.constants import OneBodyConstants, TrackConstants
+from skeleton_extract_3d.track.tracks import Observations, Tracks
+
+_OF_TRUNK = np.isin(np.arange(len(JOINTS)), TRUNK)
+_SWAP = np.array(COCO_18.swap)
+
+
+def in_one_place(xyz: np.ndarray, placed: np.ndarray, least_joints: int, reach: float) -> np.ndarray:
+    """Return which people fill the same space, (P, P) bool: most joints are near; left and right may be exchanged.
+
+    Args:
+        xyz: (P, 18, 3) [m].
+        placed: (P, 18) bool, joints that count.
+        least_joints: that both must have.
+        reach: greatest median distance in one place [m].
+    """
+    same = np.zeros((len(xyz), len(xyz)), bool)
+    for order in (np.arange(len(_SWAP)), _SWAP):
+        both = placed[:, None] & placed[None][..., order]
+        distance = np.where(both, np.linalg.norm(xyz[:, None] - xyz[None][:, :, order], axis=3), np.inf)
+        with np.errstate(invalid='ignore'):
+            same |= (both.sum(axis=2) >= least_joints) & (lower_median(distance) < reach)
+    return same
+
+
+def _halves(seen: Completion, constants: TrackConstants) -> np.ndarray:
+    """Return which people are halves of one person, (P, P) bool: few joints in common, and the trunk in one place."""
+    common = (seen.trusted[:, None] & seen.trusted[None]).sum(axis=2)
+    return (common <= constants.identity.halves_common) & in_one_place(
+        seen.tracks.joints.position, seen.placed & _OF_TRUNK, constants.one_body.least_joints,
+        constants.one_body.halves_apart)
+
+
+def separate(seen: Completion, people: Observations, stamp: float, constants: TrackConstants = METHOD.track
+             ) -> Tuple[Completion, Observations, Tracks]:
+    """Return the people of a frame without those that have been in the place of another for too long.
+
+    The older track stays, so that ids last. New ones go at once.
+
+    Args:
+        seen, people: the same N people.
+        stamp: of the frame [s].
+
+    Returns:
+        Those that stay, and the tracks of those that had a place of their own before: they are real, but hidden now.
+    """
+    one_body, tracks = constants.one_body, seen.tracks
+    if len(tracks) < 2:
+        return seen._replace(tracks=replace(tracks, alone=np.full(len(tracks), stamp))), people, Tracks.none()
+    shared = in_one_place(tracks.joints.position, seen.placed, one_body.least_joints, one_body.thickness)
+    shared |= _halves(seen, constants)
+    oldest = np.lexsort((tracks.ids, -seen.trusted.sum(axis=1), tracks.born))
+    gone, alone = np.zeros(len(tracks), bool), np.full(len(tracks), stamp)
+    for i, person in enumerate(oldest):
+        before = oldest[:i]
+        if (shared[person, before] & ~gone[before]).any():
+            alone[person] = tracks.alone[person]
+            gone[person] = stamp - alone[person] >= one_body.longest
+    tracks = replace(tracks, alone=alone)
+    if not gone.any():
+        return seen._replace(tracks=tracks), people, Tracks.none()
+    kept = np.flatnonzero(~gone)
+    real = gone & (tracks.alone - tracks.born >= one_body.surely_alone)
+    return (Completion(tracks.select(kept), seen.trusted[kept], seen.placed[kept], seen.sigma[kept]),
+            people.select(kept), tracks.kept(real))
+
+
+def apart(hidden: Tracks, seen: Completion, constants: OneBodyConstants = METHOD.track.one_body) -> Tracks:
+    """Return the hidden tracks that are in the place of no visible person."""
+    if not len(hidden) or not len(seen.tracks):
+        return hidden
+    xyz = np.concatenate([hidden.joints.position, seen.tracks.joints.position])
+    placed = np.concatenate([hidden.has, seen.placed])
+    shared = in_one_place(xyz, placed, constants.least_joints, constants.thickness)
+    return hidden.kept(~shared[:len(hidden), len(hidden):].any(axis=1))
