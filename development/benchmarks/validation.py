@@ -42,7 +42,7 @@ def command(main: Callable[[Sequence[str]], int], *arguments: object) -> None:
 def validate(sequence: Path, folder: Path, settings: List[str]) -> Dict[str, Any]:
     """Return the summary of a sequence's report."""
     folder.mkdir(parents=True)  # sequences of one name would share it
-    people, poses, mocap = (folder / name for name in ('people.bag', 'poses.csv', 'mocap.csv'))
+    people, poses, mocap = (folder / name for name in ('people.bag', 'poses.csv', 'mocap.trc'))
     with tempfile.TemporaryDirectory(prefix='openpose_ros_bench_') as temporary:
         bag = Path(temporary, 'camera.bag')
         command(images_to_bag.main, sequence, '-o', bag)

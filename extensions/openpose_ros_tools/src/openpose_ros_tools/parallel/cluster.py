@@ -7,12 +7,13 @@ from importlib.metadata import version
 from typing import Any, Callable, Dict, Generator, Iterator, Mapping, Tuple, Union
 
 from openpose_ros_pkg.errors import OpenposeRosError, ParameterError
-from openpose_ros_tools.parallel.task_pool import Work
+from openpose_ros_tools.parallel.processes import Work
 
 # Longest wait for the answer of an existing scheduler, and for its first worker [s].
 _CONNECT_SECONDS = 20
 # Before Python 3.11 these are different classes; which one is raised depends on the version of distributed.
 _TIMEOUTS = (TimeoutError, asyncio.TimeoutError)
+
 
 class ClusterError(OpenposeRosError):
     """There is no such cluster, or it has no workers."""
