@@ -8,7 +8,7 @@ from development.generated import write_config, write_docs
 from development.locks import write_locks
 from development.set_up import find_python_38, set_up, weights
 from development.terminal import die, handle_signals, say
-from development.testing import GROUPS, NEEDS_PYTHON_38, ON_REQUEST, run_groups
+from development.testing import ALL, GROUPS, NEEDS_PYTHON_38, STANDARD, run_groups
 from development.workspace import enter_workspace
 
 
@@ -17,7 +17,10 @@ def main(arguments: Sequence[str]) -> None:
     command = COMMANDS.get(arguments[0])
     if command is None:
         die(f"unknown command '{arguments[0]}'; ./run help lists them")
-    command(list(arguments[1:]))
+    try:
+        command(list(arguments[1:]))
+    except KeyboardInterrupt:
+        sys.exit(130)
 
 
 def demo(arguments: Sequence[str]) -> NoReturn:
@@ -60,9 +63,9 @@ def bench(arguments: Sequence[str]) -> NoReturn:
 
 
 def test(arguments: Sequence[str]) -> NoReturn:
-    for name in set(arguments) - set(GROUPS):
-        die(f"there is no test group '{name}'; one of: {' '.join(GROUPS)}")
-    groups = list(arguments) or [name for name in GROUPS if name not in ON_REQUEST]
+    for name in set(arguments) - {*GROUPS, 'all'}:
+        die(f"there is no test group '{name}'; one of: all {' '.join(GROUPS)}")
+    groups = ALL if 'all' in arguments else arguments or STANDARD
     python_38 = find_python_38() if 'focal' in groups else None
     if 'focal' in arguments and python_38 is None:
         die(f'the test group focal {NEEDS_PYTHON_38}')

@@ -1,14 +1,16 @@
-"""Files that are written from the code: config/*.yaml, and the tables of docs/*.md."""
+"""Files that are written from the code: config/*.yaml, the tables of docs/*.md, and those of joints.h."""
 import dataclasses
 import importlib
 import re
 import sys
+import textwrap
 from typing import Any, Iterable, List, Sequence, Tuple
 
 from development import PACKAGES, PYTHON_SOURCES, ROOT
 from development.terminal import die, say
 
 TABLE = re.compile(r'^<!-- table: (?P<name>[\w.:, ]+) -->\n.*?^<!-- end of table -->$', re.MULTILINE | re.DOTALL)
+JOINTS_H = ROOT / 'openpose_ros_msgs/include/openpose_ros_msgs/joints.h'
 CONFIG_MODULES = ('openpose_ros_pkg.params.nodes', 'skeleton_extract_3d.node_params', 'openpose_ros_fusion.node_params',
                   'openpose_ros_signals.node_params', 'openpose_ros_bridges.node_params')
 
@@ -21,6 +23,33 @@ def write_config(_arguments: Sequence[str] = ()) -> None:
         path.parent.mkdir(exist_ok=True)
         path.write_text(to_yaml(kind))
         say(str(path))
+    JOINTS_H.write_text(with_joints(JOINTS_H.read_text()))
+    say(str(JOINTS_H))
+
+
+def with_joints(header: str) -> str:
+    """Return joints.h with the joints of the messages and the skeletons as skeletons.py has them."""
+    from openpose_ros_pkg.skeletons import MESSAGE_JOINTS, SKELETONS
+    parts = {'joints': _macro('OPENPOSE_ROS_MSGS_JOINTS', (f'X({name.upper()}, {name})' for name in MESSAGE_JOINTS)),
+             'skeletons': ''.join(_skeleton_tables(model) for model in SKELETONS.values())
+             + _macro('OPENPOSE_ROS_MSGS_SKELETONS', (f'X({name})' for name in SKELETONS))}
+    for part, text in parts.items():
+        begin = header.index(f'// generated: {part}\n') + len(f'// generated: {part}\n')
+        header = header[:begin] + text + header[header.index('// end of generated', begin):]
+    return header
+
+
+def _macro(name: str, items: Iterable[str]) -> str:
+    lines = textwrap.wrap(' '.join(item.replace(' ', '~') for item in items), 110)
+    return f'#define {name}(X) ' + ''.join(f'\\\n  {line} '.replace('~', ' ') for line in lines).rstrip() + '\n'
+
+
+def _skeleton_tables(model: Any) -> str:
+    joints = ', '.join(f'Joint::{name.upper()}' for name in model.joints)
+    limbs = ', '.join(f'{{ Joint::{start.upper()}, Joint::{end.upper()} }}' for start, end in model.drawn_limbs)
+    return ''.join(f'constexpr {kind} {model.name}_{kind.upper()}S[] = {{\n' + textwrap.fill(
+        text, 118, initial_indent='  ', subsequent_indent='  ') + '\n};\n' for kind, text in (
+            ('Joint', joints), ('Limb', limbs)))
 
 
 def write_docs(_arguments: Sequence[str] = ()) -> None:

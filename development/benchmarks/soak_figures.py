@@ -11,7 +11,7 @@ import rosbag
 from scipy.stats import theilslopes
 
 from openpose_ros_pkg.errors import OpenposeRosError
-from openpose_ros_pkg.ros.session import Diagnostics
+from session import Diagnostics
 
 # Medians of the age over this many parts of a run make the line whose slope is judged.
 AGE_PARTS = 60

@@ -15,6 +15,7 @@ from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import List, Optional
 
+sys.path.append(str(Path(__file__).resolve().parents[2] / 'tests/support'))
 import rosbag
 import rosparam
 import rospkg
@@ -27,7 +28,7 @@ from screen import RVIZ_SIZE, HeadlessScreen, publish_slow_clock, take_screensho
 
 from openpose_ros_pkg.command_line import INTERRUPTED, all_ends_are_interrupts
 from openpose_ros_pkg.errors import OpenposeRosError
-from openpose_ros_pkg.ros.session import ResultWatch, Session, SessionError, wait_for
+from session import ResultWatch, Session, SessionError, wait_for
 from skeleton_extract_3d.points.rgbd_sequence import RgbdSequence
 
 NAMESPACE = {'2d': '/openpose_ros', '3d': '/openpose_ros/skeleton_3d', 'stage': '/people/openpose_ros/skeleton_3d'}

@@ -10,7 +10,7 @@ from typing import Dict, Optional
 import rospy
 from rosgraph_msgs.msg import Clock
 
-from openpose_ros_pkg.ros.session import ENDS_WITH_PARENT
+from session import ENDS_WITH_PARENT
 
 # Width and height of the screen [px]; the RViz configuration opens its window at this size.
 RVIZ_SIZE = (1440, 900)

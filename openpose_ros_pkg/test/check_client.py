@@ -11,7 +11,7 @@ from openpose_ros_msgs.msg import PersonDetectionArray
 from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import Image
 
-from openpose_ros_pkg.ros.session import Diagnostics, Recorder, await_true
+from session import Diagnostics, Recorder, await_true
 
 CLIENT, SERVICE_NODE, FAILED = 'openpose_ros_node', 'openpose_ros_service_node', 'service call failed'
 FAST = ('_net_input_width:=464', '_net_input_height:=256')

@@ -14,7 +14,7 @@ from harness import image, picture, publisher
 from openpose_ros_msgs.srv import GetPersons
 from sensor_msgs.msg import CompressedImage, Image
 
-from openpose_ros_pkg.ros.session import Diagnostics, Recorder, await_true
+from session import Diagnostics, Recorder, await_true
 
 HUNG, COMPRESSED = 'hung/openpose_ros_node', 'compressed/openpose_ros_node'
 GREY = np.full((48, 64, 3), 128, np.uint8)

@@ -14,7 +14,7 @@ from openpose_ros_msgs.srv import GetPersons
 from sensor_msgs.msg import Image
 from std_srvs.srv import SetBool
 
-from openpose_ros_pkg.ros.session import PATIENCE, Diagnostics, Recorder, await_true
+from session import PATIENCE, Diagnostics, Recorder, await_true
 
 NODE, CLIENT = 'openpose_ros_service_node', 'openpose_ros_node'
 GREY = np.full((96, 128, 3), 128, np.uint8)

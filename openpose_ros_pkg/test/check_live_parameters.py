@@ -13,7 +13,7 @@ from openpose_ros_msgs.srv import GetPersons
 from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import Image
 
-from openpose_ros_pkg.ros.session import PATIENCE, Recorder, await_true
+from session import PATIENCE, Recorder, await_true
 
 NODE = 'openpose_ros_service_node'
 

@@ -14,7 +14,7 @@ import rostest
 from harness import image, node, picture
 from openpose_ros_msgs.srv import GetPersons
 
-from openpose_ros_pkg.ros.session import PATIENCE, await_true
+from session import PATIENCE, await_true
 
 BLACK = np.zeros((540, 960, 3), np.uint8)
 

@@ -10,7 +10,7 @@ from harness import image, publisher
 from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import Image, PointCloud2
 
-from openpose_ros_pkg.ros.session import Diagnostics, Recorder, await_true
+from session import Diagnostics, Recorder, await_true
 
 NODE, TOPIC = 'openpose_ros_node', '/camera/image_raw'
 

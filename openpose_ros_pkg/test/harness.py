@@ -3,6 +3,7 @@ import contextlib
 import json
 import signal
 import subprocess
+import sys
 import threading
 from pathlib import Path
 
@@ -12,7 +13,8 @@ import rospy
 from sensor_msgs.msg import Image
 from std_msgs.msg import Header
 
-from openpose_ros_pkg.ros.session import PATIENCE, await_true
+sys.path.append(str(Path(__file__).resolve().parents[2] / 'tests/support'))
+from session import PATIENCE, await_true
 
 # Two people walk past each other; gt.json holds the true joints.
 SEQUENCE = Path(__file__).resolve().parents[2] / 'skeleton_extract_3d' / 'demo' / 'cross'

@@ -5,10 +5,10 @@ import subprocess
 import sys
 from pathlib import Path
 
+import psutil
 import pytest
 
-from development.testing import MARK, end_processes
-from openpose_ros_pkg.ros.session import PATIENCE, await_true
+from session import PATIENCE, await_true
 
 ROOT = Path(__file__).resolve().parents[2]
 BENCHMARK = """
@@ -34,14 +34,15 @@ with socket.create_server(('localhost', int(sys.argv[2]))) as server:
 
 @pytest.fixture
 def start(tmp_path):
-    """What starts a program; every process that it leaves is found at the end by a variable."""
-    environment = {**os.environ, MARK: str(tmp_path), 'TMPDIR': str(tmp_path)}
-    environment['PYTHONPATH'] = os.pathsep.join([str(ROOT / 'development/benchmarks'),
-                                                 environment.get('PYTHONPATH', '')])
+    """What starts a program; every process that it leaves is found at the end by its folder for temporary files."""
+    environment = {**os.environ, 'TMPDIR': str(tmp_path), 'PYTHONPATH': os.pathsep.join(
+        [str(ROOT / 'development/benchmarks'), str(ROOT / 'tests/support'), os.environ.get('PYTHONPATH', '')])}
     yield lambda *command, **variables: subprocess.Popen(
         [sys.executable, *command], env={**environment, **variables}, text=True, stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE, stderr=subprocess.PIPE)
-    assert end_processes(tmp_path, signal.SIGKILL, PATIENCE), 'processes were left running'
+    left = [process for process in psutil.process_iter(['environ'])
+            if (process.info['environ'] or {}).get('TMPDIR') == str(tmp_path)]
+    assert psutil.wait_procs(left, PATIENCE)[1] == []
 
 
 @pytest.mark.parametrize('number, status', [

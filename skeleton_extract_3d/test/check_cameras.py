@@ -13,7 +13,7 @@ from openpose_ros_msgs.msg import PersonDetection_3dArray
 from std_srvs.srv import SetBool
 from visualization_msgs.msg import Marker
 
-from openpose_ros_pkg.ros.session import PATIENCE, Diagnostics, await_true
+from session import PATIENCE, Diagnostics, await_true
 
 # Results of each camera that are judged.
 RESULTS = 12

@@ -19,8 +19,8 @@ from std_msgs.msg import Header
 from visualization_msgs.msg import Marker
 
 from openpose_ros_pkg.ros.convert import bgr_to_image
-from openpose_ros_pkg.ros.session import PATIENCE, await_true, is_heard
 from openpose_ros_pkg.skeletons import COCO_18
+from session import PATIENCE, await_true, is_heard
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING
 from skeleton_extract_3d.points.depth import cloud_from_depth
 from skeleton_extract_3d.points.rgbd_sequence import WORLD_FRAME, play_order

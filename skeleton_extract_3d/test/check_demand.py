@@ -15,7 +15,7 @@ from std_srvs.srv import SetBool
 from visualization_msgs.msg import Marker
 
 from openpose_ros_pkg.ros.input_watch import PATIENCE as SILENCE
-from openpose_ros_pkg.ros.session import PATIENCE, Diagnostics, await_true
+from session import PATIENCE, Diagnostics, await_true
 
 RATE = 30.0  # [Hz] of the camera
 # From the subscription to the first result [s]. Other programs may take the processor: the best of some tries counts.

@@ -3,13 +3,11 @@
 import sys
 import time
 import unittest
-from typing import Callable, List, Tuple
+from typing import List
 
 import numpy as np
 import rospy
 import rostest
-import tf2_ros
-from dynamic_reconfigure.client import Client
 from harness import (
     FRAME_ID,
     HEIGHT,
@@ -29,9 +27,8 @@ from openpose_ros_msgs.msg import BodypartDetection_3d, PersonDetection, PersonD
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2
 
 from openpose_ros_pkg.ros.convert import image_to_bgr
-from openpose_ros_pkg.ros.session import PATIENCE, Diagnostics, await_true, is_heard
+from session import Diagnostics, await_true, is_heard
 from skeleton_extract_3d.estimator import STAGES as ESTIMATOR_STAGES
-from skeleton_extract_3d.ros.convert import rotation_and_translation
 from skeleton_extract_3d.ros.extractor import AGE_STAGES, STAGES
 
 NODE = 'extractor'
@@ -43,8 +40,6 @@ KEYPOINTS = {'nose': ((20.0, 30.0), slice(29, 32), slice(19, 22)),
              'right_ankle': ((32.0, 0.0), slice(0, 2), slice(31, 34)),
              'left_ankle': ((-0.4, 47.4), slice(46, 48), slice(0, 2))}
 HOLE, OUTSIDE = (50.0, 10.0), (64.0, 20.0)
-
-Frame = Tuple[Image, PointCloud2]
 
 
 def mean_of_valid(xyz: np.ndarray) -> np.ndarray:
@@ -59,9 +54,6 @@ class ExtractorTest(unittest.TestCase):
         rospy.init_node('check_extractor')
         cls.detector = FakeDetector('detect_poses_3d')
         cls.output, cls.diagnostics, cls.camera = Output(), Diagnostics(), Camera()
-        cls.tf_buffer = tf2_ros.Buffer()
-        cls.tf_listener = tf2_ros.TransformListener(cls.tf_buffer)
-        await_true(lambda: is_heard('/tf'), 'the joints as frames')
 
     def setUp(self):
         self.detector.answer = lambda number: [person(number, {'nose': (20, 30)})]
@@ -213,33 +205,6 @@ class ExtractorTest(unittest.TestCase):
         self.assertEqual((info.K[0], info.K[4], info.header.frame_id), (50.0, 51.0, FRAME_ID))
         self.assertTrue(self.output.has(info.header.stamp))
 
-    def test_joints_are_frames(self):
-        stamp = self.camera.send_frame(7)
-        found, = self.output.frame(stamp).persons
-        transform = self.tf_buffer.lookup_transform(FRAME_ID, f'person_{found.person_ID}/nose', stamp,
-                                                    rospy.Duration(PATIENCE))
-        rotation, translation = rotation_and_translation(transform)
-        np.testing.assert_allclose(translation, position(found.nose), atol=1e-6)
-        np.testing.assert_array_equal(rotation, np.eye(3))
-        self.assertNotIn(f'person_{found.person_ID}/neck', self.tf_buffer.all_frames_as_yaml())
-
-    def test_each_person_has_velocities(self):
-        array = self.output.frame(self.camera.send_frame(7))
-        self.assertEqual([one.person_ID for one in array.velocities], [one.person_ID for one in array.persons])
-        neck = array.velocities[0].neck
-        self.assertTrue(np.isnan([neck.x, neck.y, neck.z]).all(), 'the neck is MISSING')
-
-    def test_parameters_that_change_hold_from_the_next_frame_on(self):
-        client = Client(NODE, timeout=PATIENCE)
-        before = client.get_configuration(timeout=PATIENCE)['window']
-        self.addCleanup(client.update_configuration, {'window': before})
-        self.assertEqual(client.update_configuration({'window': 1})['window'], 1)
-        nose = self.output.frame(self.camera.send_frame(7)).persons[0].nose
-        np.testing.assert_allclose(position(nose), points(7)[30, 20], atol=1e-6)
-        self.assertEqual(client.update_configuration({'window': 2})['window'], 1, 'an even window is refused')
-        client.update_configuration({'window': before})
-        self.good_frame_works()
-
     def test_timing(self):
         reports = self.listen(f'{NODE}/timing', Timing)
 
@@ -274,99 +239,6 @@ class ExtractorTest(unittest.TestCase):
                               (clouds[-1], cloud(points(11), clouds[-1].header.stamp))):
             self.assertEqual((message.data, message.header.frame_id), (sent.data, FRAME_ID))
             self.assertTrue(self.output.has(message.header.stamp))
-
-    def is_counted(self, spoil: Callable[[Image, PointCloud2], Frame], event: str, *words: str):
-        """Send a spoilt frame: it is dropped, counted, named, and the next good one works."""
-        before, stamp = self.diagnostics.count(NODE, event), now()
-        self.camera.send(*spoil(image(8, stamp), cloud(points(8), stamp)))
-        self.diagnostics.await_event(NODE, event, before + 1, words)
-        self.good_frame_works()
-        self.assertFalse(self.output.has(stamp))
-
-    def bad_image(self, *words: str, **changes):
-        def spoil(message: Image, points_message: PointCloud2) -> Frame:
-            for name, value in changes.items():
-                setattr(message, name, value)
-            return message, points_message
-
-        self.is_counted(spoil, 'bad input', *words)
-
-    def bad_cloud(self, make: Callable[[PointCloud2], PointCloud2], *words: str):
-        self.is_counted(lambda message, points_message: (message, make(points_message)), 'bad input', *words)
-
-    def test_image_without_pixels(self):
-        self.bad_image('empty image', '0 x 0', width=0, height=0, step=0, data=b'')
-
-    def test_image_with_a_step_that_is_too_short(self):
-        self.bad_image('step is 100', '192', step=100)
-
-    def test_image_with_too_few_data(self):
-        self.bad_image('truncated', '5000', '9216', data=bytes(5000))
-
-    def test_image_of_unknown_encoding(self):
-        self.bad_image('encoding', 'nonsense', encoding='nonsense')
-
-    def test_cloud_without_points(self):
-        self.bad_cloud(lambda good: PointCloud2(header=good.header), 'empty cloud', '0 x 0')
-
-    def test_cloud_without_z(self):
-        def make(good):
-            good.fields = [field for field in good.fields if field.name != 'z']
-            return good
-
-        self.bad_cloud(make, 'no field z', 'rgb')
-
-    def test_cloud_with_too_few_data(self):
-        def make(good):
-            good.data = good.data[:-1]
-            return good
-
-        self.bad_cloud(make, 'truncated', str(32 * WIDTH * HEIGHT))
-
-    def test_cloud_whose_rows_are_too_short(self):
-        def make(good):
-            good.row_step -= 32
-            return good
-
-        self.bad_cloud(make, 'row_step', str(32 * WIDTH))
-
-    def test_cloud_that_is_not_organized(self):
-        self.bad_cloud(lambda good: cloud(points(8).reshape(1, -1, 3), good.header.stamp), 'not organized', '3072')
-
-    def test_cloud_of_another_aspect_ratio(self):
-        self.bad_cloud(lambda good: cloud(points(8)[:40], good.header.stamp), '64 x 48', '64 x 40')
-
-    def test_messages_without_a_stamp(self):
-        def spoil(message, points_message):
-            message.header.stamp = points_message.header.stamp = rospy.Time()
-            return message, points_message
-
-        self.is_counted(spoil, 'stamp 0', 'header.stamp')
-        self.assertFalse(self.output.has(rospy.Time()))
-
-    def test_stamps_that_jump_back_begin_anew(self):
-        before = self.diagnostics.count(NODE, 'time jumped back')
-        self.good_frame_works()
-        earlier = now() - rospy.Duration(100)
-        for i in range(3):
-            stamp = self.camera.send_frame(12 + i, earlier + rospy.Duration(0.03 * i))
-            self.assertEqual(self.output.frame(stamp).persons[0].person_ID, 12 + i)
-        self.diagnostics.await_event(NODE, 'time jumped back', before + 1)
-        self.good_frame_works()
-
-    def test_stamps_that_do_not_grow_are_counted(self):
-        before = self.diagnostics.count(NODE, 'stamp not newer')
-        self.good_frame_works()
-        stamp = self.camera.send_frame(1, now())
-        self.output.frame(stamp)
-        # one by one: of two images that come at once the subscriber keeps the newer alone
-        self.camera.send_frame(2, stamp)
-        self.diagnostics.await_event(NODE, 'stamp not newer', before + 2)
-        self.camera.send_frame(3, stamp - rospy.Duration(0.1))
-        self.diagnostics.await_event(NODE, 'stamp not newer', before + 4)
-        self.good_frame_works()
-        self.assertEqual([array.persons[0].person_ID for array in self.output.arrays
-                          if array.header.stamp == stamp], [1])
 
     def test_messages_without_a_partner_are_counted(self):
         before, stamps = self.diagnostics.count(NODE, 'images without a partner'), []

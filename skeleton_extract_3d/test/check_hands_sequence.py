@@ -18,7 +18,7 @@ from std_msgs.msg import Header
 
 from openpose_ros_pkg.networks.models import FACE_LANDMARK, HAND_LANDMARK
 from openpose_ros_pkg.ros.convert import bgr_to_image
-from openpose_ros_pkg.ros.session import Recorder
+from session import Recorder
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.depth import cloud_from_depth
 from skeleton_extract_3d.ros.convert import cloud_to_message

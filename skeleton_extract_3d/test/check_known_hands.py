@@ -21,8 +21,8 @@ from openpose_ros_msgs.srv import GetPersons, GetPersonsResponse
 from std_msgs.msg import Header, String
 
 from openpose_ros_pkg.ros.convert import bgr_to_image
-from openpose_ros_pkg.ros.session import PATIENCE, Diagnostics, Recorder, await_true
 from openpose_ros_pkg.skeletons import COCO_18
+from session import PATIENCE, Diagnostics, Recorder, await_true
 from skeleton_extract_3d.points.depth import cloud_from_depth
 from skeleton_extract_3d.ros.convert import cloud_to_message
 from skeleton_extract_3d.ros.extractor import AGE_STAGES

@@ -20,8 +20,8 @@ from std_msgs.msg import Header
 
 from openpose_ros_pkg.networks.models import FACE_LANDMARK, HAND_LANDMARK
 from openpose_ros_pkg.ros.convert import bgr_to_image
-from openpose_ros_pkg.ros.session import await_true, is_heard
 from openpose_ros_pkg.skeletons import COCO_18
+from session import await_true, is_heard
 from skeleton_extract_3d.points.depth import cloud_from_depth
 from skeleton_extract_3d.ros.convert import cloud_to_message
 

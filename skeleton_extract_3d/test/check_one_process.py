@@ -15,7 +15,7 @@ from std_msgs.msg import Header
 from std_srvs.srv import SetBool
 
 from openpose_ros_pkg.ros.convert import bgr_to_image
-from openpose_ros_pkg.ros.session import PATIENCE, Diagnostics, await_true, is_heard
+from session import PATIENCE, Diagnostics, await_true, is_heard
 from skeleton_extract_3d.points.depth import cloud_from_depth
 from skeleton_extract_3d.ros.convert import cloud_to_message
 from skeleton_extract_3d.ros.extractor import AGE_STAGES, STAGES

@@ -9,7 +9,7 @@ import rospy
 import rostest
 from harness import FIRST_Z, STEP_Z, Camera, FakeDetector, Output, cloud, image, person, points
 
-from openpose_ros_pkg.ros.session import Diagnostics, await_true
+from session import Diagnostics, await_true
 
 RATE, FRAMES, DROPS = 30, 300, 0.2
 # Stamp of the cloud minus that of the image: a third of the period with jitter, as of two unsynchronised cameras [s].

@@ -28,15 +28,13 @@ from openpose_ros_msgs.msg import (
     PersonDetection_3d,
     PersonDetection_3dArray,
     PersonDetectionArray,
-    Timing,
 )
 from sensor_msgs.msg import CameraInfo
 from std_msgs.msg import Header
 
 from openpose_ros_pkg.ros.convert import bgr_to_image
-from openpose_ros_pkg.ros.session import PATIENCE, await_true, is_heard
 from openpose_ros_pkg.skeletons import COCO_18
-from skeleton_extract_3d.estimator import STAGES
+from session import PATIENCE, await_true, is_heard
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING
 from skeleton_extract_3d.points.depth import cloud_from_depth
 from skeleton_extract_3d.ros.convert import cloud_to_message, rotation_and_translation
@@ -239,19 +237,6 @@ class PeopleTest(unittest.TestCase):
         ids = [{found.person_ID for frame in frames for found in frame.array.persons} for frames in plays]
         self.assertEqual([len(of_play) for of_play in ids], [2] * len(plays), ids)
         self.assertEqual(len(set.union(*ids)), 2 * len(plays), ids)
-
-    def test_timing_by_stage(self):
-        reports: List[Timing] = []
-        subscriber = rospy.Subscriber(f'{NODE}/timing', Timing, reports.append)
-        self.addCleanup(subscriber.unregister)
-        await_true(lambda: is_heard(f'{NODE}/timing'), 'a publisher of the timing')
-        self.play(range(4))
-        stages = await_true(lambda: next(({stage.stage: stage for stage in report.stages} for report in list(reports)
-                                          if report.rate > 0), None), 'a report')
-        for name in STAGES:
-            self.assertGreater(stages[name].count, 0, name)
-            self.assertTrue(0 < stages[name].p50 <= stages['estimate'].p50, name)
-        self.assertLess(stages['estimate'].p50, stages['total'].p50)
 
 
 if __name__ == '__main__':

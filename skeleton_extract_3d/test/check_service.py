@@ -8,7 +8,7 @@ import rospy
 import rostest
 from harness import Camera, FakeDetector, Output, person
 
-from openpose_ros_pkg.ros.session import PATIENCE, Diagnostics, await_true
+from session import PATIENCE, Diagnostics, await_true
 
 NODE, FAILED = 'extractor', 'service call failed'
 

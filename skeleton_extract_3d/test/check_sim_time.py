@@ -11,7 +11,7 @@ from harness import FIRST_Z, OUTPUT, STEP_Z, Camera, FakeDetector, Output, cloud
 from rosgraph_msgs.msg import Clock
 from visualization_msgs.msg import Marker
 
-from openpose_ros_pkg.ros.session import Diagnostics, await_true, is_heard
+from session import Diagnostics, await_true, is_heard
 
 # Stamps of the bag [s] and its rounds.
 BEGIN, PERIOD, FRAMES, ROUNDS = 1000.0, 1 / 30, 30, 3

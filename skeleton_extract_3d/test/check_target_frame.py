@@ -10,7 +10,7 @@ import tf2_ros
 from harness import FRAME_ID, Camera, FakeDetector, Output, cloud, image, now, person, points, position
 from std_msgs.msg import Header
 
-from openpose_ros_pkg.ros.session import Diagnostics, await_true
+from session import Diagnostics, await_true
 from skeleton_extract_3d.ros.convert import transform_from_matrix
 
 # From the optical frame (x right, y down, z forward) to a room with z up, 1.5 m below the camera [m].

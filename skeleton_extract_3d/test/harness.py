@@ -15,16 +15,15 @@ from openpose_ros_msgs.srv import GetPersons, GetPersonsRequest, GetPersonsRespo
 from sensor_msgs.msg import Image, PointCloud2
 from std_msgs.msg import Header
 
+sys.path.append(str(Path(__file__).resolve().parents[2] / 'tests/support'))
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.ros.convert import bgr_to_image, image_to_bgr
-from openpose_ros_pkg.ros.session import PATIENCE, await_true, is_heard
 from openpose_ros_pkg.skeletons import COCO_18
+from optional_weights import need_weights as need_weights
+from session import PATIENCE, await_true, is_heard
 from skeleton_extract_3d.points.depth import XYZRGB
 from skeleton_extract_3d.points.rgbd_sequence import RgbdSequence
 from skeleton_extract_3d.ros.convert import cloud_to_message
-
-sys.path.append(str(Path(__file__).resolve().parents[2] / 'tests/support'))
-from optional_weights import need_weights as need_weights
 
 WIDTH, HEIGHT = 64, 48
 FRAME_ID = 'test_optical_frame'

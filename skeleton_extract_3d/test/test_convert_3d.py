@@ -20,7 +20,7 @@ from openpose_ros_pkg.skeletons import COCO_18, SKELETONS
 from skeleton_extract_3d.landmarks import Faces3D, Hands3D, Points3D
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
 from skeleton_extract_3d.points.camera import CameraModel
-from skeleton_extract_3d.points.depth import XYZRGB, cloud_from_depth
+from skeleton_extract_3d.points.depth import cloud_from_depth
 from skeleton_extract_3d.ros import convert
 from skeleton_extract_3d.show.markers import MarkerSpec
 
@@ -111,11 +111,6 @@ def test_a_cloud_comes_back_from_its_message():
     assert np.isnan(expected[1, 2]).all() and np.isfinite(expected[0, 0]).all()
     # blue, green, red, as RViz reads the four bytes at rgb
     assert bytes(message.data[16:20]) == bytes((10, 20, 30, 0))
-
-
-def test_an_empty_cloud_has_an_empty_message():
-    message = convert.cloud_to_message(np.zeros((0, 0), XYZRGB), HEADER)
-    assert (message.width, message.height, message.data) == (0, 0, b'')
 
 
 def depth_message(depth, encoding='16UC1', padding=0, big=False):
@@ -248,12 +243,6 @@ def test_velocities_name_their_person_and_are_nan_where_unknown():
         assert np.isnan([vector.x, vector.y, vector.z]).all()
 
 
-def test_without_velocities_people_come_all_the_same():
-    back = convert.people_from_array(as_array(convert.people_to_messages(some_people(), HEADER)))
-    np.testing.assert_array_equal(back.xyz, some_people().xyz)
-    assert np.isnan(back.velocity).all()
-
-
 def test_velocities_of_some_only_are_refused():
     people = some_people()
     array = as_array(convert.people_to_messages(people, HEADER), convert.velocities_to_messages(people)[:2])
@@ -275,14 +264,6 @@ def test_each_position_is_a_frame_of_its_own():
     rotation, elbow = convert.rotation_and_translation(sent(transforms['person_4/right_elbow']))
     forearm = people.xyz[0, COCO_18.index['right_wrist']] - elbow
     np.testing.assert_allclose(rotation[:, 0], forearm / np.linalg.norm(forearm), atol=1e-6)
-
-
-def test_each_message_says_how_many_there_are_and_whose_it_is():
-    messages = convert.people_to_messages(some_people(), HEADER)
-    assert [(message.person_ID, message.num_people_detected, message.header.frame_id) for message in messages] == [
-        (4, 3, 'camera'), (17, 3, 'camera'), (2, 3, 'camera')]
-    np.testing.assert_allclose(messages[0].neck.z, some_people().xyz[0, COCO_18.index['neck'], 2])
-    assert messages[1].right_wrist.status == BodypartDetection_3d.INFERRED
 
 
 def test_missing_parts_are_nan_also_those_that_the_model_does_not_have():
@@ -321,19 +302,6 @@ def test_markers_carry_header_pose_lifetime_and_points():
     np.testing.assert_array_equal([(point.x, point.y, point.z) for point in marker.points], points)
 
 
-def test_a_text_stands_at_its_pose():
-    spec = MarkerSpec('label', 7, 'add', 'text', np.array([(1, 2, 3)], np.float32), 0.15, text='7')
-    marker = convert.marker_to_message(spec, HEADER)
-    assert (marker.type, marker.text, marker.points, marker.scale.z) == (Marker.TEXT_VIEW_FACING, '7', [], 0.15)
-    assert (marker.pose.position.x, marker.pose.position.y, marker.pose.position.z) == (1, 2, 3)
-
-
-def test_a_delete_names_its_marker():
-    marker = sent(convert.marker_to_message(MarkerSpec('joints', 7), HEADER))
-    assert (marker.ns, marker.id, marker.action, marker.points) == ('joints', 7, Marker.DELETE, [])
-    assert marker.header.frame_id == 'camera' and marker.pose.orientation.w == 1
-
-
 @pytest.mark.parametrize('angles', [(0, 0, 0), (90, 0, 0), (0, 180, 0), (-95, 10, 170), (20, -30, 40)], ids=str)
 def test_a_transform_comes_back_from_its_message(angles):
     a, b, c = np.radians(angles)
@@ -347,13 +315,6 @@ def test_a_transform_comes_back_from_its_message(angles):
     rotation, translation = convert.rotation_and_translation(message)
     np.testing.assert_allclose(rotation, matrix[:3, :3], atol=1e-9)
     np.testing.assert_array_equal(translation, (1, -2, 0.5))
-
-
-def test_the_quaternion_of_a_quarter_turn():
-    # as tf has it: x, y, z, w; a turn by 90 degrees about z takes x to y
-    matrix = np.array([[0, -1, 0, 0], [1, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1.0]])
-    rotation = convert.transform_from_matrix(matrix, HEADER, 'camera').transform.rotation
-    np.testing.assert_allclose([rotation.x, rotation.y, rotation.z, rotation.w], [0, 0, 0.5 ** 0.5, 0.5 ** 0.5])
 
 
 def two_of(points):

@@ -1,5 +1,4 @@
 """The synchronizer is a message filter among others, and pairs right where ApproximateTimeSynchronizer does not."""
-import bisect
 import threading
 from typing import List, Tuple
 
@@ -27,37 +26,6 @@ class CountedHealth:
 
     def warn(self, event, text):
         self.count(event)
-
-
-class Sequencer(message_filters.SimpleFilter):
-    """Passes messages on in the order of their stamps, each when one that is later by `delay` [s] has come.
-
-    TimeSequencer of message_filters exists in C++ only.
-    """
-
-    def __init__(self, source, delay):
-        super().__init__()
-        self._delay, self._waiting = rospy.Duration(delay), []
-        source.registerCallback(self._add)
-
-    def _add(self, message):
-        bisect.insort(self._waiting, (message.header.stamp, message.header.seq, message))
-        newest = self._waiting[-1][0]
-        while self._waiting[0][0] + self._delay < newest:
-            self.signalMessage(self._waiting.pop(0)[2])
-
-
-class Gate(message_filters.SimpleFilter):
-    """Passes messages on while there is a transform for their frame_id, as tf2_ros::MessageFilter of C++ does."""
-
-    def __init__(self, source, has_transform):
-        super().__init__()
-        self._has_transform = has_transform
-        source.registerCallback(self._add)
-
-    def _add(self, *messages):
-        if all(self._has_transform(message.header.frame_id) for message in messages):
-            self.signalMessage(*messages)
 
 
 def message(frame: int, stamp: int, frame_id: str = '') -> PersonDetectionArray:
@@ -128,34 +96,6 @@ def test_this_one_does_not():
         assert len(inputs.pairs) > common - PAIRING.min_offsets
 
 
-def test_filters_before_and_after():
-    # images through a Cache, points out of order through a sequencer; pairs through a gate into a Cache
-    ends, known = Inputs(), {'camera'}
-    cache, sequencer = message_filters.Cache(ends.filters[IMAGE], 100), Sequencer(ends.filters[POINTS], 0.15)
-    _, synchronizer, health = synchronized((cache, sequencer))
-    gate = Gate(synchronizer, known.__contains__)
-    gate.registerCallback(ends.keep)
-    results = message_filters.Cache(PointsOf(gate), 100)
-    order = [frame + (1, -1)[frame % 2] for frame in range(60)]  # neighbours are swapped
-    for now, frame in enumerate(order):
-        stamp = EPOCH + now * 33_000_000
-        ends.filters[IMAGE].signalMessage(message(now, stamp, 'camera'))
-        ends.filters[POINTS].signalMessage(message(frame, EPOCH + frame * 33_000_000,
-                                                   'camera' if frame < 40 else 'elsewhere'))
-    assert ends.pairs == [(frame, frame) for frame in range(40)]
-    assert health.counts == {}
-    assert cache.getLatestTime() == rospy.Time(0, EPOCH + 59 * 33_000_000)
-    assert [each.header.seq for each in results.cache_msgs] == list(range(40))
-
-
-class PointsOf(message_filters.SimpleFilter):
-    """Passes on the points of each pair: a Cache takes one message."""
-
-    def __init__(self, pairs):
-        super().__init__()
-        pairs.registerCallback(lambda image, points: self.signalMessage(points))
-
-
 def test_without_the_sequencer_messages_out_of_order_are_counted():
     ends, _, health = synchronized()
     for frame in (0, 2, 1, 3):
@@ -213,12 +153,3 @@ def test_messages_without_a_stamp_are_counted():
     for each in ends.filters:
         each.signalMessage(message(0, 0))
     assert (ends.pairs, synchronizer.received, health.counts) == ([], (0, 0), {'stamp 0': 2})
-
-
-def test_more_than_one_callback_gets_the_pairs_and_its_own_arguments():
-    ends, synchronizer, _ = synchronized()
-    got = []
-    synchronizer.registerCallback(lambda image, points, word: got.append((image.header.seq, word)), 'mine')
-    for each in ends.filters:
-        each.signalMessage(message(4, EPOCH))
-    assert (ends.pairs, got) == ([(4, 4)], [(4, 'mine')])

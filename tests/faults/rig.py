@@ -20,10 +20,9 @@ from tf2_ros import StaticTransformBroadcaster
 from faults import fusion_cameras
 from faults.fault import Fault
 from openpose_ros_pkg.ros.convert import bgr_to_image
-from openpose_ros_pkg.ros.master.registration import WATCH
-from openpose_ros_pkg.ros.session import Diagnostics, Session, await_true, is_heard
 from openpose_ros_pkg.skeletons import COCO_18
 from openpose_ros_signals.records import POSTURES
+from session import Diagnostics, Session, await_true, is_heard
 from skeleton_extract_3d.points.depth import cloud_from_depth
 from skeleton_extract_3d.points.rgbd_sequence import RgbdSequence
 from skeleton_extract_3d.ros.convert import camera_to_message, cloud_to_message, depth_to_message
@@ -300,7 +299,6 @@ class Rig:
     def __init__(self, session: Session, faults: Sequence[Fault]) -> None:
         self.session = session
         rospy.init_node('faults', disable_signals=True)
-        WATCH.start()  # the camera and the subscribers of the tests register anew as well
         self.diagnostics = Diagnostics()
         self._room = StaticTransformBroadcaster()
         self._room.sendTransform([

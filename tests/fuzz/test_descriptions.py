@@ -31,11 +31,11 @@ MODEL = {'skeleton': {'joints': ['nose', 'neck', 'chest'], 'limbs': [
     {'start': 'nose', 'end': 'neck', 'paf': [0, 1]}, {'start': 'neck', 'end': 'chest', 'paf': [2, 3]}],
     'drawn_limbs': [['nose', 'neck']]}, 'files': [{'name': 'net.onnx', 'size': 10}], 'decoder': 'paf', 'stride': 8,
     'outputs': ['fields'], 'input': {'channels': 'RGB', 'mean': 127.5, 'scale': 0.01, 'fixed_size': [64, 64]}}
-MARKERS = {'joints': {'nose': {'markers': ['F1', 'F2'], 'weights': [0.4, 0.6]}, 'left_wrist': ['LWRA', 'LWRB'],
+MARKERS = {'joints': {'nose': {'markers': ['F1', 'F2']}, 'left_wrist': ['LWRA', 'LWRB'],
                       'left_hip': {'hip_centre': 'left', 'asis': ['L', 'R'], 'psis': ['S']},
                       'neck': {'joints': ['nose']},
                       'left_ankle': {'markers': ['A'], 'shift': {'metres': 0.04, 'from': ['L'], 'to': ['R']}},
-                      'head_top': {'first_of': ['HTOP', ['LFHD', 'RFHD']]}}, 'subjects': {'Ann': 'A_'}}
+                      'head_top': {'first_of': ['HTOP', ['LFHD', 'RFHD']]}}}
 DEEP = b'a: ' + b'[' * 5000
 BOMB = b'a0: &a0 [x]\n' + b''.join(b'a%d: &a%d [%s]\n' % (i, i, b', '.join([b'*a%d' % (i - 1)] * 10))
                                   for i in range(1, 10))

@@ -1,6 +1,5 @@
 """Tables and texts of recordings: any bytes give a table that holds together, or BadInputError."""
 import json
-from functools import lru_cache
 from io import StringIO
 from pathlib import Path
 
@@ -10,15 +9,15 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from fuzzing import mutated, spoiled, survives
+from mocap_files import MOTIVE, TRC, c3d_file
 from openpose_ros_pkg.output.keypoint_file import FORMATS, people_to_storage, read_keypoint
 from openpose_ros_pkg.output.openpose_json import people_from_json, people_to_json
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18, MESSAGE_JOINTS
 from openpose_ros_tools.images.rgbd_folder import read_rgbd_folder
-from openpose_ros_tools.mocap.files import MarkerRecording, read_mocap, write_mocap
+from openpose_ros_tools.mocap.files import read_mocap
 from openpose_ros_tools.tables.keypoint_csv import LAYOUTS, KeypointCsvWriter, read_keypoint_csv
 from openpose_ros_tools.tables.keypoint_table import FIELDS, PersonRow
-from truth_as_mocap import read_truth
 
 JOINTS = len(COCO_18.joints)
 
@@ -81,20 +80,11 @@ def test_keypoint_matrix(tmp_path_factory, kind, data):
         check_people(found)
 
 
-@lru_cache(maxsize=None)
-def recording(suffix, folder):
-    """The bytes of a motion capture file of three markers, one of which is hidden for a time."""
-    positions = np.arange(8 * 3 * 3, dtype=np.float64).reshape(8, 3, 3) / 10
-    positions[2:4, 1] = np.nan
-    path = folder / f'walk{suffix}'
-    write_mocap(path, MarkerRecording(('LSHO', 'RSHO', 'Hüfte'), np.arange(8) / 100, positions))
-    return path.read_bytes()
-
-
 @pytest.mark.parametrize('suffix', ['.csv', '.trc', '.c3d'])
 @given(st.data())
 def test_motion_capture(tmp_path_factory, suffix, data):
-    good = recording(suffix, tmp_path_factory.getbasetemp())
+    texts = {'.csv': MOTIVE.encode(), '.trc': TRC.encode()}
+    good = texts.get(suffix) or c3d_file(tmp_path_factory.getbasetemp() / 'good.c3d').read_bytes()
     content = data.draw(mutated(good))
     path = written(tmp_path_factory, f'walk{suffix}', content)
     found = survives(read_mocap, path, size=len(content))
@@ -126,19 +116,6 @@ def test_rendered_description(tmp_path_factory, content):
     folder = folder_with_images(tmp_path_factory, 'rendered')
     written(tmp_path_factory, 'rendered/meta.json', content)
     survives(read_rgbd_folder, folder, size=len(content))
-
-
-TRUTH = {'joints': ['nose', 'neck'], 'frames': [
-    {'t': number / 10, 'people': [{'id': 1, 'xyz': [[0.1, 0.2, 3.0], [0.1, 0.4, 3.0]], 'vis': [2, 1]}]}
-    for number in range(3)]}
-
-
-@given(st.one_of(mutated(json.dumps(TRUTH).encode()), spoiled(TRUTH).map(lambda values: json.dumps(values).encode())))
-def test_truth(tmp_path_factory, content):
-    path = written(tmp_path_factory, 'gt.json', content)
-    found = survives(read_truth, path.parent, size=len(content))
-    if found is not None:
-        assert np.isfinite(found.times).all()
 
 
 def written(factory, name, content) -> Path:

@@ -6,8 +6,7 @@ import numpy as np
 
 from openpose_ros_fusion.constants import FUSION
 from openpose_ros_fusion.fusion import PeopleFusion
-from openpose_ros_fusion.observations import Sighting, from_space
-from openpose_ros_fusion.shape import depth_offsets, keypoint_offsets
+from openpose_ros_fusion.observations import KeypointOffsets, Sighting, from_space
 from openpose_ros_pkg.skeletons import COCO_18
 from simulated_mocap import STANDING
 from simulated_rig import Room, looking_at_the_middle, without_depth
@@ -15,6 +14,7 @@ from skeleton_extract_3d.people import MEASURED, People3D
 
 # Time that nothing is compared in, as filters settle [s].
 SETTLED = 1.0
+_OFFSETS = KeypointOffsets()
 # Distance of the people from the middle of the room [m].
 _RADIUS = 1.5
 
@@ -91,12 +91,12 @@ class ErringCamera:
     def see(self, joints: np.ndarray, stamp: float) -> Sighting:
         """Return what the camera sees of people whose true joints are (P, 18, 3) [m]."""
         rotation, origin = self.pose
-        seen = joints + keypoint_offsets(joints)
+        seen = joints + _OFFSETS.of_bodies(joints)
         rays = seen - origin
         distance = np.linalg.norm(rays, axis=2, keepdims=True)
         errors = self.errors(stamp, len(joints))
         if self.angle is None:
-            seen = seen + depth_offsets(rays / distance) + self.noise * errors
+            seen = seen + _OFFSETS.of_depth(rays / distance) + self.noise * errors
         else:
             seen = seen + self.angle * distance * errors
         shape = seen.shape[:2]

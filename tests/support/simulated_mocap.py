@@ -66,7 +66,7 @@ def sequence_truth(folder: Path) -> Truth:
 
 
 def walkers(seconds: float, people: int, seed: int, rate: float = 15.0) -> Truth:
-    """Return people who walk about, stop and swing their arms, none like another; all of their joints are seen."""
+    """Return people that walk about, stop and swing their arms, none like another; all of their joints are seen."""
     random = np.random.RandomState(seed)
     times = np.arange(0, seconds, 1 / rate)
     positions = np.full((people, len(times), len(MESSAGE_JOINTS), 3), np.nan)

@@ -1,19 +1,14 @@
-"""Write the true joints of a sequence folder as a motion capture system would have recorded them; without a ROS master.
+"""Write the true joints of a sequence folder as a motion capture system would have recorded them (.trc).
 
-The sequence's gt.json holds the joints in the frame of the camera, image by image. Out of them comes a file of
-another rate, clock and frame of reference, with noise if asked for: what evaluate_mocap gets from a laboratory. Each
-joint is one marker, called person1:left_knee and so on; between two images it is interpolated (cubic), and nothing
-is written while its person is out of the image. The suffix says which format: .csv as OptiTrack Motive exports it,
-.trc, or .c3d.
+The sequence's gt.json holds the joints in the frame of the camera, image by image. The file has another rate, clock and
+frame of reference, and noise if asked for. Each joint is one marker, called person1:left_knee and so on; between two
+images it is interpolated (cubic), and missing while its person is out of the image.
 
-    DEMO=$(rospack find skeleton_extract_3d)/demo/cross
-    python3 tests/support/truth_as_mocap.py $DEMO cross_mocap.csv
-    python3 tests/support/truth_as_mocap.py $DEMO cross_mocap.trc --rate 100 --noise 2 --clock-offset 12.345 \\
-        --rotate-degrees 90 0 30 --move 1 2 0.5
-
-Exit status: 0 done; 2 nothing was done, as the command line or an input is wrong; 130 interrupted.
+    python3 tests/support/truth_as_mocap.py SEQUENCE mocap.trc --noise 1 --clock-offset 3.7 \\
+        --rotate-degrees 90 0 30 --move 1 2 1.5
 """
 import argparse
+import json
 import sys
 from pathlib import Path
 from typing import Optional, Sequence
@@ -22,13 +17,8 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
-from openpose_ros_pkg.command_line import DONE, run_command
-from openpose_ros_pkg.errors import BadInputError, ParameterError
-from openpose_ros_pkg.output.files import check_outputs
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
-from openpose_ros_pkg.structured_text import json_value
-from openpose_ros_tools.command_options import command_parser
-from openpose_ros_tools.mocap.files import SUFFIXES, MarkerRecording, write_mocap
+from openpose_ros_tools.mocap.files import MarkerRecording
 from openpose_ros_tools.mocap.joints import JointRecording
 
 # Samples that are this close to the ends of a person's stay belong to it [s].
@@ -36,29 +26,16 @@ _ROUNDING = 1e-6
 
 
 def read_truth(folder: Path) -> JointRecording:
-    """Return the true joints of a sequence folder, in the frame of its camera.
-
-    Raises:
-        BadInputError: there is no gt.json, or it is not as expected.
-    """
-    path = folder / 'gt.json'
-    try:
-        values = json_value(path.read_text(encoding='utf-8'))
-    except (OSError, ValueError) as error:
-        raise BadInputError(f"{path} can not be read: {getattr(error, 'strerror', None) or error}") from error
-    try:
-        joints, frames = list(values['joints']), list(values['frames'])
-        columns = [MESSAGE_JOINTS.index(joint) for joint in joints]
-        people = sorted({int(person['id']) for frame in frames for person in frame['people']})
-        times = np.array([frame['t'] for frame in frames], np.float64)
-        positions = np.full((len(people), len(frames), len(MESSAGE_JOINTS), 3), np.nan)
-        for number, frame in enumerate(frames):
-            for person in frame['people']:
-                positions[people.index(int(person['id'])), number, columns] = person['xyz']
-        return JointRecording(tuple(f'person{person}' for person in people), times, positions)
-    except (KeyError, OverflowError, TypeError, ValueError) as error:
-        raise BadInputError(f'{path}: expected joints (nose, neck, ...) and frames of t [s] and people of id and xyz '
-                            f'[m]: {error!r}') from error
+    """Return the true joints of a sequence folder, in the frame of its camera."""
+    values = json.loads((folder / 'gt.json').read_text(encoding='utf-8'))
+    frames, columns = values['frames'], [MESSAGE_JOINTS.index(joint) for joint in values['joints']]
+    people = sorted({int(person['id']) for frame in frames for person in frame['people']})
+    times = np.array([frame['t'] for frame in frames], np.float64)
+    positions = np.full((len(people), len(frames), len(MESSAGE_JOINTS), 3), np.nan)
+    for number, frame in enumerate(frames):
+        for person in frame['people']:
+            positions[people.index(int(person['id'])), number, columns] = person['xyz']
+    return JointRecording(tuple(f'person{person}' for person in people), times, positions)
 
 
 def resample(joints: JointRecording, rate: float, clock_offset: float = 0.0) -> JointRecording:
@@ -70,15 +47,10 @@ def resample(joints: JointRecording, rate: float, clock_offset: float = 0.0) -> 
     Args:
         rate: samples per second [Hz].
         clock_offset: time of the new clock when that of the joints is 0 [s].
-
-    Raises:
-        BadInputError: no multiple falls into the recording.
     """
     times = joints.times + clock_offset
     first, last = np.ceil((times[0] - _ROUNDING) * rate), np.floor((times[-1] + _ROUNDING) * rate)
     samples = np.arange(first, last + 1) / rate
-    if not len(samples):
-        raise BadInputError(f'{times[-1] - times[0]:g} s hold no sample at {rate:g} Hz')
     positions = np.full((len(joints.subjects), len(samples), len(MESSAGE_JOINTS), 3), np.nan)
     for subject, of_subject in enumerate(joints.positions):
         for joint in range(len(MESSAGE_JOINTS)):
@@ -92,7 +64,7 @@ def resample(joints: JointRecording, rate: float, clock_offset: float = 0.0) -> 
 
 
 def as_markers(joints: JointRecording, transform: np.ndarray, noise: float = 0.0, seed: int = 0) -> MarkerRecording:
-    """Return joints as markers in another frame of reference; joints that are never there are left out.
+    """Return joints as markers in another frame of reference; joints that are never known are left out.
 
     Args:
         transform: (4, 4) from the frame of the joints to that of the markers [m].
@@ -115,59 +87,38 @@ def rigid_transform(degrees: Sequence[float], move: Sequence[float]) -> np.ndarr
     return transform
 
 
+def write_trc(path: Path, recording: MarkerRecording) -> None:
+    """Write markers as a TRC file: millimetres with four digits, seconds with six."""
+    rate, count = (len(recording) - 1) / (recording.times[-1] - recording.times[0]), len(recording)
+    lines = [['PathFileType', '4', '(X/Y/Z)', path.name],
+             ['DataRate', 'NumFrames', 'NumMarkers', 'Units', 'OrigDataStartFrame'],
+             [f'{rate:.6f}', str(count), str(len(recording.names)), 'mm', '1'],
+             ['Frame#', 'Time', *(cell for marker in recording.names for cell in (marker, '', ''))],
+             ['', '', *(f'{axis}{i + 1}' for i in range(len(recording.names)) for axis in 'XYZ')], []]
+    for frame, (time, positions) in enumerate(zip(recording.times, recording.positions), 1):
+        lines.append([str(frame), f'{time:.6f}', *('' if np.isnan(value) else f'{1000 * value:.4f}'
+                                                   for value in positions.ravel())])
+    path.write_bytes(''.join('\t'.join(line) + '\r\n' for line in lines).encode())
+
+
 def main(arguments: Optional[Sequence[str]] = None) -> int:
     """Run the command; return the exit status."""
-    options = _parser().parse_args(arguments)
-    return run_command('truth_as_mocap', lambda: _run(options))
-
-
-def _run(options: argparse.Namespace) -> int:
-    out = options.output.expanduser()
-    if not np.isfinite(options.rate) or options.rate <= 0:
-        raise ParameterError(f'--rate {options.rate:g}: expected a number above 0 [Hz]')
-    if not np.isfinite(options.noise) or options.noise < 0:
-        raise ParameterError(f'--noise {options.noise:g}: expected a number of 0 or more [mm]')
-    if not np.isfinite([options.clock_offset, *options.rotate_degrees, *options.move]).all():
-        raise ParameterError('--clock-offset, --rotate-degrees, --move: expected finite numbers')
-    if out.suffix.lower() not in SUFFIXES:
-        raise ParameterError(f"{out}: the suffix says which format to write, expected one of {', '.join(SUFFIXES)}")
-    check_outputs([out], options.overwrite)
-    truth = read_truth(options.sequence.expanduser())
-    transform = rigid_transform(options.rotate_degrees, options.move)
-    recording = as_markers(resample(truth, options.rate, options.clock_offset), transform, options.noise / 1000,
-                           options.seed)
-    if not recording.names:
-        raise BadInputError(f'{options.sequence}: gt.json shows nobody in two images in a row')
-    write_mocap(out, recording)
-    sys.stdout.write(_summary(out, recording, options, transform))
-    return DONE
-
-
-def _summary(out: Path, recording: MarkerRecording, options: argparse.Namespace, transform: np.ndarray) -> str:
-    people = sorted({name.partition(':')[0] for name in recording.names})
-    rows = '\n'.join('  ' + ' '.join(f'{value:9.5f}' for value in row) for row in np.round(transform, 9) + 0.0)
-    return (f"{out}: {len(recording)} samples at {options.rate:g} Hz, {len(recording.names)} markers of "
-            f"{', '.join(people)}\n"
-            f'clock of the markers = time in gt.json {options.clock_offset:+g} s\n'
-            f'position of the markers = transform * position in the camera [m], transform =\n{rows}\n')
-
-
-def _parser() -> argparse.ArgumentParser:
-    parser = command_parser('truth_as_mocap', __doc__)
-    parser.add_argument('sequence', type=Path, metavar='SEQUENCE', help='folder with a gt.json')
-    parser.add_argument('output', type=Path, metavar='OUTPUT', help=f"file to write: {', '.join(SUFFIXES)}")
-    parser.add_argument('--rate', type=float, default=120.0, metavar='HZ', help='samples per second (default: 120)')
-    parser.add_argument('--noise', type=float, default=0.0, metavar='MM',
-                        help='standard deviation of each coordinate [mm] (default: 0)')
-    parser.add_argument('--seed', type=int, default=0, help='of the noise (default: 0)')
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument('sequence', type=Path, help='folder with a gt.json')
+    parser.add_argument('output', type=Path, help='TRC file to write')
+    parser.add_argument('--rate', type=float, default=120.0, help='samples per second [Hz] (default: 120)')
+    parser.add_argument('--noise', type=float, default=0.0, help='standard deviation per axis [mm] (default: 0)')
     parser.add_argument('--clock-offset', type=float, default=0.0, metavar='S',
                         help='what the clock of the markers shows at time 0 of gt.json [s] (default: 0)')
     parser.add_argument('--rotate-degrees', type=float, nargs=3, default=(0.0, 0.0, 0.0), metavar=('RX', 'RY', 'RZ'),
                         help='turn about the x, then the y, then the z axis [deg] (default: none)')
     parser.add_argument('--move', type=float, nargs=3, default=(0.0, 0.0, 0.0), metavar=('X', 'Y', 'Z'),
                         help='then move [m] (default: none)')
-    parser.add_argument('--overwrite', action='store_true', help='replace the file if it is there')
-    return parser
+    options = parser.parse_args(arguments)
+    joints = resample(read_truth(options.sequence), options.rate, options.clock_offset)
+    transform = rigid_transform(options.rotate_degrees, options.move)
+    write_trc(options.output, as_markers(joints, transform, options.noise / 1000))
+    return 0
 
 
 if __name__ == '__main__':

@@ -20,8 +20,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'support'))
 from animated_skeleton import Limb, Pose, joints_of, people_of
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.ros import convert as convert_2d
-from openpose_ros_pkg.ros.session import Recorder, Session
 from openpose_ros_pkg.skeletons import COCO_18
+from session import Recorder, Session
 from skeleton_extract_3d.ros import convert
 
 INPUT, BODIES, PERSONS = '/openpose_ros/skeleton_3d', '/humans/bodies', '/humans/persons'

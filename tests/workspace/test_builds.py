@@ -12,7 +12,6 @@ import pytest
 
 from development import PACKAGES
 from development.systems import this_system
-from documented_programs import blocks, programs
 from workspaces import ROOT, SETTINGS, copy_checkout, plain_environment, shell
 
 PYTHON_PACKAGES = [name for name, folder in PACKAGES.items() if (folder / 'setup.py').is_file()]
@@ -80,13 +79,13 @@ def check_nodes_run(space, environment):
     """The whole chain, from the player to the extractor, answers from this space, and so does a nodelet."""
     shell(f"""
         source {space}/setup.bash
-        /usr/bin/python3 - <<'END'
+        PYTHONPATH={ROOT}/tests/support:$PYTHONPATH /usr/bin/python3 - <<'END'
 import tempfile
 from pathlib import Path
 
 import rospy
 from openpose_ros_msgs.msg import PersonDetection_3dArray
-from openpose_ros_pkg.ros.session import Session
+from session import Session
 from sensor_msgs.msg import CameraInfo
 
 with tempfile.TemporaryDirectory() as folder, Session(Path(folder)) as session:
@@ -100,13 +99,14 @@ with tempfile.TemporaryDirectory() as folder, Session(Path(folder)) as session:
 END""", space.parent, environment)
 
 
-def build_programs_of(page, space, folder, environment):
-    """Build the programs in C++ that a page of the docs shows, in a package as the page says; return their folder."""
-    package = folder / 'src' / Path(page).stem
+def build_examples(page, names, space, environment, folder):
+    """Build programs of examples/ in C++, in a package as a page of the docs says; return their folder."""
+    package, text = folder / 'src' / Path(page).stem, (ROOT / 'docs' / page).read_text()
     (package / 'src').mkdir(parents=True)
-    for name, code in programs(page, 'cpp').items():
-        (package / 'src' / f'{name}.cpp').write_text(code)
-    rules, dependencies = blocks(page, 'cmake')[0], blocks(page, 'xml')[0]
+    for name in names:
+        shutil.copy(str(ROOT / 'examples' / f'{name}.cpp'), str(package / 'src'))
+    rules, dependencies = (re.search(rf'^```{language}\n(.*?)^```', text, re.MULTILINE | re.DOTALL)[1]
+                           for language in ('cmake', 'xml'))
     (package / 'CMakeLists.txt').write_text(f'cmake_minimum_required(VERSION 3.0.2)\nproject({package.name})\n{rules}')
     (package / 'package.xml').write_text(f"""<package format="3">
         <name>{package.name}</name><version>0.0.0</version><description>Reads people.</description>
@@ -114,7 +114,7 @@ def build_programs_of(page, space, folder, environment):
         <buildtool_depend>catkin</buildtool_depend>{dependencies}</package>""")
     shell(f'source {space}/setup.bash; catkin_make {SETTINGS}', folder, environment)
     built = folder / 'devel/lib' / package.name
-    assert {path.name for path in built.iterdir()} == set(programs(page, 'cpp'))
+    assert {path.name for path in built.iterdir()} == set(names)
     return built
 
 
@@ -123,7 +123,8 @@ def test_catkin_make_in_the_checkout_with_its_install_space_inside(tmp_path, env
     shell(f'catkin_make --source . -Dopenpose_ros_pkg_VENV={ROOT}/.venv install', checkout, environment)
     check_space(checkout / 'devel', environment)
     check_installed_files(checkout / 'install', environment)
-    compiled = build_programs_of('ten_things.md', checkout / 'devel', tmp_path / 'user', environment)
+    names = {path.stem for path in (ROOT / 'examples').glob('*.cpp')} - {'reader'}
+    compiled = build_examples('ten_things.md', names, checkout / 'devel', environment, tmp_path / 'user')
     shell(f'source {checkout}/devel/setup.bash; rostest openpose_ros_signals ten_things.test compiled:={compiled}',
           tmp_path, environment)
 
@@ -137,7 +138,7 @@ def test_catkin_make_in_a_workspace(tmp_path, environment):
     check_space(tmp_path / 'elsewhere/space', environment)
     check_installed_files(tmp_path / 'elsewhere/space', environment)
     check_nodes_run(tmp_path / 'elsewhere/space', environment)
-    build_programs_of('from_cpp.md', tmp_path / 'elsewhere/space', tmp_path / 'user', environment)
+    build_examples('from_cpp.md', ['reader'], tmp_path / 'elsewhere/space', environment, tmp_path / 'user')
 
 
 @pytest.mark.skipif(not this_system().packages_of('catkin-tools'), reason=f'{this_system().name} has no catkin-tools')

@@ -27,7 +27,7 @@ from openpose_ros_msgs.msg import PersonDetection_3dArray
 
 from common import Figures, Parser, markdown, new_path, run_live
 from openpose_ros_pkg.params.parameters import build
-from openpose_ros_pkg.ros.session import Session, wait_for
+from session import Session, wait_for
 from skeleton_extract_3d.chain import PeopleChain
 from skeleton_extract_3d.people import People3D
 from skeleton_extract_3d.ros.convert import people_from_array

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Somebody walks: messages of other packages say where; without these packages the nodes end."""
+"""A person walks: messages of other packages say where; without these packages the nodes end."""
 import importlib
 import os
 import shutil
@@ -23,8 +23,8 @@ from animated_skeleton import STANDING, held, people_of
 from foreign_packages import DEFINITIONS, write_packages
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.ros import convert as convert_2d
-from openpose_ros_pkg.ros.session import Diagnostics, Recorder, await_true
 from openpose_ros_pkg.skeletons import COCO_18
+from session import Diagnostics, Recorder, await_true
 from skeleton_extract_3d.ros import convert
 
 RATE = 15.0
@@ -35,7 +35,7 @@ WALK = held(*((4.0 * leg, replace(STANDING, facing=90.0, place=(2.0, (-2.0, 2.0)
 
 
 class Player(threading.Thread):
-    """Sends what a camera sees of somebody who walks."""
+    """Sends what a camera sees of a person that walks."""
 
     def __init__(self):
         super().__init__(name='player', daemon=True)
@@ -88,7 +88,7 @@ class BridgesTest(unittest.TestCase):
         cls.launched.wait()
         shutil.rmtree(str(cls.folder))
 
-    def test_somebody_walks(self):
+    def test_a_person_walks(self):
         people, tracks = self.people.wait(20)[10:], self.tracks.wait(20)[10:]
         for message, found in ((people[0], people[0].people[0]), (tracks[0], tracks[0].tracks[0])):
             self.assertEqual(message.header.frame_id, 'room')

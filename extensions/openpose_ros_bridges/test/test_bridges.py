@@ -53,7 +53,7 @@ def packages(tmp_path, monkeypatch):
 
 
 def people():
-    """Return one who is seen, with two joints, and one who is hidden."""
+    """Return a visible person with two joints, and a hidden one."""
     xyz = np.full((2, 18, 3), np.nan)
     xyz[:, :2] = [[[1.0, 2.0, 3.0], [2.0, 4.0, 3.5]], [[5.0, 0.0, 3.0], [5.0, 1.0, 3.0]]]
     there = np.isfinite(xyz[..., 0])
@@ -81,14 +81,14 @@ def checked(message):
     return message
 
 
-def nobody(kind, header=CAMERA):
+def empty(kind, header=CAMERA):
     """Return the message of a frame without people."""
     return kind(header=header, **({'pose_model': 'COCO_18'} if 'pose_model' in kind.__slots__ else {}))
 
 
 def test_people(packages):
     messages = PeopleMessages()
-    none = checked(messages.convert(nobody(PersonDetection_3dArray), nobody(PersonSignalsArray, ROOM)))
+    none = checked(messages.convert(empty(PersonDetection_3dArray), empty(PersonSignalsArray, ROOM)))
     assert (none.header, none.people) == (ROOM, [])
     message = checked(messages.convert(people(), signals_to_array(SIGNALS, ROOM)))
     assert message.header == ROOM
@@ -102,7 +102,7 @@ def test_people(packages):
 
 def test_tracked_persons(packages):
     messages = SpencerMessages()
-    assert checked(messages.convert(nobody(PersonDetection_3dArray), nobody(PersonSignalsArray))).tracks == []
+    assert checked(messages.convert(empty(PersonDetection_3dArray), empty(PersonSignalsArray))).tracks == []
     messages.convert(people(), signals_to_array(SIGNALS[:1], ROOM))
     later = Header(stamp=rospy.Time(14), frame_id='room')
     message = checked(messages.convert(people(), signals_to_array(SIGNALS, later)))
@@ -126,7 +126,7 @@ def test_tracked_persons(packages):
 
 def test_detections_in_an_image(packages):
     messages = VisionMessages(VisionParams(margin_2d=0.1))
-    assert checked(messages.convert_2d(nobody(PersonDetectionArray))).detections == []
+    assert checked(messages.convert_2d(empty(PersonDetectionArray))).detections == []
     keypoints = np.full((2, 18, 3), (np.nan, np.nan, 0.0), np.float32)
     keypoints[0, :2] = [[100.0, 50.0, 0.75], [140.0, 250.0, 0.25]]
     persons = convert_2d.people_to_messages(People2D(COCO_18, keypoints, np.ones(2), np.array([7, 9])), CAMERA)
@@ -144,7 +144,7 @@ def test_detections_in_an_image(packages):
 
 def test_detections_in_space(packages):
     messages = VisionMessages(VisionParams(class_id=0, margin_3d=0.25))
-    assert checked(messages.convert_3d(nobody(PersonDetection_3dArray))).detections == []
+    assert checked(messages.convert_3d(empty(PersonDetection_3dArray))).detections == []
     message = checked(messages.convert_3d(people()))
     assert message.header == CAMERA
     one, other = message.detections

@@ -17,7 +17,7 @@ from visualization_msgs.msg import Marker
 sys.path.insert(0, str(Path(__file__).resolve().parents[3] / 'tests' / 'support'))
 
 from openpose_ros_pkg.ros import convert as convert_2d
-from openpose_ros_pkg.ros.session import Diagnostics, Recorder, await_true
+from session import Diagnostics, Recorder, await_true
 from simulated_rig import CAMERA, around, walking
 from skeleton_extract_3d.ros import convert
 

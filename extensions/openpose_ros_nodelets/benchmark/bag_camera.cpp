@@ -2,7 +2,7 @@
 // back, as if they came from a sensor. The nodelets that it loads get them by shared pointer, as from a real driver.
 // Parameters: ~bag (file), ~rate [Hz], ~ns (namespace of the topics), ~topics (those to publish, separated by spaces;
 // default: all four), ~frame_id (empty: that of the bag), ~once (default false: wait until each topic has a subscriber,
-// and play the bag once). The stamp [ns] of each frame that somebody subscribes to goes to the standard output.
+// and play the bag once). The stamp [ns] of each frame that has subscribers goes to the standard output.
 #include <algorithm>
 #include <iostream>
 #include <memory>

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Clouds become depth images and camera infos; bad clouds are counted; nothing comes in while nobody listens."""
+"""Clouds become depth images and camera infos; bad clouds are counted; nothing comes in without subscribers."""
 import subprocess
 import sys
 import unittest
@@ -12,7 +12,7 @@ from sensor_msgs.msg import CameraInfo, Image, PointCloud2, RegionOfInterest
 from std_msgs.msg import Header
 from std_srvs.srv import SetBool
 
-from openpose_ros_pkg.ros.session import Diagnostics, Recorder, await_true
+from session import Diagnostics, Recorder, await_true
 
 WIDTH, HEIGHT = 64, 48
 FX, FY, CX, CY = 50.0, 52.0, 31.0, 24.5
@@ -63,7 +63,7 @@ class CloudToDepthTest(unittest.TestCase):
         cls.last = rospy.Time(1000)
 
     def listen(self, ns):
-        """Listen to both outputs until the end of the test, when nobody listens any more as in the one before."""
+        """Listen to both outputs until the end of the test, without subscribers again."""
         await_true(lambda: self.clouds[ns].get_num_connections() == 0, f'{ns} has unsubscribed')
         outputs = [Recorder(f'/{ns}/depth_registered/{topic}', kind)
                    for topic, kind in (('image_rect', Image), ('camera_info', CameraInfo))]
@@ -85,7 +85,7 @@ class CloudToDepthTest(unittest.TestCase):
         self.assertEqual(image.step, WIDTH * expected.itemsize)
         np.testing.assert_array_equal(np.frombuffer(image.data, expected.dtype).reshape(HEIGHT, WIDTH), expected)
 
-    def test_1_nothing_comes_in_while_nobody_listens(self):
+    def test_1_nothing_comes_in_without_subscribers(self):
         for ns in ('managed', 'alone'):
             await_true(lambda ns=ns: self.diagnostics.value(f'{ns}/cloud_to_depth', 'enabled') == 'true',
                        f'{ns} is there')

@@ -12,7 +12,7 @@ from harness import FRAME_ID, cloud
 from pcl_msgs.msg import ModelCoefficients
 from sensor_msgs.msg import PointCloud2
 
-from openpose_ros_pkg.ros.session import Diagnostics, Recorder, await_true
+from session import Diagnostics, Recorder, await_true
 
 WIDTH, HEIGHT, FOCAL = 160, 120, 114.0
 # Height of the camera [m], and how far it looks down [rad].
@@ -111,7 +111,7 @@ class FloorTest(unittest.TestCase):
 
     def test_3_unorganized_cloud_and_gravity_from_tf_alone(self):
         broadcaster = tf2_ros.StaticTransformBroadcaster()
-        self.assertEqual(self.clouds['alone'].get_num_connections(), 0)  # nobody listens
+        self.assertEqual(self.clouds['alone'].get_num_connections(), 0)  # no subscriber
         planes = self.listen('alone')
         flat = room().reshape(1, -1, 3)
         await_true(lambda: self.send('alone', flat) and self.count('alone', 'no transform') > 0, 'a warning')

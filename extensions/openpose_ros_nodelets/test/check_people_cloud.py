@@ -13,7 +13,7 @@ from openpose_ros_msgs.msg import BodypartDetection_3d, PersonDetection_3d, Pers
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Header
 
-from openpose_ros_pkg.ros.session import Diagnostics, Recorder, await_true
+from session import Diagnostics, Recorder, await_true
 
 WIDTH, HEIGHT = 192, 160
 FOCAL_LENGTH = 120.0  # [px]
@@ -21,7 +21,7 @@ WALL, PERSON = 4.0, 2.0  # depths [m]
 PERSON_ID = 7
 # A frame 3 m to the right of the cloud's, turned by half a turn about z.
 OTHER_FRAME = 'base_link'
-# Joints of somebody who faces the camera: x, y [m].
+# Joints of a person that faces the camera: x, y [m].
 JOINTS = {'neck': (0, -0.5), 'right_shoulder': (-0.16, -0.5), 'left_shoulder': (0.16, -0.5),
           'right_hip': (-0.1, 0), 'left_hip': (0.1, 0), 'right_knee': (-0.1, 0.4), 'left_knee': (0.1, 0.4)}
 
@@ -34,7 +34,7 @@ def is_person() -> np.ndarray:
 
 
 def scene() -> np.ndarray:
-    """Return somebody before a wall, (H, W, 3) [m]."""
+    """Return a person before a wall, (H, W, 3) [m]."""
     v, u = np.mgrid[:HEIGHT, :WIDTH]
     z = np.where(is_person(), PERSON, WALL)
     return np.stack([(u - WIDTH / 2) / FOCAL_LENGTH * z, (v - HEIGHT / 2) / FOCAL_LENGTH * z, z],
@@ -75,7 +75,7 @@ class PeopleCloudTest(unittest.TestCase):
         cls.last = rospy.Time(1000)
 
     def listen(self, ns, topic):
-        """Listen to an output until the end of the test, when nobody listens any more as in the one before."""
+        """Listen to an output until the end of the test, without subscribers again."""
         await_true(lambda: self.clouds[ns].get_num_connections() == self.people[ns].get_num_connections() == 0,
                    f'{ns} has unsubscribed')
         output = Recorder(f'/{ns}/people_cloud/{topic}', PointCloud2)
@@ -98,7 +98,7 @@ class PeopleCloudTest(unittest.TestCase):
         np.testing.assert_array_equal(points_of(message, 'label', '<u4'), np.where(is_person(), PERSON_ID, 0))
         np.testing.assert_array_equal(points_of(message, 'z', '<f4'), scene()[..., 2])
 
-    def test_1_nothing_comes_in_while_nobody_listens(self):
+    def test_1_nothing_comes_in_without_subscribers(self):
         for ns in ('managed', 'alone'):
             await_true(lambda ns=ns: self.diagnostics.value(f'{ns}/people_cloud', 'enabled') == 'true',
                        f'{ns} is there')

@@ -1,10 +1,14 @@
 """What the tests of the nodelets share: clouds of known points."""
+import sys
+from pathlib import Path
 from typing import Sequence
 
 import numpy as np
 import rospy
 from sensor_msgs.msg import PointCloud2, PointField
 from std_msgs.msg import Header
+
+sys.path.append(str(Path(__file__).resolve().parents[3] / 'tests/support'))
 
 FRAME_ID = 'test_optical_frame'
 

@@ -57,7 +57,7 @@ std::vector<Thing> room()
            { SCENE, [](const Eigen::Vector3f& point) { return WALL - point.z(); } } };
 }
 
-// Somebody of 1.70 m who faces the camera, arms hanging; the middle of the ankles is at (x, z).
+// A person of 1.70 m that faces the camera, arms hanging; the middle of the ankles is at (x, z).
 Skeleton standing(float x, float z)
 {
   Skeleton person;
@@ -76,7 +76,7 @@ Skeleton standing(float x, float z)
   return person;
 }
 
-// The skin and clothes of somebody: thicker than the cores, and hands and feet beyond the last joints.
+// The skin and clothes of a person: thicker than the cores, and hands and feet beyond the last joints.
 std::vector<Thing> bodyOf(const Skeleton& person, std::uint32_t label)
 {
   std::vector<Thing> things;
@@ -175,7 +175,7 @@ std::vector<std::uint32_t> labelsOf(const Scene& scene, const std::vector<Skelet
   return labeller.label(OrganizedCloud(scene.cloud), people);
 }
 
-TEST(PeopleLabeller, NobodyTakesNothing)
+TEST(PeopleLabeller, NoPerson)
 {
   const Scene scene = look({ room() });
   const std::vector<std::uint32_t> nothing(WIDTH * HEIGHT, SCENE);
@@ -184,7 +184,7 @@ TEST(PeopleLabeller, NobodyTakesNothing)
   EXPECT_EQ(labelsOf(scene, { standing(0.0f, 9.0f) }), nothing);  // behind the wall
 }
 
-TEST(PeopleLabeller, SomebodyOnTheFloor)
+TEST(PeopleLabeller, PersonOnTheFloor)
 {
   const Skeleton person = standing(0.0f, 2.5f);
   const Scene scene = look({ room(), bodyOf(person, 1) });
@@ -193,7 +193,7 @@ TEST(PeopleLabeller, SomebodyOnTheFloor)
   EXPECT_LT(share(scene, labels, SCENE, 1), 0.003f);
 }
 
-TEST(PeopleLabeller, SomebodyAtTheWall)
+TEST(PeopleLabeller, PersonAtTheWall)
 {
   // the back touches the wall, the floor and the wall remain
   const Skeleton person = standing(0.3f, WALL - 0.14f);

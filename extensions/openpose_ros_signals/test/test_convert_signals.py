@@ -8,7 +8,7 @@ from std_msgs.msg import Header
 from openpose_ros_signals import records
 from openpose_ros_signals.records import Facing, Fall, FloorPose, Gesture, Hit, Pointing, Posture, Walk
 from openpose_ros_signals.ros.convert import poses_of, signals_from_array, signals_to_array, summary_to_message
-from openpose_ros_signals.show.summary import Present
+from openpose_ros_signals.show.presence import Present
 
 HEADER = Header(stamp=rospy.Time(12, 500000000), frame_id='room')
 X, Y = np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0])
@@ -38,7 +38,7 @@ def plain(value):
     return None if isinstance(value, float) and np.isnan(value) else value
 
 
-def test_nobody():
+def test_no_person():
     array = signals_to_array([], HEADER)
     assert (array.persons, array.header) == ([], HEADER)
     assert signals_from_array(array) == ()

@@ -14,8 +14,10 @@ import rostest
 from openpose_ros_msgs.msg import PersonDetection, PersonDetection_3d, PersonDetection_3dArray
 from std_msgs.msg import Header
 
-from openpose_ros_pkg.ros.session import PATIENCE, await_true
+sys.path.append(str(Path(__file__).resolve().parents[3] / 'tests/support'))
+
 from openpose_ros_tools.tables.keypoint_csv import columns, read_keypoint_csv
+from session import PATIENCE, await_true
 
 FRAMES = 50
 

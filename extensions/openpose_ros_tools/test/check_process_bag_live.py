@@ -15,9 +15,11 @@ from openpose_ros_msgs.msg import PersonDetection_3dArray, PersonDetectionArray
 from sensor_msgs.msg import Image, PointCloud2
 from std_msgs.msg import Header
 
+sys.path.append(str(Path(__file__).resolve().parents[3] / 'tests/support'))
+
 from openpose_ros_pkg.ros.convert import bgr_to_image
-from openpose_ros_pkg.ros.session import Recorder, await_true
 from openpose_ros_tools.ros.process_bag.program import main
+from session import Recorder, await_true
 from skeleton_extract_3d.points.depth import cloud_from_depth
 from skeleton_extract_3d.points.rgbd_sequence import RgbdSequence
 from skeleton_extract_3d.ros.convert import cloud_to_message

@@ -7,7 +7,7 @@ from std_msgs.msg import Header
 from tf2_msgs.msg import TFMessage
 
 from openpose_ros_pkg.errors import NoTransformError
-from openpose_ros_tools.ros.process_bag.input import Transforms
+from openpose_ros_tools.ros.process_bag.input import RecordedTransforms
 
 PERIOD = 0.05
 # By which images are recorded after their stamps, longer than transforms [s].
@@ -47,7 +47,7 @@ def write_runs(path, runs, rate=1.0):
 def places(path, images):
     """Return the x of each image by the bag [m], None where there is none."""
     with rosbag.Bag(str(path)) as bag:
-        transforms, found = Transforms(bag), []
+        transforms, found = RecordedTransforms(bag), []
         for time, stamp, _ in images:
             transforms.read_until(genpy.Time.from_sec(time))
             try:

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 from known_recording import knowing_detector, write_recording
 
-from openpose_ros_tools.parallel.task_cluster import ClusterError, run_on_cluster
+from openpose_ros_tools.parallel.cluster import ClusterError, run_on_cluster
 from openpose_ros_tools.ros.process_bag.program import main
 
 ON_A_CLUSTER = pytest.mark.skipif(importlib.util.find_spec('distributed') is None,
@@ -152,7 +152,7 @@ def test_an_interrupt_leaves_nothing(folder):
 
 @ON_A_CLUSTER
 def test_a_scheduler_that_is_not_there_is_told(monkeypatch):
-    monkeypatch.setattr('openpose_ros_tools.parallel.task_cluster._CONNECT_SECONDS', 1)
+    monkeypatch.setattr('openpose_ros_tools.parallel.cluster._CONNECT_SECONDS', 1)
     with pytest.raises(ClusterError, match='no scheduler answers at tcp'):
         list(run_on_cluster(print, {'a': 1}, scheduler='tcp://127.0.0.1:9', retries=0,
                             on_progress=lambda name, share: None))

@@ -31,7 +31,7 @@ def test_every_frame_is_there(folder):
 
 
 def test_pictures_are_drawn(folder):
-    for picture in ('pictures/detections.png', 'pictures/top_view.png', 'report/stick_figures.png'):
+    for picture in ('pictures/detections.png', 'pictures/top_view.png'):
         assert (folder / picture).read_bytes().startswith(b'\x89PNG')
     assert 'data:image/png' in (folder / 'report/report.html').read_text()
 

@@ -21,30 +21,40 @@
 namespace openpose_ros_msgs
 {
 
+// X(ENUMERATOR, field) for each body part of PersonDetection, PersonDetection_3d and PersonVelocity_3d, in their order
+// generated: joints
+#define OPENPOSE_ROS_MSGS_JOINTS(X) \
+  X(NOSE, nose) X(NECK, neck) X(RIGHT_SHOULDER, right_shoulder) X(RIGHT_ELBOW, right_elbow) \
+  X(RIGHT_WRIST, right_wrist) X(LEFT_SHOULDER, left_shoulder) X(LEFT_ELBOW, left_elbow) \
+  X(LEFT_WRIST, left_wrist) X(RIGHT_HIP, right_hip) X(RIGHT_KNEE, right_knee) X(RIGHT_ANKLE, right_ankle) \
+  X(LEFT_HIP, left_hip) X(LEFT_KNEE, left_knee) X(LEFT_ANKLE, left_ankle) X(RIGHT_EYE, right_eye) \
+  X(LEFT_EYE, left_eye) X(RIGHT_EAR, right_ear) X(LEFT_EAR, left_ear) X(CHEST, chest) X(MID_HIP, mid_hip) \
+  X(LEFT_BIG_TOE, left_big_toe) X(LEFT_SMALL_TOE, left_small_toe) X(LEFT_HEEL, left_heel) \
+  X(RIGHT_BIG_TOE, right_big_toe) X(RIGHT_SMALL_TOE, right_small_toe) X(RIGHT_HEEL, right_heel) \
+  X(HEAD_TOP, head_top)
+// end of generated
+
 /** A body part of PersonDetection, PersonDetection_3d and PersonVelocity_3d, in their order. */
 enum class Joint
 {
-  NOSE, NECK, RIGHT_SHOULDER, RIGHT_ELBOW, RIGHT_WRIST, LEFT_SHOULDER, LEFT_ELBOW, LEFT_WRIST, RIGHT_HIP, RIGHT_KNEE,
-  RIGHT_ANKLE, LEFT_HIP, LEFT_KNEE, LEFT_ANKLE, RIGHT_EYE, LEFT_EYE, RIGHT_EAR, LEFT_EAR, CHEST, MID_HIP,
-  LEFT_BIG_TOE, LEFT_SMALL_TOE, LEFT_HEEL, RIGHT_BIG_TOE, RIGHT_SMALL_TOE, RIGHT_HEEL, HEAD_TOP
+#define OPENPOSE_ROS_MSGS_ENUMERATOR(enumerator, field) enumerator,
+  OPENPOSE_ROS_MSGS_JOINTS(OPENPOSE_ROS_MSGS_ENUMERATOR)
+#undef OPENPOSE_ROS_MSGS_ENUMERATOR
 };
 
 constexpr Joint ALL_JOINTS[] = {
-  Joint::NOSE, Joint::NECK, Joint::RIGHT_SHOULDER, Joint::RIGHT_ELBOW, Joint::RIGHT_WRIST, Joint::LEFT_SHOULDER,
-  Joint::LEFT_ELBOW, Joint::LEFT_WRIST, Joint::RIGHT_HIP, Joint::RIGHT_KNEE, Joint::RIGHT_ANKLE, Joint::LEFT_HIP,
-  Joint::LEFT_KNEE, Joint::LEFT_ANKLE, Joint::RIGHT_EYE, Joint::LEFT_EYE, Joint::RIGHT_EAR, Joint::LEFT_EAR,
-  Joint::CHEST, Joint::MID_HIP, Joint::LEFT_BIG_TOE, Joint::LEFT_SMALL_TOE, Joint::LEFT_HEEL, Joint::RIGHT_BIG_TOE,
-  Joint::RIGHT_SMALL_TOE, Joint::RIGHT_HEEL, Joint::HEAD_TOP
+#define OPENPOSE_ROS_MSGS_JOINT(enumerator, field) Joint::enumerator,
+  OPENPOSE_ROS_MSGS_JOINTS(OPENPOSE_ROS_MSGS_JOINT)
+#undef OPENPOSE_ROS_MSGS_JOINT
 };
 
 /** Return the name of the message's field. */
 inline const char* nameOf(Joint joint)
 {
   static constexpr const char* NAMES[] = {
-    "nose", "neck", "right_shoulder", "right_elbow", "right_wrist", "left_shoulder", "left_elbow", "left_wrist",
-    "right_hip", "right_knee", "right_ankle", "left_hip", "left_knee", "left_ankle", "right_eye", "left_eye",
-    "right_ear", "left_ear", "chest", "mid_hip", "left_big_toe", "left_small_toe", "left_heel", "right_big_toe",
-    "right_small_toe", "right_heel", "head_top"
+#define OPENPOSE_ROS_MSGS_NAME(enumerator, field) #field,
+    OPENPOSE_ROS_MSGS_JOINTS(OPENPOSE_ROS_MSGS_NAME)
+#undef OPENPOSE_ROS_MSGS_NAME
   };
   return NAMES[static_cast<std::size_t>(joint)];
 }
@@ -60,12 +70,9 @@ struct Body
   static Part Person::*member(Joint joint)
   {
     static constexpr Part Person::*MEMBERS[] = {
-      &Person::nose, &Person::neck, &Person::right_shoulder, &Person::right_elbow, &Person::right_wrist,
-      &Person::left_shoulder, &Person::left_elbow, &Person::left_wrist, &Person::right_hip, &Person::right_knee,
-      &Person::right_ankle, &Person::left_hip, &Person::left_knee, &Person::left_ankle, &Person::right_eye,
-      &Person::left_eye, &Person::right_ear, &Person::left_ear, &Person::chest, &Person::mid_hip,
-      &Person::left_big_toe, &Person::left_small_toe, &Person::left_heel, &Person::right_big_toe,
-      &Person::right_small_toe, &Person::right_heel, &Person::head_top
+#define OPENPOSE_ROS_MSGS_MEMBER(enumerator, field) &Person::field,
+      OPENPOSE_ROS_MSGS_JOINTS(OPENPOSE_ROS_MSGS_MEMBER)
+#undef OPENPOSE_ROS_MSGS_MEMBER
     };
     return MEMBERS[static_cast<std::size_t>(joint)];
   }
@@ -111,21 +118,20 @@ struct Limb
   Joint start, end;
 };
 
+// generated: skeletons
 constexpr Joint COCO_18_JOINTS[] = {
   Joint::NOSE, Joint::NECK, Joint::RIGHT_SHOULDER, Joint::RIGHT_ELBOW, Joint::RIGHT_WRIST, Joint::LEFT_SHOULDER,
   Joint::LEFT_ELBOW, Joint::LEFT_WRIST, Joint::RIGHT_HIP, Joint::RIGHT_KNEE, Joint::RIGHT_ANKLE, Joint::LEFT_HIP,
   Joint::LEFT_KNEE, Joint::LEFT_ANKLE, Joint::RIGHT_EYE, Joint::LEFT_EYE, Joint::RIGHT_EAR, Joint::LEFT_EAR
 };
 constexpr Limb COCO_18_LIMBS[] = {
-  { Joint::NECK, Joint::RIGHT_SHOULDER }, { Joint::NECK, Joint::LEFT_SHOULDER },
-  { Joint::RIGHT_SHOULDER, Joint::RIGHT_ELBOW }, { Joint::RIGHT_ELBOW, Joint::RIGHT_WRIST },
-  { Joint::LEFT_SHOULDER, Joint::LEFT_ELBOW }, { Joint::LEFT_ELBOW, Joint::LEFT_WRIST },
-  { Joint::NECK, Joint::RIGHT_HIP }, { Joint::RIGHT_HIP, Joint::RIGHT_KNEE },
+  { Joint::NECK, Joint::RIGHT_SHOULDER }, { Joint::NECK, Joint::LEFT_SHOULDER }, { Joint::RIGHT_SHOULDER,
+  Joint::RIGHT_ELBOW }, { Joint::RIGHT_ELBOW, Joint::RIGHT_WRIST }, { Joint::LEFT_SHOULDER, Joint::LEFT_ELBOW }, {
+  Joint::LEFT_ELBOW, Joint::LEFT_WRIST }, { Joint::NECK, Joint::RIGHT_HIP }, { Joint::RIGHT_HIP, Joint::RIGHT_KNEE },
   { Joint::RIGHT_KNEE, Joint::RIGHT_ANKLE }, { Joint::NECK, Joint::LEFT_HIP }, { Joint::LEFT_HIP, Joint::LEFT_KNEE },
-  { Joint::LEFT_KNEE, Joint::LEFT_ANKLE }, { Joint::NECK, Joint::NOSE }, { Joint::NOSE, Joint::RIGHT_EYE },
-  { Joint::RIGHT_EYE, Joint::RIGHT_EAR }, { Joint::NOSE, Joint::LEFT_EYE }, { Joint::LEFT_EYE, Joint::LEFT_EAR }
+  { Joint::LEFT_KNEE, Joint::LEFT_ANKLE }, { Joint::NECK, Joint::NOSE }, { Joint::NOSE, Joint::RIGHT_EYE }, {
+  Joint::RIGHT_EYE, Joint::RIGHT_EAR }, { Joint::NOSE, Joint::LEFT_EYE }, { Joint::LEFT_EYE, Joint::LEFT_EAR }
 };
-
 constexpr Joint BODY_25_JOINTS[] = {
   Joint::NOSE, Joint::NECK, Joint::RIGHT_SHOULDER, Joint::RIGHT_ELBOW, Joint::RIGHT_WRIST, Joint::LEFT_SHOULDER,
   Joint::LEFT_ELBOW, Joint::LEFT_WRIST, Joint::MID_HIP, Joint::RIGHT_HIP, Joint::RIGHT_KNEE, Joint::RIGHT_ANKLE,
@@ -134,49 +140,46 @@ constexpr Joint BODY_25_JOINTS[] = {
   Joint::RIGHT_SMALL_TOE, Joint::RIGHT_HEEL
 };
 constexpr Limb BODY_25_LIMBS[] = {
-  { Joint::NECK, Joint::MID_HIP }, { Joint::NECK, Joint::RIGHT_SHOULDER }, { Joint::NECK, Joint::LEFT_SHOULDER },
-  { Joint::RIGHT_SHOULDER, Joint::RIGHT_ELBOW }, { Joint::RIGHT_ELBOW, Joint::RIGHT_WRIST },
-  { Joint::LEFT_SHOULDER, Joint::LEFT_ELBOW }, { Joint::LEFT_ELBOW, Joint::LEFT_WRIST },
-  { Joint::MID_HIP, Joint::RIGHT_HIP }, { Joint::RIGHT_HIP, Joint::RIGHT_KNEE },
-  { Joint::RIGHT_KNEE, Joint::RIGHT_ANKLE }, { Joint::MID_HIP, Joint::LEFT_HIP },
-  { Joint::LEFT_HIP, Joint::LEFT_KNEE }, { Joint::LEFT_KNEE, Joint::LEFT_ANKLE }, { Joint::NECK, Joint::NOSE },
-  { Joint::NOSE, Joint::RIGHT_EYE }, { Joint::RIGHT_EYE, Joint::RIGHT_EAR }, { Joint::NOSE, Joint::LEFT_EYE },
-  { Joint::LEFT_EYE, Joint::LEFT_EAR }, { Joint::LEFT_ANKLE, Joint::LEFT_BIG_TOE },
-  { Joint::LEFT_BIG_TOE, Joint::LEFT_SMALL_TOE }, { Joint::LEFT_ANKLE, Joint::LEFT_HEEL },
-  { Joint::RIGHT_ANKLE, Joint::RIGHT_BIG_TOE }, { Joint::RIGHT_BIG_TOE, Joint::RIGHT_SMALL_TOE },
-  { Joint::RIGHT_ANKLE, Joint::RIGHT_HEEL }
+  { Joint::NECK, Joint::MID_HIP }, { Joint::NECK, Joint::RIGHT_SHOULDER }, { Joint::NECK, Joint::LEFT_SHOULDER }, {
+  Joint::RIGHT_SHOULDER, Joint::RIGHT_ELBOW }, { Joint::RIGHT_ELBOW, Joint::RIGHT_WRIST }, { Joint::LEFT_SHOULDER,
+  Joint::LEFT_ELBOW }, { Joint::LEFT_ELBOW, Joint::LEFT_WRIST }, { Joint::MID_HIP, Joint::RIGHT_HIP }, {
+  Joint::RIGHT_HIP, Joint::RIGHT_KNEE }, { Joint::RIGHT_KNEE, Joint::RIGHT_ANKLE }, { Joint::MID_HIP, Joint::LEFT_HIP
+  }, { Joint::LEFT_HIP, Joint::LEFT_KNEE }, { Joint::LEFT_KNEE, Joint::LEFT_ANKLE }, { Joint::NECK, Joint::NOSE }, {
+  Joint::NOSE, Joint::RIGHT_EYE }, { Joint::RIGHT_EYE, Joint::RIGHT_EAR }, { Joint::NOSE, Joint::LEFT_EYE }, {
+  Joint::LEFT_EYE, Joint::LEFT_EAR }, { Joint::LEFT_ANKLE, Joint::LEFT_BIG_TOE }, { Joint::LEFT_BIG_TOE,
+  Joint::LEFT_SMALL_TOE }, { Joint::LEFT_ANKLE, Joint::LEFT_HEEL }, { Joint::RIGHT_ANKLE, Joint::RIGHT_BIG_TOE }, {
+  Joint::RIGHT_BIG_TOE, Joint::RIGHT_SMALL_TOE }, { Joint::RIGHT_ANKLE, Joint::RIGHT_HEEL }
 };
-
 constexpr Joint MPI_15_JOINTS[] = {
   Joint::HEAD_TOP, Joint::NECK, Joint::RIGHT_SHOULDER, Joint::RIGHT_ELBOW, Joint::RIGHT_WRIST, Joint::LEFT_SHOULDER,
   Joint::LEFT_ELBOW, Joint::LEFT_WRIST, Joint::RIGHT_HIP, Joint::RIGHT_KNEE, Joint::RIGHT_ANKLE, Joint::LEFT_HIP,
   Joint::LEFT_KNEE, Joint::LEFT_ANKLE, Joint::CHEST
 };
 constexpr Limb MPI_15_LIMBS[] = {
-  { Joint::HEAD_TOP, Joint::NECK }, { Joint::NECK, Joint::RIGHT_SHOULDER },
-  { Joint::RIGHT_SHOULDER, Joint::RIGHT_ELBOW }, { Joint::RIGHT_ELBOW, Joint::RIGHT_WRIST },
-  { Joint::NECK, Joint::LEFT_SHOULDER }, { Joint::LEFT_SHOULDER, Joint::LEFT_ELBOW },
-  { Joint::LEFT_ELBOW, Joint::LEFT_WRIST }, { Joint::NECK, Joint::CHEST }, { Joint::CHEST, Joint::RIGHT_HIP },
-  { Joint::RIGHT_HIP, Joint::RIGHT_KNEE }, { Joint::RIGHT_KNEE, Joint::RIGHT_ANKLE },
-  { Joint::CHEST, Joint::LEFT_HIP }, { Joint::LEFT_HIP, Joint::LEFT_KNEE }, { Joint::LEFT_KNEE, Joint::LEFT_ANKLE }
+  { Joint::HEAD_TOP, Joint::NECK }, { Joint::NECK, Joint::RIGHT_SHOULDER }, { Joint::RIGHT_SHOULDER,
+  Joint::RIGHT_ELBOW }, { Joint::RIGHT_ELBOW, Joint::RIGHT_WRIST }, { Joint::NECK, Joint::LEFT_SHOULDER }, {
+  Joint::LEFT_SHOULDER, Joint::LEFT_ELBOW }, { Joint::LEFT_ELBOW, Joint::LEFT_WRIST }, { Joint::NECK, Joint::CHEST },
+  { Joint::CHEST, Joint::RIGHT_HIP }, { Joint::RIGHT_HIP, Joint::RIGHT_KNEE }, { Joint::RIGHT_KNEE, Joint::RIGHT_ANKLE
+  }, { Joint::CHEST, Joint::LEFT_HIP }, { Joint::LEFT_HIP, Joint::LEFT_KNEE }, { Joint::LEFT_KNEE, Joint::LEFT_ANKLE }
 };
-
 constexpr Joint COCO_17_JOINTS[] = {
   Joint::NOSE, Joint::LEFT_EYE, Joint::RIGHT_EYE, Joint::LEFT_EAR, Joint::RIGHT_EAR, Joint::LEFT_SHOULDER,
   Joint::RIGHT_SHOULDER, Joint::LEFT_ELBOW, Joint::RIGHT_ELBOW, Joint::LEFT_WRIST, Joint::RIGHT_WRIST,
   Joint::LEFT_HIP, Joint::RIGHT_HIP, Joint::LEFT_KNEE, Joint::RIGHT_KNEE, Joint::LEFT_ANKLE, Joint::RIGHT_ANKLE
 };
 constexpr Limb COCO_17_LIMBS[] = {
-  { Joint::LEFT_ANKLE, Joint::LEFT_KNEE }, { Joint::LEFT_KNEE, Joint::LEFT_HIP },
-  { Joint::RIGHT_ANKLE, Joint::RIGHT_KNEE }, { Joint::RIGHT_KNEE, Joint::RIGHT_HIP },
-  { Joint::LEFT_HIP, Joint::RIGHT_HIP }, { Joint::LEFT_SHOULDER, Joint::LEFT_HIP },
-  { Joint::RIGHT_SHOULDER, Joint::RIGHT_HIP }, { Joint::LEFT_SHOULDER, Joint::RIGHT_SHOULDER },
-  { Joint::LEFT_SHOULDER, Joint::LEFT_ELBOW }, { Joint::RIGHT_SHOULDER, Joint::RIGHT_ELBOW },
-  { Joint::LEFT_ELBOW, Joint::LEFT_WRIST }, { Joint::RIGHT_ELBOW, Joint::RIGHT_WRIST },
-  { Joint::LEFT_EYE, Joint::RIGHT_EYE }, { Joint::NOSE, Joint::LEFT_EYE }, { Joint::NOSE, Joint::RIGHT_EYE },
-  { Joint::LEFT_EYE, Joint::LEFT_EAR }, { Joint::RIGHT_EYE, Joint::RIGHT_EAR },
-  { Joint::LEFT_EAR, Joint::LEFT_SHOULDER }, { Joint::RIGHT_EAR, Joint::RIGHT_SHOULDER }
+  { Joint::LEFT_ANKLE, Joint::LEFT_KNEE }, { Joint::LEFT_KNEE, Joint::LEFT_HIP }, { Joint::RIGHT_ANKLE,
+  Joint::RIGHT_KNEE }, { Joint::RIGHT_KNEE, Joint::RIGHT_HIP }, { Joint::LEFT_HIP, Joint::RIGHT_HIP }, {
+  Joint::LEFT_SHOULDER, Joint::LEFT_HIP }, { Joint::RIGHT_SHOULDER, Joint::RIGHT_HIP }, { Joint::LEFT_SHOULDER,
+  Joint::RIGHT_SHOULDER }, { Joint::LEFT_SHOULDER, Joint::LEFT_ELBOW }, { Joint::RIGHT_SHOULDER, Joint::RIGHT_ELBOW },
+  { Joint::LEFT_ELBOW, Joint::LEFT_WRIST }, { Joint::RIGHT_ELBOW, Joint::RIGHT_WRIST }, { Joint::LEFT_EYE,
+  Joint::RIGHT_EYE }, { Joint::NOSE, Joint::LEFT_EYE }, { Joint::NOSE, Joint::RIGHT_EYE }, { Joint::LEFT_EYE,
+  Joint::LEFT_EAR }, { Joint::RIGHT_EYE, Joint::RIGHT_EAR }, { Joint::LEFT_EAR, Joint::LEFT_SHOULDER }, {
+  Joint::RIGHT_EAR, Joint::RIGHT_SHOULDER }
 };
+#define OPENPOSE_ROS_MSGS_SKELETONS(X) \
+  X(COCO_18) X(BODY_25) X(MPI_15) X(COCO_17)
+// end of generated
 
 /** Elements that lie one after another, for range-based for. */
 template <typename T>
@@ -219,15 +222,15 @@ Skeleton skeleton(const Joint (&joints)[J], const Limb (&limbs)[L])
 /** Return the skeleton of a `pose_model` of the array messages; one without joints where the name is not known. */
 inline Skeleton skeletonOf(const std::string& pose_model)
 {
-  if (pose_model == "COCO_18")
-    return detail::skeleton(COCO_18_JOINTS, COCO_18_LIMBS);
-  if (pose_model == "BODY_25")
-    return detail::skeleton(BODY_25_JOINTS, BODY_25_LIMBS);
-  if (pose_model == "MPI_15")
-    return detail::skeleton(MPI_15_JOINTS, MPI_15_LIMBS);
-  if (pose_model == "COCO_17")
-    return detail::skeleton(COCO_17_JOINTS, COCO_17_LIMBS);
+#define OPENPOSE_ROS_MSGS_SKELETON(name)                         \
+  if (pose_model == #name)                                       \
+    return detail::skeleton(name##_JOINTS, name##_LIMBS);
+  OPENPOSE_ROS_MSGS_SKELETONS(OPENPOSE_ROS_MSGS_SKELETON)
+#undef OPENPOSE_ROS_MSGS_SKELETON
   return Skeleton();
 }
+
+#undef OPENPOSE_ROS_MSGS_JOINTS
+#undef OPENPOSE_ROS_MSGS_SKELETONS
 
 }  // namespace openpose_ros_msgs

@@ -4,7 +4,7 @@ from typing import Any
 from faults.fault import Fault
 from faults.injectors import Injector, altered, changed
 
-NAN, INF, MOST = float('nan'), float('inf'), 2**32 - 1
+NAN = float('nan')
 
 
 def matrix(**elements: float) -> Injector:
@@ -21,18 +21,12 @@ def lens(*distortion: float) -> Injector:
 CASES = [
     ('K of zeros', matrix(**{f'k{i}': 0.0 for i in range(9)}), 'camera is not calibrated'),
     ('K with NaN', matrix(k0=NAN), 'expected 9 finite numbers'),
-    ('K with infinity', matrix(k2=INF), 'expected 9 finite numbers'),
-    ('negative focal length', matrix(k0=-500.0), 'camera is not calibrated'),
     ('K with shear', matrix(k1=1.0), 'expected [fx 0 cx; 0 fy cy; 0 0 1]'),
-    ('last element of K is 0', matrix(k8=0.0), 'expected [fx 0 cx; 0 fy cy; 0 0 1]'),
-    ('D of 3 values', lens(0.1, 0.1, 0.1), "D of distortion model 'plumb_bob': expected 4 or 5"),
     ('D of NaN', lens(*[NAN] * 5), "D of distortion model 'plumb_bob'"),
-    ('D of infinity', lens(*[INF] * 5), "D of distortion model 'plumb_bob'"),
     ('D of 100 000 values', lens(*[0.1] * 100_000), "D of distortion model 'plumb_bob'"),
     ('unknown distortion model', changed('info', distortion_model='none_such', D=[0.1]),
      "distortion model 'none_such' is unknown"),
     ('width 0', changed('info', width=0), 'camera has size 0 x 540'),
-    ('height 0', changed('info', height=0), 'camera has size 960 x 0'),
     ('another aspect than the images', changed('info', width=640, height=480), 'aspect ratios differ'),
 ]
 FAULTS = [

@@ -43,7 +43,7 @@ def no_room_for_results(rig: Any) -> None:
     """Saving fails and says so, harms no answer, and goes on when there is room again."""
     from disk_limits import file_size_limit
     from faults.rig import PATIENCE
-    from openpose_ros_pkg.ros.session import await_true
+    from session import await_true
     with tempfile.TemporaryDirectory() as name:
         folder, video, node = Path(name) / 'json', Path(name) / 'people.avi', 'saving/service'
         process, detect = started(rig, node, {'write_json': folder, 'write_video': video})

@@ -16,7 +16,7 @@ def played(rig: Any, name: str, program: str, topic: str, damage: Callable[[Path
     from sensor_msgs.msg import Image, PointCloud2
 
     from faults.rig import PATIENCE, ROOT, Program, start_node
-    from openpose_ros_pkg.ros.session import await_true
+    from session import await_true
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
         shipped = ROOT / 'skeleton_extract_3d/demo/cross'

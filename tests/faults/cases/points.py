@@ -38,26 +38,13 @@ def _camera(index: int, value: float) -> Injector:
     return altered(alter)
 
 
-def _cut(frame: Any) -> None:
-    points = frame.points
-    points.height //= 2
-    points.data = points.data[:points.row_step * points.height]
-
-
 FAULTS = [
     Fault('cloud of NaN alone', _fill(np.nan), event='no depth', words=('0 % of the points are valid', 'NaN')),
-    Fault('cloud of zeros alone', _fill(0), event='no depth', words=('0 % of the points are valid',)),
-    Fault('cloud of infinite points alone', _fill(np.inf), event='no depth', words=('the others are infinite',)),
     Fault('cloud in millimetres', _cloud(lambda xyz: np.multiply(xyz, 1000, out=xyz)), event='implausible depth',
           words=('the median depth is', 'is it in millimetres?')),
-    Fault('lower half of the cloud cut off', altered(_cut), words=('the aspect ratios differ',)),
     Fault('depth image of zeros alone', _depth(0), node='depth/people', event='no depth',
           words=('is the depth camera covered',)),
-    Fault('depth image of 65535 alone', _depth(65535), node='depth/people', event='implausible depth',
-          words=('65.53 m', 'expected up to 60 m')),
     Fault('focal length of 1e-300', _camera(0, 1e-300), node='depth/people', words=('fx is 1e-300 px',)),
-    Fault('focal length of 1e300', _camera(4, 1e300), node='depth/people', words=('fy is 1e+300 px',)),
-    Fault('principal point far outside', _camera(2, -1e4), node='depth/people', words=('cx is -10000 px',)),
     Fault('lens that folds the image', changed('info', D=[-50.0, 0, 0, 0, 0], distortion_model='plumb_bob'),
           node='depth/people', words=('folds the image',)),
 ]

@@ -2,27 +2,19 @@
 import os
 import signal
 from contextlib import suppress
-from typing import Any, Callable, Dict
+from typing import Any
 
 from faults.fault import Fault, Scenario
-from faults.injectors import Injector
+from faults.injectors import Injector, refused
 
 NODE, SERVICE = 'two/extractor', 'two/service'
+PEOPLE = 'skeleton_extract_3d/scripts/people_3d_node'
 NAN = float('nan')
-
-
-def refused(parameters: Dict[str, Any], *words: str) -> Callable[[Any], None]:
-    """Return what starts a node with these parameters, which has to end with these words."""
-    def run(rig: Any) -> None:
-        from faults.rig import PEOPLE, Program, says_when_it_ends
-        # a name of its own, as the parameter server keeps what a node was given
-        says_when_it_ends(rig, f'refused/{next(iter(parameters))}', Program(PEOPLE, parameters), *words)
-    return run
 
 
 def until_counted(chain: Any) -> None:
     """Send frames until the extractor has counted one that the service did not answer."""
-    from openpose_ros_pkg.ros.session import await_true
+    from session import await_true
     before = chain.diagnostics.count(NODE, 'service call failed')
     chain.send(chain.frame())
     await_true(lambda: chain.diagnostics.count(NODE, 'service call failed') > before, 'the call fails')
@@ -63,14 +55,13 @@ def set_live(**values: Any) -> Injector:
 
 
 FAULTS = [
-    Scenario('unknown name of a parameter', refused({'no_such_parameter': 1}, "'no_such_parameter'"), 'people_3d_node',
-             'ends with 1 and names it'),
-    Scenario('value that is not allowed', refused({'mode': 'fastest'}, "'mode'", "'fastest'"), 'people_3d_node',
+    Scenario('unknown name of a parameter', refused(PEOPLE, {'no_such_parameter': 1}, "'no_such_parameter'"),
+             'people_3d_node', 'ends with 1 and names it'),
+    Scenario('value that is not allowed', refused(PEOPLE, {'mode': 'fastest'}, "'mode'", "'fastest'"), 'people_3d_node',
              'ends with 1 and names key, value and what is allowed'),
     Fault('service hangs for more than service_timeout, then goes on', hang, NODE, 'service call failed',
           ('/two/detect_poses_3d: no answer within 1 s',)),
     Fault('service is killed, and started again', kill, NODE, 'service call failed', ('/two/detect_poses_3d',)),
     Fault('live parameter set to NaN', set_live(person_min_score=NAN), event=''),
-    Fault('live parameter set to a text', set_live(person_min_score='much'), event=''),
     Fault('unknown live parameter', set_live(no_such_parameter=1.0), event=''),
 ]

@@ -40,7 +40,7 @@ def publish_and_kill(people: Any) -> None:
     import rosgraph
     import rospy
 
-    from openpose_ros_pkg.ros.session import await_true
+    from session import await_true
     publisher = rospy.Publisher(TOPIC, type(people), queue_size=10)
     await_true(lambda: publisher.get_num_connections() > 0, 'the recorder listens')
     rate = rospy.Rate(RATE)

@@ -38,7 +38,6 @@ def at_once(chain: Any) -> None:
 
 FAULTS = [
     Fault('request without data', refused(data=b''), SERVICE, 'bad image', ('image data are truncated',)),
-    Fault('request of width 0', refused(width=0), SERVICE, 'bad image', ('empty image',)),
     Fault('request with an unknown encoding', refused(encoding='none_such'), SERVICE, 'bad image', ("'none_such'",)),
     Fault('20 requests at once', at_once, SERVICE, event=''),
 ]

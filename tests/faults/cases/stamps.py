@@ -39,13 +39,9 @@ def too_many_nanoseconds(chain: Any) -> None:
 
 FAULTS = [
     Fault('stamp 0', at(0.0), event='stamp 0', words=('driver has to',)),
-    Fault('stamp of 1970', at(1.0), event='time jumped back', words=('is older than those before it',)),
     Fault('stamp an hour back', ahead(-3600.0), event='time jumped back'),
     Fault('stamp an hour ahead, then of now', ahead(3600.0, 0.0), event='time jumped back'),
-    Fault('last second there is, then of now', ahead(2**32 - 1.8e9, 0.0), event='time jumped back'),
-    Fault('stamps an hour forth and back, 10 times', ahead(*[3600.0, 0.0] * 10), event='time jumped back'),
     Fault('the same stamp twice', ahead(0.1, 0.1), event='stamp not newer'),
-    Fault('stamp 10 ms back', ahead(0.1, 0.09), event='stamp not newer'),
     Fault('more nanoseconds than a second has, then of now', too_many_nanoseconds, event='time jumped back'),
     Fault('points 20 ms before the image', apart, event=''),
 ]

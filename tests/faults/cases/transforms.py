@@ -26,7 +26,7 @@ def seen_from(frame_id: str, *transforms: Any) -> Injector:
         import rospy
         from tf2_msgs.msg import TFMessage
 
-        from openpose_ros_pkg.ros.session import await_true
+        from session import await_true
         publisher = rospy.Publisher('/tf', TFMessage, queue_size=10)
         await_true(lambda: publisher.get_num_connections() > 0, '/tf is heard')
         publisher.publish(TFMessage([transform(*each) for each in transforms]))
@@ -44,11 +44,7 @@ def is_dropped(title: str, inject: Injector, *words: str) -> Fault:
 
 FAULTS = [
     is_dropped('points in a frame that nobody published', seen_from('nowhere'), 'nowhere'),
-    is_dropped('points without a frame', seen_from('')),
-    is_dropped('frame that is not connected with target_frame', seen_from('island', ('sea', 'island')), 'island'),
     is_dropped('transform of an hour ago', seen_from('old', ('room', 'old', 1.7e9)), 'old'),
     is_dropped('transform with a rotation of NaN', seen_from('nan', ('room', 'nan', 0.0, NAN)), 'nan'),
-    is_dropped('transform with a rotation of zeros', seen_from('zero', ('room', 'zero', 0.0, 0.0)), 'zero'),
     is_dropped("frames that are each other's parents", seen_from('hen', ('egg', 'hen'), ('hen', 'egg')), 'hen'),
-    is_dropped('name of a frame that starts with /', seen_from('/nowhere')),
 ]

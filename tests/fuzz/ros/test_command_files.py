@@ -9,7 +9,7 @@ from fuzzing import NUMBERS, mutated, spoiled, survives
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.params.nodes import ServiceSettings
 from openpose_ros_pkg.params.parameters import build
-from openpose_ros_tools.ros.evaluate_mocap import transform_from, transform_of
+from openpose_ros_tools.ros.evaluate_mocap import transform_of
 from openpose_ros_tools.ros.process_bag.program import read_config
 
 TRANSFORM = {'transform': {'matrix': np.eye(4).tolist()}}
@@ -19,7 +19,7 @@ TRANSFORM = {'transform': {'matrix': np.eye(4).tolist()}}
                  spoiled(TRANSFORM).map(lambda values: json.dumps(values).encode())))
 def test_transform_of_a_report(tmp_path_factory, content):
     path = written(tmp_path_factory, 'summary.json', content)
-    matrix = survives(transform_from, path, size=len(content), errors=(ParameterError,))
+    matrix = survives(transform_of, [str(path)], size=len(content), errors=(ParameterError,))
     assert matrix is None or np.isfinite(matrix).all()
 
 

@@ -18,16 +18,16 @@ BUSY = PersonSignals(7, np.array([2.0, -1.0, 1.1]), Posture('standing', 11.5, 0.
                      Facing(AHEAD, 0.125), walk=Walk(True, 1.5, np.array([0.0, 1.0, 0.0])), floor=FLOOR)
 
 
-def seen(*ids):
+def visible(*ids):
     return people_of([STANDING] * len(ids), ids, np.random.RandomState(1))
 
 
-def test_nobody():
+def test_no_person():
     assert located(People3D.empty(COCO_18), ()) == []
 
 
-def test_one_who_is_busy():
-    (person,) = located(seen(3, 7), [BUSY])
+def test_all_that_is_known_of_a_person():
+    (person,) = located(visible(3, 7), [BUSY])
     assert (person.id, person.measured, person.turn_sigma) == (7, True, 0.125)
     assert person.reliability == 1.0
     assert person.sigma == pytest.approx(SIGMA)
@@ -37,27 +37,27 @@ def test_one_who_is_busy():
 
 
 def test_what_is_not_known_stays_unknown():
-    (person,) = located(seen(7), [PersonSignals(7, np.full(3, np.nan), floor=FLOOR)])
+    (person,) = located(visible(7), [PersonSignals(7, np.full(3, np.nan), floor=FLOOR)])
     assert (person.velocity, person.tags) == (None, ())
     assert np.isnan(person.turn_sigma)
-    bare = replace(seen(7), sigma=np.full((1, 18), np.nan))
+    bare = replace(visible(7), sigma=np.full((1, 18), np.nan))
     assert np.isnan(located(bare, [BUSY])[0].sigma)
 
 
 def test_people_without_a_place_or_without_joints_are_left_out():
-    assert located(seen(7), [replace(BUSY, floor=None)]) == []
-    assert located(seen(8), [BUSY]) == []
+    assert located(visible(7), [replace(BUSY, floor=None)]) == []
+    assert located(visible(8), [BUSY]) == []
 
 
-def test_who_lies_fell_and_has_no_direction():
+def test_a_lying_person_has_no_direction():
     fallen = replace(BUSY, posture=Posture('lying', 12.0, 1.0), fall=Fall(12.0, 0.5, 2.0), gestures=())
-    (person,) = located(seen(7), [fallen])
+    (person,) = located(visible(7), [fallen])
     assert person.tags == (('posture', 'lying'), ('fallen', 'true'))
     assert np.isnan(person.turn_sigma)
 
 
-def test_who_is_hidden_is_not_measured():
-    people = seen(7)
+def test_a_hidden_person_is_not_measured():
+    people = visible(7)
     hidden = replace(people, status=np.full((1, 18), INFERRED), confidence=np.zeros((1, 18)))
     (person,) = located(hidden, [BUSY])
     assert (person.measured, person.reliability) == (False, 0.0)
@@ -66,7 +66,7 @@ def test_who_is_hidden_is_not_measured():
 
 
 def test_sigma_is_that_of_the_trunk_where_it_is_known():
-    people = seen(7)
+    people = visible(7)
     trunk = ('left_shoulder', 'right_shoulder', 'left_hip', 'right_hip', 'neck')
     arms = replace(people, sigma=np.where([name in trunk for name in COCO_18.joints], 0.04, 0.5)[np.newaxis])
     assert located(arms, [BUSY])[0].sigma == pytest.approx(0.04)
@@ -75,26 +75,26 @@ def test_sigma_is_that_of_the_trunk_where_it_is_known():
 
 def test_ages_count_from_the_first_frame():
     ages = Ages()
-    assert ages.update([], 10.0) == []
-    assert ages.update([4], 11.0) == [0.0]
-    assert ages.update([5, 4], 11.5) == [0.0, 0.5]
-    assert ages.update([5], 12.0) == [0.5]
-    assert ages.update([4, 5], 13.0) == [2.0, 1.5]
+    assert ages.of([], 10.0) == []
+    assert ages.of([4], 11.0) == [0.0]
+    assert ages.of([5, 4], 11.5) == [0.0, 0.5]
+    assert ages.of([5], 12.0) == [0.5]
+    assert ages.of([4, 5], 13.0) == [2.0, 1.5]
 
 
 def test_ages_begin_anew_with_a_recording():
     ages = Ages()
-    ages.update([4], 11.0)
-    assert ages.update([4], 2.0) == [0.0]
-    assert ages.update([4], 3.0) == [1.0]
+    ages.of([4], 11.0)
+    assert ages.of([4], 2.0) == [0.0]
+    assert ages.of([4], 3.0) == [1.0]
 
 
-def test_ages_of_those_who_are_long_gone_are_forgotten():
+def test_the_oldest_ages_are_forgotten():
     ages = Ages()
-    ages.update([0, 1], 0.0)
+    ages.of([0, 1], 0.0)
     for name in range(2, 1100):
-        ages.update([1, name], float(name))
-    assert ages.update([0, 1], 1100.0) == [0.0, 1100.0]
+        ages.of([1, name], float(name))
+    assert ages.of([0, 1], 1100.0) == [0.0, 1100.0]
 
 
 @pytest.mark.parametrize('margin', [0.0, 0.25])

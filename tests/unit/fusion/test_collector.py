@@ -9,7 +9,7 @@ from openpose_ros_fusion.observations import from_space
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.people import People3D
 
-NOBODY = from_space('', 0.0, People3D.empty(COCO_18), (np.eye(3), np.zeros(3)))
+EMPTY = from_space('', 0.0, People3D.empty(COCO_18), (np.eye(3), np.zeros(3)))
 PATIENCE = 0.5
 
 
@@ -22,7 +22,7 @@ def play(arrivals, cameras='abc', end=None):
             deadline = collector.deadline
             updates += [(deadline, update) for update in collector.due(deadline)]
         updates += [(arrival, update) for update in
-                    collector.add(replace(NOBODY, camera=camera, stamp=stamp), arrival)]
+                    collector.add(replace(EMPTY, camera=camera, stamp=stamp), arrival)]
     if collector.deadline is not None:
         updates += [(collector.deadline, update) for update in collector.due(collector.deadline)]
     return updates, collector
@@ -49,7 +49,7 @@ def test_cameras_with_one_shutter_make_one_update_each_time_without_waiting():
 
 
 @pytest.mark.parametrize('rate, delay, speed', [(10.0, 0.03, 1.0), (1.5, 0.2, 1.0), (0.8, 0.2, 0.1)])
-def test_cameras_whose_people_are_found_one_after_the_other_make_one_update_each_time(rate, delay, speed):
+def test_cameras_that_share_a_detector_make_one_update_each_time(rate, delay, speed):
     """As behind one detector: a camera is up to two delays later than the first one; also in slow motion."""
     updates, _ = play([(arrival, camera, speed * stamp) for place, camera in enumerate('abc')
                        for arrival, _, stamp in stream(camera, rate, 20.0, latency=0.1 + place * delay)])
@@ -77,12 +77,14 @@ def test_a_slow_camera_does_not_slow_down_the_others():
     assert max(time - update.stamp for time, update in settled) < 0.01 + 0.004
 
 
-def test_cameras_without_common_shutters_come_with_what_they_saw_last():
-    updates, _ = play([*stream('a', 30.0), *stream('b', 30.0, phase=0.02)], 'ab')
+@pytest.mark.parametrize('phase, late, apart', [(0.02, 0.0, 0.021), (0.0, -0.02, 0.021)],
+                         ids=['no common shutter', 'a late clock'])
+def test_cameras_with_other_stamps_come_with_what_they_saw_last(phase, late, apart):
+    updates, _ = play([*stream('a', 30.0), *stream('b', 30.0, phase=phase, late=late)], 'ab')
     settled = [update for _, update in updates if update.stamp > 0.5]
-    assert [names(update) for update in settled].count('ab') >= len(settled) - 1
+    assert [names(update) for update in settled].count('ab') >= len(settled) - 1 > 40
     assert max(abs(first.stamp - second.stamp) for first, second in
-               (update.sightings for update in settled if len(update.sightings) == 2)) < 0.021
+               (update.sightings for update in settled if len(update.sightings) == 2)) < apart
 
 
 def test_a_camera_that_dies_costs_the_patience_until_it_is_silent_and_may_come_back():
@@ -105,12 +107,6 @@ def test_stamps_of_updates_only_grow_although_messages_are_late_or_out_of_order(
     assert used + sum(collector.dropped.values()) == len(arrivals)
 
 
-def test_a_late_clock_joins_the_updates_of_the_others():
-    updates, _ = play([*stream('a', 15.0), *stream('b', 15.0), *stream('c', 15.0, late=-0.07)])
-    settled = [update for _, update in updates if update.stamp > 0.5]
-    assert all(names(update) == 'abc' for update in settled) and len(settled) >= 21
-
-
 @pytest.mark.parametrize('late', [-3600.0, 3600.0])
 def test_a_camera_that_is_an_hour_off_is_left_out_and_counted(late):
     updates, collector = play([*stream('a', 30.0), *stream('b', 30.0), *stream('c', 30.0, phase=0.001, late=late)])
@@ -124,12 +120,6 @@ def test_a_recording_that_begins_anew_is_followed_after_a_second_of_doubt():
     updates, _ = play([*stream('a', 30.0), *stream('b', 30.0), *again], 'ab')
     assert max(update.stamp for _, update in updates[-30:]) == pytest.approx(4.0 - 1 / 30)
     assert next(time for time, _ in updates if time > 2.1) < 3.2
-
-
-def test_a_pause_of_all_cameras_is_no_jump():
-    later = [(time + 8.0, camera, stamp) for camera in 'ab' for time, _, stamp in stream(camera, 30.0, phase=2.0)]
-    _, collector = play([*stream('a', 30.0), *stream('b', 30.0), *later], 'ab')
-    assert collector.out_of_time == {'a': 0, 'b': 0}
 
 
 def test_a_late_message_that_waits_through_a_pause_neither_sets_back_the_stamps_nor_puts_others_out_of_time():

@@ -1,5 +1,6 @@
 """Joints out of what several cameras measured: robust weighted least squares."""
 import numpy as np
+import pytest
 
 from openpose_ros_fusion.constants import EstimateConstants
 from openpose_ros_fusion.estimate import Measurements, estimate_joints
@@ -8,10 +9,11 @@ CONSTANTS = EstimateConstants()
 NOT_ROBUST = EstimateConstants(outlier=1e6)
 
 
-def measured(points, information):
-    """Return measurements of one joint of one person."""
+def estimated(points, information):
+    """Return one joint of one person out of measurements."""
     points = np.array(points, float)[:, np.newaxis]
-    return Measurements(np.zeros(len(points), int), points, np.array(information, float)[:, np.newaxis])
+    measured = Measurements(np.zeros(len(points), int), points, np.array(information, float)[:, np.newaxis])
+    return estimate_joints(1, measured, CONSTANTS)
 
 
 def ray(direction, sigma=0.02):
@@ -20,10 +22,9 @@ def ray(direction, sigma=0.02):
     return (np.eye(3) - np.outer(unit, unit)) / sigma ** 2
 
 
-def test_nobody():
+def test_no_person():
     nothing = Measurements(np.zeros(0, int), np.zeros((0, 18, 3)), np.zeros((0, 18, 3, 3)))
-    joints = estimate_joints(0, nothing, CONSTANTS)
-    assert joints.positions.shape == (0, 18, 3)
+    assert estimate_joints(0, nothing, CONSTANTS).positions.shape == (0, 18, 3)
 
 
 def test_it_is_the_mean_weighted_by_inverse_covariances():
@@ -41,8 +42,7 @@ def test_it_is_the_mean_weighted_by_inverse_covariances():
 
 
 def test_of_three_measurements_the_one_elsewhere_counts_little():
-    points = [(0, 0, 0), (0.01, 0, 0), (0.5, 0, 0)]
-    found = estimate_joints(1, measured(points, [np.eye(3) / 0.02 ** 2] * 3), CONSTANTS)
+    found = estimated([(0, 0, 0), (0.01, 0, 0), (0.5, 0, 0)], [np.eye(3) / 0.02 ** 2] * 3)
     assert found.positions[0, 0, 0] < 0.02
     assert found.weights[2, 0] < 0.01
 
@@ -50,19 +50,18 @@ def test_of_three_measurements_the_one_elsewhere_counts_little():
 def test_two_rays_make_a_position():
     joint = np.array([1.0, 2.0, 0.5])
     origins = np.array([[0.0, 0.0, 0.0], [3.0, 0.0, 1.0]])
-    found = estimate_joints(1, measured(origins, [ray(joint - origin) for origin in origins]), CONSTANTS)
-    np.testing.assert_allclose(found.positions[0, 0], joint, atol=1e-9)
+    np.testing.assert_allclose(estimated(origins, [ray(joint - origin) for origin in origins]).positions[0, 0], joint,
+                               atol=1e-9)
 
 
-def test_one_ray_makes_none_and_nothing_makes_none():
-    for points, information in (([(0, 0, 0)], [ray((0, 0, 1))]), ([(0, 0, 0)], [np.zeros((3, 3))])):
-        found = estimate_joints(1, measured(points, information), CONSTANTS)
-        assert np.isnan(found.positions).all() and np.isnan(found.covariance).all()
+@pytest.mark.parametrize('information', [ray((0, 0, 1)), np.zeros((3, 3))], ids=['one ray', 'nothing'])
+def test_too_little_information_makes_no_position(information):
+    found = estimated([(0, 0, 0)], [information])
+    assert np.isnan(found.positions).all() and np.isnan(found.covariance).all()
 
 
 def test_a_ray_helps_across_its_direction_alone():
     position, vague = np.array([0.0, 0.0, 3.0]), np.eye(3) / 0.1 ** 2
-    found = estimate_joints(1, measured([position, (0, 0, 0)], [vague, ray(position)]), CONSTANTS)
-    variances = np.diag(found.covariance[0, 0])
+    variances = np.diag(estimated([position, (0, 0, 0)], [vague, ray(position)]).covariance[0, 0])
     np.testing.assert_allclose(variances[2], 0.1 ** 2, rtol=1e-9)
     assert (variances[:2] < 0.02 ** 2).all()

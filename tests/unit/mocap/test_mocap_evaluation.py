@@ -28,7 +28,7 @@ def body():
 
 
 def reference(*paths, times=None):
-    """Subjects who stand at places along x [m], one path (T,) each."""
+    """Standing subjects at places along x [m], one path (T,) each."""
     positions = np.array(paths, float)[..., None, None] * (1, 0, 0) + body()
     times = np.arange(positions.shape[1]) / RATE if times is None else np.array(times, float)
     return JointRecording(tuple(f'subject{number}' for number in range(len(paths))), times + OFFSET, positions)
@@ -58,7 +58,7 @@ def standing(frames=4):
     return estimate([(frame, 5, 0.0) for frame in range(frames)]), reference([0.0] * frames)
 
 
-def test_nobody_near():
+def test_no_person_near():
     with pytest.raises(BadInputError, match=r'within 0\.5 m'):
         compare(estimate([(0, 1, 3.0), (1, 1, 3.0)]), reference([0.0, 0.0]), ALIGNED)
 
@@ -118,7 +118,7 @@ def test_bones():
 
 
 def test_people_are_paired_by_least_distance():
-    """Two subjects, in any order of rows; who came later and is far from both has no reference."""
+    """Two subjects, in any order of rows; a later person far from both has no reference."""
     table = estimate([(0, 1, 0.1), (0, 2, 1.1), (1, 2, 1.0), (1, 1, 0.0), (1, 3, 5.0)])
     found = compare(table, reference([0, 0], [1, 1]), ALIGNED)
     assert dict(zip(found.track.tolist(), found.subject.tolist())) == {1: 0, 2: 1}
@@ -159,7 +159,7 @@ def test_part_and_joints():
     assert found.frames == 3 and found.joints == ('nose', 'neck') and found.errors.shape == (3, 2)
 
 
-def test_who_is_who_is_told_by_all_joints():
+def test_people_are_paired_by_all_joints():
     """A wrist 0.8 m off alone is no other person."""
     table, truth = standing()
     table = moved(table, slice(None), WRIST, (0.8, 0, 0))
@@ -181,11 +181,6 @@ def test_joints_of_one_side_are_told():
     truth.positions[:, :, NOSE] = np.nan
     found = compare(table, truth, ALIGNED)
     assert found.only_reference == ('right_wrist',) and found.only_estimate == ('nose',)
-
-
-def test_empty_frames_are_told():
-    table = estimate([(frame, 1, 0.0) for frame in (0, 1, 2, 5, 6)])
-    assert compare(table, reference([0.0] * 7), ALIGNED).frames_empty == 2
 
 
 def test_precision_with_clocks_of_an_epoch():

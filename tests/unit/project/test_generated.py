@@ -17,16 +17,6 @@ def test_tables_are_those_of_the_code(page):
     assert text == with_tables(text), 'write them again with: ./run docs'
 
 
-def test_a_table_of_parameters():
-    lines = table('openpose_ros_pkg.params.nodes.CameraParams')
-    assert lines[:2] == ['| name | default | allowed | what it does |', '| --- | --- | --- | --- |']
-    assert len(lines) > 4
-
-
-def test_a_table_of_a_node():
-    assert table('openpose_ros_pkg.params.nodes.CameraParams')[2] in table('config:camera_node.yaml')
-
-
 def test_text_around_a_table_stays():
     page = 'before\n\n<!-- table: config:camera_node.yaml -->\nold\n<!-- end of table -->\n\nafter\n'
     written = with_tables(page)

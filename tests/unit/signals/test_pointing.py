@@ -47,11 +47,12 @@ TARGETS = {'ahead': (3.0, -0.5, 1.2), 'on the floor': (1.6, -0.4, 0.0), 'up high
            'to the side': (1.0, -2.5, 1.0)}
 
 
-@pytest.mark.parametrize('stature', [ADULT, CHILD])
-@pytest.mark.parametrize('side', ['left', 'right'])
-@pytest.mark.parametrize('name', TARGETS)
-@pytest.mark.parametrize('begin, most', [('eyes', 16.0), ('shoulder', 24.0)])
-def test_the_ray_meets_what_is_pointed_at_with_the_eyes_or_with_the_arm(name, begin, most, side, stature):
+@pytest.mark.parametrize('name, begin, most, side, stature', [
+    ('ahead', 'eyes', 16.0, 'left', ADULT), ('ahead', 'shoulder', 24.0, 'right', CHILD),
+    ('on the floor', 'eyes', 16.0, 'right', CHILD), ('on the floor', 'shoulder', 24.0, 'left', ADULT),
+    ('up high', 'eyes', 16.0, 'right', ADULT), ('up high', 'shoulder', 24.0, 'left', CHILD),
+    ('to the side', 'eyes', 16.0, 'left', CHILD), ('to the side', 'shoulder', 24.0, 'right', ADULT)])
+def test_the_ray_meets_the_target_by_the_eyes_or_by_the_arm(name, begin, most, side, stature):
     target = np.array(TARGETS[name]) * (1, 1 if side == 'right' else -1, stature / ADULT)
     begin = begin if begin == 'eyes' else f'{side}_shoulder'
     ray = ray_of(aimed(target, begin, stature, side), stature, side)

@@ -1,4 +1,4 @@
-"""Many simulated people: gestures are told of all of them, and what is nearly a gesture is none."""
+"""Many simulated people: gestures are told of all of them, motions that are nearly gestures are not."""
 import numpy as np
 import pytest
 
@@ -10,7 +10,7 @@ PROMPT = {'point': 0.3, 'raise_hand': 0.3, 'arms_crossed': 0.3, 'stop': 0.45, 'w
 
 
 @pytest.mark.parametrize('name', GESTURES)
-def test_gestures_are_told_of_everybody(name):
+def test_gestures(name):
     random, shares = np.random.RandomState(7), []
     for _ in range(PEOPLE):
         signals = told_of(gestures(name, random), random)
@@ -21,7 +21,7 @@ def test_gestures_are_told_of_everybody(name):
 
 
 @pytest.mark.parametrize('name', NEARLY)
-def test_what_is_nearly_a_gesture_is_none(name):
+def test_nearly_a_gesture(name):
     random, told = np.random.RandomState(7), []
     for _ in range(PEOPLE):
         signals = told_of(nearly(name, random), random, 5.0)

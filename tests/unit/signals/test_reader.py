@@ -4,7 +4,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from animated_skeleton import ADULT, CHILD, LYING, STANDING, UP, Limb, held, joints_of, people_of, without
+from animated_skeleton import LYING, STANDING, UP, Limb, held, joints_of, people_of, without
 from openpose_ros_pkg.skeletons import COCO_18, MESSAGE_JOINTS
 from openpose_ros_signals.reader import SignalReader
 from skeleton_extract_3d.people import MISSING, People3D
@@ -27,7 +27,7 @@ def read(poses_at, ids_at, seconds=3.0, rate=10, up=UP, turn=None):
     return result
 
 
-def test_nobody():
+def test_no_person():
     reader = SignalReader()
     assert reader.update(People3D.empty(COCO_18), 0.0, UP) == ()
 
@@ -54,7 +54,7 @@ def test_a_new_id_in_the_same_place_is_the_same_person():
     assert [people[0].id for people in signals.values()][::15] == [1, 1, 2]
 
 
-def test_exchanged_ids_do_not_exchange_what_people_do():
+def test_exchanged_ids_do_not_exchange_gestures():
     poses = [replace(STANDING, place=LEFT), replace(RAISED, place=RIGHT)]
     signals = read(lambda _: poses, lambda stamp: [1, 2] if stamp < 1.55 else [2, 1])
     assert all([bool(person.gestures) for person in people] == [False, True]
@@ -62,7 +62,7 @@ def test_exchanged_ids_do_not_exchange_what_people_do():
     assert not any(person.walk.moving for stamp, people in signals.items() if stamp > 1 for person in people)
 
 
-def test_who_is_hidden_by_a_passer_by_goes_on_under_a_new_id():
+def test_a_person_hidden_by_a_passer_by_goes_on_under_a_new_id():
     def poses(stamp):
         passes = replace(STANDING, place=(-0.8, 1.2 * (stamp - 1.6)))
         return [passes] if 1.4 < stamp < 1.75 else [passes, RAISED]
@@ -76,7 +76,7 @@ def test_who_is_hidden_by_a_passer_by_goes_on_under_a_new_id():
     assert not any(people[0].gestures for people in signals.values())
 
 
-def test_somebody_else_with_the_same_id_begins_anew():
+def test_another_person_with_the_same_id_begins_anew():
     signals = read(lambda stamp: [RAISED if stamp < 1.5 else replace(LYING, place=(3.0, 0.0))], lambda _: [1])
     assert signals[3.0][0].posture.name == 'lying' and signals[3.0][0].fall is None
 
@@ -92,7 +92,7 @@ def after_a_fall(poses_at, ids_at):
     return told[20:]
 
 
-def test_a_person_who_fell_and_crawls_off_with_a_hidden_trunk_is_the_same():
+def test_a_fallen_person_that_crawls_off_with_a_hidden_trunk_is_the_same():
     told = after_a_fall(lambda stamp: replace(LYING, place=(0.0 if stamp < 6 else 2.5, 0.0)), lambda _: 1)
     assert told[-1].posture.name == 'lying' and len({person.fall for person in told}) == 1 and told[0].fall is not None
 
@@ -103,7 +103,7 @@ def test_a_new_person_with_a_hidden_trunk_did_not_fall():
 
 
 @pytest.mark.parametrize('gap, kept', [(0.5, True), (1.5, False)])
-def test_who_was_away_for_long_begins_anew(gap, kept):
+def test_a_person_that_was_away_for_long_begins_anew(gap, kept):
     def ids(stamp):
         return [] if 1.0 < stamp < 1.0 + gap else [1]
     signals = read(lambda stamp: [STANDING] * len(ids(stamp)), ids, 4)
@@ -118,21 +118,12 @@ def test_stamps_that_jump_back_begin_anew():
     assert person.posture.name == 'unknown' and person.walk is None
 
 
-@pytest.mark.parametrize('stature', [ADULT, CHILD])
-def test_a_child_is_measured_by_its_bones(stature):
-    reader, random = SignalReader(), np.random.RandomState(0)
-    for number in range(5):
-        reader.update(people_of([STANDING], [1], random, stature=stature), number / 10, UP)
-    assert reader._people[1].stature == pytest.approx(stature, rel=0.05)
-
-
 def test_missing_joints_are_no_trouble():
     reader, random = SignalReader(), np.random.RandomState(0)
     people = people_of([STANDING], [1], random)
     for joint in COCO_18.joints:
         reader.update(without(people, [joint]), 0.0, UP)
-    nobody = without(people, COCO_18.joints)
-    person, = reader.update(nobody, 0.1, UP)
+    person, = reader.update(without(people, COCO_18.joints), 0.1, UP)
     assert person.posture.name == 'unknown' and person.gestures == () and person.hidden_arms == ('left', 'right')
     assert person.body is None and person.head is None and np.isnan(person.place).all()
 
@@ -163,8 +154,3 @@ def test_other_skeletons_are_read_by_the_names_of_their_joints():
                                 number / 10, UP)
     assert person.posture.name == 'standing' and person.gesture('raise_hand')
     assert set(COCO_18.joints) <= set(MESSAGE_JOINTS)
-
-
-def test_two_readers_tell_the_same():
-    first, second = (read(lambda stamp: [held((0, STANDING), (1, RAISED))(stamp)], lambda _: [1]) for _ in range(2))
-    assert repr(first) == repr(second)

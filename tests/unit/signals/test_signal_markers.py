@@ -20,18 +20,18 @@ def pointing(ray=RAY, arm='left'):
 
 def shown(*persons, stamp=0.0, **params):
     return {(marker.ns, marker.id): marker for marker in
-            SignalMarkers(SignalMarkerParams(**params)).update(persons, stamp, UP)}
+            SignalMarkers(SignalMarkerParams(**params)).markers(persons, stamp, UP)}
 
 
-def test_nobody_has_no_markers():
-    assert SignalMarkers(SignalMarkerParams()).update([], 0.0, UP) == []
+def test_no_person_no_markers():
+    assert SignalMarkers(SignalMarkerParams()).markers([], 0.0, UP) == []
 
 
-def test_who_is_hidden_has_none():
+def test_a_hidden_person_has_none():
     assert shown(PersonSignals(1, np.full(3, np.nan))) == {}
 
 
-def test_text_says_what_somebody_does():
+def test_text():
     lamp = Pointing(RAY.origin, RAY.direction, 0.1, Hit(np.array([3.0, 0.0, 1.4]), 'lamp'))
     walks = person(Gesture('raise_hand', 'right', 0.0, 1.0), pointing(lamp),
                    walk=Walk(True, 1.23, np.array([1.0, 0, 0])))
@@ -84,9 +84,9 @@ def test_cone_is_two_sigma_wide(direction):
     np.testing.assert_allclose(ends @ np.array(direction), 2.0, atol=1e-5)
 
 
-def test_markers_of_who_no_longer_points_are_deleted():
+def test_markers_of_an_ended_gesture_are_deleted():
     markers = SignalMarkers(SignalMarkerParams())
-    markers.update([person(pointing())], 0.0, UP)
-    after = markers.update([person()], 0.1, UP)
+    markers.markers([person(pointing())], 0.0, UP)
+    after = markers.markers([person()], 0.1, UP)
     assert [(marker.ns, marker.id, marker.action) for marker in after] == [
         ('pointing', 2, 'delete'), ('pointing_cone', 2, 'delete'), ('signals', 1, 'add')]

@@ -48,7 +48,7 @@ def three():
     return cameras, calibrate(short(cameras))
 
 
-def test_nobody_and_one_camera_are_refused():
+def test_no_people_and_one_camera_are_refused():
     first, second = short(around(2), seconds=2)
     with pytest.raises(BadInputError, match=r'people of 0 cameras \(none\), expected of 2'):
         calibrate([])
@@ -56,7 +56,7 @@ def test_nobody_and_one_camera_are_refused():
         calibrate([first])
     empty = dataclasses.replace(second, **{name: getattr(second, name)[:0]
                                            for name in ('stamps', 'ids', 'points', 'sigma')})
-    with pytest.raises(BadInputError, match='camera_1 saw somebody in 0 frames'):
+    with pytest.raises(BadInputError, match='camera_1 saw people in 0 frames'):
         calibrate([first, empty])
     with pytest.raises(BadInputError, match="two cameras have the name 'camera_0'"):
         calibrate([first, first])
@@ -87,12 +87,10 @@ def test_z_is_up_from_the_floor(three):
     rotation, centre = found.rig.cameras[0].pose
     np.testing.assert_allclose(centre, [0, 0, 1.5], atol=0.03)
     assert rotation[0, 2] > 0.9 and abs(rotation[1, 2]) < 1e-9
-    heights = np.nanpercentile(found.people[:, :, 2], (1, 99))
-    assert abs(heights[0] - 0.09) < 0.05 and 1.5 < heights[1] < 1.9
 
 
 def test_a_chain_of_cameras_that_do_not_all_overlap():
-    """The first and the last one see nobody together."""
+    """The first and the last one share no people."""
     cameras = [Camera('left', (-3, -4, 1.6), (-2, 0, 1), sees=lambda at: at[..., 0] < -0.2),
                Camera('middle', (0, -4, 1.8), clock=0.05, sees=lambda at: np.abs(at[..., 0]) < 1.5),
                Camera('right', (3, -4, 1.4), (2, 0, 1), clock=0.1, sees=lambda at: at[..., 0] > 0.2)]
@@ -101,21 +99,16 @@ def test_a_chain_of_cameras_that_do_not_all_overlap():
     assert {(edge.first, edge.second) for edge in found.edges} == {('left', 'middle'), ('middle', 'right')}
 
 
-def test_groups_that_share_nobody_are_named():
+def test_groups_that_share_no_people_are_named():
     cameras = around(3)
     recordings = short(cameras[:2], seed=1) + short(cameras[2:], seed=2)
     with pytest.raises(BadInputError, match=r'2 groups that share no people: camera_0, camera_1 \| camera_2\.'):
         calibrate(recordings)
 
 
-@pytest.mark.parametrize('people', [1, 2])
-def test_one_person_and_people_of_one_stature(people):
-    truth = walkers(8, people, seed=3)
-    first = truth.joints.positions[0] - truth.joints.positions[0][:, [1]]
-    same = np.stack([person[:, [1]] + np.roll(first, 40 * number, axis=0)
-                     for number, person in enumerate(truth.joints.positions)])
+def test_one_person():
     cameras = late(around(2))
-    check(calibrate(short(cameras, placed(truth, same))), cameras)
+    check(calibrate(short(cameras, walkers(8, 1, seed=3))), cameras)
 
 
 def test_cameras_of_different_rates_and_two_people_exchanged():
@@ -180,7 +173,7 @@ def test_four_images_of_people_partly_seen_by_a_detector_that_errs():
 
 
 @pytest.mark.parametrize('depth', [True, False])
-def test_somebody_who_stays_in_one_place_is_refused(depth):
+def test_a_person_in_one_place_is_refused(depth):
     truth = walkers(6, 1, seed=0)
     still = truth.joints.positions - truth.joints.positions[:, :, [1]] + [0, 0, 1.4]
     with pytest.raises(BadInputError, match='stay in one place'):
@@ -196,13 +189,6 @@ def test_joints_in_a_plane_are_refused_without_depth():
         calibrate(short(cameras, placed(truth, flat), noise=0.002), IMAGES)
 
 
-def test_a_camera_with_a_known_tilt():
-    cameras = around(2)
-    tilt = float(np.degrees(np.arctan2(0.8, 4)))  # from 1.8 m to 1 m, 4 m away
-    found = calibrate(short(cameras), CalibrationParams(tilt=('camera_1', tilt)))
-    assert up_error(found.rig, cameras) < 0.3 and found.floor.std == 0
-
-
 def test_without_ankles_there_is_no_floor():
     ankles = np.isin(np.arange(18), [10, 13])[:, None]
     recordings = [dataclasses.replace(one, points=np.where(ankles, np.nan, one.points))
@@ -212,7 +198,11 @@ def test_without_ankles_there_is_no_floor():
     np.testing.assert_allclose(found.rig.cameras[0].translation, 0, atol=1e-12)
 
 
-def test_wrong_parameters():
+def test_a_known_tilt_and_wrong_parameters():
+    cameras = around(2)
+    tilt = float(np.degrees(np.arctan2(0.8, 4)))  # from 1.8 m to 1 m, 4 m away
+    found = calibrate(short(cameras), CalibrationParams(tilt=('camera_1', tilt)))
+    assert up_error(found.rig, cameras) < 0.3 and found.floor.std == 0
     recordings = short(around(2), seconds=2)
     with pytest.raises(BadInputError, match="no camera 'top', but camera_0, camera_1"):
         calibrate(recordings, CalibrationParams(tilt=('top', 10.0)))

@@ -9,12 +9,6 @@ from disk_limits import file_size_limit
 from openpose_ros_tools.tables.live_file import LiveFile
 
 
-def test_a_file_without_rows_is_empty(tmp_path):
-    with LiveFile(tmp_path / 'new/a.csv', False) as file:
-        assert file.lines == 0
-    assert (tmp_path / 'new/a.csv').read_bytes() == b''
-
-
 def test_rows_are_there_at_once_and_after_the_program_is_killed(tmp_path):
     script = ('import os, sys; from pathlib import Path; from openpose_ros_tools.tables.live_file import LiveFile\n'
               'LiveFile(Path(sys.argv[1]), False).write("a,b\\n1,2\\n"); os.kill(os.getpid(), 9)')
@@ -37,11 +31,3 @@ def test_a_full_disk_leaves_the_whole_rows(tmp_path):
         file.write('after there is room\n')
     rows = (tmp_path / 'a.csv').read_text().splitlines()
     assert rows == [*(f'{number:06d}' for number in range(1000 // 7)), 'after there is room']
-
-
-def test_two_do_not_write_one_file(tmp_path):
-    with LiveFile(tmp_path / 'a.csv', False) as file:
-        file.write('row\n')
-        with pytest.raises(BlockingIOError, match='another program'):
-            LiveFile(tmp_path / 'a.csv', True)
-    assert (tmp_path / 'a.csv').read_text() == 'row\n'

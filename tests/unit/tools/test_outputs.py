@@ -17,12 +17,6 @@ def is_of_a(name):
     return name.startswith('a_')
 
 
-def test_without_outputs_nothing_happens(tmp_path):
-    with PartFiles():
-        pass
-    assert everything(tmp_path) == []
-
-
 def test_outputs_are_in_their_places_afterwards_and_not_before(tmp_path):
     (tmp_path / 'json').mkdir()
     (tmp_path / 'json/other.json').write_text('of another bag')
@@ -130,12 +124,6 @@ def test_a_folder_is_there_at_the_end(tmp_path):
     write(tmp_path / 'deep' / 'out')
     assert (tmp_path / 'deep' / 'out' / 'own' / 'file').read_text() == 'new'
     assert [path.name for path in (tmp_path / 'deep').iterdir()] == ['out']
-
-
-def test_an_empty_folder_may_be_there(tmp_path):
-    (tmp_path / 'out').mkdir()
-    write(tmp_path / 'out')
-    assert (tmp_path / 'out' / 'own' / 'file').is_file()
 
 
 def test_an_older_one_is_replaced_only_when_asked_for(tmp_path):

@@ -1,4 +1,4 @@
-"""Tables of what people do."""
+"""Tables of signals."""
 import csv
 import io
 
@@ -23,13 +23,13 @@ def table(*frames):
     return numbers, list(csv.DictReader(io.StringIO(handle.getvalue())))
 
 
-def test_nobody_has_the_names_of_the_columns_alone():
+def test_without_people_there_are_the_names_of_the_columns_alone():
     handle = io.StringIO()
     assert SignalCsvWriter(handle).write(5, 'room', ()) == 0
     assert handle.getvalue() == ','.join(SIGNAL_COLUMNS) + '\n'
 
 
-def test_each_gesture_has_a_row_and_who_makes_none_has_one():
+def test_each_gesture_has_a_row_and_a_person_without_gestures_has_one():
     numbers, rows = table((10, [BUSY, HIDDEN]), (20, [HIDDEN]))
     assert numbers == [3, 1]
     assert [(row['frame'], row['person_ID'], row['gesture']) for row in rows] == [

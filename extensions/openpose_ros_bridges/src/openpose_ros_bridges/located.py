@@ -10,7 +10,7 @@ from skeleton_extract_3d.body.body import JOINTS, TRUNK
 from skeleton_extract_3d.people import MEASURED, People3D
 
 _TRUNK = frozenset(JOINTS[joint] for joint in TRUNK)
-# Ages of so many people are remembered.
+# Number of people whose ages are remembered.
 _MOST_AGES = 1000
 
 
@@ -22,7 +22,7 @@ class Located:
         id: of the person.
         position: (3,) on the floor below the trunk [m].
         orientation: (4,) unit quaternion x, y, z, w: x level to where the body faces, z upwards.
-        velocity: (3,) over the floor [m/s], zeros of who stands still; None: not known yet.
+        velocity: (3,) over the floor [m/s], zeros while standing still; None: not known yet.
         sigma: root mean square distance of the true position [m]; NaN: not known.
         turn_sigma: the same of the turn about z [rad]; NaN: not known.
         reliability: mean confidence of the joints that were seen in the image, 0 to 1; 0: none was.
@@ -65,7 +65,7 @@ def reliability_of(confidence: np.ndarray) -> float:
 
 
 def _located(people: People3D, row: int, person: PersonSignals, floor: FloorPose) -> Located:
-    # who lies faces up or down, which tells no direction on the floor
+    # a lying body faces up or down, which tells no direction on the floor
     walk, body = person.walk, None if person.posture.name == 'lying' else person.body
     return Located(
         person.id, floor.position, floor.orientation,
@@ -87,7 +87,7 @@ class Ages:
         self._first: Dict[int, float] = {}
         self._stamp = -math.inf
 
-    def update(self, ids: Sequence[int], stamp: float) -> List[float]:
+    def of(self, ids: Sequence[int], stamp: float) -> List[float]:
         """Return the ages [s] of the people of a frame; all begin anew if its stamp [s] is before the last one's."""
         if stamp < self._stamp:
             self._first.clear()

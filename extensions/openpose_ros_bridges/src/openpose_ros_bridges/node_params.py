@@ -46,7 +46,7 @@ class HriParams(Parameters):
                'another node manages persons, leave that to it.')
     publish_tf: bool = parameter(
         True, 'Publish the frames body_ID, and those of the links whose joints are known, on /tf. The node works then '
-              'also while nobody subscribes to its topics.')
+              'also while its topics have no subscribers.')
     image_width: int = parameter(0, 'Width of the images, where no camera info says it. 0: camera info does.',
                                  unit='px', minimum=0, maximum=100_000)
     image_height: int = parameter(0, 'Height of the images, where no camera info says it. 0: camera info does.',

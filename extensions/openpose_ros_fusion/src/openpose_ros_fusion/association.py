@@ -1,52 +1,101 @@
-"""Which person of a camera is which fused person."""
-from typing import Mapping, Tuple
+"""Which person of a camera is which track."""
+from dataclasses import dataclass
+from typing import Iterator, List, Mapping, Optional, Sequence, Tuple
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
-from openpose_ros_fusion.constants import FUSION, AssociationConstants
+from openpose_ros_fusion.constants import AssociationConstants, FusionConstants
 from openpose_ros_fusion.observations import Sighting
+from openpose_ros_fusion.tracks import Tracks
+from openpose_ros_pkg.assignment import match
 from skeleton_extract_3d.people import MEASURED
 
 # More than any distance [m].
-_FAR = 1e6
-# Share of the joints whose rays have to meet.
-_MOST_JOINTS = 0.75
+FAR = 1e6
 # A person of a camera: its name and the id there.
 CameraPerson = Tuple[str, int]
+KnownIds = Mapping[CameraPerson, int]
 
 
-def associate(sighting: Sighting, joints: np.ndarray, ids: np.ndarray, gates: np.ndarray,
-              known: Mapping[CameraPerson, int], constants: AssociationConstants = FUSION.association) -> np.ndarray:
-    """Return the row of each person's fused person, (P,) int; -1: none of them.
+@dataclass(frozen=True, eq=False)
+class Matches:
+    """Which people of the cameras are which of F tracks.
+
+    Attributes:
+        tracks: F.
+        pairs: sightings, each with the tracks of its people, (P,) int; -1: no track.
+    """
+
+    tracks: int
+    pairs: Tuple[Tuple[Sighting, np.ndarray], ...]
+
+    @property
+    def all_have_depth(self) -> bool:
+        """Whether no camera sees rays alone."""
+        return all(sighting.has_depth for sighting, _ in self.pairs)
+
+    @property
+    def views(self) -> np.ndarray:
+        """How many cameras see each track, (F,) int; one with depth counts as two, as it tells the distance."""
+        views = np.zeros(self.tracks, int)
+        for sighting, rows in self.pairs:
+            views += (2 if sighting.has_depth else 1) * np.bincount(rows[rows >= 0], minlength=self.tracks)
+        return views
+
+
+def associate(tracks: Tracks, sightings: Sequence[Sighting], known: KnownIds, ids: Iterator[int],
+              constants: FusionConstants) -> Tuple[Tracks, Matches]:
+    """Return the tracks with new ones, and the matches; cameras with depth come first, and alone begin tracks.
 
     Args:
-        joints: (F, 18, 3) [m], where the fused people are expected at the time of the sighting.
-        ids: (F,) of the fused people.
-        gates: (F,) greatest median distance [m].
-        known: ids of fused people by persons of cameras, as they were associated before.
+        known: ids of tracks by persons of cameras, as they were matched before.
+        ids: where the ids of new tracks come from.
     """
+    pairs: List[Tuple[Sighting, np.ndarray]] = []
+    for sighting in sorted(sightings, key=lambda one: not one.has_depth):
+        rows = match_people(sighting, tracks, known, constants)
+        joints = np.isfinite(sighting.positions).all(axis=2).sum(axis=1)
+        # a person with fewer joints would not be recognized, and take a new id in each frame
+        new = (rows < 0) & (joints >= constants.association.least_joints)
+        if tracks.stamp - sighting.stamp <= constants.association.most_late and new.any():
+            rows = np.where(new, len(tracks) + np.cumsum(new) - 1, rows)
+            tracks = tracks.joined(Tracks.begun(tracks.stamp, ids, sighting.positions[new]))
+        pairs.append((sighting, rows))
+    return tracks, Matches(len(tracks), tuple(pairs))
+
+
+def match_people(sighting: Sighting, tracks: Tracks, known: KnownIds, constants: FusionConstants,
+                 among: Optional[np.ndarray] = None) -> np.ndarray:
+    """Return the track of each person, (P,) int; -1: none.
+
+    Args:
+        known: as in `associate`.
+        among: indices of the people that are matched; None: all.
+    """
+    association, people = constants.association, np.arange(len(sighting)) if among is None else among
     rows = np.full(len(sighting), -1)
-    if not len(sighting) or not len(joints):
+    if not len(people) or not len(tracks):
         return rows
-    was = ids == np.array([known.get((sighting.camera, number), -1) for number in sighting.ids.tolist()])[:, np.newaxis]
-    # a person who was known before is recognized by any joint
-    distances = median_distances(sighting, joints, constants.least_joints, np.where(was, 1, constants.least_joints))
-    cost = np.where(was, constants.known_share, 1.0) * distances
-    cost[distances > gates] = _FAR
-    for person, row in zip(*linear_sum_assignment(cost)):
-        if cost[person, row] < _FAR:
-            rows[person] = row
+    before = np.array([known.get((sighting.camera, number), -1) for number in sighting.ids.tolist()])
+    was = tracks.ids == before[:, np.newaxis]
+    # a person that was known before is recognized by any joint
+    distances = median_distances(sighting, tracks.at(sighting.stamp, constants.motion), association.least_joints,
+                                 np.where(was, 1, association.least_joints))
+    gates = np.minimum(association.gate + association.gate_growth * abs(sighting.stamp - tracks.seen),
+                       association.most_gate)
+    cost = np.where(was, association.known_share, 1.0) * distances
+    for person, row in match(cost[people], (distances <= gates)[people]):
+        rows[people[person]] = row
     return rows
 
 
 def median_distances(sighting: Sighting, joints: np.ndarray, least: int, common: np.ndarray) -> np.ndarray:
-    """Return the median distance of people, or of their rays, from fused ones, (P, F) [m]; far where they share little.
+    """Return the median distance of people, or of their rays, from tracks, (P, F) [m]; far where they share little.
 
     Measured joints count, or all, where fewer than `least` were measured.
 
     Args:
-        joints: (F, 18, 3) [m].
+        joints: (F, 18, 3) [m] of the tracks.
         common: (P, F) joints that two must share.
     """
     distances = sighting.distances(joints)
@@ -54,52 +103,36 @@ def median_distances(sighting: Sighting, joints: np.ndarray, least: int, common:
     measured = found & (sighting.status == MEASURED)[:, np.newaxis]
     use = np.where((measured.sum(axis=2) >= least)[..., np.newaxis], measured, found)
     count = use.sum(axis=2)
-    ordered = np.sort(np.where(use, distances, _FAR), axis=2)
+    ordered = np.sort(np.where(use, distances, FAR), axis=2)
     people, fused = np.ogrid[:len(sighting), :len(joints)]
     medians = (ordered[people, fused, np.maximum(count - 1, 0) // 2] + ordered[people, fused, count // 2]) / 2
-    return np.where(count >= common, medians, _FAR)
+    return np.where(count >= common, medians, FAR)
 
 
-def pair_rays(first: Sighting, second: Sighting, constants: AssociationConstants = FUSION.association
-              ) -> Tuple[np.ndarray, np.ndarray]:
-    """Return which people of two cameras' rays meet in space, indices (N,) and (N,); each once."""
-    cost = ray_distances(first, second, constants)
-    rows, columns = linear_sum_assignment(cost)
-    near = cost[rows, columns] <= constants.ray_gate
-    return rows[near], columns[near]
+def match_the_rest(tracks: Tracks, matches: Matches, known: KnownIds, constants: FusionConstants) -> Matches:
+    """Return the matches with those of people that had no track."""
+    return Matches(len(tracks), tuple((sighting, np.where(
+        rows < 0, match_people(sighting, tracks, known, constants, np.flatnonzero(rows < 0)), rows))
+        for sighting, rows in matches.pairs))
 
 
-def ray_distances(first: Sighting, second: Sighting, constants: AssociationConstants = FUSION.association
-                  ) -> np.ndarray:
-    """Return how far the rays of two cameras' people pass by each other, (P, Q) [m]; far where they can not meet.
+def merge(tracks: Tracks, matches: Matches, constants: AssociationConstants) -> Tuple[Tracks, Matches]:
+    """Return the tracks without those that are at the place of an older one, and the matches with the rest.
 
-    It is the distance within which those of three of four joints meet: joints that are as high as the cameras meet
-    those of other people too.
+    Two people that one camera sees at once are two.
     """
-    gaps, in_front = ray_gaps(first.origin, first.directions[:, np.newaxis], second.origin, second.directions)
-    common = np.isfinite(gaps).sum(axis=2)
-    usable = np.isfinite(gaps) & in_front
-    count = usable.sum(axis=2)
-    ordered = np.sort(np.where(usable, gaps, _FAR), axis=2)
-    last = np.maximum(np.ceil(_MOST_JOINTS * count).astype(int) - 1, 0)[..., np.newaxis]
-    meet = (count >= constants.least_joints) & (count >= _MOST_JOINTS * common)
-    return np.where(meet, np.take_along_axis(ordered, last, axis=2)[..., 0], _FAR)
-
-
-def ray_gaps(origin: np.ndarray, rays: np.ndarray, other: np.ndarray, others: np.ndarray
-             ) -> Tuple[np.ndarray, np.ndarray]:
-    """Return how near rays come to each other, (..., K) [m], and whether that is before both cameras, (..., K) bool.
-
-    Args:
-        origin, other: (3,) [m], where the rays begin.
-        rays, others: (..., K, 3), unit vectors; NaN where missing.
-    """
-    base = other - origin
-    cosine = (rays * others).sum(axis=-1)
-    along, along_other = rays @ base, others @ base
-    with np.errstate(invalid='ignore', divide='ignore'):
-        scale = 1.0 - cosine ** 2
-        depth = (along - cosine * along_other) / scale
-        depth_other = (cosine * along - along_other) / scale
-        gap = np.linalg.norm(depth[..., np.newaxis] * rays - base - depth_other[..., np.newaxis] * others, axis=-1)
-        return np.where(scale > 1e-4, gap, np.nan), (depth > 0) & (depth_other > 0)
+    apart = np.linalg.norm(tracks.positions[:, np.newaxis] - tracks.positions, axis=3)
+    finite = np.isfinite(apart)
+    near = np.where(finite, apart < constants.same_place, False).sum(axis=2) > 0.5 * finite.sum(axis=2)
+    becomes, pairs = np.arange(len(tracks)), matches.pairs
+    for older, newer in zip(*np.nonzero(np.triu(near, 1))):
+        both = any(older in rows and newer in rows for _, rows in pairs)
+        if not both and becomes[older] == older and becomes[newer] == newer:
+            becomes[newer] = older
+            pairs = tuple((sighting, np.where(rows == newer, older, rows)) for sighting, rows in pairs)
+    kept = becomes == np.arange(len(tracks))
+    if kept.all():
+        return tracks, matches
+    place = np.cumsum(kept) - 1
+    pairs = tuple((sighting, np.where(rows < 0, -1, place[rows])) for sighting, rows in pairs)
+    return tracks.select(np.flatnonzero(kept)), Matches(int(kept.sum()), pairs)

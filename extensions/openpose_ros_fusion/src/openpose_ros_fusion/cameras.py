@@ -1,4 +1,4 @@
-"""What each camera is like beside the others: whether it stands where it should, and its clock.
+"""How each camera agrees with the others: its pose and its clock.
 
 Two cameras i and j measured a joint at x_i and x_j, moved to one stamp; it moves at v. If the clocks are to be
 corrected by c_i and c_j, and what i measures lies beside what j measures by b,
@@ -7,7 +7,7 @@ corrected by c_i and c_j, and what i measures lies beside what j measures by b,
 
 whose least squares over some seconds give |b|, the error of the pair, and the difference of their clocks. Of a camera
 without depth, x is the point of the ray that is nearest to the fused joint, and what lies along the ray is left out of
-both sides. Of cameras that have nobody in common the ways of people tell whether one of them stands elsewhere (`Ways`).
+both sides.
 """
 import itertools
 from collections import deque
@@ -17,24 +17,23 @@ from typing import Deque, Dict, List, Mapping, NamedTuple, Sequence, Set, Tuple
 import numpy as np
 
 from openpose_ros_fusion.association import CameraPerson
-from openpose_ros_fusion.camera_delays import Ways
 from openpose_ros_fusion.constants import FUSION, CameraConstants
 from openpose_ros_fusion.observations import Sighting
 from skeleton_extract_3d.people import MEASURED, People3D
 
 # A pair of cameras, by name.
 _Pair = Tuple[str, str]
-# Joints (18, 3) [m] of fused people, and the directions (18, 3) along which they are not known; zero: in all they are.
-_Measured = Mapping[int, Tuple[np.ndarray, np.ndarray]]
+# By track (3, 18, 3): joints [m], directions along which they are not known (zero: they are in all), velocities [m/s].
+_Measured = Mapping[int, np.ndarray]
 
 
 class CameraJudgement(NamedTuple):
     """What is known of a camera by its people.
 
     Attributes:
-        error: [m] by which its people are beside those of the others; NaN where no other camera sees them.
-        clock_offset: [s] to be added to its stamps; NaN where nobody moves, or no other camera sees it.
-        disagrees: whether it is beside the others, and not they; of two cameras that disagree nobody knows, so both do.
+        error: [m] distance of its people from those of the others; NaN where no other camera sees them.
+        clock_offset: [s] to be added to its stamps; NaN where no person moves, or no other camera sees it.
+        disagrees: whether it is beside the others, and not they; of two cameras, both.
     """
 
     error: float = np.nan
@@ -57,17 +56,16 @@ class CameraJudge:
     """Compares the cameras of a rig; not thread-safe.
 
     Args:
-        cameras: their names, in the order in which they are trusted where nothing else tells.
+        cameras: their names, the more trusted first.
     """
 
     def __init__(self, cameras: Sequence[str], constants: CameraConstants = FUSION.cameras) -> None:
         self._names, self._constants = tuple(cameras), constants
         self._sums: Dict[_Pair, Deque[_Sums]] = {pair: deque() for pair in itertools.combinations(self._names, 2)}
-        self._ways = {pair: Ways() for pair in self._sums}
 
     def update(self, sightings: Sequence[Sighting], people: People3D, stamp: float,
                known: Mapping[CameraPerson, int]) -> None:
-        """Note what the cameras saw at a time.
+        """Take what the cameras see at a time.
 
         Args:
             people: fused people of that time.
@@ -75,15 +73,10 @@ class CameraJudge:
         """
         fused = {number: (joints, velocity) for number, joints, velocity in zip(
             people.ids.tolist(), people.xyz.astype(np.float64), people.velocity.astype(np.float64))}
-        velocities = {number: velocity for number, (_, velocity) in fused.items()}
         seen = {sighting.camera: _measured(sighting, stamp, fused, known) for sighting in sightings}
-        with_depth = {sighting.camera: sighting for sighting in sightings if sighting.has_depth}
         for pair, sums in self._sums.items():
             if pair[0] in seen and pair[1] in seen:
-                sums.append(self._compared(seen[pair[0]], seen[pair[1]], velocities, stamp))
-                if sums[-1].count == 0 and pair[0] in with_depth and pair[1] in with_depth:
-                    self._ways[pair].add(stamp, with_depth[pair[0]], with_depth[pair[1]])
-            self._ways[pair].forget_before(stamp)
+                sums.append(self._compared(seen[pair[0]], seen[pair[1]], stamp))
             while sums and not 0 <= stamp - sums[0].stamp <= self._constants.memory:
                 sums.popleft()
 
@@ -92,7 +85,6 @@ class CameraJudge:
         for pair, sums in self._sums.items():
             if camera in pair:
                 sums.clear()
-                self._ways[pair].clear()
 
     def judgements(self) -> Dict[str, CameraJudgement]:
         """Return what is known of each camera now."""
@@ -101,18 +93,19 @@ class CameraJudge:
         agreeing = self._agreeing([pair for pair, (error, _) in solved.items() if error <= self._constants.wrong])
         return {name: self._judged(name, solved, agreeing) for name in self._names}
 
-    def _compared(self, first: _Measured, second: _Measured, velocities: Mapping[int, np.ndarray], stamp: float
-                  ) -> _Sums:
+    def _compared(self, first: _Measured, second: _Measured, stamp: float) -> _Sums:
+        """Return the sums of the joints that two cameras measured of the same people."""
         common = [person for person in first if person in second]
-        none = np.zeros((0, 3))
-        apart = np.concatenate([none, *(first[person][0] - second[person][0] for person in common)])
-        moving = np.concatenate([none, *(velocities[person] for person in common)])
-        for seen in (first, second):
-            along = np.concatenate([none, *(seen[person][1] for person in common)])
+        none = np.zeros((3, 0, 3))
+        (joints, rays, moving), (others, other_rays, _) = (
+            np.concatenate([none, *(seen[person] for person in common)], axis=1) for seen in (first, second))
+        apart = joints - others
+        for along in (rays, other_rays):
             apart, moving = (value - (value * along).sum(axis=1, keepdims=True) * along for value in (apart, moving))
         used = np.isfinite(apart).all(axis=1) & np.isfinite(moving).all(axis=1)
-        used[used] = np.linalg.norm(apart[used], axis=1) <= self._constants.outlier
         apart, moving = apart[used], moving[used]
+        near = np.linalg.norm(apart, axis=1) <= self._constants.outlier
+        apart, moving = apart[near], moving[near]
         matrix = np.zeros((4, 4))
         matrix[:3, :3] = len(apart) * np.eye(3)
         matrix[:3, 3] = matrix[3, :3] = moving.sum(axis=0)
@@ -124,7 +117,7 @@ class CameraJudge:
         """Return the error of a pair [m] and the difference of its clocks [s]; NaN where they are not known."""
         count = sum(one.count for one in sums)
         if count < self._constants.least_joints:
-            return self._ways[pair].apart, np.nan
+            return np.nan, np.nan
         matrix = np.sum([one.matrix for one in sums], axis=0)
         right = np.sum([one.right for one in sums], axis=0)
         # what v varies by beside its mean tells the clock; b holds the rest
@@ -186,5 +179,5 @@ def _measured(sighting: Sighting, stamp: float, fused: Mapping[int, Tuple[np.nda
         has_depth = np.isfinite(sighting.positions[row])
         position = np.where(has_depth, sighting.positions[row], on_ray) + moved
         measured = (sighting.status[row] == MEASURED)[:, np.newaxis]
-        result[person] = np.where(measured, position, np.nan), np.where(has_depth, 0.0, rays)
+        result[person] = np.stack([np.where(measured, position, np.nan), np.where(has_depth, 0.0, rays), velocities])
     return result

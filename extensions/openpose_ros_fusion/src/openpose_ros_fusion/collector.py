@@ -1,10 +1,9 @@
 """Which people of several cameras make one update: common stamps for cameras of any rates, that come and go.
 
 An update leaves as soon as every camera whose next message belongs to it has sent one. Cameras that share a detector
-send people of one time one after the other: how much later a camera is than the first one is learnt, and it is waited
-for accordingly, `patience` at most. The stamp of an update is the newest of its messages; what was seen earlier is
-moved to it by the fusion. So a slow camera never slows down the others, and a camera that has died costs its usual
-delay until it counts as silent.
+send people of one time one after the other: how much later a camera is than the first one is learnt, and sets the wait
+for it, `patience` at most. The stamp of an update is the newest of its messages; the fusion moves earlier ones to it.
+A slow camera does not slow down the others; one that has died costs its usual delay until it counts as silent.
 
 A camera whose stamps are beside those of the others is out of time: its messages are dropped, unless no other camera
 sends any, as when a recording begins anew.
@@ -21,7 +20,7 @@ _REMEMBERED = 32
 
 
 class Update(NamedTuple):
-    """What the fusion gets at a time: the stamp [s], and of each camera one sighting at most."""
+    """The input of the fusion at a time: the stamp [s], and of each camera one sighting at most."""
 
     stamp: float
     sightings: Tuple[Sighting, ...]
@@ -39,7 +38,7 @@ class _Camera:
         period: between its stamps [s]; 0 while unknown.
         delay: from the first message of a time to that of this camera, a maximum that fades [s].
         dropped: messages that were replaced by newer ones before an update.
-        out_of_time: messages that were left out.
+        out_of_time: messages that were dropped for their stamps.
         is_out_of_time: whether the newest one was.
     """
 
@@ -80,16 +79,16 @@ class Collector:
 
     @property
     def out_of_time(self) -> Dict[str, int]:
-        """Messages by camera that were left out, as their stamps are beside those of the others."""
+        """Messages by camera that were dropped, as their stamps are beside those of the others."""
         return {name: camera.out_of_time for name, camera in self._cameras.items()}
 
     def is_out_of_time(self, camera: str) -> bool:
-        """Return whether the newest message of a camera was left out for its stamp."""
+        """Return whether the newest message of a camera was dropped for its stamp."""
         return self._cameras[camera].is_out_of_time
 
     @property
     def deadline(self) -> Optional[float]:
-        """Time at which `due` has an update, whatever comes [s]; None while nothing waits."""
+        """Time at which `due` has an update, whatever comes [s]; None while no message waits."""
         if self._begun is None:
             return None
         delay = max((camera.delay for camera in self._cameras.values() if self._is_expected(camera, self._begun)),
@@ -154,7 +153,7 @@ class Collector:
         return -self._constants.reset <= apart <= self._constants.reset + max(elapsed, 0.0)
 
     def _begin(self, now: float) -> None:
-        """Forget what came before, and expect something of every camera."""
+        """Forget what came before, and expect a message of every camera."""
         for camera in self._cameras.values():
             camera.pending, camera.stamp, camera.arrival, camera.period = None, float('-inf'), now, 0.0
         self._began.clear()

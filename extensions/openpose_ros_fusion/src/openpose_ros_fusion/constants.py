@@ -5,33 +5,36 @@ from typing import Tuple
 from openpose_ros_pkg.params.constants import constant
 
 # A joint without its side, and four lengths [m].
-KeypointOffsets = Tuple[Tuple[str, float, float, float, float], ...]
+KeypointOffsetRows = Tuple[Tuple[str, float, float, float, float], ...]
 
 
 @dataclass(frozen=True)
 class AssociationConstants:
-    """Which person of a camera is which fused person."""
+    """Which person of a camera is which track."""
 
     gate: float = constant(0.35, 'Greatest median distance of the joints, or of their rays.', unit='m')
-    ray_gate: float = constant(0.07, 'Greatest distance between the rays of two cameras to three of four joints of '
-                                     'somebody.', unit='m')
-    gate_growth: float = constant(1.0, 'It grows by this with the time between what is known of somebody and a '
-                                       'sighting.', unit='m/s')
-    most_gate: float = constant(0.8, 'It grows up to this.', unit='m')
-    known_share: float = constant(0.7, 'The distance to the person who had this id of the camera before counts this '
-                                       'much: ids of a camera are mostly right.')
+    ray_gate: float = constant(0.07, 'Greatest distance between the rays of two cameras to `ray_share` of the joints '
+                                     'of a person.', unit='m')
+    gate_growth: float = constant(1.0, 'The gate grows by this with the time between the last detection of a track and '
+                                       'a sighting.', unit='m/s')
+    most_gate: float = constant(0.8, 'The gate grows up to this.', unit='m')
+    known_share: float = constant(0.7, 'Factor of the distance to the track that had this id of the camera before: ids '
+                                       'of a camera are mostly right.')
     least_joints: int = constant(4, 'Joints that have to be common to compare two people.')
-    most_late: float = constant(0.3, 'Sightings that are older, beside the newest one, begin nobody: where people were '
-                                     'is not known well enough to tell who is new.', unit='s')
-    same_place: float = constant(0.15, 'Two fused people nearer than this (median of the joints) are one.', unit='m')
+    most_late: float = constant(0.3, 'Sightings that are older than the newest one by more begin no track: where '
+                                     'people were is not known well enough to tell which are new.', unit='s')
+    same_place: float = constant(0.15, 'Two tracks nearer than this (median of the joints) are one.', unit='m')
+    ray_share: float = constant(0.75, 'Share of the joints whose rays have to meet.')
+    ray_distance: float = constant(3.0, 'Distance from the camera for which the errors of two rays that meet are '
+                                        'weighed.', unit='m')
+    strangers: float = constant(2.0, 'People of two cameras are different ones where their rays pass by each other by '
+                                     'this many gates.')
 
 
 @dataclass(frozen=True)
 class EstimateConstants:
     """One position of a joint out of several cameras."""
 
-    along: float = constant(1.0, 'Error along the line of sight, as a share of the sigma of the joint per axis.')
-    across: float = constant(1.0, 'Error across it, in the same unit.')
     outlier: float = constant(1.0, 'Distance from the estimate at which a measurement has half of its weight (Cauchy).',
                               unit='standard deviations')
     usual: float = constant(
@@ -39,14 +42,14 @@ class EstimateConstants:
              'nothing less certain.', unit='standard deviations',
         source='simulated errors of 20 and 60 mm, 5 to 60 Hz')
     rounds: int = constant(5, 'Rounds of reweighting.')
+    least_information: float = constant(1.0, 'Mean information over the axes without which a joint has no position.',
+                                        unit='1/m^2')
     inferred: float = constant(2.0, 'Factor of the sigma of INFERRED joints beside measured ones: what a camera infers '
-                                    'comes from the joints that others see too.')
+                                    'comes from the joints that other cameras measure too.')
     least_sigma: float = constant(0.003, 'No camera measures a joint better, per axis.', unit='m')
     unknown_sigma: float = constant(0.05, 'Sigma per axis of a joint whose message tells none: 0, negative or NaN.',
                                     unit='m')
     pixel_sigma: float = constant(4.0, 'Error of a keypoint in the image per axis, for rays.', unit='px')
-    size_error: float = constant(0.05, 'Error of the distance of somebody whom one camera sees, and without depth, by '
-                                       'the size in the image, as a share of it.')
     common_sigma: float = constant(
         0.012, 'Error that all cameras have in common, per axis: keypoints lie beside the joints alike in all views.',
         unit='m')
@@ -54,9 +57,9 @@ class EstimateConstants:
 
 @dataclass(frozen=True)
 class ShapeConstants:
-    """What is known of bodies beside what cameras measure."""
+    """How keypoints lie beside joints."""
 
-    keypoints: KeypointOffsets = constant(
+    keypoints: KeypointOffsetRows = constant(
         (('nose', 0.000, 0.005, 0.002, -0.003), ('eye', -0.001, 0.002, 0.002, 0.002),
          ('ear', -0.003, 0.000, -0.001, 0.003), ('neck', 0.000, 0.007, -0.006, 0.008),
          ('shoulder', 0.000, 0.007, -0.002, 0.011), ('elbow', 0.001, 0.002, -0.001, 0.007),
@@ -68,8 +71,18 @@ class ShapeConstants:
                'out one sequence after the other')
     least_width: float = constant(0.05, 'Shoulders that are closer together, across the trunk, tell no direction.',
                                   unit='m', source='chosen')
-    size_gain: float = constant(0.2, 'Share by which the size of somebody whom one camera alone sees, without depth, '
-                                     'is corrected at each update.', source='chosen: 0 drifts, 1 is noisy')
+
+
+@dataclass(frozen=True)
+class SingleViewConstants:
+    """People that one camera alone sees, and without depth."""
+
+    size_gain: float = constant(0.2, 'Share by which the size of the person is corrected at each update.',
+                                source='chosen: 0 drifts, 1 is noisy')
+    size_error: float = constant(0.05, 'Error of the distance by the size in the image, as a share of it.')
+    least_joints: int = constant(6, 'Joints by which a body is placed.')
+    outlier: float = constant(0.05, 'Distance from its ray at which a joint has half of its weight (Cauchy).', unit='m')
+    rounds: int = constant(3, 'Rounds of reweighting.')
 
 
 @dataclass(frozen=True)
@@ -79,9 +92,9 @@ class MotionConstants:
     acceleration: float = constant(25.0, 'Standard deviation of the acceleration of a joint per axis.', unit='m/s^2')
     first_speed: float = constant(1.0, 'Standard deviation of the speed of a new joint per axis.', unit='m/s')
     swing: float = constant(0.3, 'Time in which the motion of a joint beside that of its body fades (1 / e).', unit='s')
-    most_gap: float = constant(1.0, 'Somebody who is not seen by any camera for longer is forgotten.', unit='s')
-    reported_gap: float = constant(0.2, 'Somebody is reported where expected, while not seen for less.', unit='s')
-    confirmed: float = constant(0.15, 'Somebody whom one camera alone sees is reported once seen for this time.',
+    most_gap: float = constant(1.0, 'A track that no camera sees for longer ends.', unit='s')
+    reported_gap: float = constant(0.2, 'A track is reported where predicted, while not seen for less.', unit='s')
+    confirmed: float = constant(0.15, 'A person that one camera alone sees is reported once seen for this time.',
                                 unit='s')
 
 
@@ -89,46 +102,30 @@ class MotionConstants:
 class CollectorConstants:
     """Which messages of the cameras make one update."""
 
-    near: float = constant(0.5, 'Messages whose stamps are this share of the shortest period apart belong together.')
+    near: float = constant(0.5, 'Messages whose stamps are this share of the shortest period apart make one update.')
     most_near: float = constant(0.04, 'The same in seconds, at most: people move in between.', unit='s')
-    least_wait: float = constant(0.05, 'A camera that is never later than the others is waited for by this.', unit='s')
-    delay_factor: float = constant(1.5, 'A camera is waited for by its usual delay and longer by this factor.')
-    fading: float = constant(0.95, 'From message to message, what is remembered of the greatest delay of a camera.')
-    silent: float = constant(1.0, 'Nothing is expected of a camera that sent nothing for longer, or for longer than it '
+    least_wait: float = constant(0.05, 'Wait for a camera that is never later than the others.', unit='s')
+    delay_factor: float = constant(1.5, 'Factor of the usual delay of a camera, which gives the wait for it.')
+    fading: float = constant(0.95, 'Factor by which the remembered greatest delay of a camera fades with each message.')
+    silent: float = constant(1.0, 'No message is expected of a camera that sent none for longer, or for longer than it '
                                   'usually pauses.', unit='s')
     reset: float = constant(1.0, 'Stamps that are further from those of the others are out of time; when no others '
-                                 'came for as long, all begins anew.', unit='s')
-    growth: float = constant(1.1, 'From step to step, the period of a camera grows by this factor at most: lost '
-                                  'messages lengthen a step.')
+                                 'came for as long, the collector starts anew.', unit='s')
+    growth: float = constant(1.1, 'The period of a camera grows by this factor per message at most: lost messages '
+                                  'lengthen a step.')
 
 
 @dataclass(frozen=True)
 class CameraConstants:
-    """What a camera is like, beside the others."""
+    """How a camera agrees with the others."""
 
-    memory: float = constant(3.0, 'Time over which its error and its clock are judged.', unit='s')
+    memory: float = constant(3.0, 'Time over which the error and the clock of a camera are judged.', unit='s')
     wrong: float = constant(0.06, 'Cameras whose people are further apart (mean over the joints) disagree.', unit='m')
     least_joints: int = constant(100, 'Joints that two cameras must have measured in that time to be compared.')
-    outlier: float = constant(0.3, 'Joints that are further apart are not compared: one of them is somewhere else.',
+    outlier: float = constant(0.3, 'Joints that are further apart are not compared: one of them is elsewhere.',
                               unit='m')
     clock_error: float = constant(0.015, 'A clock offset is reported once its standard deviation is below.', unit='s')
-    silent: float = constant(1.0, 'A camera that sent nothing for longer is reported.', unit='s')
-
-
-@dataclass(frozen=True)
-class WayConstants:
-    """Who is one person at two places, by how they move: cameras that have nobody in common."""
-
-    memory: float = constant(3.0, 'Time over which ways are compared.', unit='s')
-    period: float = constant(0.2, 'Between the times at which they are.', unit='s')
-    least_time: float = constant(2.0, 'Two people are compared who were both seen for this long.', unit='s')
-    least_joints: int = constant(100, 'Joints that both cameras must have measured in that time.')
-    least_walk: float = constant(0.25, 'Least extent of the way of a body (standard deviation): those who stand all '
-                                       'look alike.', unit='m')
-    gate: float = constant(0.07, 'Distance of the joints after the rigid motion (median): limbs of different people '
-                                 'swing at different times.', unit='m')
-    most_apart: float = constant(1.5, 'Joints further apart (median) are of different people.', unit='m')
-    most_turned: float = constant(0.5, 'Cameras that would have to be turned by more see different people.', unit='rad')
+    silent: float = constant(1.0, 'A camera that sent no message for longer is reported.', unit='s')
 
 
 @dataclass(frozen=True)
@@ -138,10 +135,10 @@ class FusionConstants:
     association: AssociationConstants = AssociationConstants()
     estimate: EstimateConstants = EstimateConstants()
     shape: ShapeConstants = ShapeConstants()
+    single_view: SingleViewConstants = SingleViewConstants()
     motion: MotionConstants = MotionConstants()
     collector: CollectorConstants = CollectorConstants()
     cameras: CameraConstants = CameraConstants()
-    ways: WayConstants = WayConstants()
 
 
 FUSION = FusionConstants()

@@ -1,14 +1,21 @@
-"""What cameras see at a time: people in space, or rays through their keypoints."""
-from dataclasses import dataclass
+"""What cameras see at a time: people in space, or rays through their keypoints; and how keypoints lie beside joints.
+
+A camera with depth measures a joint x at x + B b + a r, one without depth at x + B b: networks put keypoints beside the
+centres of joints by an offset b that turns with the body, whose axes are the columns of B, and the depth under the skin
+that a camera alone adds is too great by a along the line of sight r. Both are means over people
+(`ShapeConstants.keypoints`).
+"""
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Optional, Union
+from typing import Union
 
 import numpy as np
 
-from openpose_ros_fusion.constants import FUSION
+from openpose_ros_fusion.constants import FUSION, EstimateConstants, ShapeConstants
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18, SkeletonModel
-from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
+from skeleton_extract_3d.body.body import HIPS, SHOULDERS
+from skeleton_extract_3d.people import MEASURED, MISSING, People3D
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.transform import Transform
 
@@ -19,7 +26,7 @@ _AXES = np.sqrt(3.0)
 
 @dataclass(frozen=True, eq=False)
 class Sighting:
-    """The people whom one camera saw at one time, in the common frame.
+    """The people that one camera sees at one time, in the common frame.
 
     Attributes:
         camera: name.
@@ -51,6 +58,11 @@ class Sighting:
     def __len__(self) -> int:
         return len(self.ids)
 
+    def select(self, rows: np.ndarray) -> 'Sighting':
+        """Return some of the people, by indices."""
+        return replace(self, **{name: getattr(self, name)[rows] for name in
+                                ('ids', 'positions', 'directions', 'sigma', 'status', 'confidence')})
+
     def distances(self, joints: np.ndarray) -> np.ndarray:
         """Return the distances of joints (F, 18, 3) from these people, or from their rays, (P, F, 18) [m]."""
         if self.has_depth:
@@ -68,12 +80,10 @@ class Sighting:
         Args:
             variance: of what else the joints err by, per axis, (N, 18) or of all [m^2].
         """
-        estimate, directions, sigma = FUSION.estimate, self.directions[rows], self.sigma[rows]
+        directions, sigma = self.directions[rows], self.sigma[rows]
         distance = 1.0 if self.has_depth else np.linalg.norm(joints - self.origin, axis=-1)
-        across = (1.0 / ((estimate.across * sigma * distance) ** 2 + variance))[..., np.newaxis, np.newaxis]
-        along = 0.0
-        if self.has_depth:
-            along = (1.0 / ((estimate.along * sigma) ** 2 + variance))[..., np.newaxis, np.newaxis]
+        across = (1.0 / ((sigma * distance) ** 2 + variance))[..., np.newaxis, np.newaxis]
+        along = across if self.has_depth else 0.0
         result = across * np.eye(3) + (along - across) * directions[..., :, np.newaxis] * directions[..., np.newaxis, :]
         return np.where(np.isfinite(result), result, 0.0)
 
@@ -83,7 +93,47 @@ class Sighting:
         return np.where(np.isfinite(positions), positions, self.origin)
 
 
-def from_space(camera: str, stamp: float, people: People3D, pose: Transform) -> Sighting:
+class KeypointOffsets:
+    """Where keypoints lie beside joints; see the module's equations."""
+
+    def __init__(self, constants: ShapeConstants = FUSION.shape) -> None:
+        by_name = {name: np.array(values) for name, *values in constants.keypoints}
+        rows = np.array([by_name[joint.replace('left_', '').replace('right_', '')] for joint in COCO_18.joints])
+        rows[[joint.startswith('right_') for joint in COCO_18.joints], 0] *= -1
+        self._beside, self._deeper = rows[:, :3], rows[:, 3]  # (18, 3) left, up and forwards, (18,) deeper [m]
+        self._least_width = constants.least_width
+
+    def of_bodies(self, joints: np.ndarray) -> np.ndarray:
+        """Return B b of the joints of people (P, 18, 3) [m], of the same shape; zero where the axes are not known."""
+        offsets = np.matmul(self._beside, np.swapaxes(body_axes(joints, self._least_width), 1, 2))
+        return np.where(np.isfinite(offsets), offsets, 0.0)
+
+    def of_depth(self, directions: np.ndarray) -> np.ndarray:
+        """Return a r of joints seen along directions (P, 18, 3), of the same shape [m]; zero where missing."""
+        offsets = self._deeper[:, np.newaxis] * directions
+        return np.where(np.isfinite(offsets), offsets, 0.0)
+
+
+def body_axes(joints: np.ndarray, least_width: float) -> np.ndarray:
+    """Return the directions left, up and forwards of bodies, the columns of (P, 3, 3); NaN where they are not known.
+
+    Args:
+        joints: (P, 18, 3) [m]; up leads from the hips to the shoulders.
+        least_width: of the shoulders across the trunk [m].
+    """
+    shoulders, hips = joints[:, SHOULDERS], joints[:, HIPS]
+    up = shoulders.mean(axis=1) - hips.mean(axis=1)
+    left = shoulders[:, 0] - shoulders[:, 1]
+    with np.errstate(invalid='ignore', divide='ignore'):
+        up = up / np.linalg.norm(up, axis=1, keepdims=True)
+        left = left - (left * up).sum(axis=1, keepdims=True) * up
+        width = np.linalg.norm(left, axis=1, keepdims=True)
+        left = np.where(width > least_width, left / width, np.nan)
+    return np.stack([left, up, np.cross(left, up)], axis=2)
+
+
+def from_space(camera: str, stamp: float, people: People3D, pose: Transform,
+               constants: EstimateConstants = FUSION.estimate) -> Sighting:
     """Return the people in space of a camera in the common frame.
 
     Args:
@@ -98,27 +148,25 @@ def from_space(camera: str, stamp: float, people: People3D, pose: Transform) -> 
     sigma = _in_coco(people.sigma.astype(np.float64), people.skeleton, np.nan) / _AXES
     status = _in_coco(people.status, people.skeleton, MISSING)
     with np.errstate(invalid='ignore'):
-        sigma = np.where(sigma > 0, np.maximum(sigma, FUSION.estimate.least_sigma), FUSION.estimate.unknown_sigma)
+        sigma = np.where(sigma > 0, np.maximum(sigma, constants.least_sigma), constants.unknown_sigma)
     return Sighting(camera, stamp, origin, people.ids, positions, directions,
                     np.where(status == MISSING, np.nan, sigma), status,
                     _in_coco(people.confidence, people.skeleton, 0.0))
 
 
 def from_image(camera: str, stamp: float, people: People2D, model: CameraModel, pose: Transform,
-               sigma: Optional[float] = None) -> Sighting:
+               constants: EstimateConstants = FUSION.estimate) -> Sighting:
     """Return the rays through the keypoints of a camera without depth, in the common frame.
 
     Args:
         people: pixels of the camera's image, with ids; joints that COCO_18 has not are left out.
         pose: from the optical frame to the common one.
-        sigma: error of a keypoint per axis [px]; None: `EstimateConstants.pixel_sigma`.
     """
     rotation, origin = np.asarray(pose[0], np.float64), np.asarray(pose[1], np.float64)
     pixels = _in_coco(people.xy, people.skeleton, np.nan)
     rays = model.rays(pixels.reshape(-1, 2)).reshape(len(people), _JOINTS, 3)
     directions = rays / np.linalg.norm(rays, axis=2, keepdims=True) @ rotation.T
-    sigma = FUSION.estimate.pixel_sigma if sigma is None else sigma
-    angle = sigma / float(np.sqrt(model.matrix[0, 0] * model.matrix[1, 1]))
+    angle = constants.pixel_sigma / float(np.sqrt(model.matrix[0, 0] * model.matrix[1, 1]))
     known = np.isfinite(directions).all(axis=2)
     return Sighting(camera, stamp, origin, people.ids, np.full(directions.shape, np.nan), directions,
                     np.where(known, angle, np.nan), np.where(known, MEASURED, MISSING).astype(np.uint8),
@@ -134,8 +182,3 @@ def _in_coco(values: np.ndarray, skeleton: SkeletonModel, missing: float) -> np.
         if joint in skeleton.index:
             result[:, row] = values[:, skeleton.index[joint]]
     return result
-
-
-def is_inferred(sighting: Sighting) -> np.ndarray:
-    """Return which joints a camera did not see but inferred, (P, 18) bool."""
-    return sighting.status == INFERRED

@@ -1,20 +1,22 @@
-"""Fused people over time: each joint moves at a constant velocity, disturbed by an acceleration."""
+"""Tracks of fused people: each joint moves at a constant velocity, disturbed by an acceleration."""
 from dataclasses import dataclass, replace
-from typing import Tuple
+from typing import Iterator
 
 import numpy as np
 
-from openpose_ros_fusion.constants import FUSION, MotionConstants
+from openpose_ros_fusion.constants import MotionConstants
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.body.body import BODY
-from skeleton_extract_3d.body.measures import Sizes
+from skeleton_extract_3d.body.measures import Sizes, expected_lengths
+from skeleton_extract_3d.track.joint_filter import drifted
+from skeleton_extract_3d.track.tracks import Rows
 
 _JOINTS = len(COCO_18.joints)
 
 
 @dataclass(frozen=True, eq=False)
-class Tracks:
-    """F fused people at one time.
+class Tracks(Rows):
+    """The tracks of F people at one time.
 
     The covariance of a joint is the same along all axes: where rays alone tell it, that of the worst one.
 
@@ -27,8 +29,8 @@ class Tracks:
         covariance: (F, 18, 3): variance of the position [m^2], covariance of position and velocity [m^2/s], variance
             of the velocity [m^2/s^2], of an axis.
         variance: (F, 18) of the position when it was corrected last, mean over the axes [m^2].
-        innovations: (F,) mean square, as a share of what independent errors make, see `Innovations`.
-        born, seen: (F,) stamps at which each was seen first and last [s].
+        innovations: (F,) mean square, as a share of what independent errors make, see `Errors`.
+        born, seen: (F,) stamps of the first and the last detection of each [s].
         cameras: (F,) int, greatest number of cameras that saw each at a time.
     """
 
@@ -46,55 +48,32 @@ class Tracks:
 
     @classmethod
     def empty(cls, stamp: float) -> 'Tracks':
-        """Return nobody."""
-        none = np.zeros((0, _JOINTS, 3))
-        return cls.begun(stamp, np.zeros(0, np.int64), none)
+        """Return no tracks."""
+        return cls.begun(stamp, iter(()), np.zeros((0, _JOINTS, 3)))
 
     @classmethod
-    def begun(cls, stamp: float, ids: np.ndarray, positions: np.ndarray) -> 'Tracks':
-        """Return people (N, 18, 3) [m] who were not seen before; their joints are known by what follows."""
-        number = len(ids)
+    def begun(cls, stamp: float, ids: Iterator[int], positions: np.ndarray, stature: float = BODY.adult_stature
+              ) -> 'Tracks':
+        """Return new tracks at positions (N, 18, 3) [m]; their joints are known by what follows.
+
+        Args:
+            ids: of which N are taken.
+            stature: assumed of each person [m].
+        """
+        number = len(positions)
         unknown = np.zeros((number, _JOINTS, 3))
         unknown[..., 0] = 1.0
         times = np.full(number, stamp)
-        return cls(stamp, Sizes.assumed(np.full(number, BODY.adult_stature)), ids, positions,
-                   np.zeros((number, _JOINTS, 3)), unknown, np.ones((number, _JOINTS)), np.zeros(number), times,
-                   times, np.zeros(number, np.int64))
-
-    def __len__(self) -> int:
-        return len(self.ids)
-
-    def select(self, rows: np.ndarray) -> 'Tracks':
-        """Return some of the people, by a mask or by indices."""
-        return Tracks(self.stamp, self.sizes.select(rows), *(value[rows] for value in self._arrays))
-
-    def joined(self, others: 'Tracks') -> 'Tracks':
-        """Return these people and then others."""
-        return Tracks(self.stamp, Sizes(*(np.concatenate(pair) for pair in zip(self.sizes, others.sizes))),
-                      *(np.concatenate(pair) for pair in zip(self._arrays, others._arrays)))
+        return cls(stamp, Sizes.assumed(np.full(number, stature)), np.array([next(ids) for _ in positions], np.int64),
+                   positions, np.zeros((number, _JOINTS, 3)), unknown, np.ones((number, _JOINTS)), np.zeros(number),
+                   times, times, np.zeros(number, np.int64))
 
     def placed(self, row: int, joints: np.ndarray) -> 'Tracks':
-        """Return these people, with one of them at other joints (18, 3) [m], and its motion unknown."""
-        positions, velocities, covariance = self.positions.copy(), self.velocities.copy(), self.covariance.copy()
-        positions[row], velocities[row], covariance[row] = joints, 0.0, (1.0, 0.0, 0.0)
-        return replace(self, positions=positions, velocities=velocities, covariance=covariance)
-
-    def moved(self, row: int, joints: np.ndarray, most: float) -> 'Tracks':
-        """Return these people, with one of them at joints (18, 3) [m], and the variance of its positions [m^2] at most.
-
-        The body moves as one: velocities of its joints are the mean of what they were.
-        """
-        positions, velocities, covariance = self.positions.copy(), self.velocities.copy(), self.covariance.copy()
-        positions[row] = joints
-        velocities[row] = velocities[row].mean(axis=0)
-        share = np.minimum(most / np.maximum(covariance[row, :, 0], 1e-12), 1.0)
-        covariance[row, :, :2] *= share[:, np.newaxis]
-        return replace(self, positions=positions, velocities=velocities, covariance=covariance)
-
-    @property
-    def _arrays(self) -> Tuple[np.ndarray, ...]:
-        return (self.ids, self.positions, self.velocities, self.covariance, self.variance, self.innovations,
-                self.born, self.seen, self.cameras)
+        """Return these tracks, with one of them at other joints (18, 3) [m], and its motion unknown."""
+        chosen = (np.arange(len(self)) == row)[:, np.newaxis, np.newaxis]
+        return replace(self, positions=np.where(chosen, joints, self.positions),
+                       velocities=np.where(chosen, 0.0, self.velocities),
+                       covariance=np.where(chosen, (1.0, 0.0, 0.0), self.covariance))
 
     @property
     def assumed_positions(self) -> np.ndarray:
@@ -104,11 +83,16 @@ class Tracks:
                   / np.maximum(known.sum(axis=1, keepdims=True), 1))
         return np.where(known, self.positions, middle)
 
-    def at(self, stamp: float) -> np.ndarray:
-        """Return where the joints are expected, (F, 18, 3) [m]."""
-        return self.positions + self.moves(stamp - self.stamp)
+    @property
+    def bone_lengths(self) -> np.ndarray:
+        """Expected lengths of the bones, (F, 8) [m]."""
+        return expected_lengths(self.sizes)
 
-    def moves(self, step: float) -> np.ndarray:
+    def at(self, stamp: float, constants: MotionConstants) -> np.ndarray:
+        """Return where the joints are expected, (F, 18, 3) [m]."""
+        return self.positions + self.moves(stamp - self.stamp, constants)
+
+    def moves(self, step: float, constants: MotionConstants) -> np.ndarray:
         """Return by how much the joints move in a time [s], which may be negative, (F, 18, 3) [m].
 
         Bodies go on; what a joint moves beside its body, as a swinging arm, fades. Covariances are those of joints
@@ -116,29 +100,28 @@ class Tracks:
         """
         if step == 0:
             return np.zeros_like(self.velocities)
-        fading = FUSION.motion.swing
+        fading = constants.swing
         body = self.velocities.mean(axis=1, keepdims=True)
         return step * body + np.sign(step) * fading * (1 - np.exp(-abs(step) / fading)) * (self.velocities - body)
 
-    def spread_after(self, step: float) -> np.ndarray:
+    def spread_after(self, step: float, constants: MotionConstants) -> np.ndarray:
         """Return the variance per axis of how far joints move otherwise than expected in a time [s], (F, 18) [m^2]."""
-        noise = FUSION.motion.acceleration ** 2 * step ** 4 / 4
+        noise = constants.acceleration ** 2 * step ** 4 / 4
         return step ** 2 * self.covariance[..., 2] + (noise if step > 0 else 0.0)
 
-    def predicted(self, stamp: float, constants: MotionConstants = FUSION.motion) -> 'Tracks':
-        """Return the people as they are expected at a later time [s]."""
+    def predicted(self, stamp: float, constants: MotionConstants) -> 'Tracks':
+        """Return the tracks as they are expected at a later time [s]."""
         step = max(stamp - self.stamp, 0.0)
         place, mixed, speed = np.moveaxis(self.covariance, 2, 0)
-        noise = constants.acceleration ** 2
-        covariance = np.stack([place + 2 * step * mixed + step ** 2 * speed + noise * step ** 4 / 4,
-                               mixed + step * speed + noise * step ** 3 / 2, speed + noise * step ** 2], axis=2)
+        covariance = np.stack(drifted((place, mixed, speed), mixed, step, constants.acceleration ** 2), axis=2)
         body = self.velocities.mean(axis=1, keepdims=True)
-        velocities = body + np.exp(-step / FUSION.motion.swing) * (self.velocities - body)
-        return replace(self, stamp=self.stamp + step, positions=self.positions + self.moves(step),
+        velocities = body + np.exp(-step / constants.swing) * (self.velocities - body)
+        return replace(self, stamp=self.stamp + step, positions=self.positions + self.moves(step, constants),
                        velocities=velocities, covariance=covariance)
 
-    def corrected(self, positions: np.ndarray, variance: np.ndarray, independent: np.ndarray) -> 'Tracks':
-        """Return the people after a frame.
+    def corrected(self, positions: np.ndarray, variance: np.ndarray, independent: np.ndarray,
+                  constants: MotionConstants) -> 'Tracks':
+        """Return the tracks after a frame.
 
         Args:
             positions: (F, 18, 3) [m], estimates that the prediction is a part of; NaN where there are none.
@@ -155,8 +138,7 @@ class Tracks:
         rest = independent / np.maximum(place, 1e-12)
         after = np.stack([variance, mixed * rest, speed - gain * mixed * (1 - rest)], axis=2)
         first = np.stack([variance, np.zeros_like(variance),
-                          np.full_like(variance, FUSION.motion.first_speed ** 2)], axis=2)
+                          np.full_like(variance, constants.first_speed ** 2)], axis=2)
         covariance = np.where(both, after, np.where(new[..., np.newaxis], first, self.covariance))
         return replace(self, positions=np.where(new[..., np.newaxis], positions, self.positions),
-                       velocities=np.where(new[..., np.newaxis] & ~known[..., np.newaxis], 0.0, velocities),
-                       covariance=covariance)
+                       velocities=np.where((new & ~known)[..., np.newaxis], 0.0, velocities), covariance=covariance)

@@ -28,7 +28,7 @@ std::string shown(const ros::NodeHandle& handle, const std::string& key)
   return text.str();
 }
 
-/// What to do about a wrong parameter that nobody set: the server keeps those of nodes that have ended.
+/// What to do about a wrong parameter that was not set on purpose: the server keeps those of nodes that have ended.
 std::string howToDelete(const std::string& name)
 {
   return ". If nobody meant to set it, an earlier start left it: rosparam delete " + name;

@@ -17,7 +17,7 @@ class ParameterError : public std::runtime_error
   using std::runtime_error::runtime_error;
 };
 
-/// Reads private parameters, each with its default and what is allowed, and refuses those that nobody reads.
+/// Reads private parameters, each with its default and what is allowed, and refuses unknown ones.
 class ParameterReader
 {
 public:

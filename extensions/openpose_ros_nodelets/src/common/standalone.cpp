@@ -13,6 +13,8 @@
 #include <pluginlib/class_loader.hpp>
 #include <ros/ros.h>
 
+#include "inputs/master_watch.h"
+
 namespace
 {
 
@@ -42,6 +44,15 @@ int answer(const char* argument)
   return 1;
 }
 
+/// Wait for a signal where roslaunch would start the node again: it would end for the same reason, or, as a new master
+/// knows none of its parameters, work with the default ones.
+void restIfRespawned()
+{
+  ros::shutdown();
+  if (std::getenv("OPENPOSE_ROS_RESPAWNS"))
+    pause();
+}
+
 }  // namespace
 
 int main(int argc, char** argv)
@@ -63,11 +74,12 @@ int main(int argc, char** argv)
   if (!loaded)
   {
     ROS_FATAL("nodelet %s could not be started", NODELET.c_str());
-    ros::shutdown();
-    if (std::getenv("OPENPOSE_ROS_RESPAWNS"))  // started again, it would end for the same reason, without end
-      pause();
+    restIfRespawned();
     return 1;
   }
   ros::spin();
-  return 0;
+  if (!openpose_ros_nodelets::MasterWatch::isReplaced())
+    return 0;
+  restIfRespawned();
+  return 1;
 }

@@ -36,8 +36,7 @@ void StreamNodelet::onInit()
     throw std::runtime_error(error.what());
   }
   enable_service_ = pnh_->advertiseService("enable", &StreamNodelet::enable, this);
-  registration_ = RegistrationWatch::ofProcess();
-  registration_->keepParameters(getName());
+  master_watch_ = MasterWatch::ofProcess();
   update();
 }
 

@@ -7,14 +7,14 @@
 #include <std_srvs/SetBool.h>
 
 #include "common/health.h"
+#include "inputs/master_watch.h"
 #include "common/parameter_reader.h"
-#include "common/registration_watch.h"
 #include "inputs/input_watch.h"
 
 namespace openpose_ros_nodelets
 {
 
-/// A nodelet between topics: subscribes to its inputs only while somebody listens (~lazy) and while it is enabled
+/// A nodelet between topics: subscribes to its inputs only while there are subscribers (~lazy) and while it is enabled
 /// (service ~enable), counts its faults, and refuses parameters that it does not know.
 ///
 /// A nodelet derives from it, reads its parameters in `configure`, advertises with `NodeletLazy::advertise`, and
@@ -26,7 +26,7 @@ protected:
   /// Read all parameters, then advertise. Throws ParameterError for what the user has to mend.
   virtual void configure(ParameterReader& parameters) = 0;
 
-  /// Tell whether somebody subscribes to a result.
+  /// Tell whether there are subscribers to a result.
   virtual bool isHeard() const;
 
   /// End all publishers.
@@ -58,7 +58,7 @@ private:
   std::atomic<bool> enabled_{ true };
   std::unique_ptr<InputWatch> input_watch_;
   std::unique_ptr<Health> health_;  ///< shows what the watch tells
-  std::shared_ptr<RegistrationWatch> registration_;
+  std::shared_ptr<MasterWatch> master_watch_;
   ros::ServiceServer enable_service_;
 };
 

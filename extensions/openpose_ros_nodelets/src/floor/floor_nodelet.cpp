@@ -96,7 +96,7 @@ private:
     if (publish_tf_)
     {
       broadcaster_ = std::make_unique<tf2_ros::TransformBroadcaster>();
-      lazy_ = false;  // nobody tells who listens to tf
+      lazy_ = false;  // tf does not tell its subscribers
     }
     show();
     publisher_ = advertise<pcl_msgs::ModelCoefficients>(*pnh_, "plane", 1);
@@ -162,7 +162,7 @@ private:
       const FloorSearch search = findFloor(sampled(CloudPoints(cloud), most_points_), upwards(cloud.header),
                                            gravity_frame_.empty() ? tolerance_ : gravity_tolerance_, settings_);
       if (!search.floor && publish_tf_)
-        health().warn("floor not seen", search.fault);  // somebody waits for the frame, such as RViz
+        health().warn("floor not seen", search.fault);  // readers of tf, such as RViz, wait for the frame
       else if (!search.floor)
         health().count("floor not seen: " + search.fault);
       floor = tracker_->update(search.floor, cloud.header.stamp.toSec());

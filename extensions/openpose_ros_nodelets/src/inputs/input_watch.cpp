@@ -1,11 +1,9 @@
 #include "inputs/input_watch.h"
 
 #include <chrono>
-#include <exception>
 #include <map>
 
 #include <ros/master.h>
-#include <xmlrpcpp/XmlRpcException.h>
 #include <xmlrpcpp/XmlRpcValue.h>
 
 #include "inputs/silent_topic.h"
@@ -19,8 +17,7 @@ using XmlRpc::XmlRpcValue;
 
 // An input without a message for this long is silent, in wall time [s].
 constexpr double PATIENCE = 5.0;
-// Period of looking; of asking the master again while an input is silent; of telling it again in the log [s].
-constexpr std::chrono::seconds PERIOD{ 1 };
+// Period of asking the master again while an input is silent; of telling it again in the log [s].
 constexpr double REFRESH_PERIOD = 5.0, LOG_PERIOD = 60.0;
 
 /// Call the master without waiting for one; return whether it answered.
@@ -49,18 +46,8 @@ bool publishedTopics(std::map<std::string, PublishedTopic>& topics)
 
 }  // namespace
 
-InputWatch::InputWatch(const std::string& name) : name_(name), thread_(&InputWatch::keepLooking, this)
+InputWatch::InputWatch(const std::string& name) : name_(name), thread_([this] { look(); })
 {
-}
-
-InputWatch::~InputWatch()
-{
-  {
-    std::lock_guard<std::mutex> lock(mutex_);
-    ends_ = true;
-  }
-  ended_.notify_all();
-  thread_.join();
 }
 
 double InputWatch::now()
@@ -78,30 +65,6 @@ void InputWatch::clear()
 {
   std::lock_guard<std::mutex> lock(mutex_);
   inputs_.clear();
-}
-
-void InputWatch::keepLooking()
-{
-  std::unique_lock<std::mutex> lock(mutex_);
-  while (!ended_.wait_for(lock, PERIOD, [this] { return ends_; }))
-  {
-    lock.unlock();  // the master may not answer
-    try
-    {
-      if (ros::ok())
-        look();
-    }
-    catch (const std::exception& error)  // what left a thread would end the nodelet manager
-    {
-      ROS_WARN_THROTTLE_NAMED(LOG_PERIOD, name_, "%s: inputs are not watched: %s", name_.c_str(), error.what());
-    }
-    catch (const XmlRpc::XmlRpcException& error)
-    {
-      ROS_WARN_THROTTLE_NAMED(LOG_PERIOD, name_, "%s: the ROS master answered with nonsense: %s", name_.c_str(),
-                              error.getMessage().c_str());
-    }
-    lock.lock();
-  }
 }
 
 void InputWatch::look()

@@ -1,16 +1,16 @@
 #pragma once
 
 #include <atomic>
-#include <condition_variable>
 #include <functional>
 #include <limits>
 #include <memory>
 #include <mutex>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include <ros/ros.h>
+
+#include "common/repeated.h"
 
 namespace openpose_ros_nodelets
 {
@@ -25,7 +25,6 @@ public:
 
   /// `name`: of the nodelet, for the log.
   explicit InputWatch(const std::string& name);
-  ~InputWatch();
 
   /// Subscribe to an input without whose messages the nodelet gives no results. `once`: one message suffices.
   template <typename Message>
@@ -63,19 +62,16 @@ private:
 
   static double now();  ///< [s], of a clock that is never set
   void add(const ros::Subscriber& subscriber, const std::string& kind, const Time& arrival);
-  void keepLooking();
   void look();
   std::string whySilentNow(const Input& input) const;
 
   const std::string name_;
   std::mutex mutex_;
-  std::condition_variable ended_;
-  bool ends_ = false;
   std::vector<std::shared_ptr<Input>> inputs_;
   ros::Time clock_;         ///< as last seen
   double clock_since_ = 0;  ///< since when it is that [s]
   double asked_ = 0;        ///< when the master was asked [s]
-  std::thread thread_;
+  Repeated thread_;         ///< calls `look`
 };
 
 }  // namespace openpose_ros_nodelets

@@ -39,7 +39,7 @@ private:
   };
 
   std::vector<Crop> crop(const OrganizedCloud& cloud, const std::vector<Body>& bodies) const;
-  /// Take the points within reach of a body that nobody is nearer to, without those of its supports.
+  /// Take the points within reach of a body that are nearest to it, without those of its supports.
   void choose(const OrganizedCloud& cloud, std::uint32_t label, const Body& body, const Crop& crop,
               const Planes& supports);
   /// Join the taken points of a person that are of one surface.

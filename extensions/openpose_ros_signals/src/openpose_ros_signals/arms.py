@@ -22,7 +22,7 @@ class Arm(NamedTuple):
         raised: angle of the line from shoulder to wrist to straight down [deg].
         forearm: angle of the forearm to straight up [deg].
         over_eyes: height of the wrist over the eyes [statures].
-        from_nose: distance of the wrist from the nose, or the eyes or ears of who turns away [statures].
+        from_nose: distance of the wrist from the nose, or from eyes or ears where it is hidden [statures].
         sigma: the greatest of the three joints [statures]; 0 if not estimated.
         known: whether shoulder, elbow, wrist and the left of the body are seen.
     """

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from typing import Tuple
 
 from openpose_ros_pkg.params.constants import constant
+from skeleton_extract_3d.body.body import BODY, BodyConstants
+from skeleton_extract_3d.constants import METHOD
 
 Ramp = Tuple[float, float]
 
@@ -19,22 +21,22 @@ class HoldConstants:
     unsure: float = constant(0.4, 'It ends below this degree.')
     begin: float = constant(0.1, 'Postures and gestures begin when they have held for this long.', unit='s')
     end: float = constant(0.1, 'They end when they have not held for this long.', unit='s')
-    lying: float = constant(0.05, 'Lying begins when it has held for this long: nothing else is like it.', unit='s')
+    lying: float = constant(0.05, 'Lying begins when it has held for this long: no other posture is like it.', unit='s')
     hidden: float = constant(0.4, 'What holds goes on for this long while its joints are hidden.', unit='s')
     memory: float = constant(0.3, 'Time constant of the mean of the degrees that is the confidence.', unit='s')
 
 
 @dataclass(frozen=True)
 class PersonConstants:
-    """What is taken for known of a person, and who is the same person."""
+    """Which joints count as known, and which ids are the same person."""
 
     most_sigma: float = constant(0.055, 'Joints with a greater sigma count as hidden.', unit='statures')
     statures: int = constant(100, 'The stature is the median of this many newest frames.', unit='frames')
-    least_stature: float = constant(0.4, 'Bones of who would be smaller tell nothing: they are wrong.', unit='m')
+    least_stature: float = constant(0.4, 'Stature estimates below this are ignored.', unit='m')
     history: float = constant(1.2, 'Motions are looked for in the joints of this time.', unit='s')
-    gap: float = constant(1.0, 'Who was not seen for longer begins anew.', unit='s')
-    step: float = constant(0.25, 'A person with a new id whose trunk is this near to where somebody was lost is that '
-                                 'person.', unit='statures')
+    gap: float = constant(1.0, 'A person that was not seen for longer begins anew.', unit='s')
+    step: float = constant(0.25, 'A new id whose trunk is this near to where a person was lost is that person.',
+                           unit='statures')
     stride: float = constant(1.5, 'The distance grows with the time between by this.', unit='statures/s')
 
 
@@ -42,23 +44,23 @@ class PersonConstants:
 class PostureConstants:
     """Postures, by the inclinations of trunk, thighs and shins."""
 
-    lying: Ramp = constant((52.0, 65.0), 'Angle of the trunk to straight up, of who lies.', unit='deg')
-    thigh_not_down: Ramp = constant((45.0, 55.0), 'Angle of the thighs to straight down, of who lies and does not '
-                                                  'bend over.', unit='deg')
-    upright: Ramp = constant((70.0, 55.0), 'Angle of the trunk to straight up, of who sits or crouches.', unit='deg')
-    thigh_down: Ramp = constant((60.0, 40.0), 'Angle of both thighs to straight down, of who stands.', unit='deg')
-    straight_knee: Ramp = constant((110.0, 135.0), 'Angle of a knee of who stands.', unit='deg')
-    thigh_level: Ramp = constant((40.0, 60.0), 'Angle of a thigh to straight down, of who sits.', unit='deg')
+    lying: Ramp = constant((52.0, 65.0), 'Angle of the trunk to straight up, lying.', unit='deg')
+    thigh_not_down: Ramp = constant((45.0, 55.0), 'Angle of the thighs to straight down, lying and not bent over.',
+                                    unit='deg')
+    upright: Ramp = constant((70.0, 55.0), 'Angle of the trunk to straight up, sitting or crouching.', unit='deg')
+    thigh_down: Ramp = constant((60.0, 40.0), 'Angle of the thigh to straight down, standing.', unit='deg')
+    straight_knee: Ramp = constant((110.0, 135.0), 'Angle of the knee, standing.', unit='deg')
+    thigh_level: Ramp = constant((40.0, 60.0), 'Angle of a thigh to straight down, sitting.', unit='deg')
     shin_level: Ramp = constant((50.0, 70.0), 'Angle of the shin to straight down, of a knee on the floor.',
                                 unit='deg')
-    bent_knee: Ramp = constant((125.0, 110.0), 'Angle of the knees of who kneels or crouches.', unit='deg')
-    over_knee: Ramp = constant((95.0, 75.0), 'Angle of the thigh to straight down, of who kneels.', unit='deg')
-    foot_sigma: float = constant(0.04, 'Greatest sigma of the ankle of who kneels: hidden shins are guessed.',
+    bent_knee: Ramp = constant((125.0, 110.0), 'Angle of the knee, kneeling or crouching.', unit='deg')
+    over_knee: Ramp = constant((95.0, 75.0), 'Angle of the thigh to straight down, kneeling.', unit='deg')
+    foot_sigma: float = constant(0.04, 'Greatest sigma of the ankle, kneeling: hidden shins are guessed.',
                                  unit='statures')
-    low_hips: Ramp = constant((0.25, 0.20), 'Height of the hips of who crouches over the lower foot.',
+    low_hips: Ramp = constant((0.25, 0.20), 'Height of the hips over the lower foot, crouching.',
                               unit='statures')
-    off_floor: Ramp = constant((0.02, 0.06), 'The same, of who does not sit on the floor.', unit='statures')
-    balance: Ramp = constant((0.20, 0.14), 'Level distance of the middle of the trunk from the feet of who crouches.',
+    off_floor: Ramp = constant((0.02, 0.06), 'The same, not sitting on the floor.', unit='statures')
+    balance: Ramp = constant((0.20, 0.14), 'Level distance of the middle of the trunk from the feet, crouching.',
                              unit='statures')
 
 
@@ -73,19 +75,19 @@ class GestureConstants:
                                                'raised hand.', unit='deg')
     open_elbow: Ramp = constant((70.0, 90.0), 'Angle of the elbow of a raised hand; less is a hand on the head.',
                                 unit='deg')
-    straight_arm: Ramp = constant((125.0, 145.0), 'Angle of the elbow of who points.', unit='deg')
-    arm_away: Ramp = constant((42.0, 52.0), 'Angle of the line from shoulder to wrist to straight down, of who '
-                                            'points.', unit='deg')
+    straight_arm: Ramp = constant((125.0, 145.0), 'Angle of the elbow, pointing.', unit='deg')
+    arm_away: Ramp = constant((42.0, 52.0), 'Angle of the line from shoulder to wrist to straight down, pointing.',
+                              unit='deg')
     arm_not_up: Ramp = constant((146.0, 138.0), 'The same: steeper is a raised hand.', unit='deg')
-    over_hips: Ramp = constant((-0.06, 0.0), 'Height of the wrist over the hips, of who points; lower, somebody '
+    over_hips: Ramp = constant((-0.06, 0.0), 'Height of the wrist over the hips, pointing; lower, the person '
                                              'reaches down.', unit='statures')
     stop_time: float = constant(0.3, 'A hand says stop if it is held for this long.', unit='s')
     stop_forearm: Ramp = constant((65.0, 55.0), 'Angle of the forearm to straight up, of a hand that says stop.',
                                   unit='deg')
     stop_ahead: Ramp = constant((0.15, 0.19), 'How far the wrist is before the shoulder.', unit='statures')
     stop_height: Ramp = constant((-0.08, -0.03), 'Height of the wrist over the shoulder.', unit='statures')
-    rising: Ramp = constant((0.35, 0.22), 'Speed up or down of the trunk: who falls, sits down or gets up tells '
-                                          'nothing with the arms.', unit='statures/s')
+    rising: Ramp = constant((0.35, 0.22), 'Speed up or down of the trunk: arms of a person that falls, sits down '
+                                          'or gets up make no gesture.', unit='statures/s')
     off_face: Ramp = constant((0.10, 0.14), 'Distance of the wrist from the nose; nearer, the hand is at the face.',
                               unit='statures')
     off_head: Ramp = constant((0.13, 0.17), 'The same, of a raised or waving hand: not at the head.', unit='statures')
@@ -107,8 +109,8 @@ class SwingConstants:
     most_sigma: float = constant(0.042, 'Greatest sigma of the joints of an arm where it turns.', unit='statures')
     smooth: float = constant(0.05, 'A position is the mean of those that are at most this much earlier or later.',
                              unit='s')
-    wave: Ramp = constant((0.04, 0.06), 'Way of the wrist to the side between two turns, of who waves: the longer of '
-                                        'the last two.', unit='statures')
+    wave: Ramp = constant((0.04, 0.06), 'Way of the wrist to the side between two turns, waving: the longer of the '
+                                        'last two.', unit='statures')
     wave_back: Ramp = constant((0.018, 0.030), 'The shorter of the last two, which may be under way.',
                                unit='statures')
     wave_level: float = constant(1.5, 'They are this many times the way up or forwards.')
@@ -118,7 +120,7 @@ class SwingConstants:
     wave_forearm: Ramp = constant((75.0, 60.0), 'Angle of the forearm to straight up.', unit='deg')
     wave_rising: float = constant(95.0, 'The motion counts from when the forearm is this near to straight up.',
                                   unit='deg')
-    beckon: Ramp = constant((16.0, 26.0), 'Bending and stretching of the elbow between two turns, of who beckons.',
+    beckon: Ramp = constant((16.0, 26.0), 'Bending and stretching of the elbow between two turns, beckoning.',
                             unit='deg')
     beckon_open: Ramp = constant((70.0, 80.0), 'Angle of the elbow where it is straightest in the motion.', unit='deg')
     beckon_bent: Ramp = constant((90.0, 78.0), 'The same, where it is most bent; more open, hands are shaken.',
@@ -131,17 +133,17 @@ class SwingConstants:
 
 @dataclass(frozen=True)
 class PointingConstants:
-    """The ray of who points."""
+    """The ray of a pointing arm."""
 
     eyes: float = constant(0.75, 'Where the ray begins on the way from the shoulder (0) to the eyes (1): people point '
                                  'with eyes and finger in line, or with the arm; most do the former.')
-    style: float = constant(0.4, 'Error by not knowing which: this share of the angle between both rays.')
+    style: float = constant(0.4, 'Error of the choice between both: this share of the angle between their rays.')
     cone: float = constant(2.0, 'Known targets within this many sigma of the ray are pointed at.', unit='sigma')
     beyond: float = constant(0.15, 'Points of the cloud count from so far beyond the wrist.', unit='statures')
     width: float = constant(2.0, 'The ray meets points this near to it.', unit='deg')
     least_width: float = constant(0.04, 'Or this near.', unit='m')
     surface: float = constant(0.15, 'Points of one surface are this near to each other along the ray.', unit='m')
-    least_points: int = constant(3, 'So many make a surface.')
+    least_points: int = constant(3, 'Least number of points of a surface.')
 
 
 @dataclass(frozen=True)
@@ -149,28 +151,30 @@ class MotionConstants:
     """Walking and falling."""
 
     time: float = constant(0.4, 'A speed is that over this time.', unit='s')
-    least_time: float = constant(0.2, 'Or over at least this time, of who just came.', unit='s')
-    moving: Ramp = constant((0.10, 0.22), 'Speed over the floor of who moves.', unit='statures/s')
-    fall_time: float = constant(2.5, 'Who was up longer before lying did not fall, but lay down.', unit='s')
-    fall_height: float = constant(0.33, 'Who falls comes down by this: the height of the shoulders. Lying back from '
-                                        'sitting on the floor is less.', unit='statures')
+    least_time: float = constant(0.2, 'Or over at least this time, for a person that has just come.', unit='s')
+    moving: Ramp = constant((0.10, 0.22), 'Speed over the floor, walking.', unit='statures/s')
+    fall_time: float = constant(2.5, 'A fall takes at most this long; slower, the person lay down.', unit='s')
+    fall_height: float = constant(0.33, 'The shoulders come down by this in a fall. Lying back from sitting on the '
+                                        'floor is less.', unit='statures')
     fall_begin: float = constant(0.15, 'A fall has begun when this share of the way is done.')
-    fall_speed: float = constant(0.75, 'Who comes down slower than this did not fall (greatest speed of the '
-                                       'shoulders): 1.3 m/s of an adult.', unit='statures/s')
+    fall_speed: float = constant(0.75, 'Least greatest speed of the shoulders in a fall: 1.3 m/s of an adult.',
+                                 unit='statures/s')
 
 
 @dataclass(frozen=True)
 class FloorConstants:
-    """Where on the floor somebody is."""
+    """Where on the floor a person is."""
 
-    lying: float = constant(0.07, 'Height of the middle of the trunk over the floor, of who lies.', unit='statures')
-    most_rise: float = constant(60.0, 'Somebody whose body faces more steeply up or down than this has no direction on '
-                                      'the floor.', unit='deg')
+    lying: float = constant(0.07, 'Height of the middle of the trunk over the floor, lying.', unit='statures')
+    most_rise: float = constant(60.0, 'A body that faces more steeply up or down than this has no direction on the '
+                                      'floor.', unit='deg')
+    ankle: float = constant(METHOD.track.standing.ankle_height, 'Height of the ankle over the floor, of a standing '
+                                                                'adult.', unit='m')
 
 
 @dataclass(frozen=True)
 class SignalConstants:
-    """All numbers of the signals."""
+    """All constants of the signals."""
 
     hold: HoldConstants = HoldConstants()
     person: PersonConstants = PersonConstants()
@@ -180,6 +184,7 @@ class SignalConstants:
     pointing: PointingConstants = PointingConstants()
     motion: MotionConstants = MotionConstants()
     floor: FloorConstants = FloorConstants()
+    body: BodyConstants = BODY
 
 
 SIGNALS = SignalConstants()

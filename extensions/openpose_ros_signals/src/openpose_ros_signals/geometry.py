@@ -4,7 +4,7 @@ from typing import NamedTuple, Tuple
 
 import numpy as np
 
-from openpose_ros_signals.constants import SIGNALS, Ramp
+from openpose_ros_signals.constants import SIGNALS, PersonConstants, Ramp
 from skeleton_extract_3d.body.body import (
     BODY,
     HIPS,
@@ -14,6 +14,7 @@ from skeleton_extract_3d.body.body import (
     NECK,
     SHOULDERS,
     TRUNK,
+    BodyConstants,
     joint_indices,
 )
 from skeleton_extract_3d.people import MEASURED, MISSING, People3D
@@ -118,20 +119,25 @@ def trunk_place(joints: np.ndarray) -> np.ndarray:
     return np.asarray(known.mean(axis=0)) if len(known) else _NONE
 
 
-def body_of(stamp: float, joints: Tuple[np.ndarray, np.ndarray, np.ndarray], up: np.ndarray, stature: float) -> Body:
+def body_of(stamp: float, joints: Tuple[np.ndarray, np.ndarray, np.ndarray], up: np.ndarray, stature: float,
+            most_sigma: float = SIGNALS.person.most_sigma) -> Body:
     """Return a person without the joints whose place is not known well.
 
     Args:
         joints: (18, 3) [m], their status (18,) and sigma (18,) [m].
+        up: (3,) unit vector.
+        stature: [m].
+        most_sigma: see `PersonConstants` [statures].
     """
     xyz, status, sigma = joints
     with np.errstate(invalid='ignore'):
-        known = (sigma <= SIGNALS.person.most_sigma * stature) | (np.isnan(sigma) & (status == MEASURED))
+        known = (sigma <= most_sigma * stature) | (np.isnan(sigma) & (status == MEASURED))
     return Body(stamp, np.where(known[:, np.newaxis], xyz, np.nan), np.where(known, sigma, np.nan), up, stature)
 
 
-def stature_of(joints: np.ndarray, status: np.ndarray) -> float:
-    """Return the stature, by the median bone [m]; NaN where too few are measured, or it is none of a human being.
+def stature_of(joints: np.ndarray, status: np.ndarray, constants: PersonConstants = SIGNALS.person,
+               body: BodyConstants = BODY) -> float:
+    """Return the stature, by the median bone [m]; NaN where too few are measured, or it is too small.
 
     Args:
         joints: (18, 3) [m].
@@ -141,9 +147,9 @@ def stature_of(joints: np.ndarray, status: np.ndarray) -> float:
     bones = seen[MEASURED_BONES]
     trunk = seen[NECK] - seen[HIPS].mean(axis=0)
     lengths = np.append(np.linalg.norm(bones[:, 0] - bones[:, 1], axis=1), np.linalg.norm(trunk))
-    ratios = (lengths / BODY.bone_lengths[MEASURED_KINDS])[np.isfinite(lengths)]
-    stature = float(np.median(ratios)) * BODY.adult_stature if len(ratios) >= 3 else np.nan
-    return stature if stature >= SIGNALS.person.least_stature else np.nan
+    ratios = (lengths / body.bone_lengths[MEASURED_KINDS])[np.isfinite(lengths)]
+    stature = float(np.median(ratios)) * body.adult_stature if len(ratios) >= 3 else np.nan
+    return stature if stature >= constants.least_stature else np.nan
 
 
 def angle(first: np.ndarray, second: np.ndarray) -> float:

@@ -4,14 +4,13 @@ from typing import Dict, NamedTuple, Optional, Sequence
 import numpy as np
 
 from openpose_ros_signals.arms import Arm, held_way
-from openpose_ros_signals.constants import SIGNALS
+from openpose_ros_signals.constants import GestureConstants, SignalConstants
 from openpose_ros_signals.geometry import Body, angle, least, ramp, unless_hidden
 from openpose_ros_signals.swings import beckon_degree, wave_degree
 from skeleton_extract_3d.landmarks import Hands3D
 from skeleton_extract_3d.people import MISSING
 
 ARM_GESTURES = ('wave', 'raise_hand', 'beckon', 'stop', 'point')
-_GESTURE = SIGNALS.gesture
 # Points of a hand: wrist, first joints of index, middle and little finger.
 _PALM = np.array([0, 5, 9, 17])
 
@@ -33,55 +32,58 @@ def palm_of(hands: Hands3D, person: int, left: bool) -> Optional[Palm]:
     return None
 
 
-def extended(arm: Arm) -> float:
+def extended(arm: Arm, constants: GestureConstants) -> float:
     """Return how far an arm is straight and away from the body, 0 to 1; NaN if it is hidden."""
-    return least(ramp(arm.elbow, _GESTURE.straight_arm), ramp(arm.raised, _GESTURE.arm_away))
+    return least(ramp(arm.elbow, constants.straight_arm), ramp(arm.raised, constants.arm_away))
 
 
-def arm_degrees(arms: Sequence[Arm], other: Arm, palm: Optional[Palm], body: Body) -> Dict[str, float]:
+def arm_degrees(arms: Sequence[Arm], other: Arm, palm: Optional[Palm], body: Body, signals: SignalConstants
+                ) -> Dict[str, float]:
     """Return how far each of `ARM_GESTURES` holds for one arm, 0 to 1; NaN if the arm is hidden.
 
     Args:
         arms: in the last second, the newest last.
-        other: the other arm: who stretches out both does not point.
+        other: the other arm: two arms that are stretched out do not point.
         palm: of this arm's hand; None: not known.
         body: at the time of the newest.
     """
     arm = arms[-1]
     if not arm.known:
         return dict.fromkeys(ARM_GESTURES, np.nan)
-    held = ramp(held_way(arms, _GESTURE.held_time), _GESTURE.held)
-    wave = wave_degree(arms)
-    beckon = least(beckon_degree(arms), 1 - wave)
-    raised = least(ramp(arm.over_eyes, _GESTURE.over_eyes), ramp(arm.raised, _GESTURE.steep_arm),
-                   ramp(arm.elbow, _GESTURE.open_elbow), ramp(arm.from_nose, _GESTURE.off_head), held, 1 - wave)
-    stop = least(_says_stop(arms, palm, body), 1 - wave, 1 - beckon, 1 - raised)
+    constants = signals.gesture
+    held = ramp(held_way(arms, constants.held_time), constants.held)
+    wave = wave_degree(arms, signals.swing, constants)
+    beckon = least(beckon_degree(arms, signals.swing, constants), 1 - wave)
+    raised = least(ramp(arm.over_eyes, constants.over_eyes), ramp(arm.raised, constants.steep_arm),
+                   ramp(arm.elbow, constants.open_elbow), ramp(arm.from_nose, constants.off_head), held, 1 - wave)
+    stop = least(_says_stop(arms, palm, body, constants), 1 - wave, 1 - beckon, 1 - raised)
     over_hips = body.height(arm.place * body.stature, body.hips)
-    point = least(extended(arm), ramp(arm.raised, _GESTURE.arm_not_up), held, 1 - wave, 1 - beckon, 1 - stop,
-                  unless_hidden(1 - extended(other)), unless_hidden(ramp(over_hips, _GESTURE.over_hips)))
+    point = least(extended(arm, constants), ramp(arm.raised, constants.arm_not_up), held, 1 - wave, 1 - beckon,
+                  1 - stop, unless_hidden(1 - extended(other, constants)),
+                  unless_hidden(ramp(over_hips, constants.over_hips)))
     return {'wave': wave, 'raise_hand': raised, 'beckon': beckon, 'stop': stop, 'point': point}
 
 
-def _says_stop(arms: Sequence[Arm], palm: Optional[Palm], body: Body) -> float:
+def _says_stop(arms: Sequence[Arm], palm: Optional[Palm], body: Body, constants: GestureConstants) -> float:
     """Return how far a hand says stop: by its palm, or without one by the arm."""
     arm = arms[-1]
-    held = least(ramp(held_way(arms, _GESTURE.stop_time), _GESTURE.held), ramp(arm.wrist[1], _GESTURE.stop_ahead))
+    held = least(ramp(held_way(arms, constants.stop_time), constants.held), ramp(arm.wrist[1], constants.stop_ahead))
     if palm is None:
-        return least(held, 1 - ramp(arm.elbow, _GESTURE.straight_arm), ramp(arm.forearm, _GESTURE.stop_forearm),
-                     ramp(arm.wrist[2], _GESTURE.stop_height), ramp(arm.from_nose, _GESTURE.off_face))
+        return least(held, 1 - ramp(arm.elbow, constants.straight_arm), ramp(arm.forearm, constants.stop_forearm),
+                     ramp(arm.wrist[2], constants.stop_height), ramp(arm.from_nose, constants.off_face))
     outwards = arm.reach - (arm.reach @ body.up) * body.up
-    return least(held, ramp(angle(palm.normal, outwards), _GESTURE.palm), ramp(angle(palm.fingers, body.up),
-                                                                              _GESTURE.palm))
+    return least(held, ramp(angle(palm.normal, outwards), constants.palm),
+                 ramp(angle(palm.fingers, body.up), constants.palm))
 
 
-def crossed_degree(left: Arm, right: Arm, body: Body) -> float:
+def crossed_degree(left: Arm, right: Arm, body: Body, constants: GestureConstants) -> float:
     """Return how far the arms are crossed before the chest, 0 to 1; NaN if an arm is hidden."""
     if not (left.known and right.known):
         return np.nan
     apart = float((left.place - right.place) @ body.left)
-    degrees = [ramp(apart, _GESTURE.crossed), ramp(-left.fore[0], _GESTURE.inward),
-               ramp(-right.fore[0], _GESTURE.inward)]
+    degrees = [ramp(apart, constants.crossed), ramp(-left.fore[0], constants.inward),
+               ramp(-right.fore[0], constants.inward)]
     for arm in (left, right):
-        degrees += [ramp(abs(arm.fore[2]), _GESTURE.level_forearm), ramp(-arm.wrist[2], _GESTURE.chest_height),
-                    ramp(arm.wrist[1], _GESTURE.before_chest)]
+        degrees += [ramp(abs(arm.fore[2]), constants.level_forearm), ramp(-arm.wrist[2], constants.chest_height),
+                    ramp(arm.wrist[1], constants.before_chest)]
     return least(*degrees)

@@ -5,39 +5,34 @@ from typing import Deque, NamedTuple, Optional, Sequence
 
 import numpy as np
 
-from openpose_ros_signals.constants import SIGNALS
+from openpose_ros_signals.constants import FloorConstants, MotionConstants, SignalConstants
 from openpose_ros_signals.geometry import EARS, EYES, LEGS, NOSE, TICK, Body, unit
 from openpose_ros_signals.records import Facing, Fall, FloorPose, Walk
-from skeleton_extract_3d.body.body import BODY, SHOULDERS, TRUNK
-from skeleton_extract_3d.constants import METHOD
+from skeleton_extract_3d.body.body import SHOULDERS, TRUNK
 from skeleton_extract_3d.points.transform import quaternions
 
-_MOTION, _FLOOR = SIGNALS.motion, SIGNALS.floor
 _ANKLES = LEGS[:, 2]
-# Heights over the floor of an adult's ankle, and of the middle of the trunk of an adult who stands [m].
-_ANKLE = METHOD.track.standing.ankle_height
-_STANDING = _ANKLE + BODY.shin + BODY.thigh + BODY.trunk_length / 2
 
 
-def floor_velocity(bodies: Sequence[Body]) -> Optional[np.ndarray]:
+def floor_velocity(bodies: Sequence[Body], constants: MotionConstants) -> Optional[np.ndarray]:
     """Return the level velocity of the trunk (3,) [m/s]; None if it was not seen for long enough.
 
     Args:
         bodies: of one person, the newest last.
     """
     newest = bodies[-1]
-    before = [body for body in bodies if newest.stamp - body.stamp <= _MOTION.time + TICK]
+    before = [body for body in bodies if newest.stamp - body.stamp <= constants.time + TICK]
     for body in before:
         elapsed = newest.stamp - body.stamp
         moved = newest.joints[TRUNK] - body.joints[TRUNK]
         moved = moved[np.isfinite(moved[:, 0])]
-        if elapsed >= _MOTION.least_time - TICK and len(moved):
+        if elapsed >= constants.least_time - TICK and len(moved):
             velocity = np.median(moved, axis=0) / elapsed
             return np.asarray(velocity - (velocity @ newest.up) * newest.up)
     return None
 
 
-def rising_speed(bodies: Sequence[Body]) -> float:
+def rising_speed(bodies: Sequence[Body], constants: MotionConstants) -> float:
     """Return the speed of the trunk up or down [statures/s]; 0 if it is not known.
 
     Args:
@@ -46,7 +41,7 @@ def rising_speed(bodies: Sequence[Body]) -> float:
     newest = bodies[-1]
     for body in bodies:
         elapsed = newest.stamp - body.stamp
-        if TICK < elapsed <= _MOTION.least_time + TICK:
+        if TICK < elapsed <= constants.least_time + TICK:
             return float(np.nan_to_num(abs(newest.height(newest.place, body.place)))) / elapsed
     return 0.0
 
@@ -70,43 +65,52 @@ def facing_of(body: Body, frame: np.ndarray, head: bool) -> Optional[Facing]:
     return Facing(frame[:, 0], error / apart, body.joints[NOSE] if head else None)
 
 
-def floor_pose(body: Body, joints: np.ndarray, posture: str, forward: np.ndarray, floor: Optional[np.ndarray],
-               ) -> Optional[FloorPose]:
-    """Return the pose on the floor below the middle of the trunk; None if no joint is known.
-
-    Where the trunk is hidden, its inferred joints tell where it is, then all others: who is half hidden is there too.
-    The floor is the plane. Where that is not known, the trunk of who lies is near it; the lower ankle of others stands
-    on it; where the ankles are hidden, the trunk is as high over it as that of who stands.
+def place_of(body: Body, joints: np.ndarray) -> Optional[np.ndarray]:
+    """Return the middle of the trunk (3,) [m], by its inferred joints or all others where it is hidden; None: no joint.
 
     Args:
         joints: (18, 3) [m] of this body, with those that are too uncertain for `body`.
-        forward: (3,) level unit vector.
-        floor: see `Surroundings`.
     """
     guesses = (guess[np.isfinite(guess[:, 0])] for guess in (body.place[np.newaxis], joints[TRUNK], joints))
-    place = next((guess.mean(axis=0) for guess in guesses if len(guess)), None)
-    if place is None:
-        return None
-    ankles, scale = body.joints[_ANKLES] @ body.up, body.stature / BODY.adult_stature
+    return next((np.asarray(guess.mean(axis=0)) for guess in guesses if len(guess)), None)
+
+
+def height_over_floor(body: Body, place: np.ndarray, lying: bool, floor: Optional[np.ndarray],
+                      constants: SignalConstants) -> float:
+    """Return the height of the middle of the trunk over the floor [m].
+
+    Where the plane is not known: the trunk of a person that lies is near the floor, otherwise the lower ankle stands on
+    it; where the ankles are hidden, the height is that of a standing person.
+
+    Args:
+        place: (3,) [m] the middle of the trunk.
+        floor: (4,) plane, see `Surroundings`; None: not known.
+    """
+    human, ankles = constants.body, body.joints[_ANKLES] @ body.up
+    scale = body.stature / human.adult_stature
     if floor is not None:
-        height = float(place @ floor[:3] + floor[3]) / float(body.up @ floor[:3])
-    elif posture == 'lying':
-        height = _FLOOR.lying * body.stature
-    elif np.isfinite(ankles).any():
-        height = float(place @ body.up - np.nanmin(ankles)) + _ANKLE * scale
-    else:
-        height = _STANDING * scale
-    axes = np.column_stack([forward, np.cross(body.up, forward), body.up])
-    return FloorPose(np.asarray(place - height * body.up), np.asarray(quaternions(axes[np.newaxis])[0]))
+        return float(place @ floor[:3] + floor[3]) / float(body.up @ floor[:3])
+    if lying:
+        return constants.floor.lying * body.stature
+    if np.isfinite(ankles).any():
+        return float(place @ body.up - np.nanmin(ankles)) + constants.floor.ankle * scale
+    return (constants.floor.ankle + human.shin + human.thigh + human.trunk_length / 2) * scale
 
 
-def level_direction(body: Body, facing: Optional[Facing], walk: Optional[Walk]) -> np.ndarray:
+def floor_pose(place: np.ndarray, height: float, forward: np.ndarray, up: np.ndarray) -> FloorPose:
+    """Return the pose on the floor below a place (3,) [m] at a height [m], x along `forward`, z along `up` (3,)."""
+    axes = np.column_stack([forward, np.cross(up, forward), up])
+    return FloorPose(np.asarray(place - height * up), np.asarray(quaternions(axes[np.newaxis])[0]))
+
+
+def level_direction(body: Body, facing: Optional[Facing], walk: Optional[Walk], constants: FloorConstants
+                    ) -> np.ndarray:
     """Return where a body is turned on the floor, a level unit vector (3,).
 
-    It is where the body faces; where that is hidden, or up or down as of who lies, where the person walks; else x of
-    the frame, or its z if x is upwards.
+    It is where the body faces; where that is hidden, or steeply up or down, where the person walks; else x of the
+    frame, or its z if x is upwards.
     """
-    if facing is not None and abs(facing.direction @ body.up) < math.sin(math.radians(_FLOOR.most_rise)):
+    if facing is not None and abs(facing.direction @ body.up) < math.sin(math.radians(constants.most_rise)):
         return _level(facing.direction, body.up)
     if walk is not None and walk.moving:
         return walk.direction
@@ -128,19 +132,20 @@ class FallWatch:
     """Whether a person fell.
 
     Attributes:
-        fall: of who lies after a fall; None: no fall.
+        fall: of a person that lies after a fall; None: no fall.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, constants: MotionConstants) -> None:
+        self._constants = constants
         self.fall: Optional[Fall] = None
         self._heights: Deque[_Height] = deque()
 
-    def update(self, body: Body, posture: str, since: float) -> None:
+    def watch(self, body: Body, posture: str, since: float) -> None:
         """Take a body and its posture, which holds since a time [s]."""
         height = float(body.shoulders @ body.up) / body.stature
         if np.isfinite(height):
             self._heights.append(_Height(body.stamp, height))
-        while self._heights and self._heights[0].stamp < body.stamp - _MOTION.fall_time:
+        while self._heights and self._heights[0].stamp < body.stamp - self._constants.fall_time:
             self._heights.popleft()
         if posture == 'lying' and self.fall is None and self._heights:
             self.fall = self._fall(since, body.stature)
@@ -152,18 +157,18 @@ class FallWatch:
         """Return the fall that ended at a time; None if the person came down slowly, or was never up."""
         stamps, heights = np.array(self._heights).T
         top, floor = heights.max(), heights[-1]
-        if top - floor < _MOTION.fall_height:
+        if top - floor < self._constants.fall_height:
             return None
-        begin = float(stamps[heights > top - _MOTION.fall_begin * (top - floor)][-1])
-        speed = _fastest(stamps, heights)
-        if speed < _MOTION.fall_speed:
+        begin = float(stamps[heights > top - self._constants.fall_begin * (top - floor)][-1])
+        speed = _fastest(stamps, heights, self._constants.least_time)
+        if speed < self._constants.fall_speed:
             return None
         return Fall(stamp, max(stamp - begin, 0.0), speed * stature)
 
 
-def _fastest(stamps: np.ndarray, heights: np.ndarray) -> float:
-    """Return the greatest speed downwards, over the least time of a speed."""
-    earlier = np.searchsorted(stamps, stamps - _MOTION.least_time + TICK) - 1
+def _fastest(stamps: np.ndarray, heights: np.ndarray, time: float) -> float:
+    """Return the greatest speed downwards [statures/s], over a time [s]."""
+    earlier = np.searchsorted(stamps, stamps - time + TICK) - 1
     rows = np.flatnonzero(earlier >= 0)
     if not len(rows):
         return 0.0

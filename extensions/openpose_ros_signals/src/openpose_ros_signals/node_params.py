@@ -49,8 +49,8 @@ class SignalsParams(Parameters):
     use_cloud: bool = parameter(
         False, 'Read the organized cloud on ~point_cloud: what pointing rays meet there is told.')
     summary: bool = parameter(
-        False, 'Serve get_people and publish people_summary whenever somebody comes, leaves or does something else: '
-               'for state machines. People are read then also while nobody subscribes.')
+        False, 'Serve get_people, for state machines: the people that are there, since when, and what they do. The '
+               'node works then all the time.')
     targets: str = parameter(
         '', 'YAML file of what people may point at: a list of name, frame_id (any frame of tf) and position [m]; '
             'empty: no known targets.')

@@ -5,11 +5,20 @@ from typing import Deque, List, NamedTuple, Optional, Tuple
 import numpy as np
 
 from openpose_ros_signals.arms import Arm, arm_of
-from openpose_ros_signals.constants import SIGNALS
+from openpose_ros_signals.constants import SIGNALS, SignalConstants
 from openpose_ros_signals.geometry import ARMS, Body, body_of, least, ramp, stature_of, trunk_place, unit, unless_hidden
 from openpose_ros_signals.gestures import ARM_GESTURES, Palm, arm_degrees, crossed_degree
 from openpose_ros_signals.holding import Held
-from openpose_ros_signals.motion import FallWatch, facing_of, floor_pose, floor_velocity, level_direction, rising_speed
+from openpose_ros_signals.motion import (
+    FallWatch,
+    facing_of,
+    floor_pose,
+    floor_velocity,
+    height_over_floor,
+    level_direction,
+    place_of,
+    rising_speed,
+)
 from openpose_ros_signals.pointing import hit_points, hit_target, pointing_of
 from openpose_ros_signals.postures import posture_degrees
 from openpose_ros_signals.records import (
@@ -26,13 +35,11 @@ from openpose_ros_signals.records import (
     Target,
     Walk,
 )
-from skeleton_extract_3d.body.body import BODY
 
-_PERSON, _HOLD, _MOTION, _GESTURE = SIGNALS.person, SIGNALS.hold, SIGNALS.motion, SIGNALS.gesture
 SIDES = (LEFT, RIGHT)
-# What also who lies on the floor tells.
+# Gestures that count of a person that lies, too.
 _ALSO_LYING = ('wave', 'raise_hand')
-# What moves to and fro.
+# Gestures that move to and fro.
 _SWINGS = ('wave', 'beckon')
 
 
@@ -40,7 +47,7 @@ class Surroundings(NamedTuple):
     """What is around people.
 
     Attributes:
-        targets: that people may point at; they go before points.
+        targets: of pointing; they go before points.
         points: (N, 3) [m] of a cloud, NaN where missing; None: not known.
         floor: (4,) plane a, b, c, d with a x + b y + c z + d = 0 and (a, b, c) of length 1 upwards; None: not known.
     """
@@ -50,7 +57,7 @@ class Surroundings(NamedTuple):
     floor: Optional[np.ndarray] = None
 
 
-class Seen(NamedTuple):
+class BodyObservation(NamedTuple):
     """A person of a frame.
 
     Attributes:
@@ -68,7 +75,7 @@ class Seen(NamedTuple):
 
 
 class Person:
-    """What is remembered of a person.
+    """A person over time.
 
     Attributes:
         since, stamp: when the person was seen first and last [s].
@@ -76,21 +83,24 @@ class Person:
         stature: [m].
     """
 
-    def __init__(self, since: float) -> None:
+    def __init__(self, since: float, constants: SignalConstants = SIGNALS) -> None:
+        self._constants = constants
         self.since = self.stamp = since
         self.place, self.placed = np.full(3, np.nan), np.nan
-        self.stature = BODY.adult_stature
-        self._statures: Deque[float] = deque(maxlen=_PERSON.statures)
+        self.stature = constants.body.adult_stature
+        self._statures: Deque[float] = deque(maxlen=constants.person.statures)
         self._bodies: Deque[Body] = deque()
         self._arms: Tuple[Deque[Arm], Deque[Arm]] = (deque(), deque())
-        self._postures = {name: Held(_HOLD.lying if name == 'lying' else _HOLD.begin) for name in POSTURES}
+        hold = constants.hold
+        self._postures = {name: Held(hold, hold.lying if name == 'lying' else hold.begin) for name in POSTURES}
         # all of them look back: at a motion to and fro, or at a tenth of a second
-        self._gestures = [{name: Held(0.0) if name in _SWINGS else Held(at_once=True) for name in ARM_GESTURES}
-                          for _ in SIDES]
-        self._crossed, self._moving, self._falls = Held(), Held(), FallWatch()
+        self._gestures = [{name: Held(hold, 0.0) if name in _SWINGS else Held(hold, at_once=True)
+                           for name in ARM_GESTURES} for _ in SIDES]
+        self._crossed, self._moving, self._falls = Held(hold), Held(hold), FallWatch(constants.motion)
         self._rays: List[Tuple[float, Optional[Pointing]]] = [(-np.inf, None)] * 2
 
-    def update(self, name: int, stamp: float, seen: Seen, up: np.ndarray, around: Surroundings) -> PersonSignals:
+    def read(self, name: int, stamp: float, seen: BodyObservation, up: np.ndarray, around: Surroundings
+             ) -> PersonSignals:
         """Return what the person does at a time [s].
 
         Args:
@@ -99,21 +109,25 @@ class Person:
         """
         body = self._body(stamp, seen, up)
         posture = self._posture(body)
-        self._falls.update(body, posture.name, posture.since)
+        self._falls.watch(body, posture.name, posture.since)
         gestures = self._all_gestures(body, seen, around)
         trunk = facing_of(body, seen.trunk, head=False)
         head = seen.face or facing_of(body, seen.head, head=True)
         hidden = tuple(side for side, arms in zip(SIDES, self._arms) if not arms[-1].known)
         walk = self._walk(body)
-        floor = floor_pose(body, seen.joints[0], posture.name, level_direction(body, trunk, walk), around.floor)
+        forward = level_direction(body, trunk, walk, self._constants.floor)
+        place = place_of(body, seen.joints[0])
+        floor = None if place is None else floor_pose(place, height_over_floor(
+            body, place, posture.name == 'lying', around.floor, self._constants), forward, body.up)
         return PersonSignals(name, body.place, posture, gestures, trunk, head, walk, self._falls.fall, hidden, floor)
 
-    def _body(self, stamp: float, seen: Seen, up: np.ndarray) -> Body:
-        stature = stature_of(*seen.joints[:2])
+    def _body(self, stamp: float, seen: BodyObservation, up: np.ndarray) -> Body:
+        constants = self._constants.person
+        stature = stature_of(*seen.joints[:2], constants, self._constants.body)
         if np.isfinite(stature):
             self._statures.append(stature)
             self.stature = float(np.median(np.array(self._statures)))
-        body = body_of(stamp, seen.joints, up, self.stature)
+        body = body_of(stamp, seen.joints, up, self.stature, constants.most_sigma)
         self.stamp = stamp
         place = trunk_place(seen.joints[0])
         if np.isfinite(place).all():
@@ -121,32 +135,34 @@ class Person:
         self._bodies.append(body)
         for side, arms in enumerate(self._arms):
             arms.append(arm_of(body, side))
-        while self._bodies[0].stamp < stamp - _PERSON.history:
+        while self._bodies[0].stamp < stamp - constants.history:
             self._bodies.popleft()
             for arms in self._arms:
                 arms.popleft()
         return body
 
     def _posture(self, body: Body) -> Posture:
-        degrees = posture_degrees(body)
+        degrees = posture_degrees(body, self._constants.posture)
         for name, held in self._postures.items():
-            held.update(body.stamp, degrees[name])
+            held.take(body.stamp, degrees[name])
         on = [name for name, held in self._postures.items() if held.on]
         if not on:
             return Posture(UNKNOWN)
         name = max(on, key=lambda one: self._postures[one].since)
         return Posture(name, self._postures[name].since, self._postures[name].confidence)
 
-    def _all_gestures(self, body: Body, seen: Seen, around: Surroundings) -> Tuple[Gesture, ...]:
-        crossed = crossed_degree(self._arms[0][-1], self._arms[1][-1], body)
-        self._crossed.update(body.stamp, crossed)
-        settled = least(ramp(rising_speed(self._bodies), _GESTURE.rising), unless_hidden(1 - crossed))
+    def _all_gestures(self, body: Body, seen: BodyObservation, around: Surroundings) -> Tuple[Gesture, ...]:
+        constants = self._constants
+        crossed = crossed_degree(self._arms[0][-1], self._arms[1][-1], body, constants.gesture)
+        self._crossed.take(body.stamp, crossed)
+        settled = least(ramp(rising_speed(self._bodies, constants.motion), constants.gesture.rising),
+                        unless_hidden(1 - crossed))
         up = 0.0 if self._postures['lying'].on else 1.0
         found = []
         for side, arm in enumerate(SIDES):
-            degrees = arm_degrees(list(self._arms[side]), self._arms[1 - side][-1], seen.palms[side], body)
+            degrees = arm_degrees(list(self._arms[side]), self._arms[1 - side][-1], seen.palms[side], body, constants)
             for name, held in self._gestures[side].items():
-                held.update(body.stamp, least(degrees[name], settled, 1.0 if name in _ALSO_LYING else up))
+                held.take(body.stamp, least(degrees[name], settled, 1.0 if name in _ALSO_LYING else up))
             found += [Gesture(name, arm, held.since, held.confidence,
                               self._pointing(side, body, degrees['point'], around) if name == 'point' else None)
                       for name, held in self._gestures[side].items() if held.on]
@@ -156,23 +172,24 @@ class Person:
 
     def _pointing(self, side: int, body: Body, degree: float, around: Surroundings) -> Optional[Pointing]:
         """Return the ray; for a moment after arm or head are hidden or the arm leaves, the last one of the gesture."""
-        ray = pointing_of(body, side)
-        if ray is None or not degree >= _HOLD.unsure:
+        constants, hold = self._constants.pointing, self._constants.hold
+        ray = pointing_of(body, side, constants)
+        if ray is None or not degree >= hold.unsure:
             stamp, last = self._rays[side]
-            return last if stamp >= max(self._gestures[side]['point'].since, body.stamp - _HOLD.hidden) else None
-        hit = hit_target(ray, around.targets)
+            return last if stamp >= max(self._gestures[side]['point'].since, body.stamp - hold.hidden) else None
+        hit = hit_target(ray, around.targets, constants)
         if hit is None and around.points is not None:
-            hit = hit_points(ray, around.points, body.joints[ARMS[side, 2]], body.stature)
+            hit = hit_points(ray, around.points, body.joints[ARMS[side, 2]], body.stature, constants)
         pointing = Pointing(ray.origin, ray.direction, ray.sigma, hit)
         self._rays[side] = body.stamp, pointing
         return pointing
 
     def _walk(self, body: Body) -> Optional[Walk]:
-        velocity = floor_velocity(self._bodies)
+        velocity = floor_velocity(self._bodies, self._constants.motion)
         if velocity is None:
-            self._moving.update(body.stamp, np.nan)
+            self._moving.take(body.stamp, np.nan)
             return None
         speed = float(np.linalg.norm(velocity))
-        self._moving.update(body.stamp, ramp(speed / body.stature, _MOTION.moving))
+        self._moving.take(body.stamp, ramp(speed / body.stature, self._constants.motion.moving))
         moving = self._moving.on
         return Walk(moving, speed, unit(velocity) if moving else np.zeros(3))

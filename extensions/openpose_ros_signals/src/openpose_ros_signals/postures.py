@@ -1,13 +1,11 @@
 """Postures, by the inclinations of trunk, thighs and shins; how far each one holds."""
-from typing import Dict, NamedTuple
+from typing import Dict, List, NamedTuple
 
 import numpy as np
 
-from openpose_ros_signals.constants import SIGNALS
+from openpose_ros_signals.constants import SIGNALS, PostureConstants
 from openpose_ros_signals.geometry import LEGS, Body, angle, least, most, ramp, unless_hidden
 from openpose_ros_signals.records import POSTURES
-
-_POSTURE = SIGNALS.posture
 
 
 class _Leg(NamedTuple):
@@ -23,24 +21,24 @@ class _Leg(NamedTuple):
     sigma: float
 
 
-def posture_degrees(body: Body) -> Dict[str, float]:
+def posture_degrees(body: Body, constants: PostureConstants = SIGNALS.posture) -> Dict[str, float]:
     """Return how far each of `POSTURES` holds, 0 to 1; NaN where the joints do not tell."""
     trunk = angle(body.shoulders - body.hips, body.up)
     heights = body.joints[LEGS[:, 2]] @ body.up
     foot = float(np.nanmin(heights)) if np.isfinite(heights).any() else np.nan
     legs = [leg for leg in (_leg(body, joints) for joints in LEGS) if not np.isnan(leg.knee)]
     if not legs:
-        flat = ramp(trunk, _POSTURE.lying)
+        flat = ramp(trunk, constants.lying)
         return dict(dict.fromkeys(POSTURES, np.nan if flat < 1 else 0.0), lying=0.0 if flat == 0 else np.nan)
-    crouched = _crouching(body, legs, foot)
-    lying = least(ramp(trunk, _POSTURE.lying), unless_hidden(1 - crouched),
-                  *(ramp(leg.thigh, _POSTURE.thigh_not_down) for leg in legs))
-    standing = most(*(least(ramp(leg.thigh, _POSTURE.thigh_down), ramp(leg.knee, _POSTURE.straight_knee))
+    crouched = _crouching(body, legs, foot, constants)
+    lying = least(ramp(trunk, constants.lying), unless_hidden(1 - crouched),
+                  *(ramp(leg.thigh, constants.thigh_not_down) for leg in legs))
+    standing = most(*(least(ramp(leg.thigh, constants.thigh_down), ramp(leg.knee, constants.straight_knee))
                       for leg in legs))
-    kneeling = least(1 - standing, most(*(_kneeling(leg) for leg in legs)))
-    crouching = least(1 - standing, 1 - kneeling, crouched, ramp(trunk, _POSTURE.upright))
-    sitting = least(1 - standing, 1 - kneeling, 1 - crouching, ramp(trunk, _POSTURE.upright),
-                    most(*(ramp(leg.thigh, _POSTURE.thigh_level) for leg in legs)))
+    kneeling = least(1 - standing, most(*(_kneeling(leg, constants) for leg in legs)))
+    crouching = least(1 - standing, 1 - kneeling, crouched, ramp(trunk, constants.upright))
+    sitting = least(1 - standing, 1 - kneeling, 1 - crouching, ramp(trunk, constants.upright),
+                    most(*(ramp(leg.thigh, constants.thigh_level) for leg in legs)))
     return {'standing': standing, 'sitting': sitting, 'crouching': crouching, 'kneeling': kneeling, 'lying': lying}
 
 
@@ -50,18 +48,18 @@ def _leg(body: Body, joints: np.ndarray) -> _Leg:
                 float(np.nan_to_num(body.sigma[joints[2]])) / body.stature)
 
 
-def _kneeling(leg: _Leg) -> float:
-    seen = 1.0 if leg.sigma <= _POSTURE.foot_sigma else np.nan
-    return least(seen, ramp(leg.shin, _POSTURE.shin_level), ramp(leg.knee, _POSTURE.bent_knee),
-                 ramp(leg.thigh, _POSTURE.over_knee))
+def _kneeling(leg: _Leg, constants: PostureConstants) -> float:
+    seen = 1.0 if leg.sigma <= constants.foot_sigma else np.nan
+    return least(seen, ramp(leg.shin, constants.shin_level), ramp(leg.knee, constants.bent_knee),
+                 ramp(leg.thigh, constants.over_knee))
 
 
-def _crouching(body: Body, legs: 'list[_Leg]', foot: float) -> float:
+def _crouching(body: Body, legs: List[_Leg], foot: float, constants: PostureConstants) -> float:
     """Return how far the hips are low over the feet, the trunk over them, and all knees bent."""
     over = (float(body.hips @ body.up) - foot) / body.stature
     ankles = body.joints[LEGS[:, 2]]
     feet = ankles[np.isfinite(ankles[:, 0])].mean(axis=0)
     lean = body.place - feet
     away = float(np.linalg.norm(lean - (lean @ body.up) * body.up)) / body.stature
-    return least(ramp(over, _POSTURE.low_hips), ramp(over, _POSTURE.off_floor), ramp(away, _POSTURE.balance),
-                 *(ramp(leg.knee, _POSTURE.bent_knee) for leg in legs))
+    return least(ramp(over, constants.low_hips), ramp(over, constants.off_floor), ramp(away, constants.balance),
+                 *(ramp(leg.knee, constants.bent_knee) for leg in legs))

@@ -2,27 +2,26 @@
 from typing import Dict, List, Optional, Tuple
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 from scipy.spatial.transform import Rotation
 
-from openpose_ros_signals.constants import SIGNALS
+from openpose_ros_pkg.assignment import match
+from openpose_ros_signals.constants import SIGNALS, SignalConstants
 from openpose_ros_signals.geometry import joints_of, trunk_place
 from openpose_ros_signals.gestures import palm_of
-from openpose_ros_signals.person import Person, Seen, Surroundings
+from openpose_ros_signals.person import BodyObservation, Person, Surroundings
 from openpose_ros_signals.records import Facing, PersonSignals
 from skeleton_extract_3d.body.joint_frames import joint_frames
 from skeleton_extract_3d.landmarks import Landmarks3D
 from skeleton_extract_3d.people import People3D
 
-_PERSON = SIGNALS.person
-_FAR = 1e6
 _NOTHING = Surroundings()
 
 
 class SignalReader:
     """Tells what the people of successive frames do; not thread-safe, and with no clock but the stamps."""
 
-    def __init__(self) -> None:
+    def __init__(self, constants: SignalConstants = SIGNALS) -> None:
+        self._constants = constants
         self._people: Dict[int, Person] = {}
         self._stamp = -np.inf
 
@@ -37,9 +36,9 @@ class SignalReader:
 
         Args:
             people: in a frame of reference in which the room stands still, or walking and falls are not told rightly.
-            stamp: [s]; if it is before that of the last frame, everybody begins anew.
+            stamp: [s]; if it is before that of the last frame, all people begin anew.
             up: (3,) upwards, any length.
-            around: what they may point at, in the same frame.
+            around: targets, cloud and floor, in the same frame.
             landmarks: their hands and faces, in the same frame; None: not known.
         """
         if stamp < self._stamp:
@@ -47,43 +46,43 @@ class SignalReader:
         self._stamp = stamp
         up = np.asarray(up, np.float64) / np.linalg.norm(up)
         self._people = {name: person for name, person in self._people.items()
-                        if stamp - person.stamp <= _PERSON.gap}
+                        if stamp - person.stamp <= self._constants.person.gap}
         joints = joints_of(people)
         self._follow(people.ids.tolist(), joints[0], stamp)
-        seen = _all_seen(people, joints, landmarks or Landmarks3D.empty())
-        return tuple(self._people[name].update(name, stamp, one, up, around)
+        seen = _observations(people, joints, landmarks or Landmarks3D.empty())
+        return tuple(self._people[name].read(name, stamp, one, up, around)
                      for name, one in zip(people.ids.tolist(), seen))
 
     def _follow(self, names: List[int], joints: np.ndarray, stamp: float) -> None:
-        """Give new ids, and those that have jumped, the memory of who was there."""
+        """Give new ids, and those that have jumped, the memory of the nearest person that was lost."""
         with np.errstate(invalid='ignore'):
             places = np.array([trunk_place(row) for row in joints]).reshape(-1, 3)
         new = [row for row, name in enumerate(names)
                if name not in self._people or self._steps(self._people[name], places[row], stamp) > 1]
         kept = {names[row] for row in range(len(names)) if row not in new}
         lost = [name for name in self._people if name not in kept]
-        steps = np.nan_to_num(np.array([[self._steps(self._people[name], places[row], stamp) for name in lost]
-                                        for row in new]).reshape(len(new), len(lost)), nan=_FAR)
-        memories = {new[row]: self._people[lost[column]] for row, column in zip(*linear_sum_assignment(steps))
-                    if steps[row, column] <= 1}
+        steps = np.array([[self._steps(self._people[name], places[row], stamp) for name in lost]
+                          for row in new]).reshape(len(new), len(lost))
+        with np.errstate(invalid='ignore'):
+            allowed = steps <= 1
+        memories = {new[row]: self._people[lost[column]] for row, column in match(steps, allowed)}
         for row in new:
             self._people.pop(names[row], None)
         taken = {id(person) for person in memories.values()}
         self._people = {name: person for name, person in self._people.items() if id(person) not in taken}
-        self._people.update({names[row]: memories.get(row) or Person(stamp) for row in new})
+        self._people.update({names[row]: memories.get(row) or Person(stamp, self._constants) for row in new})
 
-    @staticmethod
-    def _steps(person: Person, place: np.ndarray, stamp: float) -> float:
+    def _steps(self, person: Person, place: np.ndarray, stamp: float) -> float:
         """Return how far a place is from where a person was, as a share of how far the person may have gone.
 
         It is NaN where the place is not known, or that of the person was not for longer than `gap`.
         """
-        age = stamp - person.placed
-        reach = (_PERSON.step + _PERSON.stride * age) * person.stature
-        return float(np.linalg.norm(place - person.place)) / reach if age <= _PERSON.gap else np.nan
+        constants, age = self._constants.person, stamp - person.placed
+        reach = (constants.step + constants.stride * age) * person.stature
+        return float(np.linalg.norm(place - person.place)) / reach if age <= constants.gap else np.nan
 
 
-def _all_seen(people: People3D, joints: Tuple[np.ndarray, ...], landmarks: Landmarks3D) -> List[Seen]:
+def _observations(people: People3D, joints: Tuple[np.ndarray, ...], landmarks: Landmarks3D) -> List[BodyObservation]:
     """Return the people of a frame one by one."""
     frames, index = joint_frames(people), people.skeleton.index
     neck, nose = (frames[:, index[name]] if name in index else np.full((len(people), 3, 3), np.nan)
@@ -92,7 +91,7 @@ def _all_seen(people: People3D, joints: Tuple[np.ndarray, ...], landmarks: Landm
     for row, name in enumerate(people.ids.tolist()):
         palms = tuple(palm_of(landmarks.hands, name, left) for left in (True, False))
         own = (joints[0][row], joints[1][row], joints[2][row])
-        seen.append(Seen(own, neck[row], nose[row], (palms[0], palms[1]), _face_of(landmarks, name)))
+        seen.append(BodyObservation(own, neck[row], nose[row], (palms[0], palms[1]), _face_of(landmarks, name)))
     return seen
 
 

@@ -15,7 +15,7 @@ LEFT, RIGHT, BOTH = 'left', 'right', 'both'
 
 @dataclass(frozen=True)
 class Posture:
-    """How somebody's body is.
+    """The posture of a body.
 
     Attributes:
         name: one of `POSTURES`, or `UNKNOWN`: joints are hidden, or one posture passes into another.
@@ -29,7 +29,7 @@ class Posture:
 
 
 class Target(NamedTuple):
-    """Something that one can point at.
+    """An object to point at.
 
     Attributes:
         name: unique.
@@ -57,7 +57,7 @@ class Hit:
 
 @dataclass(frozen=True)
 class Pointing:
-    """Where somebody points.
+    """The ray of a pointing arm.
 
     Attributes:
         origin: (3,) [m], between shoulder and eyes.
@@ -75,7 +75,7 @@ class Pointing:
 
 @dataclass(frozen=True)
 class Gesture:
-    """Something that somebody tells with an arm or both.
+    """A gesture of an arm or of both.
 
     Attributes:
         name: one of `GESTURES`.
@@ -109,12 +109,12 @@ class Facing:
 
 @dataclass(frozen=True)
 class Walk:
-    """How somebody moves over the floor.
+    """How a person moves over the floor.
 
     Attributes:
         moving: or standing still.
         speed: [m/s].
-        direction: (3,) level unit vector; zeros of who stands still.
+        direction: (3,) level unit vector; zeros while standing still.
     """
 
     moving: bool
@@ -124,7 +124,7 @@ class Walk:
 
 @dataclass(frozen=True)
 class Fall:
-    """Somebody lies who was upright shortly before.
+    """A person lies that was upright shortly before.
 
     Attributes:
         stamp: since when the person lies [s]. It names the fall: there is one per person and stamp.
@@ -139,7 +139,7 @@ class Fall:
 
 @dataclass(frozen=True)
 class FloorPose:
-    """Where on the floor somebody is, and how turned.
+    """Where on the floor a person is, and how turned.
 
     Attributes:
         position: (3,) [m], below the trunk.
@@ -161,7 +161,7 @@ class PersonSignals:
         gestures: of all that hold.
         body, head: which way they face; None if hidden.
         walk: None: the person was not seen for long enough.
-        fall: of who lies after a fall, until the person is up again; None: no fall.
+        fall: of a person that lies after a fall, until it is up again; None: no fall.
         floor: where on the floor; None: no joint is known.
         hidden_arms: arms whose gestures are not known, `LEFT` and `RIGHT`.
     """

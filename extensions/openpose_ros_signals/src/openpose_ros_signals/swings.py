@@ -4,37 +4,37 @@ from typing import List, Sequence
 import numpy as np
 
 from openpose_ros_signals.arms import Arm
-from openpose_ros_signals.constants import SIGNALS
+from openpose_ros_signals.constants import GestureConstants, SwingConstants
 from openpose_ros_signals.geometry import TICK, least, ramp, unless_hidden
 
-_SWING, _GESTURE = SIGNALS.swing, SIGNALS.gesture
 
-
-def wave_degree(arms: Sequence[Arm]) -> float:
+def wave_degree(arms: Sequence[Arm], constants: SwingConstants, held: GestureConstants) -> float:
     """Return how far a hand that is up goes to and fro sideways, 0 to 1; NaN if the arm is hidden.
 
     Args:
         arms: of one side, in the last second, the newest last.
+        held: of gestures of an arm that is held.
     """
     arm = arms[-1]
-    posture = least(ramp(arm.wrist[2], _SWING.wave_height), ramp(arm.forearm, _SWING.wave_forearm),
-                    unless_hidden(ramp(arm.from_nose, _GESTURE.off_head)))
+    posture = least(ramp(arm.wrist[2], constants.wave_height), ramp(arm.forearm, constants.wave_forearm),
+                    unless_hidden(ramp(arm.from_nose, held.off_head)))
     if not posture > 0:
         return posture
-    run = _while(arms, [one.forearm < _SWING.wave_rising for one in arms])
-    ways = _smoothed(run, np.array([one.wrist for one in run]))
-    ends = turns(ways[:, 0], _SWING.wave_back[0])
-    if not _lively(run, ends):
+    run = _while(arms, [one.forearm < constants.wave_rising for one in arms])
+    ways = _smoothed(run, np.array([one.wrist for one in run]), constants.smooth)
+    ends = turns(ways[:, 0], constants.wave_back[0])
+    if not _lively(run, ends, constants):
         return 0.0
     before, last = np.diff(ways[ends[-3:]], axis=0)
-    # who raises the hand and lowers it again by the side does not wave; at the top, a straight arm moves level
-    lowered = last[0] > 0 and _level(before) < _SWING.wave_level
-    if _level(last) < (_SWING.wave_flat if lowered else _SWING.wave_level):
+    # a hand that is raised and lowered again by the side does not wave; at the top, a straight arm moves level
+    lowered = last[0] > 0 and _level(before) < constants.wave_level
+    if _level(last) < (constants.wave_flat if lowered else constants.wave_level):
         return 0.0
-    if run[ends[-2]].elbow > _GESTURE.straight_arm[1] and len(ends) < 4:
+    if run[ends[-2]].elbow > held.straight_arm[1] and len(ends) < 4:
         return 0.0
     shorter, longer = sorted((abs(before[0]), abs(last[0])))
-    return least(posture, ramp(longer, _SWING.wave), ramp(shorter, _SWING.wave if lowered else _SWING.wave_back))
+    return least(posture, ramp(longer, constants.wave),
+                 ramp(shorter, constants.wave if lowered else constants.wave_back))
 
 
 def _level(way: np.ndarray) -> float:
@@ -42,28 +42,29 @@ def _level(way: np.ndarray) -> float:
     return float(abs(way[0]) / (max(abs(way[1]), abs(way[2])) + 1e-9))
 
 
-def beckon_degree(arms: Sequence[Arm]) -> float:
+def beckon_degree(arms: Sequence[Arm], constants: SwingConstants, held: GestureConstants) -> float:
     """Return how far the elbow of an arm before the body bends and stretches, 0 to 1; NaN if the arm is hidden.
 
     Args:
         arms: of one side, in the last second, the newest last.
+        held: of gestures of an arm that is held.
     """
     arm = arms[-1]
-    posture = least(ramp(arm.raised, _SWING.beckon_arm), ramp(arm.wrist[1], _SWING.beckon_ahead),
-                    ramp(arm.from_nose, _GESTURE.off_face), 1 - ramp(arm.over_eyes, _GESTURE.over_eyes))
+    posture = least(ramp(arm.raised, constants.beckon_arm), ramp(arm.wrist[1], constants.beckon_ahead),
+                    ramp(arm.from_nose, held.off_face), 1 - ramp(arm.over_eyes, held.over_eyes))
     if not posture > 0:
         return posture
-    run = _while(arms, [one.elbow < _SWING.beckon_elbow and one.raised > _SWING.beckon_arm[0] for one in arms])
-    elbows = _smoothed(run, np.array([one.elbow for one in run]))
-    ends = turns(elbows, _SWING.beckon[0])
-    if not _lively(run, ends):
+    run = _while(arms, [one.elbow < constants.beckon_elbow and one.raised > constants.beckon_arm[0] for one in arms])
+    elbows = _smoothed(run, np.array([one.elbow for one in run]), constants.smooth)
+    ends = turns(elbows, constants.beckon[0])
+    if not _lively(run, ends, constants):
         return 0.0
     before, last = np.abs(np.diff(elbows[ends[-3:]]))
     ways = np.diff([run[row].wrist for row in ends[-3:]], axis=0)
-    along = (np.abs(ways[:, 0]) <= _SWING.beckon_side * np.linalg.norm(ways, axis=1)).all()
-    opened = ramp(elbows[ends[-3:]].max(), _SWING.beckon_open)
-    bent = ramp(elbows[ends[-3:]].min(), _SWING.beckon_bent)
-    return least(posture, opened, bent, ramp(min(before, last), _SWING.beckon)) if along else 0.0
+    along = (np.abs(ways[:, 0]) <= constants.beckon_side * np.linalg.norm(ways, axis=1)).all()
+    opened = ramp(elbows[ends[-3:]].max(), constants.beckon_open)
+    bent = ramp(elbows[ends[-3:]].min(), constants.beckon_bent)
+    return least(posture, opened, bent, ramp(min(before, last), constants.beckon)) if along else 0.0
 
 
 def turns(values: np.ndarray, least_way: float) -> List[int]:
@@ -89,20 +90,20 @@ def turns(values: np.ndarray, least_way: float) -> List[int]:
     return [*ends, high if rising > 0 else low]
 
 
-def _smoothed(run: Sequence[Arm], values: np.ndarray) -> np.ndarray:
+def _smoothed(run: Sequence[Arm], values: np.ndarray, smooth: float) -> np.ndarray:
     """Return values (N, ...) of an arm over time without their noise, whatever the rate of the frames."""
     stamps = np.array([arm.stamp for arm in run])
-    near = np.abs(stamps[:, np.newaxis] - stamps) <= _SWING.smooth + TICK
+    near = np.abs(stamps[:, np.newaxis] - stamps) <= smooth + TICK
     return np.asarray(near @ values / near.sum(axis=1).reshape(-1, *(1,) * (values.ndim - 1)))
 
 
-def _lively(run: Sequence[Arm], ends: List[int]) -> bool:
+def _lively(run: Sequence[Arm], ends: List[int], constants: SwingConstants) -> bool:
     """Return whether a motion goes to and fro, still does, and is seen well where it turns."""
     if len(ends) < 3:
         return False
     begin, turn, end = (run[row] for row in ends[-3:])
-    return (max(turn.stamp - begin.stamp, run[-1].stamp - turn.stamp) <= _SWING.pause
-            and max(turn.sigma, end.sigma) <= _SWING.most_sigma)
+    return (max(turn.stamp - begin.stamp, run[-1].stamp - turn.stamp) <= constants.pause
+            and max(turn.sigma, end.sigma) <= constants.most_sigma)
 
 
 def _while(arms: Sequence[Arm], holds: Sequence[bool]) -> List[Arm]:

@@ -9,7 +9,7 @@ _MOST_SECONDS = 2.0 ** 32
 
 
 def command_parser(name: str, description: Optional[str]) -> argparse.ArgumentParser:
-    """Return the parser of a program whose description is printed as it is."""
+    """Return the parser of a program; its description is printed as it is."""
     return argparse.ArgumentParser(prog=name, description=description,
                                    formatter_class=argparse.RawDescriptionHelpFormatter)
 
@@ -34,7 +34,7 @@ def check_time_span(parser: argparse.ArgumentParser, options: argparse.Namespace
 
 
 def add_up(parser: argparse.ArgumentParser) -> None:
-    """Add --up, for those who compute what people do; `check_up` checks it."""
+    """Add --up, the direction for computing signals; `check_up` checks it."""
     parser.add_argument('--up', type=float, nargs=3, metavar=('X', 'Y', 'Z'),
                         help='compute what people do, with this upwards in the frame of the people (default: what the '
                              'recording has; where it has nothing, the axis along which people are most of the time)')

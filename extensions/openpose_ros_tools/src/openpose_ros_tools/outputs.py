@@ -19,21 +19,13 @@ _DIGITS = 8
 
 
 class _Output(NamedTuple):
-    """An output that is made.
-
-    Attributes:
-        part: its temporary path.
-        path: its place.
-        is_there: tells whether the place is taken.
-        was_there: whether it was when the work began.
-        move: puts the part in its place; None: it is deleted at the end.
-    """
+    """An output in progress: its temporary path, its place, whether that is (and was) taken, and how it gets there."""
 
     part: Path
     path: Path
     is_there: Callable[[], bool]
     was_there: bool
-    move: Optional[Callable[[], object]]
+    move: Optional[Callable[[], object]]  # None: the part is deleted at the end
 
 
 class PartFiles:
@@ -41,9 +33,8 @@ class PartFiles:
 
     On leaving without an error they are moved to their places, in the order in which they were named, if these are
     not taken by then; on an error or an interrupt they are deleted. A part is locked while its process runs: the next
-    one that makes the same output deletes what a killed process has left, and nothing else. Where the file system has
-    no locks, that stays. Methods raise OSError where nothing can be written; such errors, and those of the block that
-    name a temporary path, name the output.
+    process that makes the same output deletes unlocked parts of it, which a killed process has left, and nothing else.
+    Where the file system has no locks, these stay. An OSError names the output, not its temporary path.
 
     Args:
         run: of `new_run`, if `delete_parts` is to find what is left; empty: one of its own.
@@ -61,7 +52,7 @@ class PartFiles:
         return part
 
     def folder(self, path: Path, is_own: Callable[[str], bool]) -> Path:
-        """Return a new folder, whose files will be moved into the folder `path`, beside the files that it has already.
+        """Return a new folder; its files will be moved into the folder `path`, beside the files that it has already.
 
         Args:
             is_own: tells by its name whether a file there is one of this output; older ones are deleted.
@@ -97,7 +88,6 @@ class PartFiles:
                 os.close(lock)
 
     def _part(self, path: Path, is_there: Callable[[], bool], move: Optional[Callable[[], object]]) -> Path:
-        """Return the temporary path of an output, after unfinished ones of processes that have ended are deleted."""
         path.parent.mkdir(parents=True, exist_ok=True)
         for left in _parts_of(path):
             _delete_unless_locked(left)
@@ -111,27 +101,28 @@ class PartFiles:
         return part
 
     def _lock(self, opened: int) -> None:
-        """Lock a part until it is in its place; a file stays locked whoever else opens it."""
+        """Lock a part until it is in its place; a file stays locked when another program opens it."""
         self._locks.append(opened)
         with suppress(OSError):  # a file system without locks
             fcntl.flock(opened, fcntl.LOCK_EX | fcntl.LOCK_NB)
 
     def _move_all(self) -> None:
         """Move all outputs one right after the other, when the disk has all of them."""
-        moved = [(output, output.move) for output in self._outputs if output.move is not None]
-        for output, _ in moved:
+        moved = [output for output in self._outputs if output.move is not None]
+        for output in moved:
             if not output.part.exists():
                 raise FileNotFoundError(errno.ENOENT, 'another program deleted it', str(output.part))
-            for file in (output.part, *output.part.rglob('*')):
-                _sync(file)
-        for output, _ in moved:
+            for file in filter(Path.is_file, (output.part, *output.part.rglob('*'))):
+                with naming(file), file.open('rb') as handle:
+                    os.fsync(handle.fileno())
+        for output in moved:
             if output.is_there() and not output.was_there:
                 raise FileExistsError(errno.EEXIST, 'another program has made it in the meantime', str(output.path))
-        for _, move in moved:
-            move()
+        for output in moved:
+            if output.move is not None:
+                output.move()
 
     def _name_output(self, error: OSError) -> None:
-        """Let an error that names a temporary path name the output instead."""
         for output in self._outputs:
             if str(error.filename).startswith(str(output.part)):
                 error.filename = str(output.path) + str(error.filename)[len(str(output.part)):]
@@ -179,7 +170,7 @@ def output_folder(path: Path, overwrite: bool, own: Sequence[str]) -> Iterator[P
 
 
 def files_of(folder: Path, is_own: Callable[[str], bool]) -> List[Path]:
-    """Return the files of a folder whose names are told to be those of an output, by name; none where it is not there.
+    """Return the files of a folder with names of an output, by name; none where the folder is not there.
 
     Raises:
         ParameterError: it is no folder.
@@ -222,13 +213,6 @@ def _told(path: Path) -> Iterator[None]:
         yield
     except OSError as error:
         raise ParameterError(f'{error.filename or path} can not be written: {error.strerror or error}') from error
-
-
-def _sync(path: Path) -> None:
-    """Wait until the disk has a file."""
-    if path.is_file():
-        with naming(path), path.open('rb') as handle:
-            os.fsync(handle.fileno())
 
 
 def _merge(part: Path, path: Path, is_own: Callable[[str], bool]) -> None:

@@ -9,7 +9,7 @@ import rospy
 from diagnostic_msgs.msg import DiagnosticStatus
 
 from openpose_ros_pkg.errors import BadInputError, OpenposeRosError
-from openpose_ros_pkg.ros.master import registration
+from openpose_ros_pkg.ros.master.watch import WATCH
 from openpose_ros_pkg.ros.threads import repeat
 from openpose_ros_pkg.throttle import Throttle
 
@@ -38,8 +38,7 @@ class Health:
         self._values: List[Callable[[], Dict[str, str]]] = []
         self._why_resting: Callable[[], str] = str
         self._lasting_faults: List[Tuple[Callable[[], str], int]] = []
-        self.show_lasting(registration.WATCH.fault)
-        registration.WATCH.warn = self.warn
+        self.show_lasting(WATCH.fault)
         self._last_warning = ('', -float('inf'))
         self._updater = diagnostic_updater.Updater()
         self._updater.setHardwareID('none')

@@ -17,7 +17,7 @@ from openpose_ros_pkg.errors import ForeignPackageError, ModelError, OpenposeRos
 from openpose_ros_pkg.params.flags import read_flags
 from openpose_ros_pkg.params.parameters import Settings, build, to_yaml
 from openpose_ros_pkg.ros.images import InputSubscriber
-from openpose_ros_pkg.ros.master.registration import WATCH
+from openpose_ros_pkg.ros.master.watch import WATCH
 
 # Variable that the launch files set for nodes that are started again when they end.
 RESPAWNS = 'OPENPOSE_ROS_RESPAWNS'
@@ -28,7 +28,9 @@ _OF_EVERY_NODE = ('rosout', 'diagnostics', 'get_loggers', 'set_logger_level', 'p
 
 def run_node(name: str, kind: Type[Settings], make: Callable[[Settings], Any],
              failed: Callable[[Any], bool] = lambda node: False) -> int:
-    """Initialise the node, build it of its parameters and serve until shutdown; exit with 1 when it can not be built.
+    """Initialise the node, build it of its parameters and serve until shutdown.
+
+    Exits with 1 when it can not be built, or when the ROS master is replaced by another one (see `MasterWatch`).
 
     Arguments of the command line are private parameters too, as --NAME=VALUE (see `read_flags`); they win over what the
     parameter server has. With --help it only prints what the node does, which is its module's docstring, and its
@@ -51,16 +53,23 @@ def run_node(name: str, kind: Type[Settings], make: Callable[[Settings], Any],
     flags, others = _read_arguments(name, kind)
     keep_large_blocks()
     give_back_free_memory()
-    is_built = threading.Event()
-    _end_on_signals(is_built)
+    is_serving = threading.Event()
+    _end_on_signals(is_serving)
     try:
         node = _start(name, kind, make, flags, others)
     except rospy.ROSException:
         if not is_shutdown_requested():
             raise
-        _wait()  # for the end, which was asked for
-    is_built.set()
+        if not WATCH.is_replaced:
+            _wait()  # for the end, which was asked for
+        node = None
+    is_serving.set()
     rospy.spin()
+    if WATCH.is_replaced:
+        is_serving.clear()
+        if RESPAWNS in os.environ:
+            _wait()  # started again, the node would have the default parameters
+        sys.exit(1)
     return int(failed(node))  # the node lives until here: its publishers and threads serve while spinning
 
 
@@ -89,14 +98,14 @@ def _start(name: str, kind: Type[Settings], make: Callable[[Settings], Any], fla
         sys.exit(1)
 
 
-def _end_on_signals(is_built: threading.Event) -> None:
-    """Let SIGINT and SIGTERM end the node: without a traceback, and at once if it is not built yet.
+def _end_on_signals(is_serving: threading.Event) -> None:
+    """Let SIGINT and SIGTERM end the node: without a traceback, and at once while it is not serving.
 
     rospy would do it within the main thread, which may hold a lock that ending needs.
     """
     def end() -> None:
         rospy.signal_shutdown('signal')
-        if not is_built.is_set():
+        if not is_serving.is_set():
             os._exit(0)
 
     def handle(*_: Any) -> None:

@@ -22,7 +22,7 @@ IN_SPACE = 'openpose_ros/skeleton_3d'
 # Topics of people, and of what they do.
 PEOPLE = (f'{IN_SPACE}/detected_poses_3d', PersonDetection_3dArray)
 SIGNALS = (f'{IN_SPACE}/people_signals', PersonSignalsArray)
-# Signals have the stamp of their people; half a millisecond is for those who round it [s].
+# Signals have the stamp of their people; half a millisecond allows for rounded ones [s].
 _SAME_STAMP = 0.0005
 
 
@@ -50,7 +50,7 @@ class _Publisher:
     def __init__(self, output: Output, topic: rospy.Publisher, health: Health) -> None:
         self._output, self._topic, self._health = output, topic, health
         self._frame_id = ''
-        self._input = None if output.end is None else InputEnd(self._end, health.frame_failed)
+        self._input = None if output.end is None else InputEnd(self._end)
 
     def publish(self, messages: Tuple[genpy.Message, ...]) -> None:
         """Convert and publish messages of the inputs."""
@@ -66,7 +66,7 @@ class _Publisher:
 
 
 class Bridge:
-    """Publishes people in the messages of another package, while somebody wants them."""
+    """Publishes people in the messages of another package, while there are subscribers."""
 
     def __init__(self, params: DemandParams, *outputs: Output) -> None:
         self._health = Health()

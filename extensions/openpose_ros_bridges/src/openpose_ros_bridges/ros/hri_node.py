@@ -54,7 +54,7 @@ class _Topics:
             own[topic].publish(message)
 
     def keep(self, names: Sequence[str]) -> None:
-        """Take who is tracked now, and end the topics of those who were not for a while."""
+        """Take the names that are tracked now, and end the topics of names that were not for a while."""
         now = time.monotonic()
         self._seen.update(dict.fromkeys(names, now))
         self._end([name for name, seen in self._seen.items() if now - seen > self._forget])
@@ -87,7 +87,7 @@ class HriNode:
         lists = ('tracked', 'known') if params.persons else ()
         self._person_lists = [self._demand.advertise(f'{PERSONS}/{name}', self._messages.ids, RESULTS_QUEUE)
                               for name in lists]
-        self._frame_id, self._people = '', InputEnd(self._clear, self._health.frame_failed)
+        self._frame_id, self._people = '', InputEnd(self._clear)
         self._tf = rospy.Publisher('/tf', TFMessage, queue_size=RESULTS_QUEUE) if params.publish_tf else None
         self._workers: List[NewestWinsWorker] = []
         people = self._input('detected_poses_3d', PersonDetection_3dArray, self._in_space)

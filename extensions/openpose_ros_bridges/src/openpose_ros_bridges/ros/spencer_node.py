@@ -1,5 +1,4 @@
 """People as spencer_tracking_msgs/TrackedPersons."""
-
 import genpy
 import numpy as np
 import rospy
@@ -13,7 +12,8 @@ from openpose_ros_bridges.ros.bridge import PEOPLE, SIGNALS, Bridge, Output
 from openpose_ros_bridges.ros.covariance import covariance
 from openpose_ros_pkg.ros.foreign_messages import ForeignPackage
 from openpose_ros_pkg.ros.node import run_node
-from openpose_ros_signals.constants import SIGNALS as CONSTANTS
+from openpose_ros_signals.constants import SIGNALS as SIGNAL_CONSTANTS
+from openpose_ros_signals.constants import MotionConstants
 from openpose_ros_signals.ros.convert import signals_from_array
 from skeleton_extract_3d.ros.convert import people_from_array
 
@@ -31,7 +31,8 @@ class SpencerMessages:
         ForeignPackageError: the messages are not found, or are others.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, constants: MotionConstants = SIGNAL_CONSTANTS.motion) -> None:
+        self._time = constants.time
         self._person = PACKAGE.message('TrackedPerson', {
             'track_id': 'uint64', 'is_occluded': 'bool', 'is_matched': 'bool', 'detection_id': 'uint64',
             'age': 'duration', 'pose': 'geometry_msgs/PoseWithCovariance',
@@ -43,7 +44,7 @@ class SpencerMessages:
     def convert(self, people: PersonDetection_3dArray, signals: PersonSignalsArray) -> genpy.Message:
         """Return the message of one frame, in the frame of reference of the signals."""
         persons = located(people_from_array(people), signals_from_array(signals))
-        ages = self._ages.update([person.id for person in persons], signals.header.stamp.to_sec())
+        ages = self._ages.of([person.id for person in persons], signals.header.stamp.to_sec())
         return self.kind(header=signals.header, tracks=[self._of(person, age) for person, age in zip(persons, ages)])
 
     def end(self, header: Header) -> genpy.Message:
@@ -56,15 +57,14 @@ class SpencerMessages:
                                   covariance(person.sigma, person.turn_sigma))
         return self._person(track_id=person.id, detection_id=person.id, is_matched=person.measured,
                             is_occluded=not person.measured, age=rospy.Duration.from_sec(age), pose=pose,
-                            twist=_twist(person))
+                            twist=self._twist(person))
 
-
-def _twist(person: Located) -> TwistWithCovariance:
-    if person.velocity is None:
-        return TwistWithCovariance(Twist(), covariance(np.nan, np.nan))
-    # that of a difference of two positions; errors that stay the same are counted too
-    sigma = np.sqrt(2) * person.sigma / CONSTANTS.motion.time
-    return TwistWithCovariance(Twist(linear=Vector3(*person.velocity)), covariance(sigma, np.nan))
+    def _twist(self, person: Located) -> TwistWithCovariance:
+        if person.velocity is None:
+            return TwistWithCovariance(Twist(), covariance(np.nan, np.nan))
+        # that of a difference of two positions; errors that stay the same are counted too
+        sigma = np.sqrt(2) * person.sigma / self._time
+        return TwistWithCovariance(Twist(linear=Vector3(*person.velocity)), covariance(sigma, np.nan))
 
 
 def _make(settings: BridgeSettings) -> Bridge:

@@ -40,7 +40,7 @@ class CameraInput:
         frame_id: of the newest people.
         people: how many these are.
         taken: time at which the message that was taken last came, time.monotonic() [s].
-        replaced: messages that were replaced by newer ones before anybody took them.
+        replaced: messages that were replaced by newer ones before they were taken.
         clock_offset: is added to the stamps [s].
         has_transform: whether tf knew where the camera stood when its newest people came.
     """
@@ -127,7 +127,7 @@ class CameraInput:
         if self._transforms is None:
             return self._rig_pose
         try:
-            # who is not there is not waited for, as that would hold up the other cameras; who is only late, is
+            # wait for a transform that is late, but not for one that never comes: that would hold up the other cameras
             waits = self.has_transform or self._transforms.may_come(self._fixed_frame, self.frame_id, stamp)
             transform = self._transforms.lookup(self._fixed_frame, self.frame_id, stamp,
                                                 self._tf_timeout if waits else 0.0)

@@ -10,13 +10,13 @@ from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.transform import Transform
 from skeleton_extract_3d.ros import convert
 
-# More people of a camera, or people further away [m], are an error of who sends them.
+# More people of a camera, or people further away [m], are an error of the sender.
 _MOST_PEOPLE, _FARTHEST = 200, 1000.0
 
 
 def sighting_from_message(camera: str, stamp: float, message: Any, pose: Transform, model: Optional[CameraModel]
                           ) -> Sighting:
-    """Return what a camera saw, in the fixed frame.
+    """Return the people of a camera in the fixed frame.
 
     Args:
         stamp: by the common clock [s].

@@ -10,7 +10,7 @@ from std_msgs.msg import Header
 
 from openpose_ros_fusion.cameras import CameraJudge, CameraJudgement
 from openpose_ros_fusion.collector import Collector, Update
-from openpose_ros_fusion.constants import FUSION
+from openpose_ros_fusion.constants import FUSION, FusionConstants
 from openpose_ros_fusion.fusion import PeopleFusion
 from openpose_ros_fusion.node_params import LIVE_PARAMETERS, FusionSettings
 from openpose_ros_fusion.rig import read_rig
@@ -40,15 +40,16 @@ _LEAST_CORRECTION = 0.01
 class PeopleFusionNode:
     """Fuses what cameras send, in a thread of its own; callbacks only store the newest message of each camera."""
 
-    def __init__(self, settings: FusionSettings) -> None:
+    def __init__(self, settings: FusionSettings, constants: FusionConstants = FUSION) -> None:
         params = self._params = settings.fusion
         rig = read_rig(Path(params.rig)) if params.rig else None
         self._fixed_frame = params.fixed_frame if rig is None else rig.fixed_frame
         self._health, self._timing = Health(), TimingReport(STAGES, result='total')
         self._health.show(self._timing.medians)
         self._arrived = threading.Condition()
-        self._fusion, self._collector = PeopleFusion(), Collector(params.names, params.patience)
-        self._judge = CameraJudge(params.names)
+        self._fusion = PeopleFusion(constants=constants)
+        self._collector = Collector(params.names, params.patience, constants.collector)
+        self._judge, self._silent = CameraJudge(params.names, constants.cameras), constants.cameras.silent
         # the judge is the fusion thread's; diagnostics read this, which is replaced and never changed
         self._judged: Mapping[str, CameraJudgement] = {name: CameraJudgement() for name in params.names}
         self._judged_at = -float('inf')
@@ -134,7 +135,7 @@ class PeopleFusionNode:
                             error=judged[camera.name].error) for camera in self._cameras]
 
     def _state(self, camera: CameraInput, judged: CameraJudgement) -> int:
-        if time.monotonic() - camera.arrival > FUSION.cameras.silent:
+        if time.monotonic() - camera.arrival > self._silent:
             return FusedCamera.SILENT
         if not camera.has_transform:
             return FusedCamera.NO_TRANSFORM
@@ -167,8 +168,8 @@ class PeopleFusionNode:
                 'messages out of time': str(sum(self._collector.out_of_time.values()))}
 
     def _fault(self) -> str:
-        """Return which cameras are not right, in a few words; empty while all are, and while nothing is read."""
-        if self._demand.seconds < FUSION.cameras.silent:
+        """Return which cameras are not OK, in a few words; empty while all are, and while nothing is read."""
+        if self._demand.seconds < self._silent:
             return ''
         return ', '.join(f'{state.name} {STATES[state.state]}'
                          + (f' by {state.error:.2f} m' if state.state == FusedCamera.DISAGREES else '')

@@ -16,7 +16,7 @@ from std_msgs.msg import Header
 
 from openpose_ros_signals import records
 from openpose_ros_signals.records import Facing, Fall, FloorPose, Gesture, Hit, Pointing, Posture, Walk
-from openpose_ros_signals.show.summary import Present
+from openpose_ros_signals.show.presence import Present
 
 _NOWHERE = (np.nan, np.nan, np.nan)
 
@@ -33,7 +33,7 @@ def poses_of(array: PersonSignalsArray) -> PoseArray:
 
 
 def summary_to_message(people: Sequence[Present], header: Header) -> PeopleSummary:
-    """Return the message of who is there."""
+    """Return the message of the people that are there."""
     return PeopleSummary(header=header, persons=[
         PersonSummary(since=_time(present.since), signals=_person_to_message(present.signals, Header(
             stamp=header.stamp - rospy.Duration.from_sec(header.stamp.to_sec() - present.seen),

@@ -27,8 +27,8 @@ from openpose_ros_signals.node_params import LIVE_PARAMETERS, SignalsSettings
 from openpose_ros_signals.person import Surroundings
 from openpose_ros_signals.reader import SignalReader
 from openpose_ros_signals.records import Target
-from openpose_ros_signals.ros.announcer import Announcer
 from openpose_ros_signals.ros.convert import poses_of, signals_to_array
+from openpose_ros_signals.ros.people_server import PeopleServer
 from openpose_ros_signals.show.markers import SignalMarkers
 from openpose_ros_signals.targets import read_targets
 from skeleton_extract_3d.landmarks import Landmarks3D
@@ -84,7 +84,7 @@ class SignalsNode:
         self._persons = demand.advertise(f'{_NAMESPACE}/person_signals', PersonSignals, PERSONS_QUEUE)
         self._poses = demand.advertise(f'{_NAMESPACE}/people_poses', PoseArray, RESULTS_QUEUE)
         self._shown = demand.advertise(f'{_NAMESPACE}/visualization_signals', Marker, _MARKERS_QUEUE)
-        self._announcer = Announcer(self._health.frame_failed) if params.summary else None
+        self._server = PeopleServer() if params.summary else None
         self._worker = NewestWinsWorker(self._process, self._health.frame_failed, 'signals')
         self._health.show_lasting(self._fault)
         self._health.show(lambda: {'frames skipped': str(self._worker.replaced)})
@@ -120,10 +120,10 @@ class SignalsNode:
         self._poses.publish(poses_of(array))
         for person in array.persons:
             self._persons.publish(person)
-        if self._announcer is not None:
-            self._announcer.update(persons, header, self._reader.known)
+        if self._server is not None:
+            self._server.take(persons, header, self._reader.known)
         if self._shown.get_num_connections() > 0:
-            for marker in self._markers.update(persons, header.stamp.to_sec(), up):
+            for marker in self._markers.markers(persons, header.stamp.to_sec(), up):
                 self._shown.publish(convert.marker_to_message(marker, header))
         self._health.frame_done(header.stamp)
 

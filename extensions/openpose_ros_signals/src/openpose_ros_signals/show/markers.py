@@ -1,15 +1,15 @@
-"""RViz markers of signals: what somebody does as text, where body and head face, where somebody points."""
+"""RViz markers of signals: what a person does as text, where body and head face, pointing rays."""
 from dataclasses import dataclass
 from typing import List, Sequence
 
 import numpy as np
 
 from openpose_ros_pkg.params.parameters import Parameters, parameter
-from openpose_ros_signals.constants import SIGNALS
+from openpose_ros_signals.constants import SIGNALS, PointingConstants
 from openpose_ros_signals.records import PersonSignals, Pointing
 from skeleton_extract_3d.show.markers import MarkerLifetime, MarkerSpec, Rgba, ShownMarkers, person_rgb
 
-# Height of the text over the middle of the trunk, over the head of who is upright and of who lies [m].
+# Height of the text over the middle of the trunk, over the head, upright and lying [m].
 _OVER_UPRIGHT, _OVER_LYING = 0.95, 0.6
 # Lines that show a cone, and each which one of them begins at its tip.
 _CONE_LINES, _CONE_EDGES = 24, 6
@@ -27,8 +27,8 @@ class SignalMarkerParams(Parameters):
     text_scale: float = parameter(0.13, 'Height of the letters.', unit='m', minimum=0.001, maximum=2.0)
     facing_length: float = parameter(0.5, 'Length of the arrow that shows where a body faces; that of a head has half '
                                           'of it. 0: none.', unit='m', minimum=0.0, maximum=5.0)
-    pointing_length: float = parameter(1.5, 'Length of the arrow that shows where somebody points, and of its cone; an '
-                                            'arrow that meets something ends there. 0: none.', unit='m', minimum=0.0,
+    pointing_length: float = parameter(1.5, 'Length of the arrow that shows a pointing ray, and of its cone; an arrow '
+                                            ' that meets something ends there. 0: none.', unit='m', minimum=0.0,
                                        maximum=20.0)
     signal_lifetime: float = parameter(0.3, 'Markers of signals vanish when no frame has come for this long, or for '
                                             'three frame periods.', unit='s', minimum=0.01, maximum=60.0)
@@ -37,15 +37,15 @@ class SignalMarkerParams(Parameters):
 class SignalMarkers:
     """Makes the markers of each frame, and deletes those that are no more."""
 
-    def __init__(self, params: SignalMarkerParams) -> None:
-        self._params = params
+    def __init__(self, params: SignalMarkerParams, pointing: PointingConstants = SIGNALS.pointing) -> None:
+        self._params, self._pointing = params, pointing
         self._lifetime, self._shown = MarkerLifetime(), ShownMarkers()
 
     def reconfigure(self, params: SignalMarkerParams) -> None:
         """Use other parameters from the next frame on."""
         self._params = params
 
-    def update(self, persons: Sequence[PersonSignals], stamp: float, up: np.ndarray) -> List[MarkerSpec]:
+    def markers(self, persons: Sequence[PersonSignals], stamp: float, up: np.ndarray) -> List[MarkerSpec]:
         """Return what to publish for a frame: first the deletes, then the adds.
 
         The namespaces are 'signals' (text), 'body_facing', 'head_facing', 'pointing' and 'pointing_cone'; the number is
@@ -81,13 +81,13 @@ class SignalMarkers:
                 markers += [_arrow('pointing', number, (ray.origin, _end(ray, params.pointing_length)), (*rgb, 1.0),
                                    lifetime),
                             MarkerSpec('pointing_cone', number, 'add', 'line_list',
-                                       cone_lines(ray, params.pointing_length), _CONE_WIDTH, (*rgb, _CONE_OPACITY),
-                                       lifetime=lifetime)]
+                                       cone_lines(ray, params.pointing_length, self._pointing.cone), _CONE_WIDTH,
+                                       (*rgb, _CONE_OPACITY), lifetime=lifetime)]
         return markers
 
 
 def text_of(person: PersonSignals) -> str:
-    """Return what somebody does, in a few words, one line each."""
+    """Return what a person does, in a few words, one line each."""
     lines = [('fallen, ' if person.fall else '') + person.posture.name
              + (f', {person.walk.speed:.1f} m/s' if person.walk and person.walk.moving else '')]
     for gesture in person.gestures:
@@ -97,17 +97,18 @@ def text_of(person: PersonSignals) -> str:
     return '\n'.join(lines)
 
 
-def cone_lines(ray: Pointing, length: float) -> np.ndarray:
-    """Return the cone that holds what is meant as lines, (N, 3) [m], two points each: a circle at its end, and edges.
+def cone_lines(ray: Pointing, length: float, sigmas: float = SIGNALS.pointing.cone) -> np.ndarray:
+    """Return the cone round a ray as lines, (N, 3) [m], two points each: a circle at its end, and edges.
 
     Args:
         length: of the ray [m].
+        sigmas: half angle of the cone, in sigma of the ray.
     """
     side = np.cross(ray.direction, np.eye(3)[np.abs(ray.direction).argmin()])
     side /= np.linalg.norm(side)
     other = np.cross(ray.direction, side)
     turns = np.linspace(0, 2 * np.pi, _CONE_LINES + 1)[:, np.newaxis]
-    radius = length * np.tan(min(SIGNALS.pointing.cone * ray.sigma, np.radians(80)))
+    radius = length * np.tan(min(sigmas * ray.sigma, np.radians(80)))
     circle = ray.origin + length * ray.direction + radius * (np.cos(turns) * side + np.sin(turns) * other)
     edges = circle[:-1:_CONE_LINES // _CONE_EDGES]
     tips = np.broadcast_to(ray.origin, edges.shape)

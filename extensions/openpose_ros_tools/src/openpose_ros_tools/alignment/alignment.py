@@ -4,11 +4,11 @@ The estimate is of a camera; the reference is of motion capture, or of another c
 
 1. The speeds of joints, which no rotation changes, are correlated for all lags (`clock`): candidates for the lag.
 2. For each, a few pairs of track and subject give a transform each (Kabsch, robust); the one by which most joints of
-   all people meet wins, so nobody needs to say who is who (`candidates`).
+   all people meet wins, so that no people need to be matched by hand (`candidates`).
 3. Lag and transform are refined together, by robust least squares on the joints that were measured (`refinement`).
 
-A joint that is always found beside that of the reference, as a detector's hip is, can not be told from a shift of the
-camera as long as people do not turn; with many joints and people that turn it cancels. A constant delay of the
+A constant offset of a joint from that of the reference, as of a detector's hip, can not be told from a shift of the
+camera unless people turn; with many joints and people that turn it cancels. A constant delay of the
 estimate is a part of the clock offset.
 """
 from dataclasses import dataclass

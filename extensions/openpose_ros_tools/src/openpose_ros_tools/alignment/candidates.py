@@ -1,11 +1,10 @@
-"""Candidates for lag and transform between two recordings: joints that meet, before anything is known of who is who."""
+"""Candidates for lag and transform between two recordings, before any people are matched: most joints meet."""
 import itertools
 from dataclasses import dataclass
 from typing import Callable, Iterable, List, Optional, Tuple
 
 import numpy as np
 
-from openpose_ros_fusion.camera_delays import rigid_transform
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_tools.alignment.clock import Correlations, JointPaths
 
@@ -60,7 +59,7 @@ class Solution:
     """A lag [s] between the two beginnings, and a transform: x_reference = rotation x_camera + translation [m].
 
     Attributes:
-        merit: how many joints meet somebody, those that meet exactly counted as 1.
+        merit: how many joints meet one of the reference, those that meet exactly counted as 1.
     """
 
     lag: float
@@ -114,7 +113,7 @@ def likely_lags(correlations: Correlations, base: float, most: Optional[float], 
     Raises:
         BadInputError: there are none.
     """
-    # each track is whom it resembles most
+    # each track is the subject that it resembles most
     evidence = correlations.evidence().max(axis=1).sum(axis=0)
     if most is not None:
         evidence = np.where(np.abs(base + correlations.lags) <= most, evidence, 0)
@@ -125,7 +124,7 @@ def likely_lags(correlations: Correlations, base: float, most: Optional[float], 
     if not lags:
         within = '' if most is None else f' within the clock offset of {most:g} s'
         raise BadInputError(f'the speeds of the joints of estimate and reference have nothing in common{within}: does '
-                            f'anybody move? If the clocks are known, say so ({option})')
+                            f'a person move? If the clocks are known, say so ({option})')
     return lags
 
 
@@ -135,12 +134,29 @@ def least_points(free: np.ndarray) -> int:
 
 
 def merit(distances: np.ndarray, gate: float) -> float:
-    """Return how many joints meet somebody, those that meet exactly counted as 1, those `gate` [m] apart as 0.
+    """Return how many joints meet a subject, those that meet exactly counted as 1, those `gate` [m] apart as 0.
 
     Args:
         distances: (S, R, K) from each subject [m].
     """
     return float(np.nansum(np.maximum(0, 1 - (distances / gate) ** 2), axis=2).max(axis=0).sum())
+
+
+def rigid_transform(points: np.ndarray, truth: np.ndarray, weights: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
+    """Return the rotation (3, 3) and translation (3,) that move points onto the truth with least squared distances.
+
+    Kabsch, Acta Crystallographica A32, 922 (1976); no mirror image, as in Umeyama, PAMI 13, 376 (1991). SciPy has it
+    from 1.4 on.
+
+    Args:
+        points, truth: (N, 3) [m].
+        weights: (N,) not negative.
+    """
+    share = weights / weights.sum()
+    middle, middle_truth = share @ points, share @ truth
+    u, _, vt = np.linalg.svd(((truth - middle_truth) * share[:, None]).T @ (points - middle))
+    rotation = u @ np.diag([1, 1, np.sign(np.linalg.det(u @ vt))]) @ vt
+    return rotation, middle_truth - rotation @ middle
 
 
 def robust_weights(distances: np.ndarray) -> np.ndarray:

@@ -1,39 +1,35 @@
-"""Who is who, by place: people of a frame paired with others, and people followed where their ids do not stay."""
+"""Matching by place: people of a frame with others, and people of one recording whose ids do not stay."""
 from typing import Dict, List, Tuple, Union
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
+
+from openpose_ros_pkg.assignment import match
 
 # People move by less than this speed and noise from frame to frame [m/s, m].
 _FASTEST, _NOISE = 4.0, 0.15
-# Who is away for longer is somebody new [s].
+# A person that is away for longer gets a new id [s].
 _LONGEST_AWAY = 0.5
 # Ids are taken as those of people if less than this share of their steps are jumps.
 _FEW_JUMPS = 0.02
 
 
 def pair_people(people: np.ndarray, others: np.ndarray, gate: Union[float, np.ndarray]) -> List[Tuple[int, int]]:
-    """Return pairs of people (P, K, 3) and others (S, K, 3) with the least sum of distances (Hungarian method).
+    """Return pairs of people (P, K, 3) and others (S, K, 3), as many as possible, with the least sum of distances.
 
     Args:
-        gate: who is farther away than this, by the median of the joints, is somebody else [m]; (S,) or one for all.
+        gate: greatest distance, by the median of the joints [m]; (S,) or one for all.
     """
-    if not len(people) or not len(others):
-        return []
-    gates = np.broadcast_to(np.asarray(gate, float), (len(others),))
     distances = np.linalg.norm(people[:, None] - others[None], axis=3)
     # not nan-functions, which warn of people without a common joint
     costs = np.array([[np.median(pair[np.isfinite(pair)]) if np.isfinite(pair).any() else np.inf for pair in person]
-                      for person in distances])
-    return [(person, other) for person, other in zip(*linear_sum_assignment(np.minimum(costs, 10 * gates)))
-            if costs[person, other] <= gates[other]]
+                      for person in distances]).reshape(len(people), len(others))
+    return match(costs, costs <= gate)
 
 
 def steady_ids(times: np.ndarray, ids: np.ndarray, positions: np.ndarray) -> np.ndarray:
-    """Return ids (R,) that stay with people.
+    """Return ids (R,) that stay with people: those given, or, where these jump from one to the other, by place.
 
-    They are those given, unless these jump from one to the other, as numbers of people in a frame do: the original
-    project has no others. Then people are followed from frame to frame by place.
+    The original project numbers the people of each frame.
 
     Args:
         times: (R,) [s], ascending.
@@ -43,7 +39,7 @@ def steady_ids(times: np.ndarray, ids: np.ndarray, positions: np.ndarray) -> np.
     if _jumps(times, ids, positions) < _FEW_JUMPS:
         return ids
     steady = np.zeros(len(ids), np.int64)
-    last: Dict[int, int] = {}  # row of each person who may still come back
+    last: Dict[int, int] = {}  # last row of each person
     count = 0
     for rows in np.split(np.arange(len(times)), np.flatnonzero(np.diff(times)) + 1):
         last = {person: row for person, row in last.items() if times[rows[0]] - times[row] <= _LONGEST_AWAY}

@@ -1,4 +1,4 @@
-"""Lag and transform refined together: robust least squares on the measured joints of everybody."""
+"""Lag and transform refined together: robust least squares on the measured joints of all people."""
 from dataclasses import dataclass, field
 from typing import Tuple
 
@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 from openpose_ros_tools.alignment.candidates import Observed, Solution, least_points, merit, robust_weights
 from openpose_ros_tools.alignment.clock import JointPaths
 
-_PERSON_GATE = 0.5  # [m] who is nearer to a subject, by the median of the joints, is that subject
+_PERSON_GATE = 0.5  # [m] a person nearer to a subject, by the median of the joints, is that subject
 _MERIT_GATE = 0.12  # [m] joints that meet within this count for the merit
 _SETTLED = 1e-5  # [s, rad, m] steps end where nothing changes by more
 _LONGEST_STEP = 0.1  # [s] change of the lag in one step
@@ -20,7 +20,7 @@ class Refined(Solution):
     """A solution with its uncertainty.
 
     Attributes:
-        subjects: (R,) subject of each row, -1 nobody.
+        subjects: (R,) subject of each row, -1 none.
         std: standard deviations of lag [s], rotation [degrees], translation [m], NaN where they were given.
         residual: median distance of the joints used [m].
         scale: by which the camera's people would have to be stretched to fit.
@@ -37,7 +37,7 @@ class Refined(Solution):
 def refine(observed: Observed, paths: JointPaths, solution: Solution, free: np.ndarray, steps: int) -> Refined:
     """Improve lag and transform together until nothing changes; what is not free stays.
 
-    Gauss-Newton steps with robust weights; in each it is found anew who is who.
+    Gauss-Newton steps with robust weights; in each, people and subjects are matched anew.
 
     Args:
         free: (7,) bool, which of rotation vector, translation and lag are to be found.
@@ -45,7 +45,7 @@ def refine(observed: Observed, paths: JointPaths, solution: Solution, free: np.n
     half, rows = max(observed.frame_time / 2, _SHORTEST_HALF), np.arange(len(observed.times))
     for step in range(steps):
         truth, moved = paths.at(observed.times + solution.lag), solution.apply(observed.positions)
-        subjects = _who(np.linalg.norm(truth - moved, axis=3))
+        subjects = _matched(np.linalg.norm(truth - moved, axis=3))
         residual, velocity = truth[subjects, rows] - moved, np.zeros_like(moved)
         if free[6]:
             velocity = paths.velocity(observed.times + solution.lag, half)[subjects, rows]
@@ -80,8 +80,8 @@ def refine(observed: Observed, paths: JointPaths, solution: Solution, free: np.n
         float(np.median(np.linalg.norm(residual, axis=1))), 1 + stretched / (weights * arms ** 2).sum(), len(points))
 
 
-def _who(distances: np.ndarray) -> np.ndarray:
-    """Return whom each row (R,) is, -1 nobody, by distances (S, R, K)."""
+def _matched(distances: np.ndarray) -> np.ndarray:
+    """Return the subject of each row (R,), -1 none, by distances (S, R, K)."""
     known = np.isfinite(distances).any(axis=2)
     near = np.nanmedian(np.where(known[..., None], distances, np.inf), axis=2)
     return np.where(near.min(axis=0) < _PERSON_GATE, near.argmin(axis=0), -1)

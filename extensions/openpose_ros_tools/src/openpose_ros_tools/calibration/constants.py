@@ -1,4 +1,4 @@
-"""Numbers of the calibration, by step."""
+"""Constants of the calibration, by step."""
 from dataclasses import dataclass
 
 from openpose_ros_pkg.params.constants import constant
@@ -10,8 +10,8 @@ _SIMULATED = 'chosen on simulated rigs'
 class EdgeConstants:
     """What two cameras tell of each other."""
 
-    clock_search: float = constant(2.0, 'Clock offsets up to this are searched where the stamps of two recordings '
-                                        'overlap by half or more; else any.', unit='s', source=_SIMULATED)
+    clock_search: float = constant(2.0, 'Greatest clock offset where the stamps of two recordings overlap by half or '
+                                        'more; else any is searched.', unit='s', source=_SIMULATED)
     image_search: float = constant(0.5, 'The same where one camera has no depth, as each offset costs a resection.',
                                    unit='s', source=_SIMULATED)
     image_step: float = constant(0.05, 'Step of that search.', unit='s', source=_SIMULATED)
@@ -21,11 +21,12 @@ class EdgeConstants:
                            source=_SIMULATED)
     least_joints: int = constant(40, 'Joints that must meet, or two cameras have nothing in common.',
                                  source=_SIMULATED)
-    least_share: float = constant(0.4, 'Share of the joints of who is seen by both that must meet.', source=_SIMULATED)
+    least_share: float = constant(0.4, 'Share of the joints of people visible to both that must meet.',
+                                  source=_SIMULATED)
     least_spread: float = constant(0.05, 'Least extent of the joints along the axis in which they spread least '
                                          '(standard deviation): a plane tells no pose.', unit='m', source=_SIMULATED)
-    least_walk: float = constant(0.25, 'Least extent of the way of people, or two cameras see but one place.', unit='m',
-                                 source=_SIMULATED)
+    least_walk: float = constant(0.25, 'Least extent of the paths of people: in one place, they tell no pose.',
+                                 unit='m', source=_SIMULATED)
 
 
 @dataclass(frozen=True)
@@ -46,8 +47,8 @@ class BundleConstants:
 
     pixel_sigma: float = constant(4.0, 'Error of a keypoint in the image per axis.', unit='px')
     position_sigma: float = constant(0.035, 'Error of a joint in space, where a recording does not tell it.', unit='m')
-    depth_bias: float = constant(0.02, 'Standard deviation of what the depth of a joint errs by always, in all cameras '
-                                       'alike: skin and clothes are thicker or thinner than assumed.', unit='m')
+    depth_bias: float = constant(0.02, 'Standard deviation of the constant error of the depth of a joint, alike in all '
+                                       'cameras: skin and clothes are thicker or thinner than assumed.', unit='m')
     dependent: float = constant(10.0, 'This many measurements count as one beside such prior knowledge: keypoints of a '
                                       'person err alike from frame to frame.')
     outlier: float = constant(2.0, 'Residual from which a measurement loses its weight (Cauchy).',
@@ -55,9 +56,9 @@ class BundleConstants:
     clock_prior: float = constant(0.5, 'Standard deviation of a clock offset beside the one that was found first.',
                                   unit='s', source=_SIMULATED)
     rounds: int = constant(6, 'Adjustments, each with people gathered anew, at most.', source=_SIMULATED)
-    settled: float = constant(0.0005, 'They end where no camera and no clock changes by more.', unit='m, s',
+    settled: float = constant(0.0005, 'Adjustments end where no camera and no clock changes by more.', unit='m, s',
                               source=_SIMULATED)
-    steps: int = constant(30, 'Steps of each of them, at most.', source=_SIMULATED)
+    steps: int = constant(30, 'Steps of each adjustment, at most.', source=_SIMULATED)
 
 
 @dataclass(frozen=True)
@@ -75,7 +76,7 @@ class FloorConstants:
 
 @dataclass(frozen=True)
 class CalibrationConstants:
-    """All numbers of the calibration."""
+    """All constants of the calibration."""
 
     edges: EdgeConstants = EdgeConstants()
     gather: GatherConstants = GatherConstants()

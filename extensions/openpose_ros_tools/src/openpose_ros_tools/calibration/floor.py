@@ -1,20 +1,18 @@
 """The frame of the room: z up from the floor on which people stand.
 
-Bodies tell roughly what is up: from the ankles to the neck. The ankles of feet that stand lie in a plane,
-`ankle_height` above the floor; it is fitted to the ankles with robust weights that leave lifted feet out, and held near
-to what the bodies tell as far as people do not walk about. The origin is on the floor below the first camera, which
-looks along x.
+Bodies tell the vertical roughly, from the ankles to the neck. The ankles of feet that stand lie in a plane,
+`ankle_height` above the floor. It is fitted to the ankles with robust weights that leave lifted feet out, and with the
+vertical of the bodies as a prior. The origin is on the floor below the first camera, which looks along x.
 """
 from typing import NamedTuple, Optional
 
 import numpy as np
 
 from openpose_ros_pkg.errors import BadInputError
-from openpose_ros_tools.calibration.constants import CALIBRATION
+from openpose_ros_tools.calibration.constants import CalibrationConstants
 from skeleton_extract_3d.body.body import NECK, joint_indices
 from skeleton_extract_3d.points.transform import Transform
 
-_FLOOR = CALIBRATION.floor
 _ANKLES = joint_indices('left_ankle', 'right_ankle')
 _ROUNDS = 10
 
@@ -35,47 +33,47 @@ class Floor(NamedTuple):
     std: float
 
 
-def find_floor(people: np.ndarray, up: Optional[np.ndarray] = None) -> Floor:
+def find_floor(people: np.ndarray, up: Optional[np.ndarray], constants: CalibrationConstants) -> Floor:
     """Return the floor below people.
 
     Args:
         people: (N, 18, 3) [m] in the frame of the root, each at one time; NaN where not known.
-        up: (3,) in the frame of the root, if it is known, as by the tilt of a camera.
+        up: (3,) in the frame of the root, if it is known, as by the tilt of a camera; or None.
 
     Raises:
-        BadInputError: no ankles are seen, or neither necks.
+        BadInputError: no ankles are visible, or no necks.
     """
+    floor = constants.floor
     ankles = people[:, _ANKLES].reshape(-1, 3)
     ankles = ankles[np.isfinite(ankles).all(axis=1)]
     if len(ankles) < 10:
         raise BadInputError(f'two cameras see {len(ankles)} ankles together, expected 10 or more: the floor can not be '
                             'found; let people walk where their feet are seen')
     if up is not None:
-        heights = ankles @ up
-        return Floor(up, _FLOOR.ankle_height - _standing_height(heights), len(ankles), 0.0)
+        return Floor(up, floor.ankle_height - _standing_height(ankles @ up), len(ankles), 0.0)
     bones = people[:, NECK, None] - people[:, _ANKLES]
     bones = bones[np.isfinite(bones).all(axis=2)]
     if not len(bones):
         raise BadInputError('no neck is seen with an ankle: it can not be told what is up; give the tilt of a camera')
     upright = np.median(bones / np.linalg.norm(bones, axis=1, keepdims=True), axis=0)
-    upright /= np.linalg.norm(upright)
+    upright = upright / np.linalg.norm(upright)
     side = np.linalg.svd(upright[np.newaxis])[2][1:]  # two horizontal directions
     middle = ankles.mean(axis=0)
     rows = np.column_stack([(ankles - middle) @ side.T, np.ones(len(ankles))])
     heights = (ankles - middle) @ upright
-    prior = np.diag([_FLOOR.upright ** -2, _FLOOR.upright ** -2, 0.0])
+    prior = np.diag([floor.upright ** -2, floor.upright ** -2, 0.0])
     plane = np.array([0.0, 0.0, _standing_height(heights)])
     for _ in range(_ROUNDS):
         above = heights - rows @ plane
-        weights = np.where(above > _FLOOR.lift / 2, 0.0, 1 / (1 + (above / _FLOOR.lift) ** 2)) / _FLOOR.noise ** 2
-        weights /= CALIBRATION.bundle.dependent
+        weights = np.where(above > floor.lift / 2, 0.0, 1 / (1 + (above / floor.lift) ** 2)) / floor.noise ** 2
+        weights = weights / constants.bundle.dependent
         normal = (rows * weights[:, None]).T @ rows + prior
         plane = np.linalg.solve(normal, (rows * weights[:, None]).T @ heights)
     normal_vector = upright - plane[:2] @ side
     length = float(np.linalg.norm(normal_vector))
     std = float(np.degrees(np.sqrt(np.trace(np.linalg.inv(normal)[:2, :2]))))
     up = normal_vector / length
-    height = float(_FLOOR.ankle_height - (middle + plane[2] * upright) @ up)
+    height = float(floor.ankle_height - (middle + plane[2] * upright) @ up)
     return Floor(up, height, int((weights > 0).sum()), std)
 
 
@@ -84,7 +82,7 @@ def room_frame(floor: Floor) -> Transform:
     forwards = np.array([0.0, 0, 1]) - floor.up[2] * floor.up
     if np.linalg.norm(forwards) < 0.1:  # it looks down or up: the lower edge of its image is in front
         forwards = np.array([0.0, -1, 0]) + floor.up[1] * floor.up
-    forwards /= np.linalg.norm(forwards)
+    forwards = forwards / np.linalg.norm(forwards)
     return np.stack([forwards, np.cross(floor.up, forwards), floor.up]), np.array([0.0, 0.0, floor.height])
 
 

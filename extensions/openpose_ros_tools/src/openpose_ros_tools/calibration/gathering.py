@@ -1,22 +1,22 @@
-"""Joints that several cameras see at single times, by where the cameras stand: what is adjusted together."""
+"""Joints that several cameras see at single times, by the poses of the cameras: what is adjusted together."""
 import itertools
 from dataclasses import dataclass
 from typing import List, NamedTuple, Sequence, Tuple
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
-from openpose_ros_fusion.association import ray_gaps
+from openpose_ros_fusion.rays import ray_gaps
+from openpose_ros_pkg.assignment import match
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.skeletons import COCO_18
-from openpose_ros_tools.calibration.constants import CALIBRATION
-from openpose_ros_tools.calibration.edges import Standing
+from openpose_ros_tools.calibration.constants import GatherConstants
+from openpose_ros_tools.calibration.edges import CameraPose
 from openpose_ros_tools.calibration.recording import CameraPaths
 
-_GATHER = CALIBRATION.gather
 # Rays that meet at a smaller angle tell no position: least eigenvalue of the sum of their projections.
 _LEAST_EIGENVALUE = 0.01
-_FAR = 1e6
+# Two cameras see people at the same time if their frames are less apart [s].
+_SAME_TIME = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +47,7 @@ class Gathered:
         return people
 
 
-class _Seen(NamedTuple):
+class _View(NamedTuple):
     """A person in a camera at a time, in the frame of the root.
 
     points: (K, 3) positions [m], or unit vectors from the origin.
@@ -59,31 +59,40 @@ class _Seen(NamedTuple):
     points: np.ndarray
     has_depth: bool
 
+    @property
+    def known(self) -> np.ndarray:
+        """Which joints are visible, (K,) bool."""
+        return np.asarray(np.isfinite(self.points).all(axis=1))
 
-def gather(cameras: Sequence[CameraPaths], standing: Sequence[Standing]) -> Gathered:
+
+_Person = Tuple[_View, ...]
+
+
+def gather(cameras: Sequence[CameraPaths], poses: Sequence[CameraPose], constants: GatherConstants) -> Gathered:
     """Return the joints that two cameras or more see at the same time.
 
     Raises:
         BadInputError: there are none.
     """
-    times = _common_times(cameras, standing)
-    own = [times - one.clock_offset for one in standing]
+    times = _common_times(cameras, poses, constants)
+    own = [times - one.clock_offset for one in poses]
     points = [paths.at(at) for paths, at in zip(cameras, own)]
     order = sorted(range(len(cameras)), key=lambda camera: not cameras[camera].has_depth)
     joints: List[Tuple[float, ...]] = []
     rows: List[Tuple[int, int, int, int]] = []
-    person = 0
+    count = 0
     for number in range(len(times)):
-        people: List[List[_Seen]] = []
+        people: List[_Person] = []
         for camera in order:
-            _join(people, _seen(camera, points[camera][:, number], cameras[camera].has_depth, standing[camera]))
-        for each in people:
-            middle = _middle(each) if len(each) > 1 else np.full((points[0].shape[2], 3), np.nan)
-            shared = np.isfinite(middle).all(axis=1) & (np.sum([_known(seen) for seen in each], axis=0) > 1)
+            views = _views(camera, points[camera][:, number], cameras[camera].has_depth, poses[camera])
+            people = _joined(people, views, constants)
+        for person, seen in enumerate(people, count):
+            middle = _middle(seen) if len(seen) > 1 else np.full((points[0].shape[2], 3), np.nan)
+            shared = np.isfinite(middle).all(axis=1) & (np.sum([one.known for one in seen], axis=0) > 1)
             for name in np.flatnonzero(shared):
-                rows += [(seen.camera, len(joints), seen.slot, number) for seen in each if _known(seen)[name]]
+                rows += [(one.camera, len(joints), one.slot, number) for one in seen if one.known[name]]
                 joints.append((*middle[name], person, name))
-            person += 1
+        count += len(people)
     if not joints:
         raise BadInputError('no two cameras see a joint of the same person at the same time')
     camera, point, slot, number = np.array(rows).T
@@ -93,80 +102,77 @@ def gather(cameras: Sequence[CameraPaths], standing: Sequence[Standing]) -> Gath
     sigma = [paths.sigma(at) for paths, at in zip(cameras, own)]
     places = list(zip(camera, slot, number, name[point]))
     return Gathered(table[:, :3], table[:, 3].astype(int), name, camera, point,
-                    *(np.array([values[c][s, n, j] for c, s, n, j in places]) for values in (points, velocity, sigma)))
+                    *(np.array([each[c][s, n, j] for c, s, n, j in places]) for each in (points, velocity, sigma)))
 
 
-def _common_times(cameras: Sequence[CameraPaths], standing: Sequence[Standing]) -> np.ndarray:
-    """Return times of the root at which two cameras see somebody, for each pair as many (N,) [s]."""
+def _common_times(cameras: Sequence[CameraPaths], poses: Sequence[CameraPose], constants: GatherConstants
+                  ) -> np.ndarray:
+    """Return times of the root at which two cameras see people, for each pair as many (N,) [s]."""
     chosen: List[np.ndarray] = []
     for first, second in itertools.combinations(range(len(cameras)), 2):
-        times = cameras[first].times + standing[first].clock_offset
-        other = cameras[second].times + standing[second].clock_offset
+        times = cameras[first].times + poses[first].clock_offset
+        other = cameras[second].times + poses[second].clock_offset
         after = np.clip(np.searchsorted(other, times), 1, len(other) - 1)
-        both = times[np.minimum(np.abs(other[after] - times), np.abs(times - other[after - 1])) < 0.1]
-        chosen.append(both[np.unique(np.linspace(0, len(both) - 1, _GATHER.times).astype(int))] if len(both) else both)
+        both = times[np.minimum(np.abs(other[after] - times), np.abs(times - other[after - 1])) < _SAME_TIME]
+        chosen.append(_spread(both, constants.times))
     times = np.unique(np.round(np.concatenate(chosen), 4))
     people = max(len(paths.positions) * paths.positions.shape[2] for paths in cameras)
-    most = max(_GATHER.points // people, 1)
-    return times if len(times) <= most else times[np.linspace(0, len(times) - 1, most).astype(int)]
+    return _spread(times, max(constants.points // people, 1))
 
 
-def _seen(camera: int, points: np.ndarray, has_depth: bool, standing: Standing) -> List[_Seen]:
+def _spread(times: np.ndarray, most: int) -> np.ndarray:
+    """Return at most so many of the times, evenly."""
+    return times[np.unique(np.linspace(0, len(times) - 1, most).astype(int))] if len(times) else times
+
+
+def _views(camera: int, points: np.ndarray, has_depth: bool, pose: CameraPose) -> List[_View]:
     """Return the people of a camera at a time, from its points (S, K, 3)."""
-    rotation, origin = standing.pose
+    rotation, origin = pose.pose
     turned = points @ rotation.T
     with np.errstate(invalid='ignore'):
         placed = turned + origin if has_depth else turned / np.linalg.norm(turned, axis=2, keepdims=True)
-    return [_Seen(camera, slot, origin, placed[slot], has_depth)
-            for slot in np.flatnonzero(np.isfinite(placed).all(axis=2).sum(axis=1) >= _GATHER.least_joints)]
+    return [_View(camera, slot, origin, one, has_depth) for slot, one in enumerate(placed)]
 
 
-def _join(people: List[List[_Seen]], new: List[_Seen]) -> None:
-    """Add who is in a camera to those whom the others see."""
-    if people and new:
-        middles = [_middle(each) for each in people]
-        costs = np.array([[_distance(seen, each, middle) for each, middle in zip(people, middles)] for seen in new])
-        pairs = [(one, other) for one, other in zip(*linear_sum_assignment(costs)) if costs[one, other] < 1]
-    else:
-        pairs = []
-    for one, other in pairs:
-        people[other].append(new[one])
-    joined = {one for one, _ in pairs}
-    people += [[seen] for number, seen in enumerate(new) if number not in joined]
+def _joined(people: List[_Person], views: List[_View], constants: GatherConstants) -> List[_Person]:
+    """Return the people with the views of one more camera, those that belong to no person as new ones."""
+    views = [view for view in views if view.known.sum() >= constants.least_joints]
+    middles = [_middle(person) for person in people]
+    costs = np.array([[_distance(view, person, middle, constants) for person, middle in zip(people, middles)]
+                      for view in views]).reshape(len(views), len(people))
+    found = {column: row for row, column in match(costs, np.isfinite(costs)) if costs[row, column] < 1}
+    return ([(*person, views[found[column]]) if column in found else person for column, person in enumerate(people)]
+            + [(view,) for row, view in enumerate(views) if row not in found.values()])
 
 
-def _distance(seen: _Seen, person: List[_Seen], middle: np.ndarray) -> float:
-    """Return the median distance of somebody in a camera from a person, as a share of the gate."""
+def _distance(view: _View, person: _Person, middle: np.ndarray, constants: GatherConstants) -> float:
+    """Return the median distance of a view from a person, as a share of the gate; infinite where they share little."""
     if np.isfinite(middle).any():
-        offsets = middle - seen.origin
+        offsets = middle - view.origin
         depth = np.linalg.norm(offsets, axis=1)
-        if seen.has_depth:
-            distances = np.linalg.norm(middle - seen.points, axis=1) / _GATHER.gate
+        if view.has_depth:
+            distances = np.linalg.norm(middle - view.points, axis=1) / constants.gate
         else:
-            distances = np.linalg.norm(offsets / depth[:, None] - seen.points, axis=1) / _GATHER.ray_gate
+            distances = np.linalg.norm(offsets / depth[:, None] - view.points, axis=1) / constants.ray_gate
     else:
         first = person[0]
-        gaps, in_front = ray_gaps(first.origin, first.points, seen.origin, seen.points)
-        reach = np.linalg.norm(first.origin - seen.origin)
-        distances = np.where(in_front, gaps / max(float(reach), 1e-6) / _GATHER.ray_gate, np.nan)
+        gaps, in_front = ray_gaps(first.origin, first.points, view.origin, view.points)
+        reach = np.linalg.norm(first.origin - view.origin)
+        distances = np.where(in_front, gaps / max(float(reach), 1e-6) / constants.ray_gate, np.nan)
     known = np.isfinite(distances)
-    return float(np.median(distances[known])) if known.sum() >= _GATHER.least_joints else _FAR
+    return float(np.median(distances[known])) if known.sum() >= constants.least_joints else np.inf
 
 
-def _middle(person: List[_Seen]) -> np.ndarray:
+def _middle(person: _Person) -> np.ndarray:
     """Return where the joints of a person are, (K, 3): nearest to all positions and rays; NaN where not known."""
     total, right = np.zeros((len(person[0].points), 3, 3)), np.zeros((len(person[0].points), 3))
-    for seen in person:
-        known = _known(seen)[:, None, None]
-        squares = np.where(known, seen.points[:, :, None] * seen.points[:, None, :], 0)
-        share = np.where(known, np.eye(3) if seen.has_depth else np.eye(3) - squares, 0)
-        at = np.where(known[..., 0], seen.points, 0) if seen.has_depth else seen.origin
-        total += share
-        right += (share * at[..., None, :]).sum(axis=2)
+    for view in person:
+        known = view.known[:, None, None]
+        squares = np.where(known, view.points[:, :, None] * view.points[:, None, :], 0)
+        share = np.where(known, np.eye(3) if view.has_depth else np.eye(3) - squares, 0)
+        at = np.where(known[..., 0], view.points, 0) if view.has_depth else view.origin
+        total = total + share
+        right = right + (share * at[..., None, :]).sum(axis=2)
     solvable = np.linalg.eigvalsh(total)[:, 0] > _LEAST_EIGENVALUE
     safe = np.where(solvable[:, None, None], total, np.eye(3))
     return np.where(solvable[:, None], np.linalg.solve(safe, right[..., None])[..., 0], np.nan)
-
-
-def _known(seen: _Seen) -> np.ndarray:
-    return np.asarray(np.isfinite(seen.points).all(axis=1))

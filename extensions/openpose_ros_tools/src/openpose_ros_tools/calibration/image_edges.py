@@ -1,7 +1,7 @@
 """Edges with cameras without depth: resection in people in space, or the essential matrix of two images.
 
-Who is who and the clocks are searched for: for each clock offset, pairs of people suggest a pose (OpenCV, RANSAC), and
-the pose by which most joints of all people meet their rays wins.
+Clock offset and matching people are searched: for each offset, pairs of people suggest a pose (OpenCV, RANSAC), and the
+pose by which most joints of all people meet their rays wins.
 """
 from functools import partial
 from typing import Callable, List, NamedTuple, Optional, Tuple
@@ -11,11 +11,10 @@ import numpy as np
 
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_tools.alignment.candidates import merit
-from openpose_ros_tools.calibration.constants import CALIBRATION
+from openpose_ros_tools.calibration.constants import EdgeConstants
 from openpose_ros_tools.calibration.recording import CameraPaths
 from skeleton_extract_3d.points.transform import Transform
 
-_EDGES = CALIBRATION.edges
 # Joints by which one pair of people suggests a pose, at most and at least.
 _MOST_POINTS, _LEAST_POINTS = 150, 24
 # RANSAC: error of inliers in the plane z = 1, its iterations, and its certainty.
@@ -25,114 +24,122 @@ _FINE = np.arange(-4, 5) * 0.0125
 _STILL = np.zeros(4)
 
 
+Solve = Callable[[np.ndarray, np.ndarray], Optional[Transform]]
+
+
+class _Method(NamedTuple):
+    """How two cameras are related: by single pairs of people, then by all joints that meet; and how far joints miss."""
+
+    suggest: Solve
+    solve: Solve
+    distances: Callable[[Transform, np.ndarray, np.ndarray], np.ndarray]
+
+
 class _Found(NamedTuple):
     merit: float
     pose: Transform
     lag: float
 
 
-Solve = Callable[[np.ndarray, np.ndarray], Optional[Transform]]
-Distances = Callable[[Transform, np.ndarray, np.ndarray], np.ndarray]
-
-
-def resect(first: CameraPaths, second: CameraPaths, clock_offset: Optional[float]) -> Tuple[Transform, float, float]:
+def resect(first: CameraPaths, second: CameraPaths, clock_offset: Optional[float], constants: EdgeConstants
+           ) -> Tuple[Transform, float, float]:
     """Return the transform from a camera with depth to one without, the clock offset [s] and the cost.
 
     Raises:
         BadInputError: joints of the one do not lie on the rays of the other.
     """
-    return _search(first, second, clock_offset, (_pose_of_points, _pose_of_points), _image_distances)
+    return _search(first, second, clock_offset, _Method(_pose_of_points, _pose_of_points, _image_distances), constants)
 
 
-def relate_images(first: CameraPaths, second: CameraPaths, clock_offset: Optional[float]
+def relate_images(first: CameraPaths, second: CameraPaths, clock_offset: Optional[float], constants: EdgeConstants
                   ) -> Tuple[Transform, float, float]:
     """Return the transform between two cameras without depth, its translation of length 1, clock offset and cost.
 
     Raises:
         BadInputError: rays do not meet.
     """
-    # RANSAC spends all of its 1000 iterations on people who are not the same; LMedS needs 90, whoever they are
+    # RANSAC spends all of its 1000 iterations on pairs of different people; LMedS always needs 90
     suggest = _pose_of_rays if clock_offset is not None else partial(_pose_of_rays, method=cv2.LMEDS)
-    return _search(first, second, clock_offset, (suggest, _pose_of_rays), _epipolar_distances)
+    return _search(first, second, clock_offset, _Method(suggest, _pose_of_rays, _epipolar_distances), constants)
 
 
-def _search(first: CameraPaths, second: CameraPaths, clock_offset: Optional[float], solves: Tuple[Solve, Solve],
-            distances: Distances) -> Tuple[Transform, float, float]:
-    """Search for the best pose: the first of `solves` suggests poses by single pairs of people, the other refines."""
-    suggest, solve = solves
-    frames = first.times[np.unique(np.linspace(0, len(first.times) - 1, _EDGES.image_times).astype(int))]
-    points = first.at(frames)
-    steps = int(_EDGES.image_search / _EDGES.image_step)
-    lags = _EDGES.image_step * np.arange(-steps, steps + 1) if clock_offset is None else np.array([clock_offset])
-    found = [one for lag in lags.tolist()
-             for one in _candidates(points, second.at(frames + lag), lag, suggest, distances)]
+def _search(first: CameraPaths, second: CameraPaths, clock_offset: Optional[float], method: _Method,
+            constants: EdgeConstants) -> Tuple[Transform, float, float]:
+    """Return the best pose, the clock offset [s] and the cost."""
+    frames = first.times[np.unique(np.linspace(0, len(first.times) - 1, constants.image_times).astype(int))]
+    points, gate = first.at(frames), constants.gate
+    steps = int(constants.image_search / constants.image_step)
+    lags = constants.image_step * np.arange(-steps, steps + 1) if clock_offset is None else np.array([clock_offset])
+    found = [_Found(_merit(method.distances(pose, points, there), gate), pose, lag)
+             for lag in lags.tolist() for there in [second.at(frames + lag)]
+             for pose in _suggested(points, there, method.suggest, constants.most_pairs)]
     if not found:
         raise BadInputError('they do not see the same people at the same time')
     best = max(found, key=lambda one: one.merit)
     for _ in range(2):
         fine = best.lag + _FINE if clock_offset is None else np.array([best.lag])
-        better = [_refined(points, second.at(frames + lag), float(lag), best.pose, (solve, distances)) for lag in fine]
-        best = max([best, *(one for one in better if one is not None)], key=lambda one: one.merit)
+        refined = [(lag, there, _refined(points, there, best.pose, method, gate))
+                   for lag in fine.tolist() for there in [second.at(frames + lag)]]
+        best = max([best, *(_Found(_merit(method.distances(pose, points, there), gate), pose, lag)
+                            for lag, there, pose in refined if pose is not None)], key=lambda one: one.merit)
     there = second.at(frames + best.lag)
-    met, common = _met(points, there, distances(best.pose, points, there))
-    if met < _EDGES.least_joints or met < _EDGES.least_share * common:
-        raise BadInputError(f'{met} of {common} joints of who is seen by both meet their rays, expected '
-                            f'{_EDGES.least_joints} and {100 * _EDGES.least_share:.0f} % or more')
-    return best.pose, best.lag, float(_EDGES.gate * common / met ** 1.5)
+    met, common = _met(points, there, method.distances(best.pose, points, there), gate)
+    if met < constants.least_joints or met < constants.least_share * common:
+        raise BadInputError(f'{met} of {common} joints of people visible to both meet their rays, expected '
+                            f'{constants.least_joints} and {100 * constants.least_share:.0f} % or more')
+    return best.pose, best.lag, float(gate * common / met ** 1.5)
 
 
-def _candidates(points: np.ndarray, there: np.ndarray, lag: float, solve: Solve, distances: Distances) -> List[_Found]:
+def _suggested(points: np.ndarray, there: np.ndarray, suggest: Solve, most_pairs: int) -> List[Transform]:
     """Return the poses that single pairs of people suggest, those with most joints in common first."""
     random = np.random.RandomState(0)
     known, known_there = np.isfinite(points).all(axis=3), np.isfinite(there).all(axis=3)
     common = (known[:, None] & known_there[None]).sum(axis=(2, 3))
     found = []
-    for pair in np.argsort(-common, axis=None, kind='stable')[:_EDGES.most_pairs]:
+    for pair in np.argsort(-common, axis=None, kind='stable')[:most_pairs]:
         one, other = np.unravel_index(pair, common.shape)
         if common[one, other] < _LEAST_POINTS:
             break
         both = np.flatnonzero((known[one] & known_there[other]).ravel())
         some = random.permutation(both)[:_MOST_POINTS]
-        pose = solve(points[one].reshape(-1, 3)[some], there[other].reshape(-1, 3)[some])
+        pose = suggest(points[one].reshape(-1, 3)[some], there[other].reshape(-1, 3)[some])
         if pose is not None:
-            found.append(_Found(_merit(distances(pose, points, there)), pose, lag))
+            found.append(pose)
     return found
 
 
-def _refined(points: np.ndarray, there: np.ndarray, lag: float, pose: Transform, how: Tuple[Solve, Distances]
-             ) -> Optional[_Found]:
+def _refined(points: np.ndarray, there: np.ndarray, pose: Transform, method: _Method, gate: float
+             ) -> Optional[Transform]:
     """Return the pose by all joints of all people that meet with another one."""
-    solve, distances = how
-    gaps = distances(pose, points, there)
-    person, other, time = _pairs(gaps)
-    near = gaps[person, other, time] < _EDGES.gate
+    gaps = method.distances(pose, points, there)
+    person, other, time = _pairs(gaps, gate)
+    near = gaps[person, other, time] < gate
     if near.sum() < _LEAST_POINTS:
         return None
-    better = solve(points[person, time][near], there[other, time][near])
-    return None if better is None else _Found(_merit(distances(better, points, there)), better, lag)
+    return method.solve(points[person, time][near], there[other, time][near])
 
 
-def _merit(gaps: np.ndarray) -> float:
+def _merit(gaps: np.ndarray, gate: float) -> float:
     """Return how many joints of people (S1, S2, N, K) meet those of the other camera."""
     rows = np.moveaxis(gaps, 1, 0)
-    return merit(rows.reshape(len(rows), -1, rows.shape[3]), _EDGES.gate)
+    return merit(rows.reshape(len(rows), -1, rows.shape[3]), gate)
 
 
-def _pairs(gaps: np.ndarray) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return who is who at what time: indices of S1, S2 and N; those with a joint that meets."""
-    worth = np.nansum(np.maximum(0, 1 - (gaps / _EDGES.gate) ** 2), axis=3)
+def _pairs(gaps: np.ndarray, gate: float) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return which people of the two cameras are one, at what time: indices of S1, S2 and N."""
+    worth = np.nansum(np.maximum(0, 1 - (gaps / gate) ** 2), axis=3)
     other = worth.argmax(axis=1)
     person, time = np.nonzero(worth.max(axis=1) > 0)
     return person, other[person, time], time
 
 
-def _met(points: np.ndarray, there: np.ndarray, gaps: np.ndarray) -> Tuple[int, int]:
+def _met(points: np.ndarray, there: np.ndarray, gaps: np.ndarray, gate: float) -> Tuple[int, int]:
     """Return how many joints meet their rays, and how many joints could.
 
-    Of people of whom both cameras see some at a time, as many as the camera with fewer of them can share.
+    Of people that both cameras see at a time, as many as the camera with fewer of them can share.
     """
-    person, other, time = _pairs(gaps)
-    near = int((gaps[person, other, time] < _EDGES.gate).sum())
+    person, other, time = _pairs(gaps, gate)
+    near = int((gaps[person, other, time] < gate).sum())
     seen, seen_there = (np.isfinite(each).all(axis=3).sum(axis=(0, 2)) for each in (points, there))
     return near, max(int(np.minimum(seen, seen_there).sum()), 1)
 

@@ -1,4 +1,4 @@
-"""How good a calibration is: what two cameras say of the same joints, and how sure the poses are."""
+"""How good a calibration is: how far two cameras disagree about joints, and how certain the poses are."""
 import itertools
 from typing import List, NamedTuple, Sequence
 
@@ -9,7 +9,7 @@ from openpose_ros_tools.calibration.recording import CameraPaths
 
 # Standard deviations above make the result doubtful [degrees, m, s].
 _LARGE = (1.0, 0.05, 0.02)
-# Pairs that share fewer joints are not told of.
+# Pairs that share fewer joints are not reported.
 _LEAST_SHARED = 10
 
 
@@ -34,8 +34,8 @@ class EdgeQuality(NamedTuple):
 def edge_qualities(cameras: Sequence[CameraPaths], adjusted: Adjusted) -> List[EdgeQuality]:
     """Return the quality of all pairs of cameras that see joints together."""
     data = adjusted.gathered
-    rotations = np.array([one.pose[0] for one in adjusted.standing])[data.camera]
-    centres = np.array([one.pose[1] for one in adjusted.standing])[data.camera]
+    rotations = np.array([one.pose[0] for one in adjusted.poses])[data.camera]
+    centres = np.array([one.pose[1] for one in adjusted.poses])[data.camera]
     placed = np.einsum('mij,mj->mi', rotations, data.measured) + centres
     local = np.einsum('mji,mj->mi', rotations, adjusted.joints[data.point] - centres)
     offsets = local[:, :2] / local[:, 2:] - data.measured[:, :2] / data.measured[:, 2:]

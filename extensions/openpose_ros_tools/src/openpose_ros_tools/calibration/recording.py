@@ -1,6 +1,6 @@
 """What one camera saw over time: people in space, or rays through their keypoints."""
-from dataclasses import dataclass
-from typing import List, Tuple
+from dataclasses import dataclass, replace
+from typing import Dict, List
 
 import numpy as np
 
@@ -8,13 +8,13 @@ from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_tools.alignment.alignment import MeasuredPeople
 from openpose_ros_tools.alignment.clock import JointPaths, bridged_gap
 from openpose_ros_tools.alignment.people import steady_ids
-from openpose_ros_tools.calibration.constants import CALIBRATION
+from openpose_ros_tools.calibration.constants import BundleConstants
 
 # Joints between two samples of a camera are interpolated over this time, as in the alignment [s].
 _MAX_GAP = 0.1
 # Tracks that follow each other in one slot are this far apart [s], so that nothing is interpolated between them.
 _APART = 1.0
-# Fewer frames with somebody are no recording.
+# Fewer frames with a person are no recording.
 _LEAST_FRAMES = 10
 
 
@@ -49,45 +49,34 @@ class CameraPaths:
 
     Attributes:
         recording: as it came, its rows in the order of time.
+        name, has_depth: of the recording.
         begin: [ns], the stamp that is time 0.
-        times: (T,) float64 [s] of the frames with somebody.
+        times: (T,) float64 [s] of the frames with people.
         positions: (S, T, K, 3) points of S slots; NaN where missing.
     """
 
-    def __init__(self, recording: CameraRecording, begin: int) -> None:
+    def __init__(self, recording: CameraRecording, begin: int, constants: BundleConstants) -> None:
         order = np.argsort(recording.stamps, kind='stable')
         order = order[np.isfinite(recording.points[order]).all(axis=2).any(axis=1)]
         stamps = recording.stamps[order]
         frames = np.unique(stamps)
         if len(frames) < _LEAST_FRAMES:
-            raise BadInputError(f'camera {recording.name} saw somebody in {len(frames)} frames, expected '
+            raise BadInputError(f'camera {recording.name} saw people in {len(frames)} frames, expected '
                                 f'{_LEAST_FRAMES} or more')
-        self.recording = CameraRecording(recording.name, recording.frame_id, stamps, recording.ids[order],
-                                         recording.points[order], recording.sigma[order], recording.has_depth,
-                                         recording.focal)
-        self.begin = begin
+        self.recording = replace(recording, stamps=stamps, ids=recording.ids[order], points=recording.points[order],
+                                 sigma=recording.sigma[order])
+        self.name, self.has_depth, self.begin = recording.name, recording.has_depth, begin
         self.times = (frames - begin) * 1e-9
         rows = np.searchsorted(frames, stamps)
         points = self.recording.points
-        ids = steady_ids(self.times[rows], self.recording.ids, points) if recording.has_depth else self.recording.ids
+        ids = steady_ids(self.times[rows], self.recording.ids, points) if self.has_depth else self.recording.ids
         slots = _slots(self.times[rows], ids)
         shape = (slots.max() + 1, len(frames), points.shape[1])
-        self.positions = np.full((*shape, 3), np.nan)
+        self.positions, self._sigma = np.full((*shape, 3), np.nan), np.full(shape, np.nan)
         self.positions[slots, rows] = points
-        self._sigma = np.full(shape, np.nan)
-        self._sigma[slots, rows] = _known_sigma(self.recording)
+        self._sigma[slots, rows] = _known_sigma(self.recording, constants)
         self._paths = JointPaths(self.times, self.positions, bridged_gap(self.times, _MAX_GAP))
         self._half = max(float(np.median(np.diff(self.times))) / 2, 0.02)
-
-    @property
-    def name(self) -> str:
-        """Name of the camera."""
-        return self.recording.name
-
-    @property
-    def has_depth(self) -> bool:
-        """Whether points are positions [m]."""
-        return self.recording.has_depth
 
     def at(self, times: np.ndarray) -> np.ndarray:
         """Return the points (S, N, K, 3) at N times [s]; NaN where there are none."""
@@ -110,12 +99,27 @@ class CameraPaths:
         return MeasuredPeople(self.recording.stamps - self.begin, self.recording.ids, self.recording.points,
                               self.recording.sigma)
 
+    def check_motion(self, least: float) -> None:
+        """Raise unless the people in space walk.
 
-def paths_of(recordings: List[CameraRecording]) -> List[CameraPaths]:
+        Args:
+            least: extent of their paths (standard deviation) [m].
+
+        Raises:
+            BadInputError: all of them stay in one place.
+        """
+        middles = np.nanmedian(self.recording.points, axis=1)
+        extents = np.linalg.svd(middles - middles.mean(axis=0), compute_uv=False) / np.sqrt(len(middles))
+        if extents[0] < least:
+            raise BadInputError(f'the people that {self.name} sees stay in one place: their middles spread by '
+                                f'{extents[0]:.2f} m, expected {least:g} m or more; let a person walk through the room')
+
+
+def paths_of(recordings: List[CameraRecording], constants: BundleConstants) -> List[CameraPaths]:
     """Return the paths of all cameras, by one clock as far as their stamps are.
 
     Raises:
-        BadInputError: a camera saw hardly anybody, two have one name, or there are fewer than two.
+        BadInputError: a camera saw hardly any people, two have one name, or there are fewer than two.
     """
     names = [recording.name for recording in recordings]
     if len(names) < 2:
@@ -125,7 +129,7 @@ def paths_of(recordings: List[CameraRecording]) -> List[CameraPaths]:
     if twice:
         raise BadInputError(f"two cameras have the name '{twice[0]}'")
     begin = min(int(recording.stamps.min()) for recording in recordings if len(recording.stamps))
-    return [CameraPaths(recording, begin) for recording in recordings]
+    return [CameraPaths(recording, begin, constants) for recording in recordings]
 
 
 def overlap(first: CameraPaths, second: CameraPaths) -> float:
@@ -135,13 +139,11 @@ def overlap(first: CameraPaths, second: CameraPaths) -> float:
     return float(max(common, 0.0) / max(min(end - start for start, end in spans), 1e-9))
 
 
-def _known_sigma(recording: CameraRecording) -> np.ndarray:
+def _known_sigma(recording: CameraRecording, constants: BundleConstants) -> np.ndarray:
     """Return the error per axis, (R, K)."""
-    bundle = CALIBRATION.bundle
     if not recording.has_depth:
-        return np.full(recording.sigma.shape, bundle.pixel_sigma / recording.focal)
-    sigma = np.where(np.isfinite(recording.sigma), recording.sigma, bundle.position_sigma)
-    return sigma / np.sqrt(3.0)
+        return np.full(recording.sigma.shape, constants.pixel_sigma / recording.focal)
+    return np.where(np.isfinite(recording.sigma), recording.sigma, constants.position_sigma) / np.sqrt(3.0)
 
 
 def _slots(times: np.ndarray, ids: np.ndarray) -> np.ndarray:
@@ -151,16 +153,10 @@ def _slots(times: np.ndarray, ids: np.ndarray) -> np.ndarray:
         times: (R,) [s], ascending.
         ids: (R,); of an id that is in a frame twice, the last counts.
     """
-    tracks, first = np.unique(ids, return_index=True)
+    slots: Dict[int, int] = {}
     ends: List[float] = []
-    slot_of: List[Tuple[int, int]] = []
-    for place in np.argsort(first, kind='stable'):
-        rows = np.flatnonzero(ids == tracks[place])
-        free = [slot for slot, end in enumerate(ends) if times[rows[0]] - end > _APART]
-        slot = free[0] if free else len(ends)
-        if not free:
-            ends.append(0.0)
-        ends[slot] = float(times[rows[-1]])
-        slot_of.append((int(tracks[place]), slot))
-    lookup = dict(slot_of)
-    return np.array([lookup[one] for one in ids.tolist()], int)
+    for track in dict.fromkeys(ids.tolist()):
+        rows = np.flatnonzero(ids == track)
+        slots[track] = next((slot for slot, end in enumerate(ends) if times[rows[0]] - end > _APART), len(ends))
+        ends[slots[track]:slots[track] + 1] = [float(times[rows[-1]])]
+    return np.array([slots[track] for track in ids.tolist()], int)

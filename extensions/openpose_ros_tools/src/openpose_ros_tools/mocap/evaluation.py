@@ -1,4 +1,4 @@
-"""Compare people of a camera with motion capture, once both are aligned: who is who, and how far joints are apart."""
+"""Errors of people against aligned motion capture: the subject of each track, and the distances of its joints."""
 from dataclasses import dataclass
 from typing import Callable, Iterable, List, Optional, Sequence, Tuple
 
@@ -17,63 +17,40 @@ from skeleton_extract_3d.people import MISSING
 
 @dataclass(frozen=True)
 class EvaluationParams:
-    """What is compared.
+    """What is compared."""
 
-    Attributes:
-        gate: who is farther than this from a subject, by the median of the joints, is not that subject [m].
-        max_gap: between two samples of the reference that may be bridged [s], see `bridged_gap`.
-        joints: names to compare; none: all that both have. Who is who is told by all joints in any case.
-        start, end: part of the estimate, since its first frame [s]; None: to the ends.
-    """
-
-    gate: float = 0.5
-    max_gap: float = 0.1
+    gate: float = 0.5  # largest median distance of a person's joints from those of its subject [m]
+    max_gap: float = 0.1  # between two samples of the reference that may be bridged [s], see `bridged_gap`
+    # names to compare; none: all that both have. Persons and subjects are paired by all joints in any case.
     joints: Tuple[str, ...] = ()
-    start: Optional[float] = None
-    end: Optional[float] = None
+    start: Optional[float] = None  # of the part of the estimate, since its first frame [s]; None: all
+    end: Optional[float] = None  # of that part [s]
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """People of the reference and what the estimate says of them; N rows, one per subject and frame.
+    """Subjects of the reference and the estimate of each; N rows, one per subject and frame.
 
     All positions are in the frame of the reference [m], NaN where missing.
-
-    Attributes:
-        joints: names of the K joints.
-        subjects: names of the S subjects.
-        times: (N,) [s] since the first frame of the estimate.
-        subject: (N,) number of the subject.
-        found: (N,) bool, whether the estimate has the subject. The next four are missing where it has not.
-        track: (N,) track id, -1 where missing.
-        estimate: (N, K, 3).
-        status: (N, K) uint8 of the estimate.
-        sigma: (N, K) [m].
-        truth: (N, K, 3).
-        frames: frames compared: those with people within the reference's time.
-        frames_outside: frames of the estimate outside it, which do not count.
-        frames_empty: times of a frame between them in which the estimate has nobody, which do not count: a table of
-            people does not tell frames without people from frames that were dropped.
-        extra_people: rows of the estimate that are near no subject.
-        only_reference, only_estimate: joints that one of both has.
     """
 
-    joints: Tuple[str, ...]
-    subjects: Tuple[str, ...]
-    times: np.ndarray
-    subject: np.ndarray
-    found: np.ndarray
-    track: np.ndarray
-    estimate: np.ndarray
-    status: np.ndarray
-    sigma: np.ndarray
-    truth: np.ndarray
-    frames: int
-    frames_outside: int
+    joints: Tuple[str, ...]  # names of the K joints
+    subjects: Tuple[str, ...]  # names of the S subjects
+    times: np.ndarray  # (N,) [s] since the first frame of the estimate
+    subject: np.ndarray  # (N,) number of the subject
+    found: np.ndarray  # (N,) bool, whether the estimate has the subject. The next four are missing where it has not.
+    track: np.ndarray  # (N,) track id, -1 where missing
+    estimate: np.ndarray  # (N, K, 3)
+    status: np.ndarray  # (N, K) uint8 of the estimate
+    sigma: np.ndarray  # (N, K) [m]
+    truth: np.ndarray  # (N, K, 3)
+    frames: int  # frames compared: those with people within the reference's time
+    frames_outside: int  # frames of the estimate outside it, which do not count
+    # frames between them without people, which do not count: a table of people does not tell them from dropped frames
     frames_empty: int
-    extra_people: int
-    only_reference: Tuple[str, ...]
-    only_estimate: Tuple[str, ...]
+    extra_people: int  # rows of the estimate that are near no subject
+    only_reference: Tuple[str, ...]  # joints that the estimate has not
+    only_estimate: Tuple[str, ...]  # joints that the reference has not
 
     @property
     def errors(self) -> np.ndarray:
@@ -98,9 +75,7 @@ class Comparison:
 
 def compare(estimate: KeypointTable, reference: JointRecording, alignment: Alignment,
             params: Optional[EvaluationParams] = None, progress: Callable[[Iterable], Iterable] = iter) -> Comparison:
-    """Find out who is who in each frame, and put the joints of both side by side.
-
-    In each frame people and subjects are paired so that the sum of their distances is least, see `pair_people`.
+    """Pair people and subjects in each frame by the least sum of distances, and return the joints of both.
 
     Args:
         progress: wraps the frames.
@@ -110,7 +85,7 @@ def compare(estimate: KeypointTable, reference: JointRecording, alignment: Align
         BadInputError: the recordings have no time in common, or no person is near a subject.
     """
     params = params or EvaluationParams()
-    # who is who is told by all joints, also where only some are compared
+    # people are paired with subjects by all joints, also where only some are compared
     joints, only_reference, only_estimate = _common_joints(estimate, reference, params.joints)
     begin = estimate.stamps.min()
     stamps, frame_of = np.unique((estimate.stamps - begin) * 1e-9, return_inverse=True)
@@ -144,7 +119,7 @@ def compare(estimate: KeypointTable, reference: JointRecording, alignment: Align
 
 def _matches(frames: Iterable[int], frame_of: np.ndarray, positions: np.ndarray, truth: np.ndarray, gate: float
              ) -> np.ndarray:
-    """Return the frame, the row of the estimate (-1: not found) and the subject of everybody of the reference, (3, N).
+    """Return the frame, the row of the estimate (-1: not found) and the number of each subject that is there, (3, N).
 
     Args:
         frames: to compare.
@@ -168,7 +143,7 @@ def _common_joints(estimate: KeypointTable, reference: JointRecording, names: Se
     """Return the numbers of the joints that both have, and the names that only the reference, or the estimate, has.
 
     Args:
-        names: of joints that both must have; the others are not told. None: all are told.
+        names: of joints that both must have; the others are not named. Empty: all are named.
     """
     unknown = [name for name in names if name not in MESSAGE_JOINTS]
     if unknown:

@@ -1,4 +1,4 @@
-"""The figures of a comparison with motion capture: errors, shares, lengths of limbs, and how true sigma is."""
+"""The figures of a comparison with motion capture: errors, shares, lengths of limbs, calibration of sigma."""
 from typing import Any, Dict, Optional
 
 import numpy as np

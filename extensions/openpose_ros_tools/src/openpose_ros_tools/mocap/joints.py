@@ -1,8 +1,8 @@
 """From the markers of a recording to the joints of its people, by a marker map.
 
-Where the map does not name the subjects, what stands before a marker's name and ':' or '_' names the subject:
-`Ann:LKNE`, `Ann_LKNE`. Markers of the shipped maps are also known by other spellings, with upper and lower case and
-separators as they come: `Ann lkne`, `Ann.LeftKnee` for left_knee.
+The prefix of a marker's name before ':' or '_' names the subject: `Ann:LKNE`, `Ann_LKNE`. Markers of the shipped maps
+are also known by other spellings, with any upper and lower case and separators: `Ann lkne`, `Ann.LeftKnee` for
+left_knee.
 """
 import logging
 import re
@@ -14,7 +14,7 @@ import numpy as np
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
 from openpose_ros_tools.mocap.files.recording import MarkerRecording, checked
-from openpose_ros_tools.mocap.marker_map import AUTOMATIC, MarkerMap, read_marker_map, shipped_maps
+from openpose_ros_tools.mocap.marker_map import MarkerMap, read_marker_map, shipped_maps
 
 _log = logging.getLogger(__name__)
 
@@ -33,18 +33,13 @@ _WORD = re.compile('[A-Z]+(?![a-z])|[A-Z]?[a-z]+|[0-9]+')
 class JointRecording:
     """Joints of S people at T times, in the frame and by the clock of the motion capture system.
 
-    Attributes:
-        subjects: names of the people, each once.
-        times: (T,) float64 [s], increasing.
-        positions: (S, T, K, 3) float64 [m]; NaN where missing. The K joints are `MESSAGE_JOINTS`.
-
     Raises:
         ValueError: shapes, names or times are wrong, or a position is half missing.
     """
 
-    subjects: Tuple[str, ...]
-    times: np.ndarray
-    positions: np.ndarray
+    subjects: Tuple[str, ...]  # names of the people, each once
+    times: np.ndarray  # (T,) float64 [s], increasing
+    positions: np.ndarray  # (S, T, K, 3) float64 [m]; NaN where missing. The K joints are `MESSAGE_JOINTS`.
 
     def __post_init__(self) -> None:
         values = checked(self.subjects, self.times, self.positions,
@@ -53,14 +48,8 @@ class JointRecording:
             object.__setattr__(self, name, value)
 
 
-def chosen_map(recording: MarkerRecording, marker_map: MarkerMap) -> MarkerMap:
-    """Return the map itself, or in place of the automatic one the shipped one that gives most joints.
-
-    Of several that give as many, it is the one that knows most of the markers.
-    """
-    if marker_map.name != AUTOMATIC:
-        return marker_map
-
+def chosen_map(recording: MarkerRecording) -> MarkerMap:
+    """Return the shipped map that gives most joints; of several that give as many, the one that knows most markers."""
     def merit(one: MarkerMap) -> Tuple[int, int]:
         groups = _by_subject(recording.names, one)
         counts = [len(_place(recording, one, markers)) for markers in groups.values()]
@@ -70,36 +59,33 @@ def chosen_map(recording: MarkerRecording, marker_map: MarkerMap) -> MarkerMap:
 
 
 def joints_of(recording: MarkerRecording, marker_map: MarkerMap) -> JointRecording:
-    """Return the joints of all people of whom a recording has markers.
-
-    Prefixes with fewer than `LEAST_JOINTS` joints are left out, as those of props are.
+    """Return the joints of all people in a recording; prefixes with fewer than `LEAST_JOINTS` joints are left out.
 
     Raises:
-        BadInputError: nobody is left; the text names the markers that are there and those that are expected.
+        BadInputError: no person is left; the text names the markers that are there and those that are expected.
     """
-    chosen = chosen_map(recording, marker_map)
-    groups = _by_subject(recording.names, chosen)
+    groups = _by_subject(recording.names, marker_map)
     bodies: Dict[str, np.ndarray] = {}
     for subject, markers in groups.items():
-        joints = _place(recording, chosen, markers)
+        joints = _place(recording, marker_map, markers)
         if len(joints) < LEAST_JOINTS:
             _log.warning("%s has only %d joints by the marker map '%s' (%s), expected %d or more; left out",
-                         subject, len(joints), chosen.name, ', '.join(joints) or 'none', LEAST_JOINTS)
+                         subject, len(joints), marker_map.name, ', '.join(joints) or 'none', LEAST_JOINTS)
             continue
         bodies[subject] = np.full((len(recording), len(MESSAGE_JOINTS), 3), np.nan)
         for joint, points in joints.items():
             bodies[subject][:, MESSAGE_JOINTS.index(joint)] = points
     if not bodies:
-        raise BadInputError(_nobody(recording, chosen, groups))
+        raise BadInputError(_no_person(recording, marker_map, groups))
     return JointRecording(tuple(bodies), recording.times, np.stack(list(bodies.values())))
 
 
 def _by_subject(names: Sequence[str], marker_map: MarkerMap) -> Dict[str, Dict[str, int]]:
     """Return by subject and marker the place of the marker in the recording."""
-    groups: Dict[str, Dict[str, int]] = {subject: {} for subject in marker_map.subjects}
+    groups: Dict[str, Dict[str, int]] = {}
     left = {name: place for place, name in enumerate(names)}
-    splits: List[Callable[[str], Optional[Tuple[str, str]]]] = [lambda name: _split(name, marker_map)]
-    if marker_map.name in shipped_maps():
+    splits: List[Callable[[str], Optional[Tuple[str, str]]]] = [lambda name: _split(name, marker_map.markers)]
+    if marker_map.is_shipped:
         known = {_plain(marker): marker for marker in marker_map.markers}
         splits.append(lambda name: _split_words(name, known))
     for split in splits:
@@ -109,12 +95,9 @@ def _by_subject(names: Sequence[str], marker_map: MarkerMap) -> Dict[str, Dict[s
     return groups
 
 
-def _split(name: str, marker_map: MarkerMap) -> Optional[Tuple[str, str]]:
-    """Return subject and marker of a name in a recording, None if the map does not know it."""
-    if marker_map.subjects:
-        return next(((subject, name[len(prefix):]) for subject, prefix in marker_map.subjects.items()
-                     if name.startswith(prefix) and name[len(prefix):] in marker_map.markers), None)
-    known = [marker for marker in marker_map.markers
+def _split(name: str, markers: Sequence[str]) -> Optional[Tuple[str, str]]:
+    """Return subject and marker of a name in a recording, None if it is none of the markers."""
+    known = [marker for marker in markers
              if name == marker or any(name.endswith(separator + marker) for separator in _SEPARATORS)]
     if not known:
         return None
@@ -147,10 +130,10 @@ def _place(recording: MarkerRecording, marker_map: MarkerMap, places: Mapping[st
     return joints
 
 
-def _nobody(recording: MarkerRecording, marker_map: MarkerMap, groups: Mapping[str, Mapping[str, int]]) -> str:
+def _no_person(recording: MarkerRecording, marker_map: MarkerMap, groups: Mapping[str, Mapping[str, int]]) -> str:
     matched = {place for markers in groups.values() for place in markers.values()}
     unmatched = [name for i, name in enumerate(recording.names) if i not in matched]
-    text = (f"marker map '{marker_map.name}' gives nobody {LEAST_JOINTS} joints: it knows {len(matched)} of "
+    text = (f"marker map '{marker_map.name}' gives no person {LEAST_JOINTS} joints: it knows {len(matched)} of "
             f'{len(recording.names)} markers')
     if unmatched:
         text += f', not {_some(unmatched)}'

@@ -1,18 +1,15 @@
 """Marker maps: YAML files that say where the joints lie by the markers on the skin.
 
-`joints` holds the joints (names of `MESSAGE_JOINTS`) in an order in which those that others are made of come first::
+`joints` holds the joints (names of `MESSAGE_JOINTS`), each after the joints that it is computed from::
 
     description: what it is for
     joints:
       left_knee: LKNE                                    # at a marker
       left_wrist: [LWRA, LWRB]                           # mean of markers; missing when one of them is
-      left_elbow: {markers: [LELB, LELBM], weights: [0.4, 0.6]}        # 60 % of the way from LELB to LELBM
-      nose: {markers: [F1, F2, F3], at_least: 2}         # mean of those that are seen, if these are two or more
-      neck: {joints: [left_shoulder, right_shoulder]}    # of joints above
+      neck: {joints: [left_shoulder, right_shoulder]}    # mean of joints above
       left_ankle: {markers: [LANK], shift: {metres: 0.04, from: [LASI], to: [RASI]}}   # moved along a direction
       left_hip: {hip_centre: left, asis: [LASI, RASI], psis: [LPSI, RPSI]}             # regression, see hip_centres
       head_top: {first_of: [HTOP, [LFHD, RFHD]]}         # the first whose markers the recording has
-    subjects: {Ann: 'A_', Ben: 'B_'}                     # optional: how the names of whose markers start
 """
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,13 +21,14 @@ from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
 from openpose_ros_pkg.structured_text import yaml_value
 
-AUTOMATIC = 'automatic'
 _FOLDER = Path(__file__).resolve().parents[1] / 'data' / 'marker_maps'
 _KINDS = ('markers', 'joints', 'hip_centre', 'first_of')
 _SIDES = ('left', 'right')
-
-# No number of a map is greater; Python's whole numbers can be greater than floats.
-_HUGE = 1e9
+# Largest shift of a joint from its markers [m].
+_MOST_SHIFT = 1.0
+# Hip joint centre by Harrington et al. (2007): share of pelvis depth PD or width PW, and offset [m], per axis of the
+# pelvis: forwards (PD), up (PW), outwards (PW).
+_HIP_FORWARDS, _HIP_UP, _HIP_OUT = (-0.24, -0.0099), (-0.30, -0.0109), (0.33, 0.0073)
 
 Names = Tuple[str, ...]
 # Positions (T, 3) [m] by name.
@@ -38,33 +36,21 @@ Points = Mapping[str, np.ndarray]
 
 
 class Rule(NamedTuple):
-    """Where a joint lies.
+    """Where a joint lies."""
 
-    Attributes:
-        markers: names of those that it may use.
-        place: returns the joint, (T, 3) [m], by the markers and by the joints above it; None if the recording does not
-            have what it is made of.
-    """
-
-    markers: Names
+    markers: Names  # names of those that it may use
+    # returns the joint, (T, 3) [m], by the markers and by the joints above it; None if the recording lacks one of these
     place: Callable[[Points, Points], Optional[np.ndarray]]
 
 
 @dataclass(frozen=True)
 class MarkerMap:
-    """Where joints lie by the markers.
+    """Where joints lie by the markers."""
 
-    Attributes:
-        name: of a shipped map, or the path of a file; `AUTOMATIC`: one of the shipped maps is chosen later.
-        rules: by joint, in the order in which they are applied.
-        subjects: by name, how the names of their markers start; empty: found out.
-        is_choice: it was chosen by the markers, nobody named it.
-    """
-
-    name: str
-    rules: Mapping[str, Rule]
-    subjects: Mapping[str, str]
-    is_choice: bool = False
+    name: str  # of a shipped map, or the path of a file
+    rules: Mapping[str, Rule]  # by joint, in the order in which they are applied
+    is_shipped: bool  # it is part of this package; its markers are known by other spellings too
+    is_choice: bool = False  # it was chosen by the names of the markers
 
     @property
     def markers(self) -> Names:
@@ -77,19 +63,18 @@ def shipped_maps() -> Names:
     return tuple(sorted(path.stem for path in _FOLDER.glob('*.yaml')))
 
 
-def read_marker_map(path: Union[str, Path, None] = None) -> MarkerMap:
+def read_marker_map(path: Union[str, Path]) -> MarkerMap:
     """Read a marker map.
 
     Args:
-        path: of a YAML file, or the name of a shipped map; None: `chosen_map` will choose among these.
+        path: of a YAML file, or the name of a shipped map.
 
     Raises:
         BadInputError: there is none, or it is not as expected.
     """
-    if path is None or str(path) == AUTOMATIC:
-        return MarkerMap(AUTOMATIC, {}, {})
     file = Path(path).expanduser()
-    if not file.is_file():
+    is_shipped = not file.is_file()
+    if is_shipped:
         if str(path) not in shipped_maps():
             raise BadInputError(f"marker map '{path}': there is no such file, nor a shipped map of this name "
                                 f"({', '.join(shipped_maps())})")
@@ -99,24 +84,20 @@ def read_marker_map(path: Union[str, Path, None] = None) -> MarkerMap:
         values = yaml_value(file.read_text(encoding='utf-8'))
     except (OSError, ValueError) as error:
         raise BadInputError(f'marker map {file} can not be read: {error}') from error
-    values = _mapping(where, values, ('description', 'joints', 'subjects'))
+    values = _mapping(where, values, ('description', 'joints'))
     rules: Dict[str, Rule] = {}
     for joint, value in _mapping(f'{where}, joints', values.get('joints'), MESSAGE_JOINTS).items():
         rules[joint] = _rule(f'{where}, {joint}', value, tuple(rules))
-    subjects = values.get('subjects') or {}
-    if not isinstance(subjects, dict) or not all(isinstance(text, str) for pair in subjects.items() for text in pair):
-        raise BadInputError(f'{where}, subjects: expected names and how their markers start, got {subjects!r}')
-    return MarkerMap(str(path), rules, subjects)
+    return MarkerMap(str(path), rules, is_shipped)
 
 
 def hip_centres(left_asis: np.ndarray, right_asis: np.ndarray, psis: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
     """Return the left and right hip joint centre.
 
     Harrington et al., Prediction of the hip joint centre in adults, children, and patients with cerebral palsy based on
-    magnetic resonance imaging, J. Biomech. 40 (2007) 595-602. In the pelvis' frame (origin in the middle of the ASIS, x
-    forwards in the plane of ASIS and PSIS, y up, z to the right) and with depth PD and width PW they are at
-    x = -0.24 PD - 9.9 mm, y = -0.30 PW - 10.9 mm, z = -+(0.33 PW + 7.3 mm): 3 to 5 mm off in each, given the bones.
-    Markers on skin and clothes add to that.
+    magnetic resonance imaging, J. Biomech. 40 (2007) 595-602: 3 to 5 mm off in each axis, given the bones; markers on
+    skin and clothes add to that. The pelvis' frame has its origin in the middle of the ASIS, x forwards in the plane of
+    ASIS and PSIS.
 
     Args:
         left_asis, right_asis: (..., 3) [m] anterior superior iliac spines.
@@ -132,8 +113,9 @@ def hip_centres(left_asis: np.ndarray, right_asis: np.ndarray, psis: np.ndarray)
     forwards = middle - psis
     forwards = _unit(forwards - (forwards * right).sum(axis=-1, keepdims=True) * right)
     up = np.cross(right, forwards)
-    centre = middle + (-0.24 * depth - 0.0099) * forwards + (-0.30 * width - 0.0109) * up
-    out = (0.33 * width + 0.0073) * right
+    centre = (middle + (_HIP_FORWARDS[0] * depth + _HIP_FORWARDS[1]) * forwards
+              + (_HIP_UP[0] * width + _HIP_UP[1]) * up)
+    out = (_HIP_OUT[0] * width + _HIP_OUT[1]) * right
     return centre - out, centre + out
 
 
@@ -142,8 +124,8 @@ def _unit(vectors: np.ndarray) -> np.ndarray:
         return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
 
 
-def _mean(markers: Points, names: Sequence[str]) -> np.ndarray:
-    return np.mean([markers[name] for name in names], axis=0)
+def _mean(points: Points, names: Sequence[str]) -> np.ndarray:
+    return np.mean([points[name] for name in names], axis=0)
 
 
 def _rule(where: str, value: Any, above: Names) -> Rule:
@@ -151,11 +133,11 @@ def _rule(where: str, value: Any, above: Names) -> Rule:
 
     Args:
         where: it stands, for errors.
-        above: the joints that it may be made of.
+        above: the joints that it may be computed from.
     """
     if isinstance(value, (str, list)):
         value = {'markers': value}
-    value = _mapping(where, value, (*_KINDS, 'weights', 'at_least', 'shift', 'asis', 'psis'))
+    value = _mapping(where, value, (*_KINDS, 'shift', 'asis', 'psis'))
     kinds = [key for key in _KINDS if key in value]
     if len(kinds) != 1:
         raise BadInputError(f"{where}: expected one of {', '.join(_KINDS)}, got {' and '.join(kinds) or 'none'}")
@@ -166,7 +148,7 @@ def _rule(where: str, value: Any, above: Names) -> Rule:
         return _first_of([_rule(where, one, above) for one in value['first_of']])
     if kinds == ['hip_centre']:
         return _hip_rule(where, _mapping(where, value, ('hip_centre', 'asis', 'psis')))
-    return _mean_rule(where, _mapping(where, value, (*kinds, 'weights', 'at_least', 'shift')), above)
+    return _mean_rule(where, _mapping(where, value, (*kinds, 'shift')), above)
 
 
 def _first_of(rules: Sequence[Rule]) -> Rule:
@@ -195,35 +177,19 @@ def _hip_rule(where: str, value: Mapping[str, Any]) -> Rule:
 
 
 def _mean_rule(where: str, value: Mapping[str, Any], above: Names) -> Rule:
-    """Return the rule of the mean of markers, or of joints that come before, moved by a distance if asked for.
-
-    It needs `at_least` of them; where others are missing, the weights are scaled up.
-    """
+    """Return the rule of the mean of markers, or of joints that come before, moved by a distance if asked for."""
     kind = 'joints' if 'joints' in value else 'markers'
     names = _names(where, kind, value[kind])
     unknown = [name for name in names if kind == 'joints' and name not in above]
     if unknown:
-        raise BadInputError(f"{where}: is made of {', '.join(unknown)}, which is not among the joints above it")
-    weights = value.get('weights', [1] * len(names))
-    if (not isinstance(weights, list) or len(weights) != len(names)
-            or not all(_is_number(weight) and weight > 0 for weight in weights)):
-        raise BadInputError(f'{where}: weights = {weights!r}, expected {len(names)} numbers above 0')
-    at_least = value.get('at_least', len(names))
-    if not isinstance(at_least, int) or not 1 <= at_least <= len(names):
-        raise BadInputError(f'{where}: at_least = {at_least!r}, expected 1 .. {len(names)}')
+        raise BadInputError(f"{where}: uses {', '.join(unknown)}, which is not among the joints above it")
     metres, start, end = _shift(where, value['shift']) if 'shift' in value else (0.0, (), ())
 
     def place(markers: Points, joints: Points) -> Optional[np.ndarray]:
         source = joints if kind == 'joints' else markers
-        there = [number for number, name in enumerate(names) if name in source]
-        if len(there) < at_least or not {*start, *end} <= set(markers):
+        if not set(names) <= set(source) or not {*start, *end} <= set(markers):
             return None
-        points = np.stack([source[names[number]] for number in there])
-        seen = np.isfinite(points[..., 0])
-        share = np.array(weights)[there, None] * seen
-        with np.errstate(invalid='ignore', divide='ignore'):
-            mean = np.einsum('nt,ntd->td', share, np.nan_to_num(points)) / share.sum(axis=0)[:, None]
-        mean[seen.sum(axis=0) < at_least] = np.nan
+        mean = _mean(source, names)
         if end:
             mean = mean + metres * _unit(_mean(markers, end) - (_mean(markers, start) if start else mean))
         return mean
@@ -232,17 +198,13 @@ def _mean_rule(where: str, value: Mapping[str, Any], above: Names) -> Rule:
 
 
 def _shift(where: str, value: Any) -> Tuple[float, Names, Names]:
-    """Return a distance [m] and the markers between whose means it leads; none: it starts at the joint."""
+    """Return a distance [m] and the markers between whose means it leads; without a start it starts at the joint."""
     value = _mapping(f'{where}, shift', value, ('metres', 'from', 'to'))
     metres = value.get('metres')
-    if not _is_number(metres) or not abs(metres) <= 1:
+    if not isinstance(metres, (int, float)) or isinstance(metres, bool) or not abs(metres) <= _MOST_SHIFT:
         raise BadInputError(f'{where}: shift by metres = {metres!r}, expected a number within -1 .. 1 [m]')
     start = _names(where, 'shift from', value['from']) if 'from' in value else ()
     return float(metres), start, _names(where, 'shift to', value.get('to'))
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) < _HUGE
 
 
 def _names(where: str, key: str, value: Any) -> Names:

@@ -1,8 +1,8 @@
-"""The report of a comparison with motion capture: tables, plots, and all figures as JSON and CSV."""
+"""The report of a comparison with motion capture: a table in plain text, a page of HTML, figures as JSON."""
 import base64
 import json
 from pathlib import Path
-from typing import Dict, List, Optional, Sequence, Tuple
+from typing import Dict, List, Optional, Tuple
 
 import cv2
 import jinja2
@@ -14,16 +14,15 @@ from openpose_ros_pkg.output.files import writable_folder
 from openpose_ros_tools.alignment.alignment import Alignment
 from openpose_ros_tools.mocap.evaluation import Comparison
 from openpose_ros_tools.mocap.figures import PCK_KEYS, Figures, number_or_none, summarize
-from openpose_ros_tools.mocap.plots import TRAJECTORIES, all_figures
+from openpose_ros_tools.mocap.plots import all_figures
 from openpose_ros_tools.outputs import PartFiles
-from openpose_ros_tools.plots.plotting import STATUS_NAMES, joint_title, save_figure
+from openpose_ros_tools.plots.plotting import STATUS_NAMES, figure_content, joint_title
 
 _TEMPLATES = Path(__file__).resolve().parents[1] / 'data'
-_HTML, _MARKDOWN, _FACTS, _TABLE = 'mocap_report.html', 'mocap_report.md', 'mocap_facts.txt', 'mocap_table.txt'
-# Files of a report beside the trajectories.
-_FILES = ('report.html', 'report.md', 'summary.json', 'joints.csv', 'bones.csv', 'errors.csv', 'error_per_joint.png',
-          'error_over_time.png', 'stick_figures.png', 'clock_correlation.png')
-# Version of the layout of summary.json, for those who read it.
+_HTML, _FACTS, _TABLE = 'mocap_report.html', 'mocap_facts.txt', 'mocap_table.txt'
+FILES = ('report.html', 'summary.json', 'errors.csv')
+"""Files of a report."""
+# Version of the layout of summary.json, for programs that read it.
 _LAYOUT = 1
 # Which way offset and transform go.
 _CLOCK_MEANING = 'time of the reference minus time of the estimate'
@@ -68,49 +67,21 @@ def facts(values: Figures) -> List[Tuple[str, str]]:
     return [(name, text) for name, _, text in lines]
 
 
-def write_report(folder: Path, comparison: Comparison, alignment: Alignment, values: Figures) -> List[Path]:
-    """Write report.html, report.md, summary.json, joints.csv, bones.csv, errors.csv and the plots into a folder.
-
-    All is made in a hidden folder beside and moved at the end, in place of an older report, so that an interrupt leaves
-    that as it was.
-
-    Returns:
-        The files, in the order of names.
+def write_report(folder: Path, comparison: Comparison, values: Figures) -> None:
+    """Write report.html, summary.json and errors.csv into a folder; an interrupt leaves an older report as it was.
 
     Raises:
         ParameterError: the folder can not be written to.
     """
     folder = writable_folder('output', folder).resolve()
     with PartFiles() as parts:
-        part = parts.folder(folder, is_of_report)
-        plots = []
-        for name, (caption, figure) in all_figures(comparison, alignment).items():
-            path = save_figure(figure, part / f'{name}.png')
-            plots.append({'file': path.name, 'caption': caption,
-                          'data': base64.b64encode(path.read_bytes()).decode()})
-        for name in (_HTML, _MARKDOWN):
-            (part / name.replace('mocap_', '')).write_text(render(name, values, plots), encoding='utf-8')
-        for name, rows in (('joints', _joint_table(values)), ('bones', _bone_table(values)),
-                           ('errors', _error_table(comparison))):
-            rows.to_csv(part / f'{name}.csv', index=False, float_format='%.5f' if name == 'errors' else None)
+        part = parts.folder(folder, FILES.__contains__)
+        plots = [(caption, base64.b64encode(figure_content(figure, 'png')).decode())
+                 for caption, figure in all_figures(comparison).items()]
+        page = _template(_HTML).render(values=values, facts=facts(values), plots=plots, pck=PCK_KEYS)
+        (part / 'report.html').write_text(page, encoding='utf-8')
+        _error_table(comparison).to_csv(part / 'errors.csv', index=False, float_format='%.5f')
         (part / 'summary.json').write_text(json.dumps(values, indent=1, ensure_ascii=False) + '\n', encoding='utf-8')
-        names = sorted(path.name for path in part.iterdir())
-    return [folder / name for name in names]
-
-
-def is_of_report(name: str) -> bool:
-    """Return whether a file's name is that of a part of a report."""
-    return name in _FILES or (name.startswith(TRAJECTORIES) and name.endswith('.png'))
-
-
-def render(template: str, values: Figures, plots: Sequence[Dict[str, str]]) -> str:
-    """Return a report as text.
-
-    Args:
-        template: in the data folder of this package.
-        plots: file, caption and base64 data of each.
-    """
-    return _template(template).render(values=values, facts=facts(values), plots=plots, pck=PCK_KEYS)
 
 
 def _template(name: str) -> jinja2.Template:
@@ -120,21 +91,6 @@ def _template(name: str) -> jinja2.Template:
     environment.filters.update(percent=_percent, number=_text, joint=joint_title, mm=_text,
                                mm1=lambda value: _text(value, '.1f'))
     return environment.get_template(name)
-
-
-def _joint_table(values: Figures) -> pd.DataFrame:
-    """Return a row per joint, then one for all."""
-    rows = []
-    for name, figures in [*values['joints'].items(), ('all', values['overall'])]:
-        rows.append({'joint': name, **{key: value for key, value in figures.items() if not isinstance(value, dict)}})
-        for kind in ('measured', 'inferred'):
-            rows[-1].update({f'{kind}_{key}': value for key, value in figures[kind].items()})
-    return pd.DataFrame(rows)
-
-
-def _bone_table(values: Figures) -> pd.DataFrame:
-    return pd.DataFrame([{'bone': name, **bone} for name, bone in values['bones'].items()], columns=(
-        'bone', 'samples', 'reference_mm', 'bias_mm', 'mean_abs_mm', 'variation', 'reference_variation'))
 
 
 def _error_table(comparison: Comparison) -> pd.DataFrame:

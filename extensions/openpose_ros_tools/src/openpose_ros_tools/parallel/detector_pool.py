@@ -1,9 +1,10 @@
 """People in several images at a time: by one detector with all threads, or by processes, which may die."""
 import functools
 import os
-from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import ExitStack
 from dataclasses import replace
-from typing import Callable, List, Optional, Tuple
+from typing import Callable, Optional
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from openpose_ros_pkg.detect.detection import DepthView
 from openpose_ros_pkg.detect.detector import Detector, DetectorSettings
 from openpose_ros_pkg.detect.recipes import recipe_of
 from openpose_ros_pkg.people import People2D
-from openpose_ros_tools.parallel.worker_processes import WorkerProcesses
+from openpose_ros_tools.parallel.processes import ProcessPool
 
 # Number of images in progress beside those in the networks: one is prepared, one is finished.
 _BESIDES = 2
@@ -34,44 +35,28 @@ class DetectorPool:
         self.skeleton = recipe_of(settings.detector).skeleton
         self.capacity = jobs + _BESIDES
         """Number of images that have to be in progress, so that no network waits."""
-        self._closed = False
-        self._processes = WorkerProcesses(0)
+        self._stack = ExitStack()
         if jobs == 1:
-            detector = create(settings)
-            self._detect: Callable[[np.ndarray, Optional[DepthView]], People2D] = detector.detect
+            detect = create(settings).detect
+            threads = self._stack.enter_context(ThreadPoolExecutor(self.capacity, 'detect'))
+            self._submit: Callable[..., Future[People2D]] = lambda *view: threads.submit(detect, *view)
         else:
             settings = with_threads(settings, max((os.cpu_count() or 1) // jobs, 1))
-            self._processes = WorkerProcesses(jobs, _keep, (create, settings))
-            self._detect = self._detect_elsewhere
-        self._threads = ThreadPoolExecutor(self.capacity if jobs == 1 else jobs, 'detect')
+            processes = self._stack.enter_context(ProcessPool(jobs, _keep, (create, settings)))
+            self._submit = functools.partial(processes.submit, _detect)
 
     def submit(self, bgr: np.ndarray, depth: Optional[DepthView] = None) -> 'Future[People2D]':
         """Start to find the people in an image, (H, W, 3) uint8 BGR, of a depth; see `Detector.detect`.
 
         The result raises what the detector raises, and ProcessLostError.
         """
-        return self._threads.submit(self._unless_closed, bgr, depth)
-
-    def pids(self) -> List[int]:
-        """Return the ids of the present processes."""
-        return self._processes.pids()
+        return self._submit(bgr, depth)
 
     def __enter__(self) -> 'DetectorPool':
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._closed = True
-        self._processes.close()
-        self._threads.shutdown()
-
-    def _unless_closed(self, bgr: np.ndarray, depth: Optional[DepthView]) -> People2D:
-        if self._closed:
-            raise CancelledError
-        return self._detect(bgr, depth)
-
-    def _detect_elsewhere(self, bgr: np.ndarray, depth: Optional[DepthView]) -> People2D:
-        keypoints, scores = self._processes.call(_detect, bgr, depth)
-        return People2D(self.skeleton, keypoints, scores, np.full(len(scores), -1))
+        self._stack.close()
 
 
 def with_threads(settings: DetectorSettings, threads: int) -> DetectorSettings:
@@ -81,16 +66,14 @@ def with_threads(settings: DetectorSettings, threads: int) -> DetectorSettings:
     return replace(settings, backend=replace(settings.backend, threads=threads))
 
 
-# In a detector process: returns its detector, which the first call makes.
+# In a detector process: returns its detector, which the first call makes, as its result can carry the error.
 _own_detector: Callable[[], Detector]
 
 
 def _keep(create: Callable[[DetectorSettings], Detector], settings: DetectorSettings) -> None:
-    """Keep what makes the detector: the first image makes it, as its result can carry the error."""
     global _own_detector
     _own_detector = functools.lru_cache(maxsize=None)(functools.partial(create, settings))
 
 
-def _detect(bgr: np.ndarray, depth: Optional[DepthView]) -> Tuple[np.ndarray, np.ndarray]:
-    people = _own_detector().detect(bgr, depth)
-    return people.keypoints, people.scores
+def _detect(bgr: np.ndarray, depth: Optional[DepthView]) -> People2D:
+    return _own_detector().detect(bgr, depth)

@@ -1,4 +1,4 @@
-"""Keypoints of a recording as plots: where people went, which joints were seen, and when."""
+"""Keypoints of a recording as plots: paths of people, and the status of joints over time."""
 from typing import Any, Dict, List, Sequence, Tuple
 
 import numpy as np
@@ -109,7 +109,7 @@ def visibility(selection: Selection, person: int) -> Figure:
     colours = np.ones((len(selection.frames), len(numbers), 3))
     palette = np.array([to_rgb(plotting.STATUS_COLOURS[value]) for value in sorted(plotting.STATUS_COLOURS)])
     colours[np.searchsorted(selection.frames, rows.stamps)] = palette[status]
-    figure, axes, _ = _draw_timeline(selection, joints, colours)
+    figure, axes = _draw_timeline(selection, joints, colours)
     in_image = selection.table.dimensions == 2
     shown = (MEASURED, MISSING) if in_image else (MEASURED, INFERRED, MISSING)
     names = {**plotting.STATUS_NAMES, MEASURED: 'detected'} if in_image else plotting.STATUS_NAMES
@@ -122,18 +122,6 @@ def visibility(selection: Selection, person: int) -> Figure:
     handles.append(Patch(facecolor='white', edgecolor=plotting.HELP_COLOUR, label='person not found'))
     plotting.set_title(figure, f'Person {person}: status of each joint')
     _legend_with_gaps(axes, selection, handles)
-    return figure
-
-
-def confidence(selection: Selection, person: int) -> Figure:
-    """Draw the confidence of each joint of a person over time, as a heat map."""
-    rows, joints, numbers = _timeline_rows(selection, person)
-    values = np.full((len(selection.frames), len(numbers), 1), np.nan)
-    values[np.searchsorted(selection.frames, rows.stamps), :, 0] = rows.confidence[:, numbers]
-    figure, axes, heat_map = _draw_timeline(selection, joints, values)
-    figure.colorbar(heat_map, ax=axes, label='confidence', pad=0.01)
-    plotting.set_title(figure, f'Person {person}: confidence of the detection of each joint')
-    _legend_with_gaps(axes, selection, [])
     return figure
 
 
@@ -154,7 +142,7 @@ def detections(selection: Selection) -> Figure:
     rates.plot(*plotting.rates_over_time(selection.seconds(table.stamps), span),
                color=plotting.STATUS_COLOURS[MEASURED], label='people found in them')
     rates.set_ylim(bottom=0.0)
-    # of all rows: also of people who were not chosen
+    # of all rows: also of people that were not chosen
     in_view = np.bincount(np.searchsorted(selection.frames, table.stamps), minlength=len(frames)).astype(float)
     counts.step(*_broken(frames, in_view, selection.gap, selection.period), where='post',
                 color=plotting.STATUS_COLOURS[MEASURED])
@@ -250,13 +238,10 @@ def _timeline_rows(selection: Selection, person: int) -> Tuple[KeypointTable, Li
     return selection.rows_of(person), joints, [MESSAGE_JOINTS.index(joint) for joint in joints]
 
 
-def _draw_timeline(selection: Selection, joints: Sequence[str], values: np.ndarray) -> Tuple[Figure, Any, Any]:
-    """Draw (N, K, C) values of the frames, colours or one number, as rows over time; gaps are shaded.
+def _draw_timeline(selection: Selection, joints: Sequence[str], values: np.ndarray) -> Tuple[Figure, Any]:
+    """Draw (N, K, 3) colours of the frames as rows over time; gaps are shaded.
 
     A frame lasts until the next one. A column of the timeline is the mean of its frames, so that each one counts.
-
-    Returns:
-        Figure, axes, and the image in them.
     """
     begin, end = selection.span
     edges = np.linspace(begin, end + selection.period, _COLUMNS + 1)
@@ -265,23 +250,19 @@ def _draw_timeline(selection: Selection, joints: Sequence[str], values: np.ndarr
     # a column without a frame of its own belongs to the frame before it
     first = np.where(last > first, first, np.maximum(first - 1, 0))
     last = np.maximum(last, first + 1)
-    known = np.isfinite(values)
-    sums, counts = (np.concatenate([np.zeros((1, *values.shape[1:])), np.cumsum(part, axis=0)])
-                    for part in (np.where(known, values, 0.0), known))
-    with np.errstate(invalid='ignore'):
-        # sums of many numbers are a little off
-        columns = np.clip((sums[last] - sums[first]) / (counts[last] - counts[first]), 0.0, 1.0)
-    pixels, rows = np.swapaxes(columns, 0, 1), len(joints)
+    sums, rows = np.concatenate([np.zeros((1, *values.shape[1:])), np.cumsum(values, axis=0)]), len(joints)
+    # sums of many numbers are a little off
+    columns = np.clip((sums[last] - sums[first]) / (last - first)[:, np.newaxis, np.newaxis], 0.0, 1.0)
     figure = plotting.new_figure(11.5, 1.5 + 0.25 * rows)
     axes = figure.subplots()
-    image = axes.imshow(pixels[..., 0] if pixels.shape[2] == 1 else pixels, aspect='auto', interpolation='nearest',
-                        extent=(edges[0], edges[-1], rows - 0.5, -0.5), cmap='viridis', vmin=0.0, vmax=1.0)
+    axes.imshow(np.swapaxes(columns, 0, 1), aspect='auto', interpolation='nearest',
+                extent=(edges[0], edges[-1], rows - 0.5, -0.5))
     for row in range(1, rows):
         axes.axhline(row - 0.5, color='white', linewidth=1.0)
     _shade_gaps(axes, selection, 2)
     plotting.time_axis(axes, (begin, end + selection.period))
     _label_rows(axes, joints)
-    return figure, axes, image
+    return figure, axes
 
 
 def _broken(seconds: np.ndarray, values: np.ndarray, gap: float, hold: float = 0.0) -> Tuple[np.ndarray, np.ndarray]:

@@ -1,4 +1,4 @@
-"""Cameras and the people that they saw, from above."""
+"""Cameras and people from above."""
 from typing import Dict, Tuple
 
 import numpy as np
@@ -13,7 +13,7 @@ _REACH, _OPENING = 0.8, 30.0
 
 
 def rig_figure(found: Calibrated) -> Figure:
-    """Return the drawing: cameras with where they look, lines between those that see people together, people."""
+    """Return the drawing: cameras with their fields of view, lines between cameras with common people, people."""
     figure = new_figure(7, 6)
     axes = figure.add_subplot()
     places = np.array([np.nanmedian(person, axis=0)[:2] for person in found.people if np.isfinite(person).any()])

@@ -1,4 +1,4 @@
-"""What people did in a recording, as a plot over time."""
+"""Signals of a recording as a plot over time."""
 from typing import Any, Dict, List
 
 from matplotlib.figure import Figure

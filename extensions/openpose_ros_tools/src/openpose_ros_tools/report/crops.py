@@ -18,7 +18,7 @@ _SURE = 0.2
 
 
 class Crop(NamedTuple):
-    """Where somebody is seen well; joints: (18, 3) of COCO_18 [px], with confidence."""
+    """Where a person is well visible; joints: (18, 3) of COCO_18 [px], with confidence."""
 
     person: int
     stamp: int  # of the image [ns]
@@ -34,7 +34,7 @@ class Thumbnail(NamedTuple):
 
 
 def choose_crops(table: KeypointTable, persons: Sequence[int], number: int) -> Dict[int, List[Crop]]:
-    """Return by stamp [ns] where people are seen best: large, with many sure joints.
+    """Return by stamp [ns] where people are most visible: large, with many sure joints.
 
     The time of each person is cut into `number` parts, with one crop each.
 

@@ -1,4 +1,4 @@
-"""What the report of a recording tells in numbers."""
+"""Numbers in the report of a recording."""
 from dataclasses import dataclass
 from typing import List, NamedTuple, Optional, Tuple
 
@@ -34,54 +34,33 @@ class RecordingFacts:
 
 @dataclass(frozen=True)
 class PersonFacts:
-    """A person of a recording.
-
-    Attributes:
-        begin, end: first and last frame [s] since the first frame of the recording.
-        frames: in which the person was found.
-        seen: time of these frames [s].
-        joints: mean number of joints that are known in them.
-        measured, inferred: shares of these joints. In the image, all that are known are measured.
-        stature: median over the frames [m], by the lengths of measured bones; NaN: too few, or not in space.
-        stature_range: its 10th and 90th percentile [m].
-        walked: time in which the person walked [s].
-    """
+    """A person of a recording."""
 
     person: int
     colour: str
-    begin: float
-    end: float
-    frames: int
-    seen: float
-    joints: float
-    measured: float
-    inferred: float
-    stature: float
-    stature_range: Tuple[float, float]
-    walked: float
+    begin: float  # first frame [s] since the first frame of the recording
+    end: float  # last frame [s]
+    frames: int  # in which the person was found
+    seen: float  # time of these frames [s]
+    joints: float  # mean number of joints that are known in them
+    measured: float  # share of these joints. In the image, all that are known are measured.
+    inferred: float  # share of these joints
+    stature: float  # median over the frames [m], by the lengths of measured bones; NaN: too few, or not in space
+    stature_range: Tuple[float, float]  # its 10th and 90th percentile [m]
+    walked: float  # time in which the person walked [s]
 
 
 @dataclass(frozen=True)
 class ReportFacts:
-    """All that the page of a recording shows, but figures and crops.
+    """All that the page of a recording shows, but figures and crops."""
 
-    Attributes:
-        recording: its topics and times.
-        people: None: the recording holds no results.
-        selection: of their joints; None: nobody was found.
-        timeline: what they did; None: not in space.
-        frames: number of frames; 0: not known.
-        empty: of frames without people; None: not known.
-        notes: what is missing, and why.
-    """
-
-    recording: RecordingFacts
-    people: Optional[Tuple[PersonFacts, ...]] = None
-    selection: Optional[Selection] = None
-    timeline: Optional[SignalTimeline] = None
-    frames: int = 0
-    empty: Optional[int] = None
-    notes: Tuple[str, ...] = ()
+    recording: RecordingFacts  # its topics and times
+    people: Optional[Tuple[PersonFacts, ...]] = None  # None: the recording holds no results
+    selection: Optional[Selection] = None  # of their joints; None: no people were found
+    timeline: Optional[SignalTimeline] = None  # their signals; None: not in space
+    frames: int = 0  # number of frames; 0: not known
+    empty: Optional[int] = None  # of frames without people; None: not known
+    notes: Tuple[str, ...] = ()  # what is missing, and why
 
 
 def empty_frames(selection: Selection) -> Optional[int]:

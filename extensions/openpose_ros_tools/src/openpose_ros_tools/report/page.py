@@ -15,7 +15,7 @@ from openpose_ros_tools.tables.signal_timeline import GESTURE, POSTURE, SignalTi
 # Gestures of a page: the surest ones; a recording of hours may have more.
 MOST_GESTURES = 500
 _TEMPLATE = Path(__file__).resolve().parents[1] / 'data' / 'report.html'
-_PLOTS = {'signals': 'What they did', 'top_view': 'Ways', 'image_paths': 'Ways in the image'}
+_PLOTS = {'signals': 'Postures and gestures', 'top_view': 'Paths', 'image_paths': 'Paths in the image'}
 # The cells of a row of a table, as text.
 _Row = List[str]
 
@@ -79,7 +79,7 @@ def _gesture(span: Span, begin: float) -> _Row:
 
 
 def _aim(span: Span) -> str:
-    """Return what somebody points at, or else in which direction."""
+    """Return the target of pointing, or else its direction."""
     ray = span.pointing
     if ray is None:
         return ''

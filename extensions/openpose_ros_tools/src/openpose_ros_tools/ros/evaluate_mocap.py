@@ -1,21 +1,20 @@
-"""Compare the people of a camera with motion capture: errors per joint, tables and plots; without a ROS master.
+"""Compare the people of a camera with motion capture: errors per joint, a table and a page; without a ROS master.
 
 POSES is a table as keypoints_to_csv or `rostopic echo -p` write it, or a bag with people in space. MOCAP is a table
-that OptiTrack Motive exported (.csv), C3D (.c3d) or TRC (.trc). Nothing needs to be known of how clocks and frames of
-both relate: the clock offset is found by the speeds of the joints, which are the same in every frame, and the place of
-the camera by laying joints on joints. Who is who is found out as well. People must move for that; what is known may be
-given.
+that OptiTrack Motive exported (.csv), C3D (.c3d) or TRC (.trc). The clock offset is found by the speeds of the joints,
+the camera's place by laying joints on joints, and each track's subject by distance. People must move for that; what is
+known may be given.
 
     rosrun openpose_ros_tools evaluate_mocap poses.csv mocap.csv -o report
     rosrun openpose_ros_tools evaluate_mocap people.bag take.c3d --markers my_markers.yaml -o report
     rosrun openpose_ros_tools evaluate_mocap poses.csv mocap.trc --clock-offset 0 \\
         --transform 0.1 0 1.35 -0.5 0.5 -0.5 0.5
-    rosrun openpose_ros_tools evaluate_mocap others.csv others_mocap.csv --transform-from report/summary.json
+    rosrun openpose_ros_tools evaluate_mocap others.csv others_mocap.csv --transform report/summary.json
 
 The table goes to stdout: of each joint the share that is answered, mean (MPJPE), median and 90th percentile of the
 error [mm], the share within 50, 100 and 150 mm of all joints that the reference has (PCK), and how many joints were
-measured and inferred, with their median errors. With -o, a folder gets report.html and report.md, the plots, all
-figures as summary.json, joints.csv and bones.csv, and each single error in errors.csv.
+measured and inferred, with their median errors. With -o, a folder gets report.html, all figures as summary.json, and
+each single error in errors.csv.
 
 The transform that is found minimises the distances of the measured joints, so what all joints err by alike is in the
 transform and not in the errors; a constant delay of the estimate is in the clock offset. For absolute errors give both.
@@ -42,7 +41,7 @@ from openpose_ros_tools.mocap.evaluation import EvaluationParams, compare
 from openpose_ros_tools.mocap.files import read_mocap
 from openpose_ros_tools.mocap.joints import chosen_map, joints_of
 from openpose_ros_tools.mocap.marker_map import MarkerMap, read_marker_map
-from openpose_ros_tools.mocap.report import facts, is_of_report, summary, table, write_report
+from openpose_ros_tools.mocap.report import FILES, facts, summary, table, write_report
 from openpose_ros_tools.outputs import files_of
 from openpose_ros_tools.recording_paths import is_bag
 from openpose_ros_tools.tables.keypoint_csv import read_keypoint_csv
@@ -64,43 +63,32 @@ def transform_of(values: Sequence[str]) -> np.ndarray:
     """Return the transform (4, 4) from the camera's frame to the reference's that the command line names.
 
     Args:
-        values: x y z [m] qx qy qz qw as 7 numbers, or the path of a file that holds these, or 4 x 4 numbers row by row.
+        values: x y z [m] qx qy qz qw as 7 numbers, or the path of a file that holds these, 4 x 4 numbers row by row, or
+            of the summary.json of a report.
 
     Raises:
         ParameterError: it is something else.
     """
+    path, matrix = Path(values[0] if values else ''), np.full((4, 4), np.nan)
     try:
-        text = Path(values[0]).read_text(encoding='utf-8') if values and Path(values[0]).is_file() else ' '.join(values)
-        numbers = np.array([float(word) for word in text.replace(',', ' ').split()])
+        if path.suffix == '.json':
+            matrix = np.array(json_value(path.read_text(encoding='utf-8'))['transform']['matrix'], np.float64)
+        else:
+            text = path.read_text(encoding='utf-8') if path.is_file() else ' '.join(values)
+            numbers = np.array([float(word) for word in text.replace(',', ' ').split()])
+            if len(numbers) == 7 and abs(np.linalg.norm(numbers[3:]) - 1) < _ROTATION_TOLERANCE:
+                matrix = np.eye(4)
+                matrix[:3, :3], matrix[:3, 3] = Rotation.from_quat(numbers[3:]).apply(np.eye(3)).T, numbers[:3]
+            elif len(numbers) == 16:
+                matrix = numbers.reshape(4, 4)
     except OSError as error:
-        raise ParameterError(f'--transform: {values[0]} can not be read: {error}') from error
-    except ValueError:
-        numbers = np.array([])
-    matrix = np.full((4, 4), np.nan)
-    if len(numbers) == 7 and abs(np.linalg.norm(numbers[3:]) - 1) < _ROTATION_TOLERANCE:
-        matrix = np.eye(4)
-        matrix[:3, :3], matrix[:3, 3] = Rotation.from_quat(numbers[3:]).apply(np.eye(3)).T, numbers[:3]
-    elif len(numbers) == 16:
-        matrix = numbers.reshape(4, 4)
-    if not _is_rigid(matrix):
-        raise ParameterError(f"--transform '{' '.join(values)[:80]}': expected x y z qx qy qz qw (7 numbers, quaternion"
-                             ' of length 1), or a file that holds these or the 4 x 4 numbers of a rotation and '
-                             'translation')
-    return matrix
-
-
-def transform_from(path: Path) -> np.ndarray:
-    """Return the transform (4, 4) of another report.
-
-    Raises:
-        ParameterError: the file is no summary.json.
-    """
-    try:
-        matrix = np.array(json_value(path.read_text(encoding='utf-8'))['transform']['matrix'], np.float64)
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise ParameterError(f'--transform-from: {path} is not the summary.json of a report: {error!r}') from error
+        raise ParameterError(f'--transform: {path} can not be read: {error.strerror}') from error
+    except (ValueError, KeyError, OverflowError, TypeError):
+        pass  # it is no transform
     if matrix.shape != (4, 4) or not _is_rigid(matrix):
-        raise ParameterError(f'--transform-from: the transform in {path} is no rotation and translation')
+        raise ParameterError(f"--transform '{' '.join(values)[:80]}': expected x y z qx qy qz qw (7 numbers, quaternion"
+                             ' of length 1), or a file that holds these, the 4 x 4 numbers of a rotation and '
+                             'translation, or the summary.json of a report')
     return matrix
 
 
@@ -108,7 +96,7 @@ def read_poses(path: Path, topic: Optional[str] = None) -> KeypointTable:
     """Read people in space from a table or a bag.
 
     Raises:
-        BadInputError: it can not be read, or holds nobody, or people in the image.
+        BadInputError: it can not be read, or holds no people, or people in the image.
     """
     if is_bag(path):
         from openpose_ros_tools.ros.keypoints.keypoint_bag import read_keypoint_bag  # tables can be read without ROS
@@ -118,7 +106,7 @@ def read_poses(path: Path, topic: Optional[str] = None) -> KeypointTable:
     else:
         poses = read_keypoint_csv(path)
     if not len(poses):
-        raise BadInputError(f'{path} holds nobody')
+        raise BadInputError(f'{path} holds no people')
     if poses.dimensions != 3:
         raise BadInputError(f'{path} holds people in the image [px]; motion capture is compared with people in space')
     frames = sorted(set(poses.frame_ids.tolist()))
@@ -130,13 +118,11 @@ def read_poses(path: Path, topic: Optional[str] = None) -> KeypointTable:
 
 def _run(options: argparse.Namespace) -> int:
     if options.output is not None:
-        check_outputs(files_of(options.output, is_of_report), options.overwrite)
+        check_outputs(files_of(options.output, FILES.__contains__), options.overwrite)
     transform = None if options.transform is None else transform_of(options.transform)
-    if options.transform_from is not None:
-        transform = transform_from(options.transform_from)
     poses = read_poses(options.poses, options.topic)
     recording = read_mocap(options.mocap)
-    marker_map = chosen_map(recording, read_marker_map(options.markers))
+    marker_map = chosen_map(recording) if options.markers is None else read_marker_map(options.markers)
     reference = joints_of(recording, marker_map)
     alignment = align(measured_people(poses), reference, AlignmentParams(
         options.clock_offset, transform, options.max_clock_offset, options.max_gap, options.use_sigma),
@@ -152,7 +138,7 @@ def _run(options: argparse.Namespace) -> int:
     lines = [*(f'{name.ljust(width)}  {text}' for name, text in facts(values)), '', table(values), '']
     sys.stdout.write('\n'.join(lines))
     if options.output is not None:
-        write_report(options.output, comparison, alignment, values)
+        write_report(options.output, comparison, values)
         sys.stdout.write(f"\nreport: {options.output / 'report.html'}\n")
     return DONE
 
@@ -191,11 +177,9 @@ def _parser() -> argparse.ArgumentParser:
                        help='time of the reference minus time of the poses at the same instant [s] (default: found)')
     clock.add_argument('--max-clock-offset', type=above_0, metavar='S',
                        help='search offsets up to this, either way (default: wherever the recordings overlap)')
-    place = clock.add_mutually_exclusive_group()
-    place.add_argument('--transform', nargs='+', metavar='VALUE',
+    clock.add_argument('--transform', nargs='+', metavar='VALUE',
                        help="the camera's place in the reference, x_reference = R x_camera + t (default: found): x y z "
-                       '[m] qx qy qz qw, or a file with these or 4 x 4 numbers')
-    place.add_argument('--transform-from', type=Path, metavar='FILE', help='take it from the summary.json of a report')
+                       '[m] qx qy qz qw, or a file with these or 4 x 4 numbers, or the summary.json of a report')
     clock.add_argument('--use-sigma', action='store_true', help='weigh joints by 1 / sigma^2 when aligning')
     what = parser.add_argument_group('what is compared')
     what.add_argument('--joints', metavar='NAMES', help='only these, separated by commas (default: all that both have)')
@@ -203,5 +187,5 @@ def _parser() -> argparse.ArgumentParser:
     what.add_argument('--max-gap', type=above_0, default=AlignmentParams.max_gap, metavar='S',
                       help='bridge gaps of the reference up to this [s] (default: %(default)s)')
     what.add_argument('--gate', type=above_0, default=EvaluationParams.gate, metavar='M',
-                      help='who is farther from a subject is somebody else [m] (default: %(default)s)')
+                      help='largest distance of a person from its subject [m] (default: %(default)s)')
     return parser

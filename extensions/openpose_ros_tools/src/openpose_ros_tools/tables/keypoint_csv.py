@@ -6,9 +6,10 @@ import csv
 import logging
 import re
 from array import array
+from io import StringIO
 from operator import itemgetter
 from pathlib import Path
-from typing import Iterable, Iterator, List, NamedTuple, Optional, Sequence, TextIO, Tuple
+from typing import Iterator, List, NamedTuple, Sequence, TextIO, Tuple
 
 import numpy as np
 
@@ -19,12 +20,14 @@ from openpose_ros_tools.tables.keypoint_table import (
     MISSING_PART,
     FrameSplitter,
     KeypointTable,
+    LineWriter,
     PersonRow,
-    complete_status,
     part_values,
+    quoted,
     table_of,
+    tidy_cells,
+    with_status,
 )
-from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING
 
 _log = logging.getLogger(__name__)
 
@@ -32,7 +35,6 @@ LAYOUTS = ('original', 'extended', 'tidy')
 # The messages of the original C++ project have these fields of the 18 parts of COCO, and the chest.
 _ORIGINAL_FIELDS = ('x', 'y', 'z', 'confidence')
 _ORIGINAL_JOINTS = MESSAGE_JOINTS[:MESSAGE_JOINTS.index('chest') + 1]
-STATUS_WORDS = {MISSING: 'missing', MEASURED: 'measured', INFERRED: 'inferred'}
 # Columns of a person, by field of PersonRow; the original has three of them.
 _HEAD = {'time': '%time', 'sequence': 'field.header.seq', 'stamp': 'field.header.stamp',
          'frame_id': 'field.header.frame_id', 'number': 'field.num_people_detected', 'person': 'field.person_ID'}
@@ -86,38 +88,27 @@ class KeypointCsvWriter:
 
     def __init__(self, handle: TextIO, layout: str, dimensions: int, missing_joints: bool = False) -> None:
         self.dimensions = dimensions
-        self._handle = handle
+        self._lines = LineWriter(handle, columns(layout, dimensions))
         self._wide_layout = None if layout == 'tidy' else _wide_layout(layout, dimensions)
         self._missing_joints = missing_joints
         self._frames = FrameSplitter()
         self._frame = -1
-        self._write([columns(layout, dimensions)])
 
     def write(self, row: PersonRow) -> None:
         """Add a person."""
         row = row._replace(frame_id=quoted(row.frame_id))
-        self._write([_wide(row, *self._wide_layout)] if self._wide_layout else self._tidy(row))
-
-    def _write(self, lines: Iterable[Iterable[object]]) -> None:
-        self._handle.write(''.join(','.join(map(str, line)) + '\n' for line in lines))
+        self._lines.write_rows([_wide(row, *self._wide_layout)] if self._wide_layout else self._tidy(row))
 
     def _tidy(self, row: PersonRow) -> Iterator[List[object]]:
         self._frame += self._frames.begins(row)
         for joint, part in zip(MESSAGE_JOINTS, part_values(row)):
-            if self.dimensions == 2:
-                there = part[2] > 0
-                status = 'measured' if there else 'missing'
-                values = [*part, status] if there else [np.nan, np.nan, 0.0, status]
-            else:
-                *position, confidence, number, sigma = part
-                status = STATUS_WORDS.get(int(number), str(number))
-                values = [*position, confidence, status, sigma]
-            if status != 'missing' or self._missing_joints:
-                yield [row.stamp or row.time, self._frame, row.frame_id, row.person, joint, *values]
+            cells, known = tidy_cells(part, self.dimensions)
+            if known or self._missing_joints:
+                yield [row.stamp or row.time, self._frame, row.frame_id, row.person, joint, *cells]
 
 
 class KeypointCsv(NamedTuple):
-    """What a CSV file of keypoints holds."""
+    """The content of a CSV file of keypoints."""
 
     rows: List[PersonRow]  # in the order of the file
     dimensions: int  # 3 in space, 2 in the image
@@ -138,10 +129,10 @@ def read_csv(path: Path) -> KeypointCsv:
         BadInputError: the file is not there or contains something else; the text names line and column.
     """
     try:
-        with Path(path).open(newline='', encoding='utf-8-sig', errors='replace') as handle:
-            return _Reader(Path(path), handle).read()
+        text = Path(path).read_bytes().decode('utf-8-sig', errors='replace')
     except OSError as error:
         raise BadInputError(f'{path}: {error.strerror}') from error
+    return _Reader(Path(path), text).read()
 
 
 def read_keypoint_csv(path: Path) -> KeypointTable:
@@ -153,47 +144,41 @@ def read_keypoint_csv(path: Path) -> KeypointTable:
 class _Reader:
     """Reads a file; knows its columns, and the line that it is at, for errors."""
 
-    def __init__(self, path: Path, handle: TextIO) -> None:
+    def __init__(self, path: Path, text: str) -> None:
         self.path = path
-        self._cut_off = False
-        self._reader = csv.reader(self._lines(handle))
+        self._cut_off = not text.endswith(('\n', '\r'))
+        self._reader = csv.reader(StringIO(text, newline=''))
         self._names = self._read_names()
         self._place = {name: i for i, name in enumerate(self._names)}
         self._find_columns()
 
     def read(self) -> KeypointCsv:
-        """Return what the file holds; errors as `read_csv`."""
+        """Return the content of the file; errors as `read_csv`."""
         heads: List[PersonRow] = []
         values: List[array[float]] = []
         lines: List[int] = []
-        damaged: Optional[BadInputError] = None
-        try:
-            for row in self._reader:
-                if damaged:  # not the last line
-                    raise damaged
-                if not row or (row[0].strip() == _HEAD['time'] and [name.strip() for name in row] == self._names):
-                    continue
-                try:
-                    head, numbers = self._parse(row)
-                except BadInputError as error:
-                    damaged = error
-                    continue
-                heads.append(head)
-                values.append(numbers)
-                lines.append(self._reader.line_num)
-        except csv.Error as error:
-            raise self._error(str(error)) from error
-        if damaged and not self._cut_off:
-            raise damaged
-        if damaged:
-            _log.warning('the last line is dropped, as it was cut off: %s', damaged)
+        for row in self._rows():
+            try:
+                head, numbers = self._parse(row)
+            except BadInputError as error:
+                if not self._cut_off or next(self._rows(), None) is not None:  # not the last line
+                    raise
+                _log.warning('the last line is dropped, as it was cut off: %s', error)
+                break
+            heads.append(head)
+            values.append(numbers)
+            lines.append(self._reader.line_num)
         rows = [head._replace(parts=parts) for head, parts in zip(heads, self._parts(values, lines))]
         return KeypointCsv(rows, self.dimensions, _HEAD['stamp'] in self._place)
 
-    def _lines(self, handle: TextIO) -> Iterator[str]:
-        for line in handle:
-            self._cut_off = not line.endswith(('\n', '\r'))
-            yield line
+    def _rows(self) -> Iterator[List[str]]:
+        """Yield the rows that are neither empty nor names of columns."""
+        try:
+            for row in self._reader:
+                if row and not (row[0].strip() == _HEAD['time'] and [name.strip() for name in row] == self._names):
+                    yield row
+        except csv.Error as error:
+            raise self._error(str(error)) from error
 
     def _read_names(self) -> List[str]:
         try:
@@ -282,14 +267,8 @@ class _Reader:
             row, joint = wrong[0].tolist()
             raise self._error(f'expected a whole number from 0 to 255, got {status[row, joint]:g}',
                               f'field.{MESSAGE_JOINTS[joint]}.status', lines[row])
-        complete_status(parts, ~np.isnan(status))
-        return parts
+        return with_status(parts, ~np.isnan(status))
 
     def _error(self, text: str, column: str = '', line: int = 0) -> BadInputError:
         place = f", column '{column}'" if column else ''
         return BadInputError(f'{self.path}, line {line or self._reader.line_num}{place}: {text}')
-
-
-def quoted(text: str) -> str:
-    """Return a text as a field of CSV; one with a comma or a quote would be several fields."""
-    return '"' + text.replace('"', '""') + '"' if any(sign in text for sign in ',"\r\n') else text

@@ -1,19 +1,20 @@
 """Keypoints of a recording: as rows in its order, one per person and frame, and as one table of arrays."""
 from dataclasses import dataclass, fields, replace
-from typing import Dict, Iterable, Iterator, List, NamedTuple, Set, Tuple
+from typing import Dict, Iterable, Iterator, List, NamedTuple, Sequence, Set, TextIO, Tuple
 
 import numpy as np
 
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
 from openpose_ros_tools.alignment.alignment import MeasuredPeople
-from skeleton_extract_3d.people import MEASURED, MISSING
+from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING
 
 # Fields of a joint in the order of openpose_ros_msgs/BodypartDetection and BodypartDetection_3d, by dimensions.
 FIELDS: Dict[int, Tuple[str, ...]] = {2: ('x', 'y', 'confidence'),
                                       3: ('x', 'y', 'z', 'confidence', 'status', 'sigma')}
 # A missing joint, as the messages have it.
 MISSING_PART: Dict[int, Tuple[float, ...]] = {2: (0.0, 0.0, 0.0), 3: (np.nan, np.nan, np.nan, 0.0, MISSING, np.nan)}
+STATUS_WORDS = {MISSING: 'missing', MEASURED: 'measured', INFERRED: 'inferred'}
 # Rows without a stamp belong to one frame if they came within this time [ns]: a node sends the people of a frame in
 # quick succession, and frames are at least 16 ms apart at 60 Hz.
 _ONE_FRAME = 10 * 10 ** 6
@@ -162,16 +163,55 @@ def measured_people(table: KeypointTable) -> MeasuredPeople:
                           np.where(known, table.sigma.astype(np.float64), np.nan))
 
 
-def complete_status(parts: np.ndarray, has_status: np.ndarray) -> None:
-    """Fill in the status of joints in space where a recording does not have it.
+def with_status(parts: np.ndarray, has_status: np.ndarray) -> np.ndarray:
+    """Return joints in space with a status also where a recording does not have it.
 
     A joint is MEASURED where its position is known: finite, and not all zeros with confidence 0.
 
     Args:
-        parts: (R, K, 6) float32, changed in place.
+        parts: (R, K, 6) float32.
         has_status: (R, K) bool.
+
+    Returns:
+        (R, K, 6) float32.
     """
     position, confidence = parts[..., :3], parts[..., 3]
     known = np.isfinite(position).all(axis=2) & ((confidence != 0) | (position != 0).any(axis=2))
-    parts[..., 4] = np.where(has_status, parts[..., 4], np.where(known, MEASURED, MISSING))
-    parts[~known & ~has_status, :3] = np.nan
+    complete = parts.copy()
+    complete[..., 4] = np.where(has_status, parts[..., 4], np.where(known, MEASURED, MISSING))
+    complete[~known & ~has_status, :3] = np.nan
+    return complete
+
+
+def tidy_cells(part: Sequence[float], dimensions: int) -> Tuple[List[object], bool]:
+    """Return the cells of a joint in the long form, with the status as a word, and whether it is known.
+
+    Args:
+        part: values of `FIELDS`.
+    """
+    if dimensions == 2:
+        known = part[2] > 0
+        return ([*part, STATUS_WORDS[MEASURED]] if known else [np.nan, np.nan, 0.0, STATUS_WORDS[MISSING]]), known
+    *position, confidence, number, sigma = part
+    return [*position, confidence, STATUS_WORDS.get(int(number), str(int(number))), sigma], int(number) != MISSING
+
+
+class LineWriter:
+    """Writes rows of CSV; numbers are printed as Python prints them.
+
+    Args:
+        handle: gets the names of the columns at once.
+    """
+
+    def __init__(self, handle: TextIO, names: Sequence[str]) -> None:
+        self._handle = handle
+        self.write_rows([names])
+
+    def write_rows(self, rows: Iterable[Iterable[object]]) -> None:
+        """Write rows in one piece; texts have to be `quoted`."""
+        self._handle.write(''.join(','.join(map(str, row)) + '\n' for row in rows))
+
+
+def quoted(text: str) -> str:
+    """Return a text as a field of CSV; one with a comma or a quote would be several fields."""
+    return '"' + text.replace('"', '""') + '"' if any(sign in text for sign in ',"\r\n') else text

@@ -4,9 +4,7 @@ from typing import List, NamedTuple, Sequence, TextIO, Tuple
 import numpy as np
 
 from openpose_ros_pkg.landmarks.records import FACE_POINTS, HAND_POINT_NAMES
-from openpose_ros_tools.tables.keypoint_csv import STATUS_WORDS, quoted
-from openpose_ros_tools.tables.keypoint_table import FIELDS
-from skeleton_extract_3d.people import MEASURED, MISSING
+from openpose_ros_tools.tables.keypoint_table import FIELDS, LineWriter, quoted, tidy_cells
 
 # What can be written, and the names of its points.
 POINTS = {'hands': HAND_POINT_NAMES, 'faces': tuple(map(str, range(FACE_POINTS)))}
@@ -14,23 +12,14 @@ _ORIENTATION = ('orientation_x', 'orientation_y', 'orientation_z', 'orientation_
 
 
 class LandmarkRow(NamedTuple):
-    """A hand or a face in a frame.
+    """A hand or a face in a frame."""
 
-    Attributes:
-        time: [ns] of the header, or of recording where there is none.
-        frame_id: of the header.
-        person: track id.
-        side: 'left' or 'right' of a hand; empty of a face.
-        parts: values of `FIELDS` of each point.
-        orientation: of a face in space, quaternion x, y, z, w and sigma [rad]; else empty.
-    """
-
-    time: int
-    frame_id: str
-    person: int
-    side: str
-    parts: Sequence[Sequence[float]]
-    orientation: Tuple[float, ...] = ()
+    time: int  # [ns] of the header, or of recording where there is none
+    frame_id: str  # of the header
+    person: int  # track id
+    side: str  # 'left' or 'right' of a hand; empty of a face
+    parts: Sequence[Sequence[float]]  # values of `FIELDS` of each point
+    orientation: Tuple[float, ...] = ()  # of a face in space, quaternion x, y, z, w and sigma [rad]; else empty
 
 
 def landmark_columns(part: str, dimensions: int) -> List[str]:
@@ -57,25 +46,14 @@ class LandmarkCsvWriter:
 
     def __init__(self, handle: TextIO, part: str, dimensions: int, missing_points: bool = False) -> None:
         self.part, self.dimensions = part, dimensions
-        self._handle, self._missing_points = handle, missing_points
+        self._lines, self._missing_points = LineWriter(handle, landmark_columns(part, dimensions)), missing_points
         self._frame, self._time = -1, -1
-        self._write(landmark_columns(part, dimensions))
 
     def write(self, row: LandmarkRow) -> None:
         """Add a hand or a face; rows with another time are another frame."""
-        if row.time != self._time:
-            self._frame, self._time = self._frame + 1, row.time
+        self._frame, self._time = self._frame + (row.time != self._time), row.time
         head = [row.time, self._frame, quoted(row.frame_id), row.person, *([row.side] if self.part == 'hands' else [])]
         for name, part in zip(POINTS[self.part], np.asarray(row.parts, np.float32).tolist()):
-            if self.dimensions == 2:
-                status = MEASURED if part[2] > 0 else MISSING
-                values = [*(part if status else (np.nan, np.nan, 0.0)), STATUS_WORDS[status]]
-            else:
-                *position, confidence, number, sigma = part
-                status = int(number)
-                values = [*position, confidence, STATUS_WORDS.get(status, str(status)), sigma]
-            if status != MISSING or self._missing_points:
-                self._write([*head, name, *values, *row.orientation])
-
-    def _write(self, values: Sequence[object]) -> None:
-        self._handle.write(','.join(map(str, values)) + '\n')
+            cells, known = tidy_cells(part, self.dimensions)
+            if known or self._missing_points:
+                self._lines.write_rows([[*head, name, *cells, *row.orientation]])

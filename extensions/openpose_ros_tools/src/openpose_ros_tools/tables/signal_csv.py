@@ -1,4 +1,4 @@
-"""What people do as CSV: one row per frame, person and gesture. See docs/csv_columns.md."""
+"""Signals as CSV: one row per frame, person and gesture. See docs/csv_columns.md."""
 import csv
 from itertools import groupby
 from pathlib import Path
@@ -9,8 +9,15 @@ import numpy as np
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
 from openpose_ros_signals.records import Facing, Fall, Gesture, PersonSignals, Posture, Walk
-from openpose_ros_tools.tables.keypoint_csv import quoted
-from openpose_ros_tools.tables.keypoint_table import FIELDS, MISSING_PART, KeypointTable, PersonRow, table_of
+from openpose_ros_tools.tables.keypoint_table import (
+    FIELDS,
+    MISSING_PART,
+    KeypointTable,
+    LineWriter,
+    PersonRow,
+    quoted,
+    table_of,
+)
 from openpose_ros_tools.tables.signal_timeline import SignalTimeline
 from skeleton_extract_3d.people import MEASURED
 
@@ -23,7 +30,7 @@ _NOWHERE = (np.nan, np.nan, np.nan)
 
 
 class SignalCsvWriter:
-    """Writes what people do, in the order of the recording.
+    """Writes signals in the order of the recording.
 
     Args:
         handle: gets the names of the columns at once.
@@ -32,20 +39,15 @@ class SignalCsvWriter:
     part, dimensions = 'signals', 3
 
     def __init__(self, handle: TextIO) -> None:
-        self._handle = handle
+        self._lines = LineWriter(handle, SIGNAL_COLUMNS)
         self._frame, self._time = -1, -1
-        self._write(SIGNAL_COLUMNS)
 
     def write(self, time: int, frame_id: str, persons: Sequence[PersonSignals]) -> int:
         """Add the people of a frame at a time [ns]; return how many rows that are."""
         self._frame, self._time = self._frame + (time != self._time), time
         rows = [[time, self._frame, quoted(frame_id), *row] for person in persons for row in _rows(person)]
-        for row in rows:
-            self._write(row)
+        self._lines.write_rows(rows)
         return len(rows)
-
-    def _write(self, values: Sequence[object]) -> None:
-        self._handle.write(','.join(map(str, values)) + '\n')
 
 
 def is_signal_csv(path: Path) -> bool:
@@ -55,7 +57,7 @@ def is_signal_csv(path: Path) -> bool:
 
 
 def read_signal_csv(path: Path) -> Tuple[KeypointTable, SignalTimeline]:
-    """Return where people were, as a table of their mid_hip, and what they did, without rays and speeds of falls.
+    """Return the places of people, as a table of their mid_hip, and their signals, without rays and speeds of falls.
 
     Raises:
         BadInputError: it can not be read.

@@ -1,5 +1,5 @@
-"""What people did in a recording, as spans of time: postures, gestures, walking, and falls."""
-from dataclasses import dataclass
+"""Signals of a recording as spans of time: postures, gestures, walking, and falls."""
+from dataclasses import dataclass, replace
 from typing import Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
@@ -15,33 +15,22 @@ from skeleton_extract_3d.people import People3D
 POSTURE, GESTURE, WALKING = 'posture', 'gesture', 'walking'
 
 
-@dataclass
+@dataclass(frozen=True)
 class Span:
-    """A time in which one thing held of one person, without a gap.
+    """A time in which one thing held of one person, without a gap."""
 
-    Attributes:
-        person: id.
-        kind: `POSTURE`, `GESTURE` or `WALKING`.
-        name: of the posture, which may be unknown, or of the gesture; '' of walking.
-        arm: of gestures.
-        begin: [s], the stamp of its first frame; of gestures when it began, which is a little earlier.
-        end: [s], the stamp of the first frame in which it did not hold, or of the person's last one.
-        confidence: the greatest one; 0 of walking.
-        pointing: the ray where the confidence was greatest, of who pointed.
-    """
-
-    person: int
-    kind: str
-    name: str
-    arm: str
-    begin: float
-    end: float
-    confidence: float = 0.0
-    pointing: Optional[Pointing] = None
+    person: int  # id
+    kind: str  # `POSTURE`, `GESTURE` or `WALKING`
+    name: str  # of the posture, which may be unknown, or of the gesture; '' of walking
+    arm: str  # of gestures
+    begin: float  # [s], the stamp of its first frame; of gestures when it began, which is a little earlier
+    end: float  # [s], the stamp of the first frame in which it did not hold, or of the person's last one
+    confidence: float = 0.0  # the greatest one; 0 of walking
+    pointing: Optional[Pointing] = None  # the ray where the confidence was greatest, of pointing
 
 
 class PersonFall(NamedTuple):
-    """Somebody fell."""
+    """A fall of a person."""
 
     person: int
     fall: Fall
@@ -50,12 +39,16 @@ class PersonFall(NamedTuple):
 class SignalTimeline:
     """Spans in the order of their begin, and falls, of frames that are added in the order of time.
 
-    It grows with what people do, not with the number of frames.
+    Its size grows with the number of spans, not of frames.
+
+    Args:
+        gap: after a longer time without a person, its spans begin anew [s].
     """
 
-    def __init__(self) -> None:
+    def __init__(self, gap: float = SIGNALS.person.gap) -> None:
+        self._gap = gap
         self.spans: List[Span] = []
-        self._held: Dict[int, List[Span]] = {}
+        self._held: Dict[int, List[int]] = {}  # by person, numbers of the spans that may go on
         self._seen: Dict[int, float] = {}
         self._falls: Dict[Tuple[int, int], PersonFall] = {}
 
@@ -71,24 +64,25 @@ class SignalTimeline:
     def add(self, stamp: float, persons: Tuple[PersonSignals, ...]) -> None:
         """Add a frame; stamp [s]."""
         for person in persons:
-            follows = 0 <= stamp - self._seen.get(person.id, -np.inf) <= SIGNALS.person.gap
+            follows = 0 <= stamp - self._seen.get(person.id, -np.inf) <= self._gap
             before = self._held.get(person.id, []) if follows else []
-            for span in before:
-                span.end = stamp
+            for number in before:
+                self.spans[number] = replace(self.spans[number], end=stamp)
             self._seen[person.id] = stamp
             self._held[person.id] = [self._continued(before, span) for span in _spans_of(person, stamp)]
             if person.fall is not None:
                 self._falls[person.id, round(1e3 * person.fall.stamp)] = PersonFall(person.id, person.fall)
 
-    def _continued(self, before: List[Span], new: Span) -> Span:
-        """Return the span that goes on, or the new one."""
-        for old in before:
+    def _continued(self, before: List[int], new: Span) -> int:
+        """Return the number of the span that goes on, or of the new one."""
+        for number in before:
+            old = self.spans[number]
             if (old.kind, old.name, old.arm) == (new.kind, new.name, new.arm):
                 if new.confidence > old.confidence:
-                    old.confidence, old.pointing = new.confidence, new.pointing or old.pointing
-                return old
+                    self.spans[number] = replace(old, confidence=new.confidence, pointing=new.pointing or old.pointing)
+                return number
         self.spans.append(new)
-        return new
+        return len(self.spans) - 1
 
 
 def _spans_of(person: PersonSignals, stamp: float) -> Iterator[Span]:
@@ -105,7 +99,7 @@ def _begin(gesture: Gesture, stamp: float) -> float:
 
 
 def timeline_of(table: KeypointTable, up: Optional[Sequence[float]] = None) -> SignalTimeline:
-    """Return what people do by their joints, where a recording does not have it.
+    """Return the signals computed from the joints, for recordings without them.
 
     Args:
         table: in space.

@@ -1,31 +1,22 @@
 """Files of motion capture systems: tables of OptiTrack Motive (.csv), C3D (.c3d), TRC (.trc)."""
 from pathlib import Path
-from typing import Callable, Dict, Union
+from typing import Union
 
 from openpose_ros_pkg.errors import BadInputError
-from openpose_ros_pkg.output.files import write_whole
-from openpose_ros_tools.mocap.files.c3d_file import c3d_bytes, is_c3d, read_c3d
-from openpose_ros_tools.mocap.files.motive import is_motive_csv, motive_csv_bytes, read_motive_csv
+from openpose_ros_tools.mocap.files.c3d_file import is_c3d, read_c3d
+from openpose_ros_tools.mocap.files.motive import is_motive_csv, read_motive_csv
 from openpose_ros_tools.mocap.files.recording import MarkerRecording
 from openpose_ros_tools.mocap.files.text import decode
-from openpose_ros_tools.mocap.files.trc import is_trc, read_trc, trc_bytes
+from openpose_ros_tools.mocap.files.trc import is_trc, read_trc
 
-# What makes a recording, under the name of its file, into bytes.
-_WRITERS: Dict[str, Callable[[MarkerRecording, str], bytes]] = {
-    '.csv': lambda recording, _: motive_csv_bytes(recording), '.c3d': lambda recording, _: c3d_bytes(recording),
-    '.trc': trc_bytes}
-SUFFIXES = tuple(_WRITERS)
-
-__all__ = ['SUFFIXES', 'MarkerRecording', 'read_mocap', 'write_mocap']
+__all__ = ['MarkerRecording', 'read_mocap']
 
 
 def read_mocap(path: Union[str, Path]) -> MarkerRecording:
-    """Read what a motion capture system recorded.
-
-    The content decides on the format, and the file's suffix where that tells nothing.
+    """Read the markers of a recording; the content decides on the format, then the file's suffix.
 
     Raises:
-        BadInputError: the file is missing, or of no known format; the text says what was expected.
+        BadInputError: the file is missing, of no known format, or damaged.
     """
     path = Path(path).expanduser()
     try:
@@ -52,21 +43,3 @@ def read_mocap(path: Union[str, Path]) -> MarkerRecording:
     if not len(recording):
         raise BadInputError(f'{path} has a header, but no frames')
     return recording
-
-
-def write_mocap(path: Union[str, Path], recording: MarkerRecording) -> None:
-    """Write a recording in the format that the suffix tells.
-
-    The times of a C3D file are whole multiples of the time between two frames.
-
-    Raises:
-        BadInputError: the suffix is none of `SUFFIXES`, or the format can not hold the recording.
-    """
-    path = Path(path)
-    if path.suffix.lower() not in _WRITERS:
-        raise BadInputError(f"{path}: the suffix says which format to write, expected one of {', '.join(SUFFIXES)}")
-    content = _WRITERS[path.suffix.lower()](recording, path.name)
-    try:
-        write_whole(path, content)
-    except OSError as error:
-        raise BadInputError(f'{path} can not be written: {error.strerror}') from error

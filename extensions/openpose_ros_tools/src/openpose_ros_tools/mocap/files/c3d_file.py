@@ -21,12 +21,6 @@ _KEY = 0x50
 # What the library raises for damaged files: it checks little itself.
 _LIBRARY_ERRORS = (AssertionError, AttributeError, IndexError, KeyError, NameError, OSError, OverflowError, TypeError,
                    ValueError, ZeroDivisionError, struct.error)
-# Largest distance of a sample from its time by the rate, as a share of the time between two samples.
-_UNEVEN = 0.02
-# Dimensions of parameters are bytes.
-_MOST_LABELS = 255
-# The header holds numbers of frames in 16 bits, and the library writes longer ones wrongly elsewhere.
-_LAST_FRAME = 65535
 
 
 def is_c3d(content: bytes) -> bool:
@@ -47,7 +41,7 @@ def read_c3d(path: Path, content: bytes) -> MarkerRecording:
     Raises:
         BadInputError: the library is missing, or it is no such file.
     """
-    library = _library(f'read {path}')
+    library = _library(path)
     if not is_c3d(content):
         raise BadInputError(f'{path} is no C3D file: its second byte is not 0x{_KEY:X}')
     try:
@@ -68,44 +62,11 @@ def read_c3d(path: Path, content: bytes) -> MarkerRecording:
     return MarkerRecording(tuple(unique_names(names)), (first - 1 + np.arange(len(frames))) / rate, positions)
 
 
-def c3d_bytes(recording: MarkerRecording) -> bytes:
-    """Return a recording as a C3D file: float32 [mm].
-
-    Raises:
-        BadInputError: the library is missing, or the format can not hold the recording.
-    """
-    library = _library('write C3D')
-    if len(recording) < 2 or not 0 < len(recording.names) <= _MOST_LABELS:
-        raise BadInputError(f'C3D: expected two frames or more and 1 to {_MOST_LABELS} markers, got {len(recording)} '
-                            f'frames and {len(recording.names)} markers')
-    rate = recording.rate
-    numbers = recording.times * rate
-    if np.rint(numbers[-1]) >= _LAST_FRAME:
-        raise BadInputError(f'C3D counts frames to {_LAST_FRAME} here: at {rate:g} Hz expected times below '
-                            f'{_LAST_FRAME / rate:g} s, got {recording.times[-1]:g} s; write CSV or TRC')
-    if (np.abs(numbers - np.rint(numbers)) > _UNEVEN).any() or np.rint(numbers[0]) < 0:
-        raise BadInputError('C3D holds a rate instead of times: expected times that are whole multiples of '
-                            f'1 / {rate:g} s from 0 on, got {recording.times[0]:g} s first')
-    writer = library.Writer(point_rate=rate, point_units='mm')
-    writer.set_point_labels([name.ljust(4) for name in recording.names])
-    writer.set_start_frame(int(np.rint(numbers[0])) + 1)
-    points = np.zeros((*recording.positions.shape[:2], 5), np.float32)
-    seen = np.isfinite(recording.positions[..., 0])
-    points[..., :3][seen] = 1000 * recording.positions[seen]
-    points[~seen, 3] = -1
-    writer.add_frames([(frame, np.zeros((0, 0))) for frame in points])
-    out = BytesIO()
-    with warnings.catch_warnings():
-        warnings.simplefilter('ignore')
-        writer.write(out)
-    return out.getvalue()
-
-
-def _library(purpose: str) -> ModuleType:
+def _library(path: Path) -> ModuleType:
     try:
         import c3d as library
     except ImportError:
-        raise BadInputError(f"the library c3d is needed to {purpose}: './run setup' installs it, or 'python3 -m pip "
+        raise BadInputError(f"the library c3d is needed to read {path}: './run setup' installs it, or 'python3 -m pip "
                             "install c3d'; or export CSV or TRC instead") from None
     return library
 

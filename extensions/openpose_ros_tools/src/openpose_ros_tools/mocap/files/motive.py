@@ -1,47 +1,30 @@
 """Tables that OptiTrack Motive exports: "Data Export: CSV", format versions 1.2 to 1.25 (Motive 1.10 to 3).
 
 Sources: OptiTrack's documentation, page "Data Export: CSV" (docs.optitrack.com/motive/data-export/data-export-csv), and
-files of these versions that public repositories show. A first line of keys and values, an empty one, then rows that
-describe the columns::
+files of these versions in public repositories. A first line of keys and values, an empty one, then rows that describe
+the columns::
 
     Format Version,1.23,Take Name,walk,...,Export Frame Rate,120.000000,...,Length Units,Meters,Coordinate Space,Global
 
-    ,Type,Marker,Marker,Marker,Bone,Bone,Bone,Bone,Bone,Bone,Bone
+    ,Type,Marker,Marker,Marker,Bone,...
     ,Name,Ann:LSHO,Ann:LSHO,Ann:LSHO,Ann:LUArm,...
     ,ID,4CF0B31A,...
     ,Parent,...                                  since version 1.25
-    ,,Position,Position,Position,Rotation,Rotation,Rotation,Rotation,Position,Position,Position
-    Frame,Time (Seconds),X,Y,Z,X,Y,Z,W,X,Y,Z     version 1.24 may have a third column, TimeCode
+    ,,Position,Position,Position,Rotation,...
+    Frame,Time (Seconds),X,Y,Z,X,...             version 1.24 may have a third column, TimeCode
     0,0.000000,0.1,1.4,...
 
-The words Type, Name and ID are missing in older exports. An empty cell is a marker that was not seen.
+The words Type, Name and ID are missing in older exports. An empty cell is a hidden marker.
 """
 import csv
-import logging
-from io import StringIO
 from pathlib import Path
-from typing import List, NamedTuple, Sequence, Tuple
-
-import numpy as np
+from typing import Dict, List, Sequence, Tuple
 
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_tools.mocap.files.recording import MarkerRecording, unique_names
 from openpose_ros_tools.mocap.files.text import metres_in, read_numbers
 
-_log = logging.getLogger(__name__)
-
-BONE = ' (bone)'
 _FIRST_KEY = 'Format Version'
-# Types for where a marker should be on its body end with this; they are only of use where it was not measured.
-_EXPECTED_END = ' marker'
-
-
-class _Point(NamedTuple):
-    """Three columns of a table: type in lower case, name, and the first of the columns."""
-
-    kind: str
-    name: str
-    column: int
 
 
 def is_motive_csv(text: str) -> bool:
@@ -50,11 +33,7 @@ def is_motive_csv(text: str) -> bool:
 
 
 def read_motive_csv(path: Path, text: str) -> MarkerRecording:
-    """Return the markers, bones and rigid bodies of a table.
-
-    Bones are called `NAME (bone)` and rigid bodies `NAME (rigid body)`, as a skeleton has bones and markers of one
-    name, such as Chest. What Motive calls bone markers and rigid body markers, the places where markers should be,
-    count only where no measured marker has the name. Rotations and errors are left out.
+    """Return the measured markers of a table; bones and rigid bodies, which Motive computes, are left out.
 
     Args:
         path: of the file, for errors.
@@ -76,45 +55,19 @@ def read_motive_csv(path: Path, text: str) -> MarkerRecording:
     if 'Length Units' not in values:
         raise BadInputError(f"{path} does not tell 'Length Units' in its first line; there: {', '.join(values)}")
     scale = metres_in(path, values['Length Units'])
-    first, points = _points(path, lines)
-    points = _wanted(path, points, values.get('Coordinate Space', 'Global').lower() == 'local')
-    used = [1, *(point.column + axis for point in points for axis in range(3))]
+    first, markers = _markers(path, lines)
+    used = [1, *(column + axis for column in markers for axis in range(3))]
     numbers = read_numbers(path, lines, first, ',', used)
-    positions = numbers[:, 1:].reshape(len(numbers), len(points), 3) * scale
-    return MarkerRecording(tuple(unique_names(point.name for point in points)), numbers[:, 0], positions)
-
-
-def motive_csv_bytes(recording: MarkerRecording) -> bytes:
-    """Return a recording as Motive exports it (version 1.23): metres and seconds with six digits."""
-    out = StringIO()
-    writer = csv.writer(out)
-    rate = f'{recording.rate:.6f}' if len(recording) > 1 else '0.000000'
-    writer.writerow(['Format Version', '1.23', 'Take Name', 'Take', 'Capture Frame Rate', rate,
-                     'Export Frame Rate', rate, 'Capture Start Time', '2000-01-01 12.00.00.000 AM',
-                     'Total Frames in Take', len(recording), 'Total Exported Frames', len(recording),
-                     'Rotation Type', 'Quaternion', 'Length Units', 'Meters', 'Coordinate Space', 'Global'])
-    writer.writerow([])
-    types, names = [], []
-    for name in recording.names:
-        is_bone = name.endswith(BONE)
-        types += ['Bone' if is_bone else 'Marker'] * 3
-        names += [name[:-len(BONE)] if is_bone else name] * 3
-    ids = [f'{number + 1:X}' for number in range(len(recording.names)) for _ in range(3)]
-    for row in (['', 'Type', *types], ['', 'Name', *names], ['', 'ID', *ids], ['', '', *['Position'] * len(names)],
-                ['Frame', 'Time (Seconds)', *['X', 'Y', 'Z'] * len(recording.names)]):
-        writer.writerow(row)
-    for frame, (time, positions) in enumerate(zip(recording.times, recording.positions)):
-        writer.writerow([frame, f'{time:.6f}', *('' if np.isnan(value) else f'{value:.6f}'
-                                                 for value in positions.ravel())])
-    return out.getvalue().encode()
+    positions = numbers[:, 1:].reshape(len(numbers), len(markers), 3) * scale
+    return MarkerRecording(tuple(unique_names(markers.values())), numbers[:, 0], positions)
 
 
 def _cells(line: str) -> List[str]:
     return [cell.strip() for cell in next(csv.reader([line]), [])]
 
 
-def _points(path: Path, lines: Sequence[str]) -> Tuple[int, List[_Point]]:
-    """Return the index of the first row of numbers, and the columns that hold positions."""
+def _markers(path: Path, lines: Sequence[str]) -> Tuple[int, Dict[int, str]]:
+    """Return the index of the first row of numbers, and the names of the markers by their first columns."""
     names_at = next((number for number, line in enumerate(lines) if line.startswith(('Frame,', '"Frame",'))), None)
     if names_at is None:
         raise BadInputError(f"{path} has no row 'Frame,Time (Seconds),X,Y,Z,...' above its numbers")
@@ -127,30 +80,9 @@ def _points(path: Path, lines: Sequence[str]) -> Tuple[int, List[_Point]]:
     # the label of a row is in one of the columns of frame and time; older exports have none
     labelled = {cell.lower(): cells for cells in reversed(rows) for cell in cells[:2]}
     types, names, kinds = labelled.get('type', rows[0]), labelled.get('name', rows[1]), rows[-1]
-    points = [_Point(types[column].lower(), names[column], column) for column in range(2, len(axes) - 2)
-              if axes[column:column + 3] == ['X', 'Y', 'Z'] and kinds[column] == 'Position']
-    if not points:
-        raise BadInputError(f"{path} has no positions of markers, bones or rigid bodies; its columns are of type "
+    markers = {column: names[column] for column in range(2, len(axes) - 2) if types[column].lower() == 'marker'
+               and axes[column:column + 3] == ['X', 'Y', 'Z'] and kinds[column] == 'Position'}
+    if not markers:
+        raise BadInputError(f"{path} has no positions of markers; its columns are of type "
                             f"{', '.join(sorted(set(filter(None, types[2:])))) or 'unknown'}")
-    return names_at + 1, points
-
-
-def _wanted(path: Path, points: Sequence[_Point], local: bool) -> List[_Point]:
-    """Return the measured markers, then what Motive computed, under names that tell these apart.
-
-    Args:
-        local: whether the positions of bones are relative to each other, and so of no use.
-    """
-    measured = [point for point in points if point.kind == 'marker']
-    names = {point.name for point in measured}
-    if local and any(point.kind.endswith('bone') for point in points):
-        _log.warning('%s: bones are left out, as they are relative to each other; export with Coordinate Space: Global',
-                     path)
-    computed = []
-    for point in points:
-        if point.kind.endswith(_EXPECTED_END):
-            if point.name not in names:
-                computed.append(point)
-        elif point.kind != 'marker' and not (local and point.kind.endswith('bone')):
-            computed.append(point._replace(name=f'{point.name} ({point.kind})'))
-    return measured + computed
+    return names_at + 1, markers

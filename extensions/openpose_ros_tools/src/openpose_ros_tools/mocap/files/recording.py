@@ -1,4 +1,4 @@
-"""What a motion capture system recorded: the type that all its file formats are read into."""
+"""Recorded markers: the record that all file formats are read into."""
 from collections import Counter
 from dataclasses import dataclass
 from itertools import chain, count
@@ -11,18 +11,13 @@ import numpy as np
 class MarkerRecording:
     """Positions of M markers at T times, in the frame and by the clock of the motion capture system.
 
-    Attributes:
-        names: of the markers, each once. Motive's bones and rigid bodies are among them, see `motive.read_motive_csv`.
-        times: (T,) float64 [s], increasing.
-        positions: (T, M, 3) float64 [m]; NaN where a marker was not seen.
-
     Raises:
         ValueError: shapes, names or times are wrong, or a position is half missing.
     """
 
-    names: Tuple[str, ...]
-    times: np.ndarray
-    positions: np.ndarray
+    names: Tuple[str, ...]  # of the markers, each once
+    times: np.ndarray  # (T,) float64 [s], increasing
+    positions: np.ndarray  # (T, M, 3) float64 [m]; NaN where a marker is hidden
 
     def __post_init__(self) -> None:
         values = checked(self.names, self.times, self.positions, (len(self.times), len(self.names)))
@@ -31,11 +26,6 @@ class MarkerRecording:
 
     def __len__(self) -> int:
         return len(self.times)
-
-    @property
-    def rate(self) -> float:
-        """Mean number of samples per second [Hz]; NaN of fewer than two."""
-        return (len(self) - 1) / float(self.times[-1] - self.times[0]) if len(self) > 1 else np.nan
 
 
 def checked(names: Iterable[str], times: np.ndarray, positions: np.ndarray, shape: Tuple[int, ...]
@@ -46,7 +36,7 @@ def checked(names: Iterable[str], times: np.ndarray, positions: np.ndarray, shap
         shape: of the positions, without their axis of x, y, z.
 
     Raises:
-        ValueError: a name is there twice, times do not increase, a shape is wrong, or a position is half missing.
+        ValueError: a name appears twice, times do not increase, a shape is wrong, or a position is half missing.
     """
     names, times, positions = tuple(names), np.asarray(times, np.float64), np.asarray(positions, np.float64)
     repeated = sorted(name for name, number in Counter(names).items() if number > 1)

@@ -1,4 +1,4 @@
-"""What the readers of text formats share: encodings, tables of numbers, units."""
+"""Encodings, tables of numbers and units of text formats."""
 import codecs
 import logging
 from pathlib import Path
@@ -90,5 +90,5 @@ def _numbers(cells: Sequence[str], columns: Sequence[int]) -> List[float]:
         return [float(cells[column].strip() or 'nan') for column in columns]
     except ValueError as error:
         comma = any(',' in cell for cell in cells)
-        raise ValueError(f'holds what is no number: {error}'
+        raise ValueError(f'holds something that is no number: {error}'
                          + "; decimal commas can not be read, export with '.'" * comma) from error

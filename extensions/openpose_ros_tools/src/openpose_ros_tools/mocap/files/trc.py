@@ -11,7 +11,7 @@ separated by tabs::
 
     1       0.000 10.0 20.0 30.0 ...
 
-A marker that was not seen has empty cells, NaN, or zeros throughout.
+A hidden marker has empty cells, NaN, or zeros throughout.
 """
 from pathlib import Path
 from typing import Dict, List, Tuple
@@ -55,21 +55,6 @@ def read_trc(path: Path, text: str) -> MarkerRecording:
     positions = numbers[:, 2:].reshape(len(numbers), len(names), 3) * scale
     positions[(positions == 0).all(axis=2)] = np.nan
     return MarkerRecording(tuple(unique_names(names)), _times(path, numbers[:, :2], values), positions)
-
-
-def trc_bytes(recording: MarkerRecording, name: str) -> bytes:
-    """Return a recording as a TRC file of a name: millimetres with four digits, seconds with six."""
-    rate, count = f'{recording.rate:.6f}' if len(recording) > 1 else '0', len(recording)
-    lines = [[_FIRST_KEY, '4', '(X/Y/Z)', name],
-             ['DataRate', 'CameraRate', 'NumFrames', 'NumMarkers', 'Units', 'OrigDataRate', 'OrigDataStartFrame',
-              'OrigNumFrames'],
-             [rate, rate, str(count), str(len(recording.names)), 'mm', rate, '1', str(count)],
-             ['Frame#', 'Time', *(cell for marker in recording.names for cell in (marker, '', ''))],
-             ['', '', *(f'{axis}{i + 1}' for i in range(len(recording.names)) for axis in 'XYZ')], []]
-    for frame, (time, positions) in enumerate(zip(recording.times, recording.positions), 1):
-        lines.append([str(frame), f'{time:.6f}', *('' if np.isnan(value) else f'{1000 * value:.4f}'
-                                                   for value in positions.ravel())])
-    return ''.join('\t'.join(line) + '\r\n' for line in lines).encode()
 
 
 def _cells(line: str) -> List[str]:

@@ -2,7 +2,6 @@
 
     rosrun openpose_ros_tools csv_to_bag poses.csv -o poses.bag
     rosrun openpose_ros_tools csv_to_bag poses.csv -o poses.bag --frame-id kinect2_rgb_optical_frame
-    rosrun openpose_ros_tools csv_to_bag poses.csv -o poses.bag --topic-prefix /replayed
 
 The file holds the columns of the original project, the extended ones, or those of `rostopic echo -p`;
 docs/csv_columns.md says what they mean. The topics are those of the nodes: detected_poses_keypoints_3d and
@@ -28,7 +27,7 @@ from tqdm import tqdm
 
 from openpose_ros_pkg.command_line import DONE, run_command
 from openpose_ros_pkg.errors import ParameterError
-from openpose_ros_pkg.skeletons import BODY_25, COCO_18, MESSAGE_JOINTS, MPI_15, SKELETONS
+from openpose_ros_pkg.skeletons import BODY_25, COCO_18, MESSAGE_JOINTS, MPI_15
 from openpose_ros_tools.command_options import add_output, command_parser
 from openpose_ros_tools.outputs import output_file
 from openpose_ros_tools.ros.bag_files import new_bag
@@ -38,10 +37,9 @@ from openpose_ros_tools.tables.keypoint_table import frames_of
 from skeleton_extract_3d.people import MISSING
 
 _NAME = 'csv_to_bag'
-# Topics of single people and of arrays, under these prefixes, by dimensions.
-_PREFIXES = {2: 'openpose_ros', 3: 'openpose_ros/skeleton_3d'}
-_TOPICS = {2: ('detected_poses_keypoints', 'detected_poses'),
-           3: ('detected_poses_keypoints_3d', 'detected_poses_3d')}
+# Topics of single people and of arrays, by dimensions.
+_TOPICS = {2: ('/openpose_ros/detected_poses_keypoints', '/openpose_ros/detected_poses'),
+           3: ('/openpose_ros/skeleton_3d/detected_poses_keypoints_3d', '/openpose_ros/skeleton_3d/detected_poses_3d')}
 
 
 def known_joints(file: KeypointCsv) -> Set[str]:
@@ -61,18 +59,16 @@ def pose_model_of(joints: Set[str]) -> str:
     for skeleton in (COCO_18, BODY_25, MPI_15):
         if joints <= set(skeleton.joints):
             return skeleton.name
-    raise ParameterError(f'no joint set has all of {", ".join(sorted(joints))}; choose the pose_model of the array '
-                         f'messages with --pose-model: {", ".join(SKELETONS)}')
+    raise ParameterError(f'no joint set has all of {", ".join(sorted(joints))}')
 
 
-def write_bag(file: KeypointCsv, path: Path, prefix: str, frame_id: str, pose_model: str) -> int:
+def write_bag(file: KeypointCsv, path: Path, frame_id: str, pose_model: str) -> int:
     """Write the people of a file into a bag; return the number of frames.
 
     Args:
-        prefix: of the topics.
         frame_id: where the file names none.
     """
-    of_person, of_frame = (f'/{prefix.strip("/")}/{name}'.replace('//', '/') for name in _TOPICS[file.dimensions])
+    of_person, of_frame = _TOPICS[file.dimensions]
     kind = PersonDetection_3dArray if file.dimensions == 3 else PersonDetectionArray
     count = 0
     with new_bag(path) as bag, tqdm(total=len(file.rows), unit='row', disable=None) as bar:
@@ -98,14 +94,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
 def _run(options: argparse.Namespace) -> int:
     with output_file(options.output, options.overwrite, [options.csv]) as part:
         file = read_csv(options.csv)
-        joints = known_joints(file)
-        model = options.pose_model or pose_model_of(joints)
-        beyond = joints - set(SKELETONS[model].joints)
-        if beyond:
-            raise ParameterError(f'{options.csv} has {", ".join(sorted(beyond))}, which {model} does not have; choose '
-                                 'another --pose-model')
-        prefix = _PREFIXES[file.dimensions] if options.topic_prefix is None else options.topic_prefix
-        frames = write_bag(file, part, prefix, options.frame_id, model)
+        frames = write_bag(file, part, options.frame_id, pose_model_of(known_joints(file)))
     sys.stdout.write(f'{frames} frames in {options.output}\n')
     return DONE
 
@@ -118,11 +107,5 @@ def _parser() -> argparse.ArgumentParser:
     parser = command_parser(_NAME, __doc__)
     parser.add_argument('csv', type=Path, metavar='CSV', help='file with keypoints')
     add_output(parser, 'bag')
-    parser.add_argument('--topic-prefix', metavar='PREFIX',
-                        help='what the topics are under (default: openpose_ros/skeleton_3d in space, openpose_ros in '
-                             'the image)')
     parser.add_argument('--frame-id', default='', help='frame of reference, for files that name none')
-    parser.add_argument('--pose-model', choices=sorted(SKELETONS),
-                        help='joint set that the array messages name (default: the first of COCO_18, BODY_25 and '
-                             'MPI_15 with all joints that the file has)')
     return parser

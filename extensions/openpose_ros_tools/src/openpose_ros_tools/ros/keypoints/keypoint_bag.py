@@ -20,17 +20,17 @@ from openpose_ros_pkg.landmarks.records import HAND_POINT_NAMES
 from openpose_ros_pkg.skeletons import MESSAGE_JOINTS
 from openpose_ros_signals.ros.convert import signals_from_array
 from openpose_ros_tools.recording_paths import is_bag
-from openpose_ros_tools.ros.bag_files import open_bag, topic_types, undamaged
+from openpose_ros_tools.ros.bag_files import open_bag, stamped_messages, topic_types, undamaged
 from openpose_ros_tools.ros.ros2_bags import joined_types
-from openpose_ros_tools.tables.keypoint_csv import KeypointCsvWriter
+from openpose_ros_tools.tables.keypoint_csv import KeypointCsvWriter, read_keypoint_csv
 from openpose_ros_tools.tables.keypoint_table import (
     FIELDS,
     MISSING_PART,
     KeypointTable,
     PersonRow,
-    complete_status,
     part_values,
     table_of,
+    with_status,
 )
 from openpose_ros_tools.tables.landmark_csv import LandmarkCsvWriter, LandmarkRow
 from openpose_ros_tools.tables.signal_timeline import SignalTimeline, timeline_of
@@ -45,7 +45,7 @@ DIMENSIONS: Dict[str, int] = {
     'openpose_ros_msgs/PersonDetection_3dArray': 3,
     'openpose_ros_msgs/PersonDetection': 2,
     'openpose_ros_msgs/PersonDetectionArray': 2}
-
+_ARRAYS = {2: 'openpose_ros_msgs/PersonDetectionArray', 3: 'openpose_ros_msgs/PersonDetection_3dArray'}
 
 # The same of hands and of faces, which choose by themselves only what is asked for.
 PARTS: Dict[str, Dict[str, int]] = {
@@ -89,7 +89,7 @@ def count_messages(bag: rosbag.Bag, topic: str) -> int:
 
 def choose_topic(types: Mapping[str, str], where: str, topic: Optional[str] = None, part: str = 'people'
                  ) -> KeypointTopic:
-    """Return the topic whose people to read.
+    """Return the topic to read.
 
     Args:
         types: type of each topic.
@@ -145,6 +145,32 @@ def read_keypoint_bag(path: Path, topic: Optional[str] = None) -> KeypointTable:
         return table_of(rows, chosen.dimensions)
 
 
+def read_keypoints(path: Path, topic: Optional[str] = None) -> Tuple[KeypointTable, Optional[np.ndarray]]:
+    """Read a CSV or a bag.
+
+    Returns:
+        The table, and of a bag with array messages the stamps of all frames, also of those without people, (N,) int64
+        [ns]; else None.
+
+    Raises:
+        BadInputError: it can not be read.
+    """
+    if not is_bag(path):
+        if not path.is_file():
+            raise BadInputError(f'{path}: there is no such file')
+        if topic is not None:
+            raise BadInputError(f'{path}: --topic is for bags')
+        return read_keypoint_csv(path), None
+    with open_bag(path) as bag:
+        types = topic_types(bag)
+        chosen = choose_topic(types, str(path), topic)
+        folder = chosen.name.rpartition('/')[0]
+        arrays = [name for name, kind in types.items() if kind == _ARRAYS[chosen.dimensions]
+                  and (name.rpartition('/')[0] == folder or name == chosen.name)]
+        stamps = [message.stamp for message in stamped_messages(bag, arrays[:1]) if message.stamp] if arrays else None
+    return read_keypoint_bag(path, chosen.name), None if stamps is None else np.array(stamps, np.int64)
+
+
 def read_hand_bag(path: Path, topic: Optional[str] = None) -> KeypointTable:
     """Read the points of the hands of a bag, `HAND_JOINTS` of each person; see `read_keypoint_bag`."""
     with open_bag(path) as bag:
@@ -156,13 +182,13 @@ def read_hand_bag(path: Path, topic: Optional[str] = None) -> KeypointTable:
 
 def read_timeline(path: Path, table: KeypointTable, topic: Optional[str] = None,
                   up: Optional[Sequence[float]] = None) -> Tuple[SignalTimeline, bool]:
-    """Return what people do, and whether that is of the recording; else it is computed here, from the joints.
+    """Return the signals of people, and whether they are of the recording; else they are computed from the joints.
 
     Args:
         path: bag, or table.
         table: all its people, in space.
         topic: of the people in a bag; their signals are beside it, as the nodes and process_bag publish them.
-        up: (3,) compute it, with this upwards; None: where the recording lacks it, see `timeline_of`.
+        up: (3,) compute them, with this upwards; None: where the recording lacks them, see `timeline_of`.
     """
     if is_bag(path) and up is None:
         with open_bag(path) as bag:
@@ -277,5 +303,5 @@ def _parts(message: Any, dimensions: int) -> np.ndarray:
     places = [fields.index(field) for field in known]
     values[np.ix_(there, places)] = [read(part) for part in parts if part is not None]
     if dimensions == 3 and 'status' not in known:
-        complete_status(values[np.newaxis], np.zeros((1, len(parts)), bool))
+        return with_status(values[np.newaxis], np.zeros((1, len(parts)), bool))[0]
     return values

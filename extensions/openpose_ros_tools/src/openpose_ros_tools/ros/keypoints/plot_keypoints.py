@@ -1,4 +1,4 @@
-"""Plot the people in a recording: where they went, which joints were seen, and when.
+"""Plot the people in a recording: their paths, and which joints were measured when.
 
 FILE is a CSV of keypoints (of keypoints_to_csv, process_bag or `rostopic echo -p`) or a bag with the results of the
 nodes, in space or in the image; or a CSV of signals (keypoints_to_csv --signals), of which the plot `signals` alone is
@@ -9,7 +9,6 @@ drawn. No master is needed. The plots in FOLDER:
     top_view               paths of the people from above (of keypoints in the image: image_paths)
     trajectory_JOINT       coordinates of a joint over time
     visibility_person_ID   when each joint was measured, inferred or missing
-    confidence_person_ID   with --confidence: confidence of each joint over time
     trajectory_POINT       with --hand-points, of a bag: coordinates of points of the hands over time, and no other plot
 
     rosrun openpose_ros_tools plot_keypoints poses.csv --list
@@ -18,8 +17,8 @@ drawn. No master is needed. The plots in FOLDER:
     rosrun openpose_ros_tools plot_keypoints recording.bag -o plots/ --hand-points right_hand_index_4
     rosrun openpose_ros_tools plot_keypoints recording.bag -o plots/ --start 12 --end 20 --format pdf
 
-What people do is that of the topic people_signals beside the people; where a recording has none, it is computed from
-their joints, with that axis upwards along which they are most of the time, or --up.
+Signals are those of the topic people_signals beside the people; where a recording has none, they are computed from the
+joints, with that axis upwards along which people are most of the time, or --up.
 
 Exit status: 0 done; 2 nothing was done, as the command line or the file is wrong; 130 interrupted, the finished plots
 are complete.
@@ -31,7 +30,6 @@ from functools import partial
 from pathlib import Path
 from typing import Callable, List, Optional, Sequence, Tuple
 
-import numpy as np
 from matplotlib.figure import Figure
 from tqdm import tqdm
 
@@ -43,17 +41,13 @@ from openpose_ros_tools.command_options import add_time_span, add_up, check_time
 from openpose_ros_tools.plots import keypoint_plots, signal_plots
 from openpose_ros_tools.plots.plotting import FORMATS, save_figure
 from openpose_ros_tools.recording_paths import is_bag
-from openpose_ros_tools.ros.bag_files import open_bag, stamped_messages, topic_types
 from openpose_ros_tools.ros.keypoints.keypoint_bag import (
     HAND_JOINTS,
-    choose_topic,
     read_hand_bag,
-    read_keypoint_bag,
+    read_keypoints,
     read_timeline,
 )
-from openpose_ros_tools.tables.keypoint_csv import read_keypoint_csv
 from openpose_ros_tools.tables.keypoint_selection import Selection, description, select
-from openpose_ros_tools.tables.keypoint_table import KeypointTable
 from openpose_ros_tools.tables.signal_csv import is_signal_csv, read_signal_csv
 from openpose_ros_tools.tables.signal_timeline import SignalTimeline
 
@@ -61,33 +55,6 @@ _log = logging.getLogger(__name__)
 
 # Joints whose trajectories are plotted by default.
 _TRAJECTORIES = ('nose', 'neck', 'right_wrist', 'left_wrist', 'right_ankle', 'left_ankle')
-_ARRAYS = {2: 'openpose_ros_msgs/PersonDetectionArray', 3: 'openpose_ros_msgs/PersonDetection_3dArray'}
-
-
-def read_keypoints(path: Path, topic: Optional[str] = None) -> Tuple[KeypointTable, Optional[np.ndarray]]:
-    """Read a CSV or a bag.
-
-    Returns:
-        The table, and of a bag with array messages the stamps of all frames, also of those without people, (N,) int64
-        [ns]; else None.
-
-    Raises:
-        BadInputError: it can not be read.
-    """
-    if not is_bag(path):
-        if not path.is_file():
-            raise BadInputError(f'{path}: there is no such file')
-        if topic is not None:
-            raise BadInputError(f'{path}: --topic is for bags')
-        return read_keypoint_csv(path), None
-    with open_bag(path) as bag:
-        types = topic_types(bag)
-        chosen = choose_topic(types, str(path), topic)
-        folder = chosen.name.rpartition('/')[0]
-        arrays = [name for name, kind in types.items() if kind == _ARRAYS[chosen.dimensions]
-                  and (name.rpartition('/')[0] == folder or name == chosen.name)]
-        stamps = [message.stamp for message in stamped_messages(bag, arrays[:1]) if message.stamp] if arrays else None
-    return read_keypoint_bag(path, chosen.name), None if stamps is None else np.array(stamps, np.int64)
 
 
 def trajectories(selection: Selection, joints: Sequence[str]) -> List[Tuple[str, Callable[[], Figure]]]:
@@ -95,8 +62,8 @@ def trajectories(selection: Selection, joints: Sequence[str]) -> List[Tuple[str,
     return [(f'trajectory_{joint}', partial(keypoint_plots.trajectory, selection, joint)) for joint in joints]
 
 
-def plots(selection: Selection, joints: Sequence[str], with_confidence: bool,
-          timeline: Optional[SignalTimeline]) -> List[Tuple[str, Callable[[], Figure]]]:
+def plots(selection: Selection, joints: Sequence[str], timeline: Optional[SignalTimeline]
+          ) -> List[Tuple[str, Callable[[], Figure]]]:
     """Return the names of the plots, and what draws each of them; timeline: of people in space."""
     paths = keypoint_plots.top_view if selection.table.dimensions == 3 else keypoint_plots.image_paths
     found: List[Tuple[str, Callable[[], Figure]]] = [('detections', partial(keypoint_plots.detections, selection)),
@@ -106,8 +73,6 @@ def plots(selection: Selection, joints: Sequence[str], with_confidence: bool,
     found += trajectories(selection, joints)
     for person in selection.persons:
         found.append((f'visibility_person_{person}', partial(keypoint_plots.visibility, selection, person)))
-        if with_confidence:
-            found.append((f'confidence_person_{person}', partial(keypoint_plots.confidence, selection, person)))
     return found
 
 
@@ -161,7 +126,7 @@ def _run(options: argparse.Namespace) -> int:
     else:
         timeline = (read_timeline(options.file, table, options.topic, options.up)[0] if table.dimensions == 3
                     else None)
-        found = plots(selection, chosen, options.confidence, timeline)
+        found = plots(selection, chosen, timeline)
     paths = [folder / f'{name}.{options.format}' for name, _ in found]
     check_outputs(paths, options.overwrite)
     for path, (_, draw) in zip(paths, tqdm(found, unit=' plots', leave=False, disable=None)):
@@ -211,6 +176,5 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument('--persons', type=_ids, metavar='I,J', help='only these ids (default: the 8 with most rows)')
     add_time_span(parser, 'the first frame')
     add_up(parser)
-    parser.add_argument('--confidence', action='store_true', help='draw the confidence of the joints as well')
     parser.add_argument('--format', choices=FORMATS, default='png', help='of the plots (default: %(default)s)')
     return parser

@@ -20,7 +20,7 @@ from openpose_ros_fusion.ros.convert import sighting_from_message
 from openpose_ros_pkg.errors import BadInputError, NoTransformError
 from openpose_ros_pkg.stream.pairing import PAIRING
 from openpose_ros_tools.ros.bag_files import StampedMessage, deserialized, open_bag, stamped_messages
-from openpose_ros_tools.ros.process_bag.input import Transforms
+from openpose_ros_tools.ros.process_bag.input import RecordedTransforms
 from openpose_ros_tools.ros.process_bag.job import RigJob
 from skeleton_extract_3d.people import People3D
 from skeleton_extract_3d.points.transform import Transform
@@ -32,21 +32,13 @@ _NANOSECONDS = 1e9
 
 
 class CameraPeople(NamedTuple):
-    """The people of a camera in a bag.
+    """The people of a camera in a bag."""
 
-    Attributes:
-        name: of the camera.
-        bag: with the people.
-        topic: of their arrays.
-        recording: bag with tf and the camera info.
-        info: topic of the camera info; empty: the camera has depth.
-    """
-
-    name: str
-    bag: Path
-    topic: str
-    recording: Path
-    info: str
+    name: str  # of the camera
+    bag: Path  # with the people
+    topic: str  # of their arrays
+    recording: Path  # bag with tf and the camera info
+    info: str  # topic of the camera info; empty: the camera has depth
 
 
 class FusedPeople(NamedTuple):
@@ -57,20 +49,13 @@ class FusedPeople(NamedTuple):
     people: People3D
 
 
-class _Seen(NamedTuple):
-    """What a camera saw.
+class _CameraObservation(NamedTuple):
+    """The people of a camera at a time."""
 
-    Attributes:
-        begun: number of times that the stamps of its camera jumped back before.
-        stamp: by the common clock [ns].
-        time: of recording [ns].
-        sighting: its stamp is since the begin of all.
-    """
-
-    begun: int
-    stamp: int
-    time: int
-    sighting: Sighting
+    begun: int  # number of times that the stamps of its camera jumped back before
+    stamp: int  # by the common clock [ns]
+    time: int  # of recording [ns]
+    sighting: Sighting  # its stamp is since the begin of all
 
 
 class Fusion:
@@ -102,10 +87,9 @@ class Fusion:
     @property
     def left_out(self) -> Dict[str, Dict[str, int]]:
         """Messages by camera and reason."""
-        for stream in self._streams:
-            if self._out_of_time[stream.name]:
-                stream.left_out['stamps beside those of the others'] = self._out_of_time[stream.name]
-        return {stream.name: stream.left_out for stream in self._streams}
+        late = {name: {'stamps beside those of the others': number}
+                for name, number in self._out_of_time.items() if number}
+        return {stream.name: {**stream.left_out, **late.get(stream.name, {})} for stream in self._streams}
 
     def __iter__(self) -> Iterator[FusedPeople]:
         """Yield the people of all updates; a time before the last one begins anew.
@@ -123,7 +107,7 @@ class Fusion:
             for name, number in collector.out_of_time.items():
                 self._out_of_time[name] += number
 
-    def _people(self, seen: Iterable[_Seen], collector: Collector) -> Iterator[FusedPeople]:
+    def _people(self, seen: Iterable[_CameraObservation], collector: Collector) -> Iterator[FusedPeople]:
         for one in seen:
             self._times[one.sighting] = one.time
             self.used[one.sighting.camera] += 1
@@ -147,7 +131,9 @@ class _Stream:
         left_out: messages by reason.
     """
 
-    def __init__(self, job: RigJob, camera: CameraPeople, stack: ExitStack) -> None:
+    def __init__(self, job: RigJob, camera: CameraPeople, stack: ExitStack,
+                 backstep: int = PAIRING.reset_backstep) -> None:
+        self._backstep = backstep
         self.name = camera.name
         self.left_out: Dict[str, int] = Counter()
         self._bag, self._topic = stack.enter_context(open_bag(camera.bag)), camera.topic
@@ -155,7 +141,7 @@ class _Stream:
         self._shift = time_shift_of(job, camera.name)
         self._fixed_frame = job.fixed_frame
         self._rig_pose: Optional[Transform] = None if job.rig is None else job.rig.camera(camera.name).pose
-        self._transforms = None if job.rig else Transforms(stack.enter_context(open_bag(camera.recording)))
+        self._transforms = None if job.rig else RecordedTransforms(stack.enter_context(open_bag(camera.recording)))
         self._model = None
         if camera.info:
             info = stack.enter_context(open_bag(camera.recording))
@@ -173,8 +159,8 @@ class _Stream:
         """Return how often the stamps jump back."""
         return max((begun for begun, *_ in self._parts(math.inf)), default=0)
 
-    def seen(self, begin: int, jumps: int) -> Iterator[_Seen]:
-        """Yield what the camera saw.
+    def seen(self, begin: int, jumps: int) -> Iterator[_CameraObservation]:
+        """Yield the people of the camera.
 
         Args:
             begin: stamp that is 0 in the sightings [ns].
@@ -191,14 +177,14 @@ class _Stream:
             except BadInputError as error:
                 self._leave_out('they can not be used', error)
             else:
-                yield _Seen(begun, stamp, stored.time + self._shift, sighting)
+                yield _CameraObservation(begun, stamp, stored.time + self._shift, sighting)
 
     def _parts(self, jumps: float) -> Iterator[Tuple[int, int, bool, StampedMessage]]:
         """Yield messages: number of jumps before, stamp [ns], whether it is newer than all since, and the message."""
         begun, newest = 0, 0
         for stored in stamped_messages(self._bag, [self._topic]):
             stamp = (stored.stamp or 0) + self._offset
-            if begun < jumps and stamp < newest - PAIRING.reset_backstep:
+            if begun < jumps and stamp < newest - self._backstep:
                 begun, newest = begun + 1, 0
             yield begun, stamp, stamp > newest, stored
             newest = max(stamp, newest)

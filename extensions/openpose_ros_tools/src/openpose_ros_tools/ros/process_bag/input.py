@@ -21,7 +21,7 @@ from openpose_ros_pkg.stream.pairing import PAIRING, PairingParams, StampMatcher
 from openpose_ros_pkg.stream.pairing_report import pairing_report
 from openpose_ros_tools.ros.bag_files import StampedMessage, deserialized, stamped_messages, topic_types
 from openpose_ros_tools.ros.camera_topics import TopicFinder, is_result
-from openpose_ros_tools.ros.process_bag.job import Counts, Topics
+from openpose_ros_tools.ros.process_bag.job import CameraTopics, Counts
 from skeleton_extract_3d.points.point_grid import PointGrid
 from skeleton_extract_3d.ros.transforms import check_stamp
 
@@ -31,7 +31,7 @@ _log = logging.getLogger(__name__)
 # learnt before the first pair is made.
 _LEARNT = 9
 # Number of images and clouds that may wait for their partner where `queue_size` leaves it open: enough for any
-# recording, whose reader can wait.
+# recording, as its reader can wait.
 _QUEUE = 50
 # Transforms are read ahead of the frame by this time [ns], as they may be recorded later than the image; and kept for
 # this time.
@@ -39,13 +39,12 @@ _TF_AHEAD, _TF_KEPT = 3_000_000_000, genpy.Duration(30)
 TF_TOPICS = ('/tf', '/tf_static', 'tf', 'tf_static')
 """Topics of transforms in bags."""
 _CLASSES = {kind._type: kind for kind in (Image, CompressedImage, PointCloud2, CameraInfo)}
-
-
+# Makes a grid of points of a message and its calibration.
 MakePoints = Callable[[Any, Optional[CameraInfo]], PointGrid]
 
 
 @dataclass(frozen=True)
-class Frame:
+class RecordedFrame:
     """An image, and the points of the same view where the recording has some."""
 
     time: genpy.Time  # of recording, of the later of both
@@ -63,7 +62,8 @@ class _Part(NamedTuple):
     info: Optional[CameraInfo] = None
 
 
-def find_topics(finder: TopicFinder, wanted: Topics, only_2d: bool = False, prefer_depth: bool = False) -> Topics:
+def find_topics(finder: TopicFinder, wanted: CameraTopics, only_2d: bool = False, prefer_depth: bool = False
+                ) -> CameraTopics:
     """Return the topics of the camera in a bag.
 
     Args:
@@ -77,21 +77,21 @@ def find_topics(finder: TopicFinder, wanted: Topics, only_2d: bool = False, pref
     """
     image = finder.required('colour', wanted.image, finder.candidates['colour'])
     if only_2d:
-        return Topics(image)
+        return CameraTopics(image)
     organized = [] if wanted.points or wanted.depth or prefer_depth else finder.organized_clouds()
     if wanted.points or organized:
-        return Topics(image, points=finder.required('points', wanted.points, organized))
+        return CameraTopics(image, points=finder.required('points', wanted.points, organized))
     depths = [topic for topic in finder.candidates['depth'] if topic != image]
     if depths or wanted.depth or prefer_depth:
         depth = finder.required('depth', wanted.depth, depths)
         beside = wanted.camera_info or finder.camera_info_of(depth, image) or ''
-        return Topics(image, depth=depth,
+        return CameraTopics(image, depth=depth,
                       camera_info=finder.required('camera_info', beside, finder.candidates['camera_info']))
     if finder.candidates['points']:
         _log.warning('people are found in the images alone: the clouds on %s have not the rows of an image; drivers '
                      'give such ones when asked for ordered or registered clouds',
                      ', '.join(finder.candidates['points']))
-    return Topics(image)
+    return CameraTopics(image)
 
 
 def copied_topics(bag: rosbag.Bag, wanted: Sequence[str]) -> List[str]:
@@ -113,7 +113,7 @@ def copied_topics(bag: rosbag.Bag, wanted: Sequence[str]) -> List[str]:
     return copied
 
 
-class Recording:
+class FrameReader:
     """The frames of a bag, in its order.
 
     Args:
@@ -128,7 +128,7 @@ class Recording:
         counts: of what has been read.
     """
 
-    def __init__(self, bag: rosbag.Bag, topics: Topics, copied: Sequence[str], pairing: PairingParams,
+    def __init__(self, bag: rosbag.Bag, topics: CameraTopics, copied: Sequence[str], pairing: PairingParams,
                  points: Optional[MakePoints], most: float = MOST_MEGAPIXELS) -> None:
         self._bag, self._topics, self._make_points, self._most = bag, topics, points, most
         self._copied = frozenset(copied)
@@ -141,7 +141,7 @@ class Recording:
             self._info = deserialized(self._first(topics.camera_info), CameraInfo)
             self._check_frames()
 
-    def __iter__(self) -> Iterator[Union[Frame, BadInputError, StampedMessage]]:
+    def __iter__(self) -> Iterator[Union[RecordedFrame, BadInputError, StampedMessage]]:
         """Yield the frames, the errors of frames that can not be used, and the messages that are to be copied.
 
         Raises:
@@ -162,7 +162,7 @@ class Recording:
             if report is not None:
                 self.counts.advice = report.text((self._topics.image, self._points_topic), '--set {}={}')
 
-    def _frames_of(self, stored: StampedMessage) -> Iterator[Union[Frame, BadInputError]]:
+    def _frames_of(self, stored: StampedMessage) -> Iterator[Union[RecordedFrame, BadInputError]]:
         """Yield the frame, or error, that a message completes, if any."""
         message = deserialized(stored, _CLASSES[stored.raw[0]])
         if stored.topic == self._topics.camera_info:
@@ -185,7 +185,7 @@ class Recording:
                 self.counts.pairs += 1
                 yield self._frame(*pair)
 
-    def _frame(self, image: _Part, points: Optional[_Part] = None) -> Union[Frame, BadInputError]:
+    def _frame(self, image: _Part, points: Optional[_Part] = None) -> Union[RecordedFrame, BadInputError]:
         """Return a frame, or why its messages can not be used."""
         grid, points_header = None, None
         try:
@@ -194,7 +194,7 @@ class Recording:
                 grid = self._make_points(points.message, points.info)
                 points_header = points.message.header
             time = max(part.time for part in (image, points) if part is not None)
-            return Frame(genpy.Time(0, time), image.message.header, bgr, grid, points_header)
+            return RecordedFrame(genpy.Time(0, time), image.message.header, bgr, grid, points_header)
         except BadInputError as error:
             return error
 
@@ -226,20 +226,22 @@ class Recording:
         return next(stamped_messages(self._bag, [topic]))
 
 
-class _Run:
+class _ClockRun:
     """What tf knew between two resets of the clock.
 
     Args:
         time: from which on it is of the bag [ns].
         static: transforms that do not change.
+        backstep: by which the stamps jump back where the clock was reset [ns].
 
     Attributes:
         begun, ended: time of recording of the first and the last transforms [ns].
         transforms: these, and the static ones.
     """
 
-    def __init__(self, time: int, static: Iterable[TransformStamped]) -> None:
+    def __init__(self, time: int, static: Iterable[TransformStamped], backstep: int) -> None:
         self.begun = self.ended = time
+        self._backstep = backstep
         self.transforms = tf2_py.BufferCore(_TF_KEPT)
         self.set_static(static)
         self._stamps: Dict[str, int] = {}  # newest one of each child frame [ns]
@@ -252,7 +254,7 @@ class _Run:
     def add(self, transforms: Sequence[TransformStamped], time: int) -> bool:
         """Take the transforms of a message, recorded at a time [ns]; false: their stamps jump back, none is taken."""
         stamps = {transform.child_frame_id: transform.header.stamp.to_nsec() for transform in transforms}
-        if any(stamp < self._stamps.get(frame, stamp) - PAIRING.reset_backstep for frame, stamp in stamps.items()):
+        if any(stamp < self._stamps.get(frame, stamp) - self._backstep for frame, stamp in stamps.items()):
             return False
         self._stamps.update(stamps)
         self.ended = time
@@ -261,22 +263,24 @@ class _Run:
         return True
 
 
-class Transforms:
+class RecordedTransforms:
     """The transforms of a bag, read on as the frames come.
 
     Where stamps jump back, as in recordings of a simulation that was restarted and of a bag that was played in a loop,
     all but static transforms are forgotten. Those of the next run of the clock are read before its first frame comes.
 
     Args:
-        bag: open, and read by nobody else meanwhile.
+        bag: open; this is its only reader meanwhile.
+        backstep: by which stamps jump back where the clock was reset [ns].
     """
 
-    def __init__(self, bag: rosbag.Bag) -> None:
+    def __init__(self, bag: rosbag.Bag, backstep: int = PAIRING.reset_backstep) -> None:
         types = bag.get_type_and_topic_info().topics
         self._messages = stamped_messages(bag, [topic for topic in TF_TOPICS if topic in types])
         self._next = next(self._messages, None)
         self._static: Dict[str, TransformStamped] = {}  # by child frame
-        self._runs = deque([_Run(0, ())])  # that of the frames, and those that may come after it
+        self._backstep = backstep
+        self._runs = deque([_ClockRun(0, (), backstep)])  # that of the frames, and those that may come after it
         self._time = 0  # of recording of the newest frame [ns]
         self._newest: Optional[int] = None  # stamp of the frames in their run [ns]; None: their run has to be found
 
@@ -301,17 +305,17 @@ class Transforms:
     def _add(self, transforms: Sequence[TransformStamped], time: int) -> None:
         taken = [run.add(transforms, time) for run in list(self._runs)[::max(len(self._runs) - 1, 1)]]
         if not taken[-1]:
-            self._runs.append(_Run(time, self._static.values()))
+            self._runs.append(_ClockRun(time, self._static.values(), self._backstep))
             self._runs[-1].add(transforms, time)
 
     def _find_run(self, stamp: int) -> None:
         """Go on to the run of the newest frame, by its stamp [ns]."""
-        if self._newest is not None and stamp >= self._newest - PAIRING.reset_backstep:
+        if self._newest is not None and stamp >= self._newest - self._backstep:
             self._newest = max(stamp, self._newest)
             return
         if self._newest is not None:
             if len(self._runs) == 1:  # no transform was recorded since the reset
-                self._runs.append(_Run(self._time, self._static.values()))
+                self._runs.append(_ClockRun(self._time, self._static.values(), self._backstep))
             self._runs.popleft()
         while len(self._runs) > 1 and self._runs[1].begun <= self._time:
             self._runs.popleft()

@@ -1,4 +1,4 @@
-"""What process_bag is to make of a bag, and what became of it."""
+"""Jobs of process_bag, and reports of them."""
 from collections import Counter
 from dataclasses import dataclass, field, fields
 from pathlib import Path
@@ -44,7 +44,7 @@ class BagSettings:
 
 
 @dataclass(frozen=True)
-class Topics:
+class CameraTopics:
     """The topics of a camera; empty: to be found, or none."""
 
     image: str = ''  # raw or compressed
@@ -60,7 +60,7 @@ class Topics:
 
 @dataclass(frozen=True)
 class BagJob:
-    """What is to be made of a camera in a bag. It can be pickled."""
+    """The results to make of a camera in a bag. It can be pickled."""
 
     source: Path  # the bag
     output: Path  # bag to make
@@ -68,13 +68,13 @@ class BagJob:
     json: Optional[Path] = None  # folder for a file of each frame, None: none
     # parameters that differ from their defaults, of `BagSettings`
     values: Mapping[str, Any] = field(default_factory=dict)
-    topics: Topics = field(default_factory=Topics)  # of the camera, where they are named
+    topics: CameraTopics = field(default_factory=CameraTopics)  # of the camera, where they are named
     only_2d: bool = False  # whether points are ignored
     camera: str = ''  # namespace of its results; in a bag of several cameras, of its topics too
     is_alone: bool = True  # whether the bag has no other camera; then its topics may be in any namespace
     copied: Tuple[str, ...] = ()  # topics that are copied, or 'all'
     markers: bool = False  # whether markers are written
-    signals: bool = False  # whether what people do is written
+    signals: bool = False  # whether postures, gestures and falls are written
     # see `KeypointCsvWriter`. The table has people in space where there are any, else those in the image.
     csv_layout: str = 'original'
     compression: str = 'none'  # of the bag, one of COMPRESSIONS
@@ -118,29 +118,18 @@ class BagJob:
 
 @dataclass(frozen=True)
 class RigJob:
-    """What is to be made of several cameras that see the same people.
+    """The results to make of several cameras that see the same people."""
 
-    Attributes:
-        cameras: what is to be made of each camera. Their `output` is not used; their `json` are folders in that of all.
-        output: bag to make, with the people of each camera and the fused ones.
-        csv: table of the fused people, None: none.
-        json: folder with one for each camera, None: none.
-        fixed_frame: of the fused people.
-        rig: where the cameras stand; None: tf of their bags says so.
-        clock_offsets: are added to the stamps of each camera [s].
-        rectified: the images of cameras without depth are rectified.
-        only_fuse: the bags hold the people of the cameras.
-    """
-
+    # the job of each camera: its `output` is not used, its `json` is a folder in that of all
     cameras: Tuple[BagJob, ...]
-    output: Path
-    csv: Optional[Path]
-    json: Optional[Path]
-    fixed_frame: str
-    rig: Optional[Rig]
-    clock_offsets: Mapping[str, float]
-    rectified: bool = False
-    only_fuse: bool = False
+    output: Path  # bag to make, with the people of each camera and the fused ones
+    csv: Optional[Path]  # table of the fused people, None: none
+    json: Optional[Path]  # folder with one for each camera, None: none
+    fixed_frame: str  # of the fused people
+    rig: Optional[Rig]  # where the cameras stand; None: tf of their bags says so
+    clock_offsets: Mapping[str, float]  # are added to the stamps of each camera [s]
+    rectified: bool = False  # the images of cameras without depth are rectified
+    only_fuse: bool = False  # the bags hold the people of the cameras
 
     @property
     def sources(self) -> List[Path]:
@@ -161,7 +150,7 @@ class RigJob:
 
 @dataclass
 class Counts:
-    """What a recording has that became no frame."""
+    """Messages of a recording that became no frame."""
 
     images: int = 0  # all images that were read
     pairs: int = 0  # of image and points
@@ -178,14 +167,14 @@ class Counts:
 
 @dataclass
 class BagReport:
-    """What became of a bag."""
+    """Report of a bag."""
 
     frames: int = 0  # written
     people: int = 0  # in them, in sum
     dropped: Dict[str, int] = field(default_factory=Counter)  # frames without a result, by the reason
     doubts: Dict[str, int] = field(default_factory=Counter)  # frames whose input seems wrong, by the event
     counts: Counts = field(default_factory=Counts)  # of what became no frame
-    topics: Topics = field(default_factory=Topics)  # that the frames are from
+    topics: CameraTopics = field(default_factory=CameraTopics)  # that the frames are from
 
     def text(self) -> str:
         """Return the report in a line."""

@@ -27,7 +27,7 @@ from openpose_ros_signals.ros.convert import signals_to_array
 from openpose_ros_tools.outputs import files_of
 from openpose_ros_tools.ros.bag_files import StampedMessage, new_bag, open_bag, undamaged
 from openpose_ros_tools.ros.keypoints.keypoint_bag import write_people
-from openpose_ros_tools.ros.process_bag.input import Frame
+from openpose_ros_tools.ros.process_bag.input import RecordedFrame
 from openpose_ros_tools.ros.process_bag.job import BagJob, BagSettings, RigJob
 from openpose_ros_tools.tables.keypoint_csv import KeypointCsvWriter
 from skeleton_extract_3d.estimator import Estimate
@@ -43,28 +43,18 @@ IN_SPACE, IN_IMAGE = '/openpose_ros/skeleton_3d', '/openpose_ros'
 
 
 class Published(NamedTuple):
-    """People, hands and faces of a frame in the frame of reference in which they are published.
-
-    Attributes:
-        landmarks: in space, and as they are in the image.
-        header: for what is in space.
-    """
+    """People, hands and faces of a frame in the frame of reference in which they are published."""
 
     people: People3D
-    landmarks: Landmarks
-    header: Header
+    landmarks: Landmarks  # in space, and as they are in the image
+    header: Header  # for what is in space
 
 
 class Upright(NamedTuple):
-    """Where the floor is, to tell what people do.
+    """Where the floor is, for signals."""
 
-    Attributes:
-        up: (3,) upwards in the frame of the people.
-        around: with the plane of the floor, where that is known.
-    """
-
-    up: np.ndarray
-    around: Surroundings
+    up: np.ndarray  # (3,) upwards in the frame of the people
+    around: Surroundings  # with the plane of the floor, where that is known
 
 
 ON_FLOOR = Upright(np.array([0.0, 0.0, 1.0]), Surroundings(floor=np.array([0.0, 0.0, 1.0, 0.0])))
@@ -72,7 +62,7 @@ ON_FLOOR = Upright(np.array([0.0, 0.0, 1.0]), Surroundings(floor=np.array([0.0, 
 
 
 class PeopleWriter:
-    """Writes people in space as the nodes publish them, and as rows of a table.
+    """Writes people in space, with their markers and signals, as the nodes publish them, and as rows of a table.
 
     Args:
         bag: to write.
@@ -80,11 +70,11 @@ class PeopleWriter:
         settings: of markers, and whether joints are written as frames.
         table: None: none.
         markers: whether markers are written.
-        upright: to write what people do; None: that is not written.
+        upright: to write signals; None: none are written.
     """
 
-    def __init__(self, bag: rosbag.Bag, namespace: str, settings: BagSettings, table: Optional['Table'], markers: bool,
-                 upright: Optional[Upright] = None) -> None:
+    def __init__(self, bag: rosbag.Bag, namespace: str, settings: BagSettings, table: Optional['PeopleTable'],
+                 markers: bool, upright: Optional[Upright] = None) -> None:
         self._bag, self._namespace, self._table = bag, namespace, table
         self._publish_tf = settings.extractor.publish_tf
         self._markers = MarkerTracker(settings.markers) if markers else None
@@ -115,7 +105,7 @@ class PeopleWriter:
             self._bag.write(f'{self._namespace}/person_signals', person, time)
 
 
-class Table:
+class PeopleTable:
     """A table of people; use it as a context manager.
 
     Args:
@@ -132,7 +122,7 @@ class Table:
         self._handle = self._stack.enter_context(_text_file(path))
         self._writer = KeypointCsvWriter(self._handle, layout, dimensions)
 
-    def __enter__(self) -> 'Table':
+    def __enter__(self) -> 'PeopleTable':
         return self
 
     def __exit__(self, *error: Any) -> None:
@@ -170,7 +160,7 @@ class Results:
         self._landmarks, self._scale = settings.landmarks, settings.keypoint_scale
         self._stack = ExitStack()
         self._table = None if job.csv is None else self._stack.enter_context(
-            Table(job.csv, job.csv_layout, 3 if in_space else 2))
+            PeopleTable(job.csv, job.csv_layout, 3 if in_space else 2))
         self._bag = self._stack.enter_context(new_bag(job.output, job.compression, job.mcap))
         self._people = PeopleWriter(self._bag, self._namespace, settings, self._table, job.markers,
                                     _upright(settings) if job.signals else None)
@@ -192,17 +182,17 @@ class Results:
         self._bag.write(message.topic, message.raw, genpy.Time(0, message.time), raw=True,
                         connection_header=message.connection)
 
-    def write_2d(self, frame: Frame, number: int, people: People2D, landmarks: Landmarks2D) -> None:
+    def write_2d(self, frame: RecordedFrame, number: int, people: People2D, landmarks: Landmarks2D) -> None:
         """Write the people in the image of a frame that has no points, with their hands and faces."""
         self._write_image_people(frame, number, people, self._scale)
         self._write_image_landmarks(frame, number, landmarks)
         self._write_json(number, people, None, landmark_fields(landmarks))
 
-    def write_estimate(self, frame: Frame, number: int, estimate: Estimate) -> None:
+    def write_estimate(self, frame: RecordedFrame, number: int, estimate: Estimate) -> None:
         """Write the people in the image of a frame that has points: always in pixels, with the ids in space."""
         self._write_image_people(frame, number, estimate.in_image, KeypointScaleParams())
 
-    def write_3d(self, frame: Frame, number: int, estimate: Estimate, published: Published) -> None:
+    def write_3d(self, frame: RecordedFrame, number: int, estimate: Estimate, published: Published) -> None:
         """Write the people in space, and their hands and faces, also those in the image."""
         people, landmarks, header = published
         header.seq = number
@@ -214,7 +204,8 @@ class Results:
             self._write('detected_faces_3d', convert.faces_to_array(landmarks.in_space.faces, header), frame)
         self._write_json(number, _with_hidden(estimate.people_2d, people), _in_space(people), _fields(landmarks))
 
-    def _write_image_people(self, frame: Frame, number: int, people: People2D, scale: KeypointScaleParams) -> None:
+    def _write_image_people(self, frame: RecordedFrame, number: int, people: People2D, scale: KeypointScaleParams
+                            ) -> None:
         header = Header(seq=number, stamp=frame.header.stamp, frame_id=frame.header.frame_id)
         messages = convert_2d.people_to_messages(people, header)
         array = convert_2d.people_to_array(messages, header, people.skeleton)
@@ -227,7 +218,7 @@ class Results:
         if self._table is not None and not self._in_space:
             self._table.write(array)
 
-    def _write_image_landmarks(self, frame: Frame, number: int, landmarks: Landmarks2D) -> None:
+    def _write_image_landmarks(self, frame: RecordedFrame, number: int, landmarks: Landmarks2D) -> None:
         header = Header(seq=number, stamp=frame.header.stamp, frame_id=frame.header.frame_id)
         if self._landmarks.hands:
             self._write('detected_hands', convert_2d.hands_to_array(landmarks.hands, header), frame)
@@ -240,7 +231,7 @@ class Results:
             with naming(path):
                 path.write_text(people_to_json(people, in_space, fields))
 
-    def _write(self, topic: str, message: genpy.Message, frame: Frame) -> None:
+    def _write(self, topic: str, message: genpy.Message, frame: RecordedFrame) -> None:
         self._bag.write(f'{self._namespace}/{topic}', message, frame.time)
 
 
@@ -315,11 +306,11 @@ def is_done(job: Union[BagJob, RigJob]) -> bool:
 
 
 def _with_hidden(people_2d: People2D, people: People3D) -> People2D:
-    """Return the people in the image and, with no joint, those whom it does not show at present."""
+    """Return the people in the image and, with no joint, the tracked people that it does not show."""
     hidden = len(people) - len(people_2d)
     joints = len(people_2d.skeleton.joints)
-    nobody = np.full((hidden, joints, 3), (np.nan, np.nan, 0), np.float32)
-    return People2D(people_2d.skeleton, np.concatenate([people_2d.keypoints, nobody]),
+    without_joints = np.full((hidden, joints, 3), (np.nan, np.nan, 0), np.float32)
+    return People2D(people_2d.skeleton, np.concatenate([people_2d.keypoints, without_joints]),
                     np.concatenate([people_2d.scores, np.zeros(hidden, np.float32)]), people.ids)
 
 

@@ -1,47 +1,36 @@
 """Find the people in recordings: every frame once, as fast as the machine computes, without a master.
 
-The results are those that the nodes publish for the same frames, on the same topics: openpose_ros/skeleton_3d/... where
-the bag has points (a cloud, or depth images and camera info), openpose_ros/... where it has images alone. Each result
-has the time of recording of its frame, and the stamp of its image or cloud; header.seq is the number of the frame. The
-outputs appear when all is done. They do not depend on --jobs, --workers or the number of threads, nor on the time that
-anything took: the same bag with the same parameters gives the same table to the byte.
+The results are those of the nodes, on the same topics: openpose_ros/skeleton_3d/... where the bag has points (a cloud,
+or depth images and camera info), openpose_ros/... where it has images alone. Each result has the time of recording of
+its frame, and the stamp of its image or cloud; header.seq is the number of the frame. The outputs appear when all is
+done, and do not depend on --jobs, --workers or threads: the same bag and parameters give the same table to the byte.
 
     rosrun openpose_ros_tools process_bag walk.bag -o walk_people.bag --csv walk.csv
     rosrun openpose_ros_tools process_bag walk.bag -o walk_people.bag --set mode=accurate --jobs 4 --copy all
     rosrun openpose_ros_tools process_bag walk.bag -o out.bag --image /cam/color/image_raw/compressed \\
         --depth /cam/aligned_depth_to_color/image_raw --config skeleton_extract_3d_node.yaml --json keypoints/
+    rosrun openpose_ros_tools process_bag rosbag2_2026_11_20/ -o people.mcap      # ROS 2, for Foxglove and ROS 2
 
-Recordings of ROS 2 (rosbag2 in SQLite or MCAP) are read like bags. The name OUT.mcap makes a file for Foxglove and
-ROS 2.
-
-    rosrun openpose_ros_tools process_bag rosbag2_2026_11_20/ -o people.mcap
-
-Several bags, or a folder of them, are spread over processes of this machine; OUT and FILE of --csv are folders then.
-With --scheduler they are spread over the workers of an existing cluster (Dask distributed), which need this workspace
-in their environment, and the bags and outputs under the same paths. A worker that dies loses nothing: another one does
-its bag again.
-
-Bags that are done are skipped when the command is given again with the same parameters. Anything else that is there
-already in the place of a result is never replaced without --overwrite.
+Several bags, or a folder of them, are spread over processes of this machine, or with --scheduler over the workers of a
+cluster (Dask distributed), which need this workspace and the same paths; OUT and FILE of --csv are folders then. The
+bag of a worker that dies is done by another one. Bags that are done with the same parameters are skipped; anything else
+in the place of a result is only replaced with --overwrite.
 
     rosrun openpose_ros_tools process_bag recordings/ -o people/ --csv tables/ --workers 4
     rosrun openpose_ros_tools process_bag /data/recordings -o /data/people --scheduler tcp://192.168.1.10:8786
 
-With --cameras, the cameras of one bag, or of one bag each, see the same people: everybody is followed in each camera by
-itself, as above, then fused. OUT has the results of each camera under /NAME/openpose_ros/, and one set of people in
-the fixed frame on /people/openpose_ros/skeleton_3d/detected_poses_3d and .../detected_poses_keypoints_3d; --csv is the
-table of these. A camera without depth takes part with its images and camera info. Where the cameras stand, and by which
-time their clocks differ, tf in the bags says, or --rig and --clock-offset; tf is copied into OUT.
+With --cameras, the cameras of one bag, or of one bag each, see the same people: each camera is processed by itself,
+with results under /NAME/openpose_ros/, then fused into one set of people in the fixed frame on
+/people/openpose_ros/skeleton_3d/detected_poses_3d and .../detected_poses_keypoints_3d; --csv is the table of these. A
+camera without depth takes part with its images and camera info. Poses and clocks of the cameras are those of tf in the
+bags, or of --rig and --clock-offset; tf is copied into OUT.
 
     rosrun openpose_ros_tools process_bag room.bag -o people.bag --cameras left right door --csv people.csv
     rosrun openpose_ros_tools process_bag left.bag door.bag -o people.bag --cameras left door --rig rig.yaml \\
         --clock-offset door=0.07 --rgb-cameras door
 
-With --set hands=true and --set face=true there are detected_hands, detected_faces, and in space detected_hands_3d and
-detected_faces_3d; `keypoints_to_csv --hands` and `--faces` make tables of them.
-
-JSON files have OpenPose's layout; pose_keypoints_3d are x, y, z [m] and score of each joint, 0 where MISSING. The score
-is that of the joint in the image: 0 for a joint that is INFERRED without one.
+--set hands=true and --set face=true add detected_hands(_3d) and detected_faces(_3d). JSON files have OpenPose's layout;
+pose_keypoints_3d are x, y, z [m] and score of each joint, 0 where MISSING, or INFERRED without a joint in the image.
 
 Exit status: 0 all done; 1 some of several bags failed, the others are done; 2 nothing was done, as the command line, a
 parameter, the network or the bag is wrong; 130 interrupted, bags that were done are complete, others are not there.
@@ -67,11 +56,11 @@ from openpose_ros_pkg.params.parameters import parameter_fields
 from openpose_ros_pkg.structured_text import yaml_value
 from openpose_ros_tools.command_options import command_parser, whole_number
 from openpose_ros_tools.outputs import delete_parts, new_run
-from openpose_ros_tools.parallel.task_cluster import run_on_cluster
-from openpose_ros_tools.parallel.task_pool import run_in_processes
+from openpose_ros_tools.parallel.cluster import run_on_cluster
+from openpose_ros_tools.parallel.processes import run_in_processes
 from openpose_ros_tools.recording_paths import MCAP_SUFFIX, is_bag, is_ros2
 from openpose_ros_tools.ros.bag_files import COMPRESSIONS
-from openpose_ros_tools.ros.process_bag.job import BagJob, BagReport, BagSettings, RigJob, Topics, build_settings
+from openpose_ros_tools.ros.process_bag.job import BagJob, BagReport, BagSettings, CameraTopics, RigJob, build_settings
 from openpose_ros_tools.ros.process_bag.output import is_done
 from openpose_ros_tools.ros.process_bag.several_cameras import add_cameras, check_cameras, process_rig, rig_job
 from openpose_ros_tools.ros.process_bag.work import process
@@ -226,8 +215,8 @@ def _parser() -> argparse.ArgumentParser:
                        help='columns as keypoints_to_csv has them (default: %(default)s)')
     group.add_argument('--json', type=Path, metavar='DIR', help="also as OpenPose's JSON, one file per frame")
     group.add_argument('--markers', action='store_true', help='also the markers for RViz')
-    group.add_argument('--signals', action='store_true', help='also what people in space do: postures, gestures, '
-                                                                'pointing, falls')
+    group.add_argument('--signals', action='store_true', help='also postures, gestures, pointing and falls of '
+                                                                'people in space')
     group.add_argument('--copy', action='append', default=[], metavar='TOPIC',
                        help="also an original topic, or 'all' of them but results; may be repeated")
     group.add_argument('--compression', choices=COMPRESSIONS, default='none', help='of OUT (default: %(default)s)')
@@ -276,9 +265,9 @@ def _jobs_of(options: argparse.Namespace, values: Dict[str, Any], create: Callab
     if not several and not options.scheduler:
         on_processor = values.get('device', 'cpu') == 'cpu'
         jobs = options.jobs or (min(os.cpu_count() or 1, _MOST_JOBS) if on_processor else 1)
-    # workers share the cores of this machine; those of another cluster are told how many there are by its owner
+    # workers share the cores of this machine; those of a cluster have as many threads as its owner started
     threads = 0 if not several else max((os.cpu_count() or 1) // min(options.workers, len(bags)), 1)
-    topics = Topics(options.image, options.points, options.depth, options.camera_info)
+    topics = CameraTopics(options.image, options.points, options.depth, options.camera_info)
     result, run = [], new_run()
     for bag in bags:
         output, csv, json = (path and path.expanduser().absolute() / (own if several else '') for path, own in (

@@ -42,14 +42,14 @@ from openpose_ros_tools.ros.process_bag.output import (
     IN_SPACE,
     ON_FLOOR,
     RECORD,
+    PeopleTable,
     PeopleWriter,
-    Table,
     digests,
     finished_record,
     is_json_of,
     record,
 )
-from openpose_ros_tools.ros.process_bag.work import Networks, View, open_view, process_camera
+from openpose_ros_tools.ros.process_bag.work import Networks, OpenCamera, open_camera, process_camera
 from skeleton_extract_3d.points.rgbd_sequence import WORLD_FRAME
 from skeleton_extract_3d.ros.convert import transform_from_matrix
 
@@ -59,7 +59,7 @@ FUSED = 'people'
 
 @dataclass
 class RigReport:
-    """What became of several cameras."""
+    """Report of several cameras."""
 
     cameras: Dict[str, BagReport]  # of those whose networks ran
     used: Dict[str, int]  # arrays of people by camera that were fused
@@ -178,7 +178,7 @@ def process_rig(job: RigJob, on_frame: Callable[[int, int], None] = lambda done,
     settings = build_settings(job.cameras[0].values)
     made = finished_record(job) or job.made_from()
     with ExitStack() as stack:
-        views = [] if job.only_fuse else [open_view(camera, settings, stack) for camera in job.cameras]
+        views = [] if job.only_fuse else [open_camera(camera, settings, stack) for camera in job.cameras]
         given = [_given_people(camera) for camera in job.cameras] if job.only_fuse else []
         copied = {source: _copied(job, source) for source in job.sources}
         check_common_time(_spans(job, [view.topics.image for view in views] or [one.topic for one in given]))
@@ -234,7 +234,7 @@ def _given_people(camera: BagJob) -> CameraPeople:
     return CameraPeople(camera.camera, camera.source, topic, camera.source, info)
 
 
-def _found_people(camera: BagJob, view: View) -> CameraPeople:
+def _found_people(camera: BagJob, view: OpenCamera) -> CameraPeople:
     """Return where the people are that the networks have found."""
     topic = f'{IN_SPACE}/detected_poses_3d' if view.topics.in_space else f'{IN_IMAGE}/detected_poses'
     return CameraPeople(camera.camera, camera.output, f'/{camera.camera}{topic}', camera.source,
@@ -266,7 +266,7 @@ def _fuse(job: RigJob, people: Sequence[CameraPeople], settings: BagSettings, ou
     report = RigReport({}, fusion.used, {})
     with ExitStack() as inner:
         table = None if outputs[1] is None else inner.enter_context(
-            Table(outputs[1], job.cameras[0].csv_layout, 3))
+            PeopleTable(outputs[1], job.cameras[0].csv_layout, 3))
         bag = inner.enter_context(new_bag(outputs[0]))
         writer = PeopleWriter(bag, f'/{FUSED}{IN_SPACE}', settings, table, job.cameras[0].markers,
                               ON_FLOOR if job.cameras[0].signals else None)
@@ -282,17 +282,11 @@ def _fuse(job: RigJob, people: Sequence[CameraPeople], settings: BagSettings, ou
 
 
 class _Content(NamedTuple):
-    """Messages that go into the output.
+    """Messages that go into the output."""
 
-    Attributes:
-        path: of their bag.
-        topics: by their names in it those in the output.
-        shift: is added to the times of recording [ns].
-    """
-
-    path: Path
-    topics: Dict[str, str]
-    shift: int
+    path: Path  # of their bag
+    topics: Dict[str, str]  # by their names in it those in the output
+    shift: int  # is added to the times of recording [ns]
 
     def messages(self, bag: rosbag.Bag) -> Iterator[StampedMessage]:
         """Yield them as they are in the output, in the order of their times."""

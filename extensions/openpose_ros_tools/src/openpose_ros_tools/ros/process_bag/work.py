@@ -21,11 +21,17 @@ from openpose_ros_tools.parallel.detector_pool import DetectorPool, with_threads
 from openpose_ros_tools.parallel.threads import prefetched
 from openpose_ros_tools.ros.bag_files import StampedMessage, open_bag, topic_types
 from openpose_ros_tools.ros.camera_topics import TopicFinder, is_within
-from openpose_ros_tools.ros.process_bag.input import Frame, Recording, Transforms, copied_topics, find_topics
-from openpose_ros_tools.ros.process_bag.job import BagJob, BagReport, BagSettings, Topics, build_settings
+from openpose_ros_tools.ros.process_bag.input import (
+    FrameReader,
+    RecordedFrame,
+    RecordedTransforms,
+    copied_topics,
+    find_topics,
+)
+from openpose_ros_tools.ros.process_bag.job import BagJob, BagReport, BagSettings, CameraTopics, build_settings
 from openpose_ros_tools.ros.process_bag.output import Published, Results, finished_record, is_json_of
-from skeleton_extract_3d import frame as chain_frame
 from skeleton_extract_3d.chain import PeopleChain, PreparedFrame, Result
+from skeleton_extract_3d.frame import Frame
 from skeleton_extract_3d.node_params import ExtractorParams
 from skeleton_extract_3d.ros.frames import FrameTransforms, points_from_message
 
@@ -34,7 +40,7 @@ _log = logging.getLogger(__name__)
 # Number of frames that are read before they are needed, and bytes of copied messages that wait for earlier frames.
 _AHEAD = 3
 _MOST_COPIED = 256 << 20
-_Event = Union[Frame, BadInputError, StampedMessage]
+_Event = Union[RecordedFrame, BadInputError, StampedMessage]
 
 
 def process(job: BagJob, on_frame: Callable[[int, int], None] = lambda done, total: None) -> BagReport:
@@ -52,7 +58,7 @@ def process(job: BagJob, on_frame: Callable[[int, int], None] = lambda done, tot
     settings = build_settings(job.values)
     made = finished_record(job) or job.made_from()
     with ExitStack() as stack:
-        view = open_view(job, settings, stack)
+        view = open_camera(job, settings, stack)
         networks = Networks(job, settings, stack)
         parts = stack.enter_context(PartFiles(job.run))
         json = None if job.json is None else parts.folder(job.json, lambda name: is_json_of(job.source.stem, name))
@@ -62,11 +68,11 @@ def process(job: BagJob, on_frame: Callable[[int, int], None] = lambda done, tot
         return process_camera(unfinished, view, made, networks, on_frame)
 
 
-class View(NamedTuple):
+class OpenCamera(NamedTuple):
     """An open bag, the topics of the camera in it, and those to copy."""
 
     bag: rosbag.Bag
-    topics: Topics
+    topics: CameraTopics
     copied: List[str]
 
     @property
@@ -75,7 +81,7 @@ class View(NamedTuple):
         return self.bag.get_message_count(self.topics.image)
 
 
-def open_view(job: BagJob, settings: BagSettings, stack: ExitStack) -> View:
+def open_camera(job: BagJob, settings: BagSettings, stack: ExitStack) -> OpenCamera:
     """Open the bag of a camera and find its topics.
 
     Raises:
@@ -91,12 +97,12 @@ def open_view(job: BagJob, settings: BagSettings, stack: ExitStack) -> View:
                             f"{', '.join(sorted(topic_types(bag)))}")
     topics = job.topics
     if namespace:
-        topics = Topics(*(topic and f"/{namespace}/{topic.strip('/')}" for topic in astuple(topics)))
+        topics = CameraTopics(*(topic and f"/{namespace}/{topic.strip('/')}" for topic in astuple(topics)))
     found = find_topics(finder, topics, job.only_2d, settings.extractor.points_source == 'depth_image')
     if job.camera and not found.in_space:
         beside = topics.camera_info or finder.camera_info_of(found.image) or ''
         found = replace(found, camera_info=finder.required('camera_info', beside, finder.candidates['camera_info']))
-    return View(bag, found, copied_topics(bag, job.copied))
+    return OpenCamera(bag, found, copied_topics(bag, job.copied))
 
 
 class Networks:
@@ -137,7 +143,7 @@ class Networks:
         return PeopleChain(self._make(), self.settings.estimator, self._landmarks)
 
 
-def process_camera(job: BagJob, view: View, made: Dict[str, Any], networks: Networks,
+def process_camera(job: BagJob, view: OpenCamera, made: Dict[str, Any], networks: Networks,
                    on_frame: Callable[[int, int], None]) -> BagReport:
     """Write the results of a camera; arguments and errors as `process`.
 
@@ -151,7 +157,7 @@ def process_camera(job: BagJob, view: View, made: Dict[str, Any], networks: Netw
         params = _extractor_params(settings, view.topics)
         most = settings.limits.max_image_megapixels
         points = partial(points_from_message, params=params, most=most) if view.topics.in_space else None
-        recording = Recording(*view, settings.pairing, points, most)
+        recording = FrameReader(*view, settings.pairing, points, most)
         results = stack.enter_context(Results(job, settings, view.topics.in_space))
         frames = _Frames(chain, networks.capacity, _transforms(job.source, params, stack), results,
                          BagReport(counts=recording.counts, topics=view.topics))
@@ -165,7 +171,7 @@ def process_camera(job: BagJob, view: View, made: Dict[str, Any], networks: Netw
     return frames.report
 
 
-def _extractor_params(settings: BagSettings, topics: Topics) -> ExtractorParams:
+def _extractor_params(settings: BagSettings, topics: CameraTopics) -> ExtractorParams:
     return replace(settings.extractor, points_source='depth_image' if topics.depth else 'point_cloud')
 
 
@@ -173,21 +179,21 @@ def _transforms(source: Path, params: ExtractorParams, stack: ExitStack) -> '_Lo
     """Return what looks up transforms in a bag, which is read only where some are wanted."""
     if not (params.target_frame or params.tracking_frame):
         return _Located(FrameTransforms(params, None), None)
-    transforms = Transforms(stack.enter_context(open_bag(source)))
+    transforms = RecordedTransforms(stack.enter_context(open_bag(source)))
     return _Located(FrameTransforms(params, transforms.lookup), transforms)
 
 
 class _Located(NamedTuple):
-    """Transforms for the frames of a bag; `recorded` are those of the bag, None where none is looked up."""
+    """RecordedTransforms for the frames of a bag; `recorded` are those of the bag, None where none is looked up."""
 
     frames: FrameTransforms
-    recorded: Optional[Transforms]
+    recorded: Optional[RecordedTransforms]
 
 
 class _Pending(NamedTuple):
     """A frame whose image is being searched."""
 
-    frame: Frame
+    frame: RecordedFrame
     prepared: PreparedFrame
 
 
@@ -210,7 +216,7 @@ class _Frames:
         frames = copied = 0
         for event in itertools.chain(events, (None,)):
             if event is not None:
-                waiting.append(self._begun(event) if isinstance(event, Frame) else event)
+                waiting.append(self._begun(event) if isinstance(event, RecordedFrame) else event)
                 frames += isinstance(waiting[-1], _Pending)
                 copied += len(event.raw[1]) if isinstance(event, StampedMessage) else 0
             while waiting and (event is None or frames > self._capacity or copied > _MOST_COPIED
@@ -225,12 +231,12 @@ class _Frames:
                 frames -= isinstance(first, _Pending)
                 yield number + 1 + self.report.counts.alone[0]
 
-    def _begun(self, frame: Frame) -> Union[_Pending, BadInputError]:
+    def _begun(self, frame: RecordedFrame) -> Union[_Pending, BadInputError]:
         """Begin to search the image of a frame; return why that can not be where it is so."""
         image = frame.header.stamp.to_sec()
         points = frame.header if frame.points_header is None else frame.points_header
         try:
-            return _Pending(frame, self._chain.prepare(chain_frame.Frame(
+            return _Pending(frame, self._chain.prepare(Frame(
                 points.frame_id, points.stamp.to_sec(), frame.bgr, frame.points, image_stamp=image)))
         except BadInputError as error:
             return error
@@ -256,7 +262,7 @@ class _Frames:
             self.report.frames += 1
             self.report.people += len(result.people_2d if result.people_3d is None else result.people_3d)
 
-    def _lifted(self, frame: Frame, number: int, result: Result) -> Result:
+    def _lifted(self, frame: RecordedFrame, number: int, result: Result) -> Result:
         """Write the people of a frame in the image and in space; return the result with them."""
         transforms, header = self._transforms.frames, frame.points_header
         if self._transforms.recorded is not None:

@@ -1,15 +1,15 @@
-"""Tell on one page of HTML what is in a recording: who was there, where they went, what they did.
+"""Show a recording on one page of HTML: its people, their paths, postures and gestures.
 
-The page needs nothing else: no network, no script; plots and crops are within it. It shows the people (when they were
-seen, how much of them was measured, their stature), crops of them, their postures, gestures and falls over time, their
-ways from above, and the topics of the recording. No master is needed.
+The page needs nothing else: no network, no script; plots and crops are within it. It shows the people (times, share of
+measured joints, stature), crops of them, their postures, gestures and falls over time, their paths from above, and the
+topics of the recording. No master is needed.
 
     rosrun openpose_ros_tools process_bag walk.bag -o people.bag --signals
     rosrun openpose_ros_tools report people.bag --images walk.bag
     rosrun openpose_ros_tools report live.bag -o report.html
 
-What people do is that of the topic people_signals beside the people; where a recording has none, it is computed from
-their joints, with that axis upwards along which they are most of the time, or --up. What a recording lacks (results,
+Signals are those of the topic people_signals beside the people; where a recording has none, they are computed from
+the joints, with that axis upwards along which people are most of the time, or --up. What a recording lacks (results,
 points, images) is named on the page.
 
 Exit status: 0 done; 2 nothing was written, as the command line or the recording is wrong; 130 interrupted, there is no
@@ -19,7 +19,7 @@ import argparse
 import logging
 import sys
 from pathlib import Path
-from typing import Dict, List, Optional, Sequence
+from typing import Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -33,8 +33,7 @@ from openpose_ros_tools.recording_paths import is_bag
 from openpose_ros_tools.report.crops import Thumbnail
 from openpose_ros_tools.report.facts import ReportFacts, empty_frames, people_facts
 from openpose_ros_tools.report.page import page
-from openpose_ros_tools.ros.keypoints.keypoint_bag import read_timeline
-from openpose_ros_tools.ros.keypoints.plot_keypoints import read_keypoints
+from openpose_ros_tools.ros.keypoints.keypoint_bag import read_keypoints, read_timeline
 from openpose_ros_tools.ros.report.reading import has_people, read_thumbnails, recording_facts
 from openpose_ros_tools.tables.keypoint_selection import Selection, select
 from openpose_ros_tools.tables.signal_timeline import SignalTimeline
@@ -88,20 +87,21 @@ def _report(options: argparse.Namespace) -> str:
     if not len(table):
         count = 0 if frames is None else len(np.unique(frames))
         return page(ReportFacts(recording, (), None, None, count, None if frames is None else count,
-                                ('Nobody was found.',)), {})
+                                ('No people were found.',)), {})
     ids, rows = np.unique(table.ids, return_counts=True)
     shown = sorted(ids[np.argsort(-rows, kind='stable')][:_MOST_PERSONS].tolist())
     selection = select(table, frames, persons=shown)
     notes: List[str] = []
     if len(ids) > len(shown):
-        notes.append(f'{len(ids)} ids are in it; the page shows the {len(shown)} that were seen longest.')
+        notes.append(f'{len(ids)} ids are in it; the page shows the {len(shown)} with most frames.')
     timeline = None
     if table.dimensions == 3:
         timeline, recorded = read_timeline(options.recording, table, options.topic, options.up)
         notes += [] if recorded else [_COMPUTED]
     else:
         notes.append('The people are known in the image alone: there are no statures, postures and gestures.')
-    crops = _crops(options, shown, notes)
+    crops, note = _crops(options, shown)
+    notes += [note] if note else []
     facts = ReportFacts(recording, people_facts(selection, timeline), selection, timeline, len(selection.frames),
                         empty_frames(selection), tuple(notes))
     return page(facts, _plots(selection, timeline), crops)
@@ -116,10 +116,10 @@ def _plots(selection: Selection, timeline: Optional[SignalTimeline]) -> Dict[str
     return {name: figure_content(figure, 'svg') for name, figure in figures.items()}
 
 
-def _crops(options: argparse.Namespace, persons: Sequence[int], notes: List[str]) -> List[Thumbnail]:
-    """Return crops of the people; the reason why there are none goes to the notes."""
+def _crops(options: argparse.Namespace, persons: Sequence[int]) -> Tuple[List[Thumbnail], str]:
+    """Return crops of the people, and the reason why there are none."""
     if not options.crops:
-        return []
+        return [], ''
     try:
         found = read_thumbnails(options.recording, options.images or options.recording, options.image, persons,
                                 options.crops)
@@ -127,8 +127,5 @@ def _crops(options: argparse.Namespace, persons: Sequence[int], notes: List[str]
         if options.images or options.image:
             raise
         logging.getLogger(__name__).warning('there are no images of the people: %s', error)
-        notes.append(f'There are no images of the people: {error}. --images names a recording with images.')
-        return []
-    if not found:
-        notes.append('There are no images of the people: none has the stamp of a frame with people.')
-    return found
+        return [], f'There are no images of the people: {error}. --images names a recording with images.'
+    return found, '' if found else 'There are no images of the people: none has the stamp of a frame with people.'

@@ -1,0 +1,71 @@
+#!/usr/bin/python3
+import math
+
+import rospy
+import tf2_geometry_msgs  # noqa: F401  teaches tf2 to transform points
+import tf2_ros
+from geometry_msgs.msg import PointStamped, Twist
+from openpose_ros_msgs.msg import PersonGesture, PersonSignalsArray
+
+DISTANCE, SPEED, TURN = 1.2, 0.5, 0.8  # [m], [m/s], [rad/s]
+LATE, LOST, SAME_PLACE = 0.7, 3.0, 0.5  # [s], [s], [m]
+
+
+def tells(person, gesture):
+    return any(each.name == gesture for each in person.gestures)
+
+
+class FollowWhoWaved:
+    def __init__(self):
+        self.buffer = tf2_ros.Buffer()
+        self.listener = tf2_ros.TransformListener(self.buffer)
+        self.leader, self.place, self.seen, self.velocity = None, None, rospy.Time(), Twist()
+        self.output = rospy.Publisher('cmd_vel', Twist, queue_size=1)
+        rospy.Subscriber('openpose_ros/skeleton_3d/people_signals', PersonSignalsArray, self.on_signals, queue_size=1)
+        rospy.Timer(rospy.Duration(0.1), self.on_timer)
+
+    def on_signals(self, message):
+        seen = [person for person in message.persons if not math.isnan(person.floor_pose.position.x)]
+        if self.leader is None:
+            leaders = [person for person in seen if tells(person, PersonGesture.WAVE)]
+        elif self.leader in [person.person_ID for person in message.persons]:
+            leaders = [person for person in seen if person.person_ID == self.leader]
+        else:  # a person with another id now is still in the same place
+            leaders = [person for person in seen if self.moved(person) < SAME_PLACE]
+        if not leaders:
+            return
+        leader = leaders[0]
+        if tells(leader, PersonGesture.STOP):
+            self.leader, self.velocity = None, Twist()
+            return
+        try:
+            place = self.buffer.transform(PointStamped(message.header, leader.floor_pose.position),
+                                          'base_link', rospy.Duration(0.2)).point
+        except tf2_ros.TransformException as error:
+            rospy.logwarn_throttle(5.0, f'signals are not used: {error}')
+            return
+        self.leader, self.place, self.seen = leader.person_ID, leader.floor_pose.position, message.header.stamp
+        self.velocity = self.towards(math.atan2(place.y, place.x), math.hypot(place.x, place.y))
+
+    def moved(self, person):
+        place = person.floor_pose.position
+        return math.hypot(place.x - self.place.x, place.y - self.place.y)
+
+    @staticmethod
+    def towards(bearing, distance):
+        velocity = Twist()
+        velocity.angular.z = max(-TURN, min(TURN, 1.5 * bearing))
+        if abs(bearing) < 0.5:
+            velocity.linear.x = max(0.0, min(SPEED, distance - DISTANCE))
+        return velocity
+
+    def on_timer(self, _):
+        late = abs((rospy.Time.now() - self.seen).to_sec())
+        if late > LOST:
+            self.leader = None
+        self.output.publish(Twist() if self.leader is None or late > LATE else self.velocity)
+
+
+rospy.init_node('follow_who_waved')
+node = FollowWhoWaved()
+rospy.spin()

@@ -1,0 +1,141 @@
+"""Cameras without depth: people are where the rays of two cameras meet."""
+import itertools
+from typing import Iterator, List, Mapping, Tuple
+
+import numpy as np
+
+from openpose_ros_fusion.association import FAR, KnownIds, Matches, match_the_rest
+from openpose_ros_fusion.constants import AssociationConstants, FusionConstants
+from openpose_ros_fusion.estimate import Measurements, estimate_joints
+from openpose_ros_fusion.observations import Sighting
+from openpose_ros_fusion.tracks import Tracks
+from openpose_ros_pkg.assignment import match
+
+# The person that each of two cameras sees: indices of people by indices of sightings.
+_Pair = Mapping[int, int]
+
+
+def tracks_where_rays_meet(tracks: Tracks, matches: Matches, known: KnownIds, ids: Iterator[int],
+                           constants: FusionConstants) -> Tuple[Tracks, Matches]:
+    """Return the tracks with people where the rays of two cameras meet, and the matches, also of the other cameras.
+
+    They are new, or a track whose place is not known: one that no camera sees, or one alone and without depth.
+
+    Args:
+        known, ids: as in `associate`.
+    """
+    association = constants.association
+    matches = _without_strangers(matches, association)
+    usable = [number for number, (sighting, _) in enumerate(matches.pairs)
+              if not sighting.has_depth and tracks.stamp - sighting.stamp <= association.most_late]
+    for first, second in itertools.combinations(usable, 2):
+        met = _meetings(matches, first, second, association)
+        for one, other in met:
+            tracks, matches = _with_meeting(tracks, matches, {first: one, second: other}, ids, constants)
+        if met:
+            matches = match_the_rest(tracks, matches, known, constants)
+    return tracks, matches
+
+
+def _meetings(matches: Matches, first: int, second: int, constants: AssociationConstants) -> List[Tuple[int, int]]:
+    """Return the people of two cameras whose rays meet, of those without a track or in one view alone."""
+    # the last entry is for people without a track, of row -1
+    alone = np.append(matches.views == 1, True)
+    (sighting, rows), (other_sighting, other_rows) = matches.pairs[first], matches.pairs[second]
+    free, others = np.flatnonzero(alone[rows]), np.flatnonzero(alone[other_rows])
+    pairs = pair_rays(sighting.select(free), other_sighting.select(others), constants)
+    return [(int(free[one]), int(others[other])) for one, other in pairs]
+
+
+def _with_meeting(tracks: Tracks, matches: Matches, pair: _Pair, ids: Iterator[int], constants: FusionConstants
+                  ) -> Tuple[Tracks, Matches]:
+    """Return the tracks and matches with a person where the rays of two cameras meet."""
+    rows = [matches.pairs[camera][1][person] for camera, person in pair.items()]
+    if min(rows) >= 0:
+        return tracks, matches  # each has a track
+    seen = [(matches.pairs[camera][0], np.array([person])) for camera, person in pair.items()]
+    away = constants.association.ray_distance
+    measured = Measurements(
+        np.zeros(2, int), np.concatenate([sighting.points(person) for sighting, person in seen]),
+        np.concatenate([sighting.information(sighting.origin + away * sighting.directions[person], person)
+                        for sighting, person in seen]))
+    positions = estimate_joints(1, measured, constants.estimate).positions
+    row = max(rows)
+    if row < 0:
+        row = _unseen_near(positions[0], tracks, matches.views, constants.association)
+    if row < 0:
+        row, tracks = len(tracks), tracks.joined(Tracks.begun(tracks.stamp, ids, positions))
+    else:
+        tracks = tracks.placed(row, positions[0])
+    pairs = tuple((sighting, np.where(np.arange(len(rows)) == pair.get(number, -1), row, rows))
+                  for number, (sighting, rows) in enumerate(matches.pairs))
+    return tracks, Matches(len(tracks), pairs)
+
+
+def _without_strangers(matches: Matches, constants: AssociationConstants) -> Matches:
+    """Return the matches without tracks of which cameras without depth see different people: their rays do not meet."""
+    rays = [number for number, (sighting, _) in enumerate(matches.pairs) if not sighting.has_depth]
+    meet, miss = ({number: np.zeros(len(matches.pairs[number][1]), int) for number in rays} for _ in range(2))
+    has_depth = np.zeros(matches.tracks + 1, bool)
+    for sighting, rows in matches.pairs:
+        has_depth[rows] |= sighting.has_depth
+    has_depth[-1] = True  # people without a track
+    for first, second in itertools.combinations(rays, 2):
+        (sighting, rows), (other_sighting, other_rows) = matches.pairs[first], matches.pairs[second]
+        near = ray_distances(sighting, other_sighting, constants) <= constants.strangers * constants.ray_gate
+        compared = (rows[:, np.newaxis] == other_rows) & ~has_depth[rows][:, np.newaxis]
+        for counts, found in ((meet, compared & near), (miss, compared & ~near)):
+            counts[first] += found.sum(axis=1)
+            counts[second] += found.sum(axis=0)
+    return Matches(matches.tracks, tuple(
+        (sighting, np.where(miss[number] > meet[number], -1, rows) if number in meet else rows)
+        for number, (sighting, rows) in enumerate(matches.pairs)))
+
+
+def _unseen_near(joints: np.ndarray, tracks: Tracks, views: np.ndarray, constants: AssociationConstants) -> int:
+    """Return the row of the track that no camera sees and that is nearest to joints (18, 3) [m]; -1: none is near."""
+    distances = np.linalg.norm(tracks.positions - joints, axis=2)
+    near = np.array([np.median(each[np.isfinite(each)]) if np.isfinite(each).any() else np.inf for each in distances])
+    near[views > 0] = np.inf
+    return int(near.argmin()) if near.min(initial=np.inf) <= constants.most_gate else -1
+
+
+def pair_rays(first: Sighting, second: Sighting, constants: AssociationConstants) -> List[Tuple[int, int]]:
+    """Return which people of two cameras' rays meet in space, each once."""
+    cost = ray_distances(first, second, constants)
+    return [(one, other) for one, other in match(cost, cost < FAR) if cost[one, other] <= constants.ray_gate]
+
+
+def ray_distances(first: Sighting, second: Sighting, constants: AssociationConstants) -> np.ndarray:
+    """Return how far the rays of two cameras' people pass by each other, (P, Q) [m]; far where they can not meet.
+
+    It is the distance within which those of `ray_share` of the joints meet: joints that are as high as the cameras meet
+    those of other people too.
+    """
+    gaps, in_front = ray_gaps(first.origin, first.directions[:, np.newaxis], second.origin, second.directions)
+    common = np.isfinite(gaps).sum(axis=2)
+    usable = np.isfinite(gaps) & in_front
+    count = usable.sum(axis=2)
+    ordered = np.sort(np.where(usable, gaps, FAR), axis=2)
+    last = np.maximum(np.ceil(constants.ray_share * count).astype(int) - 1, 0)[..., np.newaxis]
+    meet = (count >= constants.least_joints) & (count >= constants.ray_share * common)
+    return np.where(meet, np.take_along_axis(ordered, last, axis=2)[..., 0], FAR)
+
+
+def ray_gaps(origin: np.ndarray, rays: np.ndarray, other: np.ndarray, others: np.ndarray
+             ) -> Tuple[np.ndarray, np.ndarray]:
+    """Return how near rays come to each other, (..., K) [m], and whether that is before both cameras, (..., K) bool.
+
+    Args:
+        origin, other: (3,) [m], where the rays begin.
+        rays, others: (..., K, 3), unit vectors; NaN where missing.
+    """
+    base = other - origin
+    cosine = (rays * others).sum(axis=-1)
+    along, along_other = rays @ base, others @ base
+    with np.errstate(invalid='ignore', divide='ignore'):
+        scale = 1.0 - cosine ** 2
+        depth = (along - cosine * along_other) / scale
+        depth_other = (cosine * along - along_other) / scale
+        gap = np.linalg.norm(depth[..., np.newaxis] * rays - base - depth_other[..., np.newaxis] * others, axis=-1)
+        return np.where(scale > 1e-4, gap, np.nan), (depth > 0) & (depth_other > 0)

@@ -1,0 +1,142 @@
+#!/usr/bin/python3
+"""Parts of the nodes that need a ROS master: diagnostics and threads outlive errors, subscribers rest and resume."""
+import sys
+import threading
+import unittest
+from pathlib import Path
+
+import message_filters
+import rospy
+import rostest
+from sensor_msgs.msg import CompressedImage, Image
+from std_msgs.msg import Header
+
+sys.path.append(str(Path(__file__).resolve().parents[2] / 'tests/support'))
+from openpose_ros_pkg.ros.health import Health
+from openpose_ros_pkg.ros.images import image_subscriber
+from openpose_ros_pkg.ros.threads import repeat
+from session import PATIENCE, Diagnostics, await_true
+
+NODE = 'parts'  # as the test is called
+FAILED = 'report failed'
+
+
+def fails(text):
+    """Return a function that raises."""
+    def fail():
+        raise RuntimeError(text)
+    return fail
+
+
+class HealthTest(unittest.TestCase):
+
+    @classmethod
+    def setUpClass(cls):
+        cls.health = Health()
+        cls.diagnostics = Diagnostics(NODE)
+
+    def await_reports(self, number):
+        before = len(self.diagnostics.reports(NODE))
+        await_true(lambda: len(self.diagnostics.reports(NODE)) >= before + number, f'{number} more reports')
+
+    def test_what_a_part_raises_is_counted_and_the_other_parts_are_shown(self):
+        self.health.show(fails('deque mutated during iteration'))
+        self.health.show_lasting(fails('no fault is known'))
+        self.health.explain_rest(fails('no reason is known'))
+        self.health.show(lambda: {'after it': 'is shown'})
+        self.diagnostics.await_count(NODE, FAILED, 6)  # three in each report
+        self.assertEqual(self.diagnostics.value(NODE, 'after it'), 'is shown')
+        self.assertEqual(self.diagnostics.reports(NODE)[-1].level, 'WARN')
+
+    def test_an_error_of_the_updater_ends_nothing(self):
+        updater = self.health._updater
+        publish, failed = updater.publish, threading.Event()
+
+        def fail(message):
+            failed.set()
+            raise OSError('no route to host')
+
+        updater.publish = fail
+        self.assertTrue(failed.wait(PATIENCE))
+        updater.publish = publish
+        self.await_reports(2)
+
+    def test_a_thread_goes_on_after_an_error(self):
+        done, went_on = [], threading.Event()
+
+        def work():
+            done.append(len(done))
+            if len(done) == 1:
+                raise ValueError('the first time')
+            went_on.set()
+
+        repeat(work, 'test', period=0.01)
+        self.assertTrue(went_on.wait(PATIENCE))
+
+
+def numbered(number: int, kind: type = Image) -> Image:
+    return kind(header=Header(stamp=rospy.Time(number)))
+
+
+class InputSubscriberTest(unittest.TestCase):
+    def open(self, topic: str, transport: str = 'raw', kind: type = Image):
+        """Return a publisher and the subscriber that hears it."""
+        suffix = '' if transport == 'raw' else f'/{transport}'
+        # None: publish() returns when the message is sent
+        publisher = rospy.Publisher(topic + suffix, kind, queue_size=None)
+        subscriber = image_subscriber(topic, transport)
+        subscriber.subscribe()
+        self.addCleanup(subscriber.unsubscribe)
+        self.addCleanup(publisher.unregister)
+        await_true(lambda: publisher.get_num_connections() == 1, 'a connection')
+        return publisher, subscriber
+
+    def test_a_pause_reaches_the_publisher_and_callbacks_stay(self):
+        publisher, subscriber = self.open('paused')
+        cache, stamps = message_filters.Cache(subscriber, 10), []
+        cache.registerCallback(lambda image: stamps.append(image.header.stamp.secs))
+        publisher.publish(numbered(1))
+        await_true(lambda: stamps == [1], 'the first image')
+        for number in (2, 3):
+            subscriber.unsubscribe()
+            await_true(lambda: publisher.get_num_connections() == 0, 'nobody listens')
+            publisher.publish(numbered(90))
+            subscriber.subscribe()
+            await_true(lambda: publisher.get_num_connections() == 1, 'a connection again')
+            publisher.publish(numbered(number))
+            await_true(lambda: stamps[-1] == number, 'an image after the pause')  # noqa: B023 - called at once
+        self.assertEqual((stamps, subscriber.lost), ([1, 2, 3], 0))
+        self.assertEqual(subscriber.resolved_name, '/paused')
+
+    def test_the_newest_waits_for_a_slow_callback(self):
+        publisher, subscriber = self.open('slow')
+        stamps, begun, go_on = [], threading.Event(), threading.Event()
+
+        def wait(image):
+            stamps.append(image.header.stamp.secs)
+            begun.set()
+            go_on.wait(60)
+
+        subscriber.registerCallback(wait)
+        publisher.publish(numbered(1))
+        self.assertTrue(begun.wait(60))
+        for number in range(2, 51):
+            publisher.publish(numbered(number))
+        go_on.set()
+        await_true(lambda: stamps[-1] == 50, 'the newest')
+        self.assertLess(len(stamps), 50)
+        self.assertEqual(subscriber.lost, 50 - len(stamps), 'what did not come is counted')
+
+    def test_compressed_images(self):
+        publisher, subscriber = self.open('image', 'compressed', CompressedImage)
+        images = []
+        subscriber.registerCallback(images.append)
+        publisher.publish(numbered(1, CompressedImage))
+        await_true(lambda: images, 'the image')
+        self.assertEqual(images[0]._type, 'sensor_msgs/CompressedImage')
+        self.assertEqual(subscriber.resolved_name, '/image/compressed')
+
+
+if __name__ == '__main__':
+    rospy.init_node(NODE)
+    rostest.rosrun('openpose_ros_pkg', 'parts', 'check_parts', sys.argv)

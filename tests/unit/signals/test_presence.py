@@ -1,0 +1,29 @@
+"""Which people are there, and since when."""
+import numpy as np
+import pytest
+
+from animated_skeleton import UP, Pose, people_of
+from openpose_ros_signals.reader import SignalReader
+from openpose_ros_signals.show.presence import presence
+
+PLACES = {1: (0.0, 1.5), 2: (0.0, -1.5), 3: (0.0, 1.5)}
+
+
+def test_no_person():
+    assert presence({}, [], 0.0, {}) == {}
+
+
+@pytest.mark.parametrize('frames, there', [
+    ([(5.0, [1]), (5.5, [1, 2]), (6.0, [2]), (6.5, [2])], [(1, 5.0, 5.5), (2, 5.5, 6.5)]),
+    ([(5.0, [1, 2]), (5.9, []), (6.0, []), (6.1, [2])], [(2, 6.1, 6.1)]),
+    ([(5.0, [1]), (6.05, []), (6.5, [1])], [(1, 6.5, 6.5)]),
+    ([(5.0, [1]), (5.1, [3])], [(3, 5.0, 5.1)]),
+    ([(100.0, [1, 2]), (99.9, [1])], [(1, 99.9, 99.9)])],
+    ids=['missed for a second', 'missed for longer', 'comes anew', 'a new id of the same person', 'time jumps back'])
+def test_people_by_id_since_when_and_seen_last(frames, there):
+    reader, random, found = SignalReader(), np.random.RandomState(0), {}
+    for stamp, ids in frames:
+        persons = reader.update(people_of([Pose(place=PLACES[name]) for name in ids], ids, random), stamp, UP)
+        found = presence(found, persons, stamp, reader.known)
+    assert [(name, present.since, present.seen) for name, present in found.items()] == there
+    assert all(present.signals.id == name for name, present in found.items())

@@ -1,0 +1,146 @@
+"""Calls are answered by processes: again where they failed or their process died, and none outlives its parent."""
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from contextlib import closing
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from openpose_ros_pkg.errors import BadInputError
+from openpose_ros_tools.parallel.processes import ProcessLostError, ProcessPool, no_interrupts, run_in_processes
+
+TIMEOUT = 60.0  # [s] of what takes a second, as a loaded machine starts processes slowly
+
+
+def work(task, tell):
+    """Do what the task says, by its file where it tells of tries before."""
+    verb, path = task
+    if verb == 'wait':
+        path.write_text(str(os.getpid()))
+        tell(0.25)
+        time.sleep(TIMEOUT)
+    with path.open('a') as tries:
+        tries.write('x')
+    first = path.stat().st_size == 1
+    if verb == 'die' or (verb == 'die once' and first):
+        os.kill(os.getpid(), signal.SIGKILL)
+    if verb == 'fail' or (verb == 'fail once' and first):
+        raise BadInputError('not this one')
+    if verb == 'break':
+        raise ValueError(threading.Lock())  # can not be sent
+    if verb == 'return a lock':
+        return threading.Lock()
+    return f'did {verb}'
+
+
+def run(folder, verbs, workers=2, retries=1):
+    """Return the outcomes by verb, and the number of tries of each."""
+    tasks = {verb: (verb, folder / verb) for verb in verbs}
+    outcomes = dict(run_in_processes(work, tasks, workers=workers, retries=retries,
+                                     on_progress=lambda name, share: None))
+    return outcomes, {verb: (folder / verb).stat().st_size for verb in verbs}
+
+
+def test_every_task_has_one_outcome(tmp_path):
+    outcomes, tries = run(tmp_path, ['work', 'die once', 'fail once', 'fail'])
+    assert {name: outcomes[name] for name in ('work', 'die once', 'fail once')} == {
+        'work': 'did work', 'die once': 'did die once', 'fail once': 'did fail once'}
+    assert isinstance(outcomes['fail'], BadInputError) and str(outcomes['fail']) == 'not this one'
+    assert tries == {'work': 1, 'die once': 2, 'fail once': 2, 'fail': 2}
+
+
+def test_what_ends_every_process_is_given_up_and_the_others_are_done(tmp_path):
+    outcomes, tries = run(tmp_path, ['die', 'work', 'break'], workers=1, retries=0)
+    assert isinstance(outcomes['die'], ProcessLostError) and tries['die'] == 3
+    assert outcomes['work'] == 'did work'
+    with pytest.raises(RuntimeError, match='ValueError'):
+        raise outcomes['break']
+
+
+def test_a_result_that_can_not_be_sent_is_an_error_and_the_process_lives_on(tmp_path):
+    outcomes, tries = run(tmp_path, ['return a lock', 'work'], workers=1, retries=0)
+    with pytest.raises(RuntimeError, match='can not be sent'):
+        raise outcomes['return a lock']
+    assert outcomes['work'] == 'did work' and tries['return a lock'] == 1
+
+
+def test_progress_is_told_and_closing_ends_the_processes(tmp_path):
+    told, event = [], threading.Event()
+
+    def on_progress(name, share):
+        told.append((name, share))
+        if share > 0:
+            event.set()
+
+    tasks = {name: (verb, tmp_path / name) for name, verb in (('work', 'work'), ('wait', 'wait'), ('more', 'wait'))}
+    with closing(run_in_processes(work, tasks, workers=1, retries=5, on_progress=on_progress)) as outcomes:
+        assert next(outcomes) == ('work', 'did work')
+        assert event.wait(TIMEOUT)
+    assert ('wait', 0.25) in told
+    assert not (tmp_path / 'more').exists()
+    with pytest.raises(ProcessLookupError):
+        os.kill(int((tmp_path / 'wait').read_text()), 0)
+
+
+def process_id(_content):
+    return os.getpid()
+
+
+def test_a_process_that_ends_while_a_call_is_sent_to_it_blocks_no_thread():
+    with ProcessPool(2) as pool:
+        pids = [future.result(TIMEOUT) for future in [pool.submit(process_id, None), pool.submit(process_id, None)]]
+        for pid in pids:
+            os.kill(pid, signal.SIGSTOP)  # so that it does not read
+        futures = [pool.submit(process_id, np.zeros((2000, 2000, 3), np.uint8)) for _ in pids]  # more than a pipe holds
+        for pid in pids:
+            os.kill(pid, signal.SIGKILL)
+        assert not {future.result(TIMEOUT) for future in futures} & set(pids)
+
+
+@pytest.mark.parametrize('end', ['kill', 'leave'])
+def test_processes_end_with_their_parent(end):
+    code = ('import os, test_processes as t\n'
+            "if __name__ == '__main__':\n"
+            '    with t.ProcessPool(2) as pool:\n'
+            '        pids = [pool.submit(t.process_id, None) for _ in range(2)]\n'
+            '        print(*(future.result() for future in pids), flush=True)\n'
+            f"        if '{end}' == 'kill':\n"
+            '            os.kill(os.getpid(), 9)\n')
+    environment = {**os.environ, 'PYTHONPATH': os.pathsep.join([str(Path(__file__).parent), *sys.path])}
+    parent = subprocess.run([sys.executable, '-c', code], env=environment, stdout=subprocess.PIPE, check=False)
+    assert parent.returncode == (-signal.SIGKILL if end == 'kill' else 0)
+    pids = [int(pid) for pid in parent.stdout.split()]
+    deadline = time.monotonic() + TIMEOUT
+    while any(lives(pid) for pid in pids) and time.monotonic() < deadline:
+        time.sleep(0.01)
+    assert pids and not any(lives(pid) for pid in pids)
+
+
+def lives(pid):
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    return True
+
+
+BLOCKED = 'import signal; print(signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, []))'
+
+
+def test_processes_are_spared_interrupts_for_good_and_this_thread_gets_them_afterwards():
+    def is_blocked():
+        return subprocess.run([sys.executable, '-c', BLOCKED], stdout=subprocess.PIPE, check=True).stdout == b'True\n'
+
+    with no_interrupts():
+        assert is_blocked()
+    assert not is_blocked()
+    done = []
+    with pytest.raises(KeyboardInterrupt), no_interrupts():
+        signal.pthread_kill(threading.main_thread().ident, signal.SIGINT)
+        done.append(1)
+    assert done == [1]
