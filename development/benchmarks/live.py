@@ -25,8 +25,18 @@ import rospy
 from openpose_ros_msgs.msg import PersonDetection_3dArray, PersonDetectionArray
 
 from common import Figures, Parser, markdown, run_live
-from figures import by_stage, median_and_95, wanted_rate
-from nodes import NAMESPACE, PEOPLE_3D, NetworksAlone, Unit, Watched, make_bag, make_crowd, start_camera, watch_nodes
+from nodes import (
+    NAMESPACE,
+    PEOPLE_3D,
+    NetworksAlone,
+    Unit,
+    Watched,
+    make_bag,
+    make_crowd,
+    median_and_95,
+    start_camera,
+    watch_nodes,
+)
 from session import Session
 from skeleton_extract_3d.ros.extractor import AGE_STAGES
 
@@ -87,14 +97,16 @@ def figures_of(seen: Watched) -> Figures:
 
 def table_row(row: Figures, stages: Sequence[str]) -> List[object]:
     """Return the cells of COLUMNS."""
-    text, total = by_stage(row['stages_ms'], stages)
+    means = {name: row['stages_ms'][name] for name in stages if np.isfinite(row['stages_ms'].get(name, np.nan))}
+    wanted = min(row['camera_hz'] * 29 / 30, 2000 / (0.6 * sum(row['T_ms'])))  # all but a frame, or 1 / 0.6 T
 
     def by_node(values: Dict[str, float]) -> str:
         return ', '.join(f'{name.strip("/")} {value:.0f}' for name, value in values.items())
 
     return [f"{row['camera_hz']:.0f}", row['people'], row['points'], ' - '.join(f'{each:.0f}' for each in row['T_ms']),
-            f"{row['rate_hz']:.1f}", f"{wanted_rate(row['camera_hz'], sum(row['T_ms']) / 2):.1f}",
-            f"{row['networks_alone_hz']:.1f}", row['latency_ms'], f'{total:.0f}', text,
+            f"{row['rate_hz']:.1f}", f"{wanted:.1f}",
+            f"{row['networks_alone_hz']:.1f}", row['latency_ms'], f'{sum(means.values()):.0f}',
+            ', '.join(f'{name} {value:.1f}' for name, value in means.items()),
             by_node(row['cpu_percent_of_a_core']), by_node(row['memory_mb']), f"{row['start_s']:.1f}"]
 
 

@@ -193,6 +193,11 @@ class NetworksAlone:
         return 1000 / float(np.mean(times[len(times) // 5:])) if times else float('nan')
 
 
+def median_and_95(seconds: Sequence[float]) -> str:
+    """Return median and 95th percentile of times [s] in ms, as text."""
+    return ' / '.join(f'{1e3 * value:.0f}' for value in np.percentile(seconds, (50, 95))) if len(seconds) else '-'
+
+
 class CutOut(NamedTuple):
     """A person in a frame: (H, W, 3) uint8 BGR, (H, W) float32 depth [m], (H, W) bool mask of the person."""
 

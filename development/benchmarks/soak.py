@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Run the whole chain for long, with all that goes on around it: is anything lost, does it leak or slow down?
+"""Run the whole chain for long under disturbances: is anything lost, does it leak or slow down?
 
 Two chains at once: `people_3d_node` with visualization, a camera of 960 x 540 at 30 Hz and the floor nodelet; and
 detection service and extractor as two nodes, with a camera of their own at 5 Hz. In the images people come and go, 0 to
@@ -12,56 +12,49 @@ detection service and extractor as two nodes, with a camera of their own at 5 Hz
 
 The last fifth of a cycle is quiet. That of the first is compared with that of the last: memory of each node at most
 101 %, no more threads or files than before. Runs of less than half an hour compare the middle with the end, and allow
-256 MB and 4 threads and files: buffers and pools still grow to the size that the first busy minutes need, and the quiet
-seconds are few. The age of the results does not grow: the slope of its medians, with 95 %
-confidence. Frames that came = frames that were answered + frames that are counted as dropped, in each chain; no result
-is missing in the bags that the node has published. The exit status is 1 if one of these fails.
+256 MB and 4 threads and files, as buffers and pools still grow. The age of the results does not grow: the slope of its
+medians, with 95 % confidence. Frames that came = answered frames + frames that are counted as dropped, in each chain;
+no published result is missing in the bags. The exit status is 1 if one of these fails.
 
     ./run bench soak --minutes 60 --json soak.json --picture soak.png
 """
-import argparse
-import itertools
 import os
 import shutil
 import signal
+import struct
 import subprocess
 import sys
+import threading
 import time
+from argparse import Namespace
 from contextlib import suppress
 from pathlib import Path
-from typing import Callable, Dict, List, NamedTuple, Tuple
+from typing import Callable, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
+import numpy as np
+import psutil
+import rosbag
 import rospy
 from dynamic_reconfigure.client import Client
-from live.camera import NAMESPACE, TOPICS, make_bag, node_process, played_stamps, start_camera
+from scipy.stats import theilslopes
 from sensor_msgs.msg import Image
 
 from common import Figures, Parser, markdown, new_path, run_live
-from live.crowd import make_crowd
-from live.soak_figures import (
-    Account,
-    Age,
-    Result,
-    Sampler,
-    account,
-    age,
-    draw,
-    growth,
-    lost_on_the_way,
-    recorded,
-)
+from nodes import NAMESPACE, make_bag, make_crowd, node_process, played_stamps, start_named_camera
+from openpose_ros_pkg.errors import OpenposeRosError
 from session import Diagnostics, Session, await_true, wait_for
 from skeleton_extract_3d.ros.extractor import NAMESPACE as RESULTS
 
 START_TIMEOUT = 180.0
 CYCLES, LEAST_CYCLE = 12, 30.0  # a cycle is the twelfth of a run, but takes at least this long [s]
-SAMPLES = 600  # looks at the processes in a run
+SAMPLES = 600  # of the processes in a run
 CAMERA_PAUSE = 3.0  # [s]
-# Greatest memory at the end, as a share of that after the first cycle; in runs shorter than LONG [min] the other.
-# That allows [MB] what allocator.py lets a process keep of freed memory: a short run can not tell it from what is lost,
-# but 100 KB of each frame show nevertheless.
-MEMORY, MEMORY_SHORT, LONG = 1.01, 256.0, 30.0
-MORE_SHORT = 4  # threads or files more in those
+# Maximum memory at the end: factor, and [MB]; more threads or files. The second row is of runs shorter than LONG [min],
+# where freed memory that allocator.py lets a process keep can not be told from a leak.
+LIMITS, LIMITS_SHORT, LONG = (1.01, 0.0, 0), (1.0, 256.0, 4), 30.0
+# Number of medians of the age that make a line; slope that is no growth, as a share of the median age over the run.
+AGE_PARTS, AGE_GROWTH = 60, 0.1
+WAITING = 2  # images that may wait for their points when the camera ends
 # People in the parts of the sequence, and the frames of each part.
 PEOPLE, PART = (2, 1, 0, 1, 5, 2), 20
 PARAMETERS = ({'person_min_score': 0.4, 'tracking': False}, {'smoothing': False, 'jpeg_quality': 50},
@@ -72,15 +65,7 @@ EVERYTHING = [f'/{RESULTS}/{topic}' for topic in (
 
 
 class Chain(NamedTuple):
-    """One of the two chains.
-
-    Attributes:
-        namespace: of its nodes; empty: the root.
-        camera: name of its camera node.
-        topics: namespace of the camera's topics.
-        rate: of the camera [Hz].
-        nodes: whose memory is watched, without the one that is killed.
-    """
+    """One of the two chains: namespace, camera node and topics, rate [Hz], nodes whose memory is watched."""
 
     namespace: str
     camera: str
@@ -95,24 +80,179 @@ class Chain(NamedTuple):
 
     def results(self, topic: str) -> str:
         """Return the name of a topic of results."""
-        return f'{self.namespace}/{RESULTS}/{topic}' if self.namespace else f'/{RESULTS}/{topic}'
+        return f'{self.namespace}/{RESULTS}/{topic}'
 
 
 ONE = Chain('', 'camera', NAMESPACE, 30.0,
             ('/skeleton_extract_3d_node', '/skeleton_extract_3d_visualization_node', '/floor'))
 TWO = Chain('/two', 'camera_of_two', '/two/camera', 5.0, ('/two/skeleton_extract_3d_node',))
+CHAINS = (ONE, TWO)
 KILLED = '/two/openpose_ros_service_node_3d'
-RECORDED = ('detected_poses', 'detected_poses_3d', 'detected_poses_keypoints_3d')
-MARKERS = ('visualization_markers', 'visualization_skeleton')
+RECORDED = [chain.results(topic) for chain in CHAINS
+            for topic in ('detected_poses', 'detected_poses_3d', 'detected_poses_keypoints_3d')]
+RECORDED += [ONE.results(topic) for topic in ('visualization_markers', 'visualization_skeleton')]
 
 
-def parse_arguments() -> argparse.Namespace:
-    """Read the command line."""
-    parser = Parser(__doc__)
-    parser.add_argument('--minutes', type=float, default=60.0, help='of the run (default %(default)s)')
-    parser.add_argument('--json', type=new_path, help='write the figures here')
-    parser.add_argument('--picture', type=new_path, help='draw memory, threads, files and age here (PNG)')
-    return parser.parse_args()
+class Sample(NamedTuple):
+    """State of a process at a time [s since the begin]: memory of its own [MB], threads, files."""
+
+    time: float
+    memory: float
+    threads: int
+    files: int
+
+
+class Sampler:
+    """Samples the processes of nodes every `period` [s], in a thread.
+
+    Attributes:
+        samples: of each node.
+        lives: number of processes of each node so far.
+    """
+
+    def __init__(self, nodes: Sequence[str], period: float) -> None:
+        self._period, self._began, self._processes = period, time.monotonic(), {}
+        self.samples: Dict[str, List[Sample]] = {node: [] for node in nodes}
+        self.lives = dict.fromkeys(nodes, 0)
+        self._stopped = threading.Event()
+        self._thread = threading.Thread(target=self._run, daemon=True)
+        self._thread.start()
+
+    @property
+    def seconds(self) -> float:
+        """Time since the begin [s]."""
+        return time.monotonic() - self._began
+
+    def stop(self) -> None:
+        """End the thread."""
+        self._stopped.set()
+        self._thread.join()
+
+    def _run(self) -> None:
+        while not self._stopped.wait(self._period):
+            for node, samples in self.samples.items():
+                try:
+                    if node not in self._processes:
+                        self._processes[node] = node_process(node)
+                        self.lives[node] += 1
+                    process = self._processes[node]
+                    samples.append(Sample(self.seconds, process.memory_full_info().uss / 1e6, process.num_threads(),
+                                          process.num_fds()))
+                except (OSError, psutil.Error):  # it was killed and is not there again
+                    self._processes.pop(node, None)
+
+
+class Result(NamedTuple):
+    """Header of a recorded message, and when the recorder got it: seq, [ns], [ns]."""
+
+    seq: int
+    stamp: int
+    received: int
+
+
+def recorded(folder: Path) -> Dict[str, List[Result]]:
+    """Return the messages of each topic in the bags of a folder, in the order of their arrival."""
+    results: Dict[str, List[Result]] = {}
+    for path in sorted(folder.glob('*.bag')):
+        with rosbag.Bag(str(path)) as bag:
+            for topic, raw, received in bag.read_messages(raw=True):
+                seq, seconds, nanoseconds = struct.unpack_from('<III', raw[1])
+                results.setdefault(topic, []).append(Result(seq, seconds * 10**9 + nanoseconds, received.to_nsec()))
+    return results
+
+
+def frame_faults(kind: type = OpenposeRosError) -> List[str]:
+    """Return the counters of faults that cost a frame."""
+    own = [kind.event] if kind.event else []
+    return own + [event for each in kind.__subclasses__() for event in frame_faults(each)]
+
+
+def account(diagnostics: Diagnostics, chain: Chain, runs: Sequence[Path], results: Sequence[Result]
+            ) -> Tuple[Figures, List[str]]:
+    """Return the numbers of frames sent, received, answered and dropped, and the faults in them.
+
+    Args:
+        runs: file of the stamps of each run of the camera.
+    """
+    def count(key: str) -> int:
+        return diagnostics.count(chain.extractor, key)
+
+    lost = f'lost before this node, {chain.topics}/image_color'
+    reasons = (lost, 'frames skipped', 'images without a partner', 'stamp not newer', *sorted({*frame_faults()}),
+               'frame failed')
+    dropped = {reason: count(reason) for reason in reasons if count(reason)}
+    received, answered, gone = count('images received') + dropped.get(lost, 0), count('frames'), sum(dropped.values())
+    with_result, unanswered, played = {result.stamp for result in results}, 0, [played_stamps(run) for run in runs]
+    for stamps in played:
+        known = [number for number, stamp in enumerate(stamps) if stamp in with_result]
+        unanswered += known[-1] - known[0] + 1 - len(known) if known else 0
+    invented = len(with_result.difference(*played))
+    faults = []
+    if not 0 <= received - answered - gone <= WAITING:
+        faults.append(f'{received} frames came, but {answered} were answered and {gone} dropped')
+    if unanswered > gone:
+        faults.append(f'{unanswered} frames have no result, but {gone} are counted as dropped')
+    if invented:
+        faults.append(f'{invented} results have stamps of no frame')
+    return {'sent': sum(map(len, played)), 'came': received, 'answered': answered, 'dropped, counted': dropped}, faults
+
+
+def growth(node: str, samples: Sequence[Sample], windows: Sequence[Tuple[float, float]],
+           limits: Tuple[float, float, int]) -> Tuple[Figures, List[str]]:
+    """Return the states of a node in two windows [s], and what grew by more than LIMITS allow."""
+    parts = [[sample for sample in samples if begin <= sample.time <= end] for begin, end in windows]
+    if not all(parts):
+        return {}, [f'{node}: no samples']
+    (memory, later), faults = (float(np.median([each.memory for each in part])) for part in parts), []
+    if later > limits[0] * memory + limits[1]:
+        faults.append(f'{node}: memory grew from {memory:.1f} to {later:.1f} MB')
+    found: Figures = {'memory': (memory, later)}
+    for name in ('threads', 'files'):  # the least numbers, as subscribers come and go
+        found[name] = tuple(min(getattr(each, name) for each in part) for part in parts)
+        if found[name][1] > found[name][0] + limits[2]:
+            faults.append(f'{node}: from {found[name][0]} to {found[name][1]} {name}')
+    return found, faults
+
+
+def age(results: Sequence[Result], begin: int, end: int) -> Tuple[Figures, List[str]]:
+    """Return the latency of the results between two times [ns], from the stamp to the recorder, and if it grows.
+
+    `parts` are the middle of each part of the run [s since its begin], its median and its greatest latency [s].
+    """
+    times = np.array([result.received for result in results], np.float64)
+    ages = np.array([result.received - result.stamp for result in results]) / 1e9
+    edges, parts = np.linspace(begin, end, AGE_PARTS + 1), []
+    for first, last in zip(edges, edges[1:]):
+        own = ages[(times >= first) & (times < last)]
+        if len(own):
+            parts.append((float((first + last) / 2 - begin) / 1e9, float(np.median(own)), float(own.max())))
+    slope, _, low, high = theilslopes([part[1] for part in parts], [part[0] / 3600 for part in parts], 0.95)
+    median, percentile_95 = np.percentile(ages, (50, 95)).tolist()
+    grows = low * (parts[-1][0] - parts[0][0]) / 3600 > AGE_GROWTH * median
+    return {'median': median, 'percentile_95': percentile_95, 'worst': float(ages.max()), 'parts': parts,
+            'slope, s/h': (float(slope), float(low), float(high))}, [
+        f'the age grows by at least {1000 * low:.1f} ms per hour'] if grows else []
+
+
+def draw(path: Path, samples: Dict[str, List[Sample]], ages: Figures) -> None:
+    """Draw memory, threads, files and latency over time."""
+    from openpose_ros_tools.plots.plotting import new_figure, save_figure  # needs Matplotlib
+    figure = new_figure(8, 8)
+    axes = figure.subplots(4, 1, sharex=True)
+    for node, each in samples.items():
+        minutes, *values = np.array(each).T
+        for axis, value in zip(axes, values):
+            axis.plot(minutes / 60, value, '.', markersize=2, label=node)
+    seconds, median, worst = np.array(ages['parts']).T
+    axes[3].plot(seconds / 60, 1000 * median, label='median')
+    axes[3].plot(seconds / 60, 1000 * worst, '.', label='greatest')
+    for axis, label in zip(axes, ('memory of its own [MB]', 'threads', 'files', 'age of results [ms]')):
+        axis.set_ylabel(label)
+        axis.set_ylim(bottom=0)
+    for axis in axes[::3]:
+        axis.legend(fontsize=6, loc='lower right')
+    axes[3].set_xlabel('time [min]')
+    save_figure(figure, path)
 
 
 def make_sequence(folder: Path) -> Path:
@@ -120,32 +260,28 @@ def make_sequence(folder: Path) -> Path:
     sequence = folder / 'sequence'
     for name in ('rgb', 'depth'):
         (sequence / name).mkdir(parents=True)
-    numbers = itertools.count()
-    for people in PEOPLE:
-        crowd = folder / f'crowd_{people}'
-        crowd = crowd if crowd.is_dir() else make_crowd(people, crowd)
+    for part, people in enumerate(PEOPLE):
+        crowd = make_crowd(people, folder / f'crowd_{people}')
         for name in ('camera.yaml', 'sequence.yaml'):
             shutil.copy(str(crowd / name), str(sequence / name))
-        for rgb, depth in list(zip(*(sorted((crowd / name).iterdir()) for name in ('rgb', 'depth'))))[:PART]:
-            number = next(numbers)
-            shutil.copy(str(rgb), str(sequence / 'rgb' / f'{number:05d}.jpg'))
-            shutil.copy(str(depth), str(sequence / 'depth' / f'{number:05d}.png'))
+        for name in ('rgb', 'depth'):
+            for number, image in enumerate(sorted((crowd / name).iterdir())[:PART], PART * part):
+                shutil.copy(str(image), str(sequence / name / f'{number:05d}{image.suffix}'))
     return sequence
 
 
 class Soak:
-    """The chains, and what goes on around them.
+    """The chains, and the disturbances around them.
 
     Args:
         folder: for logs and bags.
     """
 
     def __init__(self, session: Session, folder: Path, minutes: float) -> None:
-        self._session, self._folder = session, folder
+        self._session, self._folder, self._seconds = session, folder, 60 * minutes
         self._bag = make_bag(make_sequence(folder), folder / 'camera.bag', cloud=False)
-        self._seconds = 60 * minutes
         self._cycles = max(int(min(CYCLES, self._seconds / LEAST_CYCLE)), 2)
-        self._runs: Dict[Chain, List[Path]] = {ONE: [], TWO: []}
+        self._runs: Dict[Chain, List[Path]] = {chain: [] for chain in CHAINS}
         self._cameras: Dict[Chain, subprocess.Popen] = {}
         self._kills: List[int] = []
         rospy.init_node('soak', disable_signals=True)
@@ -154,39 +290,33 @@ class Soak:
 
     def run(self) -> None:
         """Start everything, and let it run."""
-        self._nodes = self._start_nodes()
-        for chain in self._runs:
+        nodes = self._start_nodes()
+        for chain in CHAINS:
             self._start_camera(chain)
-        for chain in self._runs:
+        for chain in CHAINS:
             wait_for(lambda chain=chain: self._diagnostics.count(chain.extractor, 'frames') > 0, START_TIMEOUT,
-                     f'first result of {chain.extractor}', self._nodes[0])
-        self._clients = [Client(f'/{chain.extractor}', timeout=START_TIMEOUT) for chain in self._runs]
-        self._sampler = Sampler([*ONE.nodes, *TWO.nodes, KILLED], node_process, self._seconds / SAMPLES)
-        self._began = rospy.get_rostime().to_nsec()
+                     f'first result of {chain.extractor}', nodes[0])
+        self._clients = [Client(f'/{chain.extractor}', timeout=START_TIMEOUT) for chain in CHAINS]
+        self._sampler = Sampler([*ONE.nodes, *TWO.nodes, KILLED], self._seconds / SAMPLES)
+        self._began, cycle_seconds = rospy.get_rostime().to_nsec(), self._seconds / self._cycles
+        events: Sequence[Tuple[float, Callable[[int], None]]] = (
+            (0.05, self._kill_service), (0.20, self._restart_cameras), (0.35, self._change_parameters),
+            (0.45, self._visitors_come), (0.60, self._visitors_hang), (0.65, self._visitors_go))
         for cycle in range(self._cycles):
-            begin = cycle * self._seconds / self._cycles
-            for share, event in self._events():
-                self._sleep_until(begin + share * self._seconds / self._cycles)
+            for share, event in events:  # events that took longer than planned are late
+                time.sleep(max((cycle + share) * cycle_seconds - self._sampler.seconds, 0.0))
                 event(cycle)
-        self._sleep_until(self._seconds)
+        time.sleep(max(self._seconds - self._sampler.seconds, 0.0))
         self._sampler.stop()
         self._ended = rospy.get_rostime().to_nsec()
         for camera in self._cameras.values():
             self._session.stop(camera)
         await_true(self._all_is_counted, 'the counters rest', START_TIMEOUT)
-        for child in reversed(self._nodes):
+        for child in reversed(nodes):
             self._session.stop(child)
 
-    def _events(self) -> Tuple[Tuple[float, Callable[[int], None]], ...]:
-        """Return what happens in a cycle, and after which share of it."""
-        return ((0.05, self._kill_service), (0.20, self._restart_cameras), (0.35, self._change_parameters),
-                (0.45, self._visitors_come), (0.60, self._visitors_hang), (0.65, self._visitors_go))
-
     def _start_nodes(self) -> List[subprocess.Popen]:
-        start = self._session.start
-        arguments = ['mode:=fast', 'points_source:=depth_image']
-        recorded_topics = [chain.results(topic) for chain in self._runs for topic in RECORDED]
-        recorded_topics += [ONE.results(topic) for topic in MARKERS]
+        start, arguments = self._session.start, ['mode:=fast', 'points_source:=depth_image']
         return [
             start('one', ['roslaunch', 'skeleton_extract_3d', 'demo.launch', 'play:=false', 'world_tf:=false',
                           f'target_rate:={ONE.rate}', *arguments]),
@@ -197,21 +327,16 @@ class Soak:
             start('floor', ['roslaunch', 'openpose_ros_nodelets', 'floor.launch',
                             f'points:={ONE.results("input_pointcloud")}']),
             start('record', ['roslaunch', 'skeleton_extract_3d', 'record.launch', f'folder:={self._folder / "bags"}',
-                             f'topics:={" ".join(recorded_topics)}'])]
+                             f'topics:={" ".join(RECORDED)}'])]
 
     def _start_camera(self, chain: Chain) -> None:
         stamps = self._folder / f'{chain.camera}_{len(self._runs[chain])}.txt'
         self._runs[chain].append(stamps)
-        names = {f'{NAMESPACE}/{topic}': f'{chain.topics}/{topic}' for topic in TOPICS['depth_image'].split()}
-        self._cameras[chain] = start_camera(self._session, self._bag, chain.rate, stamps,
-                                            {'__name': chain.camera, **names}, topics=TOPICS['depth_image'])
-
-    def _sleep_until(self, seconds: float) -> None:
-        """Wait for a time since the begin [s]; events that took longer than planned are late."""
-        time.sleep(max(seconds - self._sampler.seconds, 0.0))
+        self._cameras[chain] = start_named_camera(self._session, self._bag, chain.rate, stamps,
+                                                  (chain.camera, chain.topics))
 
     def _kill_service(self, _: int) -> None:
-        with suppress(OSError):  # not there again since it was killed: told by the account
+        with suppress(OSError):  # it is not there again since it was killed: the account tells
             node_process(KILLED).kill()
             self._kills.append(rospy.get_rostime().to_nsec())
 
@@ -221,13 +346,13 @@ class Soak:
                 os.killpg(camera.pid, signal.SIGKILL)
             self._session.stop(camera)
         time.sleep(CAMERA_PAUSE)
-        for chain in self._cameras:
+        for chain in CHAINS:
             self._start_camera(chain)
 
     def _change_parameters(self, cycle: int) -> None:
         for client in self._clients:
-            before, changed = client.get_configuration(), PARAMETERS[cycle % len(PARAMETERS)]
-            changed = {name: value for name, value in changed.items() if name in before}
+            before = client.get_configuration()
+            changed = {name: value for name, value in PARAMETERS[cycle % len(PARAMETERS)].items() if name in before}
             client.update_configuration(changed)
             time.sleep(1.0)
             client.update_configuration({name: before[name] for name in changed})
@@ -245,46 +370,44 @@ class Soak:
         self._session.stop(self._visitors)
 
     def _all_is_counted(self) -> bool:
-        before = self._counts()
+        def counts() -> List[int]:
+            return [self._diagnostics.count(chain.extractor, key) for chain in CHAINS
+                    for key in ('frames', 'images received')]
+        before = counts()
         time.sleep(3.0)
-        return before == self._counts()
+        return before == counts()
 
-    def _counts(self) -> List[int]:
-        return [self._diagnostics.count(chain.extractor, key) for chain in self._runs
-                for key in ('frames', 'images received')]
-
-    def figures(self, minutes: float, picture: Path) -> Figures:
-        """Return what was measured, with `faults`, what is not as it has to be."""
-        results = recorded(self._folder / 'bags')
-        accounts, ages = {}, {}
-        for chain, runs in self._runs.items():
+    def figures(self, picture: Optional[Path]) -> Figures:
+        """Return what was measured, and `faults`; print the table of the frames."""
+        results, samples, faults = recorded(self._folder / 'bags'), self._sampler.samples, []
+        frames, ages, grown = {}, {}, {}
+        for chain in CHAINS:
             own = results.get(chain.results('detected_poses_3d'), [])
-            accounts[chain] = account(self._diagnostics, chain.extractor, f'{chain.topics}/image_color',
-                                      [played_stamps(run) for run in runs], own)
-            ages[chain] = age(own, self._began, self._ended)
-        cycle, quiet = self._seconds / self._cycles, 0.2 * self._seconds / self._cycles
-        is_long = minutes >= LONG
-        windows = [(end - quiet, end) for end in (cycle * (1 if is_long else self._cycles // 2), self._seconds)]
-        grown = {node: growth(self._sampler.samples[node], windows) for node in (*ONE.nodes, *TWO.nodes)}
-        not_recorded = {topic: lost_on_the_way(each) for topic, each in sorted(results.items())}
-        faults = [f'{chain.extractor}: {fault}' for chain in accounts
-                  for fault in (*accounts[chain].faults(), *ages[chain].faults())]
-        for node, each in grown.items():
-            limits = (MEMORY, 0.0, 0) if is_long else (1.0, MEMORY_SHORT, MORE_SHORT)
-            faults += each.faults(node, *limits) if each else [f'{node}: no samples']
-        faults += [f'{topic}: {lost} messages are not in the bag' for topic, lost in not_recorded.items() if lost]
+            frames[chain.extractor], wrong = account(self._diagnostics, chain, self._runs[chain], own)
+            ages[chain.extractor], older = age(own, self._began, self._ended)
+            faults += [f'{chain.extractor}: {fault}' for fault in (*wrong, *older)]
+        cycle, is_long = self._seconds / self._cycles, self._seconds >= 60 * LONG
+        windows = [(end - 0.2 * cycle, end)
+                   for end in (cycle * (1 if is_long else self._cycles // 2), self._seconds)]
+        for node in (*ONE.nodes, *TWO.nodes):
+            grown[node], wrong = growth(node, samples[node], windows, LIMITS if is_long else LIMITS_SHORT)
+            faults += wrong
+        for topic, each in results.items():  # of publishers that never restart
+            if each[-1].seq - each[0].seq + 1 > len(each):
+                faults.append(f'{topic}: {each[-1].seq - each[0].seq + 1 - len(each)} messages are not in the bag')
         faults += [f'{node}: ended {lives - 1} times' for node, lives in self._sampler.lives.items()
                    if node != KILLED and lives != 1]
-        print_accounts(accounts, ages)
+        print(markdown([('chain', 'frames sent', 'came', 'answered', 'dropped, counted',
+                         'age median / 95 % / worst [ms]'),
+                        *((name, *each.values(), ' / '.join(f'{1000 * ages[name][key]:.0f}' for key in
+                                                            ('median', 'percentile_95', 'worst')))
+                          for name, each in frames.items())]))
         if picture:
-            draw(picture, self._sampler.samples, ages[ONE])
-        return {'minutes': minutes, 'cycles': self._cycles, 'faults': faults,
-                'frames': {chain.extractor: each._asdict() for chain, each in accounts.items()},
-                'age_s': {chain.extractor: each._asdict() for chain, each in ages.items()},
-                'growth': {node: each and each._asdict() for node, each in grown.items()},
-                'recorded': {topic: len(each) for topic, each in sorted(results.items())}, 'not_recorded': not_recorded,
+            draw(picture, samples, ages[ONE.extractor])
+        return {'minutes': self._seconds / 60, 'cycles': self._cycles, 'faults': faults, 'frames': frames,
+                'age_s': ages, 'growth': grown, 'recorded': {topic: len(each) for topic, each in results.items()},
                 'service_after_kill_s': self._seconds_to_answer(results), 'lives': self._sampler.lives,
-                'samples': {node: each[::len(each) // 60 + 1] for node, each in self._sampler.samples.items()}}
+                'samples': {node: each[::len(each) // 60 + 1] for node, each in samples.items()}}
 
     def _seconds_to_answer(self, results: Dict[str, List[Result]]) -> List[float]:
         """Return how long the second chain was without results after each kill of its service [s]."""
@@ -294,32 +417,21 @@ class Soak:
                       if after > kill and after - before > 1e9), float('nan')) for kill in self._kills]
 
 
-def print_accounts(accounts: Dict[Chain, Account], ages: Dict[Chain, Age]) -> None:
-    """Print what came of the frames of each chain."""
-    print(markdown([('chain', 'frames sent', 'came', 'answered', 'dropped, counted', 'age median / 95 % / worst [ms]'),
-                    *((chain.extractor, each.played, each.received, each.answered,
-                       ', '.join(f'{reason}: {number}' for reason, number in each.dropped.items()) or '0',
-                       ' / '.join(f'{1000 * value:.0f}' for value in ages[chain][:3]))
-                      for chain, each in accounts.items())]))
-
-
-def measure(session: Session, folder: Path, arguments: argparse.Namespace) -> Figures:
-    """Run the soak; return its figures."""
-    soak = Soak(session, folder, arguments.minutes)
-    soak.run()
-    return soak.figures(arguments.minutes, arguments.picture)
-
-
 def main() -> int:
     """Run the benchmark; return the exit status."""
-    arguments, faults = parse_arguments(), []
+    parser, faults = Parser(__doc__), []
+    parser.add_argument('--minutes', type=float, default=60.0, help='of the run (default %(default)s)')
+    parser.add_argument('--json', type=new_path, help='write the figures here')
+    parser.add_argument('--picture', type=new_path, help='draw memory, threads, files and age here (PNG)')
 
-    def run(session: Session, folder: Path) -> Figures:
-        figures = measure(session, folder, arguments)
+    def measure(session: Session, folder: Path, arguments: Namespace) -> Figures:
+        soak = Soak(session, folder, arguments.minutes)
+        soak.run()
+        figures = soak.figures(arguments.picture)
         faults.extend(figures['faults'])
         return figures
 
-    status = run_live(run, arguments.json)
+    status = run_live(measure, parser.parse_args())
     print('\n'.join(['FAILED:', *faults] if faults else ['nothing lost, nothing grown']) if status == 0 else 'NOT RUN')
     return status or bool(faults)
 

@@ -23,13 +23,10 @@ from typing import Dict, List, Sequence, Tuple
 
 import numpy as np
 import rospy
-from live.camera import NAMESPACE, TOPICS, Unit, make_bag, node_processes, start_camera
-from live.figures import median_and_95
 from openpose_ros_msgs.msg import PersonDetection_3dArray
 
 from common import Figures, Parser, markdown, run_live
-from figures import median_and_95
-from nodes import PEOPLE_3D, Unit, make_bag, make_crowd, start_named_camera, watch_nodes
+from nodes import PEOPLE_3D, Unit, make_bag, make_crowd, median_and_95, start_named_camera, watch_nodes
 from session import Session
 
 # One process, or a service and an extractor for each camera: arguments of cameras.launch.

@@ -1,32 +1,29 @@
 #!/usr/bin/python3
-"""Measure what is told of people's postures, gestures, pointing and falls, on RGB-D sequences with known joints.
+"""Measure postures, gestures, pointing and falls of people, on RGB-D sequences with known joints, without ROS.
 
-Detects and lifts the people of each sequence, without ROS, and reads their signals. A sequence folder is as in
-accuracy_3d.py. Where gt.json labels gestures, these are scored with the given script, and the latency of each one, the
-pointing rays and what they meet are told. Without labels, gestures are compared with those that the true joints of all
-people give, within half a second; postures and places on the floor are compared with those of the true joints, frame
-by frame.
---step 2 leaves out every other frame after detection.
+Detects and lifts the people of each sequence (see chain_runs.py), and reads their signals. Where gt.json labels
+gestures, these are scored by the script of --evaluate, and the latency of each, the pointing rays and what they hit are
+printed. Without labels, gestures are compared with those of the true joints, within half a second; postures and places
+on the floor are compared with those of the true joints, frame by frame. --step 2 omits every other frame after
+detection.
 
-    benchmarks/signals.py signals --evaluate evaluate_signals.py
-    benchmarks/signals.py signals floor wave turn group --evaluate evaluate_signals.py --step 2
+    ./run bench people signals signals floor wave turn group --evaluate evaluate_signals.py --step 2
 """
 import csv
-import json
 import subprocess
 import sys
 import tempfile
-import time
+from collections import defaultdict
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Dict, List, Optional, Sequence, Tuple
+from typing import Any, Dict, Iterator, List, Optional, Tuple
 
 import numpy as np
-from accuracy_3d import ChainSettings, Finder, open_sequence, run_chain
 from scipy.optimize import linear_sum_assignment
 from scipy.spatial.transform import Rotation
 
-from common import Parser, errors_end_the_program, markdown
+from chain_runs import Finder, Frames, camera_poses, open_sequence, read_truth
+from common import Parser, elapsed, errors_end_the_program, markdown
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.skeletons import COCO_18
 from openpose_ros_signals.geometry import body_of, joints_of, stature_of
@@ -34,7 +31,7 @@ from openpose_ros_signals.person import Surroundings
 from openpose_ros_signals.postures import posture_degrees
 from openpose_ros_signals.reader import SignalReader
 from openpose_ros_signals.records import UNKNOWN, PersonSignals, Target
-from skeleton_extract_3d.chain import PeopleChain
+from skeleton_extract_3d.chain_settings import ChainSettings
 from skeleton_extract_3d.people import MEASURED, People3D
 from skeleton_extract_3d.points.depth import DepthImage
 from skeleton_extract_3d.points.transform import transform_people
@@ -43,92 +40,83 @@ LABELS = {'standing': 'stand', 'sitting': 'sit'}
 COLUMNS = ('stamp', 'id', 'x', 'y', 'z', 'label', 'arm', 'ox', 'oy', 'oz', 'dx', 'dy', 'dz')
 # Frames this near to a change of a label do not count; gestures of true joints this near are the same [s].
 MARGIN, NEAR = 0.2, 0.5
-# Whose joints are nearer (median) is the same person; a hit this near to the middle of a target hits it [m].
+# Maximum median distance of the joints of a person; of a hit from the middle of its target [m].
 SAME_PERSON, AT_TARGET = 0.3, 0.25
 # Pixels between the points of the cloud that rays may meet.
 CLOUD_STEP = 4
 
-Frames = List[Tuple[float, People3D]]
 Signals = List[Tuple[float, Tuple[PersonSignals, ...]]]
 
 
 @dataclass(frozen=True)
-class Truth:
-    """A sequence with its truth: the place of the camera in each frame, people and what they do."""
+class Sequence:
+    """A sequence with its truth.
+
+    Attributes:
+        truth: gt.json.
+        poses: of the camera in the world, (F, 4, 4).
+        true: people in the frame of the camera.
+        found: by the chain.
+        step: between the frames that are read.
+    """
 
     folder: Path
     truth: Dict[str, Any]
     poses: np.ndarray
+    true: Frames
+    found: Frames
+    step: int
 
     @property
-    def labelled(self) -> bool:
-        return 'targets' in self.truth
+    def moves(self) -> bool:
+        """Whether the camera moves."""
+        return bool((self.poses != self.poses[0]).any())
 
-    @property
-    def true_people(self) -> Frames:
-        """Return the true people, in the frame of the camera."""
-        order = [self.truth['joints'].index(joint) for joint in COCO_18.joints]
-        frames = []
-        for frame in self.truth['frames']:
-            joints = np.array([person['xyz'] for person in frame['people']]).reshape(-1, len(COCO_18.joints), 3)
-            shape = joints.shape[:2]
-            frames.append((frame['t'], People3D(COCO_18, joints[:, order], np.ones(shape), np.full(shape, MEASURED),
-                                                np.full(shape, 0.02), [person['id'] for person in frame['people']])))
-        return frames
+    def read(self, frames: Frames, around: Optional[List[Surroundings]] = None) -> Signals:
+        """Return the signals of people, in the world where the camera moves, else in its frame."""
+        reader, signals = SignalReader(), []
+        for number in range(0, len(frames), self.step):
+            (stamp, people), pose = frames[number], self.poses[number]
+            if self.moves:
+                people = transform_people(people, pose[:3, :3], pose[:3, 3])
+            up = np.array([0.0, 0.0, 1.0]) if self.moves else pose[2, :3]
+            signals.append((stamp, reader.update(people, stamp, up, around[number] if around else Surroundings())))
+        return signals
 
-
-def read_truth(folder: Path) -> Truth:
-    """Read the truth of a folder."""
-    meta = json.loads((folder / 'meta.json').read_text())
-    truth = json.loads((folder / 'gt.json').read_text())
-    poses = meta.get('poses') or [meta['T_world_camera']] * len(truth['frames'])
-    return Truth(folder, truth, np.array(poses))
-
-
-def detect(folders: Sequence[Path], raw: Dict[str, Any]) -> Dict[str, Frames]:
-    """Return the people of each frame of sequences, in the frame of the camera."""
-    settings, found, finder = build(ChainSettings, raw), {}, None
-    for folder in folders:
-        sequence = open_sequence(folder)
-        finder = finder or Finder(settings, 0.0, sequence.fps or 1.0)
-        chain = PeopleChain(finder.stream(), settings.estimator)
-        found[str(folder)] = run_chain(sequence, chain, finder).frames
-    return found
-
-
-def read_signals(sequence: Truth, frames: Frames, step: int, around: Optional[List[Surroundings]] = None) -> Signals:
-    """Return the signals of the people of a sequence, in the world where the camera moves, else in its frame."""
-    reader, signals = SignalReader(), []
-    moving = (sequence.poses != sequence.poses[0]).any()
-    for number in range(0, len(frames), step):
-        stamp, people = frames[number]
-        pose = sequence.poses[number]
-        if moving:
-            people = transform_people(people, pose[:3, :3], pose[:3, 3])
-        up = np.array([0.0, 0.0, 1.0]) if moving else pose[2, :3]
-        signals.append((stamp, reader.update(people, stamp, up, around[number] if around else Surroundings())))
-    return signals
-
-
-def clouds(sequence: Truth) -> List[Surroundings]:
-    """Return what the depth images of a sequence show."""
-    source = open_sequence(sequence.folder)
-    rows, columns = np.mgrid[:source.camera.height:CLOUD_STEP, :source.camera.width:CLOUD_STEP]
-    result = []
-    for frame in source:
-        depth = DepthImage(frame.depth, source.camera).depths(columns, rows)
-        uv = np.stack([columns.ravel(), rows.ravel()], axis=1).astype(np.float64)
-        result.append(Surroundings(points=source.camera.rays(uv) * depth.reshape(-1, 1)))
-    return result
+    def joined(self, signals: Signals) -> Iterator[Tuple[int, Dict[int, int], Tuple[PersonSignals, ...]]]:
+        """Yield number, ids of the true people by those of the found ones, and signals of each frame."""
+        persons_at = dict(signals)
+        for number, ((_, true), (stamp, people)) in enumerate(zip(self.true, self.found)):
+            yield number, pairs(true, people), persons_at.get(stamp, ())
 
 
 def pairs(true: People3D, people: People3D) -> Dict[int, int]:
-    """Return the id of each true person who was found, by the found one's id."""
+    """Return the id of each true person that was found, by the id of the found one."""
     apart = np.array([[np.nanmedian(np.linalg.norm(one - other, axis=1)) for other in people.xyz] for one in true.xyz])
     if not apart.size:
         return {}
     return {int(people.ids[column]): int(true.ids[row]) for row, column in zip(*linear_sum_assignment(apart))
             if apart[row, column] < SAME_PERSON}
+
+
+def read_sequence(folder: Path, finder: Finder, step: int) -> Sequence:
+    """Read the truth of a folder and find its people."""
+    (truth, order), source, true = read_truth(folder), open_sequence(folder), []
+    for frame in truth['frames']:
+        joints = np.array([person['xyz'] for person in frame['people']]).reshape(-1, len(COCO_18.joints), 3)
+        shape = joints.shape[:2]
+        true.append((frame['t'], People3D(COCO_18, joints[:, order], np.ones(shape), np.full(shape, MEASURED),
+                                          np.full(shape, 0.02), [person['id'] for person in frame['people']])))
+    return Sequence(folder, truth, camera_poses(folder, source), true, finder.run(source).frames, step)
+
+
+def clouds(sequence: Sequence) -> List[Surroundings]:
+    """Return the points of the depth images of a sequence."""
+    source = open_sequence(sequence.folder)
+    rows, columns = np.mgrid[:source.camera.height:CLOUD_STEP, :source.camera.width:CLOUD_STEP]
+    uv = np.stack([columns.ravel(), rows.ravel()], axis=1).astype(np.float64)
+    return [Surroundings(points=source.camera.rays(uv) * DepthImage(
+        frame.depth, source.camera).depths(columns, rows).reshape(-1, 1)) for frame in source]
 
 
 def write_labels(path: Path, frames: Frames, signals: Signals) -> None:
@@ -148,28 +136,23 @@ def write_labels(path: Path, frames: Frames, signals: Signals) -> None:
                                          **(dict(zip(COLUMNS[7:], (*ray.origin, *ray.direction))) if ray else {})))
 
 
-def label_rows(sequence: Truth, frames: Frames, signals: Signals) -> Tuple[List[List[object]], List[float]]:
+def label_rows(sequence: Sequence, signals: Signals) -> Tuple[List[List[object]], List[float]]:
     """Return a row for each labelled gesture with its latency, and the errors of the rays of true pointing [deg]."""
-    there = {stamp: (pairs(true, people), persons) for (_, true), (stamp, people), persons in
-             ((true, found, dict(signals).get(found[0], ())) for true, found in zip(sequence.true_people, frames))}
     rows, errors, open_rows = [], [], {}
-    for frame in sequence.truth['frames']:
-        names, persons = there[frame['t']]
+    for (_, names, persons), frame in zip(sequence.joined(signals), sequence.truth['frames']):
         told = {names.get(person.id): person for person in persons}
-        for person in frame['people']:
-            labels = {detail['label']: detail for detail in person['detail'] if detail['label'] not in ('sit', 'stand')}
-            for label in [key for key in open_rows if key[0] == person['id'] and key[1] not in labels]:
-                del open_rows[label]
-            for label, detail in labels.items():
-                key = (person['id'], label)
-                if key not in open_rows:
-                    open_rows[key] = [person['id'], label, frame['t'], '-']
-                    rows.append(open_rows[key])
-                gesture = told[person['id']].gesture(label) if person['id'] in told else None
-                if gesture and open_rows[key][3] == '-':
-                    open_rows[key][3] = round(frame['t'] - open_rows[key][2], 3)
-                if label == 'point' and persons:
-                    errors.append(_ray_error(gesture, detail))
+        labels = {(person['id'], detail['label']): detail for person in frame['people'] for detail in person['detail']
+                  if detail['label'] not in ('sit', 'stand')}
+        open_rows = {key: row for key, row in open_rows.items() if key in labels}
+        for key, detail in labels.items():
+            if key not in open_rows:
+                open_rows[key] = [*key, frame['t'], '-']
+                rows.append(open_rows[key])
+            gesture = told[key[0]].gesture(key[1]) if key[0] in told else None
+            if gesture and open_rows[key][3] == '-':
+                open_rows[key][3] = round(frame['t'] - open_rows[key][2], 3)
+            if key[1] == 'point' and persons:
+                errors.append(_ray_error(gesture, detail))
     return rows, errors
 
 
@@ -180,13 +163,12 @@ def _ray_error(gesture: Any, detail: Dict[str, Any]) -> float:
     return float(np.degrees(np.arccos(np.clip(ray.direction @ to / np.linalg.norm(to), -1, 1))))
 
 
-def hits(sequence: Truth, frames: Frames, signals: Signals) -> str:
-    """Return how often the rays of labelled pointing meet what was pointed at, as text."""
+def hits(sequence: Sequence, around: List[Surroundings]) -> str:
+    """Return how often the rays of labelled pointing hit their targets, as text."""
     right = count = 0
-    persons_at = dict(signals)
-    for frame, (_, true), (stamp, people) in zip(sequence.truth['frames'], sequence.true_people, frames):
-        names = pairs(true, people)
-        told = {names.get(person.id): person.gesture('point') for person in persons_at.get(stamp, ())}
+    signals = sequence.read(sequence.found, around)
+    for (_, names, persons), frame in zip(sequence.joined(signals), sequence.truth['frames']):
+        told = {names.get(person.id): person.gesture('point') for person in persons}
         for person in frame['people']:
             gesture = told.get(person['id'])
             for detail in (detail for detail in person['detail'] if detail['label'] == 'point' and gesture):
@@ -198,50 +180,57 @@ def hits(sequence: Truth, frames: Frames, signals: Signals) -> str:
 
 
 def intervals(signals: Signals) -> List[Tuple[float, float, int, str, str]]:
-    """Return begin, end, person, gesture and arm of everything that is told."""
+    """Return begin, end, person, gesture and arm of all gestures."""
     rows, since = [], {}
     for stamp, persons in [*signals, (signals[-1][0], ())]:
         told = {(person.id, gesture.name, gesture.arm) for person in persons for gesture in person.gestures}
-        for key in set(since) - told:
-            rows.append((since.pop(key), stamp, *key))
+        rows += [(since.pop(key), stamp, *key) for key in set(since) - told]
         for key in told:
             since.setdefault(key, stamp)
     return sorted(rows)
 
 
-def posture_rows(sequence: Truth, frames: Frames, signals: Signals) -> Dict[str, List[int]]:
-    """Return, by the posture of the true joints, in how many frames the same, unknown, or another one is told."""
-    counts: Dict[str, List[int]] = {}
-    persons_at = dict(signals)
-    for (_, true), (stamp, people), pose in zip(sequence.true_people, frames, sequence.poses):
-        names, told = pairs(true, people), {person.id: person.posture.name for person in persons_at.get(stamp, ())}
+def print_gestures(sequence: Sequence, signals: Signals) -> int:
+    """Print the gestures of a sequence without labels; return how many are not those of the true joints."""
+    true, false = intervals(sequence.read(sequence.true)), 0
+    rows: List[List[object]] = [['gesture', 'arm', 'begin [s]', 'end [s]', 'true joints too']]
+    for start, end, _, name, arm in intervals(signals):
+        also = any(name == other[3] and other[0] - NEAR <= end and other[1] + NEAR >= start for other in true)
+        false += not also
+        rows.append([name, arm, f'{start:.2f}', f'{end:.2f}', 'yes' if also else 'no'])
+    print(markdown(rows) if len(rows) > 1 else 'no gesture')
+    return false
+
+
+def print_postures(sequence: Sequence, signals: Signals) -> None:
+    """Print, by the posture of the true joints, in how many frames it is found, unknown, or another one."""
+    counts: Dict[str, List[int]] = defaultdict(lambda: [0, 0, 0])
+    for number, names, persons in sequence.joined(signals):
+        (_, true), told = sequence.true[number], {person.id: person.posture.name for person in persons}
         joints = joints_of(true)
         for row, name in enumerate(true.ids.tolist()):
             own = (joints[0][row], joints[1][row], joints[2][row])
-            degrees = posture_degrees(body_of(stamp, own, pose[2, :3], stature_of(*own[:2])))
+            degrees = posture_degrees(body_of(sequence.found[number][0], own, sequence.poses[number][2, :3],
+                                              stature_of(*own[:2])))
             posture, degree = max(degrees.items(), key=lambda item: item[1])
             for found in (key for key, value in names.items() if value == name and degree > 0.5 and key in told):
-                column = 0 if told[found] == posture else 1 if told[found] == UNKNOWN else 2
-                counts.setdefault(posture, [0, 0, 0])[column] += 1
-    return counts
+                counts[posture][0 if told[found] == posture else 1 if told[found] == UNKNOWN else 2] += 1
+    for posture, (same, unknown, other) in sorted(counts.items()):
+        print(f'{posture}: right {same}, unknown {unknown}, other {other}: {same / (same + unknown + other):.3f}')
 
 
-def tell_floor(sequence: Truth, frames: Frames, step: int) -> None:
-    """Print how far places on the floor, and how people are turned there, are from those of the true joints.
-
-    The floor is z = 0 of the world; its height is also told where only the body tells it.
-    """
-    moving = (sequence.poses != sequence.poses[0]).any()
-    around = [Surroundings(floor=np.array([0.0, 0.0, 1.0, 0.0]) if moving else pose[2]) for pose in sequence.poses]
-    true = read_signals(sequence, sequence.true_people, step, around)
-    found, alone = read_signals(sequence, frames, step, around), read_signals(sequence, frames, step)
-    away, heights, turned = [], [], []
-    for number, ((_, there), (_, persons), (_, bodies)) in enumerate(zip(true, found, alone)):
-        place, plane = {person.id: person.floor for person in there}, around[step * number].floor
-        names = pairs(sequence.true_people[step * number][1], frames[step * number][1])
-        for person, body in zip(persons, bodies):
+def print_floor(sequence: Sequence) -> None:
+    """Print the errors of places and directions on the floor, and of the floor's height by the body alone."""
+    around = [Surroundings(floor=np.array([0.0, 0.0, 1.0, 0.0]) if sequence.moves else pose[2])
+              for pose in sequence.poses]
+    true, found = sequence.read(sequence.true, around), sequence.read(sequence.found, around)
+    alone, away, heights, turned = dict(sequence.read(sequence.found)), [], [], []
+    there = {number * sequence.step: persons for number, (_, persons) in enumerate(true)}
+    for number, names, persons in sequence.joined(found):
+        place = {person.id: person.floor for person in there.get(number, ())}
+        for person, body in zip(persons, alone.get(sequence.found[number][0], ())):
             if person.id in names and person.floor and place[names[person.id]]:
-                truth = place[names[person.id]]
+                truth, plane = place[names[person.id]], around[number].floor
                 away.append(np.linalg.norm(person.floor.position - truth.position))
                 heights.append(abs(body.floor.position @ plane[:3] + plane[3]))
                 forward, ahead = Rotation.from_quat([person.floor.orientation, truth.orientation]).apply([1, 0, 0])
@@ -252,66 +241,55 @@ def tell_floor(sequence: Truth, frames: Frames, step: int) -> None:
             ('off by', away, 'm'), ('floor by the body', heights, 'm'), ('turned by', turned, 'deg')) if errors))
 
 
-def tell(sequence: Truth, frames: Frames, step: int, script: Optional[Path]) -> Tuple[float, float, float]:
-    """Print what is told of a sequence; return its length [s], how many false gestures, and seconds per person."""
-    begin = time.perf_counter()
-    signals = read_signals(sequence, frames, step)
-    cost = (time.perf_counter() - begin) / max(sum(len(persons) for _, persons in signals), 1)
-    print(f'\n{sequence.folder}')
-    false = 0
-    if sequence.labelled:
-        tell_labelled(sequence, frames, signals, step, script)
-    else:
-        true = intervals(read_signals(sequence, sequence.true_people, step))
-        rows: List[List[object]] = [['gesture', 'arm', 'begin [s]', 'end [s]', 'true joints too']]
-        for start, end, _, name, arm in intervals(signals):
-            also = any(name == other[3] and other[0] - NEAR <= end and other[1] + NEAR >= start for other in true)
-            false += not also
-            rows.append([name, arm, f'{start:.2f}', f'{end:.2f}', 'yes' if also else 'no'])
-        print(markdown(rows) if len(rows) > 1 else 'no gesture')
-    for posture, (same, unknown, other) in sorted(posture_rows(sequence, frames, signals).items()):
-        print(f'{posture}: right {same}, unknown {unknown}, other {other}: {same / (same + unknown + other):.3f}')
-    falls = {(person.id, person.fall) for _, persons in signals for person in persons if person.fall}
-    tell_floor(sequence, frames, step)
-    for name, fall in falls:
-        print(f'fall of {name}: lying since {fall.stamp:.2f} s, after {fall.duration:.2f} s, {fall.speed:.1f} m/s')
-    return signals[-1][0] - signals[0][0], false, cost
-
-
-def tell_labelled(sequence: Truth, frames: Frames, signals: Signals, step: int, script: Optional[Path]) -> None:
+def print_labelled(sequence: Sequence, signals: Signals, script: Optional[Path]) -> None:
     """Print scores of labels, latencies, and how right the rays are."""
     if script:
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / 'labels.csv'
-            write_labels(path, frames, signals)
+            write_labels(path, sequence.found, signals)
+            sys.stdout.flush()
             subprocess.run([sys.executable, str(script), str(sequence.folder), str(path), '--margin', str(MARGIN)],
                            check=True)
-    rows, errors = label_rows(sequence, frames, signals)
+    rows, errors = label_rows(sequence, signals)
     print(markdown([['person', 'label', 'begins [s]', 'told after [s]'], *rows]))
     answered = np.array(errors)[np.isfinite(errors)]
     print(f'rays: {len(answered)} of {len(errors)} frames, median {np.median(answered):.1f} deg, within 15 deg '
           f'{(answered <= 15).mean():.2f} of these, {(answered <= 15).sum() / len(errors):.2f} of all')
     targets = tuple(Target(name, np.array(place['camera'])) for name, place in sequence.truth['targets'].items())
-    known = read_signals(sequence, frames, step, [Surroundings(targets)] * len(frames))
-    print('known targets hit:', hits(sequence, frames, known), 'frames; points of the cloud at the target:',
-          hits(sequence, frames, read_signals(sequence, frames, step, clouds(sequence))), 'frames')
+    print('known targets hit:', hits(sequence, [Surroundings(targets)] * len(sequence.found)),
+          'frames; points of the cloud at the target:', hits(sequence, clouds(sequence)), 'frames')
+
+
+def report(sequence: Sequence, script: Optional[Path]) -> Tuple[float, float, float]:
+    """Print the signals of a sequence; return its length [s], number of false gestures, time per person [ms]."""
+    took, signals = elapsed(lambda: sequence.read(sequence.found))
+    print(f'\n{sequence.folder}')
+    false = 0
+    if 'targets' in sequence.truth:
+        print_labelled(sequence, signals, script)
+    else:
+        false = print_gestures(sequence, signals)
+    print_postures(sequence, signals)
+    print_floor(sequence)
+    for name, fall in {(person.id, person.fall) for _, persons in signals for person in persons if person.fall}:
+        print(f'fall of {name}: lying since {fall.stamp:.2f} s, after {fall.duration:.2f} s, {fall.speed:.1f} m/s')
+    return signals[-1][0] - signals[0][0], false, took / max(sum(len(persons) for _, persons in signals), 1)
 
 
 def main() -> None:
     """Run the benchmark from the command line."""
     parser = Parser(__doc__)
-    parser.add_argument('sequences', nargs='+', type=Path, help='sequence folders')
+    parser.add_sequences()
     parser.add_settings('of the chain')
     parser.add_argument('--evaluate', type=Path, help='script that scores labels')
     parser.add_argument('--step', type=int, default=1, help='take every so many-th frame')
     arguments = parser.parse_args()
     with errors_end_the_program():
-        found = detect(arguments.sequences, parser.settings(arguments.set))
-        told = [tell(read_truth(folder), found[str(folder)], arguments.step, arguments.evaluate)
-                for folder in arguments.sequences]
-    seconds, false, cost = np.array(told).T
+        finder = Finder(build(ChainSettings, parser.settings(arguments.set)))
+        sequences = [read_sequence(folder, finder, arguments.step) for folder in arguments.sequences]
+        seconds, false, cost = np.array([report(sequence, arguments.evaluate) for sequence in sequences]).T
     print(f'\nfalse gestures: {false.sum():.0f} in {seconds.sum():.1f} s, {60 * false.sum() / seconds.sum():.2f} '
-          f'per minute\n{1e3 * np.median(cost):.2f} ms per person and frame')
+          f'per minute\n{np.median(cost):.2f} ms per person and frame')
 
 
 if __name__ == '__main__':

@@ -6,8 +6,7 @@ drivers send it, go through `PeopleEstimator.update`, on one core; frames of all
 busy moment hits all alike. For each number: median and 95th percentile of a frame, the medians of its stages, and the
 cost of one person more as the slope of the straight line through the medians.
 
-    benchmarks/speed_3d.py
-    benchmarks/speed_3d.py --people 1 5 --rounds 400 --set lifting=mean3x3
+    ./run bench speed 3d --people 1 5 --rounds 400 --set lifting=mean3x3
 """
 import os
 import time
@@ -36,7 +35,7 @@ ROW, NEAREST, ROW_DEPTH = 10, 3.2, 1.3
 
 
 class Input(NamedTuple):
-    """What the estimator is given of one frame."""
+    """Input of the estimator for one frame."""
 
     people: People2D
     points: OrganizedCloud
@@ -48,8 +47,7 @@ def walkers(count: int, seconds: float) -> List[Person]:
     people = []
     for i in range(count):
         row, place = divmod(i, ROW)
-        # every other row looks through the gaps of the one before it
-        gap = row % 2 / 2
+        gap = row % 2 / 2  # every other row looks through the gaps of the one before it
         in_row = min(ROW, count - row * ROW)
         z = NEAREST + row * ROW_DEPTH
         width = 0.85 * z / 0.5625
@@ -72,7 +70,7 @@ def inputs_of(count: int, frames: int) -> List[Input]:
 
 
 def to_and_fro(inputs: List[Input]) -> Iterator[Input]:
-    """Return frames forwards, then backwards, and so on for ever, so that nobody jumps."""
+    """Return frames forwards, then backwards, and so on for ever, so that no person jumps."""
     while True:
         yield from inputs
         yield from inputs[-2:0:-1]

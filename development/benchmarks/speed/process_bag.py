@@ -15,10 +15,6 @@ from pathlib import Path
 from statistics import median
 from typing import List
 
-import genpy
-import rosbag
-from std_msgs.msg import Header
-
 from chain_runs import open_sequence
 from common import DEMO, Parser, errors_end_the_program
 from nodes import NAMESPACE, make_bag
