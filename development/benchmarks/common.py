@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Callable, Dict, Iterator, Sequence, Tuple
 
 import psutil
-import yaml
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.extend([*map(str, ROOT.glob('*/src')), *map(str, ROOT.glob('extensions/*/src')), str(ROOT / 'tests/support'),
@@ -116,7 +115,7 @@ class Usage:
 
 
 def run_live(measure: Callable[['Session', Path, argparse.Namespace], Figures], arguments: argparse.Namespace) -> int:
-    """Measure nodes on a ROS master of their own, print the figures as YAML; return the exit status.
+    """Measure nodes on a ROS master of their own, print the figures as JSON; return the exit status.
 
     Args:
         measure: takes the session, its folder and the arguments, and returns the figures.
@@ -131,17 +130,9 @@ def run_live(measure: Callable[['Session', Path, argparse.Namespace], Figures], 
             print(error, *(log.read_text(errors='replace') for log in Path(folder).glob('*.log')), sep='\n',
                   file=sys.stderr)
             return 1
-    print(yaml.safe_dump(_short(figures), sort_keys=False, default_flow_style=None, width=120))
+    text = json.dumps(figures, indent=1)
+    print(json.dumps(json.loads(text, parse_float=lambda number: float(f'{float(number):.4g}')), indent=1))
     if arguments.json:
         arguments.json.parent.mkdir(parents=True, exist_ok=True)
-        arguments.json.write_text(json.dumps(figures, indent=1))
+        arguments.json.write_text(text)
     return 0
-
-
-def _short(value: Any) -> Any:
-    """Return figures with numbers of four digits."""
-    if isinstance(value, dict):
-        return {str(key): _short(part) for key, part in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_short(part) for part in value]
-    return float(f'{value:.4g}') if isinstance(value, float) else value

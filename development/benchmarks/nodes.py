@@ -1,12 +1,8 @@
-"""What running nodes are measured with: a camera driver that plays sequences, watched results, networks alone.
-
-The sequences have a chosen number of people: the two of the shipped one, cut out and pasted.
-"""
+"""Running nodes: a camera driver that plays sequences of a chosen number of people, watched results, networks alone."""
 import argparse
 import contextlib
 import io
 import itertools
-import json
 import shutil
 import statistics
 import subprocess
@@ -22,7 +18,7 @@ import rosnode
 import rospy
 from openpose_ros_msgs.msg import Timing
 
-from chain_runs import open_sequence
+from chain_runs import open_sequence, read_truth
 from common import DEMO, Usage, elapsed
 from openpose_ros_pkg.detect.detection import ImageFrame
 from openpose_ros_pkg.detect.detector import DetectorSettings, create_detector
@@ -31,7 +27,6 @@ from openpose_ros_pkg.params.nodes import ServiceSettings
 from openpose_ros_pkg.params.parameters import build, parameter_fields
 from openpose_ros_tools.ros import images_to_bag
 from session import ResultWatch, Session, wait_for
-from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.rgbd_sequence import RgbdFrame, RgbdSequence
 
 NAMESPACE = '/kinect2/qhd'
@@ -103,14 +98,13 @@ def node_process(name: str) -> psutil.Process:
 
 
 class Watched(NamedTuple):
-    """What nodes gave in a time.
+    """Results of nodes in some seconds.
 
     Attributes:
         start: from their start to the first results of all topics [s].
-        seconds: length of the time [s].
-        arrivals, latencies, people: of the results by topic: when each came [s], its delay [s], its people.
+        arrivals, latencies, people: time [s], delay [s] and people of each result, by topic.
         processor, memory: of each node [% of a core], [MB].
-        stages: mean of each stage of the timing topic [ms].
+        stages: mean of each stage [ms].
         parameters: of each node.
     """
 
@@ -198,14 +192,6 @@ def median_and_95(seconds: Sequence[float]) -> str:
     return ' / '.join(f'{1e3 * value:.0f}' for value in np.percentile(seconds, (50, 95))) if len(seconds) else '-'
 
 
-class CutOut(NamedTuple):
-    """A person in a frame: (H, W, 3) uint8 BGR, (H, W) float32 depth [m], (H, W) bool mask of the person."""
-
-    bgr: np.ndarray
-    depth: np.ndarray
-    mask: np.ndarray
-
-
 def make_crowd(people: int, folder: Path) -> Path:
     """Write a sequence with 0 to 8 people, if it is not there, and return its folder.
 
@@ -218,19 +204,21 @@ def make_crowd(people: int, folder: Path) -> Path:
         return folder
     sequence = open_sequence(DEMO)
     frames = list(sequence)
-    scene = _scene(frames)
-    truth = json.loads((DEMO / 'gt.json').read_text())['frames']
-    cut = [_cut_out(frame, scene, {person['id']: np.array(person['xyz'], np.float32) for person in true['people']})
-           for frame, true in zip(frames, truth)]
     for name in ('rgb', 'depth'):
         (folder / name).mkdir(parents=True)
     for name in ('camera.yaml', 'sequence.yaml'):
         shutil.copy(str(DEMO / name), str(folder / name))
-    copies = [_moved([each[row] for each in cut], late, (sideways, away), sequence)
-              for row, late, sideways, away in _COPIES[:max(people - 2, 0)]]
+    depths = np.array([frame.depth for frame in frames])
+    farthest, (rows, columns) = depths.argmax(axis=0), np.indices(depths.shape[1:])
+    room = CutOut(np.array([frame.bgr for frame in frames])[farthest, rows, columns],
+                  depths.max(axis=0) / np.float32(1000), np.ones(farthest.shape, bool))
+    cut = [_cut_out(frame, room, true['people']) for frame, true in zip(frames, read_truth(DEMO)[0]['frames'])]
+    forth_and_back = cut + cut[-2:0:-1]
     for number, both in enumerate(cut):
-        bgr, depth = scene.bgr.copy(), scene.depth.copy()
-        for person in (*both[max(2 - people, 0):], *(copy[number] for copy in copies)):
+        copies = [_moved(forth_and_back[(number + late) % len(forth_and_back)][row], shift, sequence)
+                  for row, late, *shift in _COPIES[:max(people - 2, 0)]]
+        bgr, depth = room.bgr.copy(), room.depth.copy()
+        for person in (*both[max(2 - people, 0):], *copies):
             nearer = person.mask & ((depth == 0) | (person.depth < depth))
             bgr[nearer], depth[nearer] = person.bgr[nearer], person.depth[nearer]
         cv2.imwrite(str(folder / 'rgb' / f'{number:05d}.jpg'), bgr, [cv2.IMWRITE_JPEG_QUALITY, 92])
@@ -238,42 +226,34 @@ def make_crowd(people: int, folder: Path) -> Path:
     return folder
 
 
-def _scene(frames: Sequence[RgbdFrame]) -> CutOut:
-    """Return the room without people: each pixel of the frame in which it is farthest away."""
-    depths, bgr = np.array([frame.depth for frame in frames]), np.array([frame.bgr for frame in frames])
-    rows, columns = np.indices(depths.shape[1:])
-    depth = depths.max(axis=0) / np.float32(1000)
-    return CutOut(bgr[depths.argmax(axis=0), rows, columns], depth, np.ones(depth.shape, bool))
+class CutOut(NamedTuple):
+    """A person in a frame: (H, W, 3) uint8 BGR, (H, W) float32 depth [m], (H, W) bool mask of the person."""
+
+    bgr: np.ndarray
+    depth: np.ndarray
+    mask: np.ndarray
 
 
-def _cut_out(frame: RgbdFrame, scene: CutOut, joints: Dict[int, np.ndarray]) -> List[CutOut]:
-    """Return the people of a frame in the order of their ids."""
-    depth = frame.depth / np.float32(1000)
-    before = (depth > 0) & (depth < scene.depth - _BEFORE)
-    people = []
-    for middle in (joints[person][:, 2].mean() for person in sorted(joints)):
-        own = before & (np.abs(depth - middle) < _AT_JOINTS)
+def _cut_out(frame: RgbdFrame, room: CutOut, people: Sequence[Dict[str, Any]]) -> List[CutOut]:
+    """Return the people of a frame, who are truly there, in the order of their ids."""
+    depth, cut = frame.depth / np.float32(1000), []
+    for person in sorted(people, key=lambda person: person['id']):
+        middle = np.array(person['xyz'], np.float32)[:, 2].mean()
+        own = (depth > 0) & (depth < room.depth - _BEFORE) & (np.abs(depth - middle) < _AT_JOINTS)
         # the contour has no depth: it gets that of the body
         mask = cv2.morphologyEx(own.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((7, 7), np.uint8)) > 0
-        people.append(CutOut(frame.bgr, np.where(own, depth, middle).astype(np.float32), mask))
-    return people
+        cut.append(CutOut(frame.bgr, np.where(own, depth, middle).astype(np.float32), mask))
+    return cut
 
 
-def _moved(person: Sequence[CutOut], late: int, shift: Sequence[float], sequence: RgbdSequence) -> List[CutOut]:
-    """Return a person in another phase of the walk, moved over the floor [m], forth and back in time."""
-    there_and_back = [*range(len(person)), *range(len(person) - 2, 0, -1)]
-    sources = [person[there_and_back[(number + late) % len(there_and_back)]] for number in range(len(person))]
-    step = np.asarray(sequence.T_world_camera)[:3, :3].T @ np.array([*shift, 0.0])
-    return [_shifted(source, float(np.median(source.depth[source.mask])) if source.mask.any() else 1.0, step,
-                     sequence.camera) for source in sources]
-
-
-def _shifted(source: CutOut, middle: float, step: np.ndarray, camera: CameraModel) -> CutOut:
-    """Return a person at another place, as flat as a picture for the change of perspective."""
+def _moved(person: CutOut, shift: Sequence[float], sequence: RgbdSequence) -> CutOut:
+    """Return a person moved over the floor [m], as flat as a picture for the change of perspective."""
+    camera, step = sequence.camera, np.asarray(sequence.T_world_camera)[:3, :3].T @ np.array([*shift, 0.0])
+    middle = float(np.median(person.depth[person.mask])) if person.mask.any() else 1.0
     scale = middle / (middle + step[2])
     focal, centre = camera.matrix[[0, 1], [0, 1]], camera.matrix[:2, 2]
     matrix = np.column_stack([scale * np.eye(2), centre - scale * centre + focal * step[:2] / (middle + step[2])])
-    size = (camera.width, camera.height)
-    depth = cv2.warpAffine(source.depth, matrix, size, flags=cv2.INTER_NEAREST)
-    mask = cv2.warpAffine(source.mask.astype(np.uint8), matrix, size, flags=cv2.INTER_NEAREST) > 0
-    return CutOut(cv2.warpAffine(source.bgr, matrix, size), depth + np.float32(step[2]), mask)
+    depth, mask = (cv2.warpAffine(image, matrix, (camera.width, camera.height), flags=cv2.INTER_NEAREST)
+                   for image in (person.depth, person.mask.astype(np.uint8)))
+    return CutOut(cv2.warpAffine(person.bgr, matrix, (camera.width, camera.height)), depth + np.float32(step[2]),
+                  mask > 0)

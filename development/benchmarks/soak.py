@@ -16,7 +16,7 @@ The last fifth of a cycle is quiet. That of the first is compared with that of t
 medians, with 95 % confidence. Frames that came = answered frames + frames that are counted as dropped, in each chain;
 no published result is missing in the bags. The exit status is 1 if one of these fails.
 
-    ./run bench soak --minutes 60 --json soak.json --picture soak.png
+    ./run bench soak --minutes 60 --json soak.json
 """
 import os
 import shutil
@@ -29,7 +29,7 @@ import time
 from argparse import Namespace
 from contextlib import suppress
 from pathlib import Path
-from typing import Callable, Dict, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Callable, Dict, List, NamedTuple, Sequence, Tuple
 
 import numpy as np
 import psutil
@@ -93,35 +93,25 @@ RECORDED = [chain.results(topic) for chain in CHAINS
 RECORDED += [ONE.results(topic) for topic in ('visualization_markers', 'visualization_skeleton')]
 
 
-class Sample(NamedTuple):
-    """State of a process at a time [s since the begin]: memory of its own [MB], threads, files."""
-
-    time: float
-    memory: float
-    threads: int
-    files: int
-
-
 class Sampler:
     """Samples the processes of nodes every `period` [s], in a thread.
 
     Attributes:
-        samples: of each node.
+        samples: of each node: time since the begin [s], memory of its own [MB], threads, files.
         lives: number of processes of each node so far.
     """
 
     def __init__(self, nodes: Sequence[str], period: float) -> None:
         self._period, self._began, self._processes = period, time.monotonic(), {}
-        self.samples: Dict[str, List[Sample]] = {node: [] for node in nodes}
+        self.samples: Dict[str, List[Tuple[float, ...]]] = {node: [] for node in nodes}
         self.lives = dict.fromkeys(nodes, 0)
         self._stopped = threading.Event()
         self._thread = threading.Thread(target=self._run, daemon=True)
         self._thread.start()
 
-    @property
-    def seconds(self) -> float:
-        """Time since the begin [s]."""
-        return time.monotonic() - self._began
+    def sleep_until(self, seconds: float) -> None:
+        """Sleep until a time since the begin [s]."""
+        time.sleep(max(seconds - (time.monotonic() - self._began), 0.0))
 
     def stop(self) -> None:
         """End the thread."""
@@ -136,8 +126,8 @@ class Sampler:
                         self._processes[node] = node_process(node)
                         self.lives[node] += 1
                     process = self._processes[node]
-                    samples.append(Sample(self.seconds, process.memory_full_info().uss / 1e6, process.num_threads(),
-                                          process.num_fds()))
+                    samples.append((time.monotonic() - self._began, process.memory_full_info().uss / 1e6,
+                                    process.num_threads(), process.num_fds()))
                 except (OSError, psutil.Error):  # it was killed and is not there again
                     self._processes.pop(node, None)
 
@@ -197,21 +187,20 @@ def account(diagnostics: Diagnostics, chain: Chain, runs: Sequence[Path], result
     return {'sent': sum(map(len, played)), 'came': received, 'answered': answered, 'dropped, counted': dropped}, faults
 
 
-def growth(node: str, samples: Sequence[Sample], windows: Sequence[Tuple[float, float]],
+def growth(samples: Sequence[Tuple[float, ...]], windows: Sequence[Tuple[float, float]],
            limits: Tuple[float, float, int]) -> Tuple[Figures, List[str]]:
-    """Return the states of a node in two windows [s], and what grew by more than LIMITS allow."""
-    parts = [[sample for sample in samples if begin <= sample.time <= end] for begin, end in windows]
-    if not all(parts):
-        return {}, [f'{node}: no samples']
-    (memory, later), faults = (float(np.median([each.memory for each in part])) for part in parts), []
-    if later > limits[0] * memory + limits[1]:
-        faults.append(f'{node}: memory grew from {memory:.1f} to {later:.1f} MB')
-    found: Figures = {'memory': (memory, later)}
-    for name in ('threads', 'files'):  # the least numbers, as subscribers come and go
-        found[name] = tuple(min(getattr(each, name) for each in part) for part in parts)
-        if found[name][1] > found[name][0] + limits[2]:
-            faults.append(f'{node}: from {found[name][0]} to {found[name][1]} {name}')
-    return found, faults
+    """Return memory [MB], threads and files of a node in two windows [s], and what grew by more than the limits."""
+    parts = [np.array([sample for sample in samples if begin <= sample[0] <= end]) for begin, end in windows]
+    if not all(map(len, parts)):
+        return {}, ['no samples']
+    found: Figures = {'memory': [float(np.median(part[:, 1])) for part in parts]}
+    # the least numbers, as subscribers come and go
+    for column, name in ((2, 'threads'), (3, 'files')):
+        found[name] = [int(part[:, column].min()) for part in parts]
+    most = {name: values[0] + limits[2] for name, values in found.items()}
+    most['memory'] = limits[0] * found['memory'][0] + limits[1]
+    return found, [f'{name} grew from {values[0]:.1f} to {values[1]:.1f}' for name, values in found.items()
+                   if values[1] > most[name]]
 
 
 def age(results: Sequence[Result], begin: int, end: int) -> Tuple[Figures, List[str]]:
@@ -232,27 +221,6 @@ def age(results: Sequence[Result], begin: int, end: int) -> Tuple[Figures, List[
     return {'median': median, 'percentile_95': percentile_95, 'worst': float(ages.max()), 'parts': parts,
             'slope, s/h': (float(slope), float(low), float(high))}, [
         f'the age grows by at least {1000 * low:.1f} ms per hour'] if grows else []
-
-
-def draw(path: Path, samples: Dict[str, List[Sample]], ages: Figures) -> None:
-    """Draw memory, threads, files and latency over time."""
-    from openpose_ros_tools.plots.plotting import new_figure, save_figure  # needs Matplotlib
-    figure = new_figure(8, 8)
-    axes = figure.subplots(4, 1, sharex=True)
-    for node, each in samples.items():
-        minutes, *values = np.array(each).T
-        for axis, value in zip(axes, values):
-            axis.plot(minutes / 60, value, '.', markersize=2, label=node)
-    seconds, median, worst = np.array(ages['parts']).T
-    axes[3].plot(seconds / 60, 1000 * median, label='median')
-    axes[3].plot(seconds / 60, 1000 * worst, '.', label='greatest')
-    for axis, label in zip(axes, ('memory of its own [MB]', 'threads', 'files', 'age of results [ms]')):
-        axis.set_ylabel(label)
-        axis.set_ylim(bottom=0)
-    for axis in axes[::3]:
-        axis.legend(fontsize=6, loc='lower right')
-    axes[3].set_xlabel('time [min]')
-    save_figure(figure, path)
 
 
 def make_sequence(folder: Path) -> Path:
@@ -301,12 +269,13 @@ class Soak:
         self._began, cycle_seconds = rospy.get_rostime().to_nsec(), self._seconds / self._cycles
         events: Sequence[Tuple[float, Callable[[int], None]]] = (
             (0.05, self._kill_service), (0.20, self._restart_cameras), (0.35, self._change_parameters),
-            (0.45, self._visitors_come), (0.60, self._visitors_hang), (0.65, self._visitors_go))
+            (0.45, self._visitors_come), (0.60, lambda _: os.killpg(self._visitors.pid, signal.SIGSTOP)),
+            (0.65, self._visitors_go))
         for cycle in range(self._cycles):
             for share, event in events:  # events that took longer than planned are late
-                time.sleep(max((cycle + share) * cycle_seconds - self._sampler.seconds, 0.0))
+                self._sampler.sleep_until((cycle + share) * cycle_seconds)
                 event(cycle)
-        time.sleep(max(self._seconds - self._sampler.seconds, 0.0))
+        self._sampler.sleep_until(self._seconds)
         self._sampler.stop()
         self._ended = rospy.get_rostime().to_nsec()
         for camera in self._cameras.values():
@@ -361,9 +330,6 @@ class Soak:
         self._visitors = self._session.start(f'visitors_{cycle}', ['rostopic', 'hz', *EVERYTHING])
         self._slow = rospy.Subscriber(ONE.results('detected_poses_image'), Image, lambda _: time.sleep(0.5))
 
-    def _visitors_hang(self, _: int) -> None:
-        os.killpg(self._visitors.pid, signal.SIGSTOP)
-
     def _visitors_go(self, _: int) -> None:
         self._slow.unregister()
         os.killpg(self._visitors.pid, signal.SIGKILL)
@@ -377,7 +343,7 @@ class Soak:
         time.sleep(3.0)
         return before == counts()
 
-    def figures(self, picture: Optional[Path]) -> Figures:
+    def figures(self) -> Figures:
         """Return what was measured, and `faults`; print the table of the frames."""
         results, samples, faults = recorded(self._folder / 'bags'), self._sampler.samples, []
         frames, ages, grown = {}, {}, {}
@@ -390,8 +356,8 @@ class Soak:
         windows = [(end - 0.2 * cycle, end)
                    for end in (cycle * (1 if is_long else self._cycles // 2), self._seconds)]
         for node in (*ONE.nodes, *TWO.nodes):
-            grown[node], wrong = growth(node, samples[node], windows, LIMITS if is_long else LIMITS_SHORT)
-            faults += wrong
+            grown[node], wrong = growth(samples[node], windows, LIMITS if is_long else LIMITS_SHORT)
+            faults += [f'{node}: {fault}' for fault in wrong]
         for topic, each in results.items():  # of publishers that never restart
             if each[-1].seq - each[0].seq + 1 > len(each):
                 faults.append(f'{topic}: {each[-1].seq - each[0].seq + 1 - len(each)} messages are not in the bag')
@@ -402,8 +368,6 @@ class Soak:
                         *((name, *each.values(), ' / '.join(f'{1000 * ages[name][key]:.0f}' for key in
                                                             ('median', 'percentile_95', 'worst')))
                           for name, each in frames.items())]))
-        if picture:
-            draw(picture, samples, ages[ONE.extractor])
         return {'minutes': self._seconds / 60, 'cycles': self._cycles, 'faults': faults, 'frames': frames,
                 'age_s': ages, 'growth': grown, 'recorded': {topic: len(each) for topic, each in results.items()},
                 'service_after_kill_s': self._seconds_to_answer(results), 'lives': self._sampler.lives,
@@ -422,12 +386,11 @@ def main() -> int:
     parser, faults = Parser(__doc__), []
     parser.add_argument('--minutes', type=float, default=60.0, help='of the run (default %(default)s)')
     parser.add_argument('--json', type=new_path, help='write the figures here')
-    parser.add_argument('--picture', type=new_path, help='draw memory, threads, files and age here (PNG)')
 
     def measure(session: Session, folder: Path, arguments: Namespace) -> Figures:
         soak = Soak(session, folder, arguments.minutes)
         soak.run()
-        figures = soak.figures(arguments.picture)
+        figures = soak.figures()
         faults.extend(figures['faults'])
         return figures
 

@@ -8,15 +8,16 @@ cost of one person more as the slope of the straight line through the medians.
 
     ./run bench speed 3d --people 1 5 --rounds 400 --set lifting=mean3x3
 """
+import itertools
 import os
-import time
-from typing import Iterator, List, NamedTuple
+from dataclasses import replace
+from typing import List, Tuple
 
 import cv2
 import numpy as np
 import pandas as pd
 
-from common import Parser, errors_end_the_program
+from common import Parser, elapsed, errors_end_the_program
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import People2D
 from skeleton_extract_3d.estimator import PeopleEstimator
@@ -34,14 +35,6 @@ SPEED = 0.8
 ROW, NEAREST, ROW_DEPTH = 10, 3.2, 1.3
 
 
-class Input(NamedTuple):
-    """Input of the estimator for one frame."""
-
-    people: People2D
-    points: OrganizedCloud
-    bgr: np.ndarray
-
-
 def walkers(count: int, seconds: float) -> List[Person]:
     """Return people who walk to the right, side by side in rows of at most ten."""
     people = []
@@ -57,37 +50,29 @@ def walkers(count: int, seconds: float) -> List[Person]:
     return people
 
 
-def inputs_of(count: int, frames: int) -> List[Input]:
-    """Return consecutive frames with a number of people."""
+def frames_of(count: int, frames: int) -> List[Tuple[People2D, Frame]]:
+    """Return the people in consecutive images, and the frames, forwards and backwards, so that no person jumps."""
     camera, rng = pinhole(*SIZE), np.random.default_rng(count)
     rays, room, result = camera.ray_grid(), Room(wall=7.0), []
     for i in range(frames):
         frame = render(camera, walkers(count, i / RATE), room, seed=i)
         depth = with_flying_pixels(with_noise(frame.depth, rng), rng)
         cloud = cloud_from_depth(depth / 1000, camera, frame.bgr, rays)
-        result.append(Input(frame.people, OrganizedCloud(cloud['x'], cloud['y'], cloud['z']), frame.bgr))
-    return result
-
-
-def to_and_fro(inputs: List[Input]) -> Iterator[Input]:
-    """Return frames forwards, then backwards, and so on for ever, so that no person jumps."""
-    while True:
-        yield from inputs
-        yield from inputs[-2:0:-1]
+        result.append((frame.people, Frame('', 0.0, frame.bgr, OrganizedCloud(cloud['x'], cloud['y'], cloud['z']))))
+    return result + result[-2:0:-1]
 
 
 def measure(numbers: List[int], rounds: int, warm_up: int, frames: int, settings: EstimatorSettings) -> pd.DataFrame:
     """Return a row per frame: number of people, how many are in view on average, milliseconds in all and of stages."""
-    scenes = {count: inputs_of(count, frames) for count in numbers}
-    shown = {count: float(np.mean([len(each.people) for each in scene])) for count, scene in scenes.items()}
-    runs = {count: (PeopleEstimator(settings), to_and_fro(scene)) for count, scene in scenes.items()}
+    scenes = {count: frames_of(count, frames) for count in numbers}
+    shown = {count: float(np.mean([len(people) for people, _ in scene[:frames]])) for count, scene in scenes.items()}
+    runs = {count: (PeopleEstimator(settings), itertools.cycle(scene)) for count, scene in scenes.items()}
     rows = []
     for number in range(warm_up + rounds):
         for count, (estimator, stream) in runs.items():
-            given = next(stream)
-            began = time.perf_counter()
-            estimate = estimator.update(given.people, Frame('', number / RATE, given.bgr, given.points))
-            milliseconds = 1e3 * (time.perf_counter() - began)
+            people, frame = next(stream)
+            frame = replace(frame, stamp=number / RATE)
+            milliseconds, estimate = elapsed(lambda one=estimator, given=(people, frame): one.update(*given))
             stages = {name: 1e3 * seconds for name, seconds in estimate.timing.items()}
             rows.append({'people': count, 'in view': shown[count], 'whole': milliseconds, **stages})
     return pd.DataFrame(rows[warm_up * len(runs):])
