@@ -25,6 +25,7 @@ import rospy
 from openpose_ros_msgs.msg import PersonDetection_3dArray, PersonDetectionArray
 
 from common import Figures, Parser, markdown, run_live
+from crowd import make_crowd
 from nodes import (
     NAMESPACE,
     PEOPLE_3D,
@@ -32,7 +33,6 @@ from nodes import (
     Unit,
     Watched,
     make_bag,
-    make_crowd,
     median_and_95,
     start_camera,
     watch_nodes,

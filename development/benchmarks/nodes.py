@@ -3,7 +3,6 @@ import argparse
 import contextlib
 import io
 import itertools
-import shutil
 import statistics
 import subprocess
 import time
@@ -11,14 +10,13 @@ import xmlrpc.client
 from pathlib import Path
 from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Sequence
 
-import cv2
 import numpy as np
 import psutil
 import rosnode
 import rospy
 from openpose_ros_msgs.msg import Timing
 
-from chain_runs import open_sequence, read_truth
+from chain_runs import open_sequence
 from common import DEMO, Usage, elapsed
 from openpose_ros_pkg.detect.detection import ImageFrame
 from openpose_ros_pkg.detect.detector import DetectorSettings, create_detector
@@ -27,7 +25,6 @@ from openpose_ros_pkg.params.nodes import ServiceSettings
 from openpose_ros_pkg.params.parameters import build, parameter_fields
 from openpose_ros_tools.ros import images_to_bag
 from session import ResultWatch, Session, wait_for
-from skeleton_extract_3d.points.rgbd_sequence import RgbdFrame, RgbdSequence
 
 NAMESPACE = '/kinect2/qhd'
 # What the driver publishes, by the points that the chain reads.
@@ -35,11 +32,6 @@ TOPICS = {'depth_image': 'image_color camera_info image_depth_rect', 'point_clou
 PEOPLE_3D = '/openpose_ros/skeleton_3d/detected_poses_3d'
 START_TIMEOUT = 240.0
 _PASSES = 15
-# Depth before the empty scene, and from the mean depth of the joints, of the pixels of a person [m].
-_BEFORE, _AT_JOINTS = 0.1, 0.5
-# Copies: person, delay [frames], shift to the right and away over the floor [m].
-_COPIES = ((1, 12, -0.5, 0.4), (0, 20, 1.3, 0.9), (1, 25, 0.8, 1.4), (0, 6, -0.7, 1.2), (1, 34, -1.4, 1.8),
-           (0, 30, 0.3, 1.6))
 
 
 def make_bag(sequence: Path, bag: Path, cloud: bool = True) -> Path:
@@ -190,70 +182,3 @@ class NetworksAlone:
 def median_and_95(seconds: Sequence[float]) -> str:
     """Return median and 95th percentile of times [s] in ms, as text."""
     return ' / '.join(f'{1e3 * value:.0f}' for value in np.percentile(seconds, (50, 95))) if len(seconds) else '-'
-
-
-def make_crowd(people: int, folder: Path) -> Path:
-    """Write a sequence with 0 to 8 people, if it is not there, and return its folder.
-
-    One: the nearer of the two of the shipped sequence alone. More: both, and copies of them in other phases of their
-    walk, farther away and aside. Shadows on the floor and contours are not those of a camera.
-    """
-    if people == 2:
-        return DEMO
-    if folder.is_dir():
-        return folder
-    sequence = open_sequence(DEMO)
-    frames = list(sequence)
-    for name in ('rgb', 'depth'):
-        (folder / name).mkdir(parents=True)
-    for name in ('camera.yaml', 'sequence.yaml'):
-        shutil.copy(str(DEMO / name), str(folder / name))
-    depths = np.array([frame.depth for frame in frames])
-    farthest, (rows, columns) = depths.argmax(axis=0), np.indices(depths.shape[1:])
-    room = CutOut(np.array([frame.bgr for frame in frames])[farthest, rows, columns],
-                  depths.max(axis=0) / np.float32(1000), np.ones(farthest.shape, bool))
-    cut = [_cut_out(frame, room, true['people']) for frame, true in zip(frames, read_truth(DEMO)[0]['frames'])]
-    forth_and_back = cut + cut[-2:0:-1]
-    for number, both in enumerate(cut):
-        copies = [_moved(forth_and_back[(number + late) % len(forth_and_back)][row], shift, sequence)
-                  for row, late, *shift in _COPIES[:max(people - 2, 0)]]
-        bgr, depth = room.bgr.copy(), room.depth.copy()
-        for person in (*both[max(2 - people, 0):], *copies):
-            nearer = person.mask & ((depth == 0) | (person.depth < depth))
-            bgr[nearer], depth[nearer] = person.bgr[nearer], person.depth[nearer]
-        cv2.imwrite(str(folder / 'rgb' / f'{number:05d}.jpg'), bgr, [cv2.IMWRITE_JPEG_QUALITY, 92])
-        cv2.imwrite(str(folder / 'depth' / f'{number:05d}.png'), np.rint(1000 * depth).astype(np.uint16))
-    return folder
-
-
-class CutOut(NamedTuple):
-    """A person in a frame: (H, W, 3) uint8 BGR, (H, W) float32 depth [m], (H, W) bool mask of the person."""
-
-    bgr: np.ndarray
-    depth: np.ndarray
-    mask: np.ndarray
-
-
-def _cut_out(frame: RgbdFrame, room: CutOut, people: Sequence[Dict[str, Any]]) -> List[CutOut]:
-    """Return the people of a frame, who are truly there, in the order of their ids."""
-    depth, cut = frame.depth / np.float32(1000), []
-    for person in sorted(people, key=lambda person: person['id']):
-        middle = np.array(person['xyz'], np.float32)[:, 2].mean()
-        own = (depth > 0) & (depth < room.depth - _BEFORE) & (np.abs(depth - middle) < _AT_JOINTS)
-        # the contour has no depth: it gets that of the body
-        mask = cv2.morphologyEx(own.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((7, 7), np.uint8)) > 0
-        cut.append(CutOut(frame.bgr, np.where(own, depth, middle).astype(np.float32), mask))
-    return cut
-
-
-def _moved(person: CutOut, shift: Sequence[float], sequence: RgbdSequence) -> CutOut:
-    """Return a person moved over the floor [m], as flat as a picture for the change of perspective."""
-    camera, step = sequence.camera, np.asarray(sequence.T_world_camera)[:3, :3].T @ np.array([*shift, 0.0])
-    middle = float(np.median(person.depth[person.mask])) if person.mask.any() else 1.0
-    scale = middle / (middle + step[2])
-    focal, centre = camera.matrix[[0, 1], [0, 1]], camera.matrix[:2, 2]
-    matrix = np.column_stack([scale * np.eye(2), centre - scale * centre + focal * step[:2] / (middle + step[2])])
-    depth, mask = (cv2.warpAffine(image, matrix, (camera.width, camera.height), flags=cv2.INTER_NEAREST)
-                   for image in (person.depth, person.mask.astype(np.uint8)))
-    return CutOut(cv2.warpAffine(person.bgr, matrix, (camera.width, camera.height)), depth + np.float32(step[2]),
-                  mask > 0)

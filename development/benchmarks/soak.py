@@ -40,7 +40,8 @@ from scipy.stats import theilslopes
 from sensor_msgs.msg import Image
 
 from common import Figures, Parser, markdown, new_path, run_live
-from nodes import NAMESPACE, make_bag, make_crowd, node_process, played_stamps, start_named_camera
+from crowd import make_crowd
+from nodes import NAMESPACE, make_bag, node_process, played_stamps, start_named_camera
 from openpose_ros_pkg.errors import OpenposeRosError
 from session import Diagnostics, Session, await_true, wait_for
 from skeleton_extract_3d.ros.extractor import NAMESPACE as RESULTS

@@ -15,12 +15,12 @@ BENCHMARK = """
 import sys, time
 from common import run_live
 
-def measure(session, folder):
+def measure(session, folder, arguments):
     session.start('node', ['sleep', '600'])
     print('started', flush=True)
     time.sleep(600)
 
-sys.exit(run_live(measure))
+sys.exit(run_live(measure, None))
 """
 # A master that takes connections, and answers nothing.
 SILENT_MASTER = """#!{python}

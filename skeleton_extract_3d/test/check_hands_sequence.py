@@ -25,7 +25,7 @@ from skeleton_extract_3d.ros.convert import cloud_to_message
 
 FOLDER = Path(__file__).resolve().parents[2].parent / 'shared' / 'bench' / 'rgbd_dev' / 'hands'
 FRAMES = range(0, 44, 8)
-# Median error of the points that are seen [m]; development/benchmarks/hands.py measures them all.
+# Median error of the points that are seen [m]; ./run bench people hands measures them all.
 MEDIAN_ERROR = 0.015
 
 

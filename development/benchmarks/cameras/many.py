@@ -26,7 +26,8 @@ import rospy
 from openpose_ros_msgs.msg import PersonDetection_3dArray
 
 from common import Figures, Parser, markdown, run_live
-from nodes import PEOPLE_3D, Unit, make_bag, make_crowd, median_and_95, start_named_camera, watch_nodes
+from crowd import make_crowd
+from nodes import PEOPLE_3D, Unit, make_bag, median_and_95, start_named_camera, watch_nodes
 from session import Session
 
 # One process, or a service and an extractor for each camera: arguments of cameras.launch.

@@ -1,4 +1,4 @@
-"""The table that the accuracy benchmark writes."""
+"""What the benchmarks share: the table of joints, crowds."""
 import csv
 import sys
 from pathlib import Path
@@ -7,14 +7,17 @@ import numpy as np
 
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.people import People3D
+from skeleton_extract_3d.points.rgbd_sequence import RgbdSequence
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[3] / 'development' / 'benchmarks'))
 
-import accuracy_3d
+from chain_runs import write_csv
+from common import DEMO
+from crowd import make_crowd
 
 
 def rows(path, *frames):
-    accuracy_3d.write_csv(path, list(frames))
+    write_csv(path, list(frames))
     with path.open(newline='') as handle:
         return list(csv.DictReader(handle))
 
@@ -32,3 +35,13 @@ def test_each_person_of_a_frame_has_a_row(tmp_path):
         ('500000000', '7', '2'), ('500000000', '4', '2')]
     first, last = COCO_18.joints[0], COCO_18.joints[-1]
     assert float(table[0][f'field.{first}.y']) == 1 and float(table[1][f'field.{last}.z']) == xyz[1, -1, 2]
+
+
+def test_crowds_have_more_of_the_image(tmp_path):
+    shares = []
+    scene = np.max([frame.depth for frame in RgbdSequence.read(DEMO)][::3], axis=0).astype(float)
+    for people in (1, 2, 4):
+        sequence = RgbdSequence.read(make_crowd(people, tmp_path / str(people)))
+        assert len(sequence) == 40
+        shares.append(float((scene - sequence.frame(0).depth > 100).mean()))  # [mm]
+    assert 0.03 < shares[0] < shares[1] < shares[2] < 0.5
