@@ -11,7 +11,7 @@ import time
 from collections import Counter
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Dict, List, Optional, Sequence, Tuple
+from typing import Any, Callable, Dict, Iterable, List, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -72,8 +72,7 @@ def camera_poses(folder: Path, sequence: RgbdSequence) -> np.ndarray:
 
 
 def exact_joints(folder: Path) -> List[List[Tuple[np.ndarray, np.ndarray]]]:
-    """Return the true pixels (18, 2) and labels (18,) of the joints of each person in each frame; 0: out of the image.
-    """
+    """Return the true pixels (18, 2) and labels (18,; 0: out of the image) of the joints of each person by frame."""
     truth, order = read_truth(folder)
     return [[(np.array(person['uv'], np.float64)[order], np.array(person['vis'])[order]) for person in frame['people']]
             for frame in truth['frames']]
@@ -123,13 +122,11 @@ class CountedNetworks(Networks):
     def load(self, recipe: Recipe) -> Tuple[Recipe, Dict[str, Backend]]:
         """See `Networks`."""
         recipe, networks = super().load(recipe)
-        for name, network in networks.items():
-            self._counted.setdefault(name, CountedNetwork(network))
+        self._counted = {**{name: CountedNetwork(network) for name, network in networks.items()}, **self._counted}
         return recipe, {name: self._counted[name] for name in networks}
 
-    @property
     def done(self) -> float:
-        """Work of all networks so far, in units of one pass of mobilenet_thin over 656 x 368 pixels."""
+        """Return the work so far, in units of one pass of mobilenet_thin over 656 x 368 pixels."""
         return sum(WORK.get(name, np.nan) * network.pixels for name, network in self._counted.items())
 
 
@@ -153,28 +150,27 @@ class Run:
     warnings: Counter = field(default_factory=Counter)
 
 
-def run_chain(sequence: RgbdSequence, chain: PeopleChain, networks: Optional[CountedNetworks] = None,
-              floors: Optional[np.ndarray] = None) -> Run:
+def run_chain(sequence: RgbdSequence, chain: PeopleChain, floors: Optional[np.ndarray] = None,
+              work: Callable[[], float] = lambda: 0.0) -> Run:
     """Find the people in each image and in space.
 
     Args:
-        networks: whose work is counted.
         floors: (F, 4) the floor in each frame; None: it is not known.
+        work: returns the work of the networks so far.
     """
     run = Run()
     for number, frame in enumerate(sequence):
-        done, began = networks.done if networks else 0.0, time.perf_counter()
+        done, began = work(), time.perf_counter()
         prepared = chain.prepare(Frame('', BEGIN + frame.time, frame.bgr, DepthImage(frame.depth, sequence.camera),
                                        floor=None if floors is None else floors[number], source=number))
         with chain.detection.lock:
             computed = chain.compute(prepared)
         result = chain.finish(computed)
-        found = time.perf_counter()
         run.people.append(result.people_2d)
-        run.work.append(networks.done - done if networks else 0.0)
-        began_space = time.perf_counter()
+        run.work.append(work() - done)
+        found = time.perf_counter()
         result = chain.lift(result)
-        run.estimating.append(1e3 * (time.perf_counter() - began_space))
+        run.estimating.append(1e3 * (time.perf_counter() - found))
         run.detecting.append(1e3 * (found - began))
         run.frames.append((frame.time, result.people_3d))
         run.warnings.update(doubt.event for doubt in result.doubts)
@@ -202,7 +198,7 @@ class Finder:
     def run(self, sequence: RgbdSequence, floors: Optional[np.ndarray] = None) -> Run:
         """Return what a chain that has seen nothing before finds; see `run_chain`."""
         detection = NetworkDetection(self._detector, self._settings.tracking, self._following, self._pace)
-        return run_chain(sequence, PeopleChain(detection, self._settings.estimator), self._networks, floors)
+        return run_chain(sequence, PeopleChain(detection, self._settings.estimator), floors, self._networks.done)
 
 
 def write_csv(path: Path, frames: Frames) -> None:
@@ -219,7 +215,7 @@ def write_csv(path: Path, frames: Frames) -> None:
                 writer.writerow([stamp, stamp, len(people), person, *row.ravel().tolist()])
 
 
-def evaluate(script: Path, items: Sequence[object]) -> int:
+def evaluate(script: Path, pairs: Iterable[Tuple[Path, Path]]) -> int:
     """Let a script score pairs of sequence folder and CSV; return its exit status."""
     sys.stdout.flush()
-    return subprocess.call([sys.executable, str(script), *map(str, items)])
+    return subprocess.call([sys.executable, str(script), *(str(path) for pair in pairs for path in pair)])

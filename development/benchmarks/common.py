@@ -8,8 +8,6 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Callable, Dict, Iterator, Sequence, Tuple
 
-import psutil
-
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.extend([*map(str, ROOT.glob('*/src')), *map(str, ROOT.glob('extensions/*/src')), str(ROOT / 'tests/support'),
                  str(ROOT / 'devel/lib/python3/dist-packages')])
@@ -38,8 +36,7 @@ class Parser(argparse.ArgumentParser):
 
     def add_settings(self, target: str, option: str = '--set') -> None:
         """Add an option for the parameters of something, which `settings` reads."""
-        self.add_argument(option, metavar='KEY=VALUE', action='append', default=[],
-                          help=f'a parameter {target}; may be repeated')
+        self.add_argument(option, metavar='KEY=VALUE', action='append', default=[], help=f'a parameter {target}')
 
     def add_live(self, seconds: float, warm_up: float) -> None:
         """Add the options of a table of running nodes, with the default times of a row [s]."""
@@ -92,26 +89,6 @@ def markdown(rows: Sequence[Sequence[object]]) -> str:
     lines = [f"| {' | '.join(map(str, row))} |" for row in rows]
     lines.insert(1, '| --- |' + ' ---: |' * (len(rows[0]) - 1))
     return '\n'.join(lines) + '\n'
-
-
-class Usage:
-    """Processor and memory of processes."""
-
-    def __init__(self, processes: Dict[str, psutil.Process]) -> None:
-        self._processes = processes
-        self._begin, self._before = time.monotonic(), self._seconds()
-
-    def _seconds(self) -> Dict[str, float]:
-        return {name: sum(process.cpu_times()[:2]) for name, process in self._processes.items()}
-
-    def processor(self) -> Dict[str, float]:
-        """Return what each took since the beginning [% of a core]."""
-        now, seconds = time.monotonic(), self._seconds()
-        return {name: 100 * (seconds[name] - self._before[name]) / (now - self._begin) for name in seconds}
-
-    def memory(self) -> Dict[str, float]:
-        """Return the resident memory of each [MB]."""
-        return {name: process.memory_info().rss / 1e6 for name, process in self._processes.items()}
 
 
 def run_live(measure: Callable[['Session', Path, argparse.Namespace], Figures], arguments: argparse.Namespace) -> int:

@@ -26,17 +26,7 @@ from openpose_ros_msgs.msg import PersonDetection_3dArray, PersonDetectionArray
 
 from common import Figures, Parser, markdown, run_live
 from crowd import make_crowd
-from nodes import (
-    NAMESPACE,
-    PEOPLE_3D,
-    NetworksAlone,
-    Unit,
-    Watched,
-    make_bag,
-    median_and_95,
-    start_camera,
-    watch_nodes,
-)
+from nodes import NAMESPACE, PEOPLE_3D, NetworksAlone, Unit, Watched, make_bag, median_and_95, start_camera, watch_nodes
 from session import Session
 from skeleton_extract_3d.ros.extractor import AGE_STAGES
 

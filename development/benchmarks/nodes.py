@@ -17,7 +17,7 @@ import rospy
 from openpose_ros_msgs.msg import Timing
 
 from chain_runs import open_sequence
-from common import DEMO, Usage, elapsed
+from common import DEMO, elapsed
 from openpose_ros_pkg.detect.detection import ImageFrame
 from openpose_ros_pkg.detect.detector import DetectorSettings, create_detector
 from openpose_ros_pkg.detect.network_detection import NetworkDetection
@@ -126,10 +126,14 @@ def watch_nodes(session: Session, command: List[str], topics: Mapping[str, type]
     wait_for(lambda: all(watch.arrivals for watch in watches), START_TIMEOUT, 'first results', nodes)
     start = time.monotonic() - began
     time.sleep(options.warm_up)
-    first, begin, usage = [len(watch.arrivals) for watch in watches], time.monotonic(), Usage(node_processes())
+    processes = node_processes()
+    for process in processes.values():
+        process.cpu_percent()  # begins to count
+    first, begin = [len(watch.arrivals) for watch in watches], time.monotonic()
     time.sleep(options.seconds)
-    last, seconds, processor = [len(watch.arrivals) for watch in watches], time.monotonic() - begin, usage.processor()
-    memory = usage.memory()
+    last, seconds = [len(watch.arrivals) for watch in watches], time.monotonic() - begin
+    processor = {node: process.cpu_percent() for node, process in processes.items()}
+    memory = {node: process.memory_info().rss / 1e6 for node, process in processes.items()}
     if timing:
         stages = rospy.wait_for_message(timing, Timing, START_TIMEOUT)
     parameters = {node: rospy.get_param(node, {}) for node in memory}

@@ -3,18 +3,16 @@
 
 Two chains at once: `people_3d_node` with visualization, a camera of 960 x 540 at 30 Hz and the floor nodelet; and
 detection service and extractor as two nodes, with a camera of their own at 5 Hz. In the images people come and go, 0 to
-5 of them. All results are recorded by record.launch. In each cycle (5 min of 60)
-
-  - the detection service of the second chain is killed (SIGKILL) and has to come again by respawn;
-  - the cameras end and start again, by Ctrl-C and by SIGKILL in turn;
-  - parameters are changed by dynamic_reconfigure, and back;
-  - subscribers of everything, as RViz is, come, hang (SIGSTOP), and are killed; one is slow.
+5 of them. All results are recorded by record.launch. In each cycle (5 min of 60) the detection service of the second
+chain is killed (SIGKILL) and has to come again by respawn; the cameras end and start again, by Ctrl-C and by SIGKILL in
+turn; parameters are changed by dynamic_reconfigure, and back; subscribers of everything, as RViz is, come, hang
+(SIGSTOP), and are killed; one is slow.
 
 The last fifth of a cycle is quiet. That of the first is compared with that of the last: memory of each node at most
-101 %, no more threads or files than before. Runs of less than half an hour compare the middle with the end, and allow
-256 MB and 4 threads and files, as buffers and pools still grow. The age of the results does not grow: the slope of its
-medians, with 95 % confidence. Frames that came = answered frames + frames that are counted as dropped, in each chain;
-no published result is missing in the bags. The exit status is 1 if one of these fails.
+101 %, no more threads or files. Runs of less than half an hour compare the middle with the end, and allow 256 MB and 4
+threads and files, as buffers and pools still grow. The slope of the age of the results is no growth, with 95 %
+confidence. In each chain, frames that came = answered frames + frames counted as dropped; no published result is
+missing in the bags. The exit status is 1 if one of these fails.
 
     ./run bench soak --minutes 60 --json soak.json
 """
@@ -106,8 +104,7 @@ class Sampler:
         self._period, self._began, self._processes = period, time.monotonic(), {}
         self.samples: Dict[str, List[Tuple[float, ...]]] = {node: [] for node in nodes}
         self.lives = dict.fromkeys(nodes, 0)
-        self._stopped = threading.Event()
-        self._thread = threading.Thread(target=self._run, daemon=True)
+        self._stopped, self._thread = threading.Event(), threading.Thread(target=self._run, daemon=True)
         self._thread.start()
 
     def sleep_until(self, seconds: float) -> None:
@@ -134,7 +131,7 @@ class Sampler:
 
 
 class Result(NamedTuple):
-    """Header of a recorded message, and when the recorder got it: seq, [ns], [ns]."""
+    """Header of a recorded message, and when it came: seq, [ns], [ns]."""
 
     seq: int
     stamp: int
@@ -252,7 +249,6 @@ class Soak:
         self._cycles = max(int(min(CYCLES, self._seconds / LEAST_CYCLE)), 2)
         self._runs: Dict[Chain, List[Path]] = {chain: [] for chain in CHAINS}
         self._cameras: Dict[Chain, subprocess.Popen] = {}
-        self._kills: List[int] = []
         rospy.init_node('soak', disable_signals=True)
         self._diagnostics = Diagnostics()
         (folder / 'bags').mkdir()
@@ -308,7 +304,6 @@ class Soak:
     def _kill_service(self, _: int) -> None:
         with suppress(OSError):  # it is not there again since it was killed: the account tells
             node_process(KILLED).kill()
-            self._kills.append(rospy.get_rostime().to_nsec())
 
     def _restart_cameras(self, cycle: int) -> None:
         for camera in self._cameras.values():
@@ -354,8 +349,7 @@ class Soak:
             ages[chain.extractor], older = age(own, self._began, self._ended)
             faults += [f'{chain.extractor}: {fault}' for fault in (*wrong, *older)]
         cycle, is_long = self._seconds / self._cycles, self._seconds >= 60 * LONG
-        windows = [(end - 0.2 * cycle, end)
-                   for end in (cycle * (1 if is_long else self._cycles // 2), self._seconds)]
+        windows = [(end - 0.2 * cycle, end) for end in (cycle * (1 if is_long else self._cycles // 2), self._seconds)]
         for node in (*ONE.nodes, *TWO.nodes):
             grown[node], wrong = growth(samples[node], windows, LIMITS if is_long else LIMITS_SHORT)
             faults += [f'{node}: {fault}' for fault in wrong]
@@ -371,15 +365,8 @@ class Soak:
                           for name, each in frames.items())]))
         return {'minutes': self._seconds / 60, 'cycles': self._cycles, 'faults': faults, 'frames': frames,
                 'age_s': ages, 'growth': grown, 'recorded': {topic: len(each) for topic, each in results.items()},
-                'service_after_kill_s': self._seconds_to_answer(results), 'lives': self._sampler.lives,
+                'lives': self._sampler.lives,
                 'samples': {node: each[::len(each) // 60 + 1] for node, each in samples.items()}}
-
-    def _seconds_to_answer(self, results: Dict[str, List[Result]]) -> List[float]:
-        """Return how long the second chain was without results after each kill of its service [s]."""
-        times = [result.received for result in results.get(TWO.results('detected_poses_3d'), [])]
-        # results of requests that the service had answered before come within a moment
-        return [next(((after - kill) / 1e9 for before, after in zip(times, times[1:])
-                      if after > kill and after - before > 1e9), float('nan')) for kill in self._kills]
 
 
 def main() -> int:

@@ -77,11 +77,8 @@ def coco_results(people: People2D, image_id: int) -> List[dict]:
 
 def evaluate(annotations: Path, results: List[dict]) -> Dict[str, float]:
     """Compare with the annotations; return AP, AP50, AR, and precision and recall of people at similarity 0.5."""
-    try:
-        from pycocotools.coco import COCO
-        from pycocotools.cocoeval import COCOeval
-    except ImportError as error:
-        raise SystemExit(f'pycocotools is needed to score ({error}): pip install pycocotools') from error
+    from pycocotools.coco import COCO  # needs pycocotools
+    from pycocotools.cocoeval import COCOeval
     with contextlib.redirect_stdout(io.StringIO()):
         truth = COCO(str(annotations))
         run = COCOeval(truth, truth.loadRes(results), 'keypoints')

@@ -21,22 +21,7 @@ import numpy as np
 import pandas as pd
 from scipy.optimize import linear_sum_assignment
 
-from chain_runs import (
-    VISIBLE,
-    Finder,
-    Frames,
-    Run,
-    camera_poses,
-    evaluate,
-    exact_joints,
-    exact_people,
-    known_people,
-    name_of,
-    open_sequence,
-    read_truth,
-    run_chain,
-    write_csv,
-)
+import chain_runs
 from common import Parser, errors_end_the_program, new_path
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_tools.alignment.people import pair_people
@@ -52,16 +37,16 @@ SAME_IN_IMAGE, LEAST_VISIBLE, NEAR = 0.5, 4, 20
 Paths = List[Tuple[np.ndarray, np.ndarray]]
 
 
-def report_2d(folders: Sequence[Path], runs: Sequence[Run]) -> str:
+def report_2d(folders: Sequence[Path], runs: Sequence[chain_runs.Run]) -> str:
     """Return the people found in the images, how exactly, and the work, as text."""
     count = found = joints = near = 0
     for folder, run in zip(folders, runs):
-        for true, people in zip(exact_joints(folder), run.people):
+        for true, people in zip(chain_runs.exact_joints(folder), run.people):
             apart = np.array([[_apart(xy, uv, labels) for xy in people.xy] for uv, labels in true])
             pairs = linear_sum_assignment(apart) if apart.size else ((), ())
             match = {row: column for row, column in zip(*pairs) if apart[row, column] < SAME_IN_IMAGE}
             for row, (uv, labels) in enumerate(true):
-                visible = labels == VISIBLE
+                visible = labels == chain_runs.VISIBLE
                 if visible.sum() >= LEAST_VISIBLE:
                     count, joints, found = count + 1, joints + visible.sum(), found + (row in match)
                     there = people.xy[match[row]] if row in match else np.full_like(uv, np.nan)
@@ -80,19 +65,19 @@ def _apart(xy: np.ndarray, uv: np.ndarray, labels: np.ndarray) -> float:
     return float(np.nanmedian(distances) / max(np.linalg.norm(np.ptp(uv[labels > 0], axis=0)) / 2, 1.0))
 
 
-def report_warnings(folders: Sequence[Path], runs: Sequence[Run]) -> str:
+def report_warnings(folders: Sequence[Path], runs: Sequence[chain_runs.Run]) -> str:
     """Return in how many frames the points of a sequence were doubted, as text."""
     lines = [f'{folder}: {event} in {number} of {len(run.frames)} frames\n'
              for folder, run in zip(folders, runs) for event, number in run.warnings.items()]
     return ''.join(lines) or 'no warning of points\n'
 
 
-def measured_paths(folder: Path, frames: Frames) -> Paths:
+def measured_paths(folder: Path, frames: chain_runs.Frames) -> Paths:
     """Return the measured and true positions of each visible joint in consecutive frames, (F, 3) [m]."""
-    truth, order = read_truth(folder)
+    truth, order = chain_runs.read_truth(folder)
     rows: List[Tuple[float, ...]] = []
     for number, ((_, found), frame) in enumerate(zip(frames, truth['frames'])):
-        people = [(person['id'], np.array(person['xyz'])[order], np.array(person['vis'])[order] == VISIBLE)
+        people = [(person['id'], np.array(person['xyz'])[order], np.array(person['vis'])[order] == chain_runs.VISIBLE)
                   for person in frame['people']]
         for row, other in pair_people(found.xyz, np.array([xyz for _, xyz, _ in people]), SAME_PERSON):
             person, xyz, visible = people[other]
@@ -112,35 +97,36 @@ def lag(paths: Paths) -> float:
     errors = np.zeros(len(delays))
     for measured, true in paths:
         number = np.arange(len(true))
-        inner = number[3:-3]
         for i, delay in enumerate(delays):
-            then = np.stack([np.interp(inner - delay, number, axis) for axis in true.T], axis=1)
-            off = measured[inner] - then
+            then = np.stack([np.interp(number[3:-3] - delay, number, axis) for axis in true.T], axis=1)
+            off = measured[3:-3] - then
             errors[i] += ((off - off.mean(axis=0)) ** 2).sum()
     return float(delays[errors.argmin()])
 
 
-def run_all(arguments: Any, settings: ChainSettings) -> List[Run]:
+def run_all(arguments: Any, settings: ChainSettings) -> List[chain_runs.Run]:
     """Return what the chain finds in each sequence."""
     runs, finder = [], None
     for folder in arguments.sequences:
-        sequence = open_sequence(folder)
-        floors = camera_poses(folder, sequence)[:, 2] if arguments.floor else None  # z of the world by the camera's
+        sequence = chain_runs.open_sequence(folder)
+        # z of the world by the coordinates of the camera
+        floors = chain_runs.camera_poses(folder, sequence)[:, 2] if arguments.floor else None
         if arguments.exact_2d:
-            detection = known_people(exact_people(folder), settings.tracking)
-            runs.append(run_chain(sequence, PeopleChain(detection, settings.estimator), floors=floors))
+            detection = chain_runs.known_people(chain_runs.exact_people(folder), settings.tracking)
+            runs.append(chain_runs.run_chain(sequence, PeopleChain(detection, settings.estimator), floors=floors))
         else:
-            finder = finder or Finder(settings, arguments.budget, sequence.fps or 1.0)
+            finder = finder or chain_runs.Finder(settings, arguments.budget, sequence.fps or 1.0)
             runs.append(finder.run(sequence, floors))
     return runs
 
 
-def report_lag(folders: Sequence[Path], runs: Sequence[Run], settings: ChainSettings) -> str:
+def report_lag(folders: Sequence[Path], runs: Sequence[chain_runs.Run], settings: ChainSettings) -> str:
     """Return the delays with smoothing and of single frames, as text."""
     raw = replace(settings.estimator, smoothing=replace(settings.estimator.smoothing, smoothing=False))
     paths, raw_paths = [], []
     for folder, run in zip(folders, runs):
-        again = run_chain(open_sequence(folder), PeopleChain(known_people(run.people, settings.tracking), raw))
+        chain = PeopleChain(chain_runs.known_people(run.people, settings.tracking), raw)
+        again = chain_runs.run_chain(chain_runs.open_sequence(folder), chain)
         paths += measured_paths(folder, run.frames)
         raw_paths += measured_paths(folder, again.frames)
     return f'lag in frames: smoothed {lag(paths):.2f}, single frames {lag(raw_paths):.2f}\n'
@@ -164,9 +150,9 @@ def main() -> None:
         out = arguments.out or Path(temporary)
         out.mkdir(parents=True, exist_ok=True)
         runs = run_all(arguments, settings)
-        tables = [out / f'{name_of(folder)}.csv' for folder in folders]
+        tables = [out / f'{chain_runs.name_of(folder)}.csv' for folder in folders]
         for path, run in zip(tables, runs):
-            write_csv(path, run.frames)
+            chain_runs.write_csv(path, run.frames)
         detecting, estimating = ([each for run in runs for each in getattr(run, name)]
                                  for name in ('detecting', 'estimating'))
         sys.stdout.write(f'median ms per frame: 2D {np.median(detecting):.1f}, 3D {np.median(estimating):.2f}\n')
@@ -176,7 +162,7 @@ def main() -> None:
         if arguments.lag:
             sys.stdout.write(report_lag(folders, runs, settings))
         if arguments.evaluate:
-            raise SystemExit(evaluate(arguments.evaluate, [item for pair in zip(folders, tables) for item in pair]))
+            raise SystemExit(chain_runs.evaluate(arguments.evaluate, zip(folders, tables)))
 
 
 if __name__ == '__main__':

@@ -109,7 +109,7 @@ def measure(session: Session, folder: Path, arguments: argparse.Namespace) -> Fi
         path = out / f'{name_of(sequence)}.csv'
         write_csv(path, frames)
         rows.append(row)
-        pairs += [sequence, path]
+        pairs.append((sequence, path))
     session.stop(player.nodes)
     after, log = unit.milliseconds(), (folder / 'nodes.log').read_text(errors='replace').splitlines()
     print(markdown(rows))

@@ -79,7 +79,9 @@ def compared(folder: Path, frames: Found) -> str:
             xyz = np.array(person['face']['xyz'])
             for points, turn in zip(lifted.faces.points.xyz, lifted.faces.orientations):
                 if np.linalg.norm(np.nanmedian(points, axis=0) - xyz.mean(axis=0)) < SAME:
-                    angles.append(angle(Rotation.from_quat(turn).apply([1.0, 0.0, 0.0]), true_direction(xyz, truth)))
+                    ahead, true = Rotation.from_quat(turn).apply([1.0, 0.0, 0.0]), true_direction(xyz, truth)
+                    cosine = ahead @ true / np.linalg.norm(ahead) / np.linalg.norm(true)
+                    angles.append(np.degrees(np.arccos(cosine)))
             for hand in person['hands']:
                 for row in np.flatnonzero(lifted.hands.left == (hand['side'] == 'left')):
                     points = lifted.hands.points
@@ -100,11 +102,6 @@ def true_direction(xyz: np.ndarray, truth: Dict[str, Any]) -> np.ndarray:
     left = point['left_eye_outer'] - point['right_eye_outer']
     eyes = sum(point[f'{side}_eye_{corner}'] for side in ('left', 'right') for corner in ('inner', 'outer')) / 4
     return np.cross(left, eyes - (point['mouth_left'] + point['mouth_right']) / 2)
-
-
-def angle(first: np.ndarray, second: np.ndarray) -> float:
-    """Return the angle between two vectors (3,) [deg]."""
-    return float(np.degrees(np.arccos(first @ second / np.linalg.norm(first) / np.linalg.norm(second))))
 
 
 def least_milliseconds(networks: Dict[Model, Backend]) -> Dict[str, float]:
@@ -145,7 +142,7 @@ def main() -> None:
         if arguments.evaluate:
             path = Path(temporary) / 'hands.csv'
             write_csv(path, frames)
-            raise SystemExit(evaluate(arguments.evaluate, [arguments.sequences[0], path]))
+            raise SystemExit(evaluate(arguments.evaluate, [(arguments.sequences[0], path)]))
 
 
 if __name__ == '__main__':

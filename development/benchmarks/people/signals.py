@@ -1,11 +1,9 @@
 #!/usr/bin/python3
 """Measure postures, gestures, pointing and falls of people, on RGB-D sequences with known joints, without ROS.
 
-Detects and lifts the people of each sequence (see chain_runs.py), and reads their signals. Where gt.json labels
-gestures, these are scored by the script of --evaluate, and the latency of each, the pointing rays and what they hit are
-printed. Without labels, gestures are compared with those of the true joints, within half a second; postures and places
-on the floor are compared with those of the true joints, frame by frame. --step 2 omits every other frame after
-detection.
+Where gt.json labels gestures, these are scored by the script of --evaluate, and the latency of each, the pointing rays
+and what they hit are printed. Without labels, gestures are compared with those of the true joints, within half a
+second; postures and places on the floor are compared frame by frame. --step 2 omits every other frame after detection.
 
     ./run bench people signals signals floor wave turn group --evaluate evaluate_signals.py --step 2
 """
@@ -50,26 +48,17 @@ Signals = List[Tuple[float, Tuple[PersonSignals, ...]]]
 
 @dataclass(frozen=True)
 class Sequence:
-    """A sequence with its truth.
-
-    Attributes:
-        truth: gt.json.
-        poses: of the camera in the world, (F, 4, 4).
-        true: people in the frame of the camera.
-        found: by the chain.
-        step: between the frames that are read.
-    """
+    """A sequence, see chain_runs.py: gt.json, poses of the camera (F, 4, 4), true and found people in its frame."""
 
     folder: Path
     truth: Dict[str, Any]
     poses: np.ndarray
     true: Frames
     found: Frames
-    step: int
+    step: int  # between the frames that are read
 
     @property
     def moves(self) -> bool:
-        """Whether the camera moves."""
         return bool((self.poses != self.poses[0]).any())
 
     def read(self, frames: Frames, around: Optional[List[Surroundings]] = None) -> Signals:
