@@ -18,7 +18,7 @@ import argparse
 import itertools
 import sys
 from pathlib import Path
-from typing import Dict, List, Sequence
+from typing import List, Sequence
 
 import numpy as np
 import rospy
@@ -26,7 +26,18 @@ from openpose_ros_msgs.msg import PersonDetection_3dArray, PersonDetectionArray
 
 from common import Figures, Parser, markdown, run_live
 from crowd import make_crowd
-from nodes import NAMESPACE, PEOPLE_3D, NetworksAlone, Unit, Watched, make_bag, median_and_95, start_camera, watch_nodes
+from nodes import (
+    NAMESPACE,
+    PEOPLE_3D,
+    NetworksAlone,
+    Unit,
+    Watched,
+    by_node,
+    make_bag,
+    median_and_95,
+    start_camera,
+    watch_nodes,
+)
 from session import Session
 from skeleton_extract_3d.ros.extractor import AGE_STAGES
 
@@ -89,10 +100,6 @@ def table_row(row: Figures, stages: Sequence[str]) -> List[object]:
     """Return the cells of COLUMNS."""
     means = {name: row['stages_ms'][name] for name in stages if np.isfinite(row['stages_ms'].get(name, np.nan))}
     wanted = min(row['camera_hz'] * 29 / 30, 2000 / (0.6 * sum(row['T_ms'])))  # all but a frame, or 1 / 0.6 T
-
-    def by_node(values: Dict[str, float]) -> str:
-        return ', '.join(f'{name.strip("/")} {value:.0f}' for name, value in values.items())
-
     return [f"{row['camera_hz']:.0f}", row['people'], row['points'], ' - '.join(f'{each:.0f}' for each in row['T_ms']),
             f"{row['rate_hz']:.1f}", f"{wanted:.1f}",
             f"{row['networks_alone_hz']:.1f}", row['latency_ms'], f'{sum(means.values()):.0f}',

@@ -8,7 +8,7 @@ import subprocess
 import time
 import xmlrpc.client
 from pathlib import Path
-from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Sequence
+from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 import psutil
@@ -44,27 +44,19 @@ def make_bag(sequence: Path, bag: Path, cloud: bool = True) -> Path:
 
 
 def start_camera(session: Session, bag: Path, rate: float, stamps: Optional[Path] = None,
-                 remap: Optional[Mapping[str, str]] = None, **parameters: object) -> 'subprocess.Popen[bytes]':
+                 names: Tuple[str, str] = ('camera', NAMESPACE), **parameters: object) -> 'subprocess.Popen[bytes]':
     """Start the driver; return its process. See bag_camera.cpp for the parameters.
 
     Args:
         stamps: file for `played_stamps`; None: beside the bag.
-        remap: other names for topics, and for the node (__name).
+        names: of the node, and namespace of the topics.
     """
-    remap = {'__name': 'camera', **(remap or {})}
-    return session.start(remap['__name'], ['rosrun', 'openpose_ros_nodelets', 'bag_camera', f'_bag:={bag}',
-                                           f'_rate:={rate}', *(f'{key}:={value}' for key, value in remap.items()),
-                                           *(f'_{key}:={value}' for key, value in parameters.items())],
+    node, namespace = names
+    topics = {*TOPICS['depth_image'].split(), *TOPICS['point_cloud'].split()}
+    return session.start(node, ['rosrun', 'openpose_ros_nodelets', 'bag_camera', f'__name:={node}', f'_bag:={bag}',
+                                f'_rate:={rate}', *(f'_{key}:={value}' for key, value in parameters.items()),
+                                *(f'{NAMESPACE}/{topic}:={namespace}/{topic}' for topic in topics)],
                          stamps or bag.with_suffix('.txt'))
-
-
-def start_named_camera(session: Session, bag: Path, rate: float, stamps: Path, names: Sequence[str]
-                       ) -> 'subprocess.Popen[bytes]':
-    """Start a driver of depth images with a node name and a namespace of topics of its own; return its process."""
-    node, topics = names
-    published = TOPICS['depth_image']
-    remap = {f'{NAMESPACE}/{topic}': f'{topics}/{topic}' for topic in published.split()}
-    return start_camera(session, bag, rate, stamps, {'__name': node, **remap}, topics=published, frame_id=node)
 
 
 def played_stamps(stamps: Path) -> List[int]:
@@ -181,6 +173,11 @@ class NetworksAlone:
             frame = self._stream.prepare(ImageFrame('alone', stamp, bgr))
             times.append(elapsed(lambda frame=frame: self._stream.finish(self._stream.compute(frame)))[0])
         return 1000 / float(np.mean(times[len(times) // 5:])) if times else float('nan')
+
+
+def by_node(values: Mapping[str, float]) -> str:
+    """Return a figure of each node as text."""
+    return ', '.join(f'{name.strip("/")} {value:.0f}' for name, value in values.items())
 
 
 def median_and_95(seconds: Sequence[float]) -> str:

@@ -30,6 +30,7 @@ from pathlib import Path
 from typing import Callable, Dict, List, NamedTuple, Sequence, Tuple
 
 import numpy as np
+import pandas as pd
 import psutil
 import rosbag
 import rospy
@@ -39,7 +40,7 @@ from sensor_msgs.msg import Image
 
 from common import Figures, Parser, markdown, new_path, run_live
 from crowd import make_crowd
-from nodes import NAMESPACE, make_bag, node_process, played_stamps, start_named_camera
+from nodes import NAMESPACE, TOPICS, make_bag, node_process, played_stamps, start_camera
 from openpose_ros_pkg.errors import OpenposeRosError
 from session import Diagnostics, Session, await_true, wait_for
 from skeleton_extract_3d.ros.extractor import NAMESPACE as RESULTS
@@ -171,18 +172,16 @@ def account(diagnostics: Diagnostics, chain: Chain, runs: Sequence[Path], result
     dropped = {reason: count(reason) for reason in reasons if count(reason)}
     received, answered, gone = count('images received') + dropped.get(lost, 0), count('frames'), sum(dropped.values())
     with_result, unanswered, played = {result.stamp for result in results}, 0, [played_stamps(run) for run in runs]
-    for stamps in played:
+    for stamps in played:  # from the first to the last answered one
         known = [number for number, stamp in enumerate(stamps) if stamp in with_result]
         unanswered += known[-1] - known[0] + 1 - len(known) if known else 0
     invented = len(with_result.difference(*played))
-    faults = []
-    if not 0 <= received - answered - gone <= WAITING:
-        faults.append(f'{received} frames came, but {answered} were answered and {gone} dropped')
-    if unanswered > gone:
-        faults.append(f'{unanswered} frames have no result, but {gone} are counted as dropped')
-    if invented:
-        faults.append(f'{invented} results have stamps of no frame')
-    return {'sent': sum(map(len, played)), 'came': received, 'answered': answered, 'dropped, counted': dropped}, faults
+    faults = {f'{received} frames came, but {answered} were answered and {gone} dropped':
+              not 0 <= received - answered - gone <= WAITING,
+              f'{unanswered} frames have no result, but {gone} are counted as dropped': unanswered > gone,
+              f'{invented} results have stamps of no frame': invented > 0}
+    figures = {'sent': sum(map(len, played)), 'came': received, 'answered': answered, 'dropped, counted': dropped}
+    return figures, [text for text, is_true in faults.items() if is_true]
 
 
 def growth(samples: Sequence[Tuple[float, ...]], windows: Sequence[Tuple[float, float]],
@@ -204,21 +203,17 @@ def growth(samples: Sequence[Tuple[float, ...]], windows: Sequence[Tuple[float, 
 def age(results: Sequence[Result], begin: int, end: int) -> Tuple[Figures, List[str]]:
     """Return the latency of the results between two times [ns], from the stamp to the recorder, and if it grows.
 
-    `parts` are the middle of each part of the run [s since its begin], its median and its greatest latency [s].
+    `parts` are the median [s] of each part of the run, by its middle [s since the begin].
     """
-    times = np.array([result.received for result in results], np.float64)
-    ages = np.array([result.received - result.stamp for result in results]) / 1e9
-    edges, parts = np.linspace(begin, end, AGE_PARTS + 1), []
-    for first, last in zip(edges, edges[1:]):
-        own = ages[(times >= first) & (times < last)]
-        if len(own):
-            parts.append((float((first + last) / 2 - begin) / 1e9, float(np.median(own)), float(own.max())))
-    slope, _, low, high = theilslopes([part[1] for part in parts], [part[0] / 3600 for part in parts], 0.95)
-    median, percentile_95 = np.percentile(ages, (50, 95)).tolist()
-    grows = low * (parts[-1][0] - parts[0][0]) / 3600 > AGE_GROWTH * median
-    return {'median': median, 'percentile_95': percentile_95, 'worst': float(ages.max()), 'parts': parts,
-            'slope, s/h': (float(slope), float(low), float(high))}, [
-        f'the age grows by at least {1000 * low:.1f} ms per hour'] if grows else []
+    seconds, stamps = np.array([(result.received - begin, result.stamp - begin) for result in results]).T / 1e9
+    ages, edges = pd.Series(seconds - stamps), np.linspace(0, (end - begin) / 1e9, AGE_PARTS + 1)
+    parts = ages.groupby(pd.cut(seconds, edges, labels=(edges[1:] + edges[:-1]) / 2), observed=True).median()
+    hours = parts.index.astype(float).to_numpy() / 3600
+    slope, _, low, high = (float(value) for value in theilslopes(parts, hours, 0.95))
+    figures = {'median': ages.median(), 'percentile_95': ages.quantile(0.95), 'worst': ages.max(),
+               'slope, s/h': (slope, low, high), 'parts': dict(zip((3600 * hours).tolist(), parts.tolist()))}
+    grows = low * (hours[-1] - hours[0]) > AGE_GROWTH * figures['median']
+    return figures, [f'the age grows by at least {1000 * low:.1f} ms per hour'] if grows else []
 
 
 def make_sequence(folder: Path) -> Path:
@@ -298,8 +293,8 @@ class Soak:
     def _start_camera(self, chain: Chain) -> None:
         stamps = self._folder / f'{chain.camera}_{len(self._runs[chain])}.txt'
         self._runs[chain].append(stamps)
-        self._cameras[chain] = start_named_camera(self._session, self._bag, chain.rate, stamps,
-                                                  (chain.camera, chain.topics))
+        self._cameras[chain] = start_camera(self._session, self._bag, chain.rate, stamps, (chain.camera, chain.topics),
+                                            topics=TOPICS['depth_image'])
 
     def _kill_service(self, _: int) -> None:
         with suppress(OSError):  # it is not there again since it was killed: the account tells

@@ -1,11 +1,10 @@
 #!/usr/bin/python3
 """Measure how accurate the running nodes are: play sequences with known joints, and score the 3D results.
 
-Starts the 3D chain by roslaunch on a ROS master of its own. A camera driver in C++ plays one sequence after the other,
-each once and with a frame_id of its own; its stamps are those of the moment of publishing. The first sequence is played
-before, under another frame_id, until results come, so that networks and connections are there. A sequence begins when
-the chain has subscribed to every topic, and ends with the result of its last frame, or when that does not come. At
-another rate than that of the recording, everything moves faster or slower.
+A camera driver in C++ plays one sequence after the other into the launched chain, each once and with a frame_id of its
+own, with stamps of the moment of publishing. The first one is played before, under another frame_id, until results
+come. A sequence begins when the chain has subscribed to every topic, and ends with the result of its last frame, or
+when that does not come. At another rate than that of the recording, everything moves faster or slower.
 
 The 3D messages are written as CSV with the times of the sequence, as `accuracy 3d` writes the joints without ROS, and
 scored by the script of --evaluate. A frame without a result counts as one in which no person was found.

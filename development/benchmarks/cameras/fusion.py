@@ -1,8 +1,7 @@
 #!/usr/bin/python3
 """Measure the fusion of several cameras, without ROS: time per update, and accuracy on a sequence with known joints.
 
-Time: simulated people before simulated cameras, median and 99th percentile; the time of the processor is disturbed less
-by other programs.
+Time: simulated people before simulated cameras, median and 99th percentile, and median of the processor's time.
 
 Accuracy (--stage): a folder with one sequence per camera (cam0, cam1, ...; see chain_runs.py) of the same instants,
 with T_world_camera in each meta.json. The chain runs on each camera, mode balanced, then the fusion, once for each case
@@ -11,7 +10,7 @@ figures as JSON. Coverage: share of visible joints whose error in space is withi
 normal distribution are.
 
 Sigma (--sigma): the same shares for simulated people who walk, seen by 1 to 3 cameras of 5 to 60 Hz whose errors are as
-large as they say: independent from frame to frame, or fading within --correlation seconds (1 / e).
+large as they say: independent from frame to frame, or fading within half a second (1 / e).
 
     ./run bench cameras fusion --cameras 4 --people 2
     ./run bench cameras fusion --sigma
@@ -48,8 +47,8 @@ from skeleton_extract_3d.points.transform import Transform
 SAME_PERSON = 0.6
 # Rate of the simulated cameras [Hz], timed updates, and those before them.
 RATE, UPDATES, WARM_UP = 30.0, 300, 30
-# Sigma: rates of the cameras [Hz], length [s], error of the joints per axis [m].
-RATES, SECONDS, NOISE = (5.0, 10.0, 15.0, 30.0, 60.0), 6.0, 0.06
+# Sigma: rates of the cameras [Hz], length [s], error of the joints per axis [m], time in which errors fade [s].
+RATES, SECONDS, NOISE, CORRELATION = (5.0, 10.0, 15.0, 30.0, 60.0), 6.0, 0.06, 0.5
 
 @dataclass(frozen=True)
 class Recorded:
@@ -155,7 +154,7 @@ def score(stage: Path, fused: Frames, script: Path) -> Dict:
     with tempfile.TemporaryDirectory() as folder:
         people, figures = Path(folder) / 'people.csv', Path(folder) / 'figures.json'
         write_csv(people, fused)
-        subprocess.run([sys.executable, str(script), str(stage), str(people), '--json', str(figures)], check=True,
+        subprocess.run([sys.executable, script, stage, people, '--json', figures], check=True,
                        stdout=subprocess.DEVNULL)
         return json.loads(figures.read_text())
 
@@ -174,11 +173,11 @@ def accuracy(stage: Path, recorded: Sequence[Recorded], script: Path) -> str:
     return markdown(rows)
 
 
-def sigma(correlation: float) -> str:
+def sigma() -> str:
     """Return the table of the shares of joints within 1 and 2 sigma, by cameras and rate."""
     rows: List[Sequence[object]] = [('cameras', 'errors last', *(f'{rate:g} Hz' for rate in RATES))]
     room = striding(SECONDS + 1, 5)
-    for count, lasting in itertools.product((1, 2, 3), (0.0, correlation)):
+    for count, lasting in itertools.product((1, 2, 3), (0.0, CORRELATION)):
         shares = [fusion_shares(room, erring_cameras(count, NOISE, lasting), rate, SECONDS) for rate in RATES]
         rows.append((count, f'{lasting:g} s' if lasting else 'a frame',
                      *(f'{found.within_1:.2f}, {found.within_2:.2f}' for found in shares)))
@@ -208,15 +207,14 @@ def main() -> None:
     parser.add_argument('--stage', type=Path, help='folder with the sequences of cameras and gt_world.json')
     parser.add_argument('--evaluate', type=Path, help='script that scores a CSV file against the folder')
     parser.add_argument('--sigma', action='store_true', help='check sigma on simulated people, at all rates')
-    parser.add_argument('--correlation', type=float, default=0.5, help='time in which errors fade [s] (default: 0.5)')
     arguments = parser.parse_args()
     if arguments.stage and not arguments.evaluate:
         parser.error('--stage needs --evaluate')
     with errors_end_the_program():
         if arguments.sigma:
-            sys.stdout.write(sigma(arguments.correlation))
-            return
-        sys.stdout.write(speed(arguments.cameras, arguments.people))
+            sys.stdout.write(sigma())
+        else:
+            sys.stdout.write(speed(arguments.cameras, arguments.people))
         if arguments.stage:
             sys.stdout.write(accuracy(arguments.stage, record(arguments.stage), arguments.evaluate))
 

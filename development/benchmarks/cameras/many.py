@@ -6,10 +6,9 @@ Each row of the table: camera drivers in C++ play sequences of 960 x 540 forth a
 the shipped one (--people), or given by --folder. Of several rates, numbers of people or folders the first is that of
 the first camera, the second that of the next, and so on, in turn. `target_rate` is the greatest of the rates.
 
-Fairness: the rate of the camera that got least by that of the one that got most; of cameras of several rates, by their
-share of the frames. Latency: from the camera's stamp to the arrival of the 3D message in a subscriber, all cameras
-together. People: mean number per frame. Processor: detection is the node with the networks, which with one process is
-all there is. T: one f32 pass of mobilenet_thin at 656 x 368 on two threads, before each row.
+Fairness: least rate of a camera by the greatest; of cameras of several rates, by their share of the frames. Latency:
+from the camera's stamp to the arrival of the 3D message in a subscriber, all cameras together. People: mean number per
+frame. T: one f32 pass of mobilenet_thin at 656 x 368 on two threads, before each row.
 
     ./run bench cameras many --processes one                      # the table of docs/several_cameras.md
     ./run bench cameras many --cameras 3 --rates 30 15 5 --processes one --people 1 2 0
@@ -19,7 +18,7 @@ import itertools
 import os
 import sys
 from pathlib import Path
-from typing import Dict, List, Sequence, Tuple
+from typing import List, Sequence, Tuple
 
 import numpy as np
 import rospy
@@ -27,14 +26,13 @@ from openpose_ros_msgs.msg import PersonDetection_3dArray
 
 from common import Figures, Parser, markdown, run_live
 from crowd import make_crowd
-from nodes import PEOPLE_3D, Unit, make_bag, median_and_95, start_named_camera, watch_nodes
+from nodes import PEOPLE_3D, TOPICS, Unit, by_node, make_bag, median_and_95, start_camera, watch_nodes
 from session import Session
 
 # One process, or a service and an extractor for each camera: arguments of cameras.launch.
 PROCESSES = {'one': 'one_process:=true', 'extractors': 'one_process:=false'}
 COLUMNS = ('mode', 'processes', 'cameras', 'T [ms]', 'load', 'results of a camera [Hz]', 'of all [Hz]', 'fairness',
-           'latency median / 95 % [ms]', 'people', 'processor: detection, extractors, cameras [% of a core]',
-           'memory [MB]')
+           'latency median / 95 % [ms]', 'people', 'processor [% of a core]', 'memory [MB]')
 
 
 def parse_arguments() -> argparse.Namespace:
@@ -51,26 +49,14 @@ def parse_arguments() -> argparse.Namespace:
     return parser.parse_live()
 
 
-def of_groups(values: Dict[str, float]) -> List[float]:
-    """Return the sums of detection, extractors and cameras, of values by the name of the node."""
-    sums = [0.0, 0.0, 0.0]
-    for name, value in values.items():
-        if name.startswith('/driver_'):
-            sums[2] += value
-        elif name in ('/openpose_ros_service_node', '/skeleton_extract_3d_node'):
-            sums[0] += value
-        elif name.endswith('/skeleton_extract_3d_node'):
-            sums[1] += value
-    return sums
-
-
 def measure_row(session: Session, bags: Sequence[Path], combination: Tuple[str, int, str],
                 arguments: argparse.Namespace) -> Figures:
     """Run the chain in a mode before a number of cameras, in one process or not, and return the figures."""
     mode, count, processes = combination
     names = [f'camera{number}' for number in range(1, count + 1)]
     rates = list(itertools.islice(itertools.cycle(arguments.rates), count))
-    drivers = [start_named_camera(session, bag, rate, bag.with_name(f'{name}.txt'), (f'driver_{name}', f'/{name}/qhd'))
+    drivers = [start_camera(session, bag, rate, bag.with_name(f'{name}.txt'), (f'driver_{name}', f'/{name}/qhd'),
+                            topics=TOPICS['depth_image'], frame_id=name)
                for name, rate, bag in zip(names, rates, itertools.cycle(bags))]
     seen = watch_nodes(session, [
         'roslaunch', 'skeleton_extract_3d', 'cameras.launch', f"cameras:={' '.join(names)}", f'mode:={mode}',
@@ -84,7 +70,7 @@ def measure_row(session: Session, bags: Sequence[Path], combination: Tuple[str, 
             'rates_hz': found.tolist(), 'fairness': float((found / rates).min() / (found / rates).max()),
             'latency_ms': median_and_95(np.concatenate(seen.latencies)),
             'people': [float(np.mean(each)) if len(each) else float('nan') for each in seen.people],
-            'cpu_percent_of_a_core': of_groups(seen.processor), 'memory_mb': sum(of_groups(seen.memory)[:2])}
+            'cpu_percent_of_a_core': seen.processor, 'memory_mb': seen.memory}
 
 
 def table_row(row: Figures) -> List[object]:
@@ -95,7 +81,7 @@ def table_row(row: Figures) -> List[object]:
     return [row['mode'], row['processes'], row['cameras'], f"{row['T_ms']:.0f}", f"{row['load']:.1f}", each,
             f'{sum(rates):.1f}', f"{row['fairness']:.2f}", row['latency_ms'],
             ', '.join(f'{number:.2f}' for number in row['people']),
-            ', '.join(f'{value:.0f}' for value in row['cpu_percent_of_a_core']), f"{row['memory_mb']:.0f}"]
+            by_node(row['cpu_percent_of_a_core']), by_node(row['memory_mb'])]
 
 
 def measure(session: Session, folder: Path, arguments: argparse.Namespace) -> Figures:

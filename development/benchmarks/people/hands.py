@@ -1,10 +1,10 @@
 #!/usr/bin/python3
 """Measure hands and faces in images and in space, without ROS, on RGB-D sequences with known hands (see chain_runs.py).
 
-Prints how many hands and faces were found, and the time of a pass of each network, as a share of one pass of
-mobilenet_thin over 656 x 368 pixels: the least of many, in turns. The script of --evaluate scores the points of the
-hands of one sequence. Where gt.json has faces, the directions of the heads are compared with those of their true
-points; where it has hands, the share of points within 2 sigma is printed.
+Prints how many hands and faces were found, and the least time of a pass of each network, as a share of one pass of
+mobilenet_thin over 656 x 368. The script of --evaluate scores the hands of one sequence. Where gt.json has faces, the
+directions of heads are compared with those of their true points; where it has hands, the points within 2 sigma are
+counted.
 
     ./run bench people hands SEQUENCE --evaluate evaluate_hands.py
 """

@@ -9,6 +9,7 @@ moment hits all alike. The image shows one person of the shipped sequence --peop
     ./run bench speed 2d --rounds 20 --sizes 656x368 --threads 2 --backends openvino --people 20
 """
 import argparse
+import itertools
 import sys
 from typing import Any, Callable, Dict, List
 
@@ -31,18 +32,14 @@ CUT = (590, 80, 805, 525)
 def image_of(people: int) -> np.ndarray:
     """Return an image, (540, 960, 3) uint8 BGR, with a person several times."""
     source = cv2.imread(str(min((DEMO / 'rgb').iterdir())))
-    if source is None:
-        raise SystemExit(f'no image in {DEMO}')
     left, top, right, bottom = CUT
-    person = source[top:bottom, left:right]
-    rows = 1 if people <= 6 else 2
+    person, rows = source[top:bottom, left:right], 1 if people <= 6 else 2
     columns = -(-people // rows)
     height, width = IMAGE_SIZE[0] // rows, IMAGE_SIZE[1] // max(columns, 3)
     scale = min(height / person.shape[0], width / person.shape[1])
     person = cv2.resize(person, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
     canvas = np.full((*IMAGE_SIZE, 3), source[5, 5], np.uint8)
-    for i in range(people):
-        y, x = i // columns * height, i % columns * width
+    for y, x in ((i // columns * height, i % columns * width) for i in range(people)):
         canvas[y:y + person.shape[0], x:x + person.shape[1]] = person
     return canvas
 
@@ -68,32 +65,29 @@ def detector_for(backend: str, size: str, threads: int, model: str) -> Detector:
 
 def whole_table(options: argparse.Namespace) -> List[List[str]]:
     """Time runtimes, sizes and threads; return the rows of the table."""
-    rows = []
-    image = image_of(options.people)
-    for size in options.sizes:
-        for threads in options.threads:
-            cases = {}
-            for backend in options.backends:
-                try:
-                    detector = detector_for(backend, size, threads, options.model)
-                except OpenposeRosError as error:
-                    sys.stderr.write(f'{backend} is left out: {error}\n')
-                    continue
-                frame = detector.prepare(image)
-                for name, measure in (
-                        ('prepare', lambda d=detector: elapsed(lambda: d.prepare(image))[0]),
-                        ('network', lambda d=detector, f=frame: 1e3 * d.compute(f).network_seconds),
-                        ('decode', lambda d=detector, f=frame: decoding(d, f)),
-                        ('detect', lambda d=detector: elapsed(lambda: d.detect(image))[0])):
-                    cases[f'{name} {backend}'] = measure
-            cv2.setNumThreads(threads)
-            times = time_rounds(cases, options.rounds)
-            for backend in [name for name in options.backends if f'network {name}' in times]:
-                columns = [times[f'{name} {backend}'] for name in ('network', 'prepare', 'decode', 'detect')]
-                against = times.get('network opencv_dnn')
-                rows.append([size, str(threads), backend, *(f'{column.median():.2f}' for column in columns),
-                             f'{(columns[3] / columns[0]).median():.2f}',
-                             '-' if against is None else f'{(against / columns[0]).median():.2f}'])
+    rows, image = [], image_of(options.people)
+    for size, threads in itertools.product(options.sizes, options.threads):
+        cases = {}
+        for backend in options.backends:
+            try:
+                detector = detector_for(backend, size, threads, options.model)
+            except OpenposeRosError as error:
+                sys.stderr.write(f'{backend} is left out: {error}\n')
+                continue
+            frame = detector.prepare(image)
+            cases.update({
+                f'prepare {backend}': lambda d=detector: elapsed(lambda: d.prepare(image))[0],
+                f'network {backend}': lambda d=detector, f=frame: 1e3 * d.compute(f).network_seconds,
+                f'decode {backend}': lambda d=detector, f=frame: decoding(d, f),
+                f'detect {backend}': lambda d=detector: elapsed(lambda: d.detect(image))[0]})
+        cv2.setNumThreads(threads)
+        times = time_rounds(cases, options.rounds)
+        for backend in [name for name in options.backends if f'network {name}' in times]:
+            columns = [times[f'{name} {backend}'] for name in ('network', 'prepare', 'decode', 'detect')]
+            against = times.get('network opencv_dnn')
+            rows.append([size, str(threads), backend, *(f'{column.median():.2f}' for column in columns),
+                         f'{(columns[3] / columns[0]).median():.2f}',
+                         '-' if against is None else f'{(against / columns[0]).median():.2f}'])
     return rows
 
 
