@@ -6,11 +6,11 @@ import pytest
 
 from openpose_ros_pkg.decode.direct import DirectDecodeParams
 from openpose_ros_pkg.decode.paf import DecodeParams
+from openpose_ros_pkg.detect.crops import CrowdImage, prepare_crop
 from openpose_ros_pkg.detect.detection import DepthView
-from openpose_ros_pkg.detect.ensemble import Candidates
 from openpose_ros_pkg.detect.occlusion_masks import foregrounds, vote_behind
 from openpose_ros_pkg.detect.recipes import MODES, MULTIPOSE_CROP, THUNDER_CROP
-from openpose_ros_pkg.detect.refinement import CrowdImage, prepare_crop, refine
+from openpose_ros_pkg.detect.refinement import Candidates, refine
 from openpose_ros_pkg.detect.views import NetworkSetup
 from openpose_ros_pkg.networks.models import MOVENET_THUNDER
 from openpose_ros_pkg.skeletons import COCO_18

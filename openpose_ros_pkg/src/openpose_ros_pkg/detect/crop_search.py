@@ -6,23 +6,15 @@ from typing import Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
+from openpose_ros_pkg.detect.crops import CrowdImage, compute_crops, decode_crop, prepare_crop
 from openpose_ros_pkg.detect.detector import Detector, PreparedFrame
-from openpose_ros_pkg.detect.ensemble import Setup, group, person_scores, vote
 from openpose_ros_pkg.detect.following import FollowedPerson, FollowingParams
 from openpose_ros_pkg.detect.head_recovery import HEADS
 from openpose_ros_pkg.detect.occlusion_masks import Foreground, foregrounds
-from openpose_ros_pkg.detect.refinement import CrowdImage, prepare_crop
 from openpose_ros_pkg.detect.schedule import SCHEDULE, Costs, Part, ScheduleConstants, strips
 from openpose_ros_pkg.detect.target_rate import RATE, TargetRateConstants, seconds_per_pixel
-from openpose_ros_pkg.detect.views import (
-    ComputedView,
-    compute_views,
-    decode_crop,
-    decode_views,
-    prepare_views,
-    views_of,
-)
-from openpose_ros_pkg.oks import extent, sigmas
+from openpose_ros_pkg.detect.views import ComputedView, Setup, decode_views, prepare_views, views_of
+from openpose_ros_pkg.ensemble import extent, group, person_scores, sigmas, vote
 
 # Runs of a network whose median tells its pace: the first run for a size, which compiles it, does not count.
 _PACE_RUNS = 9
@@ -197,7 +189,7 @@ def look(frame: PreparedFrame, people: Sequence[FollowedPerson], chosen: Sequenc
         begin = time.perf_counter()
         prepared = [prepare_crop(crowd, people[i].expected, replace(one, margin=one.margin * people[i].margin),
                                  in_front.get(i)) for i in chosen]
-        views = compute_views(prepared, setup.networks[one.model.name])
+        views = compute_crops(prepared, setup.networks[one.model.name])
         seconds += sum(view.seconds for view in views)
         for i, view in zip(chosen, views):
             found = decode_crop(view, one.model, setup.direct, skeleton).keypoints

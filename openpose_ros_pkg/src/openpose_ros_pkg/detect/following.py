@@ -4,10 +4,9 @@ from typing import Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
-from openpose_ros_pkg.detect.ensemble import ENSEMBLE, EnsembleConstants, vote_with_crops
 from openpose_ros_pkg.detect.recipes import DetectorParams, Recipe
 from openpose_ros_pkg.detect.tracking import ImageTracks, PersonIds, person_sizes
-from openpose_ros_pkg.oks import extent, sigmas, similarity
+from openpose_ros_pkg.ensemble import ENSEMBLE, EnsembleConstants, extent, sigmas, similarity, vote_with_crops
 from openpose_ros_pkg.params.constants import constant
 from openpose_ros_pkg.params.parameters import Parameters, parameter
 from openpose_ros_pkg.people import People2D
@@ -205,7 +204,8 @@ class FollowedPerson:
         Sources that did not find the person count until they look again, those that never looked do not. For a new
         person all count, as in a full search.
         """
-        weights, places = list(recipe.weights), list(recipe.place_weights)
+        sources = recipe.sources
+        weights, places = list(sources.weights), list(sources.place_weights)
         poses: Dict[int, np.ndarray] = {}
         for number in range(len(weights)):
             pose, share = self._weighted(number, stamp)
@@ -213,7 +213,7 @@ class FollowedPerson:
             places[number] *= share
             if pose is not None:
                 poses[number] = pose
-        return vote_with_crops(poses, recipe, weights, places)
+        return vote_with_crops(poses, replace(sources, weights=weights, place_weights=places))
 
     def _weighted(self, number: int, stamp: float) -> Tuple[Optional[np.ndarray], float]:
         """Return the pose by a source, now or before, (K, 3), and the share of its weight that counts."""

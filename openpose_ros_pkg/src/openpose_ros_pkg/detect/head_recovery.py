@@ -10,11 +10,11 @@ from typing import List, NamedTuple, Optional, Sequence, Tuple
 import cv2
 import numpy as np
 
+from openpose_ros_pkg.detect.crops import compute_crops, decode_crop
 from openpose_ros_pkg.detect.detection import DepthView
-from openpose_ros_pkg.detect.ensemble import Setup, accepted_people
 from openpose_ros_pkg.detect.occlusion_masks import Foreground, cover_others
 from openpose_ros_pkg.detect.recipes import CropRefinement, Recipe
-from openpose_ros_pkg.detect.views import PreparedView, View, compute_views, decode_crop
+from openpose_ros_pkg.detect.views import PreparedView, Setup, View
 from openpose_ros_pkg.networks.preprocess import fit_image
 from openpose_ros_pkg.params.constants import constant
 from openpose_ros_pkg.people import Poses
@@ -135,18 +135,15 @@ def _head_like(depth: np.ndarray, focal: float, constants: HeadConstants) -> np.
     return like[border:border + depth.shape[0], border:border + depth.shape[1]]
 
 
-def recover(poses: Poses, bgr: np.ndarray, view: Optional[DepthView], setup: Setup,
+def recover(people: np.ndarray, bgr: np.ndarray, view: DepthView, setup: Setup,
             constants: HeadConstants = HEADS) -> Recovered:
     """Find people at heads that no skeleton explains, on crops.
 
     Args:
-        poses: detected people, in pixels of the image.
+        people: (P, K, 3) float32: x, y [px of the image], score; the detected people.
         bgr: (H, W, 3) uint8 BGR, the image.
-        view: its depth; None: unknown, so no person is found.
+        view: its depth.
     """
-    if view is None:
-        return Recovered(Poses(poses.keypoints[:0], poses.scores[:0]), 0, 0.0)
-    people = accepted_people(poses, setup, (bgr.shape[1], bgr.shape[0]))[0].keypoints
     skeleton, one = setup.recipe.skeleton, crop_of_one(setup.recipe)
     free = [] if one is None else _unexplained(heads(view, constants), people, bgr, view, constants)[:constants.most]
     found: List[np.ndarray] = []
@@ -154,7 +151,7 @@ def recover(poses: Poses, bgr: np.ndarray, view: Optional[DepthView], setup: Set
     if one is not None and free:
         crops = [_prepare(bgr, head, view, one, constants) for head in free]
         begin = time.perf_counter()
-        computed = compute_views(crops, setup.networks[one.model.name])
+        computed = compute_crops(crops, setup.networks[one.model.name])
         seconds = time.perf_counter() - begin
         candidates = [(head, pose) for head, crop in zip(free, computed)
                  for pose in decode_crop(crop, one.model, setup.direct, skeleton).keypoints]

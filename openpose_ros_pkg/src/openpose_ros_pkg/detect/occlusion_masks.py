@@ -10,10 +10,9 @@ import cv2
 import numpy as np
 
 from openpose_ros_pkg.detect.detection import DepthView
-from openpose_ros_pkg.detect.ensemble import Opinions, vote_with_crops
 from openpose_ros_pkg.detect.recipes import Recipe
 from openpose_ros_pkg.detect.views import PreparedView, View
-from openpose_ros_pkg.oks import area
+from openpose_ros_pkg.ensemble import Opinions, area, vote_with_crops
 from openpose_ros_pkg.params.constants import constant
 from openpose_ros_pkg.skeletons import SkeletonModel
 
@@ -213,7 +212,7 @@ def vote_behind(opinions: Opinions, foreground: Optional[Foreground], recipe: Re
     if foreground is not None and max(opinions, default=0) >= recipe.pass_opinions:
         opinions = {number: pose if number >= recipe.pass_opinions else _doubted(pose, foreground, layers.doubt)
                     for number, pose in opinions.items()}
-    keypoints = vote_with_crops(opinions, recipe, recipe.weights, recipe.place_weights)
+    keypoints = vote_with_crops(opinions, recipe.sources)
     if foreground is None:
         return keypoints
     nearest, index = layers.one_place * np.sqrt(area(keypoints)), recipe.skeleton.index

@@ -105,11 +105,15 @@ class Schedule:
     Attributes:
         searched: when each part was searched last [s].
         urgency: factors on the waits of parts.
+        period: without a rate, every image of this number is searched in full.
+        frames: since the image was searched in full.
     """
 
     parts: Tuple[Part, ...] = ()
     searched: Mapping[Part, float] = field(default_factory=dict)
     urgency: Mapping[Part, float] = field(default_factory=dict)
+    period: int = 1
+    frames: int = 0
     constants: ScheduleConstants = SCHEDULE
 
     def lost(self, low: float, high: float) -> 'Schedule':
@@ -274,3 +278,21 @@ def due_parts(schedule: Schedule, budget: Budget, stamp: float) -> Tuple[List[Pa
         budget = budget.after(budget.costs.parts[part])
         due.append(part)
     return due, budget
+
+
+def next_parts(schedule: Schedule, budget: Budget, stamp: float, lost: Sequence[np.ndarray], urgent: bool
+               ) -> Tuple[List[Part], Schedule, Budget]:
+    """Return the parts that are searched in a frame, and schedule and budget after it.
+
+    Args:
+        lost: boxes of lost people: least and greatest x and y, (2, 2) each [px].
+        urgent: whether a person was lost a moment ago: without a rate, the image is searched in full at once.
+    """
+    for low, high in lost:
+        schedule = schedule.lost(low[0], high[0])
+    if budget.rate > 0:
+        parts, budget = due_parts(schedule, budget, stamp)
+        return parts, schedule.done(parts, stamp), budget
+    if schedule.frames < schedule.period and not urgent:
+        return [], schedule, budget
+    return list(schedule.parts), replace(schedule.done(schedule.parts, stamp), frames=0), budget

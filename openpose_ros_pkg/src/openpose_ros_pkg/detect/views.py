@@ -9,11 +9,12 @@ import numpy as np
 from openpose_ros_pkg.decode.direct import DirectDecodeParams, decode_direct
 from openpose_ros_pkg.decode.fields import average_fields
 from openpose_ros_pkg.decode.paf import DecodeParams, decode_fields
-from openpose_ros_pkg.detect.recipes import NetworkPass, Recipe
+from openpose_ros_pkg.detect.recipes import DetectorSettings, NetworkPass, Recipe
+from openpose_ros_pkg.ensemble import Acceptance
 from openpose_ros_pkg.networks.backends import Backend
 from openpose_ros_pkg.networks.models import Model
 from openpose_ros_pkg.networks.preprocess import ImageToNet, fit_image
-from openpose_ros_pkg.people import Poses, keypoints_in
+from openpose_ros_pkg.people import Poses
 from openpose_ros_pkg.skeletons import SkeletonModel
 
 
@@ -30,6 +31,20 @@ class NetworkSetup:
     networks: Dict[str, Backend]
     decode: DecodeParams
     direct: DirectDecodeParams
+
+
+@dataclass(frozen=True)
+class Setup(NetworkSetup):
+    """What a frame is computed with, whatever is reconfigured in the meantime."""
+
+    settings: DetectorSettings
+
+    @property
+    def acceptance(self) -> Acceptance:
+        """Which of the people that the networks find are reported."""
+        factor, decode = self.recipe.acceptance, self.settings.decode
+        return Acceptance(self.recipe.skeleton, factor * self.settings.ensemble.joint_min_score,
+                          factor * decode.person_min_score, decode.person_min_joints, self.recipe.is_ensemble)
 
 
 @dataclass(frozen=True)
@@ -114,15 +129,6 @@ class ComputedView:
     seconds: float
 
 
-def compute_views(views: Sequence[PreparedView], network: Backend) -> List[ComputedView]:
-    """Let the network compute views whose inputs have one size, side by side where it can; see `infer_many`."""
-    begin = time.perf_counter()
-    outputs = network.infer_many([view.input[np.newaxis] for view in views])
-    seconds = (time.perf_counter() - begin) / max(len(views), 1)
-    return [ComputedView(view.view, tuple(output[0] for output in of_view), seconds)
-            for view, of_view in zip(views, outputs)]
-
-
 def full_image_plans(size: Tuple[int, int], network_pass: NetworkPass) -> List[ImageToNet]:
     """Return how an image of (width, height) [px] is brought to each size of a pass.
 
@@ -174,14 +180,6 @@ def decode_views(network_pass: NetworkPass, views: Sequence[ComputedView], setup
     return [view.view.in_image(decode_direct(view.outputs, model, setup.direct, plan.net_size,
                                              (*plan.offset, *plan.scaled_size)), model.skeleton)
             for view, plan in zip(views, plans)]
-
-
-def decode_crop(crop: ComputedView, model: Model, params: DirectDecodeParams, skeleton: SkeletonModel) -> Poses:
-    """Find the people in a crop, in pixels of the image and the joints of a skeleton; those beyond it are missing."""
-    plan = crop.view.plan
-    poses = crop.view.in_image(decode_direct(crop.outputs, model, params, plan.net_size, (0, 0, *plan.scaled_size)),
-                               model.skeleton)
-    return Poses(keypoints_in(poses.keypoints, model.skeleton, skeleton), poses.scores)
 
 
 def averaged_fields(views: Sequence[ComputedView], model: Model) -> np.ndarray:
