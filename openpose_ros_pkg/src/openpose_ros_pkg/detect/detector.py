@@ -16,7 +16,7 @@ from openpose_ros_pkg.detect.recipes import DetectorSettings as DetectorSettings
 from openpose_ros_pkg.detect.recipes import LiveDetectorSettings as LiveDetectorSettings
 from openpose_ros_pkg.detect.refinement import Candidates, refine
 from openpose_ros_pkg.detect.target_rate import fitted_to_rate
-from openpose_ros_pkg.detect.views import PreparedView, Setup, decode_views, prepare_views
+from openpose_ros_pkg.detect.views import PreparedFrame, PreparedView, Setup, decode_views, prepare_views
 from openpose_ros_pkg.ensemble import Opinions, accepted_people, group, sigmas, vote
 from openpose_ros_pkg.errors import BadInputError, MissingWeightsError, ModelError, ParameterError
 from openpose_ros_pkg.networks.backends import Backend, BackendParams, create_backend
@@ -47,37 +47,14 @@ CANDIDATES = CandidateConstants()
 
 
 @dataclass(frozen=True)
-class PreparedFrame:
-    """An image and what the networks will see of it.
-
-    Attributes:
-        bgr: (H, W, 3) uint8, the image.
-        views: of each pass of the recipe; none: they are prepared when all of the image is computed.
-        depth: of the image; None: it is not known.
-    """
-
-    bgr: np.ndarray
-    views: Sequence[Sequence[PreparedView]]
-    setup: Setup
-    depth: Optional[DepthView] = None
-
-
-@dataclass(frozen=True)
 class ComputedFrame:
-    """What was found in an image.
+    """What was found in an image."""
 
-    Attributes:
-        image_size: (width, height) [px].
-        poses: in pixels of the image; of several opinions also people and joints below the thresholds.
-        network_seconds: that the networks took [s].
-        opinions: of the networks on these people, except those at the end, found by the depth; none where there is
-            one opinion.
-    """
-
-    image_size: Tuple[int, int]
-    poses: Poses
-    network_seconds: float
+    image_size: Tuple[int, int]  # (width, height) [px]
+    poses: Poses  # in pixels of the image; of several opinions also people and joints below the thresholds
+    network_seconds: float  # that the networks took [s]
     setup: Setup
+    # of the networks on these people, except those at the end, found by the depth; none where there is one opinion
     opinions: Sequence[Opinions] = ()
 
 
@@ -263,15 +240,14 @@ class Detector:
                  for poses in decode_views(one, of_pass, setup)]
         poses, opinions = found[0], []
         if recipe.is_ensemble:
-            people = _voted(found, recipe)._replace(depth=frame.depth)
+            people = _voted(found, recipe)
             if recipe.refinements:
-                people, crop_seconds = refine(people, frame.bgr, setup, setup.settings.decode.person_min_score)
+                people, crop_seconds = refine(frame, people)
                 seconds += crop_seconds
             opinions = people.opinions
             poses = people.poses
             if frame.depth is not None:
-                known = accepted_people(poses, setup.acceptance, size)[0].keypoints
-                recovered = recover(known, frame.bgr, frame.depth, setup)
+                recovered = recover(frame, accepted_people(poses, setup.acceptance, size)[0])
                 poses = poses.joined(recovered.poses)
                 seconds += recovered.seconds
         return ComputedFrame(size, poses, seconds, setup, opinions)

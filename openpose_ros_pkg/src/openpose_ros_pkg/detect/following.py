@@ -66,17 +66,11 @@ FOLLOWING = FollowingConstants()
 
 
 class Opinion(NamedTuple):
-    """A pose that a source gave for a person.
+    """A pose that a source gave for a person."""
 
-    Attributes:
-        pose: (K, 3) float32; None: the source did not find the person.
-        reference: (K, 2) [px], the places of the person's joints then.
-        stamp: [s].
-    """
-
-    pose: Optional[np.ndarray]
-    reference: np.ndarray
-    stamp: float
+    pose: Optional[np.ndarray]  # (K, 3) float32; None: the source did not find the person
+    reference: np.ndarray  # (K, 2) [px], the places of the person's joints then
+    stamp: float  # [s]
 
     def moved(self, reference: np.ndarray) -> Optional[np.ndarray]:
         """Return the pose, each joint moved as the reference moved, (K, 2); None: there is no pose."""
@@ -92,37 +86,23 @@ class Opinion(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class PersonMemory:
-    """What is remembered of a tracked person.
+    """What is remembered of a tracked person."""
 
-    Attributes:
-        scores: (K,) of the joints at the last detection.
-        detected: stamp of that frame [s].
-        error: distance from the expected place then, see `disagreement`.
-        opinions: the last one of each source, by its number.
-    """
-
-    scores: np.ndarray
-    detected: float
-    error: float
-    opinions: Mapping[int, Opinion]
+    scores: np.ndarray  # (K,) of the joints at the last detection
+    detected: float  # stamp of that frame [s]
+    error: float  # distance from the expected place then, see `disagreement`
+    opinions: Mapping[int, Opinion]  # the last one of each source, by its number
 
 
 @dataclass(frozen=True, eq=False)
 class FollowedPerson:
-    """A person in a frame: tracked, or new.
+    """A person in a frame: tracked, or new."""
 
-    Attributes:
-        expected: (K, 3) x, y [px], score, predicted by the track; of a new person, where the search found it.
-        memory: of the track; None: new.
-        unseen: time since the last detection [s].
-        crop: (K, 3) pose on a crop; None: none.
-        opinions: of this frame, by the number of the source; None: the source did not find the person.
-    """
-
-    expected: np.ndarray
-    memory: Optional[PersonMemory] = None
-    unseen: float = 0.0
-    crop: Optional[np.ndarray] = None
+    expected: np.ndarray  # (K, 3) x, y [px], score, predicted by the track; of a new person, where the search found it
+    memory: Optional[PersonMemory] = None  # of the track; None: new
+    unseen: float = 0.0  # time since the last detection [s]
+    crop: Optional[np.ndarray] = None  # (K, 3) pose on a crop; None: none
+    # of this frame, by the number of the source; None: the source did not find the person
     opinions: Mapping[int, Optional[np.ndarray]] = field(default_factory=dict)
     constants: FollowingConstants = FOLLOWING
 
@@ -238,15 +218,10 @@ class FollowedPerson:
 
 @dataclass(frozen=True, eq=False)
 class Following:
-    """The tracked people of a camera.
+    """The tracked people of a camera."""
 
-    Attributes:
-        tracks: of the images.
-        memories: of the tracks, by their ids.
-    """
-
-    tracks: ImageTracks
-    memories: Mapping[int, PersonMemory] = field(default_factory=dict)
+    tracks: ImageTracks  # of the images
+    memories: Mapping[int, PersonMemory] = field(default_factory=dict)  # of the tracks, by their ids
     constants: FollowingConstants = FOLLOWING
 
     @property

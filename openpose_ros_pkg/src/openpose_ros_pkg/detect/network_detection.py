@@ -12,7 +12,6 @@ from openpose_ros_pkg.detect.detector import (
     USUAL_SIZE,
     ComputedFrame,
     Detector,
-    PreparedFrame,
     prepare_frame,
 )
 from openpose_ros_pkg.detect.following import FollowedPerson, Following, FollowingParams, without_shared_crops
@@ -26,7 +25,7 @@ from openpose_ros_pkg.detect.tracking import (
     TrackingConstants,
     TrackingParams,
 )
-from openpose_ros_pkg.detect.views import Setup
+from openpose_ros_pkg.detect.views import PreparedFrame, Setup
 from openpose_ros_pkg.ensemble import Opinions, accepted_people, person_scores
 from openpose_ros_pkg.people import FIRST_ID, People2D, Poses, keypoints_in
 from openpose_ros_pkg.skeletons import SkeletonModel
@@ -44,48 +43,28 @@ class PreparedDetection:
 
 @dataclass(frozen=True)
 class ComputedDetection:
-    """What the networks found in an image.
+    """What the networks found in an image."""
 
-    Attributes:
-        frame: the image.
-        network_seconds: time that the networks took [s].
-        found: output of a full search; where people are followed: the people, with ids.
-    """
-
-    frame: ImageFrame
-    network_seconds: float
-    found: Union[ComputedFrame, People2D]
+    frame: ImageFrame  # the image
+    network_seconds: float  # time that the networks took [s]
+    found: Union[ComputedFrame, People2D]  # output of a full search; where people are followed: the people, with ids
 
 
 @dataclass(frozen=True, eq=False)
 class CameraMemory:
-    """What is remembered of the images of one size of a camera; each step replaces it as a whole.
+    """What is remembered of the images of one size of a camera; each step replaces it as a whole."""
 
-    Attributes:
-        following: the tracked people.
-        stamp: of the newest frame [s].
-        searched_by: pace's networks and recipe of the schedule.
-        schedule: of the parts of the image.
-        budget: of the newest frame.
-        grey: small image of the newest frame.
-        people: number of people in the newest frame.
-        taken: time that the newest frame took [s].
-        full: time that full searches of all cameras had taken until then [s].
-        interval: between the newest two frames [s].
-        waited: part of it in which the networks were busy, not the camera silent [s].
-    """
-
-    following: Following
-    stamp: float = 0.0
-    searched_by: object = None
-    schedule: Schedule = field(default_factory=Schedule)
-    budget: Budget = field(default_factory=lambda: Budget(0.0))
-    grey: np.ndarray = field(default_factory=lambda: NO_GREY)
-    people: int = 0
-    taken: float = 0.0
-    full: float = 0.0
-    interval: float = 0.0
-    waited: float = 0.0
+    following: Following  # the tracked people
+    stamp: float = 0.0  # of the newest frame [s]
+    searched_by: object = None  # pace's networks and recipe of the schedule
+    schedule: Schedule = field(default_factory=Schedule)  # of the parts of the image
+    budget: Budget = field(default_factory=lambda: Budget(0.0))  # of the newest frame
+    grey: np.ndarray = field(default_factory=lambda: NO_GREY)  # small image of the newest frame
+    people: int = 0  # number of people in the newest frame
+    taken: float = 0.0  # time that the newest frame took [s]
+    full: float = 0.0  # time that full searches of all cameras had taken until then [s]
+    interval: float = 0.0  # between the newest two frames [s]
+    waited: float = 0.0  # part of it in which the networks were busy, not the camera silent [s]
 
     def begun(self, plan: SearchPlan, frame: ImageFrame, full: float, beside: Sequence[Budget]
               ) -> Tuple['CameraMemory', bool]:
@@ -329,8 +308,7 @@ def _follow(prepared: PreparedDetection, memory: CameraMemory, in_space: Optiona
     keypoints = keypoints.reshape(-1, len(recipe.skeleton.joints), 3)
     poses, seconds = Poses(keypoints, person_scores(keypoints)), looked.seconds + found.seconds + both.seconds
     if parts and frame.depth is not None and budget.affords(plan.most_heads * cost):
-        known = accepted_people(poses, setup.acceptance, size)[0].keypoints
-        recovered = recover(known, frame.bgr, frame.depth, setup)
+        recovered = recover(image, accepted_people(poses, setup.acceptance, size)[0])
         poses = poses.joined(recovered.poses)
         budget = budget.after(cost * recovered.crops)
         seconds += recovered.seconds

@@ -64,17 +64,11 @@ LAYERS = LayerConstants()
 
 
 class Foreground(NamedTuple):
-    """The people in front of a person.
+    """The people in front of a person."""
 
-    Attributes:
-        nearer: (P,) bool, which of the people.
-        pixels: (h, w) bool, their pixels, on the grid of the depth.
-        image_size: width and height [px].
-    """
-
-    nearer: np.ndarray
-    pixels: np.ndarray
-    image_size: Tuple[int, int]
+    nearer: np.ndarray  # (P,) bool, which of the people
+    pixels: np.ndarray  # (h, w) bool, their pixels, on the grid of the depth
+    image_size: Tuple[int, int]  # width and height [px]
 
     def covers(self, xy: np.ndarray) -> np.ndarray:
         """Return which positions, (N, 2) [px of the image], are on a nearer person, (N,) bool."""

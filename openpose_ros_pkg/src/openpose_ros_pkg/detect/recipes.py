@@ -138,24 +138,15 @@ class NetworkPass:
 
 @dataclass(frozen=True)
 class CropRefinement:
-    """A network that sees each person a second time, on a square crop of the image.
+    """A network that sees each person a second time, on a square crop of the image."""
 
-    Attributes:
-        model: the network.
-        margin: side of the crop, in units of the longer side of the bounding box of the person's joints.
-        mirror: the network sees the mirror image of the crop.
-        side: of the network's input [px].
-        centred: the person is in the middle also at the border of the image, which is repeated beyond; else the crop
-            ends there.
-        place_weight: of this opinion on the places of joints; on their scores it has a weight of 1.
-    """
-
-    model: Model
-    margin: float
-    mirror: bool = False
-    side: int = 256
+    model: Model  # the network
+    margin: float  # side of the crop, in units of the longer side of the bounding box of the person's joints
+    mirror: bool = False  # the network sees the mirror image of the crop
+    side: int = 256  # of the network's input [px]
+    # the person is in the middle also at the border of the image, which is repeated beyond; else the crop ends there
     centred: bool = False
-    place_weight: float = 1.0
+    place_weight: float = 1.0  # of this opinion on the places of joints; on their scores it has a weight of 1
 
 
 # OpenPose's default, flags.hpp.

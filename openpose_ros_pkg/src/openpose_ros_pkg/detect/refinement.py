@@ -1,29 +1,21 @@
 """Crop refinement: networks compute crops of the people of a full search, and all opinions are voted on again."""
 import time
-from typing import List, NamedTuple, Optional, Tuple
+from typing import List, NamedTuple, Tuple
 
 import numpy as np
 
 from openpose_ros_pkg.detect.crops import CrowdImage, compute_crops, decode_crop, prepare_crop
-from openpose_ros_pkg.detect.detection import DepthView
 from openpose_ros_pkg.detect.occlusion_masks import foregrounds, vote_behind
-from openpose_ros_pkg.detect.views import NetworkSetup
+from openpose_ros_pkg.detect.views import PreparedFrame
 from openpose_ros_pkg.ensemble import ENSEMBLE, EnsembleConstants, Opinions, most_alike, person_scores, sigmas
 from openpose_ros_pkg.people import Poses
 
 
 class Candidates(NamedTuple):
-    """Candidates for people after the vote, also below the thresholds.
+    """Candidates for people after the vote, also below the thresholds."""
 
-    Attributes:
-        opinions: of each person.
-        keypoints: (P, K, 3) float32: x, y [px of the image], score; where the opinions place the joints.
-        depth: of the image; None: unknown.
-    """
-
-    opinions: List[Opinions]
-    keypoints: np.ndarray
-    depth: Optional[DepthView] = None
+    opinions: List[Opinions]  # of each person
+    keypoints: np.ndarray  # (P, K, 3) float32: x, y [px of the image], score; where the opinions place the joints
 
     @property
     def poses(self) -> Poses:
@@ -31,23 +23,19 @@ class Candidates(NamedTuple):
         return Poses(self.keypoints, person_scores(self.keypoints))
 
 
-def refine(people: Candidates, bgr: np.ndarray, setup: NetworkSetup, min_score: float,
-           ensemble: EnsembleConstants = ENSEMBLE) -> Tuple[Candidates, float]:
+def refine(frame: PreparedFrame, people: Candidates, ensemble: EnsembleConstants = ENSEMBLE
+           ) -> Tuple[Candidates, float]:
     """Vote again on the surest people with crops of them; doubtful ones seldom become people by it.
-
-    Args:
-        bgr: (H, W, 3) uint8 BGR, the image.
-        min_score: of a person, before the recipe's acceptance.
 
     Returns:
         The people with the opinions on crops, and the time that the networks took [s].
     """
-    recipe, skeleton = setup.recipe, setup.recipe.skeleton
+    bgr, setup, recipe, skeleton = frame.bgr, frame.setup, frame.setup.recipe, frame.setup.recipe.skeleton
     joint_sigmas, scores = sigmas(skeleton), person_scores(people.keypoints)
     surest = np.argsort(-scores, kind='stable')[:recipe.max_refined]
-    refined = surest[scores[surest] >= recipe.acceptance * min_score].tolist()
+    refined = surest[scores[surest] >= setup.acceptance.person_score].tolist()
     shown = people.keypoints[refined]
-    in_front = foregrounds(shown, skeleton, people.depth, (bgr.shape[1], bgr.shape[0]))
+    in_front = foregrounds(shown, skeleton, frame.depth, (bgr.shape[1], bgr.shape[0]))
     crops = [[prepare_crop(CrowdImage(bgr, shown, skeleton), person, one, foreground)
               for person, foreground in zip(shown, in_front)] for one in recipe.refinements]
     begin = time.perf_counter()

@@ -9,6 +9,7 @@ import numpy as np
 from openpose_ros_pkg.decode.direct import DirectDecodeParams, decode_direct
 from openpose_ros_pkg.decode.fields import average_fields
 from openpose_ros_pkg.decode.paf import DecodeParams, decode_fields
+from openpose_ros_pkg.detect.detection import DepthView
 from openpose_ros_pkg.detect.recipes import DetectorSettings, NetworkPass, Recipe
 from openpose_ros_pkg.ensemble import Acceptance
 from openpose_ros_pkg.networks.backends import Backend
@@ -19,24 +20,19 @@ from openpose_ros_pkg.skeletons import SkeletonModel
 
 
 @dataclass(frozen=True)
-class NetworkSetup:
-    """What computes an image.
+class Setup:
+    """What a frame is computed with, whatever is reconfigured in the meantime.
 
     Attributes:
         networks: of the recipe, by the models' names.
         decode, direct: thresholds of the decoders; where several opinions follow, those of candidates.
+        settings: as the user gave them.
     """
 
     recipe: Recipe
     networks: Dict[str, Backend]
     decode: DecodeParams
     direct: DirectDecodeParams
-
-
-@dataclass(frozen=True)
-class Setup(NetworkSetup):
-    """What a frame is computed with, whatever is reconfigured in the meantime."""
-
     settings: DetectorSettings
 
     @property
@@ -49,22 +45,15 @@ class Setup(NetworkSetup):
 
 @dataclass(frozen=True)
 class View:
-    """A part of an image, brought to the size of a network's input.
+    """A part of an image, brought to the size of a network's input."""
 
-    Attributes:
-        plan: how the part becomes the input; its `image_size` is the size of the part.
-        mirror: whether the network sees the mirror image of the part.
-        origin: left and top of the part in the image [px]; the part may reach beyond the image, whose border is then
-            repeated.
-        within: (width, height) of the image [px], beyond which joints are missing; None: the part is all of it.
-        turns: quarter turns, counter-clockwise, by which the network sees its square input turned.
-    """
-
-    plan: ImageToNet
-    mirror: bool = False
+    plan: ImageToNet  # how the part becomes the input; its `image_size` is the size of the part
+    mirror: bool = False  # whether the network sees the mirror image of the part
+    # left and top of the part in the image [px]; the part may reach beyond the image, whose border is then repeated
     origin: Tuple[int, int] = (0, 0)
+    # (width, height) of the image [px], beyond which joints are missing; None: the part is all of it
     within: Optional[Tuple[int, int]] = None
-    turns: int = 0
+    turns: int = 0  # quarter turns, counter-clockwise, by which the network sees its square input turned
 
     def prepare(self, bgr: np.ndarray, padding: Optional[int]) -> 'PreparedView':
         """Cut the part out of an image, (H, W, 3) uint8 BGR, and scale and pad it; see `ImageToNet.apply`."""
@@ -121,6 +110,17 @@ class PreparedView:
 
 
 @dataclass(frozen=True)
+class PreparedFrame:
+    """An image and what the networks will see of it."""
+
+    bgr: np.ndarray  # (H, W, 3) uint8, the image
+    # of each pass of the recipe; none: they are prepared when all of the image is computed
+    views: Sequence[Sequence[PreparedView]]
+    setup: Setup
+    depth: Optional[DepthView] = None  # of the image; None: it is not known
+
+
+@dataclass(frozen=True)
 class ComputedView:
     """A view after the network; outputs: of the network, without the axis of the images; seconds: that it took [s]."""
 
@@ -169,7 +169,7 @@ def prepare_views(bgr: np.ndarray, network_pass: NetworkPass, columns: Optional[
     return [view.prepare(bgr, network_pass.model.input.padding) for view in views]
 
 
-def decode_views(network_pass: NetworkPass, views: Sequence[ComputedView], setup: NetworkSetup) -> List[Poses]:
+def decode_views(network_pass: NetworkPass, views: Sequence[ComputedView], setup: Setup) -> List[Poses]:
     """Find the people, in pixels of the image: one opinion from averaged fields, or one from each view."""
     model = network_pass.model
     if model.decoder == 'paf':
