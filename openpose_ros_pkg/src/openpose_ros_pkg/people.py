@@ -39,15 +39,10 @@ def keypoints_in(keypoints: np.ndarray, source: SkeletonModel, target: SkeletonM
 
 
 class Poses(NamedTuple):
-    """People as a decoder gives them.
+    """People as a decoder gives them."""
 
-    Attributes:
-        keypoints: (P, K, 3) float32: x, y [px], score; NaN, NaN, 0 where missing.
-        scores: (P,) float32 [0..1].
-    """
-
-    keypoints: np.ndarray
-    scores: np.ndarray
+    keypoints: np.ndarray  # (P, K, 3) float32: x, y [px], score; NaN, NaN, 0 where missing
+    scores: np.ndarray  # (P,) float32 [0..1]
 
     def joined(self, others: 'Poses') -> 'Poses':
         """Return these people and then others."""

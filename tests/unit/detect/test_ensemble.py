@@ -5,9 +5,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from known_fields import FRONT
-from openpose_ros_pkg.detect.ensemble import group, most_alike, vote, vote_with_crops, without_duplicates
 from openpose_ros_pkg.detect.recipes import DetectorParams, recipe_of
-from openpose_ros_pkg.oks import sigmas
+from openpose_ros_pkg.ensemble import group, most_alike, sigmas, vote, vote_with_crops, without_duplicates
 from openpose_ros_pkg.people import People2D, Poses
 from openpose_ros_pkg.skeletons import BODY_25, COCO_18
 
@@ -95,12 +94,12 @@ def test_joints_that_no_crop_can_show_keep_what_the_full_image_says():
     feet = [i for i, joint in enumerate(BODY_25.joints) if 'toe' in joint or 'heel' in joint]
     crop = search + np.array([4, 0, 0], np.float32)
     crop[feet] = (np.nan, np.nan, 0)
-    result = vote_with_crops({0: search, 1: crop}, recipe, recipe.weights, recipe.place_weights)
+    result = vote_with_crops({0: search, 1: crop}, recipe.sources)
     np.testing.assert_allclose(result[feet], vote({0: search}, recipe.weights[:1], sigmas(BODY_25))[feet], atol=1e-5)
     others = [i for i in range(25) if i not in feet]
     shift = result[others, 0] - search[others, 0]
     assert (shift > 0).all() and (shift < 4).all()
-    unseen = vote_with_crops({0: search}, recipe, recipe.weights, recipe.place_weights)
+    unseen = vote_with_crops({0: search}, recipe.sources)
     assert (unseen[others, 2] < result[others, 2]).all()
     np.testing.assert_allclose(unseen[feet], result[feet], atol=1e-5)
 

@@ -4,6 +4,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from openpose_ros_pkg.detect.crops import CROP, CrowdImage, prepare_crop
 from openpose_ros_pkg.detect.detection import ImageFrame
 from openpose_ros_pkg.detect.detector import Detector, DetectorSettings
 from openpose_ros_pkg.detect.following import (
@@ -16,7 +17,6 @@ from openpose_ros_pkg.detect.following import (
 )
 from openpose_ros_pkg.detect.network_detection import NetworkDetection
 from openpose_ros_pkg.detect.recipes import MODES
-from openpose_ros_pkg.detect.refinement import CROP, CrowdImage, prepare_crop
 from openpose_ros_pkg.detect.schedule import SCHEDULE
 from openpose_ros_pkg.detect.tracking import TRACKING, TrackingParams
 from openpose_ros_pkg.params.parameters import build

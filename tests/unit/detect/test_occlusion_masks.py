@@ -6,13 +6,14 @@ import pytest
 
 from openpose_ros_pkg.decode.direct import DirectDecodeParams
 from openpose_ros_pkg.decode.paf import DecodeParams
+from openpose_ros_pkg.detect.crops import CrowdImage, prepare_crop
 from openpose_ros_pkg.detect.detection import DepthView
-from openpose_ros_pkg.detect.ensemble import Candidates
 from openpose_ros_pkg.detect.occlusion_masks import foregrounds, vote_behind
-from openpose_ros_pkg.detect.recipes import MODES, MULTIPOSE_CROP, THUNDER_CROP
-from openpose_ros_pkg.detect.refinement import CrowdImage, prepare_crop, refine
-from openpose_ros_pkg.detect.views import NetworkSetup
+from openpose_ros_pkg.detect.recipes import MODES, MULTIPOSE_CROP, THUNDER_CROP, DetectorSettings
+from openpose_ros_pkg.detect.refinement import Candidates, refine
+from openpose_ros_pkg.detect.views import PreparedFrame, Setup
 from openpose_ros_pkg.networks.models import MOVENET_THUNDER
+from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.skeletons import COCO_18
 from stand_in_networks import person_at
 
@@ -99,8 +100,9 @@ def test_a_crop_that_shows_another_person_is_no_opinion_on_the_first():
             return [(np.column_stack([xy[:, ::-1] / 256, np.full(len(xy), 0.9)]).astype(np.float32)[None, None],)
                     for xy in of_second]
 
-    setup = NetworkSetup(recipe, {MOVENET_THUNDER.name: SecondPerson()}, DecodeParams(), DirectDecodeParams())
-    found, _ = refine(Candidates(opinions, people), stripes(), setup, 0.1)
+    setup = Setup(recipe, {MOVENET_THUNDER.name: SecondPerson()}, DecodeParams(), DirectDecodeParams(),
+                  build(DetectorSettings, {'person_min_score': 0.1}))
+    found, _ = refine(PreparedFrame(stripes(), [], setup), Candidates(opinions, people))
     np.testing.assert_allclose(found.keypoints[..., 0], people[..., 0], atol=1.0)
 
 

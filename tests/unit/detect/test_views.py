@@ -6,20 +6,20 @@ import pytest
 
 from openpose_ros_pkg.decode.direct import DirectDecodeParams
 from openpose_ros_pkg.decode.paf import DecodeParams
-from openpose_ros_pkg.detect.ensemble import most_alike
-from openpose_ros_pkg.detect.recipes import MODES, THUNDER_CROP, CropRefinement, NetworkPass
-from openpose_ros_pkg.detect.refinement import CrowdImage, decode_crop, prepare_crop, quarter_turns
-from openpose_ros_pkg.detect.views import NetworkSetup, decode_views, prepare_views
+from openpose_ros_pkg.detect.crops import CrowdImage, decode_crop, prepare_crop, quarter_turns
+from openpose_ros_pkg.detect.recipes import MODES, THUNDER_CROP, CropRefinement, DetectorSettings, NetworkPass
+from openpose_ros_pkg.detect.views import Setup, decode_views, prepare_views
+from openpose_ros_pkg.ensemble import most_alike, sigmas
 from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.networks.models import MOBILENET_THIN, MODELS, MOVENET_MULTIPOSE
-from openpose_ros_pkg.oks import sigmas
+from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import Poses
 from openpose_ros_pkg.skeletons import COCO_18
 from stand_in_networks import MovenetNetwork, PafNetwork, chart, person_at
 
 SIGMAS = sigmas(COCO_18)
 SIZE = (641, 479)
-SETUP = NetworkSetup(MODES['fast'], {}, DecodeParams(), DirectDecodeParams())
+SETUP = Setup(MODES['fast'], {}, DecodeParams(), DirectDecodeParams(), build(DetectorSettings, {}))
 
 
 def people_by(network, network_pass, size=SIZE):

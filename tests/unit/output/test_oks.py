@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 from known_fields import FRONT
-from openpose_ros_pkg.oks import area, sigmas, similarity
+from openpose_ros_pkg.ensemble import area, sigmas, similarity
 from openpose_ros_pkg.skeletons import COCO_17, COCO_18, SKELETONS
 
 SIGMAS = sigmas(COCO_18)

@@ -4,13 +4,13 @@ All give COCO's 17 joints. Those of other joint sets that are not among them are
 the middle between the shoulders and as sure as the less sure of them.
 """
 from dataclasses import dataclass
-from typing import Callable, Dict, List, Optional, Sequence, Tuple
+from typing import Callable, Dict, Optional, Sequence, Tuple
 
 import cv2
 import numpy as np
 
+from openpose_ros_pkg.ensemble import sigmas, similarity, surest
 from openpose_ros_pkg.networks.models import Model
-from openpose_ros_pkg.oks import sigmas, similarity
 from openpose_ros_pkg.params.constants import constant
 from openpose_ros_pkg.params.parameters import Parameters, parameter
 from openpose_ros_pkg.people import Poses, keypoints_in
@@ -82,7 +82,7 @@ def decode_direct(outputs: Sequence[np.ndarray], model: Model, params: DirectDec
     known = seen.any(axis=1)
     people, scores = people[known], scores[known]
     weights = sigmas(model.skeleton)
-    kept = _surest(scores, lambda i, j: similarity(people[i], people[j], weights) > params.direct_same_person)
+    kept = surest(scores, lambda i, j: similarity(people[i], people[j], weights) > params.direct_same_person)
     return Poses(people[kept].astype(np.float32), scores[kept].astype(np.float32))
 
 
@@ -152,19 +152,6 @@ def _decode_yolo(outputs: Sequence[np.ndarray], least: float, net_size: Tuple[in
 _DECODERS: Dict[str, Callable[..., Tuple[np.ndarray, np.ndarray]]] = {
     'movenet_multipose': _decode_movenet, 'movenet_singlepose': _decode_single_person, 'rtmo': _decode_rtmo,
     'yolo_pose': _decode_yolo}
-
-
-def _surest(scores: np.ndarray, same: Callable[[int, int], bool]) -> List[int]:
-    """Return the indices of people with (P,) scores, the surest first, without duplicates of surer ones.
-
-    Args:
-        same: whether two people, by their indices, are the same.
-    """
-    kept: List[int] = []
-    for i in np.argsort(-scores, kind='stable'):
-        if not any(same(i, j) for j in kept):
-            kept.append(int(i))
-    return kept
 
 
 def _without_overlap(boxes: np.ndarray, scores: np.ndarray, overlap: float) -> np.ndarray:

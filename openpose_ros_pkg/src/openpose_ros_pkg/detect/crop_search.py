@@ -6,23 +6,15 @@ from typing import Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
-from openpose_ros_pkg.detect.detector import Detector, PreparedFrame
-from openpose_ros_pkg.detect.ensemble import Setup, group, person_scores, vote
+from openpose_ros_pkg.detect.crops import CrowdImage, compute_crops, decode_crop, prepare_crop
+from openpose_ros_pkg.detect.detector import Detector
 from openpose_ros_pkg.detect.following import FollowedPerson, FollowingParams
 from openpose_ros_pkg.detect.head_recovery import HEADS
 from openpose_ros_pkg.detect.occlusion_masks import Foreground, foregrounds
-from openpose_ros_pkg.detect.refinement import CrowdImage, prepare_crop
 from openpose_ros_pkg.detect.schedule import SCHEDULE, Costs, Part, ScheduleConstants, strips
 from openpose_ros_pkg.detect.target_rate import RATE, TargetRateConstants, seconds_per_pixel
-from openpose_ros_pkg.detect.views import (
-    ComputedView,
-    compute_views,
-    decode_crop,
-    decode_views,
-    prepare_views,
-    views_of,
-)
-from openpose_ros_pkg.oks import extent, sigmas
+from openpose_ros_pkg.detect.views import ComputedView, PreparedFrame, Setup, decode_views, prepare_views, views_of
+from openpose_ros_pkg.ensemble import extent, group, person_scores, sigmas, vote
 
 # Runs of a network whose median tells its pace: the first run for a size, which compiles it, does not count.
 _PACE_RUNS = 9
@@ -62,15 +54,10 @@ class Look(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Pace:
-    """How long networks take, by their newest runs.
+    """How long networks take, by their newest runs."""
 
-    Attributes:
-        runs: [s] per pixel of the input, by the models' names.
-        fixed: runs do not count, so that results do not depend on the machine.
-    """
-
-    runs: Mapping[str, Tuple[float, ...]]
-    fixed: bool = False
+    runs: Mapping[str, Tuple[float, ...]]  # [s] per pixel of the input, by the models' names
+    fixed: bool = False  # runs do not count, so that results do not depend on the machine
 
     def of(self, model: str, size: Tuple[int, int]) -> float:
         """Return what a network takes for an input of (width, height) [px], [s]."""
@@ -88,22 +75,14 @@ class Pace:
 
 @dataclass(frozen=True, eq=False)
 class SearchPlan:
-    """How the images of all cameras are searched.
+    """How the images of all cameras are searched."""
 
-    Attributes:
-        setup: that they are computed with.
-        follows: whether people are followed.
-        rate: that is wanted [Hz]; 0: none.
-        period: without a rate, every image of this number is searched in full.
-        pace: of the networks now.
-        first_pace: when the plan was made: the parts of a size stay, as a network is compiled for each size of a part.
-    """
-
-    setup: Setup
-    follows: bool
-    rate: float
-    period: int
-    pace: Pace
+    setup: Setup  # that they are computed with
+    follows: bool  # whether people are followed
+    rate: float  # that is wanted [Hz]; 0: none
+    period: int  # without a rate, every image of this number is searched in full
+    pace: Pace  # of the networks now
+    # when the plan was made: the parts of a size stay, as a network is compiled for each size of a part
     first_pace: Pace
     schedule: ScheduleConstants = SCHEDULE
     expected_people: int = RATE.expected_people
@@ -197,7 +176,7 @@ def look(frame: PreparedFrame, people: Sequence[FollowedPerson], chosen: Sequenc
         begin = time.perf_counter()
         prepared = [prepare_crop(crowd, people[i].expected, replace(one, margin=one.margin * people[i].margin),
                                  in_front.get(i)) for i in chosen]
-        views = compute_views(prepared, setup.networks[one.model.name])
+        views = compute_crops(prepared, setup.networks[one.model.name])
         seconds += sum(view.seconds for view in views)
         for i, view in zip(chosen, views):
             found = decode_crop(view, one.model, setup.direct, skeleton).keypoints
@@ -248,7 +227,7 @@ def _searched(person: FollowedPerson, found: Sequence[PartPeople]) -> FollowedPe
 
 def likely(new: Sequence[FollowedPerson], setup: Setup) -> List[FollowedPerson]:
     """Return the new people that are worth a crop, the surest first."""
-    least = setup.recipe.acceptance * setup.settings.decode.person_min_score
+    least = setup.acceptance.person_score
     scores = [float(person_scores(person.expected[np.newaxis])[0]) for person in new]
     order = np.argsort([-score for score in scores], kind='stable')[:setup.recipe.max_refined]
     return [new[i] for i in order if scores[i] >= least]

@@ -13,37 +13,23 @@ from openpose_ros_pkg.stream.fair_lock import FairLock
 
 @dataclass(frozen=True, eq=False)
 class DepthView:
-    """Depth of the view that an image shows.
+    """Depth of the view that an image shows."""
 
-    Attributes:
-        depth: (h, w) float32 [m], along the optical axis; NaN where missing. Of the same view as the image, at any
-            size.
-        focal: focal length, in pixels of `depth`.
-    """
-
+    # (h, w) float32 [m], along the optical axis; NaN where missing. Of the same view as the image, at any size.
     depth: np.ndarray
-    focal: float
+    focal: float  # focal length, in pixels of `depth`
 
 
 @dataclass(frozen=True, eq=False)
 class ImageFrame:
-    """An image of a camera.
+    """An image of a camera."""
 
-    Attributes:
-        camera: tells the cameras apart.
-        stamp: of the image [s]; 0 or less: the image has no history.
-        bgr: (H, W, 3) uint8 BGR; not modified.
-        depth: of the image; None: unknown.
-        follow: False: the image is searched in full, whatever was seen before.
-        source: what the frame was made from, such as a message; not used here.
-    """
-
-    camera: Hashable
-    stamp: float
-    bgr: np.ndarray
-    depth: Optional[DepthView] = None
-    follow: bool = True
-    source: Any = None
+    camera: Hashable  # tells the cameras apart
+    stamp: float  # of the image [s]; 0 or less: the image has no history
+    bgr: np.ndarray  # (H, W, 3) uint8 BGR; not modified
+    depth: Optional[DepthView] = None  # of the image; None: unknown
+    follow: bool = True  # False: the image is searched in full, whatever was seen before
+    source: Any = None  # what the frame was made from, such as a message; not used here
 
 
 class Detection(Protocol):
@@ -100,7 +86,6 @@ class IndependentDetection:
         self._tracking_lock = threading.Lock()
 
     def prepare(self, frame: ImageFrame) -> Search:
-        """See `Detection`."""
         return frame, self._search(frame)
 
     def compute(self, prepared: Search, expected: Optional[People2D] = None) -> Tuple[ImageFrame, People2D]:
@@ -109,7 +94,6 @@ class IndependentDetection:
         return frame, result()
 
     def finish(self, computed: Tuple[ImageFrame, People2D]) -> People2D:
-        """See `Detection`."""
         frame, people = computed
         with self._tracking_lock:
             return self._trackers.of(frame.camera).update(people, frame.stamp)

@@ -1,29 +1,27 @@
 """From an image to the people in it: views, networks, decoders, and one opinion out of several."""
 import logging
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
 
+from openpose_ros_pkg.decode.direct import DirectDecodeParams
+from openpose_ros_pkg.decode.paf import DecodeParams
+from openpose_ros_pkg.detect.crops import CrowdImage, compute_crops, prepare_crop
 from openpose_ros_pkg.detect.detection import DepthView
-from openpose_ros_pkg.detect.ensemble import DetectorSettings as DetectorSettings
-from openpose_ros_pkg.detect.ensemble import LiveDetectorSettings as LiveDetectorSettings
-from openpose_ros_pkg.detect.ensemble import (
-    Opinions,
-    Setup,
-    accepted_people,
-    candidate_thresholds,
-    vote_on_people,
-)
 from openpose_ros_pkg.detect.following import NEVER_FOLLOWED, FollowingParams
 from openpose_ros_pkg.detect.head_recovery import recover
 from openpose_ros_pkg.detect.recipes import DetectorParams, Recipe, recipe_of
-from openpose_ros_pkg.detect.refinement import CrowdImage, prepare_crop, refine
+from openpose_ros_pkg.detect.recipes import DetectorSettings as DetectorSettings
+from openpose_ros_pkg.detect.recipes import LiveDetectorSettings as LiveDetectorSettings
+from openpose_ros_pkg.detect.refinement import Candidates, refine
 from openpose_ros_pkg.detect.target_rate import fitted_to_rate
-from openpose_ros_pkg.detect.views import PreparedView, compute_views, decode_views, prepare_views
+from openpose_ros_pkg.detect.views import PreparedFrame, PreparedView, Setup, decode_views, prepare_views
+from openpose_ros_pkg.ensemble import Opinions, accepted_people, group, sigmas, vote
 from openpose_ros_pkg.errors import BadInputError, MissingWeightsError, ModelError, ParameterError
 from openpose_ros_pkg.networks.backends import Backend, BackendParams, create_backend
 from openpose_ros_pkg.networks.models import OPTIONAL, Model, weights_path
+from openpose_ros_pkg.params.constants import constant
 from openpose_ros_pkg.people import People2D, Poses
 from openpose_ros_pkg.skeletons import SkeletonModel
 from openpose_ros_pkg.stream.fair_lock import FairLock
@@ -35,37 +33,28 @@ _log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
-class PreparedFrame:
-    """An image and what the networks will see of it.
+class CandidateConstants:
+    """Thresholds of candidates where several networks vote: what one network doubts, others may confirm."""
 
-    Attributes:
-        bgr: (H, W, 3) uint8, the image.
-        views: of each pass of the recipe; none: they are prepared when all of the image is computed.
-        depth: of the image; None: it is not known.
-    """
+    decoded_share: float = constant(
+        0.8, 'Share of `person_min_score` that a candidate of a network with part affinity fields needs.')
+    most_decoded: float = constant(0.2, 'That score is at most this.')
+    direct_person: float = constant(0.05, 'Person score that a candidate of MoveNet or RTMO needs.')
+    direct_joint: float = constant(0.0, 'Joint score that a candidate of MoveNet or RTMO needs.')
 
-    bgr: np.ndarray
-    views: Sequence[Sequence[PreparedView]]
-    setup: Setup
-    depth: Optional[DepthView] = None
+
+CANDIDATES = CandidateConstants()
 
 
 @dataclass(frozen=True)
 class ComputedFrame:
-    """What was found in an image.
+    """What was found in an image."""
 
-    Attributes:
-        image_size: (width, height) [px].
-        poses: in pixels of the image; of several opinions also people and joints below the thresholds.
-        network_seconds: that the networks took [s].
-        opinions: of the networks on these people, except those at the end, found by the depth; none where there is
-            one opinion.
-    """
-
-    image_size: Tuple[int, int]
-    poses: Poses
-    network_seconds: float
+    image_size: Tuple[int, int]  # (width, height) [px]
+    poses: Poses  # in pixels of the image; of several opinions also people and joints below the thresholds
+    network_seconds: float  # that the networks took [s]
     setup: Setup
+    # of the networks on these people, except those at the end, found by the depth; none where there is one opinion
     opinions: Sequence[Opinions] = ()
 
 
@@ -213,7 +202,7 @@ class Detector:
             for refinement in recipe.refinements:
                 crop = prepare_crop(CrowdImage(blank.bgr, [person], recipe.skeleton), person, refinement)
                 for people in (1, 2):  # several are computed side by side, by a network that is compiled for it
-                    compute_views(people * [crop], networks[refinement.model.name])
+                    compute_crops(people * [crop], networks[refinement.model.name])
 
     def detect(self, bgr: np.ndarray, depth: Optional[DepthView] = None) -> People2D:
         """Find the people in an image, the surest first.
@@ -242,7 +231,7 @@ class Detector:
 
         Crop refinement needs the people of the full image, so decoding lies between the networks.
         """
-        setup, recipe = frame.setup, frame.setup.recipe
+        setup, recipe, size = frame.setup, frame.setup.recipe, (frame.bgr.shape[1], frame.bgr.shape[0])
         prepared = frame.views or _views(frame.bgr, recipe)
         views = [[view.compute(setup.networks[one.model.name]) for view in of_pass]
                  for one, of_pass in zip(recipe.passes, prepared)]
@@ -251,19 +240,21 @@ class Detector:
                  for poses in decode_views(one, of_pass, setup)]
         poses, opinions = found[0], []
         if recipe.is_ensemble:
-            people = vote_on_people(found, recipe)._replace(depth=frame.depth)
+            people = _voted(found, recipe)
             if recipe.refinements:
-                people, crop_seconds = refine(people, frame.bgr, setup, setup.settings.decode.person_min_score)
+                people, crop_seconds = refine(frame, people)
                 seconds += crop_seconds
             opinions = people.opinions
-            recovered = recover(people.poses, frame.bgr, frame.depth, setup)
-            poses = people.poses.joined(recovered.poses)
-            seconds += recovered.seconds
-        return ComputedFrame((frame.bgr.shape[1], frame.bgr.shape[0]), poses, seconds, setup, opinions)
+            poses = people.poses
+            if frame.depth is not None:
+                recovered = recover(frame, accepted_people(poses, setup.acceptance, size)[0])
+                poses = poses.joined(recovered.poses)
+                seconds += recovered.seconds
+        return ComputedFrame(size, poses, seconds, setup, opinions)
 
     def finish(self, frame: ComputedFrame) -> People2D:
         """Return the people of a computed image; see `detect`."""
-        return accepted_people(frame.poses, frame.setup, frame.image_size)[0]
+        return accepted_people(frame.poses, frame.setup.acceptance, frame.image_size)[0]
 
     def _load(self, params: DetectorParams) -> Tuple[Recipe, Dict[str, Backend]]:
         """Return the recipe that the parameters ask for, or a faster one for `target_rate`, and its networks."""
@@ -304,8 +295,25 @@ def _views(bgr: np.ndarray, recipe: Recipe) -> List[List[PreparedView]]:
 def _setup(recipe: Recipe, networks: Dict[str, Backend], settings: DetectorSettings) -> Setup:
     decode, direct = settings.decode, settings.direct
     if recipe.is_ensemble:
-        decode, direct = candidate_thresholds(decode, direct)
+        decode, direct = _candidate_thresholds(decode, direct)
     return Setup(recipe, networks, decode, direct, settings)
+
+
+def _candidate_thresholds(decode: DecodeParams, direct: DirectDecodeParams, constants: CandidateConstants = CANDIDATES
+                          ) -> Tuple[DecodeParams, DirectDecodeParams]:
+    """Return thresholds of the decoders for candidates, on which other networks vote."""
+    score = min(constants.decoded_share * decode.person_min_score, constants.most_decoded)
+    return replace(decode, person_min_score=score), replace(
+        direct, direct_person_score=constants.direct_person, direct_joint_score=constants.direct_joint)
+
+
+def _voted(opinions: Sequence[Poses], recipe: Recipe) -> Candidates:
+    """Group the opinions of the passes by person, and vote on each person."""
+    joint_sigmas = sigmas(recipe.skeleton)
+    people = group([poses.keypoints for poses in opinions], joint_sigmas)
+    weights = recipe.weights[:recipe.pass_opinions]
+    keypoints = [vote(person, weights, joint_sigmas) for person in people]
+    return Candidates(people, np.array(keypoints, np.float32).reshape(-1, len(joint_sigmas), 3))
 
 
 def _check_image(bgr: np.ndarray) -> None:

@@ -4,10 +4,9 @@ from typing import Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
-from openpose_ros_pkg.detect.ensemble import ENSEMBLE, EnsembleConstants, vote_with_crops
 from openpose_ros_pkg.detect.recipes import DetectorParams, Recipe
 from openpose_ros_pkg.detect.tracking import ImageTracks, PersonIds, person_sizes
-from openpose_ros_pkg.oks import extent, sigmas, similarity
+from openpose_ros_pkg.ensemble import ENSEMBLE, EnsembleConstants, extent, sigmas, similarity, vote_with_crops
 from openpose_ros_pkg.params.constants import constant
 from openpose_ros_pkg.params.parameters import Parameters, parameter
 from openpose_ros_pkg.people import People2D
@@ -67,17 +66,11 @@ FOLLOWING = FollowingConstants()
 
 
 class Opinion(NamedTuple):
-    """A pose that a source gave for a person.
+    """A pose that a source gave for a person."""
 
-    Attributes:
-        pose: (K, 3) float32; None: the source did not find the person.
-        reference: (K, 2) [px], the places of the person's joints then.
-        stamp: [s].
-    """
-
-    pose: Optional[np.ndarray]
-    reference: np.ndarray
-    stamp: float
+    pose: Optional[np.ndarray]  # (K, 3) float32; None: the source did not find the person
+    reference: np.ndarray  # (K, 2) [px], the places of the person's joints then
+    stamp: float  # [s]
 
     def moved(self, reference: np.ndarray) -> Optional[np.ndarray]:
         """Return the pose, each joint moved as the reference moved, (K, 2); None: there is no pose."""
@@ -93,37 +86,23 @@ class Opinion(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class PersonMemory:
-    """What is remembered of a tracked person.
+    """What is remembered of a tracked person."""
 
-    Attributes:
-        scores: (K,) of the joints at the last detection.
-        detected: stamp of that frame [s].
-        error: distance from the expected place then, see `disagreement`.
-        opinions: the last one of each source, by its number.
-    """
-
-    scores: np.ndarray
-    detected: float
-    error: float
-    opinions: Mapping[int, Opinion]
+    scores: np.ndarray  # (K,) of the joints at the last detection
+    detected: float  # stamp of that frame [s]
+    error: float  # distance from the expected place then, see `disagreement`
+    opinions: Mapping[int, Opinion]  # the last one of each source, by its number
 
 
 @dataclass(frozen=True, eq=False)
 class FollowedPerson:
-    """A person in a frame: tracked, or new.
+    """A person in a frame: tracked, or new."""
 
-    Attributes:
-        expected: (K, 3) x, y [px], score, predicted by the track; of a new person, where the search found it.
-        memory: of the track; None: new.
-        unseen: time since the last detection [s].
-        crop: (K, 3) pose on a crop; None: none.
-        opinions: of this frame, by the number of the source; None: the source did not find the person.
-    """
-
-    expected: np.ndarray
-    memory: Optional[PersonMemory] = None
-    unseen: float = 0.0
-    crop: Optional[np.ndarray] = None
+    expected: np.ndarray  # (K, 3) x, y [px], score, predicted by the track; of a new person, where the search found it
+    memory: Optional[PersonMemory] = None  # of the track; None: new
+    unseen: float = 0.0  # time since the last detection [s]
+    crop: Optional[np.ndarray] = None  # (K, 3) pose on a crop; None: none
+    # of this frame, by the number of the source; None: the source did not find the person
     opinions: Mapping[int, Optional[np.ndarray]] = field(default_factory=dict)
     constants: FollowingConstants = FOLLOWING
 
@@ -205,7 +184,8 @@ class FollowedPerson:
         Sources that did not find the person count until they look again, those that never looked do not. For a new
         person all count, as in a full search.
         """
-        weights, places = list(recipe.weights), list(recipe.place_weights)
+        sources = recipe.sources
+        weights, places = list(sources.weights), list(sources.place_weights)
         poses: Dict[int, np.ndarray] = {}
         for number in range(len(weights)):
             pose, share = self._weighted(number, stamp)
@@ -213,7 +193,7 @@ class FollowedPerson:
             places[number] *= share
             if pose is not None:
                 poses[number] = pose
-        return vote_with_crops(poses, recipe, weights, places)
+        return vote_with_crops(poses, replace(sources, weights=weights, place_weights=places))
 
     def _weighted(self, number: int, stamp: float) -> Tuple[Optional[np.ndarray], float]:
         """Return the pose by a source, now or before, (K, 3), and the share of its weight that counts."""
@@ -238,15 +218,10 @@ class FollowedPerson:
 
 @dataclass(frozen=True, eq=False)
 class Following:
-    """The tracked people of a camera.
+    """The tracked people of a camera."""
 
-    Attributes:
-        tracks: of the images.
-        memories: of the tracks, by their ids.
-    """
-
-    tracks: ImageTracks
-    memories: Mapping[int, PersonMemory] = field(default_factory=dict)
+    tracks: ImageTracks  # of the images
+    memories: Mapping[int, PersonMemory] = field(default_factory=dict)  # of the tracks, by their ids
     constants: FollowingConstants = FOLLOWING
 
     @property

@@ -10,14 +10,14 @@ from typing import List, NamedTuple, Optional, Sequence, Tuple
 import cv2
 import numpy as np
 
+from openpose_ros_pkg.detect.crops import compute_crops, decode_crop
 from openpose_ros_pkg.detect.detection import DepthView
-from openpose_ros_pkg.detect.ensemble import Setup, accepted_people
 from openpose_ros_pkg.detect.occlusion_masks import Foreground, cover_others
 from openpose_ros_pkg.detect.recipes import CropRefinement, Recipe
-from openpose_ros_pkg.detect.views import PreparedView, View, compute_views, decode_crop
+from openpose_ros_pkg.detect.views import PreparedFrame, PreparedView, View
 from openpose_ros_pkg.networks.preprocess import fit_image
 from openpose_ros_pkg.params.constants import constant
-from openpose_ros_pkg.people import Poses
+from openpose_ros_pkg.people import People2D, Poses
 
 
 @dataclass(frozen=True)
@@ -59,17 +59,11 @@ _HEAD = ('nose', 'right_eye', 'left_eye', 'right_ear', 'left_ear')
 
 
 class Recovered(NamedTuple):
-    """People at heads that no skeleton explains.
+    """People at heads that no skeleton explains."""
 
-    Attributes:
-        poses: the people; their scores are those of their visible joints.
-        crops: number of crops that the network computed.
-        seconds: that it took.
-    """
-
-    poses: Poses
-    crops: int
-    seconds: float
+    poses: Poses  # the people; their scores are those of their visible joints
+    crops: int  # number of crops that the network computed
+    seconds: float  # that it took
 
 
 class Head(NamedTuple):
@@ -135,26 +129,23 @@ def _head_like(depth: np.ndarray, focal: float, constants: HeadConstants) -> np.
     return like[border:border + depth.shape[0], border:border + depth.shape[1]]
 
 
-def recover(poses: Poses, bgr: np.ndarray, view: Optional[DepthView], setup: Setup,
-            constants: HeadConstants = HEADS) -> Recovered:
+def recover(frame: PreparedFrame, people: People2D, constants: HeadConstants = HEADS) -> Recovered:
     """Find people at heads that no skeleton explains, on crops.
 
     Args:
-        poses: detected people, in pixels of the image.
-        bgr: (H, W, 3) uint8 BGR, the image.
-        view: its depth; None: unknown, so no person is found.
+        frame: an image; without depth, no person is found.
+        people: the detected people.
     """
-    if view is None:
-        return Recovered(Poses(poses.keypoints[:0], poses.scores[:0]), 0, 0.0)
-    people = accepted_people(poses, setup, (bgr.shape[1], bgr.shape[0]))[0].keypoints
+    bgr, view, setup = frame.bgr, frame.depth, frame.setup
     skeleton, one = setup.recipe.skeleton, crop_of_one(setup.recipe)
-    free = [] if one is None else _unexplained(heads(view, constants), people, bgr, view, constants)[:constants.most]
+    free = [] if one is None or view is None else _unexplained(
+        heads(view, constants), people.keypoints, bgr, view, constants)[:constants.most]
     found: List[np.ndarray] = []
     seconds = 0.0
-    if one is not None and free:
+    if one is not None and view is not None and free:
         crops = [_prepare(bgr, head, view, one, constants) for head in free]
         begin = time.perf_counter()
-        computed = compute_views(crops, setup.networks[one.model.name])
+        computed = compute_crops(crops, setup.networks[one.model.name])
         seconds = time.perf_counter() - begin
         candidates = [(head, pose) for head, crop in zip(free, computed)
                  for pose in decode_crop(crop, one.model, setup.direct, skeleton).keypoints]

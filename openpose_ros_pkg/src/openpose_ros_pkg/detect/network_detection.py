@@ -2,7 +2,7 @@
 import threading
 import time
 from dataclasses import dataclass, field, replace
-from typing import Dict, Hashable, List, NamedTuple, Optional, Sequence, Tuple, Union
+from typing import Dict, Hashable, NamedTuple, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
@@ -12,13 +12,11 @@ from openpose_ros_pkg.detect.detector import (
     USUAL_SIZE,
     ComputedFrame,
     Detector,
-    PreparedFrame,
     prepare_frame,
 )
-from openpose_ros_pkg.detect.ensemble import Opinions, Setup, accepted_people, person_scores
 from openpose_ros_pkg.detect.following import FollowedPerson, Following, FollowingParams, without_shared_crops
 from openpose_ros_pkg.detect.head_recovery import recover
-from openpose_ros_pkg.detect.schedule import NO_GREY, Budget, Part, Schedule, changed_columns, due_parts, small_grey
+from openpose_ros_pkg.detect.schedule import NO_GREY, Budget, Schedule, changed_columns, next_parts, small_grey
 from openpose_ros_pkg.detect.tracking import (
     TRACKING,
     ImageTracks,
@@ -27,6 +25,8 @@ from openpose_ros_pkg.detect.tracking import (
     TrackingConstants,
     TrackingParams,
 )
+from openpose_ros_pkg.detect.views import PreparedFrame, Setup
+from openpose_ros_pkg.ensemble import Opinions, accepted_people, person_scores
 from openpose_ros_pkg.people import FIRST_ID, People2D, Poses, keypoints_in
 from openpose_ros_pkg.skeletons import SkeletonModel
 from openpose_ros_pkg.stream.fair_lock import FairLock
@@ -43,50 +43,28 @@ class PreparedDetection:
 
 @dataclass(frozen=True)
 class ComputedDetection:
-    """What the networks found in an image.
+    """What the networks found in an image."""
 
-    Attributes:
-        frame: the image.
-        network_seconds: time that the networks took [s].
-        found: output of a full search; where people are followed: the people, with ids.
-    """
-
-    frame: ImageFrame
-    network_seconds: float
-    found: Union[ComputedFrame, People2D]
+    frame: ImageFrame  # the image
+    network_seconds: float  # time that the networks took [s]
+    found: Union[ComputedFrame, People2D]  # output of a full search; where people are followed: the people, with ids
 
 
 @dataclass(frozen=True, eq=False)
 class CameraMemory:
-    """What is remembered of the images of one size of a camera; each step replaces it as a whole.
+    """What is remembered of the images of one size of a camera; each step replaces it as a whole."""
 
-    Attributes:
-        following: the tracked people.
-        stamp: of the newest frame [s].
-        searched_by: pace's networks and recipe of the schedule.
-        schedule: of the parts of the image.
-        budget: of the newest frame.
-        grey: small image of the newest frame.
-        people: number of people in the newest frame.
-        frames: since the image was searched in full.
-        taken: time that the newest frame took [s].
-        full: time that full searches of all cameras had taken until then [s].
-        interval: between the newest two frames [s].
-        waited: part of it in which the networks were busy, not the camera silent [s].
-    """
-
-    following: Following
-    stamp: float = 0.0
-    searched_by: object = None
-    schedule: Schedule = field(default_factory=Schedule)
-    budget: Budget = field(default_factory=lambda: Budget(0.0))
-    grey: np.ndarray = field(default_factory=lambda: NO_GREY)
-    people: int = 0
-    frames: int = 0
-    taken: float = 0.0
-    full: float = 0.0
-    interval: float = 0.0
-    waited: float = 0.0
+    following: Following  # the tracked people
+    stamp: float = 0.0  # of the newest frame [s]
+    searched_by: object = None  # pace's networks and recipe of the schedule
+    schedule: Schedule = field(default_factory=Schedule)  # of the parts of the image
+    budget: Budget = field(default_factory=lambda: Budget(0.0))  # of the newest frame
+    grey: np.ndarray = field(default_factory=lambda: NO_GREY)  # small image of the newest frame
+    people: int = 0  # number of people in the newest frame
+    taken: float = 0.0  # time that the newest frame took [s]
+    full: float = 0.0  # time that full searches of all cameras had taken until then [s]
+    interval: float = 0.0  # between the newest two frames [s]
+    waited: float = 0.0  # part of it in which the networks were busy, not the camera silent [s]
 
     def begun(self, plan: SearchPlan, frame: ImageFrame, full: float, beside: Sequence[Budget]
               ) -> Tuple['CameraMemory', bool]:
@@ -106,11 +84,11 @@ class CameraMemory:
         anew = (self.searched_by != searched_by or interval < -tracks.constants.reset_backstep
                 or interval >= tracks.timeout or (interval > self.following.lost_time and not busy))
         late = busy and interval > self.following.lost_time and not anew
-        begun = replace(self, stamp=max(stamp, self.stamp), frames=self.frames + 1, interval=interval,
-                        waited=interval if late else 0.0)
+        begun = replace(self, stamp=max(stamp, self.stamp), interval=interval, waited=interval if late else 0.0,
+                        schedule=replace(self.schedule, frames=self.schedule.frames + 1))
         if anew:
-            begun = replace(begun, following=replace(self.following, memories={}), stamp=stamp, people=0, frames=0,
-                            searched_by=searched_by, schedule=Schedule(plan.parts((width, height)),
+            begun = replace(begun, following=replace(self.following, memories={}), stamp=stamp, people=0,
+                            searched_by=searched_by, schedule=Schedule(plan.parts((width, height)), period=plan.period,
                                                                        constants=plan.schedule),
                             budget=Budget.of_rate(plan.rate, plan.schedule), grey=NO_GREY)
         # a client that asks seldom gives time, also where a full search takes most of it
@@ -293,7 +271,7 @@ def _search_in_full(detector: Detector, prepared: PreparedDetection, memory: Cam
     poses, opinions = computed.poses, computed.opinions
     persons = [_person(pose, of_person, setup) for pose, of_person in zip(poses.keypoints, opinions)]
     persons += [_recovered(pose, setup) for pose in poses.keypoints[len(persons):]]
-    people, kept = accepted_people(poses, setup, computed.image_size)
+    people, kept = accepted_people(poses, setup.acceptance, computed.image_size)
     following, people = memory.following.updated(people, [persons[i] for i in kept], frame.stamp, ids)
     memory = replace(memory, following=following, people=len(kept), grey=small_grey(frame.bgr, prepared.plan.schedule),
                      schedule=memory.schedule.done(memory.schedule.parts, frame.stamp))
@@ -317,41 +295,28 @@ def _follow(prepared: PreparedDetection, memory: CameraMemory, in_space: Optiona
     looked = look(image, people, sorted(range(len(people)), key=lambda i: -people[i].urgency)[:crops])
     people = without_shared_crops(looked.people, recipe)
     memory = replace(memory, budget=memory.budget.after_crops(cost * crops))
-    memory, parts = _scheduled(memory, frame, people, plan)
+    lost = [person for person in people if person.lost]
+    parts, schedule, budget = next_parts(memory.schedule, memory.budget, frame.stamp, [person.box for person in lost],
+                                         any(person.recent for person in lost))
     found = search_parts(setup, frame.bgr, parts) if parts else Search()
     people, new = assign(found.found, people, setup)
     new = likely(new, setup)
-    budget = memory.budget.after(cost * len(new))
+    budget = budget.after(cost * len(new))
     both = look(image, [*people, *new], range(len(people), len(people) + len(new)))
     reported = [person for person in without_shared_crops(both.people, recipe) if person.reported]
     keypoints = np.array([person.voted(recipe, frame.stamp) for person in reported], np.float32)
     keypoints = keypoints.reshape(-1, len(recipe.skeleton.joints), 3)
     poses, seconds = Poses(keypoints, person_scores(keypoints)), looked.seconds + found.seconds + both.seconds
-    if parts and budget.affords(plan.most_heads * cost):
-        recovered = recover(poses, frame.bgr, frame.depth, setup)
+    if parts and frame.depth is not None and budget.affords(plan.most_heads * cost):
+        recovered = recover(image, accepted_people(poses, setup.acceptance, size)[0])
         poses = poses.joined(recovered.poses)
         budget = budget.after(cost * recovered.crops)
         seconds += recovered.seconds
         reported += [_recovered(pose, setup) for pose in recovered.poses.keypoints]
-    accepted, kept = accepted_people(poses, setup, size)
+    accepted, kept = accepted_people(poses, setup.acceptance, size)
     following, accepted = memory.following.updated(accepted, [reported[i] for i in kept], frame.stamp, ids)
-    return _Answer(accepted, replace(memory, following=following, budget=budget, people=len(kept)), seconds,
-                   looked.runs + found.runs + both.runs)
-
-
-def _scheduled(memory: CameraMemory, frame: ImageFrame, people: Sequence[FollowedPerson], plan: SearchPlan
-               ) -> Tuple[CameraMemory, List[Part]]:
-    """Return the memory after the search of a frame was scheduled, and the parts that are searched."""
-    schedule, lost = memory.schedule, [person for person in people if person.lost]
-    for person in lost:
-        low, high = person.box
-        schedule = schedule.lost(low[0], high[0])
-    if plan.rate > 0:
-        parts, budget = due_parts(schedule, memory.budget, frame.stamp)
-        return replace(memory, schedule=schedule.done(parts, frame.stamp), budget=budget), parts
-    if memory.frames < plan.period and not any(person.recent for person in lost):
-        return replace(memory, schedule=schedule), []
-    return replace(memory, schedule=schedule.done(schedule.parts, frame.stamp), frames=0), list(schedule.parts)
+    memory = replace(memory, following=following, schedule=schedule, budget=budget, people=len(kept))
+    return _Answer(accepted, memory, seconds, looked.runs + found.runs + both.runs)
 
 
 def _person(pose: np.ndarray, opinions: Opinions, setup: Setup) -> FollowedPerson:

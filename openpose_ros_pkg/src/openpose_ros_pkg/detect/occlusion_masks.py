@@ -10,10 +10,9 @@ import cv2
 import numpy as np
 
 from openpose_ros_pkg.detect.detection import DepthView
-from openpose_ros_pkg.detect.ensemble import Opinions, vote_with_crops
 from openpose_ros_pkg.detect.recipes import Recipe
 from openpose_ros_pkg.detect.views import PreparedView, View
-from openpose_ros_pkg.oks import area
+from openpose_ros_pkg.ensemble import Opinions, area, vote_with_crops
 from openpose_ros_pkg.params.constants import constant
 from openpose_ros_pkg.skeletons import SkeletonModel
 
@@ -65,17 +64,11 @@ LAYERS = LayerConstants()
 
 
 class Foreground(NamedTuple):
-    """The people in front of a person.
+    """The people in front of a person."""
 
-    Attributes:
-        nearer: (P,) bool, which of the people.
-        pixels: (h, w) bool, their pixels, on the grid of the depth.
-        image_size: width and height [px].
-    """
-
-    nearer: np.ndarray
-    pixels: np.ndarray
-    image_size: Tuple[int, int]
+    nearer: np.ndarray  # (P,) bool, which of the people
+    pixels: np.ndarray  # (h, w) bool, their pixels, on the grid of the depth
+    image_size: Tuple[int, int]  # width and height [px]
 
     def covers(self, xy: np.ndarray) -> np.ndarray:
         """Return which positions, (N, 2) [px of the image], are on a nearer person, (N,) bool."""
@@ -213,7 +206,7 @@ def vote_behind(opinions: Opinions, foreground: Optional[Foreground], recipe: Re
     if foreground is not None and max(opinions, default=0) >= recipe.pass_opinions:
         opinions = {number: pose if number >= recipe.pass_opinions else _doubted(pose, foreground, layers.doubt)
                     for number, pose in opinions.items()}
-    keypoints = vote_with_crops(opinions, recipe, recipe.weights, recipe.place_weights)
+    keypoints = vote_with_crops(opinions, recipe.sources)
     if foreground is None:
         return keypoints
     nearest, index = layers.one_place * np.sqrt(area(keypoints)), recipe.skeleton.index

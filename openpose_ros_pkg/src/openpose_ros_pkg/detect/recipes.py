@@ -2,7 +2,13 @@
 from dataclasses import dataclass, replace
 from typing import Collection, Dict, Tuple
 
+import numpy as np
+
+from openpose_ros_pkg.decode.direct import DirectDecodeParams
+from openpose_ros_pkg.decode.paf import DecodeParams
+from openpose_ros_pkg.ensemble import Sources, sigmas
 from openpose_ros_pkg.errors import ParameterError
+from openpose_ros_pkg.networks.backends import BackendParams, LiveBackendParams
 from openpose_ros_pkg.networks.models import (
     AUTO,
     MOBILENET_THIN,
@@ -12,6 +18,7 @@ from openpose_ros_pkg.networks.models import (
     find_model,
 )
 from openpose_ros_pkg.params.parameters import Parameters, parameter
+from openpose_ros_pkg.people import keypoints_in
 from openpose_ros_pkg.skeletons import SkeletonModel
 
 
@@ -72,6 +79,33 @@ class DetectorParams(Parameters):
 
 
 @dataclass(frozen=True)
+class EnsembleParams(Parameters):
+    """Thresholds where several opinions become one."""
+
+    joint_min_score: float = parameter(
+        0.15, 'Score that a joint needs where several opinions were put together (mode accurate: 0.8 of it). '
+             'Raise it (0.5) where only joints count that are surely right.', minimum=0.0, maximum=1.0)
+
+
+@dataclass(frozen=True)
+class DetectorSettings:
+    """All parameters of the detector."""
+
+    detector: DetectorParams
+    backend: BackendParams
+    decode: DecodeParams
+    direct: DirectDecodeParams
+    ensemble: EnsembleParams
+
+
+@dataclass(frozen=True)
+class LiveDetectorSettings(DetectorSettings):
+    """All parameters of the detector, with the defaults of nodes."""
+
+    backend: LiveBackendParams
+
+
+@dataclass(frozen=True)
 class NetworkPass:
     """One network on the full image, at one or more sizes.
 
@@ -104,24 +138,15 @@ class NetworkPass:
 
 @dataclass(frozen=True)
 class CropRefinement:
-    """A network that sees each person a second time, on a square crop of the image.
+    """A network that sees each person a second time, on a square crop of the image."""
 
-    Attributes:
-        model: the network.
-        margin: side of the crop, in units of the longer side of the bounding box of the person's joints.
-        mirror: the network sees the mirror image of the crop.
-        side: of the network's input [px].
-        centred: the person is in the middle also at the border of the image, which is repeated beyond; else the crop
-            ends there.
-        place_weight: of this opinion on the places of joints; on their scores it has a weight of 1.
-    """
-
-    model: Model
-    margin: float
-    mirror: bool = False
-    side: int = 256
+    model: Model  # the network
+    margin: float  # side of the crop, in units of the longer side of the bounding box of the person's joints
+    mirror: bool = False  # the network sees the mirror image of the crop
+    side: int = 256  # of the network's input [px]
+    # the person is in the middle also at the border of the image, which is repeated beyond; else the crop ends there
     centred: bool = False
-    place_weight: float = 1.0
+    place_weight: float = 1.0  # of this opinion on the places of joints; on their scores it has a weight of 1
 
 
 # OpenPose's default, flags.hpp.
@@ -178,6 +203,16 @@ class Recipe:
     def pass_opinions(self) -> int:
         """Number of opinions that the passes over the full image give."""
         return sum(network_pass.opinions for network_pass in self.passes)
+
+    @property
+    def sources(self) -> Sources:
+        """The sources of the opinions. A crop tells of the joints that its skeleton has, or makes, of the recipe's."""
+        joint_sigmas = sigmas(self.skeleton)
+        in_passes = [np.ones(len(joint_sigmas), bool)] * self.pass_opinions
+        of_crops = [one.model.skeleton for one in self.refinements]
+        in_crops = [keypoints_in(np.zeros((1, len(one.joints), 3)), one, self.skeleton)[0, :, 0] for one in of_crops]
+        return Sources(joint_sigmas, self.weights, self.place_weights,
+                       np.array(in_passes + [np.isfinite(one) for one in in_crops]))
 
     @property
     def is_ensemble(self) -> bool:

@@ -1,76 +1,45 @@
 """Crop refinement: networks compute crops of the people of a full search, and all opinions are voted on again."""
 import time
-from dataclasses import dataclass
-from typing import List, NamedTuple, Optional, Sequence, Tuple
+from typing import List, NamedTuple, Tuple
 
 import numpy as np
 
-from openpose_ros_pkg.detect.ensemble import (
-    ENSEMBLE,
-    Candidates,
-    EnsembleConstants,
-    Opinions,
-    most_alike,
-    person_scores,
-)
-from openpose_ros_pkg.detect.occlusion_masks import COVER, Foreground, cover_others, foregrounds, vote_behind
-from openpose_ros_pkg.detect.recipes import CropRefinement
-from openpose_ros_pkg.detect.views import NetworkSetup, PreparedView, View, compute_views, decode_crop
-from openpose_ros_pkg.networks.preprocess import fit_image
-from openpose_ros_pkg.oks import extent, sigmas, similarity
-from openpose_ros_pkg.params.constants import constant
-from openpose_ros_pkg.skeletons import SkeletonModel
+from openpose_ros_pkg.detect.crops import CrowdImage, compute_crops, decode_crop, prepare_crop
+from openpose_ros_pkg.detect.occlusion_masks import foregrounds, vote_behind
+from openpose_ros_pkg.detect.views import PreparedFrame
+from openpose_ros_pkg.ensemble import ENSEMBLE, EnsembleConstants, Opinions, most_alike, person_scores, sigmas
+from openpose_ros_pkg.people import Poses
 
 
-@dataclass(frozen=True)
-class CropConstants:
-    """How a person is cut out of the image."""
+class Candidates(NamedTuple):
+    """Candidates for people after the vote, also below the thresholds."""
 
-    least_side: int = constant(16, 'Least side of a crop; below, there is nothing to see.', unit='px')
-    most_area: float = constant(
-        9.0, 'Greatest area of a crop per area of the image: a person close before the camera, or in a long thin '
-             'image, shall not take gigabytes.')
-    sure_joint: float = constant(
-        0.25, 'Joints with a lower score, often hidden ones, do not widen the crop.')
-    least_tilt: float = constant(
-        60.0, 'People who are tilted by more, from ankles to shoulders, are turned upright.', unit='deg')
-    border: float = constant(
-        COVER.head, 'Border of bodies around their joints, as a share of the longer side of the box.')
-    same_person: float = constant(ENSEMBLE.duplicate, 'Poses with a greater similarity are the person of the crop.')
+    opinions: List[Opinions]  # of each person
+    keypoints: np.ndarray  # (P, K, 3) float32: x, y [px of the image], score; where the opinions place the joints
+
+    @property
+    def poses(self) -> Poses:
+        """The people without the opinions on them."""
+        return Poses(self.keypoints, person_scores(self.keypoints))
 
 
-CROP = CropConstants()
-
-
-class CrowdImage(NamedTuple):
-    """An image, (H, W, 3) uint8 BGR, and its people, (K, 3) float each, with the joints of a skeleton."""
-
-    bgr: np.ndarray
-    people: Sequence[np.ndarray]
-    skeleton: SkeletonModel
-
-
-def refine(people: Candidates, bgr: np.ndarray, setup: NetworkSetup, min_score: float,
-           ensemble: EnsembleConstants = ENSEMBLE) -> Tuple[Candidates, float]:
+def refine(frame: PreparedFrame, people: Candidates, ensemble: EnsembleConstants = ENSEMBLE
+           ) -> Tuple[Candidates, float]:
     """Vote again on the surest people with crops of them; doubtful ones seldom become people by it.
-
-    Args:
-        bgr: (H, W, 3) uint8 BGR, the image.
-        min_score: of a person, before the recipe's acceptance.
 
     Returns:
         The people with the opinions on crops, and the time that the networks took [s].
     """
-    recipe, skeleton = setup.recipe, setup.recipe.skeleton
+    bgr, setup, recipe, skeleton = frame.bgr, frame.setup, frame.setup.recipe, frame.setup.recipe.skeleton
     joint_sigmas, scores = sigmas(skeleton), person_scores(people.keypoints)
     surest = np.argsort(-scores, kind='stable')[:recipe.max_refined]
-    refined = surest[scores[surest] >= recipe.acceptance * min_score].tolist()
+    refined = surest[scores[surest] >= setup.acceptance.person_score].tolist()
     shown = people.keypoints[refined]
-    in_front = foregrounds(shown, skeleton, people.depth, (bgr.shape[1], bgr.shape[0]))
+    in_front = foregrounds(shown, skeleton, frame.depth, (bgr.shape[1], bgr.shape[0]))
     crops = [[prepare_crop(CrowdImage(bgr, shown, skeleton), person, one, foreground)
               for person, foreground in zip(shown, in_front)] for one in recipe.refinements]
     begin = time.perf_counter()
-    computed = [compute_views(views, setup.networks[one.model.name]) for one, views in zip(recipe.refinements, crops)]
+    computed = [compute_crops(views, setup.networks[one.model.name]) for one, views in zip(recipe.refinements, crops)]
     seconds = time.perf_counter() - begin
     opinions: List[Opinions] = [dict(known) for known in people.opinions]
     for number, (one, views) in enumerate(zip(recipe.refinements, computed), start=recipe.pass_opinions):
@@ -83,75 +52,3 @@ def refine(people: Candidates, bgr: np.ndarray, setup: NetworkSetup, min_score: 
     for i, foreground in zip(refined, in_front):
         keypoints[i] = vote_behind(opinions[i], foreground, recipe)
     return people._replace(opinions=opinions, keypoints=keypoints), seconds
-
-
-def prepare_crop(image: CrowdImage, person: np.ndarray, refinement: CropRefinement,
-                 foreground: Optional[Foreground] = None, constants: CropConstants = CROP) -> PreparedView:
-    """Cut a person out of an image; for a network that shows one person, upright and with the others covered.
-
-    Args:
-        person: (K, 3) float: x, y [px of the image], score; NaN where missing. One joint at least is there.
-        foreground: in front of the person; None: no person, or unknown.
-    """
-    bgr, people, skeleton = image
-    size = (bgr.shape[1], bgr.shape[0])
-    left, top, right, bottom = _crop_square(person, refinement.margin, size, constants)
-    if not refinement.centred:
-        left, top, right, bottom = max(left, 0), max(top, 0), min(right, size[0]), min(bottom, size[1])
-    recipe = refinement.model.input
-    plan = fit_image((right - left, bottom - top), refinement.side, refinement.side, recipe.multiple_of, whole_box=True)
-    crop = View(plan, refinement.mirror, (left, top), size).prepare(bgr, recipe.padding)
-    if refinement.model.decoder != 'movenet_singlepose':
-        return crop
-    turns = quarter_turns(person, skeleton, constants)
-    if len(people) < 2:
-        return crop.turned(turns)
-    joint_sigmas = sigmas(skeleton)
-    nearer = np.zeros(len(people), bool) if foreground is None else foreground.nearer
-    others = [other for other, is_nearer in zip(people, nearer)
-              if not is_nearer and _reaches(other, (left, top), (right, bottom), constants.border)
-              and similarity(other, person, joint_sigmas) < constants.same_person]
-    return cover_others(crop, person, others, skeleton, foreground).turned(turns)
-
-
-def quarter_turns(person: np.ndarray, skeleton: SkeletonModel, constants: CropConstants = CROP) -> int:
-    """Return by how many quarter turns, counter-clockwise, a person has to be turned to be upright: 0 to 3.
-
-    Args:
-        person: (K, 3) float: x, y, score; NaN where missing.
-        skeleton: their K joints.
-    """
-    shoulders, hips, knees, ankles = (
-        _middle(person, skeleton, joint, constants.sure_joint) for joint in ('shoulder', 'hip', 'knee', 'ankle'))
-    # a person who bends down stands all the same: visible legs tell the direction
-    along = [shoulders - end for end in (ankles, knees, hips) if np.isfinite(end).all()]
-    if not along or not np.isfinite(shoulders).all() or not np.isfinite(hips).all():
-        return 0
-    angle = np.degrees(np.arctan2(along[0][0], -along[0][1]))
-    return 0 if abs(angle) < constants.least_tilt else int(np.rint(angle / 90)) % 4
-
-
-def _middle(person: np.ndarray, skeleton: SkeletonModel, joint: str, least: float) -> np.ndarray:
-    """Return the middle of left and right joint of a person, (2,) [px]; of one, if the other is unsure; else NaN."""
-    pair = person[[skeleton.index[f'{side}_{joint}'] for side in ('left', 'right')]]
-    sure = pair[pair[:, 2] >= least, :2]
-    return sure.mean(axis=0) if len(sure) else np.full(2, np.nan)
-
-
-def _reaches(person: np.ndarray, corner: Tuple[int, int], opposite: Tuple[int, int], border_share: float) -> bool:
-    """Return whether a body may reach into a part of the image: its limbs and head are broader than its joints."""
-    low, high = extent(person)
-    border = border_share * (high - low).max()
-    return bool((high + border >= corner).all() and (low - border <= opposite).all())
-
-
-def _crop_square(person: np.ndarray, margin: float, size: Tuple[int, int], constants: CropConstants
-                 ) -> Tuple[int, int, int, int]:
-    """Return left, top, right, bottom [px] of the square around a person; its centre lies in the image."""
-    sure = person[person[:, 2] >= constants.sure_joint]
-    low, high = extent(sure if len(sure) > 1 else person)
-    most = np.sqrt(constants.most_area * size[0] * size[1])
-    half = max(min(margin * (high - low).max(), most), constants.least_side) / 2
-    left, top = np.floor(np.clip((low + high) / 2, 0, np.subtract(size, 1)) - half).astype(int).tolist()
-    side = int(np.ceil(2 * half)) + 1
-    return left, top, left + side, top + side

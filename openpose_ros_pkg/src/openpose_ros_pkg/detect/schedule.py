@@ -100,16 +100,13 @@ def changed_columns(grey: np.ndarray, last: np.ndarray, size: Tuple[int, int], b
 
 @dataclass(frozen=True, eq=False)
 class Schedule:
-    """Order in which the parts of an image are searched: the longest wait first, sooner where something happened.
-
-    Attributes:
-        searched: when each part was searched last [s].
-        urgency: factors on the waits of parts.
-    """
+    """Order in which the parts of an image are searched: the longest wait first, sooner where something happened."""
 
     parts: Tuple[Part, ...] = ()
-    searched: Mapping[Part, float] = field(default_factory=dict)
-    urgency: Mapping[Part, float] = field(default_factory=dict)
+    searched: Mapping[Part, float] = field(default_factory=dict)  # when each part was searched last [s]
+    urgency: Mapping[Part, float] = field(default_factory=dict)  # factors on the waits of parts
+    period: int = 1  # without a rate, every image of this number is searched in full
+    frames: int = 0  # since the image was searched in full
     constants: ScheduleConstants = SCHEDULE
 
     def lost(self, low: float, high: float) -> 'Schedule':
@@ -156,17 +153,11 @@ def fair_share(own: float, *others: float) -> float:
 
 
 class Costs(NamedTuple):
-    """What the work on a frame takes the networks.
+    """What the work on a frame takes the networks."""
 
-    Attributes:
-        least: to be allowed in any case [s].
-        crops: the crops of all people [s].
-        parts: each part of the image [s].
-    """
-
-    least: float = 0.0
-    crops: float = 0.0
-    parts: Mapping[Part, float] = MappingProxyType({})
+    least: float = 0.0  # to be allowed in any case [s]
+    crops: float = 0.0  # the crops of all people [s]
+    parts: Mapping[Part, float] = MappingProxyType({})  # each part of the image [s]
 
     @property
     def search(self) -> float:
@@ -179,23 +170,14 @@ NO_COSTS = Costs()
 
 @dataclass(frozen=True)
 class Budget:
-    """Time of the networks for a frame of a camera, and what is saved for searching.
+    """Time of the networks for a frame of a camera, and what is saved for searching."""
 
-    Attributes:
-        rate: that is wanted [Hz]; 0: any time.
-        intervals: the recent ones between frames [s].
-        costs: of the newest frame.
-        seconds: for a frame.
-        saved: for searching [s].
-        spent: in the newest frame so far [s].
-    """
-
-    rate: float
-    intervals: Tuple[float, ...] = ()
-    costs: Costs = NO_COSTS
-    seconds: float = float('inf')
-    saved: float = float('inf')
-    spent: float = 0.0
+    rate: float  # that is wanted [Hz]; 0: any time
+    intervals: Tuple[float, ...] = ()  # the recent ones between frames [s]
+    costs: Costs = NO_COSTS  # of the newest frame
+    seconds: float = float('inf')  # for a frame
+    saved: float = float('inf')  # for searching [s]
+    spent: float = 0.0  # in the newest frame so far [s]
     constants: ScheduleConstants = SCHEDULE
 
     @classmethod
@@ -274,3 +256,21 @@ def due_parts(schedule: Schedule, budget: Budget, stamp: float) -> Tuple[List[Pa
         budget = budget.after(budget.costs.parts[part])
         due.append(part)
     return due, budget
+
+
+def next_parts(schedule: Schedule, budget: Budget, stamp: float, lost: Sequence[np.ndarray], urgent: bool
+               ) -> Tuple[List[Part], Schedule, Budget]:
+    """Return the parts that are searched in a frame, and schedule and budget after it.
+
+    Args:
+        lost: boxes of lost people: least and greatest x and y, (2, 2) each [px].
+        urgent: whether a person was lost a moment ago: without a rate, the image is searched in full at once.
+    """
+    for low, high in lost:
+        schedule = schedule.lost(low[0], high[0])
+    if budget.rate > 0:
+        parts, budget = due_parts(schedule, budget, stamp)
+        return parts, schedule.done(parts, stamp), budget
+    if schedule.frames < schedule.period and not urgent:
+        return [], schedule, budget
+    return list(schedule.parts), replace(schedule.done(schedule.parts, stamp), frames=0), budget

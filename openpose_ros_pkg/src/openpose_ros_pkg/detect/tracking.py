@@ -59,21 +59,13 @@ class TrackingParams(Parameters):
 
 @dataclass(frozen=True)
 class _Track:
-    """A tracked person.
+    """A tracked person."""
 
-    Attributes:
-        id: never used again.
-        xy: (K, 2) float64 [px], the last known or predicted place of each joint; NaN: never detected.
-        velocity: (2,) [px/s] of the person as a whole.
-        size: [px].
-        stamp: of the last detection [s].
-    """
-
-    id: int
-    xy: np.ndarray
-    velocity: np.ndarray
-    size: float
-    stamp: float
+    id: int  # never used again
+    xy: np.ndarray  # (K, 2) float64 [px], the last known or predicted place of each joint; NaN: never detected
+    velocity: np.ndarray  # (2,) [px/s] of the person as a whole
+    size: float  # [px]
+    stamp: float  # of the last detection [s]
 
     def shift(self, stamp: float, constants: TrackingConstants) -> np.ndarray:
         """Return the predicted motion of the person since the last detection, (2,) [px]."""

@@ -9,47 +9,51 @@ import numpy as np
 from openpose_ros_pkg.decode.direct import DirectDecodeParams, decode_direct
 from openpose_ros_pkg.decode.fields import average_fields
 from openpose_ros_pkg.decode.paf import DecodeParams, decode_fields
-from openpose_ros_pkg.detect.recipes import NetworkPass, Recipe
+from openpose_ros_pkg.detect.detection import DepthView
+from openpose_ros_pkg.detect.recipes import DetectorSettings, NetworkPass, Recipe
+from openpose_ros_pkg.ensemble import Acceptance
 from openpose_ros_pkg.networks.backends import Backend
 from openpose_ros_pkg.networks.models import Model
 from openpose_ros_pkg.networks.preprocess import ImageToNet, fit_image
-from openpose_ros_pkg.people import Poses, keypoints_in
+from openpose_ros_pkg.people import Poses
 from openpose_ros_pkg.skeletons import SkeletonModel
 
 
 @dataclass(frozen=True)
-class NetworkSetup:
-    """What computes an image.
+class Setup:
+    """What a frame is computed with, whatever is reconfigured in the meantime.
 
     Attributes:
         networks: of the recipe, by the models' names.
         decode, direct: thresholds of the decoders; where several opinions follow, those of candidates.
+        settings: as the user gave them.
     """
 
     recipe: Recipe
     networks: Dict[str, Backend]
     decode: DecodeParams
     direct: DirectDecodeParams
+    settings: DetectorSettings
+
+    @property
+    def acceptance(self) -> Acceptance:
+        """Which of the people that the networks find are reported."""
+        factor, decode = self.recipe.acceptance, self.settings.decode
+        return Acceptance(self.recipe.skeleton, factor * self.settings.ensemble.joint_min_score,
+                          factor * decode.person_min_score, decode.person_min_joints, self.recipe.is_ensemble)
 
 
 @dataclass(frozen=True)
 class View:
-    """A part of an image, brought to the size of a network's input.
+    """A part of an image, brought to the size of a network's input."""
 
-    Attributes:
-        plan: how the part becomes the input; its `image_size` is the size of the part.
-        mirror: whether the network sees the mirror image of the part.
-        origin: left and top of the part in the image [px]; the part may reach beyond the image, whose border is then
-            repeated.
-        within: (width, height) of the image [px], beyond which joints are missing; None: the part is all of it.
-        turns: quarter turns, counter-clockwise, by which the network sees its square input turned.
-    """
-
-    plan: ImageToNet
-    mirror: bool = False
+    plan: ImageToNet  # how the part becomes the input; its `image_size` is the size of the part
+    mirror: bool = False  # whether the network sees the mirror image of the part
+    # left and top of the part in the image [px]; the part may reach beyond the image, whose border is then repeated
     origin: Tuple[int, int] = (0, 0)
+    # (width, height) of the image [px], beyond which joints are missing; None: the part is all of it
     within: Optional[Tuple[int, int]] = None
-    turns: int = 0
+    turns: int = 0  # quarter turns, counter-clockwise, by which the network sees its square input turned
 
     def prepare(self, bgr: np.ndarray, padding: Optional[int]) -> 'PreparedView':
         """Cut the part out of an image, (H, W, 3) uint8 BGR, and scale and pad it; see `ImageToNet.apply`."""
@@ -106,21 +110,23 @@ class PreparedView:
 
 
 @dataclass(frozen=True)
+class PreparedFrame:
+    """An image and what the networks will see of it."""
+
+    bgr: np.ndarray  # (H, W, 3) uint8, the image
+    # of each pass of the recipe; none: they are prepared when all of the image is computed
+    views: Sequence[Sequence[PreparedView]]
+    setup: Setup
+    depth: Optional[DepthView] = None  # of the image; None: it is not known
+
+
+@dataclass(frozen=True)
 class ComputedView:
     """A view after the network; outputs: of the network, without the axis of the images; seconds: that it took [s]."""
 
     view: View
     outputs: Tuple[np.ndarray, ...]
     seconds: float
-
-
-def compute_views(views: Sequence[PreparedView], network: Backend) -> List[ComputedView]:
-    """Let the network compute views whose inputs have one size, side by side where it can; see `infer_many`."""
-    begin = time.perf_counter()
-    outputs = network.infer_many([view.input[np.newaxis] for view in views])
-    seconds = (time.perf_counter() - begin) / max(len(views), 1)
-    return [ComputedView(view.view, tuple(output[0] for output in of_view), seconds)
-            for view, of_view in zip(views, outputs)]
 
 
 def full_image_plans(size: Tuple[int, int], network_pass: NetworkPass) -> List[ImageToNet]:
@@ -163,7 +169,7 @@ def prepare_views(bgr: np.ndarray, network_pass: NetworkPass, columns: Optional[
     return [view.prepare(bgr, network_pass.model.input.padding) for view in views]
 
 
-def decode_views(network_pass: NetworkPass, views: Sequence[ComputedView], setup: NetworkSetup) -> List[Poses]:
+def decode_views(network_pass: NetworkPass, views: Sequence[ComputedView], setup: Setup) -> List[Poses]:
     """Find the people, in pixels of the image: one opinion from averaged fields, or one from each view."""
     model = network_pass.model
     if model.decoder == 'paf':
@@ -174,14 +180,6 @@ def decode_views(network_pass: NetworkPass, views: Sequence[ComputedView], setup
     return [view.view.in_image(decode_direct(view.outputs, model, setup.direct, plan.net_size,
                                              (*plan.offset, *plan.scaled_size)), model.skeleton)
             for view, plan in zip(views, plans)]
-
-
-def decode_crop(crop: ComputedView, model: Model, params: DirectDecodeParams, skeleton: SkeletonModel) -> Poses:
-    """Find the people in a crop, in pixels of the image and the joints of a skeleton; those beyond it are missing."""
-    plan = crop.view.plan
-    poses = crop.view.in_image(decode_direct(crop.outputs, model, params, plan.net_size, (0, 0, *plan.scaled_size)),
-                               model.skeleton)
-    return Poses(keypoints_in(poses.keypoints, model.skeleton, skeleton), poses.scores)
 
 
 def averaged_fields(views: Sequence[ComputedView], model: Model) -> np.ndarray:

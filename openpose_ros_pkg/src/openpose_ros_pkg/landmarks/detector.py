@@ -42,15 +42,11 @@ Found = List[Tuple[Target, LandmarkObservation]]
 
 @dataclass(frozen=True)
 class LandmarkMemory:
-    """The hands and faces in the images of one size of a camera; each frame replaces it as a whole.
+    """The hands and faces in the images of one size of a camera; each frame replaces it as a whole."""
 
-    Attributes:
-        observed: newest observations, by the names of the targets.
-        tried: when a network ran for each [s].
-    """
-
+    # newest observations, by the names of the targets
     observed: Mapping[Hashable, LandmarkObservation] = field(default_factory=dict)
-    tried: Mapping[Hashable, float] = field(default_factory=dict)
+    tried: Mapping[Hashable, float] = field(default_factory=dict)  # when a network ran for each [s]
 
     def begun(self, stamp: float, constants: LandmarkConstants, backstep: float) -> 'LandmarkMemory':
         """Return what is not too old to be followed; nothing where stamps jump back by more than `backstep` [s]."""

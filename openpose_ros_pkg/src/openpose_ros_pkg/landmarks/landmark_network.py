@@ -44,19 +44,12 @@ LANDMARKS = LandmarkConstants()
 
 
 class Kind(NamedTuple):
-    """What a network finds: hands or faces.
+    """What a network finds: hands or faces."""
 
-    Attributes:
-        model: of the network.
-        points: number of points that it gives, and of coordinates of each.
-        anchor: the point that is a joint of the body: the wrist, or the tip of the nose.
-        region: of the points, (N, 2) [px].
-    """
-
-    model: Model
-    points: int
-    anchor: int
-    region: Callable[[np.ndarray], Region]
+    model: Model  # of the network
+    points: int  # number of points that it gives, and of coordinates of each
+    anchor: int  # the point that is a joint of the body: the wrist, or the tip of the nose
+    region: Callable[[np.ndarray], Region]  # of the points, (N, 2) [px]
 
 
 HAND = Kind(HAND_LANDMARK, HAND_POINTS, 0, region_of_hand)
@@ -65,42 +58,26 @@ FACE = Kind(FACE_LANDMARK, MESH_POINTS, 4, region_of_face)
 
 @dataclass(frozen=True, eq=False)
 class Target:
-    """A hand or a face that a body has.
+    """A hand or a face that a body has."""
 
-    Attributes:
-        person: number of the person in the image.
-        name: under which it is remembered: id of the person and which of its parts; None where the id is not known.
-        anchor: (2,) the wrist or the nose of the body [px].
-        size: length of the forearm, or width of the face [px].
-        regions: where it is searched, the likeliest first.
-        left: whether it is a left hand.
-    """
-
-    person: int
+    person: int  # number of the person in the image
+    # under which it is remembered: id of the person and which of its parts; None where the id is not known
     name: Optional[Hashable]
-    anchor: np.ndarray
-    size: float
-    regions: Tuple[Region, ...]
-    left: bool = False
+    anchor: np.ndarray  # (2,) the wrist or the nose of the body [px]
+    size: float  # length of the forearm, or width of the face [px]
+    regions: Tuple[Region, ...]  # where it is searched, the likeliest first
+    left: bool = False  # whether it is a left hand
 
 
 @dataclass(frozen=True)
 class LandmarkObservation:
-    """A hand or a face as a network found it.
+    """A hand or a face as a network found it."""
 
-    Attributes:
-        points: (N, 3) float64: x, y [px of the image]; z as the network gives it, on the same scale.
-        score: of the hand or face [0..1].
-        right: score of a right hand [0..1]; NaN for faces.
-        anchor: of the target then [px].
-        stamp: [s].
-    """
-
-    points: np.ndarray
-    score: float
-    right: float
-    anchor: np.ndarray
-    stamp: float
+    points: np.ndarray  # (N, 3) float64: x, y [px of the image]; z as the network gives it, on the same scale
+    score: float  # of the hand or face [0..1]
+    right: float  # score of a right hand [0..1]; NaN for faces
+    anchor: np.ndarray  # of the target then [px]
+    stamp: float  # [s]
 
     def carried(self, target: Target, stamp: float, constants: LandmarkConstants) -> Optional['LandmarkObservation']:
         """Return the observation moved with the body to a later time; None: it is too old."""

@@ -112,7 +112,6 @@ class Demand(rospy.SubscribeListener):
         return not self._lazy or any(publisher.get_num_connections() > 0 for publisher in publishers)
 
     def peer_subscribe(self, *_: Any) -> None:
-        """See rospy.SubscribeListener."""
         self._changed.set()
 
     def peer_unsubscribe(self, *_: Any) -> None:

@@ -51,19 +51,12 @@ _LASTING = 10
 
 @dataclass(frozen=True)
 class _Prepared:
-    """An image that is ready for the networks.
+    """An image that is ready for the networks."""
 
-    Attributes:
-        frame: the image.
-        image: what the networks will see.
-        received: when it came [s].
-        worked: how long it was decoded and prepared [s].
-    """
-
-    frame: ImageFrame
-    image: PreparedDetection
-    received: float
-    worked: float
+    frame: ImageFrame  # the image
+    image: PreparedDetection  # what the networks will see
+    received: float  # when it came [s]
+    worked: float  # how long it was decoded and prepared [s]
 
     @property
     def header(self) -> Header:
@@ -73,19 +66,12 @@ class _Prepared:
 
 @dataclass(frozen=True)
 class _Computed:
-    """An image after the networks.
+    """An image after the networks."""
 
-    Attributes:
-        prepared: the image before.
-        found: what the networks gave.
-        waited: how long it waited for the networks in all [s].
-        seconds: how long it was computed, decoding between the networks included [s].
-    """
-
-    prepared: _Prepared
-    found: ComputedDetection
-    waited: float
-    seconds: float
+    prepared: _Prepared  # the image before
+    found: ComputedDetection  # what the networks gave
+    waited: float  # how long it waited for the networks in all [s]
+    seconds: float  # how long it was computed, decoding between the networks included [s]
 
     @property
     def network_seconds(self) -> float:
@@ -174,7 +160,6 @@ class DetectionService:
         return self._prepare(frame, time.monotonic())
 
     def compute(self, prepared: _Prepared, expected: Optional[People2D] = None) -> _Computed:
-        """See `Detection`."""
         begin = time.monotonic()
         found = self._detection.compute(prepared.image, expected)
         return _Computed(prepared, found, begin - prepared.received - prepared.worked, time.monotonic() - begin)

@@ -8,15 +8,10 @@ from openpose_ros_pkg.errors import ForeignPackageError
 
 
 class ForeignPackage(NamedTuple):
-    """A package of messages that is looked for when a node starts.
+    """A package of messages that is looked for when a node starts."""
 
-    Attributes:
-        name: of the package.
-        source: where its sources are.
-    """
-
-    name: str
-    source: str
+    name: str  # of the package
+    source: str  # where its sources are
 
     def message(self, name: str, fields: Mapping[str, str]) -> Type[genpy.Message]:
         """Return the class of a message.

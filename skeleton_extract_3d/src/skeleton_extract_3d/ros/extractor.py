@@ -63,35 +63,22 @@ STAGES = (*AGE_STAGES[:3], 'wait_for_network', 'network', 'decode', *AGE_STAGES[
 
 
 class _Pair(NamedTuple):
-    """Image and points of one moment.
+    """Image and points of one moment."""
 
-    Attributes:
-        received: when the second of them arrived [s], time.monotonic().
-    """
-
-    received: float
+    received: float  # when the second of them arrived [s], time.monotonic()
     image: AnyImage
     points: PointsMessage
 
 
 class Networks(NamedTuple):
-    """What finds people, hands and faces for an extractor.
+    """What finds people, hands and faces for an extractor."""
 
-    Attributes:
-        detection: of people in images.
-        name: of the service that detects, or that offers this detection to others.
-        landmarks: finds hands and faces.
-        lead: of the detection, see `Pipeline` [s].
-        target_rate: of the images [Hz]; 0: none.
-        camera: namespace of the camera, which tells those apart that share the detection.
-    """
-
-    detection: Detection
-    name: str
-    landmarks: LandmarkDetector
-    lead: float = 0.0
-    target_rate: float = 0.0
-    camera: str = ''
+    detection: Detection  # of people in images
+    name: str  # of the service that detects, or that offers this detection to others
+    landmarks: LandmarkDetector  # finds hands and faces
+    lead: float = 0.0  # of the detection, see `Pipeline` [s]
+    target_rate: float = 0.0  # of the images [Hz]; 0: none
+    camera: str = ''  # namespace of the camera, which tells those apart that share the detection
 
 
 class _Prepared(NamedTuple):

@@ -15,19 +15,12 @@ from skeleton_extract_3d.ros.frames import PointsMessage
 
 
 class InputFrame(NamedTuple):
-    """What a result is computed from.
+    """What a result is computed from."""
 
-    Attributes:
-        image: raw.
-        bgr: (H, W, 3) uint8, the same image.
-        message: cloud or depth image, as it came.
-        points: those of the message.
-    """
-
-    image: Image
-    bgr: np.ndarray
-    message: PointsMessage
-    points: PointGrid
+    image: Image  # raw
+    bgr: np.ndarray  # (H, W, 3) uint8, the same image
+    message: PointsMessage  # cloud or depth image, as it came
+    points: PointGrid  # those of the message
 
 
 class InputEcho:

@@ -26,11 +26,9 @@ class ServiceDetection:
         self.lock = FairLock()
 
     def prepare(self, frame: ImageFrame) -> Call:
-        """See `Detection`."""
         return self._client.begin(frame.source)
 
     def compute(self, prepared: Call, expected: Optional[People2D] = None) -> List[PersonDetection]:
-        """See `Detection`."""
         return self._client.result(prepared)
 
     def finish(self, computed: List[PersonDetection]) -> People2D:

@@ -18,15 +18,10 @@ REPLACED = ('the ROS master was started again: the parameters that roslaunch had
 
 
 class MasterId(NamedTuple):
-    """What tells one master from another.
+    """What tells one master from another."""
 
-    Attributes:
-        pid: number of its process, on its machine.
-        run_id: what roscore or the first roslaunch has set as /run_id; empty: nothing yet.
-    """
-
-    pid: int
-    run_id: str
+    pid: int  # number of its process, on its machine
+    run_id: str  # what roscore or the first roslaunch has set as /run_id; empty: nothing yet
 
     def is_other(self, before: 'MasterId') -> bool:
         """Return whether this is another master than one before; in containers, both may have the same pid."""
