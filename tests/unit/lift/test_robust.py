@@ -55,7 +55,7 @@ def errors(people, frame):
 
 def test_no_people():
     none = lifted(one(), people=People2D.empty(COCO_18))
-    assert none.xyz.shape == none.surface.shape == (0, 18, 3) and none.measured.shape == (0, 18)
+    assert none.xyz.shape == (0, 18, 3) and none.measured.shape == (0, 18)
     assert none.left.shape == (0, 3) and none.root.shape == none.stature.shape == (0,)
 
 
@@ -71,20 +71,6 @@ def test_what_is_seen_is_measured_where_it_is(pose, yaw):
     assert people.plausible[visible].all()
     # a body reaches that far: the candidates of the joints go on for 88 cm
     assert people.root[0] == pytest.approx(2.6, abs=0.4)
-
-
-def test_the_surface_is_the_skin_in_front_of_measured_joints():
-    frame = one()
-    people = lifted(frame)
-    np.testing.assert_array_equal(np.isfinite(people.surface).all(axis=2), people.measured)
-    u, v = np.rint(frame.people.xy).astype(int).transpose(2, 0, 1)
-    at_pixel = frame.depth[v, u] / 1000
-    # the mean over a window on round limbs is behind the middle by up to a radius
-    difference = (people.surface[..., 2] - at_pixel)[people.measured]
-    assert np.abs(difference).max() < 0.04
-    # skin and joint are on one ray
-    np.testing.assert_allclose(np.cross(people.surface, people.xyz)[people.measured], 0, atol=1e-6)
-    assert ((people.xyz - people.surface)[..., 2][people.measured] > -0.03).all()
 
 
 @pytest.mark.parametrize('scale', [0.6, 0.85, 1.0, 1.1])
@@ -131,7 +117,7 @@ def test_the_surfaces_win_over_what_was_before():
 def test_without_depth_people_are_where_their_size_says_and_nothing_is_measured():
     frame = one()
     people = lifted(frame, depth=np.zeros_like(frame.depth))
-    assert not people.measured.any() and np.isnan(people.surface).all()
+    assert not people.measured.any()
     assert people.root[0] == pytest.approx(2.6, rel=BODY.stature_spread)
     # all of it is on the rays
     uv = frame.camera.project(people.xyz[0])

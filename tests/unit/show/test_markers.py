@@ -1,4 +1,4 @@
-"""Markers: finite points only, inferred apart from measured ones, deletes for people who left, trails, a lifetime that
+"""Markers: finite points only, inferred apart from measured ones, deletes for people who left, a lifetime that
 outlasts the frame period."""
 import numpy as np
 import pytest
@@ -47,7 +47,7 @@ def of(markers, ns):
     return marker
 
 
-EVERYTHING = MarkerParams(label=True, sigma_spheres=True, trail_seconds=2.0)
+EVERYTHING = MarkerParams(label=True, sigma_spheres=True)
 
 
 @pytest.mark.parametrize('params', [MarkerParams(), EVERYTHING], ids=['defaults', 'everything'])
@@ -138,62 +138,6 @@ def test_other_parameters_hold_from_the_next_frame_on():
     assert names(tracker.update(people({1: UPRIGHT}), 0.2))[0] == ('delete', 'label', 1)
 
 
-def walker(x, **others):
-    """A person whose hips' middle is at (x, 0.2, 3)."""
-    return {**{joint: np.add(place, (x, 0, 0)) for joint, place in UPRIGHT.items()}, **others}
-
-
-def trail(tracker, x, stamp, frame_id='camera', person=1):
-    """Path on the x axis after a frame with the person at x."""
-    markers = [marker for marker in tracker.update(people({person: walker(x)}), stamp, frame_id)
-               if (marker.action, marker.ns) == ('add', 'trail')]
-    if not markers:
-        return []
-    marker, = markers
-    assert (marker.id, marker.kind, marker.scale) == (person, 'line_list', 0.02)
-    np.testing.assert_allclose(marker.points[:, 1:], np.broadcast_to((0.2, 3), (len(marker.points), 2)), atol=1e-6)
-    # each line begins where the one before ends
-    np.testing.assert_array_equal(marker.points[1:-1:2], marker.points[2::2])
-    return [*np.round(marker.points[::2, 0], 4).tolist(), round(float(marker.points[-1, 0]), 4)]
-
-
-def test_without_trail_seconds_there_is_no_trail():
-    tracker = MarkerTracker(MarkerParams())
-    assert trail(tracker, 0.0, 0.0) == trail(tracker, 0.1, 0.1) == trail(tracker, 0.2, 0.2) == []
-
-
-def test_a_trail_is_the_way_of_the_last_seconds():
-    tracker = MarkerTracker(MarkerParams(trail_seconds=0.5))
-    paths = [trail(tracker, 0.25 * i, 0.125 * i) for i in range(8)]
-    assert paths[:4] == [[], [0, 0.25], [0, 0.25, 0.5], [0, 0.25, 0.5, 0.75]]
-    assert paths[7] == [1, 1.25, 1.5, 1.75]
-
-
-def test_a_trail_goes_with_its_person_and_is_forgotten():
-    tracker = MarkerTracker(MarkerParams(trail_seconds=1.0))
-    trail(tracker, 0.0, 0.0)
-    assert trail(tracker, 0.25, 0.25) == [0, 0.25]
-    assert ('delete', 'trail', 1) in names(tracker.update(people({}), 0.5, 'camera'))
-    # back in time: the same trail; too late: a new one
-    assert trail(tracker, 0.75, 0.75) == [0, 0.25, 0.75]
-    tracker.update(people({}), 1.0, 'camera')
-    assert trail(tracker, 2.0, 2.0) == []
-    # another person begins a trail of its own
-    assert trail(tracker, 9.0, 2.1, person=2) == []
-    assert trail(tracker, 9.5, 2.2, person=2) == [9, 9.5]
-
-
-@pytest.mark.parametrize('stamp, frame_id', [(90.0, 'camera'), (110.3, 'camera'), (100.3, 'map')],
-                         ids=['stamps jump back', 'stamps jump ahead', 'another frame'])
-def test_trails_begin_anew(stamp, frame_id):
-    tracker = MarkerTracker(MarkerParams(trail_seconds=5.0))
-    for i in range(3):
-        path = trail(tracker, 0.5 * i, 100.0 + 0.1 * i)
-    assert path == [0, 0.5, 1]
-    assert trail(tracker, 7.0, stamp, frame_id) == []
-    assert trail(tracker, 7.5, stamp + 0.1, frame_id) == [7, 7.5]
-
-
 def test_one_colour_per_person():
     persons = people(dict.fromkeys(range(12), UPRIGHT))
     markers = people_markers(persons, MarkerParams(colour_by_person=True), 0.2)
@@ -245,8 +189,8 @@ def test_the_lifetime_covers_three_frames(rate, expected):
 @pytest.mark.parametrize('values', [{'joint_colour': 'red'}, {'joint_colour': '1 0 0'}, {'skeleton_colour': '0 0 2 1'},
                                     {'skeleton_colour': '0 0 nan 1'}, {'joint_inferred_colour': '1 1 1'},
                                     {'skeleton_inferred_colour': '1 1 1 -1'}, {'sigma_colour': ''},
-                                    {'joint_scale': 0.0}, {'lifetime': 0.0}, {'label': 1}, {'dash_length': -0.1},
-                                    {'trail_seconds': -1.0}, {'trail_seconds': 61.0}], ids=str)
+                                    {'joint_scale': 0.0}, {'lifetime': 0.0}, {'label': 1}, {'dash_length': -0.1}],
+                         ids=str)
 def test_bad_parameters_are_refused_by_name(values):
     (key, value), = values.items()
     with pytest.raises(ParameterError, match=f"parameter '{key}' = {value!r}"):

@@ -135,7 +135,6 @@ class Lifted(NamedTuple):
 
     Attributes:
         xyz: (P, 18, 3) [m]; where there is no keypoint, a guess.
-        surface: (P, 18, 3) [m], the skin in front of joints that were measured; NaN elsewhere.
         measured: (P, 18) bool: seen, on the person's own surface.
         plausible: (P, 18) bool: the bones that end there have possible lengths.
         sigma: (P, 18) standard deviation along the ray [m].
@@ -147,7 +146,6 @@ class Lifted(NamedTuple):
     """
 
     xyz: np.ndarray
-    surface: np.ndarray
     measured: np.ndarray
     plausible: np.ndarray
     sigma: np.ndarray

@@ -1,15 +1,15 @@
-"""RViz markers of people: spheres at the joints, lines for the limbs, ids, spheres of uncertainty, and trails."""
+"""RViz markers of people: spheres at the joints, lines for the limbs, ids, and spheres of uncertainty."""
 from collections import deque
 from dataclasses import dataclass, field, fields, replace
-from typing import Deque, Dict, List, Optional, Set, Tuple
+from typing import Deque, List, Optional, Set, Tuple
 
 import numpy as np
 
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.output.draw import person_colour
 from openpose_ros_pkg.params.parameters import Parameters, parameter
+from openpose_ros_pkg.skeletons import SkeletonModel
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
-from skeleton_extract_3d.show.trails import HIPS, SHOULDERS, Trails, finite, middle
 
 Rgba = Tuple[float, float, float, float]
 
@@ -23,6 +23,7 @@ _PERIODS = 15
 # Distance of a label from the head [m].
 _LABEL_DISTANCE = 0.3
 _HEAD = ('nose', 'right_eye', 'left_eye', 'right_ear', 'left_ear', 'head_top')
+_SHOULDERS, _HIPS = ('neck', 'right_shoulder', 'left_shoulder'), ('right_hip', 'left_hip', 'mid_hip')
 # All spheres of a marker have one size, so the uncertainty spheres of each size are a marker. Smallest radius [m]:
 _SIGMA_RADIUS = 0.01
 # Number of sizes; each is sqrt(2) times the one before, up to 1.8 m. Rounding changes a radius by at most 19 %.
@@ -57,10 +58,6 @@ class MarkerParams(Parameters):
                'around each joint that has one.')
     sigma_colour: str = parameter(
         '1 1 0 0.25', 'Colour of the uncertainty spheres: red, green, blue, opacity, each 0 .. 1.')
-    trail_seconds: float = parameter(
-        0.0, "Show each person's path over this time in the person's own colour: the path of the point midway between "
-             'the hips or, without hips, the shoulders. 0: off.', unit='s', minimum=0.0, maximum=60.0)
-    trail_scale: float = parameter(0.02, 'Width of the trails.', unit='m', minimum=0.001, maximum=1.0)
     hand_scale: float = parameter(0.006, 'Width of the fingers and of the lines of faces.', unit='m', minimum=0.001,
                                   maximum=1.0)
     head_arrow: float = parameter(
@@ -107,26 +104,16 @@ class MarkerTracker:
 
     def __init__(self, params: MarkerParams) -> None:
         self._params = params
-        self._lifetime = MarkerLifetime()
-        self._trails = Trails()
-        self._shown = ShownMarkers()
+        self._lifetime, self._shown = MarkerLifetime(), ShownMarkers()
 
     def reconfigure(self, params: MarkerParams) -> None:
         """Use other parameters from the next frame on."""
         self._params = params
 
-    def update(self, people: People3D, stamp: float, frame_id: str = '') -> List[MarkerSpec]:
-        """Return what to publish for a frame: first the deletes, then the adds.
-
-        Args:
-            stamp: of the frame [s].
-            frame_id: of the positions.
-        """
-        params = self._params
-        lifetime = self._lifetime.update(stamp, params.lifetime)
-        added = people_markers(people, params, lifetime)
-        added += trail_markers(self._trails.update(people, stamp, frame_id, params.trail_seconds), params, lifetime)
-        return self._shown.replaced(added)
+    def update(self, people: People3D, stamp: float) -> List[MarkerSpec]:
+        """Return what to publish for the frame of a stamp [s]: first the deletes, then the adds."""
+        lifetime = self._lifetime.update(stamp, self._params.lifetime)
+        return self._shown.replaced(people_markers(people, self._params, lifetime))
 
 
 class ShownMarkers:
@@ -170,13 +157,6 @@ def people_markers(people: People3D, params: MarkerParams, lifetime: float) -> L
     """
     return [marker for row in range(len(people)) for marker in _PersonMarkers(people, row, params, lifetime).all()
             if len(marker.points)]
-
-
-def trail_markers(paths: Dict[int, np.ndarray], params: MarkerParams, lifetime: float) -> List[MarkerSpec]:
-    """Return a marker in ns 'trail' for each path of at least two places; the paths are those of `Trails`."""
-    return [MarkerSpec('trail', person, 'add', 'line_list', np.repeat(path, 2, axis=0)[1:-1], params.trail_scale,
-                       (*person_rgb(person), 1.0), lifetime=lifetime)
-            for person, path in paths.items() if len(path) > 1]
 
 
 class _PersonMarkers:
@@ -226,10 +206,10 @@ class _PersonMarkers:
         Returns:
             (1, 3) float32 [m]; (0, 3) when no joint is known.
         """
-        head, neck, hips = (middle(self._skeleton, self._xyz, joints) for joints in (_HEAD, SHOULDERS, HIPS))
+        head, neck, hips = (_middle(self._skeleton, self._xyz, joints) for joints in (_HEAD, _SHOULDERS, _HIPS))
         top = neck if head is None else head
         if top is None:
-            known = finite(self._xyz)
+            known = _finite(self._xyz)
             return known.mean(axis=0, keepdims=True) if len(known) else known
         up = np.zeros(3) if neck is None or hips is None else neck - hips
         length = float(np.linalg.norm(up))
@@ -278,6 +258,16 @@ def dashed(limbs: np.ndarray, dash: float) -> np.ndarray:
         dashes = 1 + int(min(float(np.linalg.norm(end - start)) / (2 * dash), _MAX_DASHES - 1))
         pieces.append(start + np.linspace(0, 1, 2 * dashes)[:, None] * (end - start))
     return np.concatenate(pieces).astype(np.float32)
+
+
+def _finite(xyz: np.ndarray) -> np.ndarray:
+    return xyz[np.isfinite(xyz).all(axis=1)]
+
+
+def _middle(skeleton: SkeletonModel, xyz: np.ndarray, joints: Tuple[str, ...]) -> Optional[np.ndarray]:
+    """Return the mean of those of the joints that exist and are finite, or None."""
+    found = _finite(xyz[[skeleton.index[joint] for joint in joints if joint in skeleton.index]])
+    return found.mean(axis=0) if len(found) else None
 
 
 def person_rgb(person: int) -> Tuple[float, float, float]:
