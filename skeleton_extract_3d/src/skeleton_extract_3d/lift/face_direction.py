@@ -26,9 +26,7 @@ def orientations(mesh: np.ndarray, image_size: Tuple[int, int], points: PointGri
     """Return the orientations of heads, (F, 4) quaternions, and their errors, (F,) [rad]; see `Faces3D`.
 
     Args:
-        mesh: (F, 468, 3) [px of the image].
-        image_size: width and height of the image [px].
-        points, camera: of the view.
+        mesh: (F, 468, 3) [px of an image of a width and height].
     """
     mesh = mesh.astype(np.float64)
     left = _unit((mesh[:, _LEFT] - mesh[:, _RIGHT]).mean(axis=1))

@@ -33,21 +33,11 @@ class LiftingMethod(Protocol):
     """A lifting method."""
 
     def lift(self, observed: ObservedPeople, points: PointGrid, expected: Expectation) -> Lifted:
-        """Return where the joints of the people of a frame are.
-
-        Args:
-            observed: the people of the frame.
-            points: cloud or depth image that they were observed in.
-            expected: of the same people, before the frame.
-        """
+        """Return where the joints of people are, by points and what is expected of the same people before the frame."""
 
 
 def make_lifting(params: LiftingParams, occlusion: bool, method: MethodConstants = METHOD) -> LiftingMethod:
-    """Return the chosen lifting method.
-
-    Args:
-        occlusion: tell hidden joints from visible ones; see `OcclusionParams.occlusion`.
-    """
+    """Return the chosen lifting method; see `OcclusionParams.occlusion`."""
     robust = RobustLifting(method)
     if params.lifting == 'mean3x3':
         return WindowMean(robust, params.window, params.statistic, occlusion)
@@ -57,10 +47,7 @@ def make_lifting(params: LiftingParams, occlusion: bool, method: MethodConstants
 class WindowMean:
     """Another method with the joints at the mean of the points in a window around their pixel.
 
-    Args:
-        inner: decides which joints are visible, and where all others are.
-        window, statistic: see `LiftingParams`.
-        occlusion: True: joints that `inner` has as hidden stay hidden. False: each joint with a point is measured.
+    With `occlusion`, joints that `inner` has as hidden stay hidden; without, each joint with a point is measured.
     """
 
     def __init__(self, inner: LiftingMethod, window: int, statistic: str, occlusion: bool) -> None:
@@ -77,11 +64,7 @@ class WindowMean:
 
 
 class NearestSurface:
-    """Another method with every joint that has a keypoint under the nearest surface in its window.
-
-    Args:
-        inner: estimates the stature, and joints without a keypoint.
-    """
+    """Another method, but each joint with a keypoint is under the nearest surface in its window."""
 
     def __init__(self, inner: LiftingMethod, method: MethodConstants = METHOD) -> None:
         self._inner, self._method = inner, method

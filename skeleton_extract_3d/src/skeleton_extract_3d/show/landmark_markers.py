@@ -48,11 +48,7 @@ class LandmarkMarkers:
 
     def _lines(self, ns: str, skeleton: SkeletonModel, points: Points3D, row: int, owner: Tuple[int, int]
                ) -> List[MarkerSpec]:
-        """Return lines that are seen, and dashed ones with an INFERRED end.
-
-        Args:
-            owner: id of the person, and 1 of a left hand, 0 of a right one, -1 of a face.
-        """
+        """Return solid and dashed lines; `owner`: id of the person; 1: left hand, 0: right hand, -1: face."""
         person, left = owner
         lines = np.array([(skeleton.index[start], skeleton.index[end]) for start, end in skeleton.drawn_limbs])
         status, ends = points.status[row][lines], points.xyz[row][lines]

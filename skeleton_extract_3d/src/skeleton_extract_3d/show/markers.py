@@ -147,25 +147,17 @@ class MarkerLifetime:
 
 
 def people_markers(people: People3D, params: MarkerParams, lifetime: float) -> List[MarkerSpec]:
-    """Return the markers of the people; none without points.
+    """Return the markers of the people, which last for a time [s]; none without points.
 
     MEASURED parts are in ns 'joints' and 'skeleton', INFERRED ones in 'joints_inferred' and 'skeleton_inferred'; ns
     'label' and 'sigma' are optional.
-
-    Args:
-        lifetime: of the markers [s].
     """
     return [marker for row in range(len(people)) for marker in _PersonMarkers(people, row, params, lifetime).all()
             if len(marker.points)]
 
 
 class _PersonMarkers:
-    """Makes the markers of one person.
-
-    Args:
-        row: of the person in `people`.
-        lifetime: of the markers [s].
-    """
+    """Makes the markers of the person in a row."""
 
     def __init__(self, people: People3D, row: int, params: MarkerParams, lifetime: float) -> None:
         self._skeleton, self._id = people.skeleton, int(people.ids[row])
@@ -201,11 +193,7 @@ class _PersonMarkers:
                           (*rgb, 1.0), f'{self._id} (hidden)' if hidden else str(self._id), self._lifetime)
 
     def _label_position(self) -> np.ndarray:
-        """Return a place beyond the head, seen from the trunk: above the head whichever axis of the frame points up.
-
-        Returns:
-            (1, 3) float32 [m]; (0, 3) when no joint is known.
-        """
+        """Return a place (1, 3) float32 [m] beyond the head, seen from the trunk, in any frame; (0, 3) if unknown."""
         head, neck, hips = (_middle(self._skeleton, self._xyz, joints) for joints in (_HEAD, _SHOULDERS, _HIPS))
         top = neck if head is None else head
         if top is None:
@@ -243,13 +231,9 @@ def marker_colour(params: MarkerParams, name: str, person: int) -> Rgba:
 
 
 def dashed(limbs: np.ndarray, dash: float) -> np.ndarray:
-    """Return lines as dashes and gaps of one length, near `dash` [m]; each line begins and ends with a dash.
+    """Return lines (L, 2, 3) [m] as starts and ends of dashes, (2 * N, 3), of one length near `dash` [m].
 
-    Args:
-        limbs: (L, 2, 3) start and end [m].
-
-    Returns:
-        (2 * N, 3): start, end, start, end, ... of the dashes.
+    Each line begins and ends with a dash.
     """
     if not dash:
         return limbs.reshape(-1, 3)
