@@ -58,10 +58,6 @@ def test_the_mean_of_the_window_is_where_both_see_the_joint():
     assert result.xyz[0, WRIST, 2] == 9.0
 
 
-def test_without_occlusion_every_window_with_a_point_is_measured():
-    assert lifted(WindowMean(other_method(hidden=[WRIST]), 3, 'mean', occlusion=False)).measured.all()
-
-
 def test_the_nearest_surface_is_as_much_in_front_as_the_joint_lies_deep():
     scale = 0.5
     result = lifted(NearestSurface(other_method(hidden=[WRIST], stature=scale * METHOD.body.adult_stature)))
