@@ -15,7 +15,7 @@ from openpose_ros_pkg.stream.newest_wins import NewestWinsWorker
 from skeleton_extract_3d.node_params import VisualizationSettings
 from skeleton_extract_3d.ros import convert
 from skeleton_extract_3d.show.landmark_markers import LandmarkMarkers
-from skeleton_extract_3d.show.markers import LIMB_NAMESPACES, MarkerParams, MarkerTracker
+from skeleton_extract_3d.show.markers import LIMB_NAMESPACES, MarkerParams, PeopleMarkers
 
 _NAMESPACE = 'openpose_ros/skeleton_3d'
 # A person has up to four markers on each topic, without spheres of sigma.
@@ -29,7 +29,7 @@ class Visualization:
     """
 
     def __init__(self, settings: VisualizationSettings) -> None:
-        self._markers = MarkerTracker(settings.markers)
+        self._markers = PeopleMarkers(settings.markers)
         self._hand_markers, self._face_markers = LandmarkMarkers(settings.markers), LandmarkMarkers(settings.markers)
         self._health = Health()
         self._live = LiveParameters(settings, [field.name for field in parameter_fields(MarkerParams)],

@@ -99,71 +99,64 @@ class MarkerSpec:
     lifetime: float = 0.0
 
 
-class MarkerTracker:
-    """Makes the markers of each frame, and deletes those of people who left."""
-
-    def __init__(self, params: MarkerParams) -> None:
-        self._params = params
-        self._lifetime, self._shown = MarkerLifetime(), ShownMarkers()
-
-    def reconfigure(self, params: MarkerParams) -> None:
-        """Use other parameters from the next frame on."""
-        self._params = params
-
-    def update(self, people: People3D, stamp: float) -> List[MarkerSpec]:
-        """Return what to publish for the frame of a stamp [s]: first the deletes, then the adds."""
-        lifetime = self._lifetime.update(stamp, self._params.lifetime)
-        return self._shown.replaced(people_markers(people, self._params, lifetime))
-
-
 class ShownMarkers:
-    """Remembers which markers are shown, to delete those that are no more."""
+    """Remembers which markers are shown, to delete those that are no more, and the frame period."""
 
     def __init__(self) -> None:
         self._shown: Set[Tuple[str, int]] = set()
+        self._last: Optional[float] = None
+        self._periods: Deque[float] = deque(maxlen=_PERIODS)
 
-    def replaced(self, added: List[MarkerSpec]) -> List[MarkerSpec]:
-        """Return what to publish for a frame: first the deletes, then what is shown now."""
+    def replaced(self, markers: List[MarkerSpec], stamp: float, lifetime: float) -> List[MarkerSpec]:
+        """Return what to publish for the frame of a stamp [s]: first the deletes, then the markers with points.
+
+        They last for three median frame periods, at least the lifetime [s].
+        """
+        if self._last is not None and stamp > self._last:
+            self._periods.append(stamp - self._last)
+        self._last = stamp
+        typical = float(np.median(list(self._periods))) if self._periods else 0.0
+        lifetime = max(lifetime, _LIFETIME_PERIODS * typical)
+        added = [replace(marker, lifetime=lifetime) for marker in markers if len(marker.points)]
         shown = {(marker.ns, marker.id) for marker in added}
         deleted = [MarkerSpec(ns, number) for ns, number in sorted(self._shown - shown)]
         self._shown = shown
         return deleted + added
 
 
-class MarkerLifetime:
-    """Stretches the lifetime of markers to the frame rate."""
+class Markers:
+    """Base of what makes the markers of each frame, and deletes those that are no more."""
 
-    def __init__(self) -> None:
-        self._last: Optional[float] = None
-        self._periods: Deque[float] = deque(maxlen=_PERIODS)
+    def __init__(self, params: MarkerParams) -> None:
+        self._params, self._shown = params, ShownMarkers()
 
-    def update(self, stamp: float, minimum: float) -> float:
-        """Return the lifetime [s] for the frame with this stamp [s]: three median periods, at least the minimum [s]."""
-        if self._last is not None and stamp > self._last:
-            self._periods.append(stamp - self._last)
-        self._last = stamp
-        typical = float(np.median(list(self._periods))) if self._periods else 0.0
-        return max(minimum, _LIFETIME_PERIODS * typical)
+    def reconfigure(self, params: MarkerParams) -> None:
+        """Use other parameters from the next frame on."""
+        self._params = params
+
+    def _replaced(self, markers: List[MarkerSpec], stamp: float) -> List[MarkerSpec]:
+        return self._shown.replaced(markers, stamp, self._params.lifetime)
 
 
-def people_markers(people: People3D, params: MarkerParams, lifetime: float) -> List[MarkerSpec]:
-    """Return the markers of the people, which last for a time [s]; none without points.
+class PeopleMarkers(Markers):
+    """Makes the markers of people.
 
     MEASURED parts are in ns 'joints' and 'skeleton', INFERRED ones in 'joints_inferred' and 'skeleton_inferred'; ns
     'label' and 'sigma' are optional.
     """
-    return [marker for row in range(len(people)) for marker in _PersonMarkers(people, row, params, lifetime).all()
-            if len(marker.points)]
+
+    def update(self, people: People3D, stamp: float) -> List[MarkerSpec]:
+        """Return what to publish for the frame of a stamp [s]: first the deletes, then the adds."""
+        return self._replaced([marker for row in range(len(people))
+                               for marker in _PersonMarkers(people, row, self._params).all()], stamp)
 
 
 class _PersonMarkers:
     """Makes the markers of the person in a row."""
 
-    def __init__(self, people: People3D, row: int, params: MarkerParams, lifetime: float) -> None:
-        self._skeleton, self._id = people.skeleton, int(people.ids[row])
+    def __init__(self, people: People3D, row: int, params: MarkerParams) -> None:
+        self._skeleton, self._id, self._params = people.skeleton, int(people.ids[row]), params
         self._xyz, self._status, self._sigma = people.xyz[row], people.status[row], people.sigma[row]
-        self._params = params
-        self._lifetime = lifetime
 
     def all(self) -> List[MarkerSpec]:
         """Return all markers that the parameters ask for; some may have no points."""
@@ -176,21 +169,16 @@ class _PersonMarkers:
                                            ('joints_inferred', INFERRED, 'joint_inferred_colour'))]
 
     def _limbs(self) -> List[MarkerSpec]:
-        index = self._skeleton.index
-        limbs = np.array([(index[start], index[end]) for start, end in self._skeleton.drawn_limbs])
-        status, ends = self._status[limbs], self._xyz[limbs]
-        measured = (status == MEASURED).all(axis=1)
-        inferred = (status != MISSING).all(axis=1) & ~measured
-        dashes = dashed(ends[inferred], self._params.dash_length)
+        measured, inferred = limb_lines(self._skeleton, self._xyz, self._status, self._params.dash_length)
         return [self._marker(ns, 'line_list', points, self._params.skeleton_scale, colour)
-                for ns, points, colour in (('skeleton', ends[measured].reshape(-1, 3), 'skeleton_colour'),
-                                           ('skeleton_inferred', dashes, 'skeleton_inferred_colour'))]
+                for ns, points, colour in (('skeleton', measured, 'skeleton_colour'),
+                                           ('skeleton_inferred', inferred, 'skeleton_inferred_colour'))]
 
     def _label(self) -> MarkerSpec:
         hidden = not (self._status == MEASURED).any()
         rgb = person_rgb(self._id) if self._params.colour_by_person else (1.0, 1.0, 1.0)
         return MarkerSpec('label', self._id, 'add', 'text', self._label_position(), self._params.label_scale,
-                          (*rgb, 1.0), f'{self._id} (hidden)' if hidden else str(self._id), self._lifetime)
+                          (*rgb, 1.0), f'{self._id} (hidden)' if hidden else str(self._id))
 
     def _label_position(self) -> np.ndarray:
         """Return a place (1, 3) float32 [m] beyond the head, seen from the trunk, in any frame; (0, 3) if unknown."""
@@ -215,10 +203,7 @@ class _PersonMarkers:
                 for size in np.unique(sizes).tolist()]
 
     def _marker(self, ns: str, kind: str, points: np.ndarray, scale: float, colour: str) -> MarkerSpec:
-        return MarkerSpec(ns, self._id, 'add', kind, points, scale, self._rgba(colour), lifetime=self._lifetime)
-
-    def _rgba(self, name: str) -> Rgba:
-        return marker_colour(self._params, name, self._id)
+        return MarkerSpec(ns, self._id, 'add', kind, points, scale, marker_colour(self._params, colour, self._id))
 
 
 def marker_colour(params: MarkerParams, name: str, person: int) -> Rgba:
@@ -230,7 +215,21 @@ def marker_colour(params: MarkerParams, name: str, person: int) -> Rgba:
     return red, green, blue, opacity
 
 
-def dashed(limbs: np.ndarray, dash: float) -> np.ndarray:
+def limb_lines(skeleton: SkeletonModel, xyz: np.ndarray, status: np.ndarray, dash: float
+               ) -> Tuple[np.ndarray, np.ndarray]:
+    """Return the lines of MEASURED limbs, and the dashes of those with an INFERRED end, (2 * N, 3) each [m].
+
+    Args:
+        xyz: (K, 3) [m]; status: (K,).
+        dash: length of dashes [m].
+    """
+    limbs = np.array([(skeleton.index[start], skeleton.index[end]) for start, end in skeleton.drawn_limbs])
+    measured = (status[limbs] == MEASURED).all(axis=1)
+    inferred = (status[limbs] != MISSING).all(axis=1) & ~measured
+    return xyz[limbs[measured]].reshape(-1, 3), _dashed(xyz[limbs[inferred]], dash)
+
+
+def _dashed(limbs: np.ndarray, dash: float) -> np.ndarray:
     """Return lines (L, 2, 3) [m] as starts and ends of dashes, (2 * N, 3), of one length near `dash` [m].
 
     Each line begins and ends with a dash.
