@@ -23,8 +23,8 @@ NODES = {
         'lifting: robust from depth_image, occlusion on, tracking on, smoothing off',
         'frames: joints in the frame of the points, people followed in map',
         '/skeleton_extract_3d_node/image, /cam/depth', '/openpose_ros/skeleton_3d/detected_poses_3d'),
-    ('skeleton_extract_3d', 'skeleton_extract_3d_visualization_node', '_trail_seconds:=2.0'): (
-        'trails of 2 s', 'subscribes to: /openpose_ros/skeleton_3d/detected_poses_3d',
+    ('skeleton_extract_3d', 'skeleton_extract_3d_visualization_node', '_lifetime:=2.0'): (
+        'lifetime 2 s', 'subscribes to: /openpose_ros/skeleton_3d/detected_poses_3d',
         '/openpose_ros/skeleton_3d/visualization_markers'),
 }
 

@@ -173,10 +173,7 @@ class PeopleChain:
         return replace(result, people_2d=estimate.in_image, estimate=estimate)
 
     def add_landmarks(self, result: Result, seconds: Optional[float] = None) -> Result:
-        """Return the result with hands and faces, in the image and in the frame of reference of the points.
-
-        Args:
-            seconds: that the networks may take; None: any time.
+        """Return the result with hands and faces, for which the networks may take some seconds; None: any time.
 
         Raises:
             BadInputError: the points are in no optical frame.
@@ -192,13 +189,8 @@ class PeopleChain:
         return replace(result, landmarks=Landmarks(with_hidden(found, lifted), lifted))
 
     def expected(self, camera: Hashable, stamp: float, image_size: Tuple[int, int]) -> Optional[People2D]:
-        """Return where the people who are tracked in space will be in an image; None: there are none yet.
+        """Return where the people tracked in space will be in an image of a size (width, height) [px]; None: none yet.
 
         Does not block: returns the prediction from the last estimated frame.
-
-        Args:
-            camera: as in `Frame`.
-            stamp: of the image [s].
-            image_size: width and height [px].
         """
         return self._estimators.of(camera).expected(stamp, image_size)

@@ -137,16 +137,13 @@ class PeopleEstimator:
         return replace(estimate, points=summary, doubts=tuple(doubt for doubt in doubts if doubt))
 
     def _original(self, people_2d: People2D, frame: Frame) -> People3D:
-        """Return people by the original's method: each frame alone, each joint at the mean of the points around it."""
+        """Return people by the original's method: each joint at the mean of the points around it."""
         params = self._settings.lifting
         return lift_by_window(people_2d, frame.image_size, frame.grid, params.window, params.statistic)
 
     def _tracked(self, memory: Memory, people_2d: People2D, frame: Frame, camera: CameraModel, has_depth: bool
                  ) -> Tuple[Memory, Estimate]:
-        """Return the memory after a frame, and its people, by the method of this package.
-
-        Without depth, tracked people are placed by their size alone, which is no measurement: the memory stays.
-        """
+        """Return the memory after a frame, and its people; without depth, which is no measurement, the memory stays."""
         if has_depth:
             people = self._identified(memory, people_2d, frame, camera)
             agreement = memory.agreement.with_frame(people.observed, self._method.plausibility)
@@ -207,15 +204,8 @@ class PeopleEstimator:
 
 
 class _Identified(NamedTuple):
-    """The P people of a frame with their tracks, before lifting.
-
-    Attributes:
-        memory: at the time of the frame; its tracks stand still.
-        view: of the frame.
-        expected: the tracks, predicted to the frame.
-        row: (P,) int64, row of each person's track; -1: none.
-        observed, clothes: of the people.
-        laps: duration of the stages until now [s].
+    """The P people of a frame with the rows (P,) of their tracks, -1: none, before lifting; `memory` at the time of the
+    frame, `expected` tracks predicted to it, durations of the stages until now [s].
     """
 
     memory: Memory
@@ -238,10 +228,7 @@ def _camera(points: PointGrid, memory: Memory) -> Optional[CameraModel]:
 
 
 def check_points(points: PointGrid, image_size: Tuple[int, int], settings: EstimatorSettings) -> None:
-    """Check that points are of the view of an image.
-
-    Args:
-        image_size: width and height [px].
+    """Check that points are of the view of an image with a width and height [px].
 
     Raises:
         BadInputError: image and points differ in aspect ratio, or the points are in no optical frame.

@@ -79,14 +79,8 @@ class Frame:
 
 
 class FrameView(NamedTuple):
-    """Where and when a frame was taken.
-
-    Attributes:
-        points: cloud or depth image.
-        camera: of the points.
-        stamp: [s].
-        elapsed: time since the frame before [s], 0 in the first one.
-        floor: as in `Frame`.
+    """Where and when a frame was taken: its points, their camera, stamp [s], time since the frame before [s], 0 in the
+    first one, and the floor as in `Frame`.
     """
 
     points: PointGrid

@@ -59,19 +59,6 @@ def test_a_person_who_is_watched_is_known(scale):
         assert lengths(one)[bone] == pytest.approx(length * scale, rel=0.04), bone
 
 
-def test_lengths_are_known_better_by_and_by():
-    spreads = [length_spreads(watched(person(), frames))[0] for frames in (0, 1, 5, 40)]
-    thigh, head = BONES.index('thigh'), BONES.index('head')
-    assert (np.diff([spread[thigh] for spread in spreads]) < 0).all()
-    assert 0.03 < spreads[-1][thigh] < 0.045
-    assert spreads[-1][head] == BODY.proportion_spread, 'it is not measured'
-
-
-def test_of_the_first_frame_an_adults_stature_is_the_other_half():
-    settled = watched(person(0.7)).stature[0]
-    assert watched(person(0.7), 1).stature[0] == pytest.approx((settled + BODY.adult_stature) / 2, rel=0.01)
-
-
 @pytest.mark.parametrize('why', ['hidden', 'low score'])
 def test_only_joints_that_were_measured_surely_count(why):
     xyz, poor = person(), np.isin(JOINTS, ('left_knee', 'right_knee'))[None]

@@ -8,7 +8,6 @@ import pytest
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
-from skeleton_extract_3d.constants import METHOD
 from skeleton_extract_3d.estimator import STAGES, PeopleEstimator
 from skeleton_extract_3d.frame import Frame
 from skeleton_extract_3d.lift.window_mean import lift_by_window
@@ -73,13 +72,6 @@ def errors(estimate, frame):
     return np.linalg.norm(estimate.people.xyz - frame.xyz, axis=2)
 
 
-def surface(people, frame):
-    """Return the depth at the pixels of joints, (P, K) [m]."""
-    uv = frame.camera.project(people.xyz.reshape(-1, 3)).reshape(*people.xyz.shape[:2], 2)
-    u, v = np.rint(uv).astype(int).transpose(2, 0, 1)
-    return frame.depth[v, u] / 1000
-
-
 # --- no people ------------------------------------------------------------------------------------------------------
 
 
@@ -111,29 +103,6 @@ def test_the_original_method_without_tracking_is_lift(window, statistic):
     for name in ('xyz', 'confidence', 'status', 'sigma', 'ids'):
         np.testing.assert_array_equal(getattr(estimate.people, name), getattr(expected, name), name)
     np.testing.assert_array_equal(estimate.people_2d.keypoints, people.keypoints)
-
-
-@pytest.mark.parametrize('smoothing', [True, False])
-def test_the_original_method_with_tracking_puts_what_is_seen_on_the_surface(smoothing):
-    frame = scene()
-    expected = lift_by_window(frame.people, frame.size, DepthImage(frame.depth, frame.camera))
-    estimate = shown(frame, lifting='mean3x3', smoothing=smoothing)
-    assert (estimate.people.status == MEASURED).all() and estimate.people.ids.tolist() == [1]
-    # bones that are too short, as joints on the surface are, may move smoothed joints a little
-    np.testing.assert_allclose(estimate.people.xyz, expected.xyz, atol=0.03 if smoothing else 1e-6)
-
-
-@pytest.mark.parametrize('smoothing', [True, False])
-def test_without_offsets_joints_are_on_the_surface(smoothing):
-    frame = scene()
-    none, inside = (shown(frame, surface_offsets=offsets, smoothing=smoothing).people
-                    for offsets in ('none', 'anatomical'))
-    assert (none.status == MEASURED).all()
-    # the mean of a window on a round limb is behind its middle, by up to the radius
-    assert np.abs(none.xyz[..., 2] - surface(none, frame)).max() < 0.04
-    deeper = inside.xyz[0, :, 2] - none.xyz[0, :, 2]
-    for joint, offset in (('left_hip', 0.115), ('right_shoulder', 0.067), ('left_knee', 0.078), ('nose', 0.003)):
-        assert deeper[INDEX[joint]] == pytest.approx(offset, abs=0.02), joint
 
 
 # --- occlusion ------------------------------------------------------------------------------------------------------
@@ -172,35 +141,7 @@ def test_keypoints_below_a_score_do_not_measure(score, status):
     assert errors(estimate, frame)[0, INDEX['left_knee']] < 0.1
 
 
-# --- depth ----------------------------------------------------------------------------------------------------------
-
-def beside_the_people(frame):
-    """Return the depth of a frame, missing everywhere but on the wall at the left."""
-    depth = np.zeros_like(frame.depth)
-    depth[:, :40] = frame.depth[:, :40]
-    return depth
-
-
-def test_people_without_depth_are_inferred_at_the_depth_of_their_size():
-    frame = scene((0.1, 2.6))
-    estimate = shown(frame, depth=beside_the_people(frame))
-    people = estimate.people
-    assert len(people) == 1 and (people.status == INFERRED).all()
-    error = METHOD.body.stature_spread * 2.6
-    np.testing.assert_allclose(people.xyz[0, :, 2], frame.xyz[0, :, 2], atol=error)
-    # the stature stays unknown, whatever the filter averages
-    assert (people.sigma > 0.9 * error).all()
-    assert (errors(estimate, frame) < 2 * people.sigma).all()
-
-
 # --- tracking -------------------------------------------------------------------------------------------------------
-
-def test_without_tracking_ids_are_those_of_the_image():
-    frame = scene(*WALKERS)
-    for i, ids in enumerate([(5, 2), (2, 5), (40, 0)]):
-        estimate = update(new(tracking=False), frame, i / RATE, named(frame.people, *ids))
-        assert estimate.people.ids.tolist() == list(ids) == estimate.people_2d.ids.tolist()
-
 
 def test_without_tracking_nothing_is_remembered():
     estimator, frame, other = new(tracking=False), scene((0.1, 2.6)), scene((0.5, 3.4))
@@ -238,16 +179,6 @@ def test_a_person_who_shows_too_few_joints_gets_no_id():
     odd = without_joints(People2D(COCO_18, keypoints, [1], [-1]), ~np.isin(
         COCO_18.joints, ('neck', 'left_wrist', 'right_wrist', 'left_ankle', 'right_ankle'))[None])
     assert len(shown(frame, 1, people=odd, birth_joints=5).people_2d) == 0
-
-
-@pytest.mark.parametrize('values', [{}, {'occlusion': False}, {'smoothing': False}, {'lifting': 'mean3x3'}], ids=str)
-def test_a_person_who_stands_aside_of_a_hidden_person_keeps_the_id(values):
-    estimator, frame = new(**values), scene(*WALKERS)
-    first = shown(frame, estimator=estimator).people.ids.tolist()
-    alone = People2D(COCO_18, frame.people.keypoints[1:], [1], [-1])
-    for i in range(5):
-        assert update(estimator, frame, 1 + i / RATE, alone).people_2d.ids.tolist() == first[1:]
-    assert update(estimator, frame, 2.0).people.ids.tolist() == first
 
 
 def turned(angle):
@@ -299,18 +230,10 @@ def test_smoothing_takes_noise_away():
     assert shaking[True] < 0.6 * shaking[False]
 
 
-@pytest.mark.parametrize('smoothing', [True, False])
-def test_velocities_are_estimated_in_any_case(smoothing):
-    estimator = new(smoothing=smoothing)
-    for i in range(12):
-        people = update(estimator, scene((-0.5 + 0.8 * i / RATE, 2.6)), i / RATE).people
-    np.testing.assert_allclose(np.median(people.velocity[0], axis=0), (0.8, 0, 0), atol=0.1)
-
-
 # --- reconfiguration ------------------------------------------------------------------------------------------------
 
-@pytest.mark.parametrize('values', [{'smoothing': False}, {'occlusion': False}, {'surface_offsets': 'none'},
-                                    {'lifting': 'mean3x3'}], ids=str)
+@pytest.mark.parametrize('values', [{'smoothing': False}, {'occlusion': False}, {'lifting': 'mean3x3'}],
+                         ids=str)
 def test_parameters_that_change_while_it_runs_keep_the_ids(values):
     frame, estimator = scene(*WALKERS), new()
     before = shown(frame, estimator=estimator).people.ids.tolist()

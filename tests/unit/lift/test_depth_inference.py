@@ -7,7 +7,7 @@ from skeleton_extract_3d.constants import METHOD
 from skeleton_extract_3d.lift.depth_inference import bones_of, infer_depths, read_depths
 from synthetic_scene import Person, Pose, joints_of, pointing, standing, walking
 
-STEPS, HALF, STEP, DELTAS = METHOD.costs.steps, METHOD.costs.half, METHOD.costs.step, METHOD.costs.deltas
+STEPS, DELTAS = METHOD.costs.steps, METHOD.costs.deltas
 ROOT_ROWS, MIDDLE_ROWS, END_ROWS = slice(0, 4), slice(4, 8), slice(8, 12)
 # The joints in the order of the arrays; after them comes the middle of the ears.
 NAMES = [JOINTS[joint] for joint in (*ROOTS, *MIDDLES, *ENDS)]
@@ -75,22 +75,9 @@ def test_of_two_solutions_the_cheaper_one_is_read_and_the_other_one_widens_it():
     assert deviation == pytest.approx(np.sqrt(0.03 ** 2 + 0.378 * 0.6 ** 2), rel=0.05)
 
 
-# --- bones ----------------------------------------------------------------------------------------------------------
-
-
 # --- inference ------------------------------------------------------------------------------------------------------
 
 POSES = [(standing(), 0.0), (standing(40), 0.6), (walking(1.2), -0.8), (walking(4.0), np.pi)]
-
-
-@pytest.mark.parametrize('pose, yaw', POSES)
-def test_joints_that_are_seen_stay_where_they_are_seen(pose, yaw):
-    xyz, head = truth(pose, yaw)
-    beliefs = inferred(xyz, head)
-    depth, sigma = read_depths(beliefs.costs[0, :12])
-    np.testing.assert_allclose(ROOT + depth, xyz[:, 2], atol=0.02)
-    assert (sigma < 0.04).all()
-    assert ROOT + read_depths(beliefs.costs[0, 12])[0] == pytest.approx(head[2], abs=0.02)
 
 
 @pytest.mark.parametrize('pose, yaw', POSES)
@@ -132,16 +119,6 @@ def test_of_two_solutions_for_a_wrist_the_one_in_front_is_taken(yaw):
     assert ROOT + depth[row] == pytest.approx(xyz[row, 2], abs=0.06)
 
 
-def test_when_all_is_seen_the_left_is_known():
-    for yaw in (0.0, 0.7, -1.2, np.pi):
-        xyz, head = truth(standing(), yaw)
-        left = inferred(xyz, head).left[0]
-        assert np.linalg.norm(left) == pytest.approx(1, abs=1e-5)
-        across = xyz[0] - xyz[1]
-        # the depths of shoulders and hips are exact to about 1 cm
-        assert left @ across / np.linalg.norm(across) > 0.99
-
-
 def test_what_was_before_decides_where_nothing_else_does():
     # from the side, either side may be the nearer one
     xyz, head = truth(standing(), np.radians(75))
@@ -167,18 +144,3 @@ def test_a_keypoint_elsewhere_does_not_pull_the_others_along():
     depth, _ = read_depths(beliefs.costs[0, :12])
     others = np.arange(12) != row
     np.testing.assert_allclose(ROOT + depth[others], xyz[others, 2], atol=0.025)
-
-
-def test_people_do_not_influence_each_other():
-    one, two = (inferred(*truth(pose, yaw), hidden=('left_elbow',)) for pose, yaw in POSES[:2])
-    (xyz, head), (other, other_head) = (truth(pose, yaw) for pose, yaw in POSES[:2])
-    z = np.stack([np.append(xyz[:, 2], head[2]), np.append(other[:, 2], other_head[2])])
-    costs = np.minimum(((DELTAS - (z - ROOT)[..., None]) / 0.03) ** 2, 60).astype(np.float32)
-    costs[:, NAMES.index('left_elbow')] = 0
-    bones = bones_of(np.concatenate([lengths_of(xyz, head), lengths_of(other, other_head)]), np.full((2, 8), 0.03),
-                     np.full(2, 1.75), np.zeros((2, 12), bool))
-    rays = np.concatenate([rays_of(xyz, head), rays_of(other, other_head)])
-    both = infer_depths(costs, rays, np.full(2, ROOT), bones, np.full((2, 3), np.nan))
-    for row, alone in enumerate((one, two)):
-        np.testing.assert_allclose(both.costs[row], alone.costs[0], atol=1e-3)
-        np.testing.assert_allclose(both.left[row], alone.left[0], atol=1e-5)

@@ -8,14 +8,12 @@ from openpose_ros_pkg.errors import BadInputError
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.lift.window_mean import lift_by_window, nearest_pixels
-from skeleton_extract_3d.people import MEASURED, MISSING
-from skeleton_extract_3d.points.camera import CameraModel
+from skeleton_extract_3d.people import MISSING
 from skeleton_extract_3d.points.cloud import OrganizedCloud
 from skeleton_extract_3d.points.depth import DepthImage
 
 K = len(COCO_18.joints)
 W, H = 96, 54
-CAMERA = CameraModel(W, H, [54.0, 0, 47.5, 0, 54.0, 26.5, 0, 0, 1])
 
 
 def one_person(*joints):
@@ -43,24 +41,6 @@ def test_no_people():
     assert people.xyz.shape == (0, K, 3)
 
 
-def test_a_person_without_joints_stays_without():
-    people = lifted(pixel_cloud())
-    assert (people.status == MISSING).all()
-    assert people.ids.tolist() == [4]
-
-
-@pytest.mark.parametrize('statistic', ['mean', 'median'])
-@pytest.mark.parametrize('window', [1, 3, 7])
-def test_on_a_plane_the_window_gives_its_middle(statistic, window):
-    people = lifted(pixel_cloud(), (40, 20), (40.4, 19.6), window=window, statistic=statistic)
-    # 1e-3 of 20041: float32 of the result
-    np.testing.assert_allclose(people.xyz[0, :2], [[40, 20, 20041]] * 2, rtol=1e-6)
-    assert people.status[0].tolist() == [MEASURED] * 2 + [MISSING] * (K - 2)
-    np.testing.assert_allclose(people.confidence[0, :3], [0.5, 0.51, 0])
-    assert np.isnan(people.sigma).all()
-    assert np.isnan(people.xyz[0, 2:]).all()
-
-
 @pytest.mark.parametrize('x, y', [(-0.51, 20), (W - 0.5, 20), (40, -0.51), (40, H - 0.5), (-1e9, 0), (1e9, 1e9)])
 def test_outside_the_image_a_joint_is_missing_though_its_window_reaches_inside(x, y):
     people = lifted(pixel_cloud(), (x, y), window=31)
@@ -75,14 +55,6 @@ def test_holes_do_not_count(hole):
     cloud[:, 21, 41] = (41, 21, 7)
     np.testing.assert_allclose(lifted(cloud, (40, 20)).xyz[0, 0], [41, 21, 7])
     np.testing.assert_allclose(lifted(cloud, (40, 20), statistic='median').xyz[0, 0], [41, 21, 7])
-
-
-@pytest.mark.parametrize('far, mean, median', [(4, 2 + 2 * 4 / 9, 2.0), (5, 2 + 2 * 5 / 9, 4.0)])
-def test_the_mean_mixes_body_and_background_and_the_median_chooses(far, mean, median):
-    cloud = np.full((3, H, W), 2, np.float32)
-    cloud[2].flat[[row * W + column for row in (19, 20, 21) for column in (39, 40, 41)][:far]] = 4
-    assert lifted(cloud, (40, 20)).xyz[0, 0, 2] == pytest.approx(mean)
-    assert lifted(cloud, (40, 20), statistic='median').xyz[0, 0, 2] == median
 
 
 @settings(max_examples=60, deadline=None)
@@ -122,17 +94,3 @@ def test_in_a_cloud_of_other_resolution_the_same_place_is_found(scale):
 def test_other_aspect_ratios_are_refused_with_both_sizes(size):
     with pytest.raises(BadInputError, match=f'image is {size[0]} x {size[1]} but cloud is {W} x {H}'):
         lifted(pixel_cloud(), (1, 1), size=size)
-
-
-@pytest.mark.parametrize('statistic', ['mean', 'median'])
-@pytest.mark.parametrize('dtype, unit', [(np.uint16, 1000), (np.float32, 1)], ids=['16UC1', '32FC1'])
-def test_project_and_lift_through_depth_image_and_cloud_agree(dtype, unit, statistic):
-    rng = np.random.default_rng(1)
-    truth = np.stack([rng.uniform(-1.2, 1.2, K), rng.uniform(-0.6, 0.6, K), np.full(K, 2.5)], axis=-1)
-    depth = DepthImage(np.full((H, W), 2.5 * unit, dtype), CAMERA)
-    from_depth = lifted(depth, *CAMERA.project(truth), statistic=statistic)
-    cloud = (CAMERA.ray_grid() * 2.5).transpose(2, 0, 1)
-    from_cloud = lifted(cloud, *CAMERA.project(truth), statistic=statistic)
-    np.testing.assert_allclose(from_depth.xyz, from_cloud.xyz, atol=1e-6)
-    # half a pixel at 54 px focal length and 2.5 m
-    np.testing.assert_allclose(from_depth.xyz[0], truth, atol=0.5 / 54 * 2.5 + 1e-6)

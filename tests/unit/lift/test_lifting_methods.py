@@ -8,7 +8,7 @@ import pytest
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.constants import METHOD
-from skeleton_extract_3d.lift.lifting import LiftingParams, NearestSurface, OnSkin, WindowMean, make_lifting
+from skeleton_extract_3d.lift.lifting import LiftingParams, NearestSurface, WindowMean, make_lifting
 from skeleton_extract_3d.lift.observation import observe
 from skeleton_extract_3d.lift.records import Expectation, Lifted
 from skeleton_extract_3d.lift.robust import RobustLifting
@@ -30,10 +30,8 @@ def other_method(hidden=(), stature=METHOD.body.adult_stature):
     measured = ~np.isin(np.arange(18), hidden)[None]
 
     def lift(people, points, expected):
-        xyz = people.rays * 9.0
-        return Lifted(xyz, np.where(measured[..., None], people.rays * 8.9, np.nan), measured, measured | True,
-                      np.full((1, 18), 0.1), np.array([[1.0, 0, 0]]), np.array([9.0]), np.array([stature]),
-                      np.zeros((1, 13, 45), np.float32))
+        return Lifted(people.rays * 9.0, measured, measured | True, np.full((1, 18), 0.1), np.array([[1.0, 0, 0]]),
+                      np.array([9.0]), np.array([stature]), np.zeros((1, 13, 45), np.float32))
 
     return SimpleNamespace(lift=lift)
 
@@ -43,9 +41,8 @@ def lifted(method, people=FRAME.people):
 
 
 @pytest.mark.parametrize('params, occlusion, kind', [
-    ({}, True, RobustLifting), ({'surface_offsets': 'none'}, True, OnSkin), ({}, False, NearestSurface),
-    ({'surface_offsets': 'none'}, False, NearestSurface), ({'lifting': 'mean3x3'}, True, WindowMean),
-    ({'lifting': 'mean3x3', 'surface_offsets': 'none'}, False, WindowMean)])
+    ({}, True, RobustLifting), ({}, False, NearestSurface), ({'lifting': 'mean3x3'}, True, WindowMean),
+    ({'lifting': 'mean3x3'}, False, WindowMean)])
 def test_parameters_choose_the_way(params, occlusion, kind):
     method = make_lifting(LiftingParams(**params), occlusion)
     assert type(method) is kind
@@ -61,29 +58,17 @@ def test_the_mean_of_the_window_is_where_both_see_the_joint():
     assert result.xyz[0, WRIST, 2] == 9.0
 
 
-def test_without_occlusion_every_window_with_a_point_is_measured():
-    assert lifted(WindowMean(other_method(hidden=[WRIST]), 3, 'mean', occlusion=False)).measured.all()
-
-
-@pytest.mark.parametrize('on_skin', [True, False])
-def test_the_nearest_surface_is_the_skin_or_as_much_in_front_as_the_joint_lies_deep(on_skin):
+def test_the_nearest_surface_is_as_much_in_front_as_the_joint_lies_deep():
     scale = 0.5
-    method = NearestSurface(other_method(hidden=[WRIST], stature=scale * METHOD.body.adult_stature), on_skin)
-    result = lifted(method)
+    result = lifted(NearestSurface(other_method(hidden=[WRIST], stature=scale * METHOD.body.adult_stature)))
     assert result.measured.all()
     u, v = np.rint(FRAME.people.xy[0, KNEE]).astype(int)
-    offset = 0.0 if on_skin else scale * METHOD.body.surface_offsets[KNEE]
+    offset = scale * METHOD.body.surface_offsets[KNEE]
     assert result.xyz[0, KNEE, 2] == pytest.approx(FRAME.depth[v, u] / 1000 + offset, abs=0.03)
 
 
 def test_a_joint_without_a_keypoint_stays_where_the_other_method_has_it():
     keypoints = FRAME.people.keypoints.copy()
     keypoints[0, WRIST] = (np.nan, np.nan, 0)
-    result = lifted(NearestSurface(other_method(), False), replace(FRAME.people, keypoints=keypoints))
+    result = lifted(NearestSurface(other_method()), replace(FRAME.people, keypoints=keypoints))
     assert not result.measured[0, WRIST] and result.xyz[0, WRIST, 2] == 9.0
-
-
-def test_measured_joints_are_put_on_the_skin_and_hidden_ones_stay():
-    result = lifted(OnSkin(other_method(hidden=[WRIST])))
-    np.testing.assert_allclose(result.xyz[0, :, 2], np.where(np.arange(18) == WRIST, 9.0, 8.9))
-    np.testing.assert_array_equal(result.measured[0], np.arange(18) != WRIST)

@@ -84,21 +84,6 @@ def test_joints_behind_a_person_get_the_depth_of_that_person():
     assert np.isinf(depths[[0, 1], :, [0, 1]]).all()
 
 
-def test_samples_on_the_one_in_front_are_foreign_to_the_one_behind_only():
-    frame = two()
-    seen = observed(frame)
-    foreign = occluders.foreign_samples(seen.samples, others(frame), frame.xyz[..., 2])
-    trunk = rows('neck', 'left_hip', 'right_hip', 'left_shoulder')
-    u, v = np.rint(frame.people.xy[0, trunk]).astype(int).T
-    hidden = frame.owner[v, u] == 1
-    assert hidden.sum() >= 3
-    # some samples of a window are beside the one in front
-    assert foreign[0, trunk].mean(axis=1)[hidden].min() > 0.5
-    # the windows of the one in front may reach beside the silhouette
-    own = np.abs(seen.samples[1] - 2.2) < 0.25
-    assert own.mean() > 0.7 and not foreign[1][own].any()
-
-
 # --- the own body ---------------------------------------------------------------------------------------------------
 
 
@@ -157,11 +142,3 @@ def test_a_flat_chest_where_a_wrist_should_be_is_hardly_the_wrist():
     assert occluders.likely_own(points, beside, root, covered)[0, INDEX['left_wrist']] < 0.5
     # a folded arm stands out from the trunk
     assert likely(scene('folded'))[0, INDEX['left_wrist']] > 0.5
-
-
-def test_without_depth_nothing_is_said_against_anybody():
-    seen = observed(scene())
-    points = DepthImage(np.zeros_like(scene().depth), CAMERA)
-    own = occluders.likely_own(points, replace(seen, samples=np.full_like(seen.samples, np.nan)), np.array([2.6]),
-                               np.ones((1, 18), bool))
-    np.testing.assert_array_equal(own, np.ones((1, 18)))

@@ -6,14 +6,12 @@ import pytest
 
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
-from skeleton_extract_3d.body.body import BODY
 from skeleton_extract_3d.lift.observation import observe
 from skeleton_extract_3d.lift.records import Expectation
 from skeleton_extract_3d.lift.robust import RobustLifting
 from skeleton_extract_3d.points.depth import DepthImage
 from synthetic_scene import (
     HIDDEN_BY_FURNITURE,
-    VISIBLE,
     Box,
     Person,
     Room,
@@ -55,36 +53,8 @@ def errors(people, frame):
 
 def test_no_people():
     none = lifted(one(), people=People2D.empty(COCO_18))
-    assert none.xyz.shape == none.surface.shape == (0, 18, 3) and none.measured.shape == (0, 18)
+    assert none.xyz.shape == (0, 18, 3) and none.measured.shape == (0, 18)
     assert none.left.shape == (0, 3) and none.root.shape == none.stature.shape == (0,)
-
-
-@pytest.mark.parametrize('pose', POSES)
-@pytest.mark.parametrize('yaw', [0.0, 0.6, np.pi])
-def test_what_is_seen_is_measured_where_it_is(pose, yaw):
-    frame = one(pose, yaw=yaw)
-    people, visible = lifted(frame), frame.vis == VISIBLE
-    assert (people.measured & visible).sum() >= visible.sum() - 1
-    # the model's depths under the skin differ from the scene's by up to 2 cm
-    distance = errors(people, frame)[people.measured & visible]
-    assert np.median(distance) < 0.03 and distance.max() < 0.09
-    assert people.plausible[visible].all()
-    # a body reaches that far: the candidates of the joints go on for 88 cm
-    assert people.root[0] == pytest.approx(2.6, abs=0.4)
-
-
-def test_the_surface_is_the_skin_in_front_of_measured_joints():
-    frame = one()
-    people = lifted(frame)
-    np.testing.assert_array_equal(np.isfinite(people.surface).all(axis=2), people.measured)
-    u, v = np.rint(frame.people.xy).astype(int).transpose(2, 0, 1)
-    at_pixel = frame.depth[v, u] / 1000
-    # the mean over a window on round limbs is behind the middle by up to a radius
-    difference = (people.surface[..., 2] - at_pixel)[people.measured]
-    assert np.abs(difference).max() < 0.04
-    # skin and joint are on one ray
-    np.testing.assert_allclose(np.cross(people.surface, people.xyz)[people.measured], 0, atol=1e-6)
-    assert ((people.xyz - people.surface)[..., 2][people.measured] > -0.03).all()
 
 
 @pytest.mark.parametrize('scale', [0.6, 0.85, 1.0, 1.1])
@@ -95,18 +65,6 @@ def test_new_people_are_as_large_as_they_look_at_their_depth(scale):
     # the lengths of the scene's people are up to 12 % off the model's
     assert people.stature[0] == pytest.approx(1.75 * scale, rel=0.2)
     assert np.median(errors(people, frame)) < 0.04
-
-
-def test_legs_behind_a_counter_are_behind_it_and_not_measured():
-    frame = one(room=COUNTER)
-    people, hidden = lifted(frame), frame.vis == HIDDEN_BY_FURNITURE
-    assert hidden[0, [INDEX['left_knee'], INDEX['right_ankle']]].all()
-    assert not people.measured[hidden].any()
-    assert (people.xyz[..., 2][hidden] > 2.1).all()
-    # by the lengths of the bones alone
-    assert (errors(people, frame)[hidden] < 0.2).all()
-    assert people.measured[frame.vis == VISIBLE].all()
-    assert people.sigma[hidden].min() > people.sigma[frame.vis == VISIBLE].max()
 
 
 def test_what_was_before_narrows_what_is_hidden():
@@ -120,24 +78,6 @@ def test_what_was_before_narrows_what_is_hidden():
     assert errors(known, frame)[hidden].max() < 0.1
 
 
-def test_the_surfaces_win_over_what_was_before():
-    frame = one()
-    expected = Expectation.of_strangers(1)._replace(
-        root=np.array([2.8]), depth=frame.xyz[..., 2] + 0.2, depth_sigma=np.full((1, 18), 0.1))
-    people = lifted(frame, expected)
-    assert people.measured.sum() >= 17 and np.median(errors(people, frame)) < 0.03
-
-
-def test_without_depth_people_are_where_their_size_says_and_nothing_is_measured():
-    frame = one()
-    people = lifted(frame, depth=np.zeros_like(frame.depth))
-    assert not people.measured.any() and np.isnan(people.surface).all()
-    assert people.root[0] == pytest.approx(2.6, rel=BODY.stature_spread)
-    # all of it is on the rays
-    uv = frame.camera.project(people.xyz[0])
-    np.testing.assert_allclose(uv, frame.people.xy[0], atol=1e-3)
-
-
 def test_a_keypoint_on_another_part_of_the_body_is_not_measured():
     # there is the person's own surface, but no forearm reaches there
     frame = one()
@@ -146,11 +86,3 @@ def test_a_keypoint_on_another_part_of_the_body_is_not_measured():
     people = lifted(frame, people=People2D(COCO_18, keypoints, [1], [-1]))
     assert not people.plausible[0, INDEX['left_wrist']] and not people.measured[0, INDEX['left_wrist']]
     assert people.measured[0, INDEX['right_knee']]
-
-
-def test_a_person_who_is_behind_is_not_measured_on_the_person_in_front():
-    frame = scene(Person(0, 0.0, 3.4, POSES['standing']), Person(1, 0.25, 2.2, POSES['standing']))
-    people = lifted(frame)
-    far = people.measured & (frame.vis != VISIBLE) & (errors(people, frame) > 0.15)
-    assert not far.any(), np.argwhere(far)
-    np.testing.assert_allclose(people.root, [3.4, 2.2], atol=0.4)

@@ -14,7 +14,7 @@ from skeleton_extract_3d.points.depth import DepthImage
 CAMERA = CameraModel(64, 36, [36.0, 0, 31.5, 0, 36.0, 17.5, 0, 0, 1])
 INDEX = COCO_18.index
 WRIST = INDEX['left_wrist']
-DELTAS, ROOT_DEPTHS, WEIGHTS = METHOD.costs.deltas, METHOD.trunk.depths, METHOD.windows.weights
+DELTAS, ROOT_DEPTHS = METHOD.costs.deltas, METHOD.trunk.depths
 
 
 def image(z):
@@ -63,15 +63,6 @@ def test_no_people():
 @pytest.mark.parametrize('at', [(-0.51, 5), (63.51, 5), (5, -0.51), (5, 35.51), (-1e6, -1e6)])
 def test_outside_the_grid_there_is_no_depth(at):
     assert np.isnan(surfaces.depths_at(pixel_image(), np.array([at], float))).all()
-
-
-def test_a_window_is_as_wide_as_asked_for_and_its_middle_is_the_keypoint():
-    uv, radius = np.full((2, 18, 2), 15.0), np.array([2.0, 6.0])
-    depth = surfaces.window_depths(pixel_image(), uv, radius)
-    for person, reach in enumerate((2, 6)):
-        u, v = np.round(depth[person, 0] % 1 * 100), np.floor(depth[person, 0]) - 1
-        assert (u.min(), u.max(), v.min(), v.max()) == (15 - reach, 15 + reach, 15 - reach, 15 + reach)
-        assert (u[12], v[12]) == (15, 15)
 
 
 # --- size -----------------------------------------------------------------------------------------------------------
@@ -132,13 +123,6 @@ def test_a_person_is_where_the_surfaces_are(depth):
     np.testing.assert_allclose(evidence[1], evidence[0])
 
 
-def test_most_of_the_joints_decide_against_what_covers_the_others():
-    depth = samples()
-    depth[0, [INDEX[f'{side}_{joint}'] for side in ('left', 'right') for joint in ('hip', 'knee', 'ankle')]] = 1.2
-    best = ROOT_DEPTHS[surfaces.root_evidence(depth, np.ones((1, 18)))[0].argmax()]
-    assert 2.1 < best < 3.0
-
-
 def test_samples_of_others_do_not_tell_where_a_person_is():
     depth, foreign = samples(1, 2.0), np.ones((1, 18, 25), bool)
     depth[0, :2], foreign[0, :2] = 3.5, False
@@ -186,18 +170,6 @@ def test_being_elsewhere_than_before_costs_by_the_distance_up_to_a_limit():
 
 
 # --- means and medians ----------------------------------------------------------------------------------------------
-
-def test_mean_of_the_usable_samples_near_a_depth():
-    off, usable = np.zeros((3, 2, 25)), np.ones((3, 2, 25), bool)
-    off[0, 0, :12], off[0, 0, 12:], off[0, 1] = 0.1, 2.5, np.nan
-    off[1], off[1, 0, 0] = -0.2, 0.29
-    usable[1, 1], usable[1, 0, 0] = False, False
-    off[2] = 0.31
-    with np.errstate(invalid='ignore'):
-        mean, weight = surfaces.mean_within(off, usable, 0.3)
-    np.testing.assert_allclose(mean, [0.1, -0.2, 0.0])
-    np.testing.assert_allclose(weight, [WEIGHTS[:12].sum(), 1 - WEIGHTS[0], 0.0])
-
 
 @pytest.mark.parametrize('values, median', [
     ([], np.nan), ([np.nan, np.inf], np.nan), ([3.0], 3.0), ([4.0, np.nan, 1.0], 1.0), ([5.0, 1.0, np.inf, 2.0], 2.0)])

@@ -28,10 +28,6 @@ def test_no_point_tells_nothing():
     assert fitted_camera(*np.zeros((3, 54, 96))) is None
 
 
-def test_few_points_tell_nothing():
-    assert fitted_camera(*only(points(), slice(60, 80), slice(100, 120))) is None
-
-
 @pytest.mark.parametrize('dtype, tolerance', [(np.float64, 1e-9), (np.float32, 1e-5)])
 def test_the_camera_is_found(dtype, tolerance):
     found = fitted_camera(*points().astype(dtype))
@@ -39,14 +35,6 @@ def test_the_camera_is_found(dtype, tolerance):
     # float32 has 7 digits
     np.testing.assert_allclose(found.matrix, K, rtol=tolerance)
     assert not found.distortion.size
-
-
-def test_noise_of_the_depth_does_not_matter_and_that_across_hardly():
-    cloud = points() * np.random.default_rng(2).normal(1, 0.02, (135, 240))
-    np.testing.assert_allclose(fitted_camera(*cloud).matrix, K, rtol=1e-9)
-    # coordinates in whole millimetres are up to 0.6 mrad off at 0.8 m, a tenth of a pixel, in each of 500 points
-    rounded = np.round(points(), 3)
-    np.testing.assert_allclose(fitted_camera(*rounded).matrix, K, atol=0.1)
 
 
 @pytest.mark.parametrize('turn', [

@@ -36,11 +36,6 @@ def all_points(cloud):
     return cloud.window(u, v, 1).reshape(cloud.height, cloud.width, 3)
 
 
-def test_no_pixels_give_no_points():
-    cloud = from_buffer(**packed(truth()))
-    assert cloud.window(np.zeros(0, int), np.zeros(0, int), 3).shape == (0, 9, 3)
-
-
 @pytest.mark.parametrize('layout', [
     {},
     {'padding': 24},
@@ -74,14 +69,6 @@ def test_a_point_that_is_not_finite_or_the_origin_is_missing(point):
     assert np.isnan(found[2, 3]).all()
     found[2, 3] = truth()[2, 3]
     np.testing.assert_array_equal(found, truth())
-
-
-def test_range_is_that_of_the_valid_points():
-    points = truth()
-    points[0, 0] = (0, 0, 0)
-    points[4, 6] = (np.inf, 4, 100)
-    cloud = from_buffer(**packed(points))
-    np.testing.assert_array_equal(cloud.valid_range(), [[0, 0, 2], [6, 4, 46]])
 
 
 @pytest.mark.parametrize('change, text', [

@@ -38,13 +38,6 @@ def test_each_cell_has_the_depth_of_its_place_in_the_view(kind, size):
     assert view.focal == pytest.approx(0.6 * width, rel=1e-3)
 
 
-def test_missing_depth_stays_missing():
-    z = slope(960, 540)
-    z[:, 480:] = 0
-    view = depth_view(image(z))
-    assert np.isnan(view.depth[:, 240:]).all() and np.isfinite(view.depth[:, :240]).all()
-
-
 @pytest.mark.parametrize('points', [
     OrganizedCloud.without_points(64, 48), image(np.zeros((48, 64))), image(1000 * slope(64, 48)),
     OrganizedCloud(*np.random.default_rng(0).uniform(1, 2, (3, 48, 64)).astype(np.float32))],

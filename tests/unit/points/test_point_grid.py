@@ -2,7 +2,6 @@
 import numpy as np
 import pytest
 
-from openpose_ros_pkg.errors import BadInputError
 from skeleton_extract_3d.points.camera import CameraModel
 from skeleton_extract_3d.points.cloud import OrganizedCloud
 from skeleton_extract_3d.points.depth import DepthImage
@@ -33,11 +32,6 @@ KINDS = pytest.mark.parametrize('kind', [millimetre_image, metre_image, cloud])
 
 
 @KINDS
-def test_no_pixels_no_depths(kind):
-    assert kind(metres()).depths(np.zeros((0, 5), int), np.zeros((0, 5), int)).shape == (0, 5)
-
-
-@KINDS
 def test_depths_are_those_of_the_pixels_in_any_shape(kind):
     u, v = np.array([[[0, 95, 0], [95, 17, 17]]]), np.array([[[0, 0, 53], [53, 31, 30]]])
     depths = kind(metres()).depths(u, v)
@@ -48,13 +42,3 @@ def test_depths_are_those_of_the_pixels_in_any_shape(kind):
 def test_the_camera_of_a_depth_image_is_scaled_to_it_and_needs_no_depth():
     image = DepthImage(np.zeros((H, W), np.uint16), CAMERA.scaled(2 * W, 2 * H))
     np.testing.assert_allclose(image.camera_model().matrix, CAMERA.matrix)
-
-
-def test_a_cloud_without_points_has_no_camera():
-    assert OrganizedCloud(*np.full((3, H, W), np.nan)).camera_model() is None
-
-
-def test_a_cloud_in_another_frame_is_refused_when_the_camera_is_asked_for():
-    x, y, z = (CAMERA.ray_grid() * metres()[..., None]).transpose(2, 0, 1)
-    with pytest.raises(BadInputError, match='optical frame'):
-        OrganizedCloud(z, -x, -y).camera_model()

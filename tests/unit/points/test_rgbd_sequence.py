@@ -1,6 +1,5 @@
-"""Sequence folders: what is read, and what a user may get wrong. The shipped sequence is read as well."""
+"""Sequence folders: what is read, and what a user may get wrong."""
 from itertools import islice
-from pathlib import Path
 
 import cv2
 import numpy as np
@@ -8,8 +7,6 @@ import pytest
 
 from openpose_ros_pkg.errors import BadInputError
 from skeleton_extract_3d.points.rgbd_sequence import PLAYBACKS, RgbdSequence, play_order
-
-SHIPPED = Path(__file__).resolve().parents[3] / 'skeleton_extract_3d' / 'demo' / 'cross'
 
 CAMERA = """
 image_width: 32
@@ -124,21 +121,6 @@ def test_bad_frames_are_refused_and_the_others_are_read(folder, damage, text):
 def test_a_folder_that_does_not_exist_is_refused(tmp_path):
     with pytest.raises(BadInputError, match='nowhere does not exist'):
         RgbdSequence.read(tmp_path / 'nowhere')
-
-
-def test_the_shipped_sequence_is_whole_and_small():
-    sequence = RgbdSequence.read(SHIPPED)
-    assert (len(sequence), sequence.fps, sequence.frame_id) == (40, 15.0, 'kinect2_rgb_optical_frame')
-    frame = sequence.frame(39)
-    assert frame.bgr.shape == (540, 960, 3)
-    assert frame.depth.shape == (540, 960)
-    # a person and a room: most pixels have depth, between half a metre and eight
-    valid = frame.depth[frame.depth > 0]
-    assert valid.size > 0.8 * frame.depth.size
-    assert 500 <= valid.min() < valid.max() <= 8000
-    # the camera stands 1.35 m above the floor
-    assert sequence.T_world_camera[2, 3] == 1.35
-    assert sum(path.stat().st_size for path in SHIPPED.rglob('*') if path.is_file()) <= 6_000_000
 
 
 @pytest.mark.parametrize('length, playback, expected', [

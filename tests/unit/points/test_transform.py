@@ -29,19 +29,3 @@ def test_axes_go_where_they_belong():
     moved = transform_people(people(2), UPRIGHT, np.array([10.0, 20.0, 30.0]))
     x, y, z = np.moveaxis(people(2).xyz, -1, 0)
     np.testing.assert_allclose(moved.xyz, np.stack([z + 10, 20 - x, 30 - y], axis=-1), atol=1e-5)
-
-
-def test_velocities_turn_but_are_not_moved():
-    moved = transform_people(people(2), UPRIGHT, np.array([10.0, 20.0, 30.0]))
-    x, y, z = np.moveaxis(people(2).velocity, -1, 0)
-    np.testing.assert_allclose(moved.velocity, np.stack([z, -x, -y], axis=-1), atol=1e-6)
-    assert np.isfinite(moved.velocity[:, 0]).all() and np.isnan(moved.velocity[:, 3]).all()
-
-
-def test_missing_joints_stay_missing_and_the_rest_stays_as_it_is():
-    before = people(2)
-    after = transform_people(before, UPRIGHT, np.ones(3))
-    assert np.isnan(after.xyz[:, 3]).all()
-    for name in ('confidence', 'status', 'sigma', 'ids'):
-        np.testing.assert_array_equal(getattr(after, name), getattr(before, name), name)
-    assert after.skeleton is COCO_18

@@ -63,10 +63,3 @@ def test_a_head_has_contours_and_an_arrow_where_it_is_directed():
                                           (MarkerParams(head_arrow=0.0), (0, 0, 0, 1))])
 def test_without_a_direction_there_is_no_arrow(params, turn):
     assert names(LandmarkMarkers(params).faces(face(turn), 0.0)) == [('add', 'face', 4)]
-
-
-def test_colours_are_those_of_the_person():
-    markers = LandmarkMarkers(MarkerParams())
-    plain, = markers.hands(hand(4, True), 0.0)
-    markers.reconfigure(MarkerParams(colour_by_person=True))
-    assert markers.hands(hand(4, True), 0.1)[0].rgba != plain.rgba

@@ -1,4 +1,4 @@
-"""Markers: finite points only, inferred apart from measured ones, deletes for people who left, trails, a lifetime that
+"""Markers: finite points only, inferred apart from measured ones, deletes for people who left, a lifetime that
 outlasts the frame period."""
 import numpy as np
 import pytest
@@ -6,13 +6,7 @@ import pytest
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
-from skeleton_extract_3d.show.markers import (
-    LIMB_NAMESPACES,
-    MarkerLifetime,
-    MarkerParams,
-    MarkerTracker,
-    people_markers,
-)
+from skeleton_extract_3d.show.markers import LIMB_NAMESPACES, MarkerParams, PeopleMarkers
 
 K = len(COCO_18.joints)
 INDEX = COCO_18.index
@@ -47,18 +41,22 @@ def of(markers, ns):
     return marker
 
 
-EVERYTHING = MarkerParams(label=True, sigma_spheres=True, trail_seconds=2.0)
+def shown(persons, params):
+    """The markers of the first frame."""
+    return PeopleMarkers(params).update(persons, 0.0)
+
+
+EVERYTHING = MarkerParams(label=True, sigma_spheres=True)
 
 
 @pytest.mark.parametrize('params', [MarkerParams(), EVERYTHING], ids=['defaults', 'everything'])
 @pytest.mark.parametrize('persons', [{}, {3: {}}], ids=['no people', 'a person without a position'])
 def test_no_people_have_no_markers(persons, params):
-    assert people_markers(people(persons), params, 0.2) == []
-    assert MarkerTracker(params).update(people(persons), 0.0) == []
+    assert shown(people(persons), params) == []
 
 
 def test_joints_and_limbs_look_as_in_the_original():
-    joints, skeleton = people_markers(people({7: UPRIGHT}), MarkerParams(), 0.15)
+    joints, skeleton = shown(people({7: UPRIGHT}), MarkerParams())
     assert (joints.ns, joints.id, joints.action, joints.kind) == ('joints', 7, 'add', 'sphere_list')
     assert (joints.scale, joints.rgba, joints.lifetime) == (0.05, (1, 0, 0, 1), 0.15)
     np.testing.assert_allclose(joints.points, [UPRIGHT[joint] for joint in COCO_18.joints if joint in UPRIGHT])
@@ -67,7 +65,7 @@ def test_joints_and_limbs_look_as_in_the_original():
 
 
 def test_inferred_joints_and_their_limbs_are_apart_and_paler():
-    markers = people_markers(people({7: UPRIGHT}, inferred=['left_hip', 'nose']), MarkerParams(dash_length=0.0), 0.15)
+    markers = shown(people({7: UPRIGHT}, inferred=['left_hip', 'nose']), MarkerParams(dash_length=0.0))
     assert names(markers) == [('add', 'joints', 7), ('add', 'joints_inferred', 7), ('add', 'skeleton', 7),
                               ('add', 'skeleton_inferred', 7)]
     assert LIMB_NAMESPACES == ('skeleton', 'skeleton_inferred')
@@ -94,7 +92,7 @@ def test_inferred_joints_and_their_limbs_are_apart_and_paler():
 ], ids=['solid', 'too short', 'as long as said', 'fitted', 'no length'])
 def test_dashes_begin_and_end_at_the_joints(dash, length, ends):
     arm = {'right_elbow': (0.3, -0.2, 1), 'right_wrist': (0.3, -0.2, 1 + length)}
-    markers = people_markers(people({0: arm}, inferred=['right_wrist']), MarkerParams(dash_length=dash), 0.2)
+    markers = shown(people({0: arm}, inferred=['right_wrist']), MarkerParams(dash_length=dash))
     expected = [(0.3, -0.2, 1 + end) for end in ends]
     np.testing.assert_allclose(of(markers, 'skeleton_inferred').points, expected, atol=1e-6)
 
@@ -103,19 +101,19 @@ def test_spheres_of_sigma_in_sizes():
     # 40 mm and 55 mm round to 40 and 57 mm, 5 m to the largest; the neck's is unknown
     sigma = {'nose': 0.001, 'right_shoulder': 0.04, 'left_shoulder': 0.055, 'right_hip': 0.04, 'left_hip': 5.0}
     persons = people({2: UPRIGHT}, inferred=['right_hip'], sigma=sigma)
-    assert not [marker for marker in people_markers(persons, MarkerParams(), 0.2) if marker.ns == 'sigma']
-    markers = [marker for marker in people_markers(persons, MarkerParams(sigma_spheres=True), 0.2)
+    assert not [marker for marker in shown(persons, MarkerParams()) if marker.ns == 'sigma']
+    markers = [marker for marker in shown(persons, MarkerParams(sigma_spheres=True))
                if marker.ns == 'sigma']
     assert [marker.id for marker in markers] == [32 + 0, 32 + 4, 32 + 5, 32 + 15]
     np.testing.assert_allclose([marker.scale for marker in markers],
                                [0.02, 0.08, 0.08 * np.sqrt(2), 0.02 * 2 ** 7.5])
     for marker, joints in zip(markers, (['nose'], ['right_shoulder', 'right_hip'], ['left_shoulder'], ['left_hip'])):
-        assert (marker.kind, marker.rgba, marker.lifetime) == ('sphere_list', (1, 1, 0, 0.25), 0.2)
+        assert (marker.kind, marker.rgba, marker.lifetime) == ('sphere_list', (1, 1, 0, 0.25), 0.15)
         np.testing.assert_allclose(marker.points, [UPRIGHT[joint] for joint in joints])
 
 
 def test_markers_of_people_who_left_are_deleted_once():
-    tracker = MarkerTracker(MarkerParams())
+    tracker = PeopleMarkers(MarkerParams())
     assert names(tracker.update(people({1: UPRIGHT, 2: UPRIGHT}), 0.0)) == [
         ('add', 'joints', 1), ('add', 'skeleton', 1), ('add', 'joints', 2), ('add', 'skeleton', 2)]
     # 1 leaves; of 2 one joint remains
@@ -127,80 +125,13 @@ def test_markers_of_people_who_left_are_deleted_once():
     assert names(tracker.update(people({1: {'nose': (0, 0, 1)}}), 0.4)) == [('add', 'joints', 1)]
 
 
-def test_other_parameters_hold_from_the_next_frame_on():
-    tracker = MarkerTracker(MarkerParams())
-    tracker.update(people({1: UPRIGHT}), 0.0)
-    tracker.reconfigure(MarkerParams(label=True, joint_scale=0.2, lifetime=7.0))
-    markers = tracker.update(people({1: UPRIGHT}), 0.1)
-    assert names(markers) == [('add', 'joints', 1), ('add', 'skeleton', 1), ('add', 'label', 1)]
-    assert (markers[0].scale, markers[0].lifetime) == (0.2, 7.0)
-    tracker.reconfigure(MarkerParams())
-    assert names(tracker.update(people({1: UPRIGHT}), 0.2))[0] == ('delete', 'label', 1)
-
-
-def walker(x, **others):
-    """A person whose hips' middle is at (x, 0.2, 3)."""
-    return {**{joint: np.add(place, (x, 0, 0)) for joint, place in UPRIGHT.items()}, **others}
-
-
-def trail(tracker, x, stamp, frame_id='camera', person=1):
-    """Path on the x axis after a frame with the person at x."""
-    markers = [marker for marker in tracker.update(people({person: walker(x)}), stamp, frame_id)
-               if (marker.action, marker.ns) == ('add', 'trail')]
-    if not markers:
-        return []
-    marker, = markers
-    assert (marker.id, marker.kind, marker.scale) == (person, 'line_list', 0.02)
-    np.testing.assert_allclose(marker.points[:, 1:], np.broadcast_to((0.2, 3), (len(marker.points), 2)), atol=1e-6)
-    # each line begins where the one before ends
-    np.testing.assert_array_equal(marker.points[1:-1:2], marker.points[2::2])
-    return [*np.round(marker.points[::2, 0], 4).tolist(), round(float(marker.points[-1, 0]), 4)]
-
-
-def test_without_trail_seconds_there_is_no_trail():
-    tracker = MarkerTracker(MarkerParams())
-    assert trail(tracker, 0.0, 0.0) == trail(tracker, 0.1, 0.1) == trail(tracker, 0.2, 0.2) == []
-
-
-def test_a_trail_is_the_way_of_the_last_seconds():
-    tracker = MarkerTracker(MarkerParams(trail_seconds=0.5))
-    paths = [trail(tracker, 0.25 * i, 0.125 * i) for i in range(8)]
-    assert paths[:4] == [[], [0, 0.25], [0, 0.25, 0.5], [0, 0.25, 0.5, 0.75]]
-    assert paths[7] == [1, 1.25, 1.5, 1.75]
-
-
-def test_a_trail_goes_with_its_person_and_is_forgotten():
-    tracker = MarkerTracker(MarkerParams(trail_seconds=1.0))
-    trail(tracker, 0.0, 0.0)
-    assert trail(tracker, 0.25, 0.25) == [0, 0.25]
-    assert ('delete', 'trail', 1) in names(tracker.update(people({}), 0.5, 'camera'))
-    # back in time: the same trail; too late: a new one
-    assert trail(tracker, 0.75, 0.75) == [0, 0.25, 0.75]
-    tracker.update(people({}), 1.0, 'camera')
-    assert trail(tracker, 2.0, 2.0) == []
-    # another person begins a trail of its own
-    assert trail(tracker, 9.0, 2.1, person=2) == []
-    assert trail(tracker, 9.5, 2.2, person=2) == [9, 9.5]
-
-
-@pytest.mark.parametrize('stamp, frame_id', [(90.0, 'camera'), (110.3, 'camera'), (100.3, 'map')],
-                         ids=['stamps jump back', 'stamps jump ahead', 'another frame'])
-def test_trails_begin_anew(stamp, frame_id):
-    tracker = MarkerTracker(MarkerParams(trail_seconds=5.0))
-    for i in range(3):
-        path = trail(tracker, 0.5 * i, 100.0 + 0.1 * i)
-    assert path == [0, 0.5, 1]
-    assert trail(tracker, 7.0, stamp, frame_id) == []
-    assert trail(tracker, 7.5, stamp + 0.1, frame_id) == [7, 7.5]
-
-
 def test_one_colour_per_person():
     persons = people(dict.fromkeys(range(12), UPRIGHT))
-    markers = people_markers(persons, MarkerParams(colour_by_person=True), 0.2)
+    markers = shown(persons, MarkerParams(colour_by_person=True))
     colours = {person: {marker.rgba for marker in markers if marker.id == person} for person in range(12)}
     assert all(len(own) == 1 for own in colours.values())
     assert len(set.union(*colours.values())) == 12
-    again = people_markers(people({5: UPRIGHT}), MarkerParams(colour_by_person=True), 0.2)
+    again = shown(people({5: UPRIGHT}), MarkerParams(colour_by_person=True))
     assert again[0].rgba in colours[5]
 
 
@@ -209,16 +140,11 @@ def test_one_colour_per_person():
                          ids=['optical frame', 'world frame', 'upside down'])
 def test_the_label_stands_above_the_head_in_any_frame(turn):
     turned = {joint: np.dot(turn, position) for joint, position in UPRIGHT.items()}
-    label = people_markers(people({31: turned}), MarkerParams(label=True), 0.2)[-1]
+    label = shown(people({31: turned}), MarkerParams(label=True))[-1]
     assert (label.ns, label.id, label.kind, label.text) == ('label', 31, 'text', '31')
     np.testing.assert_allclose(label.points, [np.dot(turn, (0, -0.6 - 0.3, 2.9))], atol=1e-6)
-
-
-@pytest.mark.parametrize('inferred, text', [([], '3'), (['nose', 'neck'], '3'), (list(UPRIGHT), '3 (hidden)')],
-                         ids=['seen', 'partly', 'hidden'])
-def test_the_label_says_who_is_hidden(inferred, text):
-    markers = people_markers(people({3: UPRIGHT}, inferred), MarkerParams(label=True), 0.2)
-    assert of(markers, 'label').text == text
+    hidden = shown(people({31: turned}, inferred=list(UPRIGHT)), MarkerParams(label=True))
+    assert of(hidden, 'label').text == '31 (hidden)'
 
 
 def test_only_finite_points_are_published():
@@ -227,7 +153,7 @@ def test_only_finite_points_are_published():
         person = {joint: rng.normal(size=3) for joint in COCO_18.joints if rng.random() < 0.5}
         inferred = [joint for joint in person if rng.random() < 0.5]
         sigma = {joint: rng.choice([0.0, 0.1, np.inf, np.nan]) for joint in person}
-        for marker in MarkerTracker(EVERYTHING).update(people({0: person}, inferred, sigma), 0.0):
+        for marker in shown(people({0: person}, inferred, sigma), EVERYTHING):
             assert np.isfinite(marker.points).all()
             assert len(marker.points) > 0
             assert 0 < marker.scale < 4
@@ -235,18 +161,16 @@ def test_only_finite_points_are_published():
 
 @pytest.mark.parametrize('rate, expected', [(30, 0.15), (15, 0.2), (5, 0.6)])
 def test_the_lifetime_covers_three_frames(rate, expected):
-    lifetime = MarkerLifetime()
-    assert lifetime.update(100.0, 0.15) == 0.15
-    for i in range(1, 20):
-        value = lifetime.update(100.0 + i / rate, 0.15)
-    assert value == pytest.approx(expected, rel=1e-6)
+    markers = PeopleMarkers(MarkerParams())
+    lifetimes = [markers.update(people({1: UPRIGHT}), 100.0 + i / rate)[0].lifetime for i in range(20)]
+    assert lifetimes[0] == 0.15 and lifetimes[-1] == pytest.approx(expected, rel=1e-6)
 
 
 @pytest.mark.parametrize('values', [{'joint_colour': 'red'}, {'joint_colour': '1 0 0'}, {'skeleton_colour': '0 0 2 1'},
                                     {'skeleton_colour': '0 0 nan 1'}, {'joint_inferred_colour': '1 1 1'},
                                     {'skeleton_inferred_colour': '1 1 1 -1'}, {'sigma_colour': ''},
-                                    {'joint_scale': 0.0}, {'lifetime': 0.0}, {'label': 1}, {'dash_length': -0.1},
-                                    {'trail_seconds': -1.0}, {'trail_seconds': 61.0}], ids=str)
+                                    {'joint_scale': 0.0}, {'lifetime': 0.0}, {'label': 1}, {'dash_length': -0.1}],
+                         ids=str)
 def test_bad_parameters_are_refused_by_name(values):
     (key, value), = values.items()
     with pytest.raises(ParameterError, match=f"parameter '{key}' = {value!r}"):

@@ -23,21 +23,6 @@ def test_no_people():
                                                          'z 2.000 .. 2.000']
 
 
-def test_each_joint_has_a_line():
-    keypoints = np.full((2, K, 3), np.nan)
-    keypoints[..., 2] = 0
-    keypoints[0, 0], keypoints[0, 2], keypoints[1, 1] = (3, 2, 0.9), (7, 5, 0.25), (1.2, 1.0, 0.5)
-    people = People2D(COCO_18, keypoints, [1, 1], [4, 9])
-    lines = frame_report(people, lift_by_window(people, (8, 6), cloud()), cloud()).splitlines()
-    assert len(lines) == 2 + 2 * (1 + K)
-    assert lines[0] == 'Detected 2 persons'
-    assert lines[2] == 'Person 4'
-    assert lines[3] == '  Nose: pixel (3.0, 2.0), world (0.3000, 0.2000, 2.0000) m, confidence 0.90, measured'
-    assert lines[4] == '  Neck: not detected'
-    assert lines[5] == '  Right shoulder: pixel (7.0, 5.0), world (nan, nan, nan) m, confidence 0.25, missing'
-    assert lines[3 + K] == 'Person 9'
-
-
 def test_hidden_people_and_inferred_joints_are_reported():
     keypoints = np.full((1, K, 3), np.nan)
     keypoints[..., 2] = 0

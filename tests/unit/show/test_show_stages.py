@@ -1,5 +1,4 @@
 """Drawings of stages: fields lie over what they are about; the programs write what they say."""
-import os
 from pathlib import Path
 
 import cv2
@@ -9,7 +8,6 @@ import pytest
 from openpose_ros_pkg import show_stages
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.networks.models import MOBILENET_THIN, MOVENET_MULTIPOSE
-from openpose_ros_pkg.networks.preprocess import fit_image
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
 from optional_weights import need_weights
@@ -18,37 +16,6 @@ from skeleton_extract_3d.points.camera import CameraModel
 
 SHIPPED = Path(__file__).resolve().parents[3] / 'skeleton_extract_3d' / 'demo' / 'cross'
 BLACK = np.zeros((120, 200, 3), np.uint8)
-# The image is 200 x 120, the input 160 x 96, a cell 8 x 8 of its pixels: 10 of the image.
-PLAN = fit_image((200, 120), 160, 96, 8)
-
-
-def fields(*cells):
-    """Fields of mobilenet_thin on the grid of PLAN: value by (channel, row, column)."""
-    values = np.zeros((MOBILENET_THIN.channels, 12, 20), np.float32)
-    for channel, row, column, value in cells:
-        values[channel, row, column] = value
-    return values
-
-
-def test_a_heat_map_lies_over_its_joint_in_the_joint_s_colour():
-    nose = COCO_18.index['nose']
-    colours = show_stages._heat_maps(fields((nose, 5, 7, 1.0)), MOBILENET_THIN)
-    image = show_stages._over(BLACK, colours, PLAN, 8)
-    centre = image[54:56, 74:76].mean(axis=(0, 1))  # the middle of the cell
-    np.testing.assert_allclose(centre, COCO_18.colours[nose][::-1], atol=32)  # interpolated between cells
-    assert image[54, 74].sum() == image.sum(axis=2).max()
-    assert not image[:, :60].any() and not image[70:].any()
-
-
-def test_the_hue_of_a_limb_field_is_its_direction():
-    limb = COCO_18.limbs[0]
-    x, y = (MOBILENET_THIN.heatmaps + channel for channel in limb.paf)
-    colours = show_stages._limb_fields(fields((x, 2, 3, 1.0), (y, 4, 5, 0.5)), MOBILENET_THIN)
-    assert colours[2, 3].tolist() == [0, 0, 255]  # to the right: red
-    down = cv2.cvtColor(colours[4:5, 5:6].astype(np.uint8), cv2.COLOR_BGR2HSV)[0, 0]
-    # downwards: a quarter turn, half as bright
-    assert abs(int(down[0]) - 45) <= 1 and abs(int(down[2]) - 127) <= 1
-    assert not colours[0, 0].any()
 
 
 @pytest.fixture()
@@ -89,21 +56,6 @@ def test_a_sheet_has_all_images(tmp_path):
     show_stages.write_stages(stages, folder, folder / 'sheet.jpg', 2, True)
     assert sheet.shape[1] == 1260
     assert abs(int(sheet[200, 300].mean()) - 40) < 5 and abs(int(sheet[200, 900].mean()) - 200) < 5
-
-
-class ReplacedError(Exception):
-    """The process became another program."""
-
-
-def test_with_depth_the_program_of_the_3d_package_takes_over(monkeypatch):
-    def execvp(*command):
-        raise ReplacedError(*command)
-
-    monkeypatch.setattr(os, 'execvp', execvp)
-    arguments = ['a.png', '--depth', 'd.png', '--camera', 'c.yaml', '-o', 'out']
-    with pytest.raises(ReplacedError) as call:
-        show_stages.main(arguments)
-    assert call.value.args == ('rosrun', ['rosrun', 'skeleton_extract_3d', 'show_stages', *arguments])
 
 
 def test_the_shipped_sequence(tmp_path):

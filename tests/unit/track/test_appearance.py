@@ -2,12 +2,10 @@
 import numpy as np
 import pytest
 
-from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.track import appearance
 from skeleton_extract_3d.track.appearance import Clothes
 from synthetic_scene import Person, Room, pinhole, render, standing
 
-INDEX = COCO_18.index
 # CIELAB of pure colours under D65 (sRGB, IEC 61966-2-1)
 LAB = {(0, 0, 255): (53.24, 80.09, 67.20), (0, 255, 0): (87.73, -86.18, 83.18), (255, 0, 0): (32.30, 79.19, -107.86),
        (255, 255, 255): (100, 0, 0), (0, 0, 0): (0, 0, 0)}
@@ -53,28 +51,11 @@ def test_the_pixels_show_shirt_and_trousers():
             assert good.mean() >= 0.8
 
 
-def test_one_side_of_the_trunk_is_enough():
-    uv = np.random.default_rng(0).uniform(0, 20, (1, 18, 2))
-    uv[0, [INDEX['left_shoulder'], INDEX['left_hip']]] = np.nan
-    chest = appearance.clothes_pixels(uv)[0, :12]
-    shoulder, hip = uv[0, INDEX['right_shoulder']], uv[0, INDEX['right_hip']]
-    for row, share in enumerate((0.2, 0.4, 0.6, 0.8)):
-        np.testing.assert_allclose(chest[3 * row:3 * row + 3], [shoulder + share * (hip - shoulder)] * 3)
-
-
 @pytest.mark.parametrize('bgr', LAB, ids=str)
 def test_colours_are_cielab(bgr):
     lab, weight = colours(picture(bgr), [[[3.0, 4.0], [5.4, 8.6]]], known([True, True]))
     np.testing.assert_allclose(lab[0], LAB[bgr], atol=0.1)
     assert weight.tolist() == [1]
-
-
-def test_the_mean_is_that_of_the_usable_pixels():
-    image = picture((0, 0, 0))
-    image[:, 15:] = 255
-    pixels = np.array([[[3.0, 3.0], [20, 3], [25, 3], [4, 4]], [[3, 3], [20, 3], [25, 3], [4, 4]]])
-    usable = known([True, True, False, False], [False, True, True, False])
-    np.testing.assert_allclose(colours(image, pixels, usable)[0][:, 0], [50, 100], atol=0.1)
 
 
 @pytest.mark.parametrize('pixel', [(-1, 3), (30, 3), (3, -1), (3, 20), (np.nan, np.nan)])

@@ -8,8 +8,6 @@ import pytest
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
-from skeleton_extract_3d.body.measures import stature_spread
-from skeleton_extract_3d.constants import METHOD
 from skeleton_extract_3d.lift.observation import observe
 from skeleton_extract_3d.points.depth import DepthImage
 from skeleton_extract_3d.settings import IdentityParams
@@ -20,7 +18,7 @@ from synthetic_scene import Person, Room, pinhole, render, standing
 
 INDEX = COCO_18.index
 STAMP = 10.0
-RED, GREEN, BLUE = (50.0, 70, 50), (60.0, -60, 50), (40.0, 30, -80)  # CIELAB
+RED, GREEN = (50.0, 70, 50), (60.0, -60, 50)  # CIELAB
 
 
 @lru_cache(maxsize=None)
@@ -107,25 +105,9 @@ def test_depth_tells_two_apart_who_are_in_one_line_of_sight():
     assert rows(tracks_at(far, near), frame) == [1, 0]
 
 
-def test_all_together_matter_and_not_the_nearest_pair():
-    # the first person is nearest to the second track, but then the second one would have none
-    tracks = tracks_at((0.0, 2.6), (0.45, 2.6))
-    frame = scene((0.3, 2.6), (0.75, 2.6))
-    assert rows(tracks, frame) == [0, 1]
-
-
 # --- clothes --------------------------------------------------------------------------------------------------------
 
 MIDDLE = [(-0.2, 2.6), (0.2, 2.6)]
-
-
-@pytest.mark.parametrize('first, second', [(RED, GREEN), (GREEN, RED)])
-def test_colours_decide_between_two_equal_candidates(first, second):
-    # one person, in the middle between two tracks
-    tracks = dressed(tracks_at(*MIDDLE, last_seen=STAMP - 0.5), RED, GREEN)
-    frame = scene((0.0, 2.6))
-    assert rows(tracks, frame, clothes(1, first)) == [0 if first == RED else 1]
-    assert rows(tracks, frame, clothes(1, second)) == [0 if second == RED else 1]
 
 
 def test_two_who_come_back_from_out_of_sight_are_told_apart_by_colours():
@@ -142,11 +124,6 @@ def test_colours_count_little_for_people_who_were_never_out_of_sight():
     assert rows(tracks, scene(LEFT, RIGHT), clothes(2, GREEN, RED)) == [0, 1]
     tracks = dressed(tracks_at(*MIDDLE), RED, GREEN)
     assert rows(tracks, scene(*MIDDLE), clothes(2, GREEN, RED)) == [0, 1]
-
-
-def test_unknown_colours_say_nothing():
-    tracks = dressed(tracks_at(LEFT, RIGHT, last_seen=STAMP - 1.0), RED, GREEN)
-    assert rows(tracks, scene(LEFT, RIGHT), clothes(2, None, None)) == [0, 1]
 
 
 # --- halves ---------------------------------------------------------------------------------------------------------
@@ -197,13 +174,6 @@ def test_legs_at_another_place_or_depth_are_not_joined():
 
 
 # --- the rest -------------------------------------------------------------------------------------------------------
-
-def test_statures_are_known_better_when_they_were_measured():
-    tracks = tracks_at(LEFT, RIGHT)
-    sizes = tracks.sizes._replace(stature_weight=np.array([0, 10]))
-    spread = stature_spread(sizes)
-    assert spread[0] == METHOD.body.stature_spread and spread[1] < 0.6 * METHOD.body.stature_spread
-
 
 @pytest.mark.parametrize('values', [{'track_timeout': -1.0}, {'track_gate': 0.0}, {'birth_joints': 0},
                                     {'birth_joints': 19}, {'tracking': 'yes'}], ids=str)

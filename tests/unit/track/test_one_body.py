@@ -3,12 +3,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
-from hypothesis.extra.numpy import arrays
 
 from openpose_ros_pkg.params.parameters import build
-from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
 from skeleton_extract_3d.constants import METHOD
 from skeleton_extract_3d.estimator import PeopleEstimator
@@ -16,7 +12,7 @@ from skeleton_extract_3d.frame import Frame
 from skeleton_extract_3d.points.depth import DepthImage
 from skeleton_extract_3d.settings import EstimatorSettings
 from skeleton_extract_3d.track.completion import Completion
-from skeleton_extract_3d.track.one_body import apart, in_one_place, separate
+from skeleton_extract_3d.track.one_body import apart, separate
 from skeleton_extract_3d.track.tracks import Tracks
 from synthetic_scene import (
     VISIBLE,
@@ -37,7 +33,6 @@ LONGEST = ONE_BODY.longest
 SWAP = list(COCO_18.swap)
 UPPER = [joint for joint, name in enumerate(COCO_18.joints) if not name.endswith(('hip', 'knee', 'ankle'))]
 LEFT = [joint for joint, name in enumerate(COCO_18.joints) if name.startswith('left')]
-TRUNK = [COCO_18.index[name] for name in ('neck', 'right_shoulder', 'left_shoulder', 'right_hip', 'left_hip')]
 FRAME = render(pinhole(320, 180), [Person(0, 0.0, 2.6, standing())], Room(wall=6.0))
 
 
@@ -93,11 +88,6 @@ def test_new_people_in_the_place_of_a_track_go_at_once():
     assert left([body(), body(0.1), body(1.0)], [9.9, -np.inf, -np.inf], 10.0) == ([0, 2], [10.0, 10.0])
 
 
-def test_people_who_touch_are_two():
-    """Back to back, or in an embrace, trunks are their thickness apart."""
-    assert left([body(), body() + np.array([0, 0, 0.25])], [0.0, 0.0], 10.0)[0] == [0, 1]
-
-
 def test_the_place_of_a_person_who_goes_is_free():
     """Of three in a row the middle one goes, and the third is alone."""
     assert left([body(), body(0.12), body(0.24)], [0.0, 0.0, 0.0], 10.0)[0] == [0, 2]
@@ -132,42 +122,6 @@ def test_hidden_people_are_not_in_the_place_of_visible_ones():
     assert apart(hidden, none) is hidden and len(apart(Tracks.none(), seen)) == 0
 
 
-@settings(max_examples=60, deadline=None, derandomize=True, database=None)
-@given(st.integers(2, 5).flatmap(lambda count: st.tuples(
-    arrays(float, (12, count, 3), elements=st.floats(-0.3, 0.3)), arrays(bool, (count,)),
-    arrays(bool, (12, count, 18)))))
-def test_no_two_are_in_one_place_for_longer(story):
-    """People move through each other, with any joints, at 15 Hz: none that is left shares a place for longer."""
-    places, exchanged, found = story
-    tracks, together = tracks_of(body() + np.zeros((len(exchanged), 1, 1))), {}
-    for i, (place, placed) in enumerate(zip(places, found)):
-        stamp = 10 + i / 15
-        xyz = np.array([body()[SWAP if exchanged[one] else slice(None)] + place[one] for one in tracks.ids])
-        tracks = replace(tracks, joints=tracks.joints._replace(position=xyz))
-        placed = placed[tracks.ids]
-        seen, _, _ = separate(Completion(tracks, placed, placed, np.zeros(placed.shape)),
-                              Numbered(range(len(tracks))), stamp)
-        tracks = seen.tracks
-        same = in_one_place(tracks.joints.position, seen.placed, ONE_BODY.least_joints, ONE_BODY.thickness)
-        pairs = {(tracks.ids[a], tracks.ids[b]) for a, b in zip(*np.nonzero(np.triu(same, 1)))}
-        together = {pair: together.get(pair, stamp) for pair in pairs}
-        assert all(stamp - since < LONGEST + 1e-9 for since in together.values())
-        assert len(tracks)
-
-
-@settings(max_examples=60, deadline=None, derandomize=True, database=None)
-@given(st.floats(0, 2 * np.pi), st.floats(ONE_BODY.halves_apart + 0.05, 1.0), st.sampled_from([0, np.pi]),
-       st.floats(-0.2, 0.2), arrays(bool, (2, 18)))
-def test_two_bodies_that_touch_are_two_whichever_joints_are_found(direction, distance, faces, turned, trusted):
-    """The middles of two trunks that touch, chest to chest or back to back, are their thickness apart."""
-    cos, sin = np.cos(faces + turned), np.sin(faces + turned)
-    middle = body()[TRUNK].mean(axis=0)
-    other = (body() - middle) @ np.array([[cos, 0, -sin], [0, 1, 0], [sin, 0, cos]]) + middle
-    other = other + distance * np.array([np.cos(direction), 0, np.sin(direction)])
-    placed = np.ones((2, 18), bool)
-    assert left([body(), other], [0.0, 0.0], 10.0, trusted, placed)[0] == [0, 1]
-
-
 # --- with the estimator ----------------------------------------------------------------------------------------------
 
 def people_of(estimator, frame, people_2d, stamp):
@@ -179,17 +133,6 @@ def in_halves(people, joints):
     first = np.isin(np.arange(18), joints)
     upper, lower = (without_joints(people, np.tile(gone, (len(people), 1))) for gone in (~first, first))
     return upper.joined(lower)
-
-
-def test_a_copy_with_left_and_right_exchanged_is_one_person():
-    """A network that finds a person a second time, as from behind."""
-    estimator = PeopleEstimator(build(EstimatorSettings, {}))
-    copy = FRAME.people.keypoints[:, SWAP].copy()
-    copy[..., :2] += 1.5
-    twice = People2D(COCO_18, np.concatenate([FRAME.people.keypoints, copy]), [1, 0.9], [-1, -1])
-    for i in range(10):
-        people = people_of(estimator, FRAME, FRAME.people if i < 3 else twice, i / 15)
-        assert people.ids.tolist() == [1]
 
 
 @pytest.mark.parametrize('joints, cut', [

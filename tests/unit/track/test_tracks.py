@@ -33,17 +33,6 @@ def test_no_people():
     assert middle_of_trunk(np.zeros((0, K, 3)), np.zeros((0, K), bool)).shape == (0, 3)
 
 
-def test_new_people_have_joints_where_they_were_seen_but_nothing_was_learnt():
-    both = tracks(4, 7)
-    assert len(both) == 2 and both.ids.tolist() == [4, 7]
-    assert both.joints.position.shape == (2, K, 3) and both.root.position.shape == (2, 1, 3)
-    assert (both.born == 10).all() and (both.last_seen == 10).all() and not both.sightings.any()
-    assert not both.has.any(), 'placed are only those that the first frame is taken in with'
-    assert not both.sizes.bone_weights.any() and not both.sizes.stature_weight.any()
-    assert not both.clothes.weights.any()
-    np.testing.assert_allclose(both.root.position[:, 0], both.joints.position[:, TRUNK].mean(axis=1))
-
-
 def test_later_ones_come_last():
     three = tracks(4, 7).joined(tracks(9, stamp=11.0))
     assert three.ids.tolist() == [4, 7, 9] and three.born.tolist() == [10, 10, 11]
@@ -79,13 +68,6 @@ def test_in_another_frame_people_and_their_directions_turn():
     np.testing.assert_allclose(one.root.position[:, 0], one.joints.position[:, TRUNK].mean(axis=1))
     np.testing.assert_allclose(one.left, [[0, 0, -1]])
     np.testing.assert_allclose(one.down, [[0, 1, 0]])
-
-
-def test_the_middle_is_that_of_the_known_joints_of_the_trunk():
-    xyz, known = np.random.default_rng(1).normal(size=(1, K, 3)), np.zeros((1, K), bool)
-    known[0, [TRUNK[1], TRUNK[4], 0]] = True
-    xyz[~known] = np.nan
-    np.testing.assert_allclose(middle_of_trunk(xyz, known)[0], xyz[0, [TRUNK[1], TRUNK[4]]].mean(axis=0))
 
 
 def test_what_stands_still_in_the_room_is_where_the_moved_camera_sees_it():

@@ -6,7 +6,6 @@
  */
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "geometry.h"
 #include "steps.h"
@@ -80,9 +79,9 @@ py::tuple measure(const Constants& method, const SeenArrays& seen, const Doubles
   const double* likely_own = checked(own, "own", { people, JOINTS });
   const bool* others = checked(foreign, "foreign", { people, JOINTS, SAMPLES });
   const float* length = checked(lengths, "lengths", { people, 2 * LIMBS });
-  py::array_t<double> xyz(Shape{ people, JOINTS, 3 }), surface(Shape{ people, JOINTS, 3 });
+  py::array_t<double> xyz(Shape{ people, JOINTS, 3 });
   py::array_t<bool> measured(Shape{ people, JOINTS }), plausible(Shape{ people, JOINTS });
-  double *xyz_out = xyz.mutable_data(), *surface_out = surface.mutable_data();
+  double* xyz_out = xyz.mutable_data();
   bool *measured_out = measured.mutable_data(), *plausible_out = plausible.mutable_data();
   for (py::ssize_t row = 0; row < people * JOINTS; ++row)
   {
@@ -97,7 +96,6 @@ py::tuple measure(const Constants& method, const SeenArrays& seen, const Doubles
                         support.own >= s.against_front * support.in_front && (!of_head || offset[row] < thickness);
     store(at(ray + 3 * row) * (measured_out[row] && !of_head ? support.surface + offset[row] : depth[row]),
           xyz_out + 3 * row);
-    store(at(ray + 3 * row) * support.surface, surface_out + 3 * row);
   }
   for (py::ssize_t p = 0; p < people; ++p)
   {
@@ -107,11 +105,7 @@ py::tuple measure(const Constants& method, const SeenArrays& seen, const Doubles
   for (py::ssize_t row = 0; row < people * JOINTS; ++row)
   {
     measured_out[row] = measured_out[row] && plausible_out[row];
-    if (!measured_out[row])
-    {
-      std::fill_n(surface_out + 3 * row, 3, std::numeric_limits<double>::quiet_NaN());
-    }
   }
-  return py::make_tuple(xyz, surface, measured, plausible);
+  return py::make_tuple(xyz, measured, plausible);
 }
 }  // namespace skeleton_extract_3d

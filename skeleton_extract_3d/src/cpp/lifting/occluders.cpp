@@ -12,37 +12,6 @@ namespace
 {
 constexpr double INFINITELY_FAR = std::numeric_limits<double>::infinity();
 
-/** The part of the image outside of which a body covers nothing. */
-class Outline
-{
-public:
-  Outline(const double* uv, const double* depths, double thickest, double focal)
-  {
-    double nearest = INFINITELY_FAR;
-    for (int joint = 0; joint < JOINTS; ++joint)
-    {
-      const double u = uv[2 * joint], v = uv[2 * joint + 1];
-      if (std::isfinite(u) && std::isfinite(v))
-      {
-        left_ = std::min(left_, u);
-        right_ = std::max(right_, u);
-        top_ = std::min(top_, v);
-        bottom_ = std::max(bottom_, v);
-        nearest = std::min(nearest, depths[joint]);
-      }
-    }
-    reach_ = nearest > 0.0 ? thickest * focal / nearest : INFINITELY_FAR;
-  }
-
-  bool holds(const double* uv) const
-  {
-    return uv[0] >= left_ - reach_ && uv[0] <= right_ + reach_ && uv[1] >= top_ - reach_ && uv[1] <= bottom_ + reach_;
-  }
-
-private:
-  double left_ = INFINITELY_FAR, right_ = -left_, top_ = left_, bottom_ = right_, reach_;
-};
-
 /** Parts of one body in the image, as arrays that compilers make vector instructions of. */
 class BodyParts
 {
@@ -132,19 +101,16 @@ py::array_t<double> othersDepths(const Constants& method, const Doubles& uv, con
   double* out = result.mutable_data();
   py::gil_scoped_release release;
   std::fill_n(out, people * JOINTS * people, INFINITELY_FAR);
-  const double thickest = *std::max_element(method.body.part_radii.begin(), method.body.part_radii.end());
   BodyParts body(method);
   for (py::ssize_t other = 0; other < people; ++other)
   {
-    const double *of_other = pixels + other * JOINTS * 2, *depths = depth + other * JOINTS;
-    body.place(of_other);
-    const Outline outline(of_other, depths, thickest, focal);
+    body.place(pixels + other * JOINTS * 2);
     for (py::ssize_t row = 0; row < people * JOINTS; ++row)
     {
-      if (row / JOINTS != other && outline.holds(pixels + 2 * row))
+      if (row / JOINTS != other)
       {
         body.measure(pixels + 2 * row);
-        out[row * people + other] = body.nearest(depths, focal);
+        out[row * people + other] = body.nearest(depth + other * JOINTS, focal);
       }
     }
   }

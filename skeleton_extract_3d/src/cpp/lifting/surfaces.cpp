@@ -82,25 +82,6 @@ void cumulate(const std::vector<double>& histogram, std::vector<double>& below)
   std::partial_sum(histogram.begin(), histogram.end(), below.begin() + 1);
 }
 
-/** Logarithms of numbers that often repeat. */
-class RepeatingLog
-{
-public:
-  double operator()(double value)
-  {
-    if (value != last_)
-    {
-      last_ = value;
-      log_ = std::log(value);
-    }
-    return log_;
-  }
-
-private:
-  double last_ = 1.0;
-  double log_ = 0.0;
-};
-
 /** Arguments of one joint, see surfaces.depth_costs. */
 struct Joint
 {
@@ -118,7 +99,6 @@ void jointCosts(const Constants::Costs& s, const Joint& joint, const Window& win
   const double by_score =
       std::min(std::max(std::exp(s.hidden_slope * (s.hidden_score - joint.score)), 1.0), s.hidden_most);
   const double hidden = (joint.covered ? s.hidden_covered : 1.0) * s.hidden * by_score * s.step / s.hidden_depth;
-  RepeatingLog log;
   for (int i = 0; i < s.steps; ++i)
   {
     double seen = 0.0;
@@ -129,7 +109,7 @@ void jointCosts(const Constants::Costs& s, const Joint& joint, const Window& win
     }
     const double front = below[std::max(i + 1 - hiding, 0)];
     const double under = std::max(below[i + 1] - front, 0.0);
-    costs[i] = -2.0 * log(joint.own * (seen + s.under * under) + hidden * front + s.anything);
+    costs[i] = -2.0 * std::log(joint.own * (seen + s.under * under) + hidden * front + s.anything);
   }
   const double least = *std::min_element(costs.begin(), costs.end());
   std::transform(costs.begin(), costs.end(), result, [=](double cost) { return static_cast<float>(cost - least); });
@@ -164,12 +144,11 @@ py::array_t<double> rootEvidence(const Constants& method, const Doubles& samples
     cumulate(window.all(), all_below);
     cumulate(window.own(), own_below);
     double* of_person = out + row / JOINTS * depths;
-    RepeatingLog log;
-    for (int i = 0; i < depths; ++i)
+      for (int i = 0; i < depths; ++i)
     {
       const double front = all_below[s.low[i]], behind = all_below[depths] - all_below[s.high[i]];
       const double near = std::max(own_below[s.high[i]] - own_below[s.low[i]], 0.0);
-      of_person[i] += weight * log(near + s.front * front + s.behind * behind + s.floor);
+      of_person[i] += weight * std::log(near + s.front * front + s.behind * behind + s.floor);
     }
   }
   return result;

@@ -32,13 +32,8 @@ _Joint = Tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 
 def in_skeleton(people: People3D, observed: ObservedPeople, view: FrameView, method: MethodConstants = METHOD
                 ) -> People3D:
-    """Return people with the joints of their network.
-
-    Args:
-        people: with the joints of COCO_18; the first are those of `observed`.
-        observed: the detected people.
-        view: of the frame; inferred feet do not lie below its floor.
-    """
+    """Return people with the joints of their network; the first are those of `observed`. Feet are not below the
+    floor."""
     detected, skeleton = observed.people_2d, observed.people_2d.skeleton
     if skeleton.joints == COCO_18.joints:
         return people
@@ -99,11 +94,7 @@ def _above(floor: np.ndarray, joint: _Joint) -> _Joint:
 @np.errstate(invalid='ignore')
 def _at_the_end(people: People3D, uv: np.ndarray, view: FrameView, hanging: _Hanging, method: MethodConstants
                 ) -> _Joint:
-    """Return a joint on the surface at its keypoint, or else at the depth of the joint that it hangs on.
-
-    Args:
-        uv: (N, 2) its keypoints of the first N people [px of the grid], NaN where there is none.
-    """
+    """Return a joint on the surface at its keypoint (N, 2) [px of the grid], or else at its parent's depth."""
     constants, points, parent = method.extra_joints, view.points, COCO_18.index[hanging.parent]
     near = people.xyz[:len(uv), parent].astype(np.float64)
     known = np.isfinite(uv).all(axis=1) & np.isfinite(near).all(axis=1)

@@ -87,11 +87,8 @@ def _head(at: Dict[str, np.ndarray], method: MethodConstants) -> np.ndarray:
 
 
 def _limbs(trunks: np.ndarray, joints: np.ndarray, constants: JointFrameConstants) -> Tuple[np.ndarray, np.ndarray]:
-    """Return the frames of the upper and of the lower parts of limbs, (4, P, 3, 3) each.
-
-    Args:
-        trunks: (4, P, 3, 3), frames that the limbs hang on.
-        joints: (4, 3, P, 3) [m], root, middle and end of each limb.
+    """Return the frames of the upper and the lower parts of limbs, (4, P, 3, 3) each, by those that they hang on and
+    joints (4, 3, P, 3) [m]: root, middle and end of each limb.
     """
     along, further = np.moveaxis(_unit(np.diff(joints, axis=1), constants.least_length), 1, 0)
     stretched = trunks @ _STRETCHED
@@ -113,10 +110,7 @@ def _upright(up: np.ndarray, left: np.ndarray, least: float) -> np.ndarray:
 
 
 def _swung(frames: np.ndarray, directions: np.ndarray) -> np.ndarray:
-    """Return frames, (..., 3, 3), turned on the shortest way so that x points along unit vectors, (..., 3).
-
-    NaN where x points the opposite way, and there is no shortest one.
-    """
+    """Return frames (..., 3, 3) turned on the shortest way so that x points along unit vectors; NaN if opposite."""
     axes = np.swapaxes(frames, -1, -2)
     around = np.cross(axes[..., 0, :], directions)[..., None, :]
     cosine = _dot(axes[..., :1, :], directions[..., None, :])

@@ -8,11 +8,8 @@ from skeleton_extract_3d.constants import METHOD, MethodConstants
 
 
 class Sizes(NamedTuple):
-    """Measured sizes of N people.
-
-    Attributes:
-        stature, stature_weight: (N,) [m], and in how many frames.
-        bones, bone_weights: (N, 8) [m], and how often, in the order of `body.BONES`.
+    """Stature (N,) [m] of N people and in how many frames it was measured, and lengths (N, 8) in the order of
+    `body.BONES` [m] and how often each was.
     """
 
     stature: np.ndarray
@@ -54,14 +51,9 @@ def stature_spread(sizes: Sizes, method: MethodConstants = METHOD) -> np.ndarray
 
 def learn(sizes: Sizes, xyz: np.ndarray, measured: np.ndarray, scores: np.ndarray, method: MethodConstants = METHOD
           ) -> Sizes:
-    """Return the sizes with the measurements of one more frame; compiled (bones.cpp).
+    """Return the sizes with the measured joints (N, 18) of one more frame; compiled (bones.cpp).
 
     The stature moves towards the median ratio of the bones to those of an adult, each kind of bone towards the mean of
     those whose length is near the expected one.
-
-    Args:
-        xyz: (N, 18, 3) [m].
-        measured: (N, 18) bool, joints that were measured.
-        scores: (N, 18) of the keypoints.
     """
     return Sizes(*method.compiled.with_frame(sizes, xyz, measured & (scores > method.sizes.least_score)))

@@ -245,6 +245,4 @@ class LandmarkConstants:
     measured_sigma: float = constant(0.018, 'Error of a measured point.', unit='m')
     inferred_sigma: float = constant(0.04, 'Error of an inferred point.', unit='m')
     pixel_sigma: float = constant(5.0, 'Error of a point in the image.', unit='px')
-    face_lean: float = constant(0.0, 'Angle by which the line from the mouth to the eyes leans against the upright of '
-                                     'the head.', unit='deg')
     face_angle_sigma: float = constant(0.12, 'Error of the direction of a head.', unit='rad')

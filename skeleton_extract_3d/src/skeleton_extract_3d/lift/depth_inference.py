@@ -30,12 +30,7 @@ _ENDS = np.array([4, 5, 6, 7, 8, 9, 10, 11, 1, 3])
 
 
 class Bones(NamedTuple):
-    """The twelve bones of P people.
-
-    Attributes:
-        lengths, sigmas: (P, 12) float32, and their standard deviations [m].
-        stature: (P,) [m].
-    """
+    """The twelve bones of P people: lengths and their standard deviations (P, 12) float32 [m], and stature (P,) [m]."""
 
     lengths: np.ndarray
     sigmas: np.ndarray
@@ -53,12 +48,7 @@ class Bones(NamedTuple):
 
 
 class Beliefs(NamedTuple):
-    """Min-marginals after all messages were passed.
-
-    Attributes:
-        costs: (P, 13, 45) float32 min-marginals of the thirteen places.
-        left: (P, 3) unit vectors to the left of the people.
-    """
+    """Min-marginals of the thirteen places, (P, 13, 45) float32, and unit vectors to the left of the people, (P, 3)."""
 
     costs: np.ndarray
     left: np.ndarray
@@ -69,8 +59,7 @@ def bones_of(lengths: np.ndarray, spread: np.ndarray, stature: np.ndarray, unkno
     """Return the bones of people.
 
     Args:
-        lengths: (P, 8) [m], in the order of `body.BONES`.
-        spread: (P, 8) standard deviation of each length, as a share.
+        lengths, spread: (P, 8) in the order of `body.BONES` [m], and standard deviations as shares.
         stature: (P,) [m].
         unknown: (P, 12) joints without a keypoint: their rays are guesses, so their bones say little.
     """
@@ -90,18 +79,15 @@ def infer_depths(costs: np.ndarray, rays: np.ndarray, root: np.ndarray, bones: B
         costs: (P, 13, 45) float32 of the places alone.
         rays: (P, 13, 3) with z = 1; of joints without a keypoint, a guess.
         root: (P,) depth of the trunk [m]; candidates are `root + CostConstants.deltas`.
-        bones: of these people.
-        left_before: (P, 3) to the left of the people in the frame before; its length is its weight against this frame;
-            NaN where unknown.
+        left_before: (P, 3) to the left of the people in the frame before, as long as its weight; NaN where unknown.
     """
     return Beliefs(*method.compiled.infer_depths(costs, rays, root, *bones, left_before))
 
 
 def read_depths(costs: np.ndarray, method: MethodConstants = METHOD) -> Tuple[np.ndarray, np.ndarray]:
-    """Return depth from the trunk's [m] and its standard deviation [m] for (..., 45) min-marginals.
+    """Return depth from the trunk's [m] and its standard deviation [m] for (..., 45) min-marginals; compiled.
 
-    The depth is the mean around the cheapest candidate; the deviation counts every candidate, so a second solution
-    widens it. Compiled, as inference reads where shoulders and hips are in the same way.
+    The depth is the mean around the cheapest candidate; the deviation counts every candidate.
     """
     depth, deviation = method.compiled.read_depths(costs)
     return depth, deviation

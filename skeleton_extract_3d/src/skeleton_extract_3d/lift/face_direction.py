@@ -26,18 +26,13 @@ def orientations(mesh: np.ndarray, image_size: Tuple[int, int], points: PointGri
     """Return the orientations of heads, (F, 4) quaternions, and their errors, (F,) [rad]; see `Faces3D`.
 
     Args:
-        mesh: (F, 468, 3) [px of the image].
-        image_size: width and height of the image [px].
-        points, camera: of the view.
+        mesh: (F, 468, 3) [px of an image of a width and height].
     """
     mesh = mesh.astype(np.float64)
     left = _unit((mesh[:, _LEFT] - mesh[:, _RIGHT]).mean(axis=1))
     up = mesh[:, _EYES].mean(axis=1) - mesh[:, _MOUTH].mean(axis=1)
     up = _unit(up - (up * left).sum(axis=1, keepdims=True) * left)
-    forward = np.cross(left, up)
-    # the line from eyes to mouth leans forward
-    lean = Rotation.from_rotvec(np.deg2rad(constants.face_lean) * left)
-    axes = np.stack([lean.apply(forward), left, lean.apply(up)], axis=2)
+    axes = np.stack([np.cross(left, up), left, up], axis=2)
     middle = grid_positions(mesh[..., :2].mean(axis=1), image_size, (points.width, points.height))
     axes = _turned(axes, camera.rays(middle))
     return quaternions(axes).astype(np.float32), np.full(len(mesh), constants.face_angle_sigma, np.float32)

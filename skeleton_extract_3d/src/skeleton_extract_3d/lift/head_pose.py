@@ -26,14 +26,12 @@ class HeadPose(NamedTuple):
 
 def estimate_head_pose(rays: np.ndarray, scores: np.ndarray, root: np.ndarray, scale: np.ndarray,
                        shoulder_cosine: np.ndarray, method: MethodConstants = METHOD) -> HeadPose:
-    """Fit a rigid head to its keypoints, seen from afar.
+    """Fit a rigid head to its keypoints, seen from afar; compiled (head_pose.cpp).
 
-    Compiled (head_pose.cpp). Least squares for its place and for cosine and sine of the yaw; its surface is the front
-    of an ellipsoid.
+    Least squares for its place and for cosine and sine of the yaw; its surface is the front of an ellipsoid.
 
     Args:
         rays: (P, 18, 3) with z = 1, NaN where unknown.
-        scores: (P, 18) of the keypoints, 0 where unknown.
         root: (P,) rough depth of the person [m].
         scale: (P,) stature in statures of an adult.
         shoulder_cosine: (P,) cosine of the yaw of the shoulders; 1 faces the camera.
@@ -54,10 +52,7 @@ def heads_of(observed: ObservedPeople, root: np.ndarray, scale: np.ndarray, meth
 
 def left_of_heads(observed: ObservedPeople, head: HeadPose, root: np.ndarray, scale: np.ndarray,
                   method: MethodConstants = METHOD) -> np.ndarray:
-    """Return unit vectors to the left of heads, (P, 3); zero of those with few keypoints, or small in the image.
-
-    A head counts as much as the trunk for the facing of a person.
-    """
+    """Return unit vectors to the left of heads, (P, 3); zero of those with few keypoints, or small in the image."""
     constants, points = method.head, method.body.head_points
     nose, _, _, right_ear, left_ear = head.depths.T / scale
     # from the middle of the ears forwards to the nose, and from the right to the left ear [m]

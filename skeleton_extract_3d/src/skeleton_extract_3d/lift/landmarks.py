@@ -30,12 +30,8 @@ _BONES = np.array([(0, 1), *((base, base + 1) for base in range(1, 20) if base %
 
 
 class _PointSurfaces(NamedTuple):
-    """Points of N hands or faces in an image, and the surfaces there; the points of the view may have another grid.
-
-    Attributes:
-        rays: (N, K, 3), with z = 1; NaN where a point is missing.
-        depth: (N, K) [m]; NaN where there is none.
-        focal: focal length [px of the image].
+    """Points of N hands or faces in an image: rays (N, K, 3) with z = 1, NaN where a point is missing, depth of the
+    surfaces (N, K) [m], NaN where there is none, and focal length [px of the image].
     """
 
     rays: np.ndarray
@@ -45,14 +41,9 @@ class _PointSurfaces(NamedTuple):
 
 def lift_landmarks(found: Landmarks2D, points: PointGrid, image_size: Tuple[int, int], people: People3D,
                    constants: LandmarkConstants = METHOD.landmarks) -> Landmarks3D:
-    """Return hands and faces in the frame of the points.
+    """Return hands and faces [px of the image] in the frame of the points.
 
     Hands whose depth is not that of the person's wrist are of another person, or none, and left out.
-
-    Args:
-        found: points [px of the image].
-        image_size: width and height of the image [px].
-        people: of the frame.
 
     Raises:
         BadInputError: the points are in no optical frame.
@@ -103,11 +94,8 @@ def _wrist_depths(hands: Hands2D, people: People3D) -> np.ndarray:
 def _behind(hands: Hands2D, seen: _PointSurfaces, wrists: np.ndarray, constants: LandmarkConstants) -> np.ndarray:
     """Return the depth of points that are behind the surface at their pixel, (H, 21) [m]; NaN of all others.
 
-    A point on the bones of a hand whose wrist is nearer is behind that hand, between its surface and the own wrist. Of
-    a hand that shows its back, the ends of fingers on their own first bones are behind these.
-
-    Args:
-        wrists: (H,) depth of the wrists, or of the hands [m].
+    A point on the bones of a hand whose wrist (H,) is nearer [m] is between the surface of that hand and its own wrist.
+    Of a hand that shows its back, the ends of fingers on their own first bones are behind these.
     """
     xy = hands.keypoints[..., :2].astype(np.float64)  # [px of the image]
     behind = np.full(xy.shape[:2], np.nan)

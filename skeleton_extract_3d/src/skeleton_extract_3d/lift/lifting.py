@@ -21,9 +21,6 @@ class LiftingParams(Parameters):
         'robust', "'robust': all joints of a person together, from the surfaces around them, the lengths of bones and "
                   "the frame before. 'mean3x3': each joint at the mean of the points around its pixel, as the original "
                   'does.', choices=('robust', 'mean3x3'))
-    surface_offsets: str = parameter(
-        'anatomical', "With 'robust', where a measured joint is put: 'anatomical' inside the body, as deep under the "
-                      "surface as joints lie; 'none' on the surface.", choices=('anatomical', 'none'))
     window: int = parameter(
         3, "With 'mean3x3': side of the square of points around a keypoint that are summarised; larger bridges larger "
            'holes but mixes in the background.', unit='px', choices=tuple(range(1, 32, 2)))
@@ -36,37 +33,21 @@ class LiftingMethod(Protocol):
     """A lifting method."""
 
     def lift(self, observed: ObservedPeople, points: PointGrid, expected: Expectation) -> Lifted:
-        """Return where the joints of the people of a frame are.
-
-        Args:
-            observed: the people of the frame.
-            points: cloud or depth image that they were observed in.
-            expected: of the same people, before the frame.
-        """
+        """Return where the joints of people are, by points and what is expected of the same people before the frame."""
 
 
 def make_lifting(params: LiftingParams, occlusion: bool, method: MethodConstants = METHOD) -> LiftingMethod:
-    """Return the chosen lifting method.
-
-    Args:
-        occlusion: tell hidden joints from visible ones; see `OcclusionParams.occlusion`.
-    """
+    """Return the chosen lifting method; see `OcclusionParams.occlusion`."""
     robust = RobustLifting(method)
     if params.lifting == 'mean3x3':
         return WindowMean(robust, params.window, params.statistic, occlusion)
-    on_skin = params.surface_offsets == 'none'
-    if not occlusion:
-        return NearestSurface(robust, on_skin, method)
-    return OnSkin(robust) if on_skin else robust
+    return robust if occlusion else NearestSurface(robust, method)
 
 
 class WindowMean:
     """Another method with the joints at the mean of the points in a window around their pixel.
 
-    Args:
-        inner: decides which joints are visible, and where all others are.
-        window, statistic: see `LiftingParams`.
-        occlusion: True: joints that `inner` has as hidden stay hidden. False: each joint with a point is measured.
+    With `occlusion`, joints that `inner` has as hidden stay hidden; without, each joint with a point is measured.
     """
 
     def __init__(self, inner: LiftingMethod, window: int, statistic: str, occlusion: bool) -> None:
@@ -83,38 +64,16 @@ class WindowMean:
 
 
 class NearestSurface:
-    """Another method with every joint that has a keypoint on, or under, the nearest surface in its window.
+    """Another method, but each joint with a keypoint is under the nearest surface in its window."""
 
-    Args:
-        inner: estimates the stature, and joints without a keypoint.
-        on_skin: True: joints are put on the surface. False: as much deeper as they lie under the skin.
-    """
-
-    def __init__(self, inner: LiftingMethod, on_skin: bool, method: MethodConstants = METHOD) -> None:
-        self._inner, self._on_skin, self._method = inner, on_skin, method
+    def __init__(self, inner: LiftingMethod, method: MethodConstants = METHOD) -> None:
+        self._inner, self._method = inner, method
 
     def lift(self, observed: ObservedPeople, points: PointGrid, expected: Expectation) -> Lifted:
         """Return where the joints are; see `LiftingMethod`."""
         lifted = self._inner.lift(observed, points, expected)
-        body, depth = self._method.body, surfaces.foreground(observed.samples, self._method.windows)
-        if not self._on_skin:
-            depth = depth + body.surface_offsets * (lifted.stature / body.adult_stature)[:, None]
+        body, surface = self._method.body, surfaces.foreground(observed.samples, self._method.windows)
+        depth = surface + body.surface_offsets * (lifted.stature / body.adult_stature)[:, None]
         measured = np.isfinite(depth) & observed.known
         xyz = np.where(measured[..., None], observed.rays * depth[..., None], lifted.xyz)
         return lifted._replace(xyz=xyz, measured=measured)
-
-
-class OnSkin:
-    """Another method with the measured joints on the surface in front of them.
-
-    Args:
-        inner: the other method.
-    """
-
-    def __init__(self, inner: LiftingMethod) -> None:
-        self._inner = inner
-
-    def lift(self, observed: ObservedPeople, points: PointGrid, expected: Expectation) -> Lifted:
-        """Return where the joints are; see `LiftingMethod`."""
-        lifted = self._inner.lift(observed, points, expected)
-        return lifted._replace(xyz=np.where(np.isfinite(lifted.surface), lifted.surface, lifted.xyz))

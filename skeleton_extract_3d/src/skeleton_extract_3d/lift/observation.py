@@ -15,13 +15,7 @@ from skeleton_extract_3d.points.point_grid import PointGrid
 
 def observe(people: People2D, image_size: Tuple[int, int], points: PointGrid, camera: CameraModel,
             method: MethodConstants = METHOD) -> ObservedPeople:
-    """Read the points around each person's keypoints.
-
-    Args:
-        people: keypoints [px of the image], each person with at least one.
-        image_size: width and height of the image [px].
-        camera: of the points.
-    """
+    """Read the points around the keypoints [px of the image] of people, each with at least one."""
     grid_xy = grid_positions(people.xy, image_size, (points.width, points.height))
     keypoints, uv = people.keypoints, grid_xy
     if people.skeleton.joints != COCO_18.joints:

@@ -18,14 +18,13 @@ _LIMB_TO = np.array([1, 0, 5, 2, 3, 2, 5, 6, 11, 8, 9, 8, 11, 12, 0, 0, 0, 0])
 
 def others_depths(uv: np.ndarray, joint_depths: np.ndarray, focal: float, method: MethodConstants = METHOD
                   ) -> np.ndarray:
-    """Return the depths of the bodies of other people at the keypoints of each person.
+    """Return the depths of the bodies of other people at the keypoints of each person; compiled (occluders.cpp).
 
-    Compiled (occluders.cpp). A body is the cylinders of `BodyConstants.parts` between its joints.
+    A body is the cylinders of `BodyConstants.parts` between its joints.
 
     Args:
         uv: (P, 18, 2) [px of the grid], NaN where unknown.
         joint_depths: (P, 18) [m].
-        focal: focal length [px].
 
     Returns:
         (P, 18, P) [m]; infinite where the body of the last axis is not at that pixel, or is the same person.
@@ -38,7 +37,6 @@ def foreign_samples(samples: np.ndarray, others: np.ndarray, expected: np.ndarra
     """Return which samples lie on other people, (P, 18, 25); None if no sample does.
 
     Args:
-        samples: (P, 18, 25) [m].
         others: (P, 18, Q) depths of other bodies there, of `others_depths` [m].
         expected: (P, 18) or (P, 1) expected depths of the joints of the person [m].
     """
@@ -66,7 +64,6 @@ def ownership(points: PointGrid, observed: ObservedPeople, root: np.ndarray, lef
     Args:
         root: (P,) depth of the trunk [m].
         left: (P, 3) to the left of the people, of any length; zero where unknown.
-        foreign: of `foreign_samples`.
     """
     constants = method.occluders
     covered = covered_by_self(observed.uv, root, observed.focal, method)
@@ -76,15 +73,7 @@ def ownership(points: PointGrid, observed: ObservedPeople, root: np.ndarray, lef
 
 
 def covered_by_self(uv: np.ndarray, root: np.ndarray, focal: float, method: MethodConstants = METHOD) -> np.ndarray:
-    """Return which joints lie, in the image, on another part of the same body, (P, 18) bool.
-
-    Compiled (occluders.cpp).
-
-    Args:
-        uv: (P, 18, 2) [px of the grid], NaN where unknown.
-        root: (P,) depth of the trunk [m].
-        focal: focal length [px].
-    """
+    """Return which joints (P, 18, 2) [px] lie on another part of the same body, (P, 18) bool; compiled."""
     return method.compiled.covered_by_self(uv, root, focal)
 
 
@@ -94,10 +83,6 @@ def likely_own(points: PointGrid, observed: ObservedPeople, root: np.ndarray, co
 
     A held object is slim: a surface in front of the body that goes on to both sides is a counter, a table or another
     person. An arm in front of the trunk stands out from it.
-
-    Args:
-        root: (P,) depth of the trunk [m].
-        covered: (P, 18) where another part of the body may be, of `covered_by_self`.
     """
     likely = np.ones(observed.known.shape)
     ones = np.ones(observed.samples.shape[2])
@@ -120,11 +105,7 @@ def likely_own(points: PointGrid, observed: ObservedPeople, root: np.ndarray, co
 
 def _beside(observed: ObservedPeople, where: Tuple[np.ndarray, np.ndarray], surface: np.ndarray,
             constants: OccluderConstants) -> np.ndarray:
-    """Return pixels beside limbs, (2 sides, 3 distances, N, 2).
-
-    Args:
-        where: (N,) persons and (N,) joints where limbs begin; surface: (N,) their depth [m].
-    """
+    """Return pixels beside limbs at joints (N,) of persons (N,) with depths (N,) [m]: (2 sides, 3 distances, N, 2)."""
     person, joint = where
     here = observed.uv[person, joint]
     along = observed.uv[person, _LIMB_TO[joint]] - here
@@ -137,10 +118,7 @@ def _beside(observed: ObservedPeople, where: Tuple[np.ndarray, np.ndarray], surf
 
 
 def _on_far_side(left: np.ndarray, turned_away: float) -> np.ndarray:
-    """Return which joints of limbs are on the far side of the body, (P, 18) bool.
-
-    Args:
-        left: (P, 3) of any length; zero where unknown.
+    """Return which joints of limbs are on the far side of the body, (P, 18) bool; `left`: (P, 3), zero where unknown.
     """
     away = left[:, 2] / np.maximum(np.sqrt((left * left).sum(axis=1)), 1e-6)
     far = np.zeros((len(left), len(JOINTS)), bool)

@@ -86,12 +86,7 @@ class Expectation(NamedTuple):
 
     def with_sizes(self, observed: ObservedPeople, root: np.ndarray, sure: np.ndarray,
                    method: MethodConstants = METHOD) -> 'Expectation':
-        """Return the expectation with the stature of people without a track by their size in the image.
-
-        Args:
-            root: (P,) depth of the trunk [m].
-            sure: (P,) bool, whether it is sure; the stature of others stays.
-        """
+        """Return it with statures of people without a track by their size in the image, where depths [m] are sure."""
         body = method.body
         known = sure & (self.stature_spread >= body.stature_spread) & np.isfinite(observed.adult_depth)
         if not known.any():
@@ -105,11 +100,8 @@ class Expectation(NamedTuple):
 
 
 class Skin(NamedTuple):
-    """Surfaces in front of the joints of P people.
-
-    Attributes:
-        offsets: (P, 18) depth of the joint under the surface [m].
-        gaps: (P, 18) how much further in front than that a surface must be to hide the joint [m].
+    """Surfaces in front of the joints of P people: depth of the joint under them (P, 18) [m], and how much further in
+    front than that a surface must be to hide the joint (P, 18) [m].
     """
 
     offsets: np.ndarray
@@ -135,7 +127,6 @@ class Lifted(NamedTuple):
 
     Attributes:
         xyz: (P, 18, 3) [m]; where there is no keypoint, a guess.
-        surface: (P, 18, 3) [m], the skin in front of joints that were measured; NaN elsewhere.
         measured: (P, 18) bool: seen, on the person's own surface.
         plausible: (P, 18) bool: the bones that end there have possible lengths.
         sigma: (P, 18) standard deviation along the ray [m].
@@ -147,7 +138,6 @@ class Lifted(NamedTuple):
     """
 
     xyz: np.ndarray
-    surface: np.ndarray
     measured: np.ndarray
     plausible: np.ndarray
     sigma: np.ndarray

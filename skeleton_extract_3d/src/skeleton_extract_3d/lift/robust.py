@@ -48,10 +48,10 @@ class RobustLifting:
         offsets = np.copy(skin.offsets)
         offsets[:, HEAD] = head.depths - head.surface
         # visible joints are put where their surface is; compiled (measuring.cpp)
-        xyz, surface, measured, plausible = method.compiled.measure(
+        xyz, measured, plausible = method.compiled.measure(
             (observed.rays, observed.scores, observed.known, observed.samples), z, offsets, ownership.own,
             ownership.foreign, bones.lengths[:, :8])
-        return Lifted(xyz, surface, measured, plausible, sigma, beliefs.left, root, expected.stature, beliefs.costs)
+        return Lifted(xyz, measured, plausible, sigma, beliefs.left, root, expected.stature, beliefs.costs)
 
 
 def _skin(head: HeadPose, scale: np.ndarray, method: MethodConstants) -> Skin:

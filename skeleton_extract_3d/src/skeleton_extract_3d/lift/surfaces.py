@@ -20,14 +20,11 @@ _LEAST_LENGTH = 1e-4
 
 def window_depths(points: PointGrid, uv: np.ndarray, radius: np.ndarray, windows: WindowConstants = METHOD.windows
                   ) -> np.ndarray:
-    """Read the surfaces around keypoints.
+    """Return the depths of the surfaces around keypoints, (P, K, 25) float64 [m], NaN where missing.
 
     Args:
         uv: (P, K, 2) [px of the grid], NaN where unknown.
         radius: (P,) half the side of the windows [px].
-
-    Returns:
-        (P, K, 25) float64 [m], NaN where missing.
     """
     known = np.where(np.isfinite(uv), uv, -1e6)
     pixels = np.rint(known[..., None] + windows.offsets * radius[:, None, None, None]).astype(np.int64)
@@ -65,12 +62,12 @@ def lower_median(values: np.ndarray) -> np.ndarray:
 def size_depth(rays: np.ndarray, scores: np.ndarray, method: MethodConstants = METHOD) -> np.ndarray:
     """Return the depth at which an adult would look as large as each person, (P,) [m]; infinite where unknown.
 
-    No bone looks longer than it is, so each bone gives an upper limit of the depth. The second least one is taken, as
-    one keypoint may be wrong.
+    No bone looks longer than it is, so each gives an upper limit; the second least one is taken, as a keypoint may be
+    wrong.
 
     Args:
         rays: (P, 18, 3) with z = 1.
-        scores: (P, 18) of the keypoints, 0 where there is none: such a ray is not used.
+        scores: (P, 18) of the keypoints, 0 where there is none.
     """
     trunk, (start, end) = method.trunk, method.body.sized_pairs.T
     along = rays.take(start, axis=1) - rays.take(end, axis=1)
@@ -82,14 +79,11 @@ def size_depth(rays: np.ndarray, scores: np.ndarray, method: MethodConstants = M
 
 
 def size_evidence(size: np.ndarray, spread: np.ndarray, trunk: TrunkConstants = METHOD.trunk) -> np.ndarray:
-    """Return the log likelihood of the trunk's depths, `TrunkConstants.depths`, given the size in the image.
+    """Return the log likelihood of the trunk's depths given the size in the image, (..., depths).
 
     Args:
         size: (...) depth at which the person would look as large [m]; not finite: unknown.
         spread: (...) standard deviation of the person's size, as a share.
-
-    Returns:
-        (..., depths).
     """
     known = np.isfinite(size)
     off = trunk.log_depths - np.log(np.where(known, size, 1.0))[..., None]
@@ -102,46 +96,33 @@ def size_evidence(size: np.ndarray, spread: np.ndarray, trunk: TrunkConstants = 
 
 def root_evidence(samples: np.ndarray, scores: np.ndarray, foreign: Optional[np.ndarray] = None,
                   method: MethodConstants = METHOD) -> np.ndarray:
-    """Return the log likelihood of the depths of each person's trunk, `TrunkConstants.depths`, given the surfaces.
+    """Return the log likelihood of the depths of each person's trunk given the surfaces, (P, depths); compiled.
 
-    Compiled (surfaces.cpp). For each joint and depth: log(near + front + behind + floor) of the weights of the samples
-    on a body at that depth, in front of it and behind it, summed over the joints.
+    For each joint and depth: log(near + front + behind + floor) of the weights of the samples on a body at that depth,
+    in front of it and behind it, summed over the joints.
 
     Args:
-        samples: (P, 18, 25) [m].
-        scores: (P, 18) of the keypoints.
         foreign: (P, 18, 25) samples on other people; None: none.
-
-    Returns:
-        (P, depths).
     """
     return method.compiled.root_evidence(samples, scores, foreign)
 
 
 def depth_costs(observed: ObservedPeople, root: np.ndarray, skin: Skin, ownership: Ownership,
                 method: MethodConstants = METHOD) -> np.ndarray:
-    """Return the cost of each joint at each depth: -2 log likelihood, the least of each joint being 0.
+    """Return the cost of each joint at each depth, (P, 18, 45) float32; compiled (surfaces.cpp).
 
-    Compiled (surfaces.cpp). Joints without a keypoint or without samples cost nothing anywhere.
+    It is -2 log likelihood, the least of each joint being 0. Joints without a keypoint or samples cost nothing
+    anywhere.
 
     Args:
         root: (P,) depth of the trunk [m]; candidates are `root + CostConstants.deltas`.
-        skin: surfaces in front of the joints.
-        ownership: of the samples.
-
-    Returns:
-        (P, 18, 45) float32.
     """
     return method.compiled.depth_costs(observed.samples, observed.scores, root, *skin, *ownership)
 
 
 def with_memory(costs: np.ndarray, root: np.ndarray, expected: Expectation, constants: CostConstants = METHOD.costs
                 ) -> np.ndarray:
-    """Return costs plus those of the distance from the expected depths.
-
-    Args:
-        costs: (P, 18, 45) float32, of `depth_costs`.
-        root: (P,) depth of the trunk [m].
+    """Return costs of `depth_costs` plus those of the distance from the expected depths; `root`: (P,) of the trunk [m].
     """
     known = np.isfinite(expected.depth)
     if not known.any():
@@ -153,11 +134,7 @@ def with_memory(costs: np.ndarray, root: np.ndarray, expected: Expectation, cons
 
 @np.errstate(invalid='ignore')
 def foreground(samples: np.ndarray, windows: WindowConstants = METHOD.windows) -> np.ndarray:
-    """Return the nearest surface of each window that more than a few samples show, (P, K) [m]; NaN without any.
-
-    Args:
-        samples: (P, K, 25) [m].
-    """
+    """Return the nearest surface of each window that more than a few samples show, (P, K) [m]; NaN without any."""
     ordered = np.sort(samples, axis=2)  # missing ones come last
     count = np.isfinite(samples).sum(axis=2)
     first = np.take_along_axis(ordered, (count // windows.foreground_share)[..., None], axis=2)
@@ -171,10 +148,8 @@ def mean_within(off: np.ndarray, usable: np.ndarray, reach: float, weights: np.n
     """Return the weighted mean of the samples near 0, (P,) [m], and their weight, (P,).
 
     Args:
-        off: (P, J, 25) samples, as distances from a depth of each person [m].
+        off: (P, J, 25) distances of samples from a depth of each person [m]; only those within `reach` count.
         usable: (P, J, 25) bool, samples that count.
-        reach: greatest absolute value of samples that count [m].
-        weights: (25,) of the samples of a window.
     """
     fits = (np.abs(off) < reach) & usable
     total = (fits @ weights).sum(axis=1)

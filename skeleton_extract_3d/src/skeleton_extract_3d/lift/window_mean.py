@@ -12,16 +12,9 @@ from skeleton_extract_3d.points.point_grid import PointGrid
 
 def lift_by_window(people: People2D, image_size: Tuple[int, int], points: PointGrid, window: int = 3,
                    statistic: str = 'mean') -> People3D:
-    """Return the people in the frame of the points.
+    """Return the people in the frame of the points, which are of the same view at any resolution.
 
-    A joint is MEASURED where its window holds a valid point and MISSING elsewhere; sigma is not estimated.
-
-    Args:
-        people: keypoints in pixels of the image.
-        image_size: width and height of that image [px].
-        points: cloud or depth image of the same view, at the same or another resolution.
-        window: side of the window [px], odd; 3 as in the original.
-        statistic: 'mean' or 'median'.
+    A joint is MEASURED where its window of `window` x `window` px holds a valid point; sigma is not estimated.
 
     Raises:
         BadInputError: image and points differ in aspect ratio.
@@ -48,14 +41,9 @@ def in_coco(people: People3D) -> np.ndarray:
 
 def nearest_pixels(xy: np.ndarray, image_size: Tuple[int, int], grid_size: Tuple[int, int]
                    ) -> Tuple[np.ndarray, np.ndarray]:
-    """Return column and row of the grid's pixel in which positions of the image lie.
+    """Return column and row, (...) int64, of the grid's pixel in which positions (..., 2) [px] of the image lie.
 
-    Args:
-        xy: (..., 2) [px of the image]; integers are pixel centres, so pixel 0 reaches from -0.5 to 0.5.
-        image_size, grid_size: width and height [px].
-
-    Returns:
-        u, v: (...) int64; outside the grid where the position is outside the image, -1 where it is NaN.
+    Integers are pixel centres, so pixel 0 reaches from -0.5 to 0.5; -1 where the position is NaN.
     """
     corner = (np.asarray(xy, np.float64) + 0.5) * (np.asarray(grid_size, np.float64) / np.asarray(image_size))
     pixels = np.floor(np.where(np.isfinite(corner), corner, -1)).astype(np.int64)

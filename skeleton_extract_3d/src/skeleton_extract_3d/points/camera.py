@@ -107,23 +107,12 @@ class CameraModel:
         return CameraModel(width, height, matrix, self.distortion_model, self.distortion, limits=None)
 
     def focal_in(self, image_size: Tuple[int, int]) -> float:
-        """Return the focal length, mean of both axes, in the pixels of an image of the same view [px].
-
-        Args:
-            image_size: width and height [px].
-        """
+        """Return the focal length, mean of both axes, in the pixels of an image of the same view [px]."""
         return float(np.mean(self.matrix[[0, 1], [0, 1]] * np.divide(image_size, (self.width, self.height))))
 
     @np.errstate(all='ignore')  # where the distortion can not be inverted, anything comes out
     def rays(self, uv: np.ndarray) -> np.ndarray:
-        """Return where the lines of sight of pixels meet the plane z = 1.
-
-        Args:
-            uv: (N, 2) [px].
-
-        Returns:
-            (N, 3) float64, x, y, 1; NaN where the distortion can not be inverted.
-        """
+        """Return where the lines of sight of (N, 2) pixels meet the plane z = 1, (N, 3) float64; NaN if nowhere."""
         uv = np.asarray(uv, np.float64).reshape(-1, 2)
         rays = np.ones((len(uv), 3))
         if not self.distortion.size:
@@ -149,14 +138,7 @@ class CameraModel:
 
     @np.errstate(all='ignore')  # points next to the camera lie anywhere
     def project(self, xyz: np.ndarray) -> np.ndarray:
-        """Return the pixels of points.
-
-        Args:
-            xyz: (N, 3) [m] in the optical frame.
-
-        Returns:
-            (N, 2) float64 [px], also outside the image; NaN for points that are not finite or not in front.
-        """
+        """Return the pixels of (N, 3) points [m], (N, 2) float64, also outside the image; NaN if not in front."""
         xyz = np.asarray(xyz, np.float64).reshape(-1, 3)
         uv = np.full((len(xyz), 2), np.nan)
         seen = np.isfinite(xyz).all(axis=1) & (xyz[:, 2] > 0)
@@ -202,7 +184,7 @@ def calibrated_camera(calibration: Calibration, rectified: bool = False) -> Came
 
 
 def check_same_aspect(name: str, size: Tuple[int, int], other_name: str, other_size: Tuple[int, int]) -> None:
-    """Raise unless two (width, height) are one view at two resolutions.
+    """Check that two (width, height) are one view at two resolutions.
 
     Raises:
         BadInputError: the aspect ratios differ; the text names both sizes.
@@ -215,10 +197,7 @@ def check_same_aspect(name: str, size: Tuple[int, int], other_name: str, other_s
 
 def fitted_camera(x: np.ndarray, y: np.ndarray, z: np.ndarray, method: MethodConstants = METHOD
                   ) -> Optional[CameraModel]:
-    """Return the pinhole camera of the points of an organized cloud.
-
-    Args:
-        x, y, z: (H, W) [m], in the optical frame; any float type and strides; NaN or 0 where missing.
+    """Return the pinhole camera of the points (H, W) [m] of an organized cloud, NaN or 0 where missing.
 
     Returns:
         The camera, for which u = fx x / z + cx; None if there are too few points to tell.

@@ -11,13 +11,8 @@ _FLOATS = {'float32': 'f4', 'float64': 'f8'}
 
 
 class CloudLayout(NamedTuple):
-    """How the bytes of an organized cloud lie.
-
-    Attributes:
-        width, height: points per row, rows.
-        point_step, row_step: bytes from point to point and from row to row.
-        fields: of each field its offset [bytes] and datatype ('float32', 'float64', 'uint8', ...).
-        is_bigendian: byte order of the coordinates.
+    """Size, bytes from point to point and from row to row, offset [bytes] and datatype ('float32', 'uint8', ...) of
+    each field, and byte order of an organized cloud.
     """
 
     width: int
@@ -59,10 +54,7 @@ class OrganizedCloud(PointGrid):
 
     @classmethod
     def from_buffer(cls, data: Any, layout: CloudLayout) -> 'OrganizedCloud':
-        """View the data of a sensor_msgs/PointCloud2.
-
-        Args:
-            data: bytes-like, row after row.
+        """View the bytes of a sensor_msgs/PointCloud2, row after row.
 
         Raises:
             BadInputError: the cloud is empty or unorganized, has no coordinates, or its layout contradicts itself.

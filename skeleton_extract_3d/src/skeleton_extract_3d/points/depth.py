@@ -17,14 +17,7 @@ XYZRGB = np.dtype({'names': ['x', 'y', 'z', 'rgb'], 'formats': ['<f4', '<f4', '<
 
 
 class ImageLayout(NamedTuple):
-    """How the bytes of a depth image lie.
-
-    Attributes:
-        width, height: columns, rows.
-        step: bytes from row to row.
-        encoding: '16UC1' (or 'mono16') or '32FC1'.
-        is_bigendian: byte order of the pixels.
-    """
+    """Size, bytes from row to row, encoding ('16UC1', 'mono16' or '32FC1') and byte order of a depth image."""
 
     width: int
     height: int
@@ -58,11 +51,7 @@ class DepthImage(PointGrid):
 
     @classmethod
     def from_buffer(cls, data: Any, layout: ImageLayout, camera: CameraModel) -> 'DepthImage':
-        """View the data of a sensor_msgs/Image.
-
-        Args:
-            data: bytes-like.
-            camera: of the image it is aligned to.
+        """View the bytes of a sensor_msgs/Image that is aligned to a camera.
 
         Raises:
             BadInputError: empty, truncated, wrong step, another encoding or another aspect ratio than the camera's.

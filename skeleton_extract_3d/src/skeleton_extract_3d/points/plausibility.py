@@ -9,11 +9,7 @@ from skeleton_extract_3d.points.point_grid import PointGrid
 
 
 class Doubt(NamedTuple):
-    """A fault of the input that does not keep it from being read.
-
-    Attributes:
-        event: counted by nodes.
-        text: the fault, with values, and a likely cause.
+    """A fault of the input that does not keep it from being read: what nodes count, and a text with values and a cause.
     """
 
     event: str
@@ -21,13 +17,8 @@ class Doubt(NamedTuple):
 
 
 class PointSummary(NamedTuple):
-    """Summary of the points of a frame.
-
-    Attributes:
-        sample: distances of a grid of them [m]; NaN where missing.
-        valid: share of these that are valid.
-        depth: median of these [m]; NaN if there is none.
-        doubt: why they are no depth in metres; None: plausible.
+    """Distances of a grid of points [m], NaN where missing, share and median [m] of valid ones, and why they are no
+    depth in metres; None: plausible.
     """
 
     sample: np.ndarray
@@ -59,14 +50,7 @@ def summarize(points: PointGrid, constants: PlausibilityConstants = METHOD.plaus
 
 
 class Stillness(NamedTuple):
-    """Since when the depth is the same.
-
-    Attributes:
-        sample: see `PointSummary`.
-        shape: of the image when this depth came first.
-        green: of that image, in the pixels of a grid.
-        frames: that have the same depth and another image than that, in a row.
-    """
+    """Since when the depth is the same: shape and green of the image then, and frames in a row with another image."""
 
     sample: np.ndarray
     shape: Tuple[int, ...]

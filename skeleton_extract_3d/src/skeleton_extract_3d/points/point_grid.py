@@ -28,14 +28,9 @@ class PointGrid(ABC):
         return depth_in_metres(self._z[v, u], self._unit)
 
     def window(self, u: np.ndarray, v: np.ndarray, size: int) -> np.ndarray:
-        """Read the size x size points around pixels, and no others.
+        """Return the size x size points around pixels (M,), which may lie outside, (M, size * size, 3) float64 [m].
 
-        Args:
-            u, v: (M,) int, column and row of the middle of each window; may lie outside.
-            size: odd.
-
-        Returns:
-            (M, size * size, 3) float64 [m]; NaN where a point is missing or outside.
+        NaN where a point is missing or outside; no other points are read.
         """
         offsets = np.arange(size) - size // 2
         columns, rows = u[:, None] + np.tile(offsets, size), v[:, None] + np.repeat(offsets, size)
@@ -82,23 +77,14 @@ class PointGrid(ABC):
 
 
 def depth_in_metres(depth: np.ndarray, unit: float = 1.0) -> np.ndarray:
-    """Return depth as float64 [m], NaN where it is 0, negative or not finite.
-
-    Args:
-        depth: any shape, in units of `unit` [m].
-    """
+    """Return depth in units of `unit` [m] as float64 [m], NaN where it is 0, negative or not finite."""
     z = depth.astype(np.float64) * unit
     with np.errstate(invalid='ignore'):
         return np.where((z > 0) & (z < np.inf), z, np.nan)
 
 
 def check_buffer(name: str, data: Any, size: Tuple[int, int], pixel_bytes: int, step: int) -> None:
-    """Check that bytes hold the rows of a message.
-
-    Args:
-        name: of the message's content, for the errors.
-        size: width and height.
-        pixel_bytes, step: from pixel to pixel, and from row to row.
+    """Check that bytes hold the rows of a message, by the bytes of a pixel and of a row.
 
     Raises:
         BadInputError: there are no pixels, or fewer bytes than they take.

@@ -36,13 +36,7 @@ _MOST_UNITS = 1e6  # more than any file has: micrometres
 
 @dataclass(frozen=True)
 class RgbdFrame:
-    """One frame.
-
-    Attributes:
-        time: since the first frame [s].
-        bgr: (H, W, 3) uint8.
-        depth: (H', W') uint16 [mm], 0 = missing; the same view, mostly at the same resolution.
-    """
+    """Time since the first frame [s], bgr (H, W, 3) uint8, depth (H', W') uint16 [mm] of this view, 0 = missing."""
 
     time: float
     bgr: np.ndarray
@@ -121,13 +115,9 @@ class RgbdSequence:
 
 
 def play_order(length: int, playback: str) -> Iterator[int]:
-    """Return the indices of the frames in the order in which they are played; endless unless played once.
+    """Return the indices of frames in the order in which they are played, see PLAYBACKS; endless unless played once.
 
     Forth and back shows the first and the last frame once per turn, so that people do not stand still there.
-
-    Args:
-        length: frames of the sequence, at least 1.
-        playback: one of PLAYBACKS.
     """
     if playback == 'once':
         return iter(range(length))
@@ -155,10 +145,8 @@ def read_sequence_values(folder: Path) -> Dict[str, Any]:
 
 
 def sequence_values(path: Path, values: Dict[str, Any]) -> Dict[str, Any]:
-    """Return fps, frame_id, T_world_camera and depth_scale of the content of a file, checked.
-
-    Args:
-        path: of the file, for the errors.
+    """Return fps, frame_id, T_world_camera and depth_scale of the content of a file, checked; the path is for the
+    errors.
 
     Raises:
         BadInputError: an unknown key or a wrong value.

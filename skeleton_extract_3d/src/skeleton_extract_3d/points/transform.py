@@ -13,24 +13,14 @@ Transform = Tuple[np.ndarray, np.ndarray]
 
 
 def transform_people(people: People3D, rotation: np.ndarray, translation: np.ndarray) -> People3D:
-    """Return the people with x' = R x + t and v' = R v; sigma, being isotropic, stays.
-
-    Args:
-        rotation: (3, 3), from the people's frame to the target frame.
-        translation: (3,) [m], origin of the people's frame in the target frame.
-    """
+    """Return the people with x' = R x + t and v' = R v; sigma, being isotropic, stays."""
     turn = np.asarray(rotation).T
     return dataclasses.replace(people, xyz=people.xyz.astype(np.float64) @ turn + np.asarray(translation),
                                velocity=people.velocity.astype(np.float64) @ turn)
 
 
 def transform_landmarks(landmarks: Landmarks3D, rotation: np.ndarray, translation: np.ndarray) -> Landmarks3D:
-    """Return hands and faces with x' = R x + t, and heads that are turned with them; sigma, being isotropic, stays.
-
-    Args:
-        rotation: (3, 3), from the frame of the landmarks to the target frame.
-        translation: (3,) [m], origin of the one in the other.
-    """
+    """Return hands and faces with x' = R x + t, and heads that are turned with them; sigma, being isotropic, stays."""
     def moved(points: Points3D) -> Points3D:
         return dataclasses.replace(points, xyz=points.xyz.astype(np.float64) @ np.asarray(rotation).T
                                    + np.asarray(translation))

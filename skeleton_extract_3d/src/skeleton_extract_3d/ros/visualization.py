@@ -15,7 +15,7 @@ from openpose_ros_pkg.stream.newest_wins import NewestWinsWorker
 from skeleton_extract_3d.node_params import VisualizationSettings
 from skeleton_extract_3d.ros import convert
 from skeleton_extract_3d.show.landmark_markers import LandmarkMarkers
-from skeleton_extract_3d.show.markers import LIMB_NAMESPACES, MarkerParams, MarkerTracker
+from skeleton_extract_3d.show.markers import LIMB_NAMESPACES, MarkerParams, PeopleMarkers
 
 _NAMESPACE = 'openpose_ros/skeleton_3d'
 # A person has up to four markers on each topic, without spheres of sigma.
@@ -29,7 +29,7 @@ class Visualization:
     """
 
     def __init__(self, settings: VisualizationSettings) -> None:
-        self._markers = MarkerTracker(settings.markers)
+        self._markers = PeopleMarkers(settings.markers)
         self._hand_markers, self._face_markers = LandmarkMarkers(settings.markers), LandmarkMarkers(settings.markers)
         self._health = Health()
         self._live = LiveParameters(settings, [field.name for field in parameter_fields(MarkerParams)],
@@ -49,7 +49,7 @@ class Visualization:
                                                     faces: (self._faces,)})
         params = settings.markers
         introduce(demand.inputs, markers=f'spheres of {params.joint_scale:g} m, limbs of {params.skeleton_scale:g} m, '
-                                         f'trails of {params.trail_seconds:g} s, lifetime {params.lifetime:g} s')
+                                         f'lifetime {params.lifetime:g} s')
 
     def _input(self, topic: str, kind: Type[Any], process: Callable[[Any], None]) -> InputSubscriber:
         """Return an input, silent without `hands` or `face`, whose messages are processed in a thread of its own."""
@@ -63,7 +63,7 @@ class Visualization:
 
     def _process(self, message: PersonDetection_3dArray) -> None:
         people = convert.people_from_array(message)
-        for marker in self._markers.update(people, message.header.stamp.to_sec(), message.header.frame_id):
+        for marker in self._markers.update(people, message.header.stamp.to_sec()):
             publisher = self._limbs if marker.ns in LIMB_NAMESPACES else self._joints
             publisher.publish(convert.marker_to_message(marker, message.header))
         self._health.frame_done(message.header.stamp)

@@ -1,5 +1,4 @@
 """RViz markers of hands and faces: lines for fingers and contours, and an arrow for the direction of each head."""
-from dataclasses import replace
 from typing import List, Tuple
 
 import numpy as np
@@ -7,15 +6,8 @@ from scipy.spatial.transform import Rotation
 
 from openpose_ros_pkg.skeletons import FACE_70, HAND_21, SkeletonModel
 from skeleton_extract_3d.landmarks import Faces3D, Hands3D, Points3D
-from skeleton_extract_3d.people import MEASURED, MISSING
-from skeleton_extract_3d.show.markers import (
-    MarkerLifetime,
-    MarkerParams,
-    MarkerSpec,
-    ShownMarkers,
-    dashed,
-    marker_colour,
-)
+from skeleton_extract_3d.people import MISSING
+from skeleton_extract_3d.show.markers import Markers, MarkerSpec, limb_lines, marker_colour
 
 # Length of the dashes of fingers and contours [m], which are shorter than limbs.
 _DASH = 0.006
@@ -23,16 +15,8 @@ _DASH = 0.006
 _ARROW_WIDTH = 0.06
 
 
-class LandmarkMarkers:
-    """Makes the markers of hands, or of faces, of each frame, and deletes those that are no more."""
-
-    def __init__(self, params: MarkerParams) -> None:
-        self._params = params
-        self._lifetime, self._shown = MarkerLifetime(), ShownMarkers()
-
-    def reconfigure(self, params: MarkerParams) -> None:
-        """Use other parameters from the next frame on."""
-        self._params = params
+class LandmarkMarkers(Markers):
+    """Makes the markers of hands, or of faces."""
 
     def hands(self, hands: Hands3D, stamp: float) -> List[MarkerSpec]:
         """Return what to publish for the hands of a frame with this stamp [s]; id is 2 x the person's + 1 if left."""
@@ -48,21 +32,13 @@ class LandmarkMarkers:
 
     def _lines(self, ns: str, skeleton: SkeletonModel, points: Points3D, row: int, owner: Tuple[int, int]
                ) -> List[MarkerSpec]:
-        """Return lines that are seen, and dashed ones with an INFERRED end.
-
-        Args:
-            owner: id of the person, and 1 of a left hand, 0 of a right one, -1 of a face.
-        """
+        """Return solid and dashed lines; `owner`: id of the person; 1: left hand, 0: right hand, -1: face."""
         person, left = owner
-        lines = np.array([(skeleton.index[start], skeleton.index[end]) for start, end in skeleton.drawn_limbs])
-        status, ends = points.status[row][lines], points.xyz[row][lines]
-        measured = (status == MEASURED).all(axis=1)
-        inferred = (status != MISSING).all(axis=1) & ~measured
-        dash = min(self._params.dash_length, _DASH)
+        measured, inferred = limb_lines(skeleton, points.xyz[row], points.status[row],
+                                        min(self._params.dash_length, _DASH))
         return [MarkerSpec(f'{ns}{kind}', person if left < 0 else 2 * person + left, 'add', 'line_list', places,
                            self._params.hand_scale, marker_colour(self._params, f'skeleton{kind}_colour', person))
-                for kind, places in (('', ends[measured].reshape(-1, 3)),
-                                     ('_inferred', dashed(ends[inferred], dash)))]
+                for kind, places in (('', measured), ('_inferred', inferred))]
 
     def _arrow(self, faces: Faces3D, row: int) -> MarkerSpec:
         """Return the direction of a head, from the middle of the face; without points where it is not known."""
@@ -75,7 +51,3 @@ class LandmarkMarkers:
             place = np.stack([start, start + length * Rotation.from_quat(turn).apply((1, 0, 0))]).astype(np.float32)
         return MarkerSpec('head_direction', person, 'add', 'arrow', place, _ARROW_WIDTH * length,
                           marker_colour(self._params, 'skeleton_colour', person))
-
-    def _replaced(self, markers: List[MarkerSpec], stamp: float) -> List[MarkerSpec]:
-        lifetime = self._lifetime.update(stamp, self._params.lifetime)
-        return self._shown.replaced([replace(marker, lifetime=lifetime) for marker in markers if len(marker.points)])

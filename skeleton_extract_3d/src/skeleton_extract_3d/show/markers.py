@@ -1,15 +1,15 @@
-"""RViz markers of people: spheres at the joints, lines for the limbs, ids, spheres of uncertainty, and trails."""
+"""RViz markers of people: spheres at the joints, lines for the limbs, ids, and spheres of uncertainty."""
 from collections import deque
 from dataclasses import dataclass, field, fields, replace
-from typing import Deque, Dict, List, Optional, Set, Tuple
+from typing import Deque, List, Optional, Set, Tuple
 
 import numpy as np
 
 from openpose_ros_pkg.errors import ParameterError
 from openpose_ros_pkg.output.draw import person_colour
 from openpose_ros_pkg.params.parameters import Parameters, parameter
+from openpose_ros_pkg.skeletons import SkeletonModel
 from skeleton_extract_3d.people import INFERRED, MEASURED, MISSING, People3D
-from skeleton_extract_3d.show.trails import HIPS, SHOULDERS, Trails, finite, middle
 
 Rgba = Tuple[float, float, float, float]
 
@@ -23,6 +23,7 @@ _PERIODS = 15
 # Distance of a label from the head [m].
 _LABEL_DISTANCE = 0.3
 _HEAD = ('nose', 'right_eye', 'left_eye', 'right_ear', 'left_ear', 'head_top')
+_SHOULDERS, _HIPS = ('neck', 'right_shoulder', 'left_shoulder'), ('right_hip', 'left_hip', 'mid_hip')
 # All spheres of a marker have one size, so the uncertainty spheres of each size are a marker. Smallest radius [m]:
 _SIGMA_RADIUS = 0.01
 # Number of sizes; each is sqrt(2) times the one before, up to 1.8 m. Rounding changes a radius by at most 19 %.
@@ -57,10 +58,6 @@ class MarkerParams(Parameters):
                'around each joint that has one.')
     sigma_colour: str = parameter(
         '1 1 0 0.25', 'Colour of the uncertainty spheres: red, green, blue, opacity, each 0 .. 1.')
-    trail_seconds: float = parameter(
-        0.0, "Show each person's path over this time in the person's own colour: the path of the point midway between "
-             'the hips or, without hips, the shoulders. 0: off.', unit='s', minimum=0.0, maximum=60.0)
-    trail_scale: float = parameter(0.02, 'Width of the trails.', unit='m', minimum=0.001, maximum=1.0)
     hand_scale: float = parameter(0.006, 'Width of the fingers and of the lines of faces.', unit='m', minimum=0.001,
                                   maximum=1.0)
     head_arrow: float = parameter(
@@ -102,96 +99,64 @@ class MarkerSpec:
     lifetime: float = 0.0
 
 
-class MarkerTracker:
-    """Makes the markers of each frame, and deletes those of people who left."""
-
-    def __init__(self, params: MarkerParams) -> None:
-        self._params = params
-        self._lifetime = MarkerLifetime()
-        self._trails = Trails()
-        self._shown = ShownMarkers()
-
-    def reconfigure(self, params: MarkerParams) -> None:
-        """Use other parameters from the next frame on."""
-        self._params = params
-
-    def update(self, people: People3D, stamp: float, frame_id: str = '') -> List[MarkerSpec]:
-        """Return what to publish for a frame: first the deletes, then the adds.
-
-        Args:
-            stamp: of the frame [s].
-            frame_id: of the positions.
-        """
-        params = self._params
-        lifetime = self._lifetime.update(stamp, params.lifetime)
-        added = people_markers(people, params, lifetime)
-        added += trail_markers(self._trails.update(people, stamp, frame_id, params.trail_seconds), params, lifetime)
-        return self._shown.replaced(added)
-
-
 class ShownMarkers:
-    """Remembers which markers are shown, to delete those that are no more."""
+    """Remembers which markers are shown, to delete those that are no more, and the frame period."""
 
     def __init__(self) -> None:
         self._shown: Set[Tuple[str, int]] = set()
+        self._last: Optional[float] = None
+        self._periods: Deque[float] = deque(maxlen=_PERIODS)
 
-    def replaced(self, added: List[MarkerSpec]) -> List[MarkerSpec]:
-        """Return what to publish for a frame: first the deletes, then what is shown now."""
+    def replaced(self, markers: List[MarkerSpec], stamp: float, lifetime: float) -> List[MarkerSpec]:
+        """Return what to publish for the frame of a stamp [s]: first the deletes, then the markers with points.
+
+        They last for three median frame periods, at least the lifetime [s].
+        """
+        if self._last is not None and stamp > self._last:
+            self._periods.append(stamp - self._last)
+        self._last = stamp
+        typical = float(np.median(list(self._periods))) if self._periods else 0.0
+        lifetime = max(lifetime, _LIFETIME_PERIODS * typical)
+        added = [replace(marker, lifetime=lifetime) for marker in markers if len(marker.points)]
         shown = {(marker.ns, marker.id) for marker in added}
         deleted = [MarkerSpec(ns, number) for ns, number in sorted(self._shown - shown)]
         self._shown = shown
         return deleted + added
 
 
-class MarkerLifetime:
-    """Stretches the lifetime of markers to the frame rate."""
+class Markers:
+    """Base of what makes the markers of each frame, and deletes those that are no more."""
 
-    def __init__(self) -> None:
-        self._last: Optional[float] = None
-        self._periods: Deque[float] = deque(maxlen=_PERIODS)
+    def __init__(self, params: MarkerParams) -> None:
+        self._params, self._shown = params, ShownMarkers()
 
-    def update(self, stamp: float, minimum: float) -> float:
-        """Return the lifetime [s] for the frame with this stamp [s]: three median periods, at least the minimum [s]."""
-        if self._last is not None and stamp > self._last:
-            self._periods.append(stamp - self._last)
-        self._last = stamp
-        typical = float(np.median(list(self._periods))) if self._periods else 0.0
-        return max(minimum, _LIFETIME_PERIODS * typical)
+    def reconfigure(self, params: MarkerParams) -> None:
+        """Use other parameters from the next frame on."""
+        self._params = params
+
+    def _replaced(self, markers: List[MarkerSpec], stamp: float) -> List[MarkerSpec]:
+        return self._shown.replaced(markers, stamp, self._params.lifetime)
 
 
-def people_markers(people: People3D, params: MarkerParams, lifetime: float) -> List[MarkerSpec]:
-    """Return the markers of the people; none without points.
+class PeopleMarkers(Markers):
+    """Makes the markers of people.
 
     MEASURED parts are in ns 'joints' and 'skeleton', INFERRED ones in 'joints_inferred' and 'skeleton_inferred'; ns
     'label' and 'sigma' are optional.
-
-    Args:
-        lifetime: of the markers [s].
     """
-    return [marker for row in range(len(people)) for marker in _PersonMarkers(people, row, params, lifetime).all()
-            if len(marker.points)]
 
-
-def trail_markers(paths: Dict[int, np.ndarray], params: MarkerParams, lifetime: float) -> List[MarkerSpec]:
-    """Return a marker in ns 'trail' for each path of at least two places; the paths are those of `Trails`."""
-    return [MarkerSpec('trail', person, 'add', 'line_list', np.repeat(path, 2, axis=0)[1:-1], params.trail_scale,
-                       (*person_rgb(person), 1.0), lifetime=lifetime)
-            for person, path in paths.items() if len(path) > 1]
+    def update(self, people: People3D, stamp: float) -> List[MarkerSpec]:
+        """Return what to publish for the frame of a stamp [s]: first the deletes, then the adds."""
+        return self._replaced([marker for row in range(len(people))
+                               for marker in _PersonMarkers(people, row, self._params).all()], stamp)
 
 
 class _PersonMarkers:
-    """Makes the markers of one person.
+    """Makes the markers of the person in a row."""
 
-    Args:
-        row: of the person in `people`.
-        lifetime: of the markers [s].
-    """
-
-    def __init__(self, people: People3D, row: int, params: MarkerParams, lifetime: float) -> None:
-        self._skeleton, self._id = people.skeleton, int(people.ids[row])
+    def __init__(self, people: People3D, row: int, params: MarkerParams) -> None:
+        self._skeleton, self._id, self._params = people.skeleton, int(people.ids[row]), params
         self._xyz, self._status, self._sigma = people.xyz[row], people.status[row], people.sigma[row]
-        self._params = params
-        self._lifetime = lifetime
 
     def all(self) -> List[MarkerSpec]:
         """Return all markers that the parameters ask for; some may have no points."""
@@ -204,32 +169,23 @@ class _PersonMarkers:
                                            ('joints_inferred', INFERRED, 'joint_inferred_colour'))]
 
     def _limbs(self) -> List[MarkerSpec]:
-        index = self._skeleton.index
-        limbs = np.array([(index[start], index[end]) for start, end in self._skeleton.drawn_limbs])
-        status, ends = self._status[limbs], self._xyz[limbs]
-        measured = (status == MEASURED).all(axis=1)
-        inferred = (status != MISSING).all(axis=1) & ~measured
-        dashes = dashed(ends[inferred], self._params.dash_length)
+        measured, inferred = limb_lines(self._skeleton, self._xyz, self._status, self._params.dash_length)
         return [self._marker(ns, 'line_list', points, self._params.skeleton_scale, colour)
-                for ns, points, colour in (('skeleton', ends[measured].reshape(-1, 3), 'skeleton_colour'),
-                                           ('skeleton_inferred', dashes, 'skeleton_inferred_colour'))]
+                for ns, points, colour in (('skeleton', measured, 'skeleton_colour'),
+                                           ('skeleton_inferred', inferred, 'skeleton_inferred_colour'))]
 
     def _label(self) -> MarkerSpec:
         hidden = not (self._status == MEASURED).any()
         rgb = person_rgb(self._id) if self._params.colour_by_person else (1.0, 1.0, 1.0)
         return MarkerSpec('label', self._id, 'add', 'text', self._label_position(), self._params.label_scale,
-                          (*rgb, 1.0), f'{self._id} (hidden)' if hidden else str(self._id), self._lifetime)
+                          (*rgb, 1.0), f'{self._id} (hidden)' if hidden else str(self._id))
 
     def _label_position(self) -> np.ndarray:
-        """Return a place beyond the head, seen from the trunk: above the head whichever axis of the frame points up.
-
-        Returns:
-            (1, 3) float32 [m]; (0, 3) when no joint is known.
-        """
-        head, neck, hips = (middle(self._skeleton, self._xyz, joints) for joints in (_HEAD, SHOULDERS, HIPS))
+        """Return a place (1, 3) float32 [m] beyond the head, seen from the trunk, in any frame; (0, 3) if unknown."""
+        head, neck, hips = (_middle(self._skeleton, self._xyz, joints) for joints in (_HEAD, _SHOULDERS, _HIPS))
         top = neck if head is None else head
         if top is None:
-            known = finite(self._xyz)
+            known = _finite(self._xyz)
             return known.mean(axis=0, keepdims=True) if len(known) else known
         up = np.zeros(3) if neck is None or hips is None else neck - hips
         length = float(np.linalg.norm(up))
@@ -247,10 +203,7 @@ class _PersonMarkers:
                 for size in np.unique(sizes).tolist()]
 
     def _marker(self, ns: str, kind: str, points: np.ndarray, scale: float, colour: str) -> MarkerSpec:
-        return MarkerSpec(ns, self._id, 'add', kind, points, scale, self._rgba(colour), lifetime=self._lifetime)
-
-    def _rgba(self, name: str) -> Rgba:
-        return marker_colour(self._params, name, self._id)
+        return MarkerSpec(ns, self._id, 'add', kind, points, scale, marker_colour(self._params, colour, self._id))
 
 
 def marker_colour(params: MarkerParams, name: str, person: int) -> Rgba:
@@ -262,14 +215,24 @@ def marker_colour(params: MarkerParams, name: str, person: int) -> Rgba:
     return red, green, blue, opacity
 
 
-def dashed(limbs: np.ndarray, dash: float) -> np.ndarray:
-    """Return lines as dashes and gaps of one length, near `dash` [m]; each line begins and ends with a dash.
+def limb_lines(skeleton: SkeletonModel, xyz: np.ndarray, status: np.ndarray, dash: float
+               ) -> Tuple[np.ndarray, np.ndarray]:
+    """Return the lines of MEASURED limbs, and the dashes of those with an INFERRED end, (2 * N, 3) each [m].
 
     Args:
-        limbs: (L, 2, 3) start and end [m].
+        xyz: (K, 3) [m]; status: (K,).
+        dash: length of dashes [m].
+    """
+    limbs = np.array([(skeleton.index[start], skeleton.index[end]) for start, end in skeleton.drawn_limbs])
+    measured = (status[limbs] == MEASURED).all(axis=1)
+    inferred = (status[limbs] != MISSING).all(axis=1) & ~measured
+    return xyz[limbs[measured]].reshape(-1, 3), _dashed(xyz[limbs[inferred]], dash)
 
-    Returns:
-        (2 * N, 3): start, end, start, end, ... of the dashes.
+
+def _dashed(limbs: np.ndarray, dash: float) -> np.ndarray:
+    """Return lines (L, 2, 3) [m] as starts and ends of dashes, (2 * N, 3), of one length near `dash` [m].
+
+    Each line begins and ends with a dash.
     """
     if not dash:
         return limbs.reshape(-1, 3)
@@ -278,6 +241,16 @@ def dashed(limbs: np.ndarray, dash: float) -> np.ndarray:
         dashes = 1 + int(min(float(np.linalg.norm(end - start)) / (2 * dash), _MAX_DASHES - 1))
         pieces.append(start + np.linspace(0, 1, 2 * dashes)[:, None] * (end - start))
     return np.concatenate(pieces).astype(np.float32)
+
+
+def _finite(xyz: np.ndarray) -> np.ndarray:
+    return xyz[np.isfinite(xyz).all(axis=1)]
+
+
+def _middle(skeleton: SkeletonModel, xyz: np.ndarray, joints: Tuple[str, ...]) -> Optional[np.ndarray]:
+    """Return the mean of those of the joints that exist and are finite, or None."""
+    found = _finite(xyz[[skeleton.index[joint] for joint in joints if joint in skeleton.index]])
+    return found.mean(axis=0) if len(found) else None
 
 
 def person_rgb(person: int) -> Tuple[float, float, float]:

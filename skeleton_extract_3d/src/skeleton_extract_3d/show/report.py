@@ -12,9 +12,7 @@ def frame_report(people_2d: People2D, people: People3D, points: PointGrid) -> st
     """Return the number of people, the range of the cloud, and of each joint its pixel, position and status.
 
     Args:
-        people_2d: keypoints [px of the image].
-        people: the same people in the same order [m]; then hidden people.
-        points: cloud or depth image they were lifted with; read as a whole.
+        people_2d: the first of `people` in the image [px]; the others are hidden.
     """
     low, high = points.valid_range()
     ranges = ', '.join(f'{axis} {lo:.3f} .. {hi:.3f}' for axis, lo, hi in zip('xyz', low, high))

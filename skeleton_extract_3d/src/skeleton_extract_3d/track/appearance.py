@@ -33,11 +33,8 @@ _PARTS = (0, len(_ON_CHEST))
 
 
 class Clothes(NamedTuple):
-    """Colours of the clothes of P people, of the upper and the lower part.
-
-    Attributes:
-        colours: (P, 2, 3) CIELAB, L 0..100.
-        weights: (P, 2) number of frames in the mean; 0 where unknown.
+    """Mean colours (P, 2, 3) of the upper and lower clothes of P people, CIELAB with L 0..100, and the number of frames
+    (P, 2) in the mean; 0 where unknown.
     """
 
     colours: np.ndarray
@@ -63,11 +60,7 @@ class Clothes(NamedTuple):
 
 def observe_clothes(observed: ObservedPeople, points: PointGrid, bgr: Optional[np.ndarray],
                     constants: AppearanceConstants = METHOD.track.appearance) -> Clothes:
-    """Return the colours of the clothes in one frame, where the surface is near the trunk's.
-
-    Args:
-        bgr: (H, W, 3) uint8, the image; None: the clothes stay unknown.
-    """
+    """Return the colours of clothes in an image (H, W, 3) uint8 or None, where the surface is near the trunk's."""
     if bgr is None or not len(observed):
         return Clothes.unknown(len(observed))
     pixels = clothes_pixels(np.where(observed.scores[..., None] >= constants.least_score, observed.uv, np.nan))
@@ -79,11 +72,7 @@ def observe_clothes(observed: ObservedPeople, points: PointGrid, bgr: Optional[n
 
 
 def clothes_pixels(uv: np.ndarray) -> np.ndarray:
-    """Return pixels on the chest and then on the thighs, (P, 18, 2), NaN where joints are missing.
-
-    Args:
-        uv: (P, 18, 2) [px].
-    """
+    """Return pixels on the chest and then on the thighs, (P, 18, 2), NaN where joints (P, 18, 2) are missing."""
     # a corner without a keypoint is taken from the other side of the trunk
     corners = uv[:, _CHEST]
     corners = np.where(np.isfinite(corners), corners, corners[:, _OTHER_SIDE])
@@ -95,8 +84,7 @@ def mean_colours(bgr: np.ndarray, pixels: np.ndarray, usable: np.ndarray) -> Clo
     """Return the mean colours at pixels of each person.
 
     Args:
-        bgr: (H, W, 3) uint8.
-        pixels: (P, 18, 2) of `clothes_pixels` [px of this image].
+        pixels: (P, 18, 2) of `clothes_pixels` [px of the image].
         usable: (P, 18) bool, which of them show the person.
     """
     height, width = bgr.shape[:2]
@@ -112,10 +100,7 @@ def mean_colours(bgr: np.ndarray, pixels: np.ndarray, usable: np.ndarray) -> Clo
 
 
 def colour_distances(first: Clothes, second: Clothes) -> np.ndarray:
-    """Return the mean difference (Delta E of CIE 1976) of the parts known of both, (T, P); 0 where none is.
-
-    Args:
-        first: of T people; second: of P people.
+    """Return the mean difference (Delta E of CIE 1976) of the parts known of T and P people, (T, P); 0 where none is.
     """
     both = (first.weights > 0)[:, None] & (second.weights > 0)[None]
     difference = np.sqrt(((first.colours[:, None] - second.colours[None]) ** 2).sum(axis=3))
@@ -124,11 +109,7 @@ def colour_distances(first: Clothes, second: Clothes) -> np.ndarray:
 
 def clothes_evidence(absent: Clothes, new: Clothes, constants: AppearanceConstants = METHOD.track.appearance
                      ) -> Tuple[np.ndarray, np.ndarray]:
-    """Return the log likelihood ratio of the same person, (T, N), and which parts were compared, (T, N, 2) bool.
-
-    Args:
-        absent: of T people; new: of N people.
-    """
+    """Return the log likelihood ratio of the same person, (T, N), and which parts were compared, (T, N, 2) bool."""
     both = (absent.weights > 0)[:, None] & (new.weights > 0)[None]
     same = log_normal(new.colours[None] - absent.colours[:, None], constants.same_colour)
     strange = log_normal(new.colours - constants.mean_colour, constants.strange_colour)[None]

@@ -52,7 +52,6 @@ def complete(seen: Completion, view: FrameView, timeout: float, method: MethodCo
 
     Args:
         seen: corrected with this frame; only trusted joints are placed.
-        view: the frame.
         timeout: a joint that had no keypoint for longer is not placed [s].
     """
     body, constants = method.body, method.track.completion
@@ -82,13 +81,7 @@ def complete(seen: Completion, view: FrameView, timeout: float, method: MethodCo
 
 
 class _Trunk(NamedTuple):
-    """The trunks of N people.
-
-    Attributes:
-        left, down: (N, 3) unit vectors.
-        scale: (N,) stature in statures of an adult.
-        body: of an adult.
-    """
+    """The trunks of N people: unit vectors (N, 3) to the left and down, and stature (N,) in statures of an adult."""
 
     left: np.ndarray
     down: np.ndarray
@@ -96,7 +89,7 @@ class _Trunk(NamedTuple):
     body: BodyConstants
 
     def half(self, width: float) -> np.ndarray:
-        """Return the vectors from the middle to the left of a pair of joints with a width [m], (N, 3) [m]."""
+        """Return the vectors from the middle to the left of a pair of joints with a width [m], (N, 3)."""
         return self.left * (self.scale * width / 2)[:, None]
 
     def below(self, length: float) -> np.ndarray:
@@ -138,10 +131,9 @@ class _PlacedJoints(NamedTuple):
 
     def filled(self, joints: np.ndarray, rest: Optional[np.ndarray], possible: np.ndarray,
                parents: Optional[np.ndarray]) -> '_PlacedJoints':
-        """Return the pose with joints placed that are not yet.
+        """Return the pose with joints (J,) placed that are not yet.
 
         Args:
-            joints: (J,) which.
             rest: (N, J, 3) where they are at rest [m]; None: unknown.
             possible: (N,) or (N, J) bool, whether `rest` is known.
             parents: (J,) or (1,) joints that they move with; None: they move as they did.

@@ -36,13 +36,7 @@ def _trusted(people: Observations, params: OcclusionParams, sure_score: float) -
 
 def correct(tracks: Tracks, people: Observations, stamp: float, params: OcclusionParams,
             method: MethodConstants = METHOD) -> Completion:
-    """Return the tracks of people corrected with a frame.
-
-    Args:
-        tracks: of the N people, predicted to this frame.
-        people: the frame.
-        stamp: [s].
-    """
+    """Return the tracks of people, predicted to this frame, corrected with it."""
     constants, lifted, observed = method.track.correction, people.lifted, people.observed
     trusted = _trusted(people, params, constants.sure_score)
     xyz, covariance = _measured(tracks, people, trusted, params.occlusion, method)
@@ -92,15 +86,12 @@ def _begun(joints: JointFilter, first: np.ndarray, xyz: np.ndarray, covariance: 
 
 def joint_errors(tracks: Tracks, joints: JointFilter, measured: Tuple[np.ndarray, np.ndarray], used: np.ndarray,
                  stamp: float, constants: TrackConstants = METHOD.track) -> Tuple[np.ndarray, np.ndarray]:
-    """Return the innovations (N,) and mean square errors of the joints (N, 18) [m^2] after a frame, see joint_filter.
-
-    Errors are never smaller than with independent errors.
+    """Return innovations (N,) and mean square errors (N, 18) [m^2] of joints after a frame, not below independent ones.
 
     Args:
         tracks: before the correction; joints: corrected.
         measured: positions (N, 18, 3) [m] and covariances (N, 18, 3, 3) [m^2] in the frame.
         used: (N, 18) bool, joints that the frame places, and that had a place.
-        stamp: [s].
     """
     xyz, covariance = measured
     expected, filtered = tracks.joints.sigmas() ** 2, joints.sigmas() ** 2
@@ -116,13 +107,11 @@ def joint_errors(tracks: Tracks, joints: JointFilter, measured: Tuple[np.ndarray
 
 def come_along(joints: JointFilter, tracks: Tracks, trusted: np.ndarray, stamp: float,
                constants: CorrectionConstants = METHOD.track.correction) -> JointFilter:
-    """Return the filters of N people; joints without a keypoint move with the others after a time without a detection.
+    """Return the filters; joints without a keypoint move with the others after a time without a detection.
 
     Args:
-        joints: corrected.
-        tracks: before the correction.
+        joints: corrected; tracks: before the correction.
         trusted: (N, 18) bool, joints that the frame places, and that had a place.
-        stamp: of the frame [s].
     """
     back = np.flatnonzero((stamp - tracks.last_seen > constants.out_of_sight) & trusted.any(axis=1))
     if not len(back):

@@ -8,13 +8,7 @@ from skeleton_extract_3d.track.tracks import Tracks
 
 
 def expect(tracks: Tracks, row: np.ndarray, elapsed: float, method: MethodConstants = METHOD) -> Expectation:
-    """Return the expectation of the people of a frame.
-
-    Args:
-        tracks: predicted to this frame.
-        row: (P,) of each person in the tracks; -1: no track.
-        elapsed: time since the frame before [s].
-    """
+    """Return the expectation of people with tracks in rows (P,), predicted over the time since the frame before [s]."""
     constants, old, default = method.track.expectation, row >= 0, Expectation.of_strangers(len(row), method.body)
     if not old.any():
         return default

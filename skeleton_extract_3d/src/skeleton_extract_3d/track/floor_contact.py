@@ -13,11 +13,9 @@ _KNEES, _ANKLES = MIDDLES[2:], ENDS[2:]
 def stand(seen: Completion, measured: np.ndarray, floor: np.ndarray, method: MethodConstants = METHOD) -> Completion:
     """Return people with their hidden ankles on or above the floor.
 
-    An ankle with a keypoint is moved along its ray, so that it stays at its pixel; one without is moved upright, and a
-    knee without a keypoint goes half the way.
+    An ankle with a keypoint is moved along its ray; one without is moved upright, and a knee without goes half the way.
 
     Args:
-        seen: N people, completed.
         measured: (N, 18) bool, joints on the person's own surface; they stay.
         floor: (4,) plane in the frame of the points: normal up, height of the camera [m].
     """

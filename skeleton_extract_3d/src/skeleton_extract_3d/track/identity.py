@@ -20,12 +20,8 @@ _MOST_AGAINST = 1e3
 
 
 class TrackComparison(NamedTuple):
-    """T tracks beside P people of a frame.
-
-    Attributes:
-        across: (T, P) median distance of keypoints from the track, across the view at its depth [m]; infinite where
-            they have no joint in common.
-        against: (T, P) log likelihood ratio of another depth of the trunk to the track's.
+    """T tracks beside P people: median distance of keypoints from the track across the view at its depth, (T, P) [m],
+    infinite without a common joint; and log likelihood ratio of another depth of the trunk to the track's, (T, P).
     """
 
     across: np.ndarray
@@ -39,14 +35,7 @@ def compare(tracks: Tracks, observed: ObservedPeople, method: MethodConstants = 
 
 def assign(tracks: Tracks, clothes: Clothes, compared: TrackComparison, stamp: float, params: IdentityParams,
            constants: IdentityConstants = METHOD.track.identity) -> np.ndarray:
-    """Return the row of each person's track, -1 where there is none, (P,) int64.
-
-    Args:
-        tracks: predicted to this frame.
-        clothes: of the people of the frame.
-        compared: tracks and people.
-        stamp: [s].
-    """
+    """Return the row of each person's track, predicted to this frame, -1 where there is none, (P,) int64."""
     across, against = compared
     rows = np.full(across.shape[1], -1, np.int64)
     if not across.size:
@@ -66,16 +55,10 @@ def assign(tracks: Tracks, clothes: Clothes, compared: TrackComparison, stamp: f
 
 def joined(tracks: Tracks, observed: ObservedPeople, compared: TrackComparison, row: np.ndarray,
            constants: IdentityConstants = METHOD.track.identity) -> Tuple[People2D, np.ndarray]:
-    """Return the people of a frame with halves of one person put together, and the rows of their tracks.
+    """Return the people of a frame with halves of one person put together, and the rows (P,) of their tracks.
 
     Networks split a person where an object lies across the body, or at the border of the image. A person without a
-    track is a part of a tracked person who lacks its joints, where the track expects them.
-
-    Args:
-        tracks: predicted to this frame.
-        observed: people of the frame.
-        compared: tracks and people.
-        row: (P,) of their tracks; -1: none.
+    track is a part of a tracked person who lacks its joints, where the track, predicted to this frame, expects them.
     """
     people, new = observed.people_2d, np.flatnonzero(row < 0)
     if not len(new) or len(new) == len(row):

@@ -52,13 +52,8 @@ class JointFilter(NamedTuple):
 
     @classmethod
     def moving(cls, position: np.ndarray, velocity: np.ndarray, covariance: np.ndarray, speed: float) -> 'JointFilter':
-        """Return filters of points.
-
-        Args:
-            position: (T, K, 3) [m].
-            velocity: (T, K, 3) [m/s].
-            covariance: (T, K, 3, 3) of the position [m^2].
-            speed: standard deviation of the velocity per axis [m/s].
+        """Return filters of points with positions [m], velocities [m/s], covariances of the positions [m^2], and the
+        standard deviation of the velocity per axis [m/s].
         """
         return cls(position, velocity, covariance, np.zeros(covariance.shape),
                    np.broadcast_to(speed ** 2 * _IDENTITY, covariance.shape))
@@ -83,12 +78,10 @@ class JointFilter(NamedTuple):
 
     def corrected(self, measured: np.ndarray, covariance: np.ndarray, mask: np.ndarray,
                   method: MethodConstants = METHOD) -> 'JointFilter':
-        """Return the filters with measurements taken in; compiled (joint_filter.cpp).
+        """Return the filters with measurements (T, K, 3) [m] of points of a mask (T, K); compiled (joint_filter.cpp).
 
         Args:
-            measured: (T, K, 3) [m]; anything where the mask is false.
             covariance: (T, K, 3, 3) of the measurements [m^2].
-            mask: (T, K) bool, which points were measured.
         """
         return JointFilter(*method.compiled.correct(tuple(self), measured, covariance, mask))
 
@@ -118,11 +111,10 @@ def drifted(covariances: Sequence[np.ndarray], transposed: np.ndarray, elapsed: 
 
 
 def along_rays(rays: np.ndarray, across: np.ndarray, along: np.ndarray) -> np.ndarray:
-    """Return covariances of points whose error along their ray differs from that across it, (..., 3, 3) [m^2].
+    """Return covariances (..., 3, 3) [m^2] of points on rays (..., 3) of any length.
 
     Args:
-        rays: (..., 3) of any length.
-        across, along: (...) standard deviations [m].
+        across, along: (...) standard deviations across and along the ray [m].
     """
     across_square = across * across
     more = (along * along - across_square) / (rays * rays).sum(axis=-1)
@@ -136,12 +128,11 @@ def isotropic(sigma: np.ndarray) -> np.ndarray:
 
 
 def mean_innovations(squares: np.ndarray, independent: np.ndarray, used: np.ndarray) -> np.ndarray:
-    """Return the mean squares of the innovations of a frame as shares of those of independent errors, (N,).
+    """Return the mean squares of innovations as shares of that of independent errors, (N,); 0 where no joint is used.
 
     Args:
-        squares: (N, K) [m^2].
-        independent: (N, K) their mean with independent errors, in the same unit.
-        used: (N, K) bool; the share is 0 where none is.
+        squares, independent: (N, K) of a frame, and their mean with independent errors [m^2].
+        used: (N, K) bool.
     """
     shares = np.where(used, squares / np.where(used, independent, 1.0), 0.0)
     return shares.sum(axis=1) / np.maximum(used.sum(axis=1), 1)
@@ -149,12 +140,7 @@ def mean_innovations(squares: np.ndarray, independent: np.ndarray, used: np.ndar
 
 def averaged_innovations(shares: np.ndarray, new: np.ndarray, elapsed: np.ndarray,
                          constants: InnovationConstants = METHOD.track.innovation) -> np.ndarray:
-    """Return shares averaged over time, (N,).
-
-    Args:
-        shares, new: (N,) before a frame, and of the frame.
-        elapsed: (N,) time in between [s].
-    """
+    """Return shares (N,) averaged with those of a frame over the time in between (N,) [s], (N,)."""
     weight = 1 - np.exp(-elapsed / constants.memory)
     return shares + weight * (np.minimum(new, constants.most) - shares)
 
@@ -166,9 +152,8 @@ def error_variances(shares: np.ndarray, gains: np.ndarray, before: np.ndarray, m
     Args:
         shares: (N,) as `averaged_innovations` gives them, u.
         gains: (N, K) k.
-        before: (N, K) variances after the frame before, p_0.
-        measured: (N, K) variances of what was measured, r.
-        expected: (N, K) variances of what was expected, by the motion model.
+        before, measured, expected: (N, K) variances after the frame before, p_0, of what was measured, r, and of what
+            was expected by the motion model.
     """
     share, independent = shares[:, np.newaxis], before + measured
     place = np.minimum(before + np.maximum(share - 1, 0.0) * independent, np.maximum(expected, before))

@@ -60,9 +60,6 @@ class Memory:
         """Return the memory at the time and in the frame of the points of a frame, and its view.
 
         The tracks stand still. Those without a detection for too long are gone, and in the end forgotten.
-
-        Args:
-            camera: of the points.
         """
         stamp, pose = frame.stamp, frame.tracking_from_points
         before = self.stamp
@@ -90,15 +87,11 @@ class Memory:
 
     def expected(self, stamp: float, image_size: Tuple[int, int], settings: EstimatorSettings,
                  constants: MemoryConstants = METHOD.track.memory) -> Optional[People2D]:
-        """Return the tracks as people expected in an image, with their ids; None where no track tells.
+        """Return the tracks as people expected in an image of a width and height [px], with their ids and scores of 1.
 
-        None as well after a gap that ends all tracks, when the clock was reset, and for an image of an unknown camera.
-        Tracks move with constant velocity; the camera stands still since the newest frame. Joints that were never
-        placed, or lie behind the camera, are missing. Joints may lie outside the image. All scores are 1.
-
-        Args:
-            stamp: of the image [s].
-            image_size: width and height [px].
+        None where no track tells: after a gap that ends all tracks, when the clock was reset, and for an unknown
+        camera. Tracks move with constant velocity; the camera stands still since the newest frame. Joints that were
+        never placed, or lie behind the camera, are missing. Joints may lie outside the image.
         """
         camera = self.camera_of(image_size)
         if camera is None or self.stamp is None:

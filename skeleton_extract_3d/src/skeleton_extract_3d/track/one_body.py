@@ -20,9 +20,7 @@ def in_one_place(xyz: np.ndarray, placed: np.ndarray, least_joints: int, reach: 
     """Return which people fill the same space, (P, P) bool: most joints are near; left and right may be exchanged.
 
     Args:
-        xyz: (P, 18, 3) [m].
-        placed: (P, 18) bool, joints that count.
-        least_joints: that both must have.
+        placed: (P, 18) bool, joints that count; both must have `least_joints`.
         reach: greatest median distance in one place [m].
     """
     same = np.zeros((len(xyz), len(xyz)), bool)
@@ -47,10 +45,6 @@ def separate(seen: Completion, people: Observations, stamp: float, constants: Tr
     """Return the people of a frame without those that have been in the place of another for too long.
 
     The older track stays, so that ids last. New ones go at once.
-
-    Args:
-        seen, people: the same N people.
-        stamp: of the frame [s].
 
     Returns:
         Those that stay, and the tracks of those that had a place of their own before: they are real, but hidden now.

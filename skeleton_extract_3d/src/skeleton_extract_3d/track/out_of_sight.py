@@ -12,12 +12,7 @@ from skeleton_extract_3d.track.tracks import Tracks
 
 
 def walk_on(tracks: Tracks, view: FrameView, constants: TrackConstants = METHOD.track) -> Tracks:
-    """Return the tracks without a detection, moved on as a whole; those that would become visible stay.
-
-    Args:
-        tracks: of N people, as the frame before left them.
-        view: the frame.
-    """
+    """Return the tracks without a detection, moved on as a whole; those that would become visible stay."""
     unseen, rest = constants.out_of_sight, constants.completion
     velocity = tracks.root.velocity * np.exp(-view.elapsed / unseen.walking_time)
     speed = np.linalg.norm(velocity, axis=2, keepdims=True)

@@ -12,14 +12,7 @@ from skeleton_extract_3d.track.tracks import Observations, Tracks
 
 def report(people: Observations, completion: Completion, hidden: Tracks, stamp: float, settings: EstimatorSettings,
            constants: CorrectionConstants = METHOD.track.correction) -> People3D:
-    """Return the people with the joints of COCO_18, in the frame of the points.
-
-    Args:
-        people: of the frame.
-        completion: the same people, completed; they come first.
-        hidden: tracks without a detection that are in the image.
-        stamp: of the frame [s].
-    """
+    """Return the people of a frame with the joints of COCO_18, in the frame of the points, and then hidden tracks."""
     tracks, lifted, trusted = completion.tracks, people.lifted, completion.trusted
     read = lifted.measured & trusted
     position = tracks.joints.position

@@ -22,12 +22,8 @@ _KINDS = MEASURED_KINDS[:len(MEASURED_BONES)]
 
 
 class NewPeople(NamedTuple):
-    """N people of a frame who have no track.
-
-    Attributes:
-        place: (N, 3) middle of the trunk [m].
-        clothes: of this frame.
-        lengths: (N, 10) of the measured bones of this frame [m], as `body.MEASURED_BONES`; NaN of others.
+    """N people of a frame who have no track: middle of the trunk (N, 3) [m], clothes, and lengths (N, 10) of
+    `body.MEASURED_BONES` [m], NaN of bones that are not measured.
     """
 
     place: np.ndarray
@@ -45,25 +41,16 @@ class NewPeople(NamedTuple):
 
 
 class Reidentification:
-    """Gives new people a track: with the id of an absent one, or a new id.
-
-    Args:
-        ids: source of new ids.
-    """
+    """Gives new people a track: with the id of an absent one, or the next of new ids."""
 
     def __init__(self, params: IdentityParams, ids: Iterator[int], method: MethodConstants = METHOD) -> None:
         self._params, self._ids, self._method = params, ids, method
 
     def welcome(self, memory: Memory, tracks: Tracks, people: Observations, stamp: float
                 ) -> Tuple[Memory, Tracks, Observations]:
-        """Return the memory, the tracks with one for each new person, and the people who have a track.
+        """Return the memory, the tracks with one for each new person (row -1), and the people who have a track.
 
         People who are reidentified keep id, sizes and clothes. The track that they had stays, see `without`.
-
-        Args:
-            tracks: predicted to this frame.
-            people: of the frame, new ones with row -1.
-            stamp: [s].
         """
         method = self._method
         new = _born(people, self._params.birth_joints, method)
@@ -132,12 +119,9 @@ def recognize(absent: Tracks, new: NewPeople, stamp: float, params: IdentityPara
               ) -> np.ndarray:
     """Return the row of the absent track of each new person, or STRANGER or UNCLEAR, (N,) int64.
 
-    Clothes, size and place have to be much likelier for this track than for a person without one, for any other absent
-    track, and for any other new person. It is unclear where a part of the clothes that could decide is not visible yet.
-
-    Args:
-        absent: tracks without a detection, predicted to this frame.
-        stamp: [s].
+    Clothes, size and place have to be much likelier for this track, predicted to this frame, than for a person without
+    one, any other absent track, and any other new person. It is unclear where a part of the clothes that could decide
+    is not visible yet.
     """
     constants, rows = method.track.returning, np.full(len(new.place), STRANGER, np.int64)
     if not len(absent) or not len(rows):
@@ -159,12 +143,7 @@ def recognize(absent: Tracks, new: NewPeople, stamp: float, params: IdentityPara
 
 
 def _size_evidence(absent: Sizes, lengths: np.ndarray, method: MethodConstants) -> np.ndarray:
-    """Return the log likelihood ratio of the same body to another, (T, N); 0 where too few bones are measured.
-
-    Args:
-        absent: of T tracks.
-        lengths: (N, 10) of `body.MEASURED_BONES` [m], NaN where not measured.
-    """
+    """Return the log likelihood ratio of the same body to another, (T, N), by lengths (N, 10) [m]; 0 with few."""
     constants = method.track.returning
     known, adult = measures.expected_lengths(absent, method)[:, _KINDS], method.body.bone_lengths[_KINDS]
     spread = np.hypot(measures.stature_spread(absent, method), constants.seen_size)[:, None]
@@ -175,11 +154,8 @@ def _size_evidence(absent: Sizes, lengths: np.ndarray, method: MethodConstants) 
 
 
 def _place_evidence(distance: np.ndarray, away: np.ndarray, constants: ReturningConstants) -> np.ndarray:
-    """Return the log likelihood ratio of a place for a track to that for a person who may appear anywhere, (T, N).
-
-    Args:
-        distance: (T, N) from where the track is expected [m].
-        away: (T, 1) time since its last detection [s].
+    """Return the log likelihood ratio of a place to that for a person who may appear anywhere, (T, N), by the distance
+    (T, N) [m] from where the track is expected, and the time (T, 1) since its last detection [s].
     """
     spread = np.minimum(constants.spread_at_once + constants.spread_growth * away, constants.greatest_spread)
     return np.log(constants.room / (2 * np.pi * spread ** 2)) - (distance / spread) ** 2 / 2

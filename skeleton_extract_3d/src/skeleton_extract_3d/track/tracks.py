@@ -88,11 +88,8 @@ class Tracks(Rows):
         """Return N new tracks; none of their joints counts as placed yet.
 
         Args:
-            ids: (N,).
-            stamp: [s].
             xyz: (N, 18, 3) [m], NaN where a joint has no keypoint; at least one of each person has one.
             left: (N, 3) unit vectors.
-            stature: (N,) [m].
         """
         count, known = len(ids), np.isfinite(xyz).all(axis=2)
         stamps, root = np.full(count, stamp), middle_of_trunk(xyz, known)
@@ -140,14 +137,7 @@ class Tracks(Rows):
 
 
 class Observations(NamedTuple):
-    """P people of one frame.
-
-    Attributes:
-        row: (P,) int64, row of each person's track; -1 where there is none.
-        observed: keypoints and surfaces.
-        clothes: colours of the clothes.
-        lifted: joints in space.
-    """
+    """P people of one frame, and the row (P,) of each person's track, -1 where there is none."""
 
     row: np.ndarray
     observed: ObservedPeople
@@ -166,11 +156,7 @@ class Observations(NamedTuple):
         return others[:count]
 
     def size_error(self, stature_spread: float) -> np.ndarray:
-        """Return the error of the depth of people without a measured joint, (P, 1) [m]; 0 of others.
-
-        Args:
-            stature_spread: standard deviation of the stature, which alone gives their depth, as a share.
-        """
+        """Return the error of depth of people without a measured joint by the stature, (P, 1) [m]; 0 of others."""
         lifted = self.lifted
         return np.where(lifted.measured.any(axis=1), 0.0, stature_spread * lifted.root)[:, None]
 
@@ -196,10 +182,6 @@ def middle_of_trunk(xyz: np.ndarray, known: np.ndarray) -> np.ndarray:
 
 
 def frame_change(before: Transform, now: Transform) -> Tuple[np.ndarray, np.ndarray]:
-    """Return rotation (3, 3) and translation (3,) [m] from the frame of a moving camera before to that now.
-
-    Args:
-        before, now: from the camera to a frame that stands still.
-    """
+    """Return rotation and translation [m] from the frame of a moving camera to that now; both lead to a still frame."""
     rotation = now[0].T @ before[0]
     return rotation, now[0].T @ (before[1] - now[1])

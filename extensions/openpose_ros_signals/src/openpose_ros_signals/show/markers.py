@@ -7,7 +7,7 @@ import numpy as np
 from openpose_ros_pkg.params.parameters import Parameters, parameter
 from openpose_ros_signals.constants import SIGNALS, PointingConstants
 from openpose_ros_signals.records import PersonSignals, Pointing
-from skeleton_extract_3d.show.markers import MarkerLifetime, MarkerSpec, Rgba, ShownMarkers, person_rgb
+from skeleton_extract_3d.show.markers import MarkerSpec, Rgba, ShownMarkers, person_rgb
 
 # Height of the text over the middle of the trunk, over the head, upright and lying [m].
 _OVER_UPRIGHT, _OVER_LYING = 0.95, 0.6
@@ -39,7 +39,7 @@ class SignalMarkers:
 
     def __init__(self, params: SignalMarkerParams, pointing: PointingConstants = SIGNALS.pointing) -> None:
         self._params, self._pointing = params, pointing
-        self._lifetime, self._shown = MarkerLifetime(), ShownMarkers()
+        self._shown = ShownMarkers()
 
     def reconfigure(self, params: SignalMarkerParams) -> None:
         """Use other parameters from the next frame on."""
@@ -55,34 +55,32 @@ class SignalMarkers:
             stamp: [s].
             up: (3,) unit vector.
         """
-        lifetime = self._lifetime.update(stamp, self._params.signal_lifetime)
         return self._shown.replaced([marker for person in persons if np.isfinite(person.place).all()
-                                     for marker in self._of_person(person, up, lifetime)])
+                                     for marker in self._of_person(person, up)], stamp, self._params.signal_lifetime)
 
-    def _of_person(self, person: PersonSignals, up: np.ndarray, lifetime: float) -> List[MarkerSpec]:
+    def _of_person(self, person: PersonSignals, up: np.ndarray) -> List[MarkerSpec]:
         params, rgb = self._params, person_rgb(person.id)
         over = _OVER_LYING if person.posture.name == 'lying' else _OVER_UPRIGHT
         text = text_of(person)
         # RViz puts the middle of the text there: its last line keeps its height
         height = over + 0.5 * params.text_scale * text.count('\n')
         markers = [MarkerSpec('signals', person.id, 'add', 'text', _points(person.place + height * up),
-                              params.text_scale, (*rgb, 1.0), text, lifetime)]
+                              params.text_scale, (*rgb, 1.0), text)]
         red, green, blue = (_WHITE + (1 - _WHITE) * value for value in rgb)
         for name, facing, length in (('body_facing', person.body, params.facing_length),
                                      ('head_facing', person.head, params.facing_length / 2)):
             if facing is not None and length:
                 begin = person.place if facing.begin is None else facing.begin
                 markers.append(_arrow(name, person.id, (begin, begin + length * facing.direction),
-                                      (red, green, blue, 1.0), lifetime))
+                                      (red, green, blue, 1.0)))
         for gesture in person.gestures:
             if gesture.pointing is not None and params.pointing_length:
                 number = 2 * person.id + (gesture.arm == 'right')
                 ray = gesture.pointing
-                markers += [_arrow('pointing', number, (ray.origin, _end(ray, params.pointing_length)), (*rgb, 1.0),
-                                   lifetime),
+                markers += [_arrow('pointing', number, (ray.origin, _end(ray, params.pointing_length)), (*rgb, 1.0)),
                             MarkerSpec('pointing_cone', number, 'add', 'line_list',
                                        cone_lines(ray, params.pointing_length, self._pointing.cone), _CONE_WIDTH,
-                                       (*rgb, _CONE_OPACITY), lifetime=lifetime)]
+                                       (*rgb, _CONE_OPACITY))]
         return markers
 
 
@@ -121,9 +119,9 @@ def _end(ray: Pointing, length: float) -> np.ndarray:
     return np.asarray(ray.origin + length * ray.direction)
 
 
-def _arrow(name: str, number: int, ends: Sequence[np.ndarray], rgba: Rgba, lifetime: float) -> MarkerSpec:
+def _arrow(name: str, number: int, ends: Sequence[np.ndarray], rgba: Rgba) -> MarkerSpec:
     thickness = min(_SHAFT, _SHAFT_SHARE * float(np.linalg.norm(ends[1] - ends[0])))
-    return MarkerSpec(name, number, 'add', 'arrow', _points(np.array(ends)), thickness, rgba, lifetime=lifetime)
+    return MarkerSpec(name, number, 'add', 'arrow', _points(np.array(ends)), thickness, rgba)
 
 
 def _points(points: np.ndarray) -> np.ndarray:

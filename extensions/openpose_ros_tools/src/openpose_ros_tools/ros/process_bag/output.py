@@ -34,7 +34,7 @@ from skeleton_extract_3d.estimator import Estimate
 from skeleton_extract_3d.landmarks import Landmarks, Points3D
 from skeleton_extract_3d.people import MISSING, People3D
 from skeleton_extract_3d.ros import convert
-from skeleton_extract_3d.show.markers import LIMB_NAMESPACES, MarkerTracker
+from skeleton_extract_3d.show.markers import LIMB_NAMESPACES, PeopleMarkers
 
 # What a bag was made of, so that it is not made again.
 RECORD = '/openpose_ros/process_bag'
@@ -77,7 +77,7 @@ class PeopleWriter:
                  markers: bool, upright: Optional[Upright] = None) -> None:
         self._bag, self._namespace, self._table = bag, namespace, table
         self._publish_tf = settings.extractor.publish_tf
-        self._markers = MarkerTracker(settings.markers) if markers else None
+        self._markers = PeopleMarkers(settings.markers) if markers else None
         self._upright, self._signals = upright, SignalReader()
 
     def write(self, people: People3D, header: Header, time: genpy.Time) -> None:
@@ -93,8 +93,7 @@ class PeopleWriter:
         if self._publish_tf and len(people):
             self._bag.write('/tf', TFMessage(convert.people_to_transforms(people, header)), time)
         if self._markers is not None:
-            for marker in self._markers.update(convert.people_from_array(array), header.stamp.to_sec(),
-                                               header.frame_id):
+            for marker in self._markers.update(convert.people_from_array(array), header.stamp.to_sec()):
                 topic = 'visualization_skeleton' if marker.ns in LIMB_NAMESPACES else 'visualization_markers'
                 self._bag.write(f'{self._namespace}/{topic}', convert.marker_to_message(marker, header), time)
 
