@@ -27,7 +27,7 @@ from common import Parser, elapsed, errors_end_the_program, markdown
 from openpose_ros_pkg.detect.detector import Detector, DetectorSettings, Networks, create_detector
 from openpose_ros_pkg.detect.recipes import FASTER, MODES, NetworkPass, Recipe
 from openpose_ros_pkg.networks.backends import Backend
-from openpose_ros_pkg.networks.models import MOBILENET_THIN
+from openpose_ros_pkg.networks.model_registry import MOBILENET_THIN
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.people import People2D, keypoints_in
 from openpose_ros_pkg.skeletons import COCO_17

@@ -34,7 +34,9 @@ from openpose_ros_pkg.landmarks.landmark_network import FACE, HAND, Kind
 from openpose_ros_pkg.landmarks.params import LandmarkParams
 from openpose_ros_pkg.landmarks.records import HAND_POINTS, Landmarks2D
 from openpose_ros_pkg.networks.backends import Backend, BackendParams, create_backend
-from openpose_ros_pkg.networks.models import MOBILENET_THIN, Model, weights_path
+from openpose_ros_pkg.networks.model_registry import MOBILENET_THIN
+from openpose_ros_pkg.networks.model_types import Model
+from openpose_ros_pkg.networks.models import weights_path
 from openpose_ros_pkg.params.parameters import build
 from openpose_ros_pkg.skeletons import FACE_70, HAND_21
 from skeleton_extract_3d.chain import PeopleChain

@@ -34,7 +34,8 @@ from common import DEMO, Parser, elapsed, markdown
 from openpose_ros_pkg.detect.detector import Detector, DetectorSettings, PreparedFrame, create_detector
 from openpose_ros_pkg.errors import OpenposeRosError
 from openpose_ros_pkg.networks.backends import Backend, BackendParams, create_backend
-from openpose_ros_pkg.networks.models import MOBILENET_THIN, MOVENET_MULTIPOSE, MOVENET_THUNDER, weights_path
+from openpose_ros_pkg.networks.model_registry import MOBILENET_THIN, MOVENET_MULTIPOSE, MOVENET_THUNDER
+from openpose_ros_pkg.networks.models import weights_path
 from openpose_ros_pkg.params.parameters import build
 
 SIZES = ('368x208', '432x240', '496x280', '656x368')

@@ -10,7 +10,7 @@ import pytest
 from known_fields import NET, STRIDE, render_fields, standing_person
 from openpose_ros_pkg.decode.paf import DecodeParams, assemble, decode_fields, find_peaks, score_limbs
 from openpose_ros_pkg.errors import ParameterError
-from openpose_ros_pkg.networks.models import MOBILENET_THIN
+from openpose_ros_pkg.networks.model_registry import MOBILENET_THIN
 from openpose_ros_pkg.skeletons import COCO_18, SKELETONS, Limb, SkeletonModel
 
 

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from openpose_ros_pkg.decode.direct import DirectDecodeParams, decode_direct
+from openpose_ros_pkg.networks.model_registry import MODELS, MOVENET_MULTIPOSE
 from openpose_ros_pkg.networks.model_types import YOLO_INPUT
-from openpose_ros_pkg.networks.models import MODELS, MOVENET_MULTIPOSE
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
 

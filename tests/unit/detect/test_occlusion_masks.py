@@ -12,7 +12,7 @@ from openpose_ros_pkg.detect.occlusion_masks import foregrounds, vote_behind
 from openpose_ros_pkg.detect.recipes import MODES, MULTIPOSE_CROP, THUNDER_CROP
 from openpose_ros_pkg.detect.refinement import CrowdImage, prepare_crop, refine
 from openpose_ros_pkg.detect.views import NetworkSetup
-from openpose_ros_pkg.networks.models import MOVENET_THUNDER
+from openpose_ros_pkg.networks.model_registry import MOVENET_THUNDER
 from openpose_ros_pkg.skeletons import COCO_18
 from stand_in_networks import person_at
 

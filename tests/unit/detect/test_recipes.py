@@ -14,7 +14,7 @@ from openpose_ros_pkg.detect.recipes import (
     recipe_of,
 )
 from openpose_ros_pkg.errors import ModelError, ParameterError
-from openpose_ros_pkg.networks.models import MOBILENET_THIN, MODELS, MOVENET_MULTIPOSE, MOVENET_THUNDER
+from openpose_ros_pkg.networks.model_registry import MOBILENET_THIN, MODELS, MOVENET_MULTIPOSE, MOVENET_THUNDER
 
 ALL_MODES = pytest.mark.parametrize('mode', MODES)
 

@@ -6,7 +6,7 @@ import pytest
 from openpose_ros_pkg.detect import target_rate
 from openpose_ros_pkg.detect.recipes import FASTER, MODES, DetectorParams, NetworkPass, Recipe, recipe_of
 from openpose_ros_pkg.detect.target_rate import fitted_to_rate, foreseen_seconds
-from openpose_ros_pkg.networks.models import MOBILENET_THIN, MOVENET_MULTIPOSE, MOVENET_THUNDER
+from openpose_ros_pkg.networks.model_registry import MOBILENET_THIN, MOVENET_MULTIPOSE, MOVENET_THUNDER
 
 THIN = 656 * 368  # pixels of the input that a 960 x 540 image gives
 MOVENET, CLOSER = 512 * 288, 256 * 256

@@ -11,7 +11,7 @@ from openpose_ros_pkg.detect.recipes import MODES, THUNDER_CROP, CropRefinement,
 from openpose_ros_pkg.detect.refinement import CrowdImage, decode_crop, prepare_crop, quarter_turns
 from openpose_ros_pkg.detect.views import NetworkSetup, decode_views, prepare_views
 from openpose_ros_pkg.errors import BadInputError
-from openpose_ros_pkg.networks.models import MOBILENET_THIN, MODELS, MOVENET_MULTIPOSE
+from openpose_ros_pkg.networks.model_registry import MOBILENET_THIN, MODELS, MOVENET_MULTIPOSE
 from openpose_ros_pkg.oks import sigmas
 from openpose_ros_pkg.people import Poses
 from openpose_ros_pkg.skeletons import COCO_18

@@ -6,7 +6,7 @@ from openpose_ros_pkg.landmarks.detector import create_landmark_detector
 from openpose_ros_pkg.landmarks.params import LandmarkParams
 from openpose_ros_pkg.networks.backends import BackendParams
 from openpose_ros_pkg.networks.backends.self_check import reference_path
-from openpose_ros_pkg.networks.models import FACE_LANDMARK, HAND_LANDMARK
+from openpose_ros_pkg.networks.model_registry import FACE_LANDMARK, HAND_LANDMARK
 from openpose_ros_pkg.people import People2D
 from openpose_ros_pkg.skeletons import COCO_18
 from optional_weights import need_weights

@@ -17,7 +17,7 @@ from openpose_ros_pkg.networks import backends
 from openpose_ros_pkg.networks.backends import BackendParams, create_backend
 from openpose_ros_pkg.networks.backends.opencv_dnn import has_cuda
 from openpose_ros_pkg.networks.backends.self_check import reference_path
-from openpose_ros_pkg.networks.models import MOBILENET_THIN, MODELS, MOVENET_MULTIPOSE
+from openpose_ros_pkg.networks.model_registry import MOBILENET_THIN, MODELS, MOVENET_MULTIPOSE
 from optional_weights import need_weights
 
 NAMES = ('openvino', 'opencv_dnn')

@@ -17,7 +17,8 @@ import pytest
 import tiny_networks
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks.backends import BackendParams, create_backend
-from openpose_ros_pkg.networks.models import MOBILENET_THIN, MODELS, InputRecipe, WeightsFile
+from openpose_ros_pkg.networks.model_registry import MOBILENET_THIN, MODELS
+from openpose_ros_pkg.networks.model_types import InputRecipe, WeightsFile
 
 LIGHTWEIGHT = MODELS['lightweight_openpose']
 RUNTIMES = ('openvino', 'onnxruntime', 'opencv_dnn')

@@ -6,7 +6,13 @@ import pytest
 
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks.backends.self_check import check_backend, make_reference, reference_path
-from openpose_ros_pkg.networks.models import LANDMARK_MODELS, MOBILENET_THIN, MODELS, MOVENET_MULTIPOSE, MOVENET_THUNDER
+from openpose_ros_pkg.networks.model_registry import (
+    LANDMARK_MODELS,
+    MOBILENET_THIN,
+    MODELS,
+    MOVENET_MULTIPOSE,
+    MOVENET_THUNDER,
+)
 
 BODY_25, LIGHTWEIGHT, RTMO = MODELS['body_25'], MODELS['lightweight_openpose'], MODELS['rtmo_s']
 

@@ -7,8 +7,8 @@ import yaml
 
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks.model_description import read_description
-from openpose_ros_pkg.networks.model_types import YOLO_INPUT
-from openpose_ros_pkg.networks.models import InputRecipe, WeightsFile, find_model, weights_path
+from openpose_ros_pkg.networks.model_types import YOLO_INPUT, InputRecipe, WeightsFile
+from openpose_ros_pkg.networks.models import find_model, weights_path
 from openpose_ros_pkg.skeletons import BODY_25, COCO_18, Limb
 
 DOCS = Path(__file__).parents[3] / 'docs' / 'models.md'

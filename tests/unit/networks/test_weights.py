@@ -9,16 +9,9 @@ import pytest
 
 from openpose_ros_pkg.errors import ModelError
 from openpose_ros_pkg.networks import weights, weights_install
-from openpose_ros_pkg.networks.models import (
-    LANDMARK_MODELS,
-    MOBILENET_THIN,
-    MODELS,
-    MOVENET_THUNDER,
-    PypiArchive,
-    WeightsFile,
-    find_model,
-    weights_path,
-)
+from openpose_ros_pkg.networks.model_registry import LANDMARK_MODELS, MOBILENET_THIN, MODELS, MOVENET_THUNDER
+from openpose_ros_pkg.networks.model_types import PypiArchive, WeightsFile
+from openpose_ros_pkg.networks.models import find_model, weights_path
 
 CONTENT = b'weights of a network'
 

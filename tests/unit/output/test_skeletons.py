@@ -3,7 +3,7 @@ import re
 
 import pytest
 
-from openpose_ros_pkg.networks.models import MODELS
+from openpose_ros_pkg.networks.model_registry import MODELS
 from openpose_ros_pkg.skeletons import (
     BODY_25,
     COCO_17,

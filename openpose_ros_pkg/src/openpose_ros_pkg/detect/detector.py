@@ -23,7 +23,9 @@ from openpose_ros_pkg.detect.target_rate import fitted_to_rate
 from openpose_ros_pkg.detect.views import PreparedView, compute_views, decode_views, prepare_views
 from openpose_ros_pkg.errors import BadInputError, MissingWeightsError, ModelError, ParameterError
 from openpose_ros_pkg.networks.backends import Backend, BackendParams, create_backend
-from openpose_ros_pkg.networks.models import OPTIONAL, Model, weights_path
+from openpose_ros_pkg.networks.model_registry import OPTIONAL
+from openpose_ros_pkg.networks.model_types import Model
+from openpose_ros_pkg.networks.models import weights_path
 from openpose_ros_pkg.people import People2D, Poses
 from openpose_ros_pkg.skeletons import SkeletonModel
 from openpose_ros_pkg.stream.fair_lock import FairLock

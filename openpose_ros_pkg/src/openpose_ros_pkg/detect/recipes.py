@@ -3,14 +3,9 @@ from dataclasses import dataclass, replace
 from typing import Collection, Dict, Tuple
 
 from openpose_ros_pkg.errors import ParameterError
-from openpose_ros_pkg.networks.models import (
-    AUTO,
-    MOBILENET_THIN,
-    MOVENET_MULTIPOSE,
-    MOVENET_THUNDER,
-    Model,
-    find_model,
-)
+from openpose_ros_pkg.networks.model_registry import AUTO, MOBILENET_THIN, MOVENET_MULTIPOSE, MOVENET_THUNDER
+from openpose_ros_pkg.networks.model_types import Model
+from openpose_ros_pkg.networks.models import find_model
 from openpose_ros_pkg.params.parameters import Parameters, parameter
 from openpose_ros_pkg.skeletons import SkeletonModel
 

@@ -11,7 +11,7 @@ from openpose_ros_pkg.decode.fields import average_fields
 from openpose_ros_pkg.decode.paf import DecodeParams, decode_fields
 from openpose_ros_pkg.detect.recipes import NetworkPass, Recipe
 from openpose_ros_pkg.networks.backends import Backend
-from openpose_ros_pkg.networks.models import Model
+from openpose_ros_pkg.networks.model_types import Model
 from openpose_ros_pkg.networks.preprocess import ImageToNet, fit_image
 from openpose_ros_pkg.people import Poses, keypoints_in
 from openpose_ros_pkg.skeletons import SkeletonModel
